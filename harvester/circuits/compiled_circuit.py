@@ -13,6 +13,7 @@ import numpy as np
 from harvester.arrays import Floats
 from harvester.circuits.circuit_batch import MORE_SUMS, OWN, advance_circuit, circuit_mid_drift
 from harvester.circuits.circuit_path import CircuitPath, trace_circuit
+from harvester.circuits.modes_with_circuit import advance_modal_circuit, modal_circuit_mid_drift
 from harvester.circuits.newton import Solver
 from harvester.circuits.parts import CircuitPart, parts_of
 from harvester.circuits.reduction import Reduction
@@ -195,17 +196,23 @@ class CompiledCircuit:
 
     def begin(self, state: Floats) -> None:
         """Fill the rows of circuits at rest."""
-        state[:, OWN:] = self.rest[:, None]
+        state[:, OWN : self.rows] = self.rest[:, None]
 
     def advance(
         self, batch: Batch, state: Floats, schedule: Schedule, h: float, eqs: Equations, shaker: Filter | None
     ) -> None:
         """Advance a batch of trajectories; see `OwnCircuit`."""
-        advance_circuit(batch, state, schedule, h, self.for_kernels(h), coefficients(eqs), shaker)
+        if eqs.modes is not None:
+            advance_modal_circuit(batch, state, schedule, h, self.for_kernels(h), self.rows, eqs, shaker)
+        else:
+            advance_circuit(batch, state, schedule, h, self.for_kernels(h), coefficients(eqs), shaker)
 
     def mid_drift(self, state: Floats, out: Floats, h: float, eqs: Equations, shaker: Filter | None) -> None:
         """The states of a batch half a step later; see `OwnCircuit`."""
-        circuit_mid_drift(state, out, h, self.for_kernels(h), coefficients(eqs), shaker)
+        if eqs.modes is not None:
+            modal_circuit_mid_drift(state, out, h, self.for_kernels(h), self.rows, eqs, shaker)
+        else:
+            circuit_mid_drift(state, out, h, self.for_kernels(h), coefficients(eqs), shaker)
 
     def for_kernels(self, h: float) -> Own:
         """The circuit at steps of h."""

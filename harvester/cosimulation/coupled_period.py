@@ -27,6 +27,7 @@ from harvester.cosimulation.poincare_sections import (
 from harvester.cosimulation.probe_series import means_of_probes
 from harvester.cosimulation.runs import CoupledDevice, run_in_this_process
 from harvester.equations.bounds import linear_growth
+from harvester.equations.coefficients import check_one_mode
 from harvester.errors import CircuitError
 from harvester.mechanics.kernels.forcing import forcing
 from harvester.mechanics.periodic import ALIKE, MULTIPLES, NOISY, REACHED, STALE, WORTH, Secants, Settling
@@ -63,6 +64,7 @@ class _Path:
         """Go on for so many kicks, with means from the kick ``since`` on: the section there, and the finished drive."""
         device, s = self.device, self.device.scales
         assert self.shaking is not None
+        check_one_mode(device.eqs)
         at = np.arange(round(self.phase * self.size), round(self.phase * self.size) + kicks + 1)
         voltage, stored = (section.nodes["p"], 0.0) if section.nodes else section.across
         start = section.x, section.v, voltage / s.volts, stored / s.volts

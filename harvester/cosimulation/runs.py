@@ -26,6 +26,7 @@ from harvester.mechanics.kernels.forcing import coarse_forcing, filtered, forcin
 from harvester.mechanics.kernels.moments import Moments, from_path
 from harvester.mechanics.kernels.noise import child, coarsened, gaussian_grid, three_point_grid
 from harvester.mechanics.kernels.path import Path, trace
+from harvester.mechanics.modes.modal_path import started, trace_modes
 from harvester.netlists.load_circuit import LoadCircuit, load_circuit
 from harvester.netlists.probes import Probe
 from harvester.scene.load import Load
@@ -148,10 +149,12 @@ def _measure(
     start: Start,
 ) -> TrajectoryMeans:
     """The means of one trajectory, in this process; arguments as of `measure_in_workers`."""
+    from harvester.circuits.compiled_circuit import CompiledCircuit
+
     grid, shaken = gaussian_grid if device.gaussian else three_point_grid, (device.eqs, device.h, kicks)
     noise = coarsened(grid(seed, 2 * kicks)) if device.coarse else grid(seed, kicks)
     shaking = (coarse_forcing if device.coarse else forcing)(*shaken, np.random.default_rng(child(seed, 1)))
-    nodes = None if len(start) == 4 else nodes_of(device, start)
+    nodes = nodes_of(device, start) if isinstance(device.ideal, CompiledCircuit) and len(start) > 4 else None
     drive = run_in_this_process(device, new_drive(device, noise, burn_in, shaking, start), deadline, nodes)
     moments = from_path(device.eqs, drive.path(), burn_in, blocks)
     ledger = ledger_of(drive.state[0], device.scales, drive.smoothing, device.load.linear)
@@ -200,7 +203,11 @@ def _control(
         return device.ideal.path_moments(device.eqs, noise, device.h, device.stride, burn_in, blocks, start, shaking)
     eqs, rule = device.eqs, device.ngspice_rule
     start = (0.0, 0.0, 0.0, 0.0) if rule else start
-    path = trace(eqs, noise, device.h, device.stride, start, shaking, device.ideal, rule)
+    if eqs.modes is None:
+        path = trace(eqs, noise, device.h, device.stride, start, shaking, device.ideal, rule)
+    else:
+        given = started(eqs, start), shaking, device.ideal, float(start[3])
+        path = trace_modes(eqs, noise, device.h, device.stride, *given)
     return from_path(eqs, path, burn_in, blocks, device.ideal)
 
 

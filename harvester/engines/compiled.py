@@ -76,7 +76,8 @@ class Compiled(Ensemble):
 
         problem = served(type(self), scene)
         self.check_times(problem.physical)
-        if not problem.equations.is_steady or (self.trajectories, self.duration) != (None, None):
+        sampled = not problem.equations.is_steady or problem.equations.modes is not None
+        if sampled or (self.trajectories, self.duration) != (None, None):
             return super().run(problem, progress), None
         existence(problem)
         answer, found = steady_answer(self, self.NAME, problem, near, judged)
@@ -93,7 +94,7 @@ class Compiled(Ensemble):
         from harvester.engines.spice.difference import difference_from_ngspice
 
         eqs, trajectories = problem.equations, pair.trajectories
-        if not eqs.is_shaken_by_white_noise:
+        if not eqs.is_shaken_by_white_noise or eqs.modes is not None:
             return {}, self.MODEL_NOTE
         assert trajectories.circuit is not None, "that of the netlist"
         settling, starts = settled_starts(pair, trajectories.circuit.memory, LONGEST, self.seed)

@@ -90,7 +90,9 @@ def _slow_switching(problem: Problem) -> tuple[Diagnostic, ...]:
     from harvester.cosimulation.idealised import switching_time
 
     assert problem.circuit is not None, "the engine serves netlists only"
-    frequency = problem.scales.frequency * max(problem.equations.drive_frequency or 1.0, 1.0)
+    eqs = problem.equations
+    fastest = 1.0 if eqs.modes is None else eqs.modes.highest(eqs.spring[0], eqs.beta or 0.0)
+    frequency = problem.scales.frequency * max(eqs.drive_frequency or 1.0, fastest)
     seconds = switching_time(problem.circuit, problem.scales)
     share = seconds * frequency / math.pi
     numbers = {"seconds": seconds, "share": share, "worse": WORSE}

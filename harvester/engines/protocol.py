@@ -123,8 +123,7 @@ def needs_one_mode(problem: Problem, engine: str) -> Diagnostic | None:
 
 def needs_circuit(problem: Problem, engine: str) -> Diagnostic | None:
     """Why an engine of circuits, which serves nothing else, cannot serve a problem; None where it may."""
-    without = None if problem.netlist is not None else refusal("needs_netlist", engine, engine=engine)
-    return needs_one_mode(problem, engine) or without
+    return None if problem.netlist is not None else refusal("needs_netlist", engine, engine=engine)
 
 
 def needs_compiled_circuit(problem: Problem, engine: str) -> Diagnostic | None:

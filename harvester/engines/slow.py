@@ -13,6 +13,7 @@ from harvester.engines.protocol import (
     estimate,
     needs_circuit,
     needs_compiled_circuit,
+    needs_one_mode,
     served,
 )
 from harvester.equations.bounds import check_bounded
@@ -64,7 +65,7 @@ class Slow(Request, Engine):
         """Why the engine cannot serve a problem; None where it can."""
         from harvester.storage.rectifier_cut import cut_behind_rectifier, is_plain_store
 
-        if (without := needs_circuit(problem, cls.NAME)) is not None:
+        if (without := needs_one_mode(problem, cls.NAME) or needs_circuit(problem, cls.NAME)) is not None:
             return without
         if problem.equations.drive is None or problem.equations.is_random:
             return refusal("needs_a_drive", cls.NAME, engine=cls.NAME)

@@ -2,7 +2,7 @@
 
 A theory that simplifies the equations serves a scene only where it knows all of the scene's effects.  A new effect is
 known to none until its entry here says so, so that none leaves it out in silence.  The full equations know every
-effect: engine `ensemble` of any number of modes, `ideal`, `compiled` and `spice` of one.
+effect: engines `ensemble`, `ideal`, `compiled` and `spice`.
 """
 
 from collections.abc import Callable

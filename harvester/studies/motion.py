@@ -253,7 +253,7 @@ def _computed(
     noise = gaussian_grid(sequence, math.ceil(duration / h))
     shaking = forcing(problem.equations, h, len(noise), np.random.default_rng(sequence.spawn(1)[0]))
     stride = max(1, round(0.05 / h))
-    if not ENGINES[engine].runs_ngspice and problem.equations.modes is not None:
+    if not (ENGINES[engine].runs_ngspice or ENGINES[engine].needs_netlist) and problem.equations.modes is not None:
         return trace_modes(problem.equations, noise, h, stride, shaking=shaking), np.empty((0, 0)), stride
     if ENGINES[engine].needs_netlist:
         from harvester.circuits.compiled_circuit import compiled_circuit

@@ -162,7 +162,7 @@ def test_the_power_of_the_circuit_itself():
     assert found["known_error95"] >= 1.9 * said["stderr"] + said["step_bias"]
     stderr = math.hypot(said["stderr"], own.stderr)
     assert abs(said["value"] - own.value) < 4.0 * stderr + said["step_bias"] + own.bias
-    several = hv.load(ROOT / "examples" / "two_modes_with_stop.toml").with_load(netlist="bridge")
+    several = hv.load(ROOT / "examples" / "two_modes_with_stop.toml")
     with pytest.raises(hv.CannotServeError, match="cannot model"):
         in_worker.power(several.tables(), *in_worker.FINE)
 

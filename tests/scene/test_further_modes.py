@@ -7,6 +7,7 @@ import pytest
 import harvester as hv
 from tests.support.systems import BEAM, SECOND, THIRD
 
+DRIVEN = BEAM.replace(excitation=hv.Excitation(acceleration_amplitude="1 m/s^2", frequency="50 Hz"))
 THREE = BEAM.replace(mode=(SECOND, THIRD))
 
 
@@ -49,7 +50,14 @@ MAGNIFIER = hv.Magnifier(mass="20 g", stiffness="1 N/mm", restitution=0.5)
             lambda: BEAM.replace(excitation=hv.Excitation(stiffness_noise=0.1)),
             "excitation.stiffness_noise must be left out beside [[mode]], but both are given",
         ),
-        (lambda: hv.run(BEAM.with_load(netlist="bridge")), "engine 'spice' cannot model further modes: use engine"),
+        (
+            lambda: hv.run(BEAM.with_load(netlist="bridge"), "slow"),
+            "engine 'slow' cannot model further modes: use engine",
+        ),
+        (
+            lambda: hv.response(DRIVEN.with_load(netlist="bridge"), "40Hz:60Hz:3", engine="spice"),
+            "this study cannot model further modes: use engine 'ensemble', which",
+        ),
         (lambda: hv.run(BEAM, "density"), "engine 'density' cannot model further modes: use engine 'ensemble'"),
         (
             lambda: hv.extremes(BEAM, lifetime="1 h"),

@@ -1,10 +1,13 @@
 """The mass of one run in lock-step with ngspice: its state, its noise, and the record of its path."""
 
 import math
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from harvester.arrays import Floats
+from harvester.cosimulation.lockstep.modal_drift import begin_modes, next_target
 from harvester.cosimulation.lockstep.rigid_stop import plan_impact
 from harvester.cosimulation.lockstep.state import BEYOND, STATE, Recording
 from harvester.cosimulation.lockstep.transitions import next_event
@@ -15,11 +18,21 @@ from harvester.mechanics.kernels.compiled import interpreted
 from harvester.mechanics.kernels.equation_of_motion import kick
 from harvester.mechanics.kernels.forcing import forcing
 from harvester.mechanics.kernels.path import COLUMNS, Path, between_kicks, room_for_impacts
+from harvester.mechanics.kernels.trajectory_batch import BATCH
+from harvester.mechanics.modes.modal_path import started
+from harvester.mechanics.modes.modal_step import modal_coefficients
 
 NARROW = (
     "the stops must be so far apart that the mass meets them at most twice a step in lock-step with ngspice, but it "
     "meets them more often: use engine 'ensemble'"
 )
+
+
+def _numbers(coefficients: Any) -> list[float]:
+    """All numbers of coefficients, 0 for None, in the order in which compiled callbacks read them."""
+    if not isinstance(coefficients, tuple):
+        return [0.0 if coefficients is None else coefficients]
+    return [number for one in coefficients for number in _numbers(one)]
 
 
 class Drive:
@@ -36,7 +49,8 @@ class Drive:
     h, stride
         nondimensional step, and kicks between samples.
     start
-        (x, x', V, voltage of Csmooth) at the beginning; None: at rest in the first of `resting_places`.
+        (x, x', V, voltage of Csmooth) at the beginning, of several modes as of `started`; None: at rest in the first of
+        `resting_places`.
     free
         whether ngspice may take smaller steps of its own between targets.
     since
@@ -89,8 +103,12 @@ class Drive:
         self.kicked = np.zeros((len(self.noise), 5))
         self.impacts = room_for_impacts(eqs, len(self.noise))
         start = (eqs.resting_places[0], 0.0, 0.0, 0.0) if start is None else start
-        self.eqs, self.start, self.coefficients = eqs, start, coefficients(eqs)._replace(mu=None)
-        self._numbers = np.array([0.0 if one is None else one for one in self.coefficients])
+        self.modes, self.coefficients = None, self._coefficients(eqs)
+        if eqs.modes is not None:
+            self.modes = np.zeros((3, (2 * eqs.modes.count + 1) * BATCH))
+            self.modes[0, ::BATCH] = y = started(eqs, start)
+            start = (float(np.dot(eqs.modes.coupling, y[: eqs.modes.count])), *start[1:4])  # as the circuit sees it
+        self.eqs, self.start, self._numbers = eqs, start, np.array(_numbers(self.coefficients))
         self.state = state = np.zeros(1, STATE).view(np.recarray)
         state["h"], state["w0"], state["volts"], state["since"] = h, w0, volts, since / w0
         state["stride"], state["free"], state["has_beta"] = stride, free, eqs.beta is not None
@@ -99,9 +117,18 @@ class Drive:
             state[f"{name}_at"] = 0 if array is None else array.ctypes.data
         self._begin(smooth)
 
+    @staticmethod
+    def _coefficients(eqs: Equations) -> Any:
+        """The coefficients of the mass, or of several modes, without mu."""
+        return coefficients(eqs)._replace(mu=None) if eqs.modes is None else modal_coefficients(replace(eqs, mu=None))
+
     def _begin(self, smooth: bool) -> None:
         """Begin the first drift.  Half a kick comes first, as in `trace`; interpreted: not worth a compilation."""
         state, start, c = self.state, self.start, self.coefficients
+        if self.modes is not None:
+            begin_modes(state[0], self.modes, self.shaking, c)
+            interpreted(next_target)(state[0], self.impacts)
+            return
         a = None if self.shaking is None else float(self.shaking[0])
         speed = float(interpreted(kick)(State(*start[:3]), 0.0, 0.5 * state["h"][0], c, a))
         state["x"], state["v"], state["meet"] = start[0], speed, math.inf
@@ -116,7 +143,7 @@ class Drive:
     @property
     def recording(self) -> Recording:
         """The arrays of the run, as the callbacks take them."""
-        return Recording(self.noise, self.shaking, self.samples, self.impacts, self.charge, self.kicked)
+        return Recording(self.noise, self.shaking, self.samples, self.impacts, self.charge, self.kicked, self.modes)
 
     @property
     def duration(self) -> float:

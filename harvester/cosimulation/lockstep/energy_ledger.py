@@ -55,19 +55,22 @@ def add_works_of_kick(s, v0, v1, x, volts, xi, h, c, a=None):
 
 
 @inlined
-def note_stored_energy(s, p, contact, c):
-    """Note the stored energy at the two kicks where the ledger begins, after the burn-in, and where it ends.
-
-    ``contact`` is the energy that a compliant stop stores.
-    """
-    begins = s.measuring == BEFORE and p.t >= s.since
-    if not begins and not (s.measuring == DURING and s.n_steps == s.noise_size):
-        return
+def stored_in_mass(s, contact, c):
+    """The energy of the mass, of its spring, and of a compliant stop, which holds ``contact``."""
     energy = contact + 0.5 * s.v * s.v + (0.5 if c.linear is None else 0.5 * c.linear) * s.x * s.x
     if c.alpha2 is not None:
         energy += c.alpha2 / 3.0 * s.x * s.x * s.x
     if c.alpha is not None:
         energy += 0.25 * c.alpha * s.x * s.x * s.x * s.x
+    return energy
+
+
+@inlined
+def note_stored_energy(s, p, energy):
+    """Note the stored energy at the two kicks where the ledger begins, after the burn-in, and where it ends."""
+    begins = s.measuring == BEFORE and p.t >= s.since
+    if not begins and not (s.measuring == DURING and s.n_steps == s.noise_size):
+        return
     if begins:
         s.measuring = DURING
         s.begin, s.energy_begin, s.voltage_begin, s.smooth_begin = p.t, energy, p.v, p.smooth

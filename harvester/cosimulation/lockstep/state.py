@@ -32,7 +32,10 @@ class Point(NamedTuple):
 
 
 class Recording(NamedTuple):
-    """Arrays of a run, those of `harvester.cosimulation.lockstep.drive.Drive` by the same names."""
+    """Arrays of a run, those of `harvester.cosimulation.lockstep.drive.Drive` by the same names.
+
+    ``modes``, shape (3, rows x BATCH), are states of several modes (`modal_drift`); None of one mode.
+    """
 
     noise: Floats
     shaking: Floats | None
@@ -40,6 +43,7 @@ class Recording(NamedTuple):
     impacts: Floats
     charge: Floats
     kicked: Floats
+    modes: Floats | None = None
 
 
 # Of a drift without white noise: phase of its impact, speeds before and after it, the acceleration that presses on the

@@ -19,7 +19,12 @@ absent.
 import math
 
 from harvester.cosimulation.lockstep.compliant_stop import arrive_in_contact, contact_energy, target_in_contact
-from harvester.cosimulation.lockstep.energy_ledger import add_terminal_flow, add_works_of_kick, note_stored_energy
+from harvester.cosimulation.lockstep.energy_ledger import (
+    add_terminal_flow,
+    add_works_of_kick,
+    note_stored_energy,
+    stored_in_mass,
+)
 from harvester.cosimulation.lockstep.rigid_stop import arrive, plan_impact, target_as_planned
 from harvester.cosimulation.lockstep.state import BEYOND, DURING, EARLY, IMPACT, KICK, SAMPLE, TINY, note_impact
 from harvester.mechanics.kernels.coefficients import State
@@ -178,7 +183,7 @@ def make_kick(s, p, recording, c):
             add_works_of_kick(s, before, s.v, s.x, force, xi, s.h, c, a)
     s.n_steps += 1
     s.phase = 0.0
-    note_stored_energy(s, p, contact_energy(s.x, c), c)
+    note_stored_energy(s, p, stored_in_mass(s, contact_energy(s.x, c), c))
     if s.n_steps % s.stride == 0 and s.n_steps <= s.noise_size:
         row = s.n_steps // s.stride - 1
         recording.samples[row, 0], recording.samples[row, 1] = s.x, V

@@ -4,6 +4,7 @@ Where a run's state holds the addresses of other C functions, such as those of t
 """
 
 from functools import cache
+from itertools import count
 from typing import Any
 
 import numpy as np
@@ -12,10 +13,12 @@ from numba import carray, from_dtype, types  # type: ignore[attr-defined]
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-from harvester.cosimulation.lockstep import transitions
+from harvester.cosimulation.lockstep import modal_drift, transitions
 from harvester.cosimulation.lockstep.state import STATE, Point, Recording
 from harvester.mechanics.kernels.coefficients import Coefficients
 from harvester.mechanics.kernels.compiled import c_function, inlined, strict
+from harvester.mechanics.kernels.trajectory_batch import BATCH
+from harvester.mechanics.modes.modal_step import ModalCoefficients
 
 source_voltage, proposed_step = strict(transitions.source_voltage), strict(transitions.proposed_step)
 accept_point = strict(transitions.accept_point)
@@ -55,17 +58,18 @@ def _ask(typingctx, address, state, t, delta):
 
 @intrinsic
 def _coefficients(typingctx, address, pattern):
-    """Read coefficients at an address, None where the ``pattern`` has it."""
+    """Read coefficients at an address, None where the ``pattern`` has it, tuples of them one after the other."""
 
     def codegen(context, builder, signature, args):
-        start = builder.inttoptr(args[0], ir.DoubleType().as_pointer())
-        places = [builder.gep(start, [ir.Constant(ir.IntType(32), k)]) for k in range(len(pattern))]
-        absent = [isinstance(kind, types.NoneType) for kind in pattern]
-        values = [
-            context.get_dummy_value() if none else builder.load(place)
-            for none, place in zip(absent, places, strict=True)
-        ]
-        return context.make_tuple(builder, pattern, values)
+        start, places = builder.inttoptr(args[0], ir.DoubleType().as_pointer()), count()
+
+        def read(kind):
+            if isinstance(kind, types.BaseTuple):
+                return context.make_tuple(builder, kind, [read(one) for one in kind])
+            place = builder.gep(start, [ir.Constant(ir.IntType(32), next(places))])
+            return context.get_dummy_value() if isinstance(kind, types.NoneType) else builder.load(place)
+
+        return read(pattern)
 
     return pattern(types.int64, pattern), codegen
 
@@ -112,12 +116,22 @@ def data_callback(vectors, count, ident, user):
     return _call(s.accepted_at, user, t, v, power, current, smooth)
 
 
+def pattern_of(coefficients: Any) -> Any:
+    """Coefficients with zeros in place of numbers, also in tuples among them."""
+    if not isinstance(coefficients, tuple):
+        return None if coefficients is None else 0.0
+    found = [pattern_of(one) for one in coefficients]
+    return type(coefficients)(*found) if hasattr(coefficients, "_fields") else tuple(found)
+
+
 @cache
-def point_function(pattern: Coefficients, shaken: bool) -> Any:
+def point_function(pattern: Coefficients | ModalCoefficients, shaken: bool) -> Any:
     """`accept_point` as a C function, compiled for the coefficients that are not None in ``pattern``.
 
-    ``shaken`` says whether there is shaking other than white noise.
+    ``shaken`` says whether there is shaking other than white noise.  Of several modes it is `accept_modal_point`.
     """
+    rows = 0 if isinstance(pattern, Coefficients) else 2 * len(pattern.k) + 1
+    accept = strict(modal_drift.accept_modal_point) if rows else accept_point
 
     @c_function(_I4(_STATE_POINTER, _F8, _F8, _F8, _F8, _F8))
     def act(state, t, v, power, current, smooth):
@@ -130,9 +144,10 @@ def point_function(pattern: Coefficients, shaken: bool) -> Any:
             carray(_pointer(s.impacts_at), (s.impacts_size, 2), np.float64),
             carray(_pointer(s.charge_at), s.noise_size // s.stride, np.float64),
             carray(_pointer(s.kicked_at), (s.noise_size, 5), np.float64),
+            carray(_pointer(s.modes_at), (3, rows * BATCH), np.float64) if rows else None,
         )
         point = Point(t, v, power, current, smooth)
-        accept_point(s, point, recording, _coefficients(s.coefficients_at, pattern))
+        accept(s, point, recording, _coefficients(s.coefficients_at, pattern))
         return 0
 
     return act

@@ -24,6 +24,7 @@ from harvester.cosimulation.lockstep.model_drive import ModelDrive
 from harvester.cosimulation.lockstep.state import DURING, STATE, VECTORS
 from harvester.cosimulation.ngspice.compiled_callbacks import (
     data_callback,
+    pattern_of,
     point_function,
     source_callback,
     sync_callback,
@@ -39,7 +40,6 @@ from harvester.cosimulation.ngspice.diagnostics import (
 from harvester.cosimulation.ngspice.locate_libngspice import REMEDY, code_models, find_library
 from harvester.errors import CircuitError, ConvergenceError, MissingProgramError, OutOfTimeError
 from harvester.machine.system import this_system
-from harvester.mechanics.kernels.coefficients import Coefficients
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # Debian's ngspice has OpenMP on: slower for small circuits
 logging.getLogger("PySpice").setLevel(logging.CRITICAL)  # "Unsupported Ngspice version" is harmless
@@ -148,8 +148,9 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
         """Run a circuit as `run_driven` says."""
         self.state[:] = drive.state
         if isinstance(drive, Drive) and not drive.state["accepted_at"][0]:  # others bring callbacks of their own
-            pattern = Coefficients(*(None if one is None else 0.0 for one in drive.coefficients))
-            self.state["accepted_at"] = point_function(pattern, drive.shaking is not None).address
+            self.state["accepted_at"] = point_function(
+                pattern_of(drive.coefficients), drive.shaking is not None
+            ).address
         self.vectors, self.loaded, self.smoothing, self.nodes = deck.vectors, False, 0.0, {}
         self.series = {}
         self.messages.clear()

@@ -43,7 +43,7 @@ def cheap_circuit(
     if charging > LONGEST_CHARGING or eqs.mu is not None:
         return None, False
     ideal = ideal_circuit(load, scales)
-    if charging > LONGEST_COMPILED or (eqs.shaking_period is not None and not eqs.is_random):
+    if charging > LONGEST_COMPILED or not _bears_compiled(eqs):
         return ideal, False
     short = settled and _tells_paths_apart(eqs) and (options.trajectories, options.duration) == (None, None)
     closely = short and (number(options.within) or 1.0) < CLOSE
@@ -53,6 +53,11 @@ def cheap_circuit(
         return compiled_circuit(load, scales), short
     except InputError:
         return ideal, False
+
+
+def _bears_compiled(eqs: Equations) -> bool:
+    """Whether a compiled circuit may go beside: of one mode, and under no shaking that makes the response periodic."""
+    return eqs.modes is None and (eqs.shaking_period is None or eqs.is_random)
 
 
 def _tells_paths_apart(eqs: Equations) -> bool:
@@ -110,7 +115,8 @@ def settled_starts(
     rng = np.random.default_rng(np.random.SeedSequence([seed, 3]))
     states = rng.permutation(np.moveaxis(pilot.state, 1, 2).reshape(-1, pilot.state.shape[1]))
     own = isinstance(pilot.circuit, CompiledCircuit)  # which has more states than x, x', V and that of Csmooth
-    starts: list[Start] = [(*map(float, one[:4]), *([one[4:]] if own else [])) for one in states]
+    further = 4 if own else 5 if pilot.modes is not None else None  # where the states of several modes go on
+    starts: list[Start] = [(*map(float, one[:4]), *([one[further:]] if further else [])) for one in states]
     return min(MEMORIES * slowest, from_rest), starts
 
 

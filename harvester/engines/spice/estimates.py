@@ -33,7 +33,7 @@ def sampled_estimate(
     details = {"step": step, "burn_in": burn_in, "duration": runs.n_steps * step - burn_in}
     details |= {"trajectories": len(runs.done)} | runs.details() | {"warm_up_seconds": runs.warm_up_seconds}
     doubts, moments = runs.doubts(), runs.moments()
-    if setup.resistive and eqs.stop_stiffness is None:  # the balance holds for a load resistor and rigid stops only
+    if setup.resistive and eqs.stop_stiffness is None and eqs.modes is None:  # what the balance holds for
         details["power_balance"], details["power_balance_stderr"] = power_balance(moments, eqs)
     else:
         details |= ledger_entries([one.ledger for one in runs.done], problem.scales.watts / problem.units.watts)

@@ -68,7 +68,7 @@ class SpiceSetup:
     @property
     def has_controls(self) -> bool:
         """Whether the noise makes sums of mean zero from step to step."""
-        return self.device.eqs.has_new_noise
+        return self.device.eqs.has_new_noise and self.device.eqs.modes is None
 
     @property
     def quantity(self) -> str:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, ClassVar
 from harvester.answers.estimate import Estimate
 from harvester.engines.moment_existence import existence
 from harvester.engines.options import MonteCarloOptions, number
-from harvester.engines.protocol import AnyScene, Engine, Progress, needs_one_mode, served
+from harvester.engines.protocol import AnyScene, Engine, Progress, served
 from harvester.engines.sampling import refine
 from harvester.engines.spice.coexisting_responses import with_others
 from harvester.engines.spice.estimates import partial_answer, sampled_estimate, steady_estimate
@@ -101,8 +101,6 @@ class Spice(MonteCarloOptions, Engine):
     @classmethod
     def refusal(cls, problem: Problem) -> Diagnostic | None:
         """Why the engine cannot serve a problem; None where it can."""
-        if (several := needs_one_mode(problem, cls.NAME)) is not None:
-            return several
         if problem.netlist is None and problem.equations.mu is None:
             return refusal("needs_load", cls.NAME, engine=cls.NAME)
         return None if problem.equations.is_shaken else refusal("needs_shaking", cls.NAME, engine=cls.NAME)
@@ -115,7 +113,8 @@ class Spice(MonteCarloOptions, Engine):
         """
         problem = Problem.of(scene)
         answer, steady = self._run(problem, None, progress)
-        return with_others(self, answer, problem, self.reltol, steady) if problem.equations.is_steady else answer
+        searched = problem.equations.is_steady and problem.equations.modes is None
+        return with_others(self, answer, problem, self.reltol, steady) if searched else answer
 
     def continues(self, problem: Problem) -> bool:
         """Whether the answer is found sooner from that of a neighbouring scene, and is the same."""
@@ -166,7 +165,8 @@ class Spice(MonteCarloOptions, Engine):
         exists = existence(problem)
         self.check_times(problem.physical)
         said: list[Diagnostic | None] = []
-        if problem.equations.is_steady and self.trajectories is None and self.duration is None:
+        one_mode = problem.equations.modes is None  # the search for a periodic response is of one
+        if one_mode and problem.equations.is_steady and self.trajectories is None and self.duration is None:
             steady = steady_response(self, problem, self.reltol, progress, watch.all, near)
             if steady is not None:
                 found = steady_estimate(self, self.NAME, problem, steady, time.perf_counter() - begin)

@@ -34,7 +34,7 @@ from harvester.mechanics.kernels.shaken_control_variates import martingales
 from harvester.mechanics.kernels.shaking import Filter, filter_of, filter_start, of_batch, rows_of, samples_of
 from harvester.mechanics.kernels.step_size import STEP, remedy, typical_frequency, whole_steps
 from harvester.mechanics.kernels.trajectory_batch import BATCH, IDEAL_SUMS, SUMS, Batch, Schedule, advance, mid_drift
-from harvester.mechanics.modes.modal_batch import ModalMotion
+from harvester.mechanics.modes.modal_batch import OWN, ModalMotion
 
 SHORTEST, LONGEST = 1e-6, 1e3  # steps
 MOST_OF_A_PERIOD = 2e6  # steps
@@ -111,7 +111,7 @@ class Trajectories:
         check_start(eqs.rigid_stops, start[0].min(), start[0].max())
         self.eqs, self.seed, self.step_is_fixed, self.start = eqs, seed, h is not None, start
         self.circuit, self.ngspice_rule, self.steps = circuit, ngspice_rule, 0
-        self.modes = None if eqs.modes is None else ModalMotion(eqs)
+        self.modes = _modal_motion(eqs, circuit)
         self._coefficients: Any = coefficients(eqs) if self.modes is None else self.modes.coefficients
         self.hopping: Hopping | None = None  # where hops are too rare for the start to be forgotten
         self.controlled = controlled and not ngspice_rule and _has_controls(eqs)
@@ -136,8 +136,7 @@ class Trajectories:
             _check_period(h, repeat)
             self.stride = max(2, math.gcd(round(repeat / h) // 16, 2 ** int(math.log2(self.stride))))
         start = np.moveaxis(self.start.reshape(3, -1, BATCH if self.start.ndim > 1 else 1), 1, 0)
-        rows = (3 if self.circuit is None else 5) if self._own is None else self._own.rows
-        self.state = aligned((self.blocks, rows, BATCH))
+        self.state = aligned((self.blocks, self._rows, BATCH))
         self.state[:, :3] = start
         if self.own_circuit is not None:
             self.own_circuit.begin(self.state)
@@ -216,9 +215,23 @@ class Trajectories:
         return self.own_circuit or self.modes
 
     @property
+    def _circuit_rows(self) -> int:
+        """Rows of one mode and its circuit."""
+        return 5 if self.own_circuit is None else self.own_circuit.rows
+
+    @property
+    def _rows(self) -> int:
+        """How many rows the states of a block have."""
+        if self._own is None:
+            return 3 if self.circuit is None else 5
+        return self._own.rows + (0 if self.modes in (None, self._own) else self.modes.rows - OWN)
+
+    @property
     def _martingales(self) -> int:
         """How many rows of martingales there are."""
-        return martingales(self.eqs.coloured is not None) if self.modes is None else self.modes.martingales
+        if self.modes is None or self.circuit is not None:
+            return martingales(self.eqs.coloured is not None)
+        return self.modes.martingales
 
     @property
     def _loss_unit(self) -> float:
@@ -252,8 +265,9 @@ class Trajectories:
 
     def _boundary(self) -> Floats:
         """The functions of the present states whose change is one kind of controls."""
-        of_states = boundary if self.circuit is None else circuit_boundary
-        return (of_states if self.modes is None else self.modes.boundary)(self._states(), self.eqs)
+        if self.modes is not None:
+            return self.modes.boundary(self._states(), self.eqs, None if self.circuit is None else self._circuit_rows)
+        return (boundary if self.circuit is None else circuit_boundary)(self._states(), self.eqs)
 
     def block(self, h: float | None) -> "Trajectories":
         """Fresh trajectories of the same scene, but a single block of them."""
@@ -278,6 +292,11 @@ class Trajectories:
         """Trajectories that go on from the present states under a drive of another frequency, at a step up to h."""
         now = self.state.copy(), self.filter.copy(), self.words.copy()
         return Trajectories(eqs, self.count, child(self.seed, 3), h, self.start, *self._kind, now)
+
+
+def _modal_motion(eqs: Equations, circuit: IdealCircuit | OwnCircuit | None) -> ModalMotion | None:
+    """What moves several modes, with an ideal circuit or without; None of one mode."""
+    return None if eqs.modes is None else ModalMotion(eqs, circuit if isinstance(circuit, IdealCircuit) else None)
 
 
 def _has_controls(eqs: Equations) -> bool:

@@ -36,6 +36,12 @@ def add_circuit_features(i, s, U, xi, controls, c):
     root = np.sqrt(all_energy(x, v, V, c))
     if c.n2 is not None or c.n12 is not None:
         xi *= np.sqrt(intensity(x, c))
+    add_weighted_noise(i, x, v, V, U, root, xi, controls)
+
+
+@forced
+def add_weighted_noise(i, x, v, V, U, root, xi, controls):
+    """Add a noise that acts on the speed v, times each of the weights g, ``root`` being sqrt W."""
     controls[0, i] += v * xi
     controls[1, i] += v * U * xi
     controls[2, i] += v * root * xi
@@ -58,7 +64,11 @@ def _all_energy(x: Floats, v: Floats, V: Floats, eqs: Equations) -> Floats:
 def circuit_boundary(states: Floats, eqs: Equations) -> Floats:
     """The functions h of states (x, v, V, U), shape (4, ...) or longer: shape (9, ...)."""
     x, v, V, U = states[:4]
-    W = _all_energy(x, v, V, eqs)
+    return boundary_functions(x, v, V, U, _all_energy(x, v, V, eqs))
+
+
+def boundary_functions(x: Floats, v: Floats, V: Floats, U: Floats, W: Floats) -> Floats:
+    """The functions h of arrays of one shape: shape (9, ...)."""
     root = np.sqrt(W)
     return np.array([U * U * root, U, W, U * U, root, np.abs(V) * U, x * v, x * V, V * V])
 

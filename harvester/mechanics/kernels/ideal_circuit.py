@@ -187,23 +187,32 @@ def until_last_event(s, store, d, c, circuit, a):
     The mass flies as `harvester.mechanics.kernels.offset_stops.move` says, between kicks and impacts at a constant
     speed.  Of the state x and v are those at the end; V and the store go on along the ``leg`` (`conducted`).
     """
-    x, V, w, left = s.x, s.V, s.v, d.t
     s1, impacts = move(s, d, c, a)
+    wall, first, w = s.x, 0.0, s.v
     if c.r is not None or c.gap is not None:
         if impacts.number > 0.0:
-            wall = wall_of(impacts.speed, c)
-            if impacts.time > 0.0:
-                w = (wall - x) / impacts.time
-                rest = impacts.time
-                if circuit.hysteresis is not None:
-                    V, store, rest = until_switched(x, w, V, store, impacts.time, circuit)
-                V, U = conducted(V, store.U, w, rest, circuit)
-                store = Store(U, store.m)
-            x, left = wall, d.t - impacts.time
-        w = (s1.x - x) / left if left > 0.0 else 0.0
+            wall, first = wall_of(impacts.speed, c), impacts.time
+        w = (s1.x - wall) / (d.t - first) if d.t > first else 0.0
+    V, store, leg = followed(s.x, wall, first, w, d.t, s.V, store, circuit)
+    return State(s1.x, s1.v, V), store, leg, impacts
+
+
+@forced
+def followed(x, wall, first, w, t, V, store, circuit):
+    """The circuit up to the last event of a drift of a length t: (V, store, leg).
+
+    What drives it goes from x to the ``wall`` in the time ``first``, 0 without an impact, and on at the speed w.
+    """
+    if first > 0.0:
+        speed, rest = (wall - x) / first, first
+        if circuit.hysteresis is not None:
+            V, store, rest = until_switched(x, speed, V, store, first, circuit)
+        V, U = conducted(V, store.U, speed, rest, circuit)
+        store = Store(U, store.m)
+    left = t - first
     if circuit.hysteresis is not None:
-        V, store, left = until_switched(x, w, V, store, left, circuit)
-    return State(s1.x, s1.v, V), store, Leg(w, left), impacts
+        V, store, left = until_switched(wall, w, V, store, left, circuit)
+    return V, store, Leg(w, left)
 
 
 @forced

@@ -9,18 +9,21 @@ device's V^2 but the step's error.
 """
 
 import math
-from typing import ClassVar
+from typing import Any
 
 import numpy as np
 
 from harvester.arrays import Floats, aligned
 from harvester.equations.bounds import flow
 from harvester.equations.coefficients import Equations
+from harvester.mechanics.kernels.circuit_control_variates import boundary_functions
 from harvester.mechanics.kernels.compiled import forced, kernel
+from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
 from harvester.mechanics.kernels.intervals import drifts, interval, update_of
 from harvester.mechanics.kernels.noise import draw_noise
 from harvester.mechanics.kernels.shaking import Filter, last_acceleration, shake
-from harvester.mechanics.kernels.trajectory_batch import BATCH, SUMS, Batch, Schedule
+from harvester.mechanics.kernels.trajectory_batch import BATCH, IDEAL_SUMS, SUMS, Batch, Schedule
+from harvester.mechanics.modes.modal_circuit import add_modal_features, drift_with_ideal
 from harvester.mechanics.modes.modal_step import (
     along,
     drift_modes,
@@ -30,12 +33,16 @@ from harvester.mechanics.modes.modal_step import (
     taken_by_damping,
 )
 
+OWN = 3  # rows of one mode with a resistor: x, x', V
 BESIDE = 7  # rows of z beside the states: two of noise, two of shaking; impacts, their energy, work
 
 
 @kernel
-def advance_modes(z, s0, s1, sums, controls, schedule, h, c, shaker, update):
-    """Advance states z by a `Schedule` of steps h, and add up the moments; z has `BESIDE` rows more, and `controls`."""
+def advance_modes(z, s0, s1, sums, controls, schedule, h, c, shaker, update, store=None, circuit=None):
+    """Advance states z by a `Schedule` of steps h, and add up the moments; z has `BESIDE` rows more, and `controls`.
+
+    With an ideal ``circuit`` its U and m are in ``store``, shape (2, BATCH), and controls are those of one mode.
+    """
     whole, half = drifts(h, c.own.mu, update)
     states = 2 * len(c.k) + 1
     noise = np.zeros((2, BATCH))
@@ -52,14 +59,26 @@ def advance_modes(z, s0, s1, sums, controls, schedule, h, c, shaker, update):
                 for i in range(BATCH):
                     z[states * BATCH + i] = noise[k, i]
                 for i in range(BATCH):
-                    _step(i, z, z[states * BATCH + i], h, whole, c, shaker, controls)
+                    _step(i, z, z[states * BATCH + i], h, whole, c, shaker, controls, store, circuit)
         for i in range(states * BATCH):
             mid[i] = z[i]
+        _to_mid_drift(mid, sums, half, c, shaker, store, circuit)
+        for i in range(BATCH):
+            add_sample_of_modes(i, sums, z, mid, c)
+    _give_sums(z, sums, controls if circuit is None else None, states)
+
+
+@forced
+def _to_mid_drift(mid, sums, half, c, shaker, store, circuit):
+    """Take all lanes half a step on, and add up the load's power."""
+    if circuit is None:
         for i in range(BATCH):
             drift_modes(i, mid, half, c, last_acceleration(i, shaker))
+    else:
+        held = store.copy()
         for i in range(BATCH):
-            _add_sample(i, sums, z, mid, c)
-    _give_sums(z, sums, controls, states)
+            drift_with_ideal(i, mid, held, half, c, last_acceleration(i, shaker), circuit)
+            sums[13, i] += 0.5 * circuit.mu * (store[0, i] * store[0, i] + held[0, i] * held[0, i])
 
 
 @forced
@@ -75,15 +94,17 @@ def _give_sums(z, sums, controls, states):
 
 
 @forced
-def _step(i, z, xi, h, d, c, shaker, controls):
+def _step(i, z, xi, h, d, c, shaker, controls, store, circuit):
     """Make one step of lane i, and add up impacts, work and controls."""
     n = len(c.k)
     a, a1 = _shaken(i, z, n, shaker)
-    impacts = drift_modes(i, z, d, c, a)
+    impacts = drift_modes(i, z, d, c, a) if circuit is None else drift_with_ideal(i, z, store, d, c, a, circuit)
     if c.contact is not None:
         z[(2 * n + 5) * BATCH + i] += impacts.number
         z[(2 * n + 6) * BATCH + i] += impacts.energy
-    if controls is not None:
+    if controls is not None and circuit is not None:
+        add_modal_features(i, z, store[0, i], xi, controls, c)
+    elif controls is not None:
         high = math.sqrt(abs(energy_of_modes(i, z, c))) * xi
         for j in range(2 * n + 1):
             z[(2 * n + 1 + BESIDE + j) * BATCH + i] += z[j * BATCH + i] * xi
@@ -102,7 +123,7 @@ def _shaken(i, z, n, shaker):
 
 
 @forced
-def _add_sample(i, sums, z, mid, c):
+def add_sample_of_modes(i, sums, z, mid, c):
     """Add up a sample: x and V at the kick, and all in mid-drift."""
     n = len(c.k)
     x, V, V_mid = along(c.e, z, 0, i), z[2 * n * BATCH + i], mid[2 * n * BATCH + i]
@@ -120,51 +141,69 @@ def _add_sample(i, sums, z, mid, c):
 
 
 @kernel
-def mid_drift_of_modes(z, out, h, c, shaker):
+def mid_drift_of_modes(z, out, h, c, shaker, store=None, circuit=None):
     """Go from a copy of states, which is changed, to x, x' and V half a step after their kick, shape (3, BATCH)."""
     half, n = interval(h, 0.5 * h, c.own.mu), len(c.k)
     for i in range(BATCH):
-        drift_modes(i, z, half, c, last_acceleration(i, shaker))
+        if circuit is None:
+            drift_modes(i, z, half, c, last_acceleration(i, shaker))
+        else:
+            drift_with_ideal(i, z, store, half, c, last_acceleration(i, shaker), circuit)
         out[0, i], out[1, i], out[2, i] = along(c.e, z, 0, i), along(c.e, z, n, i), z[2 * n * BATCH + i]
 
 
 class ModalMotion:
-    """What `harvester.mechanics.ensemble.trajectories` needs of several modes: rows of states and sums, and kernels."""
+    """What `harvester.mechanics.ensemble.trajectories` needs of several modes: rows of states and sums, and kernels.
 
-    sums: ClassVar[int] = len(SUMS)
+    The load is a resistor, or an ideal ``circuit``, whose U and m stand in the rows below x, x' and V.
+    """
 
-    def __init__(self, eqs: Equations) -> None:
+    def __init__(self, eqs: Equations, circuit: IdealCircuit | None = None) -> None:
         assert eqs.modes is not None
+        self.circuit, self.sums = circuit, len(SUMS if circuit is None else IDEAL_SUMS)
+        self.before = OWN if circuit is None else OWN + 2
         self.coefficients, self.count = modal_coefficients(eqs), eqs.modes.count
-        self.rows, self.martingales = 1 + 2 * self.count, 2 * (2 * self.count + 1)
+        self.rows, self.martingales = self.before - 2 + 2 * self.count, 2 * (2 * self.count + 1)
         self.mobility = eqs.modes.mobility
 
-    @property
-    def order(self) -> list[int]:
-        """The rows of a block's state in the order of the kernels: y, v and V."""
-        n = self.count
-        return [0, *range(3, n + 2), 1, *range(n + 2, 2 * n + 1), 2]
+    def order(self, first: int | None = None) -> list[int]:
+        """The rows of a block's state in the order of the kernels, y, v and V; those of y_2 begin at the ``first``."""
+        first, n = self.before if first is None else first, self.count
+        return [0, *range(first, first + n - 1), 1, *range(first + n - 1, first + 2 * n - 2), 2]
 
     def advance(
         self, batch: Batch, state: Floats, schedule: Schedule, h: float, eqs: Equations, shaker: Filter | None
     ) -> None:
         """Advance a batch, whose states are all in ``state``, by a schedule of steps of h."""
-        z = aligned((self.rows + BESIDE + (0 if batch.controls is None else self.martingales), BATCH))
-        z[: self.rows] = state[self.order]
+        order, store = self.order(), self._store(state)
+        rows = len(order)
+        z = aligned((rows + BESIDE + (0 if batch.controls is None else self.martingales), BATCH))
+        z[:rows] = state[order]
         own = batch.s0, batch.s1, batch.sums, batch.controls
-        advance_modes(z.reshape(-1), *own, schedule, h, self.coefficients, shaker, update_of(eqs, h))
-        state[self.order] = z[: self.rows]
+        given = schedule, h, self.coefficients, shaker, update_of(eqs, h), store, self.circuit
+        advance_modes(z.reshape(-1), *own, *given)
+        state[order] = z[:rows]
 
     def mid_drift(self, state: Floats, out: Floats, h: float, eqs: Equations, shaker: Filter | None) -> None:
         """Go from the states of a block after a kick to x, x' and V half a step later."""
-        mid_drift_of_modes(state[self.order].reshape(-1), out, h, self.coefficients, shaker)
+        store = None if self.circuit is None else self._store(state).copy()
+        mid_drift_of_modes(state[self.order()].reshape(-1), out, h, self.coefficients, shaker, store, self.circuit)
 
-    def boundary(self, states: Floats, eqs: Equations) -> Floats:
-        """The function z.P z of states, shape (rows, count), whose change is a control; shape (1, count)."""
+    def _store(self, state: Floats) -> Any:
+        """The rows of an ideal circuit; None without one."""
+        return None if self.circuit is None else state[OWN : self.before]
+
+    def boundary(self, states: Floats, eqs: Equations, circuit: int | None = None) -> Floats:
+        """The functions of states, shape (rows, count), whose changes are controls.
+
+        With a resistor z.P z, shape (1, count); with a circuit, up to whose row those states go, `boundary_functions`.
+        """
         from scipy.linalg import solve_continuous_lyapunov
 
         assert eqs.modes is not None
-        z = states[self.order][: self.rows if eqs.mu is not None else -1]
+        if circuit is not None:
+            return self._circuit_boundary(states[self.order(circuit)], states[OWN], eqs)
+        z = states[self.order()][: None if eqs.mu is not None else -1]
         weights = np.zeros(len(z))
         if eqs.mu is not None:
             weights[-1] = 1.0
@@ -172,3 +211,12 @@ class ModalMotion:
             weights[: self.count] = eqs.modes.coupling
         form = solve_continuous_lyapunov(flow(eqs).T, -np.outer(weights, weights))
         return np.asarray(np.einsum("jn,jk,kn->n", z, form, z)[None])
+
+    def _circuit_boundary(self, z: Floats, U: Floats, eqs: Equations) -> Floats:
+        """The functions of modes z and the voltage U of a circuit's store, shape (9, count)."""
+        modes, n, V = eqs.modes, self.count, z[-1]
+        assert modes is not None
+        y, v, x = z[:n], z[n : 2 * n], modes.direction @ z[:n]
+        energy = eqs.spring[0] * x * x + (v * v).sum(axis=0) + np.array(modes.stiffness) @ (y * y)
+        W = 0.5 * np.abs(energy) + 0.5 * (eqs.beta or 0.0) * V * V
+        return boundary_functions(np.array(modes.coupling) @ y, np.array(modes.base) @ v, V, U, W)

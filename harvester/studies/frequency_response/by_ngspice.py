@@ -16,6 +16,7 @@ from harvester.answers.estimate import DISPLACEMENT, PHASES
 from harvester.engines import Compiled, Spice
 from harvester.engines.protocol import served
 from harvester.equations.bounds import linear_growth
+from harvester.equations.coefficients import check_one_mode
 from harvester.errors import HarvesterError, MissingProgramError
 from harvester.presentation.diagnostic import Diagnostic, without_repeats
 from harvester.studies.frequency_response.curve import Failure
@@ -45,6 +46,7 @@ def by_ngspice(
     where no frequency has a point.
     """
     served(type(engine), driven.problem)
+    check_one_mode(driven.problem.equations)
     points, failures, warnings = list[ResponsePoint](), list[Failure](), list[Diagnostic]()
     last: HarvesterError | None = None
     for turn, direction in enumerate(directions(driven)):

@@ -8,7 +8,12 @@ import pytest
 
 from harvester.cosimulation import runs as worker
 from harvester.cosimulation.lockstep.compliant_stop import contact_energy
-from harvester.cosimulation.lockstep.energy_ledger import add_works_of_kick, ledger_of, note_stored_energy
+from harvester.cosimulation.lockstep.energy_ledger import (
+    add_works_of_kick,
+    ledger_of,
+    note_stored_energy,
+    stored_in_mass,
+)
 from harvester.cosimulation.lockstep.state import BEFORE, DURING, Point
 from harvester.cosimulation.worker_pool import map_in_workers
 from harvester.equations.coefficients import Equations
@@ -94,7 +99,8 @@ def test_stored_energy_is_that_of_every_spring():
     x, v, contact, alpha, linear, alpha2 = -1.3, 0.7, 0.11, 0.4, -1.0, 0.9
     s = SimpleNamespace(measuring=BEFORE, since=1.0, x=x, v=v)
     point = Point(2.0, 0.3, 0.0, 0.0, 0.2)
-    interpreted(note_stored_energy)(s, point, contact, Coefficients(alpha=alpha, linear=linear, alpha2=alpha2))
+    c = Coefficients(alpha=alpha, linear=linear, alpha2=alpha2)
+    interpreted(note_stored_energy)(s, point, interpreted(stored_in_mass)(s, contact, c))
     energy = v**2 / 2 + linear * x**2 / 2 + alpha2 * x**3 / 3 + alpha * x**4 / 4 + contact
     assert s.measuring == DURING
     assert s.energy_begin == pytest.approx(energy, rel=1e-12)

@@ -1,0 +1,106 @@
+"""Several modes in lock-step with ngspice: the path of the ensemble, and one netlist of modes and circuit."""
+
+import math
+import re
+import subprocess
+
+import numpy as np
+import pytest
+
+import harvester as hv
+from harvester.cosimulation.lockstep.energy_ledger import ledger_of
+from harvester.cosimulation.runs import CoupledDevice, new_drive, run_in_this_process
+from harvester.cosimulation.worker_pool import map_in_workers
+from harvester.equations.problem import Problem
+from harvester.mechanics.kernels.noise import three_point_grid
+from harvester.mechanics.modes.modal_path import trace_modes
+from tests.support.systems import BEAM, SECOND, THIRD
+
+pytestmark = [pytest.mark.ngspice, pytest.mark.slow]
+THOROUGH = pytest.mark.thorough("test_path_of_the_ensemble")
+RIGID = hv.Stop(restitution=0.5, gap="0.02 mm")
+DRIVE = hv.Excitation(acceleration_amplitude="0.5 g", frequency="45 Hz")
+UNDER = hv.Magnifier(mass="30 g", stiffness="4 N/mm", damping="0.5 N s/m", restitution=0.4, gap="0.02 mm")
+
+
+def _lockstep(scene, h, steps, reltol=1e-4):
+    """Path, ledger and the energy that the load took up to each kick (J), in ngspice."""
+    problem = Problem(scene)
+    noise = three_point_grid(np.random.SeedSequence(3), steps)
+    device = CoupledDevice(problem.equations, problem.scales, problem.circuit, h, 5, patience=1e9, reltol=reltol)
+    drive = run_in_this_process(device, new_drive(device, noise, 0.0))
+    state = drive.state[0]
+    return drive.path(), ledger_of(state, problem.scales, drive.smoothing, problem.circuit.linear), drive.kicked[:, 4]
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"stop": RIGID},
+        pytest.param({"stop": RIGID, "excitation": DRIVE}, marks=THOROUGH),
+        pytest.param({"stop": hv.Stop(stiffness="2e4 N/m", damping="5 N s/m", gap="0.02 mm")}, marks=THOROUGH),
+        pytest.param({"mode": (), "magnifier": UNDER}, marks=THOROUGH),
+    ],
+    ids=["noise", "drive", "compliant", "magnifier"],
+)
+def test_path_of_the_ensemble(change):
+    """With a resistor ngspice's modes go as those of the exact update, and the energy ledger closes."""
+    scene, h, steps = BEAM.replace(mode=(SECOND, THIRD)).replace(**change), 0.01, 3000
+    ((found, ledger, _),) = map_in_workers(_lockstep, [(scene, h, steps)])
+    expected = trace_modes(Problem(scene).equations, three_point_grid(np.random.SeedSequence(3), steps), h, 5)
+    assert len(expected.impacts) > 2
+    assert abs(len(found.impacts) - len(expected.impacts)) <= 2  # where impacts accumulate, rounding makes the last
+    size = np.abs(expected.V).max()
+    assert np.abs(found.V[:100] - expected.V[:100]).max() < 1e-3 * size  # before impacts have made much of a last digit
+    assert (found.V**2).mean() == pytest.approx((expected.V**2).mean(), rel=5e-3)
+    assert ledger.impacts > 0.0
+    assert abs(ledger.residual) < 5e-3
+
+
+def _one_netlist(scene, begin, end, step):
+    """The mean power of Rload (W) from ``begin`` to ``end`` (s), with each mode as a loop of ngspice's elements.
+
+    1 V is a force of 1 N and 1 A a speed of 1 m/s; all loops share the piezo's capacitance.
+    """
+    problem = Problem(scene)
+    circuit, first, piezo, drive = problem.circuit, scene.oscillator, scene.piezo, scene.excitation
+    modes = [(first.mass, first.frequency, first.damping_ratio, piezo.coupling, 1.0)]
+    modes += [(one.mass, one.frequency, one.damping_ratio, one.coupling, one.base) for one in scene.mode]
+    lines = ["bench", circuit.text, f"Cpiezo p 0 {piezo.capacitance!r}"]
+    for k, (mass, frequency, ratio, coupling, base) in enumerate(modes):
+        w = 2.0 * math.pi * frequency
+        push = mass * base * drive.acceleration_amplitude
+        lines += [
+            f"Vforce{k} a{k} 0 SIN(0 {push!r} {drive.frequency!r} 0 0 90)",
+            f"Lmass{k} a{k} b{k} {mass!r}",
+            f"Rdamping{k} b{k} c{k} {2.0 * ratio * w * mass!r}",
+            f"Cspring{k} c{k} d{k} {1.0 / (mass * w * w)!r}",
+            f"Epiezo{k} d{k} e{k} p 0 {coupling!r}",
+            f"Vspeed{k} e{k} 0 0",
+            f"Fpiezo{k} 0 p Vspeed{k} {coupling!r}",
+        ]
+    values = " ".join(f"{key}={value!r}" for key, value in circuit.parameters.items())
+    lines += [f"Xload p 0 {circuit.name} {values}"]
+    lines += [".options method=trap reltol=1e-6 abstol=1e-14 vntol=1e-9 chgtol=1e-17"]
+    lines += [".save @r.xload.rload[p]", f".tran {step} {end} {begin} {step} uic", ".control", "run"]
+    lines += [f"meas tran found AVG @r.xload.rload[p] from={begin} to={end}", ".endc", ".end"]
+    text = "\n".join(lines)
+    done = subprocess.run(["ngspice", "-b", "/dev/stdin"], input=text, capture_output=True, text=True, timeout=300)
+    return float(re.search(r"found\s*=\s*(\S+)", done.stdout)[1])
+
+
+@pytest.mark.parametrize("name, fine", [("bridge", 400), pytest.param("sece", 1000, marks=THOROUGH)])
+def test_one_netlist(name, fine):
+    """Three modes in lock-step under a sinusoid give the power of one netlist of modes and circuit within .1 %.
+
+    A period of the sinusoid is ``fine`` steps.
+    """
+    amplitude = hv.Excitation(acceleration_amplitude="0.5 g", frequency="50 Hz")
+    scene = BEAM.replace(mode=(SECOND, THIRD), excitation=amplitude)
+    scene = scene.replace(load=hv.Load(netlist=name, parameters={"R": "1 Mohm", "C": "20 nF"}))
+    seconds, w0 = 0.4, Problem(scene).scales.frequency
+    h = w0 / (50.0 * fine)
+    steps = round(seconds * 50.0 * fine)
+    ((_, _, energy),) = map_in_workers(_lockstep, [(scene, h, steps, 1e-6)])
+    ours = (energy[-1] - energy[steps // 2 - 1]) / (0.5 * seconds)
+    assert ours == pytest.approx(_one_netlist(scene, 0.5 * seconds, seconds, 2e-6), rel=1e-3)
