@@ -78,6 +78,8 @@ def run(
         from harvester.studies.extremes.extremes import extremes
 
         further["extremes"] = extremes(scene, lifetime=lifetime, seed=options["seed"])
+        if chosen.has_first_passages:
+            further["extremes_by_first_passages"] = extremes(scene, lifetime=lifetime, passages=True)
     if sensitivity:
         from harvester.studies.sensitivity import sensitivity as sensitivities
 
