@@ -65,6 +65,8 @@ def run(
     further: dict[str, Any] = {}
     if lifetime is not None:
         further["extremes"] = extremes(scene, lifetime=lifetime, seed=options["seed"])
+        if chosen.has_first_passages:
+            further["extremes_by_first_passages"] = extremes(scene, lifetime=lifetime, passages=True)
     if sensitivity:
         from harvester.studies.sensitivity import sensitivity as sensitivities
 

@@ -119,7 +119,7 @@ def probed(eqs: Equations, within: float, place: int, late: Callable[[], bool]) 
         on = mesh(eqs, setting.box, RESOLUTIONS[place])
         base = solution(eqs, setting, on, modes)
         if fewer is None:
-            fewer = base if few else solution(eqs, setting, on, modes - 2)
+            fewer = _with_fewer(eqs, setting, base, few)
         if off is None:
             wider = solution(eqs, setting, on.widened(eqs, setting.box.reach, WIDER), modes)
             off = np.abs(base.means - wider.means)
@@ -134,8 +134,20 @@ def probed(eqs: Equations, within: float, place: int, late: Callable[[], bool]) 
             box_error = off[0]
         if (more == modes and tail is None) or on.memory(more) > MOST_MEMORY or late():
             return found
-        fewer, off = (None, None) if off[0] > room else (base if more == modes + 2 else None, off)
+        fewer, off = _still_valid(base, more, off, room)
         modes, setting = more, setting if tail is None else settled(eqs, tail)
+
+
+def _with_fewer(eqs: Equations, setting: Setting, base: Solution, few: int) -> Solution:
+    """The solution with two modes fewer; the same where ``few`` modes are exact."""
+    return base if few else solution(eqs, setting, base.form.mesh, base.form.modes - 2)
+
+
+def _still_valid(base: Solution, more: int, off: Floats, room: float) -> tuple[Solution | None, Floats | None]:
+    """What a round leaves to the next: the solution with two modes fewer, and the box's error, where the box stays."""
+    if off[0] > room:
+        return None, None
+    return (base if more == base.form.modes + 2 else None), off
 
 
 @one_blas_thread

@@ -37,7 +37,7 @@ def read_level(level: float | str, problem: Problem) -> float:
     return float(found)
 
 
-def _forgetting(problem: Problem, answer: Answer) -> float:
+def forgetting(problem: Problem, answer: Answer) -> float:
     """The rate at which the motion forgets its energy: the power of the noise over the energy of the motion."""
     squares = answer.means[NAMES.index("displacement_squared")], answer.means[NAMES.index("velocity_squared")]
     return float(noise(problem.equations, np.array(math.sqrt(squares[0]))) / squares[1])
@@ -55,7 +55,7 @@ def hop_rate(problem: Problem, answer: Answer) -> Value | None:
         decays = [slowest_decay(one)[0] for one in (answer.solution, answer.coarser)]
     except SimulationError:
         return None
-    ratio = decays[0] / min(_forgetting(problem, answer), eqs.mu or math.inf)  # a slow load would be the slowest
+    ratio = decays[0] / min(forgetting(problem, answer), eqs.mu or math.inf)  # a slow load would be the slowest
     if ratio > APART:
         return None
     share = Marginals(answer.solution.form, answer.solution.p).share_below(top)
@@ -75,7 +75,7 @@ def passage_time(problem: Problem, answer: Answer, level: float) -> Value:
         raise SimulationError(
             f"`level` is passed too rarely to be resolved: give less than {level * problem.units.length:.3g}"
         )
-    known = Value(1.0 / rate, bias=abs(1.0 / rate - 1.0 / coarse), model=1.0 / _forgetting(problem, answer))
+    known = Value(1.0 / rate, bias=abs(1.0 / rate - 1.0 / coarse), model=1.0 / forgetting(problem, answer))
     return known.scaled(1.0 / problem.units.frequency)
 
 

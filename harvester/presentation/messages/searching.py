@@ -102,6 +102,7 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "no_shares_constant": "no sensitivity: the power does not change over the spreads",
     # Largest values over a lifetime.
     "by_rice": "Rice's formula: the response is Gaussian; the model's error is up to where every passage counts alone",
+    "by_first_passages": "by the rate of first passages of the density, without sampling ({solved} solutions)",
     "by_blocks": _by_blocks,
     "few_impacts": "of {blocks} blocks {hit} have an impact: too few for the largest impact speed of a lifetime",
     # Fronts.

@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
-from harvester.engines.protocol import AnyScene
+from harvester.engines.protocol import AnyScene, served
 from harvester.equations.impact_order import accumulation
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, InputError, invalid, names_arguments, shown
@@ -23,8 +23,11 @@ from harvester.studies.extremes.levels import (
     counted_levels,
     linear_peaks,
     rice_holds,
+    strain_factor,
 )
 from harvester.uncertainty.value import Value, amount
+
+WITHIN = 1e-3  # of the density whose first passages are asked for
 
 
 @names_arguments
@@ -100,7 +103,9 @@ class Extremes(TableResult):
 
 @as_in_version_0_1("lifetime", "seed", executes=False)
 @names_arguments
-def extremes(scene: AnyScene, *, lifetime: float | str, seed: int = 0, counted: bool = False) -> Extremes:
+def extremes(
+    scene: AnyScene, *, lifetime: float | str, seed: int = 0, counted: bool = False, passages: bool = False
+) -> Extremes:
     """The largest displacement, voltage and impact speed that a scene under white noise has over a lifetime.
 
     A linear scene under white noise of its base is Gaussian, and Rice's formula holds; else the largest values of
@@ -116,6 +121,8 @@ def extremes(scene: AnyScene, *, lifetime: float | str, seed: int = 0, counted: 
         the same seed, the same noise.
     counted
         extrapolate from a path also where Rice's formula holds.
+    passages
+        by the rate of first passages of engine `Density`, without sampling: the displacement alone.
 
     Returns
     -------
@@ -139,6 +146,8 @@ def extremes(scene: AnyScene, *, lifetime: float | str, seed: int = 0, counted: 
     problem = Problem.of(scene)
     span = read_lifetime(lifetime, problem)
     check_served(problem)
+    if passages:
+        return _by_passages(problem, span)
     if rice_holds(problem) and not counted:
         of_share = {share: linear_peaks(problem, span, share) for share in SHARES}
         levels = {name: {share: of_share[share][name] for share in SHARES} for name in of_share[SHARES[0]]}
@@ -152,6 +161,24 @@ def extremes(scene: AnyScene, *, lifetime: float | str, seed: int = 0, counted: 
     if (uncounted := accumulation(problem.equations)) is not None:
         return Extremes(span, found.levels, None, problem.physical, (said, uncounted, *few))
     return Extremes(span, found.levels, found.rate, problem.physical, (said, *few))
+
+
+def _by_passages(problem: Problem, span: float) -> Extremes:
+    """The largest displacement by first passages."""
+    from harvester.engines.density import Density
+    from harvester.studies.extremes.passage_levels import Passages
+
+    if math.isfinite(sum(problem.equations.rigid_stops)):
+        raise CannotServeError("`passages` must go with a side without a rigid stop, but both sides have one")
+    served(Density, problem)
+    units = problem.units
+    _, answer = Density(within=WITHIN).solve(problem)
+    found = Passages(problem, answer)
+    of = {share: found.level(share, span * units.frequency).scaled(units.length) for share in SHARES}
+    levels = {"peak_displacement": of}
+    if (strain := strain_factor(problem)) is not None:
+        levels[STRAIN] = {share: one.scaled(strain) for share, one in of.items()}
+    return Extremes(span, levels, None, problem.physical, (note("by_first_passages", solved=len(found.known)),))
 
 
 def extremes_both_ways(scene: AnyScene, lifetime: float | str, seed: int = 0) -> list[Extremes]:

@@ -38,10 +38,10 @@ FAR, MOST = 1.645, 0.95  # standard deviations of the two places, and the share 
 STEP = 1e-4  # relative change of a key, by which P/E[V^2] is seen to change
 
 
-def engine_with_gradient(which: Named | None, **options: Any) -> Engine:
+def engine_with_gradient(which: Named | None, within: float | str | None) -> Engine:
     """The engine of a first-order study; InputError for one that has no gradient."""
     known = [name for name, kind in ENGINES.items() if kind.has_gradient]
-    chosen = engine_of(which or known[0], **options)
+    chosen = engine_of(which or known[0], within=WITHIN if within is None else within)
     if not chosen.has_gradient:
         raise InputError(
             f"`engine` must have a gradient of the power for `runs` {FIRST_ORDER!r}, such as {known[0]!r}, but is "

@@ -4,7 +4,7 @@ import time
 from collections.abc import Mapping, Sequence
 
 from harvester.engines.options import Request, number
-from harvester.engines.protocol import AnyScene
+from harvester.engines.protocol import AnyScene, Engine
 from harvester.engines.selection import Named
 from harvester.engines.selection import engine as engine_of
 from harvester.equations.problem import Problem
@@ -17,7 +17,7 @@ from harvester.studies.tolerance import design
 from harvester.studies.tolerance import samples as sampled
 from harvester.studies.tolerance.device_limits import lifetime_of
 from harvester.studies.tolerance.device_limits import limits as read_limits
-from harvester.studies.tolerance.first_order import FIRST_ORDER, WITHIN, engine_with_gradient, linear_law
+from harvester.studies.tolerance.first_order import FIRST_ORDER, engine_with_gradient, linear_law
 from harvester.studies.tolerance.spreads import spreads
 from harvester.studies.tolerance.study import ToleranceRequest, ToleranceStudy
 from harvester.studies.tolerance.tolerance_result import ToleranceResult
@@ -108,16 +108,11 @@ def tolerance(
     _check_counts(samples, runs, checks)
     years = lifetime_of(bounds, lifetime, problem)
     if linear:
-        for name, given in (("checks", checks), ("lifetime", lifetime)):
-            if given is not None:
-                raise InputError(f"`{name}` must be left out with `runs` {FIRST_ORDER!r}, but is given")
-        chosen = engine_with_gradient(engine, within=WITHIN if within is None else within)
+        _refuse_beside_first_order(checks, lifetime)
+        chosen = engine_with_gradient(engine, within)
     else:
         chosen = engine_of(sampled.cheapest(problem)(seed=seed) if engine is None else engine)
-    if chosen.chooses:
-        raise InputError("`engine` must be one for all samples, such as 'averaged', but is 'cheapest'")
-    if reason := chosen.refusal(problem):
-        raise InputError(reason)
+    _check_served(chosen, problem)
     wanted, count = number(Request(within=within).within), SAMPLES if samples is None else samples
     asked = ToleranceRequest(problem.scene, spread, matrix, bounds, years, count, runs, checks, wanted, seed)
     with working(execution.progress):
@@ -133,6 +128,19 @@ def tolerance(
         about = provenance(problem, seed=seed, engine=answer.engine, **what, correlate=correlations)
         folder.save("tolerance", answer.table.csv(units=True), answer.plot(problem.scene.title), about)
     return answer
+
+
+def _refuse_beside_first_order(checks: int | None, lifetime: float | str | None) -> None:
+    for name, given in (("checks", checks), ("lifetime", lifetime)):
+        if given is not None:
+            raise InputError(f"`{name}` must be left out with `runs` {FIRST_ORDER!r}, but is given")
+
+
+def _check_served(chosen: Engine, problem: Problem) -> None:
+    if chosen.chooses:
+        raise InputError("`engine` must be one for all samples, such as 'averaged', but is 'cheapest'")
+    if reason := chosen.refusal(problem):
+        raise InputError(reason)
 
 
 def _read_runs(runs: int | str | None) -> int | None:

@@ -88,8 +88,7 @@ class Measurement:
         for kind in (ENGINES[name] for name in refusals(self.problem)):
             if not kind.runs_ngspice:
                 self.run(kind())
-        for run in [one for one in self.runs if one.engine.is_resolved]:
-            self.fill(resolved(run.engine), RESOLVED)
+        self.resolve()
         self.cheap = next((run for run in self.runs if run.engine.samples), None)
         steady = self.problem.equations.is_steady  # then by itself one periodic response, whose error is no sampling's
         sampled = Spice(trajectories=Spice.TRAJECTORIES) if steady else Spice()
@@ -105,6 +104,11 @@ class Measurement:
         if spice_alone is not None:
             d = spice_alone.answer.details
             self.fill(alone(d["step"], d["duration"], self.netlist and self.cheap is not None), 1.0)
+
+    def resolve(self) -> None:
+        """Run the engines whose error is that of their resolution at several accuracies."""
+        for run in [one for one in self.runs if one.engine.is_resolved]:
+            self.fill(resolved(run.engine), RESOLVED)
 
     @property
     def netlist(self) -> bool:

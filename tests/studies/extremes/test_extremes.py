@@ -27,6 +27,24 @@ def test_counting_agrees_with_rice():
         assert found.stderr < 0.15 * exact
 
 
+@pytest.mark.slow
+def test_first_passages_give_the_level_of_rice_and_vanmarcke():
+    """A linear scene: the largest displacement lies between Vanmarcke's level and Rice's bound, within its error."""
+    scene, lifetime = systems.scene(systems.linear(0.3, 0.7, 0.1)), 1e5
+    found = hv.extremes(scene, lifetime=lifetime, passages=True).levels["peak_displacement"]
+    closed = hv.extremes(scene, lifetime=lifetime).levels["peak_displacement"]
+    for share in (0.5, 0.95):
+        ours, theirs = found[share], closed[share]
+        assert ours.bias < 0.03 * ours.value
+        assert theirs.value - ours.bias <= ours.value <= theirs.value + theirs.model + ours.bias
+
+
+def test_first_passages_need_an_open_side():
+    both = systems.changed(EQS, restitution=0.9, gap=0.5, opposite_gap=0.5, opposite_restitution=0.9)
+    with pytest.raises(hv.CannotServeError, match="`passages` must go with a side without a rigid stop"):
+        hv.extremes(systems.scene(both), lifetime=1e5, passages=True)
+
+
 def test_tail_of_a_known_law():
     """Largest of n exponential squares: the level of N blocks is known, -log(1 - share^(1/(n N)))."""
     rng = np.random.default_rng(5)
