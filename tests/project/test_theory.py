@@ -691,7 +691,7 @@ def test_weak_form_of_the_density():
 
 
 @pytest.mark.parametrize(("restitution", "near"), [(0.9, 0.003), (0.6, 0.003), (0.37, 0.01)])
-@checks("grazing")
+@checks("grazing_corner")
 def test_exponent_at_the_grazing_corner(restitution, near):
     """The slope of ln p over ln |v| at the stop, on either side of v = 0, on a mesh graded far towards the corner."""
     from harvester.density.box import settled
