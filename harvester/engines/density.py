@@ -62,7 +62,7 @@ class Density(Request, Engine):
 
     @property
     def at_many_points(self) -> Self:
-        """With the error of its coarsest meshes, which is below `SWEPT` as a rule, unless one is asked for."""
+        """With the error of its coarsest meshes, which is below 1 % as a rule, unless one is asked for."""
         return replace(self, within=SWEPT) if self.within is None and self.budget is None else self
 
     @classmethod
