@@ -39,6 +39,11 @@ def rice_holds(problem: Problem) -> bool:
     return not Exact.refusal(problem) and problem.equations.n2 is None
 
 
+def is_sinusoidal(problem: Problem) -> bool:
+    """Whether displacement and voltage are sinusoids, of the same amplitudes for ever: linear, under a drive alone."""
+    return problem.equations.drive is not None and problem.equations.is_steady and rice_holds(problem)
+
+
 def has_stop(problem: Problem) -> bool:
     """Whether the mass can hit a stop."""
     return problem.equations.restitution is not None or problem.equations.stop_stiffness is not None
@@ -53,19 +58,27 @@ def linear_peaks(problem: Problem, lifetime: float, share: float = SHARES[-1]) -
     """The levels that |displacement| and |voltage| of a linear scene stay below over a lifetime with a probability.
 
     And the piezo's strain where the scene has its piezo.strain_per_displacement.  In the scene's units; the error is up
-    to where every passage counts alone (`harvester.linear.level_crossings`).
+    to where every passage counts alone (`harvester.linear.level_crossings`).  Under a sinusoid alone they are the
+    amplitudes, whatever the lifetime.
 
     Raises SimulationError where no stationary response exists.
     """
     from harvester.linear.level_crossings import peaks
+    from harvester.linear.transfer import amplitudes
 
     eqs, units = problem.equations, problem.units
     found: dict[str, Value] = {}
     scales = {"peak_displacement": units.length, "peak_voltage": units.volts}
-    for (name, factor), one in zip(scales.items(), peaks(eqs), strict=True):
+    if is_sinusoidal(problem):
+        assert eqs.drive is not None and eqs.drive_frequency is not None, "it is driven"
+        sizes = abs(eqs.drive) * np.abs(amplitudes(eqs, eqs.drive_frequency))
+        levels = [Value(float(one), model=0.0) for one in sizes]
+    else:
         span = lifetime * units.frequency
-        low, high = one.largest(share, span), one.bound(share, span)
-        found[name] = Value(low, model=max(high - low, 0.0)).scaled(factor)
+        ends = [(one.largest(share, span), one.bound(share, span)) for one in peaks(eqs)]
+        levels = [Value(low, model=max(high - low, 0.0)) for low, high in ends]
+    for (name, factor), one in zip(scales.items(), levels, strict=True):
+        found[name] = one.scaled(factor)
     if (strain := strain_factor(problem)) is not None:
         found[STRAIN] = found["peak_displacement"].scaled(strain)
     return found

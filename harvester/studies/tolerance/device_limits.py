@@ -1,5 +1,6 @@
 """Limits that a device must meet, such as ``mean_power > 5 uW``: read from a text, and which devices meet them."""
 
+import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -12,7 +13,7 @@ from harvester.equations.problem import Problem
 from harvester.errors import InputError, invalid, shown, unknown
 from harvester.quantities.kinds import Kind, with_prefix
 from harvester.studies.extremes.extremes import read_lifetime
-from harvester.studies.extremes.levels import RATE, SPEED, STRAIN, check_served, has_stop, strain_factor
+from harvester.studies.extremes.levels import RATE, SPEED, STRAIN, check_served, has_stop, is_sinusoidal, strain_factor
 
 POWER = Kind("a mean power (W)", "W", "'5 uW'")
 SQUARE = Kind("a mean square voltage (V^2)", "V^2", "'4 V^2'")
@@ -75,18 +76,23 @@ def limits(texts: Sequence[str] | str, physical: bool) -> tuple[Limit, ...]:
 def lifetime_of(limits: Sequence[Limit], lifetime: float | str | None, problem: Problem) -> float | None:
     """The lifetime, in seconds or 1/w0, of the limits that are of peaks; None where none is.
 
+    A sinusoid alone moves a linear scene alike for ever: there it may be left out, and is infinite.
+
     Raises InputError where it is missing, none of the limits is of a peak, or a strain or an impact is limited that the
     scene does not have; CannotServeError for a scene that has no peaks over a lifetime.
     """
     peaks = [one.quantity for one in limits if one.quantity in PEAKS]
-    if lifetime is None:
-        if peaks:
-            raise InputError(f"`lifetime` must be given for a limit of {peaks[0]}, but is left out")
+    if lifetime is None and not peaks:
         return None
-    found = read_lifetime(lifetime, problem)
-    if not peaks:
-        raise InputError(f"`lifetime` must go with a limit of {' or '.join(PEAKS)}, but there is none")
-    check_served(problem)
+    if lifetime is None and is_sinusoidal(problem):
+        found = math.inf
+    elif lifetime is None:
+        raise InputError(f"`lifetime` must be given for a limit of {peaks[0]}, but is left out")
+    else:
+        found = read_lifetime(lifetime, problem)
+        if not peaks:
+            raise InputError(f"`lifetime` must go with a limit of {' or '.join(PEAKS)}, but there is none")
+        check_served(problem)
     for name in (SPEED, RATE):
         if name in peaks and not has_stop(problem):
             raise InputError(f"a limit of {name} must go with a stop, but the scene has none")

@@ -277,3 +277,21 @@ def test_the_names_of_version_0_1_still_work():
 def test_what_a_search_cannot_be(options, error):
     with pytest.raises(hv.InputError, match=f"^{re.escape(error)}"):
         hv.optimise(PLATE, **{"vary": {"load.resistance": "1k:1M"}} | options)
+
+
+SWUNG = systems.scene(systems.changed(systems.linear(BETA, 1.0, DAMPING), n1=None, drive=0.1, drive_frequency=1.1))
+
+
+def test_a_limit_of_the_displacement_under_a_sinusoid_needs_no_lifetime():
+    """The amplitude is the same for ever: the limit keeps the load where `exact` finds that very amplitude."""
+    free = hv.optimise(SWUNG, vary=MU, engine="exact").keys[0].value
+
+    def amplitude(mu):
+        return hv.Exact().run(SWUNG.varied({"nondimensional.mu": mu})).details["displacement_amplitude"]
+
+    bound = 0.98 * amplitude(free)
+    found = hv.optimise(SWUNG, vary=MU, constraints=f"peak_displacement < {bound!r}")
+    assert found.binds and found.met
+    assert amplitude(found.keys[0].value) == pytest.approx(bound, rel=1e-3)
+    many = hv.tolerance(SWUNG, vary={"nondimensional.mu": "10%"}, limits=f"peak_displacement < {amplitude(1.0)!r}")
+    assert 0.1 < many.met.value < 0.9
