@@ -166,14 +166,14 @@ def extremes(
 def _by_passages(problem: Problem, span: float) -> Extremes:
     """The largest displacement by first passages."""
     from harvester.engines.density import Density
-    from harvester.studies.extremes.passage_levels import Passages
+    from harvester.studies.extremes.passage_levels import PassageLevels
 
     if math.isfinite(sum(problem.equations.rigid_stops)):
         raise CannotServeError("`passages` must go with a side without a rigid stop, but both sides have one")
     served(Density, problem)
     units = problem.units
     _, answer = Density(within=WITHIN).solve(problem)
-    found = Passages(problem, answer)
+    found = PassageLevels(problem, answer)
     of = {share: found.level(share, span * units.frequency).scaled(units.length) for share in SHARES}
     levels = {"peak_displacement": of}
     if (strain := strain_factor(problem)) is not None:

@@ -24,7 +24,7 @@ FEW, MODES = 3, 10  # modes that are exact, as the voltage does not act on the m
 CALM = 0.7  # of a level that is too far up to be resolved: where to go on
 
 
-class Passages:
+class PassageLevels:
     """The rates of first passage of a solved density at the levels that were asked for, nondimensional."""
 
     def __init__(self, problem: Problem, answer: Answer) -> None:

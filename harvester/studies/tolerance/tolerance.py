@@ -147,11 +147,10 @@ def _read_runs(runs: int | str | None) -> int | None:
     """The number of runs; None where none is given, or `FIRST_ORDER`."""
     if runs is None or runs == FIRST_ORDER:
         return None
-    if isinstance(runs, str):
-        if not runs.isdigit():
-            raise invalid("`runs`", f"be a number or {FIRST_ORDER!r}", runs)
+    try:
         return int(runs)
-    return runs
+    except ValueError:
+        raise invalid("`runs`", f"be a number or {FIRST_ORDER!r}", runs) from None
 
 
 def _check_counts(samples: int | None, runs: int | None, checks: int | None) -> None:
