@@ -96,6 +96,7 @@ def test_halving_the_step_divides_the_error_by_four(tmp_path):
     assert second / third == pytest.approx(4.0, rel=0.4)
 
 
+@pytest.mark.thorough("test_halving_the_step_divides_the_error_by_four")
 @pytest.mark.slow
 def test_iterations_that_went_round_between_two_branches_end(monkeypatch):
     """SECE at large amplitudes: a fifth of the steps did not converge at this tolerance, and the power was 70 % off."""

@@ -190,7 +190,10 @@ def test_power_of_the_resistor(share):
     assert watts == pytest.approx(VOC**2 * W * CP * share / (2 * (1 + share**2)), rel=0.01)
 
 
-@pytest.mark.parametrize("resistance, motion", [(3e5, ()), (1e7, ()), (1e6, (-8.0, 50.0))])
+@pytest.mark.parametrize(
+    "resistance, motion",
+    [(3e5, ()), (1e7, ()), pytest.param(1e6, (-8.0, 50.0), marks=pytest.mark.thorough("test_power_of_sece"))],
+)
 def test_power_of_sece(resistance, motion):
     """P = eta 2 w Cp Voc^2/pi, whatever the load, where the bridge's falls to two fifths.
 

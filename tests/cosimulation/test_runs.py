@@ -102,6 +102,7 @@ def at_another_temperature(folder, device, noise):
     return worker.path_in_this_process(device, noise)
 
 
+@pytest.mark.thorough("test_a_folder_that_the_environment_names_is_not_read")
 def test_the_temperature_stands_in_the_circuit(tmp_path):
     one = device(load_circuit(Load(netlist="bridge")))
     process = processes.create()

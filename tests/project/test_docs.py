@@ -38,6 +38,7 @@ def site(tmp_path_factory):
     return out / "html"
 
 
+@pytest.mark.thorough("nothing: sphinx builds all pages")
 @pytest.mark.thorough("test_example")
 @pytest.mark.slow
 def test_reference(site):
@@ -56,6 +57,7 @@ def test_public_names_say_what_they_are():
         assert missing == []
 
 
+@pytest.mark.thorough("nothing: sphinx builds all pages")
 @pytest.mark.slow
 def test_pages(site):
     """All are there; formulas are MathML, figures are files; nothing is fetched from elsewhere."""
@@ -77,7 +79,7 @@ def test_pages(site):
                 pytest.fail(f"{path.name} fetches {source}")
 
 
-@pytest.mark.thorough("test_pages")
+@pytest.mark.thorough("nothing: sphinx builds all pages")
 @pytest.mark.slow
 def test_pages_in_a_browser(site):
     """At 1280 and 390 px: nothing is wider than the page, the font is there, and contents stand beside a long page.
@@ -128,6 +130,7 @@ def test_the_notebook_runs(tmp_path):
             assert ("image/png" in old.get("data", {})) == ("image/png" in new.get("data", {}))
 
 
+@pytest.mark.thorough("nothing: sphinx builds all pages")
 @pytest.mark.slow
 def test_the_first_page_is_the_gallery(site):
     """Each figure of the gallery is there, with a link to its section."""

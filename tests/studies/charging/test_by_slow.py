@@ -51,6 +51,7 @@ def test_what_it_cannot_charge_it_refuses():
         hv.charge(EXAMPLES / "plate_recorded.toml", to="1 V", engine="slow")
 
 
+@pytest.mark.thorough("test_where_time_scales_are_not_apart_both_run_together")
 @pytest.mark.slow
 @pytest.mark.ngspice
 def test_a_circuit_with_transistors():

@@ -27,6 +27,7 @@ def test_counting_agrees_with_rice():
         assert found.stderr < 0.15 * exact
 
 
+@pytest.mark.thorough("test_first_passages_are_fewer_than_passages")
 @pytest.mark.slow
 def test_first_passages_give_the_level_of_rice_and_vanmarcke():
     """A linear scene: the largest displacement lies between Vanmarcke's level and Rice's bound, within its error."""
