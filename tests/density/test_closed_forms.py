@@ -58,7 +58,6 @@ def elastic_passive(c, mu, n1):
     return correlation(0.0) - mu * math.fsum(parts)
 
 
-@pytest.mark.thorough("test_linear_scene")
 @pytest.mark.slow
 def test_elastic_stop_with_a_passive_load_to_eight_digits():
     """A stop that loses nothing folds the linear motion: V filters |x|."""
