@@ -36,11 +36,9 @@ def test_resistor(change):
 MAGNIFIER = {"magnifier": hv.Magnifier(mass="20 g", stiffness="4 N/mm"), "mode": ()}
 
 
+@pytest.mark.thorough("test_resistor")
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "name, change",
-    [("bridge", {"stop": STOP}), pytest.param("doubler", MAGNIFIER, marks=pytest.mark.thorough("test_ideal_circuit"))],
-)
+@pytest.mark.parametrize("name, change", [("bridge", {"stop": STOP}), ("doubler", MAGNIFIER)])
 def test_ideal_circuit(name, change):
     """An ideal circuit gives the compiled one's power on the same noise, but for what ideal elements leave out."""
     scene = BEAM.replace(load=hv.Load(netlist=name)).replace(**change)

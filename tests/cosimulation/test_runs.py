@@ -59,7 +59,9 @@ def killed_on_the_way(device, noise):
     return worker.path_in_this_process(device, np.tile(noise, 100_000))
 
 
-@pytest.mark.parametrize("end", [os.abort, os._exit])
+@pytest.mark.parametrize(
+    "end", [os.abort, pytest.param(os._exit, marks=pytest.mark.thorough("test_a_crash_is_an_error_of_that_run_only"))]
+)
 def test_a_crash_is_an_error_of_that_run_only(end):
     """The worker process dies, the program does not, and the next run has a new one."""
     with pytest.raises(CircuitError, match="abruptly"):

@@ -16,6 +16,7 @@ from harvester.mechanics.ensemble.trajectories import Trajectories
 from tests.support.netlists import BRIDGE, STORE, on_plate
 
 
+@pytest.mark.thorough("test_halving_the_step_divides_the_error_by_four")
 @pytest.mark.ngspice
 def test_a_bridge_is_that_of_engine_ideal(tmp_path):
     """Ideal diodes leave out what is below 0.3 % of the power; both are on seeds of their own."""
@@ -33,7 +34,7 @@ def test_a_bridge_is_that_of_engine_ideal(tmp_path):
     assert not any("did not converge" in warning for warning in ours.warnings)
 
 
-@pytest.mark.thorough("test_a_bridge_is_that_of_engine_ideal")
+@pytest.mark.thorough("test_without_ngspice_the_unknown_part_is_named")
 @pytest.mark.ngspice
 @pytest.mark.slow
 def test_a_difference_from_ngspice_is_found(tmp_path, monkeypatch):

@@ -33,7 +33,9 @@ def shaken(eqs, h, duration, stride=4):
 
 @pytest.mark.parametrize("h", [0.1, 0.05])
 @pytest.mark.parametrize(
-    "eqs, duration, most", [(TONE, 40.0, 5e-5), (HUM, 200.0, 3e-4), (STRIP, 100.0, 1e-5)], ids=["drive", "hum", "band"]
+    "eqs, duration, most",
+    [(TONE, 40.0, 5e-5), pytest.param(HUM, 200.0, 3e-4, marks=pytest.mark.thorough("test_path")), (STRIP, 100.0, 1e-5)],
+    ids=["drive", "hum", "band"],
 )
 def test_path(eqs, duration, most, h):
     """Relative RMS difference of V and x on the same forcing, at the tolerances of white noise; impacts within 1e-4.

@@ -17,7 +17,7 @@ from harvester.mechanics.modes.modal_path import trace_modes
 from tests.support.systems import BEAM, SECOND, THIRD
 
 pytestmark = [pytest.mark.ngspice, pytest.mark.slow]
-THOROUGH = pytest.mark.thorough("test_path_of_the_ensemble")
+THOROUGH = pytest.mark.thorough("test_one_netlist")
 RIGID = hv.Stop(restitution=0.5, gap="0.02 mm")
 DRIVE = hv.Excitation(acceleration_amplitude="0.5 g", frequency="45 Hz")
 UNDER = hv.Magnifier(mass="30 g", stiffness="4 N/mm", damping="0.5 N s/m", restitution=0.4, gap="0.02 mm")
@@ -33,13 +33,14 @@ def _lockstep(scene, h, steps, reltol=1e-4):
     return drive.path(), ledger_of(state, problem.scales, drive.smoothing, problem.circuit.linear), drive.kicked[:, 4]
 
 
+@pytest.mark.thorough("test_one_netlist")
 @pytest.mark.parametrize(
     "change",
     [
         {"stop": RIGID},
-        pytest.param({"stop": RIGID, "excitation": DRIVE}, marks=THOROUGH),
-        pytest.param({"stop": hv.Stop(stiffness="2e4 N/m", damping="5 N s/m", gap="0.02 mm")}, marks=THOROUGH),
-        pytest.param({"mode": (), "magnifier": UNDER}, marks=THOROUGH),
+        {"stop": RIGID, "excitation": DRIVE},
+        {"stop": hv.Stop(stiffness="2e4 N/m", damping="5 N s/m", gap="0.02 mm")},
+        {"mode": (), "magnifier": UNDER},
     ],
     ids=["noise", "drive", "compliant", "magnifier"],
 )

@@ -7,7 +7,7 @@ import pytest
 import harvester as hv
 from tests.support.systems import BEAM
 
-pytestmark = [pytest.mark.ngspice, pytest.mark.slow, pytest.mark.thorough("test_path_of_the_ensemble")]
+pytestmark = [pytest.mark.ngspice, pytest.mark.slow, pytest.mark.thorough("test_one_netlist")]
 
 
 def test_bridge():

@@ -67,6 +67,7 @@ class Surface(Engine):
         return Estimate(self.NAME, False, value, value, {}, (), 1e-4, 0, details=details, power_samples=samples)
 
 
+@pytest.mark.thorough("test_gradient_is_that_of_differences")
 @pytest.mark.slow
 def test_density_finds_the_closed_form_by_its_gradient():
     """At sqrt(1 + beta) for small damping, known from `exact`: within the interval that the gradient's error leaves."""
@@ -80,6 +81,7 @@ def test_density_finds_the_closed_form_by_its_gradient():
     assert "by_gradient" in {one.code for one in found.diagnostics}
 
 
+@pytest.mark.thorough("test_gradient_is_that_of_differences")
 @pytest.mark.slow
 def test_density_stays_at_the_end_of_a_range_where_power_would_rise_beyond():
     found = hv.optimise(LINEAR, vary={"nondimensional.mu": (0.1, 0.4)}, engine="density", budget=600.0)

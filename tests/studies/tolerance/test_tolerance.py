@@ -65,6 +65,7 @@ def test_quantiles_and_yield_against_random_devices(damping):
 LINEAR_LAW = {"piezo.capacitance": "10%", "oscillator.damping": "normal:5%"}
 
 
+@pytest.mark.thorough("test_gradient_is_that_of_differences")
 @pytest.mark.slow
 def test_first_order_states_what_it_leaves_out():
     """The plate, whose power is known in closed form: 95 % of the devices, and the mean, within the stated error."""
