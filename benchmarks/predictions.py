@@ -20,6 +20,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import viaduct
 from scipy.stats import qmc
 
 import harvester as hv
@@ -261,7 +262,15 @@ def norenberg() -> Iterator[Prediction]:
         yield Prediction("norenberg", f"rms voltage, {what}", "mV", float(value), float(low), float(high))
 
 
-DEVICES = {one.__name__: one for one in (liu, jiang, yang, norenberg, peigney)}
+# --- Koga et al. 2017: a viaduct, its traffic, and a store -----------------------------------------------------------
+
+
+def koga() -> Iterator[Prediction]:
+    """A sine on a resistor; then a record of the viaduct, a bridge of diodes and 44 uF (benchmarks/viaduct.py)."""
+    yield from predicted("koga", viaduct.SPREADS, viaduct.UNITS, viaduct.of)
+
+
+DEVICES = {one.__name__: one for one in (liu, jiang, yang, norenberg, peigney, koga)}
 COLUMNS = ("device", "what", "unit", "value", "low", "high")
 
 
