@@ -343,6 +343,18 @@ def summary() -> str:
     return f"{devices} devices: {inside} of {len(pairs)} intervals hold; the median deviation is {100.0 * off:.0f} %"
 
 
+def by_device() -> list[str]:
+    """The rows of the README: a device, how many intervals hold, and measured over predicted (median, least, most)."""
+    found, rows = measured(), []
+    for device, about in sources().items():
+        pairs = [(one, found[device, one.what]) for one in kept() if one.device == device]
+        ratios = [real.value / one.value for one, real in pairs]
+        holds = f"{sum(real.is_inside(one) for one, real in pairs)} of {len(pairs)}"
+        spread = f"{np.median(ratios):.2f} ({min(ratios):.2f} to {max(ratios):.2f})"
+        rows.append(f"| {about['title']} | {about['source']} | {holds} | {spread} |")
+    return rows
+
+
 def block() -> list[str]:
     """The generated lines of docs/validation.md: how many intervals hold, and the table."""
     return [f"**{summary()}.**", "", *table()]

@@ -68,6 +68,16 @@ def test_the_page_has_what_the_command_prints():
         assert bool(real.why) is not real.is_inside(one), one.what
 
 
+def test_first_pages_say_what_was_predicted():
+    """Each device's row and the summary stand in the README, and the summary's numbers on the pages' first page."""
+    for row in predictions.by_device():
+        assert row in README
+    inside, of, off = re.search(r"(\d+) of (\d+) intervals.* (\d+) %", predictions.summary()).groups()
+    assert predictions.summary().partition(": ")[2] in " ".join(README.split())
+    index = (ROOT / "docs" / "index.md").read_text()
+    assert f"{of} quantities: [{inside} intervals hold, the median deviation is {off} %](validation.md)" in index
+
+
 def test_each_class_has_two_devices():
     """Impacts, strong nonlinearity, a rectifier with a store: two measured devices each, and six in all."""
     classes = [about["class"] for about in predictions.sources().values()]
