@@ -177,14 +177,18 @@ def _response(panel: str, coefficient: str, values: Floats) -> Iterator[FigurePo
 
 def _densities(curves: dict[str, dict[str, Any]]) -> Iterator[FigurePoint]:
     """The densities p(A), p(x) and p(x') at the centres of the Monte Carlo's bins."""
+    from harvester.density.marginals import Marginals
+    from harvester.density.refine import LIGHTEST, refined
     from harvester.mechanics.ensemble.histograms import Histogram
 
     for curve, changes in curves.items():
         eqs = dataclasses.replace(RESPONSE, **changes)
         law, ours = stationary.density(eqs), two_scale.solve(eqs)
+        found = refined(eqs, 1e-3, None, None, LIGHTEST).solution
+        solved = Marginals(found.form, found.p)
         samples, stop = _states(eqs), eqs.restitution is not None
         sampled = {
-            "amplitude A": amplitude_through(samples[0], samples[1], eqs.alpha or 0.0, eqs.beta or 0.0, eqs.mu or 0.0),
+            "amplitude A": _amplitude(eqs, samples[0], samples[1]),
             "displacement x": samples[0],
             "velocity x'": samples[1],
         }
@@ -198,14 +202,24 @@ def _densities(curves: dict[str, dict[str, Any]]) -> Iterator[FigurePoint]:
             match panel[0]:
                 case "a":
                     theories = np.interp(at, law.A, law.p), densities.amplitude_density(at, ours)
+                    x, v = np.linspace(0.0, 4.0, 1001)[:-1] + 0.002, np.linspace(-6.0, 6.0, 1501)[:-1] + 0.004
+                    share = solved.phase_plane(x, v) * 0.004 * 0.008
+                    exact = np.histogram(_amplitude(eqs, x[:, None], v), edges, weights=share)[0] / np.diff(edges)
                 case "d":
                     averaged = densities.displacement_density(at, ours, stop)
                     theories = stationary.displacement_density(at, law, eqs), averaged
+                    exact = solved.displacement(at)
                 case _:
                     averaged = densities.velocity_density(at, ours, stop)
                     theories = stationary.velocity_density(at, law, eqs), averaged
-            for row in zip(at, *theories, counted.value, counted.stderr, strict=True):
+                    exact = solved.velocity(at)
+            for row in zip(at, *theories, counted.value, counted.stderr, exact, strict=True):
                 yield FigurePoint(f"p({panel})", curve, *(float(v) for v in row))
+
+
+def _amplitude(eqs: Equations, x: Floats, v: Floats) -> Floats:
+    """Amplitude of the orbit through a state of the published theory."""
+    return amplitude_through(x, v, eqs.alpha or 0.0, eqs.beta or 0.0, eqs.mu or 0.0)
 
 
 def _states(eqs: Equations) -> Floats:
