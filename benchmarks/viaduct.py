@@ -3,11 +3,13 @@
 The source has a record of 500 s, of which it prints: 0.03 g rms, 0.5 g at most, power from 30 to 120 Hz, most of it at
 43.5 Hz, waves that come with vehicles.  The record itself is not printed.  So each draw makes one of its own that has
 these numbers: noise, times the passages of vehicles, as many as give the largest value.
+
+    .venv/bin/python benchmarks/viaduct.py    # why the prediction missed: the store after 500 s, of other records
 """
 
 import dataclasses
-import math
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +18,8 @@ import harvester as hv
 from harvester.arrays import Floats
 
 G = 9.80665
+SCENE = Path(__file__).parents[1] / "examples" / "published" / "koga_2017.toml"
+STORE = 44e-6  # F
 SECONDS, RATE = 500.0, 500.0  # of the record (s); samples a second
 REPEATS = 90.0 * 60.0 / SECONDS
 
@@ -76,19 +80,40 @@ def charged(scene: hv.Scene, folder: Path, farads: float, diode: float) -> float
     return float(path.probes["store"][-1])
 
 
+def stored(draw: dict[str, float], stores: Sequence[float]) -> list[float]:
+    """Voltages (V) of empty stores (F) after the record of a draw, each alone behind the bridge."""
+    scene = hv.load(SCENE).varied({name: draw[name] for name in OF_DEVICE})
+    record = traffic(draw["rms"], draw["share"], draw["width"], draw["passage"])
+    table = np.column_stack([np.arange(record.size) / RATE, record])
+    with tempfile.TemporaryDirectory() as name:
+        np.savetxt(f"{name}/record.csv", table, "%.7g", ",", header="time (s),acceleration (m/s^2)", comments="")
+        return [charged(scene, Path(name), farads, draw["diode"]) for farads in stores]
+
+
 def of(draw: dict[str, float]) -> dict[str, float]:
     """Power on the resistor of the scene, and the store's voltages.
 
     90 minutes are 10.8 times the record: here it is once, on a store 10.8 times smaller, which charges as fast.
     """
-    scene = hv.load(Path(__file__).parents[1] / "examples" / "published" / "koga_2017.toml")
-    scene = scene.varied({name: draw[name] for name in OF_DEVICE})
     frequency = draw["oscillator.frequency"]
+    scene = hv.load(SCENE).varied({name: draw[name] for name in OF_DEVICE})
     top = hv.response(scene, f"{0.95 * frequency}Hz:{1.1 * frequency}Hz:301").peak("up")
-    record = traffic(draw["rms"], draw["share"], draw["width"], draw["passage"])
-    with tempfile.TemporaryDirectory() as name:
-        table = np.column_stack([np.arange(record.size) / RATE, record])
-        np.savetxt(f"{name}/record.csv", table, "%.7g", ",", header="time (s),acceleration (m/s^2)", comments="")
-        volts = [charged(scene, Path(name), farads, draw["diode"]) for farads in (44e-6, 44e-6 / REPEATS)]
-    assert math.isclose(record.std(), draw["rms"] * G, rel_tol=1e-6)
+    volts = stored(draw, (STORE, STORE / REPEATS))
     return dict(zip(UNITS, (1e6 * top.mean_power.value, *volts), strict=True))
+
+
+def main() -> None:
+    middle = {key: 0.5 * (low + high) for key, (low, high) in SPREADS.items()}
+    others: dict[str, dict[str, float]] = {
+        "the middle of all spreads": {},
+        "no peak at 43.5 Hz": {"share": 0.0},
+        "no peak, force factor 0.125 mN/V": {"share": 0.0, "piezo.coupling": 1.25e-4},
+        "diodes of 300 nA": {"diode": -6.5},
+    }
+    for what, change in others.items():
+        [volts] = stored(middle | change, (STORE,))
+        print(f"{what}: {volts:.3g} V", flush=True)
+
+
+if __name__ == "__main__":
+    main()

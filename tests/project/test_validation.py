@@ -13,7 +13,9 @@ import harvester as hv
 from tests.support.paths import ROOT
 
 sys.path.append(str(ROOT / "benchmarks"))
-published, predictions, missed = map(importlib.import_module, ("published", "predictions", "missed"))
+published, predictions, missed, viaduct = map(
+    importlib.import_module, ("published", "predictions", "missed", "viaduct")
+)
 
 PAGE = (ROOT / "docs" / "formulas.md").read_text()
 PREDICTED = (ROOT / "docs" / "validation.md").read_text()
@@ -66,6 +68,20 @@ def test_the_page_has_what_the_command_prints():
     for one in predictions.kept():
         real = found[one.device, one.what]
         assert bool(real.why) is not real.is_inside(one), one.what
+
+
+def test_the_record_of_the_viaduct():
+    """Each record made has the source's rms and largest value, and its power where the source has it."""
+    record = viaduct.traffic(rms=0.03, share=0.6, width=1.0, passage=1.0)
+    g = viaduct.G
+    assert record.std() == pytest.approx(0.03 * g, rel=1e-9)
+    assert np.abs(record).max() == pytest.approx(0.5 * g, rel=0.05)
+    power = np.abs(np.fft.rfft(record)) ** 2
+    f = np.fft.rfftfreq(record.size, 1.0 / viaduct.RATE)
+    assert power[(f > 28.0) & (f < 122.0)].sum() > 0.99 * power.sum()
+    near = power[abs(f - 43.5) < 3.0].sum() / power.sum()
+    # 0.6 and the even part's share; the spread from seed to seed is 0.03
+    assert near == pytest.approx(0.6 + 0.4 * 6.0 / 90.0, abs=0.1)
 
 
 def test_first_pages_say_what_was_predicted():
