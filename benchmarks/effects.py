@@ -47,6 +47,7 @@ BEYOND = {
     "compliant stop": {"restitution": None, "stop_stiffness": 400.0, "stop_damping": 1.0},
     "negative stiffness": {"linear": -1.0},
     "quadratic stiffness": {"alpha2": 0.1},
+    "quadratic damping": {"cv": 0.1},
     "harmonic drive": {"drive": 0.1, "drive_frequency": 1.1},
     "coloured noise": {"coloured": 0.01, "correlation_time": 1.0},
     "band-pass noise": {"coloured": 0.01, "centre": 1.1, "bandwidth": 0.2},

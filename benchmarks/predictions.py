@@ -3,7 +3,8 @@
     .venv/bin/python benchmarks/predictions.py              # predictions computed now, beside the measured values
     .venv/bin/python benchmarks/predictions.py jiang        # of one device
     .venv/bin/python benchmarks/predictions.py --write      # into benchmarks/predicted.csv
-    .venv/bin/python benchmarks/predictions.py --table      # those beside benchmarks/measured.csv, as on the page
+    .venv/bin/python benchmarks/predictions.py --table      # those beside benchmarks/measured.csv, at once
+    .venv/bin/python benchmarks/predictions.py --page       # the same, into docs/validation.md
 
 What a source leaves open (a restitution, a damping that it prints to one digit) is a spread, not a choice: the scene is
 computed for `DRAWS` points of a Latin square over all of them; the prediction is their median, the interval has 95 % of
@@ -20,6 +21,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import viaduct
 from scipy.stats import qmc
 
 import harvester as hv
@@ -27,6 +29,8 @@ from harvester.arrays import Floats
 
 HERE = Path(__file__).parent
 SCENES = HERE.parent / "examples" / "published"
+PAGE = HERE.parent / "docs" / "validation.md"
+BEGIN, END = "<!-- by benchmarks/predictions.py --page -->", "<!-- end -->"
 G = 9.80665
 DRAWS = 12
 Spreads = Mapping[str, tuple[float, float]]
@@ -261,7 +265,15 @@ def norenberg() -> Iterator[Prediction]:
         yield Prediction("norenberg", f"rms voltage, {what}", "mV", float(value), float(low), float(high))
 
 
-DEVICES = {one.__name__: one for one in (liu, jiang, yang, norenberg, peigney)}
+# --- Koga et al. 2017: a viaduct, its traffic, and a store -----------------------------------------------------------
+
+
+def koga() -> Iterator[Prediction]:
+    """A sine on a resistor; then a record of the viaduct, a bridge of diodes and 44 uF (benchmarks/viaduct.py)."""
+    yield from predicted("koga", viaduct.SPREADS, viaduct.UNITS, viaduct.of)
+
+
+DEVICES = {one.__name__: one for one in (liu, jiang, yang, norenberg, peigney, koga)}
 COLUMNS = ("device", "what", "unit", "value", "low", "high")
 
 
@@ -274,10 +286,11 @@ def kept() -> list[Prediction]:
 
 @dataclass(frozen=True)
 class Measured:
-    """A measured value, and half a unit of the last digit that its source prints."""
+    """A measured value, half a unit of the last digit that its source prints, and why a prediction missed it."""
 
     value: float
     half_digit: float
+    why: str
 
     def is_inside(self, one: Prediction) -> bool:
         """Whether it is in the interval, as far as its digits tell."""
@@ -285,28 +298,38 @@ class Measured:
 
 
 def measured() -> dict[tuple[str, str], Measured]:
-    """The measured values of benchmarks/measured.csv, by device and quantity; none before they were written down."""
-    path = HERE / "measured.csv"
-    if not path.exists():
-        return {}
-    with path.open(newline="") as file:
+    """The measured values of benchmarks/measured.csv, by device and quantity."""
+    with (HERE / "measured.csv").open(newline="") as file:
         return {
-            (device, what): Measured(float(text), 0.5 * 10.0 ** -len(text.partition(".")[2]))
-            for device, what, text, _ in list(csv.reader(file))[1:]
+            (device, what): Measured(float(text), 0.5 * 10.0 ** -len(text.partition(".")[2]), why)
+            for device, what, text, _, why in list(csv.reader(file))[1:]
         }
 
 
-def table(device: str = "") -> list[str]:
-    """The rows of docs/validation.md: predicted and its interval, measured, measured over predicted, inside or not."""
-    found, rows = measured(), []
-    for one in kept():
-        real = found.get((one.device, one.what))
-        if real is not None and device in ("", one.device):
-            inside = "yes" if real.is_inside(one) else "no"
-            interval = f"{one.value:.3g} ({one.low:.3g} to {one.high:.3g}) {one.unit}"
-            rows.append(
-                f"| {one.what} | {interval} | {real.value:.4g} {one.unit} | {real.value / one.value:.2f} | {inside} |"
-            )
+def sources() -> dict[str, dict[str, str]]:
+    """What benchmarks/devices.csv says of each device: title, class, source, what was taken and what is open."""
+    with (HERE / "devices.csv").open(newline="") as file:
+        return {row["device"]: row for row in csv.DictReader(file)}
+
+
+def table() -> list[str]:
+    """The table of docs/validation.md: source, taken, predicted and its interval, measured, ratio, inside or not."""
+    found = measured()
+    rows = ["| source | quantity | predicted | measured | ratio | inside |", "|---|---|---|---|---|---|"]
+    for device, about in sources().items():
+        source = f"**{about['title']}** ({about['source']}). Taken: {about['taken']}. Open: {about['open']}"
+        for one in (one for one in kept() if one.device == device and (device, one.what) in found):
+            real = found[device, one.what]
+            cells = [
+                source,
+                one.what,
+                f"{one.value:.3g} ({one.low:.3g} to {one.high:.3g}) {one.unit}",
+                f"{real.value:.4g} {one.unit}",
+                f"{real.value / one.value:.2f}",
+                "yes" if real.is_inside(one) else f"no: {real.why}",
+            ]
+            rows.append(f"| {' | '.join(cells)} |")
+            source = ""
     return rows
 
 
@@ -316,18 +339,34 @@ def summary() -> str:
     pairs = [(one, found[one.device, one.what]) for one in kept() if (one.device, one.what) in found]
     inside = sum(real.is_inside(one) for one, real in pairs)
     off = float(np.median([abs(real.value / one.value - 1.0) for one, real in pairs]))
-    return f"{inside} of {len(pairs)} intervals hold; the median deviation is {100.0 * off:.0f} %"
+    devices = len({one.device for one, _ in pairs})
+    return f"{devices} devices: {inside} of {len(pairs)} intervals hold; the median deviation is {100.0 * off:.0f} %"
+
+
+def by_device() -> list[str]:
+    """The rows of the README: a device, how many intervals hold, and measured over predicted (median, least, most)."""
+    found, rows = measured(), []
+    for device, about in sources().items():
+        pairs = [(one, found[device, one.what]) for one in kept() if one.device == device]
+        ratios = [real.value / one.value for one, real in pairs]
+        holds = f"{sum(real.is_inside(one) for one, real in pairs)} of {len(pairs)}"
+        spread = f"{np.median(ratios):.2f} ({min(ratios):.2f} to {max(ratios):.2f})"
+        rows.append(f"| {about['title']} | {about['source']} | {holds} | {spread} |")
+    return rows
+
+
+def block() -> list[str]:
+    """The generated lines of docs/validation.md: how many intervals hold, and the table."""
+    return [f"**{summary()}.**", "", *table()]
 
 
 def main() -> None:
     if "--table" in sys.argv:
-        for name in DEVICES:
-            print(
-                f"\n{name}\n\n| | predicted | measured | ratio | inside |\n|---|---|---|---|---|",
-                *table(name),
-                sep="\n",
-            )
-        print(f"\n{summary()}")
+        print(*block(), sep="\n")
+        return
+    if "--page" in sys.argv:
+        before, _, rest = PAGE.read_text().partition(BEGIN)
+        PAGE.write_text("\n".join([f"{before}{BEGIN}", *block(), f"{END}{rest.partition(END)[2]}"]))
         return
     asked = [name for name in sys.argv[1:] if name != "--write"]
     made = {} if "--write" not in sys.argv or not asked else {(one.device, one.what): one for one in kept()}

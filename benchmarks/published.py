@@ -1,9 +1,9 @@
 """Devices that others published: each number that a source gives or lets one compute, beside ours with its error.
 
-    .venv/bin/python benchmarks/published.py                # all tables of docs/validation.md, a minute
+    .venv/bin/python benchmarks/published.py                # all tables of docs/formulas.md, a minute
     .venv/bin/python benchmarks/published.py erturk_inman   # one of them
 
-Every source is named in full in docs/validation.md.  Powers are means; a source's peak power is halved.  The
+Every source is named in full in docs/formulas.md.  Powers are means; a source's peak power is halved.  The
 column "published" is computed apart from the package, but for the paper's own theory.  Long because each source has its
 formulas.  tests/project/test_validation.py compares the page with these rows.
 """

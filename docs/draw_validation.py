@@ -1,4 +1,4 @@
-"""Draws docs/validation/*.png: published curves and points beside ours, for docs/validation.md.
+"""Draws docs/validation/*.png: published curves and points beside ours, for docs/validation.md and docs/formulas.md.
 
     .venv/bin/python docs/draw_validation.py           # all, two minutes
     .venv/bin/python docs/draw_validation.py bistable  # one

@@ -76,7 +76,7 @@ def _label(here: Axes, panel: str, rows: Sequence[PaperPointShape], most: int) -
     if against == "mu":
         logarithm(here.xaxis)
     else:
-        here.xaxis.set_major_locator(MaxNLocator(5))  # more numbers would touch
+        here.xaxis.set_major_locator(MaxNLocator(5 if most > 22 else 3))  # more numbers would touch
     return y.factor
 
 

@@ -10,6 +10,7 @@ import dataclasses
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, ClassVar
 
 import numpy as np
@@ -177,34 +178,33 @@ def _response(panel: str, coefficient: str, values: Floats) -> Iterator[FigurePo
 
 def _densities(curves: dict[str, dict[str, Any]]) -> Iterator[FigurePoint]:
     """The densities p(A), p(x) and p(x') at the centres of the Monte Carlo's bins."""
+    from harvester.density.marginals import Marginals
+    from harvester.density.refine import LIGHTEST, refined
     from harvester.mechanics.ensemble.histograms import Histogram
 
     for curve, changes in curves.items():
         eqs = dataclasses.replace(RESPONSE, **changes)
         law, ours = stationary.density(eqs), two_scale.solve(eqs)
-        samples, stop = _states(eqs), eqs.restitution is not None
-        sampled = {
-            "amplitude A": amplitude_through(samples[0], samples[1], eqs.alpha or 0.0, eqs.beta or 0.0, eqs.mu or 0.0),
-            "displacement x": samples[0],
-            "velocity x'": samples[1],
-        }
-        for panel, values in sampled.items():
-            low = -3.0 if panel.startswith("velocity") else 0.0
-            edges = np.linspace(low, 3.0 if low else 2.4, 41)
-            histogram = Histogram(edges, 64)  # groups of trajectories: snapshots of one are not independent
+        found = refined(eqs, 1e-3, None, None, LIGHTEST).solution
+        solved = Marginals(found.form, found.p)
+        (x, v), stop = _states(eqs), eqs.restitution is not None
+        through = partial(amplitude_through, alpha=eqs.alpha or 0.0, beta=eqs.beta or 0.0, mu=eqs.mu or 0.0)
+        fine, fast = np.arange(0.002, 4.0, 0.004), np.arange(-6.0, 6.0, 0.008)
+        edges, speeds = np.linspace(0.0, 2.4, 41), np.linspace(-3.0, 3.0, 41)
+        plane = np.histogram(through(fine[:, None], fast), edges, weights=solved.phase_plane(fine, fast))[0]
+        at, to = 0.5 * (edges[1:] + edges[:-1]), 0.5 * (speeds[1:] + speeds[:-1])
+        slow = (stationary.displacement_density(at, law, eqs), densities.displacement_density(at, ours, stop))
+        quick = (stationary.velocity_density(to, law, eqs), densities.velocity_density(to, ours, stop))
+        for panel, bins, values, theories, exact in (
+            ("amplitude A", edges, through(x, v), (np.interp(at, law.A, law.p), densities.amplitude_density(at, ours)),
+             plane * 0.004 * 0.008 / np.diff(edges)),
+            ("displacement x", edges, x, slow, solved.displacement(at)),
+            ("velocity x'", speeds, v, quick, solved.velocity(to)),
+        ):  # fmt: skip
+            histogram = Histogram(bins, 64)  # groups of trajectories: snapshots of one are not independent
             histogram.add(values.ravel())
             counted = histogram.density()
-            at = counted.centres
-            match panel[0]:
-                case "a":
-                    theories = np.interp(at, law.A, law.p), densities.amplitude_density(at, ours)
-                case "d":
-                    averaged = densities.displacement_density(at, ours, stop)
-                    theories = stationary.displacement_density(at, law, eqs), averaged
-                case _:
-                    averaged = densities.velocity_density(at, ours, stop)
-                    theories = stationary.velocity_density(at, law, eqs), averaged
-            for row in zip(at, *theories, counted.value, counted.stderr, strict=True):
+            for row in zip(counted.centres, *theories, counted.value, counted.stderr, exact, strict=True):
                 yield FigurePoint(f"p({panel})", curve, *(float(v) for v in row))
 
 

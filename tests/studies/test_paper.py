@@ -37,6 +37,20 @@ def test_data_and_plot(drawn, number):
     assert (drawn / f"fig{number}.csv").read_text().splitlines()[0] == ",".join(paper.COLUMNS)
 
 
+@pytest.mark.parametrize("panel", ["p(amplitude A)", "p(displacement x)", "p(velocity x')"])
+def test_densities_without_sampling(drawn, panel):
+    """Figure 1: the solved density is the Monte Carlo's within its errors, and the formula is near it."""
+    rows = csv.DictReader((drawn / "fig1.csv").read_text().splitlines())
+    of = ("published", "ensemble", "ensemble_stderr", "density")
+    table = np.array([[float(row[name]) for name in of] for row in rows if row["panel"] == panel])
+    published, ensemble, error, density = table[table[:, 3] > 0.02].T
+    z = (density - ensemble) / error
+    assert len(z) > 60
+    assert np.sqrt(np.mean(z**2)) < 1.5
+    assert abs(z).max() < 5.0
+    assert abs(published - density).max() < 0.04 * density.max()
+
+
 @pytest.mark.thorough("test_unknown_figure_is_one_line")
 @pytest.mark.parametrize("panel", ["E[V^2] against D11", "E[P] against D11"])
 def test_figure_4(drawn, panel):

@@ -1,4 +1,4 @@
-"""The measured bimorph of docs/validation.md with a circuit, as a scene file."""
+"""The measured bimorph of docs/formulas.md with a circuit, as a scene file."""
 
 _SCENE = """
 [oscillator]
