@@ -19,6 +19,7 @@ from tests.support.systems import BEAM, SECOND, THIRD
 pytestmark = [pytest.mark.ngspice, pytest.mark.slow]
 THOROUGH = pytest.mark.thorough("test_path_of_the_ensemble")
 RIGID = hv.Stop(restitution=0.5, gap="0.02 mm")
+BALL = hv.Ball(mass="2 g", room="0.1 mm", restitution=0.5, tilt=30.0)
 DRIVE = hv.Excitation(acceleration_amplitude="0.5 g", frequency="45 Hz")
 UNDER = hv.Magnifier(mass="30 g", stiffness="4 N/mm", damping="0.5 N s/m", restitution=0.4, gap="0.02 mm")
 
@@ -40,8 +41,9 @@ def _lockstep(scene, h, steps, reltol=1e-4):
         pytest.param({"stop": RIGID, "excitation": DRIVE}, marks=THOROUGH),
         pytest.param({"stop": hv.Stop(stiffness="2e4 N/m", damping="5 N s/m", gap="0.02 mm")}, marks=THOROUGH),
         pytest.param({"mode": (), "magnifier": UNDER}, marks=THOROUGH),
+        {"mode": (), "ball": BALL},
     ],
-    ids=["noise", "drive", "compliant", "magnifier"],
+    ids=["noise", "drive", "compliant", "magnifier", "ball"],
 )
 def test_path_of_the_ensemble(change):
     """With a resistor ngspice's modes go as those of the exact update, and the energy ledger closes."""
