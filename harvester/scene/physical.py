@@ -1,6 +1,7 @@
 """The tables of a physical scene: oscillator, piezo, stops and excitation, in SI units.
 
 Numbers are SI; texts carry their unit.  A table or a key that is left out is an effect that is absent.
+Long because users read the explanation of each table.
 """
 
 from collections.abc import Sequence
