@@ -66,7 +66,10 @@ EFFECTS = (
     Effect("recorded_acceleration", "record", (LINEAR, REST, PART)),
     Effect("tabulated_noise", "density", (LINEAR, REST, PART)),
     Effect(
-        "further_modes", "modes", (LINEAR, SWEPT), lambda eqs: eqs.modes.oscillator is None and eqs.modes.sprung > 1
+        "further_modes",
+        "modes",
+        (LINEAR, SWEPT, PART),
+        lambda eqs: eqs.modes.oscillator is None and eqs.modes.sprung > 1,
     ),
     Effect("magnifier", "modes", (LINEAR, SWEPT), lambda eqs: eqs.modes.oscillator is not None),
     Effect("ball", "modes", (), lambda eqs: eqs.modes.pull is not None),
@@ -82,6 +85,6 @@ def unknown_to(theory: str) -> frozenset[str]:
     """The names of the effects that a theory does not know.
 
     >>> sorted(unknown_to(PART))
-    ['ball', 'correlated_noise', 'further_modes', 'magnifier', 'parametric_noise']
+    ['ball', 'correlated_noise', 'magnifier', 'parametric_noise']
     """
     return frozenset(effect.name for effect in EFFECTS if theory not in effect.known_to)
