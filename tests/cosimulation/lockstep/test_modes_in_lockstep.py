@@ -59,6 +59,17 @@ def test_path_of_the_ensemble(change):
     assert abs(ledger.residual) < 5e-3
 
 
+def test_motion_of_several_modes():
+    """Command `motion` by ngspice shows the path that engine `ensemble` has on the same noise, impacts included."""
+    scene = BEAM.replace(mode=(SECOND, THIRD), stop=RIGID)
+    found, expected = (hv.motion(scene, engine, "0.2 s", seed=2, from_rest=True) for engine in ("spice", "ensemble"))
+    for name in ("displacement", "voltage"):
+        one, other = getattr(found, name), getattr(expected, name)
+        assert np.abs(one - other)[:200].max() < 3e-3 * np.abs(other).max(), name
+    assert len(found.impacts) == pytest.approx(len(expected.impacts), abs=2)
+    assert len(found.impacts) > 2
+
+
 def _one_netlist(scene, begin, end, step):
     """The mean power of Rload (W) from ``begin`` to ``end`` (s), with each mode as a loop of ngspice's elements.
 
