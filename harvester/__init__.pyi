@@ -27,6 +27,7 @@ from .quantities.spacing import linspace as linspace
 from .quantities.spacing import logspace as logspace
 from .scene.load import Load as Load
 from .scene.nondimensional import Nondimensional as Nondimensional
+from .scene.physical import Ball as Ball
 from .scene.physical import Excitation as Excitation
 from .scene.physical import Magnifier as Magnifier
 from .scene.physical import Mode as Mode

@@ -19,6 +19,7 @@ SIZES = {
 }
 NEEDED = ("length", "width", "substrate_thickness", "piezo_thickness")
 LONGEST = 10.0  # m: no piezo beam is longer, and 60 is one of 60 mm
+MOST_MODES = 4
 TEXTS = ("piezo", "substrate")
 
 
@@ -33,19 +34,22 @@ def geometry_options(command: Callable[..., Any]) -> Callable[..., Any]:
             cloup.option("--" + name.replace("_", "-"), name, metavar="VALUE", help=help_)
             for name, help_ in SIZES.items()
         ),
+        cloup.option("--modes", type=int, metavar="N", help="Bending modes, 1 to 4.  Default: the first alone."),
         cloup.option("--piezo", metavar="NAME", help=f"One of {', '.join(PIEZOS)}."),
         cloup.option("--substrate", metavar="NAME", help=f"One of {', '.join(SUBSTRATES)}."),
     )(command)
 
 
 def take(values: dict[str, Any]) -> Any:
-    """Take the beam out of the values of a command; None where none of its options is given.
+    """Take the beam, and how many modes, out of the values of a command; None where none of its options is given.
 
     Raises InputError for options that do not go together, are missing, or are no lengths and masses.
     """
     bimorph, unimorph, parallel = (values.pop(name) for name in ("bimorph", "unimorph", "parallel"))
     texts = {name: values.pop(name) for name in (*SIZES, *TEXTS)}
-    given = [name for name, text in texts.items() if text is not None] + ["parallel"] * bool(parallel)
+    modes = values.pop("modes")
+    given = [name for name, text in texts.items() if text is not None]
+    given += ["parallel"] * bool(parallel) + ["modes"] * (modes is not None)
     if not (bimorph or unimorph):
         if given:
             raise InputError(f"`bimorph` or `unimorph` must be given with `{given[0]}`, but neither is")
@@ -55,7 +59,9 @@ def take(values: dict[str, Any]) -> Any:
     if missing:
         names = ", ".join(f"`{name}`" for name in missing)
         raise InputError(f"these must be given for the geometry: {names}, but are left out")
-    return _beam(texts, bimorph, parallel)
+    if modes is not None and not 1 <= modes <= MOST_MODES:
+        raise InputError(f"`modes` must be from 1 to {MOST_MODES}, but is {modes}")
+    return _beam(texts, bimorph, parallel), modes or 1
 
 
 def _check_layers(bimorph: bool, unimorph: bool, parallel: bool) -> None:

@@ -83,9 +83,9 @@ def new(
 
     path = Path(file)
     check(path, force)  # before anybody answers questions
-    beam = take(values)
+    beam, modes = take(values) or (None, 1)
     texts = {name: value for name, value in values.items() if value is not None}
-    made = None if beam is None else _from_geometry(beam, texts)
+    made = None if beam is None else _from_geometry(beam, modes, texts)
     if missing(texts) and sys.stdin.isatty():
         from harvester.commands.questions import ask, ask_title
 
@@ -94,7 +94,8 @@ def new(
     if netlist is not None:
         netlist = _netlist(netlist, path)
     named = pairs_of("--parameter", parameters, "be NAME=VALUE, such as R='1 Mohm'")
-    problem = write(path, scene_tables(texts, title or "", netlist, named), force)
+    further = () if made is None else made.further
+    problem = write(path, scene_tables(texts, title or "", netlist, named, further), force)
     found = meaning(problem)
     words = _words(problem, [*_on_geometry(beam, made, problem), *found.remarks], file)
     lines = next_lines(problem, file, found.facts)
@@ -107,12 +108,12 @@ def new(
     echo("\n".join([*written, "", *found.table(), "", *words, "", *(f"next: {line}" for line in lines)]))
 
 
-def _from_geometry(beam: Any, texts: dict[str, str]) -> Any:
+def _from_geometry(beam: Any, modes: int, texts: dict[str, str]) -> Any:
     """The lumped values of a beam, which are put among the texts."""
     from harvester.devices.beam import check_alone, lumped
 
     check_alone(texts)
-    made = lumped(beam)
+    made = lumped(beam, modes)
     texts |= {name: f"{getattr(made, name):.7g}" for name in ("mass", "stiffness", "coupling", "capacitance")}
     texts.setdefault("strain_per_displacement", f"{made.strain:.7g}")
     return made

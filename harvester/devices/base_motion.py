@@ -11,7 +11,7 @@ from harvester.equations.problem import Problem
 from harvester.records.records import Record
 from harvester.scene.physical import Excitation
 
-POINTS = 64  # of noise in a period of the response: what lies between is a straight line
+POINTS = 64  # of noise in a period of the response, or of the highest mode: what lies between is a straight line
 MOST_POINTS = 200_000  # of a source that is written point by point
 FINER = 8  # times as many points as a record has
 A_LINE = 4  # points
@@ -40,24 +40,26 @@ def base_source(problem: Problem, name: str, duration: float, seed: int) -> Iter
     yield f".ends {name}_base"
 
 
-def _spacing(problem: Problem) -> float:
-    """The time between points of noise, in s."""
-    return 2.0 * math.pi / (problem.scales.frequency * POINTS)
+def spacing(problem: Problem) -> float:
+    """The time between points of noise, in s, which is also the simulator's longest step."""
+    eqs = problem.equations
+    highest = 1.0 if eqs.modes is None else eqs.modes.highest(abs(eqs.spring[0]), eqs.beta or 0.0)
+    return 2.0 * math.pi / (problem.scales.frequency * highest * POINTS)
 
 
 def _periodic_and_white(problem: Problem) -> Iterator[str]:
     """The sources that a simulator draws itself: a harmonic drive, and white noise."""
-    excitation, spacing = problem.scene.excitation or Excitation(), _spacing(problem)
+    excitation, apart = problem.scene.excitation or Excitation(), spacing(problem)
     if excitation.acceleration_amplitude and excitation.frequency and excitation.profile is None:
         amplitude, frequency = excitation.acceleration_amplitude, excitation.frequency
         yield f"* Harmonic: {amplitude:.10g} m/s^2, {frequency:.10g} Hz; the mass is pushed by its opposite"
         yield f"Vharmonic {{}} SIN(0 {-amplitude:.10g} {frequency:.10g} 0 0 90)"
     density = excitation.acceleration_psd
     if density and not excitation.filtered:
-        size = math.sqrt(density / (2.0 * spacing))
-        yield f"* White noise of one-sided density {density:.10g} (m/s^2)^2/Hz, a value every {spacing:.10g} s"
+        size = math.sqrt(density / (2.0 * apart))
+        yield f"* White noise of one-sided density {density:.10g} (m/s^2)^2/Hz, a value every {apart:.10g} s"
         yield "* (TRNOISE is known to ngspice and KiCad; ngspice draws other values in each run, whatever its seed)"
-        yield f"Vnoise {{}} DC 0 TRNOISE({size:.10g} {spacing:.10g} 0 0)"
+        yield f"Vnoise {{}} DC 0 TRNOISE({size:.10g} {apart:.10g} 0 0)"
 
 
 def _from_points(problem: Problem, duration: float, seed: int) -> Iterator[str]:
@@ -67,7 +69,7 @@ def _from_points(problem: Problem, duration: float, seed: int) -> Iterator[str]:
         yield from _points("Vrecord", *_recorded(problem, record))
     elif problem.equations.coloured is not None or problem.equations.density is not None:
         yield f"* One draw of {duration:g} s of the scene's noise, of seed {seed}"
-        yield from _points("Vdrawn", *_drawn(problem, duration, _spacing(problem), seed))
+        yield from _points("Vdrawn", *_drawn(problem, duration, spacing(problem), seed))
 
 
 def _recorded(problem: Problem, record: Record) -> tuple[Floats, Floats]:
@@ -81,16 +83,16 @@ def _recorded(problem: Problem, record: Record) -> tuple[Floats, Floats]:
     return t / s.frequency, -record.sampled(count) * s.length * s.frequency**2
 
 
-def _drawn(problem: Problem, duration: float, spacing: float, seed: int) -> tuple[Floats, Floats]:
+def _drawn(problem: Problem, duration: float, apart: float, seed: int) -> tuple[Floats, Floats]:
     """Times (s) and accelerations (m/s^2) of one draw of the scene's noise."""
     from harvester.mechanics.kernels.forcing import forcing
 
     s = problem.scales
-    steps = math.ceil(duration / spacing)
+    steps = math.ceil(duration / apart)
     noise = replace(problem.equations, drive=None, drive_frequency=None)  # the sinusoid is a source of its own
-    found = forcing(noise, spacing * s.frequency, steps, np.random.default_rng([seed, 10]))
+    found = forcing(noise, apart * s.frequency, steps, np.random.default_rng([seed, 10]))
     assert found is not None, "the scene has such noise"
-    return spacing * np.arange(steps + 1, dtype=np.float64), -found * s.length * s.frequency**2
+    return apart * np.arange(steps + 1, dtype=np.float64), -found * s.length * s.frequency**2
 
 
 def _points(name: str, t: Floats, a: Floats) -> Iterator[str]:

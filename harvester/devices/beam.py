@@ -1,8 +1,12 @@
-"""A cantilever of layers with a tip mass, as the one mode of a scene: by Euler and Bernoulli's first mode.
+"""A cantilever of layers with a tip mass, as the modes of a scene: by Euler and Bernoulli's modes, mostly the first.
 
     EI phi'''' = w^2 m phi,   phi(0) = phi'(0) = 0,   EI phi''(L) = w^2 It phi'(L),   EI phi'''(L) = -w^2 Mt phi(L)
     1 = m int phi^2 dx + Mt phi(L)^2 + It phi'(L)^2,   sigma = m int phi dx + Mt phi(L)
     mass = sigma^2    stiffness = w^2 sigma^2    coupling = vartheta phi'(L) sigma    tip = phi(L) sigma X
+
+Of the mode j > 1, turned so that phi_j(L) >= 0 and with the mass of the first, all being of phi_1(L) >= 0:
+
+    base = sigma_j/sigma_1    coupling = vartheta phi_j'(L) sigma_1    at_stop = phi_j(L)/phi_1(L)
 
 The strain is largest at the clamp, at the piezo's outer surface, c from the neutral axis: strain = c phi''(0) sigma X.
 The mass is so chosen that the base acceleration needs no factor.  vartheta = |e31| b z, with z from the neutral axis to
@@ -12,7 +16,7 @@ Source: Erturk and Inman 2009, Smart Mater. Struct. 18, 025009.
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -20,9 +24,11 @@ from harvester.devices import materials
 from harvester.errors import InputError
 from harvester.presentation.diagnostic import Diagnostic, note
 
+TURN = 2.0 * math.pi
+BARE = (2.0, 4.8, 8.0, 11.1)  # just above the roots of a beam without a tip mass, which makes them smaller
 APPROXIMATIONS = (
     "a slender beam of one width, clamped stiffly, layers bonded without glue, electrodes over the whole length",
-    "the first bending mode alone, without damping, which no geometry tells: give --damping-ratio or --q",
+    "bending alone, without damping, which no geometry tells: --damping-ratio or --q, the same for all modes",
 )
 
 
@@ -50,7 +56,8 @@ class Beam:
 class Lumped:
     """The scene's values of a beam in SI units, and what its tip and its piezo do over the displacement of the scene.
 
-    ``tip`` is the tip's displacement over it, ``strain`` the largest strain of the piezo over it (1/m).
+    ``tip`` is the tip's displacement over it, ``strain`` the largest strain of the piezo over it (1/m).  ``further``
+    are the modes above the first, whose masses are ``mass``.
     """
 
     mass: float
@@ -59,13 +66,31 @@ class Lumped:
     capacitance: float
     tip: float
     strain: float
+    further: tuple["BeamMode", ...] = ()
 
 
-def lumped(beam: Beam) -> Lumped:
-    """The values of a beam; raises InputError for materials that are not known."""
-    from scipy.integrate import quad
-    from scipy.optimize import brentq
+class BeamMode(NamedTuple):
+    """A mode above the first: frequency in short circuit (Hz), and coupling, base and at_stop as of a scene's mode."""
 
+    frequency: float
+    coupling: float
+    base: float
+    at_stop: float
+
+
+class Bending(NamedTuple):
+    """A mode of unit modal mass: its root k = beta L, w^2, sigma, and the slope and displacement (> 0) of the tip."""
+
+    root: float
+    w2: float
+    sigma: float
+    slope: float
+    tip: float
+    norm: float
+
+
+def lumped(beam: Beam, modes: int = 1) -> Lumped:
+    """The values of a beam with so many modes; raises InputError for materials that are not known."""
     ceramic, plate = materials.piezo(beam.piezo), materials.substrate(beam.substrate)
     b, hs, hp, length = beam.width, beam.substrate_thickness, beam.piezo_thickness, beam.length
     two = beam.layers == 2
@@ -76,6 +101,31 @@ def lumped(beam: Beam) -> Lumped:
     z = middle - axis
     stiffness = plate.young * (hs**3 / 12.0 + hs * axis**2) + beam.layers * ceramic.young * (hp**3 / 12.0 + hp * z**2)
     bending = b * stiffness
+    found = _bendings(beam, m, bending, modes)
+    vartheta = abs(ceramic.d31) * ceramic.young * b * z
+    capacitance = ceramic.permittivity * b * length / hp
+    if two:
+        vartheta, capacitance = (2.0 * vartheta, 2.0 * capacitance) if beam.parallel else (vartheta, 0.5 * capacitance)
+    first = found[0]
+    sigma = first.sigma
+    surface = 0.5 * hs + hp - axis
+    strain = (
+        surface * 2.0 * (first.root / length) ** 2 * first.norm * sigma
+    )  # the shape's curvature there is -2 (k/L)^2
+    further = tuple(
+        BeamMode(math.sqrt(one.w2) / TURN, vartheta * one.slope * sigma, one.sigma / sigma, one.tip / first.tip)
+        for one in found[1:]
+    )
+    coupling = vartheta * first.slope * sigma
+    return Lumped(sigma**2, first.w2 * sigma**2, coupling, capacitance, first.tip * sigma, abs(strain), further)
+
+
+def _bendings(beam: Beam, m: float, bending: float, count: int) -> list[Bending]:
+    """The first modes of a beam of mass m a length and bending stiffness EI."""
+    from scipy.integrate import quad
+    from scipy.optimize import brentq
+
+    length = beam.length
     tip, turning = beam.tip_mass / (m * length), beam.tip_mass * (beam.tip_length**2 + beam.tip_height**2) / 12.0
     inertia = turning / (m * length**3)
 
@@ -86,28 +136,29 @@ def lumped(beam: Beam) -> Lumped:
         shear = [s - sh + tip * k * (c - ch), -(c + ch) + tip * k * (s - sh)]
         return np.array([moment, shear])
 
-    grid = np.linspace(1e-3, 2.0, 400)
-    signs = np.sign([np.linalg.det(ends(k)) for k in grid])
-    place = int(np.argmax(signs[1:] != signs[:-1]))
-    k = float(brentq(lambda x: float(np.linalg.det(ends(x))), grid[place], grid[place + 1], xtol=1e-14))
-    ratio = float(-ends(k)[0][0] / ends(k)[0][1])
+    def determinant(k: float) -> float:
+        return float(np.linalg.det(ends(k)))
 
-    def shape(u: float) -> float:
-        return math.cos(k * u) - math.cosh(k * u) + ratio * (math.sin(k * u) - math.sinh(k * u))
+    def bent(k: float) -> Bending:
+        ratio = float(-ends(k)[0][0] / ends(k)[0][1])
 
-    slope = k / length * (-math.sin(k) - math.sinh(k) + ratio * (math.cos(k) - math.cosh(k)))
-    square = length * quad(lambda u: shape(u) ** 2, 0.0, 1.0)[0]
-    norm = 1.0 / math.sqrt(m * square + beam.tip_mass * shape(1.0) ** 2 + turning * slope**2)
-    sigma = norm * (m * length * quad(shape, 0.0, 1.0)[0] + beam.tip_mass * shape(1.0))
-    w2 = k**4 * bending / (m * length**4)
-    vartheta = abs(ceramic.d31) * ceramic.young * b * z
-    capacitance = ceramic.permittivity * b * length / hp
-    if two:
-        vartheta, capacitance = (2.0 * vartheta, 2.0 * capacitance) if beam.parallel else (vartheta, 0.5 * capacitance)
-    coupling = abs(vartheta * slope * norm * sigma)
-    surface = 0.5 * hs + hp - axis
-    strain = surface * 2.0 * (k / length) ** 2 * norm * sigma  # the shape's curvature at the clamp is -2 (k/L)^2
-    return Lumped(sigma**2, w2 * sigma**2, coupling, capacitance, abs(shape(1.0) * norm * sigma), abs(strain))
+        def shape(u: float) -> float:
+            return math.cos(k * u) - math.cosh(k * u) + ratio * (math.sin(k * u) - math.sinh(k * u))
+
+        slope = k / length * (-math.sin(k) - math.sinh(k) + ratio * (math.cos(k) - math.cosh(k)))
+        square = length * quad(lambda u: shape(u) ** 2, 0.0, 1.0)[0]
+        norm = 1.0 / math.sqrt(m * square + beam.tip_mass * shape(1.0) ** 2 + turning * slope**2)
+        sigma, norm = (
+            m * length * quad(shape, 0.0, 1.0)[0] + beam.tip_mass * shape(1.0),
+            math.copysign(norm, shape(1.0)),
+        )
+        w2 = k**4 * bending / (m * length**4)
+        return Bending(k, w2, norm * sigma, norm * slope, norm * shape(1.0), norm)
+
+    grid = np.linspace(1e-3, BARE[count - 1], 400 * count)
+    signs = np.sign([determinant(k) for k in grid])
+    places = np.flatnonzero(signs[1:] != signs[:-1])[:count]
+    return [bent(float(brentq(determinant, grid[at], grid[at + 1], xtol=1e-14))) for at in places]
 
 
 def remarks_on(beam: Beam, found: Lumped, has_lifetime: bool) -> list[Diagnostic]:

@@ -4,10 +4,11 @@ K = M (2 pi f_sc)^2        zeta = 1/(2 Q)        theta^2 = K Cp ((f_oc/f_sc)^2 -
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
+from harvester.devices.beam import BeamMode
 from harvester.devices.datasheet import FIELDS, TEXTS, arguments
 from harvester.errors import InputError, invalid, refused
 from harvester.quantities.kinds import QUALITY, Kind, any_quantity, with_prefix
@@ -90,9 +91,15 @@ def check(known: Mapping[str, object], netlist: str | None, parameters: Mapping[
 
 
 def scene_tables(
-    texts: Mapping[str, str], title: str = "", netlist: str | None = None, parameters: Mapping[str, str] | None = None
+    texts: Mapping[str, str],
+    title: str = "",
+    netlist: str | None = None,
+    parameters: Mapping[str, str] | None = None,
+    further: Sequence[BeamMode] = (),
 ) -> Tables:
     """The tables of the scene of a device, from the texts of its datasheet; ``netlist`` as the scene file names it.
+
+    ``further`` are modes above the first, which get its mass and damping.
 
     Raises InputError for a text that is no value, fields that do not go together, and those that are missing.
     """
@@ -107,6 +114,7 @@ def scene_tables(
     words = {name: texts[name].strip() for name in TEXTS if name in texts}
     tables: Tables = {"": [Entry("title", title, "")] if title else []}
     tables |= {"oscillator": _oscillator(values, written), "piezo": _piezo(values, written)}
+    tables |= {f"mode.{number}": _mode(one, tables["oscillator"]) for number, one in enumerate(further, 2)}
     tables |= {"stop": [], "excitation": [], "load": []}
     _copy(texts, {**written, **words}, tables)
     if netlist is not None:
@@ -150,6 +158,19 @@ def _oscillator(values: dict[str, float], written: dict[str, float | str]) -> li
         return [mass, stiffness, Entry("damping_ratio", 0.5 / q, f"mechanical: 1/(2 Q), Q = {q:g}")]
     word = "mechanical, of the critical; Q = 1/(2 damping_ratio)"
     return [mass, stiffness, Entry("damping_ratio", written["damping_ratio"], word)]
+
+
+def _mode(one: BeamMode, oscillator: list[Entry]) -> list[Entry]:
+    """The entries of a further mode, with mass and damping of the first."""
+    mass, _, ratio = oscillator
+    return [
+        Entry("frequency", float(f"{one.frequency:.7g}"), "Hz, in short circuit"),
+        Entry("mass", mass.value, "that of the first, by its shape's scale"),
+        Entry("damping_ratio", ratio.value, "taken as that of the first"),
+        Entry("coupling", float(f"{one.coupling:.7g}"), "N/V, by the slope at the end"),
+        Entry("base", float(f"{one.base:.7g}"), "participation in the base's acceleration"),
+        Entry("at_stop", float(f"{one.at_stop:.7g}"), "the tip's displacement, over that of the first mode"),
+    ]
 
 
 def _short_circuit(values: Mapping[str, float]) -> tuple[float, float]:

@@ -8,6 +8,7 @@ with the mass as a coil, the linear damping as a resistor, the linear spring as 
 transformer to the piezo.  What is not linear is a behavioural source of the displacement, which the spring's capacitor
 tells.  A stop is a spring and a damper while the mass is behind it.
 
+Further modes are loops like it on the same piezo (`harvester.devices.mode_loops`).
 (Tilmans, J. Micromech. Microeng. 6, 157, 1996, for the analogy.)
 """
 
@@ -18,7 +19,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from harvester import __version__
-from harvester.devices.base_motion import MOST_POINTS, POINTS, base_source
+from harvester.devices import mode_loops
+from harvester.devices.base_motion import MOST_POINTS, base_source, spacing
 from harvester.engines.protocol import AnyScene
 from harvester.equations.effects import EFFECTS, PART
 from harvester.equations.from_scene import SOURCES
@@ -27,6 +29,7 @@ from harvester.errors import CannotServeError, InputError, invalid, refused
 from harvester.machine import files
 from harvester.quantities.kinds import TIME, with_prefix
 from harvester.quantities.units import SYMBOLS
+from harvester.scene.further_modes import contact_mass
 from harvester.scene.physical import Stop
 
 STIFFER = 1e5  # stiffness of a rigid stop over the spring's: a contact of half a period/300
@@ -70,11 +73,11 @@ class _Contact:
     stiffness: float
     damping: float
 
-    def resistance(self, metre: float) -> str:
-        """What it adds to the loop, as an expression of v(x), of which 1 V is ``metre``."""
-        depth = f"({self.place / metre:.10g}-v(x))" if self.side > 0.0 else f"(v(x)-{self.place / metre:.10g})"
+    def resistance(self, metre: float, x: str = "v(x)", speed: str = "i(Vspeed)") -> str:
+        """What it adds to the loop, as an expression of x, of which 1 V is ``metre``, and of its speed."""
+        depth = f"({self.place / metre:.10g}-{x})" if self.side > 0.0 else f"({x}-{self.place / metre:.10g})"
         force = f"{-self.side * self.stiffness * metre:.10g}*uramp{depth}"
-        return f"{force}+{self.damping:.10g}*i(Vspeed)*u{depth}" if self.damping else force
+        return f"{force}+{self.damping:.10g}*{speed}*u{depth}" if self.damping else force
 
 
 def part(problem: Problem, name: str, duration: str | float | None = None, seed: int = 0) -> str:
@@ -93,17 +96,18 @@ def part(problem: Problem, name: str, duration: str | float | None = None, seed:
 def _duration(duration: str | float | None, problem: Problem) -> float:
     """How long drawn noise is, in s."""
     period = 2.0 * math.pi / problem.scales.frequency
+    longest = MOST_POINTS * spacing(problem)
     drawn = problem.equations.coloured is not None or problem.equations.density is not None
     if duration is None:
-        return PERIODS * period
+        return min(PERIODS * period, longest)
     if not drawn:
         raise InputError("`duration` must go with noise that is drawn point by point, but the scene has none")
     try:
         found = with_prefix(duration.strip(), TIME) if isinstance(duration, str) else TIME.read(duration)
     except ValueError as error:
         raise refused("`duration`", error, duration) from None
-    if not period <= found <= MOST_POINTS / POINTS * period:
-        raise invalid("`duration`", f"be between {period:.3g} and {MOST_POINTS / POINTS * period:.3g}", duration)
+    if not period <= found <= longest:
+        raise invalid("`duration`", f"be between {period:.3g} and {longest:.3g}", duration)
     return found
 
 
@@ -113,7 +117,7 @@ def _head(problem: Problem, name: str) -> Iterator[str]:
     title = re.sub(r"[^ -~]", " ", scene.title or name)
     load = scene.load.resistance if scene.load is not None and scene.load.resistance else 1e6
     period = 2.0 * math.pi / s.frequency
-    step = period / POINTS
+    step = spacing(problem)
     if (contact := _shortest_contact(problem)) is not None:
         step = min(step, contact / CONTACT_STEPS)
     force = s.mass * s.length * s.frequency**2
@@ -179,14 +183,23 @@ def _device(problem: Problem, name: str) -> Iterator[str]:
         if coefficient := getattr(scene.oscillator, key):
             yield f"* The spring's force of X^{power}: {coefficient:.10g} N/m^{power}"
             yield f"B{key} {ends()} V={coefficient:.10g}*{'*'.join([x] * power)}"
-    for stop in _stops(problem):
+    stops = list(_stops(problem))
+    if scene.mode and stops:
+        yield from mode_loops.contact(scene.mode)
+    for stop in stops:
         yield f"* {stop.words}"
-        yield f"B{stop.name} {ends()} V={stop.resistance(metre)}"
+        if scene.mode:
+            yield f"B{stop.name} {stop.name} 0 V={stop.resistance(metre, mode_loops.AT_STOP, mode_loops.SPEED)}"
+            yield f"E{stop.name} {ends()} {stop.name} 0 1"
+        else:
+            yield f"B{stop.name} {ends()} V={stop.resistance(metre)}"
     yield f"* The piezo: {modal.coupling:.10g} N/V as an ideal transformer, capacitance {modal.capacitance:.10g} F"
     yield f"Epiezo {ends()} p n {modal.coupling:.10g}"
     yield f"Vspeed m{here} 0 0"
     yield f"Fpiezo n p Vspeed {modal.coupling:.10g}"
     yield f"Cpiezo p n {modal.capacitance:.10g}"
+    for number, mode in enumerate(scene.mode, 2):
+        yield from mode_loops.loop(number, mode, metre, [stop.name for stop in stops])
     yield f".ends {name}"
 
 
@@ -196,6 +209,7 @@ def _stops(problem: Problem) -> Iterator[_Contact]:
     A linear contact that ends where it began keeps exp(-pi z/sqrt(1 - z^2)) of the speed, z its damping ratio.
     """
     scene, modal = problem.scene, problem.scene.modal
+    mass = contact_mass(modal, scene.mode)
     for name, stop, side in (("stop", scene.stop, 1.0), ("opposite", scene.opposite_stop, -1.0)):
         if stop is None:
             continue
@@ -210,7 +224,7 @@ def _stops(problem: Problem) -> Iterator[_Contact]:
         hard = STIFFER * abs(modal.stiffness)
         logarithm = -math.log(max(stop.restitution, LEAST_RESTITUTION))
         ratio = logarithm / math.hypot(math.pi, logarithm)
-        soft = 2.0 * ratio * math.sqrt(hard * modal.mass)
+        soft = 2.0 * ratio * math.sqrt(hard * mass)
         kind = f"A rigid stop, r = {stop.restitution:.10g}, at X = {place:.10g} m"
         words = f"{kind}: {hard:.10g} N/m and {soft:.10g} N s/m behind it"
         yield _Contact(name, words, place, side, hard, soft)
@@ -218,7 +232,7 @@ def _stops(problem: Problem) -> Iterator[_Contact]:
 
 def _shortest_contact(problem: Problem) -> float | None:
     """How long the shortest contact with a stop lasts (s); None without a stop."""
-    mass = problem.scene.modal.mass
+    mass = contact_mass(problem.scene.modal, problem.scene.mode)
     times = []
     for stop in _stops(problem):
         square = stop.stiffness / mass - (0.5 * stop.damping / mass) ** 2

@@ -35,9 +35,10 @@ def text(tables: Tables) -> str:
     lines += ["# Numbers are SI, texts carry their unit; a table or key that is left out is an effect that is absent."]
     lines += ["# All keys, their units and meanings: harvester keys", ""]
     lines += [_line(entry) for entry in tables[""]]
-    for table, word in TABLES.items():
-        entries = tables[table]
-        lines += ["", _commented(f"[{table}]" if entries else f"# [{table}]", word)]
+    words = {name: "a further mode of vibration" for name in tables if name.startswith("mode.")}
+    for table, word in (TABLES | words).items():
+        entries, name = tables[table], "[[mode]]" if table in words else f"[{table}]"
+        lines += ["", _commented(name if entries else f"# {name}", word)]
         lines += [_line(entry) for entry in entries] or [f"# {example}" for example in EXAMPLES.get(table, [])]
     return "\n".join(lines).replace("\n\n\n", "\n\n") + "\n"
 

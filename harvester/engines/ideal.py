@@ -15,6 +15,7 @@ from harvester.presentation.diagnostic import Diagnostic, note, refusal, warning
 from harvester.presentation.engine_look import EngineLook
 from harvester.presentation.messages.unknown_parts import IDEAL_ELEMENTS
 
+LOW = 4.0  # V rms of a SECE
 LONG = 1000.0  # periods of the mass
 SLOW, WORSE = 0.02, 4.0  # of half a period: a switching that is told; what it may change of the power, over that
 
@@ -70,7 +71,8 @@ class Ideal(Ensemble):
             answer = super().run(scene, progress)
         except SimulationError as error:
             raise _with_cause(error, Problem.of(scene)) from None
-        diagnostics = (*answer.diagnostics, *_slow_switching(Problem.of(scene)))
+        problem = Problem.of(scene)
+        diagnostics = (*answer.diagnostics, *_slow_switching(problem), *_low_voltage(problem, answer))
         return dataclasses.replace(answer, effects=(*answer.effects, "ideal_circuit"), diagnostics=diagnostics)
 
     def model(self, problem: Problem) -> Model:
@@ -97,6 +99,14 @@ def _slow_switching(problem: Problem) -> tuple[Diagnostic, ...]:
     share = seconds * frequency / math.pi
     numbers = {"seconds": seconds, "share": share, "worse": WORSE}
     return (warning("slow_switching", **numbers, physical=problem.physical),) if share > SLOW else ()
+
+
+def _low_voltage(problem: Problem, answer: Estimate) -> tuple[Diagnostic, ...]:
+    """A warning where a SECE's voltage is low beside what its diodes and its switch leave of it."""
+    assert problem.circuit is not None, "the engine serves netlists only"
+    volts = math.sqrt(max(answer.mean_square_voltage.value, 0.0))
+    low = problem.physical and problem.circuit.topology == "sece" and problem.equations.is_random and volts < LOW
+    return (warning("low_voltage", volts=volts),) if low else ()
 
 
 def _with_cause(error: SimulationError, problem: Problem) -> SimulationError:

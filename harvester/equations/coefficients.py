@@ -119,8 +119,18 @@ class Equations:
         return -x * (linear + x * (alpha2 + x * alpha)) if math.isfinite(x) else 0.0
 
     @property
+    def has_ball(self) -> bool:
+        """Whether the stops are the ends of a ball's box."""
+        return self.modes is not None and self.modes.pull is not None
+
+    @property
     def rigid_stops(self) -> tuple[float, float]:
-        """Least and most x that the rigid stops allow; infinite where there is none."""
+        """Least and most x that the rigid stops allow; infinite where there is none.
+
+        Of several modes, and of a stop under a magnifier, they are those of the contact coordinate; a ball limits none.
+        """
+        if self.has_ball:
+            return -math.inf, math.inf
         low = -math.inf if self.restitution is None else 0.0 - (self.gap or 0.0)
         return low, math.inf if self.opposite_restitution is None else self.opposite_gap or 0.0
 

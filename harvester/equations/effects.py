@@ -65,20 +65,26 @@ EFFECTS = (
     Effect("band_pass_noise", "coloured", (LINEAR, REST, PART), lambda eqs: eqs.bandwidth is not None),
     Effect("recorded_acceleration", "record", (LINEAR, REST, PART)),
     Effect("tabulated_noise", "density", (LINEAR, REST, PART)),
-    Effect("further_modes", "modes", (LINEAR, SWEPT), lambda eqs: eqs.modes.oscillator is None),
+    Effect(
+        "further_modes",
+        "modes",
+        (LINEAR, SWEPT, PART),
+        lambda eqs: eqs.modes.oscillator is None and eqs.modes.sprung > 1,
+    ),
     Effect("magnifier", "modes", (LINEAR, SWEPT), lambda eqs: eqs.modes.oscillator is not None),
+    Effect("ball", "modes", (), lambda eqs: eqs.modes.pull is not None),
     Effect("back_coupling", "beta", THEORIES),
     Effect("resistive_load", "mu", THEORIES),
 )
 
 
-SEVERAL_MODES = frozenset(("further_modes", "magnifier"))  # what an engine or study of one mode does not know
+SEVERAL_MODES = frozenset(("further_modes", "magnifier", "ball"))  # what an engine or study of one mode does not know
 
 
 def unknown_to(theory: str) -> frozenset[str]:
     """The names of the effects that a theory does not know.
 
     >>> sorted(unknown_to(PART))
-    ['correlated_noise', 'further_modes', 'magnifier', 'parametric_noise']
+    ['ball', 'correlated_noise', 'magnifier', 'parametric_noise']
     """
     return frozenset(effect.name for effect in EFFECTS if theory not in effect.known_to)

@@ -84,6 +84,10 @@ def _from_device(scene: Scene, s: Scales) -> Equations:
     }
     if under is not None and magnifier is not None:  # the stop is not that of the device
         plain["gap"] = scaled(magnifier.gap, 1.0 / s.length)
+    ends = () if opposite is None else (opposite.restitution, (opposite.gap or 0.0) / s.length)
+    if (ball := scene.ball) is not None:  # nor are the ends of its box
+        under, plain["gap"] = ball.restitution, 0.5 * ball.room / s.length
+        ends = under, plain["gap"]
     return Equations(
         **plain,
         **_shaking(scene, s),
@@ -92,9 +96,9 @@ def _from_device(scene: Scene, s: Scales) -> Equations:
         mu=None if resistance is None else 1.0 / (resistance * modal.capacitance * s.frequency),
         c1=scaled(modal.damping, -1.0 / _rate(s)),
         restitution=under if scene.stop is None else scene.stop.restitution,
-        opposite_restitution=None if opposite is None else opposite.restitution,
-        opposite_gap=None if opposite is None else (opposite.gap or 0.0) / s.length,
-        modes=further_modes(modal, scene.mode, magnifier),
+        opposite_restitution=ends[0] if ends else None,
+        opposite_gap=ends[1] if ends else None,
+        modes=further_modes(modal, scene.mode, magnifier, ball, s.length),
     )
 
 

@@ -7,9 +7,10 @@ All coordinates y_j are scaled so that the kinetic energy is sum y_j'^2/2, in th
 F is spring and friction of the oscillator at its displacement x = sum e_j y_j, a the acceleration that shakes it.
 
     further modes   y_j = sqrt(M_j/M) x_j,  e = (1, 0, ...),  s_j = theta_j/theta sqrt(M/M_j),  g_j = base_j sqrt(M_j/M)
+    ball            one more: y = sqrt(Mb/M) Z/l, k = d = s = e = 0, g = sqrt(Mb/M), and a constant pull, its weight
     magnifier       y = (X + Z, sqrt(Mm/M) Z)/l,  e = s = (1, -sqrt(M/Mm)),  g = (1, sqrt(Mm/M)),  Mm its mass
 
-A stop meets w = sum phi_j y_j: an impact changes the speeds along phi, so that
+A stop meets w = sum phi_j y_j, of a ball X - Z at its place: an impact changes the speeds along phi, so that
 
     y' += phi/(phi.phi) (w'+ - w'-)    with the energy (w'-^2 - w'+^2)/(2 phi.phi) taken
 
@@ -24,16 +25,18 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.scene.modal_parameters import ModalParameters
-from harvester.scene.physical import Magnifier, Mode
+from harvester.scene.physical import Ball, Magnifier, Mode
 
-TURN = 2.0 * math.pi
+TURN, STANDARD_GRAVITY = 2.0 * math.pi, 9.80665
+ALIKE = 1e-9  # of the accelerations of a ball and its box
 
 
 @dataclass(frozen=True)
 class Modes:
     """The coefficients above, each of all coordinates, shape (n,); ``stiffness`` and ``damping`` beside F.
 
-    ``oscillator`` is e, None where it is (1, 0, ...).
+    ``oscillator`` is e, None where it is (1, 0, ...).  With a ball, the last coordinate, ``pull`` is its weight,
+    -y'', 0 where its way is level; None without one.
     """
 
     stiffness: tuple[float, ...]
@@ -42,11 +45,30 @@ class Modes:
     base: tuple[float, ...]
     contact: tuple[float, ...]
     oscillator: tuple[float, ...] | None = None
+    pull: float | None = None
 
     @property
     def count(self) -> int:
         """How many coordinates there are."""
         return len(self.stiffness)
+
+    @property
+    def sprung(self) -> int:
+        """How many of them have a spring: all but a ball's."""
+        return self.count - (self.pull is not None)
+
+    @property
+    def is_carried(self) -> bool:
+        """Whether a ball and its box are shaken alike, so that no noise keeps it from lying still in there."""
+        return self.pull is not None and abs(float(np.dot(self.contact, self.base))) < ALIKE
+
+    def at_rest(self, x: Floats | float) -> Floats:
+        """All y with the oscillator at x and a ball amid its box, shape (n, ...)."""
+        found = np.zeros((self.count, *np.shape(x)))
+        found[0] = x
+        if self.pull is not None:
+            found[-1] = -self.contact[0] / self.contact[-1] * found[0]
+        return found
 
     @property
     def shaken_mass(self) -> float:
@@ -75,12 +97,19 @@ class Modes:
         return math.sqrt(float(np.linalg.eigvalsh(self.matrices(spring, 0.0)[0] + beta * np.outer(s, s))[-1]))
 
 
-def further_modes(modal: ModalParameters, modes: Sequence[Mode], magnifier: Magnifier | None) -> Modes | None:
-    """The coordinates of a device with further modes or a magnifier, None without."""
+def further_modes(
+    modal: ModalParameters, modes: Sequence[Mode], magnifier: Magnifier | None, ball: Ball | None, length: float
+) -> Modes | None:
+    """The coordinates of a device with further modes, a magnifier or a ball, in units of ``length``; None without."""
+    if ball is not None:
+        return _with_ball(modal, modes, ball, length)
     if magnifier is not None:
         return _on_magnifier(modal, magnifier)
-    if not modes:
-        return None
+    return _of_device(modal, modes) if modes else None
+
+
+def _of_device(modal: ModalParameters, modes: Sequence[Mode]) -> Modes:
+    """The coordinates of the oscillator and of further modes."""
     roots = [math.sqrt(one.mass / modal.mass) for one in modes]
     w = [TURN * one.frequency / modal.frequency for one in modes]
 
@@ -102,3 +131,17 @@ def _on_magnifier(modal: ModalParameters, magnifier: Magnifier) -> Modes:
     e, own = (1.0, -1.0 / root), magnifier.stiffness / (rate * modal.frequency)
     contact = e if magnifier.restitution is None else (0.0, 1.0 / root)
     return Modes((0.0, own), (0.0, (magnifier.damping or 0.0) / rate), e, (1.0, root), contact, e)
+
+
+def _with_ball(modal: ModalParameters, modes: Sequence[Mode], ball: Ball, length: float) -> Modes:
+    """The coordinates of a device, and that of a ball on it."""
+    own, root = _of_device(modal, modes), math.sqrt(ball.mass / modal.mass)
+    weight = STANDARD_GRAVITY * math.sin(math.radians(ball.tilt or 0.0)) / (length * modal.frequency**2)
+    return Modes(
+        stiffness=(*own.stiffness, 0.0),
+        damping=(*own.damping, 0.0),
+        coupling=(*own.coupling, 0.0),
+        base=(*own.base, root),
+        contact=(*own.contact, -1.0 / root),
+        pull=root * weight,
+    )

@@ -14,7 +14,7 @@ from harvester.netlists.load_circuit import load_circuit
 from harvester.scene.keys import read_value
 from harvester.scene.load import Load
 from harvester.scene.modal_parameters import ModalParameters, modal_parameters
-from harvester.scene.physical import FILES, Magnifier, Mode, Oscillator, Piezo
+from harvester.scene.physical import FILES, Ball, Magnifier, Mode, Oscillator, Piezo
 from harvester.scene.scene import Scene
 from harvester.scene.toml import MOST_BYTES, load, loads
 
@@ -226,7 +226,7 @@ class Draft:
 
 def _taken(tables: dict[str, Any]) -> dict[str, Any]:
     """The tables that the page has no knobs for, taken out of a scene's: they stay as they are."""
-    return {table: tables.pop(table) for table in (Mode.TABLE, Magnifier.TABLE) if table in tables}
+    return {table: tables.pop(table) for table in (Mode.TABLE, Magnifier.TABLE, Ball.TABLE) if table in tables}
 
 
 def first() -> Draft:

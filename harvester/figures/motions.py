@@ -104,7 +104,7 @@ def _over_time(column: Any, drawn: _Drawn) -> None:
 def _impacts_and_stops(here: Any, drawn: _Drawn) -> None:
     """Mark the impacts and the stops beside the displacement."""
     hits = drawn.path.impacts[drawn.path.impacts[:, 0] >= drawn.end - drawn.path.shown]
-    if 0 < len(hits) <= _MOST:
+    if drawn.stops and 0 < len(hits) <= _MOST:
         at = np.where(hits[:, 1] > 0.0, drawn.stops[0], drawn.stops[-1])
         look = {"color": _STOP["color"], "linestyle": "none", "markersize": 2.5, "label": "impacts"}
         here.plot(hits[:, 0] / drawn.scales["time"].factor, at, "o", **look)

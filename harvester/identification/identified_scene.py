@@ -39,7 +39,11 @@ def text(found: IdentificationResult, title: str) -> str:
             heads = [k for k, line in enumerate(lines) if line.startswith((f"[{table}]", f"# [{table}]"))]
             formula = f" = {_FORMULAS[key]}" if _FORMULAS[key] else " = ?"
             lines.insert(heads[0] + 1, f"{f'# {name}{formula}':<{scene_file.WIDTH}} # {_SHORT[key]}")
-    rest = [f"#   {one.key} = {one.value:.7g} ({comment(one)})" for one in found.parameters if "." not in one.key]
+    rest = [
+        f"#   {one.key} = {one.value:.7g} ({comment(one)})"
+        for one in found.parameters
+        if one.key.partition(".")[0] not in OWN
+    ]
     return "\n".join([*lines, "", "# Measured too:", *rest]) + "\n"
 
 

@@ -11,20 +11,21 @@ import numpy as np
 
 from harvester.errors import InputError, invalid, names_arguments, unknown
 from harvester.identification import bounce, quantities
-from harvester.identification.fit import Channel, DeviceFit, channels, fit
+from harvester.identification.doubts import misfits, residual_rms
+from harvester.identification.fit import DeviceFit, channels, fit
 from harvester.identification.identification_result import IdentificationResult, Parameter
 from harvester.identification.measurement import SHORT, Decay, Impedance, Measurement, thinned
-from harvester.identification.misfit import pattern
 from harvester.identification.profile_intervals import ProfileInterval, Profiles
 from harvester.identification.read import read_files
-from harvester.identification.start import chosen, meets, starts
-from harvester.presentation.diagnostic import Diagnostic, note, warning
+from harvester.identification.start import chosen, meets, second_starts, starts
+from harvester.presentation.diagnostic import Diagnostic, note
 from harvester.scene.keys import full_key, key_kind, read_value
 from harvester.scene.plausibility import unusual
 
 NOT_DETERMINED = 0.7  # half-width of an interval of a logarithm: a factor of two
 NOT_KNOWN = 0.5  # half-width of a restitution coefficient or a loss
 EDGE = 1e-6  # from 0 and 1 a restitution coefficient is at the boundary of the fit
+MODE = {"frequency", "quality", "beta"}  # parameters of the first mode
 KNOWN = ("oscillator.mass", "oscillator.damping_ratio", "piezo.capacitance", "stop.restitution", "stop.gap")
 
 
@@ -86,7 +87,10 @@ def identified(measurements: Sequence[Measurement], known: dict[str, float] | No
     best = _fit(measurements, known, bouncing)
     if bouncing:
         remarks.append(note("ring_down_meets_a_stop"))
-    remarks += misfits(best)
+    left = misfits(best)
+    if (second := _second_resonance(measurements, best, known, left)) is not None:
+        best, left = second, [note("two_resonances")]
+    remarks += left
     if alone:
         remarks.append(note("one_state_alone", state=alone))
     return _answer(best, measurements, known, remarks, alone)
@@ -120,6 +124,26 @@ def _fit(measurements: list[Measurement], known: dict[str, float], bouncing: boo
     few = channels([thinned(one, 50) for one in measurements], bouncing)
     begin = starts(measurements, names, known, bouncing, others)
     return fit(names, begin, known, channels(measurements, bouncing), few)
+
+
+def _second_resonance(
+    measurements: Sequence[Measurement], best: DeviceFit, known: dict[str, float], left: list[Diagnostic]
+) -> DeviceFit | None:
+    """The fit with a second mode, where impedances leave a pattern with one, and none with two; None elsewhere."""
+    impedances = [one for one in measurements if isinstance(one, Impedance)]
+    free = [one for one in impedances if not one.clamped]
+    if not left or not free or len(impedances) < len(measurements) or not set(best.names) >= MODE:
+        return None
+    names = (*best.names, "frequency2", "quality2", "beta2")
+    few = channels([thinned(one, 200) for one in impedances], False)
+    try:
+        found = fit(names, second_starts(free, best.values()), known, channels(impedances, False), few)
+    except InputError:  # too few points
+        return None
+    values = found.values()
+    low, high = (end([end(one.f) for one in free]) for end in (np.min, np.max))
+    held = low < values["frequency"] < values["frequency2"] < high
+    return found if held and not misfits(found) else None
 
 
 def _answer(
@@ -192,37 +216,3 @@ def _remedy(key: str) -> str:
     if key == "piezo.capacitance":
         return "measure an impedance, or responses over two loads or more about 1/(2 pi f C)"
     return "these data leave it open: measure in another electrical state too (another load, short, open)"
-
-
-STRANGE = 0.05  # residual of a sweep from which on the model is doubted
-DOUBTFUL = 0.05  # share of a ring-down's samples left out from which on they are no outliers
-
-
-def residual_rms(best: DeviceFit) -> float:
-    """The residual of the whole fit, over all points that are kept."""
-    counts = np.array([kept.sum() for kept in best.kept])
-    parts = np.array([_relative(*one) for one in zip(best.channels, best.noise, strict=True)])
-    return math.sqrt(float(counts @ parts**2) / max(float(counts.sum()), 1.0))
-
-
-def _relative(channel: Channel, noise: float) -> float:
-    """The rms residual of a channel: of a ring-down over its size, else as it is."""
-    return noise / max(float(np.std(channel.values)), 1e-300) if channel.name == "ring-down" else noise
-
-
-def misfits(best: DeviceFit) -> list[Diagnostic]:
-    """Warnings where the device that was measured is not the one that was fitted."""
-    found, values = list[Diagnostic](), best.values()
-    swept = [pair for pair in zip(best.channels, best.noise, strict=True) if pair[0].name != "ring-down"]
-    rms = max((_relative(*pair) for pair in swept), default=0.0)  # that of a ring-down may be noise
-    if rms > STRANGE:
-        found.append(warning("fit_is_off", percent=100.0 * rms))
-    for channel, kept, noise in zip(best.channels, best.kept, best.noise, strict=True):
-        off = channel.residuals(values, kept)[kept > 0.0]
-        where = {"file": channel.source.name, "curve": channel.name}
-        left = pattern(off, channel.x[kept > 0.0], _relative(channel, noise), channel.name == "ring-down")
-        if left is not None:
-            found.append(warning("residual_has_a_pattern", at=left.at, correlation=left.correlation, **where))
-        if len(off) < (1.0 - DOUBTFUL) * len(kept):
-            found.append(warning("many_outliers", left_out=len(kept) - len(off), points=len(kept), **where))
-    return found

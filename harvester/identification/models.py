@@ -4,8 +4,9 @@
 
 With s = j w, D = s^2 + s w0/Q + w0^2, and the piezo's charge of the voltage e = s C (1 - j d):
 
-    Y = e + s C beta w0^2/D          X/a = -1/(D + beta w0^2 h),  h = s C/(e + 1/R)          V/a = psi h X/a
+    Y = e + sum s C beta w0^2/D      X/a = -1/(D + beta w0^2 h),  h = s C/(e + 1/R)          V/a = psi h X/a
 
+Y has a second mode where an impedance holds two resonances.
 psi = theta/C.  d is the dielectric loss (tan delta), taken as constant.  Poles of a ring-down over R:
 
     (s^2 + s w0/Q + w0^2)(s + 1/(R C)) + beta w0^2 s = 0
@@ -23,7 +24,10 @@ from harvester.identification.measurement import OPEN, SHORT
 
 @dataclass(frozen=True)
 class Device:
-    """One mode and its piezo: f0 in short circuit (Hz), quality Q, beta, clamped capacitance (F), loss, psi (V/m)."""
+    """One mode and its piezo: f0 in short circuit (Hz), quality Q, beta, clamped capacitance (F), loss, psi (V/m).
+
+    The last three are those of a second mode; beta2 None: there is none.
+    """
 
     frequency: float = 1.0
     quality: float = 100.0
@@ -31,6 +35,9 @@ class Device:
     capacitance: float = 1.0
     loss: float = 0.0
     psi: float = 1.0
+    frequency2: float = 1.0
+    quality2: float = 100.0
+    beta2: float | None = None
 
     @property
     def w0(self) -> float:
@@ -44,6 +51,9 @@ def impedance(device: Device, f: Floats, clamped: bool) -> Complexes:
     admittance = s * c * (1.0 - 1j * device.loss)
     if not clamped:
         admittance = admittance + s * c * device.beta * device.w0**2 / _mechanical(device, s)
+        if (beta := device.beta2) is not None:
+            second = Device(device.frequency2, device.quality2)
+            admittance = admittance + s * c * beta * second.w0**2 / _mechanical(second, s)
     return np.asarray(1.0 / admittance)
 
 

@@ -30,6 +30,17 @@ def _w0(v: dict[str, float]) -> float:
     return 2.0 * math.pi * v["frequency"]
 
 
+def _open_circuit(v: dict[str, float]) -> float:
+    """The first resonance in open circuit: the least eigenvalue of the springs of all modes and of the piezo."""
+    first = v["frequency"] ** 2
+    whole = first * (1.0 + v["beta"])
+    if "beta2" not in v:
+        return math.sqrt(whole)
+    second = v["frequency2"] ** 2
+    other, mixed = second * (1.0 + v["beta2"]), first * second * v["beta"] * v["beta2"]
+    return math.sqrt(0.5 * (whole + other) - math.sqrt(0.25 * (whole - other) ** 2 + mixed))
+
+
 def mass(v: dict[str, float]) -> float:
     """The modal mass in kg: known, or from the voltage a metre."""
     if "mass" in v:
@@ -42,19 +53,25 @@ def coupling(v: dict[str, float]) -> float:
     return math.sqrt(mass(v) * v["beta"] * _w0(v) ** 2 * v["capacitance"])
 
 
-_F, _C = ("frequency",), ("frequency", "beta", "capacitance")
+_F, _F2, _C = ("frequency",), ("frequency2",), ("frequency", "beta", "capacitance")
 _M = (*_C, "mass")
 QUANTITIES = (
     Quantity("short_circuit_frequency", "Hz", "resonance in short circuit", _F, lambda v: v["frequency"]),
     Quantity("quality_factor", "", "in short circuit, 1/(2 damping ratio)", ("quality",), lambda v: v["quality"]),
     Quantity(
-        "open_circuit_frequency", "Hz", "resonance in open circuit", ("frequency", "beta"),
-        lambda v: v["frequency"] * math.sqrt(1.0 + v["beta"]),
+        "open_circuit_frequency", "Hz", "resonance in open circuit", ("frequency", "beta"), _open_circuit
     ),
     Quantity("coupling_coefficient", "", "theta^2/(K Cp) = (f_oc/f_sc)^2 - 1", ("beta",), lambda v: v["beta"]),
     Quantity(
         "coupling_squared_per_mass", "N^2/(V^2 kg)", "theta^2/M", _C,
         lambda v: v["beta"] * _w0(v) ** 2 * v["capacitance"],
+    ),
+    Quantity("mode.2.frequency", "Hz", "second resonance in short circuit", _F2, lambda v: v["frequency2"]),
+    Quantity("mode.2.damping_ratio", "", "mechanical, 1/(2 Q)", ("quality2",), lambda v: 0.5 / v["quality2"]),
+    Quantity("mode.2.coupling_coefficient", "", "theta^2/(K Cp)", ("beta2",), lambda v: v["beta2"]),
+    Quantity(
+        "mode.2.coupling_squared_per_mass", "N^2/(V^2 kg)", "theta^2/M", (*_F2, "beta2", "capacitance"),
+        lambda v: v["beta2"] * (2.0 * math.pi * v["frequency2"]) ** 2 * v["capacitance"],
     ),
     Quantity("dielectric_loss", "", "tan delta of the clamped piezo", ("loss",), lambda v: v["loss"], False),
     Quantity("oscillator.mass", "kg", "effective (modal) mass", _M, mass),

@@ -12,7 +12,7 @@ from harvester.errors import InputError, shown
 from harvester.identification import bounce
 from harvester.identification.fit import device
 from harvester.identification.measurement import OPEN, SHORT, BaseResponse, Decay, Impedance, Measurement
-from harvester.identification.models import Device, base_response
+from harvester.identification.models import Device, base_response, impedance
 
 QUALITIES = (6.0, 20.0, 60.0, 200.0, 700.0)
 BETAS = (0.003, 0.03, 0.2, 0.8)
@@ -110,6 +110,28 @@ def _peaks(one: Measurement) -> list[float]:
     if isinstance(one, BaseResponse):
         return [float(one.f[np.argmax(one.size)])]
     return [_strongest(one.t, one.y)]
+
+
+def second_starts(impedances: Sequence[Impedance], one: dict[str, float]) -> list[dict[str, float]]:
+    """Values to begin the fit of two modes from, with the fit of ``one``: pairs of its frequency and of peaks.
+
+    Peaks are those of the conductance over the frequency, and of what the one mode leaves of it.
+    """
+    places = {one["frequency"]}
+    for file in impedances:
+        conductance = (1.0 / file.z).real / file.f
+        for curve in (conductance, conductance - (1.0 / impedance(device(one), file.f, False)).real / file.f):
+            smooth = np.convolve(curve, np.full(3, 1.0 / 3.0), "same")
+            tops = np.flatnonzero((smooth[1:-1] > smooth[:-2]) & (smooth[1:-1] >= smooth[2:])) + 1
+            places |= {float(file.f[at]) for at in tops[np.argsort(-smooth[tops])][:3]}
+    found = []
+    for low, high in itertools.combinations(sorted(places), 2):
+        for first, second in itertools.product(QUALITIES[1:4], repeat=2):
+            for beta, share in itertools.product((one["beta"], 0.03, 0.2), (0.03, 0.3, 1.0)):
+                new = {"frequency": low, "quality": first, "beta": beta}
+                new |= {"frequency2": high, "quality2": second, "beta2": share * beta}
+                found.append({**one, **new})
+    return found
 
 
 def _strongest(t: Floats, y: Floats) -> float:

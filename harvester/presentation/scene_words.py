@@ -54,6 +54,7 @@ EFFECTS = {
     "tabulated_noise": "noise of the base with a tabulated density",
     "further_modes": "further modes of vibration",
     "magnifier": "a mass on a spring under the device",
+    "ball": "a free ball in a box on the mass",
     "back_coupling": "back-coupling: the voltage's force on the mass",
     "resistive_load": "load resistance",
     "netlist": "circuit from a netlist",

@@ -156,6 +156,8 @@ COUPLING = Kind("an electromechanical coupling (N/V)", "N/V", "1e-3", above=0.0,
 MODE_COUPLING = Kind("an electromechanical coupling (N/V), of either sign", "N/V", "-1e-3")
 PARTICIPATION = Kind("a number", "", "-0.4")
 MAGNIFIER_STIFFNESS = Kind("a stiffness (N/m)", "N/m", "'60 N/m'", above=0.0, usual=(1e-5, 1e12))
+ROOM = Kind("a free way (m)", "m", "'4 mm'", above=0.0, usual=(1e-10, 10.0))
+TILT = Kind("an angle in degrees", "", "15", least=0.0, most=90.0)
 STRAIN_OF = Kind("a strain a displacement (1/m)", "1/m", "2.5", above=0.0)
 CAPACITANCE = Kind("a clamped capacitance (F)", "F", "'50.2 nF'", above=0.0, usual=(1e-14, 1e-3))
 RESISTANCE = Kind("a load resistance (ohm)", "ohm", "'1 Mohm'", above=0.0, usual=(1e-2, 1e13))

@@ -1,4 +1,4 @@
-"""Checks of further modes and of a magnifier beside the device that they belong to; each raises InputError."""
+"""Checks of further modes, a magnifier and a ball beside the device that they belong to; each raises InputError."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -6,7 +6,7 @@ from typing import Any
 
 from harvester.errors import InputError, invalid
 from harvester.scene.modal_parameters import ModalParameters
-from harvester.scene.physical import Magnifier, Mode
+from harvester.scene.physical import Ball, Magnifier, Mode
 
 MOST = 3  # tables [[mode]]: the second to the fourth mode
 TURN = 2.0 * math.pi
@@ -16,12 +16,20 @@ def check_beside(
     modal: ModalParameters,
     modes: Sequence[Mode],
     magnifier: Magnifier | None,
+    ball: Ball | None,
     stop: bool,
     stiffness_noise: float | None,
 ) -> None:
-    """Refuse further modes and a magnifier that cannot be; ``stop``: the device has one."""
+    """Refuse further modes, a magnifier and a ball that cannot be; ``stop``: the device has one."""
     _check_modes(modal, modes, stiffness_noise)
-    _check_magnifier(magnifier, modes, stop, stiffness_noise)
+    noise = bool(stiffness_noise)
+    if magnifier is not None:
+        _check_alone("magnifier", {"[[mode]]": bool(modes), "excitation.stiffness_noise": noise})
+        if magnifier.restitution is not None and stop:
+            raise InputError("magnifier.restitution must be left out beside [stop], but both are given")
+    if ball is not None:
+        beside = {"[stop]": stop, "[magnifier]": magnifier is not None, "excitation.stiffness_noise": noise}
+        _check_alone("ball", beside)
 
 
 def changed_modes(modes: Sequence[Mode], changes: Mapping[str, Any]) -> tuple[Mode, ...]:
@@ -59,17 +67,11 @@ def _check_modes(modal: ModalParameters, modes: Sequence[Mode], stiffness_noise:
             raise invalid(f"mode.{number}.coupling", must, mode.coupling)
 
 
-def _check_magnifier(
-    magnifier: Magnifier | None, modes: Sequence[Mode], stop: bool, stiffness_noise: float | None
-) -> None:
-    """Refuse a magnifier beside further modes and beside noise of the stiffness, and two stops in different places."""
-    if magnifier is None:
-        return
-    for table, given in (("[[mode]]", bool(modes)), ("excitation.stiffness_noise", bool(stiffness_noise))):
+def _check_alone(table: str, others: Mapping[str, bool]) -> None:
+    """Refuse what is given of ``others`` beside a table."""
+    for other, given in others.items():
         if given:
-            raise InputError(f"{table} must be left out beside [magnifier], but both are given")
-    if magnifier.restitution is not None and stop:
-        raise InputError("magnifier.restitution must be left out beside [stop], but both are given")
+            raise InputError(f"{other} must be left out beside [{table}], but both are given")
 
 
 def contact_mass(modal: ModalParameters, modes: Sequence[Mode]) -> float:

@@ -1,6 +1,7 @@
 """The tables of a physical scene: oscillator, piezo, stops and excitation, in SI units.
 
 Numbers are SI; texts carry their unit.  A table or a key that is left out is an effect that is absent.
+Long because users read the explanation of each table.
 """
 
 from collections.abc import Sequence
@@ -28,10 +29,12 @@ from harvester.quantities.kinds import (
     QUADRATIC_STIFFNESS,
     QUALITY,
     RESTITUTION,
+    ROOM,
     STIFFNESS,
     STOP_DAMPING,
     STOP_STIFFNESS,
     STRAIN_OF,
+    TILT,
     TIME,
 )
 from harvester.records.profiles.catalogue import check_profile
@@ -183,6 +186,25 @@ class Magnifier(SceneTable):
     def __post_init__(self) -> None:
         if self.gap is not None and self.restitution is None:
             raise InputError("magnifier.restitution must be given with gap, but is left out")
+
+
+@scene_table
+class Ball(SceneTable):
+    """A free ball in a box on the mass, or at the tip: it moves without friction and hits the box's two ends.
+
+    Its place Z is relative to the base, from the middle of the box: |Z - X| <= room/2, and at an end the relative speed
+    turns round times ``restitution``.  With a ``tilt`` of 90 degrees the box stands upright.
+
+    >>> import harvester as hv
+    >>> hv.Ball(mass="2 g", room="4 mm", restitution=0.8).room
+    0.004
+    """
+
+    TABLE: ClassVar[str] = "ball"
+    mass: Annotated[Number, MASS, "of a free ball in a box on the mass"]
+    room: Annotated[Number, ROOM, "free way of the ball from end to end of its box"]
+    restitution: Annotated[Number, RESTITUTION, "of the ball at both ends of its box"]
+    tilt: Annotated[OptNumber, TILT, "of its way from the horizontal, in degrees; 0 where left out"] = NONE
 
 
 @scene_table

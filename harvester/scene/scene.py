@@ -19,7 +19,7 @@ from harvester.scene.keys import SEVERAL, TABLES, key_kind, read_value, split_ke
 from harvester.scene.load import Load
 from harvester.scene.modal_parameters import ModalParameters, modal_parameters
 from harvester.scene.nondimensional import Nondimensional
-from harvester.scene.physical import FILES, Excitation, Magnifier, Mode, OppositeStop, Oscillator, Piezo, Stop
+from harvester.scene.physical import FILES, Ball, Excitation, Magnifier, Mode, OppositeStop, Oscillator, Piezo, Stop
 from harvester.scene.sensor_node import SensorNode, Storage, check_node
 from harvester.scene.table import SceneTable, one_line_errors
 
@@ -34,6 +34,7 @@ class SceneTables(TypedDict, total=False):
     opposite_stop: OppositeStop | None
     mode: tuple[Mode, ...]
     magnifier: Magnifier | None
+    ball: Ball | None
     excitation: Excitation | None
     load: Load | None
     storage: Storage | None
@@ -54,8 +55,8 @@ class Scene(SceneTable):
         a name, for figures and reports.
     oscillator, piezo, stop, opposite_stop, excitation, load
         the tables of a physical scene, in SI units; one that is None is an effect that is absent.
-    mode, magnifier
-        further modes of vibration, the second to the fourth, and a mass on a spring under the device.
+    mode, magnifier, ball
+        further modes of vibration, the second to the fourth, a mass on a spring under the device, and a free ball.
     storage, node
         the store and the sensor node that `node` follows behind the load's rectifier.
     nondimensional
@@ -79,6 +80,7 @@ class Scene(SceneTable):
     opposite_stop: OppositeStop | None = None
     mode: tuple[Mode, ...] = ()
     magnifier: Magnifier | None = None
+    ball: Ball | None = None
     excitation: Excitation | None = None
     load: Load | None = None
     storage: Storage | None = None
@@ -96,7 +98,7 @@ class Scene(SceneTable):
                     raise InputError(f"[{name}] must be given (or [nondimensional] alone), but the table is missing")
             stop, opposite = self.stop or Stop(restitution=1.0), self.opposite_stop
             noise = None if self.excitation is None else self.excitation.stiffness_noise
-            check_beside(self.modal, self.mode, self.magnifier, self.stop is not None, noise)
+            check_beside(self.modal, self.mode, self.magnifier, self.ball, self.stop is not None, noise)
             check_stop_damping("stop.damping", stop.damping, stop.stiffness, contact_mass(self.modal, self.mode))
             if opposite is not None:
                 rigid = self.stop is not None and self.stop.restitution is not None

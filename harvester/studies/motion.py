@@ -270,6 +270,8 @@ def _computed(
 
 def _stops(eqs: Equations) -> Iterator[float]:
     """Where the stops are."""
+    if eqs.has_ball:
+        return
     if eqs.restitution is not None or eqs.stop_stiffness is not None:
         yield -(eqs.gap or 0.0)
     if eqs.opposite_gap is not None:

@@ -4,7 +4,9 @@ import dataclasses
 import json
 import math
 
+import numpy as np
 import pytest
+from scipy.linalg import eigh
 
 import harvester as hv
 from harvester.devices.beam import Beam, lumped
@@ -54,6 +56,71 @@ def test_limits_in_closed_form():
     assert bare.strain == pytest.approx(0.5e-3 * (root / 0.1) ** 2 * bare.tip, rel=1e-4)
     block = lumped(dataclasses.replace(DEVICE_A, tip_length=10e-3, tip_height=10e-3))
     assert block.stiffness / block.mass < lumped(DEVICE_A).stiffness / lumped(DEVICE_A).mass
+
+
+def test_further_modes_of_a_bare_beam():
+    """Roots, participations and slopes of a clamped and free beam, as tables have them; the first mode stays itself."""
+    thin = Beam(0.1, 0.01, 1e-3, 1e-9, "PVDF", "steel", 1)
+    one, found = lumped(thin), lumped(thin, 4)
+    roots, parts = np.array([1.875104, 4.694091, 7.854757, 10.995541]), np.array([0.78299, 0.43394, 0.25443, 0.18190])
+    assert dataclasses.astuple(found)[:-1] == pytest.approx(dataclasses.astuple(one)[:-1], rel=1e-12)
+    ratio = np.array([mode.frequency for mode in found.further]) / (
+        math.sqrt(one.stiffness / one.mass) / (2.0 * math.pi)
+    )
+    assert ratio == pytest.approx((roots[1:] / roots[0]) ** 2, rel=1e-6)
+    signs = np.array([-1.0, 1.0, -1.0])  # with all tips on one side
+    assert [mode.base for mode in found.further] == pytest.approx(signs * parts[1:] / parts[0], rel=1e-4)
+    assert [mode.at_stop for mode in found.further] == pytest.approx([1.0, 1.0, 1.0], rel=1e-9)
+    slopes = roots * [0.734096, 1.018467, 0.999224, 1.000034]  # phi'(L) = 2 k s/L, s as in Blevins' tables
+    assert np.array([mode.coupling for mode in found.further]) / one.coupling == pytest.approx(
+        slopes[1:] / slopes[0], rel=1e-5
+    )
+
+
+def test_further_modes_with_a_tip_mass():
+    """A block at the tip, against cubic finite elements, which know nothing of the roots."""
+    beam = dataclasses.replace(DEVICE_A, tip_length=12e-3, tip_height=8e-3)
+    found = lumped(beam, 3)
+    m = beam.width * (9000.0 * beam.substrate_thickness + 2.0 * 7800.0 * beam.piezo_thickness)
+    hs, hp = beam.substrate_thickness, beam.piezo_thickness
+    layers = 105e9 * hs**3 / 12.0 + 2.0 * 66e9 * (hp**3 / 12.0 + hp * (0.5 * (hs + hp)) ** 2)
+    count = 40
+    size = beam.length / count
+    mass, spring, push = np.zeros((2 * count + 2,) * 2), np.zeros((2 * count + 2,) * 2), np.zeros(2 * count + 2)
+    a = size
+    for k in range(count):
+        at = slice(2 * k, 2 * k + 4)
+        spring[at, at] += beam.width * layers / a**3 * np.array(
+            [[12, 6 * a, -12, 6 * a], [6 * a, 4 * a * a, -6 * a, 2 * a * a],
+             [-12, -6 * a, 12, -6 * a], [6 * a, 2 * a * a, -6 * a, 4 * a * a]])  # fmt: skip
+        mass[at, at] += m * a / 420.0 * np.array(
+            [[156, 22 * a, 54, -13 * a], [22 * a, 4 * a * a, 13 * a, -3 * a * a],
+             [54, 13 * a, 156, -22 * a], [-13 * a, -3 * a * a, -22 * a, 4 * a * a]])  # fmt: skip
+        push[at] += m * a * np.array([0.5, a / 12.0, 0.5, -a / 12.0])
+    mass[-2, -2] += beam.tip_mass
+    mass[-1, -1] += beam.tip_mass * (beam.tip_length**2 + beam.tip_height**2) / 12.0
+    push[-2] += beam.tip_mass
+    w2, shapes = eigh(spring[2:, 2:], mass[2:, 2:], subset_by_index=(0, 2))
+    shapes *= np.sign(shapes[-2])
+    sigma, tip, slope = push[2:] @ shapes, shapes[-2], shapes[-1]
+    assert found.mass == pytest.approx(sigma[0] ** 2, rel=1e-5)
+    for k, mode in enumerate(found.further, 1):
+        assert mode.frequency == pytest.approx(math.sqrt(w2[k]) / (2.0 * math.pi), rel=1e-4)
+        assert mode.base == pytest.approx(sigma[k] / sigma[0], rel=1e-4)
+        assert mode.at_stop == pytest.approx(tip[k] / tip[0], rel=1e-4)
+        assert mode.coupling / found.coupling == pytest.approx(slope[k] / slope[0], rel=1e-4)
+
+
+def test_modes_in_the_scene(harvester, tmp_path):
+    """Flag --modes writes tables [[mode]] that the scene reads, beside the first mode as it is without."""
+    for name, modes in (("one", ()), ("three", ("--modes", "3"))):
+        status, _, err = harvester("new", tmp_path / f"{name}.toml", *FLAGS, *modes)
+        assert (status, err) == (0, "")
+    one, three = (hv.load(tmp_path / f"{name}.toml") for name in ("one", "three"))
+    assert three.replace(mode=()) == one
+    assert [mode.frequency for mode in three.mode] == pytest.approx([540.85, 1708.3], rel=1e-3)
+    assert {mode.damping_ratio for mode in three.mode} == {0.027}
+    assert "--modes must be from 1 to 4, but is 5" in harvester("new", tmp_path / "a.toml", *FLAGS, "--modes", "5")[2]
 
 
 @pytest.mark.parametrize(

@@ -12,6 +12,7 @@ from harvester.devices.export import export, part
 from harvester.equations.problem import Problem
 from harvester.errors import InputError
 from tests.support.paths import EXAMPLES
+from tests.support.systems import BEAM, SECOND, THIRD
 
 DEVICE = """
 [oscillator]
@@ -49,9 +50,9 @@ def bench(one, end, step):
     return np.array(rows, dtype=float)
 
 
-def apart(one, end, step):
+def apart(one, end, step, dt="0.5 ms"):
     """The relative RMS difference of the voltage from that of engine `spice`, and of its mean square."""
-    ours = hv.charge(one, "1000 V", probe="v(p)", duration=end, dt="0.5 ms")
+    ours = hv.charge(one, "1000 V", probe="v(p)", duration=end, dt=dt)
     found = bench(one, end, step)
     theirs = np.interp(ours.t, found[:, 0], found[:, 1])
     mean, difference = np.mean(theirs**2), np.mean((theirs - ours.voltage) ** 2)
@@ -86,6 +87,40 @@ def test_without_a_stop(more):
 def test_with_a_stop(stop):
     """The whole path, impacts included, within 2 %."""
     assert max(apart(scene(stop=stop), 2.0, 5e-5)) < 0.02
+
+
+@pytest.mark.ngspice
+@pytest.mark.parametrize(
+    "stop, within",
+    [
+        ({}, 1e-4),
+        pytest.param(
+            {"stop": hv.Stop(stiffness="2e4 N/m", damping="5 N s/m", gap="0.05 mm")},
+            1e-3,
+            marks=pytest.mark.thorough("test_with_a_stop"),
+        ),
+        ({"stop": hv.Stop(restitution=0.5, gap="0.05 mm")}, 0.01),
+    ],
+    ids=["linear", "compliant", "rigid"],
+)
+def test_several_modes(stop, within):
+    """Three modes, a branch each, under a sinusoid from rest: the path of engine `spice`, impacts included."""
+    drive = hv.Excitation(acceleration_amplitude="0.5 g", frequency="45 Hz")
+    three = BEAM.replace(mode=(SECOND, THIRD), excitation=drive, **stop).with_load(resistance="1 Mohm")
+    assert max(apart(three, 0.1, 2e-6 if within == 0.01 else 5e-6, "5 us")) < within
+
+
+def test_noise_reaches_the_highest_mode():
+    """A part of three modes has points of noise for its highest, and as few periods as a file may hold."""
+    three = BEAM.replace(mode=(SECOND, THIRD))
+    steps = [
+        float(re.search(r"TRNOISE\(\S+ (\S+)", part(Problem.of(one), "device"))[1])
+        for one in (three, BEAM.replace(mode=()))
+    ]
+    assert steps[0] == pytest.approx(1.0 / (64.0 * 880.0), rel=0.05)
+    assert steps[1] == pytest.approx(1.0 / (64.0 * 50.0), rel=0.05)
+    coloured = three.replace(excitation=BEAM.excitation.replace(correlation_time="1 ms"))
+    assert part(Problem.of(coloured), "device").count("+ ") > 1000
 
 
 @pytest.mark.ngspice

@@ -81,13 +81,30 @@ def test_a_coupling_that_vanishes_is_not_determined(tmp_path):
             assert abs(told[key].value - truth[key]) < 2.2 * half, (seed, key)
 
 
-@pytest.mark.parametrize("share", [0.6, 0.1])
-def test_a_second_mode_is_told_from_the_residual(tmp_path, share):
-    """Neighbouring points agree where a mode is missing; without one there is no such warning."""
-    names, truth = bench.two_modes(np.random.default_rng(3), tmp_path, share=share)
-    (warning, *_) = [note for note in map(str, hv.identify(names).warnings) if "is no noise" in note]
-    assert "another mode" in warning
-    assert float(warning.partition("most about ")[2].split()[0]) == pytest.approx(1.25 * truth.f0, rel=0.08)
+@pytest.mark.parametrize("other", [(1.3, 0.6), (1.4, 0.3), (6.3, 3.0), (1.35, 1.5)])
+def test_two_resonances(tmp_path, other):
+    """An impedance that holds two is fitted with two modes, whose intervals hold the truth."""
+    names, (first, second) = bench.several_modes(np.random.default_rng(3), tmp_path, other)
+    found = hv.identify(names)
+    assert [str(one) for one in found.diagnostics if "two resonances" in str(one)] == list(map(str, found.diagnostics))
+    expected = first.parameters("short_circuit_frequency", "oscillator.damping_ratio", "coupling_coefficient")
+    expected |= {"mode.2.frequency": second.f0, "mode.2.damping_ratio": 0.5 / second.q, "piezo.capacitance": first.c}
+    expected |= {"mode.2.coupling_coefficient": second.beta}
+    expected |= {"mode.2.coupling_squared_per_mass": second.theta**2 / second.mass}
+    stiffness = first.f0**2 * np.array([[1.0 + first.beta, 0.0], [0.0, 0.0]])
+    stiffness[1, 1] = second.f0**2 * (1.0 + second.beta)
+    stiffness[0, 1] = stiffness[1, 0] = first.f0 * second.f0 * np.sqrt(first.beta * second.beta)
+    expected["open_circuit_frequency"] = np.sqrt(np.linalg.eigvalsh(stiffness)[0])
+    for key, value in expected.items():
+        assert abs(found[key].value - value) < 2.2 * 0.5 * (found[key].high - found[key].low), key
+
+
+def test_what_two_modes_do_not_say_is_told(tmp_path):
+    """A third resonance leaves a pattern, which is said; a single one none."""
+    names, _ = bench.several_modes(np.random.default_rng(3), tmp_path, (1.25, 0.6), (1.5, 0.6))
+    found = hv.identify(names)
+    assert any("another mode" in str(one) for one in found.warnings)
+    assert "mode.2.frequency" not in {one.key for one in found.parameters}
     for seed in range(3):
         names, _ = KINDS["impedance"](np.random.default_rng(seed), tmp_path)
         assert hv.identify(names).diagnostics == ()

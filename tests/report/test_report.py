@@ -32,6 +32,7 @@ from harvester.studies.stability.region import Edge
 from harvester.studies.work_precision.cost_table import Cost, CostRow
 from harvester.uncertainty.value import Value
 from tests.support.paths import ROOT
+from tests.support.systems import BEAM
 
 PLATE = ROOT / "examples" / "plate_with_stop.toml"
 VOID = {"meta", "img", "br", "hr", "link", "input"}
@@ -342,6 +343,7 @@ def test_every_effect_has_a_word():
     several = [
         Problem.of(ROOT / "examples" / f"{name}.toml").equations for name in ("two_modes_with_stop", "magnifier")
     ]
+    several.append(Problem(BEAM.replace(ball=hv.Ball(mass=1e-3, room=1e-3, restitution=0.5))).equations)
     variants = [many, Equations(alpha=-1.0, coloured=1.0), *several]
     names = {name for eqs in variants for name in eqs.effects} | {"netlist"}
     assert names >= set(EFFECTS)

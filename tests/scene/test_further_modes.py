@@ -20,6 +20,7 @@ def test_keys_of_a_mode_are_varied_and_written():
     assert ("mode", "3.at_stop", -1.0) in found.values()
 
 
+BALL = hv.Ball(mass="1 g", room="1 mm", restitution=0.5)
 MAGNIFIER = hv.Magnifier(mass="20 g", stiffness="1 N/mm", restitution=0.5)
 
 
@@ -46,6 +47,16 @@ MAGNIFIER = hv.Magnifier(mass="20 g", stiffness="1 N/mm", restitution=0.5)
             lambda: BEAM.replace(mode=(), magnifier=MAGNIFIER, stop=hv.Stop(restitution=1.0)),
             "magnifier.restitution must be left out beside [stop], but both are given",
         ),
+        (
+            lambda: hv.Ball(mass=1e-3, room=0.0, restitution=0.5),
+            "ball.room must be a free way (m), such as '4 mm', above",
+        ),
+        (lambda: hv.Ball(mass=1e-3, restitution=0.5), "ball.room must be given"),
+        (
+            lambda: BEAM.replace(ball=BALL, stop=hv.Stop(restitution=1.0)),
+            "[stop] must be left out beside [ball], but both are given",
+        ),
+        (lambda: hv.run(BEAM.replace(ball=BALL), "exact"), "engine 'exact', for linear equations, cannot model impact"),
         (
             lambda: BEAM.replace(excitation=hv.Excitation(stiffness_noise=0.1)),
             "excitation.stiffness_noise must be left out beside [[mode]], but both are given",

@@ -256,15 +256,19 @@ def bounces(rng, folder):
     return [path + "@short"], {**truth.parameters(*MECHANICAL), "stop.restitution": r, "stop.gap": gap}
 
 
-def two_modes(rng, folder, ratio=1.25, share=0.6):
-    """An impedance with a second mode at ``ratio`` times the frequency, with ``share`` of the coupling."""
+def several_modes(rng, folder, *modes):
+    """An impedance with modes beside the first at (ratio of the frequency, share of the coupling) each; all modes."""
     truth = device(rng, loss=0.015)
-    other = replace(truth, f0=ratio * truth.f0, beta=share**2 * truth.beta / ratio**2)
-    f = np.linspace(0.6, 1.6, 201) * truth.f0
-    z = 1 / (1 / impedance_of(truth, f) + 1 / impedance_of(other, f) - 1 / impedance_of(other, f, clamped=True))
+    others = [replace(truth, f0=ratio * truth.f0, q=1.3 * truth.q, beta=share**2 * truth.beta / ratio**2)
+              for ratio, share in modes]  # fmt: skip
+    f = np.geomspace(0.6, max(1.6, 1.6 * modes[-1][0]), 301) * truth.f0
+    z = 1 / sum(
+        (1 / impedance_of(one, f) - 1 / impedance_of(one, f, clamped=True) for one in others),
+        1 / impedance_of(truth, f),
+    )
     size = np.abs(z) * (1 + 3e-3 * rng.standard_normal(len(f)))
     phase = np.degrees(np.angle(z)) + 0.2 * rng.standard_normal(len(f))
-    return [write(folder / "z.csv", "Frequency (Hz),|Z| (ohm),Phase (deg)", f, size, phase)], truth
+    return [write(folder / "z.csv", "Frequency (Hz),|Z| (ohm),Phase (deg)", f, size, phase)], (truth, *others)
 
 
 def impedance_rx(rng, folder):

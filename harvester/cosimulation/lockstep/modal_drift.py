@@ -93,6 +93,8 @@ def kicked_modes(s, before, z, xi, a, c):
         mean = before[(n + j) * BATCH]
         pull -= c.k[j] * z[j * BATCH] * mean
         gained += 2.0 * mean * (z[(n + j) * BATCH] - mean)
+    if c.pull is not None:
+        pull -= c.pull * before[(2 * n - 1) * BATCH]
     s.noise_work += noise
     s.spring_work += s.h * pull
     s.voltage_work += s.h * voltage
@@ -112,6 +114,8 @@ def stored_in_modes(z, c):
         for one in c.phi:
             mobility += one * one
         energy += 0.5 * c.contact.k / mobility * into * into
+    if c.pull is not None:
+        energy += c.pull * z[(len(c.k) - 1) * BATCH]
     return energy
 
 

@@ -142,6 +142,8 @@ class Trajectories:
             self.own_circuit.begin(self.state)
         elif self.circuit is not None:
             self.state[:, 4] = start[:, 0]
+        if self.modes is not None:
+            self.modes.begin(self.state, OWN if self.circuit is None else self._circuit_rows)
         self.words = aligned((self.blocks, 2, BATCH), np.uint64)
         for k, words in enumerate(self.words):
             words[:] = random_words(child(self.seed, 0, k), BATCH)

@@ -164,12 +164,17 @@ class ModalMotion:
         self.before = OWN if circuit is None else OWN + 2
         self.coefficients, self.count = modal_coefficients(eqs), eqs.modes.count
         self.rows, self.martingales = self.before - 2 + 2 * self.count, 2 * (2 * self.count + 1)
-        self.mobility = eqs.modes.mobility
+        self.modes, self.mobility = eqs.modes, eqs.modes.mobility
 
     def order(self, first: int | None = None) -> list[int]:
         """The rows of a block's state in the order of the kernels, y, v and V; those of y_2 begin at the ``first``."""
         first, n = self.before if first is None else first, self.count
         return [0, *range(first, first + n - 1), 1, *range(first + n - 1, first + 2 * n - 2), 2]
+
+    def begin(self, state: Floats, first: int) -> None:
+        """Place a ball, whose coordinate is the last one from the row ``first`` on, amid its box."""
+        if self.count > self.modes.sprung:
+            state[:, first + self.count - 2] = self.modes.at_rest(state[:, 0])[-1]
 
     def advance(
         self, batch: Batch, state: Floats, schedule: Schedule, h: float, eqs: Equations, shaker: Filter | None
@@ -209,7 +214,9 @@ class ModalMotion:
             weights[-1] = 1.0
         else:
             weights[: self.count] = eqs.modes.coupling
-        form = solve_continuous_lyapunov(flow(eqs).T, -np.outer(weights, weights))
+        bound = [j for j in range(len(z)) if j % self.count < eqs.modes.sprung or j == 2 * self.count]
+        z, weights, matrix = z[bound], weights[bound], flow(eqs)[np.ix_(bound, bound)]
+        form = solve_continuous_lyapunov(matrix.T, -np.outer(weights, weights))
         return np.asarray(np.einsum("jn,jk,kn->n", z, form, z)[None])
 
     def _circuit_boundary(self, z: Floats, U: Floats, eqs: Equations) -> Floats:

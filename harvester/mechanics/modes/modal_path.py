@@ -76,7 +76,7 @@ def started(eqs: Equations, start: tuple[Any, ...]) -> Floats:
     """The states y, y' and V of a start x, x', V and further on, as its fifth, those of y_2, ...; shape (2 n + 1,)."""
     assert eqs.modes is not None
     found, n = np.zeros(2 * eqs.modes.count + 1), eqs.modes.count
-    found[0], found[n], found[-1] = start[:3]
+    found[:n], found[n], found[-1] = eqs.modes.at_rest(start[0]), start[1], start[2]
     if len(start) > 4:
         found[1:n], found[n + 1 : 2 * n] = np.reshape(start[4], (2, -1))
     return found
@@ -102,7 +102,7 @@ def trace_modes(
     modes = eqs.modes
     assert modes is not None
     z = aligned(((2 * modes.count + 1), BATCH))
-    z[0, 0] = eqs.resting_places[0]
+    z[: modes.count, 0] = modes.at_rest(eqs.resting_places[0])
     if start is not None:
         z[:, 0] = start
         place = float(np.dot(modes.contact, z[: modes.count, 0]))

@@ -1,7 +1,7 @@
 """One step of several modes or masses, the drift and the kick of `harvester.mechanics.kernels.equation_of_motion`.
 
     drift   y' = v,  V' = s.v - mu V,  with the impacts of w = phi.y    (exact)
-    kick    y_j' = v_j,  v_j' = -d_j v_j - k_j y_j - e_j F - beta s_j V + g_j (a + noise)    (y and V held)
+    kick    y_j' = v_j,  v_j' = -d_j v_j - k_j y_j - e_j F - beta s_j V + g_j (a + noise)    (y and V held; ball: -pull)
 
 The stops are those of one mode, on the contact coordinate w (`harvester.mechanics.kernels.offset_stops.move`), where it
 begins without voltage, with m = phi/(phi.phi), e = exp(-mu h) and g = (1 - e)/mu:
@@ -30,7 +30,8 @@ AT_REST = 1e-12  # of the stop's coordinate and speed: rounding of sums over mod
 class ModalCoefficients(NamedTuple):
     """The coefficients above: ``own`` those of the oscillator, ``contact`` those of w, None without a stop.
 
-    The others as of `harvester.equations.modes.Modes`, but ``e`` None where it is (1, 0, ...), and ``m`` and ``sm``.
+    The others as of `harvester.equations.modes.Modes`, but ``e`` None where it is (1, 0, ...), ``pull`` None where
+    it is 0, and ``m`` and ``sm``.
     """
 
     own: Coefficients
@@ -43,6 +44,7 @@ class ModalCoefficients(NamedTuple):
     phi: tuple[float, ...] | None = None
     m: tuple[float, ...] | None = None
     sm: float | None = None
+    pull: float | None = None
 
 
 def modal_coefficients(eqs: Equations) -> ModalCoefficients:
@@ -56,12 +58,12 @@ def modal_coefficients(eqs: Equations) -> ModalCoefficients:
         return of
     mobility = modes.mobility
     m = tuple(one / mobility for one in modes.contact)
-    contact = Coefficients(mu=eqs.mu, n1=eqs.n1, r=eqs.restitution, gap=eqs.gap or 0.0)
+    contact = Coefficients(mu=eqs.mu, n1=None if modes.is_carried else eqs.n1, r=eqs.restitution, gap=eqs.gap or 0.0)
     contact = contact._replace(high=eqs.opposite_gap, r_high=eqs.opposite_restitution)
     if eqs.stop_stiffness is not None:
         contact = contact._replace(k=eqs.stop_stiffness * mobility, c=(eqs.stop_damping or 0.0) * mobility)
     sm = math.fsum(s * one for s, one in zip(modes.coupling, m, strict=True))
-    return of._replace(contact=contact, phi=modes.contact, m=m, sm=sm)
+    return of._replace(contact=contact, phi=modes.contact, m=m, sm=sm, pull=modes.pull or None)
 
 
 @forced
@@ -77,9 +79,9 @@ def along(direction, z, first, i):
 
 @forced
 def _pushed(i, z, c, a):
-    """The acceleration of w at rest, where no noise keeps the mass from resting on a stop; None elsewhere."""
+    """The acceleration of w at rest, where no noise keeps w from resting on a stop; None elsewhere."""
     voltage = 2 * len(c.k) * BATCH + i
-    if c.own.n1 is not None:
+    if c.contact.n1 is not None:
         return None
     force, total = spring(along(c.e, z, 0, i), c.own), 0.0
     for j in range(len(c.phi)):
@@ -93,19 +95,30 @@ def _pushed(i, z, c, a):
         elif j == 0:
             push += force
         total += c.phi[j] * push
+    if c.pull is not None:
+        total -= c.phi[-1] * c.pull
     return total
+
+
+@forced
+def _drift_freely(i, z, d, c):
+    """Drift lane i without an impact."""
+    speeds, voltage = len(c.k) * BATCH + i, 2 * len(c.k) * BATCH + i
+    z[voltage] = d.e * z[voltage] + d.g * along(c.s, z, len(c.k), i)
+    for j in range(len(c.s)):
+        z[j * BATCH + i] += d.t * z[speeds + j * BATCH]
+    return Impacts(0.0, 0.0, 0.0, 0.0)
 
 
 @forced
 def drift_modes(i, z, d, c, a):
     """Drift lane i by the interval d: the `Impacts`, whose energy is that of w, 1/(phi.phi) of it the one taken."""
+    if c.contact is None:
+        return _drift_freely(i, z, d, c)
+    if _is_stuck(i, z, c):
+        return _drift_freely(i, z, d, c)
     speeds, voltage = len(c.k) * BATCH + i, 2 * len(c.k) * BATCH + i
     rate = along(c.s, z, len(c.k), i)
-    if c.contact is None:
-        for j in range(len(c.s)):
-            z[j * BATCH + i] += d.t * z[speeds + j * BATCH]
-        z[voltage] = d.e * z[voltage] + d.g * rate
-        return Impacts(0.0, 0.0, 0.0, 0.0)
     w, speed = along(c.phi, z, 0, i), along(c.phi, z, len(c.k), i)
     after, impacts = move(State(w, speed, 0.0), d, c.contact, _pushed(i, z, c, a))
     way, jump = after.x - w - d.t * speed, after.v - speed
@@ -139,6 +152,8 @@ def kick_modes(i, z, xi, h, c, a):
             z[speeds + j * BATCH] = kicked * (1.0 / (1.0 + loss + 0.5 * loss * loss))
     else:
         _kick_with_common_friction(i, z, x, hit, h, c)
+    if c.pull is not None:
+        z[(2 * len(c.k) - 1) * BATCH + i] -= h * c.pull
     if stuck:
         _keep_on_stop(i, z, c)
     if a is not None:
@@ -182,8 +197,8 @@ def _twice_and_kicked(i, j, z, force, hit, h, c):
 
 @forced
 def _is_stuck(i, z, c):
-    """Whether the mass rests on a rigid stop; only without noise, which keeps it moving."""
-    if c.contact is None or c.own.n1 is not None:
+    """Whether the mass rests on a rigid stop; only without noise along w, which keeps it moving."""
+    if c.contact is None or c.contact.n1 is not None:
         return False
     if c.contact.r is None:
         return False

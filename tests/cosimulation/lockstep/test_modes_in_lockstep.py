@@ -19,6 +19,7 @@ from tests.support.systems import BEAM, SECOND, THIRD
 pytestmark = [pytest.mark.ngspice, pytest.mark.slow]
 THOROUGH = pytest.mark.thorough("test_one_netlist")
 RIGID = hv.Stop(restitution=0.5, gap="0.02 mm")
+BALL = hv.Ball(mass="2 g", room="0.1 mm", restitution=0.5, tilt=30.0)
 DRIVE = hv.Excitation(acceleration_amplitude="0.5 g", frequency="45 Hz")
 UNDER = hv.Magnifier(mass="30 g", stiffness="4 N/mm", damping="0.5 N s/m", restitution=0.4, gap="0.02 mm")
 
@@ -38,11 +39,12 @@ def _lockstep(scene, h, steps, reltol=1e-4):
     "change",
     [
         {"stop": RIGID},
-        {"stop": RIGID, "excitation": DRIVE},
+{"stop": RIGID, "excitation": DRIVE},
         {"stop": hv.Stop(stiffness="2e4 N/m", damping="5 N s/m", gap="0.02 mm")},
         {"mode": (), "magnifier": UNDER},
+        {"mode": (), "ball": BALL},
     ],
-    ids=["noise", "drive", "compliant", "magnifier"],
+    ids=["noise", "drive", "compliant", "magnifier", "ball"],
 )
 def test_path_of_the_ensemble(change):
     """With a resistor ngspice's modes go as those of the exact update, and the energy ledger closes."""
@@ -56,6 +58,17 @@ def test_path_of_the_ensemble(change):
     assert (found.V**2).mean() == pytest.approx((expected.V**2).mean(), rel=5e-3)
     assert ledger.impacts > 0.0
     assert abs(ledger.residual) < 5e-3
+
+
+def test_motion_of_several_modes():
+    """Command `motion` by ngspice shows the path that engine `ensemble` has on the same noise, impacts included."""
+    scene = BEAM.replace(mode=(SECOND, THIRD), stop=RIGID)
+    found, expected = (hv.motion(scene, engine, "0.2 s", seed=2, from_rest=True) for engine in ("spice", "ensemble"))
+    for name in ("displacement", "voltage"):
+        one, other = getattr(found, name), getattr(expected, name)
+        assert np.abs(one - other)[:200].max() < 3e-3 * np.abs(other).max(), name
+    assert len(found.impacts) == pytest.approx(len(expected.impacts), abs=2)
+    assert len(found.impacts) > 2
 
 
 def _one_netlist(scene, begin, end, step):

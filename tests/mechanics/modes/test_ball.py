@@ -1,0 +1,115 @@
+"""A free ball in a box on the mass: energy and momentum, bounces in closed form, and exact flow between impacts."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+from scipy.optimize import brentq
+
+import harvester as hv
+from harvester.equations.coefficients import Equations
+from harvester.equations.modes import Modes
+from harvester.equations.problem import Problem
+from harvester.mechanics.modes.modal_path import trace_modes
+from tests.support.systems import BEAM, SECOND
+
+TURN, G = 2.0 * math.pi, 9.80665
+BALL = hv.Ball(mass="2 g", room="0.4 mm", restitution=0.7, tilt=30.0)
+DRIVE = hv.Excitation(acceleration_amplitude="0.5 g", frequency="45 Hz")
+
+
+def test_energy_and_momentum():
+    """Without forces impacts take what the kinetic energy loses, and leave the momentum, to rounding."""
+    root, r = math.sqrt(0.2), 0.8
+    modes = Modes((0.0, 0.0), (0.0, 0.0), (1.0, 0.0), (1.0, root), (1.0, -1.0 / root), pull=0.0)
+    ends = {"gap": 0.3, "opposite_restitution": r, "opposite_gap": 0.3}
+    eqs, start = Equations(linear=1e-30, restitution=r, modes=modes, **ends), np.array([0.0, 0.0, -1.0, 0.3, 0.0])
+    path = trace_modes(eqs, np.zeros(600), 0.02, 100, start)
+    speeds = path.coordinates[-1, 1]
+    assert len(path.impacts) > 5
+    assert 0.5 * (speeds**2).sum() + path.lost == pytest.approx(0.5 * (start[2:4] ** 2).sum(), rel=1e-9)
+    assert speeds @ modes.base == pytest.approx(start[2:4] @ modes.base, rel=1e-9)
+    places = path.coordinates[:, 0] @ modes.contact
+    assert np.abs(places).max() <= 0.3 * (1.0 + 1e-9)
+
+
+def test_bounces_on_a_heavy_mass():
+    """A light ball in an upright box falls, bounces ever lower at times in closed form, and comes to rest."""
+    ball = hv.Ball(mass=1e-9, room="1 mm", restitution=0.6, tilt=90.0)
+    scene = BEAM.replace(mode=(), ball=ball, excitation=None)
+    problem = Problem(scene)
+    h, w0 = 0.002, problem.scales.frequency
+    path = trace_modes(problem.equations, np.zeros(30000), h, 100)
+    speed = math.sqrt(G * ball.room)
+    times = math.sqrt(ball.room / G) + 2.0 * speed / G * np.cumsum([0.0, *(0.6**k for k in range(1, 6))])
+    assert path.impacts[:6, 0] / w0 == pytest.approx(times, rel=2e-4)
+    place = path.coordinates[-1, 0] @ problem.equations.modes.contact
+    assert place * problem.scales.length == pytest.approx(0.5 * ball.room, rel=1e-6)  # on the floor of its box
+    assert 8 < len(path.impacts) < 40
+
+
+def _located(scene, end, h):
+    """X_1 and v (SI units) of a scene with modes and a ball at times k h up to ``end``, and how many impacts it had.
+
+    The state is (X_1, ..., Z, their speeds, v, cos, sin, 1); its flow is a matrix exponential, and impacts are zeros of
+    the distance to an end, found to rounding.
+    """
+    first, piezo, ball, drive = scene.oscillator, scene.piezo, scene.ball, scene.excitation
+    rows = [(first.mass, first.frequency, first.damping_ratio, piezo.coupling, 1.0)]
+    rows += [(m.mass, m.frequency, m.damping_ratio, m.coupling, m.base) for m in scene.mode]
+    mass, f, ratio, theta, base = np.array([*rows, (ball.mass, 0.0, 0.0, 0.0, 1.0)]).T
+    n, w = len(mass), TURN * f
+    a = np.zeros((2 * n + 4, 2 * n + 4))
+    a[:n, n : 2 * n] = np.eye(n)
+    a[n : 2 * n, :n], a[n : 2 * n, n : 2 * n] = -np.diag(w * w), -np.diag(2.0 * ratio * w)
+    a[n : 2 * n, 2 * n], a[n : 2 * n, 2 * n + 1] = -theta / mass, base * drive.acceleration_amplitude
+    a[2 * n - 1, -1] = -G * math.sin(math.radians(ball.tilt))
+    a[2 * n, n : 2 * n] = theta / piezo.capacitance
+    a[2 * n, 2 * n] = -1.0 / (scene.load.resistance * piezo.capacitance)
+    a[2 * n + 1, 2 * n + 2], a[2 * n + 2, 2 * n + 1] = -TURN * drive.frequency, TURN * drive.frequency
+    phi = np.array([*np.ones(n - 1), -1.0])
+    z, found, impacts = np.zeros(2 * n + 4), [], 0
+    z[2 * n + 1] = z[-1] = 1.0
+    step = expm(a * h)
+    for _ in range(round(end / h)):
+        left, flow = h, step
+        while True:
+            after = flow @ z
+            side = math.copysign(1.0, phi @ after[:n])
+            if abs(phi @ after[:n]) <= 0.5 * ball.room:
+                break
+            at = brentq(
+                lambda t, z=z, s=side: 0.5 * ball.room - s * (phi @ (expm(a * t) @ z)[:n]), 0.0, left, xtol=1e-18
+            )
+            z, left, impacts = expm(a * at) @ z, left - at, impacts + 1
+            change = phi / mass
+            z[n : 2 * n] -= (1.0 + ball.restitution) * (phi @ z[n : 2 * n]) / (phi @ change) * change
+            z[:n] -= 1e-15 * side * change / (phi @ change)  # off the end, so that it is not found again
+            flow = expm(a * left)
+        z = after
+        found.append([z[0], z[2 * n]])
+    return np.array(found), impacts
+
+
+@pytest.mark.parametrize(
+    "modes, ball",
+    [
+        ((), BALL),
+        pytest.param((SECOND,), BALL.replace(restitution=0.9), marks=pytest.mark.thorough("test_energy_and_momentum")),
+    ],
+)
+def test_located_impacts(modes, ball):
+    """A ball shaken in a tilted box goes as by exact flow between located impacts, to second order in the step."""
+    scene = BEAM.replace(mode=modes, ball=ball, excitation=DRIVE)
+    problem, seconds = Problem(scene), 0.05
+    w0, s = problem.scales.frequency, problem.units
+    expected, impacts = _located(scene, seconds, seconds / 200)
+    errors = []
+    for fine in (8, 16, 32):
+        path = trace_modes(problem.equations, np.zeros(200 * fine), w0 * seconds / (200 * fine), fine)
+        assert len(path.impacts) == impacts > 5
+        found = path.samples[:, :2] * [s.length, s.volts]
+        errors.append(np.abs(found - expected).max(axis=0) / np.abs(expected).max(axis=0))
+    assert errors[2].max() < 1e-3
+    assert (errors[2] < 0.35 * errors[0]).all()
