@@ -50,7 +50,8 @@ class CoupledDevice:
     ngspice's tolerance for a netlist; ``gaussian`` draws Gaussian noise, where the ensemble's three-point noise would
     do. ``ideal`` is the load without ngspice, made of ideal elements or compiled; ``ngspice_rule`` says that the load
     resistor beside ngspice follows its integration rule; ``probes`` are further quantities of the circuit;
-    ``trapezoidal`` see `harvester.cosimulation.ngspice.deck.integration_options`; ``coarse``: on noise of steps of h/2.
+    ``trapezoidal`` see `harvester.cosimulation.ngspice.deck.integration_options`; ``coarse``: on noise of steps of h/2;
+    ``shunt`` is a capacitance from each node to ground, of the piezo's, without which ngspice may not converge.
     """
 
     eqs: Equations
@@ -65,6 +66,7 @@ class CoupledDevice:
     ngspice_rule: bool = False
     probes: tuple[Probe, ...] = ()
     trapezoidal: bool = False
+    shunt: float = 0.0
     coarse: bool = False
 
     def coarser(self) -> "CoupledDevice":
@@ -131,7 +133,7 @@ def run_in_this_process(
     whole = device.h / scales.frequency, drive.duration, (x, voltage, charge), scales.volts
     keeps = len(drive.start) == 4
     given = *whole, device.reltol, nodes, vectors, device.trapezoidal, keeps
-    deck = build_deck(device.load, scales.capacitance, *given)
+    deck = build_deck(device.load, scales.capacitance, *given, device.shunt * scales.capacitance)
     checked_ngspice().run_driven(deck, drive, device.patience, deadline)
     if not np.isfinite(drive.samples).all():
         raise UnboundedResponseError("the response grows without bound: it left the finite numbers; add damping")

@@ -42,13 +42,14 @@ def build_deck(
     probes: Sequence[str] = (),
     trapezoidal: bool = False,
     keeps: bool = True,
+    shunt: float = 0.0,
 ) -> Deck:
     """The whole circuit: the piezo, driven by the voltage theta x/Cp, and the load on it.
 
     capacitance in farad, step and duration in second; ``start`` is where it begins: theta x/Cp, the terminals'
     voltage and that of Csmooth, in volt; ``volts`` is the signal's size, with ``reltol`` and ``trapezoidal`` for
     `integration_options`; with ``nodes``, the voltages at the beginning by name, all nodes are saved if it ``keeps``
-    them; ``probes`` are the names of further vectors that are.
+    them; ``probes`` are the names of further vectors that are; ``shunt`` is a capacitance from each node to ground (F).
     The piezo is that voltage in series with Cp (Thevenin), so that each step of ngspice carries exactly the charge
     theta (x1 - x0), whatever its integration rule; a current theta x' in parallel, given at the step's end, would not.
 
@@ -63,6 +64,7 @@ def build_deck(
     source = ["Vdrive drive 0 external", f"Cp drive p {capacitance!r} ic={across!r}"]
     time_constant = None if load.resistance is None else load.resistance * capacitance
     options = integration_options(step, time_constant, volts, capacitance, reltol, trapezoidal, load.smoothing)
+    options += f" cshunt={float(shunt)!r}" if shunt else ""
     return whole_deck(load, source, options, (step, duration), charge, nodes, probes, keeps)
 
 

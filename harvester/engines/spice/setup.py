@@ -50,6 +50,13 @@ class SpiceSetup:
         """The same, with runs that begin at rest and burn in for longer."""
         return replace(self, burn_in=self.burn_in_from_rest, starts=None, difference={})
 
+    def with_shunt(self, shunt: float) -> "SpiceSetup":
+        """The same, with a capacitance from each node to ground, of the piezo's (0: none), which is told."""
+        if not shunt:
+            return self
+        told = warning("shunted", share=shunt, capacitance=shunt * self.device.scales.capacitance)
+        return replace(self, device=replace(self.device, shunt=shunt), diagnostics=[*self.diagnostics, told])
+
     @property
     def short(self) -> bool:
         """Whether runs take a compiled circuit on from its states: beside a stop its path and ngspice's soon part."""

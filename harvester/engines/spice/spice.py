@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 from harvester.answers.estimate import Estimate
-from harvester.engines.moment_existence import existence
+from harvester.engines.moment_existence import MomentExistence, existence
 from harvester.engines.options import MonteCarloOptions, number
 from harvester.engines.protocol import AnyScene, Engine, Progress, served
 from harvester.engines.sampling import refine
@@ -21,7 +21,15 @@ from harvester.engines.spice.setup import SpiceSetup, set_up
 from harvester.engines.spice.steady import Steady
 from harvester.engines.spice.steady_response import is_the_only_one, steady_response
 from harvester.equations.problem import Problem
-from harvester.errors import CircuitError, HarvesterError, MissingProgramError, OutOfTimeError, invalid, names_arguments
+from harvester.errors import (
+    CircuitError,
+    ConvergenceError,
+    HarvesterError,
+    MissingProgramError,
+    OutOfTimeError,
+    invalid,
+    names_arguments,
+)
 from harvester.machine.folders import machine_code
 from harvester.presentation.diagnostic import Diagnostic, note, refusal
 from harvester.presentation.engine_look import EngineLook
@@ -32,6 +40,9 @@ if TYPE_CHECKING:
 
 GRACE, SLACK = 1.1, 1.0  # all may last so many times the `budget`, and so many seconds more
 RUNNING = 0.5  # of what the burn-in leaves, for the runs at least: their processes take some seconds to start
+# Capacitances from each node to ground that are tried in turn where ngspice does not converge, of the piezo's: diodes
+# without one of their own leave a node between them that nothing holds while both block.
+SHUNTS = 0.0, 1e-5, 1e-4
 
 
 @names_arguments
@@ -175,16 +186,30 @@ class Spice(MonteCarloOptions, Engine):
         searched, code = time.perf_counter() - begin, machine_code()
         setup = set_up(problem, self, self.reltol, self.gaussian, self.SETTLED and not self.alone, watch.all)
         setup = dataclasses.replace(setup, seconds=setup.seconds + searched)
-        try:
-            runs, target = self._first_runs(problem, setup, code, progress)
-        except OutOfTimeError as error:
-            return partial_answer(self.NAME, problem, error, time.perf_counter() - begin, setup), None
+        for shunt in SHUNTS:
+            try:
+                runs, target = self._first_runs(problem, setup.with_shunt(shunt), code, progress)
+                chosen = self._refined(problem, runs, target, exists)
+            except OutOfTimeError as error:
+                return partial_answer(self.NAME, problem, error, time.perf_counter() - begin, setup), None
+            except ConvergenceError:
+                if shunt == SHUNTS[-1]:
+                    raise
+            else:
+                return sampled_estimate(self.NAME, problem, runs, exists, watch, [*chosen, *said]), None
+        raise AssertionError("the last try returns or raises")
+
+    @staticmethod
+    def _refined(
+        problem: Problem, runs: Runs, target: Target | None, exists: MomentExistence
+    ) -> list[Diagnostic | None]:
+        """Measure the tolerance, and go on to a target; what there is to say of that."""
         runs.measure_tolerance()
-        if target is not None:
-            obstacle = exists.obstacle(target.within)
-            said.insert(0, refine(runs, target) if obstacle is None else obstacle)
-            said.insert(1, runs.setup.chosen(target.within, problem.units.frequency, problem.physical))
-        return sampled_estimate(self.NAME, problem, runs, exists, watch, said), None
+        if target is None:
+            return []
+        obstacle = exists.obstacle(target.within)
+        reached = refine(runs, target) if obstacle is None else obstacle
+        return [reached, runs.setup.chosen(target.within, problem.units.frequency, problem.physical)]
 
     def _first_runs(
         self, problem: Problem, setup: SpiceSetup, code: int, progress: Progress | None

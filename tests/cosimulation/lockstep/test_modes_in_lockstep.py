@@ -39,7 +39,7 @@ def _lockstep(scene, h, steps, reltol=1e-4):
     "change",
     [
         {"stop": RIGID},
-{"stop": RIGID, "excitation": DRIVE},
+        {"stop": RIGID, "excitation": DRIVE},
         {"stop": hv.Stop(stiffness="2e4 N/m", damping="5 N s/m", gap="0.02 mm")},
         {"mode": (), "magnifier": UNDER},
         {"mode": (), "ball": BALL},
