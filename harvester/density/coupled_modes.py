@@ -68,19 +68,20 @@ class Factors:
 
         n = right.size
         operator = LinearOperator((n, n), matvec=preconditioned, dtype=right.dtype)
-        p, left = np.zeros_like(right), right
-        for _ in range(REFINEMENTS):  # of what rounding left of the equations
+        p, left, aim = np.zeros_like(right), right, RESIDUAL * np.abs(right).max()
+        for turn in range(REFINEMENTS):  # of what rounding left of the equations
             if self.is_joint:
                 p += self.without_higher(left)
             else:
                 most = FEW_SWEEPS if self.can_join else SWEEPS
-                q, unsolved = gmres(operator, left.ravel(), rtol=RESIDUAL, restart=most, maxiter=1)
-                if unsolved and self.can_join:
+                before = self.sweeps
+                q, _ = gmres(operator, left.ravel(), rtol=RESIDUAL, atol=aim, restart=most, maxiter=1)
+                if self.sweeps - before >= most and self.can_join and not turn:
                     self._factorise([range(self.form.modes)])
                     continue
                 p += self.without_higher(q.reshape(self.form.shape))
             left = right - self.applied(p)
-            if np.abs(left).max() <= RESIDUAL * np.abs(right).max():
+            if np.abs(left).max() <= aim:
                 break
         return p
 
