@@ -36,11 +36,14 @@ def adjoint(factors: Factors, right: Floats) -> Floats:
 
     def from_above(z: Floats) -> Floats:
         q = np.zeros(z.shape)
-        for k in range(form.modes - 1, -1, -1):
-            q[k] = factors.chains[k].solve_transposed(z[k] - form.to_lower(q, k))
+        for group, chain in reversed(factors.chains):
+            here, k = slice(group[0], group[-1] + 1), group[-1]
+            told = z[here].copy()
+            told[-1] -= form.to_lower(q, k)
+            q[here] = chain.solve_transposed(told)
         return q
 
-    if not form.back_coupled:
+    if factors.is_joint or not form.back_coupled:
         return from_above(right)
 
     def preconditioned(z: Floats) -> Floats:

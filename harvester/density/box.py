@@ -1,7 +1,7 @@
 """The box and the frame of a density, from solutions on coarse meshes that are repeated until both stand still."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.special import gamma
@@ -101,7 +101,7 @@ def settled(eqs: Equations, tail: float) -> Setting:
         after = Setting(_box(eqs, form, p, tail), regression(form, p), _peak(form, p))
         if _alike(setting, after):
             return after
-        setting = after
+        setting = replace(after, box=_eased(setting.box, after.box))
     raise SimulationError(refusal("density_without_box"))
 
 
@@ -130,12 +130,12 @@ def _box(eqs: Equations, form: WeakForm, p: Floats, tail: float) -> Box:
     energy = potential(eqs, form.frame, along.points.ravel()).reshape(along.points.shape)
     rest = along.points.ravel()[np.argmin(energy)]
     sides = (along.points <= rest, along.points >= rest)
-    whole = _warmth(energy, of_x)
+    speeds = _warmth(0.5 * across.points**2, of_v, form.mesh.v_breaks[-1] ** 2 / (8.0 * tail))
+    whole = _warmth(energy, of_x, speeds)
     below, above = (
-        _warmth(energy[side], of_x[side]) if math.isinf(stop) and of_x[side].sum() > 0.1 else whole
+        _warmth(energy[side], of_x[side], whole) if math.isinf(stop) and of_x[side].sum() > 0.1 else whole
         for side, stop in zip(sides, eqs.rigid_stops, strict=True)
     )
-    speeds = _warmth(0.5 * across.points**2, of_v)
     below = max(below, speeds) if eqs.stop_stiffness is not None else below
     return extent(eqs, form.frame, tail, below, above, speeds)
 
@@ -151,13 +151,28 @@ def _by_element(line: Floats, degree: int) -> Floats:
     return np.lib.stride_tricks.sliding_window_view(line, degree + 1)[::degree]
 
 
-def _warmth(energy: Floats, density: Floats) -> float:
-    """The T of exp(-energy/T) that has the moment of degree `MOMENT` of the energy under a density."""
+def _warmth(energy: Floats, density: Floats, otherwise: float) -> float:
+    """The T of exp(-energy/T) that has the moment of degree `MOMENT` of the energy under a density.
+
+    ``otherwise`` where a density that a far too coarse mesh makes negative has no such moment.
+    """
     for n in range(MOMENT, 0, -1):
         moment = float((energy**n * density).sum() / density.sum())
         if moment > 0.0:
             return float((moment * gamma(0.5) / gamma(n + 0.5)) ** (1.0 / n))
-    raise SimulationError(refusal("density_not_solved"))
+    return otherwise
+
+
+def _eased(before: Box, after: Box) -> Box:
+    """The box after, but no less than half of that before: moments say little of one that was far too large."""
+    middle = 0.5 * (after.low + after.high)
+    return replace(
+        after,
+        low=min(after.low, 0.5 * (before.low + middle)),
+        high=max(after.high, 0.5 * (before.high + middle)),
+        speed=max(after.speed, 0.5 * before.speed),
+        reach=max(after.reach, 0.5 * before.reach),
+    )
 
 
 def _alike(before: Setting, after: Setting) -> bool:

@@ -1,4 +1,4 @@
-"""Direct solution of one mode: the x-elements are a chain, each coupled to its neighbours by the flux between them."""
+"""Direct solution of some modes: the x-elements are a chain, coupled to their neighbours by the flux between them."""
 
 from typing import Any
 
@@ -8,60 +8,75 @@ from scipy.linalg import lu_factor, lu_solve
 from harvester.arrays import Floats
 from harvester.density.weak_form import WeakForm
 
+SMALL = 400  # unknowns of an element up to which its inverse is quicker than its factors, for many sweeps
+
 
 class Chain:
-    """The operator A_k - shift M of a mode, factorised, with the mass matrix M.
+    """The operator A - shift M of some modes that follow each other, factorised, with the mass matrix M.
 
     Without a shift mode 0 alone is singular: its solutions are the stationary densities of any mass.  ``pin`` is the
     element whose mass is added there to its own equations, so that the solution of A p = (that element's integrals) has
     the mass 1 in it; None where the equations are not singular.
     """
 
-    def __init__(self, form: WeakForm, mode: int, blocks: list[Floats], pin: int | None, shift: complex = 0.0) -> None:
-        self.form, self.size = form, form.shape[2:]
-        self.factors = []
+    def __init__(self, form: WeakForm, modes: range, blocks: list[Floats], pin: int | None, shift: complex = 0.0):
+        self.form, self.count = form, len(modes)
+        self.factors, self.inverses = [], list[Any]()
+        nx, nv = self.nodes = form.shape[2:]
         up, down = form.v_up, form.v_down
-        count, nv = form.shape[1], form.shape[3]
-        before = np.zeros((nv, nv))  # of the element to the left: density at its right end, from a flux into it there
-        unit = np.zeros((blocks[0].shape[0], nv))
-        unit[-nv:] = np.eye(nv)
-        for e in range(count):
-            block: Any = blocks[e].copy()
-            if loss := form.mu * mode + shift:
-                block = block - loss * form.mass_block(e)
-            if e == pin and not mode:
-                integrals = self.integrals(e).ravel()
-                block += np.outer(integrals, integrals)
-            block[:nv, :nv] += up @ before @ down
-            factor = lu_factor(block, overwrite_a=True, check_finite=False)
+        ends = self.count, nx, nv
+        before = np.zeros((self.count, nv) * 2)  # of the element to the left: density at its right end
+        size = self.count * nx * nv
+        unit = np.zeros((*ends, self.count, nv))
+        for k in range(self.count):
+            unit[k, -1, :, k] = np.eye(nv)
+        for e, own in enumerate(blocks):
+            block: Any = form.joint_block(e, own, modes, shift)
+            if e == pin and not modes[0]:
+                integrals = self.integrals(e)
+                block[0, :, :, 0] += integrals[:, :, None, None] * integrals
+            block[:, 0, :, :, 0, :] += np.einsum("ab,kblc,cd->kald", up, before, down, optimize=True)
+            factor = lu_factor(block.reshape(size, size), overwrite_a=True, check_finite=False)
             self.factors.append(factor)
-            if e < count - 1:
-                before = lu_solve(factor, unit, check_finite=False)[-nv:]
+            if form.back_coupled and size <= SMALL:
+                self.inverses.append(lu_solve(factor, np.eye(size), check_finite=False))
+            if e < len(blocks) - 1:
+                reached = lu_solve(factor, unit.reshape(size, -1), check_finite=False)
+                before = reached.reshape(*ends, self.count, nv)[:, -1]
 
     def integrals(self, element: int) -> Floats:
         """The integral of each shape function of an element."""
         return np.outer(self.form.x_mass[element].sum(axis=0), self.form.v_mass.sum(axis=0))
 
+    def _of(self, element: int, right: Any, transposed: int = 0) -> Any:
+        """The solution of one element for a right side of the shape (modes, nodes in x, nodes in v)."""
+        if self.inverses:
+            inverse = self.inverses[element]
+            found = (inverse.T if transposed else inverse) @ right.ravel()
+        else:
+            found = lu_solve(self.factors[element], right.ravel(), trans=transposed, check_finite=False)
+        return found.reshape(self.count, *self.nodes)
+
     def solve(self, right: Any) -> Any:
-        """The density of A p = right, both of the shape (x-elements, nodes in x, nodes in v)."""
-        p, y = np.empty_like(right), right.copy()
-        for e, factor in enumerate(self.factors):
-            p[e] = lu_solve(factor, y[e].ravel(), check_finite=False).reshape(self.size)
-            if e + 1 < len(p):
-                y[e + 1, 0] -= self.form.v_up @ p[e, -1]
-        for e in range(len(p) - 2, -1, -1):
-            y[e, -1] += self.form.v_down @ p[e + 1, 0]
-            p[e] = lu_solve(self.factors[e], y[e].ravel(), check_finite=False).reshape(self.size)
+        """The density of A p = right, both of the shape (modes, x-elements, nodes in x, nodes in v)."""
+        p, y, count = np.empty_like(right), right.copy(), right.shape[1]
+        for e in range(count):
+            p[:, e] = self._of(e, y[:, e])
+            if e + 1 < count:
+                y[:, e + 1, 0] -= p[:, e, -1] @ self.form.v_up.T
+        for e in range(count - 2, -1, -1):
+            y[:, e, -1] += p[:, e + 1, 0] @ self.form.v_down.T
+            p[:, e] = self._of(e, y[:, e])
         return p
 
     def solve_transposed(self, right: Any) -> Any:
         """The same with the transpose of A."""
-        p, y = np.empty_like(right), right.copy()
-        for e, factor in enumerate(self.factors):
-            p[e] = lu_solve(factor, y[e].ravel(), trans=1, check_finite=False).reshape(self.size)
-            if e + 1 < len(p):
-                y[e + 1, 0] += self.form.v_down.T @ p[e, -1]
-        for e in range(len(p) - 2, -1, -1):
-            y[e, -1] -= self.form.v_up.T @ p[e + 1, 0]
-            p[e] = lu_solve(self.factors[e], y[e].ravel(), trans=1, check_finite=False).reshape(self.size)
+        p, y, count = np.empty_like(right), right.copy(), right.shape[1]
+        for e in range(count):
+            p[:, e] = self._of(e, y[:, e], 1)
+            if e + 1 < count:
+                y[:, e + 1, 0] += p[:, e, -1] @ self.form.v_down
+        for e in range(count - 2, -1, -1):
+            y[:, e, -1] -= p[:, e + 1, 0] @ self.form.v_up
+            p[:, e] = self._of(e, y[:, e], 1)
         return p

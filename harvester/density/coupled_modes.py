@@ -10,7 +10,8 @@ from harvester.arrays import Floats
 from harvester.density.chain import Chain
 from harvester.density.weak_form import WeakForm
 
-SWEEPS = 200  # most iterations
+SWEEPS, FEW_SWEEPS = 200, 120  # most iterations, and most where all modes can be solved at once
+JOINT_MEMORY = 2e9  # bytes of the factors of all modes at once, at most
 RESIDUAL = 1e-12  # of the equations, against the flux that normalises them
 REFINEMENTS = 3
 
@@ -28,21 +29,35 @@ class Factors:
     shift: complex = 0.0
 
     def __post_init__(self) -> None:
-        blocks = [self.form.diagonal_block(e) for e in range(self.form.shape[1])]
-        self.chains = [Chain(self.form, k, blocks, self.pin, self.shift) for k in range(self.form.modes)]
         self.sweeps = 0
+        modes, most = self.form.modes, JOINT_MEMORY / self.form.modes
+        self._factorise([range(k, k + 1) for k in range(modes)])
+        self.can_join = self.form.back_coupled and self.form.mesh.memory(modes) < most
+
+    def _factorise(self, groups: list[range]) -> None:
+        blocks = [self.form.diagonal_block(e) for e in range(self.form.shape[1])]
+        self.chains = [(k, Chain(self.form, k, blocks, self.pin, self.shift)) for k in groups]
+
+    @property
+    def is_joint(self) -> bool:
+        """Whether all modes are solved at once, so that nothing is left to iterate."""
+        return len(self.chains) == 1
 
     def without_higher(self, right: Any) -> Any:
-        """The solution in which no mode acts on a lower one."""
+        """The solution in which no mode acts on a lower one of another chain."""
         p, y = np.zeros_like(right), right.copy()
-        for k, chain in enumerate(self.chains):
+        for group, chain in self.chains:
+            k = group[0]
             if k:
                 y[k] -= self.form.from_lower(p, k)
-            p[k] = chain.solve(y[k])
+            p[k : group[-1] + 1] = chain.solve(y[k : group[-1] + 1])
         return p
 
     def solve(self, right: Any) -> Any:
-        """The solution of (form + pin) p = right."""
+        """The solution of (form + pin) p = right.
+
+        Where many sweeps over the modes do not end, all of them are factorised at once, if memory allows it.
+        """
         if not self.form.back_coupled:
             return self.without_higher(right)
 
@@ -53,12 +68,20 @@ class Factors:
 
         n = right.size
         operator = LinearOperator((n, n), matvec=preconditioned, dtype=right.dtype)
-        p, left = np.zeros_like(right), right
-        for _ in range(REFINEMENTS):  # of what rounding left of the equations
-            q, _ = gmres(operator, left.ravel(), rtol=RESIDUAL, restart=SWEEPS, maxiter=1)
-            p += self.without_higher(q.reshape(self.form.shape))
+        p, left, aim = np.zeros_like(right), right, RESIDUAL * np.abs(right).max()
+        for turn in range(REFINEMENTS):  # of what rounding left of the equations
+            if self.is_joint:
+                p += self.without_higher(left)
+            else:
+                most = FEW_SWEEPS if self.can_join else SWEEPS
+                before = self.sweeps
+                q, _ = gmres(operator, left.ravel(), rtol=RESIDUAL, atol=aim, restart=most, maxiter=1)
+                if self.sweeps - before >= most and self.can_join and not turn:
+                    self._factorise([range(self.form.modes)])
+                    continue
+                p += self.without_higher(q.reshape(self.form.shape))
             left = right - self.applied(p)
-            if np.abs(left).max() <= RESIDUAL * np.abs(right).max():
+            if np.abs(left).max() <= aim:
                 break
         return p
 
@@ -69,7 +92,7 @@ class Factors:
             made = made - self.shift * self.form.mass(p)
         if self.pin is None:
             return made
-        share = self.chains[0].integrals(self.pin)
+        share = self.chains[0][1].integrals(self.pin)
         made[0, self.pin] += share * np.vdot(share, p[0, self.pin])
         return made
 
@@ -79,7 +102,7 @@ def stationary(factors: Factors) -> Floats:
     form = factors.form
     assert factors.pin is not None, "the equations of a stationary density are singular"
     right = np.zeros(form.shape)
-    right[0, factors.pin] = factors.chains[0].integrals(factors.pin)
+    right[0, factors.pin] = factors.chains[0][1].integrals(factors.pin)
     p = factors.solve(right)
     mass = float(np.einsum("eij,eij->", p[0], integrals(form)))
     found: Floats = p / mass

@@ -67,7 +67,8 @@ class Mesh:
         """The mesh with more elements beyond each end where no stop is, for a box longer by a share."""
         low, high = eqs.rigid_stops
         x, v = self.x_breaks, self.v_breaks
-        left = 0.0 if np.isfinite(low) else share * reach
+        compliant = eqs.stop_stiffness is not None
+        left = 0.0 if np.isfinite(low) else share * (-(eqs.gap or 0.0) - x[0] if compliant else reach)
         right = 0.0 if np.isfinite(high) else share * reach
         return replace(self, x_breaks=_extended(x, left, right), v_breaks=_extended(v, share * -v[0], share * v[-1]))
 

@@ -66,7 +66,7 @@ def first_passage(form: WeakForm, x: float) -> float:
     """
     factors, masses, loss = Factors(form, pinned(form, x)), integrals(form), form.loss()
     right = np.zeros(form.shape)
-    share = factors.chains[0].integrals(factors.pin or 0)
+    share = factors.chains[0][1].integrals(factors.pin or 0)
     right[0, factors.pin] = share
     s = factors.solve(right)
     q, before = s / np.vdot(masses, s[0]), np.inf

@@ -26,6 +26,7 @@ are continuous.  With g = 1 mass is conserved to rounding, with the lowest polyn
 E[V^2] and the balance of power hold on every mesh.
 """
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -144,6 +145,24 @@ class WeakForm:
     def mass_block(self, element: int) -> Floats:
         """The integrals of products of shape functions of one x-element."""
         return np.kron(self.x_mass[element], self.v_mass)
+
+    def joint_block(self, element: int, own: Floats, modes: range, shift: complex = 0.0) -> Any:
+        """The matrix of one x-element and some modes, less a shift times the mass matrix.
+
+        ``own`` is its `diagonal_block`; the shape is (modes, nodes in x, nodes in v) twice, test functions first.
+        """
+        mass, nodes = self.mass_block(element), self.shape[2:]
+        block = np.zeros((len(modes), *nodes) * 2, complex if isinstance(shift, complex) else float)
+        lift = self.lift * np.kron(self.x_mass[element], self.v_slope)
+        drift = np.kron(self.x_drift[element], self.v_mass)
+        drift += lift - self.tilt * np.kron(self.x_mass[element], self.v_up + self.v_down)
+        for row, j in enumerate(modes):
+            parts = {0: own - (self.mu * j + shift) * mass, -1: math.sqrt(j) * drift, 1: math.sqrt(j + 1.0) * lift}
+            parts[-2] = -self.mu * math.sqrt(j * (j - 1.0)) * mass
+            for step, part in parts.items():
+                if 0 <= row + step < len(modes):
+                    block[row, :, :, row + step] = part.reshape(*nodes, *nodes)
+        return block
 
     def loss(self) -> Floats:
         """The weights, on the first mode, of the mass that is lost in a unit of time."""

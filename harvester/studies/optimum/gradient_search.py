@@ -29,8 +29,9 @@ from harvester.studies.optimum.search_result import Peak, SearchResult
 SCAN = {1: 9, 2: 17, 3: 33, 4: 65}
 STARTS = 2
 FINER = 0.1  # of the error that is asked for: that of the climb's evaluations
-SPACING = 0.1  # of the range: the first step
-NEAR = 1e-4  # of the range: the nearest that a place comes to its end, and the relative power that is no gain
+SPACING = 0.5  # of the range: the first step where the gradient of the logarithm of the power is 1
+NEAR = 1e-4  # of the range: the nearest that a place comes to its end
+LEVEL = 1e-3  # slope of the logarithm of the power along the range at which a climb ends
 APART = 0.03  # of the range: nearer peaks are one
 MOST = 12  # evaluations of a climb
 CURVED = 0.02  # of the range: steps by which the curvature is seen
@@ -78,11 +79,15 @@ class GradientSearch:
             return SearchResult((highest,), flat, scanned=scanned)
         if not missing:
             try:
-                climbed = [self._peak(self._climb(u[start])) for start in local_maxima(u, power)[:STARTS]]
+                for start in local_maxima(u, power)[:STARTS]:
+                    if not any(self._leads_to(u[start], other.u) for other in climbed):
+                        climbed.append(self._peak(self._climb(u[start])))
             except SpentError:
                 missing = "climb"
         if missing:
             cut = warning("search_cut_short", stage=missing, budget=surface.budget)
+            if climbed:  # the best start led to its peak, another had no time
+                return SearchResult(tuple(climbed), warnings=(cut,))
             u, power, values = served(surface.points)
             best = int(np.argmax(power))
             return SearchResult((Peak(u[best], values[best], np.zeros(n), why=cut),), warnings=(cut,), scanned=scanned)
@@ -110,6 +115,11 @@ class GradientSearch:
         slopes, off = (np.array([getattr(one, part) for one in known]) for part in ("value", "bias"))
         return Slopes(u, answer.mean_power.value, along * slopes, np.abs(along) * off)
 
+    def _leads_to(self, start: Floats, top: Floats) -> bool:
+        """Whether the way from a place to a peak rises at its beginning and in its middle: one hill."""
+        way = top - start
+        return all(float(self._at(start + part * way, "climb").slopes @ way) > 0.0 for part in (0.0, 0.5))
+
     def _climb(self, start: Floats) -> Floats:
         """The highest place that a quasi-Newton climb reaches from a place."""
         from scipy.optimize import minimize
@@ -125,7 +135,7 @@ class GradientSearch:
             return -math.log(max(here.value, 1e-300) / best[0].value), -SPACING * here.slopes
 
         ends = [(NEAR / SPACING, (1.0 - NEAR) / SPACING)] * len(start)
-        options = {"maxfun": MOST, "ftol": NEAR, "gtol": NEAR}
+        options = {"maxfun": MOST, "ftol": 1e-12, "gtol": SPACING * LEVEL}
         minimize(down, start / SPACING, jac=True, method="L-BFGS-B", bounds=ends, options=options)
         return max(best, key=lambda one: one.value).u
 
