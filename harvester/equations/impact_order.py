@@ -38,7 +38,7 @@ def impact_order(r: float) -> float:
     if abs(slope := math.log(r) + math.pi / math.sqrt(3.0)) < 1e-6:
         return 1.0
 
-    # Halved until no number is between: SciPy's search would take a third of a second to load, in every run with a stop.
+    # Halved until no number is between: only to load SciPy's own search would take each run with a stop .3 s.
     low, high = (1e-9, 2.5 - 1e-12) if slope > 0.0 else (-0.5 + 1e-15, -1e-9)
     while low < (a := 0.5 * (low + high)) < high:
         beyond = a * math.log(r) + math.log(2.0 * math.cos(math.pi * (1.0 - a) / 3.0)) < 0.0
