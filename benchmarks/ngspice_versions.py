@@ -16,7 +16,6 @@ NGSPICE_LIBRARY_PATH loads the code models of its own start file; that of a whee
 
 import argparse
 import json
-import tempfile
 import time
 from pathlib import Path
 
@@ -35,25 +34,16 @@ SCENES = {"plate": 2.0, "plate_with_stop": 2.0, "plate_two_stops": 2.0, "plate_b
           "plate_harmonic_stop": 2.0, "plate_bridge": 2.0, "plate_doubler": 2.0, "plate_parallel_sshi": 2.0,
           "plate_series_sshi": 2.0, "plate_sece": 1.0, "bimorph_ltc3588": 0.1}  # fmt: skip
 POLYNOMIAL = "polynomial (code model)"
-NETLIST = """* a load beside a polynomial of its voltage, which ngspice makes of a code model
-.subckt poly p n
-Rload p n 1meg
-E1 x n POLY(1) p n 0 0.5 0.01
-Rx x y 100k
-Cx y n 10n
-Ry y p 1meg
-.ends
-"""
+NETLIST = EXAMPLES.parent / "tests/support/polynomial.cir"
 SEED = 3
 LEAST = 1e-15  # W: less is nothing
 
 
-def scenes(folder):
-    """Scenes by name with their seconds, one of them with a netlist that is written into the folder."""
+def scenes():
+    """Scenes by name with their seconds, one of them with the netlist of a polynomial."""
     for name, seconds in SCENES.items():
         yield name, hv.load(EXAMPLES / f"{name}.toml"), seconds
-    (folder / "poly.cir").write_text(NETLIST)
-    yield POLYNOMIAL, hv.load(EXAMPLES / "plate.toml").replace(load=hv.Load(netlist=str(folder / "poly.cir"))), 2.0
+    yield POLYNOMIAL, hv.load(EXAMPLES / "plate.toml").replace(load=hv.Load(netlist=str(NETLIST))), 2.0
 
 
 def timed(function, *args, **keywords):
@@ -90,10 +80,10 @@ def main_job():
 
 def measure(file):
     """Measure the ngspice that is found, and write the file."""
-    with tempfile.TemporaryDirectory() as folder, ngspice_here():
+    with ngspice_here():
         version, why = versions()
         made = {"version": version, "library": Path(find_library()).name, "trial": why, "versions": python_versions()}
-        made["scenes"] = {name: measured(name, scene, long) for name, scene, long in scenes(Path(folder))}
+        made["scenes"] = {name: measured(name, scene, long) for name, scene, long in scenes()}
         made["main job"] = main_job()
     file.write_text(json.dumps(made))
 

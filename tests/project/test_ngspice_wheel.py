@@ -10,7 +10,7 @@ import pytest
 
 from harvester.machine.system import this_system
 from tests.support import ngspice_wheel
-from tests.support.paths import EXAMPLES
+from tests.support.paths import EXAMPLES, ROOT
 
 pytestmark = [
     pytest.mark.slow,
@@ -37,15 +37,7 @@ for name, seconds in json.loads(sys.argv[1]).items():
     made |= {f"{name} {what}": getattr(found, what) for what in json.loads(sys.argv[3])}
 numpy.savez("paths.npz", **made)
 """
-POLYNOMIAL = """* a load beside a polynomial of its voltage
-.subckt poly p n
-Rload p n 1meg
-E1 x n POLY(1) p n 0 0.5 0.01
-Rx x y 100k
-Cx y n 10n
-Ry y p 1meg
-.ends
-"""
+POLYNOMIAL = ROOT / "tests/support/polynomial.cir"
 # ngspice alone, through its C interface: a gain, a limit, and a polynomial, which ngspice makes of a code model too.
 CIRCUIT = """
 import ctypes, sys
@@ -159,10 +151,7 @@ def test_code_models_compute(tmp_path, folder):
 
 def test_a_netlist_that_needs_a_code_model(tmp_path, folder):
     """The polynomial of a controlled source, in the lock-step."""
-    (tmp_path / "poly.cir").write_text(POLYNOMIAL)
-    text = (
-        (EXAMPLES / "plate_bridge.toml").read_text().replace('netlist = "bridge"', f'netlist = "{tmp_path}/poly.cir"')
-    )
+    text = (EXAMPLES / "plate_bridge.toml").read_text().replace('netlist = "bridge"', f'netlist = "{POLYNOMIAL}"')
     text = text.replace('parameters = { R = "1.5 Mohm", C = "1 uF" }', "")
     (tmp_path / "poly.toml").write_text(text)
     check_paths(tmp_path, folder, {"poly": 1.0}, tmp_path)

@@ -26,7 +26,7 @@ from numba.core.dispatcher import Dispatcher
 from numba.core.registry import CPUDispatcher
 
 from harvester.machine import folders
-from harvester.mechanics.kernels import absent_effects, vector_width
+from harvester.mechanics.kernels import absent_effects, part_libraries, vector_width
 from harvester.mechanics.kernels.kernel_cache import FilesOfThisPackage, KeptFiles
 
 config: Any = numba_config
@@ -43,12 +43,24 @@ DECORATED = re.compile(rb"^ *(@(kernel|inlined|forced|c_function|intrinsic)\b|cl
 class Compiler(vector_width.Chosen):
     """The compiler of all kernels: with vectors of the chosen width, and without effects that are absent."""
 
+    library: Any = part_libraries.KernelLibrary
+
     def define_pipelines(self) -> list[Any]:
-        """The passes."""
+        """The passes, and where they put the code."""
+        if self.state.library is None:
+            self.state.library = self.library(self.state.targetctx.codegen(), self.state.func_id.func_qualname)
+            self.state.library.enable_object_caching()
         return absent_effects.add_to(super().define_pipelines())
 
 
+class PartCompiler(Compiler):
+    """The same for functions of which kernels are made."""
+
+    library = part_libraries.PartLibrary
+
+
 COMPILER: dict[str, Any] = {"pipeline_class": Compiler}
+PART: dict[str, Any] = {"pipeline_class": PartCompiler, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
 
 @cache
@@ -60,6 +72,7 @@ def compiled_sources() -> tuple[Path, ...]:
     return (
         Path(__file__),
         Path(absent_effects.__file__),
+        Path(part_libraries.__file__),
         Path(vector_width.__file__),
         *(file for file in files if DECORATED.search(file.read_bytes())),
     )
@@ -134,7 +147,7 @@ def _alone(function: Callable[..., Any]) -> Any:
 
 def _part(function: F, **options: Any) -> F:
     """Compile a function as a part of kernels."""
-    made = njit(no_cpython_wrapper=True, no_cfunc_wrapper=True, **options, **COMPILER, **FLAGS)(function)
+    made = njit(**options, **PART, **FLAGS)(function)
     made.__class__ = _Part
     return made  # type: ignore[no-any-return]
 

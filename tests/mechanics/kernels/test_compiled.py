@@ -13,7 +13,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from harvester.mechanics.kernels.compiled import compilation, compiled_sources, kernel
+from harvester.mechanics.kernels.compiled import compilation, compiled_sources, inlined, kernel
 from harvester.mechanics.kernels.equation_of_motion import carried, decayed
 from tests.support.paths import ROOT
 
@@ -42,6 +42,27 @@ def test_a_part_of_kernels_can_be_called_from_python():
     for times in (1, 2):
         assert decayed(0.3 * times) == pytest.approx(-math.expm1(-0.3 * times))
     assert carried(0.4, way=0.1, t=0.0, mu=2.0) == pytest.approx(0.5)
+
+
+def test_a_part_has_no_machine_code_and_its_error_reaches_the_kernel(cache):
+    """The values in an error's text are objects of Python, which the kernel gets from the part."""
+
+    @inlined
+    def at_most_one(x):
+        if x > 1.0:
+            raise ValueError("too large", x)
+        return x
+
+    @kernel
+    def twice(x):
+        return 2.0 * at_most_one(x)
+
+    assert twice(0.5) == 1.0
+    (made,) = at_most_one.overloads.values()
+    assert made.library.get_pointer_to_function(made.fndesc.llvm_func_name) == 0
+    with pytest.raises(ValueError, match="too large") as told:
+        twice(1.5)
+    assert told.value.args == ("too large", 1.5)
 
 
 @pytest.fixture
