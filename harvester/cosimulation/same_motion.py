@@ -30,8 +30,8 @@ def tolerance_in_workers(
     Beside them are those of the device's probes (`means_of_probes`), relative to the RMS or its square.
 
     A run is repeated with a tenth of the tolerance on the very same motion (`Drive.kicked`), so that the two differ in
-    nothing else and stay together after impacts; the difference is 1 - 10^-`ORDER` of the error.  A ``shunt`` is doubled
-    meanwhile, which changes the answer by as much as it has done itself.  Arguments and errors
+    nothing else and stay together after impacts; the difference is 1 - 10^-`ORDER` of the error.  A ``shunt``
+    is doubled meanwhile, which changes the answer by as much as it has done itself.  Arguments and errors
     as of `measure_in_workers`.
     """
     jobs = [(device, seed, kicks, burn_in, deadline, start) for seed, start in zip(seeds, starts, strict=True)]

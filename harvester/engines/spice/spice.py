@@ -186,30 +186,31 @@ class Spice(MonteCarloOptions, Engine):
         searched, code = time.perf_counter() - begin, machine_code()
         setup = set_up(problem, self, self.reltol, self.gaussian, self.SETTLED and not self.alone, watch.all)
         setup = dataclasses.replace(setup, seconds=setup.seconds + searched)
+        try:
+            runs, chosen = self._all_runs(problem, setup, code, exists, progress)
+        except OutOfTimeError as error:
+            return partial_answer(self.NAME, problem, error, time.perf_counter() - begin, setup), None
+        return sampled_estimate(self.NAME, problem, runs, exists, watch, [*chosen, *said]), None
+
+    def _all_runs(
+        self, problem: Problem, setup: SpiceSetup, code: int, exists: MomentExistence, progress: Progress | None
+    ) -> tuple[Runs, list[Diagnostic | None]]:
+        """The runs of an answer, and what to say of their target; again with a shunt where they do not converge."""
         for shunt in SHUNTS:
             try:
                 runs, target = self._first_runs(problem, setup.with_shunt(shunt), code, progress)
-                chosen = self._refined(problem, runs, target, exists)
-            except OutOfTimeError as error:
-                return partial_answer(self.NAME, problem, error, time.perf_counter() - begin, setup), None
+                runs.measure_tolerance()
+                if target is None:
+                    return runs, []
+                obstacle = exists.obstacle(target.within)
+                reached = refine(runs, target) if obstacle is None else obstacle
+                chosen = runs.setup.chosen(target.within, problem.units.frequency, problem.physical)
             except ConvergenceError:
                 if shunt == SHUNTS[-1]:
                     raise
             else:
-                return sampled_estimate(self.NAME, problem, runs, exists, watch, [*chosen, *said]), None
+                return runs, [reached, chosen]
         raise AssertionError("the last try returns or raises")
-
-    @staticmethod
-    def _refined(
-        problem: Problem, runs: Runs, target: Target | None, exists: MomentExistence
-    ) -> list[Diagnostic | None]:
-        """Measure the tolerance, and go on to a target; what there is to say of that."""
-        runs.measure_tolerance()
-        if target is None:
-            return []
-        obstacle = exists.obstacle(target.within)
-        reached = refine(runs, target) if obstacle is None else obstacle
-        return [reached, runs.setup.chosen(target.within, problem.units.frequency, problem.physical)]
 
     def _first_runs(
         self, problem: Problem, setup: SpiceSetup, code: int, progress: Progress | None
