@@ -54,7 +54,7 @@ def test_ideal_circuit(name, change):
 
 
 @pytest.mark.slow
-@pytest.mark.thorough("test_ideal_circuit")
+@pytest.mark.thorough("test_resistor")
 def test_a_low_voltage_of_sece_is_told():
     """At 0.7 V rms ideal diodes and switches give far too much power, with one mode too, and the answer says so."""
     scene = BEAM.replace(mode=(), stop=STOP).with_load(netlist="sece", parameters={"R": "1 Mohm", "C": "20 nF"})
