@@ -77,8 +77,10 @@ def folder(path):
     for name in ("examples", "netlists"):
         shutil.copytree(ROOT / name, path / name)
     (path / "benchmarks").mkdir()
-    for name in ("published.py", "predictions.py", "predicted.csv", "measured.csv"):
+    for name in ("published.py", "predictions.py"):
         shutil.copy(ROOT / "benchmarks" / name, path / "benchmarks")
+    for table in (ROOT / "benchmarks").glob("*.csv"):
+        shutil.copy(table, path / "benchmarks")
     return path
 
 
