@@ -302,7 +302,7 @@ def test_stated_error_covers_what_density_finds(table, true, most):
 
 @pytest.mark.parametrize(("beta", "mu", "solved"), [(0.74614, 7.134, 0.0021245524), (0.8, 8.0, None)])
 def test_what_is_never_there_does_not_bend_the_law(beta, mu, solved):
-    """Where nothing is the slow voltage is not determined: it grew to 1e5, and the answer was 30 % off with 15 % stated.
+    """Where nothing is the slow voltage is not determined: it grew to 1e5, and 30 % were off where 15 were stated.
 
     The first is that of engine `density`, to 1e-8; near it the law was lost, too, and is steady.
     """
