@@ -18,7 +18,7 @@ from harvester.equations.coefficients import Equations
 from harvester.errors import CircuitError
 from harvester.linear.transfer import first_harmonic
 from harvester.mechanics.kernels.forcing import forcing
-from harvester.mechanics.periodic import MULTIPLES, Settling
+from harvester.mechanics.periodic import MULTIPLES, Settling, peak
 
 FIRST, WANDERED, TRIED = 4, 60, 5  # oscillations from rest; of a mass that is not linear, and how often
 NEAR = 0.01  # of the motion's size: a return that is seen among periods that still settle
@@ -58,6 +58,21 @@ class CircuitPeriod(CircuitStart):
     def displacement(self) -> float:
         """The RMS of x about its mean, nondimensional."""
         return float(np.std(self.path.samples[:, 0]))
+
+    @property
+    def peaks(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """The largest |x| and |V|, nondimensional, and by how much each may be larger between two kicks."""
+        return peak(self.path.samples[:, 0]), peak(self.path.samples[:, 1])
+
+    @property
+    def peak_displacement(self) -> float:
+        """The largest |x| at a kick, nondimensional."""
+        return self.peaks[0][0]
+
+    @property
+    def peak_voltage(self) -> float:
+        """The largest |V| at a kick, nondimensional."""
+        return self.peaks[1][0]
 
     @property
     def harmonics(self) -> tuple[complex, complex]:

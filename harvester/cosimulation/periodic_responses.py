@@ -10,7 +10,7 @@ from harvester.arrays import Floats
 from harvester.cosimulation.lockstep.energy_ledger import EnergyLedger
 from harvester.cosimulation.poincare_sections import CoupledState
 from harvester.linear.transfer import first_harmonic
-from harvester.mechanics.periodic import Secants
+from harvester.mechanics.periodic import Secants, peak
 
 Known = tuple[float, float, float]
 """Mean power of Rload (W), mean square of the terminals' voltage (V^2), and the seconds that they cover."""
@@ -57,6 +57,21 @@ class PeriodicResponse(Neighbour):
     def displacement(self) -> float:
         """The RMS of x about its mean, nondimensional."""
         return float(np.std(self.wave[:, 0]))
+
+    @property
+    def peaks(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """The largest |x| and |V|, nondimensional, and by how much each may be larger between two kicks."""
+        return peak(self.wave[:, 0]), peak(self.wave[:, 1])
+
+    @property
+    def peak_displacement(self) -> float:
+        """The largest |x| at a kick, nondimensional."""
+        return self.peaks[0][0]
+
+    @property
+    def peak_voltage(self) -> float:
+        """The largest |V| at a kick, nondimensional."""
+        return self.peaks[1][0]
 
     @property
     def harmonics(self) -> tuple[complex, complex]:

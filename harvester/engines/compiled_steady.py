@@ -66,7 +66,7 @@ def steady_answer(
         periods.differences = _differences(options, problem, periods.found[0], deadline)
     last, power = periods.found[-1], periods.value("power")
     details = {"step": last.path.h / problem.units.frequency, "response_periods": float(last.turns)}
-    details |= motion_details(problem, periods.value("displacement"), last.harmonics)
+    details |= motion_details(problem, periods.value, last)
     told = [
         note("comes_back", periods=last.turns, from_before=near is not None),
         note("steady_difference" if periods.differences else "compiled_circuit"),
@@ -119,7 +119,7 @@ def _differences(
     except (CircuitError, MissingProgramError, OutOfTimeError):
         return {}
     judge = steady.found[0, 0]
-    names = ("power", "square", "displacement")
+    names = ("power", "square", "displacement", "peak_displacement", "peak_voltage")
     both = {one: (float(getattr(judge, one)), float(getattr(found, one))) for one in names}
     return {one: abs(high - low) / low for one, (high, low) in both.items() if low > 0.0}
 

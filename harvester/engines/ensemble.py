@@ -14,6 +14,7 @@ import numpy as np
 from harvester.answers.estimate import Estimate
 from harvester.engines import sampling
 from harvester.engines.coexisting_responses import may_have_several, steady_responses
+from harvester.engines.driven_motion import driven_motion
 from harvester.engines.moment_existence import existence
 from harvester.engines.options import MonteCarloOptions, number
 from harvester.engines.protocol import AnyScene, Engine, Progress, estimate, needs_resistance, served
@@ -257,6 +258,7 @@ class EnsembleSampler:
         details["trajectories"] = setup.trajectories.count
         if setup.compilation_seconds > TOLD:
             details["compilation_seconds"] = setup.compilation_seconds
+        details |= driven_motion(setup.problem, setup.model, pair)
         if setup.model.circuit is None:
             moments, eqs = pair.moments.averaged(setup.trajectories.together), setup.model.eqs
             details["power_balance"], details["power_balance_stderr"] = sampling.power_balance(moments, eqs)

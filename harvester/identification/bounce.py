@@ -165,6 +165,7 @@ def _frequency(t: Floats, y: Floats) -> float:
     n = min(int(np.flatnonzero(large)[-1]) + FEWEST, len(t))
     even = np.linspace(t[0], t[n - 1], n)
     lines = np.fft.rfft(np.gradient(np.interp(even, t[:n], y[:n])) * np.hanning(n), 8 * n)
+    lines[:4] = 0.0  # less than half a swing
     return float(np.argmax(np.abs(lines[: len(lines) // 3])) / (8 * n * (even[1] - even[0])))
 
 

@@ -43,6 +43,16 @@ QUIETER = 0.1  # of f(y) - y itself: that noise is no larger than this, for a sl
 Turn = Callable[[Floats], tuple[Floats, Floats]]  # a state -> the state a period later, and the means over that period
 
 
+def peak(series: Floats) -> tuple[float, float]:
+    """The largest size of a periodic series, shape (n,), and by how much it may be larger between two samples.
+
+    That is the change to a sample beside it: so steep may a corner be, such as a voltage has at an impact.
+    """
+    sizes = np.abs(series)
+    k = int(sizes.argmax())
+    return float(sizes[k]), float(sizes[k] - min(sizes[k - 1], sizes[(k + 1) % len(sizes)]))
+
+
 @dataclass(frozen=True)
 class Secants:
     """Changes of f(y), shape (m, size of a state), of the slow part of f(y) - y, and of the means, between periods."""

@@ -20,6 +20,7 @@ from harvester.errors import InputError
 
 BRIDGE = 4  # steps
 SMOOTH, KINK = 0.05, 1.5  # fourth difference to the RMS below which a join can be judged; and to the largest inside
+TRIES, LOOKED_AT, CHANCE = 4096, 32, 2e-3  # other joins of a record; and the share of them that may be smooth
 SPAN = 8192.0  # period of a record made from a density, in units of 1/w0
 LINES = 12.0  # of such a record in the narrowest band, at least: E[V^2] is then off by 1 % at worst
 MOST_SAMPLES = 2**20  # of such a record, of which an ensemble has 64 or more: .5 GB
@@ -163,15 +164,30 @@ def whole_period(values: Floats) -> Floats | None:
 
     The last sample is either the one before the first, or the first again.  Across the join the fourth differences,
     which see a jump of the value, slope or curvature, must be no larger than inside.  A record so rough that they
-    are large everywhere cannot show that it is periodic.
+    are large everywhere cannot show that it is periodic, nor can one whose ends are so quiet that others would join.
     """
     inside = np.abs(np.diff(values, 4))
     if not inside.std() < SMOOTH * values.std():
         return None
+    most = KINK * inside.max()
     for period in (values, values[:-1]):
-        if np.abs(np.diff(np.append(period[-4:], period[:4]), 4)).max() <= KINK * inside.max():
-            return period
+        if np.abs(np.diff(np.append(period[-4:], period[:4]), 4)).max() <= most:
+            return None if _joined_by_chance(period, most) > CHANCE else period
     return None
+
+
+def _joined_by_chance(period: Floats, most: float) -> float:
+    """The share of other joins, of places as quiet as the ends, that are as smooth though what follows differs."""
+    off = np.abs(period - period.mean())
+    quiet = np.lib.stride_tricks.sliding_window_view(off, 4).max(axis=1) <= max(off[:4].max(), off[-4:].max())
+    begins = np.random.default_rng(0).choice(np.flatnonzero(quiet), (TRIES, 2))
+    joined = period[begins[:, :, None] + np.arange(4)].reshape(TRIES, 8)
+    smooth = np.flatnonzero(np.abs(np.diff(joined, 4)).max(axis=1) <= most)
+    noise = np.sqrt(np.mean(np.diff(period, 4) ** 2) / 70.0)  # at most: of white noise that is what it makes
+    after, first = np.arange(len(period) // 4), np.array([[4], [0]])
+    follow = (period.take(begins[k][:, None] + first + after, mode="wrap") for k in smooth[:LOOKED_AT])
+    other = [np.sqrt(np.mean((one - two) ** 2)) > 2.0 * noise for one, two in follow]
+    return float(len(smooth) / TRIES * np.mean(other)) if other else 0.0
 
 
 def bridge(values: Floats) -> Floats:

@@ -3,10 +3,12 @@
 import math
 
 import numpy as np
+import pytest
 from scipy.integrate import solve_ivp
 
 import harvester as hv
 
+NGSPICE = [pytest.mark.ngspice, pytest.mark.thorough("test_amplitudes_of_engines_that_step")]
 DRIVEN = {"c1": -0.2, "beta": 0.4, "mu": 0.7, "drive": 0.3, "drive_frequency": 1.1}
 
 
@@ -37,3 +39,42 @@ def test_random_shaking_has_an_rms_and_no_largest_value():
     noise = hv.Exact().run(hv.Scene(nondimensional=hv.Nondimensional(**alone, D11=0.01)))
     squares = [one.details["displacement_rms"] ** 2 for one in (noisy, quiet, noise)]
     assert math.isclose(squares[0], squares[1] + squares[2], rel_tol=1e-12)
+
+
+def integrated(alpha=0.0, restitution=1.0, gap=math.inf, settle=60):
+    """The largest |x| and |V| of a period by DOP853 from impact to impact, after ``settle`` periods from rest."""
+    period = 2.0 * math.pi / DRIVEN["drive_frequency"]
+
+    def slope(t, y):
+        x, speed, voltage = y
+        force = DRIVEN["drive"] * math.cos(DRIVEN["drive_frequency"] * t)
+        return speed, force + DRIVEN["c1"] * speed - x - alpha * x**3 - DRIVEN["beta"] * voltage, speed - 0.7 * voltage
+
+    def stop(_, y):
+        return y[0] + gap if gap < math.inf else 1.0
+
+    stop.terminal, stop.direction = True, -1
+    t, end, y, found = 0.0, (settle + 1) * period, (0.0, 0.0, 0.0), [0.0, 0.0]
+    while t < end:
+        leg = solve_ivp(slope, (t, end), y, "DOP853", events=stop, rtol=1e-10, atol=1e-12, dense_output=True)
+        late = np.linspace(max(t, settle * period), leg.t[-1], 4001) if leg.t[-1] > settle * period else []
+        if len(late):
+            found = np.maximum(found, np.abs(leg.sol(late)[[0, 2]]).max(axis=1))
+        t, y = leg.t[-1], leg.y[:, -1] * (1.0, -restitution if leg.status == 1 else 1.0, 1.0)
+    return found
+
+
+@pytest.mark.parametrize("scene", [{"alpha": 0.5}, {"restitution": 0.7, "gap": 0.3}])
+@pytest.mark.parametrize("engine", [hv.Ensemble, pytest.param(hv.Spice, marks=NGSPICE)])
+def test_amplitudes_of_engines_that_step(scene, engine):
+    """They stated the RMS alone, or nothing; with a stop the voltage has a corner at its peak."""
+    details = engine().run(hv.Scene(nondimensional=hv.Nondimensional(**DRIVEN, **scene))).details
+    for name, true in zip(("displacement_amplitude", "voltage_amplitude"), integrated(**scene), strict=True):
+        assert abs(details[name] - true) <= details[f"{name}_bias"] < 0.01 * true
+    assert details["displacement_rms_bias"] < 1e-3 * details["displacement_rms"]
+
+
+def test_chaos_and_several_responses_have_no_one_amplitude():
+    """Two wells, between which the mass goes without coming back."""
+    wells = hv.Nondimensional(c1=-0.1, alpha=1.0, linear=-1.0, beta=0.01, mu=1.0, drive=0.35, drive_frequency=1.2)
+    assert "displacement_amplitude" not in hv.Ensemble().run(hv.Scene(nondimensional=wells)).details

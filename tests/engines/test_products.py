@@ -19,8 +19,8 @@ products = importlib.import_module("products")
 pytestmark = pytest.mark.ngspice
 
 REFERENCES = {
-    "resistor recorded gap": (0.243565, 6.1e-5),
-    "bridge recorded free": (0.221491, 6.3e-5),
+    "resistor recorded gap": (0.243590, 1.0e-4),
+    "bridge recorded free": (0.217682, 6.2e-5),
     "doubler harmonic free": (0.596936, 1.6e-4),
     "resistor harmonic bistable": (0.341034, 4.5e-6),
     "parallel_sshi harmonic free": (0.622797, 2.6e-5),
@@ -32,9 +32,9 @@ REFERENCES = {
     "own harmonic stop": (0.133454, 1.7e-5),
     "doubler harmonic gap": (0.224971, 1.0e-4),
     "own harmonic gap": (0.278127, 1.1e-4),
-    "resistor recorded stop": (0.0200309, 2.4e-5),
-    "own recorded gap": (0.185912, 1.1e-4),
-    "parallel_sshi recorded free": (0.354913, 2.8e-5),
+    "resistor recorded stop": (0.0205933, 2.7e-5),
+    "own recorded gap": (0.182673, 8.8e-5),
+    "parallel_sshi recorded free": (0.351946, 2.7e-5),
     "bridge coloured free": (0.27431, 2.9e-4),
 }
 LARGEST, SAMPLED = 2e-3, 1.5e-2  # of the power, of both errors together
@@ -45,13 +45,14 @@ EFFORTS = {"harmonic": {}, "recorded": {"budget": "300s"}, "coloured": FEW}  # a
 @pytest.mark.thorough("test_engines.py")
 @pytest.mark.parametrize("name", REFERENCES)
 def test_the_answer_holds_the_reference(name, tmp_path):
-    """Within what both state, with no warning but that of a response in either well; the record is its own period."""
+    """Within what both state, with no warning but that of the record's join, or of a response in either well."""
     circuit, shaking, spring = name.split()
     found = hv.Spice(**EFFORTS[shaking]).run(products.scene_of(circuit, shaking, spring, tmp_path))
-    power, (expected, doubt) = found.mean_power, REFERENCES[name]
+    power, (expected, doubt) = dataclasses.replace(found.mean_power, model=0.0), REFERENCES[name]  # without the join
     largest = SAMPLED if shaking == "coloured" else LARGEST
     assert abs(1e3 * power.value - expected) < 1e3 * power.error95 + doubt < largest * expected
-    words = ["the drive has 2 responses, and this is the one from rest"] if spring == "bistable" else []
+    words = ["the record's end does not meet its beginning"] if shaking == "recorded" else []
+    words += ["the drive has 2 responses, and this is the one from rest"] if spring == "bistable" else []
     assert len(found.warnings) == len(words) and all(map(str.startswith, map(str, found.warnings), words))
 
 

@@ -268,3 +268,14 @@ def test_options_that_cannot_be(harvester, tmp_path):
     )
     assert "unknown key of --known 'gain'" in harvester("identify", name, "--known", "gain=1")[2]
     assert "--out must be a scene file that ends in .toml" in harvester("identify", name, "--out", "a.csv")[2]
+
+
+def test_a_ring_down_of_few_swings_has_a_frequency(tmp_path):
+    """A restitution of .14 leaves two swings in sixty: the highest line was that of 0 Hz, and divided by."""
+    truth = bench.Truth(mass=5e-3, f0=22.84, q=15.0, beta=0.09, c=7e-8)
+    t = np.linspace(0.0, 57.0 / truth.f0, 2583)
+    noise = 5.3e-3 * np.random.default_rng(4).standard_normal(len(t))
+    y = bench.bouncing(truth, 0.143, 9.4e-5, 1e-3, t) * 1e3 + noise
+    found = hv.identify(bench.write(tmp_path / "b.csv", "Time (s),Displacement (mm)", t, y + 0.2) + "@short")
+    (r,) = [one for one in found.parameters if one.key == "stop.restitution"]
+    assert r.low < 0.143 < r.high

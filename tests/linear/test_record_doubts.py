@@ -6,7 +6,7 @@ import pytest
 import harvester as hv
 from harvester.equations.coefficients import Equations
 from harvester.linear.record_doubts import density_doubts, record_doubts
-from harvester.records.records import Record, TabulatedDensity, bridge
+from harvester.records.records import Record, TabulatedDensity, bridge, whole_period
 from tests.support.systems import PAPER
 
 HERTZ, SECONDS = 45.6, 20.0
@@ -93,3 +93,36 @@ def test_a_join_is_in_the_error(tmp_path, cycles, rate, noise):
     """Q = 125: how the ends are joined matters by up to 15 %, which no error had."""
     found, true = tone(tmp_path, cycles, rate, noise)
     assert abs(found.value - true) < found.error95 < 0.5 * true
+
+
+@pytest.mark.parametrize("kind", ["fades", "burst", "over a floor"])
+def test_quiet_ends_are_no_period(tmp_path, kind):
+    """A record that ends quietly may end anywhere there: it counted as periodic, with a join that no error had."""
+    rng, rate = np.random.default_rng(6), 100.0
+    t, tones = np.arange(0.0, 40.0, 1.0 / rate), np.arange(2.5, 4.0, 0.05)
+    a = np.cos(2.0 * np.pi * np.outer(t, tones) + rng.uniform(0.0, 2.0 * np.pi, len(tones))).sum(axis=1)
+    shape = {"fades": np.sin(np.pi * t / 40.0) ** 2, "burst": np.exp(-(((t - 25.0) / 3.0) ** 2))}
+    a = a * shape["burst" if kind == "burst" else "fades"]
+    a += 1e-3 * rng.standard_normal(len(t)) * (kind == "over a floor")
+    found = []
+    for end in len(t) - np.arange(0, 32, 4):  # within a period of the device, which rings on
+        rows = "".join(f"{at:.12g},{one:.12g}\n" for at, one in zip(t[:end], a[:end], strict=True))
+        path = tmp_path / f"{end}.csv"
+        path.write_text("time (s),acceleration (m/s^2)\n" + rows)
+        scene = hv.Scene(excitation=hv.Excitation(acceleration_file=str(path)), **PLATE)
+        found.append(hv.Exact().run(scene).mean_power)
+    values = np.array([one.value for one in found])
+    assert np.ptp(values) > 0.005 * values.mean()
+    assert all(np.ptp(values) < 2.0 * one.error95 < 0.05 * one.value for one in found)
+
+
+@pytest.mark.parametrize("share", [0.02, 0.06])
+def test_several_tones_of_one_period_need_no_bridge(share):
+    """Tones that repeat with the record, not with one another, and noise of a sensor beside a tone."""
+    rng, n = np.random.default_rng(5), 4000
+    lines = rng.integers(20, round(share * n), 60)
+    t = np.arange(n) / n
+    a = np.cos(2.0 * np.pi * np.outer(t, lines) + rng.uniform(0.0, 2.0 * np.pi, 60)).sum(axis=1)
+    assert len(whole_period(a)) == n and whole_period(a[:-7]) is None
+    noisy = np.cos(2.0 * np.pi * 100.0 * t + 0.4) + 5e-4 * rng.standard_normal(n)
+    assert len(whole_period(noisy)) == n

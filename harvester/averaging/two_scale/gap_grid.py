@@ -27,6 +27,7 @@ from harvester.equations.coefficients import Equations
 _POINTS, _DEGREE = 32, 12  # of a panel
 _NARROWEST, _WIDEST = 1e-8, 1e8  # half-widths b
 _GRAZING = 1e-5  # the least z with a preload
+SELDOM = 1e-7  # of the largest mass: below it the slow voltage is not told by the orbits that are there
 _STEEPEST = 10.0  # the slow voltage may slow the rise of the energy along z by this factor
 
 
@@ -115,7 +116,7 @@ class Grid:
         if self._eqs.mu is None:
             return xt, xt**2
         p, mu = panels(), or_zero(self._eqs.mu)
-        held = np.maximum(mass, 1e-20)  # where nothing ever is, any value will do, but one there must be
+        held = np.maximum(mass, SELDOM * mass.max(axis=-1, keepdims=True))  # else what is never there bends the law
         current = 0.5 * diffusion(cycle, self._eqs) * held / (slope * self._width) ** 2
         memory = (p.basis * held[:, None]) @ p.basis.T
         exchange = (p.basis_slopes * current[:, None]) @ p.basis_slopes.T

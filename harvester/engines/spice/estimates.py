@@ -4,8 +4,10 @@ Means, with what is known of their errors, the power balance or the energy ledge
 """
 
 import dataclasses
+from collections.abc import Callable
+from typing import TYPE_CHECKING
 
-from harvester.answers.estimate import DISPLACEMENT, PHASES, Estimate
+from harvester.answers.estimate import DISPLACEMENT, PEAKS, PHASES, Estimate
 from harvester.engines.moment_existence import MomentExistence
 from harvester.engines.options import MonteCarloOptions, number
 from harvester.engines.protocol import estimate
@@ -22,6 +24,10 @@ from harvester.linear.transfer import phase_to_base
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.presentation.messages.unknown_parts import CUT_SHORT, WITHOUT_NGSPICE
 from harvester.uncertainty.value import Value
+
+if TYPE_CHECKING:
+    from harvester.circuits.circuit_period import CircuitPeriod
+    from harvester.cosimulation.periodic_responses import PeriodicResponse
 
 
 def sampled_estimate(
@@ -62,7 +68,7 @@ def steady_estimate(
     if power.value + power.known_error95 < 0.0:
         raise gives_power(-power.value)
     details = {"step": steady.first.h / 2**steady.finest / units.frequency}
-    details |= motion_details(problem, steady.value("displacement"), steady.last.harmonics) | {
+    details |= motion_details(problem, steady.value, steady.last) | {
         "response_periods": last.turns,
         "ngspice_periods": sum(one.periods for one in everything),
     }
@@ -93,11 +99,23 @@ def _missed(within: float, power: Value, steady: Steady) -> Diagnostic | None:
     return warning("steady_within", within=within, error=power.known_error95 / abs(power.value))
 
 
-def motion_details(problem: Problem, displacement: Value, harmonics: tuple[complex, complex]) -> dict[str, float]:
-    """The RMS displacement about its mean, with its error where that is known, and phases to the base in degrees."""
-    moved = displacement.scaled(problem.units.length)
-    found = {DISPLACEMENT: moved.value} | ({} if moved.bias is None else {f"{DISPLACEMENT}_bias": moved.bias})
-    phases = (phase_to_base(one, problem.equations, problem.physical) for one in harmonics)
+def motion_details(
+    problem: Problem, value: Callable[[str], Value], last: "PeriodicResponse | CircuitPeriod"
+) -> dict[str, float]:
+    """RMS displacement about its mean and peaks of |x| and |V|, with errors where known; phases to the base in degrees.
+
+    ``value`` gives a quantity of the ``last`` of the responses at steps that are halved.
+    """
+    units, found = problem.units, dict[str, float]()
+    names = "displacement", "peak_displacement", "peak_voltage"
+    scales = units.length, units.length, units.volts
+    between = 0.0, *(one for _, one in last.peaks)
+    for key, name, scale, more in zip((DISPLACEMENT, *PEAKS), names, scales, between, strict=True):
+        one = value(name)
+        found[key] = one.value * scale
+        if one.bias is not None and not one.unknown:
+            found[f"{key}_bias"] = (one.bias + (one.model or 0.0) + more) * scale
+    phases = (phase_to_base(one, problem.equations, problem.physical) for one in last.harmonics)
     return found | dict(zip(PHASES, phases, strict=True))
 
 

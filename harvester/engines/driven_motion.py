@@ -1,0 +1,58 @@
+"""How far the mass swings under a sinusoid, and the peak of the voltage, from one path of the response."""
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from harvester.answers.estimate import DISPLACEMENT, PEAKS
+from harvester.equations.problem import Problem
+from harvester.uncertainty.richardson import limit
+
+if TYPE_CHECKING:
+    from harvester.engines.sampling import Model
+    from harvester.mechanics.ensemble.richardson import RichardsonPair
+
+SAME, SETTLED = 0.02, 1e-3  # of E[V^2]: a path of the response that all come to; and one that comes back
+MOST_STEPS = 4e6
+
+
+def driven_motion(problem: Problem, model: "Model", pair: "RichardsonPair") -> dict[str, float]:
+    """The RMS of x about its mean and the largest |x| and |V|, with their errors of the step, in the scene's units.
+
+    The path goes on from one of the trajectories, at their step, a half and a quarter of it.  Nothing is given where
+    something random shakes the mass, it has several modes, the circuit is compiled, or the path does not come to the
+    mean of all trajectories: they have several responses, or none that comes back.
+    """
+    from harvester.mechanics.ensemble.coexisting_responses import sections
+    from harvester.mechanics.kernels.forcing import forcing
+    from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
+    from harvester.mechanics.kernels.path import trace
+    from harvester.mechanics.periodic import MULTIPLES, peak
+
+    eqs, units, trajectories, circuit = problem.equations, problem.units, pair.trajectories, model.circuit
+    if eqs.drive is None or eqs.is_random or eqs.modes is not None:
+        return {}
+    if not (circuit is None or isinstance(circuit, IdealCircuit)):
+        return {}
+    period, middle = eqs.shaking_period or 1.0, np.argsort(pair.moments.V2)[trajectories.count // 2]
+    *start, phase = map(float, sections(trajectories)[:, middle])
+    size, periods = round(period / trajectories.h), math.ceil(pair.burn_in / period) + 2 * MULTIPLES
+    if 4 * size * periods > MOST_STEPS:
+        return {}
+    found = []
+    for n in (size, 2 * size, 4 * size):
+        shaking = forcing(eqs, period / n, n)
+        assert shaking is not None, "it is driven"
+        at = (round(phase * n) + np.arange(n * periods + 1)) % n
+        path = trace(eqs, np.zeros(n * periods), period / n, 1, tuple(start), shaking[at], circuit)
+        x, voltage = (path.samples[-2 * MULTIPLES * n :, columns].reshape(2, -1) for columns in ([0, 2], [1, 4]))
+        before, now = (voltage**2).mean(axis=1)
+        if abs(now / pair.mean("V2")[0] - 1.0) > SAME or abs(now / before - 1.0) > SETTLED:
+            return {}
+        found.append([(x[1].std(), 0.0), peak(x[1]), peak(voltage[1])])
+    details, scales = dict[str, float](), (units.length, units.length, units.volts)
+    for name, values, unit in zip((DISPLACEMENT, *PEAKS), zip(*found, strict=True), scales, strict=True):
+        value, error = limit([float(one) for one, _ in values])
+        details |= {name: value * unit, f"{name}_bias": (error + values[-1][1]) * unit}
+    return details
