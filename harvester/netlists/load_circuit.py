@@ -56,6 +56,8 @@ class LoadCircuit:
     nets, renamed, ground
         of a flat netlist (`harvester.netlists.flat`): the nodes by the names of its nets, the elements that have
         another name here, and the node of its own ground ("": ground is an electrode).
+    elements
+        the values of its elements that are plain numbers, by the names that a scene calls them.
     """
 
     name: str
@@ -71,6 +73,7 @@ class LoadCircuit:
     nets: dict[str, str] = field(default_factory=dict)
     renamed: dict[str, str] = field(default_factory=dict)
     ground: str = ""
+    elements: dict[str, float] = field(default_factory=dict)
 
     @property
     def linear(self) -> bool:
@@ -119,6 +122,7 @@ def load_circuit(load: Load, capacitance: float | None = None) -> LoadCircuit:
     defaults = {key: ngspice_number(value or "") for key, value in header.defaults.items()}
     values = {key: value for key, value in (defaults | scene_values).items() if value is not None}
     smoothing, storage = _storage(body, values)
+    called = {new: old for old, new in board.elements.items()}
     return LoadCircuit(
         header.name,
         text,
@@ -133,6 +137,7 @@ def load_circuit(load: Load, capacitance: float | None = None) -> LoadCircuit:
         nets=board.nets,
         renamed=board.elements,
         ground=board.ground,
+        elements={called.get(name.lower(), name): ngspice_number(value) or 0.0 for name, value in keys.items()},
     )
 
 

@@ -23,17 +23,18 @@ LONGEST_CHARGING = 2e4  # nondimensional
 LONGEST_COMPILED = 4e3  # where a compiled circuit goes beside
 CLOSE = 0.02  # a target below which circuits that switch go beside their compiled circuit
 MEMORIES = 2.0  # time constants of the slowest change, of a burn-in from settled states
+SETTLING = 4.0  # time constants, in which a compiled circuit settles from the states of ideal elements
 SHARE = 0.5  # of the budget, for the cheap model at most: the rest is for ngspice
 
 
 def cheap_circuit(
     problem: Problem, options: MonteCarloOptions, charging: float, settled: bool
-) -> "tuple[IdealCircuit | CompiledCircuit | None, bool]":
-    """The circuit without ngspice that goes beside, None where there is none, and whether runs are `SpiceSetup.short`.
+) -> "tuple[IdealCircuit | CompiledCircuit | None, IdealCircuit | None, bool]":
+    """The circuit without ngspice that goes beside, its twin of ideal elements, and if runs are `SpiceSetup.short`.
 
-    It is made of ideal elements where these serve; a target that is close asks for the compiled circuit, which follows
-    ngspice through every switching.  Neither waits for a periodic response, which ngspice finds itself; a long
-    ``charging`` takes a compiled circuit minutes.
+    None where there is none, or where it is its own twin.  It is made of ideal elements where these serve; a target
+    that is close asks for the compiled circuit, which follows ngspice through every switching.  Neither waits for a
+    periodic response, which ngspice finds itself; a long ``charging`` takes a compiled circuit minutes.
     """
     from harvester.circuits.compiled_circuit import compiled_circuit
     from harvester.cosimulation.idealised import ideal_circuit
@@ -41,18 +42,18 @@ def cheap_circuit(
     eqs, scales, load = problem.equations, problem.scales, problem.circuit
     assert load is not None, "the engine refuses an open circuit"
     if charging > LONGEST_CHARGING or eqs.mu is not None:
-        return None, False
+        return None, None, False
     ideal = ideal_circuit(load, scales)
     if charging > LONGEST_COMPILED or not _bears_compiled(eqs):
-        return ideal, False
+        return ideal, None, False
     short = settled and _tells_paths_apart(eqs) and (options.trajectories, options.duration) == (None, None)
     closely = short and (number(options.within) or 1.0) < CLOSE
     if ideal is not None and not (closely and ideal.hysteresis is not None):
-        return ideal, False
+        return ideal, None, False
     try:
-        return compiled_circuit(load, scales), short
+        return compiled_circuit(load, scales), ideal, short
     except InputError:
-        return ideal, False
+        return ideal, None, False
 
 
 def _bears_compiled(eqs: Equations) -> bool:
@@ -98,6 +99,31 @@ def cheap_model(pilot: "Trajectories", burn_in: float, options: MonteCarloOption
     if within is None:
         return pair
     return _with_best_step(pair, "load", Target(within, share, begin), options.dt is not None)
+
+
+def compiled_beside(
+    twin: "RichardsonPair", circuit: "CompiledCircuit", charging_time: float, options: MonteCarloOptions, begin: float
+) -> "tuple[RichardsonPair, float]":
+    """The compiled circuit at the step of its ``twin``, settled from its states, and the seconds of compiling.
+
+    That is of ideal elements: it knows the step and its bias in a hundredth of the time, and fills the store.
+    """
+    from harvester.mechanics.ensemble.burn_in import memory
+    from harvester.mechanics.ensemble.richardson import RichardsonPair, compile_pair
+    from harvester.mechanics.ensemble.trajectories import Trajectories
+    from harvester.mechanics.kernels.compiled import compilation
+    from harvester.mechanics.kernels.noise import child
+
+    settled = twin.trajectories
+    count, seed = affordable(False, circuit, LOOSE), child(settled.seed, 4)
+    own = Trajectories(settled.eqs, count, seed, settled.h, circuit=circuit, controlled=True)
+    with compilation() as compiling:
+        compile_pair(own)
+    circuit.begin_in(own.state, settled.state[: own.blocks])
+    own.run(SETTLING * max(memory(settled, twin.moments, twin.duration), charging_time))
+    budget, spent = number(options.budget), time.perf_counter() - begin - compiling.seconds
+    duration = first_duration(own.time, spent, None if budget is None else SHARE * budget)
+    return RichardsonPair(own, duration, budget, twin), compiling.seconds
 
 
 def settled_starts(

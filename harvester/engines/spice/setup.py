@@ -7,7 +7,14 @@ from typing import TYPE_CHECKING
 
 from harvester.engines.options import MonteCarloOptions, number
 from harvester.engines.sampling import run_burn_in, step_and_effort
-from harvester.engines.spice.cheap_model import LONGEST_CHARGING, cheap_circuit, cheap_model, pilot_of, settled_starts
+from harvester.engines.spice.cheap_model import (
+    LONGEST_CHARGING,
+    cheap_circuit,
+    cheap_model,
+    compiled_beside,
+    pilot_of,
+    settled_starts,
+)
 from harvester.engines.spice.difference import difference_from_ngspice
 from harvester.equations.effects import RULE, unknown_to
 from harvester.equations.problem import Problem
@@ -133,6 +140,7 @@ def set_up(
 
     MissingProgramError when ngspice is not installed.
     """
+    from harvester.circuits.compiled_circuit import CompiledCircuit
     from harvester.cosimulation.ngspice.locate_libngspice import find_library
     from harvester.cosimulation.runs import CoupledDevice
     from harvester.mechanics.ensemble.burn_in import CHARGING_TIMES
@@ -142,10 +150,10 @@ def set_up(
     assert circuit is not None, "the engine refuses an open circuit"
     repeat = eqs.shaking_period
     charging = CHARGING_TIMES * (circuit.storage or 0.0) * scales.frequency
-    ideal, short = cheap_circuit(problem, options, charging, settled and not probes)
+    ideal, twin, short = cheap_circuit(problem, options, charging, settled and not probes)
     ngspice_rule = unknown_to(RULE).isdisjoint(problem.effects) and eqs.mu is not None
     begin = time.perf_counter()
-    pilot, compilation_seconds = pilot_of(problem, options, ideal, ngspice_rule)
+    pilot, compilation_seconds = pilot_of(problem, options, twin or ideal, ngspice_rule)
     begin += compilation_seconds  # which are not counted
     diagnostics = _burn_in(pilot, problem, number(options.budget))
     from_rest = _whole_periods(max(_settled_after(pilot), min(charging, LONGEST_CHARGING)), repeat)
@@ -153,6 +161,9 @@ def set_up(
         diagnostics.append(warning("charging_cut_short", time=from_rest / unit, storage=circuit.storage))
     serves = eqs.mu is not None or ideal is not None
     pair = cheap_model(pilot, from_rest, options, begin) if serves else None
+    if twin is not None and pair is not None and isinstance(ideal, CompiledCircuit):
+        pair, compilation_seconds = compiled_beside(pair, ideal, charging / CHARGING_TIMES, options, begin)
+        begin += compilation_seconds
     pilot = pilot if pair is None else pair.trajectories
     burn_in, starts = from_rest, None
     if settled and ideal is not None and pair is not None and eqs.is_shaken_by_white_noise:
