@@ -198,14 +198,10 @@ class CompiledCircuit:
         """Fill the rows of circuits at rest."""
         state[:, OWN : self.rows] = self.rest[:, None]
 
-    def begin_in(self, state: Floats, found: Floats) -> None:
-        """Fill states as `begin`, but with the mass and the store's voltage of states ``found`` with ideal elements.
-
-        The piezo begins without a voltage: all that detect its peaks are empty, and would switch at once.
-        """
-        self.begin(state)
-        state[:, :2], state[:, 3], k = found[:, :2], found[:, 3], self.charge_at("csmooth")
-        state[:, OWN + k] = found[:, 3] * self.scales.volts / self.system.charges[k][3]
+    def charge_store(self, state: Floats, voltage: Floats) -> None:
+        """Give the store in states, shape (blocks, rows, BATCH), a nondimensional voltage, shape (blocks, BATCH)."""
+        k = self.charge_at("csmooth")
+        state[:, OWN + k] = voltage * self.scales.volts / self.system.charges[k][3]
 
     def advance(
         self, batch: Batch, state: Floats, schedule: Schedule, h: float, eqs: Equations, shaker: Filter | None

@@ -24,6 +24,8 @@ LONGEST_COMPILED = 4e3  # where a compiled circuit goes beside
 CLOSE = 0.02  # a target below which circuits that switch go beside their compiled circuit
 MEMORIES = 2.0  # time constants of the slowest change, of a burn-in from settled states
 SETTLING = 4.0  # time constants, in which a compiled circuit settles from the states of ideal elements
+RAMP = 16  # parts in which its store is charged before
+TWINS = 0.5  # of a target, for the step: what a circuit that switches costs hardly depends on it
 SHARE = 0.5  # of the budget, for the cheap model at most: the rest is for ngspice
 
 
@@ -89,8 +91,10 @@ def pilot_of(
     return pilot, compiling.seconds
 
 
-def cheap_model(pilot: "Trajectories", burn_in: float, options: MonteCarloOptions, begin: float) -> "RichardsonPair":
-    """The cheap model with the bias of its step, known well enough for the target, in its share of the budget."""
+def cheap_model(
+    pilot: "Trajectories", burn_in: float, options: MonteCarloOptions, begin: float, part: float = 1.0
+) -> "RichardsonPair":
+    """The cheap model with the bias of its step, known to a ``part`` of the target, in its share of the budget."""
     from harvester.mechanics.ensemble.richardson import RichardsonPair
 
     budget, within, spent = number(options.budget), number(options.within), time.perf_counter() - begin
@@ -98,7 +102,7 @@ def cheap_model(pilot: "Trajectories", burn_in: float, options: MonteCarloOption
     pair = RichardsonPair(pilot, first_duration(burn_in, spent, share), budget)
     if within is None:
         return pair
-    return _with_best_step(pair, "load", Target(within, share, begin), options.dt is not None)
+    return _with_best_step(pair, "load", Target(part * within, share, begin), options.dt is not None)
 
 
 def compiled_beside(
@@ -119,7 +123,11 @@ def compiled_beside(
     own = Trajectories(settled.eqs, count, seed, settled.h, circuit=circuit, controlled=True)
     with compilation() as compiling:
         compile_pair(own)
-    circuit.begin_in(own.state, settled.state[: own.blocks])
+    states = settled.state[: own.blocks]
+    own.state[:, :2] = states[:, :2]
+    for k in range(RAMP):  # Newton's method goes with a store that is charged little by little, but not with a jump
+        circuit.charge_store(own.state, (k + 1) / RAMP * states[:, 3])
+        own.run(own.stride * own.h)
     own.run(SETTLING * max(memory(settled, twin.moments, twin.duration), charging_time))
     budget, spent = number(options.budget), time.perf_counter() - begin - compiling.seconds
     duration = first_duration(own.time, spent, None if budget is None else SHARE * budget)

@@ -9,6 +9,7 @@ from harvester.engines.options import MonteCarloOptions, number
 from harvester.engines.sampling import run_burn_in, step_and_effort
 from harvester.engines.spice.cheap_model import (
     LONGEST_CHARGING,
+    TWINS,
     cheap_circuit,
     cheap_model,
     compiled_beside,
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
     from harvester.mechanics.ensemble.trajectories import Trajectories
 
 NEAR, LOOSE = 0.3, 0.02  # of a target, and of one where none is given: what a compiled circuit may differ by
+HALF = 0.5  # of that, below which half of the runs that tell it do
 READING = 0.4  # nondimensional time between readings: V^2 varies on the scale of 1
 
 
@@ -160,7 +162,7 @@ def set_up(
     if charging > LONGEST_CHARGING:
         diagnostics.append(warning("charging_cut_short", time=from_rest / unit, storage=circuit.storage))
     serves = eqs.mu is not None or ideal is not None
-    pair = cheap_model(pilot, from_rest, options, begin) if serves else None
+    pair = cheap_model(pilot, from_rest, options, begin, TWINS if twin else 1.0) if serves else None
     if twin is not None and pair is not None and isinstance(ideal, CompiledCircuit):
         pair, compilation_seconds = compiled_beside(pair, ideal, charging / CHARGING_TIMES, options, begin)
         begin += compilation_seconds
@@ -206,8 +208,11 @@ def _difference(
     problem: Problem, h: float, starts: "list[Start] | None", settling: float, options: MonteCarloOptions
 ) -> dict[str, float]:
     """What the compiled circuit differs by from ngspice on the same motion, where runs may be short; else none."""
-    found = {} if starts is None else difference_from_ngspice(problem, h, starts, settling, options)
-    return found if found.get("load", 1.0) < NEAR * (number(options.within) or LOOSE) else {}
+    if starts is None:
+        return {}
+    enough = NEAR * (number(options.within) or LOOSE)
+    found = difference_from_ngspice(problem, h, starts, settling, options, HALF * enough)
+    return found if found.get("load", 1.0) < enough else {}
 
 
 def _settled_after(pilot: "Trajectories") -> float:
