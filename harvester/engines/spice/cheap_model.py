@@ -31,12 +31,13 @@ SHARE = 0.5  # of the budget, for the cheap model at most: the rest is for ngspi
 
 def cheap_circuit(
     problem: Problem, options: MonteCarloOptions, charging: float, settled: bool
-) -> "tuple[IdealCircuit | CompiledCircuit | None, IdealCircuit | None, bool]":
-    """The circuit without ngspice that goes beside, its twin of ideal elements, and if runs are `SpiceSetup.short`.
+) -> "tuple[IdealCircuit | CompiledCircuit | None, IdealCircuit | CompiledCircuit | None, bool]":
+    """The circuit without ngspice that goes beside, its twin, and whether runs are `SpiceSetup.short`.
 
-    None where there is none, or where it is its own twin.  It is made of ideal elements where these serve; a target
-    that is close asks for the compiled circuit, which follows ngspice through every switching.  Neither waits for a
-    periodic response, which ngspice finds itself; a long ``charging`` takes a compiled circuit minutes.
+    It is made of ideal elements where these serve; a target that is close asks for the compiled circuit, which follows
+    ngspice through every switching, and whose twin is made of ideal elements.  Others are their own.  None where there
+    is none.  Neither waits for a periodic response, which ngspice finds itself; a long ``charging`` takes a compiled
+    circuit minutes.
     """
     from harvester.circuits.compiled_circuit import compiled_circuit
     from harvester.cosimulation.idealised import ideal_circuit
@@ -47,15 +48,16 @@ def cheap_circuit(
         return None, None, False
     ideal = ideal_circuit(load, scales)
     if charging > LONGEST_COMPILED or not _bears_compiled(eqs):
-        return ideal, None, False
+        return ideal, ideal, False
     short = settled and _tells_paths_apart(eqs) and (options.trajectories, options.duration) == (None, None)
     closely = short and (number(options.within) or 1.0) < CLOSE
     if ideal is not None and not (closely and ideal.hysteresis is not None):
-        return ideal, None, False
+        return ideal, ideal, False
     try:
-        return compiled_circuit(load, scales), ideal, short
+        found = compiled_circuit(load, scales)
     except InputError:
-        return ideal, None, False
+        return ideal, ideal, False
+    return found, ideal or found, short
 
 
 def _bears_compiled(eqs: Equations) -> bool:
@@ -92,21 +94,35 @@ def pilot_of(
 
 
 def cheap_model(
-    pilot: "Trajectories", burn_in: float, options: MonteCarloOptions, begin: float, part: float = 1.0
-) -> "RichardsonPair":
-    """The cheap model with the bias of its step, known to a ``part`` of the target, in its share of the budget."""
+    pilot: "Trajectories",
+    circuit: "IdealCircuit | CompiledCircuit | None",
+    burn_in: float,
+    charging_time: float,
+    options: MonteCarloOptions,
+    begin: float,
+) -> "tuple[RichardsonPair, float]":
+    """The cheap model with the bias of its step, known well enough for the target, in its share of the budget.
+
+    Where the ``pilot`` is the twin of the ``circuit`` that goes beside, this one goes on from it.  Also the time from
+    which seconds count on, without compilation.
+    """
+    from harvester.circuits.compiled_circuit import CompiledCircuit
     from harvester.mechanics.ensemble.richardson import RichardsonPair
 
     budget, within, spent = number(options.budget), number(options.within), time.perf_counter() - begin
-    share = None if budget is None else SHARE * budget
+    share, is_twin = None if budget is None else SHARE * budget, pilot.circuit is not circuit
     pair = RichardsonPair(pilot, first_duration(burn_in, spent, share), budget)
-    if within is None:
-        return pair
-    return _with_best_step(pair, "load", Target(part * within, share, begin), options.dt is not None)
+    if within is not None:
+        target = Target((TWINS if is_twin else 1.0) * within, share, begin)
+        pair = _with_best_step(pair, "load", target, options.dt is not None)
+    if is_twin and isinstance(circuit, CompiledCircuit):
+        pair, compilation_seconds = _compiled_beside(pair, circuit, charging_time, budget, begin)
+        begin += compilation_seconds
+    return pair, begin
 
 
-def compiled_beside(
-    twin: "RichardsonPair", circuit: "CompiledCircuit", charging_time: float, options: MonteCarloOptions, begin: float
+def _compiled_beside(
+    twin: "RichardsonPair", circuit: "CompiledCircuit", charging_time: float, budget: float | None, begin: float
 ) -> "tuple[RichardsonPair, float]":
     """The compiled circuit at the step of its ``twin``, settled from its states, and the seconds of compiling.
 
@@ -129,7 +145,7 @@ def compiled_beside(
         circuit.charge_store(own.state, (k + 1) / RAMP * states[:, 3])
         own.run(own.stride * own.h)
     own.run(SETTLING * max(memory(settled, twin.moments, twin.duration), charging_time))
-    budget, spent = number(options.budget), time.perf_counter() - begin - compiling.seconds
+    spent = time.perf_counter() - begin - compiling.seconds
     duration = first_duration(own.time, spent, None if budget is None else SHARE * budget)
     return RichardsonPair(own, duration, budget, twin), compiling.seconds
 

@@ -7,15 +7,7 @@ from typing import TYPE_CHECKING
 
 from harvester.engines.options import MonteCarloOptions, number
 from harvester.engines.sampling import run_burn_in, step_and_effort
-from harvester.engines.spice.cheap_model import (
-    LONGEST_CHARGING,
-    TWINS,
-    cheap_circuit,
-    cheap_model,
-    compiled_beside,
-    pilot_of,
-    settled_starts,
-)
+from harvester.engines.spice.cheap_model import LONGEST_CHARGING, cheap_circuit, cheap_model, pilot_of, settled_starts
 from harvester.engines.spice.difference import difference_from_ngspice
 from harvester.equations.effects import RULE, unknown_to
 from harvester.equations.problem import Problem
@@ -142,7 +134,6 @@ def set_up(
 
     MissingProgramError when ngspice is not installed.
     """
-    from harvester.circuits.compiled_circuit import CompiledCircuit
     from harvester.cosimulation.ngspice.locate_libngspice import find_library
     from harvester.cosimulation.runs import CoupledDevice
     from harvester.mechanics.ensemble.burn_in import CHARGING_TIMES
@@ -155,21 +146,20 @@ def set_up(
     ideal, twin, short = cheap_circuit(problem, options, charging, settled and not probes)
     ngspice_rule = unknown_to(RULE).isdisjoint(problem.effects) and eqs.mu is not None
     begin = time.perf_counter()
-    pilot, compilation_seconds = pilot_of(problem, options, twin or ideal, ngspice_rule)
+    pilot, compilation_seconds = pilot_of(problem, options, twin, ngspice_rule)
     begin += compilation_seconds  # which are not counted
     diagnostics = _burn_in(pilot, problem, number(options.budget))
     from_rest = _whole_periods(max(_settled_after(pilot), min(charging, LONGEST_CHARGING)), repeat)
     if charging > LONGEST_CHARGING:
         diagnostics.append(warning("charging_cut_short", time=from_rest / unit, storage=circuit.storage))
     serves = eqs.mu is not None or ideal is not None
-    pair = cheap_model(pilot, from_rest, options, begin, TWINS if twin else 1.0) if serves else None
-    if twin is not None and pair is not None and isinstance(ideal, CompiledCircuit):
-        pair, compilation_seconds = compiled_beside(pair, ideal, charging / CHARGING_TIMES, options, begin)
-        begin += compilation_seconds
+    pair, time_constant = None, charging / CHARGING_TIMES
+    if serves:
+        pair, begin = cheap_model(pilot, ideal, from_rest, time_constant, options, begin)
     pilot = pilot if pair is None else pair.trajectories
     burn_in, starts = from_rest, None
     if settled and ideal is not None and pair is not None and eqs.is_shaken_by_white_noise:
-        burn_in, starts = settled_starts(pair, charging / CHARGING_TIMES, from_rest, options.seed)
+        burn_in, starts = settled_starts(pair, time_constant, from_rest, options.seed)
     device = CoupledDevice(
         eqs,
         scales,
