@@ -90,7 +90,7 @@ class RichardsonPair:
         if self._goes_on_from_states and self._coarser:
             duration *= SETTLED
             for coarse in self._coarser:
-                coarse.go_on_from(self.trajectories, same_noise=True)
+                coarse.state[:], coarse.words[:] = self.trajectories.state, self.trajectories.words
             self.trajectories.run(duration)
         try:
             for coarse in self._coarser:
@@ -166,7 +166,7 @@ class RichardsonPair:
         fresh, settled_in = self.trajectories.with_step(h), 0.0
         if self._goes_on_from_states:
             settled_in = self.burn_in
-            fresh.go_on_from(self.trajectories)
+            fresh.state[:] = self.trajectories.state
             fresh.run(SETTLED * settled_in)
         return RichardsonPair(fresh, self.duration, self.budget, None, settled_in)
 

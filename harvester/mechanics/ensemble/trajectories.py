@@ -290,15 +290,6 @@ class Trajectories:
         other.stride = max(self.stride // 2, 1)
         return other
 
-    def go_on_from(self, other: "Trajectories", same_noise: bool = False) -> None:
-        """Begin in the present states of others of the same number, and on with the ``same_noise`` or noise of its own.
-
-        Only white noise may shake them.
-        """
-        self.state[:] = other.state
-        if same_noise:
-            self.words[:] = other.words
-
     def continued(self, eqs: Equations, h: float) -> "Trajectories":
         """Trajectories that go on from the present states under a drive of another frequency, at a step up to h."""
         now = self.state.copy(), self.filter.copy(), self.words.copy()
