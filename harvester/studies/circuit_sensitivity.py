@@ -9,11 +9,12 @@ from harvester.arrays import Floats
 from harvester.engines.compiled import Compiled
 from harvester.engines.power_slopes import quantities, value_of
 from harvester.equations.problem import Problem
+from harvester.errors import InputError
 from harvester.mechanics.kernels.moments import Moments
 from harvester.uncertainty.controls import controlled_entries
 from harvester.uncertainty.value import Value, mean_and_error
 
-CHANGE = 0.05  # of a key, up and down
+CHANGE, LEAST = 0.05, 1e-3  # of a key, up and down: by less where it could not be so large, and not below
 TRAJECTORIES = 128
 ROOT = np.random.SeedSequence(11)
 
@@ -34,7 +35,7 @@ def elasticities(problem: Problem, tell: Callable[[float], None]) -> tuple[Value
     """The mean power (W; else nondimensional), and of each key its value and d ln P/d ln key.
 
     The difference of the logarithms of the power at 5 % more and less of the key, over that of the key: exact of any
-    power law.  All run on the same noise, in the same time and at the same step of it.
+    power law.  A key that cannot be larger, such as a restitution of 1, is left out.  All run on the same noise, in the same time and at the same step of it.
 
     Raises InputError and SimulationError as engine `compiled`.
     """
@@ -50,7 +51,7 @@ def elasticities(problem: Problem, tell: Callable[[float], None]) -> tuple[Value
     settled, unit = first.time, problem.scales.frequency
     power = first.run(settled)
     found = dict[str, tuple[float, Value]]()
-    known = list(keys_with_elements(problem))
+    known = [(*one, change) for one in keys_with_elements(problem) if (change := _largest_change(problem, *one))]
 
     def at(key: str, value: float) -> tuple[Moments, float]:
         """The moments with another value of a key, and the unit of the load's power."""
@@ -60,9 +61,9 @@ def elasticities(problem: Problem, tell: Callable[[float], None]) -> tuple[Value
         one.run(settled * ratio)
         return one.run(settled * ratio), other.units.watts * (other.equations.beta or 0.0)
 
-    for k, (key, value) in enumerate(known):
-        (more, log_more), (less, log_less) = (_logarithm(*at(key, (1.0 + sign * CHANGE) * value)) for sign in (1, -1))
-        width = math.log1p(CHANGE) - math.log1p(-CHANGE)
+    for k, (key, value, change) in enumerate(known):
+        (more, log_more), (less, log_less) = (_logarithm(*at(key, (1.0 + sign * change) * value)) for sign in (1, -1))
+        width = math.log1p(change) - math.log1p(-change)
         controls = None if more.controls is None or less.controls is None else more.controls - less.controls
         slope = mean_and_error(controlled_entries((log_more - log_less) / width, controls))
         found[key] = value, Value(*slope, dof=TRAJECTORIES - 1.0, unknown=Compiled.UNKNOWN)
@@ -70,6 +71,19 @@ def elasticities(problem: Problem, tell: Callable[[float], None]) -> tuple[Value
     mean = mean_and_error(controlled_entries(power.load, power.controls))
     watts = problem.units.watts * (problem.equations.beta or 0.0)
     return Value(*mean, dof=TRAJECTORIES - 1.0, unknown=Compiled.UNKNOWN).scaled(watts), found
+
+
+def _largest_change(problem: Problem, key: str, value: float) -> float:
+    """By what part of its value a key can be larger, at most `CHANGE`; 0 where it cannot."""
+    change = CHANGE
+    while change > LEAST:
+        try:
+            problem.scene.vary(key, (1.0 + change) * value)
+        except InputError:
+            change *= 0.5
+        else:
+            return change
+    return 0.0
 
 
 def _logarithm(moments: Moments, watts: float) -> tuple[Moments, Floats]:
