@@ -35,7 +35,8 @@ def elasticities(problem: Problem, tell: Callable[[float], None]) -> tuple[Value
     """The mean power (W; else nondimensional), and of each key its value and d ln P/d ln key.
 
     The difference of the logarithms of the power at 5 % more and less of the key, over that of the key: exact of any
-    power law.  A key that cannot be larger, such as a restitution of 1, is left out.  All run on the same noise, in the same time and at the same step of it.
+    power law.  A key that cannot be larger, such as a restitution of 1, is left out.  All run on the same noise, in the
+    same time and at the same step of it.
 
     Raises InputError and SimulationError as engine `compiled`.
     """
