@@ -6,6 +6,7 @@ import harvester as hv
 from harvester.equations.problem import Problem
 from harvester.errors import InputError
 from harvester.studies.circuit_sensitivity import keys_with_elements
+from harvester.studies.tolerance.spreads import parse
 from tests.support.netlists import BRIDGE, STORE, on_plate
 
 LINEAR = "R1 p a 100k\nC2 a n 10n\nRload a n 500k"
@@ -34,6 +35,8 @@ def test_every_element_is_a_key(tmp_path):
     flat = dict(keys_with_elements(Problem(scene)))
     told = [flat[f"load.parameters.{name}"] for name in ("R9", "R", "C")]
     assert told == pytest.approx([1e7, 1e6, 470e-9], rel=1e-12)
+    assert parse("load.parameters.R7=10%", scene, "vary").values == pytest.approx((0.9e6, 1.1e6))
+    assert parse("load.parameters.R9=10%", scene, "vary").values == pytest.approx((0.9e7, 1.1e7))
     for key, value in flat.items():
         assert Problem(scene.vary(key, 1.05 * value)).circuit is not None
 
