@@ -5,11 +5,12 @@ Each scene is run with many seeds, as a user would with `--within`.  Three share
     sampling   inside their 95 % of sampling of the mean of all the other seeds: near 0.95 if the spread is honest
     whole      inside their `error95` of a reference of other seeds, at a fifth of the target: 0.95 or more, because the
                bias of the step is added in full.  Of ngspice the reference is a mean of runs at half the step and a
-               tenth of the tolerance, where `--references` asks for it.
+               tenth of the tolerance, where `--references` asks for it; of an own board that of engine `compiled`.
     target     within `--within` of that reference, of the answers that came without a word on a target that was missed
 
     .venv/bin/python benchmarks/interval_coverage.py --seeds 200
     HARVESTER_THREADS=1 .venv/bin/python benchmarks/interval_coverage.py spice --seeds 100 --references 8 --most 600
+    .venv/bin/python benchmarks/interval_coverage.py board --seeds 40
 
 Names are scenes or parts of them.  Every answer is kept in out/interval_coverage.jsonl at once, and one that is there
 is not computed again: delete it after a change of the engines.  Rows of scenes that are not run stay in the table.
@@ -26,6 +27,7 @@ from pathlib import Path
 
 import numpy as np
 from common import report
+from compiled_circuits import USERS
 
 import harvester as hv
 
@@ -33,6 +35,7 @@ EXAMPLES = Path(__file__).parents[1] / "examples"
 ND = {"alpha": 0.5, "beta": 0.05, "mu": 0.05, "c1": 0.01, "c2": 0.05, "c3": 0.1, "D11": 0.01, "D22": 0.01}
 JOURNAL = Path(__file__).parents[1] / "out" / "interval_coverage.jsonl"
 OTHERS = 6  # seeds of a reference
+BOARDS = "bridge of BAT54", "zener clamp", "switch with hysteresis"
 STOP = hv.Stop(restitution=0.96)
 DENSITY = str(EXAMPLES / "shake_psd.csv")
 
@@ -56,6 +59,16 @@ def own_netlist(folder):
     return example("plate_bridge", load=load, stop=STOP)
 
 
+def boards(folder):
+    """As `scenes`: boards of a user's own, with a stop and without, at a loose target, for many seeds."""
+    for name in BOARDS:
+        path = Path(folder) / f"{name.replace(' ', '_')}.cir"
+        path.write_text(f"* {name}\n.subckt board p n\n{USERS[name]}\n.ends\n")
+        scene = example("plate_bridge").with_load(netlist=str(path))
+        yield f"board: {name}", scene, hv.Spice, 0.05
+        yield f"board: {name}, stop", dataclasses.replace(scene, stop=STOP), hv.Spice, 0.05
+
+
 def scenes(folder):
     """Name, scene, engine and target of each."""
     sampled = {
@@ -75,6 +88,7 @@ def scenes(folder):
     yield "bridge, stop (spice)", example("plate_bridge", stop=STOP), hv.Spice, 0.02
     yield "parallel SSHI, stop (spice)", example("plate_parallel_sshi"), hv.Spice, 0.02
     yield "own netlist, stop (spice)", own_netlist(folder), hv.Spice, 0.02
+    yield from boards(folder)
 
 
 def wilson(inside, count):
@@ -117,9 +131,11 @@ class Journal:
 
 def reference(journal, scene, engine, within, several):
     """The mean power and its standard error, of other seeds, and at a finer step; None for ngspice without several."""
-    if engine is not hv.Spice:
+    is_board = "board" in journal.place["scene"]
+    if engine is not hv.Spice or is_board:
         others = range(1_000_000, 1_000_000 + OTHERS)
-        powers = [journal.answer(scene, engine, seed, "reference", within=within / 5.0) for seed in others]
+        judge = hv.Compiled if is_board else engine
+        powers = [journal.answer(scene, judge, seed, "reference", within=within / 5.0) for seed in others]
         error = math.hypot(*(one["stderr"] or 0.0 for one in powers)) / OTHERS
     elif several > 1:
         step = journal.answer(scene, engine, 0, within=within)["step"]

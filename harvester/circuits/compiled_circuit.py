@@ -198,6 +198,11 @@ class CompiledCircuit:
         """Fill the rows of circuits at rest."""
         state[:, OWN : self.rows] = self.rest[:, None]
 
+    def charge_store(self, state: Floats, voltage: Floats) -> None:
+        """Give the store in states, shape (blocks, rows, BATCH), a nondimensional voltage, shape (blocks, BATCH)."""
+        k = self.charge_at("csmooth")
+        state[:, OWN + k] = voltage * self.scales.volts / self.system.charges[k][3]
+
     def advance(
         self, batch: Batch, state: Floats, schedule: Schedule, h: float, eqs: Equations, shaker: Filter | None
     ) -> None:

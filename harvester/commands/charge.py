@@ -32,7 +32,8 @@ from harvester.commands.study import Output, output_options, study_command
     cloup.option(
         "--engine",
         shell_complete=engines,
-        help="ideal, slow or spice.  Default: slow for a large store, else ideal where it serves, else spice.",
+        help="ideal, compiled, slow or spice.  Default: slow for a large store, else "
+        "ideal where it serves, else spice.",
     ),
     cloup.option(
         "--duration",
@@ -48,7 +49,9 @@ from harvester.commands.study import Output, output_options, study_command
 @cloup.option_group(
     "Accuracy",
     cloup.option(
-        "--trajectories", type=int, help="Runs.  Default: 2048 (ideal, slow), 16 (spice), 1 if nothing is random."
+        "--trajectories",
+        type=int,
+        help="Runs.  Default: 2048 (ideal, slow), 128 (compiled), 16 (spice), 1 if nothing is random.",
     ),
     cloup.option("--dt", help="Step, such as 1ms (nondimensional scene: a number of 1/w0).  Default: from the scene."),
     seed_option,

@@ -39,7 +39,10 @@ from harvester.commands.study import Output, study_command
         "--lifetime", metavar="TIME", help="Also the largest displacement, voltage and impact in that time: '5 years'."
     ),
     cloup.option(
-        "--sensitivity", is_flag=True, help="Also how much the power changes with each key, by engine density."
+        "--sensitivity",
+        is_flag=True,
+        help="Also how much the power changes with each key, by engine density; of a netlist also with each element, "
+        "by engine compiled.",
     ),
 )
 @sampling
@@ -70,6 +73,7 @@ def run(
     if sensitivity:
         from harvester.studies.sensitivity import sensitivity as sensitivities
 
-        further["sensitivity"] = sensitivities(scene, budget=options.get("budget"))
+        seconds = None if scene.load is not None and scene.load.netlist else options.get("budget")
+        further["sensitivity"] = sensitivities(scene, budget=seconds)
     about = options["seed"], further.get("extremes"), further.get("sensitivity")
     output.show(answer, (), lambda report: report.of_run(scene, answer, *about), further=further)

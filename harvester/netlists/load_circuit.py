@@ -28,6 +28,7 @@ from harvester.netlists.subcircuits import (
 from harvester.scene.load import Load, is_path
 
 _SOME_CAPACITANCE = 1e-8  # F, of a piezo that is not known yet
+_ROLES = {"rload": "R", "csmooth": "C"}  # of a flat netlist: the parameters of what has another name there
 _RESERVED = ("name", "netlist", "subcircuit_name", "self")  # PySpice's arguments of a subcircuit call by name
 
 
@@ -56,6 +57,8 @@ class LoadCircuit:
     nets, renamed, ground
         of a flat netlist (`harvester.netlists.flat`): the nodes by the names of its nets, the elements that have
         another name here, and the node of its own ground ("": ground is an electrode).
+    elements
+        the values of its elements that are plain numbers, by the names that a scene calls them.
     """
 
     name: str
@@ -71,11 +74,17 @@ class LoadCircuit:
     nets: dict[str, str] = field(default_factory=dict)
     renamed: dict[str, str] = field(default_factory=dict)
     ground: str = ""
+    elements: dict[str, float] = field(default_factory=dict)
 
     @property
     def linear(self) -> bool:
         """Whether it is no more than the load resistor."""
         return self.resistance is not None
+
+    def value_of(self, name: str) -> float | None:
+        """The value of a parameter or an element by its name in the scene's load.parameters; None where it has none."""
+        name = _ROLES.get(self.renamed.get(name.lower(), ""), name).lower()
+        return {one.lower(): value for one, value in (self.elements | self.values).items()}.get(name)
 
 
 def netlist_folder() -> Path:
@@ -101,8 +110,7 @@ def load_circuit(load: Load, capacitance: float | None = None) -> LoadCircuit:
     board = _board(load, path, folder)
     subcircuits, outside = split_subcircuits(path.name, with_parts(list(allowed_lines(board.lines)), folder))
     body = _with_rload(path, subcircuits)
-    roles = {"rload": "R", "csmooth": "C"}  # of a flat netlist: the parameters of what has another name there
-    parameters = {roles.get(board.elements.get(one.lower(), ""), one): value for one, value in parameters.items()}
+    parameters = {_ROLES.get(board.elements.get(one.lower(), ""), one): value for one, value in parameters.items()}
     keys, name_of_load = element_keys(body), header_of(body[0]).name.lower()
     subcircuits[name_of_load] = body = with_elements_as_parameters(body, parameters)
     header = header_of(body[0])
@@ -119,6 +127,7 @@ def load_circuit(load: Load, capacitance: float | None = None) -> LoadCircuit:
     defaults = {key: ngspice_number(value or "") for key, value in header.defaults.items()}
     values = {key: value for key, value in (defaults | scene_values).items() if value is not None}
     smoothing, storage = _storage(body, values)
+    called = {new: old for old, new in board.elements.items()}
     return LoadCircuit(
         header.name,
         text,
@@ -133,6 +142,7 @@ def load_circuit(load: Load, capacitance: float | None = None) -> LoadCircuit:
         nets=board.nets,
         renamed=board.elements,
         ground=board.ground,
+        elements={called.get(name.lower(), name): ngspice_number(value) or 0.0 for name, value in keys.items()},
     )
 
 

@@ -1,14 +1,19 @@
-"""How much the mean power changes with every key of the scene: elasticities, from the adjoint of the density."""
+"""How much the mean power changes with every key of the scene: elasticities, from the adjoint of the density.
+
+Of a netlist they come from its compiled circuit (`harvester.studies.circuit_sensitivity`).
+"""
 
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import ClassVar
 
+from harvester.engines.compiled import Compiled
 from harvester.engines.density import Density
 from harvester.engines.power_slopes import quantities, value_of
 from harvester.engines.protocol import AnyScene, served
-from harvester.errors import names_arguments
+from harvester.equations.problem import Problem
+from harvester.errors import InputError, names_arguments
 from harvester.presentation.diagnostic import Diagnostic, note
 from harvester.presentation.result import TableResult
 from harvester.presentation.table import Column, Table
@@ -82,16 +87,17 @@ def sensitivity(
 ) -> Sensitivity:
     """The elasticity of the mean power in every key of the scene that is a quantity other than 0.
 
-    All come from one solution for the density and one of its adjoint equations, whatever the number of keys.
+    All come from one solution for the density and one of its adjoint equations, whatever the number of keys.  With a
+    netlist two ensembles of its compiled circuit a key, on the same noise, also tell what its elements do.
 
     Parameters
     ----------
     scene
-        a `Scene` that engine `Density` serves, or the path of a scene file.
+        a `Scene` that engine `Density` serves, or `Compiled` where it has a netlist; or the path of a scene file.
     within
-        the relative error of the power that is aimed at, such as .01; None: 1e-6.
+        the relative error of the power that is aimed at, such as .01; None: 1e-6.  Not with a netlist.
     budget
-        seconds of computing.
+        seconds of computing.  Not with a netlist.
     progress
         is called with the fraction done.
 
@@ -103,7 +109,7 @@ def sensitivity(
     Raises
     ------
     InputError
-        for a scene that engine `Density` does not serve, or whose load takes no power.
+        for a scene that neither engine serves, or whose load takes no power.
     SimulationError
         where the response grows without bound, or the density cannot be resolved.
 
@@ -113,20 +119,37 @@ def sensitivity(
     >>> found.keys[0], round(found.elasticities[found.keys.index("nondimensional.D11")].value, 3)
     ('nondimensional.restitution', 1.0)
     """
-    problem, begin = served(Density, scene), time.perf_counter()
-    answer, slopes = Density(within=within or USUAL, budget=budget).run_with_slopes(problem, progress)
-    told = [
-        (key, value_of(problem.scene, key), unit_of(key), slopes.with_error(key)) for key in quantities(problem.scene)
-    ]
-    told.sort(key=lambda row: -abs(row[3].value))
-    keys, values, units, elasticities = zip(*told, strict=True)
+    problem, begin = Problem.of(scene), time.perf_counter()
+    if problem.netlist is not None:
+        if (within, budget) != (None, None):
+            raise InputError("`within` and `budget` must be left out with a netlist, whose ensembles are of one size")
+        return _of_circuit(problem, begin, progress)
+    answer, slopes = Density(within=within or USUAL, budget=budget).run_with_slopes(served(Density, problem), progress)
+    told = {key: (value_of(problem.scene, key), slopes.with_error(key)) for key in quantities(problem.scene)}
+    return _result(problem, Density.NAME, answer.mean_power, told, begin)
+
+
+def _of_circuit(problem: Problem, begin: float, progress: Callable[[float], None] | None) -> Sensitivity:
+    """The elasticities in the keys of a scene with a netlist, and in its elements."""
+    from harvester.studies.circuit_sensitivity import elasticities
+
+    served(Compiled, problem)
+    power, told = elasticities(problem, progress or (lambda _: None))
+    return _result(problem, Compiled.NAME, power, told, begin)
+
+
+def _result(
+    problem: Problem, engine: str, power: Value, told: dict[str, tuple[float, Value]], begin: float
+) -> Sensitivity:
+    """What is ``told``, by keys, the largest first."""
+    keys = sorted(told, key=lambda key: -abs(told[key][1].value))
     return Sensitivity(
-        engine=Density.NAME,
-        mean_power=answer.mean_power,
-        keys=keys,
-        values=values,
-        units=units,
-        elasticities=elasticities,
+        engine=engine,
+        mean_power=power,
+        keys=tuple(keys),
+        values=tuple(told[key][0] for key in keys),
+        units=tuple(unit_of(key) for key in keys),
+        elasticities=tuple(told[key][1] for key in keys),
         seconds=time.perf_counter() - begin,
         physical=problem.physical,
         diagnostics=(note("elasticity_explained"),),

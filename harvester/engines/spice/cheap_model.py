@@ -23,17 +23,21 @@ LONGEST_CHARGING = 2e4  # nondimensional
 LONGEST_COMPILED = 4e3  # where a compiled circuit goes beside
 CLOSE = 0.02  # a target below which circuits that switch go beside their compiled circuit
 MEMORIES = 2.0  # time constants of the slowest change, of a burn-in from settled states
+SETTLING = 4.0  # time constants, in which a compiled circuit settles from the states of ideal elements
+RAMP = 16  # parts in which its store is charged before
+TWINS = 0.5  # of a target, for the step: what a circuit that switches costs hardly depends on it
 SHARE = 0.5  # of the budget, for the cheap model at most: the rest is for ngspice
 
 
 def cheap_circuit(
     problem: Problem, options: MonteCarloOptions, charging: float, settled: bool
-) -> "tuple[IdealCircuit | CompiledCircuit | None, bool]":
-    """The circuit without ngspice that goes beside, None where there is none, and whether runs are `SpiceSetup.short`.
+) -> "tuple[IdealCircuit | CompiledCircuit | None, IdealCircuit | CompiledCircuit | None, bool]":
+    """The circuit without ngspice that goes beside, its twin, and whether runs are `SpiceSetup.short`.
 
     It is made of ideal elements where these serve; a target that is close asks for the compiled circuit, which follows
-    ngspice through every switching.  Neither waits for a periodic response, which ngspice finds itself; a long
-    ``charging`` takes a compiled circuit minutes.
+    ngspice through every switching, and whose twin is made of ideal elements.  Others are their own.  None where there
+    is none.  Neither waits for a periodic response, which ngspice finds itself; a long ``charging`` takes a compiled
+    circuit minutes.
     """
     from harvester.circuits.compiled_circuit import compiled_circuit
     from harvester.cosimulation.idealised import ideal_circuit
@@ -41,18 +45,19 @@ def cheap_circuit(
     eqs, scales, load = problem.equations, problem.scales, problem.circuit
     assert load is not None, "the engine refuses an open circuit"
     if charging > LONGEST_CHARGING or eqs.mu is not None:
-        return None, False
+        return None, None, False
     ideal = ideal_circuit(load, scales)
     if charging > LONGEST_COMPILED or not _bears_compiled(eqs):
-        return ideal, False
+        return ideal, ideal, False
     short = settled and _tells_paths_apart(eqs) and (options.trajectories, options.duration) == (None, None)
     closely = short and (number(options.within) or 1.0) < CLOSE
     if ideal is not None and not (closely and ideal.hysteresis is not None):
-        return ideal, False
+        return ideal, ideal, False
     try:
-        return compiled_circuit(load, scales), short
+        found = compiled_circuit(load, scales)
     except InputError:
-        return ideal, False
+        return ideal, ideal, False
+    return found, ideal or found, short
 
 
 def _bears_compiled(eqs: Equations) -> bool:
@@ -88,16 +93,61 @@ def pilot_of(
     return pilot, compiling.seconds
 
 
-def cheap_model(pilot: "Trajectories", burn_in: float, options: MonteCarloOptions, begin: float) -> "RichardsonPair":
-    """The cheap model with the bias of its step, known well enough for the target, in its share of the budget."""
+def cheap_model(
+    pilot: "Trajectories",
+    circuit: "IdealCircuit | CompiledCircuit | None",
+    burn_in: float,
+    charging_time: float,
+    options: MonteCarloOptions,
+    begin: float,
+) -> "tuple[RichardsonPair, float]":
+    """The cheap model with the bias of its step, known well enough for the target, in its share of the budget.
+
+    Where the ``pilot`` is the twin of the ``circuit`` that goes beside, this one goes on from it.  Also the time from
+    which seconds count on, without compilation.
+    """
+    from harvester.circuits.compiled_circuit import CompiledCircuit
     from harvester.mechanics.ensemble.richardson import RichardsonPair
 
     budget, within, spent = number(options.budget), number(options.within), time.perf_counter() - begin
-    share = None if budget is None else SHARE * budget
+    share, is_twin = None if budget is None else SHARE * budget, pilot.circuit is not circuit
     pair = RichardsonPair(pilot, first_duration(burn_in, spent, share), budget)
-    if within is None:
-        return pair
-    return _with_best_step(pair, "load", Target(within, share, begin), options.dt is not None)
+    if within is not None:
+        target = Target((TWINS if is_twin else 1.0) * within, share, begin)
+        pair = _with_best_step(pair, "load", target, options.dt is not None)
+    if is_twin and isinstance(circuit, CompiledCircuit):
+        pair, compilation_seconds = _compiled_beside(pair, circuit, charging_time, budget, begin)
+        begin += compilation_seconds
+    return pair, begin
+
+
+def _compiled_beside(
+    twin: "RichardsonPair", circuit: "CompiledCircuit", charging_time: float, budget: float | None, begin: float
+) -> "tuple[RichardsonPair, float]":
+    """The compiled circuit at the step of its ``twin``, settled from its states, and the seconds of compiling.
+
+    That is of ideal elements: it knows the step and its bias in a hundredth of the time, and fills the store.
+    """
+    from harvester.mechanics.ensemble.burn_in import memory
+    from harvester.mechanics.ensemble.richardson import RichardsonPair, compile_pair
+    from harvester.mechanics.ensemble.trajectories import Trajectories
+    from harvester.mechanics.kernels.compiled import compilation
+    from harvester.mechanics.kernels.noise import child
+
+    settled = twin.trajectories
+    count, seed = affordable(False, circuit, LOOSE), child(settled.seed, 4)
+    own = Trajectories(settled.eqs, count, seed, settled.h, circuit=circuit, controlled=True)
+    with compilation() as compiling:
+        compile_pair(own)
+    states = settled.state[: own.blocks]
+    own.state[:, :2] = states[:, :2]
+    for k in range(RAMP):  # Newton's method goes with a store that is charged little by little, but not with a jump
+        circuit.charge_store(own.state, (k + 1) / RAMP * states[:, 3])
+        own.run(own.stride * own.h)
+    own.run(SETTLING * max(memory(settled, twin.moments, twin.duration), charging_time))
+    spent = time.perf_counter() - begin - compiling.seconds
+    duration = first_duration(own.time, spent, None if budget is None else SHARE * budget)
+    return RichardsonPair(own, duration, budget, twin), compiling.seconds
 
 
 def settled_starts(

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from harvester.mechanics.ensemble.trajectories import Trajectories
 
 NEAR, LOOSE = 0.3, 0.02  # of a target, and of one where none is given: what a compiled circuit may differ by
+HALF = 0.5  # of that, below which half of the runs that tell it do
 READING = 0.4  # nondimensional time between readings: V^2 varies on the scale of 1
 
 
@@ -142,21 +143,23 @@ def set_up(
     assert circuit is not None, "the engine refuses an open circuit"
     repeat = eqs.shaking_period
     charging = CHARGING_TIMES * (circuit.storage or 0.0) * scales.frequency
-    ideal, short = cheap_circuit(problem, options, charging, settled and not probes)
+    ideal, twin, short = cheap_circuit(problem, options, charging, settled and not probes)
     ngspice_rule = unknown_to(RULE).isdisjoint(problem.effects) and eqs.mu is not None
     begin = time.perf_counter()
-    pilot, compilation_seconds = pilot_of(problem, options, ideal, ngspice_rule)
+    pilot, compilation_seconds = pilot_of(problem, options, twin, ngspice_rule)
     begin += compilation_seconds  # which are not counted
     diagnostics = _burn_in(pilot, problem, number(options.budget))
     from_rest = _whole_periods(max(_settled_after(pilot), min(charging, LONGEST_CHARGING)), repeat)
     if charging > LONGEST_CHARGING:
         diagnostics.append(warning("charging_cut_short", time=from_rest / unit, storage=circuit.storage))
     serves = eqs.mu is not None or ideal is not None
-    pair = cheap_model(pilot, from_rest, options, begin) if serves else None
+    pair, time_constant = None, charging / CHARGING_TIMES
+    if serves:
+        pair, begin = cheap_model(pilot, ideal, from_rest, time_constant, options, begin)
     pilot = pilot if pair is None else pair.trajectories
     burn_in, starts = from_rest, None
     if settled and ideal is not None and pair is not None and eqs.is_shaken_by_white_noise:
-        burn_in, starts = settled_starts(pair, charging / CHARGING_TIMES, from_rest, options.seed)
+        burn_in, starts = settled_starts(pair, time_constant, from_rest, options.seed)
     device = CoupledDevice(
         eqs,
         scales,
@@ -195,8 +198,11 @@ def _difference(
     problem: Problem, h: float, starts: "list[Start] | None", settling: float, options: MonteCarloOptions
 ) -> dict[str, float]:
     """What the compiled circuit differs by from ngspice on the same motion, where runs may be short; else none."""
-    found = {} if starts is None else difference_from_ngspice(problem, h, starts, settling, options)
-    return found if found.get("load", 1.0) < NEAR * (number(options.within) or LOOSE) else {}
+    if starts is None:
+        return {}
+    enough = NEAR * (number(options.within) or LOOSE)
+    found = difference_from_ngspice(problem, h, starts, settling, options, HALF * enough)
+    return found if found.get("load", 1.0) < enough else {}
 
 
 def _settled_after(pilot: "Trajectories") -> float:

@@ -13,14 +13,14 @@ def _not_reached(share: float, runs: int, time: float, unit: str, by_default: bo
 
 MESSAGES: dict[str, str | Callable[..., str]] = {
     "engine_chosen": "engine {engine!r} was taken: {why}",
-    "ideal_probe": "engine 'ideal' knows `probe` store alone, but it is {probe}: use engine 'spice'",
-    "ideal_repeats": "engine 'ideal' begins at no certain place of what repeats, and charges under noise alone: use engine 'spice'",
+    "store_alone": "engine {engine!r} knows `probe` store alone, but it is {probe}: use engine 'spice'",
+    "noise_alone": "engine {engine!r} begins at no certain place of what repeats, and charges under noise alone: use engine 'spice'",
     "slow_probe": "engine 'slow' charges a capacitor Csmooth and knows `probe` store alone, but it is {probe}: use engine 'spice'",
     "slow_shaking": "engine 'slow' charges under noise or under a harmonic drive alone, but the shaking is another: use engine 'spice'",
     "slow_charge": "the store was charged by the rectifier's mean current; mass and circuit together take {change:.2g} s longer in their first {direct:.3g} s, which is added; how much that still changed is in the error",
     "charge_not_slow": "the charge takes {seconds:.3g} s, and transients of the mass {transients:.2g} s: the time scales are not apart, and only runs of both together are right",
     "many_ngspice_runs": "{why}; {runs} runs, which may take minutes",
-    "error_of_ideal_charging": "the error of the step is 2.4 times the change at twice the step and half the looks, on the same noise; as the voltage is checked at intervals, a few runs that just reach the target may be missed, and the share that does is a lower bound; the error of ideal diodes and switches is not known from within: compare with engine 'spice'",
+    "error_of_charging_side_by_side": "the error of the step is 2.4 times the change at twice the step and half the looks, on the same noise; as the voltage is checked at intervals, a few runs that just reach the target may be missed, and the share that does is a lower bound; the error of the circuit's model is not known from within: compare with engine 'spice'",
     "one_run_is_all": "nothing is random, so that one run is all",
     "error_of_charging": "the error of the step is the change at twice the step and ten times ngspice's tolerance, on the same shaking",
     "target_not_reached": _not_reached,

@@ -15,8 +15,8 @@ from harvester.presentation.diagnostic import Diagnostic, note, refusal, warning
 from harvester.presentation.messages.unknown_parts import COMPILED_CIRCUIT, IDEAL_ELEMENTS, TIME_SCALES
 from harvester.storage.rectified_current import RectifiedCurrent
 from harvester.studies.charging.afterwards import afterwards
-from harvester.studies.charging.by_ideal import charge_ideal
 from harvester.studies.charging.passages import SAMPLES, ChargeRuns, Passages
+from harvester.studies.charging.side_by_side import charge_side_by_side
 from harvester.uncertainty.value import bound95
 
 RUNS = 512  # direct ones under noise
@@ -138,7 +138,7 @@ def _random(runs: ChargeRuns) -> dict[str, Any]:
     if ideal is not None and not remarks:
         level = int(np.searchsorted(mean, min(DIRECT * unit, float(mean[-1]))))
         watched = LONGER * float(mean[level])
-        direct = charge_ideal(ChargeRuns(problem, levels[: level + 1], watched, RUNS, runs.seed, runs.h))
+        direct = charge_side_by_side(ChargeRuns(problem, levels[: level + 1], watched, RUNS, runs.seed, runs.h))
         both, slow = direct.time_to(level), times[:, level]
         if both is not None:
             late = both.value - float(slow.mean())

@@ -21,7 +21,6 @@ from harvester.netlists.probes import STORE, Probe, read_probes
 from harvester.presentation.diagnostic import Diagnostic, has, note, warning
 from harvester.scene.plausibility import unusual_values
 from harvester.studies.charging.answer import FEW, ChargingResult, Level
-from harvester.studies.charging.by_ideal import charge_ideal
 from harvester.studies.charging.by_slow import charge_slowly
 from harvester.studies.charging.by_spice import charge_in_ngspice
 from harvester.studies.charging.passages import HIGH, LEVELS, LOW, ChargeRuns, Passages
@@ -34,6 +33,7 @@ from harvester.studies.charging.request import (
     read_target,
     time_watched,
 )
+from harvester.studies.charging.side_by_side import charge_side_by_side
 from harvester.studies.output_folder import OutputFolder, provenance
 
 LONGER = 2.0  # times the time that a slow charge takes: how long a direct one is watched where it is not slow
@@ -66,8 +66,8 @@ def charge(
     probe
         the storage capacitor Csmooth ("store"), or a quantity of the circuit such as "v(a,b)".
     engine
-        "slow", "ideal" or "spice"; None: "slow" for a store of 1000 times the piezo's capacitance or more, unless its
-        charge is not slow beside the vibration, else "ideal" where that serves, else "spice".
+        "slow", "ideal", "compiled" or "spice"; None: "slow" for a store of 1000 times the piezo's capacitance or more,
+        unless its charge is not slow beside the vibration, else "ideal" where that serves, else "spice".
     duration
         how long a run is watched, in seconds or as a text (nondimensional scene: 1/w0); None: until all have arrived,
         but at most five time constants of store and load.  With it, "spice" also says for how much of the time the
@@ -154,7 +154,7 @@ def _passages(engine: str, runs: ChargeRuns) -> Passages:
     """The passages by an engine."""
     if ENGINES[engine].by_mean_current:
         return charge_slowly(runs)
-    return charge_in_ngspice(runs) if ENGINES[engine].runs_ngspice else charge_ideal(runs)
+    return charge_in_ngspice(runs) if ENGINES[engine].runs_ngspice else charge_side_by_side(runs, engine)
 
 
 def _answer(
@@ -233,7 +233,7 @@ def _known(engine: str, runs: int) -> list[Diagnostic]:
     if ENGINES[engine].by_mean_current:
         return []
     if not ENGINES[engine].runs_ngspice:
-        return [note("error_of_ideal_charging")]
+        return [note("error_of_charging_side_by_side")]
     return [*([note("one_run_is_all")] if runs == 1 else []), note("error_of_charging")]
 
 

@@ -2,7 +2,7 @@
 
 import math
 
-from harvester.engines import Ideal, Slow, Spice
+from harvester.engines import Compiled, Ideal, Slow, Spice
 from harvester.engines.protocol import served
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, InputError, invalid, refused, unknown
@@ -11,8 +11,8 @@ from harvester.presentation.diagnostic import Diagnostic, note, refusal
 from harvester.quantities.kinds import NUMBER_ABOVE_0, TIME, Kind, with_prefix
 from harvester.studies.charging.by_slow import charges_slowly, refusal_of_slow
 
-ENGINES = {engine.NAME: engine for engine in (Ideal, Slow, Spice)}
-RUNS = {Ideal.NAME: 2048, Slow.NAME: 2048, Spice.NAME: 16}
+ENGINES = {engine.NAME: engine for engine in (Ideal, Compiled, Slow, Spice)}
+RUNS = {Ideal.NAME: 2048, Compiled.NAME: 512, Slow.NAME: 2048, Spice.NAME: 16}
 MOST_RUNS = 100_000
 SHORTEST, LONGEST = 120.0 * math.pi, 2e4  # nondimensional: what is watched by default, at least and at most
 CHARGED = 5.0  # time constants of store and load, after which the voltage grows no more
@@ -35,22 +35,22 @@ def choose_engine(
             raise CannotServeError(slow)
     if engine is not None:
         served(ENGINES[engine], problem)
-        if not ENGINES[engine].runs_ngspice and (why := _refusal_of_ideal(problem, probe)):
+        if not ENGINES[engine].runs_ngspice and (why := _refusal(problem, probe, engine)):
             raise CannotServeError(str(why))
         return engine, None
-    excuse = Ideal.refusal(problem) or _refusal_of_ideal(problem, probe)
+    excuse = Ideal.refusal(problem) or _refusal(problem, probe, Ideal.NAME)
     if not excuse:
         return Ideal.NAME, None
     served(Spice, problem)
     return Spice.NAME, note("engine_chosen", engine=Spice.NAME, why=str(excuse))
 
 
-def _refusal_of_ideal(problem: Problem, probe: Probe) -> Diagnostic | None:
-    """Why engine `ideal` cannot charge what it serves otherwise; None where it can."""
+def _refusal(problem: Problem, probe: Probe, engine: str) -> Diagnostic | None:
+    """Why an engine of trajectories side by side cannot charge what it serves otherwise; None where it can."""
     if probe.name != STORE:
-        return refusal("ideal_probe", probe=probe.name)
+        return refusal("store_alone", engine=engine, probe=probe.name)
     if problem.equations.shaking_period is not None:
-        return refusal("ideal_repeats")
+        return refusal("noise_alone", engine=engine)
     return None
 
 

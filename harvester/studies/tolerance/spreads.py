@@ -17,6 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from harvester.arrays import Floats
+from harvester.equations.problem import Problem
 from harvester.errors import InputError, invalid, named_once, shown
 from harvester.quantities.preferred_numbers import SERIES, nearest
 from harvester.quantities.units import fraction, split_unit
@@ -158,7 +159,7 @@ def _share(key: str, text: str) -> float:
 
 
 def _nominal(key: str, scene: Scene) -> float:
-    """The scene's own value of a key."""
+    """The scene's own value of a key, or its netlist's, of an element or a parameter."""
     table, name = split_key(key)
     found = scene.tables().get(table, {})
     for part in name.split("."):
@@ -166,6 +167,8 @@ def _nominal(key: str, scene: Scene) -> float:
             found = found[int(part) - 2] if int(part) - 2 < len(found) else None
         else:
             found = found.get(part) if isinstance(found, dict) else None
+    if found is None and name.startswith("parameters.") and (circuit := Problem.of(scene).circuit) is not None:
+        found = circuit.value_of(name.removeprefix("parameters."))
     if isinstance(found, str):  # a netlist's parameter, written with its unit
         found = read_value(key, found)
     if not isinstance(found, int | float) or found == 0.0:

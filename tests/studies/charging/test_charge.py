@@ -129,6 +129,15 @@ def test_engines_agree_under_noise():
     assert ideal.time.known_error95 < 0.08 * ideal.time.value
 
 
+def test_the_compiled_circuit_charges_as_the_ideal_one():
+    """On the same noise the mean time of a bridge of real diodes is that of ideal ones, but for their difference."""
+    ideal, compiled = (hv.charge(BRIDGE, "1 V", engine=name, trajectories=128) for name in ("ideal", "compiled"))
+    assert (compiled.engine, compiled.reached) == ("compiled", 1.0)
+    assert compiled.time.value == pytest.approx(ideal.time.value, rel=0.01)
+    assert compiled.time.unknown == "the difference from ngspice"
+    assert compiled.levels[-1].energy == ideal.levels[-1].energy
+
+
 def test_runs_that_never_arrive_are_told(harvester):
     """No mean of those that do: a bound, the share with its interval, and a warning; the JSON is finite."""
     asked = ("charge", BRIDGE, "--to", "3.5V", "--trajectories", "256", "--duration", "2s")
@@ -201,7 +210,8 @@ def test_a_record_begins_at_its_beginning(tmp_path, harvester):
         (["--to", "2V", "--probe", "v(q)"], "unknown node of netlist bridge 'q': it must be one of"),
         (["--to", "2V", "--probe", "p(rlaod)"], "did you mean 'rload'?"),
         (["--to", "2V", "--probe", "v(p)", "--engine", "ideal"], "use engine 'spice'"),
-        (["--to", "2V", "--engine", "averaged"], "it must be one of ideal, slow, spice"),
+        (["--to", "2V", "--probe", "v(p)", "--engine", "compiled"], "engine 'compiled' knows --probe store alone"),
+        (["--to", "2V", "--engine", "averaged"], "it must be one of ideal, compiled, slow, spice"),
         (["--to", "2V", "--anywhere"], "--anywhere must go with a record or a harmonic drive"),
         (["--to", "2V", "--trajectories", "1"], "--trajectories must be between 2 and"),
         (["--to", "2V", "--duration", "0"], "--duration must be a time (s)"),

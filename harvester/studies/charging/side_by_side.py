@@ -1,4 +1,4 @@
-"""Thousands of charges side by side, of a circuit of ideal diodes and switches."""
+"""Many charges side by side without ngspice, of a circuit of ideal diodes and switches, or a compiled one."""
 
 import math
 import time
@@ -7,6 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from harvester.arrays import Floats
+from harvester.engines.compiled import Compiled
+from harvester.engines.ensemble import Ensemble
+from harvester.engines.ideal import Ideal
 from harvester.engines.protocol import Progress
 from harvester.engines.sampling import FEWEST_DRAWN
 from harvester.studies.charging.passages import SAMPLES, ChargeRuns, Passages
@@ -14,11 +17,12 @@ from harvester.studies.charging.passages import SAMPLES, ChargeRuns, Passages
 if TYPE_CHECKING:
     from harvester.mechanics.ensemble.trajectories import Trajectories
 
+_MODELS: dict[str, type[Ensemble]] = {one.NAME: one for one in (Ideal, Compiled)}
 FINEST, PARTS = 0.4, 200  # nondimensional time between two looks at first; later, parts of the time that has passed
 
 
-def charge_ideal(runs: ChargeRuns) -> Passages:
-    """The passages of runs up to their duration, or until all have reached the last level.
+def charge_side_by_side(runs: ChargeRuns, engine: str = Ideal.NAME) -> Passages:
+    """The passages of runs up to their duration, or until all have reached the last level, by the circuit of an engine.
 
     Beside them go the same runs at twice the step, of which every second look is left out: the change is that of the
     step and of looking now and then.  A first passage that is looked for now and then comes late by the square root of
@@ -27,15 +31,13 @@ def charge_ideal(runs: ChargeRuns) -> Passages:
 
     Raises as `harvester.mechanics.ensemble.trajectories.Trajectories`.
     """
-    from harvester.cosimulation.idealised import ideal_circuit
     from harvester.mechanics.ensemble.trajectories import Trajectories
     from harvester.mechanics.kernels.compiled import compilation
     from harvester.mechanics.kernels.step_size import step_from_rest
 
     problem, s = runs.problem, runs.problem.scales
     assert problem.circuit is not None, "the engine's refusal checks this"
-    circuit = ideal_circuit(problem.circuit, s)
-    assert circuit is not None, "the engine's refusal checks this"
+    circuit = _MODELS[engine]().model(problem).circuit
     count = runs.count if problem.equations.density is None else max(runs.count, FEWEST_DRAWN)
     root, h = np.random.SeedSequence([runs.seed, 8]), step_from_rest(problem.equations) if runs.h is None else runs.h
     with compilation():
@@ -57,10 +59,10 @@ def charge_ideal(runs: ChargeRuns) -> Passages:
         at / s.frequency,
         curves.T * s.volts,
         runs.duration,
-        circuit.kappa * s.capacitance,
+        problem.circuit.smoothing or 0.0,
         fine.steps + coarse.steps,
         time.perf_counter() - begin,
-        "ideal diodes and switches",
+        _MODELS[engine].UNKNOWN,
         1.0 / (math.sqrt(2.0) - 1.0),
         together=fine.together,
     )

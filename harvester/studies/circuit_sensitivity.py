@@ -1,0 +1,93 @@
+"""Elasticities of the power of a netlist's load: its compiled circuit at two values of each key on the same noise."""
+
+import math
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from harvester.arrays import Floats
+from harvester.engines.compiled import Compiled
+from harvester.engines.power_slopes import quantities, value_of
+from harvester.equations.problem import Problem
+from harvester.errors import InputError
+from harvester.mechanics.kernels.moments import Moments
+from harvester.uncertainty.controls import controlled_entries
+from harvester.uncertainty.value import Value, mean_and_error
+
+CHANGE, LEAST = 0.05, 1e-3  # of a key, up and down: by less where it could not be so large, and not below
+TRAJECTORIES = 128
+ROOT = np.random.SeedSequence(11)
+
+
+def keys_with_elements(problem: Problem) -> Iterator[tuple[str, float]]:
+    """The keys of a scene and its netlist's parameters and elements that are numbers other than 0, with values."""
+    circuit, load = problem.circuit, problem.scene.load
+    assert circuit is not None and load is not None, "asked for a netlist"
+    for key in quantities(problem.scene):
+        if not key.startswith("load."):
+            yield key, value_of(problem.scene, key)
+    for name, value in (circuit.elements | circuit.values).items():
+        if value != 0.0 and (name != "Cp" or name in load.parameters):  # else that of the piezo
+            yield f"load.parameters.{name}", value
+
+
+def elasticities(problem: Problem, tell: Callable[[float], None]) -> tuple[Value, dict[str, tuple[float, Value]]]:
+    """The mean power (W; else nondimensional), and of each key its value and d ln P/d ln key.
+
+    The difference of the logarithms of the power at 5 % more and less of the key, over that of the key: exact of any
+    power law.  A key that cannot be larger, such as a restitution of 1, is left out.  All run on the same noise, in the
+    same time and at the same step of it.
+
+    Raises InputError and SimulationError as engine `compiled`.
+    """
+    from harvester.mechanics.ensemble.burn_in import burn_in
+    from harvester.mechanics.ensemble.trajectories import Trajectories
+
+    def trajectories(scene: Problem, h: float | None) -> Trajectories:
+        model = Compiled().model(scene)
+        return Trajectories(scene.equations, TRAJECTORIES, ROOT, h, circuit=model.circuit, controlled=True)
+
+    first = trajectories(problem, None)
+    burn_in(first)
+    settled, unit = first.time, problem.scales.frequency
+    power = first.run(settled)
+    found = dict[str, tuple[float, Value]]()
+    known = [(*one, change) for one in keys_with_elements(problem) if (change := _largest_change(problem, *one))]
+
+    def at(key: str, value: float) -> tuple[Moments, float]:
+        """The moments with another value of a key, and the unit of the load's power."""
+        other = Problem(problem.scene.vary(key, value))
+        ratio = other.scales.frequency / unit
+        one = trajectories(other, first.h * ratio)
+        one.run(settled * ratio)
+        return one.run(settled * ratio), other.units.watts * (other.equations.beta or 0.0)
+
+    for k, (key, value, change) in enumerate(known):
+        (more, log_more), (less, log_less) = (_logarithm(*at(key, (1.0 + sign * change) * value)) for sign in (1, -1))
+        width = math.log1p(change) - math.log1p(-change)
+        controls = None if more.controls is None or less.controls is None else more.controls - less.controls
+        slope = mean_and_error(controlled_entries((log_more - log_less) / width, controls))
+        found[key] = value, Value(*slope, dof=TRAJECTORIES - 1.0, unknown=Compiled.UNKNOWN)
+        tell((k + 1) / len(known))
+    mean = mean_and_error(controlled_entries(power.load, power.controls))
+    watts = problem.units.watts * (problem.equations.beta or 0.0)
+    return Value(*mean, dof=TRAJECTORIES - 1.0, unknown=Compiled.UNKNOWN).scaled(watts), found
+
+
+def _largest_change(problem: Problem, key: str, value: float) -> float:
+    """By what part of its value a key can be larger, at most `CHANGE`; 0 where it cannot."""
+    change = CHANGE
+    while change > LEAST:
+        try:
+            problem.scene.vary(key, (1.0 + change) * value)
+        except InputError:
+            change *= 0.5
+        else:
+            return change
+    return 0.0
+
+
+def _logarithm(moments: Moments, watts: float) -> tuple[Moments, Floats]:
+    """The moments, and entries whose mean is the logarithm of the mean power, to first order in their spread."""
+    mean = float(controlled_entries(moments.load, moments.controls).mean())
+    return moments, math.log(mean * watts) + (moments.load - mean) / mean

@@ -1,0 +1,68 @@
+"""Elasticities in the elements of a netlist: exact laws of a linear circuit, and which keys there are."""
+
+import pytest
+
+import harvester as hv
+from harvester.equations.problem import Problem
+from harvester.errors import InputError
+from harvester.studies.circuit_sensitivity import keys_with_elements
+from harvester.studies.tolerance.spreads import parse
+from tests.support.netlists import BRIDGE, STORE, on_plate
+
+LINEAR = "R1 p a 100k\nC2 a n 10n\nRload a n 500k"
+FLAT = """.title KiCad schematic
+D1 /P /V 1N4148
+D2 /N /V 1N4148
+D3 GND /P 1N4148
+D4 GND /N 1N4148
+C1 /V GND 470n
+R7 /V GND 1Meg
+R9 /P /N 10Meg
+.end
+"""
+
+
+def test_every_element_is_a_key(tmp_path):
+    """Of a subcircuit by their names, of a board from KiCad too, where the load and the store are R and C."""
+    body = BRIDGE.format("1N4148") + STORE + "L3 p q 2\nR4 q n 5k"
+    own = dict(keys_with_elements(Problem(on_plate(tmp_path, body))))
+    names = {key.removeprefix("load.parameters.") for key in own if key.startswith("load.")}
+    assert names == {"L3", "R4", "Csmooth", "Rload"}
+    assert own["load.parameters.R4"] == 5e3 and own["oscillator.mass"] == pytest.approx(0.04)
+    (tmp_path / "flat.cir").write_text(FLAT)
+    load = hv.Load(netlist=str(tmp_path / "flat.cir"), terminals=["/P", "/N"], resistor="R7", store="C1")
+    scene = hv.Scene(**{**vars(on_plate(tmp_path, LINEAR)), "load": load})
+    flat = dict(keys_with_elements(Problem(scene)))
+    told = [flat[f"load.parameters.{name}"] for name in ("R9", "R", "C")]
+    assert told == pytest.approx([1e7, 1e6, 470e-9], rel=1e-12)
+    assert parse("load.parameters.R7=10%", scene, "vary").values == pytest.approx((0.9e6, 1.1e6))
+    assert parse("load.parameters.R9=10%", scene, "vary").values == pytest.approx((0.9e7, 1.1e7))
+    for key, value in flat.items():
+        assert Problem(scene.vary(key, 1.05 * value)).circuit is not None
+
+
+@pytest.mark.thorough("test_every_element_is_a_key")
+def test_a_linear_circuit_has_the_elasticities_that_units_ask_for(tmp_path):
+    """Twice the noise is twice the power, and no unit of mass or charge matters: sums of the elasticities are known."""
+    found = hv.sensitivity(on_plate(tmp_path, LINEAR))
+    of = dict(zip(found.keys, found.elasticities, strict=True))
+    assert found.engine == "compiled" and found.mean_power.value > 0.0
+    assert of["excitation.acceleration_psd"].value == pytest.approx(1.0, abs=1e-3)
+    powers = {"oscillator.mass": 1, "oscillator.stiffness": 1, "oscillator.damping": 1, "piezo.coupling": 1}
+    powers |= {"piezo.capacitance": 1, "load.parameters.C2": 1}
+    powers |= {"load.parameters.R1": -1, "load.parameters.Rload": -1}
+    for weights, total in ((powers, 1.0), (_volts(), 0.0)):
+        sum_of = sum(power * of[key].value for key, power in weights.items())
+        error = sum(abs(power) * of[key].sampling95 for key, power in weights.items())
+        assert abs(sum_of - total) < 2.0 * error + 2e-3
+
+
+def _volts():
+    """Powers of V of the keys' units: coupling N/V, capacitance J/V^2, resistance V^2/W."""
+    capacitances = {"piezo.capacitance": -2, "load.parameters.C2": -2}
+    return {"piezo.coupling": -1, "load.parameters.R1": 2, "load.parameters.Rload": 2} | capacitances
+
+
+def test_options_that_would_do_nothing_are_refused(tmp_path):
+    with pytest.raises(InputError, match="`within` and `budget` must be left out with a netlist"):
+        hv.sensitivity(on_plate(tmp_path, LINEAR), within=0.01)
