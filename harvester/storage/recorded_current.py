@@ -1,0 +1,289 @@
+"""The rectifier's mean current in each window of a record, at held voltages: many lanes share the record's time.
+
+A record has quiet and loud parts, so that I(V) alone says little.  Here the mass is followed along the whole record with
+the store held at each of some voltages, and I(V, t) is what the rectifier gives in each window of time.  The record is
+read in pieces; in each piece a batch of trajectories has some parts of it side by side, which begin early by the time
+that the mass needs to forget its start.
+"""
+
+import math
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+
+from harvester.arrays import Floats, aligned
+from harvester.circuits.circuit_batch import OWN
+from harvester.circuits.compiled_circuit import CompiledCircuit
+from harvester.circuits.parts import CircuitPart
+from harvester.equations.problem import Problem
+from harvester.machine.cores import cores
+from harvester.mechanics.kernels.coefficients import coefficients
+from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
+from harvester.mechanics.kernels.intervals import update_of
+from harvester.mechanics.kernels.shaking import filter_of, of_batch
+from harvester.mechanics.kernels.step_size import step_from_rest
+from harvester.mechanics.kernels.trajectory_batch import BATCH, IDEAL_SUMS, Batch, Schedule, advance
+from harvester.records.records import Record
+from harvester.storage.measured_current import FADED, HELD, time_constant
+from harvester.storage.rectified_current import RectifiedCurrent
+from harvester.storage.rectifier_cut import STORE, with_store
+
+VOLTAGES = 16
+BATCHES = 2  # side by side
+SHORTEST, PERIODS, MOST_WINDOWS = 0.25, 8.0, 20_000  # s of a window; of the resonance in one; of a record
+PIECE = 2**22  # steps of a piece of the record
+BEYOND = 3.0  # over the largest rms of the open piezo's voltage in a window
+EDGE = 64  # samples beside a piece, over which it fades
+LOUD = 40  # windows in which circuits are compared
+
+
+@dataclass(frozen=True)
+class RecordedCurrent:
+    """The mean ``current`` (A), shape (windows, n), in windows of a ``length`` (s), at ``voltages`` (V) from 0 on."""
+
+    voltages: Floats
+    current: Floats
+    length: float
+
+    @property
+    def stderr(self) -> None:
+        """Nothing is random."""
+
+    @property
+    def duration(self) -> float:
+        """The time of all windows (s)."""
+        return self.length * len(self.current)
+
+    def at(self, volts: Floats) -> Floats:
+        """The mean current in each window, monotone between the points; beyond the last voltage that of the last."""
+        curve = PchipInterpolator(self.voltages, self.current, axis=1)
+        return np.asarray(curve(np.clip(volts, 0.0, self.voltages[-1])))
+
+    def halved(self) -> "RecordedCurrent":
+        """The table without every other voltage but the ends."""
+        keep = np.unique(np.append(np.arange(0, len(self.voltages), 2), len(self.voltages) - 1))
+        return replace(self, voltages=self.voltages[keep], current=self.current[:, keep])
+
+    def mean(self) -> RectifiedCurrent:
+        """The mean over the record, as of a shaking that always is as it is on average."""
+        zero = np.zeros(len(self.voltages))
+        return RectifiedCurrent(self.voltages, self.current.mean(axis=0), None, zero, zero, zero, 0.0)
+
+
+class Grid(NamedTuple):
+    """How a record is divided: ``windows`` of so many ``samples`` of the file, each of ``steps`` of h."""
+
+    windows: int
+    samples: int
+    steps: int
+    h: float
+
+
+def grid_of(problem: Problem, h: float | None = None) -> Grid:
+    """The windows of a record, whose ends are samples of it; the last samples that fill no window are left out."""
+    record, w0 = problem.equations.record, problem.scales.frequency
+    assert record is not None, "the caller checks"
+    h = step_from_rest(replace(problem.equations, record=None)) if h is None else h
+    seconds = max(SHORTEST * w0, PERIODS * 2.0 * math.pi, record.period / MOST_WINDOWS)
+    samples = min(max(round(seconds / record.spacing), 1), len(record.values))
+    steps = 8 * math.ceil(samples * record.spacing / (8.0 * h))
+    return Grid(len(record.values) // samples, samples, steps, samples * record.spacing / steps)
+
+
+class Lanes:
+    """A batch of trajectories with stores at ``volts``, shape (BATCH,), of ``farads``, on parts of a record.
+
+    ``circuit`` is one of ideal elements or a compiled one whose capacitor `STORE` has those farads.
+    """
+
+    def __init__(
+        self, problem: Problem, circuit: IdealCircuit | CompiledCircuit, volts: Floats, farads: float, h: float
+    ) -> None:
+        self.eqs, self.scales, self.h, self.farads = problem.equations, problem.scales, h, farads
+        self.own = circuit if isinstance(circuit, CompiledCircuit) else None
+        if isinstance(circuit, IdealCircuit):
+            self._row, self._unit, rows, sums = 3, farads * self.scales.volts, 5, len(IDEAL_SUMS)
+            circuit = circuit._replace(kappa=farads / self.scales.capacitance, mu=1e-12)
+        else:
+            self._row, self._unit, rows, sums = OWN + self.own.charge_at(STORE), 1.0, self.own.rows, self.own.sums
+        self.circuit, self.charge = circuit, farads * volts
+        self.state, self.sums = aligned((rows, BATCH)), aligned((sums, BATCH))
+        place = self.eqs.resting_places[0]
+        if self.own is not None:
+            self.own.begin(self.state[None])
+        self.state[0] = place
+        if self.own is None:
+            self.state[4] = place
+        self.state[self._row] = self.charge / self._unit
+        self._filter, self._words = aligned((2, BATCH)), aligned((2, BATCH), np.uint64)
+
+    @property
+    def volts(self) -> Floats:
+        """What the stores have now (V)."""
+        return np.asarray(self.state[self._row] * self._unit / self.farads)
+
+    def hold(self) -> None:
+        """Set the stores back to what they had at first."""
+        self.state[self._row] = self.charge / self._unit
+
+    def begin(self, samples: Floats, places: Floats) -> None:
+        """Take accelerations at all steps, and where in them each trajectory is."""
+        self._filter[:] = samples[places.astype(int)], places
+        self._shaker = of_batch(filter_of(self.eqs, self.h), self._filter, self._words, samples)
+
+    def advance(self, steps: int) -> tuple[Floats, Floats]:
+        """Go on: the charges (C) that the stores gained, and the mean squares of the piezo's voltage (V^2)."""
+        x, v, voltage, *rest = self.state
+        before = self.state[self._row] * self._unit
+        self.sums[:] = 0.0
+        batch = Batch(x, v, voltage, *self._words, self.sums, None, *rest[: 2 if self.own is None else 1])
+        schedule = Schedule(steps // 4, 4, 0, False)
+        if self.own is not None:
+            batch = batch._replace(U=self.state[3])
+            self.own.advance(batch, self.state, schedule, self.h, self.eqs, self._shaker)
+        else:
+            update = update_of(self.eqs, self.h, False)
+            advance(batch, schedule, self.h, self.circuit, coefficients(self.eqs), self._shaker, update)
+        return self.state[self._row] * self._unit - before, self.sums[1] / schedule.samples * self.scales.volts**2
+
+
+def windows_of(
+    problem: Problem, circuit: IdealCircuit | CompiledCircuit, volts: Floats, grid: Grid, only: slice = slice(None)
+) -> tuple[Floats, Floats, int]:
+    """Charges (C) in windows at held voltages, shape (windows, n), the piezo's mean squares (V^2), and the steps made.
+
+    The number of voltages divides `BATCH`; ``only`` are the windows that count.
+    """
+    first, last, _ = only.indices(grid.windows)
+    count, parts = len(volts), BATCHES * BATCH // len(volts)
+    early = math.ceil(FADED * time_constant(problem.equations) / (grid.steps * grid.h))
+    each = max(min(PIECE // grid.steps, last - first) // parts, 1)
+    farads, steps = HELD * problem.scales.capacitance, 0
+    charges, squares = np.zeros((last - first, count)), np.zeros((last - first, count))
+    held = np.tile(volts, parts // BATCHES)
+    for begin in range(first, last, parts * each):
+        samples = _accelerations(problem.equations.record, grid, begin - early, early + parts * each)
+
+        def batch(k: int, begin: int = begin, samples: Floats = samples) -> int:
+            lanes = Lanes(problem, circuit, held, farads, grid.h)
+            part = k * (parts // BATCHES) + np.repeat(np.arange(parts // BATCHES), count)
+            lanes.begin(samples, (part * each * grid.steps).astype(float))
+            for i in range(early + each):
+                lanes.hold()
+                charge, square = lanes.advance(grid.steps)
+                at = begin - first + part * each + i - early
+                good = (at < last - first) & (i >= early)
+                charges[at[good], np.tile(np.arange(count), parts // BATCHES)[good]] = charge[good]
+                squares[at[good], np.tile(np.arange(count), parts // BATCHES)[good]] = square[good]
+            return (early + each) * grid.steps * BATCH
+
+        with ThreadPoolExecutor(cores()) as pool:
+            steps += sum(pool.map(batch, range(BATCHES)))
+    return charges, squares, steps
+
+
+def _accelerations(record: Any, grid: Grid, begin: int, count: int) -> Floats:
+    """The accelerations at the steps of ``count`` windows from one on; before and after the record there are none."""
+    edge = math.ceil(EDGE / grid.samples)
+    low, high = (begin - edge) * grid.samples, (begin + count + edge) * grid.samples
+    values = np.zeros(high - low)
+    inside = slice(max(low, 0), min(high, grid.windows * grid.samples))
+    values[inside.start - low : inside.stop - low] = record.values[inside]
+    fade = np.sin(0.5 * math.pi * np.arange(edge * grid.samples) / (edge * grid.samples)) ** 2
+    values[: len(fade)] *= fade
+    values[len(values) - len(fade) :] *= fade[::-1]
+    fine = Record(record.spacing, values).sampled((count + 2 * edge) * grid.steps)
+    return np.ascontiguousarray(fine[edge * grid.steps : (count + edge) * grid.steps])
+
+
+class Recorded(NamedTuple):
+    """I(V, t), the same of the scene's step, relative errors of what a run of both together differs by, and steps.
+
+    ``separation`` is that of a store of its own capacitance, None where it was not looked at; ``elements`` that of the
+    netlist's own elements in place of ideal ones, None where they are no ideal ones.
+    """
+
+    best: RecordedCurrent
+    rough: RecordedCurrent
+    separation: float
+    elements: float | None
+    steps: int
+
+
+def recorded(
+    problem: Problem,
+    elements: list[CircuitPart],
+    ideal: IdealCircuit | None,
+    farads: float,
+    top: float | None = None,
+    h: float | None = None,
+) -> Recorded:
+    """I(V, t) of a record, extrapolated from two steps, up to ``top`` (V) or a voltage that the piezo hardly reaches.
+
+    The circuit is that of ideal elements where the netlist is one, which is far cheaper; then its charges in the
+    loudest windows are compared with those of ``elements``, the netlist's own with a store that is held.  There a store
+    of ``farads`` that is not held gains what it should, too, but for what taking the time scales apart changes.
+    """
+    assert problem.circuit is not None, "what has a rectifier is a circuit"
+    grid = grid_of(problem, h)
+    own = CompiledCircuit(problem.circuit, problem.scales, elements)
+    circuit, steps = ideal or own, 0
+    if top is None:
+        _, squares, steps = windows_of(problem, circuit, np.full(1, 1e3 * problem.scales.volts), grid)
+        top = BEYOND * math.sqrt(float(squares.max()))
+    volts, length = np.linspace(0.0, top, VOLTAGES), grid.steps * grid.h / problem.scales.frequency
+    coarse = grid._replace(steps=grid.steps // 2, h=2.0 * grid.h)
+    tables = []
+    for one in (grid, coarse):
+        charges, _, more = windows_of(problem, circuit, volts, one)
+        tables.append(RecordedCurrent(volts, charges / length, length))
+        steps += more
+    fine, rough = tables
+    best = replace(fine, current=fine.current + (fine.current - rough.current) / 3.0)
+    loud = _loudest(fine, grid)
+    near, _, more = windows_of(problem, own, volts, grid, loud) if ideal is not None else (None, None, 0)
+    middle = slice(0, VOLTAGES // 2 + 1)
+    total = float(fine.current[loud, middle].sum()) * length
+    apart = None if near is None else abs(float(near[:, middle].sum()) - total) / max(abs(total), 1e-300)
+    both = ideal or CompiledCircuit(problem.circuit, problem.scales, with_store(elements, farads))
+    separation, many = _separation(problem, both, fine, grid, loud, farads)
+    return Recorded(best, fine, separation, apart, steps + more + many)
+
+
+def _loudest(table: RecordedCurrent, grid: Grid) -> slice:
+    """Some neighbouring windows about that in which most charge comes."""
+    most = int(np.argmax(table.current.sum(axis=1)))
+    return slice(max(most - LOUD // 2, 0), min(most + LOUD // 2, grid.windows))
+
+
+def _separation(
+    problem: Problem,
+    circuit: IdealCircuit | CompiledCircuit,
+    table: RecordedCurrent,
+    grid: Grid,
+    loud: slice,
+    farads: float,
+) -> tuple[float, int]:
+    """By what part the charges differ that stores of their own capacitance gain, and the steps.
+
+    Each begins at one of the voltages in the lower half, with the mass that has forgotten its start.
+    """
+    early = math.ceil(FADED * time_constant(problem.equations) / (grid.steps * grid.h))
+    volts = np.repeat(table.voltages[: VOLTAGES // 2], 2 * BATCH // VOLTAGES)
+    lanes = Lanes(problem, circuit, volts, farads, grid.h)
+    count = loud.stop - loud.start
+    lanes.begin(_accelerations(problem.equations.record, grid, loud.start - early, early + count), np.zeros(BATCH))
+    for _ in range(early):
+        lanes.hold()
+        lanes.advance(grid.steps)
+    lanes.hold()
+    gained = sum(lanes.advance(grid.steps)[0] for _ in range(count))
+    v = volts.copy()
+    for row in table.current[loud]:
+        v += np.interp(v, table.voltages, row) * table.length / farads
+    expected = farads * (v - volts)
+    scale = max(float(np.abs(expected).sum()), 1e-300)
+    return float(np.abs(gained - expected).sum()) / scale, (early + count) * grid.steps * BATCH
