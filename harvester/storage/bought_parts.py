@@ -6,6 +6,7 @@ them with the sheet before a coil is bought.
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 _SDR = "Bourns, data sheet of the SDR0503 series, electrical specifications"
 _RB = "ABC Taiwan Electronics, RB1314 series, specification for approval of 2013"
@@ -46,8 +47,8 @@ class Chip:
     """A harvesting chip behind its bridge, by its data sheet.
 
     A chip with a ``ratio`` holds its input at that part of the rectified voltage without load, between ``least`` and
-    ``most`` (V): it looks at that every ``period`` (s), with the converter off for ``look``.  It charges the store up to
-    ``full`` (V) with efficiencies ``charging`` in rows of input voltage (V), current (A) and efficiency, straight
+    ``most`` (V): it looks at that every ``period`` (s), with the converter off for ``look``.  It charges the store up
+    to ``full`` (V) with efficiencies ``charging`` in rows of input voltage (V), current (A) and efficiency, straight
     between voltages and logarithms of currents.  From empty to ``hand_over`` (V) it takes ``cold_voltage`` with
     ``cold_efficiency`` where at least ``cold_power`` (W) comes.  One without a ratio has its store at the input.  The
     output begins at ``rise`` of the store (V) and ends below ``fall``; ``own`` is the chip's own current (A).
@@ -55,8 +56,8 @@ class Chip:
     output's voltages with ``rise`` and ``fall`` (V); of a chip that tracks, at 0, the range of its store.
 
     ``names`` are the parameters of the ``netlist`` that is the chip's referee, for the output's voltage, ``rise``,
-    ``fall`` and ``full``.  ``source`` names the sheet, and ``assumed`` what no text of it confirmed: there the number is
-    a usual one, and charging may be off by the part ``spread``.
+    ``fall`` and ``full``.  ``source`` names the sheet, and ``assumed`` what no text of it confirmed: there the number
+    is a usual one, and charging may be off by the part ``spread``.
     """
 
     names: tuple[str, ...]
@@ -78,6 +79,8 @@ class Chip:
     spread: float = 0.0
     source: str = ""
     assumed: str = ""
+    rise: float = 0.0
+    fall: float = 0.0
 
     @property
     def idle(self) -> float:
@@ -95,7 +98,12 @@ class Chip:
 
 MARGIN = 0.2, 0.4  # V: of the end of an output above its voltage, and of its beginning above its end
 _LTC_LOW, _LTC_HIGH = (4.04, 2.87), (5.05, 3.67)
-_TRACKS = {"names": ("Vreg", "Von", "Voff", "Vfull"), "netlist": "bq25570", "spread": 0.12, "cold_efficiency": 0.05}
+_TRACKS: dict[str, Any] = {
+    "names": ("Vreg", "Von", "Voff", "Vfull"),
+    "netlist": "bq25570",
+    "spread": 0.12,
+    "cold_efficiency": 0.05,
+}
 _GRAPHS = "charging of 80 % (its efficiencies are graphs only), a cold start of 5 %"
 CHIPS = {
     "ltc3588": Chip(

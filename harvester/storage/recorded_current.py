@@ -1,17 +1,19 @@
 """The rectifier's mean current in each window of a record, at held voltages: many lanes share the record's time.
 
-A record has quiet and loud parts, so that I(V) alone says little.  Here the mass is followed along the whole record with
-the store held at each of some voltages, and I(V, t) is what the rectifier gives in each window of time.  The record is
-read in pieces; in each piece a batch of trajectories has some parts of it side by side, which begin early by the time
-that the mass needs to forget its start.
+A record has quiet and loud parts, so that I(V) alone says little.  Here the mass is followed along the whole record
+with the store held at each of some voltages, and I(V, t) is what the rectifier gives in each window of time.  The
+record is taken in pieces; in each a batch of trajectories has some parts of it side by side, which begin early by the
+time that the mass needs to forget its start.
 """
 
 import math
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.fft import next_fast_len
 from scipy.interpolate import PchipInterpolator
 
 from harvester.arrays import Floats, aligned
@@ -33,7 +35,7 @@ from harvester.storage.rectifier_cut import STORE, with_store
 
 VOLTAGES = 16
 BATCHES = 2  # side by side
-SHORTEST, PERIODS, MOST_WINDOWS = 0.25, 8.0, 20_000  # s of a window; of the resonance in one; of a record
+SHORTEST, PERIODS, MOST_WINDOWS = 1.0, 8.0, 20_000  # s of a window; of the resonance in one; of a record
 PIECE = 2**22  # steps of a piece of the record
 BEYOND = 3.0  # over the largest rms of the open piezo's voltage in a window
 EDGE = 64  # samples beside a piece, over which it fades
@@ -57,10 +59,14 @@ class RecordedCurrent:
         """The time of all windows (s)."""
         return self.length * len(self.current)
 
+    @cached_property
+    def curve(self) -> PchipInterpolator:
+        """I(V, t) of all windows, monotone between the points."""
+        return PchipInterpolator(self.voltages, self.current, axis=1)
+
     def at(self, volts: Floats) -> Floats:
-        """The mean current in each window, monotone between the points; beyond the last voltage that of the last."""
-        curve = PchipInterpolator(self.voltages, self.current, axis=1)
-        return np.asarray(curve(np.clip(volts, 0.0, self.voltages[-1])))
+        """The mean current in each window; beyond the last voltage that of the last."""
+        return np.asarray(self.curve(np.clip(volts, 0.0, self.voltages[-1])))
 
     def halved(self) -> "RecordedCurrent":
         """The table without every other voltage but the ends."""
@@ -88,8 +94,8 @@ def grid_of(problem: Problem, h: float | None = None) -> Grid:
     assert record is not None, "the caller checks"
     h = step_from_rest(replace(problem.equations, record=None)) if h is None else h
     seconds = max(SHORTEST * w0, PERIODS * 2.0 * math.pi, record.period / MOST_WINDOWS)
-    samples = min(max(round(seconds / record.spacing), 1), len(record.values))
-    steps = 8 * math.ceil(samples * record.spacing / (8.0 * h))
+    samples = min(next_fast_len(max(round(seconds / record.spacing), 1), True), len(record.values))
+    steps = 8 * next_fast_len(math.ceil(samples * record.spacing / (8.0 * h)), True)
     return Grid(len(record.values) // samples, samples, steps, samples * record.spacing / steps)
 
 
@@ -103,12 +109,13 @@ class Lanes:
         self, problem: Problem, circuit: IdealCircuit | CompiledCircuit, volts: Floats, farads: float, h: float
     ) -> None:
         self.eqs, self.scales, self.h, self.farads = problem.equations, problem.scales, h, farads
-        self.own = circuit if isinstance(circuit, CompiledCircuit) else None
+        self.own: CompiledCircuit | None = None
         if isinstance(circuit, IdealCircuit):
             self._row, self._unit, rows, sums = 3, farads * self.scales.volts, 5, len(IDEAL_SUMS)
             circuit = circuit._replace(kappa=farads / self.scales.capacitance, mu=1e-12)
         else:
-            self._row, self._unit, rows, sums = OWN + self.own.charge_at(STORE), 1.0, self.own.rows, self.own.sums
+            self._row, self._unit, rows, sums = OWN + circuit.charge_at(STORE), 1.0, circuit.rows, circuit.sums
+            self.own = circuit
         self.circuit, self.charge = circuit, farads * volts
         self.state, self.sums = aligned((rows, BATCH)), aligned((sums, BATCH))
         place = self.eqs.resting_places[0]
@@ -136,18 +143,23 @@ class Lanes:
 
     def advance(self, steps: int) -> tuple[Floats, Floats]:
         """Go on: the charges (C) that the stores gained, and the mean squares of the piezo's voltage (V^2)."""
-        x, v, voltage, *rest = self.state
+        x, v, voltage, stored = self.state[:4]
         before = self.state[self._row] * self._unit
         self.sums[:] = 0.0
-        batch = Batch(x, v, voltage, *self._words, self.sums, None, *rest[: 2 if self.own is None else 1])
+        place = None if self.own is not None else self.state[4]
+        batch = Batch(x, v, voltage, self._words[0], self._words[1], self.sums, None, stored, place)
         schedule = Schedule(steps // 4, 4, 0, False)
         if self.own is not None:
-            batch = batch._replace(U=self.state[3])
             self.own.advance(batch, self.state, schedule, self.h, self.eqs, self._shaker)
         else:
             update = update_of(self.eqs, self.h, False)
             advance(batch, schedule, self.h, self.circuit, coefficients(self.eqs), self._shaker, update)
         return self.state[self._row] * self._unit - before, self.sums[1] / schedule.samples * self.scales.volts**2
+
+
+def _early(problem: Problem, grid: Grid) -> int:
+    """Windows in which the mass forgets its start."""
+    return math.ceil(FADED * time_constant(problem.equations) / (grid.steps * grid.h))
 
 
 def windows_of(
@@ -188,14 +200,15 @@ def windows_of(
 def _accelerations(record: Any, grid: Grid, begin: int, count: int) -> Floats:
     """The accelerations at the steps of ``count`` windows from one on; before and after the record there are none."""
     edge = math.ceil(EDGE / grid.samples)
-    low, high = (begin - edge) * grid.samples, (begin + count + edge) * grid.samples
+    whole = next_fast_len(count + 2 * edge, True)  # windows, of a number whose Fourier series is quick
+    low, high = (begin - edge) * grid.samples, (begin - edge + whole) * grid.samples
     values = np.zeros(high - low)
-    inside = slice(max(low, 0), min(high, grid.windows * grid.samples))
+    inside = slice(max(low, 0), max(min(high, grid.windows * grid.samples), low, 0))
     values[inside.start - low : inside.stop - low] = record.values[inside]
     fade = np.sin(0.5 * math.pi * np.arange(edge * grid.samples) / (edge * grid.samples)) ** 2
     values[: len(fade)] *= fade
     values[len(values) - len(fade) :] *= fade[::-1]
-    fine = Record(record.spacing, values).sampled((count + 2 * edge) * grid.steps)
+    fine = Record(record.spacing, values).sampled(whole * grid.steps)
     return np.ascontiguousarray(fine[edge * grid.steps : (count + edge) * grid.steps])
 
 
@@ -242,21 +255,33 @@ def recorded(
         tables.append(RecordedCurrent(volts, charges / length, length))
         steps += more
     fine, rough = tables
-    best = replace(fine, current=fine.current + (fine.current - rough.current) / 3.0)
-    loud = _loudest(fine, grid)
-    near, _, more = windows_of(problem, own, volts, grid, loud) if ideal is not None else (None, None, 0)
-    middle = slice(0, VOLTAGES // 2 + 1)
-    total = float(fine.current[loud, middle].sum()) * length
-    apart = None if near is None else abs(float(near[:, middle].sum()) - total) / max(abs(total), 1e-300)
+    best, loud, apart = _extrapolated(fine, rough), _loudest(fine, grid, _early(problem, grid)), None
+    if ideal is not None:
+        near = []
+        for one in (grid, coarse):
+            charges, _, more = windows_of(problem, own, volts, one, loud)
+            near.append(RecordedCurrent(volts, charges / length, length))
+            steps += more
+        middle = slice(0, VOLTAGES // 2 + 1)
+        total, other = (
+            float(one.sum()) for one in (best.current[loud, middle], _extrapolated(*near).current[:, middle])
+        )
+        apart = abs(other - total) / max(abs(total), 1e-300)
     both = ideal or CompiledCircuit(problem.circuit, problem.scales, with_store(elements, farads))
     separation, many = _separation(problem, both, fine, grid, loud, farads)
-    return Recorded(best, fine, separation, apart, steps + more + many)
+    return Recorded(best, fine, separation, apart, steps + many)
 
 
-def _loudest(table: RecordedCurrent, grid: Grid) -> slice:
-    """Some neighbouring windows about that in which most charge comes."""
+def _extrapolated(fine: RecordedCurrent, coarse: RecordedCurrent) -> RecordedCurrent:
+    """The table as of a step of 0, from those of two steps, whose errors are of second order."""
+    return replace(fine, current=fine.current + (fine.current - coarse.current) / 3.0)
+
+
+def _loudest(table: RecordedCurrent, grid: Grid, early: int) -> slice:
+    """Some neighbouring windows about that in which most charge comes, after the mass has forgotten its rest."""
     most = int(np.argmax(table.current.sum(axis=1)))
-    return slice(max(most - LOUD // 2, 0), min(most + LOUD // 2, grid.windows))
+    first = min(max(most - LOUD // 2, early), grid.windows - 1)
+    return slice(first, min(max(most, first) + LOUD // 2, grid.windows))
 
 
 def _separation(
@@ -271,7 +296,7 @@ def _separation(
 
     Each begins at one of the voltages in the lower half, with the mass that has forgotten its start.
     """
-    early = math.ceil(FADED * time_constant(problem.equations) / (grid.steps * grid.h))
+    early = _early(problem, grid)
     volts = np.repeat(table.voltages[: VOLTAGES // 2], 2 * BATCH // VOLTAGES)
     lanes = Lanes(problem, circuit, volts, farads, grid.h)
     count = loud.stop - loud.start

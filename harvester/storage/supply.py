@@ -10,11 +10,15 @@ The chip's numbers are those of `harvester.storage.bought_parts.Chip`.
 
 import math
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.storage.bought_parts import Chip
+from harvester.errors import InputError, invalid, unknown
+from harvester.records.efficiency_table import read_efficiencies
+from harvester.scene.sensor_node import HarvestingChip
+from harvester.storage.bought_parts import CHIPS, Chip
 from harvester.storage.recorded_current import RecordedCurrent
 from harvester.storage.rectified_current import RectifiedCurrent, times_to
 
@@ -75,6 +79,42 @@ class Supply:
         return 0.5 * farads * (first / start + second / warm)
 
 
+def chip_of(table: HarvestingChip, supply: float | None) -> Chip:
+    """The chip that a scene's table means, whose output has the ``supply`` voltage (V), with the table's own numbers.
+
+    Raises InputError for a name that is not known, an output that the chip does not have, thresholds that are no range
+    then, and a table of efficiencies that cannot be read.
+    """
+    if table.name is None:
+        chip = Chip((), {}, ((1e-6, 1.0),), 0.0, math.inf, table.input_ratio)
+    elif table.name not in CHIPS:
+        raise unknown("chip.name", table.name, CHIPS)
+    else:
+        chip = CHIPS[table.name]
+    given: dict[str, Any] = {"own": table.own_current, "ratio": table.input_ratio, "full": table.full_voltage}
+    if table.efficiency is not None:
+        given["charging"] = ((1.0, 1e-5, table.efficiency),)
+    if table.efficiency_table is not None:
+        given["charging"] = read_efficiencies(table.efficiency_table)
+    if {"charging"} & given.keys():
+        given["spread"] = 0.0
+    if table.output_efficiency is not None:
+        given["efficiencies"] = ((1e-6, table.output_efficiency),)
+    rise, fall = table.start_voltage, table.stop_voltage
+    if rise is None or fall is None:
+        levels = None if supply is None else chip.thresholds(supply)
+        if levels is None:
+            has = ", ".join(f"{one:g} V" for one in chip.outputs if one) or "up to what its store can have"
+            was = "is left out" if supply is None else f"is {supply:g} V"
+            raise InputError(f"node.supply_voltage must be one of chip {table.name!r} ({has}), but {was}")
+        rise, fall = rise or levels[0], fall or levels[1]
+    if not rise > fall:
+        raise invalid("chip.start_voltage", f"be above the stop voltage, {fall:g} V", rise)
+    if chip.ratio is not None and rise > (table.full_voltage or chip.full):
+        raise invalid("chip.start_voltage", f"be at most the full voltage, {table.full_voltage or chip.full:g} V", rise)
+    return replace(chip, **{k: v for k, v in given.items() if v is not None}, rise=rise, fall=fall)
+
+
 def output_efficiency(chip: Chip, amperes: float) -> float:
     """That of a chip's output, straight over the logarithm of its current."""
     currents, shares = np.array(chip.efficiencies).T
@@ -116,7 +156,7 @@ def tracked_power(chip: Chip, voltages: Floats, current: Floats, length: float) 
 
 
 def charging_current(chip: Chip, table: RectifiedCurrent | RecordedCurrent, volts: Floats) -> Floats:
-    """The current (A) into the store at its ``volts``, shape (n,), of a record with its windows, less the chip's own."""
+    """The current (A) into a store at its ``volts``, shape (n,), of a record with its windows, less the chip's own."""
     if chip.ratio is None:
         return np.asarray(table.at(volts)) - chip.own
     current, length = np.atleast_2d(table.current), getattr(table, "length", math.inf)

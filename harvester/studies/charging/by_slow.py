@@ -8,6 +8,7 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.engines import Slow
+from harvester.engines.protocol import needs_one_mode
 from harvester.equations.problem import Problem
 from harvester.errors import InputError
 from harvester.netlists.probes import STORE, Probe
@@ -25,15 +26,18 @@ DIRECT = 25.0  # time constants of the mass of the direct run, at most
 LARGE = 1000.0  # times the piezo's capacitance: a store that is charged slowly without being asked for
 
 
-def refusal_of_slow(problem: Problem, probe: Probe) -> Diagnostic | None:
-    """Why a charge cannot be computed from the rectifier's mean current; None where it can."""
+def refusal_of_slow(problem: Problem, probe: Probe, records: bool = False) -> Diagnostic | None:
+    """Why a charge cannot be computed from the rectifier's mean current, also of ``records``; None where it can."""
     from harvester.circuits.compiled_circuit import compiled_circuit
     from harvester.storage.rectifier_cut import is_plain_store
 
     eqs, circuit = problem.equations, problem.circuit
     if circuit is None or circuit.smoothing is None or probe.name != STORE:
         return refusal("slow_probe", probe=probe.name)
-    if eqs.record is not None or not eqs.is_shaken or (eqs.drive is not None and eqs.is_random):
+    alone = records and eqs.record is not None and not eqs.is_random and eqs.drive is None
+    if alone and (without := needs_one_mode(problem, Slow.NAME)) is not None:
+        return without
+    if (eqs.record is not None and not alone) or not eqs.is_shaken or (eqs.drive is not None and eqs.is_random):
         return refusal("slow_shaking")
     try:
         compiled_circuit(circuit, problem.scales)
