@@ -17,9 +17,6 @@ from scipy.fft import next_fast_len
 from scipy.interpolate import PchipInterpolator
 
 from harvester.arrays import Floats, aligned
-from harvester.circuits.circuit_batch import OWN
-from harvester.circuits.compiled_circuit import CompiledCircuit
-from harvester.circuits.parts import CircuitPart
 from harvester.equations.problem import Problem
 from harvester.machine.cores import cores
 from harvester.mechanics.kernels.coefficients import coefficients
@@ -31,7 +28,6 @@ from harvester.mechanics.kernels.trajectory_batch import BATCH, IDEAL_SUMS, Batc
 from harvester.records.records import Record
 from harvester.storage.measured_current import FADED, HELD, time_constant
 from harvester.storage.rectified_current import RectifiedCurrent
-from harvester.storage.rectifier_cut import STORE, with_store
 
 VOLTAGES = 16
 BATCHES = 2  # side by side
@@ -39,7 +35,7 @@ SHORTEST, PERIODS, MOST_WINDOWS = 1.0, 8.0, 20_000  # s of a window; of the reso
 PIECE = 2**22  # steps of a piece of the record
 BEYOND = 3.0  # over the largest rms of the open piezo's voltage in a window
 EDGE = 64  # samples beside a piece, over which it fades
-LOUD = 40  # windows in which circuits are compared
+LOUD = 40  # windows in which stores are compared
 
 
 @dataclass(frozen=True)
@@ -102,39 +98,22 @@ def grid_of(problem: Problem, h: float | None = None) -> Grid:
 class Lanes:
     """A batch of trajectories with stores at ``volts``, shape (BATCH,), of ``farads``, on parts of a record.
 
-    ``circuit`` is one of ideal elements or a compiled one whose capacitor `STORE` has those farads.
+    ``circuit`` is one of ideal elements.
     """
 
-    def __init__(
-        self, problem: Problem, circuit: IdealCircuit | CompiledCircuit, volts: Floats, farads: float, h: float
-    ) -> None:
+    def __init__(self, problem: Problem, circuit: IdealCircuit, volts: Floats, farads: float, h: float) -> None:
         self.eqs, self.scales, self.h, self.farads = problem.equations, problem.scales, h, farads
-        self.own: CompiledCircuit | None = None
-        if isinstance(circuit, IdealCircuit):
-            self._row, self._unit, rows, sums = 3, farads * self.scales.volts, 5, len(IDEAL_SUMS)
-            circuit = circuit._replace(kappa=farads / self.scales.capacitance, mu=1e-12)
-        else:
-            self._row, self._unit, rows, sums = OWN + circuit.charge_at(STORE), 1.0, circuit.rows, circuit.sums
-            self.own = circuit
-        self.circuit, self.charge = circuit, farads * volts
-        self.state, self.sums = aligned((rows, BATCH)), aligned((sums, BATCH))
-        place = self.eqs.resting_places[0]
-        if self.own is not None:
-            self.own.begin(self.state[None])
-        self.state[0] = place
-        if self.own is None:
-            self.state[4] = place
-        self.state[self._row] = self.charge / self._unit
+        self._unit = farads * self.scales.volts
+        self.circuit = circuit._replace(kappa=farads / self.scales.capacitance, mu=1e-12)
+        self.charge = farads * volts
+        self.state, self.sums = aligned((5, BATCH)), aligned((len(IDEAL_SUMS), BATCH))
+        self.state[0] = self.state[4] = self.eqs.resting_places[0]
+        self.hold()
         self._filter, self._words = aligned((2, BATCH)), aligned((2, BATCH), np.uint64)
-
-    @property
-    def volts(self) -> Floats:
-        """What the stores have now (V)."""
-        return np.asarray(self.state[self._row] * self._unit / self.farads)
 
     def hold(self) -> None:
         """Set the stores back to what they had at first."""
-        self.state[self._row] = self.charge / self._unit
+        self.state[3] = self.charge / self._unit
 
     def begin(self, samples: Floats, places: Floats) -> None:
         """Take accelerations at all steps, and where in them each trajectory is."""
@@ -143,18 +122,13 @@ class Lanes:
 
     def advance(self, steps: int) -> tuple[Floats, Floats]:
         """Go on: the charges (C) that the stores gained, and the mean squares of the piezo's voltage (V^2)."""
-        x, v, voltage, stored = self.state[:4]
-        before = self.state[self._row] * self._unit
+        x, v, voltage, stored, place = self.state
+        before = stored * self._unit
         self.sums[:] = 0.0
-        place = None if self.own is not None else self.state[4]
         batch = Batch(x, v, voltage, self._words[0], self._words[1], self.sums, None, stored, place)
-        schedule = Schedule(steps // 4, 4, 0, False)
-        if self.own is not None:
-            self.own.advance(batch, self.state, schedule, self.h, self.eqs, self._shaker)
-        else:
-            update = update_of(self.eqs, self.h, False)
-            advance(batch, schedule, self.h, self.circuit, coefficients(self.eqs), self._shaker, update)
-        return self.state[self._row] * self._unit - before, self.sums[1] / schedule.samples * self.scales.volts**2
+        schedule, update = Schedule(steps // 4, 4, 0, False), update_of(self.eqs, self.h, False)
+        advance(batch, schedule, self.h, self.circuit, coefficients(self.eqs), self._shaker, update)
+        return stored * self._unit - before, self.sums[1] / schedule.samples * self.scales.volts**2
 
 
 def _early(problem: Problem, grid: Grid) -> int:
@@ -162,21 +136,18 @@ def _early(problem: Problem, grid: Grid) -> int:
     return math.ceil(FADED * time_constant(problem.equations) / (grid.steps * grid.h))
 
 
-def windows_of(
-    problem: Problem, circuit: IdealCircuit | CompiledCircuit, volts: Floats, grid: Grid, only: slice = slice(None)
-) -> tuple[Floats, Floats, int]:
+def windows_of(problem: Problem, circuit: IdealCircuit, volts: Floats, grid: Grid) -> tuple[Floats, Floats, int]:
     """Charges (C) in windows at held voltages, shape (windows, n), the piezo's mean squares (V^2), and the steps made.
 
-    The number of voltages divides `BATCH`; ``only`` are the windows that count.
+    The number of voltages divides `BATCH`.
     """
-    first, last, _ = only.indices(grid.windows)
     count, parts = len(volts), BATCHES * BATCH // len(volts)
     early = math.ceil(FADED * time_constant(problem.equations) / (grid.steps * grid.h))
-    each = max(min(PIECE // grid.steps, last - first) // parts, 1)
+    each = max(min(PIECE // grid.steps, grid.windows) // parts, 1)
     farads, steps = HELD * problem.scales.capacitance, 0
-    charges, squares = np.zeros((last - first, count)), np.zeros((last - first, count))
+    charges, squares = np.zeros((grid.windows, count)), np.zeros((grid.windows, count))
     held = np.tile(volts, parts // BATCHES)
-    for begin in range(first, last, parts * each):
+    for begin in range(0, grid.windows, parts * each):
         samples = _accelerations(problem.equations.record, grid, begin - early, early + parts * each)
 
         def batch(k: int, begin: int = begin, samples: Floats = samples) -> int:
@@ -186,8 +157,8 @@ def windows_of(
             for i in range(early + each):
                 lanes.hold()
                 charge, square = lanes.advance(grid.steps)
-                at = begin - first + part * each + i - early
-                good = (at < last - first) & (i >= early)
+                at = begin + part * each + i - early
+                good = (at < grid.windows) & (i >= early)
                 charges[at[good], np.tile(np.arange(count), parts // BATCHES)[good]] = charge[good]
                 squares[at[good], np.tile(np.arange(count), parts // BATCHES)[good]] = square[good]
             return (early + each) * grid.steps * BATCH
@@ -213,63 +184,35 @@ def _accelerations(record: Any, grid: Grid, begin: int, count: int) -> Floats:
 
 
 class Recorded(NamedTuple):
-    """I(V, t), the same of the scene's step, relative errors of what a run of both together differs by, and steps.
+    """I(V, t), the same of the scene's step, and how many steps they took.
 
-    ``separation`` is that of a store of its own capacitance, None where it was not looked at; ``elements`` that of the
-    netlist's own elements in place of ideal ones, None where they are no ideal ones.
+    ``separation`` is by what part the charges differ that stores of their own capacitance gain.
     """
 
     best: RecordedCurrent
     rough: RecordedCurrent
     separation: float
-    elements: float | None
     steps: int
 
 
-def recorded(
-    problem: Problem,
-    elements: list[CircuitPart],
-    ideal: IdealCircuit | None,
-    farads: float,
-    top: float | None = None,
-    h: float | None = None,
-) -> Recorded:
+def recorded(problem: Problem, circuit: IdealCircuit, farads: float, top: float | None = None) -> Recorded:
     """I(V, t) of a record, extrapolated from two steps, up to ``top`` (V) or a voltage that the piezo hardly reaches.
 
-    The circuit is that of ideal elements where the netlist is one, which is far cheaper; then its charges in the
-    loudest windows are compared with those of ``elements``, the netlist's own with a store that is held.  There a store
-    of ``farads`` that is not held gains what it should, too, but for what taking the time scales apart changes.
+    In the loudest windows a store of ``farads`` that is not held gains what it should, too, but for what taking the
+    time scales apart changes.
     """
-    assert problem.circuit is not None, "what has a rectifier is a circuit"
-    grid = grid_of(problem, h)
-    own = CompiledCircuit(problem.circuit, problem.scales, elements)
-    circuit, steps = ideal or own, 0
+    grid, steps = grid_of(problem), 0
     if top is None:
         _, squares, steps = windows_of(problem, circuit, np.full(1, 1e3 * problem.scales.volts), grid)
         top = BEYOND * math.sqrt(float(squares.max()))
     volts, length = np.linspace(0.0, top, VOLTAGES), grid.steps * grid.h / problem.scales.frequency
-    coarse = grid._replace(steps=grid.steps // 2, h=2.0 * grid.h)
     tables = []
-    for one in (grid, coarse):
+    for one in (grid, grid._replace(steps=grid.steps // 2, h=2.0 * grid.h)):
         charges, _, more = windows_of(problem, circuit, volts, one)
         tables.append(RecordedCurrent(volts, charges / length, length))
         steps += more
-    fine, rough = tables
-    best, loud, apart = _extrapolated(fine, rough), _loudest(fine, grid, _early(problem, grid)), None
-    if ideal is not None:
-        near = []
-        for one in (grid, coarse):
-            charges, _, more = windows_of(problem, own, volts, one, loud)
-            near.append(RecordedCurrent(volts, charges / length, length))
-            steps += more
-        middle = slice(0, VOLTAGES // 2 + 1)
-        total, other = (
-            float(one.sum()) for one in (best.current[loud, middle], _extrapolated(*near).current[:, middle])
-        )
-        apart = abs(other - total) / max(abs(total), 1e-300)
-    both = ideal or CompiledCircuit(problem.circuit, problem.scales, with_store(elements, farads))
-    separation, many = _separation(problem, both, fine, grid, loud, farads)
-    return Recorded(best, fine, separation, apart, steps + many)
+    separation, many = _separation(problem, circuit, tables[0], grid, farads)
+    return Recorded(_extrapolated(*tables), tables[0], separation, steps + many)
 
 
 def _extrapolated(fine: RecordedCurrent, coarse: RecordedCurrent) -> RecordedCurrent:
@@ -285,17 +228,13 @@ def _loudest(table: RecordedCurrent, grid: Grid, early: int) -> slice:
 
 
 def _separation(
-    problem: Problem,
-    circuit: IdealCircuit | CompiledCircuit,
-    table: RecordedCurrent,
-    grid: Grid,
-    loud: slice,
-    farads: float,
+    problem: Problem, circuit: IdealCircuit, table: RecordedCurrent, grid: Grid, farads: float
 ) -> tuple[float, int]:
     """By what part the charges differ that stores of their own capacitance gain, and the steps.
 
     Each begins at one of the voltages in the lower half, with the mass that has forgotten its start.
     """
+    loud = _loudest(table, grid, _early(problem, grid))
     early = _early(problem, grid)
     volts = np.repeat(table.voltages[: VOLTAGES // 2], 2 * BATCH // VOLTAGES)
     lanes = Lanes(problem, circuit, volts, farads, grid.h)

@@ -225,9 +225,9 @@ def _measure(problem: Problem, storage: Storage, chip: Chip | None, seed: int) -
     top, farads = (None, INPUT) if tracks else (storage.clamp_voltage, storage.farads)
     with compilation():
         if problem.equations.record is not None:
-            found = recorded(problem, elements, ideal, farads, top)
-            apart = found.separation + (found.elements or 0.0)
-            return _Known(found.best, found.rough, found.best.halved(), apart, 0.0, found.steps, COMPILED_CIRCUIT)
+            assert ideal is not None, "the refusal checks this"
+            best, rough_one, apart, steps = recorded(problem, ideal, farads, top)
+            return _Known(best, rough_one, best.halved(), apart, 0.0, steps, IDEAL_ELEMENTS)
         table, rough, steps, _ = measured(problem, elements, ideal, top, seed=seed)
         if not problem.equations.is_steady:
             unknown = f"{IDEAL_ELEMENTS if ideal else COMPILED_CIRCUIT} and {TIME_SCALES}"

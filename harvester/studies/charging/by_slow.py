@@ -29,12 +29,13 @@ LARGE = 1000.0  # times the piezo's capacitance: a store that is charged slowly 
 def refusal_of_slow(problem: Problem, probe: Probe, records: bool = False) -> Diagnostic | None:
     """Why a charge cannot be computed from the rectifier's mean current, also of ``records``; None where it can."""
     from harvester.circuits.compiled_circuit import compiled_circuit
+    from harvester.cosimulation.idealised import ideal_circuit
     from harvester.storage.rectifier_cut import is_plain_store
 
     eqs, circuit = problem.equations, problem.circuit
     if circuit is None or circuit.smoothing is None or probe.name != STORE:
         return refusal("slow_probe", probe=probe.name)
-    alone = records and eqs.record is not None and not eqs.is_random and eqs.drive is None
+    alone = records and eqs.record is not None and eqs.is_steady and ideal_circuit(circuit, problem.scales) is not None
     if alone and (without := needs_one_mode(problem, Slow.NAME)) is not None:
         return without
     if (eqs.record is not None and not alone) or not eqs.is_shaken or (eqs.drive is not None and eqs.is_random):
