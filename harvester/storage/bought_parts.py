@@ -5,7 +5,7 @@ them with the sheet before a coil is bought.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 _SDR = "Bourns, data sheet of the SDR0503 series, electrical specifications"
@@ -86,6 +86,11 @@ class Chip:
     def idle(self) -> float:
         """The share of the time in which it looks."""
         return self.look / self.period
+
+    def worse(self) -> "Chip":
+        """The same with charging as bad as its numbers may be off."""
+        rows = tuple((volts, amperes, share * (1.0 - self.spread)) for volts, amperes, share in self.charging)
+        return replace(self, charging=rows)
 
     def thresholds(self, voltage: float) -> tuple[float, float] | None:
         """Voltages of the store at which an output begins and ends; None for one that the chip does not have."""

@@ -80,19 +80,18 @@ def follow_node(charging, drawn, waiting, durations, stops, levels, v, seconds, 
     wake, repeats, apart = levels[0], levels[3] == 0.0, seconds / SEEN
     ever, last = stops.max() < wake, len(durations) - 1
     woken, begun = np.full(6, math.nan), np.empty(6)
+    same = SAME * levels[1] if repeats else -1.0
     while counts[END] < seconds * DONE:
         rose = v < wake
         v = follow_state(charging, waiting, levels, v, seconds - counts[END], wake, 1.0, counts, t, volts, apart)
-        if v < wake:
-            continue
-        if rose and repeats:  # what follows is the same each time
+        if v >= wake and rose and repeats:  # what follows is the same each time
             if not math.isnan(woken[0]):
                 _repeat(counts, woken, seconds)
             woken[:] = counts[:6]
-        before, on = math.nan, True
+        before, on = math.nan, v >= wake
         begun[:] = counts[:6]
         while on and counts[END] < seconds * DONE:
-            if repeats and abs(v - before) < SAME * levels[1]:
+            if abs(v - before) < same:
                 _repeat(counts, begun, seconds)
             before = v
             begun[:] = counts[:6]
@@ -104,14 +103,20 @@ def follow_node(charging, drawn, waiting, durations, stops, levels, v, seconds, 
                     on = False
                     break
                 if k == last - 1:
-                    counts[PACKETS] += 1.0
-                    hours[min(int(counts[END] / HOUR), len(hours) - 1)] += 1.0
-                    if counts[FIRST] == 0.0:
-                        counts[FIRST] = counts[END]
+                    _send(counts, hours)
             counts[RAN] += counts[END] - begun[END]
         if not on and not ever and v >= wake:  # it would stop as soon as it begins: wait with the node off
             left = seconds - counts[END]
             v = follow_state(charging, waiting, levels, v, left, math.inf, 1.0, counts, t, volts, apart)
+
+
+@forced
+def _send(counts, hours):
+    """Count a packet that is sent now."""
+    counts[PACKETS] += 1.0
+    hours[min(int(counts[END] / HOUR), len(hours) - 1)] += 1.0
+    if counts[FIRST] == 0.0:
+        counts[FIRST] = counts[END]
 
 
 @forced

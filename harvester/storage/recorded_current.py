@@ -4,6 +4,8 @@ A record has quiet and loud parts, so that I(V) alone says little.  Here the mas
 with the store held at each of some voltages, and I(V, t) is what the rectifier gives in each window of time.  The
 record is taken in pieces; in each a batch of trajectories has some parts of it side by side, which begin early by the
 time that the mass needs to forget its start.
+
+Long because windows, lanes and the table that they fill are of one design.
 """
 
 import math
@@ -75,7 +77,7 @@ class RecordedCurrent:
         return RectifiedCurrent(self.voltages, self.current.mean(axis=0), None, zero, zero, zero, 0.0)
 
 
-class Grid(NamedTuple):
+class RecordGrid(NamedTuple):
     """How a record is divided: ``windows`` of so many ``samples`` of the file, each of ``steps`` of h."""
 
     windows: int
@@ -84,7 +86,7 @@ class Grid(NamedTuple):
     h: float
 
 
-def grid_of(problem: Problem, h: float | None = None) -> Grid:
+def grid_of(problem: Problem, h: float | None = None) -> RecordGrid:
     """The windows of a record, whose ends are samples of it; the last samples that fill no window are left out."""
     record, w0 = problem.equations.record, problem.scales.frequency
     assert record is not None, "the caller checks"
@@ -92,7 +94,7 @@ def grid_of(problem: Problem, h: float | None = None) -> Grid:
     seconds = max(SHORTEST * w0, PERIODS * 2.0 * math.pi, record.period / MOST_WINDOWS)
     samples = min(next_fast_len(max(round(seconds / record.spacing), 1), True), len(record.values))
     steps = 8 * next_fast_len(math.ceil(samples * record.spacing / (8.0 * h)), True)
-    return Grid(len(record.values) // samples, samples, steps, samples * record.spacing / steps)
+    return RecordGrid(len(record.values) // samples, samples, steps, samples * record.spacing / steps)
 
 
 class Lanes:
@@ -131,12 +133,12 @@ class Lanes:
         return stored * self._unit - before, self.sums[1] / schedule.samples * self.scales.volts**2
 
 
-def _early(problem: Problem, grid: Grid) -> int:
+def _early(problem: Problem, grid: RecordGrid) -> int:
     """Windows in which the mass forgets its start."""
     return math.ceil(FADED * time_constant(problem.equations) / (grid.steps * grid.h))
 
 
-def windows_of(problem: Problem, circuit: IdealCircuit, volts: Floats, grid: Grid) -> tuple[Floats, Floats, int]:
+def windows_of(problem: Problem, circuit: IdealCircuit, volts: Floats, grid: RecordGrid) -> tuple[Floats, Floats, int]:
     """Charges (C) in windows at held voltages, shape (windows, n), the piezo's mean squares (V^2), and the steps made.
 
     The number of voltages divides `BATCH`.
@@ -168,7 +170,7 @@ def windows_of(problem: Problem, circuit: IdealCircuit, volts: Floats, grid: Gri
     return charges, squares, steps
 
 
-def _accelerations(record: Any, grid: Grid, begin: int, count: int) -> Floats:
+def _accelerations(record: Any, grid: RecordGrid, begin: int, count: int) -> Floats:
     """The accelerations at the steps of ``count`` windows from one on; before and after the record there are none."""
     edge = math.ceil(EDGE / grid.samples)
     whole = next_fast_len(count + 2 * edge, True)  # windows, of a number whose Fourier series is quick
@@ -220,7 +222,7 @@ def _extrapolated(fine: RecordedCurrent, coarse: RecordedCurrent) -> RecordedCur
     return replace(fine, current=fine.current + (fine.current - coarse.current) / 3.0)
 
 
-def _loudest(table: RecordedCurrent, grid: Grid, early: int) -> slice:
+def _loudest(table: RecordedCurrent, grid: RecordGrid, early: int) -> slice:
     """Some neighbouring windows about that in which most charge comes, after the mass has forgotten its rest."""
     most = int(np.argmax(table.current.sum(axis=1)))
     first = min(max(most - LOUD // 2, early), grid.windows - 1)
@@ -228,7 +230,7 @@ def _loudest(table: RecordedCurrent, grid: Grid, early: int) -> slice:
 
 
 def _separation(
-    problem: Problem, circuit: IdealCircuit, table: RecordedCurrent, grid: Grid, farads: float
+    problem: Problem, circuit: IdealCircuit, table: RecordedCurrent, grid: RecordGrid, farads: float
 ) -> tuple[float, int]:
     """By what part the charges differ that stores of their own capacitance gain, and the steps.
 

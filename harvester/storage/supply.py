@@ -91,28 +91,38 @@ def chip_of(table: HarvestingChip, supply: float | None) -> Chip:
         raise unknown("chip.name", table.name, CHIPS)
     else:
         chip = CHIPS[table.name]
-    given: dict[str, Any] = {"own": table.own_current, "ratio": table.input_ratio, "full": table.full_voltage}
-    if table.efficiency is not None:
-        given["charging"] = ((1.0, 1e-5, table.efficiency),)
-    if table.efficiency_table is not None:
-        given["charging"] = read_efficiencies(table.efficiency_table)
-    if {"charging"} & given.keys():
-        given["spread"] = 0.0
-    if table.output_efficiency is not None:
-        given["efficiencies"] = ((1e-6, table.output_efficiency),)
-    rise, fall = table.start_voltage, table.stop_voltage
-    if rise is None or fall is None:
-        levels = None if supply is None else chip.thresholds(supply)
-        if levels is None:
-            has = ", ".join(f"{one:g} V" for one in chip.outputs if one) or "up to what its store can have"
-            was = "is left out" if supply is None else f"is {supply:g} V"
-            raise InputError(f"node.supply_voltage must be one of chip {table.name!r} ({has}), but {was}")
-        rise, fall = rise or levels[0], fall or levels[1]
+    full = table.full_voltage or chip.full
+    rise, fall = _levels(table, chip, supply)
     if not rise > fall:
         raise invalid("chip.start_voltage", f"be above the stop voltage, {fall:g} V", rise)
-    if chip.ratio is not None and rise > (table.full_voltage or chip.full):
-        raise invalid("chip.start_voltage", f"be at most the full voltage, {table.full_voltage or chip.full:g} V", rise)
-    return replace(chip, **{k: v for k, v in given.items() if v is not None}, rise=rise, fall=fall)
+    if chip.ratio is not None and rise > full:
+        raise invalid("chip.start_voltage", f"be at most the full voltage, {full:g} V", rise)
+    return replace(chip, **_given(table), rise=rise, fall=fall)
+
+
+def _given(table: HarvestingChip) -> dict[str, Any]:
+    """What a table says itself of its chip."""
+    given: dict[str, Any] = {"own": table.own_current, "ratio": table.input_ratio, "full": table.full_voltage}
+    if table.efficiency is not None:
+        given |= {"charging": ((1.0, 1e-5, table.efficiency),), "spread": 0.0}
+    if table.efficiency_table is not None:
+        given |= {"charging": read_efficiencies(table.efficiency_table), "spread": 0.0}
+    if table.output_efficiency is not None:
+        given["efficiencies"] = ((1e-6, table.output_efficiency),)
+    return {key: value for key, value in given.items() if value is not None}
+
+
+def _levels(table: HarvestingChip, chip: Chip, supply: float | None) -> tuple[float, float]:
+    """The store's voltages at which the output begins and ends."""
+    rise, fall = table.start_voltage, table.stop_voltage
+    if rise is not None and fall is not None:
+        return rise, fall
+    levels = None if supply is None else chip.thresholds(supply)
+    if levels is None:
+        has = ", ".join(f"{one:g} V" for one in chip.outputs if one) or "up to what its store can have"
+        was = "is left out" if supply is None else f"is {supply:g} V"
+        raise InputError(f"node.supply_voltage must be one of chip {table.name!r} ({has}), but {was}")
+    return rise or levels[0], fall or levels[1]
 
 
 def output_efficiency(chip: Chip, amperes: float) -> float:

@@ -257,9 +257,7 @@ def _live(
         for one in (known.by_step, known.by_voltages, lower, shifted)
     ]
     if chip is not None and chip.spread:
-        less = tuple((volts, amperes, share * (1.0 - chip.spread)) for volts, amperes, share in chip.charging)
-        worse = dataclasses.replace(chip, charging=less)
-        courses.insert(1, NodeRun(table, storage, node, worse).course(seconds))
+        courses.insert(1, NodeRun(table, storage, node, chip.worse()).course(seconds))
     unknown = known.unknown if chip is None else f"{known.unknown} and {CHIP}"
 
     def value(read: Callable[[NodeCourse], float]) -> Value:
@@ -277,8 +275,7 @@ def _live(
         first = value(lambda one: one.first or 0.0)
     limit, told = _limit(run, base, seconds)
     helps = _helps(table, parts, seconds, base.packets)
-    whole = base.hours[math.ceil((base.first or 0.0) / HOUR) : math.floor(seconds / HOUR)]
-    varies = isinstance(table, RecordedCurrent) and base.first is not None and len(whole) > 0
+    fewest, most_packets = _of_hours(base, seconds) if isinstance(table, RecordedCurrent) else (None, None)
     most = max(helps, key=lambda key: helps[key], default="")
     change = [note("node_change_helps", most, gain=helps[most])] if most and helps[most] > LITTLE else []
     return NodeResult(
@@ -297,10 +294,18 @@ def _live(
         seconds=0.0,
         steps=known.steps,
         helps=helps,
-        fewest=int(whole.min()) if varies else None,
-        most=int(whole.max()) if varies else None,
+        fewest=fewest,
+        most=most_packets,
         diagnostics=(told, *change),
     )
+
+
+def _of_hours(course: NodeCourse, seconds: float) -> tuple[int | None, int | None]:
+    """The fewest and the most packets of the whole hours from the first packet on; None each where there is no hour."""
+    if course.first is None:
+        return None, None
+    whole = course.hours[math.ceil(course.first / HOUR) : math.floor(seconds / HOUR)]
+    return (int(whole.min()), int(whole.max())) if len(whole) else (None, None)
 
 
 def _helps(

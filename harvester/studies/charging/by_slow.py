@@ -35,10 +35,9 @@ def refusal_of_slow(problem: Problem, probe: Probe, records: bool = False) -> Di
     eqs, circuit = problem.equations, problem.circuit
     if circuit is None or circuit.smoothing is None or probe.name != STORE:
         return refusal("slow_probe", probe=probe.name)
-    alone = records and eqs.record is not None and eqs.is_steady and ideal_circuit(circuit, problem.scales) is not None
-    if alone and (without := needs_one_mode(problem, Slow.NAME)) is not None:
-        return without
-    if (eqs.record is not None and not alone) or not eqs.is_shaken or (eqs.drive is not None and eqs.is_random):
+    if records and eqs.record is not None and eqs.is_steady and ideal_circuit(circuit, problem.scales) is not None:
+        return needs_one_mode(problem, Slow.NAME)
+    if eqs.record is not None or not eqs.is_shaken or (eqs.drive is not None and eqs.is_random):
         return refusal("slow_shaking")
     try:
         compiled_circuit(circuit, problem.scales)
