@@ -85,8 +85,7 @@ def follow_node(charging, drawn, waiting, durations, stops, levels, v, seconds, 
         rose = v < wake
         v = follow_state(charging, waiting, levels, v, seconds - counts[END], wake, 1.0, counts, t, volts, apart)
         if v >= wake and rose and repeats:  # what follows is the same each time
-            if not math.isnan(woken[0]):
-                _repeat(counts, woken, seconds)
+            _repeat(counts, woken, seconds)
             woken[:] = counts[:6]
         before, on = math.nan, v >= wake
         begun[:] = counts[:6]
@@ -123,6 +122,7 @@ def _send(counts, hours):
 def _repeat(counts, before, seconds):
     """Go on with whole cycles, as that since the counts ``before``, up to a time in all."""
     cycle = counts[END] - before[END]
-    times = math.floor((seconds - counts[END]) / cycle) if cycle > 0.0 else 0.0
-    for k in range(6):
-        counts[k] += times * (counts[k] - before[k])
+    if cycle > 0.0:  # and there is one before
+        times = math.floor((seconds - counts[END]) / cycle)
+        for k in range(6):
+            counts[k] += times * (counts[k] - before[k])
