@@ -36,6 +36,7 @@ from .scene.physical import Oscillator as Oscillator
 from .scene.physical import Piezo as Piezo
 from .scene.physical import Stop as Stop
 from .scene.scene import Scene as Scene
+from .scene.sensor_node import HarvestingChip as HarvestingChip
 from .scene.sensor_node import SensorNode as SensorNode
 from .scene.sensor_node import Storage as Storage
 from .scene.toml import load as load

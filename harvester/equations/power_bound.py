@@ -42,7 +42,8 @@ def power_bound(problem: Problem) -> PowerBound | None:
     if not eqs.is_shaken_otherwise:
         return PowerBound(white * unit, note("bound_by_white_noise"))
     others = {"bound_by_damping": _mean_square(eqs) / (4.0 * least) if least else math.inf}
-    others["bound_by_stroke"] = 0.5 * float(np.subtract(*eqs.rigid_stops[::-1])) * _mean_jerk(eqs)
+    room = float(np.subtract(*eqs.rigid_stops[::-1]))
+    others["bound_by_stroke"] = 0.5 * room * _mean_jerk(eqs) if room < math.inf else math.inf
     name = min(others, key=lambda one: others[one])
     if not others[name] < math.inf:
         return None

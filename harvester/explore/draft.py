@@ -20,7 +20,7 @@ from harvester.scene.toml import MOST_BYTES, load, loads
 
 PROFILE, HARMONICS = "excitation.profile", "excitation.harmonics"
 WORDS = {PROFILE: "walking", HARMONICS: "0.1 g, 0.03 g"}  # keys that are no number, and what they are at first
-CARRIED = ("storage", "node")  # tables that no knob turns, which go with a netlist
+CARRIED = ("storage", "node", "chip")  # tables that no knob turns, which go with a netlist
 RESISTANCE, PARAMETER = "load.resistance", "load.parameters."
 FIRST = """
 title = "A plate against a stop, to begin with"

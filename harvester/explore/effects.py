@@ -97,7 +97,7 @@ NONDIMENSIONAL = (
 )
 
 
-AWAY = ("load", "storage", "node", "mode", "magnifier", "ball")  # tables that are no effects of the page
+AWAY = ("load", "storage", "node", "chip", "mode", "magnifier", "ball")  # tables that are no effects of the page
 
 
 @cache

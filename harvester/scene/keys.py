@@ -8,19 +8,26 @@ from harvester.quantities.kinds import Kind, any_quantity, with_prefix
 from harvester.scene.load import Load
 from harvester.scene.nondimensional import Nondimensional
 from harvester.scene.physical import Ball, Excitation, Magnifier, Mode, OppositeStop, Oscillator, Piezo, Stop
-from harvester.scene.sensor_node import SensorNode, Storage
+from harvester.scene.sensor_node import HarvestingChip, SensorNode, Storage
 from harvester.scene.table import SceneKey, SceneTable, key_names, keys_of, notes
 
 TABLES: dict[str, type[SceneTable]] = {
     table.TABLE: table
     for table in (
         *(Oscillator, Piezo, Stop, OppositeStop, Mode, Magnifier, Ball, Excitation, Load, Storage, SensorNode),
-        Nondimensional,
+        *(HarvestingChip, Nondimensional),
     )
 }
 
 SEVERAL = (Mode.TABLE,)  # tables of which a scene has several: [[mode]], the first of which is that of mode 2
-BESIDE = (Storage.TABLE, SensorNode.TABLE, Mode.TABLE, Magnifier.TABLE, Ball.TABLE)  # of what is beside the device
+BESIDE = (
+    Storage.TABLE,
+    SensorNode.TABLE,
+    HarvestingChip.TABLE,
+    Mode.TABLE,
+    Magnifier.TABLE,
+    Ball.TABLE,
+)  # of what is beside the device
 MODES = ("2", "3", "4")  # the numbers of further modes
 _OF_PARAMETERS = {"R": "ohm", "C": "F", "L": "H", "Rcoil": "ohm", "Rcore": "ohm", "Cp": "F"}  # as in SPICE
 

@@ -20,7 +20,7 @@ from harvester.scene.load import Load
 from harvester.scene.modal_parameters import ModalParameters, modal_parameters
 from harvester.scene.nondimensional import Nondimensional
 from harvester.scene.physical import FILES, Ball, Excitation, Magnifier, Mode, OppositeStop, Oscillator, Piezo, Stop
-from harvester.scene.sensor_node import SensorNode, Storage, check_node
+from harvester.scene.sensor_node import HarvestingChip, SensorNode, Storage, check_node
 from harvester.scene.table import SceneTable, one_line_errors
 
 
@@ -39,6 +39,7 @@ class SceneTables(TypedDict, total=False):
     load: Load | None
     storage: Storage | None
     node: SensorNode | None
+    chip: HarvestingChip | None
     nondimensional: Nondimensional | None
 
 
@@ -57,8 +58,8 @@ class Scene(SceneTable):
         the tables of a physical scene, in SI units; one that is None is an effect that is absent.
     mode, magnifier, ball
         further modes of vibration, the second to the fourth, a mass on a spring under the device, and a free ball.
-    storage, node
-        the store and the sensor node that `node` follows behind the load's rectifier.
+    storage, node, chip
+        the store, the sensor node and the chip between them that `node` follows behind the load's rectifier.
     nondimensional
         the table of a nondimensional scene, in place of all others.
 
@@ -85,13 +86,14 @@ class Scene(SceneTable):
     load: Load | None = None
     storage: Storage | None = None
     node: SensorNode | None = None
+    chip: HarvestingChip | None = None
     nondimensional: Nondimensional | None = None
 
     def __post_init__(self) -> None:
         physical = [name for name in TABLES if name != "nondimensional" and getattr(self, name)]
         if self.nondimensional is not None and physical:
             raise InputError(f"[{physical[0]}] must be left out where [nondimensional] is given, but both are given")
-        check_node(self.node, self.storage, None if self.load is None else self.load.netlist)
+        check_node(self.node, self.storage, None if self.load is None else self.load.netlist, self.chip)
         if self.nondimensional is None:
             for name in ("oscillator", "piezo"):
                 if name not in physical:
@@ -256,7 +258,11 @@ class Scene(SceneTable):
     def digest(self) -> str:
         """A short hash of all that the scene says, the contents of its records included."""
         whole = hashlib.sha256(self.to_toml().encode())
-        for table, key in (*((self.excitation, key) for key in FILES), (self.node, "trace")):
+        for table, key in (
+            *((self.excitation, key) for key in FILES),
+            (self.node, "trace"),
+            (self.chip, "efficiency_table"),
+        ):
             if (name := getattr(table, key, None)) is not None:
                 path = Path(name)
                 whole.update(path.read_bytes() if path.is_file() else b"")

@@ -106,8 +106,53 @@ def _check_durations(currents: tuple[float, ...] | None, durations: tuple[float,
         raise invalid("node.durations", "be one where packet_energy is given", given)
 
 
-def check_node(node: SensorNode | None, storage: Storage | None, netlist: str | None) -> None:
-    """Refuse a node without a store, or without a netlist that rectifies."""
+@scene_table
+class HarvestingChip(SceneTable):
+    """What is between the rectifier and the store: a chip by its name, or one of your own.
+
+    Keys beside a ``name`` take the place of what the chip's data sheet says.  With an ``input_ratio`` the chip holds
+    the rectifier's output at that part of its voltage without load, and charges the store from there; without one the
+    store is at its input.  The output feeds the node from the start voltage of the store on, until the stop voltage.
+
+    >>> import harvester as hv
+    >>> hv.HarvestingChip(name="bq25570", start_voltage="3 V").start_voltage
+    3.0
+    """
+
+    TABLE: ClassVar[str] = "chip"
+    name: Annotated[str, "a chip whose data sheet is known", "'bq25570'"] | None = None
+    start_voltage: Annotated[OptNumber, VOLTAGE_FROM_0, "of the store, at which the output begins"] = NONE
+    stop_voltage: Annotated[OptNumber, VOLTAGE_FROM_0, "of the store, below which the output ends"] = NONE
+    full_voltage: Annotated[OptNumber, VOLTAGE_FROM_0, "of the store, at which charging ends"] = NONE
+    own_current: Annotated[OptNumber, CURRENT, "that the chip takes from the store"] = NONE
+    input_ratio: Annotated[OptNumber, SHARE, "of the voltage without load at which the input is held"] = NONE
+    efficiency: Annotated[OptNumber, SHARE, "of charging"] = NONE
+    efficiency_table: (
+        Annotated[str, "instead of efficiency: a CSV file over input voltage and current", "'chip.csv'"] | None
+    ) = None
+    output_efficiency: Annotated[OptNumber, SHARE, "of the output"] = NONE
+
+    def __post_init__(self) -> None:
+        for key in ("start_voltage", "stop_voltage"):
+            if self.name is None and getattr(self, key) is None:
+                raise InputError(
+                    f"chip.{key} must be given for a chip of your own, or the name of one, but is left out"
+                )
+        start, stop = self.start_voltage, self.stop_voltage
+        if start is not None and stop is not None and not start > stop:
+            raise invalid("chip.start_voltage", f"be above stop_voltage, {stop:g} V", start)
+        if self.name is None and self.input_ratio is not None and self.full_voltage is None:
+            raise InputError("chip.full_voltage must be given with input_ratio, but is left out")
+        if self.efficiency is not None and self.efficiency_table is not None:
+            raise InputError("chip must have one of efficiency and efficiency_table, but both are given")
+
+
+def check_node(
+    node: SensorNode | None, storage: Storage | None, netlist: str | None, chip: HarvestingChip | None = None
+) -> None:
+    """Refuse a node without a store, or without a netlist that rectifies, and a chip without a node."""
+    if chip is not None and node is None:
+        raise InputError("[node] must be given with [chip], but the table is missing")
     if node is not None and storage is None:
         raise InputError("[storage] must be given with [node], but the table is missing")
     if node is not None and netlist is None:

@@ -45,7 +45,8 @@ def loads(text: str, folder: Path | None = None) -> Scene:
         tables = tomllib.loads(text)
     except (ValueError, RecursionError) as error:  # no TOML; a number too long for Python; nested too deep
         raise InputError(f"scene must be TOML, but {str(error).splitlines()[0]}") from None
-    for table, keys in (("load", ("netlist",)), ("excitation", FILES), ("node", ("trace",))):
+    files_of = {"load": ("netlist",), "excitation": FILES, "node": ("trace",), "chip": ("efficiency_table",)}
+    for table, keys in files_of.items():
         given: Any = tables.get(table)
         if folder is not None and isinstance(given, dict):
             tables[table] = {**given, **_files_beside(table, keys, given, folder)}

@@ -5,7 +5,8 @@ them with the sheet before a coil is bought.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 _SDR = "Bourns, data sheet of the SDR0503 series, electrical specifications"
 _RB = "ABC Taiwan Electronics, RB1314 series, specification for approval of 2013"
@@ -43,16 +44,20 @@ COILS = {
 
 @dataclass(frozen=True)
 class Chip:
-    """A harvesting chip behind its bridge, as its netlist of the same name says it, where the sources stand.
+    """A harvesting chip behind its bridge, by its data sheet.
 
-    A chip with a ``ratio`` holds its input at that part of the rectified voltage without load, at most ``most`` (V),
-    but for the share ``idle`` of the time, and charges the store up to ``full`` (V) with the efficiency ``charging``;
-    from empty to ``hand_over`` (V) it takes ``cold_voltage`` with ``cold_efficiency``.  One without has its store at
-    the input.  The output begins at ``rise`` of the store (V) and ends below ``fall``; ``own`` is the chip's own
-    current (A).
+    A chip with a ``ratio`` holds its input at that part of the rectified voltage without load, between ``least`` and
+    ``most`` (V): it looks at that every ``period`` (s), with the converter off for ``look``.  It charges the store up
+    to ``full`` (V) with efficiencies ``charging`` in rows of input voltage (V), current (A) and efficiency, straight
+    between voltages and logarithms of currents.  From empty to ``hand_over`` (V) it takes ``cold_voltage`` with
+    ``cold_efficiency`` where at least ``cold_power`` (W) comes.  One without a ratio has its store at the input.  The
+    output begins at ``rise`` of the store (V) and ends below ``fall``; ``own`` is the chip's own current (A).
     ``efficiencies`` are those of the output over its current (A), the first also below it.  ``outputs`` are the
-    output's voltages with ``rise`` and ``fall`` (V); of a chip that tracks, at 0, the range of its store.  ``names``
-    are the netlist's parameters for the output's voltage, ``rise``, ``fall`` and ``full``.
+    output's voltages with ``rise`` and ``fall`` (V); of a chip that tracks, at 0, the range of its store.
+
+    ``names`` are the parameters of the ``netlist`` that is the chip's referee, for the output's voltage, ``rise``,
+    ``fall`` and ``full``.  ``source`` names the sheet, and ``assumed`` what no text of it confirmed: there the number
+    is a usual one, and charging may be off by the part ``spread``.
     """
 
     names: tuple[str, ...]
@@ -61,12 +66,31 @@ class Chip:
     own: float
     most: float
     ratio: float | None = None
-    idle: float = 0.0
+    period: float = 16.0
+    look: float = 0.0
     full: float = 0.0
-    charging: float = 1.0
+    charging: tuple[tuple[float, float, float], ...] = ((1.0, 1e-5, 1.0),)
     cold_voltage: float = 0.0
+    cold_power: float = 0.0
     cold_efficiency: float = 1.0
     hand_over: float = 0.0
+    least: float = 0.0
+    netlist: str = ""
+    spread: float = 0.0
+    source: str = ""
+    assumed: str = ""
+    rise: float = 0.0
+    fall: float = 0.0
+
+    @property
+    def idle(self) -> float:
+        """The share of the time in which it looks."""
+        return self.look / self.period
+
+    def worse(self) -> "Chip":
+        """The same with charging as bad as its numbers may be off."""
+        rows = tuple((volts, amperes, share * (1.0 - self.spread)) for volts, amperes, share in self.charging)
+        return replace(self, charging=rows)
 
     def thresholds(self, voltage: float) -> tuple[float, float] | None:
         """Voltages of the store at which an output begins and ends; None for one that the chip does not have."""
@@ -79,6 +103,13 @@ class Chip:
 
 MARGIN = 0.2, 0.4  # V: of the end of an output above its voltage, and of its beginning above its end
 _LTC_LOW, _LTC_HIGH = (4.04, 2.87), (5.05, 3.67)
+_TRACKS: dict[str, Any] = {
+    "names": ("Vreg", "Von", "Voff", "Vfull"),
+    "netlist": "bq25570",
+    "spread": 0.12,
+    "cold_efficiency": 0.05,
+}
+_GRAPHS = "charging of 80 % (its efficiencies are graphs only), a cold start of 5 %"
 CHIPS = {
     "ltc3588": Chip(
         names=("Vreg", "Vrise", "Vfall"),
@@ -86,19 +117,75 @@ CHIPS = {
         efficiencies=((1e-6, 0.85),),
         own=950e-9,
         most=20.0,
+        netlist="ltc3588",
+        source="LTC3588-1, Analog Devices: page 1 (950 nA, 20 V)",
+        assumed="thresholds, an output of 85 %",
     ),
     "bq25570": Chip(
-        names=("Vreg", "Von", "Voff", "Vfull"),
+        **_TRACKS,
         outputs={0.0: (2.4, 5.5)},
         efficiencies=((1e-6, 0.4), (4e-6, 0.73), (32e-6, 0.88), (512e-6, 0.93)),
         own=488e-9,
         most=5.1,
         ratio=0.5,
-        idle=0.256 / 16.0,
+        look=0.256,
         full=5.0,
-        charging=0.8,
+        charging=((1.0, 1e-5, 0.8),),
         cold_voltage=0.6,
-        cold_efficiency=0.05,
         hand_over=1.73,
+        least=0.1,
+        source="BQ25570, Texas Instruments SLUSBH2C: page 5 (inputs, hand-over, 488 nA); SLUSBJ3F (looks, ratio)",
+        assumed=_GRAPHS + ", 0.6 V of it, the output",
+    ),
+    "adp5091": Chip(
+        **_TRACKS,
+        outputs={0.0: (2.2, 5.2)},
+        efficiencies=((1e-6, 0.8),),
+        own=510e-9,
+        most=3.3,
+        ratio=0.5,
+        look=0.256,
+        full=5.0,
+        charging=((1.0, 1e-5, 0.8),),
+        cold_voltage=0.38,
+        hand_over=1.9,
+        least=0.08,
+        source="ADP5091, Analog Devices, Rev. A: page 1 (510 nA, 0.08 to 3.3 V, cold start from 380 mV)",
+        assumed=_GRAPHS + " up to 1.9 V, looks of 256 ms every 16 s, an output of 80 %",
+    ),
+    "aem30940": Chip(
+        **_TRACKS,
+        outputs={0.0: (2.2, 4.5)},
+        efficiencies=((1e-6, 0.8),),
+        own=500e-9,
+        most=5.0,
+        ratio=0.5,
+        period=0.33,
+        look=0.005,
+        full=4.5,
+        charging=((1.0, 1e-5, 0.8),),
+        cold_voltage=0.38,
+        cold_power=3e-6,
+        hand_over=2.2,
+        least=0.05,
+        source="AEM30940, e-peas: page 1 (cold start from 380 mV and 3 uW, looks every 0.33 s, ratio, 0.05 to 5 V)",
+        assumed=_GRAPHS + " up to 2.2 V, looks of 5 ms, a current of 500 nA, an output of 80 %",
+    ),
+    "spv1050": Chip(
+        **_TRACKS,
+        outputs={0.0: (2.2, 5.3)},
+        efficiencies=((1e-6, 0.8),),
+        own=800e-9,
+        most=5.3,
+        ratio=0.5,
+        look=0.4,
+        full=5.0,
+        charging=((1.0, 1e-5, 0.8),),
+        cold_voltage=0.55,
+        cold_power=16.5e-6,
+        hand_over=2.6,
+        least=0.15,
+        source="SPV1050, STMicroelectronics DocID025569: page 1 (cold start from 550 mV and 30 uA, 2.2 to 5.3 V)",
+        assumed=_GRAPHS + " up to 2.6 V, looks of 0.4 s every 16 s, a current of 800 nA, an output of 80 %",
     ),
 }

@@ -3,20 +3,27 @@
 From the store    P = V I(V)
 chip, store at its input    P = eta max V (I(V) - I_own)    from the voltage at which its output ends to that at which
                                                             it begins: the store settles where the current suffices
-chip that tracks    P = eta (1 - idle) eta_charging V I(V) - V_store I_own    at V = ratio V_open
+chip that tracks    P = eta (1 - idle) eta_charging(V, I) V I(V) - V_store I_own    at V = ratio V_open
 
 The chip's numbers are those of `harvester.storage.bought_parts.Chip`.
 """
 
 import math
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
-from harvester.storage.bought_parts import Chip
+from harvester.arrays import Floats
+from harvester.errors import InputError, invalid, unknown
+from harvester.records.efficiency_table import read_efficiencies
+from harvester.scene.sensor_node import HarvestingChip
+from harvester.storage.bought_parts import CHIPS, Chip
+from harvester.storage.recorded_current import RecordedCurrent
 from harvester.storage.rectified_current import RectifiedCurrent, times_to
 
 FINE = 400  # voltages of a search
+LOW = 0.3  # V: below it an empty store is charged as there
 
 
 @dataclass(frozen=True)
@@ -36,10 +43,9 @@ class Supply:
         return self.rise if self.chip.ratio is None else None
 
     def efficiency(self, power: float) -> float:
-        """That of a chip's output, straight over the logarithm of its current."""
+        """That of a chip's output at a power."""
         assert self.chip is not None, "asked of a chip"
-        amperes, shares = np.array(self.chip.efficiencies).T
-        return float(np.interp(math.log(max(power / self.voltage, 1e-12)), np.log(amperes), shares))
+        return output_efficiency(self.chip, power / self.voltage)
 
     def power(self, table: RectifiedCurrent, needed: float) -> float:
         """The mean power (W) that is there at the voltage; a chip's efficiency is that at the power ``needed``."""
@@ -54,10 +60,8 @@ class Supply:
 
     def _charging(self, table: RectifiedCurrent) -> float:
         """The power (W) that a chip which tracks puts into its store."""
-        chip = self.chip
-        assert chip is not None and chip.ratio is not None, "asked of a chip that tracks"
-        held = chip.ratio * min(open_circuit(table), chip.most)
-        return chip.charging * (1.0 - chip.idle) * held * float(table.at(np.array(held)))
+        assert self.chip is not None, "asked of a chip"
+        return float(tracked_power(self.chip, table.voltages, table.current[None], math.inf)[0])
 
     def wake(self, table: RectifiedCurrent, farads: float) -> float:
         """How long (s) an empty store of so many farads takes until the voltage is there; infinite if it never is."""
@@ -67,18 +71,112 @@ class Supply:
         if self.chip.ratio is None:
             return _time(own, self.rise, farads)
         cold, warm = self.chip.cold_voltage, self._charging(table) - self.rise * self.chip.own
-        start = self.chip.cold_efficiency * cold * float(table.at(np.array(cold)))
-        if min(start, warm) <= 0.0:
+        came = cold * float(table.at(np.array(cold)))
+        start = self.chip.cold_efficiency * came
+        if min(start, warm) <= 0.0 or came < self.chip.cold_power:
             return math.inf
         first, second = self.chip.hand_over**2, self.rise**2 - self.chip.hand_over**2
         return 0.5 * farads * (first / start + second / warm)
 
 
-def open_circuit(table: RectifiedCurrent) -> float:
-    """The voltage (V) at which the current ends."""
-    volts = np.linspace(0.0, float(table.voltages[-1]), FINE)
-    gone = np.flatnonzero(table.at(volts) <= 1e-3 * float(table.current[0]))
-    return float(volts[gone[0]]) if len(gone) else float(volts[-1])
+def chip_of(table: HarvestingChip, supply: float | None) -> Chip:
+    """The chip that a scene's table means, whose output has the ``supply`` voltage (V), with the table's own numbers.
+
+    Raises InputError for a name that is not known, an output that the chip does not have, thresholds that are no range
+    then, and a table of efficiencies that cannot be read.
+    """
+    if table.name is None:
+        chip = Chip((), {}, ((1e-6, 1.0),), 0.0, math.inf, table.input_ratio)
+    elif table.name not in CHIPS:
+        raise unknown("chip.name", table.name, CHIPS)
+    else:
+        chip = CHIPS[table.name]
+    full = table.full_voltage or chip.full
+    rise, fall = _levels(table, chip, supply)
+    if not rise > fall:
+        raise invalid("chip.start_voltage", f"be above the stop voltage, {fall:g} V", rise)
+    if chip.ratio is not None and rise > full:
+        raise invalid("chip.start_voltage", f"be at most the full voltage, {full:g} V", rise)
+    return replace(chip, **_given(table), rise=rise, fall=fall)
+
+
+def _given(table: HarvestingChip) -> dict[str, Any]:
+    """What a table says itself of its chip."""
+    given: dict[str, Any] = {"own": table.own_current, "ratio": table.input_ratio, "full": table.full_voltage}
+    if table.efficiency is not None:
+        given |= {"charging": ((1.0, 1e-5, table.efficiency),), "spread": 0.0}
+    if table.efficiency_table is not None:
+        given |= {"charging": read_efficiencies(table.efficiency_table), "spread": 0.0}
+    if table.output_efficiency is not None:
+        given["efficiencies"] = ((1e-6, table.output_efficiency),)
+    return {key: value for key, value in given.items() if value is not None}
+
+
+def _levels(table: HarvestingChip, chip: Chip, supply: float | None) -> tuple[float, float]:
+    """The store's voltages at which the output begins and ends."""
+    rise, fall = table.start_voltage, table.stop_voltage
+    if rise is not None and fall is not None:
+        return rise, fall
+    levels = None if supply is None else chip.thresholds(supply)
+    if levels is None:
+        has = ", ".join(f"{one:g} V" for one in chip.outputs if one) or "up to what its store can have"
+        was = "is left out" if supply is None else f"is {supply:g} V"
+        raise InputError(f"node.supply_voltage must be one of chip {table.name!r} ({has}), but {was}")
+    return rise or levels[0], fall or levels[1]
+
+
+def output_efficiency(chip: Chip, amperes: float) -> float:
+    """That of a chip's output, straight over the logarithm of its current."""
+    currents, shares = np.array(chip.efficiencies).T
+    return float(np.interp(math.log(max(amperes, 1e-12)), np.log(currents), shares))
+
+
+def charging_efficiency(chip: Chip, volts: Floats, amperes: Floats) -> Floats:
+    """That of a chip's converter at voltages and currents of its input, held beyond the ends of its table."""
+    rows = np.array(chip.charging)
+    places = np.unique(rows[:, 0])
+    logs = np.log(np.maximum(amperes, 1e-12))
+    lines = []
+    for place in places:
+        _, currents, shares = rows[rows[:, 0] == place].T
+        lines.append(np.interp(logs, np.log(currents), shares))
+    if len(places) == 1:
+        return np.asarray(lines[0])
+    k = np.clip(np.searchsorted(places, volts) - 1, 0, len(places) - 2)
+    part = np.clip((volts - places[k]) / (places[k + 1] - places[k]), 0.0, 1.0)
+    both, every = np.array(lines), np.arange(len(volts))
+    return np.asarray(both[k, every] + part * (both[k + 1, every] - both[k, every]))
+
+
+def tracked_power(chip: Chip, voltages: Floats, current: Floats, length: float) -> Floats:
+    """The power (W) into the store in windows of a ``length`` (s), of currents of shape (windows, n) at ``voltages``.
+
+    What the input is held at is what the last look found.
+    """
+    assert chip.ratio is not None, "asked of a chip that tracks"
+    fine = np.linspace(0.0, float(voltages[-1]), FINE)
+    gone = np.array([np.argmax(np.append(np.interp(fine, voltages, one) <= 1e-3 * one[0], True)) for one in current])
+    opened = np.where(current[:, 0] > 0.0, fine[np.minimum(gone, FINE - 1)], 0.0)
+    looks = np.arange(len(current)) if length >= chip.period else np.arange(len(current)) * length // chip.period
+    first = np.searchsorted(looks, looks)  # the window of each look
+    held = chip.ratio * np.minimum(opened[first], chip.most)
+    amperes = np.array([np.interp(v, voltages, one) for v, one in zip(held, current, strict=True)])
+    amperes = np.where(held >= chip.least, np.maximum(amperes, 0.0), 0.0)
+    return np.asarray((1.0 - chip.idle) * charging_efficiency(chip, held, amperes) * held * amperes)
+
+
+def charging_current(chip: Chip, table: RectifiedCurrent | RecordedCurrent, volts: Floats) -> Floats:
+    """The current (A) into a store at its ``volts``, shape (n,), of a record with its windows, less the chip's own."""
+    if chip.ratio is None:
+        return np.asarray(table.at(volts)) - chip.own
+    current, length = np.atleast_2d(table.current), getattr(table, "length", math.inf)
+    cold = np.array([np.interp(chip.cold_voltage, table.voltages, one) for one in current]) * chip.cold_voltage
+    started = np.where(cold >= max(chip.cold_power, 0.0), chip.cold_efficiency * np.maximum(cold, 0.0), 0.0)
+    power = np.where(
+        volts < chip.hand_over, started[:, None], tracked_power(chip, table.voltages, current, length)[:, None]
+    )
+    own = np.where(volts < chip.hand_over, 0.0, chip.own)
+    return np.asarray(power / np.maximum(volts, LOW) - own)
 
 
 def _time(table: RectifiedCurrent, volts: float, farads: float) -> float:

@@ -1,7 +1,7 @@
 """How a sensor node lives of a device: the share of the time that it runs, packets an hour, and what limits it.
 
-The rectifier's current at a held voltage is measured once (`harvester.storage`); then days of store and node are one
-equation of the store's voltage (`harvester.storage.node_run`).
+The rectifier's current at a held voltage is measured once, of a record in each of its windows (`harvester.storage`);
+then days of store, chip and node are one equation of the store's voltage (`harvester.storage.node_run`).
 
 Long because the result explains its fields to users.
 """
@@ -11,7 +11,7 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -22,20 +22,26 @@ from harvester.equations.power_bound import PowerBound, power_bound
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, InputError, invalid, names_arguments
 from harvester.netlists.probes import STORE, Probe
-from harvester.presentation.diagnostic import Diagnostic, note
-from harvester.presentation.messages.unknown_parts import COMPILED_CIRCUIT, IDEAL_ELEMENTS, TIME_SCALES
+from harvester.presentation.diagnostic import Diagnostic, note, warning
+from harvester.presentation.messages.unknown_parts import CHIP, COMPILED_CIRCUIT, IDEAL_ELEMENTS, TIME_SCALES
 from harvester.presentation.result import TableResult
 from harvester.presentation.table import Column, Table
 from harvester.scene.plausibility import unusual_values
 from harvester.scene.sensor_node import SensorNode, Storage
+from harvester.storage.bought_parts import Chip
 from harvester.storage.node_run import NodeCourse, NodeRun
+from harvester.storage.recorded_current import RecordedCurrent
 from harvester.storage.rectified_current import RectifiedCurrent
+from harvester.storage.supply import chip_of
 from harvester.studies.charging.by_slow import refusal_of_slow
 from harvester.uncertainty.value import Value, bound95
 
 CHANGE, LITTLE = 0.1, 1e-3  # of a key, to see which helps; gains below are none
-STORE_KEYS = ("capacitance", "leakage_resistance", "esr", "clamp_voltage")
-NODE_KEYS = ("interval", "wake_voltage", "stop_voltage", "sleep_current", "stopped_current", "efficiency")
+STORE_KEYS = {key: key for key in ("capacitance", "leakage_resistance", "esr", "clamp_voltage")}
+_OF_NODE = ("interval", "wake_voltage", "stop_voltage", "sleep_current", "stopped_current", "efficiency")
+NODE_KEYS = {key: key for key in _OF_NODE}
+CHIP_KEYS = {"ratio": "input_ratio", "own": "own_current", "rise": "start_voltage", "fall": "stop_voltage"}
+APART, INPUT = 0.05, 4.7e-6  # of the current: a difference that is told; F at a chip's input
 DAY, HOUR, MOST_DAYS = 86400.0, 3600.0, 366.0
 
 
@@ -61,10 +67,13 @@ class NodeResult(TableResult):
     needed
         the power (W) that the node takes from the store while it runs.
     limit
-        what limits it: "interval", "energy", "store", "wake_voltage" or "time".
+        what limits it: "interval", "energy", "store", "wake_voltage", "cold_start" or "time".
     helps
         how many more packets, as a part of those that it sends, a tenth more or less of each key and of the rectifier's
         current would give, whichever gives more; empty where it sends none.
+    fewest, most
+        the packets of the whole hours with the fewest and the most of them, from the first packet on, on a record; None
+        for shaking that always is alike.
     bound
         the most that any device of this mass could take (W), and why; None where no bound applies.
     thresholds
@@ -88,7 +97,7 @@ class NodeResult(TableResult):
     DERIVED: ClassVar[tuple[str, ...]] = ("share_of_possible", "table")
     NOT_SHOWN: ClassVar[frozenset[str]] = frozenset({"bound", "limit", "helps", "table"})
     NOT_IN_JSON: ClassVar[frozenset[str]] = frozenset({"table"})
-    OPTIONAL: ClassVar[frozenset[str]] = frozenset({"bound", "share_of_possible"})
+    OPTIONAL: ClassVar[frozenset[str]] = frozenset({"bound", "share_of_possible", "fewest", "most"})
     INTERNAL: ClassVar[frozenset[str]] = frozenset({"t", "voltage", "thresholds"})
     SHORT: ClassVar[tuple[str, ...]] = ("limit", "packets_per_hour")
     engine: ClassVar[str] = "slow"
@@ -108,6 +117,8 @@ class NodeResult(TableResult):
     voltage: Floats
     seconds: float
     steps: int
+    fewest: int | None = None
+    most: int | None = None
     physical: bool = True
     diagnostics: tuple[Diagnostic, ...] = ()
 
@@ -131,12 +142,13 @@ def node(scene: AnyScene, *, days: float = 1.0, seed: int = 0) -> NodeResult:
     """Share of the time that a scene's [node] runs on its [storage], packets an hour, the first one, and the limit.
 
     The load's netlist says how the piezo's voltage is rectified; [storage] stands for its store, [node] for what comes
-    behind.  The shaking goes on as it is for all ``days``; under noise the mean current counts, not how it fluctuates.
+    behind, [chip] for what is between.  The shaking goes on as it is for all ``days``, and a record is repeated; under
+    noise the mean current counts, not how it fluctuates.
 
     Parameters
     ----------
     scene
-        a `Scene` with the tables [storage] and [node], or the path of its file.
+        a `Scene` with the tables [storage] and [node], and [chip] where there is one, or the path of its file.
     days
         how long the node is followed, from its beginning.
     seed
@@ -150,9 +162,9 @@ def node(scene: AnyScene, *, days: float = 1.0, seed: int = 0) -> NodeResult:
     Raises
     ------
     InputError
-        for a scene without [node], and days out of range.
+        for a scene without [node], days out of range, and a chip that is not known or lacks what it needs.
     CannotServeError
-        for a netlist whose rectifier's current cannot be measured, and shaking other than noise or a harmonic drive.
+        for a netlist whose rectifier's current cannot be measured, and a drive or a record beside noise.
 
     >>> import harvester as hv
     >>> hv.node("examples/bimorph_packets.toml", days=0.05).limit
@@ -164,15 +176,20 @@ def node(scene: AnyScene, *, days: float = 1.0, seed: int = 0) -> NodeResult:
         raise InputError("scene must have the tables [storage] and [node], but has none: see 'harvester keys node'")
     if not 0.0 < days <= MOST_DAYS:
         raise invalid("`days`", f"be above 0 and at most {MOST_DAYS:g}", days)
-    reason = refusal_of_slow(problem, Probe(STORE, "V"))
+    reason = refusal_of_slow(problem, Probe(STORE, "V"), records=True)
     if reason is not None:
         raise CannotServeError(reason)
-    begin = time.perf_counter()
-    known = _measure(problem, storage, seed)
-    found = _live(known, storage, consumer, days, power_bound(problem))
+    begin, table = time.perf_counter(), problem.scene.chip
+    chip = None if table is None else chip_of(table, consumer.supply_voltage)
+    known = _measure(problem, storage, chip, seed)
+    found = _live(known, (storage, consumer, chip), days, power_bound(problem))
     told = [one for one in (*unusual_values(problem.scene), *found.diagnostics) if one.code != "node_left_out"]
     if problem.equations.is_random:
         told.append(note("node_of_mean_current"))
+    if known.separation > APART:
+        told.append(warning("scales_not_apart", separation=known.separation))
+    if chip is not None and table is not None and table.name is not None:
+        told.append(note("chip_by_its_sheet", table.name, source=chip.source, assumed=chip.assumed))
     return dataclasses.replace(found, seconds=time.perf_counter() - begin, diagnostics=tuple(told))
 
 
@@ -180,21 +197,22 @@ def node(scene: AnyScene, *, days: float = 1.0, seed: int = 0) -> NodeResult:
 class _Known:
     """The rectifier's current, its variants whose changes are its errors, and its relative error from time scales."""
 
-    table: RectifiedCurrent
-    by_step: RectifiedCurrent
-    by_voltages: RectifiedCurrent
+    table: RectifiedCurrent | RecordedCurrent
+    by_step: RectifiedCurrent | RecordedCurrent
+    by_voltages: RectifiedCurrent | RecordedCurrent
     separation: float
     sampling: float
     steps: int
     unknown: str
 
 
-def _measure(problem: Problem, storage: Storage, seed: int) -> _Known:
+def _measure(problem: Problem, storage: Storage, chip: Chip | None, seed: int) -> _Known:
     """The rectifier's current of the scene, up to the clamp or the open circuit."""
     from harvester.circuits.compiled_circuit import CompiledCircuit
     from harvester.cosimulation.idealised import ideal_circuit
     from harvester.mechanics.kernels.compiled import compilation
     from harvester.storage.measured_current import HELD, measured
+    from harvester.storage.recorded_current import recorded
     from harvester.storage.rectified_current import FINE, times_to
     from harvester.storage.rectifier_cut import held_rectifier, is_plain_store, with_store
     from harvester.storage.slow_circuit import direct_check
@@ -203,37 +221,50 @@ def _measure(problem: Problem, storage: Storage, seed: int) -> _Known:
     assert circuit is not None, "the refusal checks this"
     elements = held_rectifier(circuit, HELD * scales.capacitance)
     ideal = ideal_circuit(circuit, scales) if is_plain_store(circuit) else None
+    tracks = chip is not None and chip.ratio is not None
+    top, farads = (None, INPUT) if tracks else (storage.clamp_voltage, storage.farads)
     with compilation():
-        table, rough, steps, _ = measured(problem, elements, ideal, storage.clamp_voltage, seed=seed)
+        if problem.equations.record is not None:
+            assert ideal is not None, "the refusal checks this"
+            best, rough_one, apart, steps = recorded(problem, ideal, farads, top)
+            return _Known(best, rough_one, best.halved(), apart, 0.0, steps, IDEAL_ELEMENTS)
+        table, rough, steps, _ = measured(problem, elements, ideal, top, seed=seed)
         if not problem.equations.is_steady:
             unknown = f"{IDEAL_ELEMENTS if ideal else COMPILED_CIRCUIT} and {TIME_SCALES}"
             assert table.stderr is not None, "noise is sampled"
             sampling = float(np.sqrt((table.stderr**2).mean()) / max(table.current.max(), 1e-300))
             return _Known(table, rough, table.halved(), 0.0, sampling, steps, unknown)
         volts = np.linspace(0.0, float(table.voltages[-1]), FINE)
-        curve = times_to(volts, table, storage.farads, math.inf)
+        curve = times_to(volts, table, farads, math.inf)
         reached = np.isfinite(curve)
-        both = CompiledCircuit(circuit, scales, with_store(elements, storage.farads))
+        both = CompiledCircuit(circuit, scales, with_store(elements, farads))
         check = direct_check(problem, both, volts[reached], curve[reached], DAY)
     separation = (abs(check.late) + check.error) / check.seconds
     return _Known(table, rough, table.halved(), separation, 0.0, steps + check.steps, COMPILED_CIRCUIT)
 
 
-def _live(known: _Known, storage: Storage, node: SensorNode, days: float, bound: PowerBound | None) -> NodeResult:
-    """The result, with the errors that the current's own bring."""
-    seconds = days * DAY
-    run = NodeRun(known.table, storage, node)
+def _live(
+    known: _Known, parts: tuple[Storage, SensorNode, Chip | None], days: float, bound: PowerBound | None
+) -> NodeResult:
+    """The result, with the errors that the current's own bring, and the chip's efficiency."""
+    seconds, table, (storage, node, chip) = days * DAY, known.table, parts
+    run = NodeRun(table, *parts)
     base = run.course(seconds)
-    scaled = dataclasses.replace(known.table, current=known.table.current * (1.0 - known.separation))
-    shifted = known.table.shifted()
-    variants = [known.by_step, known.by_voltages, scaled, shifted]
-    courses = [base if one is known.table else NodeRun(one, storage, node).course(seconds) for one in variants]
+    lower = dataclasses.replace(table, current=table.current * (1.0 - known.separation))
+    shifted = table.shifted() if isinstance(table, RectifiedCurrent) else table
+    courses = [
+        base if one is table else NodeRun(one, *parts).course(seconds)
+        for one in (known.by_step, known.by_voltages, lower, shifted)
+    ]
+    if chip is not None and chip.spread:
+        courses.insert(1, NodeRun(table, storage, node, chip.worse()).course(seconds))
+    unknown = known.unknown if chip is None else f"{known.unknown} and {CHIP}"
 
     def value(read: Callable[[NodeCourse], float]) -> Value:
         """A number with what each variant changes."""
         step, *model, sampling = (abs(read(one) - read(base)) for one in courses)
         total = sum(model) + (bound95(0.0, sampling) if known.sampling else 0.0)
-        return Value(float(read(base)), bias=step, model=total, unknown=known.unknown)
+        return Value(float(read(base)), bias=step, model=total, unknown=unknown)
 
     def running(one: NodeCourse) -> float:
         packet = sum(seconds for _, seconds in node.states)
@@ -243,7 +274,8 @@ def _live(known: _Known, storage: Storage, node: SensorNode, days: float, bound:
     if all(one.first is not None for one in (base, *courses)):
         first = value(lambda one: one.first or 0.0)
     limit, told = _limit(run, base, seconds)
-    helps = _helps(known.table, storage, node, seconds, base.packets)
+    helps = _helps(table, parts, seconds, base.packets)
+    fewest, most_packets = _of_hours(base, seconds) if isinstance(table, RecordedCurrent) else (None, None)
     most = max(helps, key=lambda key: helps[key], default="")
     change = [note("node_change_helps", most, gain=helps[most])] if most and helps[most] > LITTLE else []
     return NodeResult(
@@ -256,46 +288,68 @@ def _live(known: _Known, storage: Storage, node: SensorNode, days: float, bound:
         needed=run.needed,
         limit=limit,
         bound=bound,
-        thresholds=(node.wake_voltage, node.stop_voltage),
-        t=np.array(base.t),
-        voltage=np.array(base.volts),
+        thresholds=(run.node.wake_voltage, run.node.stop_voltage),
+        t=base.t,
+        voltage=base.volts,
         seconds=0.0,
         steps=known.steps,
         helps=helps,
+        fewest=fewest,
+        most=most_packets,
         diagnostics=(told, *change),
     )
 
 
+def _of_hours(course: NodeCourse, seconds: float) -> tuple[int | None, int | None]:
+    """The fewest and the most packets of the whole hours from the first packet on; None each where there is no hour."""
+    if course.first is None:
+        return None, None
+    whole = course.hours[math.ceil(course.first / HOUR) : math.floor(seconds / HOUR)]
+    return (int(whole.min()), int(whole.max())) if len(whole) else (None, None)
+
+
 def _helps(
-    table: RectifiedCurrent, storage: Storage, node: SensorNode, seconds: float, packets: int
+    table: RectifiedCurrent | RecordedCurrent,
+    parts: tuple[Storage, SensorNode, Chip | None],
+    seconds: float,
+    packets: int,
 ) -> dict[str, float]:
-    """The relative gain in packets of a change of each key that can be changed; empty where there are none to gain."""
-    found = {}
-    for part, keys in ((storage, STORE_KEYS), (node, NODE_KEYS)):
-        for key in keys:
-            now = getattr(part, key)
-            if not now or not packets:
+    """The relative gain in packets of a change of each key that can be changed; empty where there are none to gain.
+
+    All are of the same shaking, so that what sampling does to them is alike.
+    """
+    found: dict[str, float] = {}
+    if not packets:
+        return found
+
+    def gain(current: RectifiedCurrent | RecordedCurrent, *others: Any) -> float:
+        return NodeRun(current, *others).course(seconds).packets / packets - 1.0
+
+    for k, (name, keys) in enumerate((("storage", STORE_KEYS), ("node", NODE_KEYS), ("chip", CHIP_KEYS))):
+        for key, said in keys.items():
+            if not (now := getattr(parts[k], key, None)):
                 continue
-            gains = []
+            gains = [0.0]
             for factor in (1.0 - CHANGE, 1.0 + CHANGE):
                 try:
-                    other = dataclasses.replace(part, **{key: now * factor})
+                    other: Any = dataclasses.replace(parts[k], **{key: now * factor})  # type: ignore[type-var]
                 except InputError:  # such as an efficiency above 1
                     continue
-                both = (other, node) if part is storage else (storage, other)
-                gains.append(NodeRun(table, *both).course(seconds).packets / packets - 1.0)
-            found[f"{part.TABLE}.{key}"] = max([0.0, *gains])
-    stronger = dataclasses.replace(table, current=table.current * (1.0 + CHANGE))
-    if packets:
-        found["current"] = max(NodeRun(stronger, storage, node).course(seconds).packets / packets - 1.0, 0.0)
+                gains.append(gain(table, *(*parts[:k], other, *parts[k + 1 :])))
+            found[f"{name}.{said}"] = max(gains)
+    found["current"] = max(gain(dataclasses.replace(table, current=table.current * (1.0 + CHANGE)), *parts), 0.0)
     return found
 
 
 def _limit(run: NodeRun, course: NodeCourse, seconds: float) -> tuple[str, Diagnostic]:
     """What limits the node: a name, and the note that says it."""
-    k = int(np.argmax(run.charging <= run.waiting)) if (run.charging <= run.waiting).any() else len(run.volts) - 1
-    highest, node = float(run.volts[k]), run.node
+    charging = run.charging.mean(axis=0)
+    k = int(np.argmax(charging <= run.waiting)) if (charging <= run.waiting).any() else len(run.volts) - 1
+    highest, node, chip = float(run.volts[k]), run.node, run.chip
     about = {"wake": node.wake_voltage, "stop": node.stop_voltage}
+    if course.first is None and chip is not None and highest < chip.hand_over:
+        least = {"volts": chip.cold_voltage, "watts": chip.cold_power}
+        return "cold_start", note("chip_never_starts", highest=highest, **least)
     if course.first is None and highest < node.wake_voltage:
         return "wake_voltage", note("node_never_wakes", highest=highest, **about)
     if course.first is None and course.brown_outs:

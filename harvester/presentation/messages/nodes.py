@@ -5,6 +5,12 @@ from harvester.uncertainty.value import amount
 MESSAGES = {
     "node_never_wakes": "it never begins: the rectifier charges the store to {highest:.3g} V, below the wake voltage, "
     "{wake:.3g} V",
+    "chip_never_starts": lambda highest, volts, watts: (
+        f"the chip's cold start never ends, which asks for {volts:g} V"
+        + (f" and {amount(watts, 'W')}" if watts else "")
+        + f" at its input: it charges the store to {highest:.3g} V"
+    ),
+    "chip_by_its_sheet": "its numbers are those of {source}; not confirmed there, but usual: {assumed}",
     "node_not_yet_awake": "it has not begun: the store takes longer than {seconds:.3g} s to the wake voltage, {wake:.3g} V",
     "node_browns_out": "most packets are cut off: one takes the store from its wake voltage, {wake:.3g} V, below the stop "
     "voltage, {stop:.3g} V; a larger capacitance or a lower ESR helps",

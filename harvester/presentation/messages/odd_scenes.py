@@ -18,7 +18,7 @@ def _overdamped(damping_ratio: float) -> str:
 MESSAGES: dict[str, str | Callable[..., str]] = {
     "unusual_value": _unusual,
     "overdamped": _overdamped,
-    "node_left_out": "[storage] and [node] are not computed here, but by 'harvester node'",
+    "node_left_out": "[storage], [chip] and [node] are not computed here, but by 'harvester node'",
     "far_from_resonance": "excitation.frequency is {frequency:.4g} Hz, {ratio:.3g} times the resonance of "
     "{resonance:.4g} Hz: is its unit right?",
     "other_capacitance": "load.parameters.Cp is {own:.4g} nF, but piezo.capacitance is {piezo:.4g} nF: left out, it is "

@@ -8,6 +8,7 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.engines import Slow
+from harvester.engines.protocol import needs_one_mode
 from harvester.equations.problem import Problem
 from harvester.errors import InputError
 from harvester.netlists.probes import STORE, Probe
@@ -25,14 +26,17 @@ DIRECT = 25.0  # time constants of the mass of the direct run, at most
 LARGE = 1000.0  # times the piezo's capacitance: a store that is charged slowly without being asked for
 
 
-def refusal_of_slow(problem: Problem, probe: Probe) -> Diagnostic | None:
-    """Why a charge cannot be computed from the rectifier's mean current; None where it can."""
+def refusal_of_slow(problem: Problem, probe: Probe, records: bool = False) -> Diagnostic | None:
+    """Why a charge cannot be computed from the rectifier's mean current, also of ``records``; None where it can."""
     from harvester.circuits.compiled_circuit import compiled_circuit
+    from harvester.cosimulation.idealised import ideal_circuit
     from harvester.storage.rectifier_cut import is_plain_store
 
     eqs, circuit = problem.equations, problem.circuit
     if circuit is None or circuit.smoothing is None or probe.name != STORE:
         return refusal("slow_probe", probe=probe.name)
+    if records and eqs.record is not None and eqs.is_steady and ideal_circuit(circuit, problem.scales) is not None:
+        return needs_one_mode(problem, Slow.NAME)
     if eqs.record is not None or not eqs.is_shaken or (eqs.drive is not None and eqs.is_random):
         return refusal("slow_shaking")
     try:

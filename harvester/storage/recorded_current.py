@@ -1,0 +1,255 @@
+"""The rectifier's mean current in each window of a record, at held voltages: many lanes share the record's time.
+
+A record has quiet and loud parts, so that I(V) alone says little.  Here the mass is followed along the whole record
+with the store held at each of some voltages, and I(V, t) is what the rectifier gives in each window of time.  The
+record is taken in pieces; in each a batch of trajectories has some parts of it side by side, which begin early by the
+time that the mass needs to forget its start.
+
+Long because windows, lanes and the table that they fill are of one design.
+"""
+
+import math
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.fft import next_fast_len
+from scipy.interpolate import PchipInterpolator
+
+from harvester.arrays import Floats, aligned
+from harvester.equations.problem import Problem
+from harvester.machine.cores import cores
+from harvester.mechanics.kernels.coefficients import coefficients
+from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
+from harvester.mechanics.kernels.intervals import update_of
+from harvester.mechanics.kernels.shaking import filter_of, of_batch
+from harvester.mechanics.kernels.step_size import step_from_rest
+from harvester.mechanics.kernels.trajectory_batch import BATCH, IDEAL_SUMS, Batch, Schedule, advance
+from harvester.records.records import Record
+from harvester.storage.measured_current import FADED, HELD, time_constant
+from harvester.storage.rectified_current import RectifiedCurrent
+
+VOLTAGES = 16
+BATCHES = 2  # side by side
+SHORTEST, PERIODS, MOST_WINDOWS = 1.0, 8.0, 20_000  # s of a window; of the resonance in one; of a record
+PIECE = 2**22  # steps of a piece of the record
+BEYOND = 3.0  # over the largest rms of the open piezo's voltage in a window
+EDGE = 64  # samples beside a piece, over which it fades
+LOUD = 40  # windows in which stores are compared
+
+
+@dataclass(frozen=True)
+class RecordedCurrent:
+    """The mean ``current`` (A), shape (windows, n), in windows of a ``length`` (s), at ``voltages`` (V) from 0 on."""
+
+    voltages: Floats
+    current: Floats
+    length: float
+
+    @property
+    def stderr(self) -> None:
+        """Nothing is random."""
+
+    @property
+    def duration(self) -> float:
+        """The time of all windows (s)."""
+        return self.length * len(self.current)
+
+    @cached_property
+    def curve(self) -> PchipInterpolator:
+        """I(V, t) of all windows, monotone between the points."""
+        return PchipInterpolator(self.voltages, self.current, axis=1)
+
+    def at(self, volts: Floats) -> Floats:
+        """The mean current in each window; beyond the last voltage that of the last."""
+        return np.asarray(self.curve(np.clip(volts, 0.0, self.voltages[-1])))
+
+    def halved(self) -> "RecordedCurrent":
+        """The table without every other voltage but the ends."""
+        keep = np.unique(np.append(np.arange(0, len(self.voltages), 2), len(self.voltages) - 1))
+        return replace(self, voltages=self.voltages[keep], current=self.current[:, keep])
+
+    def mean(self) -> RectifiedCurrent:
+        """The mean over the record, as of a shaking that always is as it is on average."""
+        zero = np.zeros(len(self.voltages))
+        return RectifiedCurrent(self.voltages, self.current.mean(axis=0), None, zero, zero, zero, 0.0)
+
+
+class RecordGrid(NamedTuple):
+    """How a record is divided: ``windows`` of so many ``samples`` of the file, each of ``steps`` of h."""
+
+    windows: int
+    samples: int
+    steps: int
+    h: float
+
+
+def grid_of(problem: Problem, h: float | None = None) -> RecordGrid:
+    """The windows of a record, whose ends are samples of it; the last samples that fill no window are left out."""
+    record, w0 = problem.equations.record, problem.scales.frequency
+    assert record is not None, "the caller checks"
+    h = step_from_rest(replace(problem.equations, record=None)) if h is None else h
+    seconds = max(SHORTEST * w0, PERIODS * 2.0 * math.pi, record.period / MOST_WINDOWS)
+    samples = min(next_fast_len(max(round(seconds / record.spacing), 1), True), len(record.values))
+    steps = 8 * next_fast_len(math.ceil(samples * record.spacing / (8.0 * h)), True)
+    return RecordGrid(len(record.values) // samples, samples, steps, samples * record.spacing / steps)
+
+
+class Lanes:
+    """A batch of trajectories with stores at ``volts``, shape (BATCH,), of ``farads``, on parts of a record.
+
+    ``circuit`` is one of ideal elements.
+    """
+
+    def __init__(self, problem: Problem, circuit: IdealCircuit, volts: Floats, farads: float, h: float) -> None:
+        self.eqs, self.scales, self.h, self.farads = problem.equations, problem.scales, h, farads
+        self._unit = farads * self.scales.volts
+        self.circuit = circuit._replace(kappa=farads / self.scales.capacitance, mu=1e-12)
+        self.charge = farads * volts
+        self.state, self.sums = aligned((5, BATCH)), aligned((len(IDEAL_SUMS), BATCH))
+        self.state[0] = self.state[4] = self.eqs.resting_places[0]
+        self.hold()
+        self._filter, self._words = aligned((2, BATCH)), aligned((2, BATCH), np.uint64)
+
+    def hold(self) -> None:
+        """Set the stores back to what they had at first."""
+        self.state[3] = self.charge / self._unit
+
+    def begin(self, samples: Floats, places: Floats) -> None:
+        """Take accelerations at all steps, and where in them each trajectory is."""
+        self._filter[:] = samples[places.astype(int)], places
+        self._shaker = of_batch(filter_of(self.eqs, self.h), self._filter, self._words, samples)
+
+    def advance(self, steps: int) -> tuple[Floats, Floats]:
+        """Go on: the charges (C) that the stores gained, and the mean squares of the piezo's voltage (V^2)."""
+        x, v, voltage, stored, place = self.state
+        before = stored * self._unit
+        self.sums[:] = 0.0
+        batch = Batch(x, v, voltage, self._words[0], self._words[1], self.sums, None, stored, place)
+        schedule, update = Schedule(steps // 4, 4, 0, False), update_of(self.eqs, self.h, False)
+        advance(batch, schedule, self.h, self.circuit, coefficients(self.eqs), self._shaker, update)
+        return stored * self._unit - before, self.sums[1] / schedule.samples * self.scales.volts**2
+
+
+def _early(problem: Problem, grid: RecordGrid) -> int:
+    """Windows in which the mass forgets its start."""
+    return math.ceil(FADED * time_constant(problem.equations) / (grid.steps * grid.h))
+
+
+def windows_of(problem: Problem, circuit: IdealCircuit, volts: Floats, grid: RecordGrid) -> tuple[Floats, Floats, int]:
+    """Charges (C) in windows at held voltages, shape (windows, n), the piezo's mean squares (V^2), and the steps made.
+
+    The number of voltages divides `BATCH`.
+    """
+    count, parts = len(volts), BATCHES * BATCH // len(volts)
+    early = math.ceil(FADED * time_constant(problem.equations) / (grid.steps * grid.h))
+    each = max(min(PIECE // grid.steps, grid.windows) // parts, 1)
+    farads, steps = HELD * problem.scales.capacitance, 0
+    charges, squares = np.zeros((grid.windows, count)), np.zeros((grid.windows, count))
+    held = np.tile(volts, parts // BATCHES)
+    for begin in range(0, grid.windows, parts * each):
+        samples = _accelerations(problem.equations.record, grid, begin - early, early + parts * each)
+
+        def batch(k: int, begin: int = begin, samples: Floats = samples) -> int:
+            lanes = Lanes(problem, circuit, held, farads, grid.h)
+            part = k * (parts // BATCHES) + np.repeat(np.arange(parts // BATCHES), count)
+            lanes.begin(samples, (part * each * grid.steps).astype(float))
+            for i in range(early + each):
+                lanes.hold()
+                charge, square = lanes.advance(grid.steps)
+                at = begin + part * each + i - early
+                good = (at < grid.windows) & (i >= early)
+                charges[at[good], np.tile(np.arange(count), parts // BATCHES)[good]] = charge[good]
+                squares[at[good], np.tile(np.arange(count), parts // BATCHES)[good]] = square[good]
+            return (early + each) * grid.steps * BATCH
+
+        with ThreadPoolExecutor(cores()) as pool:
+            steps += sum(pool.map(batch, range(BATCHES)))
+    return charges, squares, steps
+
+
+def _accelerations(record: Any, grid: RecordGrid, begin: int, count: int) -> Floats:
+    """The accelerations at the steps of ``count`` windows from one on; before and after the record there are none."""
+    edge = math.ceil(EDGE / grid.samples)
+    whole = next_fast_len(count + 2 * edge, True)  # windows, of a number whose Fourier series is quick
+    low, high = (begin - edge) * grid.samples, (begin - edge + whole) * grid.samples
+    values = np.zeros(high - low)
+    inside = slice(max(low, 0), max(min(high, grid.windows * grid.samples), low, 0))
+    values[inside.start - low : inside.stop - low] = record.values[inside]
+    fade = np.sin(0.5 * math.pi * np.arange(edge * grid.samples) / (edge * grid.samples)) ** 2
+    values[: len(fade)] *= fade
+    values[len(values) - len(fade) :] *= fade[::-1]
+    fine = Record(record.spacing, values).sampled(whole * grid.steps)
+    return np.ascontiguousarray(fine[edge * grid.steps : (count + edge) * grid.steps])
+
+
+class Recorded(NamedTuple):
+    """I(V, t), the same of the scene's step, and how many steps they took.
+
+    ``separation`` is by what part the charges differ that stores of their own capacitance gain.
+    """
+
+    best: RecordedCurrent
+    rough: RecordedCurrent
+    separation: float
+    steps: int
+
+
+def recorded(problem: Problem, circuit: IdealCircuit, farads: float, top: float | None = None) -> Recorded:
+    """I(V, t) of a record, extrapolated from two steps, up to ``top`` (V) or a voltage that the piezo hardly reaches.
+
+    In the loudest windows a store of ``farads`` that is not held gains what it should, too, but for what taking the
+    time scales apart changes.
+    """
+    grid, steps = grid_of(problem), 0
+    if top is None:
+        _, squares, steps = windows_of(problem, circuit, np.full(1, 1e3 * problem.scales.volts), grid)
+        top = BEYOND * math.sqrt(float(squares.max()))
+    volts, length = np.linspace(0.0, top, VOLTAGES), grid.steps * grid.h / problem.scales.frequency
+    tables = []
+    for one in (grid, grid._replace(steps=grid.steps // 2, h=2.0 * grid.h)):
+        charges, _, more = windows_of(problem, circuit, volts, one)
+        tables.append(RecordedCurrent(volts, charges / length, length))
+        steps += more
+    separation, many = _separation(problem, circuit, tables[0], grid, farads)
+    return Recorded(_extrapolated(*tables), tables[0], separation, steps + many)
+
+
+def _extrapolated(fine: RecordedCurrent, coarse: RecordedCurrent) -> RecordedCurrent:
+    """The table as of a step of 0, from those of two steps, whose errors are of second order."""
+    return replace(fine, current=fine.current + (fine.current - coarse.current) / 3.0)
+
+
+def _loudest(table: RecordedCurrent, grid: RecordGrid, early: int) -> slice:
+    """Some neighbouring windows about that in which most charge comes, after the mass has forgotten its rest."""
+    most = int(np.argmax(table.current.sum(axis=1)))
+    first = min(max(most - LOUD // 2, early), grid.windows - 1)
+    return slice(first, min(max(most, first) + LOUD // 2, grid.windows))
+
+
+def _separation(
+    problem: Problem, circuit: IdealCircuit, table: RecordedCurrent, grid: RecordGrid, farads: float
+) -> tuple[float, int]:
+    """By what part the charges differ that stores of their own capacitance gain, and the steps.
+
+    Each begins at one of the voltages in the lower half, with the mass that has forgotten its start.
+    """
+    loud = _loudest(table, grid, _early(problem, grid))
+    early = _early(problem, grid)
+    volts = np.repeat(table.voltages[: VOLTAGES // 2], 2 * BATCH // VOLTAGES)
+    lanes = Lanes(problem, circuit, volts, farads, grid.h)
+    count = loud.stop - loud.start
+    lanes.begin(_accelerations(problem.equations.record, grid, loud.start - early, early + count), np.zeros(BATCH))
+    for _ in range(early):
+        lanes.hold()
+        lanes.advance(grid.steps)
+    lanes.hold()
+    gained = sum(lanes.advance(grid.steps)[0] for _ in range(count))
+    v = volts.copy()
+    for row in table.current[loud]:
+        v += np.interp(v, table.voltages, row) * table.length / farads
+    expected = farads * (v - volts)
+    scale = max(float(np.abs(expected).sum()), 1e-300)
+    return float(np.abs(gained - expected).sum()) / scale, (early + count) * grid.steps * BATCH

@@ -1,0 +1,116 @@
+"""The rectifier's current along a record: against a drive's, at half the windows, and a node against direct runs."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+import harvester as hv
+from harvester.circuits.compiled_circuit import CompiledCircuit
+from harvester.cosimulation.idealised import ideal_circuit
+from harvester.equations.problem import Problem
+from harvester.mechanics.kernels.forcing import forcing
+from harvester.storage.measured_current import HELD, measured
+from harvester.storage.recorded_current import grid_of, recorded
+from harvester.storage.rectifier_cut import STORE, held_rectifier, with_store
+from tests.support.paths import EXAMPLES
+
+SCENE = hv.load(EXAMPLES / "bimorph_packets.toml")
+
+
+def on_record(folder, times, values):
+    """The scene on a record (m/s^2), without its clamp."""
+    path = folder / "record.csv"
+    rows = [f"{t:.4f},{a:.6f}" for t, a in zip(times, values, strict=True)]
+    path.write_text("\n".join(["time (s),acceleration (m/s^2)", *rows, ""]))
+    return dataclasses.replace(SCENE, excitation=hv.Excitation(acceleration_file=str(path)))
+
+
+def bursts(seconds, every, burst=20.0, rate=500.0, amplitude=1.5, frequency=46.0):
+    """A tone that lasts for ``burst`` in every ``every`` seconds, in a little noise."""
+    rng, t = np.random.default_rng(3), np.arange(int(seconds * rate)) / rate
+    tone = amplitude * np.sin(2 * math.pi * frequency * t) * (t % every < burst)
+    return t, tone + 0.05 * rng.standard_normal(len(t))
+
+
+def table_of(scene, farads=470e-6):
+    problem = Problem.of(dataclasses.replace(scene, storage=None, node=None))
+    return recorded(problem, ideal_circuit(problem.circuit, problem.scales), farads, 5.0), problem
+
+
+def test_a_recorded_tone_gives_the_current_of_the_drive(tmp_path):
+    """The windows after the ring-up have I(V) of the drive, which another code measures with other elements."""
+    t = np.arange(0.0, 12.0, 0.002)
+    found, _ = table_of(on_record(tmp_path, t, 1.5 * np.sin(2 * math.pi * 46.0 * t)))
+    drive = hv.Excitation(acceleration_amplitude=1.5, frequency=46.0)
+    driven = Problem.of(dataclasses.replace(SCENE, excitation=drive, storage=None, node=None))
+    elements = held_rectifier(driven.circuit, HELD * driven.scales.capacitance)
+    expected = measured(driven, elements, top=5.0).best.at(found.best.voltages)
+    assert np.abs(found.best.current[3:-2] / expected - 1.0).max() < 0.005
+    assert found.separation < 0.02
+    assert found.best.length * len(found.best.current) == pytest.approx(12.0, abs=found.best.length)
+
+
+def test_a_store_that_is_not_slow_is_found_out(tmp_path):
+    found, _ = table_of(on_record(tmp_path, *bursts(30.0, 30.0, 10.0)), farads=1e-7)
+    assert found.separation > 0.3
+
+
+def test_windows_are_whole_samples_and_steps(tmp_path):
+    _, problem = table_of(on_record(tmp_path, *bursts(30.0, 30.0, 10.0)))
+    grid = grid_of(problem)
+    record = problem.equations.record
+    assert grid.steps * grid.h == pytest.approx(grid.samples * record.spacing, rel=1e-12)
+    assert grid.steps % 8 == 0 and grid.windows * grid.samples <= len(record.values)
+
+
+def packets_directly(scene, seconds, slice_=0.1):
+    """Packets of a node by the mass with the netlist's own elements and its own store, which each packet lowers.
+
+    A packet takes its energy at once; sleep and leakage take theirs in each slice of time.
+    """
+    storage, node = scene.storage, scene.node
+    problem = Problem.of(dataclasses.replace(scene, storage=None, node=None))
+    scales, eqs = problem.scales, problem.equations
+    parts = with_store(held_rectifier(problem.circuit, HELD * scales.capacitance), storage.farads)
+    circuit = CompiledCircuit(problem.circuit, scales, parts)
+    at, h = circuit.charge_at(STORE), 0.1
+    kicks = round(slice_ * scales.frequency / h)
+    h = slice_ * scales.frequency / kicks
+    shaking = forcing(eqs, h, kicks * round(seconds / slice_))
+    packet = sum(amperes * length for amperes, length in node.states) * node.supply_voltage / node.efficiency
+    state, start, on, due, sent = circuit.rest, (0.0, 0.0), False, 0.0, 0
+    for k in range(round(seconds / slice_)):
+        part = shaking[k * kicks : (k + 1) * kicks + 1]
+        path = circuit.trace(eqs, np.zeros(kicks), h, kicks, start, state, part)
+        x, _, _, v, _ = map(float, path.samples[-1])
+        state, start = path.state, (x, v + 0.5 * h * float(part[-1]))
+        volts = state[at] / storage.farads
+        volts -= slice_ * volts / storage.leakage_resistance / storage.farads
+        if on:
+            volts -= slice_ * node.sleep_current * node.supply_voltage / node.efficiency / volts / storage.farads
+        now = (k + 1) * slice_
+        if not on and volts >= node.wake_voltage:
+            on, due = True, now
+        if on and now >= due:
+            left = volts**2 - 2.0 * packet / storage.farads
+            on = left > node.stop_voltage**2
+            sent, due = sent + on, due + node.interval
+            volts = math.sqrt(max(left, node.stop_voltage**2))
+        on = on and volts > node.stop_voltage
+        state[at] = min(volts, storage.clamp_voltage) * storage.farads
+    return sent
+
+
+@pytest.mark.thorough("test_a_recorded_tone_gives_the_current_of_the_drive")
+@pytest.mark.slow
+def test_packets_on_bursts_are_those_of_direct_runs(tmp_path):
+    """Ten minutes, a burst of 20 s in every 5 minutes: within 5 %."""
+    scene = on_record(tmp_path, *bursts(600.0, 300.0))
+    node = scene.node.replace(interval=1.0, currents=(0.4e-3, 2e-3))
+    scene = dataclasses.replace(scene, node=node, storage=scene.storage.replace(capacitance=100e-6, esr=None))
+    found = hv.node(scene, days=600.0 / 86400.0)
+    packets, direct = found.packets_per_hour.value / 6.0, packets_directly(scene, 600.0)
+    assert direct > 60
+    assert abs(packets - direct) < 0.05 * direct
