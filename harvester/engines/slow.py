@@ -113,7 +113,7 @@ class Slow(Request, Engine):
         )
 
     def quick(self, scene: AnyScene) -> Estimate:
-        """The same in a tenth of a second for most chips: the errors of its steps and of the separation are not known.
+        """The same in a tenth of a second for most chips, and none of its errors is known.
 
         Raises as `run`.
         """
@@ -126,8 +126,8 @@ class Slow(Request, Engine):
         cut = cut_behind_rectifier(problem.circuit)
         assert cut is not None, "refusal checks this"
         begin = time.perf_counter()
-        power, change, square, path = quick_power(problem, cut)
+        power, square, path = quick_power(problem, cut)
         scales, seconds = problem.scales, time.perf_counter() - begin
         v2 = Value(square / scales.volts**2, unknown=COMPILED_CIRCUIT)
-        value = Value(power, model=change, unknown=COMPILED_CIRCUIT).scaled(1.0 / scales.watts)
+        value = Value(power, unknown=COMPILED_CIRCUIT).scaled(1.0 / scales.watts)
         return estimate(self.NAME, problem, v2, value, [], seconds, path.steps, of_load(path))

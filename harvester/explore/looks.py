@@ -15,7 +15,8 @@ FIELD = f"""
 label {{ color: {PALE}; font-size: 12px; line-height: 1.2; padding: 0; text-transform: none; }}
 input.bk-input, select.bk-input {{ height: 28px; font-size: 13px; padding: 2px 7px; border: 1px solid {LINE};
   border-radius: 5px; color: {INK}; background-color: var(--card); }}
-select.bk-input {{ appearance: auto; background-image: none; }}
+select.bk-input {{ appearance: auto !important; background-image: none !important; }}
+input::file-selector-button {{ color: {INK}; background: var(--hover); border: 1px solid {LINE}; border-radius: 5px; }}
 .bk-description > .bk-icon {{ background-color: {PALE}; }}
 input.bk-input:focus {{ border-color: {ACCENT}; box-shadow: 0 0 0 2px var(--glow); outline: none; }}
 """
@@ -41,8 +42,7 @@ input {{ accent-color: {ACCENT}; width: 15px; height: 15px; }}
 """
 PICTURE = f"""
 :host .bk-btn.bk-btn-default {{ display: flex; flex-direction: column; align-items: center; justify-content: center;
-  padding: 2px; border-radius: 6px; font-size: 11.5px;
-  white-space: nowrap; width: 102px; overflow: hidden; color: {PALE} !important; background: var(--card) !important;
+  padding: 2px 0; border-radius: 6px; font-size: 11.5px; white-space: nowrap; color: {PALE} !important; background: var(--card) !important;
   border: 1px solid {LINE}; }}
 :host .bk-btn.bk-btn-default > :first-child {{ margin: -18px 0 -22px; }}
 :host .bk-btn.bk-btn-default:hover {{ border-color: {ACCENT}; color: {INK}; background: var(--hover) !important; }}

@@ -93,11 +93,11 @@ def slow_power(problem: Problem, cut: Cut) -> SlowPower:
     )
 
 
-def quick_power(problem: Problem, cut: Cut) -> tuple[float, float, float, SlowPath]:
-    """Mean power (W), by how much half of the voltages and of the time change it, E[V^2], and the path; soon.
+def quick_power(problem: Problem, cut: Cut) -> tuple[float, float, SlowPath]:
+    """Mean power (W), mean square of the piezo's voltage, and the path; soon.
 
     The rectifier's current is measured at few voltages and at one step, and the slow steps are longer: a tenth of a
-    second for most chips.  The errors of the steps and of the separation of time scales are not measured.
+    second for most chips.  None of its errors is measured.
 
     Raises as `slow_power`.
     """
@@ -109,12 +109,9 @@ def quick_power(problem: Problem, cut: Cut) -> tuple[float, float, float, SlowPa
     unit = time_constant(problem.equations) / scales.frequency
     slow = unit / FINER * QUICK_STEP
     duration = min(_first_duration(circuit, table, unit), MOST / QUICK_STEP * slow)
-    path, other = (circuit.run(one, duration, slow) for one in (table, table.halved()))
-    ohm = circuit.circuit.resistance
-    mean = _power(path.t, path.square, duration / 4.0, duration)
-    first, last = (_power(path.t, path.square, *part) for part in _parts(duration))
-    change = abs(first - last) + abs(_power(other.t, other.square, duration / 4.0, duration) - mean)
-    return mean / ohm, change / ohm, _power(path.t, path.piezo, duration / 4.0, duration), path
+    path = circuit.run(table, duration, slow)
+    mean, square = (_power(path.t, one, duration / 4.0, duration) for one in (path.square, path.piezo))
+    return mean / circuit.circuit.resistance, square, path
 
 
 def of_load(path: SlowPath) -> dict[str, float]:

@@ -233,7 +233,7 @@ def test_a_chip_has_its_power_and_its_thresholds(browser, url):
         "(own) => Math.abs(parseFloat(document.__deep('.headline .power').innerText) / own - 1) < 1e-3",
         own.mean_power.value * 1e6,
     )
-    told = one.page.locator(".life").inner_text()
+    told = one.page.locator("table.life").inner_text()
     on = f"{100.0 * own.details['load_on']:.3g} %"
     assert on in told and "5.05 V" in told and "3.67 V" in told
     assert f"load on, of the time {on}" in one.page.locator(".headline .by").inner_text()
