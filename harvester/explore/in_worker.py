@@ -64,14 +64,16 @@ def power(tables: dict[str, Any], within: float, seconds: float) -> dict[str, An
 
     problem = Problem(Scene(**tables))
     kinds = sorted((one for one in ENGINES.values() if one.needs_netlist), key=lambda one: not one.by_mean_current)
-    refusals = {kind.NAME: kind.refusal(problem) for kind in kinds}
-    for name, refused in refusals.items():
-        if refused is None:
-            chip = name == Slow.NAME  # which has no options, but a quick way and a whole one
-            found = Slow().quick(problem) if chip and within > FINE[0] else None
-            options = {} if chip else {"within": within, "budget": seconds}
-            return {"engine": name} | told_of(found or engine(name, **options).run(problem))
-    raise CannotServeError(list(refusals.values())[-1])
+    refusals = {kind: kind.refusal(problem) for kind in kinds}
+    for kind, refused in refusals.items():
+        if refused is not None:
+            continue
+        if not kind.by_mean_current:
+            found = engine(kind.NAME, within=within, budget=seconds).run(problem)
+        else:  # it has no such options, but a quick way and a whole one
+            found = Slow().quick(problem) if within > FINE[0] else Slow().run(problem)
+        return {"engine": kind.NAME} | told_of(found)
+    raise CannotServeError(next(iter(refusals.values())))
 
 
 def life(tables: dict[str, Any]) -> dict[str, Any]:
