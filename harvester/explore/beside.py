@@ -1,8 +1,9 @@
-"""What is known of a design beside its power: how far one path went, and how a node lives of it."""
+"""What is known of a design beside its power: how far one path went, and how a chip or a node lives of it."""
 
 import json
 from typing import Any
 
+from harvester.presentation.glossary import GLOSSARY
 from harvester.scene.scene import Scene
 from harvester.uncertainty.value import amount
 
@@ -16,6 +17,21 @@ def of_path(scene: Scene, found: dict[str, Any]) -> dict[str, str]:
     known = {"largest displacement": amount(far, length), "largest voltage": amount(high, volt)}
     strain = scene.piezo.strain_per_displacement if scene.piezo else None
     return known | ({} if strain is None else {"largest strain": f"{1e6 * strain * far:.4g} microstrain"})
+
+
+# A chip's parameters: the store's voltage at which its output begins and ends, and the output's.
+_THRESHOLDS = {"Vrise": "output begins at", "Von": "output begins at", "Vfall": "output ends at"}
+_THRESHOLDS |= {"Voff": "output ends at", "Vreg": "voltage of the output"}
+CHIP = "load_on"  # what is known of a chip's load, with others; see `harvester.storage.steady_power.of_load`
+
+
+def of_chip(details: dict[str, float], values: dict[str, float]) -> list[tuple[str, str]]:
+    """The rows of a chip: what engine `slow` tells of its load and store, and its thresholds among the ``values``."""
+    known = [(GLOSSARY[name], details[name]) for name in details if name.startswith(("load_on", "store_"))]
+    rows = [
+        (term.label, f"{100.0 * one:.3g} %" if term.kind == "share" else amount(one, term.kind)) for term, one in known
+    ]
+    return rows + [(name, amount(values[key], "V")) for key, name in _THRESHOLDS.items() if key in values]
 
 
 def sentence(found: dict[str, Any], sizes: dict[str, str]) -> str:

@@ -146,11 +146,11 @@ def warnings(live: Live, runs: Sequence[dict[str, Any]], more: Sequence[str] = (
 
 
 def life(found: dict[str, Any]) -> str:
-    """How the node lives, as `in_worker.life` tells it, or why that is not known (``error``)."""
+    """How the node lives, as `in_worker.life` tells it, or why that is not known (``error``); or a chip."""
     if "error" in found:
         return f'<div class="by">The node: {escape(plain(found["error"]))}</div>'
     remarks = "".join(f"<li>{escape(plain(one))}</li>" for one in found["remarks"])
-    return table(("the node", "in a day"), found["rows"], "life") + f"<ul>{remarks}</ul>"
+    return table(found.get("heads", ("the node", "in a day")), found["rows"], "life") + f"<ul>{remarks}</ul>"
 
 
 def meanings(problem: Problem) -> tuple[str, list[str]]:

@@ -56,17 +56,24 @@ def power(tables: dict[str, Any], within: float, seconds: float) -> dict[str, An
     Raises CannotServeError where none does, and HarvesterError as that one.
     """
     from harvester.engines.selection import ENGINES, engine
+    from harvester.engines.slow import Slow
     from harvester.equations.problem import Problem
     from harvester.errors import CannotServeError
     from harvester.explore.job import told_of
     from harvester.scene.scene import Scene
 
     problem = Problem(Scene(**tables))
-    refusals = {name: kind.refusal(problem) for name, kind in ENGINES.items() if kind.needs_netlist}
-    for name, refused in refusals.items():
-        if refused is None:
-            return {"engine": name} | told_of(engine(name, within=within, budget=seconds).run(problem))
-    raise CannotServeError(list(refusals.values())[-1])
+    kinds = sorted((one for one in ENGINES.values() if one.needs_netlist), key=lambda one: not one.by_mean_current)
+    refusals = {kind: kind.refusal(problem) for kind in kinds}
+    for kind, refused in refusals.items():
+        if refused is not None:
+            continue
+        if not kind.by_mean_current:
+            found = engine(kind.NAME, within=within, budget=seconds).run(problem)
+        else:  # it has no such options, but a quick way and a whole one
+            found = Slow().quick(problem) if within > FINE[0] else Slow().run(problem)
+        return {"engine": kind.NAME} | told_of(found)
+    raise CannotServeError(next(iter(refusals.values())))
 
 
 def life(tables: dict[str, Any]) -> dict[str, Any]:

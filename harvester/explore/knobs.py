@@ -91,7 +91,7 @@ class Knobs:
                 name=circuits.label(name),
                 icon=circuits.picture(name),
                 icon_size="6.9em",
-                width=102,
+                width=107,
                 height=74,
                 margin=(0, 6, 6, 0),
                 css_classes=["circuit", f"circuit-{name}"],

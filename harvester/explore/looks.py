@@ -15,12 +15,15 @@ FIELD = f"""
 label {{ color: {PALE}; font-size: 12px; line-height: 1.2; padding: 0; text-transform: none; }}
 input.bk-input, select.bk-input {{ height: 28px; font-size: 13px; padding: 2px 7px; border: 1px solid {LINE};
   border-radius: 5px; color: {INK}; background-color: var(--card); }}
+select.bk-input {{ appearance: auto !important; background-image: none !important; }}
+input::file-selector-button {{ color: {INK}; background: var(--hover); border: 1px solid {LINE}; border-radius: 5px; }}
+.bk-description > .bk-icon {{ background-color: {PALE}; }}
 input.bk-input:focus {{ border-color: {ACCENT}; box-shadow: 0 0 0 2px var(--glow); outline: none; }}
 """
 SLIDER = f"""
 :host {{ --slider-size: 4px; --handle-width: 14px; --handle-height: 14px; }}
 .noUi-target {{ height: 4px; background: {LINE}; border: none; box-shadow: none; margin: 10px 4px; }}
-.noUi-connect {{ background: {ACCENT}; }}
+.noUi-connect {{ background: {ACCENT} !important; }}
 .noUi-handle {{ background: var(--card); border: 2px solid {ACCENT}; box-shadow: none; border-radius: 50%;
   cursor: grab; }}
 .noUi-handle:focus {{ box-shadow: 0 0 0 4px var(--glow); outline: none; }}
@@ -29,6 +32,7 @@ CARD = f"""
 :host(.card) {{ border: 1px solid {LINE}; border-radius: 8px; background: var(--card); box-shadow: none;
   outline: none; }}
 .card-header {{ border: none; padding: 7px 12px; background: transparent; }}
+.card-button svg {{ stroke: {INK}; }}
 .card-header *, .card-header-row {{ font-size: 14px; font-weight: 600; color: {INK} !important; }}
 :host > div:not(.card-header), :host > .bk-Column {{ margin: 0 12px; }}
 """
@@ -38,7 +42,8 @@ input {{ accent-color: {ACCENT}; width: 15px; height: 15px; }}
 """
 PICTURE = f"""
 :host .bk-btn.bk-btn-default {{ display: flex; flex-direction: column; align-items: center; justify-content: center;
-  padding: 2px; border-radius: 6px; font-size: 11.5px; color: {PALE} !important; background: var(--card) !important;
+  padding: 2px 0; border-radius: 6px; font-size: 11.5px;
+  white-space: nowrap; color: {PALE} !important; background: var(--card) !important;
   border: 1px solid {LINE}; }}
 :host .bk-btn.bk-btn-default > :first-child {{ margin: -18px 0 -22px; }}
 :host .bk-btn.bk-btn-default:hover {{ border-color: {ACCENT}; color: {INK}; background: var(--hover) !important; }}
@@ -51,7 +56,7 @@ BUTTON = f"""
   border-radius: 6px; padding: 4px 10px; box-shadow: none; }}
 :host .bk-btn.bk-btn-default:hover {{ border-color: {ACCENT}; background: var(--hover); }}
 :host .bk-btn.bk-btn-default[disabled] {{ color: var(--pale); opacity: 0.6; background: var(--hover);
-  border-color: {LINE}; }}
+  border-color: {LINE}; cursor: not-allowed; }}
 a {{ color: inherit; }}
 """
 WORDS = f"""
@@ -72,5 +77,6 @@ ul.refused {{ color: {PALE}; }}
 .power {{ font-size: 27px; font-weight: 650; letter-spacing: -0.01em; line-height: 1.2; }}
 .power.none {{ font-size: 18px; color: {PALE}; }}
 .error95 {{ font-size: 15px; font-weight: 400; color: {PALE}; margin-left: 10px; }}
+a {{ color: {ACCENT}; }}
 .by {{ color: {PALE}; font-size: 13px; }}
 """

@@ -14,7 +14,7 @@ import panel as pn
 
 from harvester.errors import HarvesterError, InputError
 from harvester.explore import html_text
-from harvester.explore.beside import NODE, Beside, of_path, sentence
+from harvester.explore.beside import CHIP, NODE, Beside, of_chip, of_path, sentence
 from harvester.explore.computing import Computing, Wanted
 from harvester.explore.draft import PARAMETER, RESISTANCE, Draft, differences
 from harvester.explore.knobs import Knobs
@@ -25,6 +25,7 @@ from harvester.explore.runs import RunPanel
 from harvester.explore.slider_scale import Slide
 from harvester.explore.toolbar import FilesBar, PinBar
 from harvester.presentation.diagnostic import Diagnostic
+from harvester.presentation.glossary import GLOSSARY
 
 
 class Explorer:
@@ -176,7 +177,16 @@ class Explorer:
             self._unknown = asked.tables, found["error"]
         else:
             self.runs.add(found["engine"], (asked.tables, asked.key, asked.at), found)
+            if asked.tables == self._asked.tables and CHIP in found["answer"]["details"]:
+                self._show_chip(asked, found["answer"]["details"])
         self._draw()
+
+    def _show_chip(self, asked: Wanted, details: dict[str, float]) -> None:
+        """Show how a chip's load and store live, as a table and beside the power."""
+        circuit = self.live.problem.circuit if self.live is not None else None
+        rows = of_chip(details, {} if circuit is None else circuit.values)
+        self.life.object = html_text.life({"heads": ("the chip", ""), "rows": rows, "remarks": []})
+        self._beside.add(asked.tables, dict(rows[:2]), self.pinned[0] if self.pinned else None)
 
     def mean(self, text: str, doubts: list[str]) -> None:
         """Say what the numbers mean."""
@@ -212,7 +222,7 @@ class Explorer:
             return
         self._answered = self._asked.tables
         self.answers.object = html_text.answers(self.live, runs)
-        if NODE not in beside:
+        if NODE not in beside and GLOSSARY[CHIP].label not in beside:
             waiting = '<div class="by">Computing how the node lives ...</div>'
             self.life.object = waiting if "node" in self._asked.tables else ""
         self.files.show_link()
@@ -236,10 +246,12 @@ class Explorer:
     def _pin(self) -> None:
         if self.live is not None:
             self.pinned = (self._asked.tables, self.live)
+            self.pin.show(True)
             self._draw()
 
     def _unpin(self) -> None:
         self.pinned = None
+        self.pin.show(False)
         self._draw()
 
     def shown_runs(self) -> list[dict[str, Any]]:

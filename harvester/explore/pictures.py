@@ -10,7 +10,7 @@ from bokeh.plotting import figure
 
 from harvester.arrays import Floats
 from harvester.explore.live import FORMULAS, Live, PowerCurve, engineering
-from harvester.explore.runs import SAMPLERS
+from harvester.explore.runs import POINTS
 from harvester.explore.slider_scale import Slide
 from harvester.explore.texts import unit_on_page
 from harvester.presentation.engine_look import look as look_of
@@ -18,7 +18,7 @@ from harvester.quantities.units import SYMBOLS
 
 # matplotlib's letter of an engine's marker -> the name of Bokeh; an engine with another letter gets circles
 _MARKERS = {"o": "circle", "s": "square", "D": "diamond", "*": "star", "X": "x", "P": "plus", "^": "triangle"}
-_MARKERS |= {"h": "hex", "v": "inverted_triangle"}
+_MARKERS |= {"h": "hex", "v": "inverted_triangle", "p": "hex_dot"}
 _DASH = 1.5  # a dash, in those of matplotlib
 _INK, _GRID, _GHOST = "#3a434d", "#e6e9ec", "#9aa4af"
 _OWN, _REFERENCE = {"line_width": 2.4, "line_alpha": 1.0}, {"line_width": 1.2, "line_alpha": 0.5}
@@ -85,7 +85,7 @@ class PowerPlot:
             look = {"color": colour, "line_width": 2.4, "line_dash": _dashes(look_of(engine).line)}
             self.curves[engine] = self.plot.line("x", "y", source=source, name=engine, **look)
             items.append(LegendItem(label=engine, renderers=[self.curves[engine]]))
-        for engine in SAMPLERS:
+        for engine in POINTS:
             marker = _MARKERS.get(look_of(engine).marker, "circle")
             source = ColumnDataSource({name: [] for name in ("x", "y", "low", "high", "alpha")}, name=f"runs-{engine}")
             look = {"color": look_of(engine).colour, "alpha": "alpha"}
@@ -144,7 +144,7 @@ class PowerPlot:
 
     def _show_runs(self, runs: list[dict[str, Any]], scaled: float) -> None:
         """Draw the runs of each engine with their errors; paler those of another scene."""
-        for engine in SAMPLERS:
+        for engine in POINTS:
             mine = [run for run in runs if run["engine"] == engine]
             y, error = (np.array([run[name] for run in mine], dtype=float) / scaled for name in ("y", "error"))
             alpha = [1.0 if run["own"] else 0.3 for run in mine]

@@ -15,6 +15,7 @@ from harvester.explore.looks import BUTTON, FIELD, WORDS
 from harvester.presentation.diagnostic import Diagnostic
 
 SAMPLERS = tuple(name for name, kind in ENGINES.items() if kind.samples)
+POINTS = tuple(name for name, kind in ENGINES.items() if kind.samples or kind.by_mean_current)  # drawn as points
 
 
 class RunPanel:
@@ -85,6 +86,8 @@ class RunPanel:
         reasons = [
             f"{name}: {refused}" for name, refused in refusals.items() if name in SAMPLERS and refused is not None
         ]
+        without = [name for name in SAMPLERS if name not in refusals]
+        reasons += [f"{' and '.join(without)}: for a load that is a netlist, such as a bridge"] * bool(without)
         said = "".join(f"<li>{escape(plain(one))}</li>" for one in reasons)
         self.why.object = f"<details><summary>Why some are grey</summary><ul>{said}</ul></details>" if reasons else ""
         for engine in SAMPLERS:

@@ -50,10 +50,16 @@ def button(name: str, kind: str, action: Callable[[], None]) -> Any:
 
 
 class PinBar:
-    """The buttons to pin the present design and to unpin it."""
+    """The buttons to pin the present design and, once that is done, to unpin it."""
 
     def __init__(self, pin: Callable[[], None], unpin: Callable[[], None]) -> None:
-        self.view = pn.Row(button("Pin this design", "pin", pin), button("Unpin", "unpin", unpin), margin=0)
+        self._unpin = button("Unpin", "unpin", unpin)
+        self._unpin.visible = False
+        self.view = pn.Row(button("Pin this design", "pin", pin), self._unpin, margin=0)
+
+    def show(self, pinned: bool) -> None:
+        """Show "Unpin" where a design is pinned."""
+        self._unpin.visible = pinned
 
 
 class FilesBar:

@@ -54,7 +54,8 @@ def _errors(here: Axes, answer: EstimateShape) -> None:
     colour = look_of(answer.engine).colour
     for place, (name, error) in enumerate(parts.items()):
         if error is None or by == 0.0:
-            text = "none, or not known" if error is None else "the power is 0"
+            absent = "none, or not known" if power.error95 is None else "none"
+            text = absent if error is None else "the power is 0"
             here.annotate(text, (0.0, place), (4, 0), textcoords="offset points", va="center", fontsize=9, color="0.35")
         else:
             here.barh(place, error / by, 0.6, color=colour, edgecolor=INK, linewidth=0.6, hatch=_HATCHES[name])
@@ -170,7 +171,7 @@ def cost(points: Iterable[tuple[str, float, float, bool]], title: str | None) ->
         labels = [_cost_of(here, engine, [p[1:4] for p in shown if p[0] == engine]) for engine in first[:MOST_ENGINES]]
         logarithm(here.xaxis)
         logarithm(here.yaxis)
-        here.margins(0.14, 0.1)
+        here.margins(0.18, 0.1)
         here.set_xlabel("time of the computation (s)")
         here.set_ylabel("total error of the mean power (%)")
         entitle(figure, title, "What accuracy costs in time")
@@ -192,4 +193,4 @@ def _cost_of(here: Axes, engine: str, points: Sequence[tuple[str, float, float]]
         here.plot(*zip(*poorer, strict=True), **look, linestyle="none", markersize=4, fillstyle="none")
     here.plot(*zip(*own, strict=True), **look, linestyle="none", markersize=4.5, alpha=0.45)
     here.plot(*zip(*best, strict=True), **look, linewidth=1.2, markersize=6, markeredgecolor=INK)
-    return Label(look_of(engine).label, look_of(engine).colour, np.array([*best[::-1], *own]))
+    return Label(engine, look_of(engine).colour, np.array([*best[::-1], *own]))

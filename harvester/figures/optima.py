@@ -130,7 +130,7 @@ def _local_fit(here: Axes, key: BestKeyShape, found: _Evaluations, colour: str) 
     by = mark(here.xaxis, key.range.key, [key.range.low, key.range.high], key.range.logarithmic)
     x = np.array([key.range.value(float(one)) for one in u]) / by
     here.fill_between(x, line - half, line + half, color=colour, alpha=0.25, linewidth=0, zorder=1.4)
-    here.plot(x, line, color=colour, linewidth=1.2, zorder=1.5, label="local fit, with its 95 % band")
+    here.plot(x, line, color=INK, linewidth=1.6, zorder=4, label="local fit, with its 95 % band")
 
 
 def _plane(here: Axes, answer: OptimumShape, found: _Evaluations, label: str) -> None:

@@ -15,7 +15,7 @@ from harvester.arrays import Floats
 from harvester.circuits.compiled_circuit import compiled_circuit
 from harvester.equations.problem import Problem
 from harvester.mechanics.kernels.step_size import step_from_rest
-from harvester.storage.measured_current import HELD, measured, time_constant
+from harvester.storage.measured_current import HELD, HeldPath, measured, measured_current, open_voltage, time_constant
 from harvester.storage.rectified_current import RectifiedCurrent
 from harvester.storage.rectifier_cut import STORE, Cut
 from harvester.storage.slow_circuit import TOLERANCE, SlowCircuit, SlowPath
@@ -25,6 +25,7 @@ FIRST, CHARGES = 500.0, 8.0  # time constants of the mass, and times to charge t
 SETTLED, MOST = 3e-3, 4e6  # relative change of the mean power from a part of the run to the next; slow steps
 DIRECT = 150.0
 ROUGHER = 4.0  # times the tolerance, beside slow steps of twice the length
+QUICK_VOLTAGES, QUICK_STEP = 7, 16.0  # of `quick_power`: voltages, and times the slow step
 
 
 @dataclass(frozen=True)
@@ -32,7 +33,7 @@ class SlowPower:
     """Mean power (W) and the piezo's mean square voltage, with what each error of the power is.
 
     ``changed`` is by how much the mean power changes from one part of the slow run to the next, ``separation`` what the
-    direct run differs by over ``direct`` seconds, which is added to the mean already.
+    direct run differs by over ``direct`` seconds, which is added to the mean already.  ``load`` is that of `of_load`.
     """
 
     power: float
@@ -46,6 +47,7 @@ class SlowPower:
     slow_step: float
     steps: int
     current: RectifiedCurrent
+    load: dict[str, float]
 
 
 def slow_power(problem: Problem, cut: Cut) -> SlowPower:
@@ -59,9 +61,7 @@ def slow_power(problem: Problem, cut: Cut) -> SlowPower:
     circuit = SlowCircuit(problem.circuit, cut, scales)
     unit = time_constant(problem.equations) / scales.frequency
     h = unit / FINER
-    farads = sum(1.0 / volts for name, _, _, volts in circuit.circuit.system.charges if name == STORE)
-    duration = max(FIRST * unit, CHARGES * farads * table.voltages[-1] / max(table.current[0], 1e-30))
-    duration = min(duration, MOST * h)
+    duration = min(_first_duration(circuit, table, unit), MOST * h)
     while True:
         path = circuit.run(table, duration, h, stride=4)
         first, last = (_power(path.t, path.square, *part) for part in _parts(duration))
@@ -89,7 +89,51 @@ def slow_power(problem: Problem, cut: Cut) -> SlowPower:
         slow_step=h,
         steps=measuring + steps + sum(one.steps for one in runs),
         current=table,
+        load=of_load(path),
     )
+
+
+def quick_power(problem: Problem, cut: Cut) -> tuple[float, float, SlowPath]:
+    """Mean power (W), mean square of the piezo's voltage, and the path; soon.
+
+    The rectifier's current is measured at few voltages and at one step, and the slow steps are longer: a tenth of a
+    second for most chips.  None of its errors is measured.
+
+    Raises as `slow_power`.
+    """
+    assert problem.circuit is not None
+    scales, h = problem.scales, step_from_rest(problem.equations)
+    held = HeldPath(problem, problem.circuit, cut.held(HELD * scales.capacitance), h)
+    table = measured_current(held, problem.equations, np.linspace(0.0, open_voltage(problem, h), QUICK_VOLTAGES))
+    circuit = SlowCircuit(problem.circuit, cut, scales)
+    unit = time_constant(problem.equations) / scales.frequency
+    slow = unit / FINER * QUICK_STEP
+    duration = min(_first_duration(circuit, table, unit), MOST / QUICK_STEP * slow)
+    path = circuit.run(table, duration, slow)
+    mean, square = (_power(path.t, one, duration / 4.0, duration) for one in (path.square, path.piezo))
+    return mean / circuit.circuit.resistance, square, path
+
+
+def of_load(path: SlowPath) -> dict[str, float]:
+    """The share of the time that the load is on, when it is first (s), and between which voltages the store goes.
+
+    On is above half of the load's largest voltage.  Share and voltages are those of the run but for its first quarter.
+    """
+    on, late = path.load > 0.5 * path.load.max(), path.t > 0.25 * path.t[-1]
+    if not path.load.max() > 0.0:
+        return {"load_on": 0.0, "store_highest": float(path.store.max())}
+    return {
+        "load_on": float(on[late].mean()),
+        "load_on_after": float(path.t[on.argmax()]),
+        "store_lowest": float(path.store[late].min()),
+        "store_highest": float(path.store[late].max()),
+    }
+
+
+def _first_duration(circuit: SlowCircuit, table: RectifiedCurrent, unit: float) -> float:
+    """How long (s) the first slow run is, with a ``unit`` of the mass's time constant: some charges of the store."""
+    farads = sum(1.0 / volts for name, _, _, volts in circuit.circuit.system.charges if name == STORE)
+    return max(FIRST * unit, CHARGES * farads * float(table.voltages[-1]) / max(float(table.current[0]), 1e-30))
 
 
 def _parts(duration: float) -> tuple[tuple[float, float], tuple[float, float]]:

@@ -28,6 +28,20 @@ def test_a_chip_takes_what_it_takes_in_ngspice(name):
     assert found.mean_power.error95 is None  # what ngspice differs by is not known from within
 
 
+def test_a_quick_answer_is_near_and_says_what_it_does_not_know():
+    """The page's first answer: within what it states of the whole one; a lighter load is on for longer."""
+    scene = hv.load(EXAMPLES / "bimorph_ltc3588.toml")
+    soon, whole = hv.Slow().quick(scene), hv.Slow().run(scene)
+    assert abs(soon.mean_power.value / whole.mean_power.value - 1.0) < 0.01
+    assert soon.mean_power.error95 is None and soon.mean_power.bias in (None, 0.0)
+    on = whole.details["load_on"]
+    assert soon.details["load_on"] == pytest.approx(on, abs=0.01)
+    assert on * 3.3**2 / 10e3 == pytest.approx(whole.mean_power.value, rel=0.1)  # 3.3 V while on
+    assert 3.67 - 0.05 < whole.details["store_lowest"] < whole.details["store_highest"] < 5.05 + 0.05
+    lighter = hv.Slow().quick(scene.vary("load.parameters.R", 20e3))
+    assert lighter.details["load_on"] > 1.5 * on
+
+
 @pytest.mark.thorough("test_by_slow.py")
 def test_a_node_behind_a_chip_is_always_on():
     """Its resistor of 1 Mohm takes 3.3 V squared over that."""

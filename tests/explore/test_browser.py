@@ -206,6 +206,39 @@ def test_a_circuit_has_its_own_power_in_large_letters(visit):
     assert visit.faults == []
 
 
+@pytest.mark.parametrize("circuit", ["parallel_sshi", "sece"])
+def test_the_headline_of_a_switched_circuit_is_what_run_says(visit, circuit):
+    page, draft = visit.page, Draft.read(ROOT / "examples" / "plate_with_stop.toml")
+    draft.choose(circuit)
+    own = hv.Ideal(within="1%").run(draft.scene()).mean_power
+    page.locator(f".circuit-{circuit} button").click()
+    page.locator(".headline b", has_text="ideal").wait_for()
+    near = 2.0 * own.known_error95 * 1e6  # either is a sample, both to 1 % or better once refined
+    visit.wait_for(
+        "([own, near]) => Math.abs(parseFloat(document.__deep('.headline .power').innerText) - own) < near",
+        [own.value * 1e6, near],
+    )
+    assert "µW" in visit.power() and near < 0.05 * own.value * 1e6
+    page.locator(".circuit-resistor button").click()
+    page.locator(".headline b", has_text="averaged").wait_for()
+
+
+def test_a_chip_has_its_power_and_its_thresholds(browser, url):
+    """By a link, from a scene of its own: as `run` says, with the share of the time that its load is on."""
+    draft = Draft.read(ROOT / "examples" / "bimorph_ltc3588.toml")
+    own = hv.run(draft.scene())
+    one = Visit(browser, f"{url}?scene={links.held(draft)}")
+    one.page.locator(".headline b", has_text="slow").wait_for()
+    on = f"{100.0 * own.details['load_on']:.3g} %"
+    one.page.locator("table.life", has_text=on).wait_for()  # what came at once is refined to this
+    assert float(one.power().split()[0]) == pytest.approx(own.mean_power.value * 1e6, rel=1e-4)
+    told = one.page.locator("table.life").inner_text()
+    assert "5.05 V" in told and "3.67 V" in told
+    assert f"load on, of the time {on}" in one.page.locator(".headline .by").inner_text()
+    assert one.faults == []
+    one.page.close()
+
+
 def test_runs_pin_and_files(visit):
     """An ensemble's point with its error, a run that is cancelled, a pinned design, a record, and four files."""
     page = visit.page
