@@ -22,7 +22,7 @@ from harvester import __version__
 from harvester.devices import mode_loops
 from harvester.devices.base_motion import MOST_POINTS, base_source, spacing
 from harvester.engines.protocol import AnyScene
-from harvester.equations.effects import EFFECTS, PART
+from harvester.equations.effects import EFFECTS, PART, SEVERAL_MODES
 from harvester.equations.from_scene import SOURCES
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, InputError, invalid, refused
@@ -86,7 +86,8 @@ def part(problem: Problem, name: str, duration: str | float | None = None, seed:
         raise InputError("the scene must be a device, with [oscillator] and [piezo], but is nondimensional")
     for effect in EFFECTS:
         if effect.is_in(problem.equations) and PART not in effect.known_to:
-            what, key = effect.name.replace("_", " "), SOURCES.get(effect.coefficient, effect.coefficient)
+            key = effect.name if effect.name in SEVERAL_MODES else SOURCES.get(effect.coefficient, effect.coefficient)
+            what = effect.name.replace("_", " ")
             raise CannotServeError(f"a part for circuit simulators does not know {what}: leave {key} out")
     length = _duration(duration, problem)
     lines = [*_head(problem, name), *_device(problem, name), "", *base_source(problem, name, length, seed)]

@@ -24,7 +24,7 @@ from harvester.mechanics.kernels.equation_of_motion import friction, impulse, is
 from harvester.mechanics.kernels.offset_stops import lower_stop, move
 from harvester.mechanics.kernels.trajectory_batch import BATCH
 
-AT_REST = 1e-12  # of the stop's coordinate and speed: rounding of sums over modes
+AT_REST = 1e-12  # of the stop's place, or of 1: rounding of sums over modes
 
 
 class ModalCoefficients(NamedTuple):
@@ -111,12 +111,22 @@ def _drift_freely(i, z, d, c):
 
 
 @forced
+def _drift_on_stop(i, z, d, c):
+    """Drift lane i, which rests on a stop, and put it back on there, before roundings of many steps take it off."""
+    free = _drift_freely(i, z, d, c)
+    off, _ = _nearer_stop(along(c.phi, z, 0, i), c)
+    for j in range(len(c.m)):
+        z[j * BATCH + i] -= c.m[j] * off
+    return free
+
+
+@forced
 def drift_modes(i, z, d, c, a):
     """Drift lane i by the interval d: the `Impacts`, whose energy is that of w, 1/(phi.phi) of it the one taken."""
     if c.contact is None:
         return _drift_freely(i, z, d, c)
     if _is_stuck(i, z, c):
-        return _drift_freely(i, z, d, c)
+        return _drift_on_stop(i, z, d, c)
     speeds, voltage = len(c.k) * BATCH + i, 2 * len(c.k) * BATCH + i
     rate = along(c.s, z, len(c.k), i)
     w, speed = along(c.phi, z, 0, i), along(c.phi, z, len(c.k), i)
@@ -202,11 +212,17 @@ def _is_stuck(i, z, c):
         return False
     if c.contact.r is None:
         return False
-    w, speed = along(c.phi, z, 0, i), along(c.phi, z, len(c.k), i)
-    on = abs(w - lower_stop(c.contact)) <= AT_REST
-    if c.contact.high is not None:
-        on = on or abs(w - c.contact.high) <= AT_REST
-    return on and abs(speed) <= AT_REST
+    (off, _), speed = _nearer_stop(along(c.phi, z, 0, i), c), along(c.phi, z, len(c.k), i)
+    return max(abs(off), abs(speed)) <= AT_REST * max(1.0, abs(lower_stop(c.contact)))
+
+
+@forced
+def _nearer_stop(w, c):
+    """How far w is from the nearer one of the rigid stops, and the sign of the speeds away from that."""
+    low = lower_stop(c.contact)
+    if c.contact.high is not None and w > 0.5 * (c.contact.high + low):
+        return w - c.contact.high, -1.0
+    return w - low, 1.0
 
 
 @forced
@@ -215,10 +231,8 @@ def _keep_on_stop(i, z, c):
     speeds = len(c.k) * BATCH + i
     if c.contact is None:
         return
-    into, way = along(c.phi, z, len(c.k), i), 1.0
-    if c.contact.high is not None:
-        way = 1.0 if along(c.phi, z, 0, i) < 0.5 * (c.contact.high + lower_stop(c.contact)) else -1.0
-    if way * into < 0.0:
+    into, (_, away) = along(c.phi, z, len(c.k), i), _nearer_stop(along(c.phi, z, 0, i), c)
+    if away * into < 0.0:
         for j in range(len(c.m)):
             z[speeds + j * BATCH] -= c.m[j] * into
 

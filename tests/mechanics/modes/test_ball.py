@@ -11,6 +11,7 @@ import harvester as hv
 from harvester.equations.coefficients import Equations
 from harvester.equations.modes import Modes
 from harvester.equations.problem import Problem
+from harvester.mechanics.kernels.path import trace
 from harvester.mechanics.modes.modal_path import trace_modes
 from tests.support.systems import BEAM, SECOND
 
@@ -47,6 +48,24 @@ def test_bounces_on_a_heavy_mass():
     place = path.coordinates[-1, 0] @ problem.equations.modes.contact
     assert place * problem.scales.length == pytest.approx(0.5 * ball.room, rel=1e-6)  # on the floor of its box
     assert 8 < len(path.impacts) < 40
+
+
+def test_weakly_shaken_it_lies_still():
+    """Shaken far below gravity, a ball goes with its box as one mass does, and however long, no impact takes energy."""
+    ball, white = hv.Ball(mass="2 g", room="0.4 mm", restitution=0.7, tilt=90.0), hv.Excitation(acceleration_psd=1e-6)
+    alone = BEAM.replace(mode=(), excitation=white)
+    heavier = math.sqrt(1.2)
+    first = alone.oscillator.replace(mass=0.012, frequency=50.0 / heavier, damping_ratio=0.03 / heavier)
+    both = [Problem(one) for one in (alone.replace(ball=ball), alone.replace(oscillator=first))]
+    eqs, root = both[0].equations, math.sqrt(0.2)
+    pressed = -root * eqs.modes.pull
+    noise = np.random.default_rng(1).standard_normal(30000)
+    start = np.array([pressed, root * (pressed - eqs.gap), 0.0, 0.0, 0.0])
+    path = trace_modes(eqs, noise, 0.02, 10, start)
+    joined = trace(both[1].equations, noise, 0.02 / heavier, 10, start=(0.0, 0.0, 0.0))
+    assert len(path.impacts) == 0 and eqs.gap > 1000.0  # so that rounding of places counts
+    found, expected = (one.V[1500:] * problem.units.volts for one, problem in zip((path, joined), both, strict=True))
+    assert np.abs(found - expected).max() < 2e-3 * np.abs(expected).max()  # once at the step's own place of rest
 
 
 def _located(scene, end, h):
