@@ -112,7 +112,7 @@ def _hint(error: click.ClickException) -> str:
     """What to type, where click only says what is wrong."""
     if not isinstance(error, click.UsageError) or isinstance(error, ConstraintViolated):
         return ""
-    if "Did you mean" in error.format_message():
+    if getattr(error, "possibilities", None):  # click's own "Did you mean"
         return ""
     if isinstance(error, click.MissingParameter) and error.param is not None and error.param.name in _FILL:
         return f" ({_FILL[error.param.name]})"

@@ -117,8 +117,8 @@ def _load(problem: Problem) -> Finding:
     best: dict[str, Any] = {"power": power.value, "ohm": found.resistance, "low": found.low, "high": found.high}
     best |= {"near": NEAR, "at_end": found.at_end}
     stated = note("best_load_by", "load", engine=kind.NAME, error=power.known_error95 / (power.value or 1.0))
-    doubts = unusual("the best load", found.resistance, RESISTANCE)
-    rest = [stated, *(warning("unusual_best_load", "load", what=str(one)) for one in doubts)]
+    odd = unusual("the best load", found.resistance, RESISTANCE)
+    rest = [stated, *(warning("unusual_best_load", "load", what=str(one)) for one in odd)]
     if own is None:
         return [note("no_load_yet", "load", **best), *rest], {"best_load": fact}
     fact["share"] = min(kind().run(problem).mean_power.value / power.value, 1.0)

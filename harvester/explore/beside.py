@@ -7,7 +7,7 @@ from harvester.presentation.glossary import GLOSSARY
 from harvester.scene.scene import Scene
 from harvester.uncertainty.value import amount
 
-NODE = "packets an hour"  # what is known of a design once its node was followed
+PACKETS = "packets an hour"  # this fact of a design is known once its node was followed
 
 
 def of_path(scene: Scene, found: dict[str, Any]) -> dict[str, str]:

@@ -81,7 +81,7 @@ def life(tables: dict[str, Any]) -> dict[str, Any]:
 
     Raises HarvesterError as `harvester.node`.
     """
-    from harvester.explore.beside import NODE
+    from harvester.explore.beside import PACKETS
     from harvester.presentation.sheet import sheet
     from harvester.scene.scene import Scene
     from harvester.studies.node import node
@@ -89,7 +89,7 @@ def life(tables: dict[str, Any]) -> dict[str, Any]:
     found = node(Scene(**tables))
     first = found.first_packet
     short = {
-        NODE: f"{found.packets_per_hour.value:.4g}",
+        PACKETS: f"{found.packets_per_hour.value:.4g}",
         "runs": f"{100.0 * found.share_running.value:.4g} % of the day",
         "awake after": "no packet in a day" if first is None else f"{first.value:.4g} s",
     }

@@ -14,7 +14,7 @@ import panel as pn
 
 from harvester.errors import HarvesterError, InputError
 from harvester.explore import html_text
-from harvester.explore.beside import CHIP, NODE, Beside, of_chip, of_path, sentence
+from harvester.explore.beside import CHIP, PACKETS, Beside, of_chip, of_path, sentence
 from harvester.explore.computing import Computing, Wanted
 from harvester.explore.draft import PARAMETER, RESISTANCE, Draft, differences
 from harvester.explore.knobs import Knobs
@@ -222,7 +222,7 @@ class Explorer:
             return
         self._answered = self._asked.tables
         self.answers.object = html_text.answers(self.live, runs)
-        if NODE not in beside and GLOSSARY[CHIP].label not in beside:
+        if not beside.get(PACKETS) and not beside.get(GLOSSARY[CHIP].label):
             waiting = '<div class="by">Computing how the node lives ...</div>'
             self.life.object = waiting if "node" in self._asked.tables else ""
         self.files.show_link()

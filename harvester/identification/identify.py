@@ -161,7 +161,7 @@ def _answer(
     keys = {p.key for p in found} | {key for key, _ in missing}
     missing += [(key, _remedy(key)) for key in quantities.NEEDED if key not in keys]
     if len(measurements) == 1 and isinstance(measurements[0], Impedance) and measurements[0].clamped:
-        missing.insert(0, ("short_circuit_frequency", "a clamped impedance has no resonance: measure it free too"))
+        missing.insert(0, ("short_circuit_frequency", str(note("clamped_impedance"))))
     return IdentificationResult(
         tuple(_of_one_state(one, alone) for one in found) if alone else tuple(found),
         tuple(missing),
@@ -193,11 +193,11 @@ def _why_open(one: quantities.Quantity, interval: ProfileInterval, best: DeviceF
     if at_its_end or _open(interval, one.above_0):
         return _remedy(one.key)
     if one.key == "stop.restitution" and not EDGE < interval.value < 1.0 - EDGE:
-        return "the fit ends at its boundary, so that no interval holds it: measure more impacts"
+        return str(note("fit_at_boundary"))
     if one.key in ("oscillator.mass", "oscillator.stiffness") and "mass" not in best.fixed:
         kind = key_kind(*one.key.split("."))
         if kind is not None and unusual(one.key, interval.value, kind):
-            return f"the fit gives {interval.value:.3g} {one.unit}, which no such device has: check loads and units"
+            return str(note("no_such_device", value=interval.value, unit=one.unit))
     return ""
 
 
@@ -212,7 +212,7 @@ def _open(interval: ProfileInterval, above_0: bool) -> bool:
 def _remedy(key: str) -> str:
     """What would determine a key."""
     if key in ("oscillator.mass", "oscillator.stiffness", "piezo.coupling"):
-        return f"these data do not tell the mass: {quantities.MASS_REMEDY}"
+        return str(note("mass_is_open"))
     if key == "piezo.capacitance":
-        return "measure an impedance, or responses over two loads or more about 1/(2 pi f C)"
-    return "these data leave it open: measure in another electrical state too (another load, short, open)"
+        return str(note("capacitance_is_open"))
+    return str(note("one_state_leaves_it_open"))

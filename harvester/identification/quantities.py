@@ -8,7 +8,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 NEEDED = ("oscillator.mass", "oscillator.stiffness", "piezo.coupling", "piezo.capacitance")  # of a scene
-MASS_REMEDY = "give it as --known mass=..., or measure the voltage per g over a load too"
 
 
 @dataclass(frozen=True)

@@ -38,7 +38,7 @@ _DECAYS = {
 }
 _PHASE = {"phase", "theta", "angle", "arg", "phi", "deg"}
 _LOAD = re.compile(r"(?:@|\bat\b|\bload\b|\bRL?\b)\s*[:=]?\s*(\d[\d.]*\s*[\w.Ωµ]*|short|open|clamped)", re.IGNORECASE)
-_REMARK = re.compile(  # stricter, for remarks are prose: "measured at 25 °C" is no load
+_LOAD_IN_PROSE = re.compile(  # stricter: "measured at 25 °C" is no load
     r"\b(?:load|load resistance|RL?)\s*(?:[:=]|\bis\b)?\s*"
     r"(\d[\d.]*(?:e[+-]?\d+)?\s*[munµkMG]?(?:ohm|Ω|\u2126)|\d[\d.]*\s*[kMG](?=\s*$)|(?:short|open|clamped)\b)",
     re.IGNORECASE,
@@ -91,7 +91,7 @@ def read_file(name: str) -> list[Measurement]:
 def _state(state: str, remarks: Iterable[str], key: str) -> tuple[float | None, bool]:
     """The load (ohm), and whether the mass was held, from what stands behind the @ or else in remarks."""
     lines = [line[:LONGEST_REMARK] for line in remarks]
-    said = state or next((m[1] for line in lines if (m := _REMARK.search(line))), "")
+    said = state or next((m[1] for line in lines if (m := _LOAD_IN_PROSE.search(line))), "")
     if said.strip().lower() == "clamped" or (not said and any(map(_CLAMPED.fullmatch, lines))):
         return None, True
     return (_load(said, key) if said else None), False

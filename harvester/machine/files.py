@@ -27,7 +27,7 @@ def folder(path: str | Path, argument: str = "out") -> Path:
             pass
     except (OSError, ValueError) as error:
         raise InputError(
-            f"`{argument}` must be a folder that can be written, but {shown(str(path))} is not: {_why(error)}"
+            f"`{argument}` must be a folder that can be written, but {shown(str(path))} is not: {_cause(error)}"
         ) from None
     return path
 
@@ -46,13 +46,13 @@ def read(path: str | Path, argument: str, most: int) -> bytes:
                 raise OSError(0, "it is a pipe or a device")
             data = file.read(most + 1)
     except (OSError, ValueError) as error:
-        raise InputError(f"{argument} must be a readable file, but {name} is not: {_why(error)}") from None
+        raise InputError(f"{argument} must be a readable file, but {name} is not: {_cause(error)}") from None
     if len(data) > most:
         raise InputError(f"{argument} must be a file of at most {most} bytes, but {name} is longer")
     return data
 
 
-def _why(error: OSError | ValueError) -> str:
+def _cause(error: OSError | ValueError) -> str:
     """Why the system did not open a file; ValueError is Python's of a name that no file can have."""
     return error.strerror or "" if isinstance(error, OSError) else "its name has a NUL character"
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.errors import InputError, invalid, shown
+from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.quantities.kinds import ACCELERATION, TIME
 from harvester.quantities.units import LARGEST
 from harvester.records.csv_layout import MISSING
@@ -33,8 +34,8 @@ class CleanRecord:
     rate: float
     values: Floats
     axis: str
-    found: tuple[str, ...]
-    warnings: tuple[str, ...]
+    found: tuple[Diagnostic, ...]
+    warnings: tuple[Diagnostic, ...]
 
     @property
     def times(self) -> Floats:
@@ -64,7 +65,7 @@ class Part:
         if self.end is not None and not self.end > (self.begin or 0.0):
             raise invalid("`to`", "be later than `from`", self.end)
 
-    def rows(self, time: Floats, values: Floats, found: list[str]) -> slice:
+    def rows(self, time: Floats, values: Floats, found: list[Diagnostic]) -> slice:
         """The rows of the part, at times that ascend but for jitter."""
         rows = slice(0, len(time))
         if self.begin is not None or self.end is not None:
@@ -77,7 +78,8 @@ class Part:
                     f"`from` and `to` must leave at least {FEWEST} samples of the {last} s, but leave "
                     f"{rows.stop - rows.start}"
                 )
-            found.append(f"{time[rows.start] - time[0]:.6g} to {time[rows.stop - 1] - time[0]:.6g} s of it taken")
+            begin, last = (float(time[row] - time[0]) for row in (rows.start, rows.stop - 1))
+            found.append(note("part_taken", begin=begin, end=last))
         if not self.longest:
             return rows
         inner = longest_part(time[rows], values[rows], found)
@@ -90,7 +92,7 @@ def clean(path: str, axis: str | None, rate: float | None, part: Part | None = N
     Raises InputError in one line, with the remedy, for what cannot be read or must not be guessed.
     """
     table = read_table(path, "FILE")
-    found, warnings = [table.layout], list[str]()
+    found, warnings = [table.layout], list[Diagnostic]()
     column = _axis(table, axis)
     values = _in_si(table, column)
     time = times(table, "FILE")
@@ -102,7 +104,7 @@ def clean(path: str, axis: str | None, rate: float | None, part: Part | None = N
                 f"`rate` must be given for a file without times, but is left out, and FILE has {shown(table.heads)}"
             )
         time = np.arange(len(values)) / rate
-        found.append(f"no times: taken as {rate:g} samples a second")
+        found.append(note("no_times", rate=rate))
     else:
         found += _unit_of(table.find(is_time)[0])
         check_sizes(table.find(is_time)[0], time)
@@ -122,15 +124,13 @@ def clean(path: str, axis: str | None, rate: float | None, part: Part | None = N
     return CleanRecord(rate or 1.0 / spacing, values, column.name, tuple(found), tuple(warnings))
 
 
-def _unit_of(column: CsvColumn) -> list[str]:
+def _unit_of(column: CsvColumn) -> list[Diagnostic]:
     """What to tell of the unit that times are read in, where it does not stand in brackets."""
     if column.stated or column.clock:
         return []
     factor, _ = column.scale(TIME) or (None, 1)
     unit = next((unit for unit in column.candidates() if factor is not None and TIME.scale(unit)[0] == factor), "")
-    return [
-        f"the times are in {unit}, as the name {column.name!r} says" if unit else "the times have no unit: in seconds"
-    ]
+    return [note("unit_of_times", unit=unit, column=column.name)]
 
 
 def check_sizes(column: CsvColumn, values: Floats) -> None:
@@ -181,7 +181,7 @@ def _refuse_words(table: CsvTable, column: CsvColumn) -> None:
         raise invalid(f"FILE column {column.name!r} row {wrong[0][0]}", "be a number or empty", wrong[0][1])
 
 
-def _refuse_clipped(values: Floats, warnings: list[str]) -> None:
+def _refuse_clipped(values: Floats, warnings: list[Diagnostic]) -> None:
     """Find samples that stand still at an end of the range, which the signal left."""
     known = values[np.isfinite(values)]
     if not len(known) or np.ptp(known) == 0.0:
@@ -197,47 +197,41 @@ def _refuse_clipped(values: Floats, warnings: list[str]) -> None:
                 clipped, crests = clipped + sudden * (behind - begin), crests + (not sudden) * (behind - begin)
     share = clipped / len(known)
     if crests > MOST_CLIPPED * len(known):
-        warnings.append(
-            f"{crests} samples stand still at the end of the range: the sensor's resolution is too coarse to tell "
-            "whether it was clipped there"
-        )
+        warnings.append(warning("perhaps_clipped", samples=int(crests)))
     if share > MOST_CLIPPED:
         raise InputError(
             f"FILE must not be clipped, but {share:.1%} of its samples stand still at the end of the range, "
             f"{np.abs(known).max():.4g} m/s^2: record it again with a wider range"
         )
     if clipped:
-        warnings.append(f"{clipped} samples stand still at the end of the range: the sensor was clipped there")
+        warnings.append(warning("clipped", samples=int(clipped)))
 
 
-def _without_drift(values: Floats, spacing: float, found: list[str]) -> Floats:
+def _without_drift(values: Floats, spacing: float, found: list[Diagnostic]) -> Floats:
     """The values without their mean and a straight line, of which what matters is told."""
     t = spacing * (np.arange(len(values)) - 0.5 * (len(values) - 1))
     offset, slope = float(values.mean()), float(t @ values / (t @ t))
     rest = values - offset - slope * t
     rms = float(np.sqrt(np.mean(rest**2)))
     if abs(offset) > 0.01 * rms:
-        found.append(f"offset of {offset:.4g} m/s^2 taken off ({offset / 9.80665:.3g} g)")
+        found.append(note("offset_removed", offset=offset, of_gravity=offset / 9.80665))
     drift = slope * spacing * len(values)
     if abs(drift) > 0.05 * rms:
-        found.append(f"drift of {drift:.3g} m/s^2 from beginning to end taken off")
+        found.append(note("drift_removed", drift=drift))
     return np.asarray(rest)
 
 
-def _near_nyquist(values: Floats, rate: float, warnings: list[str]) -> None:
+def _near_nyquist(values: Floats, rate: float, warnings: list[Diagnostic]) -> None:
     """Warn where much of the power is just below half the rate: more may have been folded down from above."""
     power = np.abs(np.fft.rfft(values * np.hanning(len(values)))) ** 2
     power[0] *= 0.5  # of the two-sided spectrum, this line and that at half the rate are there once
     power[-1] *= 0.5 if len(values) % 2 == 0 else 1.0
     share = float(power[round(NEAR_NYQUIST * len(power)) :].sum() / power.sum())
     if share > LOUD:
-        warnings.append(
-            f"{share:.0%} of the power is above {NEAR_NYQUIST * rate / 2:.4g} Hz, just below half the rate: the rate "
-            "is too low, and what shakes faster may be folded into the record; record it again at a higher rate"
-        )
+        warnings.append(warning("rate_too_low", share=share, frequency=NEAR_NYQUIST * rate / 2))
 
 
-def _resampled(values: Floats, rate: float, wanted: float, found: list[str]) -> Floats:
+def _resampled(values: Floats, rate: float, wanted: float, found: list[Diagnostic]) -> Floats:
     """The values at another rate, without what that cannot carry: a polyphase filter before samples are dropped."""
     from fractions import Fraction
 
@@ -250,7 +244,5 @@ def _resampled(values: Floats, rate: float, wanted: float, found: list[str]) -> 
     if len(new) < FEWEST:
         raise invalid("`rate`", f"leave at least {FEWEST} samples", len(new))
     kept = math.sqrt(float(np.mean(new**2)) / float(np.mean(values**2)))
-    found.append(
-        f"resampled from {rate:.6g} to {wanted:.6g} Hz behind a filter at half of it: {kept:.1%} of the rms is kept"
-    )
+    found.append(note("resampled", before=rate, after=wanted, share=kept))
     return new

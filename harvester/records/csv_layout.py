@@ -38,13 +38,6 @@ class Layout:
     rows: tuple[str, ...]
     remarks: tuple[str, ...]
 
-    @property
-    def words(self) -> str:
-        """The layout in words."""
-        names = {"\t": "tab", " ": "space", ";": "semicolon", ",": "comma", "|": "bar"}
-        sign = "comma" if self.decimal == "," else "point"
-        return f"columns parted by {names[self.delimiter]}, decimal {sign}"
-
 
 def layout(text: str) -> Layout | None:
     """The layout of a text; None where no line is a row of numbers."""

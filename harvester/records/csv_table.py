@@ -16,6 +16,7 @@ import numpy as np
 from harvester.arrays import Floats
 from harvester.errors import InputError, invalid, shown
 from harvester.machine import files
+from harvester.presentation.diagnostic import Diagnostic, note
 from harvester.quantities.kinds import Kind
 from harvester.quantities.units import LARGEST, prefix_factor
 from harvester.records.csv_layout import CLOCK, Layout, layout, most_cells
@@ -96,7 +97,7 @@ class CsvTable:
 
     columns: tuple[CsvColumn, ...]
     remarks: tuple[str, ...]
-    layout: str
+    layout: Diagnostic
     bad: tuple[tuple[int, int, str], ...]  # row from 1, column from 0, text
 
     @property
@@ -176,7 +177,8 @@ def _table(found: Layout, path: str | Path, argument: str) -> CsvTable:
         bad += [(int(row) + 1, place, cells.iloc[row]) for row in lost if cells.iloc[row]]
         columns.append(CsvColumn(found.heads[place], found.units[place], values, place, clock))
     full = tuple(column for column in columns if column.head or np.isfinite(column.values).any())
-    return CsvTable(full, found.remarks, found.words, tuple(sorted(bad)))
+    layout_found = note("file_layout", delimiter=found.delimiter, decimal=found.decimal)
+    return CsvTable(full, found.remarks, layout_found, tuple(sorted(bad)))
 
 
 def _seconds(cells: "object", key: str) -> Floats:

@@ -10,6 +10,7 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.errors import InputError, invalid
+from harvester.presentation.diagnostic import Diagnostic, note
 from harvester.records.record_files import FEWEST
 
 LONGEST_GAP = 10  # samples that are filled in
@@ -20,7 +21,7 @@ SIDE, SURE = 8, 2.0  # rows behind a step that tell; samples that jitter never m
 TOLD = 0.01  # of a spacing: jitter from which on it is told
 
 
-def ascending(time: Floats, values: Floats, found: list[str]) -> tuple[Floats, Floats]:
+def ascending(time: Floats, values: Floats, found: list[Diagnostic]) -> tuple[Floats, Floats]:
     """Times that ascend but for jitter: those that are missing come from their neighbours, a coarse clock's are spread.
 
     A coarse clock tells the rate from the row where its stamp first changes to that where it last does: at each of the
@@ -31,7 +32,7 @@ def ascending(time: Floats, values: Floats, found: list[str]) -> tuple[Floats, F
     if known.sum() < FEWEST:
         raise invalid("FILE", f"have at least {FEWEST} times", int(known.sum()))
     if not known.all():
-        found.append(f"{(~known).sum()} rows without a time: taken as evenly between the rows with one")
+        found.append(note("rows_without_time", rows=int((~known).sum())))
         rows = np.flatnonzero(known)
         time = np.interp(np.arange(rows[0], rows[-1] + 1), rows, time[known])
         values = values[rows[0] : rows[-1] + 1]
@@ -45,7 +46,7 @@ def ascending(time: Floats, values: Floats, found: list[str]) -> tuple[Floats, F
     return (_spread(time, found), values) if (steps == 0.0).mean() > COARSE else (time, values)
 
 
-def _spread(time: Floats, found: list[str]) -> Floats:
+def _spread(time: Floats, found: list[Diagnostic]) -> Floats:
     """The times of a coarse clock spread evenly over the rows."""
     changes = np.flatnonzero(np.diff(time) != 0.0) + 1
     if len(changes) < 2:
@@ -55,14 +56,12 @@ def _spread(time: Floats, found: list[str]) -> Floats:
         )
     first, count = changes[0], changes[-1] - changes[0]
     spacing = (time[changes[-1]] - time[first]) / count
-    found.append(
-        f"{len(time) - 1 - len(changes)} times repeat, for the clock is coarse: the rows are spread evenly, "
-        f"{1.0 / spacing:.6g} a second, which may be off by {1.0 / count:.2g} of it"
-    )
+    repeated = len(time) - 1 - len(changes)
+    found.append(note("coarse_clock", times=repeated, rate=float(1.0 / spacing), error=float(1.0 / count)))
     return np.asarray(time[first] + spacing * (np.arange(len(time)) - first))
 
 
-def numbered(time: Floats, found: list[str]) -> "tuple[float, np.ndarray[tuple[int], np.dtype[np.int_]]]":
+def numbered(time: Floats, found: list[Diagnostic]) -> "tuple[float, np.ndarray[tuple[int], np.dtype[np.int_]]]":
     """The spacing (s), and the number of each row's sample, shape (n,): those that are missing are left out.
 
     Raises InputError for steps that are nowhere about even.
@@ -82,9 +81,9 @@ def numbered(time: Floats, found: list[str]) -> "tuple[float, np.ndarray[tuple[i
         spacing, begin = np.polyfit(numbers, time - time[0], 1)
     off = float(np.sqrt(np.mean((time - time[0] - begin - spacing * numbers) ** 2))) / spacing
     if not (steps != 0.0).all():
-        found.append(f"{(steps == 0.0).sum()} times repeat")
+        found.append(note("times_repeat", times=int((steps == 0.0).sum())))
     if off > TOLD:
-        found.append(f"the times are off even ones by {off:.1%} of a step (rms): taken as even")
+        found.append(note("jitter", share=off))
     return float(spacing), numbers
 
 
@@ -107,7 +106,7 @@ def _missing(time: Floats) -> "np.ndarray[tuple[int], np.dtype[np.int_]]":
     return missing
 
 
-def even(time: Floats, values: Floats, found: list[str]) -> tuple[float, Floats]:
+def even(time: Floats, values: Floats, found: list[Diagnostic]) -> tuple[float, Floats]:
     """The spacing, and the values at even times; rows written twice are one, gaps of a few samples get a cubic.
 
     Raises InputError as `numbered`, for too few accelerations, and for gaps too long to fill.
@@ -121,7 +120,7 @@ def even(time: Floats, values: Floats, found: list[str]) -> tuple[float, Floats]
     places, rows = np.unique(numbers[good], return_inverse=True)
     mean = np.bincount(rows, values[good]) / np.bincount(rows)
     if len(places) < good.sum():
-        found.append(f"{good.sum() - len(places)} rows written twice: the mean of each two is taken")
+        found.append(note("rows_written_twice", rows=int(good.sum() - len(places))))
     gaps = np.diff(places) - 1
     lost, longest = int(gaps.sum()), int(gaps.max())
     if longest > LONGEST_GAP or lost > MOST_FILLED * len(values):
@@ -133,11 +132,11 @@ def even(time: Floats, values: Floats, found: list[str]) -> tuple[float, Floats]
         )
     if not lost:
         return spacing, np.asarray(mean)
-    found.append(f"{lost} missing samples filled in, {longest} in a row at most")
+    found.append(note("samples_filled_in", samples=lost, in_a_row=longest))
     return spacing, np.asarray(PchipInterpolator(places, mean)(np.arange(places[0], places[-1] + 1)))
 
 
-def longest_part(time: Floats, values: Floats, found: list[str]) -> slice:
+def longest_part(time: Floats, values: Floats, found: list[Diagnostic]) -> slice:
     """The rows of the longest part without a gap that is too long to fill."""
     good = np.flatnonzero(np.isfinite(values))
     _, numbers = numbered(time, [])
@@ -145,8 +144,6 @@ def longest_part(time: Floats, values: Floats, found: list[str]) -> slice:
     begins, ends = np.append(good[:1], good[cuts + 1]), np.append(good[cuts], good[-1:])
     best = int(np.argmax(numbers[ends] - numbers[begins]))
     if len(cuts):
-        found.append(
-            f"the longest of {len(cuts) + 1} parts: from {time[begins[best]] - time[0]:.6g} to "
-            f"{time[ends[best]] - time[0]:.6g} s from the beginning"
-        )
+        begin, end = (float(time[row] - time[0]) for row in (begins[best], ends[best]))
+        found.append(note("longest_part", parts=len(cuts) + 1, begin=begin, end=end))
     return slice(int(begins[best]), int(ends[best]) + 1)

@@ -18,10 +18,10 @@ def of_record(found: RecordAnswer, title: str) -> Page:
     )
     section = Section(
         "The record",
-        texts=[f"{what[0].upper()}{what[1:]}." for what in one.found],
+        texts=[f"{what[:1].upper()}{what[1:]}." for what in map(str, one.found)],
         drawings=[figure],
         tables=[TextTable("Rms by octave", ["octave", "rms"], rows, (1,))],
-        warnings=one.warnings,
+        warnings=list(map(str, one.warnings)),
     )
     lead = [f"Axis {one.axis}: {len(one.values)} samples at {one.rate:.6g} Hz, rms {one.rms:.4g} m/s²"]
     return Page(title, "record", lead, [section], command_line(about), made_by(about))

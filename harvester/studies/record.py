@@ -67,8 +67,8 @@ class RecordAnswer:
             "rms": one.rms,
             "peak": float(np.abs(one.values).max()),
             "bands": [{"low": b.low, "high": b.high, "rms": b.rms.value, "stderr": b.rms.stderr} for b in self.bands],
-            "found": list(one.found),
-            "warnings": list(one.warnings),
+            "found": list(map(str, one.found)),
+            "warnings": list(map(str, one.warnings)),
         }
 
     def __str__(self) -> str:

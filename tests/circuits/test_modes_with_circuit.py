@@ -14,7 +14,9 @@ STOP = hv.Stop(restitution=0.5, gap="0.05 mm")
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("change", [{}, {"stop": STOP}], ids=["free", "stop"])
+@pytest.mark.parametrize(
+    "change", [{}, pytest.param({"stop": STOP}, marks=pytest.mark.thorough("test_one_netlist"))], ids=["free", "stop"]
+)
 def test_resistor(change):
     """Trajectories on the same noise have the same V^2, x^2 and impacts as with the exact update of a resistor."""
     scene = BEAM.replace(mode=(SECOND, THIRD), **change)

@@ -231,7 +231,10 @@ def test_gain_over_the_bridge(name):
     assert watts / bridges == pytest.approx(gain, rel=0.13 if name == "sece" else 0.07)
 
 
-@pytest.mark.parametrize(("share", "flip"), [(0.5, 10 * CP), (1.5, CP)])
+@pytest.mark.parametrize(
+    ("share", "flip"),
+    [(0.5, 10 * CP), pytest.param(1.5, CP, marks=pytest.mark.thorough("test_sshc_against_its_closed_form"))],
+)
 def test_sshc_against_its_closed_form(share, flip):
     """Vdc = 2 (Voc - (1 - q) Vd)/(1 - q + pi/(w Cp R)), with q = b/(1 + b), b = Cflip/(Cp + Cflip)."""
     b = flip / (CP + flip)

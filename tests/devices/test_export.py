@@ -79,7 +79,10 @@ def test_without_a_stop(more):
     "stop",
     [
         pytest.param('[stop]\nrestitution = 0.96\ngap = "1 mm"', marks=pytest.mark.thorough("test_with_a_stop")),
-        '[stop]\nrestitution = 0.3\ngap = "1 mm"\n[opposite_stop]\nrestitution = 0.5\ngap = "0.9 mm"',
+        pytest.param(
+            '[stop]\nrestitution = 0.3\ngap = "1 mm"\n[opposite_stop]\nrestitution = 0.5\ngap = "0.9 mm"',
+            marks=pytest.mark.thorough("test_with_a_stop"),
+        ),
         '[stop]\nstiffness = 1e4\ndamping = 2.0\ngap = "1 mm"',
     ],
     ids=["elastic", "both sides", "compliant"],
@@ -99,7 +102,9 @@ def test_with_a_stop(stop):
             1e-3,
             marks=pytest.mark.thorough("test_with_a_stop"),
         ),
-        ({"stop": hv.Stop(restitution=0.5, gap="0.05 mm")}, 0.01),
+        pytest.param(
+            {"stop": hv.Stop(restitution=0.5, gap="0.05 mm")}, 0.01, marks=pytest.mark.thorough("test_with_a_stop")
+        ),
     ],
     ids=["linear", "compliant", "rigid"],
 )

@@ -10,6 +10,7 @@ from harvester.errors import CannotServeError, InfiniteMeanError, InputError
 from tests.support.systems import PAPER, changed, linear, linear_v2, scene
 
 
+@pytest.mark.thorough("test_linear_scene")
 def test_linear_scene_within_its_error():
     eqs = linear(0.05, 1.0)
     answer = hv.Density(within=1e-6).run(scene(eqs))
@@ -38,7 +39,7 @@ def test_it_is_chosen_where_sampling_does_not_reach():
     assert hv.run(scene(linear(0.05, 1.0)), within="0.001%").engine == "exact"
 
 
-@pytest.mark.thorough("test_linear_scene_within_its_error")
+@pytest.mark.thorough("test_linear_scene")
 @pytest.mark.slow
 @pytest.mark.parametrize("n2", [0.02, 0.07])
 def test_error_of_a_box_in_a_power_tail(n2):

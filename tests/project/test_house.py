@@ -25,8 +25,8 @@ BOUNDS = [
     ("base names of several files", 8, 8),
     ("tests of engines outside engines", 0, 0),
     ("1.96 outside uncertainty", 0, 0),
-    ("sentences read by code", 2, 2),  # the processor's name in a file of the system, click's "Did you mean"
-    ("words made outside messages", 9, 0),
+    ("sentences read by code", 0, 0),
+    ("words made outside messages", 0, 0),
 ]
 
 EXAMPLES = sorted((ROOT / "examples").glob("*.toml"))

@@ -54,6 +54,7 @@ def test_leaving_out_voltages_changes_a_smooth_table_little(weak):
     assert table.halved().voltages[[0, -1]] == pytest.approx(table.voltages[[0, -1]])
 
 
+@pytest.mark.thorough("test_it_is_that_of_a_bridge_on_a_fixed_amplitude")
 def test_noise_gives_a_current_with_its_errors():
     """Two seeds agree within their standard errors, and fluctuate about as the spectral density says."""
     scene = hv.load("examples/plate_bridge.toml")

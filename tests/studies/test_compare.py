@@ -42,6 +42,7 @@ def test_comparison_has_every_engine_and_its_z():
     assert figures.image(result.plot("title"), "png").startswith(b"\x89PNG")
 
 
+@pytest.mark.thorough("test_comparison_has_every_engine_and_its_z")
 def test_engines_that_cannot_serve_are_named():
     bridge = hv.load("examples/plate.toml").with_load(hv.Load(netlist="bridge"))
     result = compare(bridge, trajectories=2, duration=10.0)

@@ -31,7 +31,7 @@ def columns(out, number, panel):
     return (np.array([float(row[name]) for row in rows]) for name in paper.COLUMNS[2:] if name != "density")
 
 
-@pytest.mark.parametrize("number", ["1", "4", "7", "9"])
+@pytest.mark.parametrize("number", [pytest.param("1", marks=pytest.mark.thorough("test_data_and_plot")), "4", "7", "9"])
 def test_data_and_plot(drawn, number):
     assert (drawn / f"fig{number}.png").read_bytes().startswith(b"\x89PNG")
     assert (drawn / f"fig{number}.csv").read_text().splitlines()[0] == ",".join(paper.COLUMNS)

@@ -26,7 +26,8 @@ OF_WORDS = re.compile(rf"(.*_)?{WORDS}", re.IGNORECASE)  # names of what holds s
 HELD = re.compile(r"(.*_)?(warning|note|reason|doubt|refusal)s?", re.IGNORECASE)  # which nothing else is called
 READERS = {"startswith", "endswith", "removeprefix", "removesuffix", "partition", "rpartition", "find", "index"}
 MESSAGES = re.compile(r"harvester/presentation/messages\b")
-CAPTIONS = re.compile(r"harvester/(figures|report|explore)/")  # whose notes are below pictures and tables of a page
+# Whose notes are below pictures and tables of a page; and what the fields of results mean.
+CAPTIONS = re.compile(r"harvester/(figures/|report/|explore/|presentation/glossary\b)")
 
 
 @cache

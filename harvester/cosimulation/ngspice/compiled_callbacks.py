@@ -21,7 +21,7 @@ from harvester.mechanics.kernels.trajectory_batch import BATCH
 from harvester.mechanics.modes.modal_step import ModalCoefficients
 
 source_voltage, proposed_step = strict(transitions.source_voltage), strict(transitions.proposed_step)
-accept_point = strict(transitions.accept_point)
+accept_point, accept_modal_point = strict(transitions.accept_point), strict(modal_drift.accept_modal_point)
 
 
 @intrinsic
@@ -128,10 +128,10 @@ def pattern_of(coefficients: Any) -> Any:
 def point_function(pattern: Coefficients | ModalCoefficients, shaken: bool) -> Any:
     """`accept_point` as a C function, compiled for the coefficients that are not None in ``pattern``.
 
-    ``shaken`` says whether there is shaking other than white noise.  Of several modes it is `accept_modal_point`.
+    ``shaken`` says whether there is shaking other than white noise.  Of several modes it is `accept_modal_point`.  What
+    it closes over names its file in the cache, so that is numbers: a compiled function is another in each process.
     """
     rows = 0 if isinstance(pattern, Coefficients) else 2 * len(pattern.k) + 1
-    accept = strict(modal_drift.accept_modal_point) if rows else accept_point
 
     @c_function(_I4(_STATE_POINTER, _F8, _F8, _F8, _F8, _F8))
     def act(state, t, v, power, current, smooth):
@@ -147,7 +147,10 @@ def point_function(pattern: Coefficients | ModalCoefficients, shaken: bool) -> A
             carray(_pointer(s.modes_at), (3, rows * BATCH), np.float64) if rows else None,
         )
         point = Point(t, v, power, current, smooth)
-        accept(s, point, recording, _coefficients(s.coefficients_at, pattern))
+        if rows:
+            accept_modal_point(s, point, recording, _coefficients(s.coefficients_at, pattern))
+        else:
+            accept_point(s, point, recording, _coefficients(s.coefficients_at, pattern))
         return 0
 
     return act

@@ -319,7 +319,13 @@ def test_no_step_goes_over_a_switch():
     assert sum(errors) / 4.0 < 0.002
 
 
-@pytest.mark.parametrize("name, most", [("parallel_sshi", 18.0), ("series_sshi", 11.0)])
+@pytest.mark.parametrize(
+    "name, most",
+    [
+        pytest.param("parallel_sshi", 18.0, marks=pytest.mark.thorough("test_a_switching_takes_few_steps")),
+        ("series_sshi", 11.0),
+    ],
+)
 def test_a_switching_takes_few_steps(name, most):
     """Accepted steps a kick, 15.7 and 9.0: with elements L, on which ngspice resolves microvolts, 23.7 and 20.5."""
     problem = Problem(hv.load(f"examples/plate_{name}.toml"))

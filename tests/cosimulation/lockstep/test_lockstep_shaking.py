@@ -101,7 +101,7 @@ IMPACTING = {  # scenes that chatter and stick, bounce for ever, lie under prelo
 }
 
 
-REMAINING = "chatters", "two", "hum"  # the others are the ensemble's, or the same with one stop
+REMAINING = "chatters", "hum"  # the others are the ensemble's, or the same with one stop
 OTHERS = pytest.mark.thorough("test_impacts_without_white_noise")
 
 

@@ -72,7 +72,13 @@ def compliant(k, **others):
         (compliant(4e4), 0.05, 60.0, 5e-5),
         (compliant(400.0, gap=0.3), 0.05, 60.0, 1e-5),
         (compliant(400.0, gap=-0.1), 0.025, 20.0, 2e-5),
-        (compliant(400.0, n1=None, n2=None, drive=0.7, drive_frequency=1.1), 0.05, 60.0, 2e-4),
+        pytest.param(
+            compliant(400.0, n1=None, n2=None, drive=0.7, drive_frequency=1.1),
+            0.05,
+            60.0,
+            2e-4,
+            marks=pytest.mark.thorough("test_path_at_a_compliant_stop"),
+        ),
     ],
     ids=["soft", "stiff", "hard", "distance", "preload", "drive"],
 )

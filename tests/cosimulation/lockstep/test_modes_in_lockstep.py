@@ -60,6 +60,7 @@ def test_path_of_the_ensemble(change):
     assert abs(ledger.residual) < 5e-3
 
 
+@pytest.mark.thorough("test_one_netlist")
 def test_motion_of_several_modes():
     """Command `motion` by ngspice shows the path that engine `ensemble` has on the same noise, impacts included."""
     scene = BEAM.replace(mode=(SECOND, THIRD), stop=RIGID)

@@ -29,6 +29,7 @@ parameters = { R = 1e6, C = 3e-7 }
 """
 
 
+@pytest.mark.thorough("test_sampled_probes")
 @pytest.mark.ngspice
 def test_steady_probes_and_ledger(tmp_path, harvester):
     """Rload's probe is the mean power, with a like error; the diodes' shares are alike, and sum to the circuit's."""

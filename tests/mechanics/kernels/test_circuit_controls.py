@@ -32,10 +32,16 @@ def test_absent_when_not_asked_for():
     np.testing.assert_allclose(plain.load, wished.load, rtol=1e-9)
 
 
+OTHERS = pytest.mark.thorough("test_power_is_worth_many_times_as_many_trajectories")
+
+
 @pytest.mark.parametrize(
     "eqs, circuit, floor",
-    [(PLATE, BRIDGE, 25.0), (STOP, BRIDGE, 20.0), (STOP, SSHI, 8.0)],
-    ids=["bridge", "bridge-stop", "sshi-stop"],
+    [
+        pytest.param(PLATE, BRIDGE, 25.0, id="bridge"),
+        pytest.param(STOP, BRIDGE, 20.0, id="bridge-stop", marks=OTHERS),
+        pytest.param(STOP, SSHI, 8.0, id="sshi-stop"),
+    ],
 )
 def test_power_is_worth_many_times_as_many_trajectories(eqs, circuit, floor):
     """And plain and controlled means agree: boundaries take a stationary path for granted."""

@@ -195,7 +195,8 @@ def test_drift_at_stop_is_drift_but_for_a_push(x, v, r, beta, n1):
     plain = drift(s, d, mu, r)
     ours = drift_at_stop(s, d, Coefficients(mu=mu, beta=beta, n1=n1), r)
     pushed = plain[1] > 0.0 and beta is not None and n1 is None
-    assert (ours == plain) != pushed
+    same = [*ours[0], ours[1]] == pytest.approx([*plain[0], plain[1]], rel=1e-14)  # processors round differently
+    assert same != pushed
 
 
 def test_impact_under_a_push_is_that_of_the_accelerated_motion():

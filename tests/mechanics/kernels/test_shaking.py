@@ -333,7 +333,17 @@ def test_a_longer_path_begins_as_a_shorter_one():
     assert short == pytest.approx(long[:51], rel=1e-12)
 
 
-@pytest.mark.parametrize("noise", [COLOURED, BAND], ids=["coloured", "band"])
+@pytest.mark.parametrize(
+    "noise",
+    [
+        pytest.param(COLOURED, id="coloured"),
+        pytest.param(
+            BAND,
+            id="band",
+            marks=pytest.mark.thorough("test_a_sinusoid_beside_coloured_noise_adds_its_own_mean_square"),
+        ),
+    ],
+)
 def test_a_sinusoid_beside_coloured_noise_adds_its_own_mean_square(noise):
     both = changed(noise, drive=0.15, drive_frequency=1.2)
     found = hv.Ensemble(seed=5, within=0.004).run(scene(both)).mean_square_voltage
@@ -357,6 +367,7 @@ def test_a_path_with_both_is_that_of_the_noise_and_a_cosine(noise):
     assert np.allclose(rest, fitted[0] * np.cos(angle) + fitted[1] * np.sin(angle), atol=1e-12)
 
 
+@pytest.mark.thorough("test_path")
 @pytest.mark.ngspice
 def test_both_against_a_stop_agree_with_ngspice():
     both = changed(COLOURED, drive=0.15, drive_frequency=1.2, restitution=0.7, gap=0.1)

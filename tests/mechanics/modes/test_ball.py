@@ -35,6 +35,7 @@ def test_energy_and_momentum():
     assert np.abs(places).max() <= 0.3 * (1.0 + 1e-9)
 
 
+@pytest.mark.thorough("test_energy_and_momentum")
 def test_bounces_on_a_heavy_mass():
     """A light ball in an upright box falls, bounces ever lower at times in closed form, and comes to rest."""
     ball = hv.Ball(mass=1e-9, room="1 mm", restitution=0.6, tilt=90.0)
