@@ -80,8 +80,11 @@ def optimise(output: Output, engine: str | None, within: float | None, budget: f
 
     scene, aim, points = output.scene, _aim(options), options.pop("points")
     kind, circuits = study.kind_of_search(**aim), varied(aim["vary"])[0]
+    which: Any
     if kind == "devices":
         which = selection.engine(engine or formula(Problem(scene)).NAME, within=within, **options)
+    elif kind == "circuits" and engine is None and not any(options.values()):  # each circuit has its own default
+        which = None
     elif kind == "circuits":
         which = selection.engine(engine or selection.ENGINE_OF_CIRCUITS, **options)
     else:
