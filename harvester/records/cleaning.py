@@ -73,9 +73,9 @@ class Part:
             ends = [(self.begin or 0.0) - rounding, end + rounding]
             rows = slice(*(int(one) for one in np.searchsorted(time - time[0], ends)))
             if rows.stop - rows.start < FEWEST:
-                last = f"{time[-1] - time[0]:.6g}"
+                whole = f"{time[-1] - time[0]:.6g}"
                 raise InputError(
-                    f"`from` and `to` must leave at least {FEWEST} samples of the {last} s, but leave "
+                    f"`from` and `to` must leave at least {FEWEST} samples of the {whole} s, but leave "
                     f"{rows.stop - rows.start}"
                 )
             begin, last = (float(time[row] - time[0]) for row in (rows.start, rows.stop - 1))

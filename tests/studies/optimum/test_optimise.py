@@ -445,7 +445,7 @@ def test_command(tmp_path):
     scene.write_text(LINEAR.to_toml())
     args = ["optimise", str(scene), "--vary", "nondimensional.mu=0.05:20", "--trajectories", "512"]
     told = CliRunner().invoke(cli, [*args, "--json", "--out", str(tmp_path / "out")], catch_exceptions=False)
-    answer = json.loads(told.output)
+    answer = json.loads(told.stdout)
     key = answer["keys"]["nondimensional.mu"]
     assert key["low95"] < key["value"] < key["high95"]
     assert key["boundary"] is None
