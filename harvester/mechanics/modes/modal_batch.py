@@ -18,20 +18,14 @@ from harvester.equations.bounds import flow
 from harvester.equations.coefficients import Equations
 from harvester.mechanics.kernels.circuit_control_variates import boundary_functions
 from harvester.mechanics.kernels.compiled import forced, kernel
+from harvester.mechanics.kernels.equation_of_motion import friction, is_damped
 from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
 from harvester.mechanics.kernels.intervals import drifts, interval, update_of
 from harvester.mechanics.kernels.noise import draw_noise
 from harvester.mechanics.kernels.shaking import Filter, last_acceleration, shake
 from harvester.mechanics.kernels.trajectory_batch import BATCH, IDEAL_SUMS, SUMS, Batch, Schedule
 from harvester.mechanics.modes.modal_circuit import add_modal_features, drift_with_ideal
-from harvester.mechanics.modes.modal_step import (
-    along,
-    drift_modes,
-    energy_of_modes,
-    kick_modes,
-    modal_coefficients,
-    taken_by_damping,
-)
+from harvester.mechanics.modes.modal_step import along, drift_modes, energy_of_modes, kick_modes, modal_coefficients
 
 OWN = 3  # rows of one mode with a resistor: x, x', V
 BESIDE = 7  # rows of z beside the states: two of noise, two of shaking; impacts, their energy, work
@@ -138,6 +132,17 @@ def add_sample_of_modes(i, sums, z, mid, c):
     sums[7, i] += 0.5 * (x * V + x_mid * V_mid)
     sums[8, i] += speed * V_mid
     sums[9, i] += taken_by_damping(i, mid, c)
+
+
+@forced
+def taken_by_damping(i, z, c):
+    """The power that damping takes."""
+    speeds = len(c.k) * BATCH + i
+    x, speed = along(c.e, z, 0, i), along(c.e, z, len(c.k), i)
+    total = friction(x, speed, c.own) * speed * speed if is_damped(c.own) else 0.0
+    for j in range(len(c.d)):
+        total += c.d[j] * z[speeds + j * BATCH] * z[speeds + j * BATCH]
+    return total
 
 
 @kernel

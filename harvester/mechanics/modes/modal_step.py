@@ -228,13 +228,12 @@ def _nearer_stop(w, c):
 @forced
 def _keep_on_stop(i, z, c):
     """Take the speed along phi of a mass that a kick would push into the stop it rests on."""
-    speeds = len(c.k) * BATCH + i
     if c.contact is None:
         return
     into, (_, away) = along(c.phi, z, len(c.k), i), _nearer_stop(along(c.phi, z, 0, i), c)
     if away * into < 0.0:
         for j in range(len(c.m)):
-            z[speeds + j * BATCH] -= c.m[j] * into
+            z[(len(c.k) + j) * BATCH + i] -= c.m[j] * into
 
 
 @forced
@@ -249,14 +248,3 @@ def energy_of_modes(i, z, c):
         y, v = z[j * BATCH + i], z[speeds + j * BATCH]
         double += v * v + c.k[j] * y * y
     return 0.5 * double
-
-
-@forced
-def taken_by_damping(i, z, c):
-    """The power that damping takes."""
-    speeds = len(c.k) * BATCH + i
-    x, speed = along(c.e, z, 0, i), along(c.e, z, len(c.k), i)
-    total = friction(x, speed, c.own) * speed * speed if is_damped(c.own) else 0.0
-    for j in range(len(c.d)):
-        total += c.d[j] * z[speeds + j * BATCH] * z[speeds + j * BATCH]
-    return total
