@@ -78,8 +78,8 @@ class Part:
                     f"`from` and `to` must leave at least {FEWEST} samples of the {whole} s, but leave "
                     f"{rows.stop - rows.start}"
                 )
-            begin, last = (float(time[row] - time[0]) for row in (rows.start, rows.stop - 1))
-            found.append(note("part_taken", begin=begin, end=last))
+            first, final = (float(time[row] - time[0]) for row in (rows.start, rows.stop - 1))
+            found.append(note("part_taken", begin=first, end=final))
         if not self.longest:
             return rows
         inner = longest_part(time[rows], values[rows], found)

@@ -56,7 +56,6 @@ def test_the_answer_holds_the_reference(name, tmp_path):
     assert len(found.warnings) == len(words) and all(map(str.startswith, map(str, found.warnings), words))
 
 
-@pytest.mark.thorough("test_record_doubts.py")
 def test_a_record_is_doubted_alike_by_all_engines(tmp_path):
     """`spice` did not say that the join of a record matters, where its answer is a periodic response."""
     scene = products.scene_of("resistor", "recorded", "free", tmp_path)
