@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from harvester.arrays import Floats
+from harvester.density.box import heat
 from harvester.density.first_passages import displacement_rate
 from harvester.density.functionals import NAMES
 from harvester.density.marginals import Marginals
@@ -40,7 +41,9 @@ def read_level(level: float | str, problem: Problem) -> float:
 def forgetting(problem: Problem, answer: Answer) -> float:
     """The rate at which the motion forgets its energy: the power of the noise over the energy of the motion."""
     squares = answer.means[NAMES.index("displacement_squared")], answer.means[NAMES.index("velocity_squared")]
-    return float(noise(problem.equations, np.array(math.sqrt(squares[0]))) / squares[1])
+    eqs = problem.equations
+    power = heat(eqs) if eqs.coloured else float(noise(eqs, np.array(math.sqrt(squares[0]))))
+    return float(min(power / squares[1], 1.0 / (eqs.correlation_time or 1e-9)))
 
 
 def hop_rate(problem: Problem, answer: Answer) -> Value | None:
