@@ -138,12 +138,13 @@ class WeakForm:
         assert eqs.coloured is not None and eqs.correlation_time is not None
         k = np.arange(self.frame.noise_modes)
         beside = np.diag(np.sqrt(k[1:]), 1) + np.diag(np.sqrt(k[1:]), -1)
-        colour: Floats = np.kron(beside * math.sqrt(eqs.coloured / eqs.correlation_time), self.v_slope)
-        colour -= np.kron(np.diag(k / eqs.correlation_time), self.v_mass)
+        colour: Any = np.kron(beside, self.v_slope) * math.sqrt(eqs.coloured / eqs.correlation_time)
+        colour -= np.kron(np.diag(k), self.v_mass) / eqs.correlation_time
         for name in ("mass", "up", "down", "slope", "friction", "noise"):
             setattr(self, f"v_{name}", np.kron(np.eye(len(k)), getattr(self, f"v_{name}")))
         self.low_end, self.high_end = (np.kron(np.eye(len(k)), end) for end in (self.low_end, self.high_end))
-        return colour
+        found: Floats = colour
+        return found
 
     def over_v(self, matrix: Floats) -> Floats:
         """The weights of the integral over v, and over coloured noise, of a density times what a matrix has."""

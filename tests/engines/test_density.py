@@ -85,10 +85,7 @@ def test_a_budget_that_ends_too_early_is_said():
             {"n1": None, "n2": None, "restitution": 0.0, "coloured": 0.01, "correlation_time": 1.0},
             "cannot serve coloured noise beside a rigid",
         ),
-        (
-            {"n1": None, "n2": None, "coloured": 0.01, "correlation_time": 1.0, "centre": 1.0, "bandwidth": 0.1},
-            "cannot model band pass noise",
-        ),
+        ({"n1": None, "n2": None, "coloured": 0.01, "centre": 1.0, "bandwidth": 0.1}, "cannot model band pass noise"),
         ({"drive": 0.1, "drive_frequency": 1.0}, "cannot model harmonic drive"),
         ({"cv": 0.1}, "cannot model damping_v"),
     ],
