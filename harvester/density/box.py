@@ -9,9 +9,10 @@ from scipy.special import gamma
 from harvester.arrays import Floats
 from harvester.density.coupled_modes import Factors, integrals, pinned, stationary
 from harvester.density.elements import quadrature
+from harvester.density.forces import force, friction, heat
 from harvester.density.mesh import RESOLUTIONS, Box, mesh
 from harvester.density.moment_weights import MomentWeights, value
-from harvester.density.weak_form import ModeFrame, WeakForm, force, friction
+from harvester.density.weak_form import ModeFrame, WeakForm
 from harvester.equations.coefficients import Equations
 from harvester.errors import SimulationError
 from harvester.presentation.diagnostic import refusal
@@ -66,13 +67,6 @@ def extent(eqs: Equations, frame: ModeFrame, tail: float, below: float, above: f
         reach = max(x[rests[0]] - x[first], x[last] - x[rests[-1]])
         return Box(float(x[first]), float(x[last]), math.sqrt(2.0 * tail * warmth), float(reach), tail)
     raise SimulationError(refusal("density_without_box"))
-
-
-def heat(eqs: Equations) -> float:
-    """The intensity of the noise of the base; of coloured noise that which it has at the resonance."""
-    if eqs.coloured is None:
-        return eqs.n1 or 0.0
-    return eqs.coloured / (1.0 + abs(eqs.spring[0]) * (eqs.correlation_time or 0.0) ** 2)
 
 
 def first_guess(eqs: Equations, tail: float) -> Setting:

@@ -30,8 +30,6 @@ Coloured noise a of the correlation time tau is one more quantity, that acts on 
 Gaussian.  Each p_j is a sum of p_jk He_k(q)/sqrt(k!) exp(-q^2/2)/sqrt(2 pi) in turn, with the equations
 
     A_j p_jk - k/tau int p_jk f + (D/tau)^(1/2) int [sqrt(k) p_{j,k-1} + sqrt(k + 1) p_{j,k+1}] f_v = 0
-
-The nodes in v are repeated for each of these modes, so that nothing else has to know of them.
 """
 
 import math
@@ -42,6 +40,7 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.density.elements import products, quadrature
+from harvester.density.forces import force, friction, noise
 from harvester.density.impact_flux import impact_flux
 from harvester.density.mesh import Mesh
 from harvester.equations.coefficients import Equations
@@ -55,30 +54,6 @@ class ModeFrame:
     offset: float
     scale: float
     noise_modes: int = 1
-
-
-def force(eqs: Equations, x: Floats) -> Floats:
-    """The acceleration by the spring, and by a compliant stop while in contact, at v = 0 and without voltage."""
-    linear, alpha2, alpha = eqs.spring
-    total = -x * (linear + x * (alpha2 + x * alpha))
-    if eqs.stop_stiffness is not None:
-        total -= eqs.stop_stiffness * np.minimum(x + (eqs.gap or 0.0), 0.0)
-    if eqs.mu is None and eqs.beta is not None:
-        total -= eqs.beta * x  # V = x: the capacitance is one more spring
-    return total
-
-
-def friction(eqs: Equations, x: Floats) -> Floats:
-    """The friction c(x) = c3 x^4 - c2 x^2 - c1, and that of a compliant stop while in contact."""
-    total: Floats = sum((f * x ** (2 * i) for i, f in enumerate(eqs.friction)), np.zeros_like(x))
-    if eqs.stop_stiffness is not None and eqs.stop_damping is not None:
-        total = total + np.where(x + (eqs.gap or 0.0) < 0.0, eqs.stop_damping, 0.0)
-    return total
-
-
-def noise(eqs: Equations, x: Floats) -> Floats:
-    """The intensity N(x) = N1 + 2 N12 x + N2 x^2 of the white noise on the velocity."""
-    return (eqs.n1 or 0.0) + 2.0 * (eqs.n12 or 0.0) * x + (eqs.n2 or 0.0) * x**2
 
 
 class WeakForm:
@@ -138,13 +113,11 @@ class WeakForm:
         assert eqs.coloured is not None and eqs.correlation_time is not None
         k = np.arange(self.frame.noise_modes)
         beside = np.diag(np.sqrt(k[1:]), 1) + np.diag(np.sqrt(k[1:]), -1)
-        colour: Any = np.kron(beside, self.v_slope) * math.sqrt(eqs.coloured / eqs.correlation_time)
+        colour: Floats = np.kron(beside, self.v_slope) * math.sqrt(eqs.coloured / eqs.correlation_time)
         colour -= np.kron(np.diag(k), self.v_mass) / eqs.correlation_time
-        for name in ("mass", "up", "down", "slope", "friction", "noise"):
-            setattr(self, f"v_{name}", np.kron(np.eye(len(k)), getattr(self, f"v_{name}")))
-        self.low_end, self.high_end = (np.kron(np.eye(len(k)), end) for end in (self.low_end, self.high_end))
-        found: Floats = colour
-        return found
+        for name in ("v_mass", "v_up", "v_down", "v_slope", "v_friction", "v_noise", "low_end", "high_end"):
+            setattr(self, name, np.kron(np.eye(len(k)), getattr(self, name)))
+        return colour
 
     def over_v(self, matrix: Floats) -> Floats:
         """The weights of the integral over v, and over coloured noise, of a density times what a matrix has."""

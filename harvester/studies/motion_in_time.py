@@ -6,13 +6,12 @@ from typing import Any
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.density.box import heat
 from harvester.density.first_passages import displacement_rate
+from harvester.density.forces import heat, noise
 from harvester.density.functionals import NAMES
 from harvester.density.marginals import Marginals
 from harvester.density.refine import Answer
 from harvester.density.relaxation import slowest_decay, voltage_spectrum
-from harvester.density.weak_form import noise
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, SimulationError, invalid
 from harvester.quantities.kinds import GAP
