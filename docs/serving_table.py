@@ -28,7 +28,7 @@ STOPS = {  # rows of the page, and the example whose mechanics they are
 }
 SHAKING = {
     "white noise": "plate",
-    "coloured noise": "plate_coloured",
+    "noise of a band": "plate_coloured",
     "sinusoid": "plate_harmonic",
     "record of a logger": "plate_recorded",
     "shocks": "plate_shock",
@@ -51,6 +51,7 @@ def shakings() -> dict[str, Excitation]:
     end = text[text.index("[load]") :]
     table = '[excitation]\nacceleration_psd_file = "mil_std_810_minimum_integrity.csv"\n'
     found["table of a density"] = loads(head + table + end, EXAMPLES).excitation
+    found["coloured noise"] = dataclasses.replace(found["white noise"], correlation_time=0.002)
     found["white noise of the stiffness too"] = dataclasses.replace(found["white noise"], stiffness_noise=0.01)
     return found
 

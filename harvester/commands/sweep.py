@@ -44,7 +44,7 @@ resume_needs_out = cloup.constraint(
         shell_complete=engines,
         multiple=True,
         help="Repeatable.  Default: exact for a linear scene, for a netlist spice beside ideal, else all that serve "
-        "SCENE; with --within, see run.",
+        "SCENE (density under white noise only); with --within, see run.",
     ),
 )
 @partial(sampling, whole="the whole sweep, in equal shares of its points,")

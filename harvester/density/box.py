@@ -9,9 +9,10 @@ from scipy.special import gamma
 from harvester.arrays import Floats
 from harvester.density.coupled_modes import Factors, integrals, pinned, stationary
 from harvester.density.elements import quadrature
+from harvester.density.forces import force, friction, heat
 from harvester.density.mesh import RESOLUTIONS, Box, mesh
 from harvester.density.moment_weights import MomentWeights, value
-from harvester.density.weak_form import ModeFrame, WeakForm, force, friction
+from harvester.density.weak_form import ModeFrame, WeakForm
 from harvester.equations.coefficients import Equations
 from harvester.errors import SimulationError
 from harvester.presentation.diagnostic import refusal
@@ -19,7 +20,7 @@ from harvester.presentation.diagnostic import refusal
 ROUNDS = 25  # most coarse solutions
 STILL = 0.1  # relative change of the box and of the frame that counts as none
 MOMENT = 3  # degree of the moment of energy by which a tail is measured
-MODES = 4
+MODES, NOISE_MODES = 4, 3
 
 
 @dataclass(frozen=True)
@@ -71,7 +72,7 @@ def extent(eqs: Equations, frame: ModeFrame, tail: float, below: float, above: f
 def first_guess(eqs: Equations, tail: float) -> Setting:
     """A box and a frame from the balance of power of a mass that moves harmonically, without impacts."""
     beta, mu = (eqs.beta or 0.0), eqs.mu
-    n1, n2 = eqs.n1 or 0.0, eqs.n2 or 0.0
+    n1, n2 = heat(eqs), eqs.n2 or 0.0
     electrical = 0.0 if mu is None else beta * mu / (1.0 + mu**2)
     warmth = math.sqrt(n1)
     stiff = max(abs(eqs.spring[0]), 1e-3)
@@ -85,6 +86,8 @@ def first_guess(eqs: Equations, tail: float) -> Setting:
         else ModeFrame(mu**2 / (1.0 + mu**2), 0.0, math.sqrt(warmth) / (1.0 + mu))
     )
     box = extent(eqs, frame, tail, warmth, warmth, warmth)
+    if eqs.coloured is not None:
+        frame = replace(frame, noise_modes=NOISE_MODES)
     return Setting(box, frame, 0.5 * (box.low + box.high))
 
 
@@ -113,7 +116,8 @@ def regression(form: WeakForm, p: Floats) -> ModeFrame:
     x, y, xx, xy, yy = (value(moments.mean(i, 0, j), p) for i, j in ((1, 0), (0, 1), (2, 0), (1, 1), (0, 2)))
     slope = (xy - x * y) / (xx - x * x)
     left = yy - y * y - slope**2 * (xx - x * x)
-    return ModeFrame(slope, y - slope * x, math.sqrt(left) if left > 0.0 else 0.5 * form.frame.scale)
+    scale = math.sqrt(left) if left > 0.0 else 0.5 * form.frame.scale
+    return replace(form.frame, slope=slope, offset=y - slope * x, scale=scale)
 
 
 def _box(eqs: Equations, form: WeakForm, p: Floats, tail: float) -> Box:
@@ -124,8 +128,8 @@ def _box(eqs: Equations, form: WeakForm, p: Floats, tail: float) -> Box:
     mesh = form.mesh
     along = quadrature(mesh.x_breaks, mesh.degree, mesh.degree + 3)
     across = quadrature(mesh.v_breaks, mesh.degree, mesh.degree + 3)
-    of_x = along.weights * ((p[0] @ form.v_mass.sum(axis=0)) @ along.values.T)
-    line = np.einsum("eij,ei->j", p[0], form.x_mass.sum(axis=1))
+    of_x = along.weights * ((p[0] @ form.over_v(form.v_mass)) @ along.values.T)
+    line = np.einsum("eij,ei->j", p[0, ..., : form.v_nodes], form.x_mass.sum(axis=1))
     of_v = across.weights * (_by_element(line, mesh.degree) @ across.values.T)
     energy = potential(eqs, form.frame, along.points.ravel()).reshape(along.points.shape)
     rest = along.points.ravel()[np.argmin(energy)]

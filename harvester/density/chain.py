@@ -21,7 +21,7 @@ class Chain:
 
     def __init__(self, form: WeakForm, modes: range, blocks: list[Floats], pin: int | None, shift: complex = 0.0):
         self.form, self.count = form, len(modes)
-        self.factors, self.inverses = [], list[Any]()
+        self.factors, self.inverses, self.reached = [], list[Any](), list[Any]()
         nx, nv = self.nodes = form.shape[2:]
         up, down = form.v_up, form.v_down
         ends = self.count, nx, nv
@@ -41,12 +41,12 @@ class Chain:
             if form.back_coupled and size <= SMALL:
                 self.inverses.append(lu_solve(factor, np.eye(size), check_finite=False))
             if e < len(blocks) - 1:
-                reached = lu_solve(factor, unit.reshape(size, -1), check_finite=False)
-                before = reached.reshape(*ends, self.count, nv)[:, -1]
+                self.reached.append(lu_solve(factor, unit.reshape(size, -1), check_finite=False))
+                before = self.reached[-1].reshape(*ends, self.count, nv)[:, -1]
 
     def integrals(self, element: int) -> Floats:
         """The integral of each shape function of an element."""
-        return np.outer(self.form.x_mass[element].sum(axis=0), self.form.v_mass.sum(axis=0))
+        return np.outer(self.form.x_mass[element].sum(axis=0), self.form.over_v(self.form.v_mass))
 
     def _of(self, element: int, right: Any, transposed: int = 0) -> Any:
         """The solution of one element for a right side of the shape (modes, nodes in x, nodes in v)."""
@@ -65,8 +65,8 @@ class Chain:
             if e + 1 < count:
                 y[:, e + 1, 0] -= p[:, e, -1] @ self.form.v_up.T
         for e in range(count - 2, -1, -1):
-            y[:, e, -1] += p[:, e + 1, 0] @ self.form.v_down.T
-            p[:, e] = self._of(e, y[:, e])
+            from_right = (p[:, e + 1, 0] @ self.form.v_down.T).ravel()
+            p[:, e] += (self.reached[e] @ from_right).reshape(self.count, *self.nodes)
         return p
 
     def solve_transposed(self, right: Any) -> Any:

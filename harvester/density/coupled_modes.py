@@ -32,7 +32,7 @@ class Factors:
         self.sweeps = 0
         modes, most = self.form.modes, JOINT_MEMORY / self.form.modes
         self._factorise([range(k, k + 1) for k in range(modes)])
-        self.can_join = self.form.back_coupled and self.form.mesh.memory(modes) < most
+        self.can_join = self.form.back_coupled and self.form.v_colour is None and self.form.mesh.memory(modes) < most
 
     def _factorise(self, groups: list[range]) -> None:
         blocks = [self.form.diagonal_block(e) for e in range(self.form.shape[1])]
@@ -111,7 +111,7 @@ def stationary(factors: Factors) -> Floats:
 
 def integrals(form: WeakForm) -> Floats:
     """The integral of each shape function: shape (x-elements, nodes in x, nodes in v)."""
-    whole: Floats = form.x_mass.sum(axis=1)[:, :, None] * form.v_mass.sum(axis=0)
+    whole: Floats = form.x_mass.sum(axis=1)[:, :, None] * form.over_v(form.v_mass)
     return whole
 
 

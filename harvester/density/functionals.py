@@ -33,7 +33,7 @@ def functionals(eqs: Equations, form: WeakForm) -> Floats:
         products = [m.of(2, 0) - m.mean(1, 0, 1), m.of(1, 1) - m.mean(0, 1, 1)]
     low, high = (np.zeros(form.shape) for _ in range(2))
     loss = np.zeros(form.shape)
-    down, up = (half.sum(axis=0) for half in (-form.v_down, form.v_up))
+    down, up = (form.over_v(half) for half in (-form.v_down, form.v_up))
     if eqs.restitution is not None:
         low[0, 0, 0] = down
         loss[0, 0, 0] = 0.5 * (1.0 - eqs.restitution**2) * m.speed_cubed(-1.0)

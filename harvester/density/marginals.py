@@ -21,9 +21,9 @@ class Marginals:
     """What a density p on a form says of one or two quantities; places outside of its box have the density 0."""
 
     def __init__(self, form: WeakForm, p: Floats) -> None:
-        self.form, self.p, mesh = form, p, form.mesh
+        self.form, self.p, mesh = form, p[..., : form.v_nodes], form.mesh  # no further modes of coloured noise
         self._x = quadrature(mesh.x_breaks, mesh.degree, mesh.degree + 3)
-        self._over_v = form.v_mass.sum(axis=0)
+        self._over_v = form.over_v(form.v_mass)[: form.v_nodes]
 
     def displacement(self, x: Floats) -> Floats:
         """The density of the displacement, shape (n,)."""
@@ -71,7 +71,7 @@ class Marginals:
 
     def passages(self, level: float) -> float:
         """How often the displacement passes a level upwards, a unit of time."""
-        return float(self._at(self.p[0], np.array([level]))[0] @ self.form.v_up.sum(axis=0))
+        return float(self._at(self.p[0], np.array([level]))[0] @ self.form.over_v(self.form.v_up)[: self.form.v_nodes])
 
     def impacts(self, speeds: Floats, way: float = -1.0) -> Floats:
         """The impacts a unit of time and a unit of speed at the lower stop (``way`` -1) or the upper, shape (n,)."""

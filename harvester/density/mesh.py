@@ -59,7 +59,10 @@ class Mesh:
     degree: int
 
     def memory(self, modes: int) -> float:
-        """The bytes that the factors of so many modes take: a dense matrix for each x-element."""
+        """The bytes that the factors of so many modes take: a dense matrix for each x-element.
+
+        With n modes of coloured noise each matrix has n^2 times as many numbers.
+        """
         block = (self.degree + 1) * ((len(self.v_breaks) - 1) * self.degree + 1)
         return 8.0 * modes * (len(self.x_breaks) - 1) * block**2
 

@@ -22,7 +22,7 @@ class MomentWeights:
             self._v.append(self._integrated(across.points**n))
 
     def _integrated(self, weight: Floats) -> Floats:
-        """The integrals of a weight times each shape function in v."""
+        """The integrals of a weight times each shape function in v, and over coloured noise."""
         degree, whole = self.form.mesh.degree, np.zeros(self.form.shape[3])
         for e, part in enumerate((self._across.weights * weight) @ self._across.values):
             whole[e * degree : (e + 1) * degree + 1] += part

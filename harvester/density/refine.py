@@ -26,7 +26,7 @@ from harvester.presentation.diagnostic import refusal
 LIGHTEST, SAFETY = 12.0, 1.3  # exponent of a power tail that is light, and more than it makes of the box's error
 WIDER = 0.2  # the share by which a box is made larger to see what it leaves out
 TAILS = (20.0, 25.0, 30.0, 36.0)  # energies of the box's ends, in those of the motion
-MODES = (6, 8, 10, 12, 16, 20, 26)
+MODES, NOISE_MODES = (6, 8, 10, 12, 16, 20, 26), (5, 7, 9, 11, 13)
 NO_BETTER, FINEST_PROBE = 0.3, 2  # share of an error that a larger box leaves, at most; place of the finest mesh
 MOST_MEMORY = 2e9  # bytes of the factors of all modes, of which two meshes are held at once
 COSTLIER = 4.0  # times the last mesh that the next one takes
@@ -138,6 +138,20 @@ def probed(eqs: Equations, within: float, place: int, late: Callable[[], bool]) 
         modes, setting = more, setting if tail is None else settled(eqs, tail)
 
 
+def _with_noise_modes(eqs: Equations, found: Probed, within: float, late: Callable[[], bool]) -> Probed:
+    """What was found with few modes of coloured noise, with as many as leave a quarter of the error."""
+    finer = mesh(eqs, found.setting.box, RESOLUTIONS[1])
+    setting, coarse, off = found.setting, found.coarse, np.full_like(found.box_error, np.inf)
+    for count in NOISE_MODES:
+        setting = replace(setting, frame=replace(setting.frame, noise_modes=count))
+        before, coarse = coarse, solution(eqs, setting, found.coarse.form.mesh, found.modes)
+        off = np.abs(coarse.means - before.means)
+        too_many = finer.memory(found.modes * (count + 2) ** 2) > MOST_MEMORY
+        if off[0] <= 0.25 * within * coarse.means[0] or too_many or late():
+            break
+    return replace(found, setting=setting, modes_error=found.modes_error + off, coarse=coarse)
+
+
 def _with_fewer(eqs: Equations, setting: Setting, base: Solution, few: int) -> Solution:
     """The solution with two modes fewer; the same where ``few`` modes are exact."""
     return base if few else solution(eqs, setting, base.form.mesh, base.form.modes - 2)
@@ -173,6 +187,8 @@ def refined(
     beyond = SAFETY / (1.0 - (1.0 + WIDER) ** (2.0 - max(tail, 2.1))) if eqs.n2 else 1.0
     found = probed(eqs, within, 0 if budget else sum(within < fine for fine in FINE), late)
     found = replace(found, box_error=beyond * found.box_error)
+    if eqs.coloured is not None:
+        found = _with_noise_modes(eqs, found, within, late)
     coarse = found.coarse
     if coarse.form.mesh.degree != RESOLUTIONS[0].degree:  # modes and box were chosen on a finer mesh
         coarse = solution(eqs, found.setting, mesh(eqs, found.setting.box, RESOLUTIONS[0]), found.modes)
@@ -180,7 +196,7 @@ def refined(
     for place in range(1, len(RESOLUTIONS)):
         before = time.perf_counter()
         on = mesh(eqs, found.setting.box, RESOLUTIONS[place])
-        if best is not None and on.memory(found.modes) > MOST_MEMORY:
+        if best is not None and on.memory(found.modes * found.setting.frame.noise_modes**2) > MOST_MEMORY:
             break
         finer = solution(eqs, found.setting, on, found.modes)
         off = np.abs(finer.means - coarse.means)

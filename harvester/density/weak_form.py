@@ -21,9 +21,15 @@ of which z' = -mu z + b, b = (mu (1 - a) x - mu m - a v)/s, makes, for the test 
     A_j p_j + sqrt(j) int b p_{j-1} f - mu sqrt(j (j - 1)) int p_{j-2} f
         + beta s int [sqrt(j) p_{j-1} + sqrt(j + 1) p_{j+1}] f_v = 0
 
-where A_j is the operator of (x, v) at z = 0, less mu j.  In x elements are joined by the upwind flux of v, in v they
-are continuous.  With g = 1 mass is conserved to rounding, with the lowest polynomials E[x V] = E[V^2], E[x' V] = mu
-E[V^2] and the balance of power hold on every mesh.
+where A_j is the operator of (x, v) at z = 0, less mu j.
+
+In x elements are joined by the upwind flux of v, in v they are continuous.  With g = 1 mass is conserved to rounding,
+with the lowest polynomials E[x V] = E[V^2], E[x' V] = mu E[V^2] and the balance of power hold on every mesh.
+
+Coloured noise a of the correlation time tau is one more quantity, that acts on v: a = (D/tau)^(1/2) q, where q is
+Gaussian.  Each p_j is a sum of p_jk He_k(q)/sqrt(k!) exp(-q^2/2)/sqrt(2 pi) in turn, with the equations
+
+    A_j p_jk - k/tau int p_jk f + (D/tau)^(1/2) int [sqrt(k) p_{j,k-1} + sqrt(k + 1) p_{j,k+1}] f_v = 0
 """
 
 import math
@@ -34,6 +40,7 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.density.elements import products, quadrature
+from harvester.density.forces import force, friction, noise
 from harvester.density.impact_flux import impact_flux
 from harvester.density.mesh import Mesh
 from harvester.equations.coefficients import Equations
@@ -41,40 +48,18 @@ from harvester.equations.coefficients import Equations
 
 @dataclass(frozen=True)
 class ModeFrame:
-    """The change of variable y = a x + m + s z in which the modes are taken."""
+    """The change of variable y = a x + m + s z in which the modes are taken, and how many coloured noise has."""
 
     slope: float
     offset: float
     scale: float
-
-
-def force(eqs: Equations, x: Floats) -> Floats:
-    """The acceleration by the spring, and by a compliant stop while in contact, at v = 0 and without voltage."""
-    linear, alpha2, alpha = eqs.spring
-    total = -x * (linear + x * (alpha2 + x * alpha))
-    if eqs.stop_stiffness is not None:
-        total -= eqs.stop_stiffness * np.minimum(x + (eqs.gap or 0.0), 0.0)
-    if eqs.mu is None and eqs.beta is not None:
-        total -= eqs.beta * x  # V = x: the capacitance is one more spring
-    return total
-
-
-def friction(eqs: Equations, x: Floats) -> Floats:
-    """The friction c(x) = c3 x^4 - c2 x^2 - c1, and that of a compliant stop while in contact."""
-    total: Floats = sum((f * x ** (2 * i) for i, f in enumerate(eqs.friction)), np.zeros_like(x))
-    if eqs.stop_stiffness is not None and eqs.stop_damping is not None:
-        total = total + np.where(x + (eqs.gap or 0.0) < 0.0, eqs.stop_damping, 0.0)
-    return total
-
-
-def noise(eqs: Equations, x: Floats) -> Floats:
-    """The intensity N(x) = N1 + 2 N12 x + N2 x^2 of the noise on the velocity."""
-    return (eqs.n1 or 0.0) + 2.0 * (eqs.n12 or 0.0) * x + (eqs.n2 or 0.0) * x**2
+    noise_modes: int = 1
 
 
 class WeakForm:
     """The bilinear form on densities of the shape (modes, x-elements, nodes in x, nodes in v).
 
+    The ``v_nodes`` nodes in v come again for each further mode of coloured noise.
     ``back_coupled``: whether mode j + 1 acts on mode j.  What leaves the mesh at an end that is ``lost`` does not
     come back: a first passage.
     """
@@ -112,6 +97,7 @@ class WeakForm:
         self.v_slope = joined(products(w, across.slopes, values[None]))
         self.v_friction = joined(products(w * v, across.slopes, values[None]))
         self.v_noise = joined(products(w, across.slopes, across.slopes))
+        self.v_nodes = len(self.v_mass)
         at_low = 1.0 if eqs.restitution is None else eqs.restitution
         at_high = 1.0 if eqs.opposite_restitution is None else eqs.opposite_restitution
         # The end of a box where no stop is gives back what leaves it, with the speed turned round.
@@ -120,6 +106,23 @@ class WeakForm:
             self.low_end = down + impact_flux(mesh.v_breaks, mesh.degree, at_low, -1.0)
         if not self.lost[1]:
             self.high_end = -up + impact_flux(mesh.v_breaks, mesh.degree, at_high, 1.0)
+        self.v_colour = None if eqs.coloured is None else self._repeated(eqs)
+
+    def _repeated(self, eqs: Equations) -> Floats:
+        """What coloured noise does on the nodes in v, which are repeated for each of its modes."""
+        assert eqs.coloured is not None and eqs.correlation_time is not None
+        k = np.arange(self.frame.noise_modes)
+        beside = np.diag(np.sqrt(k[1:]), 1) + np.diag(np.sqrt(k[1:]), -1)
+        colour: Floats = np.kron(beside, self.v_slope) * math.sqrt(eqs.coloured / eqs.correlation_time)
+        colour -= np.kron(np.diag(k), self.v_mass) / eqs.correlation_time
+        for name in ("v_mass", "v_up", "v_down", "v_slope", "v_friction", "v_noise", "low_end", "high_end"):
+            setattr(self, name, np.kron(np.eye(len(k)), getattr(self, name)))
+        return colour
+
+    def over_v(self, matrix: Floats) -> Floats:
+        """The weights of the integral over v, and over coloured noise, of a density times what a matrix has."""
+        total: Floats = matrix[: self.v_nodes].sum(axis=0)
+        return total
 
     @property
     def shape(self) -> tuple[int, int, int, int]:
@@ -137,6 +140,8 @@ class WeakForm:
             (self.x_noise, self.v_noise, -1.0),
         ):
             block += np.einsum("ab,ij->aibj", sign * along[element], across)
+        if self.v_colour is not None:
+            block += np.einsum("ab,ij->aibj", self.x_mass[element], self.v_colour)
         block[0, :, 0, :] += self.low_end if element == 0 else self.v_down
         block[-1, :, -1, :] += self.high_end if element == self.shape[1] - 1 else -self.v_up
         whole: Floats = block.reshape(nx * nv, nx * nv)
@@ -167,8 +172,8 @@ class WeakForm:
     def loss(self) -> Floats:
         """The weights, on the first mode, of the mass that is lost in a unit of time."""
         weights = np.zeros(self.shape[1:])
-        weights[0, 0] -= self.lost[0] * self.v_down.sum(axis=0)
-        weights[-1, -1] += self.lost[1] * self.v_up.sum(axis=0)
+        weights[0, 0] -= self.lost[0] * self.over_v(self.v_down)
+        weights[-1, -1] += self.lost[1] * self.over_v(self.v_up)
         return weights
 
     def mass(self, p: Any) -> Any:
@@ -182,6 +187,8 @@ class WeakForm:
         total += self.x_force @ p @ self.v_slope.T
         total -= self.x_friction @ p @ self.v_friction.T
         total -= self.x_noise @ p @ self.v_noise.T
+        if self.v_colour is not None:
+            total += self.x_mass @ p @ self.v_colour.T
         total[:, 0, 0] += p[:, 0, 0] @ self.low_end.T
         total[:, 1:, 0] += p[:, 1:, 0] @ self.v_down.T + p[:, :-1, -1] @ self.v_up.T
         total[:, -1, -1] += p[:, -1, -1] @ self.high_end.T

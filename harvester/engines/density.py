@@ -22,7 +22,8 @@ if TYPE_CHECKING:
     from harvester.density.refine import Answer
     from harvester.engines.power_slopes import PowerSlopes
 
-USUAL, SWEPT = 1e-5, 1e-2  # the relative error that is aimed at where none is asked for, and that at many points
+# The relative error that is aimed at where none is asked for, that of coloured noise, and that at many points.
+USUAL, COLOURED, SWEPT = 1e-5, 1e-3, 1e-2
 REFUSED = 0.02  # the relative error above which there is no answer
 
 
@@ -45,7 +46,8 @@ class Density(Request, Engine):
     Raises
     ------
     CannotServeError
-        for a netlist, without white noise of the base, or with any shaking beside white noise.
+        for a netlist, without white or coloured noise of the base, with any other shaking, or for coloured noise
+        beside a rigid stop that takes energy.
     SimulationError
         where the response grows without bound, or the density cannot be resolved.
     """
@@ -68,7 +70,11 @@ class Density(Request, Engine):
     @classmethod
     def refusal(cls, problem: Problem) -> Diagnostic | None:
         """Why there is no density to solve, and what serves the problem; None where there is one."""
-        without = None if problem.equations.n1 else refusal("needs_white_noise", engine=cls.NAME)
+        eqs, without = problem.equations, None
+        if not (eqs.n1 or eqs.coloured):
+            without = refusal("needs_noise", engine=cls.NAME)
+        elif eqs.coloured and any(r is not None and r < 1.0 for r in (eqs.restitution, eqs.opposite_restitution)):
+            without = refusal("sticks_to_stop", engine=cls.NAME)
         return needs_known_effects(problem, cls, unknown_to(DENSITY)) or without
 
     def solve(
@@ -83,7 +89,8 @@ class Density(Request, Engine):
         check_bounded(problem.equations)
         exists = existence(problem, sampled=False)
         tail = LIGHTEST if exists.tail is None else exists.tail.lowest
-        answer = refined(problem.equations, number(self.within) or USUAL, number(self.budget), progress, tail)
+        within = number(self.within) or (USUAL if problem.equations.coloured is None else COLOURED)
+        answer = refined(problem.equations, within, number(self.budget), progress, tail)
         if not answer.share <= REFUSED:
             raise SimulationError(refusal("density_not_resolved", error=answer.share, **answer.parts))
         return exists, answer

@@ -178,13 +178,15 @@ ENGINE_OF_CIRCUITS = Spice.NAME  # where circuits are compared
 def default_engines(scene: AnyScene) -> list[str]:
     """The engines of a sweep: for a linear scene `Exact` alone, else theories beside simulations.
 
-    With a resistor that is all that serve it.  No formula knows the power of a circuit: beside `Spice` stands the
+    With a resistor that is all that serve it, but for `Density` under coloured noise, where a point takes it up to a
+    minute.  No formula knows the power of a circuit: beside `Spice` stands the
     circuit of ideal diodes and switches, `Ideal`, where there is one.
     """
     problem = Problem.of(scene)
     default, all_of_them = default_engine(problem), serving(problem)
     if default == Ensemble.NAME:
-        return all_of_them
+        slow = {Density.NAME} if problem.equations.coloured else set()
+        return [name for name in all_of_them if name not in slow]
     return [*(name for name in (Ideal.NAME,) if default == Spice.NAME and name in all_of_them), default]
 
 

@@ -61,7 +61,7 @@ EFFECTS = (
     Effect("parametric_noise", "n2", (LINEAR, PUBLISHED, AVERAGED, DENSITY, REST, RULE, SWEPT)),
     Effect("correlated_noise", "n12", (LINEAR, PUBLISHED, AVERAGED, DENSITY, REST, RULE, SWEPT)),
     Effect("harmonic_drive", "drive", (LINEAR, REST, SWEPT, PART)),
-    Effect("coloured_noise", "coloured", (LINEAR, REST, PART), lambda eqs: eqs.bandwidth is None),
+    Effect("coloured_noise", "coloured", (LINEAR, DENSITY, REST, PART), lambda eqs: eqs.bandwidth is None),
     Effect("band_pass_noise", "coloured", (LINEAR, REST, PART), lambda eqs: eqs.bandwidth is not None),
     Effect("recorded_acceleration", "record", (LINEAR, REST, PART)),
     Effect("tabulated_noise", "density", (LINEAR, REST, PART)),

@@ -7,11 +7,11 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.density.first_passages import displacement_rate
+from harvester.density.forces import heat, noise
 from harvester.density.functionals import NAMES
 from harvester.density.marginals import Marginals
 from harvester.density.refine import Answer
 from harvester.density.relaxation import slowest_decay, voltage_spectrum
-from harvester.density.weak_form import noise
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, SimulationError, invalid
 from harvester.quantities.kinds import GAP
@@ -40,7 +40,9 @@ def read_level(level: float | str, problem: Problem) -> float:
 def forgetting(problem: Problem, answer: Answer) -> float:
     """The rate at which the motion forgets its energy: the power of the noise over the energy of the motion."""
     squares = answer.means[NAMES.index("displacement_squared")], answer.means[NAMES.index("velocity_squared")]
-    return float(noise(problem.equations, np.array(math.sqrt(squares[0]))) / squares[1])
+    eqs = problem.equations
+    power = heat(eqs) if eqs.coloured else float(noise(eqs, np.array(math.sqrt(squares[0]))))
+    return float(min(power / squares[1], 1.0 / (eqs.correlation_time or 1e-9)))
 
 
 def hop_rate(problem: Problem, answer: Answer) -> Value | None:

@@ -6,11 +6,14 @@ import math
 import numpy as np
 import pytest
 from scipy.integrate import quad
+from scipy.linalg import solve_continuous_lyapunov
 
 from harvester.density.functionals import NAMES
 from harvester.density.refine import refined
 from harvester.equations.coefficients import Equations
 from tests.support.systems import linear, linear_v2
+
+THOROUGH = pytest.mark.thorough("test_coloured_noise_of_a_linear_scene")
 
 
 def means(eqs, within):
@@ -56,6 +59,27 @@ def elastic_passive(c, mu, n1):
         for pair in itertools.pairwise(ends)
     ]
     return correlation(0.0) - mu * math.fsum(parts)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("circuit", "within"), [({"beta": 0.5}, 1e-4), pytest.param({"mu": 1.0}, 1e-4, marks=THOROUGH)]
+)
+def test_coloured_noise_of_a_linear_scene(circuit, within):
+    """Second moments of (x, v, V, a) by the Lyapunov equation, with V = x in an open circuit, and a passive load."""
+    eqs = Equations(c1=-0.1, coloured=0.05, correlation_time=0.7, **circuit)
+    beta, mu, tau = eqs.beta or 0.0, eqs.mu or 0.0, 0.7
+    drift = np.array([[0, 1, 0, 0], [-1, -0.1, -beta, 1], [0, 1, -mu, 0], [0, 0, 0, -1 / tau]])
+    kicks = np.diag([0.0, 0.0, 0.0, 2.0 * 0.05 / tau**2])
+    if eqs.mu is None:  # V = x has no equation of its own
+        drift, kicks = np.delete(drift, 2, 0), np.delete(np.delete(kicks, 2, 0), 2, 1)
+        drift[:, 0] += drift[:, 2]
+        drift = np.delete(drift, 2, 1)
+    s = solve_continuous_lyapunov(drift, -kicks)
+    found = means(eqs, within)
+    assert found["displacement_squared"] == pytest.approx(s[0, 0], rel=2.0 * within)
+    assert found["velocity_squared"] == pytest.approx(s[1, 1], rel=2.0 * within)
+    assert found["voltage_squared"] == pytest.approx(s[0, 0] if eqs.mu is None else s[2, 2], rel=within)
 
 
 @pytest.mark.slow

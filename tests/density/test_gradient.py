@@ -24,6 +24,7 @@ SCENES = {
     "compliant": changed(PAPER, c1=-0.05, restitution=None, gap=0.2, stop_stiffness=40.0, stop_damping=1.0),
     "two wells": Equations(c1=-0.2, beta=0.1, mu=0.5, n1=0.1, linear=-1.0, alpha=1.0, alpha2=0.1),
     "open circuit": Equations(c1=-0.1, beta=0.5, n1=0.02, restitution=0.8, gap=0.1),
+    "coloured noise": Equations(c1=-0.1, beta=0.5, coloured=0.02, correlation_time=0.7, alpha=0.5),
 }
 
 

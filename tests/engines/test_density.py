@@ -76,9 +76,17 @@ def test_a_budget_that_ends_too_early_is_said():
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"n1": None, "n2": 0.01}, "must have white noise of the base"),
-        ({"n1": None, "n2": None}, "must have white noise of the base"),
-        ({"n1": None, "n2": None, "coloured": 0.01, "correlation_time": 1.0}, "cannot model coloured noise"),
+        ({"n1": None, "n2": 0.01}, "must have noise of the base"),
+        ({"n1": None, "n2": None}, "must have noise of the base"),
+        (
+            {"n1": None, "n2": None, "coloured": 0.01, "correlation_time": 1.0},
+            "cannot serve coloured noise beside a rigid",
+        ),
+        (
+            {"n1": None, "n2": None, "restitution": 0.0, "coloured": 0.01, "correlation_time": 1.0},
+            "cannot serve coloured noise beside a rigid",
+        ),
+        ({"n1": None, "n2": None, "coloured": 0.01, "centre": 1.0, "bandwidth": 0.1}, "cannot model band pass noise"),
         ({"drive": 0.1, "drive_frequency": 1.0}, "cannot model harmonic drive"),
         ({"cv": 0.1}, "cannot model damping_v"),
     ],

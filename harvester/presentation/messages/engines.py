@@ -198,8 +198,10 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "density_without_slow_decay": "no decay is slower than all others: the density comes to rest in waves",
     "densities_explained": "a coarser mesh, and half the terms for the voltage, change no density by more than {error:.1g} of its peak",
     "density_without_box": "no box was found that holds the density: use engine 'ensemble'",
-    "needs_white_noise": "engine {engine!r} must have white noise of the base (acceleration_psd, D11), without which "
-    "there is no density to solve: use engine 'ensemble'",
+    "needs_noise": "engine {engine!r} must have noise of the base (acceleration_psd, D11), without which there is no "
+    "density to solve: use engine 'ensemble'",
+    "sticks_to_stop": "engine {engine!r} cannot serve coloured noise beside a rigid stop that takes energy, on which the "
+    "mass comes to rest, so that it has no density there: use engine 'ensemble'",
     # moments that noise of the stiffness takes away
     "grows_by_stiffness_noise": "the response grows without bound: noise of the stiffness feeds more than damping "
     f"takes; give {LESS}",

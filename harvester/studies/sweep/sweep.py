@@ -42,7 +42,7 @@ def sweep(
         of the one before.
     engines
         engines or their names; by default `Exact` for a linear scene, for a netlist `Spice` beside
-        `Ideal`, else all that serve it.
+        `Ideal`, else all that serve it, `Density` under white noise only.
     execution
         by whom it is computed, who is told, and in which folder sweep.csv, sweep.nc, sweep.png and provenance.json are
         written; without a folder nothing is left on the disk.
