@@ -33,7 +33,8 @@ class Race:
     progress: Progress = NO_PROGRESS
     start: float = field(default_factory=time.perf_counter)
     searches: dict[str, Search] = field(default_factory=dict)
-    seen: dict[str, float] = field(default_factory=dict)  # the largest power of each complete scan
+    seen: dict[str, float] = field(default_factory=dict)  # the largest power of each scan
+    scanned: bool = False  # all scans are complete
     top: str = ""  # the search that has shown the largest sound power
     waiting: list[str] = field(default_factory=list)
 
@@ -52,9 +53,10 @@ class Race:
             more = bool(sampled)
             while more:
                 more = sum(scan_one_more(search) for search in sampled.values()) > 0
-            self._compare(sampled)
+            self.scanned = True
         except SpentError:
-            pass
+            pass  # all have the same places, but for one place
+        self._compare(sampled)
         self.waiting = sorted(self.requests, key=lambda name: -self.seen.get(name, 0.0))
         return list(self.waiting)
 
@@ -89,7 +91,7 @@ class Race:
 
     def _hopeless(self, name: str) -> bool:
         """Whether all were scanned, and this one has too little power to go on."""
-        return 0.0 < self.seen.get(name, 0.0) < HOPELESS * self.seen.get(self.top, 0.0)
+        return self.scanned and 0.0 < self.seen.get(name, 0.0) < HOPELESS * self.seen.get(self.top, 0.0)
 
 
 @dataclass

@@ -136,9 +136,12 @@ class SampledSearch:
         return [one for one in self.surface.points if (one.stage, one.engine) == ("scan", self.engine.NAME)]
 
     def scout(self) -> "SampledSearch | None":
-        """The search by a cheaper engine that samples too: for ngspice the circuit of ideal elements, if it has one."""
-        if self.engine.runs_ngspice and self._cheaper is None:
-            problem = Problem.of(self.surface.scene)
+        """The search by a cheaper engine that samples too: for ngspice the circuit of ideal elements, if it has one.
+
+        Under a steady drive there is none: ngspice's periodic response is the cheaper one, and the truer.
+        """
+        problem = Problem.of(self.surface.scene)
+        if self.engine.runs_ngspice and self._cheaper is None and not problem.equations.is_steady:
             of_netlists = problem.netlist is not None
             compiled = (kind for kind in ENGINES.values() if kind.samples and not kind.runs_ngspice)
             kind: Any = next(kind for kind in compiled if kind.needs_netlist == of_netlists)

@@ -10,7 +10,7 @@ from harvester.machine.progress import CallingBack
 from harvester.presentation.diagnostic import has, warning
 from harvester.studies.optimum.circuit_choice import CircuitChoice
 from harvester.studies.optimum.race import Race
-from harvester.studies.optimum.search import SearchRequest
+from harvester.studies.optimum.search import Search, SearchRequest
 from tests.support import systems
 from tests.support.paths import EXAMPLES
 
@@ -61,6 +61,34 @@ def test_all_are_scanned_alike():
     assert len(weak.points) == 14 < len(strong.points)
     assert told == sorted(told) and told[-1] <= 1.0
     assert "first scan only" in CircuitChoice.of({"strong": strong, "weak": weak}, 1.0).table.csv().splitlines()[2]
+
+
+def test_scans_that_are_cut_short_are_compared():
+    """What all have seen when the budget ends says which goes on first; too little to end the search of another."""
+    powers = {"weak": 0.0025, "strong": 0.01}
+    asked = {
+        name: SearchRequest.of(
+            systems.scene(systems.linear(0.5, 1.0, 0.1, n1=n1)),
+            {"nondimensional.mu": (0.1, 10.0)},
+            hv.Ensemble(trajectories=256, duration=50.0),
+            "5%",
+            "1ms",
+        )
+        for name, n1 in powers.items()
+    }
+    race = Race(asked)
+    assert race.order() == ["strong", "weak"] and race.top == "strong"
+    assert not has(race.optimum("weak", None).diagnostics, "ended_with_scan")
+
+
+def test_under_a_steady_drive_ngspice_has_no_scout():
+    """Its periodic response takes less time than paths with ideal elements, and is nearer to the truth."""
+    drive = hv.Excitation(acceleration_amplitude="0.2 g", frequency="3 Hz")
+    scenes = {False: hv.load(BRIDGE).replace(excitation=drive), True: hv.load(BRIDGE)}
+    for has_scout, scene in scenes.items():
+        asked = SearchRequest.of(scene, {"load.parameters.R": (3e5, 3e6)}, "spice", "5%", "60s")
+        sampled = Search.begin(asked).sampled
+        assert sampled is not None and (sampled.scout() is not None) == has_scout
 
 
 def test_the_table():
