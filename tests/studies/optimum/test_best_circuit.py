@@ -72,7 +72,7 @@ def test_scans_that_are_cut_short_are_compared():
             {"nondimensional.mu": (0.1, 10.0)},
             hv.Ensemble(trajectories=256, duration=50.0),
             "5%",
-            "1ms",
+            1e-4,
         )
         for name, n1 in powers.items()
     }
