@@ -50,9 +50,8 @@ class Race:
             search.surface.budget, search.surface.begin = SCANS * self.whole, self.start
         sampled = {name: one.sampled for name, one in self.searches.items() if one.sampled is not None}
         try:
-            more = bool(sampled)
-            while more:
-                more = sum(scan_one_more(search) for search in sampled.values()) > 0
+            while sum(scan_one_more(search) for search in sampled.values()):  # a round: each has a place more
+                pass
             self.scanned = True
         except SpentError:
             pass  # all have the same places, but for one place
@@ -70,8 +69,7 @@ class Race:
                     sound[name] = self.seen[name]
             except HarvesterError:
                 self.seen[name] = 0.0  # its error comes again where it goes on
-        known = sound or self.seen
-        self.top = max(known, key=known.__getitem__, default="")
+        self.top = max(sound or self.seen, key=self.seen.__getitem__, default="")
 
     def optimum(self, name: str, folder: OutputFolder | None) -> Optimum:
         """What a search finds in its share of the seconds that are left; ``folder`` gets its files.

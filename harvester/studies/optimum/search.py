@@ -22,7 +22,7 @@ from harvester.studies.optimum.evaluations import Evaluation, Surface, with_opti
 from harvester.studies.optimum.optimum_result import OptimalKey, Optimum, PowerPeak, end
 from harvester.studies.optimum.ranges import Range, Vary, problem_at, ranges
 from harvester.studies.optimum.sampled_search import SampledSearch
-from harvester.studies.optimum.search_result import Peak, SearchResult
+from harvester.studies.optimum.search_result import SearchResult
 from harvester.studies.output_folder import OutputFolder, provenance
 
 SEARCHED = 0.75  # of the budget at most, so that the rest evaluates the power at the optimum
@@ -92,28 +92,41 @@ class Search:
             else:
                 found = (gradient_search if engine.has_gradient else formula_search).search(surface, engine)
         surface.share = math.inf  # the optimum itself is always evaluated
-        estimate, doubts = self._last(found.peaks[0])
+        found, estimate, doubts = self._last(found)
         answer = self._answer(found, estimate, doubts, time.perf_counter() - begin)
         if folder is not None:
             self._write(folder, answer)
         return answer
 
-    def _last(self, best: Peak) -> tuple[Estimate, list[Diagnostic]]:
-        """The answer at the optimum: an engine that samples gives it anew, with noise of its own."""
-        surface, engine = self.surface, self.request.engine
+    def _sound_before(self) -> list[Evaluation]:
+        """The engine's own sound evaluations under a steady drive, where no noise favours the highest of many."""
+        steady = Problem.of(self.request.scene).equations.is_steady
+        return [p for p in self.surface.points if steady and p.is_sound and p.engine == self.request.engine.NAME]
+
+    def _last(self, found: SearchResult) -> tuple[SearchResult, Estimate, list[Diagnostic]]:
+        """The answer at the optimum: an engine that samples gives it anew, with noise of its own.
+
+        Where that has no time left, the best of what was sound before is the optimum, if nothing is random.
+        """
+        surface, engine, best = self.surface, self.request.engine, found.peaks[0]
         if self.sampled is None:
-            return engine.run(problem_at(surface.scene, surface.ranges, best.u)), []
+            return found, engine.run(problem_at(surface.scene, surface.ranges, best.u)), []
         options = {"within": self.request.within, "budget": surface.left_now, "seed": self.sampled.new_seed()}
-        answer = surface.evaluate(best.u[None], with_options(engine, **options), "optimum")[0].answer
+        last = surface.evaluate(best.u[None], with_options(engine, **options), "optimum")[0]
+        if not last.is_sound and (sound := self._sound_before()):
+            best = self.sampled.so_far(sound)
+            last = next(p for p in sound if p.power is best.power)
+            found = replace(found, peaks=(best,))
+        answer = last.answer
         if not isinstance(answer, Estimate):
             raise answer
         power, error = answer.mean_power, best.power.stderr
         if best.low is None or not error:
-            return answer, []
+            return found, answer, []
         apart = abs(power.value - best.power.value)
         if apart <= DISAGREE * math.hypot(error, power.stderr or 0.0) + (power.bias or 0.0):
-            return answer, []
-        return answer, [warning("surface_disagrees", surface=best.power.value, own=power.value)]
+            return found, answer, []
+        return found, answer, [warning("surface_disagrees", surface=best.power.value, own=power.value)]
 
     def _answer(self, found: SearchResult, estimate: Estimate, doubts: list[Diagnostic], seconds: float) -> Optimum:
         surface, keys = self.surface, self._keys(found)

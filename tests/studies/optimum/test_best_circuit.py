@@ -3,6 +3,7 @@
 import dataclasses
 import json
 
+import numpy as np
 import pytest
 
 import harvester as hv
@@ -11,6 +12,7 @@ from harvester.presentation.diagnostic import has, warning
 from harvester.studies.optimum.circuit_choice import CircuitChoice
 from harvester.studies.optimum.race import Race
 from harvester.studies.optimum.search import Search, SearchRequest
+from harvester.studies.optimum.search_result import SearchResult
 from tests.support import systems
 from tests.support.paths import EXAMPLES
 
@@ -72,7 +74,7 @@ def test_scans_that_are_cut_short_are_compared():
             {"nondimensional.mu": (0.1, 10.0)},
             hv.Ensemble(trajectories=256, duration=50.0),
             "5%",
-            "1ms",
+            1e-4,
         )
         for name, n1 in powers.items()
     }
@@ -89,6 +91,23 @@ def test_under_a_steady_drive_ngspice_has_no_scout():
         asked = SearchRequest.of(scene, {"load.parameters.R": (3e5, 3e6)}, "spice", "5%", "60s")
         sampled = Search.begin(asked).sampled
         assert sampled is not None and (sampled.scout() is not None) == has_scout
+
+
+@pytest.mark.ngspice
+@pytest.mark.slow
+def test_a_last_run_that_is_cut_off_loses_no_optimum():
+    """Under a steady drive the best that was found before stands, as nothing random favoured it."""
+    drive = hv.Excitation(acceleration_amplitude="0.2 g", frequency="3 Hz")
+    asked = SearchRequest.of(
+        hv.load(BRIDGE).replace(excitation=drive), {"load.parameters.R": (3e5, 3e6)}, "spice", "5%", 60.0
+    )
+    search = Search.begin(asked)
+    assert search.sampled is not None
+    before = search.surface.evaluate(np.array([[0.3], [0.5]]), search.sampled.engine, "scan")
+    search.surface.budget = 1e-3
+    found = search.finish(found=SearchResult((search.sampled.so_far(before),)))
+    assert not search.surface.points[-1].is_sound, "the run at the optimum has no time"
+    assert found.estimate.is_sound and found.mean_power.value == max(p.power.value for p in before)
 
 
 def test_the_table():
