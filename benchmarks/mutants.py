@@ -414,8 +414,8 @@ natural-length-of-a-record: test_records.py -k file_is_found
 - recorded.rms * mass / stiffness
 + recorded.rms * mass
 effect-of-noise: test_scaling.py test_shaking.py -k effects or refuse
-- "coloured_noise", "coloured", (LINEAR, REST, PART), lambda eqs: eqs.bandwidth is None
-+ "coloured_noise", "coloured", (LINEAR, REST, PART), lambda eqs: eqs.bandwidth is not None
+- "coloured_noise", "coloured", (LINEAR, DENSITY, REST, PART), lambda eqs: eqs.bandwidth is None
++ "coloured_noise", "coloured", (LINEAR, DENSITY, REST, PART), lambda eqs: eqs.bandwidth is not None
 correlated-intensity: test_scaling.py -k not round_trip
 - scaled(table.D12, eps1 * eps2)
 + scaled(table.D12, eps1)

@@ -15,6 +15,11 @@ from harvester.records.records import Record, TabulatedDensity
 FRICTION = {"c1": -1.0, "c2": -1.0, "c3": 1.0}
 
 
+def friction_names() -> tuple[str, ...]:
+    """The names of the coefficients of damping, which kernels take."""
+    return tuple(FRICTION)
+
+
 @dataclass(frozen=True, kw_only=True)
 class Equations:
     """The coefficients of Eq. 2; None is an effect that is absent.

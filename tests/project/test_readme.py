@@ -31,7 +31,7 @@ LESS = [
     ("toml --engine spice", ["--trajectories", "2", "--duration", "1"], {" 1%": " 10%"}),
     ("harvester response", [], {":61": ":3", ":31": ":7", ":26": ":3", ":11": ":3", ":8": ":2"}),
     ("harvester cost", ["--budget", "1s"], {}),
-    ("harvester optimise", ["--budget", "0.3s", "--within", "10%"], {}),
+    ("harvester optimise", ["--budget", "8s", "--within", "10%"], {}),
     ("harvester tolerance", ["--runs", "16", "--samples", "256", "--checks", "2", "--engine", "averaged"], {}),
     ("bridge,parallel_sshi,sece", ["--trajectories", "16"], {",parallel_sshi,sece": ",sece"}),
     ("harvester compare", ["--within", "10%"], {}),

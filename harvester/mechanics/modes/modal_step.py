@@ -17,7 +17,7 @@ that loops over lanes become vector instructions; in several arrays a step takes
 import math
 from typing import NamedTuple
 
-from harvester.equations.coefficients import FRICTION, Equations
+from harvester.equations.coefficients import Equations, friction_names
 from harvester.mechanics.kernels.coefficients import Coefficients, Impacts, State
 from harvester.mechanics.kernels.compiled import forced
 from harvester.mechanics.kernels.equation_of_motion import friction, impulse, is_damped, kick, spring
@@ -51,7 +51,7 @@ def modal_coefficients(eqs: Equations) -> ModalCoefficients:
     """The coefficients of equations with several modes, as their kernels take them."""
     modes = eqs.modes
     assert modes is not None
-    plain = ("mu", "alpha", "beta", *FRICTION, "cv", "n1", "linear", "alpha2")
+    plain = ("mu", "alpha", "beta", *friction_names(), "cv", "n1", "linear", "alpha2")
     own = Coefficients(**{name: getattr(eqs, name) for name in plain})
     of = ModalCoefficients(own, None, modes.stiffness, modes.damping, modes.coupling, modes.base, modes.oscillator)
     if eqs.restitution is None and eqs.stop_stiffness is None:

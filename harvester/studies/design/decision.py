@@ -65,7 +65,7 @@ def design(
         texts such as "peak_displacement < 1 mm" (under a drive) and "mean_power > 50 uW".
     circuits, chips
         names of netlists, the simplest first, and of chips; both left out: bridge, doubler, series_sshi, parallel_sshi
-        and under a drive every chip (under noise a chip takes minutes).
+        and under a drive every chip that has a netlist (under noise a chip takes minutes).
     seed
         the same seed, the same noise.
     execution
@@ -116,11 +116,12 @@ def design(
 
 def _asked(circuits: Sequence[str] | None, chips: Sequence[str] | None, problem: Problem) -> tuple[str, ...]:
     """The names of circuits and chips to choose from; InputError for a chip that there is not."""
+    of_netlists = [name for name, chip in CHIPS.items() if chip.netlist == name]  # the others are tables for a node
     if circuits is None and chips is None:
-        return (*CIRCUITS, *CHIPS) if problem.equations.is_steady else CIRCUITS
+        return (*CIRCUITS, *of_netlists) if problem.equations.is_steady else CIRCUITS
     for one in chips or ():
-        if one not in CHIPS:
-            raise unknown("chip of `chips`", one, CHIPS)
+        if one not in of_netlists:
+            raise unknown("chip of `chips`", one, of_netlists)
     return tuple(dict.fromkeys((*(circuits or ()), *(chips or ()))))
 
 
