@@ -48,9 +48,8 @@ def driven_motion(problem: Problem, model: "Model", pair: "RichardsonPair") -> d
         path = trace(eqs, np.zeros(n * periods), period / n, 1, tuple(start), shaking[at], circuit)
         x, voltage = (path.samples[-2 * MULTIPLES * n :, columns].reshape(2, -1) for columns in ([0, 2], [1, 4]))
         before, now = (voltage**2).mean(axis=1)
-        if not min(before, now) > 0.0:  # no voltage at all
-            return {}
-        if abs(now / pair.mean("V2")[0] - 1.0) > SAME or abs(now / before - 1.0) > SETTLED:
+        mean = pair.mean("V2")[0]
+        if abs(now - mean) >= SAME * mean or abs(now - before) >= SETTLED * before:  # also where there is no voltage
             return {}
         found.append([(x[1].std(), 0.0), peak(x[1]), peak(voltage[1])])
     details, scales = dict[str, float](), (units.length, units.length, units.volts)
