@@ -18,7 +18,7 @@ from harvester.equations.coefficients import Equations
 from harvester.errors import CircuitError
 from harvester.linear.transfer import first_harmonic
 from harvester.mechanics.kernels.forcing import forcing
-from harvester.mechanics.periodic import MULTIPLES, Settling, peak
+from harvester.mechanics.periodic import MULTIPLES, Settling, Swing
 
 FIRST, WANDERED, TRIED = 4, 60, 5  # oscillations from rest; of a mass that is not linear, and how often
 NEAR = 0.01  # of the motion's size: a return that is seen among periods that still settle
@@ -41,7 +41,7 @@ class CircuitStart:
 
 
 @dataclass(frozen=True)
-class CircuitPeriod(CircuitStart):
+class CircuitPeriod(CircuitStart, Swing):
     """A response that comes back.
 
     ``power`` (W) of Rload and ``square`` (V^2) of the terminals are means over its periods; ``left`` is the part of
@@ -55,24 +55,9 @@ class CircuitPeriod(CircuitStart):
     steps: int
 
     @property
-    def displacement(self) -> float:
-        """The RMS of x about its mean, nondimensional."""
-        return float(np.std(self.path.samples[:, 0]))
-
-    @property
-    def peaks(self) -> tuple[tuple[float, float], tuple[float, float]]:
-        """The largest |x| and |V|, nondimensional, and by how much each may be larger between two kicks."""
-        return peak(self.path.samples[:, 0]), peak(self.path.samples[:, 1])
-
-    @property
-    def peak_displacement(self) -> float:
-        """The largest |x| at a kick, nondimensional."""
-        return self.peaks[0][0]
-
-    @property
-    def peak_voltage(self) -> float:
-        """The largest |V| at a kick, nondimensional."""
-        return self.peaks[1][0]
+    def motion(self) -> Floats:
+        """As of `Swing`."""
+        return self.path.samples
 
     @property
     def harmonics(self) -> tuple[complex, complex]:

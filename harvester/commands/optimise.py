@@ -33,7 +33,8 @@ from harvester.errors import InputError
     cloup.option(
         "--engine",
         shell_complete=engines,
-        help="{engines}.  Default: exact for a linear scene, else ensemble; for a netlist, spice.",
+        help="{engines}.  Default: exact for a linear scene, else ensemble; for a netlist, spice; where circuits "
+        "are compared, slow for a chip under a sinusoid.",
     ),
 )
 @cloup.option_group(

@@ -10,7 +10,7 @@ from harvester.arrays import Floats
 from harvester.cosimulation.lockstep.energy_ledger import EnergyLedger
 from harvester.cosimulation.poincare_sections import CoupledState
 from harvester.linear.transfer import first_harmonic
-from harvester.mechanics.periodic import Secants, peak
+from harvester.mechanics.periodic import Secants, Swing
 
 Known = tuple[float, float, float]
 """Mean power of Rload (W), mean square of the terminals' voltage (V^2), and the seconds that they cover."""
@@ -34,7 +34,7 @@ class Neighbour:
 
 
 @dataclass(frozen=True)
-class PeriodicResponse(Neighbour):
+class PeriodicResponse(Neighbour, Swing):
     """A response that comes back, and what it does on average.
 
     ``power`` (W) of Rload, ``square`` (V^2) of the terminals and ``ledger`` are means over whole periods; ``left`` is
@@ -54,24 +54,9 @@ class PeriodicResponse(Neighbour):
     probed: Floats | None = None
 
     @property
-    def displacement(self) -> float:
-        """The RMS of x about its mean, nondimensional."""
-        return float(np.std(self.wave[:, 0]))
-
-    @property
-    def peaks(self) -> tuple[tuple[float, float], tuple[float, float]]:
-        """The largest |x| and |V|, nondimensional, and by how much each may be larger between two kicks."""
-        return peak(self.wave[:, 0]), peak(self.wave[:, 1])
-
-    @property
-    def peak_displacement(self) -> float:
-        """The largest |x| at a kick, nondimensional."""
-        return self.peaks[0][0]
-
-    @property
-    def peak_voltage(self) -> float:
-        """The largest |V| at a kick, nondimensional."""
-        return self.peaks[1][0]
+    def motion(self) -> Floats:
+        """As of `Swing`."""
+        return self.wave
 
     @property
     def harmonics(self) -> tuple[complex, complex]:

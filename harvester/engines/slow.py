@@ -2,7 +2,7 @@
 
 import time
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 from harvester.answers.estimate import Estimate
 from harvester.engines.options import Request, number
@@ -23,6 +23,9 @@ from harvester.presentation.diagnostic import Diagnostic, note, refusal, warning
 from harvester.presentation.engine_look import EngineLook
 from harvester.presentation.messages.unknown_parts import COMPILED_CIRCUIT
 from harvester.uncertainty.value import Value
+
+if TYPE_CHECKING:
+    from harvester.storage.rectifier_cut import Cut
 
 APART = 0.05  # of the mean power: a difference from the direct run that is told
 SETTLED = 0.02  # of the mean power: a change from part to part that is told
@@ -79,14 +82,9 @@ class Slow(Request, Engine):
     def run(self, scene: AnyScene, progress: Progress | None = None) -> Estimate:
         """The mean power over the time of the slow run but for its first quarter, in which it settles."""
         from harvester.mechanics.kernels.compiled import compilation
-        from harvester.storage.rectifier_cut import cut_behind_rectifier
         from harvester.storage.steady_power import slow_power
 
-        problem = served(type(self), scene)
-        assert problem.circuit is not None, "refusal checks this"
-        check_bounded(problem.equations, driven=True)
-        cut = cut_behind_rectifier(problem.circuit)
-        assert cut is not None, "refusal checks this"
+        problem, cut = self._parted(scene)
         begin = time.perf_counter()
         with compilation():
             found = slow_power(problem, cut)
@@ -117,17 +115,23 @@ class Slow(Request, Engine):
 
         Raises as `run`.
         """
-        from harvester.storage.rectifier_cut import cut_behind_rectifier
         from harvester.storage.steady_power import of_load, quick_power
 
-        problem = served(type(self), scene)
-        assert problem.circuit is not None, "refusal checks this"
-        check_bounded(problem.equations, driven=True)
-        cut = cut_behind_rectifier(problem.circuit)
-        assert cut is not None, "refusal checks this"
+        problem, cut = self._parted(scene)
         begin = time.perf_counter()
         power, square, path = quick_power(problem, cut)
         scales, seconds = problem.scales, time.perf_counter() - begin
         v2 = Value(square / scales.volts**2, unknown=COMPILED_CIRCUIT)
         value = Value(power, unknown=COMPILED_CIRCUIT).scaled(1.0 / scales.watts)
         return estimate(self.NAME, problem, v2, value, [], seconds, path.steps, of_load(path))
+
+    def _parted(self, scene: AnyScene) -> "tuple[Problem, Cut]":
+        """The problem, and its circuit cut behind the rectifier; raises as `run`."""
+        from harvester.storage.rectifier_cut import cut_behind_rectifier
+
+        problem = served(type(self), scene)
+        assert problem.circuit is not None, "refusal checks this"
+        check_bounded(problem.equations, driven=True)
+        cut = cut_behind_rectifier(problem.circuit)
+        assert cut is not None, "refusal checks this"
+        return problem, cut

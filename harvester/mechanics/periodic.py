@@ -53,6 +53,35 @@ def peak(series: Floats) -> tuple[float, float]:
     return float(sizes[k]), float(sizes[k] - min(sizes[k - 1], sizes[(k + 1) % len(sizes)]))
 
 
+class Swing:
+    """How far a periodic response goes: of its `motion`, shape (n, 2 or more), with x and V at each kick."""
+
+    @property
+    def motion(self) -> Floats:
+        """The columns x and V, nondimensional, a row a kick."""
+        raise NotImplementedError
+
+    @property
+    def displacement(self) -> float:
+        """The RMS of x about its mean, nondimensional."""
+        return float(np.std(self.motion[:, 0]))
+
+    @property
+    def peaks(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """The largest |x| and |V|, nondimensional, and by how much each may be larger between two kicks."""
+        return peak(self.motion[:, 0]), peak(self.motion[:, 1])
+
+    @property
+    def peak_displacement(self) -> float:
+        """The largest |x| at a kick, nondimensional."""
+        return self.peaks[0][0]
+
+    @property
+    def peak_voltage(self) -> float:
+        """The largest |V| at a kick, nondimensional."""
+        return self.peaks[1][0]
+
+
 @dataclass(frozen=True)
 class Secants:
     """Changes of f(y), shape (m, size of a state), of the slow part of f(y) - y, and of the means, between periods."""

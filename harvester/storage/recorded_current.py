@@ -144,7 +144,7 @@ def windows_of(problem: Problem, circuit: IdealCircuit, volts: Floats, grid: Rec
     The number of voltages divides `BATCH`.
     """
     count, parts = len(volts), BATCHES * BATCH // len(volts)
-    early = math.ceil(FADED * time_constant(problem.equations) / (grid.steps * grid.h))
+    early = _early(problem, grid)
     each = max(min(PIECE // grid.steps, grid.windows) // parts, 1)
     farads, steps = HELD * problem.scales.capacitance, 0
     charges, squares = np.zeros((grid.windows, count)), np.zeros((grid.windows, count))
@@ -236,8 +236,8 @@ def _separation(
 
     Each begins at one of the voltages in the lower half, with the mass that has forgotten its start.
     """
-    loud = _loudest(table, grid, _early(problem, grid))
     early = _early(problem, grid)
+    loud = _loudest(table, grid, early)
     volts = np.repeat(table.voltages[: VOLTAGES // 2], 2 * BATCH // VOLTAGES)
     lanes = Lanes(problem, circuit, volts, farads, grid.h)
     count = loud.stop - loud.start

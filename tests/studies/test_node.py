@@ -98,3 +98,42 @@ def test_what_is_missing_is_said():
         hv.node(dataclasses.replace(scene, node=None))
     with pytest.raises(hv.InputError, match="`days` must be above 0"):
         hv.node(scene, days=-1.0)
+
+
+OWN = {"start_voltage": 3.5, "stop_voltage": 2.4, "full_voltage": 5.0, "input_ratio": 0.5, "own_current": 0.0}
+
+
+def with_chip(**keys):
+    return dataclasses.replace(changed(node__interval=0.2), chip=hv.HarvestingChip(**keys))
+
+
+def test_what_a_chip_stores_goes_as_its_efficiency():
+    """Where energy limits the node, so that nothing is clamped."""
+    well, badly = (hv.node(with_chip(**OWN, efficiency=share), days=0.1) for share in (0.8, 0.4))
+    assert well.limit == badly.limit == "energy"
+    assert well.harvested.value == pytest.approx(2.0 * badly.harvested.value, rel=0.02)
+
+
+def test_a_known_chip_says_what_of_it_is_assumed():
+    found = hv.node(with_chip(name="bq25570", start_voltage=3.5), days=0.1)
+    assert found.packets_per_hour.value > 0.0 and found.packets_per_hour.error95 is None
+    assert any(one.code == "chip_by_its_sheet" for one in found.diagnostics)
+
+
+@pytest.mark.parametrize(
+    "keys, said",
+    [
+        ({"name": "bq2557"}, "did you mean 'bq25570'"),
+        ({"start_voltage": 3.0}, "chip.stop_voltage must be given"),
+        ({"start_voltage": 2.0, "stop_voltage": 3.0}, "must be above stop_voltage, 3 V"),
+        ({"start_voltage": 3.0, "stop_voltage": 2.0, "input_ratio": 0.5}, "chip.full_voltage must be given"),
+        ({"name": "bq25570", "start_voltage": 9.0}, "must be at most the full voltage, 5 V"),
+        ({"name": "ltc3588"}, "node.supply_voltage must be one of chip 'ltc3588'"),
+        ({"name": "bq25570", "efficiency": 0.5, "efficiency_table": "x.csv"}, "both are given"),
+        ({"name": "bq25570", "start_voltage": 3.0, "efficiency_table": "x.csv"}, "must be a readable file"),
+    ],
+)
+def test_a_chip_that_cannot_be_is_one_line(keys, said):
+    with pytest.raises(hv.InputError, match=said) as error:
+        hv.node(with_chip(**keys), days=0.1)
+    assert "\n" not in str(error.value)
