@@ -18,7 +18,8 @@ from harvester.equations.coefficients import Equations
 from harvester.errors import CircuitError
 from harvester.linear.transfer import first_harmonic
 from harvester.mechanics.kernels.forcing import forcing
-from harvester.mechanics.periodic import MULTIPLES, Settling, Swing
+from harvester.mechanics.largest_swing import Swing
+from harvester.mechanics.periodic import MULTIPLES, Settling
 
 FIRST, WANDERED, TRIED = 4, 60, 5  # oscillations from rest; of a mass that is not linear, and how often
 NEAR = 0.01  # of the motion's size: a return that is seen among periods that still settle

@@ -10,7 +10,8 @@ from harvester.arrays import Floats
 from harvester.cosimulation.lockstep.energy_ledger import EnergyLedger
 from harvester.cosimulation.poincare_sections import CoupledState
 from harvester.linear.transfer import first_harmonic
-from harvester.mechanics.periodic import Secants, Swing
+from harvester.mechanics.largest_swing import Swing
+from harvester.mechanics.periodic import Secants
 
 Known = tuple[float, float, float]
 """Mean power of Rload (W), mean square of the terminals' voltage (V^2), and the seconds that they cover."""

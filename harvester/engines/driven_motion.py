@@ -28,7 +28,8 @@ def driven_motion(problem: Problem, model: "Model", pair: "RichardsonPair") -> d
     from harvester.mechanics.kernels.forcing import forcing
     from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
     from harvester.mechanics.kernels.path import trace
-    from harvester.mechanics.periodic import MULTIPLES, peak
+    from harvester.mechanics.largest_swing import peak
+    from harvester.mechanics.periodic import MULTIPLES
 
     eqs, units, trajectories, circuit = problem.equations, problem.units, pair.trajectories, model.circuit
     if eqs.drive is None or eqs.is_random or eqs.modes is not None:

@@ -147,7 +147,7 @@ def windows_of(problem: Problem, circuit: IdealCircuit, volts: Floats, grid: Rec
     early = _early(problem, grid)
     each = max(min(PIECE // grid.steps, grid.windows) // parts, 1)
     farads, steps = HELD * problem.scales.capacitance, 0
-    charges, squares = np.zeros((grid.windows, count)), np.zeros((grid.windows, count))
+    found = np.zeros((2, grid.windows, count))  # charges and mean squares
     held = np.tile(volts, parts // BATCHES)
     for begin in range(0, grid.windows, parts * each):
         samples = _accelerations(problem.equations.record, grid, begin - early, early + parts * each)
@@ -158,16 +158,15 @@ def windows_of(problem: Problem, circuit: IdealCircuit, volts: Floats, grid: Rec
             lanes.begin(samples, (part * each * grid.steps).astype(float))
             for i in range(early + each):
                 lanes.hold()
-                charge, square = lanes.advance(grid.steps)
+                both = np.array(lanes.advance(grid.steps))
                 at = begin + part * each + i - early
                 good = (at < grid.windows) & (i >= early)
-                charges[at[good], np.tile(np.arange(count), parts // BATCHES)[good]] = charge[good]
-                squares[at[good], np.tile(np.arange(count), parts // BATCHES)[good]] = square[good]
+                found[:, at[good], np.tile(np.arange(count), parts // BATCHES)[good]] = both[:, good]
             return (early + each) * grid.steps * BATCH
 
         with ThreadPoolExecutor(cores()) as pool:
             steps += sum(pool.map(batch, range(BATCHES)))
-    return charges, squares, steps
+    return found[0], found[1], steps
 
 
 def _accelerations(record: Any, grid: RecordGrid, begin: int, count: int) -> Floats:
