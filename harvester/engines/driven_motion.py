@@ -32,9 +32,7 @@ def driven_motion(problem: Problem, model: "Model", pair: "RichardsonPair") -> d
     from harvester.mechanics.periodic import MULTIPLES
 
     eqs, units, trajectories, circuit = problem.equations, problem.units, pair.trajectories, model.circuit
-    if eqs.drive is None or eqs.is_random or eqs.modes is not None:
-        return {}
-    if not (circuit is None or isinstance(circuit, IdealCircuit)):
+    if eqs.drive is None or eqs.is_random or eqs.modes is not None or not isinstance(circuit, IdealCircuit | None):
         return {}
     period, middle = eqs.shaking_period or 1.0, np.argsort(pair.moments.V2)[trajectories.count // 2]
     *start, phase = map(float, sections(trajectories)[:, middle])

@@ -95,7 +95,8 @@ def sensitivity(
     scene
         a `Scene` that engine `Density` serves, or `Compiled` where it has a netlist; or the path of a scene file.
     within
-        the relative error of the power that is aimed at, such as .01; None: 1e-6.  Not with a netlist.
+        the relative error of the power that is aimed at, such as .01; None: 1e-6, of coloured noise 1e-3.  Not with a
+        netlist.
     budget
         seconds of computing.  Not with a netlist.
     progress
@@ -124,7 +125,8 @@ def sensitivity(
         if (within, budget) != (None, None):
             raise InputError("`within` and `budget` must be left out with a netlist, whose ensembles are of one size")
         return _of_circuit(problem, begin, progress)
-    answer, slopes = Density(within=within or USUAL, budget=budget).run_with_slopes(served(Density, problem), progress)
+    aim = within or (USUAL if problem.equations.coloured is None else None)
+    answer, slopes = Density(within=aim, budget=budget).run_with_slopes(served(Density, problem), progress)
     told = {key: (value_of(problem.scene, key), slopes.with_error(key)) for key in quantities(problem.scene)}
     return _result(problem, Density.NAME, answer.mean_power, told, begin)
 
