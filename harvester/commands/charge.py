@@ -51,7 +51,7 @@ from harvester.commands.study import Output, output_options, study_command
     cloup.option(
         "--trajectories",
         type=int,
-        help="Runs.  Default: 2048 (ideal, slow), 128 (compiled), 16 (spice), 1 if nothing is random.",
+        help="Runs.  Default: 2048 (ideal, slow), 512 (compiled), 16 (spice), 1 if nothing is random.",
     ),
     cloup.option("--dt", help="Step, such as 1ms (nondimensional scene: a number of 1/w0).  Default: from the scene."),
     seed_option,
