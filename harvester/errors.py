@@ -104,7 +104,7 @@ class CircuitError(SimulationError):
 
 
 class ConvergenceError(CircuitError):
-    """A run of ngspice that came to a time from which no step, however small, led on: a smaller `dt` may help."""
+    """A run of ngspice that came to a time from which no step, however small, led on."""
 
 
 class OutOfTimeError(CircuitError):

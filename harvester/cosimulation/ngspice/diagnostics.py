@@ -31,9 +31,9 @@ def why_refused(messages: Sequence[str]) -> str:
 
 
 def no_step_was_small_enough(messages: Sequence[str]) -> bool:
-    """Whether ngspice ended because it did not converge even with its smallest step."""
+    """Whether ngspice ended because it found no solution even with its smallest step."""
     text = "\n".join(messages)
-    return _SINGULAR.search(text) is None and _SMALL.search(text) is not None
+    return _SINGULAR.search(text) is not None or _SMALL.search(text) is not None
 
 
 def why_stopped(messages: Sequence[str], end: float, duration: float) -> str:

@@ -195,6 +195,7 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
     def _run(self, deck: Deck) -> None:
         """Give ngspice the circuit, run it, and make ngspice forget it."""
         api = self._ngspice_shared
+        api.ngSpice_Command(b"unset cshunt_value")  # a deck's option cshunt would hold for all that follow it
         lines = [ffi.new("char[]", line.encode()) for line in [*deck.text.splitlines(), ""]]
         self.loaded = not api.ngSpice_Circ(ffi.new("char *[]", [*lines, ffi.NULL]))
         steps = [lambda: api.ngSpice_Command(b"run"), lambda: self._keep(deck)]

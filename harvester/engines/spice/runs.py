@@ -10,7 +10,7 @@ import numpy as np
 
 from harvester.engines.protocol import Progress
 from harvester.engines.spice.means import FEWEST, RunMeans
-from harvester.errors import CircuitError, OutOfTimeError, SimulationError
+from harvester.errors import CircuitError, ConvergenceError, OutOfTimeError, SimulationError
 from harvester.presentation.diagnostic import Diagnostic, warning
 from harvester.uncertainty.control_variate import Controlled, split
 from harvester.uncertainty.target import Target, further
@@ -104,11 +104,13 @@ class Runs(RunMeans):
         except SimulationError as error:  # of a circuit that does not bear the step, or of time that is over
             setup.diagnostics.append(warning("step_bias_not_measured", error=str(error)))
 
-    def measure_tolerance(self) -> None:
+    def measure_tolerance(self, needed: bool = False) -> None:
         """Measure what ngspice's tolerance does to the moments, where it chooses its steps and time is left.
 
         On two motions of `TOLERANCE_TIME` after the burn-in: the larger of both counts.  It stays unknown, with a
         warning, where ngspice does not bear a tenth of its tolerance, or the time is spent before.
+
+        Raises ConvergenceError in place of that warning where it is ``needed``.
         """
         from harvester.cosimulation.same_motion import tolerance_in_workers
         from harvester.mechanics.kernels.noise import child
@@ -126,6 +128,8 @@ class Runs(RunMeans):
         try:
             both = list(tolerance_in_workers(device, seeds, n_steps, setup.settling, self.deadline, starts))
         except CircuitError as error:
+            if needed and isinstance(error, ConvergenceError):
+                raise
             setup.diagnostics.append(warning("tolerance_not_measured", error=str(error)))
         else:
             self.tolerance = {name: max(abs(one[name]) for one, _ in both) for name in both[0][0]}

@@ -41,8 +41,9 @@ if TYPE_CHECKING:
 GRACE, SLACK = 1.1, 1.0  # all may last so many times the `budget`, and so many seconds more
 RUNNING = 0.5  # of what the burn-in leaves, for the runs at least: their processes take some seconds to start
 # Capacitances from each node to ground that are tried in turn where ngspice does not converge, of the piezo's: diodes
-# without one of their own leave a node between them that nothing holds while both block.
-SHUNTS = 0.0, 1e-5, 1e-4
+# without one of their own leave a node between them that nothing holds while both block.  The last try is that of a
+# netlist which bears none of them: an answer without one, whose tolerance could not be measured.
+SHUNTS = 0.0, 1e-5, 1e-4, 0.0
 
 
 @names_arguments
@@ -195,18 +196,23 @@ class Spice(MonteCarloOptions, Engine):
     def _all_runs(
         self, problem: Problem, setup: SpiceSetup, code: int, exists: MomentExistence, progress: Progress | None
     ) -> tuple[Runs, list[Diagnostic | None]]:
-        """The runs of an answer, and what to say of their target; again with a shunt where they do not converge."""
-        for shunt in SHUNTS:
+        """The runs of an answer, and what to say of their target; again with a shunt where they do not converge.
+
+        Again, too, where the runs that measure ngspice's tolerance do not, as long as a third of the time is left.
+        """
+        begin = time.monotonic()
+        for k, shunt in enumerate(SHUNTS, 1):
             try:
                 runs, target = self._first_runs(problem, setup.with_shunt(shunt), code, progress)
-                runs.measure_tolerance()
+                now = time.monotonic()
+                runs.measure_tolerance(needed=k < len(SHUNTS) and 3.0 * (now - begin) < runs.deadline - now)
                 if target is None:
                     return runs, []
                 obstacle = exists.obstacle(target.within)
                 reached = refine(runs, target) if obstacle is None else obstacle
                 chosen = runs.setup.chosen(target.within, problem.units.frequency, problem.physical)
             except ConvergenceError:
-                if shunt == SHUNTS[-1]:
+                if k == len(SHUNTS):
                     raise
             else:
                 return runs, [reached, chosen]

@@ -1,0 +1,37 @@
+"""A compiled circuit that several threads use at once."""
+
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from threading import Barrier
+
+import pytest
+
+import harvester as hv
+from tests.support.netlists import compiled
+
+THREADS = 8
+
+
+@pytest.fixture
+def hasty_threads():
+    """Threads take turns all the time, so that a race shows at once."""
+    before = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    yield
+    sys.setswitchinterval(before)
+
+
+def test_threads_that_ask_at_once_get_the_same_arrays(hasty_threads):
+    """A record of a thread's own would point to arrays that are gone: the first answer of a process was wrong."""
+    circuit = compiled(hv.load("examples/plate_harmonic.toml").with_load(netlist="bridge"))
+    together = Barrier(THREADS)
+
+    def record(h):
+        together.wait()
+        return circuit.for_kernels(h).record
+
+    with ThreadPoolExecutor(THREADS) as pool:
+        for k in range(10):
+            h = 0.01 + 1e-4 * k
+            found = list(pool.map(record, [h] * THREADS))
+            assert all(one is circuit.for_kernels(h).record for one in found)
