@@ -230,7 +230,7 @@ def _compiled(text: str) -> Any:
         exec(compile(text, f"<{name}>", "exec"), module.__dict__)
         return module.__dict__["solve"]
     path = Path(folder) / f"{name}.py"
-    if not path.exists():
+    if not path.exists() or path.read_bytes() != text.encode():  # or damaged
         files.write(path, text)
     spec = importlib.util.spec_from_file_location(name, path)
     assert spec is not None and spec.loader is not None, "a Python file has a loader"

@@ -1,4 +1,4 @@
-"""A compiled circuit that several threads use at once."""
+"""A compiled circuit that several threads use at once, and its source in the cache."""
 
 import sys
 from concurrent.futures import ThreadPoolExecutor
@@ -7,6 +7,7 @@ from threading import Barrier
 import pytest
 
 import harvester as hv
+from harvester.circuits import newton
 from tests.support.netlists import compiled
 
 THREADS = 8
@@ -35,3 +36,13 @@ def test_threads_that_ask_at_once_get_the_same_arrays(hasty_threads):
             h = 0.01 + 1e-4 * k
             found = list(pool.map(record, [h] * THREADS))
             assert all(one is circuit.for_kernels(h).record for one in found)
+
+
+def test_a_damaged_source_in_the_cache_is_written_anew(tmp_path, monkeypatch):
+    monkeypatch.setattr("harvester.mechanics.kernels.compiled._cache_folder", lambda: str(tmp_path))
+    text = "solve = 12\n"
+    assert newton._compiled.__wrapped__(text) == 12
+    (path,) = tmp_path.glob("circuit_*.py")
+    path.write_text("solve = 13\n")
+    assert newton._compiled.__wrapped__(text) == 12
+    assert path.read_text() == text
