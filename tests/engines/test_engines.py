@@ -346,7 +346,7 @@ def test_stability_is_that_of_rest_at_zero():
     assert quadratic.ensemble == stability(scene(PAPER), trajectories=64, duration=50.0).ensemble
 
 
-@pytest.mark.thorough("test_path_with_and_without_the_stop")
+@pytest.mark.thorough("test_comparison_has_every_engine_and_its_z")
 @pytest.mark.ngspice
 def test_compare_draws_no_path_where_the_decoupled_voltage_has_no_meaning():
     compared = compare(scene(changed(PAPER, gap=0.3, c1=-0.3)), trajectories=4, duration=5.0)
