@@ -381,6 +381,7 @@ def test_text_carries_its_errors():
     assert z_score(Value(1.0, 0.3, unknown="the step"), Value(0.5, 0.1)) is None
 
 
+@pytest.mark.thorough("test_units_of_a_physical_scene")
 def test_scenes_without_load_or_noise():
     opened = hv.Ensemble(trajectories=128).run(OPEN)
     assert opened.mean_power.value == 0.0
