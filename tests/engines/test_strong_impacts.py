@@ -37,7 +37,7 @@ def test_a_target_is_reached(restitution):
     assert abs(v2.value - SQUARES[restitution]) < 4.0 / 1.96 * v2.error95
 
 
-@pytest.mark.thorough("test_a_mean_without_a_variance_has_no_stated_error")
+@pytest.mark.thorough("test_no_engine_computes_a_mean_that_does_not_exist")
 def test_a_number_that_is_infinite_is_not_given():
     """Below a restitution coefficient of .163 infinitely many impacts end in a finite time."""
     few, many = (hv.Density(within=2e-3).run(device(r)) for r in (0.3, 0.1))
