@@ -13,10 +13,9 @@ from tests.support.systems import BEAM, SECOND, THIRD
 STOP = hv.Stop(restitution=0.5, gap="0.05 mm")
 
 
+@pytest.mark.thorough("test_one_netlist")
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "change", [{}, pytest.param({"stop": STOP}, marks=pytest.mark.thorough("test_one_netlist"))], ids=["free", "stop"]
-)
+@pytest.mark.parametrize("change", [{}, {"stop": STOP}], ids=["free", "stop"])
 def test_resistor(change):
     """Trajectories on the same noise have the same V^2, x^2 and impacts as with the exact update of a resistor."""
     scene = BEAM.replace(mode=(SECOND, THIRD), **change)
@@ -38,7 +37,7 @@ def test_resistor(change):
 MAGNIFIER = {"magnifier": hv.Magnifier(mass="20 g", stiffness="4 N/mm"), "mode": ()}
 
 
-@pytest.mark.thorough("test_resistor")
+@pytest.mark.thorough("test_one_netlist")
 @pytest.mark.slow
 @pytest.mark.parametrize("name, change", [("bridge", {"stop": STOP}), ("doubler", MAGNIFIER)])
 def test_ideal_circuit(name, change):
@@ -56,7 +55,7 @@ def test_ideal_circuit(name, change):
 
 
 @pytest.mark.slow
-@pytest.mark.thorough("test_resistor")
+@pytest.mark.thorough("test_one_netlist")
 def test_a_low_voltage_of_sece_is_told():
     """At 0.7 V rms ideal diodes and switches give far too much power, with one mode too, and the answer says so."""
     scene = BEAM.replace(mode=(), stop=STOP).with_load(netlist="sece", parameters={"R": "1 Mohm", "C": "20 nF"})

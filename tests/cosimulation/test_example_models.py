@@ -52,6 +52,7 @@ def beam_by_impacts(b, flow, start, times):
     return states, np.array([one for one in hits if one <= times[-1]])
 
 
+@pytest.mark.thorough("test_the_answer_is_data")
 def test_beam_with_a_stop():
     """Second order in displacement, voltage and the times of five impacts, against exact flow and located impacts."""
     beam = example("beam_with_stop")
@@ -68,7 +69,7 @@ def test_beam_with_a_stop():
     assert errors[-1] < 1e-3 and when[-1] < 4e-6 and residuals[-1] < 2e-4
 
 
-@pytest.mark.thorough("test_beam_with_a_stop")
+@pytest.mark.thorough("test_the_answer_is_data")
 def test_pendulum_without_friction():
     """Second order against Jacobi's elliptic function, on four seconds from 115 degrees."""
     module = example("pendulum")
@@ -81,7 +82,7 @@ def test_pendulum_without_friction():
     assert min(orders(errors)) > 1.95 and errors[-1] < 4e-4
 
 
-@pytest.mark.thorough("test_beam_with_a_stop")
+@pytest.mark.thorough("test_the_answer_is_data")
 def test_pendulum_with_friction():
     """Its six first turning angles satisfy g (cos b - cos a) = M (a + b), of second order; and it comes to rest."""
     module, errors = example("pendulum"), []
@@ -143,7 +144,7 @@ wrdata /dev/stderr store x
     return np.array(rows, float).T
 
 
-@pytest.mark.thorough("test_beam_with_a_stop")
+@pytest.mark.thorough("test_the_answer_is_data")
 def test_electromagnetic_harvester_with_a_bridge():
     """Second order in displacement and the store's voltage, against the whole device as one netlist."""
     module, errors = example("electromagnetic_bridge"), []

@@ -13,7 +13,7 @@ from harvester.density.refine import refined
 from harvester.equations.coefficients import Equations
 from tests.support.systems import linear, linear_v2
 
-THOROUGH = pytest.mark.thorough("test_coloured_noise_of_a_linear_scene")
+THOROUGH = pytest.mark.thorough("test_elastic_stop_with_a_passive_load_to_eight_digits")
 
 
 def means(eqs, within):
@@ -61,10 +61,9 @@ def elastic_passive(c, mu, n1):
     return correlation(0.0) - mu * math.fsum(parts)
 
 
+@pytest.mark.thorough("test_elastic_stop_with_a_passive_load_to_eight_digits")
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("circuit", "within"), [({"beta": 0.5}, 1e-4), pytest.param({"mu": 1.0}, 1e-4, marks=THOROUGH)]
-)
+@pytest.mark.parametrize(("circuit", "within"), [({"beta": 0.5}, 1e-4), ({"mu": 1.0}, 1e-4)])
 def test_coloured_noise_of_a_linear_scene(circuit, within):
     """Second moments of (x, v, V, a) by the Lyapunov equation, with V = x in an open circuit, and a passive load."""
     eqs = Equations(c1=-0.1, coloured=0.05, correlation_time=0.7, **circuit)

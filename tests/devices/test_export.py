@@ -65,7 +65,9 @@ def apart(one, end, step, dt="0.5 ms"):
     [
         pytest.param("", id="linear", marks=pytest.mark.thorough("test_with_a_stop")),
         pytest.param(
-            "quadratic_stiffness = 2e3\ncubic_stiffness = 1e6\ndamping_x2 = 1e3\ndamping_x4 = 1e8", id="not linear"
+            "quadratic_stiffness = 2e3\ncubic_stiffness = 1e6\ndamping_x2 = 1e3\ndamping_x4 = 1e8",
+            id="not linear",
+            marks=pytest.mark.thorough("test_with_a_stop"),
         ),
     ],
 )
@@ -96,7 +98,7 @@ def test_with_a_stop(stop):
 @pytest.mark.parametrize(
     "stop, within",
     [
-        ({}, 1e-4),
+        pytest.param({}, 1e-4, marks=pytest.mark.thorough("test_with_a_stop")),
         pytest.param(
             {"stop": hv.Stop(stiffness="2e4 N/m", damping="5 N s/m", gap="0.05 mm")},
             1e-3,

@@ -138,6 +138,7 @@ def test_ngspice_follows_the_doubler_to_the_other_well(tmp_path):
         assert abs(one.mean_power.value - expected) < one.mean_power.known_error95 + 6e-9 < 3e-4 * expected
 
 
+@pytest.mark.thorough("test_a_bistable_beam_has_three")
 @pytest.mark.parametrize(("henries", "told"), [("2 H", True), ("0.05 H", False)])
 def test_a_slow_switching_is_told(henries, told):
     """SECE at 50 Hz with its default coil: 0.45 ms of 10 ms, and 5 % more power than in ngspice."""

@@ -16,7 +16,7 @@ from harvester.mechanics.ensemble.trajectories import Trajectories
 from tests.support.netlists import BRIDGE, STORE, on_plate
 
 
-@pytest.mark.thorough("test_halving_the_step_divides_the_error_by_four")
+@pytest.mark.thorough("test_the_power_is_that_of_ngspice_on_the_same_noise")
 @pytest.mark.ngspice
 def test_a_bridge_is_that_of_engine_ideal(tmp_path):
     """Ideal diodes leave out what is below 0.3 % of the power; both are on seeds of their own."""
@@ -34,7 +34,7 @@ def test_a_bridge_is_that_of_engine_ideal(tmp_path):
     assert not any("did not converge" in warning for warning in ours.warnings)
 
 
-@pytest.mark.thorough("test_without_ngspice_the_unknown_part_is_named")
+@pytest.mark.thorough("test_what_it_cannot_serve_is_said_with_the_element")
 @pytest.mark.ngspice
 @pytest.mark.slow
 def test_a_difference_from_ngspice_is_found(tmp_path, monkeypatch):
@@ -56,6 +56,7 @@ def test_a_difference_from_ngspice_is_found(tmp_path, monkeypatch):
     assert difference_from_ngspice(*given)["load"] > 0.02
 
 
+@pytest.mark.thorough("test_what_it_cannot_serve_is_said_with_the_element")
 @pytest.mark.ngspice
 def test_without_ngspice_the_unknown_part_is_named(tmp_path, monkeypatch):
     def missing(*_, **__):

@@ -30,6 +30,7 @@ def test_the_same_answer_in_other_units():
     assert answer.details["impact_rate"] == pytest.approx(w0 / math.pi, rel=0.3)
 
 
+@pytest.mark.thorough("test_at_many_points_it_computes_what_is_asked")
 def test_it_is_chosen_where_sampling_does_not_reach():
     """`within` of 0.001 % without an engine; a coarser one stays with what is cheaper."""
     fine = hv.run(scene(PAPER), within="0.001%")

@@ -346,7 +346,7 @@ def test_stability_is_that_of_rest_at_zero():
     assert quadratic.ensemble == stability(scene(PAPER), trajectories=64, duration=50.0).ensemble
 
 
-@pytest.mark.thorough("test_path_with_and_without_the_stop")
+@pytest.mark.thorough("test_comparison_has_every_engine_and_its_z")
 @pytest.mark.ngspice
 def test_compare_draws_no_path_where_the_decoupled_voltage_has_no_meaning():
     compared = compare(scene(changed(PAPER, gap=0.3, c1=-0.3)), trajectories=4, duration=5.0)
@@ -381,6 +381,7 @@ def test_text_carries_its_errors():
     assert z_score(Value(1.0, 0.3, unknown="the step"), Value(0.5, 0.1)) is None
 
 
+@pytest.mark.thorough("test_units_of_a_physical_scene")
 def test_scenes_without_load_or_noise():
     opened = hv.Ensemble(trajectories=128).run(OPEN)
     assert opened.mean_power.value == 0.0

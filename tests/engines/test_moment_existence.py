@@ -74,6 +74,7 @@ def test_what_may_be_missing():
     assert existence(Problem.of(device(0.005, restitution=0.95))).tail is None
 
 
+@pytest.mark.thorough("test_no_engine_computes_a_mean_that_does_not_exist")
 @pytest.mark.statistics
 def test_a_mean_without_a_variance_has_no_stated_error():
     """`within` is not pursued there, and error95 is null: a finite mean, whose sampling error nothing tells.

@@ -28,6 +28,7 @@ def test_a_chip_takes_what_it_takes_in_ngspice(name):
     assert found.mean_power.error95 is None  # what ngspice differs by is not known from within
 
 
+@pytest.mark.thorough("test_by_slow.py")
 def test_a_quick_answer_is_near_and_says_what_it_does_not_know():
     """The page's first answer: within what it states of the whole one; a lighter load is on for longer."""
     scene = hv.load(EXAMPLES / "bimorph_ltc3588.toml")

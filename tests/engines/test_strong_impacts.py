@@ -17,7 +17,7 @@ def device(restitution):
 
 @pytest.mark.parametrize(
     "restitution",
-    [0.05, 0.37, *(pytest.param(r, marks=pytest.mark.thorough("test_the_stated_error_holds")) for r in (0.1, 0.2))],
+    [0.37, *(pytest.param(r, marks=pytest.mark.thorough("test_the_stated_error_holds")) for r in (0.05, 0.1, 0.2))],
 )
 def test_the_stated_error_holds(restitution):
     """It was five to seven times too small: the bias falls slower than with the square of the step."""
@@ -37,7 +37,7 @@ def test_a_target_is_reached(restitution):
     assert abs(v2.value - SQUARES[restitution]) < 4.0 / 1.96 * v2.error95
 
 
-@pytest.mark.thorough("test_a_mean_without_a_variance_has_no_stated_error")
+@pytest.mark.thorough("test_no_engine_computes_a_mean_that_does_not_exist")
 def test_a_number_that_is_infinite_is_not_given():
     """Below a restitution coefficient of .163 infinitely many impacts end in a finite time."""
     few, many = (hv.Density(within=2e-3).run(device(r)) for r in (0.3, 0.1))

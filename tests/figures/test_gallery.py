@@ -222,6 +222,7 @@ def test_a_charge_of_one_run_has_no_panel_of_shares():
     assert len(labels) == len(found.plot().axes) - 1 and not any("runs" in label for label in labels)
 
 
+@pytest.mark.thorough("test_a_fault_that_is_put_in_is_seen")
 def test_a_bar_of_the_tornado_spans_the_quantiles():
     """A load at its best value: both of its ends give less, and no device gives more than it."""
     best = hv.optimise(PLATE, vary={R: ("10k", "10M")}, engine="averaged")

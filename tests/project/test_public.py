@@ -19,6 +19,7 @@ from tests.support.paths import ROOT
 PLATE = hv.load(ROOT / "examples" / "plate_with_stop.toml")
 LOADS = hv.logspace("100 kohm", "1 Mohm", 3)
 COMPARING = ("Comparison", "compare")  # whose examples ask every engine
+DEAR = (*COMPARING, "node", "Densities", "ChargingResult", "sensitivity")
 
 
 def test_names_are_one_list():
@@ -29,7 +30,17 @@ def test_names_are_one_list():
 
 
 @pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[pytest.mark.ngspice] if name in COMPARING else []) for name in hv.__all__]
+    "name",
+    [
+        pytest.param(
+            name,
+            marks=[
+                *([pytest.mark.ngspice] if name in COMPARING else []),
+                *([pytest.mark.thorough("test_example")] if name in DEAR else []),
+            ],
+        )
+        for name in hv.__all__
+    ],
 )
 def test_example(name):
     """Each public name has one, and it does what it says."""
@@ -293,6 +304,7 @@ def test_a_netlist_is_read_when_it_is_made():
         hv.Netlist("bridge", Q=3)
 
 
+@pytest.mark.thorough("test_sweep_of_several_keys_and_its_files")
 def test_run_of_a_list():
     """In its order, one by one or together, with the share of the whole as progress; an error names its scene."""
     scenes, told = [PLATE.with_load(r) for r in ("100 kohm", "1 Mohm")], []

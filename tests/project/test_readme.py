@@ -87,7 +87,7 @@ def test_nothing_escapes(page):
         assert (ROOT / script).exists(), f"{page}: no {script}"
 
 
-@pytest.mark.thorough("test_two_keys_two_engines")
+@pytest.mark.thorough("test_the_cheapest_engine_of_each_point_is_resumed")
 @pytest.mark.ngspice
 @pytest.mark.slow
 def test_demo_at_reduced_size(place, monkeypatch):
@@ -115,7 +115,7 @@ def skeleton(line):
     "page, quick",
     [
         ("README.md", True),
-        ("docs/api.md", False),
+        pytest.param("docs/api.md", False, marks=pytest.mark.thorough("test_printed_results")),
         pytest.param(
             "docs/tour.md",
             False,

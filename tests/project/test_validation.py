@@ -102,6 +102,7 @@ def test_each_class_has_two_devices():
     assert sum(one in ("bistable", "strongly nonlinear") for one in classes) == 2
 
 
+@pytest.mark.thorough("test_a_prediction_computed_now")
 @pytest.mark.slow
 def test_no_restitution_gives_the_voltage_that_was_measured():
     """The MEMS cantilever at 36 Hz: at each constant the voltage is 1.4 times what was measured, and as on the page."""

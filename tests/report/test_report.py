@@ -282,6 +282,7 @@ def test_a_page_shows_what_the_user_wrote():
     assert "0000000" not in text
 
 
+@pytest.mark.thorough("test_studies_that_say_what_they_found")
 @pytest.mark.slow
 def test_elasticities_stand_in_the_report_of_a_run():
     found = hv.sensitivity(PLATE, within=1e-2)

@@ -14,6 +14,7 @@ from tests.support.systems import PAPER, scene
 pytestmark = pytest.mark.ngspice
 
 
+@pytest.mark.thorough("test_comparison_has_every_engine_and_its_z")
 def test_path_with_and_without_the_stop():
     """The decoupled V follows within 10 % without the stop, and misses by more than half with it."""
     stop = one_path(Problem(scene(PAPER)), "with", dt=0.05)
@@ -54,7 +55,7 @@ def test_engines_that_cannot_serve_are_named():
     assert np.isfinite(result.estimates[0].mean_power.value)
 
 
-@pytest.mark.thorough("test_path_with_and_without_the_stop")
+@pytest.mark.thorough("test_comparison_has_every_engine_and_its_z")
 def test_a_stop_that_is_all_that_bounds_the_response():
     """Without the stop negative damping grows without bound: no such path, and the comparison stands."""
     result = compare(

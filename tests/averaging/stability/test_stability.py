@@ -55,7 +55,7 @@ def test_decoupled_limits():
     assert alone[1] < -1e-3 < 1e-3 < alone[2]
 
 
-@pytest.mark.thorough("test_without_a_stop")
+@pytest.mark.thorough("test_with_a_stop")
 @pytest.mark.statistics
 @pytest.mark.parametrize(
     "c1, n2, r",
@@ -73,7 +73,7 @@ def test_monte_carlo_without_coupling(c1, n2, r):
         assert exact == pytest.approx(-0.0859, abs=1e-4)
 
 
-@pytest.mark.thorough("test_without_a_stop")
+@pytest.mark.thorough("test_with_a_stop")
 @pytest.mark.statistics
 @pytest.mark.parametrize("r", [0.9, None])
 def test_open_circuit_is_a_spring(r):
@@ -99,7 +99,7 @@ def test_without_noise(r, value):
     assert growth.stderr < 1e-3 * abs(exact)
 
 
-@pytest.mark.thorough("test_without_a_stop")
+@pytest.mark.thorough("test_with_a_stop")
 @pytest.mark.slow
 @pytest.mark.parametrize("beta", [0.01, 0.05])
 @pytest.mark.parametrize("mu", [0.1, 0.5, 1.0, 5.0])
@@ -179,7 +179,7 @@ def test_averaged_is_first_order_in_coupling():
     assert errors[0] > 3.3 * errors[1] > 3.3 * 3.3 * errors[2]
 
 
-@pytest.mark.thorough("test_without_a_stop")
+@pytest.mark.thorough("test_with_a_stop")
 @pytest.mark.statistics
 @pytest.mark.parametrize(
     "change",
@@ -218,7 +218,7 @@ def test_without_a_stop(mu, n2):
     assert formula.averaged(eqs, n2=0.0) == pytest.approx(roots.real.max(), rel=1e-9)
 
 
-@pytest.mark.thorough("test_without_a_stop")
+@pytest.mark.thorough("test_with_a_stop")
 @pytest.mark.statistics
 @pytest.mark.parametrize("n2, beta", [(0.2, 0.2), (0.5, 0.2), (0.5, 0.04)])
 def test_strong_noise_without_a_stop_is_within_the_stated_error(n2, beta):
@@ -292,7 +292,7 @@ def test_hard_scenes_stay_finite(change):
     assert formula.doubts(eqs).diagnostics or "mu" in change or eqs.restitution is None
 
 
-@pytest.mark.thorough("test_without_a_stop")
+@pytest.mark.thorough("test_with_a_stop")
 @pytest.mark.statistics
 @pytest.mark.parametrize("eqs", [FIGURE7, changed(FIGURE7, restitution=None)], ids=["stop", "no stop"])
 def test_exponent_is_worth_twenty_five_times_as_many_trajectories(eqs):

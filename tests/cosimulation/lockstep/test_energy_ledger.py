@@ -162,6 +162,7 @@ def test_a_load_without_smoothing_capacitor_has_no_charging_curve():
     assert (v == 0.0).all()
 
 
+@pytest.mark.thorough("test_ledger_closes_within_a_percent")
 def test_one_way_drive_takes_nothing_from_the_mass():
     """Without beta the voltage has no force: the mass moves as with an open circuit, and the ledger still closes."""
     one_way = Equations(c1=-0.05, n1=0.01)

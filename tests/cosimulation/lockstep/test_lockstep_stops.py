@@ -23,7 +23,12 @@ BISTABLE = changed(FULL, restitution=None, linear=-1.0, alpha=2.0)
 @pytest.mark.parametrize("h", [0.1, 0.05])
 @pytest.mark.parametrize(
     "eqs, duration",
-    [(PRESSED, 15.0), (changed(FULL, **TWO), 100.0), (BISTABLE, 20.0), (changed(PRESSED, alpha2=0.4, gap=0.0), 100.0)],
+    [
+        pytest.param(PRESSED, 15.0, marks=pytest.mark.thorough("test_path")),
+        (changed(FULL, **TWO), 100.0),
+        (BISTABLE, 20.0),
+        pytest.param(changed(PRESSED, alpha2=0.4, gap=0.0), 100.0, marks=pytest.mark.thorough("test_path")),
+    ],
     ids=["preload", "both sides", "bistable", "quadratic"],
 )
 def test_path(eqs, duration, h):

@@ -29,7 +29,7 @@ parameters = { R = 1e6, C = 3e-7 }
 """
 
 
-@pytest.mark.thorough("test_sampled_probes")
+@pytest.mark.thorough("test_errors_of_sampled_probes")
 @pytest.mark.ngspice
 def test_steady_probes_and_ledger(tmp_path, harvester):
     """Rload's probe is the mean power, with a like error; the diodes' shares are alike, and sum to the circuit's."""
@@ -53,6 +53,7 @@ def test_steady_probes_and_ledger(tmp_path, harvester):
     assert max(errors) < 0.05 * shares["ledger_circuit_d1"]
 
 
+@pytest.mark.thorough("test_errors_of_sampled_probes")
 @pytest.mark.ngspice
 def test_sampled_probes():
     """Under noise the errors are of sampling, of the step and of ngspice's tolerance; Rload's probe is its power."""

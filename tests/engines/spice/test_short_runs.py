@@ -18,7 +18,7 @@ def beside_a_stop(folder):
     return dataclasses.replace(on_plate(folder, BOARD), stop=hv.Stop(restitution=0.7))
 
 
-@pytest.mark.thorough("test_runs_of_ones_own_are_long")
+@pytest.mark.thorough("test_netlist_load")
 @pytest.mark.ngspice
 @pytest.mark.slow
 def test_the_answer_is_that_of_the_compiled_circuit(tmp_path):
@@ -35,7 +35,7 @@ def test_the_answer_is_that_of_the_compiled_circuit(tmp_path):
     assert short.steps < 3e5
 
 
-@pytest.mark.thorough("test_runs_of_ones_own_are_long")
+@pytest.mark.thorough("test_netlist_load")
 @pytest.mark.ngspice
 @pytest.mark.slow
 def test_a_switched_circuit_begins_settled_at_the_step_of_its_twin():
@@ -48,6 +48,7 @@ def test_a_switched_circuit_begins_settled_at_the_step_of_its_twin():
     assert abs(first - second) < 4.0 * math.hypot(error, other)
 
 
+@pytest.mark.thorough("test_netlist_load")
 @pytest.mark.ngspice
 def test_runs_of_ones_own_are_long(tmp_path):
     """Whoever gives trajectories, or has no stop, gets runs that burn in."""

@@ -333,15 +333,12 @@ def test_a_longer_path_begins_as_a_shorter_one():
     assert short == pytest.approx(long[:51], rel=1e-12)
 
 
+@pytest.mark.thorough("test_ensemble_of_the_linear_scene")
 @pytest.mark.parametrize(
     "noise",
     [
         pytest.param(COLOURED, id="coloured"),
-        pytest.param(
-            BAND,
-            id="band",
-            marks=pytest.mark.thorough("test_a_sinusoid_beside_coloured_noise_adds_its_own_mean_square"),
-        ),
+        pytest.param(BAND, id="band", marks=pytest.mark.thorough("test_ensemble_of_the_linear_scene")),
     ],
 )
 def test_a_sinusoid_beside_coloured_noise_adds_its_own_mean_square(noise):

@@ -51,6 +51,7 @@ def test_bounces_on_a_heavy_mass():
     assert 8 < len(path.impacts) < 40
 
 
+@pytest.mark.thorough("test_energy_and_momentum")
 def test_weakly_shaken_it_lies_still():
     """Shaken far below gravity, a ball goes with its box as one mass does, and however long, no impact takes energy."""
     ball, white = hv.Ball(mass="2 g", room="0.4 mm", restitution=0.7, tilt=90.0), hv.Excitation(acceleration_psd=1e-6)

@@ -25,7 +25,7 @@ THOROUGH = pytest.mark.thorough("test_linear_means")
     "noise, modes",
     [
         ("white", (SECOND, THIRD)),
-        ("tabulated", (SECOND,)),
+        pytest.param("tabulated", (SECOND,), marks=THOROUGH),
         pytest.param("white", (SECOND,), marks=THOROUGH),
         pytest.param("coloured", (SECOND, THIRD), marks=THOROUGH),
         pytest.param("tabulated", (SECOND, THIRD), marks=THOROUGH),

@@ -37,6 +37,7 @@ def test_a_farad_takes_its_charge_over_the_current():
     assert large.reached == 1.0 and large.time.value > 3e4
 
 
+@pytest.mark.thorough("test_a_large_store_takes_what_it_takes_in_ngspice")
 def test_where_time_scales_are_not_apart_both_run_together():
     scene = hv.load(EXAMPLES / "plate_bridge.toml").with_load(netlist="bridge", parameters={"R": 1e9, "C": 1e-4})
     found = hv.charge(scene, to="1 V", trajectories=128)
@@ -51,7 +52,7 @@ def test_what_it_cannot_charge_it_refuses():
         hv.charge(EXAMPLES / "plate_recorded.toml", to="1 V", engine="slow")
 
 
-@pytest.mark.thorough("test_where_time_scales_are_not_apart_both_run_together")
+@pytest.mark.thorough("test_a_large_store_takes_what_it_takes_in_ngspice")
 @pytest.mark.slow
 @pytest.mark.ngspice
 def test_a_circuit_with_transistors():

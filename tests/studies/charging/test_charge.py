@@ -71,6 +71,7 @@ print col time v(xload.a,xload.b)
 """
 
 
+@pytest.mark.thorough("test_the_compiled_circuit_charges_as_the_ideal_one")
 @pytest.mark.ngspice
 def test_closed_form_of_a_bridge():
     """Half a period brings the share 2/(1 + C/Cp) of what is left of Voc less two drops, from the first turn on."""
@@ -100,7 +101,7 @@ def test_a_target_of_a_nondimensional_scene():
     assert found.time.value < 30.0
 
 
-@pytest.mark.thorough("test_closed_form_of_a_bridge")
+@pytest.mark.thorough("test_the_compiled_circuit_charges_as_the_ideal_one")
 @pytest.mark.ngspice
 def test_ngspice_alone():
     """A resonant device charges its store as in one netlist of ngspice with the mass as a coil."""
@@ -115,7 +116,7 @@ def test_ngspice_alone():
     assert found.time.value == pytest.approx(reached, abs=0.005 * reached + found.time.known_error95)
 
 
-@pytest.mark.thorough("test_closed_form_of_a_bridge")
+@pytest.mark.thorough("test_the_compiled_circuit_charges_as_the_ideal_one")
 @pytest.mark.ngspice
 def test_engines_agree_under_noise():
     """The mean time by ideal diodes is that by ngspice: z of independent runs, errors of the step added."""

@@ -36,7 +36,7 @@ CASES = {
 }
 
 
-@pytest.mark.thorough("test_closed_form_of_a_bridge")
+@pytest.mark.thorough("test_the_compiled_circuit_charges_as_the_ideal_one")
 @pytest.mark.parametrize("case", CASES)
 def test_it_comes_to_its_end(case):
     """The store's voltage is a number at all times, never far below 0, and no more than the circuit lets through."""
@@ -50,7 +50,7 @@ def test_it_comes_to_its_end(case):
     assert store.min() > -0.3 and store.max() < most
 
 
-@pytest.mark.thorough("test_closed_form_of_a_bridge")
+@pytest.mark.thorough("test_the_compiled_circuit_charges_as_the_ideal_one")
 def test_a_supercapacitor_does_not_shorten_the_steps():
     """The tolerance of a charge is above the rounding of 1 F at 20 V, and as ever beside a usual capacitor."""
     usual, mine, large = (

@@ -26,6 +26,7 @@ def bridge():
     return hv.design(SCENE, needs=NEEDS, wake="2 s", spread="frequency=2Hz", circuits=["bridge"])
 
 
+@pytest.mark.thorough("test_the_time_to_wake_is_that_of_charge")
 @pytest.mark.slow
 def test_what_is_available_is_what_another_engine_finds(bridge):
     """A resistor that takes all of it at 3.3 V holds the store there."""
@@ -35,7 +36,7 @@ def test_what_is_available_is_what_another_engine_finds(bridge):
     assert bridge.verdict == {NEEDS: True, "awake in 2 s": True} and bridge.bound.value > bridge.available.value
 
 
-@pytest.mark.thorough("test_what_is_available_is_what_another_engine_finds")
+@pytest.mark.thorough("test_the_time_to_wake_is_that_of_charge")
 @pytest.mark.slow
 def test_the_yield_is_that_of_tolerance(bridge):
     """Devices whose load of what is needed gets it: the bridge's voltage is then 3.3 V or more."""
@@ -53,7 +54,7 @@ def test_the_time_to_wake_is_that_of_charge(bridge):
     assert bridge.wake < hv.charge(scene, to="3.3 V", engine="slow").time.value < 100 * bridge.wake
 
 
-@pytest.mark.thorough("test_what_is_available_is_what_another_engine_finds")
+@pytest.mark.thorough("test_the_time_to_wake_is_that_of_charge")
 @pytest.mark.slow
 def test_what_nobody_can_meet_gets_the_nearest_in_one_line(harvester):
     status, _, said = harvester("design", SCENE, "--needs", "10 mW at 3.3 V", "--circuits", "bridge,doubler")
@@ -110,7 +111,7 @@ def test_chips_have_their_outputs_only():
     assert all(coil.core_resistance > 1e4 and coil.source for coil in COILS.values())
 
 
-@pytest.mark.thorough("test_what_is_available_is_what_another_engine_finds")
+@pytest.mark.thorough("test_the_time_to_wake_is_that_of_charge")
 @pytest.mark.ngspice
 @pytest.mark.slow
 def test_the_engineers_case_in_ngspice():

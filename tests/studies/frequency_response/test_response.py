@@ -26,6 +26,7 @@ PLATE = hv.load("examples/plate_harmonic.toml")
 DUFFING = Equations(alpha=0.03, beta=0.01, mu=1.0, c1=-0.04, drive=0.2, drive_frequency=1.0)
 
 
+@pytest.mark.thorough("test_physical_units")
 def test_linear_response():
     """Up and down the same: in closed form, and from trajectories within 1.2 times the stated bias of the step.
 
@@ -65,7 +66,7 @@ def amplitudes(eqs):
     return np.sort(roots.real[np.abs(roots.imag) < 1e-9])
 
 
-@pytest.mark.thorough("test_linear_response")
+@pytest.mark.thorough("test_physical_units")
 def test_hardening_spring_jumps_where_harmonic_balance_says():
     """The upper branch going up, the lower one going down, a jump at either fold."""
     sweep = np.arange(1.0, 1.3, 0.01)
@@ -86,7 +87,7 @@ def test_hardening_spring_jumps_where_harmonic_balance_says():
     assert "hysteresis" in str(found)
 
 
-@pytest.mark.thorough("test_linear_response")
+@pytest.mark.thorough("test_physical_units")
 def test_stop_at_a_distance_hardens():
     """An impacting device follows the upper branch further up than down."""
     eqs = Equations(beta=0.01, mu=1.0, c1=-0.05, restitution=0.9, gap=1.0, drive=0.1, drive_frequency=1.0)
@@ -98,7 +99,7 @@ def test_stop_at_a_distance_hardens():
     assert up.mean_power.value > down.mean_power.value
 
 
-@pytest.mark.thorough("test_linear_response")
+@pytest.mark.thorough("test_physical_units")
 def test_noise_beside_the_drive_has_a_sampling_error():
     found = response(scene(changed(DRIVEN, alpha=1e-12, n1=0.01)), [0.9, 1.0, 1.1])
     assert all(p.mean_power.stderr > 0.0 for p in found.points)
@@ -125,7 +126,7 @@ def test_half_power_bandwidth(powers, width):
     assert triangle(powers).bandwidth("up") == (width if width is None else pytest.approx(width))
 
 
-@pytest.mark.thorough("test_linear_response")
+@pytest.mark.thorough("test_physical_units")
 def test_bandwidth_of_a_weakly_coupled_resonance():
     """2 zeta f0: that of the power, near c for a light damping."""
     eqs = Equations(beta=1e-4, mu=1.0, c1=-0.02, drive=1.0, drive_frequency=1.0)
@@ -133,7 +134,7 @@ def test_bandwidth_of_a_weakly_coupled_resonance():
     assert found.bandwidth("up") == pytest.approx(0.02, rel=0.02)
 
 
-@pytest.mark.thorough("test_linear_response")
+@pytest.mark.thorough("test_physical_units")
 def test_a_peak_between_the_frequencies_of_the_sweep():
     """In closed form the answer has the true peak and half-power points, however coarse the sweep is."""
     eqs = Equations(beta=1e-4, mu=1.0, c1=-0.02, drive=1.0, drive_frequency=1.0)
@@ -145,7 +146,7 @@ def test_a_peak_between_the_frequencies_of_the_sweep():
     assert "best of the sweep" not in str(coarse)
 
 
-@pytest.mark.thorough("test_linear_response")
+@pytest.mark.thorough("test_physical_units")
 def test_where_the_true_peak_may_be():
     """A peak that was not sought between the frequencies says so, and one at an end of the sweep."""
     found = response(scene(DRIVEN), [0.9, 1.0, 1.1, 1.3])

@@ -199,7 +199,7 @@ def test_formula_finds_the_exact_optimum():
         assert end.value + end.model == pytest.approx(power.value - power.model, rel=2e-3)
 
 
-@pytest.mark.thorough("test_two_keys_by_formula")
+@pytest.mark.thorough("test_formula_finds_the_exact_optimum")
 @pytest.mark.slow
 def test_weak_coupling_and_a_stop():
     """Passive, r -> 1: E[V^2] of PHYSICS 5.5 by quadrature has its largest mu E[V^2] where `averaged` says."""
@@ -233,6 +233,7 @@ def test_published_knows_no_interval():
     assert "no interval of the keys" in str(answer)
 
 
+@pytest.mark.thorough("test_formula_finds_the_exact_optimum")
 @pytest.mark.slow
 def test_two_keys_by_formula(tmp_path):
     """Over mu and beta the linear power grows with beta, and the best mu goes with it; both are in the figure."""
@@ -249,7 +250,7 @@ def test_two_keys_by_formula(tmp_path):
     assert (tmp_path / "optimise.png").read_bytes().startswith(b"\x89PNG")
 
 
-@pytest.mark.thorough("test_two_keys_by_formula")
+@pytest.mark.thorough("test_formula_finds_the_exact_optimum")
 @pytest.mark.statistics
 def test_two_keys_by_ensemble():
     """mu = sqrt(1 + beta) = 2 at the end of the range of beta, which the power presses against."""
@@ -295,7 +296,7 @@ def test_coverage_of_the_intervals(sampled):
     assert min(keys, powers) >= len(sampled) - 1
 
 
-@pytest.mark.thorough("test_two_keys_by_formula")
+@pytest.mark.thorough("test_formula_finds_the_exact_optimum")
 @pytest.mark.statistics
 def test_intervals_are_no_wider_than_they_must():
     """With synthetic noise, the distance from the true optimum over the stated error scatters like 1, not less."""
@@ -421,7 +422,7 @@ def test_a_short_repr():
     assert answer.to_xarray().sizes["row"] == len(answer.points)
 
 
-@pytest.mark.thorough("test_two_keys_by_formula")
+@pytest.mark.thorough("test_formula_finds_the_exact_optimum")
 @pytest.mark.statistics
 def test_the_same_seed_the_same_answer(sampled):
     def told(found):
@@ -430,7 +431,7 @@ def test_the_same_seed_the_same_answer(sampled):
     assert told(sampled_search(0)) == told(sampled[0]) != told(sampled[1])
 
 
-@pytest.mark.thorough("test_two_keys_by_formula")
+@pytest.mark.thorough("test_formula_finds_the_exact_optimum")
 @pytest.mark.statistics
 def test_the_power_has_noise_of_its_own(sampled):
     """The seed of the last evaluation took no part in the search: no winner's curse."""

@@ -20,7 +20,7 @@ from tests.support.paths import EXAMPLES, ROOT
 from tests.support.sweeps import swept
 
 pytestmark = [
-    pytest.mark.thorough("test_a_pool_gives_the_same"),
+    pytest.mark.thorough("test_tasks_are_whole_batches"),
     pytest.mark.slow,
     pytest.mark.skipif(importlib.util.find_spec("distributed") is None, reason="distributed is not installed"),
 ]

@@ -57,6 +57,7 @@ def expected(tmp_path_factory):
     return rows
 
 
+@pytest.mark.thorough("test_tasks_are_whole_batches")
 def test_a_pool_gives_the_same(tmp_path, expected):
     """Three processes, whatever the machine has; ngspice in processes of theirs; nothing is left of any."""
     told = []
@@ -82,7 +83,7 @@ def children():
     return found
 
 
-@pytest.mark.thorough("test_a_pool_gives_the_same")
+@pytest.mark.thorough("test_tasks_are_whole_batches")
 def test_an_executor_that_is_handed_over_gives_the_same(expected):
     """Any of concurrent.futures: here two processes that Python starts; one that has ended is said so."""
     with ProcessPoolExecutor(2, mp_context=multiprocessing.get_context("spawn")) as executor:
@@ -93,7 +94,7 @@ def test_an_executor_that_is_handed_over_gives_the_same(expected):
         swept(PLATE, [LOADS], engines=ENGINES[:1], executor=executor)
 
 
-@pytest.mark.thorough("test_a_pool_gives_the_same")
+@pytest.mark.thorough("test_tasks_are_whole_batches")
 def test_dask_gives_the_same(tmp_path, expected, monkeypatch):
     """A worker of two threads, whose process is a daemon that may have no children, but has ngspice's all the same.
 
