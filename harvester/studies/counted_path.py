@@ -41,8 +41,8 @@ def voltage_plane(path: Motion, x: tuple[float, float], volts: tuple[float, floa
     return *centres, np.mean(counted, axis=0), np.std(counted, axis=0, ddof=1) / math.sqrt(GROUPS)
 
 
-def counted_passage(values: Floats, step: float, level: float, forgets: float) -> Value:
-    """The mean time until |values| of a path, one each ``step``, first pass a level; in the unit of ``step``.
+def counted_passage(time: Floats, values: Floats, level: float, forgets: float) -> Value:
+    """The mean time until |values| at the times of a path first pass a level, in the unit of these.
 
     Windows in which no value passes it get rarer as exp(-lambda t) with their length t, from ``forgets`` on, the time
     in which the motion forgets where it began: P(t)/P(2 t) = exp(lambda t), counted in neighbours.  What happens
@@ -50,7 +50,7 @@ def counted_passage(values: Floats, step: float, level: float, forgets: float) -
 
     Raises SimulationError where too few windows pass it, or do not.
     """
-    settled = np.abs(values[int(BURN_IN * len(values)) :])
+    settled, step = np.abs(values[int(BURN_IN * len(values)) :]), float(time[1] - time[0])
     rate, part = _rate(settled, step, level, forgets)
     coarse, _ = _rate(settled[::2], 2.0 * step, level, forgets)
     return Value(1.0 / rate, part / rate**2, bias=abs(1.0 / coarse - 1.0 / rate), model=forgets)

@@ -50,7 +50,8 @@ class Densities(TableResult):
     impact_rate
         a `Value`, impacts a second; None without a stop and where impacts accumulate.
     hop_rate
-        a `Value`: hops a second from one well to the other, either way; None without two wells that are apart.
+        a `Value`: hops a second from one well to the other, either way, without those that are taken back before mass
+        and load have forgotten where they came from; None without two wells that are apart.
     level, first_passage_time
         a displacement (m) or voltage (V), and the mean time (s), a `Value`, until it is first passed on either side;
         that of a voltage is counted on a path.  None where no level was asked for.
@@ -205,7 +206,7 @@ def densities(
     passage = None if asked is None else passage_time(problem, answer, asked)
     if volts is not None:
         forgets = 1.0 / (forgetting(problem, answer) * problem.units.frequency)
-        passage = counted_passage(long.voltage, float(long.time[1] - long.time[0]), volts, forgets)
+        passage = counted_passage(long.time, long.voltage, volts, forgets)
         made.append(note("passages_counted", time=float(long.time[-1])))
     made.append(note("densities_explained", error=curves["largest_error"]))
     return Densities(
