@@ -191,12 +191,11 @@ def refined(
 
     Raises SimulationError where the equations are not solved, and soon where no answer would come in the budget.
     """
-    pace = Pace(budget)
+    pace, report = Pace(budget), progress or (lambda _: None)
     beyond = SAFETY / (1.0 - (1.0 + WIDER) ** (2.0 - max(tail, 2.1))) if eqs.n2 else 1.0
     found = probed(eqs, within, 0 if budget else sum(within < fine for fine in FINE), pace)
     found = replace(found, box_error=beyond * found.box_error)
     if eqs.coloured is not None:
-        report = progress or (lambda _: None)
         report(HALF_WAY)
         answer = _coloured(eqs, found, within, pace)
         report(1.0)
@@ -213,8 +212,7 @@ def refined(
         off = np.abs(finer.means - coarse.means)
         best = Answer(finer.means, off, found.modes_error, found.box_error, finer, coarse, found.setting)
         coarse, first = finer, first or best.share
-        if progress is not None:
-            progress(min(max(math.log(first / best.share), 0.1) / max(math.log(first / within), 0.1), 1.0))
+        report(min(max(math.log(first / best.share), 0.1) / max(math.log(first / within), 0.1), 1.0))
         mesh_matters = best.parts["mesh"] > 0.2 * (best.parts["modes"] + best.parts["box"])
         if best.share <= within or not mesh_matters:
             break

@@ -98,6 +98,24 @@ def test_hops_are_those_that_a_path_makes():
     assert abs(hops - told.value * spent) < 4.0 * math.hypot(math.sqrt(hops), told.model * spent)
 
 
+@pytest.mark.thorough("test_rate_between_wells_is_that_of_kramers_and_below_it")
+@pytest.mark.statistics
+def test_two_deep_wells_with_a_slow_load_are_forgotten_as_on_a_path():
+    """The side on which the mass is, correlated over 100 and 800 time units; the load pulls it back after a hop."""
+    eqs = Equations(c1=-0.2, beta=0.1, mu=0.05, linear=-1.0, alpha=1.0, n1=0.01)
+    told = 2.0 * hv.densities(scene(eqs), within=1e-2).hop_rate.value  # both wells have half of the time
+    rows, start = [], None
+    for k in range(40):
+        one = trace(eqs, gaussian_grid(np.random.SeedSequence([k, 5]), 2_000_000), 0.05, 20, start)
+        start = float(one.x[-1]), float(one.v[-1]), float(one.V[-1])
+        side = np.sign(one.x)
+        rows.append([np.mean(side[:-lag] * side[lag:]) for lag in (100, 800)])
+    near, far = np.array(rows).T
+    error = (near / near.mean() - far / far.mean()).std() / math.sqrt(len(rows)) / 700.0
+    assert abs(math.log(near.mean() / far.mean()) / 700.0 - told) < 4.0 * error
+    assert error < 0.06 * told
+
+
 @pytest.mark.slow
 def test_spectrum_of_a_linear_scene_is_the_closed_form():
     eqs = linear(0.3, 0.7, c=0.1)
