@@ -12,6 +12,7 @@ from harvester.density.elements import quadrature
 from harvester.density.forces import force, friction, heat
 from harvester.density.mesh import RESOLUTIONS, Box, mesh
 from harvester.density.moment_weights import MomentWeights, value
+from harvester.density.pace import Pace
 from harvester.density.weak_form import ModeFrame, WeakForm
 from harvester.equations.coefficients import Equations
 from harvester.errors import SimulationError
@@ -91,16 +92,18 @@ def first_guess(eqs: Equations, tail: float) -> Setting:
     return Setting(box, frame, 0.5 * (box.low + box.high))
 
 
-def settled(eqs: Equations, tail: float) -> Setting:
+def settled(eqs: Equations, tail: float, pace: Pace | None = None) -> Setting:
     """The box beyond which a marginal density is less than exp(-tail), and the frame of the voltage's regression.
 
-    Raises SimulationError where they do not come to stand still.
+    Raises SimulationError where they do not come to stand still, or where no answer would come in a budget.
     """
-    setting = first_guess(eqs, tail)
+    setting, pace = first_guess(eqs, tail), pace or Pace()
     modes = 1 if eqs.mu is None else MODES
     for _ in range(ROUNDS):
         form = WeakForm(eqs, mesh(eqs, setting.box, RESOLUTIONS[0]), setting.frame, modes)
-        p = stationary(Factors(form, pinned(form, setting.peak)))
+        with pace.solving(form.memory):
+            p = stationary(Factors(form, pinned(form, setting.peak)))
+        pace.check(form.memory)
         after = Setting(_box(eqs, form, p, tail), regression(form, p), _peak(form, p))
         if _alike(setting, after):
             return after

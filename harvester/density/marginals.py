@@ -22,6 +22,7 @@ class Marginals:
 
     def __init__(self, form: WeakForm, p: Floats) -> None:
         self.form, self.p, mesh = form, p[..., : form.v_nodes], form.mesh  # no further modes of coloured noise
+        self._whole = p
         self._x = quadrature(mesh.x_breaks, mesh.degree, mesh.degree + 3)
         self._over_v = form.over_v(form.v_mass)[: form.v_nodes]
 
@@ -54,7 +55,7 @@ class Marginals:
         """
         if self.form.modes == 1:
             return self.displacement(voltage)
-        spread = np.sqrt(value(MomentWeights(self.form).voltage_squared(), self.p))
+        spread = np.sqrt(value(MomentWeights(self.form).voltage_squared(), self._whole))
         along = np.linspace(-WIDEST, WIDEST, 200 * int(WIDEST) + 1)
         modal = self._x.weights.ravel() @ self._in_voltage(along * spread)
         scaled = voltage / spread

@@ -6,7 +6,6 @@ each part is the error of a coarser solution than the one that is answered.
 """
 
 import math
-import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -17,6 +16,7 @@ from harvester.density.box import Setting, settled
 from harvester.density.coupled_modes import Factors, pinned, stationary
 from harvester.density.functionals import functionals
 from harvester.density.mesh import RESOLUTIONS, Mesh, mesh
+from harvester.density.pace import Pace
 from harvester.density.weak_form import WeakForm
 from harvester.equations.coefficients import Equations
 from harvester.errors import SimulationError
@@ -29,7 +29,8 @@ TAILS = (20.0, 25.0, 30.0, 36.0)  # energies of the box's ends, in those of the 
 MODES, NOISE_MODES = (6, 8, 10, 12, 16, 20, 26), (5, 7, 9, 11, 13)
 NO_BETTER, FINEST_PROBE = 0.3, 2  # share of an error that a larger box leaves, at most; place of the finest mesh
 MOST_MEMORY = 2e9  # bytes of the factors of all modes, of which two meshes are held at once
-COSTLIER = 4.0  # times the last mesh that the next one takes
+MORE = 2.5  # bytes of the next mesh, or of more modes, in those of the last solution, at least
+HALF_WAY = 0.4  # of the time, roughly, when box and modes of coloured noise are known
 FINE = (1e-5, 1e-7)  # errors below which modes and box are chosen on finer meshes
 ROUNDING = 1e-11  # relative, of the solution of so many equations
 UNSOLVED = 1e-8  # relative residual above which an answer is refused
@@ -92,20 +93,21 @@ class Answer:
         return {name: float(error[0]) / whole for name, error in errors.items()}
 
 
-def solution(eqs: Equations, setting: Setting, on: Mesh, modes: int) -> Solution:
+def solution(eqs: Equations, setting: Setting, on: Mesh, modes: int, pace: Pace | None = None) -> Solution:
     """The density on a mesh.
 
     Raises SimulationError where the equations are not solved.
     """
     form = WeakForm(eqs, on, setting.frame, modes)
-    factors = Factors(form, pinned(form, setting.peak))
-    found = Solution(form, factors, stationary(factors), np.empty(0))
+    with (pace or Pace()).solving(form.memory):
+        factors = Factors(form, pinned(form, setting.peak))
+        found = Solution(form, factors, stationary(factors), np.empty(0))
     if not found.residual <= UNSOLVED:
         raise SimulationError(refusal("density_not_solved"))
     return replace(found, means=functionals(eqs, form) @ found.p.ravel())
 
 
-def probed(eqs: Equations, within: float, place: int, late: Callable[[], bool]) -> Probed:
+def probed(eqs: Equations, within: float, place: int, pace: Pace) -> Probed:
     """The smallest box and the fewest modes that leave a quarter of the error each, as a coarse mesh tells.
 
     ``place`` is that of the coarse mesh; where a larger box brings nothing, a finer one is asked.  The error of a box
@@ -113,15 +115,15 @@ def probed(eqs: Equations, within: float, place: int, late: Callable[[], bool]) 
     """
     few = 1 if eqs.mu is None else 0 if eqs.beta else 3  # so few are exact where the voltage does not act on the mass
     tails, counts = iter(TAILS), iter([few] if few else MODES)
-    setting, modes = settled(eqs, next(tails)), next(counts)
+    setting, modes = settled(eqs, next(tails), pace), next(counts)
     box_error, fewer, off = math.inf, None, None
     while True:
         on = mesh(eqs, setting.box, RESOLUTIONS[place])
-        base = solution(eqs, setting, on, modes)
+        base = solution(eqs, setting, on, modes, pace)
         if fewer is None:
             fewer = _with_fewer(eqs, setting, base, few)
         if off is None:
-            wider = solution(eqs, setting, on.widened(eqs, setting.box.reach, WIDER), modes)
+            wider = solution(eqs, setting, on.widened(eqs, setting.box.reach, WIDER), modes, pace)
             off = np.abs(base.means - wider.means)
         found = Probed(setting, modes, np.abs(base.means - fewer.means), off, base)
         room = 0.25 * within * abs(float(base.means[0]))
@@ -132,24 +134,34 @@ def probed(eqs: Equations, within: float, place: int, late: Callable[[], bool]) 
             tail = next(tails, None)
             place += off[0] > NO_BETTER * box_error and place < FINEST_PROBE
             box_error = off[0]
-        if (more == modes and tail is None) or on.memory(more) > MOST_MEMORY or late():
+        too_many = base.form.memory * more / modes > MOST_MEMORY
+        if (more == modes and tail is None) or too_many or pace.is_late(MORE * base.form.memory):
             return found
         fewer, off = _still_valid(base, more, off, room)
         modes, setting = more, setting if tail is None else settled(eqs, tail)
 
 
-def _with_noise_modes(eqs: Equations, found: Probed, within: float, late: Callable[[], bool]) -> Probed:
-    """What was found with few modes of coloured noise, with as many as leave a quarter of the error."""
-    finer = mesh(eqs, found.setting.box, RESOLUTIONS[1])
-    setting, coarse, off = found.setting, found.coarse, np.full_like(found.box_error, np.inf)
-    for count in NOISE_MODES:
-        setting = replace(setting, frame=replace(setting.frame, noise_modes=count))
-        before, coarse = coarse, solution(eqs, setting, found.coarse.form.mesh, found.modes)
-        off = np.abs(coarse.means - before.means)
-        too_many = finer.memory(found.modes * (count + 2) ** 2) > MOST_MEMORY
-        if off[0] <= 0.25 * within * coarse.means[0] or too_many or late():
+def _coloured(eqs: Equations, found: Probed, within: float, pace: Pace) -> Answer:
+    """The means under coloured noise: the mesh is chosen with few modes of it, then their number on that mesh.
+
+    So no solution has both the finer mesh, that tells the error, and many modes.
+    """
+    base, off = found.coarse, np.empty(0)
+    for resolution in RESOLUTIONS[1:]:
+        finer = solution(eqs, found.setting, mesh(eqs, found.setting.box, resolution), found.modes, pace)
+        mesh_error, room = np.abs(finer.means - base.means), 0.25 * within * abs(float(base.means[0]))
+        if mesh_error[0] <= room or pace.is_late(MORE * finer.form.memory) or MORE * finer.form.memory > MOST_MEMORY:
             break
-    return replace(found, setting=setting, modes_error=found.modes_error + off, coarse=coarse)
+        base = finer
+    setting, best = found.setting, base
+    for count in NOISE_MODES:
+        memory = base.form.memory * (count / setting.frame.noise_modes) ** 2
+        if best is not base and (off[0] <= room or memory > MOST_MEMORY or pace.is_late(memory)):
+            break
+        setting = replace(setting, frame=replace(setting.frame, noise_modes=count))
+        before, best = best, solution(eqs, setting, base.form.mesh, found.modes, pace)
+        off = np.abs(best.means - before.means)
+    return Answer(best.means, mesh_error, found.modes_error + off, found.box_error, best, finer, setting)
 
 
 def _with_fewer(eqs: Equations, setting: Setting, base: Solution, few: int) -> Solution:
@@ -177,35 +189,32 @@ def refined(
     No further mesh begins that would not end within ``budget`` seconds.  Noise of the stiffness leaves amplitudes A as
     likely as A^-(1 + tail), of which a box that is a fifth wider misses less by 1.2^-(tail - 2): so much is added.
 
-    Raises SimulationError where the equations are not solved.
+    Raises SimulationError where the equations are not solved, and soon where no answer would come in the budget.
     """
-    begin = time.perf_counter()
-
-    def late(took: float = 0.0) -> bool:
-        return budget is not None and time.perf_counter() - begin + COSTLIER * took > budget
-
+    pace, report = Pace(budget), progress or (lambda _: None)
     beyond = SAFETY / (1.0 - (1.0 + WIDER) ** (2.0 - max(tail, 2.1))) if eqs.n2 else 1.0
-    found = probed(eqs, within, 0 if budget else sum(within < fine for fine in FINE), late)
+    found = probed(eqs, within, 0 if budget else sum(within < fine for fine in FINE), pace)
     found = replace(found, box_error=beyond * found.box_error)
     if eqs.coloured is not None:
-        found = _with_noise_modes(eqs, found, within, late)
+        report(HALF_WAY)
+        answer = _coloured(eqs, found, within, pace)
+        report(1.0)
+        return answer
     coarse = found.coarse
     if coarse.form.mesh.degree != RESOLUTIONS[0].degree:  # modes and box were chosen on a finer mesh
         coarse = solution(eqs, found.setting, mesh(eqs, found.setting.box, RESOLUTIONS[0]), found.modes)
     best, first = None, 0.0
     for place in range(1, len(RESOLUTIONS)):
-        before = time.perf_counter()
         on = mesh(eqs, found.setting.box, RESOLUTIONS[place])
-        if best is not None and on.memory(found.modes * found.setting.frame.noise_modes**2) > MOST_MEMORY:
+        if best is not None and (on.memory(found.modes) > MOST_MEMORY or pace.is_late(on.memory(found.modes))):
             break
-        finer = solution(eqs, found.setting, on, found.modes)
+        finer = solution(eqs, found.setting, on, found.modes, pace)
         off = np.abs(finer.means - coarse.means)
         best = Answer(finer.means, off, found.modes_error, found.box_error, finer, coarse, found.setting)
         coarse, first = finer, first or best.share
-        if progress is not None:
-            progress(min(max(math.log(first / best.share), 0.1) / max(math.log(first / within), 0.1), 1.0))
+        report(min(max(math.log(first / best.share), 0.1) / max(math.log(first / within), 0.1), 1.0))
         mesh_matters = best.parts["mesh"] > 0.2 * (best.parts["modes"] + best.parts["box"])
-        if best.share <= within or not mesh_matters or late(time.perf_counter() - before):
+        if best.share <= within or not mesh_matters:
             break
     assert best is not None, "there are several resolutions"
     return best

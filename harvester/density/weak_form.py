@@ -129,6 +129,11 @@ class WeakForm:
         """The shape of a density."""
         return (self.modes, *self.x_mass.shape[:2], len(self.v_mass))
 
+    @property
+    def memory(self) -> float:
+        """The bytes that the factors of all modes take, each by itself."""
+        return self.mesh.memory(self.modes * self.frame.noise_modes**2)
+
     def diagonal_block(self, element: int) -> Floats:
         """The matrix of one x-element of mode 0, with its own part of the fluxes: rows are test functions."""
         up_down = self.v_up + self.v_down

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 # The relative error that is aimed at where none is asked for, that of coloured noise, and that at many points.
 USUAL, COLOURED, SWEPT = 1e-5, 1e-3, 1e-2
+LONGEST = 120.0  # seconds of a budget under coloured noise, where none is given
 REFUSED = 0.02  # the relative error above which there is no answer
 
 
@@ -89,8 +90,9 @@ class Density(Request, Engine):
         check_bounded(problem.equations)
         exists = existence(problem, sampled=False)
         tail = LIGHTEST if exists.tail is None else exists.tail.lowest
-        within = number(self.within) or (USUAL if problem.equations.coloured is None else COLOURED)
-        answer = refined(problem.equations, within, number(self.budget), progress, tail)
+        usual, longest = (USUAL, None) if problem.equations.coloured is None else (COLOURED, LONGEST)
+        budget = number(self.budget) or longest
+        answer = refined(problem.equations, number(self.within) or usual, budget, progress, tail)
         if not answer.share <= REFUSED:
             raise SimulationError(refusal("density_not_resolved", error=answer.share, **answer.parts))
         return exists, answer

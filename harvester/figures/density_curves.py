@@ -15,13 +15,14 @@ _LEAST = 1e-5  # of the peak: where a density ends on the picture
 
 
 def densities(found: DensitiesShape, title: str | None) -> Plot:
-    """Draw the densities of displacement and voltage, the phase plane, and impact speeds or the voltage's spectrum."""
+    """Draw the densities of displacement and voltage, alone and together, impact speeds and the voltage's spectrum."""
     u, path = found.unit_names, found.path
     settled = path.time >= 0.25 * path.time[-1]
     impacts = path.impacts[path.impacts[:, 0] >= 0.25 * path.time[-1]]
-    further = [one is not None for one in (found.impact_speed, found.spectrum)]
+    panels = 3 + sum(one is not None for one in (found.voltage_plane, found.impact_speed, found.spectrum))
+    rows = -(-panels // 2)
     with styled():
-        figure, grid = new(2 + all(further), 2, (WIDTH, 5.4 + 2.4 * all(further)))
+        figure, grid = new(rows, 2, (WIDTH, 0.6 + 2.4 * rows))
         places = iter(grid.ravel())
         curve = next(places)
         _curve(curve, "displacement", u.length, found.displacement, found.displacement_density)
@@ -29,7 +30,11 @@ def densities(found: DensitiesShape, title: str | None) -> Plot:
         curve = next(places)
         _curve(curve, "voltage", u.voltage, found.voltage, found.voltage_density)
         _histogram(curve, path.voltage[settled], scale("", u.voltage, found.voltage).factor)
-        _plane(next(places), found)
+        x, v = found.displacement[::4], found.velocity[::4]
+        _plane(next(places), found.phase_plane, ("displacement", u.length, x), ("velocity", u.speed, v))
+        if found.voltage_plane is not None:
+            axes = ("displacement", u.length, found.plane_displacement), ("voltage", u.voltage, found.plane_voltage)
+            _plane(next(places), found.voltage_plane, *axes)
         if found.impact_speed is not None and found.impact_density is not None:
             curve, rate = next(places), float(np.trapezoid(found.impact_density, found.impact_speed))
             _curve(curve, "impact speed", u.speed, found.impact_speed, found.impact_density / rate)
@@ -48,7 +53,9 @@ def densities(found: DensitiesShape, title: str | None) -> Plot:
         for unused in places:
             unused.remove()
         entitle(figure, title, "How is the motion distributed?")
-        legend(figure, "Lines: the density itself, without sampling. Grey: one path.")
+        legend(
+            figure, "Lines, velocity over displacement: the density itself. Grey, voltage over displacement: counted."
+        )
     return figure
 
 
@@ -69,12 +76,11 @@ def _histogram(here: Any, values: Floats, factor: float) -> None:
     here.stairs(time_spent(values / factor, edges), edges, fill=True, color=_PALE, zorder=0)
 
 
-def _plane(here: Any, found: DensitiesShape) -> None:
-    """Draw the density of displacement and velocity as colours."""
-    u = found.unit_names
-    of_x, of_v = scale("displacement", u.length, found.displacement), scale("velocity", u.speed, found.velocity)
-    x, v = found.displacement[::4] / of_x.factor, found.velocity[::4] / of_v.factor
-    here.pcolormesh(x, v, np.maximum(found.phase_plane, 0.0).T, cmap="viridis", rasterized=True, shading="nearest")
+def _plane(here: Any, density: Floats, *axes: tuple[str, str, Any]) -> None:
+    """Draw the density of two quantities as colours."""
+    of_x, of_y = (scale(*one) for one in axes)
+    x, y = axes[0][2] / of_x.factor, axes[1][2] / of_y.factor
+    here.pcolormesh(x, y, np.maximum(density, 0.0).T, cmap="viridis", rasterized=True, shading="nearest")
     here.grid(visible=False)
     here.set_xlabel(of_x.label)
-    here.set_ylabel(of_v.label)
+    here.set_ylabel(of_y.label)

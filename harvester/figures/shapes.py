@@ -93,7 +93,10 @@ class MotionShape(Protocol):
 
 
 class DensitiesShape(Protocol):
-    """Densities of a motion, and one path of it; ``phase_plane`` has the shape (k, k), at every fourth place."""
+    """Densities of a motion, and one path of it; ``phase_plane`` has the shape (k, k), at every fourth place.
+
+    ``voltage_plane`` is counted in bins with the centres ``plane_displacement`` and ``plane_voltage``.
+    """
 
     @property
     def unit_names(self) -> AnswerUnits: ...
@@ -109,6 +112,12 @@ class DensitiesShape(Protocol):
     def voltage_density(self) -> Floats: ...
     @property
     def phase_plane(self) -> Floats: ...
+    @property
+    def plane_displacement(self) -> Floats | None: ...
+    @property
+    def plane_voltage(self) -> Floats | None: ...
+    @property
+    def voltage_plane(self) -> Floats | None: ...
     @property
     def impact_speed(self) -> Floats | None: ...
     @property

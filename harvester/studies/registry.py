@@ -74,7 +74,9 @@ STUDIES = (
         "stationary_densities:Densities",
         "How SCENE's displacement, velocity, voltage and impacts are distributed; hops; first passages: no sampling.",
         (
-            Option("level", str, None, "A displacement such as '2 mm': the mean time until it is first passed."),
+            Option(
+                "level", str, None, "A displacement such as '2 mm', or a voltage: the mean time until it is passed."
+            ),
             Option("spectrum", int, 0, "At how many frequencies the density of the voltage is computed."),
             Option("within", str, None, "The relative error of the power that is aimed at.  Default: 0.01 %."),
             Option("seed", int, 0, "Of the path whose histogram stands beside the densities."),

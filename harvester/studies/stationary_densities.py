@@ -24,8 +24,9 @@ from harvester.errors import invalid, names_arguments
 from harvester.presentation.diagnostic import Diagnostic, note
 from harvester.presentation.result import TableResult
 from harvester.presentation.table import Column, Table
+from harvester.studies.counted_path import counted_passage, longer, voltage_plane
 from harvester.studies.motion import Motion, motion
-from harvester.studies.motion_in_time import hop_rate, passage_time, read_level, spectrum_of
+from harvester.studies.motion_in_time import forgetting, hop_rate, passage_time, read_level, read_voltage, spectrum_of
 from harvester.uncertainty.value import Value
 
 USUAL = 1e-4  # the relative error of E[V^2] that is aimed at
@@ -49,16 +50,20 @@ class Densities(TableResult):
     impact_rate
         a `Value`, impacts a second; None without a stop and where impacts accumulate.
     hop_rate
-        a `Value`: hops a second from one well to the other, either way; None without two wells that are apart.
+        a `Value`: hops a second from one well to the other, either way, without those that are taken back before mass
+        and load have forgotten where they came from; None without two wells that are apart.
     level, first_passage_time
-        a displacement (m), and the mean time (s), a `Value`, until it is first passed on either side; None where no
-        level was asked for.
+        a displacement (m) or voltage (V), and the mean time (s), a `Value`, until it is first passed on either side;
+        that of a voltage is counted on a path.  None where no level was asked for.
     displacement, velocity, voltage
         places (m, m/s, V).
     displacement_density, velocity_density, voltage_density
         the densities there (1/m, s/m, 1/V).
     phase_plane
         the density of displacement and velocity, shape (k, k), at every fourth of their places.
+    plane_displacement, plane_voltage, voltage_plane, voltage_plane_stderr
+        the density of displacement and voltage, shape (n, n), counted on a path in bins with these centres, shape (n,),
+        and its standard error; None without a load, where the voltage is the displacement.
     impact_speed, impact_density
         speeds at the stop (m/s), and the impacts a second and a unit of speed; None without a stop.
     largest_error
@@ -87,7 +92,9 @@ class Densities(TableResult):
     """
 
     NOT_SHOWN: ClassVar[frozenset[str]] = frozenset({"path", "level"})
-    NOT_IN_JSON: ClassVar[frozenset[str]] = frozenset({"path", "phase_plane"})
+    NOT_IN_JSON: ClassVar[frozenset[str]] = frozenset(
+        {"path", "phase_plane", "plane_displacement", "plane_voltage", "voltage_plane", "voltage_plane_stderr"}
+    )
     SHORT: ClassVar[tuple[str, ...]] = ("engine", "displacement_rms", "voltage_rms", "hop_rate", "first_passage_time")
 
     engine: str
@@ -116,6 +123,10 @@ class Densities(TableResult):
     frequency: Floats | None = None
     spectrum: Floats | None = None
     spectrum_error: float | None = None
+    plane_displacement: Floats | None = None
+    plane_voltage: Floats | None = None
+    voltage_plane: Floats | None = None
+    voltage_plane_stderr: Floats | None = None
 
     @property
     def table(self) -> Table:
@@ -152,7 +163,8 @@ def densities(
     scene
         a `Scene` that engine `Density` serves, or the path of a scene file.
     level
-        a displacement such as "2 mm", either side of 0, of which the mean time of the first passage is asked for.
+        a displacement such as "2 mm" or a voltage such as "5 V", either side of 0, of which the mean time of the first
+        passage is asked for.
     spectrum
         at how many frequencies, from a fifth of the resonance to five times it, the voltage's density is computed.
     within
@@ -181,27 +193,43 @@ def densities(
     """
     problem = served(Density, scene)
     eqs = problem.equations
-    asked = None if level is None else read_level(level, problem)
+    volts = None if level is None else read_voltage(level, problem)
+    asked = None if level is None or volts is not None else read_level(level, problem)
     if not 0 <= spectrum <= MOST_FREQUENCIES:
         raise invalid("`spectrum`", f"be a number of frequencies from 0 to {MOST_FREQUENCIES}", spectrum)
     begin = time.perf_counter()
     exists, answer = Density(within=within).solve(problem, progress)
     curves = _curves(problem, answer)
-    made = (exists.warning, accumulation(eqs), note("density_solved"))
-    explained = note("densities_explained", error=curves["largest_error"])
+    made = [exists.warning, accumulation(eqs), note("density_solved")]
+    path = motion(problem, seed=seed)
+    long = longer(path, problem, seed)
+    passage = None if asked is None else passage_time(problem, answer, asked)
+    if volts is not None:
+        forgets = 1.0 / (forgetting(problem, answer) * problem.units.frequency)
+        passage = counted_passage(long.time, long.voltage, volts, forgets)
+        made.append(note("passages_counted", time=float(long.time[-1])))
+    made.append(note("densities_explained", error=curves["largest_error"]))
     return Densities(
         engine=Density.NAME,
         **_means(problem, answer),
         **curves,
         hop_rate=hop_rate(problem, answer),
-        level=None if asked is None else asked * problem.units.length,
-        first_passage_time=None if asked is None else passage_time(problem, answer, asked),
+        level=volts if asked is None else asked * problem.units.length,
+        first_passage_time=passage,
         **(spectrum_of(problem, answer, np.geomspace(*SPAN, spectrum)) if spectrum else {}),
-        path=motion(problem, seed=seed),
+        **({} if eqs.mu is None else _plane(long, curves)),
+        path=path,
         seconds=time.perf_counter() - begin,
         physical=problem.physical,
-        diagnostics=(*(one for one in made if one is not None), explained),
+        diagnostics=tuple(one for one in made if one is not None),
     )
+
+
+def _plane(path: Motion, curves: dict[str, Any]) -> dict[str, Any]:
+    """The density of displacement and voltage, counted on a path, between the ends of their own densities."""
+    ends = ((float(curves[name][0]), float(curves[name][-1])) for name in ("displacement", "voltage"))
+    names = "plane_displacement", "plane_voltage", "voltage_plane", "voltage_plane_stderr"
+    return dict(zip(names, voltage_plane(path, *ends), strict=True))
 
 
 def _means(problem: Problem, answer: Answer) -> dict[str, Any]:
@@ -230,7 +258,8 @@ def _curves(problem: Problem, answer: Answer) -> dict[str, Any]:
         of = Marginals(one.form, one.p)
         both.append([of.displacement(x), of.velocity(v), *([of.impacts(w)] if stopped else [])])
     ours, coarse = both
-    finer = solution(problem.equations, answer.setting, answer.coarser.form.mesh, max(modes, MODES) if loaded else 1)
+    cheaper = min((answer.coarser, answer.solution), key=lambda one: one.form.mesh.memory(1)).form.mesh
+    finer = solution(problem.equations, answer.setting, cheaper, max(modes, MODES) if loaded else 1)
     voltage = Marginals(finer.form, finer.p)
     of_volts = voltage.voltage(volts)
     half = voltage.voltage(volts, max(finer.form.modes // 2, 1))

@@ -13,11 +13,13 @@ from harvester.density.mesh import RESOLUTIONS, mesh
 from harvester.density.refine import solution
 from harvester.density.relaxation import slowest_decay, voltage_spectrum
 from harvester.equations.coefficients import Equations
+from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, InputError, SimulationError
 from harvester.linear.level_crossings import peaks
 from harvester.linear.transfer import gains
 from harvester.mechanics.kernels.noise import gaussian_grid
 from harvester.mechanics.kernels.path import trace
+from harvester.studies.counted_path import counted_passage, longer, voltage_plane
 from tests.support.systems import PAPER, changed, linear, linear_v2, scene
 
 WELLS = Equations(c1=-0.5, n1=0.025, linear=-1.0, alpha=1.0)
@@ -96,6 +98,24 @@ def test_hops_are_those_that_a_path_makes():
     assert abs(hops - told.value * spent) < 4.0 * math.hypot(math.sqrt(hops), told.model * spent)
 
 
+@pytest.mark.thorough("test_rate_between_wells_is_that_of_kramers_and_below_it")
+@pytest.mark.statistics
+def test_two_deep_wells_with_a_slow_load_are_forgotten_as_on_a_path():
+    """The side on which the mass is, correlated over 100 and 800 time units; the load pulls it back after a hop."""
+    eqs = Equations(c1=-0.2, beta=0.1, mu=0.05, linear=-1.0, alpha=1.0, n1=0.01)
+    told = 2.0 * hv.densities(scene(eqs), within=1e-2).hop_rate.value  # both wells have half of the time
+    rows, start = [], None
+    for k in range(40):
+        one = trace(eqs, gaussian_grid(np.random.SeedSequence([k, 5]), 2_000_000), 0.05, 20, start)
+        start = float(one.x[-1]), float(one.v[-1]), float(one.V[-1])
+        side = np.sign(one.x)
+        rows.append([np.mean(side[:-lag] * side[lag:]) for lag in (100, 800)])
+    near, far = np.array(rows).T
+    error = (near / near.mean() - far / far.mean()).std() / math.sqrt(len(rows)) / 700.0
+    assert abs(math.log(near.mean() / far.mean()) / 700.0 - told) < 4.0 * error
+    assert error < 0.06 * told
+
+
 @pytest.mark.slow
 def test_spectrum_of_a_linear_scene_is_the_closed_form():
     eqs = linear(0.3, 0.7, c=0.1)
@@ -157,9 +177,37 @@ def test_rate_of_first_passages_is_that_counted_on_a_path(restitution):
     assert abs(math.log(ratio) + 100.0 * rate) < 4.0 * error
 
 
+@pytest.mark.thorough("test_a_study_has_all_of_it_in_units")
+@pytest.mark.statistics
+def test_passages_and_joint_density_of_a_path_are_those_of_a_linear_scene():
+    """Displacements, whose passages the density knows, and the Gaussian density of displacement and voltage."""
+    eqs = linear(0.3, 0.7, c=0.1)
+    problem, (px, pv) = Problem.of(scene(eqs)), peaks(eqs)
+    path = longer(hv.motion(problem), problem, 3)
+    setting = settled(eqs, 20.0)
+    for level in (2.0, 2.5):
+        told = 1.0 / displacement_rate(eqs, setting, level * px.deviation, 1, 6)
+        counted = counted_passage(path.time, path.displacement, level * px.deviation, 20.0)
+        assert abs(counted.value - told) < 4.0 * counted.stderr + 0.02 * told
+    ours = counted_passage(path.time, path.voltage, 2.5 * pv.deviation, 20.0)
+    assert 0.4 < 1.0 / pv.rice(2.5 * pv.deviation) / ours.value < 0.8  # Rice counts each passage of a clump
+    with pytest.raises(SimulationError, match="passed too rarely: give less"):
+        counted_passage(path.time, path.voltage, 6.0 * pv.deviation, 20.0)
+    with pytest.raises(SimulationError, match="passed too often: give more"):
+        counted_passage(path.time, path.voltage, 0.01 * pv.deviation, 20.0)
+    s, t = px.deviation, pv.deviation
+    x, v, density, error = voltage_plane(path, (-4.0 * s, 4.0 * s), (-4.0 * t, 4.0 * t))
+    rho, (a, b) = t / s, np.meshgrid(x / s, v / t, indexing="ij")  # E[x V] = E[V^2]
+    exact = np.exp(-0.5 * (a * a - 2.0 * rho * a * b + b * b) / (1.0 - rho**2))
+    exact /= 2.0 * math.pi * s * t * math.sqrt(1.0 - rho**2)
+    often = density > 0.1 * density.max()
+    z = ((density - exact) / error)[often]
+    assert np.abs(z).max() < 5.0 and np.sqrt((z**2).mean()) < 1.7
+
+
 @pytest.mark.slow
 def test_a_study_has_all_of_it_in_units():
-    found = hv.densities("examples/plate_with_stop.toml", within=1e-3)
+    found = hv.densities("examples/plate_with_stop.toml", within=1e-3, level="6 V")
     step = found.voltage[1] - found.voltage[0]
     assert found.voltage_density.sum() * step == pytest.approx(1.0, abs=1e-3)
     assert math.sqrt((found.voltage**2 * found.voltage_density).sum() * step) == pytest.approx(
@@ -167,7 +215,17 @@ def test_a_study_has_all_of_it_in_units():
     )
     speeds = found.impact_speed
     assert np.trapezoid(found.impact_density, speeds) == pytest.approx(found.impact_rate.value, rel=1e-3)
-    assert found.hop_rate is None and found.first_passage_time is None
+    assert found.hop_rate is None and found.level == 6.0
+    passage = found.first_passage_time
+    assert (
+        1.0 < passage.value / (1.0 / 6.4 * math.exp(0.5 * (6.0 / 2.887) ** 2)) < 4.0
+    )  # more than Rice's, as it clumps
+    assert passage.stderr < 0.1 * passage.value
+    bins = np.diff(found.plane_displacement)[0] * np.diff(found.plane_voltage)[0]
+    assert found.voltage_plane.sum() * bins == pytest.approx(1.0, abs=1e-3)
+    over_x = found.voltage_plane.sum(axis=1) * np.diff(found.plane_voltage)[0]
+    told = np.interp(found.plane_displacement, found.displacement, found.displacement_density)
+    assert np.abs(over_x - told).max() < 0.05 * told.max()
 
 
 def test_a_level_beyond_two_wells_is_passed_less_often_than_they_are_changed():
@@ -181,6 +239,8 @@ def test_bad_input_is_told():
         hv.densities(scene(PAPER), level=-1.0)
     with pytest.raises(InputError, match="for a nondimensional scene"):
         hv.densities(scene(PAPER), level="1 mm")
+    with pytest.raises(InputError, match="`level` must be a distance from rest"):
+        hv.densities("examples/plate.toml", level="3 ohm")
     with pytest.raises(InputError, match="between its stops"):
         hv.densities(scene(changed(PAPER, c1=-0.05, gap=-0.2)), level=0.1)
     with pytest.raises(InputError, match="`spectrum` must be"):

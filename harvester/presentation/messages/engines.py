@@ -195,8 +195,12 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "density_not_resolved": "the density is not resolved: its error would be {error:.2g} (mesh {mesh:.1g}, modes "
     "{modes:.1g}, box {box:.1g}); use engine 'ensemble'",
     "density_not_solved": "the equations of the density were not solved: use engine 'ensemble'",
+    "density_needs_time": "no density in a `budget` of {budget:.3g} s, as it takes about {seconds:.2g} s at least: give "
+    "a longer one, or use engine 'ensemble'",
     "density_without_slow_decay": "no decay is slower than all others: the density comes to rest in waves",
     "densities_explained": "a coarser mesh, and half the terms for the voltage, change no density by more than {error:.1g} of its peak",
+    "passages_counted": "the first passages of the voltage are counted, on a path of length {time:.3g}: the modes of the "
+    "density do not resolve them",
     "density_without_box": "no box was found that holds the density: use engine 'ensemble'",
     "needs_noise": "engine {engine!r} must have noise of the base (acceleration_psd, D11), without which there is no "
     "density to solve: use engine 'ensemble'",

@@ -36,8 +36,10 @@ def _alike_designs(count: int) -> str:
 
 
 def _by_blocks(blocks: int, time: float, unit: str, times: float) -> str:
-    longer = f", {times:.3g} times what was counted" if times > 1.0 else ""
-    return f"extrapolated from the largest values of {blocks} blocks of a path of {time:.3g}{unit}{longer}"
+    text = f"extrapolated from the largest values of {blocks} blocks of a path of {time:.3g}{unit}"
+    if times <= 1.0:
+        return text
+    return f"{text}, {times:.3g} times what was counted; whether the tail keeps its law beyond that is not known"
 
 
 MESSAGES: dict[str, str | Callable[..., str]] = {
@@ -102,7 +104,8 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "no_shares_constant": "no sensitivity: the power does not change over the spreads",
     # Largest values over a lifetime.
     "by_rice": "Rice's formula: the response is Gaussian; the model's error is up to where every passage counts alone",
-    "by_first_passages": "by the rate of first passages of the density, without sampling ({solved} solutions)",
+    "by_first_passages": "the displacement alone, by the rate of first passages of the density, without sampling "
+    "({solved} solutions); its modes do not resolve those of a voltage, whose levels are by Rice's formula or counted",
     "by_blocks": _by_blocks,
     "few_impacts": "of {blocks} blocks {hit} have an impact: too few for the largest impact speed of a lifetime",
     # Fronts.
