@@ -12,6 +12,8 @@ begins without voltage, with m = phi/(phi.phi), e = exp(-mu h) and g = (1 - e)/m
 All of a lane i is in one array z, shape (rows x BATCH,): row j is y_j, row n + j is v_j, row 2 n is V, and those from
 there on are what a kernel adds up.  Places that differ by constants are known to the compiler not to be the same, so
 that loops over lanes become vector instructions; in several arrays a step takes three to five times as long.
+
+Long because drift, kick and rest on a stop are one step, whose parts share the rows of z.
 """
 
 import math
