@@ -13,6 +13,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from harvester import figures
+from harvester.answers.open_balance import open_balance
 from harvester.arrays import Floats
 from harvester.cosimulation.model_protocol import can_be_compiled, check_model
 from harvester.cosimulation.model_runs import ModelJob, packed, run_model
@@ -227,6 +228,7 @@ def cosimulate(
     job = ModelJob(model, start, load, port, h, steps, every, seed, (tolerance, volts), probes, whole)
     run = next(map_in_workers(run_model, [(packed(job),)]))
     state = {name: run.samples[:, k] for k, name in enumerate(start._fields)}
+    doubt = open_balance(Value(run.ledger.residual))
     ledger = {LEDGER + name: getattr(run.ledger, name) for name in ("input", "circuit", "load", "stored")}
     return Cosimulation(
         time=h * every * np.arange(len(run.samples), dtype=np.float64),
@@ -245,7 +247,7 @@ def cosimulate(
         compiled=whole,
         probes={one.name: values for one, values in zip(probes, run.probed, strict=True)},
         probe_units={one.name: one.unit for one in probes},
-        diagnostics=(note("model_path"),),
+        diagnostics=(*([] if doubt is None else [doubt]), note("model_path")),
     )
 
 

@@ -16,7 +16,7 @@ import numpy as np
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.equations.scales import Scales
-from harvester.linear.transfer import amplitudes, gains, white
+from harvester.linear.transfer import amplitudes, gains, stationary, white
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 
 MISSES = 0.1  # of the largest power: below, the drive misses the resonance
@@ -25,24 +25,31 @@ OFTEN, SELDOM = 0.1, 1e-3  # times a period
 
 
 def variances(eqs: Equations) -> tuple[float, float] | None:
-    """The variances E[x^2] and E[x'^2] of the linear equations under white noise, without a stop; None without."""
+    """The variances E[w^2] and E[w'^2] of the linear equations under white noise, without a stop; None without.
+
+    What meets the stop is w: the displacement x, of several modes phi.y (`harvester.equations.modes`).
+    """
     if eqs.n1 is None or not (eqs.c1 or 0.0) < 0.0:
         return None
     at_one = white(eqs)
-    return eqs.n1 * at_one.x2, eqs.n1 * at_one.speed2
+    if eqs.modes is None or not math.isfinite(at_one.x2):
+        return eqs.n1 * at_one.x2, eqs.n1 * at_one.speed2
+    found, phi, n = stationary(eqs), np.array(eqs.modes.contact), eqs.modes.count
+    return eqs.n1 * float(phi @ found[:n, :n] @ phi), eqs.n1 * float(phi @ found[n : 2 * n, n : 2 * n] @ phi)
 
 
 def amplitude(eqs: Equations) -> float | None:
-    """The amplitude of the linear response to the drive, without a stop; None without a drive."""
+    """The amplitude of what meets the stop in the linear response to the drive, without that; None without a drive."""
     if eqs.drive is None or eqs.drive_frequency is None:
         return None
-    return float(eqs.drive * np.abs(amplitudes(eqs, eqs.drive_frequency)[0]))
+    at_stop = None if eqs.modes is None else eqs.modes.contact
+    return float(eqs.drive * np.abs(amplitudes(eqs, eqs.drive_frequency, at_stop)[0]))
 
 
 def stop_hits(problem: Problem) -> tuple[list[Diagnostic], dict[str, Any]]:
-    """How often the stop is hit, and the facts behind it; empty without a stop."""
+    """How often the stop is hit, and the facts behind it; empty without a stop, and for a ball's box."""
     eqs, s = problem.equations, problem.scales
-    if eqs.restitution is None:
+    if eqs.restitution is None or eqs.has_ball:
         return [], {}
     gap = eqs.gap or 0.0
     if gap == 0.0:  # against a stop there a swing lasts half a period
@@ -54,7 +61,7 @@ def stop_hits(problem: Problem) -> tuple[list[Diagnostic], dict[str, Any]]:
         return [note("stop_pressed", "stop", force=force)], {"stop": "pressed"}
     moments, peak = variances(eqs), amplitude(eqs)
     distance = gap * s.length
-    if moments is not None and peak is None:
+    if moments is not None and math.isfinite(moments[0]) and peak is None:
         return _under_noise(eqs, s, *moments)
     if peak is not None and math.isfinite(peak):
         known = {"peak": peak * s.length, "distance": distance, "is_noisy": bool(eqs.n1)}

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from harvester.answers.estimate import Estimate
+from harvester.answers.open_balance import open_balance
 from harvester.engines import sampling
 from harvester.engines.coexisting_responses import may_have_several, steady_responses
 from harvester.engines.driven_motion import driven_motion
@@ -154,6 +155,7 @@ class Ensemble(MonteCarloOptions, Engine):
         )
         samples = sampler.pair.entries("V2"), sampler.pair.entries(setup.model.name) * setup.model.factor
         details, steps, seconds = sampler.details(), sampler.pair.steps, time.perf_counter() - setup.begin
+        diagnostics.append(sampler.open_balance(details))
         answer = estimate(self.NAME, problem, v2, power, diagnostics, seconds, steps, details, *samples)
         return dataclasses.replace(answer, responses=responses)
 
@@ -249,6 +251,15 @@ class EnsembleSampler:
         """The note that tells what was chosen for a target."""
         setup = self.setup
         return sampling.step_and_effort(self.pair, setup.model.name, within, setup.unit, setup.problem.physical)
+
+    def open_balance(self, details: dict[str, float]) -> Diagnostic | None:
+        """The warning of a power balance among the details that is not closed; None without one."""
+        if self.setup.model.circuit is not None:
+            return None
+        names = "power_balance", "power_balance_stderr", "power_balance_bias"
+        balance, stderr, bias = (details[name] for name in names)
+        entries = self.setup.trajectories.count // self.setup.trajectories.together
+        return open_balance(Value(balance, stderr, bias, dof=entries - 1.0))
 
     def details(self) -> dict[str, float]:
         """The numbers of the run, and where the equations have no circuit, its power balance."""

@@ -36,9 +36,10 @@ def of_chip(details: dict[str, float], values: dict[str, float]) -> list[tuple[s
 
 def sentence(found: dict[str, Any], sizes: dict[str, str]) -> str:
     """A path and its sizes in words."""
-    hits = f", {found['impacts']} impacts since rest" if found["stops"] else ""
+    hits = "" if found["impacts"] is None else f", {found['impacts']} impacts since rest"
     words = ", ".join(f"{name} {size}" for name, size in sizes.items())
-    return f"the last 12 periods of one path by {found['engine']}{hits}: {words}; a path is no mean"
+    told = f"the last 12 periods of one path by {found['engine']}{hits}: {words}; a path is no mean"
+    return "; ".join((told, *found["not_drawn"]))
 
 
 class Beside:

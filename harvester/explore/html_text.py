@@ -43,6 +43,12 @@ def problem_line(text: str) -> str:
     return f'<div class="error" role="alert">{escape(plain(" ".join(text.split())))}</div>' if text else ""
 
 
+def without_knobs(tables: Iterable[str]) -> str:
+    """That tables of the scene have no knobs on the page."""
+    names = " and ".join("[[mode]]" if one == "mode" else f"[{one}]" for one in tables)
+    return f'<div class="by">{escape(names)} of the scene counts as its file has it: there are no knobs for it.</div>'
+
+
 class Power(NamedTuple):
     """The power at a working point, of the engine nearest to the truth: in W or nondimensional, as ``unit`` says.
 

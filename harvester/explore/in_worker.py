@@ -43,7 +43,8 @@ def path(tables: dict[str, Any]) -> dict[str, Any]:
         "V": voltage.tolist(),
         "stops": list(found.stops),
         "physical": found.physical,
-        "impacts": len(found.impacts),
+        "impacts": found.number_of_impacts,
+        "not_drawn": [str(one) for one in found.diagnostics if one.code in ("stop_not_drawn", "ball_not_drawn")],
         "engine": found.engine,
     }
 

@@ -7,7 +7,7 @@ from typing import Any
 import panel as pn
 
 from harvester.errors import InputError
-from harvester.explore import circuits
+from harvester.explore import circuits, html_text, looks
 from harvester.explore.draft import PARAMETER, RESISTANCE, WORDS, Draft
 from harvester.explore.effects import EffectCard, possible
 from harvester.explore.knob import Changed, Knob, WordKnob
@@ -30,6 +30,9 @@ class Knobs:
         self.pictures: dict[str, Any] = {}
         self._load = pn.Column(sizing_mode="stretch_width", margin=0)
         cards = [self._card(table) for table in _CARDS]
+        if draft.beside:
+            told = html_text.without_knobs(draft.beside)
+            cards.insert(0, pn.pane.HTML(told, stylesheets=[looks.WORDS], css_classes=["beside"]))
         self.view = pn.Column(*cards, sizing_mode="stretch_width", margin=0)
         self.refresh()
 

@@ -1,5 +1,6 @@
 """The scene file of an identified device: values with their intervals as comments, and what is still missing."""
 
+import math
 from pathlib import Path
 
 from harvester.devices import scene_file
@@ -44,7 +45,31 @@ def text(found: IdentificationResult, title: str) -> str:
         for one in found.parameters
         if one.key.partition(".")[0] not in OWN
     ]
-    return "\n".join([*lines, "", "# Measured too:", *rest]) + "\n"
+    return "\n".join([*lines, *_second_mode(found), "", "# Measured too:", *rest]) + "\n"
+
+
+def _second_mode(found: IdentificationResult) -> list[str]:
+    """The table of a second mode as comments, as an impedance does not tell what part it has in the base's motion.
+
+    It tells theta^2/M: the mass is that of the first mode, which makes base and at_stop what they are in that scale.
+    """
+    values = {one.key.removeprefix("mode.2."): one.value for one in found.parameters}
+    if "frequency" not in values or not is_whole(found):
+        return []
+    mass = values["oscillator.mass"]
+    rows = [
+        ("[[mode]]", "the second: take the # in front away once `base` is known"),
+        (f"frequency = {values['frequency']:.9g}", "Hz, in short circuit"),
+        (f"damping_ratio = {values['damping_ratio']:.9g}", ""),
+        (f"mass = {mass:.9g}", "kg, as the first, which sets the scale of what follows"),
+        (
+            f"coupling = {math.sqrt(values['coupling_squared_per_mass'] * mass):.9g}",
+            "N/V; its sign goes with that of base",
+        ),
+        ("base = ?", "not determined: participation in the base's acceleration"),
+        ("at_stop = ?", "not determined: displacement at a stop over that of the mode"),
+    ]
+    return ["", *(f"{f'# {line}':<{scene_file.WIDTH}} # {word}".rstrip(" #") for line, word in rows)]
 
 
 def comment(one: Parameter) -> str:

@@ -14,6 +14,7 @@ below the resonance is at 180 degrees to that acceleration, at the resonance at 
 
 import cmath
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -56,8 +57,10 @@ def white(eqs: Equations) -> WhiteResponse:
     return WhiteResponse(x2 / loss, (x2 + beta) / loss, 1.0 / loss, sharpness)
 
 
-def amplitudes(eqs: Equations, w: Floats | float) -> Complexes:
+def amplitudes(eqs: Equations, w: Floats | float, along: Sequence[float] | None = None) -> Complexes:
     """Complex amplitudes of x and V under a = exp(i w t), one of each a frequency, shape (2, ...).
+
+    Of several modes that ``along`` another direction than the oscillator's, in the place of x's.
 
     With a spring of two wells they are those of small motions in the first, whose stiffness takes the place of the 1.
     Infinite at a resonance where nothing takes energy.
@@ -68,7 +71,7 @@ def amplitudes(eqs: Equations, w: Floats | float) -> Complexes:
         rest = next(iter(eqs.resting_places), 0.0)  # none where the spring pushes the mass away
         stiffness = linear + rest * (2.0 * alpha2 + 3.0 * alpha * rest)
     if eqs.modes is not None:
-        return _amplitudes_of_modes(eqs, np.asarray(w), stiffness)
+        return _amplitudes_of_modes(eqs, np.asarray(w), stiffness, along)
     with np.errstate(divide="ignore", invalid="ignore"):
         voltage = s / (s + mu) if mu else np.ones_like(s)
         x = 1.0 / (stiffness + s * (s - (eqs.c1 or 0.0)) + (eqs.beta or 0.0) * voltage)
@@ -102,7 +105,7 @@ def _white_of_modes(eqs: Equations) -> WhiteResponse:
     return WhiteResponse(float(moved), float(speed), float(v2), float((0.5 * np.abs(values) / losses).max()))
 
 
-def _amplitudes_of_modes(eqs: Equations, w: Floats, spring: float) -> Complexes:
+def _amplitudes_of_modes(eqs: Equations, w: Floats, spring: float, along: Sequence[float] | None) -> Complexes:
     """`amplitudes` of several modes: (K + s D + s^2 + beta V/(s.y) s s^T) y = g a at each frequency."""
     modes = eqs.modes
     assert modes is not None
@@ -115,7 +118,7 @@ def _amplitudes_of_modes(eqs: Equations, w: Floats, spring: float) -> Complexes:
         dynamic = stiffness + s * damping + s * s * np.eye(modes.count)
         dynamic = dynamic + (eqs.beta or 0.0) * voltage * np.outer(coupling, coupling)
         y = np.linalg.solve(dynamic, np.broadcast_to(base[:, None], (len(s), modes.count, 1)))[:, :, 0]
-        found[0, first : first + AT_ONCE] = y @ modes.direction
+        found[0, first : first + AT_ONCE] = y @ (modes.direction if along is None else along)
         found[1, first : first + AT_ONCE] = voltage[:, 0, 0] * (y @ coupling)
     return found.reshape(2, *w.shape)
 

@@ -55,7 +55,7 @@ class Motion(TableResult):
     impacts
         a row (time, speed) for each impact, shape (m, 2); the speed is negative at the opposite stop.
     stops
-        where the stops are (m).
+        where the stops of the displacement are (m): none of a ball, nor of a sum of modes, which meets its own.
     shown
         the length of the last part, which a plot shows.
     step
@@ -109,8 +109,8 @@ class Motion(TableResult):
 
     @property
     def number_of_impacts(self) -> int | None:
-        """How many impacts it has; None without a stop."""
-        return len(self.impacts) if self.stops else None
+        """How many impacts it has; None without a stop or a ball."""
+        return len(self.impacts) if self.stops or len(self.impacts) else None
 
     def plot(self, title: str | None = "") -> "figures.Plot":
         """The path as a matplotlib figure."""
@@ -216,7 +216,7 @@ def motion(
         step=h / unit,
         physical=problem.physical,
         engine=engine,
-        diagnostics=(*unusual_values(problem.scene), *notes, note("one_path")),
+        diagnostics=(*unusual_values(problem.scene), *notes, *_not_drawn(problem.equations), note("one_path")),
         probes={one.name: values / problem.in_circuit(one.unit) for one, values in zip(probes, seen, strict=True)},
         probe_units={one.name: one.unit if problem.physical else "" for one in probes},
         hides_noise=base is not None and problem.equations.n1 is not None,
@@ -268,14 +268,17 @@ def _computed(
     return *path_in_ngspice(problem, noise, h, stride, shaking, probes, expected), stride
 
 
-def _stops(eqs: Equations) -> Iterator[float]:
-    """Where the stops are."""
-    if eqs.has_ball:
-        return
-    if eqs.restitution is not None or eqs.stop_stiffness is not None:
-        yield -(eqs.gap or 0.0)
-    if eqs.opposite_gap is not None:
-        yield eqs.opposite_gap
+def _stops(eqs: Equations) -> tuple[float, ...]:
+    """Where the stops are that the displacement alone meets."""
+    if eqs.modes is not None and eqs.modes.contact != tuple(eqs.modes.direction):
+        return ()
+    return tuple(one for one in eqs.stops if math.isfinite(one))
+
+
+def _not_drawn(eqs: Equations) -> Iterator[Diagnostic]:
+    """What is to be said of stops that are others than those."""
+    if eqs.modes is not None and not (eqs.restitution is None and eqs.stop_stiffness is None) and not _stops(eqs):
+        yield note("ball_not_drawn" if eqs.has_ball else "stop_not_drawn")
 
 
 def _probes(texts: Sequence[str], problem: Problem, engine: str) -> tuple[Probe, ...]:

@@ -8,6 +8,7 @@ from harvester.devices.interpretation import meaning
 from harvester.devices.linear_response import amplitude, variances
 from harvester.equations.bounds import flow
 from harvester.equations.coefficients import Equations
+from harvester.equations.modes import Modes
 from tests.support.datasheet import NOISE, SHEET, problem_of
 from tests.support.systems import lyapunov
 
@@ -18,6 +19,21 @@ def test_stop_without_noise_or_with():
     assert variances(eqs) == pytest.approx(np.diag(lyapunov(eqs))[:2])
     x = np.linalg.solve(1.3j * np.eye(3) - flow(eqs), np.array([0.0, eqs.drive, 0.0]))
     assert amplitude(eqs) == pytest.approx(abs(x[0]))
+
+
+def test_what_meets_the_stop_of_several_modes():
+    """It is the sum phi.y of all displacements: by the integral of its response to noise, and at one frequency."""
+    modes = Modes((0.0, 9.0), (0.0, 0.06), (1.0, -0.5), (1.0, 0.4), (1.0, -0.7))
+    eqs = Equations(beta=0.3, mu=0.6, c1=-0.1, n1=0.3, drive=2.0, drive_frequency=1.3, modes=modes)
+    base, contact = np.array([0.0, 0.0, *modes.base, 0.0]), np.array([*modes.contact, 0.0, 0.0, 0.0])
+    w = np.linspace(-60.0, 60.0, 120_001)
+    response = np.linalg.solve(1j * w[:, None, None] * np.eye(5) - flow(eqs), base[:, None])[..., 0] @ contact
+    x2, v2 = (np.trapezoid(0.3 / np.pi * abs(response) ** 2 * power, w) for power in (1.0, w * w))
+    found = variances(eqs)
+    assert found[0] == pytest.approx(x2, rel=1e-4)
+    assert found[1] == pytest.approx(v2, rel=0.02)  # the integral falls as 1/w^2
+    at = np.linalg.solve(1.3j * np.eye(5) - flow(eqs), 2.0 * base) @ contact
+    assert amplitude(eqs) == pytest.approx(abs(at))
 
 
 @pytest.mark.slow

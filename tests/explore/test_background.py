@@ -9,7 +9,7 @@ import pytest
 
 import harvester as hv
 from harvester.explore.background import Background
-from harvester.explore.draft import first
+from harvester.explore.draft import Draft, first
 
 pytestmark = pytest.mark.slow
 
@@ -22,9 +22,18 @@ def last(told):
     return said.pop(), said
 
 
-def test_the_answer_is_the_engines():
+BALL = {"mass": "2 g", "room": "0.4 mm", "restitution": 0.7, "tilt": 30}
+
+
+@pytest.mark.parametrize(
+    "ball", [None, pytest.param(BALL, marks=pytest.mark.thorough("test_the_answer_is_the_engines"))]
+)
+def test_the_answer_is_the_engines(ball):
+    """With a ball, too, which has no knobs."""
     told = queue.Queue()
     draft = first()
+    if ball is not None:
+        draft = Draft(draft.scene().replace(stop=None, ball=hv.Ball(**ball)))
     Background(draft.tables(), "ensemble", "5%", told.put)
     answer, before = last(told)
     own = hv.run(draft.scene(), "ensemble", within=0.05)

@@ -9,12 +9,14 @@ import numpy as np
 import pytest
 
 import harvester as hv
+from harvester.equations.problem import Problem
 from harvester.explore import beside, downloads, html_text, in_worker, pictures
 from harvester.explore.draft import Draft, first
 from harvester.explore.latest_request import Newest
 from harvester.explore.live import best, engineering, live
 from harvester.explore.slider_scale import slide
 from tests.support.paths import ROOT
+from tests.support.systems import BEAM
 
 
 def looked(draft, key="load.resistance", fine=False):
@@ -129,6 +131,36 @@ def test_a_node_goes_with_its_circuit_and_not_with_the_resistor():
     told = html_text.life(found)
     assert "packets an hour" in told and "of the possible" in told and "its interval limits it" in told
     assert "no such circuit" in html_text.life({"error": "no such circuit"})
+
+
+UNDER = hv.Magnifier(mass="30 g", stiffness="4 N/mm", restitution=0.4, gap="0.02 mm")
+BESIDE = {
+    "modes": (BEAM.replace(stop=hv.Stop(restitution=0.9, gap="0.05 mm")), "the stop is not drawn"),
+    "magnifier": (BEAM.replace(mode=(), magnifier=UNDER), "the stop is not drawn"),
+    "ball": (BEAM.replace(mode=(), ball=hv.Ball(mass="2 g", room="0.1 mm", restitution=0.7)), "the ball is not drawn"),
+}
+
+
+@pytest.mark.parametrize("name", BESIDE)
+def test_what_the_numbers_of_several_masses_mean(name):
+    """A stop is hit by all modes together, and a ball's box is no stop to be reached."""
+    scene, _ = BESIDE[name]
+    told, _ = html_text.meanings(Problem(scene))
+    assert "Coupling" in told
+    assert ("without it the displacement is" in told) == (name != "ball")
+    assert f"[{name.rstrip('s')}]" in html_text.without_knobs(Draft(scene).beside)
+
+
+@pytest.mark.slow
+@pytest.mark.thorough("test_what_the_numbers_of_several_masses_mean")
+@pytest.mark.parametrize("name", BESIDE)
+def test_a_path_of_several_masses(name):
+    """It shows the mass alone, and counts the impacts; stops that the displacement alone does not meet are left out."""
+    scene, said = BESIDE[name]
+    found = in_worker.path(scene.tables())
+    assert found["stops"] == [] and found["impacts"] > 0
+    told = beside.sentence(found, beside.of_path(scene, found))
+    assert f"{found['impacts']} impacts" in told and said in told
 
 
 def test_what_is_known_beside_the_power_goes_with_its_design():

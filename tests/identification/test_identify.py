@@ -99,6 +99,25 @@ def test_two_resonances(tmp_path, other):
         assert abs(found[key].value - value) < 2.2 * 0.5 * (found[key].high - found[key].low), key
 
 
+def test_a_scene_of_two_resonances(harvester, tmp_path):
+    """What it has of the second mode becomes a scene of two modes, and runs, where `base` is filled in."""
+    names, (first, second) = bench.several_modes(np.random.default_rng(3), tmp_path, (6.3, 3.0))
+    scene = tmp_path / "two.toml"
+    assert harvester("identify", *names, "--known", f"mass={float(first.mass)!r}", "--out", scene)[0] == 0
+    written = scene.read_text()
+    assert hv.loads(written).mode == ()
+    shaken = written.replace("# [[mode]]", "[[mode]]").replace("# base = ?", "base = -0.4")
+    for key in ("frequency", "damping_ratio", "mass", "coupling"):
+        shaken = shaken.replace(f"# {key} = ", f"{key} = ")
+    shaken += '[excitation]\nacceleration_psd = "1e-4 g^2/Hz"\n[load]\nresistance = "200 kohm"\n'
+    found = hv.loads(shaken)
+    (mode,) = found.mode
+    assert mode.frequency == pytest.approx(second.f0, rel=1e-3)
+    assert mode.coupling**2 / mode.mass == pytest.approx(second.theta**2 / second.mass, rel=0.01)
+    powers = [hv.run(one, "exact").mean_power.value for one in (found, found.replace(mode=()))]
+    assert powers[0] > 1.001 * powers[1]
+
+
 def test_what_two_modes_do_not_say_is_told(tmp_path):
     """A third resonance leaves a pattern, which is said; a single one none."""
     names, _ = bench.several_modes(np.random.default_rng(3), tmp_path, (1.25, 0.6), (1.5, 0.6))

@@ -4,9 +4,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from harvester.answers.open_balance import open_balance
 from harvester.errors import SimulationError
 from harvester.presentation.diagnostic import Diagnostic, warning
-from harvester.uncertainty.value import mean_and_error
+from harvester.uncertainty.value import Value, mean_and_error
 
 if TYPE_CHECKING:
     from harvester.cosimulation.lockstep.energy_ledger import EnergyLedger
@@ -29,8 +30,13 @@ def gives_power(watts: float) -> SimulationError:
 
 
 def ledger_doubts(ledgers: "list[EnergyLedger]") -> list[Diagnostic]:
-    """Warnings of a netlist that gives energy, or goes on storing it, beyond the errors of several runs."""
-    found = list[Diagnostic]()
+    """Warnings of ledgers that do not close, and of a netlist that gives energy, or goes on storing it.
+
+    Each beyond the errors of several runs.
+    """
+    residual, error = mean_and_error(np.array([one.residual for one in ledgers]))
+    sums_up = open_balance(Value(residual, error, dof=len(ledgers) - 1.0))
+    found = [] if sums_up is None else [sums_up]
     load = abs(float(np.mean([one.load for one in ledgers])))
     given, error = mean_and_error(-np.array([one.circuit for one in ledgers]))
     if given - SURE * error > GIVEN * load:

@@ -12,6 +12,8 @@ begins without voltage, with m = phi/(phi.phi), e = exp(-mu h) and g = (1 - e)/m
 All of a lane i is in one array z, shape (rows x BATCH,): row j is y_j, row n + j is v_j, row 2 n is V, and those from
 there on are what a kernel adds up.  Places that differ by constants are known to the compiler not to be the same, so
 that loops over lanes become vector instructions; in several arrays a step takes three to five times as long.
+
+Long because drift, kick and rest on a stop are one step, whose parts share the rows of z.
 """
 
 import math
@@ -165,7 +167,7 @@ def kick_modes(i, z, xi, h, c, a):
     if c.pull is not None:
         z[(2 * len(c.k) - 1) * BATCH + i] -= h * c.pull
     if stuck:
-        _keep_on_stop(i, z, c)
+        _keep_on_stop(i, z, x, h, c)
     if a is not None:
         work += 0.5 * h * a * along(c.g, z, len(c.k), i)
     return work
@@ -226,14 +228,30 @@ def _nearer_stop(w, c):
 
 
 @forced
-def _keep_on_stop(i, z, c):
-    """Take the speed along phi of a mass that a kick would push into the stop it rests on."""
+def _keep_on_stop(i, z, x, h, c):
+    """Take the speed along phi of a mass that a kick of length h would push into the stop it rests on.
+
+    The stop's impulse acts during the kick and is damped as others are: the mass rests where forces are in balance.
+    """
     if c.contact is None:
         return
-    into, (_, away) = along(c.phi, z, len(c.k), i), _nearer_stop(along(c.phi, z, 0, i), c)
+    into, (_, away), size = along(c.phi, z, len(c.k), i), _nearer_stop(along(c.phi, z, 0, i), c), 0.0
     if away * into < 0.0:
         for j in range(len(c.m)):
-            z[(len(c.k) + j) * BATCH + i] -= c.m[j] * into
+            size += c.phi[j] * c.phi[j] * _left_of_impulse(i, j, z, x, h, c)
+        for j in range(len(c.m)):
+            z[(len(c.k) + j) * BATCH + i] -= into / size * c.phi[j] * _left_of_impulse(i, j, z, x, h, c)
+
+
+@forced
+def _left_of_impulse(i, j, z, x, h, c):
+    """What the damping of coordinate j leaves of an impulse in a kick of length h, as of `kick_modes`."""
+    if c.e is not None:
+        return 1.0
+    loss = h * c.d[j]
+    if j == 0 and is_damped(c.own):
+        loss = h * friction(x, z[len(c.k) * BATCH + i], c.own)
+    return (1.0 + 0.5 * loss) / (1.0 + loss + 0.5 * loss * loss)
 
 
 @forced

@@ -133,6 +133,8 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
         f"a mean power below 0, {amount(power, unit)}, is none that a load takes: its runs are too few or too short, or "
         "its error is larger than it says"
     ),
+    "open_balance": "the energy does not add up: {share:.2%} of the power is not accounted for, where the errors of sampling "
+    "and step explain {most:.2%}; the mean power may be as wrong: compare with half of the step",
     "power_above_bound": lambda power, bound, unit, why: (
         f"a mean power of {amount(power, unit)} is more than this shaking gives any device, {amount(bound, unit)} "
         f"({why}): its runs are too few or too short, or its error is larger than it says"

@@ -8,7 +8,8 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "fit_is_off": "the fit is off by {percent:.2g} % rms: the device is not one linear mode there, or a load or unit is not as stated; the intervals hold only the scatter",
     "residual_has_a_pattern": "the residual of {file} ({curve}) is no noise, most about {at:.4g} Hz: neighbouring points agree (correlation {correlation:+.2f}); another mode, a stop that is not rigid, or a load or unit that is not as stated; the intervals hold only the scatter",
     "many_outliers": "{left_out} of the {points} points of {file} ({curve}) are left out as outliers: the fit may be of another device",
-    "two_resonances": "the impedance holds two resonances: fitted with two modes, of which mode.2 is the one above",
+    "two_resonances": "the impedance holds two resonances: fitted with two modes, of which mode.2 is the one above; as it does not "
+    "tell what part that has in the base's motion (base), its [[mode]] is a comment in a scene",
     "clamped_impedance": "a clamped impedance has no resonance: measure it free too",
     "fit_at_boundary": "the fit ends at its boundary, so that no interval holds it: measure more impacts",
     "no_such_device": "the fit gives {value:.3g} {unit}, which no such device has: check loads and units",

@@ -11,6 +11,8 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "step_bias_not_counted": "the bias of the step is not known for a netlist of one's own, and not counted",
     "setting_failed": "({setting}) failed: {why}",
     "did_not_run": "did not run: {why}",
+    "stop_not_drawn": "the stop is not drawn: it is met by several displacements together, not by the one that is shown",
+    "ball_not_drawn": "the ball is not drawn: what is shown is the motion of the mass that carries it",
     "one_path": "one path is no mean: for the power and its error, harvester run",
     "smaller_step_converges": "ngspice did not converge with a step of {asked}: it is {taken}",
 }

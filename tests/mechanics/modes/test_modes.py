@@ -128,3 +128,13 @@ def test_magnifier_is_what_it_is_in_the_limit():
     stiff = alone.replace(magnifier=hv.Magnifier(mass="20 g", stiffness="1e9 N/m", damping="1e3 N s/m"))
     powers = [hv.run(scene, "exact").mean_power.value for scene in (alone, stiff)]
     assert powers[1] == pytest.approx(powers[0], rel=1e-3)
+
+
+@pytest.mark.thorough("test_linear_means")
+@pytest.mark.parametrize(("stop", "least"), [(None, 60.0), (hv.Stop(restitution=0.9, gap="0.05 mm"), 5.0)])
+def test_controls_of_modes(stop, least):
+    """They divide the variance of E[V^2]: by 160 and 13 where those of `docs/which.md` were measured."""
+    many = Trajectories(Problem(BEAM.replace(stop=stop)).equations, 1024, np.random.SeedSequence(1), controlled=True)
+    many.run(200.0)
+    found = many.run(100.0)
+    assert found.V2.var() > least * found.controlled("V2").var()
