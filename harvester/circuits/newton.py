@@ -201,7 +201,7 @@ class Solver:
     def address(self) -> int:
         """The address of the compiled function, which threads ask for side by side and one makes."""
         with _ONE_AT_A_TIME:
-            return int(_compiled(self.text).address)
+            return int(compiled_source(self.text).address)
 
 
 def _knee(thermal: float, saturation: float, impedance: float) -> float:
@@ -220,7 +220,7 @@ def _times(weight: float, name: str) -> str:
 
 
 @cache
-def _compiled(text: str) -> Any:
+def compiled_source(text: str) -> Any:
     """The function ``solve`` of a source; its machine code is kept on disk where there is a folder for it."""
     from harvester.mechanics.kernels.compiled import _cache_folder
 

@@ -26,7 +26,7 @@ from tests.support.systems import changed, scene
 LINEAR = Equations(c1=-0.1, beta=0.3, mu=0.7, coloured=0.02, correlation_time=0.7)
 CUBIC = Equations(c1=-0.1, coloured=0.02, correlation_time=0.7, alpha=0.5, restitution=1.0, gap=0.2)
 WELLS = Equations(c1=-0.5, coloured=0.06, correlation_time=0.7, linear=-1.0, alpha=1.0)
-REMAINING = pytest.mark.thorough("test_coloured_noise_of_a_linear_scene")
+REMAINING = pytest.mark.thorough("test_elastic_stop_with_a_passive_load_to_eight_digits")
 
 
 def solved(eqs, modes, noise_modes=5):

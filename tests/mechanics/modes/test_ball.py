@@ -71,7 +71,7 @@ def test_weakly_shaken_it_lies_still():
     assert np.abs(found - expected).max() < 5e-4 * np.abs(expected).max()
 
 
-@pytest.mark.thorough("test_weakly_shaken_it_lies_still")
+@pytest.mark.thorough("test_energy_and_momentum")
 def test_what_lies_still_is_of_second_order():
     """On its floor a ball is carried in balance with the spring, and the drive's amplitude is that of a joined mass."""
     drive, heavier, root = hv.Excitation(acceleration_amplitude="0.02 g", frequency="45.6 Hz"), math.sqrt(1.2), 0.2**0.5
