@@ -222,10 +222,9 @@ class CompiledCircuit:
 
     def for_kernels(self, h: float) -> Own:
         """The circuit at steps of h."""
-        if h not in self._arrays:
-            self._arrays[h] = self._record(h)
+        found = self._arrays.get(h) or self._arrays.setdefault(h, self._record(h))
         address = int(follow.address)
-        return Own(self._arrays[h][0], address, self.room, self.told_at, self.scales.volts, self._unit)
+        return Own(found[0], address, self.room, self.told_at, self.scales.volts, self._unit)
 
     def _record(self, h: float) -> tuple[Any, ...]:
         """The record of `CIRCUIT`, and the arrays that it points to."""
