@@ -29,7 +29,7 @@ from harvester.commands.study import Output, study_command
     ),
 )
 @cloup.option_group(
-    "Inside the circuit (spice)",
+    "Inside the circuit (spice, compiled)",
     probe_option,
     cloup.option("--ledger", is_flag=True, default=None, help="What each element of the netlist takes, too."),
 )
