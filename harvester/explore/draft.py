@@ -62,8 +62,7 @@ class Draft:
         if PROFILE in has:  # whose amplitude and frequency are those of no harmonic
             self.on = {e for e in self.on if e.choice != "shaking" or PROFILE in e.keys}
         self.untouched: dict[str, str] = {}
-        if scene.load is not None and self.netlist is not None and is_path(self.netlist):
-            self._offer_elements(scene.load)
+        self._offer_elements(scene.load)
 
     @classmethod
     def read(cls, path: str | Path) -> "Draft":
@@ -107,8 +106,10 @@ class Draft:
         self.texts = {key: text for key, text in self.texts.items() if not key.startswith(PARAMETER)}
         self._offer_elements(Load(netlist=path))
 
-    def _offer_elements(self, load: Load) -> None:
+    def _offer_elements(self, load: Load | None) -> None:
         """Texts for the parameters and elements of an own netlist that the scene does not name, `MOST_KNOBS` in all."""
+        if load is None or load.netlist is None or not is_path(load.netlist):
+            return
         circuit = load_circuit(load, self.value("piezo.capacitance") if self.physical else None)
         named, self.untouched = {circuit.own_name(name) for name in load.parameters}, {}
         for name, value in (circuit.values | circuit.elements).items():
