@@ -1,4 +1,7 @@
-"""The scene that a page works on: every key as the text that stands in its field, and what is switched on."""
+"""The scene that a page works on: every key as the text that stands in its field, and what is switched on.
+
+Long because keys, effects, circuit and files of a scene are one state, which is read and written as a whole.
+"""
 
 import tomllib
 from collections.abc import Mapping
