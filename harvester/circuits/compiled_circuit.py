@@ -17,7 +17,7 @@ from harvester.circuits.modes_with_circuit import advance_modal_circuit, modal_c
 from harvester.circuits.newton import Solver
 from harvester.circuits.parts import CircuitPart, parts_of
 from harvester.circuits.reduction import Reduction
-from harvester.circuits.solvability import check_parts
+from harvester.circuits.solvability import check_parts, check_size
 from harvester.circuits.stamps import stamp
 from harvester.circuits.substeps import CIRCUIT, DID, GAMMA, LEVELS, TOLD, Own, follow
 from harvester.circuits.system import System
@@ -68,7 +68,8 @@ class CompiledCircuit:
     ) -> None:
         self.load, self.scales, self.tolerance = load, scales, tolerance
         parts = {part.name: part for part in (parts_of(load) if elements is None else elements)}
-        check_parts(parts)
+        check_parts(parts.values())
+        check_size(parts.values())
         self.system = system_of(parts, scales.capacitance)
         rload, store = parts["rload"], parts.get("csmooth")
         self.resistance = resistance_of(rload)

@@ -1,12 +1,26 @@
-"""Quantities of a compiled circuit that a user names, along a path: voltages, and currents that its equations have."""
+"""Quantities of a compiled circuit that a user names, along a path, and the powers that its elements take.
+
+Of the equations P z' + G y + A (i(w) + q(w)') = s + b u an element k has its own part, and it takes
+
+    sum over the nodes of y (G_k y + A_k i_k(w) - s_k)
+
+beside what its charges take, which is nothing on average.
+"""
+
+from functools import partial
 
 import numpy as np
 
 from harvester.arrays import Floats
 from harvester.circuits.circuit_path import CircuitPath
 from harvester.circuits.compiled_circuit import CompiledCircuit
+from harvester.circuits.expression import Node, value_of
+from harvester.circuits.junctions import diode
 from harvester.circuits.parts import CircuitPart, parts_of
+from harvester.circuits.stamps import stamp
+from harvester.circuits.system import System
 from harvester.errors import InputError
+from harvester.mechanics.kernels.compiled import interpreted
 from harvester.netlists.probes import Probe
 
 
@@ -47,3 +61,41 @@ def probed(circuit: CompiledCircuit, path: CircuitPath, probes: tuple[Probe, ...
             element = probe.factor.partition(".xload.")[2].partition("[")[0]
             series[probe.factor] = current(parts[element])
     return np.array([probe.values(series) for probe in probes])
+
+
+def powers_of_elements(circuit: CompiledCircuit, states: Floats) -> dict[str, Floats]:
+    """The powers (W) that elements take in states of the circuit, shape (n,) each; those of charges alone are left out.
+
+    ``states`` have the shape (n, length of a state).
+    """
+    whole, y, found = circuit.system, circuit.unknowns(states), dict[str, Floats]()
+    ns, n, many, _ = circuit.sizes
+    w, switched = y @ whole.vectors([row for row, _ in whole.inputs]).T, states[:, ns + n : ns + n + many]
+    parts, before = {part.name: part for part in parts_of(circuit.load)}, 0
+    for part in parts.values():
+        own = System(whole.capacitance, dict(whole.unknowns), inputs=[*whole.inputs], owners=dict(whole.owners))
+        own.switches = whole.switches[:before]
+        stamp(part, own, parts)
+        before = len(own.switches)
+        currents = [(_value(one.tree, w, switched), one.rows) for one in own.functions]
+        currents += [(_static(w[:, one.input], one.arguments), one.rows) for one in own.diodes]
+        currents += [(np.full(len(y), -1.0), own.sources)]
+        currents += [(value * y[:, j], {i: 1.0}) for (i, j), value in own.conductances.items()]
+        taken = [current * a * y[:, i] for current, rows in currents for i, a in rows.items() if i not in own.owners]
+        if taken:
+            found[part.name] = np.sum(taken, axis=0)
+    return found
+
+
+def _static(v: Floats, arguments: tuple[float, ...]) -> Floats:
+    """The current of a junction at its voltages, without that of its charge."""
+    return np.asarray(np.vectorize(interpreted(diode), otypes=4 * [float])(v, *arguments)[0])
+
+
+def _value(tree: Node, w: Floats, switches: Floats) -> Floats:
+    """The values of a tree at inputs, shape (n, inputs), and states of the switches."""
+    if not tree.arguments:
+        leaves = {"input": w, "state": switches}
+        return leaves[tree.operation][:, tree.index] if tree.operation in leaves else np.full(len(w), tree.value)
+    values = (_value(one, w, switches) for one in tree.arguments)
+    return np.asarray(np.vectorize(partial(value_of, tree.operation), otypes=[float])(*values))

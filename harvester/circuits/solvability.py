@@ -1,11 +1,12 @@
 """Netlists that have no solution, or none that can be computed: one line each, which names the element."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
-from harvester.circuits.parts import CircuitPart, UnservedError
+from harvester.circuits.parts import CircuitPart, UnservedError, parts_of
 from harvester.circuits.stamps import stamp
 from harvester.circuits.system import System
 from harvester.errors import InputError
+from harvester.netlists.load_circuit import LoadCircuit
 
 MOST_NODES = 150
 _NO_PATH = "ik"  # kinds that connect no nodes: a current source forces its current through the others
@@ -31,20 +32,32 @@ class _Groups:
         return a != b
 
 
-def check_parts(parts: dict[str, CircuitPart]) -> None:
-    """Refuse elements without a path to the piezo, sources of voltage in a loop or across it, and too many nodes.
+def check_solvable(load: LoadCircuit) -> None:
+    """As `check_parts`, whatever engine computes the circuit; what cannot be read here is left to ngspice."""
+    try:
+        parts = parts_of(load)
+    except InputError:
+        return
+    check_parts(parts)
 
-    Raises InputError, or UnservedError for a circuit that is only too large.
-    """
-    paths, sources = _Groups(), _Groups()
-    paths.join("p", "0")
+
+def check_size(parts: Iterable[CircuitPart]) -> None:
+    """Raise UnservedError for too many nodes."""
     nodes: set[str] = set()
-    for part in parts.values():
+    for part in parts:
         nodes.update(part.nodes)
         if len(nodes) > MOST_NODES:
             raise UnservedError(
                 f"{part.where} is the first beyond {MOST_NODES} nodes, which a compiled circuit may have"
             )
+
+
+def check_parts(parts: Iterable[CircuitPart]) -> None:
+    """Raise InputError for an element without a path to the piezo, and sources of voltage in a loop or across it."""
+    paths, sources = _Groups(), _Groups()
+    paths.join("p", "0")
+    parts = list(parts)
+    for part in parts:
         if part.kind not in _NO_PATH:
             for other in part.nodes[1:]:
                 paths.join(part.nodes[0], other)
@@ -57,7 +70,7 @@ def check_parts(parts: dict[str, CircuitPart]) -> None:
                 f"{part.where} must not set the piezo's voltage, but does: leave the source out, as the device drives "
                 "the netlist"
             )
-    for part in parts.values():
+    for part in parts:
         for node in part.nodes:
             if paths.of(node) != paths.of("0"):
                 raise InputError(

@@ -76,7 +76,7 @@ def examine() -> Iterator[Requirement]:
 def examine_netlist(file: str) -> Iterator[str]:
     """One line for each element of a netlist: whether compiled circuits have it, and why not."""
     from harvester.circuits.parts import parts_of
-    from harvester.circuits.solvability import check_parts, unserved_parts
+    from harvester.circuits.solvability import check_parts, check_size, unserved_parts
     from harvester.netlists.load_circuit import load_circuit
     from harvester.scene.load import Load
     from harvester.scene.toml import load as load_scene
@@ -89,7 +89,8 @@ def examine_netlist(file: str) -> Iterator[str]:
     for name, why in unserved_parts(parts):
         served += not why
         yield f"{'served ' if not why else 'NOT    '}  {name}{f'  {why}' if why else ''}"
-    check_parts(parts)
+    check_parts(parts.values())
+    check_size(parts.values())
     yield f"{served} of {len(parts)} elements are served by engine 'compiled'; engine 'spice' takes all"
 
 

@@ -29,7 +29,7 @@ from harvester.commands.study import Output, study_command
     ),
 )
 @cloup.option_group(
-    "Inside the circuit (spice)",
+    "Inside the circuit (spice, compiled)",
     probe_option,
     cloup.option("--ledger", is_flag=True, default=None, help="What each element of the netlist takes, too."),
 )
@@ -73,7 +73,6 @@ def run(
     if sensitivity:
         from harvester.studies.sensitivity import sensitivity as sensitivities
 
-        seconds = None if scene.load is not None and scene.load.netlist else options.get("budget")
-        further["sensitivity"] = sensitivities(scene, budget=seconds)
+        further["sensitivity"] = sensitivities(scene, budget=options.get("budget"))
     about = options["seed"], further.get("extremes"), further.get("sensitivity")
     output.show(answer, (), lambda report: report.of_run(scene, answer, *about), further=further)

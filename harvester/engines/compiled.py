@@ -35,6 +35,10 @@ class Compiled(Ensemble):
     ----------
     within, budget, seed, duration, trajectories, dt
         the options of `run`.
+    probe
+        other quantities of the circuit to tell, such as "store" or "v(a,b)".
+    ledger
+        tell what each element of the circuit takes, too.
 
     Raises
     ------
@@ -43,6 +47,9 @@ class Compiled(Ensemble):
     UnboundedResponseError
         where no stationary response exists.
     """
+
+    probe: tuple[str, ...] = ()
+    ledger: bool = False
 
     NAME: ClassVar[str] = "compiled"
     LOOK: ClassVar[EngineLook] = EngineLook(
@@ -72,16 +79,25 @@ class Compiled(Ensemble):
 
         Without ``judged`` ngspice is not asked how far it is from that.
         """
-        from harvester.engines.compiled_steady import steady_answer
+        from harvester.circuits.compiled_circuit import compiled_circuit
+        from harvester.engines.compiled_steady import TOLERANCE, steady_answer
+        from harvester.engines.compiled_watch import check_watched, period_paths, with_watched
 
         problem = served(type(self), scene)
         self.check_times(problem.physical)
+        if watches := bool(self.probe or self.ledger):
+            assert problem.circuit is not None, "refusal checks this"
+            circuit = compiled_circuit(problem.circuit, problem.scales, TOLERANCE)
+            check_watched(problem, circuit, self.probe, self.ledger)
         sampled = not problem.equations.is_steady or problem.equations.modes is not None
         if sampled or (self.trajectories, self.duration) != (None, None):
             return super().run(problem, progress), None
         existence(problem)
         answer, found = steady_answer(self, self.NAME, problem, near, judged)
         if answer is not None:
+            if watches and found is not None:
+                paths = period_paths(problem, found, circuit)
+                answer = with_watched(answer, problem, circuit, paths, self.probe, self.ledger)
             return answer, found
         if near is not None:
             return self.run_from(problem, None, progress, judged)
@@ -100,6 +116,17 @@ class Compiled(Ensemble):
         settling, starts = settled_starts(pair, trajectories.circuit.memory, LONGEST, self.seed)
         found = difference_from_ngspice(problem, trajectories.h, starts, settling, self)
         return found, "difference_measured" if found else self.MODEL_NOTE
+
+    def looked_into(self, answer: Estimate, problem: Problem, pair: "RichardsonPair") -> Estimate:
+        """The answer with the probes and elements that are asked for, along paths from settled states."""
+        from harvester.circuits.compiled_circuit import CompiledCircuit
+        from harvester.engines.compiled_watch import sampled_paths, with_watched
+
+        circuit = pair.trajectories.circuit
+        if not (self.probe or self.ledger) or not isinstance(circuit, CompiledCircuit):
+            return answer
+        paths = sampled_paths(problem, pair, circuit, self.seed)
+        return with_watched(answer, problem, circuit, paths, self.probe, self.ledger)
 
     def doubt(self, pair: "RichardsonPair") -> Diagnostic | None:
         """A warning where steps of the circuit did not converge, so that it was held for a while."""

@@ -115,6 +115,10 @@ class Ensemble(MonteCarloOptions, Engine):
         """What the trajectories say against their means; None where nothing."""
         return None
 
+    def looked_into(self, answer: Estimate, problem: Problem, pair: "RichardsonPair") -> Estimate:
+        """The answer with further quantities of a circuit, where they are asked for."""
+        return answer
+
     def run(self, scene: AnyScene, progress: Progress | None = None) -> Estimate:
         """Burn in until transients have died out, then average over time and trajectories."""
         problem = served(type(self), scene)
@@ -157,7 +161,7 @@ class Ensemble(MonteCarloOptions, Engine):
         details, steps, seconds = sampler.details(), sampler.pair.steps, time.perf_counter() - setup.begin
         diagnostics.append(sampler.open_balance(details))
         answer = estimate(self.NAME, problem, v2, power, diagnostics, seconds, steps, details, *samples)
-        return dataclasses.replace(answer, responses=responses)
+        return self.looked_into(dataclasses.replace(answer, responses=responses), problem, sampler.pair)
 
     def _set_up(self, problem: Problem) -> EnsembleSetup:
         """Trajectories that are compiled, have their step, and have burnt in."""

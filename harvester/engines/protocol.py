@@ -122,8 +122,17 @@ def needs_one_mode(problem: Problem, engine: str) -> Diagnostic | None:
 
 
 def needs_circuit(problem: Problem, engine: str) -> Diagnostic | None:
-    """Why an engine of circuits, which serves nothing else, cannot serve a problem; None where it may."""
-    return None if problem.netlist is not None else refusal("needs_netlist", engine, engine=engine)
+    """Why an engine of circuits, which serves nothing else, cannot serve a problem; None where it may.
+
+    Raises InputError for a netlist without a solution.
+    """
+    if problem.netlist is None:
+        return refusal("needs_netlist", engine, engine=engine)
+    from harvester.circuits.solvability import check_solvable
+
+    assert problem.circuit is not None, "a netlist is a circuit"
+    check_solvable(problem.circuit)
+    return None
 
 
 def needs_compiled_circuit(problem: Problem, engine: str) -> Diagnostic | None:

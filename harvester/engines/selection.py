@@ -83,7 +83,8 @@ def run(
     options
         of the engine: ``within`` (relative error at 95 %, .01 or "1%"), ``budget`` (seconds of computing, 30 or "30s"),
         ``seed``; of engines that sample also ``trajectories``, ``duration`` and ``dt`` (seconds, or in 1/w0 for a
-        nondimensional scene); of `Spice` also ``probe``, ``ledger``, ``reltol``, ``alone`` and ``gaussian``.
+        nondimensional scene); of `Spice` also ``probe``, ``ledger``, ``reltol``, ``alone`` and ``gaussian``, of
+        `Compiled` the first two.
 
     Returns
     -------
@@ -152,7 +153,7 @@ def serving(scene: AnyScene) -> list[str]:
 def default_engine(scene: AnyScene, **options: Any) -> str:
     """The engine where none is named: the cheapest to reach ``within``, else `Exact`, or one that samples.
 
-    `Spice` alone looks into the circuit, as ``probe`` and ``ledger`` ask for.
+    `Spice` looks into the circuit, as ``probe`` and ``ledger`` ask for, and knows its errors.
 
     That is where `Exact` does not serve the scene, or the ``options`` are those of sampling.
     """

@@ -1,4 +1,7 @@
-"""The scene that a page works on: every key as the text that stands in its field, and what is switched on."""
+"""The scene that a page works on: every key as the text that stands in its field, and what is switched on.
+
+Long because keys, effects, circuit and files of a scene are one state, which is read and written as a whole.
+"""
 
 import tomllib
 from collections.abc import Mapping
@@ -12,7 +15,7 @@ from harvester.explore.texts import exactly, in_file, normal, written
 from harvester.machine import files
 from harvester.netlists.load_circuit import load_circuit
 from harvester.scene.keys import read_value
-from harvester.scene.load import Load
+from harvester.scene.load import Load, is_path
 from harvester.scene.modal_parameters import ModalParameters, modal_parameters
 from harvester.scene.physical import FILES, Ball, Magnifier, Mode, Oscillator, Piezo
 from harvester.scene.scene import Scene
@@ -22,6 +25,7 @@ PROFILE, HARMONICS = "excitation.profile", "excitation.harmonics"
 WORDS = {PROFILE: "walking", HARMONICS: "0.1 g, 0.03 g"}  # keys that are no number, and what they are at first
 CARRIED = ("storage", "node", "chip")  # tables that no knob turns, which go with a netlist
 RESISTANCE, PARAMETER = "load.resistance", "load.parameters."
+MOST_KNOBS = 50  # of a netlist
 FIRST = """
 title = "A plate against a stop, to begin with"
 oscillator = { mass = "40 g", stiffness = "16 N/m", damping = "6.4 mN s/m" }
@@ -37,7 +41,8 @@ class Draft:
 
     ``texts`` are those of all keys that were ever present, in or out of the scene; ``on`` the effects that are switched
     on; ``netlist`` the circuit, None for a resistance (or none); ``files`` the paths of records by key; ``words`` the
-    keys that are no number; ``load`` what a flat netlist needs besides.
+    keys that are no number; ``load`` what a flat netlist needs besides; ``untouched`` the texts of elements as
+    a user's own netlist has them.
     """
 
     def __init__(self, scene: Scene, raw: Mapping[str, Any] | None = None) -> None:
@@ -59,6 +64,8 @@ class Draft:
         self.on: set[EffectCard] = {e for e in self.effects if e.fixed or any(key in has for key in e.keys)}
         if PROFILE in has:  # whose amplitude and frequency are those of no harmonic
             self.on = {e for e in self.on if e.choice != "shaking" or PROFILE in e.keys}
+        self.untouched: dict[str, str] = {}
+        self._offer_elements(scene.load)
 
     @classmethod
     def read(cls, path: str | Path) -> "Draft":
@@ -95,6 +102,24 @@ class Draft:
             self.load[key.removeprefix("load.")] = value
         elif isinstance(value, float):
             self.texts[key] = raw if isinstance(raw, str) else exactly(key, value)
+
+    def own_netlist(self, path: str) -> None:
+        """Take the circuit of a user's own netlist, as its file has it."""
+        self.netlist, self.loaded, self.load = path, True, {}
+        self.texts = {key: text for key, text in self.texts.items() if not key.startswith(PARAMETER)}
+        self._offer_elements(Load(netlist=path))
+
+    def _offer_elements(self, load: Load | None) -> None:
+        """Texts for the parameters and elements of an own netlist that the scene does not name, `MOST_KNOBS` in all."""
+        if load is None or load.netlist is None or not is_path(load.netlist):
+            return
+        circuit = load_circuit(load, self.value("piezo.capacitance") if self.physical else None)
+        named, self.untouched = {circuit.own_name(name) for name in load.parameters}, {}
+        for name, value in (circuit.values | circuit.elements).items():
+            told = name in circuit.values or len(self.untouched) + len(named) < MOST_KNOBS
+            if told and value != 0.0 and name != "Cp" and name.lower() not in named:
+                self.untouched[PARAMETER + name] = exactly(PARAMETER + name, value)
+        self.texts |= self.untouched
 
     def has(self, effect: EffectCard) -> bool:
         """Whether an effect is present."""
@@ -148,7 +173,7 @@ class Draft:
     def choose(self, netlist: str | None) -> None:
         """Take another circuit (None: a resistance); a load resistance that was known goes along."""
         before = self.texts.get(PARAMETER + "R" if self.netlist is not None else RESISTANCE, "1 Mohm")
-        self.netlist, self.loaded, self.load = netlist, True, {}
+        self.netlist, self.loaded, self.load, self.untouched = netlist, True, {}, {}
         self.texts = {key: text for key, text in self.texts.items() if not key.startswith(PARAMETER)}
         if netlist is None:
             self.texts[RESISTANCE] = before
@@ -163,6 +188,10 @@ class Draft:
     def parameters(self) -> list[str]:
         """The keys of the netlist's parameters."""
         return [key for key in self.texts if key.startswith(PARAMETER)]
+
+    def _named(self) -> list[str]:
+        """The keys of the parameters that the scene has: elements of a user's own netlist once they are changed."""
+        return [key for key in self.parameters if self.texts[key] != self.untouched.get(key)]
 
     def present_keys(self) -> list[str]:
         """The keys with a number that the scene has, in the order of the page."""
@@ -182,7 +211,7 @@ class Draft:
             if (value := self._in_file(key)) is not None:
                 found.setdefault(table, {})[name] = value
         if self.netlist is not None:
-            values = {key.removeprefix(PARAMETER): in_file(key, self.texts[key]) for key in self.parameters}
+            values = {key.removeprefix(PARAMETER): in_file(key, self.texts[key]) for key in self._named()}
             found["load"] = {"netlist": self.netlist, **self.load} | ({"parameters": values} if values else {})
         elif self.physical and self.loaded and RESISTANCE in self.texts:
             found["load"] = {"resistance": in_file(RESISTANCE, self.texts[RESISTANCE])}

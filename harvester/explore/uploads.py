@@ -7,17 +7,13 @@ import re
 from pathlib import Path
 
 from harvester.errors import InputError, shown
-from harvester.explore.draft import PARAMETER, Draft
-from harvester.explore.texts import written
+from harvester.explore.draft import MOST_KNOBS, PARAMETER, Draft
 from harvester.machine import files
-from harvester.netlists.load_circuit import load_circuit
 from harvester.records.cleaning import clean
-from harvester.scene.load import Load
 from harvester.studies.record import look
 
 KINDS = (".toml", ".csv", ".cir")
 MOST_BYTES = 50_000_000  # of all that a session has been given
-MOST_PARAMETERS = 50  # of a netlist, each of which is a knob
 _NAME = re.compile(r"[A-Za-z0-9][\w.+ -]{0,99}")
 
 
@@ -57,9 +53,10 @@ def take(draft: Draft, paths: list[Path], axis: str) -> tuple[Draft, list[str]]:
             case ".csv":
                 told += _record(draft, path, axis)
             case _:
-                told.append(_netlist(draft, path))
-    if (count := sum(key.startswith(PARAMETER) for key in draft.texts)) > MOST_PARAMETERS:
-        raise InputError(f"a netlist must have at most {MOST_PARAMETERS} parameters, each a knob here, but has {count}")
+                draft.own_netlist(str(path))
+                told.append(f"netlist {path.name}")
+    if (count := sum(key.startswith(PARAMETER) for key in draft.texts)) > MOST_KNOBS:
+        raise InputError(f"a netlist must have at most {MOST_KNOBS} parameters, each a knob here, but has {count}")
     draft.scene()
     return draft, told
 
@@ -89,14 +86,3 @@ def _record(draft: Draft, path: Path, axis: str) -> list[str]:
             draft.switch(one, False)
     rms = f"rms {found.record.rms:.4g} m/s^2, {len(found.record.values)} samples"
     return [f"record {path.name}: {rms}", *map(str, (*found.record.found, *found.record.warnings))]
-
-
-def _netlist(draft: Draft, path: Path) -> str:
-    """Let the netlist of a file be the load."""
-    circuit = load_circuit(Load(netlist=str(path)), draft.value("piezo.capacitance") if draft.physical else None)
-    draft.netlist, draft.loaded, draft.load = str(path), True, {}
-    draft.texts = {key: text for key, text in draft.texts.items() if not key.startswith(PARAMETER)}
-    for name, value in circuit.values.items():
-        if name != "Cp":
-            draft.texts[PARAMETER + name] = written(PARAMETER + name, value)
-    return f"netlist {path.name}"

@@ -83,8 +83,11 @@ class LoadCircuit:
 
     def value_of(self, name: str) -> float | None:
         """The value of a parameter or an element by its name in the scene's load.parameters; None where it has none."""
-        name = _ROLES.get(self.renamed.get(name.lower(), ""), name).lower()
-        return {one.lower(): value for one, value in (self.elements | self.values).items()}.get(name)
+        return {one.lower(): value for one, value in (self.elements | self.values).items()}.get(self.own_name(name))
+
+    def own_name(self, name: str) -> str:
+        """What stands for a name in the scene's load.parameters, in small letters: R for the load of a flat netlist."""
+        return _ROLES.get(self.renamed.get(name.lower(), ""), name).lower()
 
 
 def netlist_folder() -> Path:

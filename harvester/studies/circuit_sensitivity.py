@@ -1,6 +1,7 @@
 """Elasticities of the power of a netlist's load: its compiled circuit at two values of each key on the same noise."""
 
 import math
+import time
 from collections.abc import Callable, Iterator
 
 import numpy as np
@@ -31,8 +32,10 @@ def keys_with_elements(problem: Problem) -> Iterator[tuple[str, float]]:
             yield f"load.parameters.{name}", value
 
 
-def elasticities(problem: Problem, tell: Callable[[float], None]) -> tuple[Value, dict[str, tuple[float, Value]]]:
-    """The mean power (W; else nondimensional), and of each key its value and d ln P/d ln key.
+def elasticities(
+    problem: Problem, tell: Callable[[float], None], budget: float | None
+) -> tuple[Value, dict[str, tuple[float, Value]], list[str]]:
+    """The mean power (W; else nondimensional), of each key its value and d ln P/d ln key, and keys without.
 
     The difference of the logarithms of the power at 5 % more and less of the key, over that of the key: exact of any
     power law.  A key that cannot be larger, such as a restitution of 1, is left out.  All run on the same noise, in the
@@ -41,37 +44,48 @@ def elasticities(problem: Problem, tell: Callable[[float], None]) -> tuple[Value
     Raises InputError and SimulationError as engine `compiled`.
     """
     from harvester.mechanics.ensemble.burn_in import burn_in
+    from harvester.mechanics.ensemble.richardson import compile_pair
     from harvester.mechanics.ensemble.trajectories import Trajectories
 
-    def trajectories(scene: Problem, h: float | None) -> Trajectories:
+    def trajectories(scene: Problem, h: float | None, count: int) -> Trajectories:
         model = Compiled().model(scene)
-        return Trajectories(scene.equations, TRAJECTORIES, ROOT, h, circuit=model.circuit, controlled=True)
+        return Trajectories(scene.equations, count, ROOT, h, circuit=model.circuit, controlled=True)
 
-    first = trajectories(problem, None)
-    burn_in(first)
-    settled, unit = first.time, problem.scales.frequency
+    first = trajectories(problem, None, TRAJECTORIES)
+    compile_pair(first)
+    deadline = math.inf if budget is None else time.monotonic() + budget
+    burn_in(first, budget)
+    settled, unit, begin = first.time, problem.scales.frequency, time.monotonic()
     power = first.run(settled)
+    seconds = 4.0 * (time.monotonic() - begin)  # that a key takes
     found = dict[str, tuple[float, Value]]()
     known = [(*one, change) for one in keys_with_elements(problem) if (change := _largest_change(problem, *one))]
+    count = TRAJECTORIES if time.monotonic() + len(known) * seconds < deadline else TRAJECTORIES // 2
 
     def at(key: str, value: float) -> tuple[Moments, float]:
         """The moments with another value of a key, and the unit of the load's power."""
         other = Problem(problem.scene.vary(key, value))
         ratio = other.scales.frequency / unit
-        one = trajectories(other, first.h * ratio)
+        one = trajectories(other, first.h * ratio, count)
         one.run(settled * ratio)
         return one.run(settled * ratio), other.units.watts * (other.equations.beta or 0.0)
 
     for k, (key, value, change) in enumerate(known):
+        if time.monotonic() + 0.5 * seconds > deadline:
+            break
         (more, log_more), (less, log_less) = (_logarithm(*at(key, (1.0 + sign * change) * value)) for sign in (1, -1))
         width = math.log1p(change) - math.log1p(-change)
         controls = None if more.controls is None or less.controls is None else more.controls - less.controls
         slope = mean_and_error(controlled_entries((log_more - log_less) / width, controls))
-        found[key] = value, Value(*slope, dof=TRAJECTORIES - 1.0, unknown=Compiled.UNKNOWN)
+        found[key] = value, Value(*slope, dof=count - 1.0, unknown=Compiled.UNKNOWN)
         tell((k + 1) / len(known))
     mean = mean_and_error(controlled_entries(power.load, power.controls))
     watts = problem.units.watts * (problem.equations.beta or 0.0)
-    return Value(*mean, dof=TRAJECTORIES - 1.0, unknown=Compiled.UNKNOWN).scaled(watts), found
+    return (
+        Value(*mean, dof=TRAJECTORIES - 1.0, unknown=Compiled.UNKNOWN).scaled(watts),
+        found,
+        [key for key, *_ in known if key not in found],
+    )
 
 
 def _largest_change(problem: Problem, key: str, value: float) -> float:

@@ -10,11 +10,12 @@ from typing import ClassVar
 
 from harvester.engines.compiled import Compiled
 from harvester.engines.density import Density
+from harvester.engines.options import number
 from harvester.engines.power_slopes import quantities, value_of
 from harvester.engines.protocol import AnyScene, served
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, names_arguments
-from harvester.presentation.diagnostic import Diagnostic, note
+from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.presentation.result import TableResult
 from harvester.presentation.table import Column, Table
 from harvester.scene.keys import unit_of
@@ -98,7 +99,7 @@ def sensitivity(
         the relative error of the power that is aimed at, such as .01; None: 1e-6, of coloured noise 1e-3.  Not with a
         netlist.
     budget
-        seconds of computing.  Not with a netlist.
+        seconds of computing.  With a netlist, the keys that are left then are named in a warning.
     progress
         is called with the fraction done.
 
@@ -122,26 +123,34 @@ def sensitivity(
     """
     problem, begin = Problem.of(scene), time.perf_counter()
     if problem.netlist is not None:
-        if (within, budget) != (None, None):
-            raise InputError("`within` and `budget` must be left out with a netlist, whose ensembles are of one size")
-        return _of_circuit(problem, begin, progress)
+        if within is not None:
+            raise InputError("`within` must be left out with a netlist, whose ensembles are of one size")
+        return _of_circuit(problem, begin, progress, number(budget))
     aim = within or (USUAL if problem.equations.coloured is None else None)
     answer, slopes = Density(within=aim, budget=budget).run_with_slopes(served(Density, problem), progress)
     told = {key: (value_of(problem.scene, key), slopes.with_error(key)) for key in quantities(problem.scene)}
     return _result(problem, Density.NAME, answer.mean_power, told, begin)
 
 
-def _of_circuit(problem: Problem, begin: float, progress: Callable[[float], None] | None) -> Sensitivity:
+def _of_circuit(
+    problem: Problem, begin: float, progress: Callable[[float], None] | None, budget: float | None
+) -> Sensitivity:
     """The elasticities in the keys of a scene with a netlist, and in its elements."""
     from harvester.studies.circuit_sensitivity import elasticities
 
     served(Compiled, problem)
-    power, told = elasticities(problem, progress or (lambda _: None))
-    return _result(problem, Compiled.NAME, power, told, begin)
+    power, told, left = elasticities(problem, progress or (lambda _: None), budget)
+    cut = warning("keys_left_out", keys=", ".join(left), budget=budget) if left else None
+    return _result(problem, Compiled.NAME, power, told, begin, cut)
 
 
 def _result(
-    problem: Problem, engine: str, power: Value, told: dict[str, tuple[float, Value]], begin: float
+    problem: Problem,
+    engine: str,
+    power: Value,
+    told: dict[str, tuple[float, Value]],
+    begin: float,
+    cut: Diagnostic | None = None,
 ) -> Sensitivity:
     """What is ``told``, by keys, the largest first."""
     keys = sorted(told, key=lambda key: -abs(told[key][1].value))
@@ -154,5 +163,5 @@ def _result(
         elasticities=tuple(told[key][1] for key in keys),
         seconds=time.perf_counter() - begin,
         physical=problem.physical,
-        diagnostics=(note("elasticity_explained"),),
+        diagnostics=(note("elasticity_explained"), *([cut] if cut else [])),
     )

@@ -42,6 +42,15 @@ def test_a_bad_netlist_gets_one_line_that_names_the_element(tmp_path, name):
     assert "\n" not in str(error.value)
 
 
+@pytest.mark.parametrize("name", list(BAD)[:4])
+@pytest.mark.parametrize("engine", [hv.Spice, hv.Compiled, hv.Ideal, hv.Slow])
+def test_a_netlist_without_a_solution_is_refused_by_every_engine_in_the_same_line(tmp_path, name, engine):
+    """Before ngspice starts, which would name a node, or hold the piezo at the source's voltage."""
+    body, complaint = BAD[name]
+    with pytest.raises(hv.InputError, match=rf"^netlist {complaint}"):
+        engine().run(on_plate(tmp_path, body))
+
+
 @pytest.mark.parametrize(
     "name",
     [

@@ -1,5 +1,7 @@
 """The draft of a page: every key has its knob, every scene is the same after it, and what is wrong is one line."""
 
+from dataclasses import replace
+
 import pytest
 
 import harvester as hv
@@ -9,6 +11,7 @@ from harvester.explore.slider_scale import STEPS, slide
 from harvester.explore.texts import normal, written
 from harvester.scene.keys import keys
 from harvester.scene.toml import loads
+from tests.support.netlists import BRIDGE, STORE, on_plate
 from tests.support.paths import ROOT
 
 EXAMPLES = sorted((ROOT / "examples").rglob("*.toml"))
@@ -50,6 +53,21 @@ def test_a_value_is_read_back(value, key, text):
     draft = first()
     draft.type(key, text)
     assert draft.value(key) == pytest.approx(value, rel=1e-12)
+
+
+def test_every_element_of_an_own_netlist_has_a_knob_and_is_in_the_scene_once_it_is_turned(tmp_path):
+    """Those that the scene names, too; a scene that nobody changed stays itself."""
+    body = BRIDGE.format("1N4148") + STORE + "L3 p q 2\nR4 q n 5k\nV1 c 0 0\nR5 c a 1Meg"
+    scene = on_plate(tmp_path, body)
+    draft = Draft(replace(scene, load=replace(scene.load, parameters={"rload": "1 Mohm"})))
+    names = {key.removeprefix("load.parameters.") for key in draft.present_keys() if key.startswith("load.")}
+    assert names == {"rload", "L3", "R4", "R5", "Csmooth"}
+    assert draft.texts["load.parameters.L3"] == "2 H" and draft.scene().load.parameters == {"rload": 1e6}
+    draft.turn("load.parameters.R4", 7e3)
+    draft.type("load.parameters.L3", "3 H")
+    assert draft.scene().load.parameters == {"rload": 1e6, "R4": 7e3, "L3": 3.0}
+    draft.choose("bridge")
+    assert not any("L3" in key for key in draft.present_keys())
 
 
 @pytest.mark.parametrize("text", ["", "many", "50 kg", "-1 ohm", "1e999", "nan", "<script>", "1" * 5000, "0"])

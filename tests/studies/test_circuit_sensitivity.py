@@ -64,5 +64,5 @@ def _volts():
 
 
 def test_options_that_would_do_nothing_are_refused(tmp_path):
-    with pytest.raises(InputError, match="`within` and `budget` must be left out with a netlist"):
+    with pytest.raises(InputError, match="`within` must be left out with a netlist"):
         hv.sensitivity(on_plate(tmp_path, LINEAR), within=0.01)

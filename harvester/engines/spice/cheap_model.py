@@ -25,7 +25,7 @@ CLOSE = 0.02  # a target below which circuits that switch go beside their compil
 MEMORIES = 2.0  # time constants of the slowest change, of a burn-in from settled states
 SETTLING = 4.0  # time constants, in which a compiled circuit settles from the states of ideal elements
 RAMP = 16  # parts in which its store is charged before
-TWINS = 0.5  # of a target, for the step: what a circuit that switches costs hardly depends on it
+TWINS = 0.2  # of a target, for the step: a circuit that switches costs hardly more at a smaller one
 SHARE = 0.5  # of the budget, for the cheap model at most: the rest is for ngspice
 
 

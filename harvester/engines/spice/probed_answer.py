@@ -51,7 +51,7 @@ def watch_of(problem: Problem, probe: str | Sequence[str], ledger: bool) -> Watc
     return Watch(read_probes(names, problem.circuit), found)
 
 
-def _with_probes(
+def with_probes(
     answer: Estimate, problem: Problem, watch: Watch, columns: list[list[Value]], window: float
 ) -> Estimate:
     """An answer with what the probes say; ``columns`` has mean, mean square, least and largest of each, in SI units.
@@ -104,7 +104,7 @@ def with_sampled_probes(answer: Estimate, problem: Problem, watch: Watch, runs: 
         return Value(*known, dof=len(rows) - 1.0, unknown=unknown)
 
     columns = [[value(k, j) for j in range(4)] for k in range(len(watch.all))]
-    return _with_probes(answer, problem, watch, columns, answer.details["duration"])
+    return with_probes(answer, problem, watch, columns, answer.details["duration"])
 
 
 def with_steady_probes(answer: Estimate, problem: Problem, watch: Watch, steady: "Steady") -> Estimate:
@@ -113,7 +113,7 @@ def with_steady_probes(answer: Estimate, problem: Problem, watch: Watch, steady:
 
     columns = [[_steady_value(steady, k, j) for j in range(4)] for k in range(len(watch.all))]
     period = (problem.equations.shaking_period or 0.0) / problem.units.frequency
-    return _with_probes(answer, problem, watch, columns, MEASURED * steady.last.turns * period)
+    return with_probes(answer, problem, watch, columns, MEASURED * steady.last.turns * period)
 
 
 def _steady_value(steady: "Steady", probe: int, column: int) -> Value:

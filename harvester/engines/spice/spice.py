@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, ClassVar
 from harvester.answers.estimate import Estimate
 from harvester.engines.moment_existence import MomentExistence, existence
 from harvester.engines.options import MonteCarloOptions, number
-from harvester.engines.protocol import AnyScene, Engine, Progress, served
+from harvester.engines.protocol import AnyScene, Engine, Progress, needs_circuit, served
 from harvester.engines.sampling import refine
 from harvester.engines.spice.coexisting_responses import with_others
 from harvester.engines.spice.estimates import partial_answer, sampled_estimate, steady_estimate
@@ -115,6 +115,8 @@ class Spice(MonteCarloOptions, Engine):
         """Why the engine cannot serve a problem; None where it can."""
         if problem.netlist is None and problem.equations.mu is None:
             return refusal("needs_load", cls.NAME, engine=cls.NAME)
+        if problem.netlist is not None:
+            needs_circuit(problem, cls.NAME)
         return None if problem.equations.is_shaken else refusal("needs_shaking", cls.NAME, engine=cls.NAME)
 
     def run(self, scene: AnyScene, progress: Progress | None = None) -> Estimate:

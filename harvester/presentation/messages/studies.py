@@ -8,6 +8,7 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "impacts_lock_to_steps": "without noise the Monte Carlo's impacts can lock to the grid of steps: trust the exact value",
     "averaged_is_exact": "averaged is exact for this scene",
     "elasticity_explained": "one percent more of a key changes the power by its elasticity in percent, all else equal",
+    "keys_left_out": "the `budget` of {budget:g} s ended before these keys were varied: {keys}",
     "step_bias_not_counted": "the bias of the step is not known for a netlist of one's own, and not counted",
     "setting_failed": "({setting}) failed: {why}",
     "did_not_run": "did not run: {why}",

@@ -11,6 +11,7 @@ The file is long because all steps share what the search has learnt: its seeds, 
 
 import dataclasses
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -111,12 +112,17 @@ class SampledSearch:
     def coarse(self, seed: int) -> Any:
         """The engine at a coarse accuracy."""
         if self.pilot is None or not self.shares_noise:
-            compiled = self.engine.samples and not self.engine.runs_ngspice
-            known: dict[str, Any] = {"trajectories": FEWEST} if compiled else {}
+            many = self.engine.samples and not self.engine.runs_ngspice and not self._finds_periods
+            known: dict[str, Any] = {"trajectories": FEWEST} if many else {}
             return with_options(self.engine, within=None, budget=None, seed=seed, **known)
         whole = self.full(seed)
         many = max((whole.trajectories or 0) // COARSE, FEWEST)
         return with_options(whole, trajectories=many, duration=self.engine.duration)
+
+    @cached_property
+    def _finds_periods(self) -> bool:
+        """Whether the engine finds a periodic response, for which it needs no trajectories."""
+        return self.engine.follows_periods and Problem.of(self.surface.scene).equations.is_steady
 
     @property
     def shares_noise(self) -> bool:

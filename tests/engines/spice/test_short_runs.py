@@ -30,7 +30,7 @@ def test_the_answer_is_that_of_the_compiled_circuit(tmp_path):
     bias = sum(one.bias for one in powers)
     assert abs(powers[0].value - powers[1].value) < 4.0 * stderr + bias
     assert powers[0].known_error95 < 0.02 * powers[0].value
-    assert short.details["burn_in"] == 0.0 and short.details["trajectories"] >= 128
+    assert short.details["burn_in"] == 0.0 and short.details["trajectories"] >= 64
     assert short.details["control_correlation"] > 0.99
     assert short.steps < 3e5
 
@@ -42,7 +42,7 @@ def test_a_switched_circuit_begins_settled_at_the_step_of_its_twin():
     """No step fails where the store is charged at once by so much, and the power drifts no more."""
     pair = set_up(Problem(hv.load("examples/plate_parallel_sshi.toml")), hv.Spice(within="1.9%"), settled=True).pair
     assert pair.coarse_is_stopped and pair.trajectories.own_sums[1] == 0.0
-    assert 0.0 < pair.relative_bias("load")[0] < 0.01
+    assert 0.0 < abs(pair.relative_bias("load")[0]) < 0.004
     (first, error), later = pair.mean("load"), pair.trajectories.run(pair.duration)
     second, other = mean_and_error(later.controlled("load", 1))
     assert abs(first - second) < 4.0 * math.hypot(error, other)

@@ -1,0 +1,122 @@
+"""What engine `compiled` tells of a circuit's inside: probes, and what each element takes, along a few paths."""
+
+import dataclasses
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from harvester.answers.estimate import Estimate
+from harvester.arrays import Floats
+from harvester.engines.spice.probed_answer import PART, watch_of, with_probes
+from harvester.equations.problem import Problem
+from harvester.errors import InputError
+from harvester.presentation.diagnostic import note
+from harvester.presentation.messages.unknown_parts import COMPILED_CIRCUIT, STEP
+from harvester.presentation.sheet import ERROR_OF
+from harvester.uncertainty.control_variate import controlled
+from harvester.uncertainty.value import Value
+
+if TYPE_CHECKING:
+    from harvester.circuits.circuit_path import CircuitPath
+    from harvester.circuits.circuit_period import CircuitPeriod
+    from harvester.circuits.compiled_circuit import CompiledCircuit
+    from harvester.mechanics.ensemble.richardson import RichardsonPair
+
+PATHS, FEWEST = 64, 8  # how many, and how many weigh a control variate
+AVERAGED = 128.0  # nondimensional time of each
+THINNED = 8  # samples of which one tells the powers of elements
+UNKNOWN = f"{STEP} and {COMPILED_CIRCUIT}"
+
+
+def sampled_paths(
+    problem: Problem, pair: "RichardsonPair", circuit: "CompiledCircuit", seed: int
+) -> "list[CircuitPath]":
+    """Paths on noise of their own, from states of trajectories that have settled."""
+    from harvester.engines.spice.cheap_model import settled_starts
+    from harvester.mechanics.kernels.forcing import forcing
+    from harvester.mechanics.kernels.noise import child, three_point_grid
+
+    eqs, h, found = problem.equations, pair.trajectories.h, []
+    kicks, (_, starts) = math.ceil(AVERAGED / h), settled_starts(pair, circuit.memory, AVERAGED, seed)
+    for root, start in zip(np.random.SeedSequence([seed, 6]).spawn(PATHS), starts, strict=False):
+        shaking = forcing(eqs, h, kicks, np.random.default_rng(child(root, 1)))
+        given = three_point_grid(root, kicks), h, 1, start[:2], start[4], shaking
+        found.append(circuit.trace(eqs, *given, keep=True))
+    return found
+
+
+def period_paths(problem: Problem, found: "CircuitPeriod", circuit: "CompiledCircuit") -> "list[CircuitPath]":
+    """The path of a periodic response, once around."""
+    path = found.path
+    assert path.shaking is not None, "the drive is steady"
+    given = np.zeros(len(path.shaking) - 1), path.h, 1, (found.x, found.v), found.state, path.shaking
+    return [circuit.trace(problem.equations, *given, kicked=True, keep=True)]
+
+
+def with_watched(
+    answer: Estimate,
+    problem: Problem,
+    circuit: "CompiledCircuit",
+    paths: "Sequence[CircuitPath]",
+    probe: Sequence[str],
+    ledger: bool,
+) -> Estimate:
+    """An answer with the probes and the elements that are asked for; of their errors sampling alone is known.
+
+    The load's power on the paths, whose mean the answer knows, is their control variate.
+
+    Raises InputError for what is not there, and for quantities that compiled circuits do not tell.
+    """
+    from harvester.circuits.probed_path import powers_of_elements, probed
+
+    watch, unit, rows, taken = watch_of(problem, probe, ledger), problem.in_circuit("W"), [], dict[str, Floats]()
+    for path in paths:
+        values = probed(circuit, path, watch.probes)
+        rows.append([values.mean(axis=1), (values**2).mean(axis=1), values.min(axis=1), values.max(axis=1)])
+    means, window = np.array(rows), len(paths[0].samples) * paths[0].h / problem.units.frequency
+    seconds = len(paths[0].samples) * paths[0].h / problem.scales.frequency
+    load = np.array([path.square[-1] for path in paths]) / (circuit.resistance * seconds * unit)
+
+    def value(of_paths: Floats) -> Value:
+        if len(of_paths) < FEWEST:
+            return Value(float(of_paths.mean()), unknown=UNKNOWN)
+        known = Value(answer.mean_power.value, answer.mean_power.stderr)
+        return dataclasses.replace(controlled(of_paths, load, known).value, bias=None, unknown=UNKNOWN)
+
+    columns = [[value(means[:, j, k]) for j in range(4)] for k in range(len(watch.probes))]
+    answer = with_probes(answer, problem, dataclasses.replace(watch, parts=()), columns, window)
+    if not ledger:
+        return answer
+    powers = [powers_of_elements(circuit, np.asarray(path.states)[::THINNED]) for path in paths]
+    for name in powers[0]:
+        if name not in ("rload", "csmooth"):
+            whole = name.partition(".")[0]
+            taken[whole] = taken.get(whole, 0.0) + np.array([one[name].mean() for one in powers]) / unit
+    details = dict(answer.details)
+    for name, entries in taken.items():
+        one = value(entries)
+        details[f"{PART}{name}"] = one.value
+        if one.stderr is not None:
+            details[f"{ERROR_OF}{PART}{name}"] = one.sampling95
+    said = note("elements_along_paths", paths=len(paths), time=window * problem.units.frequency)
+    return dataclasses.replace(answer, details=details, diagnostics=(*answer.diagnostics, said))
+
+
+def check_watched(problem: Problem, circuit: "CompiledCircuit", probe: Sequence[str], ledger: bool) -> None:
+    """Raise InputError for what is not there, or compiled circuits do not tell, before anything is computed."""
+    from harvester.circuits.probed_path import probed
+    from harvester.mechanics.kernels.forcing import forcing
+
+    if problem.equations.modes is not None:
+        raise InputError("`probe` and `ledger` must go with engine 'spice' for a device of several modes")
+    if ledger and circuit.has_coils:
+        raise InputError(
+            "`ledger` must go with engine 'spice' for a circuit with coils: engine 'compiled' tells powers once a "
+            "step, and pulses of coils are shorter"
+        )
+    eqs, h = problem.equations, 1e-3
+    shaking = forcing(eqs, h, 1, np.random.default_rng(0))
+    path = circuit.trace(eqs, np.zeros(1), h, start=(eqs.resting_places[0], 0.0), shaking=shaking, keep=True)
+    probed(circuit, path, watch_of(problem, probe, ledger).probes)
