@@ -83,6 +83,30 @@ def test_a_trace_is_as_its_states(tmp_path):
     assert found.packets_per_hour.value == states.packets_per_hour.value
 
 
+def test_a_battery_lasts_as_its_charge_does():
+    """What the rectifier gives at its voltage is what it gives at a held store; the rest comes from the battery."""
+    scene = changed(node__interval=0.5, node__wake_voltage=3.0, node__sleep_current=None)
+    battery = hv.Storage(battery_voltage=3.0, battery_charge=0.3)
+    found = hv.node(dataclasses.replace(scene, storage=battery), days=0.01)
+    assert found.limit == "battery" and found.brown_outs == 0.0
+    lost = 0.3 * 3.0 * (1.0 - found.voltage[-1] / 3.0)
+    assert lost == pytest.approx((found.needed - found.harvested.value) * found.t[-1], rel=0.01)
+    said = next(one for one in found.diagnostics if one.code == "battery_lasts")
+    assert said.numbers["seconds"] == pytest.approx(0.9 / (found.needed - found.harvested.value))
+    with pytest.raises(hv.InputError, match=r"wake_voltage must be at most storage.battery_voltage, 3 V"):
+        dataclasses.replace(changed(), storage=battery)
+
+
+def test_what_is_between_packets_is_said():
+    """A flag of low energy limits a node as energy does, and its interval is the longest; lost packets are counted."""
+    keys = {"node__low_voltages": (3.0, 3.5), "node__low_interval": 5.0, "node__lost_share": 0.2}
+    found = hv.node(changed(node__interval=0.2, **keys), days=0.1)
+    assert found.limit == "energy" and found.brown_outs == 0.0
+    assert found.interval_median.value < 1.0 and found.interval_longest.value >= found.interval_95.value > 4.9
+    assert found.packets_lost == pytest.approx(0.25 * found.packets_per_hour.value, rel=0.2)
+    assert hv.node(SCENE, days=0.05).packets_lost is None
+
+
 def test_the_command_prints_one_object():
     done = CliRunner().invoke(cli, ["node", str(SCENE), "--days", "0.05", "--json"])
     assert done.exit_code == 0, done.output
