@@ -228,7 +228,7 @@ def _measure(problem: Problem, storage: Storage, chip: Chip | None, seed: int) -
     from harvester.cosimulation.idealised import ideal_circuit
     from harvester.mechanics.kernels.compiled import compilation
     from harvester.storage.measured_current import HELD, measured
-    from harvester.storage.recorded_current import recorded
+    from harvester.storage.recorded_current import compiled_rectifier, ideal_rectifier, recorded
     from harvester.storage.rectified_current import FINE, times_to
     from harvester.storage.rectifier_cut import held_rectifier, is_plain_store, with_store
     from harvester.storage.slow_circuit import direct_check
@@ -244,9 +244,10 @@ def _measure(problem: Problem, storage: Storage, chip: Chip | None, seed: int) -
         top, farads = storage.battery_voltage, HELD * scales.capacitance
     with compilation():
         if problem.equations.record is not None:
-            assert ideal is not None, "the refusal checks this"
-            best, rough_one, apart, steps = recorded(problem, ideal, farads, top)
-            return _Known(best, rough_one, best.halved(), apart, 0.0, steps, IDEAL_ELEMENTS)
+            rectifier = ideal_rectifier(ideal, scales.capacitance) if ideal else compiled_rectifier(problem)
+            best, rough_one, apart, steps = recorded(problem, rectifier, farads, top)
+            unknown = COMPILED_CIRCUIT if ideal is None else IDEAL_ELEMENTS
+            return _Known(best, rough_one, best.halved(), apart, 0.0, steps, unknown)
         table, rough, steps, _ = measured(problem, elements, ideal, top, seed=seed)
         if not problem.equations.is_steady:
             unknown = f"{IDEAL_ELEMENTS if ideal else COMPILED_CIRCUIT} and {TIME_SCALES}"
