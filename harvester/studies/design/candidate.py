@@ -154,7 +154,10 @@ def _on_record(candidate: Candidate, scene: Scene, needed: DesignNeed, farads: f
 
     supply = candidate.supply
     problem = Problem(candidate.scene(scene, needed))
-    circuit = problem.circuit if supply.chip is None else load_circuit(Load(netlist="bridge"))
+    circuit = problem.circuit
+    if supply.chip is not None:
+        diodes = dict(zip(("Is", "N"), supply.chip.diodes, strict=True))
+        circuit = load_circuit(Load(netlist="bridge", parameters=diodes))
     assert circuit is not None, "a netlist was asked for"
     ideal = ideal_circuit(circuit, problem.scales)
     rectifier = ideal_rectifier(ideal, problem.scales.capacitance) if ideal else compiled_rectifier(problem)

@@ -146,6 +146,7 @@ def on_record(folder, loud):
     return dataclasses.replace(hv.load(SCENE), excitation=hv.Excitation(acceleration_file=str(path)))
 
 
+@pytest.mark.thorough("test_what_is_available_is_what_another_engine_finds")
 @pytest.mark.slow
 def test_a_record_of_the_drive_asks_for_the_same_circuit(tmp_path, bridge):
     """A whole one gives the drive's power; half of one gives half, and needs a store for the other half."""
@@ -157,7 +158,12 @@ def test_a_record_of_the_drive_asks_for_the_same_circuit(tmp_path, bridge):
     assert 4.0 * 40e-6 < kept < 3.0 * 4.0 * 40e-6 and half.capacitor > 10.0 * whole.capacitor
     with pytest.raises(hv.InputError, match=r"nearest is bridge, asked for 100 uW at 3\.3 V, but"):
         hv.design(on_record(tmp_path, 0.5), needs="100 uW at 3.3 V", circuits=["bridge"])
-    chip = hv.design(on_record(tmp_path, 1.0), needs=NEEDS, circuits=[], chips=["ltc3588"])
-    assert chip.available.value == pytest.approx(
-        hv.design(SCENE, needs=NEEDS, chips=["ltc3588"]).available.value, rel=0.02
-    )
+
+
+@pytest.mark.thorough("test_what_is_available_is_what_another_engine_finds")
+@pytest.mark.slow
+def test_a_record_of_the_drive_gives_a_chip_the_same(tmp_path):
+    """Behind a bridge of its own diodes, which are ideal elements on the record."""
+    scenes = (on_record(tmp_path, 1.0), SCENE)
+    some = [hv.design(one, needs=NEEDS, circuits=[], chips=["ltc3588"]).available.value for one in scenes]
+    assert some[0] == pytest.approx(some[1], rel=0.02)
