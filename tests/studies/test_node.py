@@ -161,3 +161,24 @@ def test_a_chip_that_cannot_be_is_one_line(keys, said):
     with pytest.raises(hv.InputError, match=said) as error:
         hv.node(with_chip(**keys), days=0.1)
     assert "\n" not in str(error.value)
+
+
+# Mean power (W) of the netlists' loads by ngspice alone, as in tests/engines/test_slow.py; output (V), load (ohm).
+NGSPICE = {"ltc3588": (183.465e-6, 3.3, 10e3, "47 uF", 4.4e-9), "bq25570": (71.053e-6, 1.8, 5e3, "2.2 uF", 1e-7)}
+
+
+@pytest.mark.parametrize("name", NGSPICE)
+def test_a_chip_by_its_sheet_gives_what_its_netlist_does_in_ngspice(name):
+    """A node that takes what the netlist's resistor takes while the output is there, behind the chip's own diodes."""
+    power, volts, ohm, store, saturation = NGSPICE[name]
+    amperes, own = volts / ohm, {} if name == "ltc3588" else {"start_voltage": 3.0, "stop_voltage": 2.4}
+    node = {"wake_voltage": 0.1, "stop_voltage": 0.05, "interval": 2e-3, "durations": (1e-3,)}
+    scene = dataclasses.replace(
+        hv.load(EXAMPLES / f"bimorph_{name}.toml"),
+        load=hv.Netlist("bridge", Is=saturation, N=1.0),
+        storage=hv.Storage(capacitance=store),
+        node=hv.SensorNode(**node, currents=(amperes,), sleep_current=amperes, supply_voltage=volts),
+        chip=hv.HarvestingChip(name=name, **own),
+    )
+    found = hv.node(scene, days=0.05)
+    assert found.share_running.value * volts * amperes == pytest.approx(power, rel=0.02)
