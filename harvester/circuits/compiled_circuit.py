@@ -221,13 +221,9 @@ class CompiledCircuit:
             circuit_mid_drift(state, out, h, self.for_kernels(h), coefficients(eqs), shaker)
 
     def for_kernels(self, h: float) -> Own:
-        """The circuit at steps of h.
-
-        Of threads that ask at once one makes what all get: a record of another would point to arrays that nobody keeps.
-        """
-        found = self._arrays.get(h) or self._arrays.setdefault(h, self._record(h))
-        address = int(follow.address)
-        return Own(found[0], address, self.room, self.told_at, self.scales.volts, self._unit)
+        """The circuit at steps of h; threads that ask at once get one record, as it has but addresses of its arrays."""
+        record, _ = self._arrays.get(h) or self._arrays.setdefault(h, self._record(h))
+        return Own(record, int(follow.address), self.room, self.told_at, self.scales.volts, self._unit)
 
     def _record(self, h: float) -> tuple[Any, ...]:
         """The record of `CIRCUIT`, and the arrays that it points to."""

@@ -1,5 +1,6 @@
 """The command `harvester record`."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import click
@@ -12,14 +13,18 @@ from harvester.commands.reports import report_file, report_option, save_report
 from harvester.errors import InputError, invalid, refused, shown
 
 
-def _hertz(text: str) -> float:
-    """Read a sampling rate such as 1kHz or 500."""
-    from harvester.quantities.kinds import FREQUENCY, with_prefix
+def _sized(argument: str, kind: str) -> Callable[[str], float]:
+    """What reads a size such as 1kHz or 10g, of a kind by its name."""
 
-    try:
-        return with_prefix(text, FREQUENCY)
-    except ValueError as error:
-        raise refused("`rate`", error, text) from None
+    def read(text: str) -> float:
+        from harvester.quantities import kinds
+
+        try:
+            return kinds.with_prefix(text, getattr(kinds, kind))
+        except ValueError as error:
+            raise refused(argument, error, text) from None
+
+    return read
 
 
 def _seconds(text: str) -> float:
@@ -36,6 +41,7 @@ def _seconds(text: str) -> float:
     "harvester record logger.csv --axis z --out clean.csv --report",
     "harvester record logger.csv --axis 'Acc Z (g)' --from 30 --to 2min --longest --out clean.csv",
     "harvester record one_column.csv --rate 1kHz --out clean.csv",
+    "harvester record clean.csv --mass 10g --stroke 2mm",
 )
 @cloup.argument("file", help="A CSV file of a logger, with a unit behind the name of each axis.")
 @cloup.option_group(
@@ -46,10 +52,15 @@ def _seconds(text: str) -> float:
     cloup.option("--longest", is_flag=True, help="Take the longest part without a gap that is too long to fill."),
     cloup.option(
         "--rate",
-        type=_hertz,
+        type=_sized("`rate`", "FREQUENCY"),
         metavar="HZ",
         help="Of a file without times: its sampling rate.  Of one with times: resample to it, without aliasing.",
     ),
+)
+@cloup.option_group(
+    "What a device could take of it, whatever its spring and circuit",
+    cloup.option("--mass", type=_sized("`mass`", "MASS"), metavar="KG", help="Of the device, such as 10g."),
+    cloup.option("--stroke", type=_sized("`stroke`", "GAP"), metavar="M", help="The mass's way to either side."),
 )
 @cloup.option_group(
     "Output",
@@ -64,6 +75,8 @@ def record(
     end: float | None,
     longest: bool,
     rate: float | None,
+    mass: float | None,
+    stroke: float | None,
     out: str | None,
     report: str | None,
     as_json: bool,
@@ -82,7 +95,7 @@ def record(
             raise InputError(f"--out must be another file than the record itself, but is {shown(out)}")
     page = report_file(report, None if path is None else str(path.parent))
     with naming(file):
-        found = look(clean(file, axis, rate, Part(begin, end, longest)))
+        found = look(clean(file, axis, rate, Part(begin, end, longest)), mass, stroke)
     text = "" if path is None else found.text()
     title = f"{Path(file).name}, axis {found.record.axis}"
     echo_answer(found, as_json)

@@ -62,11 +62,8 @@ def _mean_square(eqs: Equations) -> float:
 
 
 def _mean_jerk(eqs: Equations) -> float:
-    """E|a'| of a drive or a record, whose Fourier series is looked at 8 times a sample; infinite for noise."""
+    """E|a'| of a drive or a record; infinite for noise."""
     if eqs.drive is not None and eqs.coloured is None:
         assert eqs.drive_frequency is not None, "Scene checks this"
         return 2.0 / math.pi * eqs.drive * eqs.drive_frequency
-    if eqs.record is None:
-        return math.inf
-    fine = eqs.record.sampled(8 * len(eqs.record.values))
-    return float(np.abs(np.diff(fine, append=fine[0])).sum()) / eqs.record.period
+    return math.inf if eqs.record is None else eqs.record.mean_jerk

@@ -16,7 +16,7 @@ from harvester.arrays import Floats
 from harvester.errors import InputError, invalid, shown
 from harvester.quantities.kinds import ACCELERATION, ACCELERATION_PSD, FREQUENCY, TIME, Kind
 from harvester.records.csv_table import CsvColumn, CsvTable, check_numbers, read_table
-from harvester.records.records import Record, TabulatedDensity, bridge, whole_period
+from harvester.records.records import Record, TabulatedDensity
 
 _T = TypeVar("_T")
 FEWEST = 16  # rows of a record
@@ -107,10 +107,7 @@ def _record(path: str) -> Record:
         raise InputError(f"{key} must have equal steps of time, but row {int(off.argmax()) + 1} is off: {mend}")
     if not values.any():
         raise invalid(key, "have accelerations other than 0", 0.0)
-    period = whole_period(values)
-    if period is not None:
-        return Record(spacing, period)
-    return Record(spacing, np.append(values, bridge(values)), bridged=True)
+    return Record.of(spacing, values)
 
 
 def read_density(path: str) -> TabulatedDensity:

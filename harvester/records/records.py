@@ -40,6 +40,20 @@ class Record:
     exact: bool = False
     bridged: bool = False
 
+    @classmethod
+    def of(cls, spacing: float, values: Floats) -> "Record":
+        """The record of samples that a sensor read: their whole period, or with a `bridge` from end to beginning."""
+        period = whole_period(values)
+        if period is not None:
+            return cls(spacing, period)
+        return cls(spacing, np.append(values, bridge(values)), bridged=True)
+
+    @property
+    def mean_jerk(self) -> float:
+        """E|a'|, of the Fourier series at 8 times a sample."""
+        fine = self.sampled(8 * len(self.values))
+        return float(np.abs(np.diff(fine, append=fine[0])).sum()) / self.period
+
     @property
     def period(self) -> float:
         """The time after which the record repeats."""

@@ -1,16 +1,32 @@
 """What a sensor node is and the store that feeds it: tables that `harvester node` reads, beside the device."""
 
+import math
 from typing import Annotated, ClassVar
 
 from harvester.errors import InputError, invalid
-from harvester.quantities.kinds import CURRENT, ENERGY, RESISTANCE_FROM_0, SHARE, STORAGE, TIME, VOLTAGE_FROM_0
+from harvester.quantities.kinds import (
+    CHARGE,
+    CURRENT,
+    ENERGY,
+    RESISTANCE,
+    RESISTANCE_FROM_0,
+    RETRIES,
+    SHARE,
+    STORAGE,
+    TIME,
+    VOLTAGE,
+    VOLTAGE_FROM_0,
+)
 from harvester.records.current_trace import read_trace
 from harvester.scene.table import NONE, Number, OptNumber, SceneTable, scene_table
 
 
 @scene_table
 class Storage(SceneTable):
-    """A capacitor behind the rectifier, in place of the netlist's Csmooth.
+    """A capacitor behind the rectifier, in place of the netlist's Csmooth, or a battery, which keeps its voltage.
+
+    The charge that goes on into the pores of a supercapacitor, which its makers call a leakage of the first hours, is
+    that of a ``diffusion_capacitance`` that a ``diffusion_resistance`` is spread along.  A battery begins full.
 
     >>> import harvester as hv
     >>> hv.Storage(capacitance="470 uF", leakage_resistance="10 Mohm").capacitance
@@ -18,21 +34,46 @@ class Storage(SceneTable):
     """
 
     TABLE: ClassVar[str] = "storage"
-    capacitance: Annotated[Number, STORAGE, "of the capacitor that feeds the node"]
+    capacitance: Annotated[OptNumber, STORAGE, "of the capacitor that feeds the node"] = NONE
     leakage_resistance: Annotated[OptNumber, RESISTANCE_FROM_0, "across the capacitor; left out: none"] = NONE
     esr: Annotated[OptNumber, RESISTANCE_FROM_0, "in series: a current out lowers its voltage"] = NONE
     initial_voltage: Annotated[OptNumber, VOLTAGE_FROM_0, "at the beginning; 0 where left out"] = NONE
     clamp_voltage: Annotated[OptNumber, VOLTAGE_FROM_0, "what more comes in is lost; left out: none"] = NONE
     capacitance_left: Annotated[OptNumber, SHARE, "of the capacitance, by tolerance and age; 1 where left out"] = NONE
+    diffusion_capacitance: Annotated[OptNumber, STORAGE, "beside capacitance, deep in the pores"] = NONE
+    diffusion_resistance: Annotated[OptNumber, RESISTANCE, "of the pores, along diffusion_capacitance"] = NONE
+    battery_voltage: Annotated[OptNumber, VOLTAGE, "of a battery, instead of capacitance"] = NONE
+    battery_charge: Annotated[OptNumber, CHARGE, "of a full battery: 1 mAh is 3.6 C"] = NONE
 
     def __post_init__(self) -> None:
+        _check_store(self)
         if self.leakage_resistance == 0.0:
             raise invalid("storage.leakage_resistance", "be above 0, or left out for none", 0.0)
 
     @property
     def farads(self) -> float:
         """The capacitance that is left (F)."""
-        return self.capacitance * (self.capacitance_left or 1.0)
+        return (self.capacitance or 0.0) * (self.capacitance_left or 1.0)
+
+
+def _check_store(store: Storage) -> None:
+    """Refuse a store that is neither a capacitor nor a battery, or half of what one needs."""
+    if (store.capacitance is None) == (store.battery_voltage is None):
+        has = "neither is" if store.capacitance is None else "both are"
+        raise InputError(f"storage must have either capacitance or battery_voltage, but {has} given")
+    _check_both(store, "diffusion_capacitance", "diffusion_resistance")
+    _check_both(store, "battery_voltage", "battery_charge")
+    for key in ("initial_voltage", "clamp_voltage", "capacitance_left", "diffusion_capacitance"):
+        if store.battery_voltage is not None and getattr(store, key) is not None:
+            raise InputError(f"storage.{key} must be left out of a battery, which keeps its voltage, but is given")
+
+
+def _check_both(table: SceneTable, one: str, other: str) -> None:
+    """Refuse one key without the other."""
+    given = [key for key in (one, other) if getattr(table, key) is not None]
+    if len(given) == 1:
+        lacks = other if given == [one] else one
+        raise InputError(f"{table.TABLE}.{lacks} must be given with {given[0]}, but is left out")
 
 
 @scene_table
@@ -43,6 +84,10 @@ class SensorNode(SceneTable):
     ``durations`` (10 ms where left out), or a ``trace``, a CSV file of time and current as power profilers write it.
     Currents and energies are those that the node takes from its ``supply_voltage``, which a regulator of an
     ``efficiency`` makes of the store; without one the store itself gives its currents.
+
+    Of its packets a ``lost_share`` is not answered; each is sent up to ``retries`` times more.  A flag of the store's
+    energy goes down below the first of ``low_voltages`` and up above the second: while it is down, packets are a
+    ``low_interval`` apart.
 
     >>> import harvester as hv
     >>> packet = {"currents": ["4 mA"], "durations": ["9 ms"]}
@@ -66,8 +111,20 @@ class SensorNode(SceneTable):
     stopped_current: Annotated[OptNumber, CURRENT, "while it waits for the wake voltage, from the store"] = NONE
     supply_voltage: Annotated[OptNumber, VOLTAGE_FROM_0, "regulated supply; left out: the store feeds it"] = NONE
     efficiency: Annotated[OptNumber, SHARE, "of the regulator; 1 where left out"] = NONE
+    lost_share: Annotated[OptNumber, SHARE, "of packets sent, that nobody answers; left out: none"] = NONE
+    retries: Annotated[OptNumber, RETRIES, "of a packet that nobody answers, at most"] = NONE
+    low_voltages: (
+        Annotated[
+            tuple[Annotated[float, VOLTAGE], Annotated[float, VOLTAGE]],
+            "of the store, where a flag of low energy comes and goes",
+            "['3 V', '3.3 V']",
+        ]
+        | None
+    ) = None
+    low_interval: Annotated[OptNumber, TIME, "instead of interval, while the flag is there"] = NONE
 
     def __post_init__(self) -> None:
+        _check_radio(self)
         if not self.wake_voltage > self.stop_voltage:
             raise invalid("node.wake_voltage", f"be above stop_voltage, {self.stop_voltage:g} V", self.wake_voltage)
         given = [key for key in ("currents", "packet_energy", "trace") if getattr(self, key) is not None]
@@ -76,12 +133,10 @@ class SensorNode(SceneTable):
             raise InputError(f"node must have one of currents, packet_energy and trace, but {has}")
         if self.trace is not None and self.durations is not None:
             raise InputError("node.durations must be left out with node.trace, which has its times, but is given")
-        _check_durations(self.currents, self.durations)
         for key in ("packet_energy", "efficiency"):
             if getattr(self, key) is not None and not self.supply_voltage:
                 raise InputError(f"node.supply_voltage must be given with {key}, but is left out")
-        if not sum(duration for _, duration in self.states) < self.interval:
-            raise invalid("node.interval", "be longer than a packet's durations together", self.interval)
+        _check_durations(self)
 
     @property
     def states(self) -> tuple[tuple[float, float], ...]:
@@ -97,13 +152,31 @@ class SensorNode(SceneTable):
 PACKET = 0.01  # s that a packet of a given energy takes
 
 
-def _check_durations(currents: tuple[float, ...] | None, durations: tuple[float, ...] | None) -> None:
-    """Refuse durations that are not one for each current, or one for the energy of a packet."""
-    given = len(durations or ())
-    if currents is not None and given != len(currents):
-        raise invalid("node.durations", f"be as many as node.currents, {len(currents)}", given)
-    if currents is None and given > 1:
+def _check_radio(node: SensorNode) -> None:
+    """Refuse retries and a flag of which half is missing, and packets that take longer than their interval."""
+    _check_both(node, "low_voltages", "low_interval")
+    if node.retries is not None and node.lost_share is None:
+        raise InputError("node.lost_share must be given with retries, but is left out")
+    if node.retries is not None and node.retries % 1.0:
+        raise invalid("node.retries", "be a whole number", node.retries)
+    if node.lost_share == 1.0:
+        raise invalid("node.lost_share", "be below 1", 1.0)
+    if node.low_voltages is not None and not node.low_voltages[0] <= node.low_voltages[1]:
+        raise invalid("node.low_voltages", "ascend", node.low_voltages)
+
+
+def _check_durations(node: SensorNode) -> None:
+    """Refuse durations that are not one for each current, or one for an energy, and too short intervals."""
+    given = len(node.durations or ())
+    if node.currents is not None and given != len(node.currents):
+        raise invalid("node.durations", f"be as many as node.currents, {len(node.currents)}", given)
+    if node.currents is None and given > 1:
         raise invalid("node.durations", "be one where packet_energy is given", given)
+    longest = ((node.retries or 0) + 1) * sum(duration for _, duration in node.states)
+    for key in ("interval", "low_interval"):
+        if not longest < (getattr(node, key) or math.inf):
+            most = "a packet's durations together" + (" and its retries'" if node.retries else "")
+            raise invalid(f"node.{key}", f"be longer than {most}", getattr(node, key))
 
 
 @scene_table
@@ -155,5 +228,8 @@ def check_node(
         raise InputError("[node] must be given with [chip], but the table is missing")
     if node is not None and storage is None:
         raise InputError("[storage] must be given with [node], but the table is missing")
+    battery = None if storage is None else storage.battery_voltage
+    if node is not None and battery is not None and node.wake_voltage > battery:
+        raise invalid("node.wake_voltage", f"be at most storage.battery_voltage, {battery:g} V", node.wake_voltage)
     if node is not None and netlist is None:
         raise InputError("load.netlist must be given with [node], such as 'bridge', but is left out")

@@ -55,6 +55,8 @@ class Chip:
     ``efficiencies`` are those of the output over its current (A), the first also below it.  ``outputs`` are the
     output's voltages with ``rise`` and ``fall`` (V); of a chip that tracks, at 0, the range of its store.
 
+    ``diodes`` are saturation current (A) and emission coefficient of its bridge, or of that before its input: a BAT54.
+
     ``names`` are the parameters of the ``netlist`` that is the chip's referee, for the output's voltage, ``rise``,
     ``fall`` and ``full``.  ``source`` names the sheet, and ``assumed`` what no text of it confirmed: there the number
     is a usual one, and charging may be off by the part ``spread``.
@@ -75,6 +77,7 @@ class Chip:
     cold_efficiency: float = 1.0
     hand_over: float = 0.0
     least: float = 0.0
+    diodes: tuple[float, float] = (1e-7, 1.0)
     netlist: str = ""
     spread: float = 0.0
     source: str = ""
@@ -119,6 +122,7 @@ CHIPS = {
         efficiencies=((1e-6, 0.85),),
         own=950e-9,
         most=20.0,
+        diodes=(4.4e-9, 1.0),
         netlist="ltc3588",
         source="LTC3588-1, Analog Devices: page 1 (950 nA, 20 V)",
         assumed="thresholds, an output of 85 %",

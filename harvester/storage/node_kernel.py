@@ -9,10 +9,14 @@ from harvester.mechanics.kernels.compiled import forced, kernel
 PART = 0.02  # of the highest voltage: what a step may change it by
 LONGEST = 60.0  # s of a step, while it waits
 SAME = 1e-10  # of the highest voltage: packets that begin at voltages so near repeat themselves
-DONE = 1.0 - 1e-12  # of the time
+DONE = 1.0 - 1e-9  # of the time
 SEEN = 20_000  # points of the course in time that are kept, at most
 HOUR = 3600.0
-RAN, PACKETS, BROWN_OUTS, GIVEN, CLAMPED, END, FIRST, POINTS = range(8)  # of the counts
+BINS, SHORTEST, WIDER = 250, 1e-3, math.log(1.1)  # of intervals between packets; s of the first's end; log of a width
+RAN, PACKETS, LOST, BROWN_OUTS, GIVEN, CLAMPED, END, LAST, INTERVALS = range(9)  # of the counts
+REPEATED = INTERVALS + 2 * BINS  # counts that grow by the same in each cycle: last, intervals of each bin and their sum
+FIRST, POINTS, COUNTS = range(REPEATED, REPEATED + 3)
+WAKE, TOP, FARADS, LENGTH, HELD, LOW, HIGH, SPARED = range(8)  # of the levels
 
 
 @forced
@@ -24,36 +28,69 @@ def _rate(u, scale, finest, row, drawn):
     return low + (place - k) * (high - low), high - low
 
 
+@forced
+def _spread(v, branches, factor, before, rates):
+    """The current (A) into the branches of a store at v, whose rates of voltage are filled in."""
+    total = 0.0
+    for j in range(branches.shape[1]):
+        current = branches[0, j] * (v - branches[2, j] - factor * before[j])
+        rates[j] = current / branches[1, j]
+        total += current
+    return total
+
+
+@forced
+def _quickest(branches):
+    """The largest rate (1/s) of the branches, and all their conductances together."""
+    fastest, conductance = 0.0, 0.0
+    for j in range(branches.shape[1]):
+        fastest = max(fastest, branches[0, j] / branches[1, j])
+        conductance += branches[0, j]
+    return fastest, conductance
+
+
+@forced
+def _current_now(charging, length, now):
+    """The charging currents of the window that it is, and how long (s) that lasts."""
+    if length == 0.0:
+        return charging[0], math.inf
+    window = math.floor(now / length * (1.0 + 1e-14) + 1e-9)
+    return charging[int(window) % charging.shape[0]], max((window + 1.0) * length - now, 1e-9 * length)
+
+
 @kernel
-def follow_state(charging, drawn, levels, v, duration, threshold, side, counts, t, volts, apart):
+def follow_state(store, drawn, v, duration, threshold, side, found):
     """Go on in a state for a duration, or until V passes a threshold upwards (``side`` 1) or downwards: V there."""
-    top, farads, length = levels[1], levels[2], levels[3]
-    finest = charging.shape[1] - 1
-    scale, left = finest / top, duration
+    (charging, levels, branches), (counts, t, volts, apart) = store, found
+    top, farads, held = levels[TOP], levels[FARADS], levels[HELD]
+    finest, many = charging.shape[1] - 1, branches.shape[1]
+    scale, left, rates = finest / top, duration, np.zeros((5, many))
     if side * (v - threshold) >= 0.0:
         return v
+    fastest, conductance = _quickest(branches)
     while left > 0.0:
-        row, room = charging[0], left
-        if length > 0.0:
-            window = math.floor(counts[END] / length * (1.0 + 1e-14) + 1e-9)
-            room = max((window + 1.0) * length - counts[END], 1e-9 * length)
-            row = charging[int(window) % charging.shape[0]]
+        row, room = _current_now(charging, levels[LENGTH], counts[END])
         a, slope = _rate(v, scale, finest, row, drawn)
-        a /= farads
-        steepest = abs(slope) * scale / farads
+        a = (a - _spread(v, branches, 0.0, rates[0], rates[1])) / farads
+        steepest = max((abs(slope) * scale + conductance) / farads, fastest)
         step = min(left, room, LONGEST, PART * top / max(abs(a), 1e-300), 1.0 / max(steepest, 1e-300))
         if left - step < 1e-12 * duration:
             step = left
-        b = _rate(v + 0.5 * step * a, scale, finest, row, drawn)[0] / farads
-        c = _rate(v + 0.5 * step * b, scale, finest, row, drawn)[0] / farads
-        d = _rate(v + step * c, scale, finest, row, drawn)[0] / farads
+        u = v + 0.5 * step * a
+        b = (_rate(u, scale, finest, row, drawn)[0] - _spread(u, branches, 0.5 * step, rates[1], rates[2])) / farads
+        u = v + 0.5 * step * b
+        c = (_rate(u, scale, finest, row, drawn)[0] - _spread(u, branches, 0.5 * step, rates[2], rates[3])) / farads
+        u = v + step * c
+        d = (_rate(u, scale, finest, row, drawn)[0] - _spread(u, branches, step, rates[3], rates[4])) / farads
         new = v + step / 6.0 * (a + 2.0 * (b + c) + d)
         there = side * (new - threshold) >= 0.0 and new != v
         if there:
             step *= (threshold - v) / (new - v)
             new = threshold
+        for j in range(many):
+            branches[2, j] += step / 6.0 * (rates[1, j] + 2.0 * (rates[2, j] + rates[3, j]) + rates[4, j])
         middle = 0.5 * (v + min(new, top))
-        counts[GIVEN] += row[min(int(middle * scale), finest)] * middle * step
+        counts[GIVEN] += row[min(int(middle * scale), finest)] * (middle if held == 0.0 else held) * step
         if new > top:
             counts[CLAMPED] += farads * (new - top) * top
             new = top
@@ -69,60 +106,103 @@ def follow_state(charging, drawn, levels, v, duration, threshold, side, counts, 
     return v
 
 
-@kernel
-def follow_node(charging, drawn, waiting, durations, stops, levels, v, seconds, counts, t, volts, hours):
-    """Fill the counts, the course and the packets of each of the ``hours`` of a node from the voltage v on.
+@forced
+def _flag(v, low, levels):
+    """Whether the flag of low energy is there, which it was or was not."""
+    return v < levels[LOW] or (low and v < levels[HIGH])
 
-    ``charging``, shape (windows, points), and ``drawn``, shape (states, points), are currents (A) at even voltages up
-    to the top; ``levels`` are the wake voltage, the top, the capacitance and the length of a window, 0 for one that
-    lasts.  The last of the states, which last ``durations`` and end at the voltages ``stops``, is sleep.
+
+@kernel
+def _follow_packet(store, drawn, durations, stops, number, v, low, seconds, hours, found):
+    """Send a packet, ``number`` times (negative: in vain), and sleep: V, whether the node is on, and the flag."""
+    levels, counts, last, on = store[1], found[0], len(durations) - 1, True
+    spent = 0.0
+    for k in range(abs(number) * last):
+        left = min(durations[k % last], seconds - counts[END])
+        v = follow_state(store, drawn[k % last], v, left, stops[k % last], -1.0, found)
+        on, spent = v > stops[k % last], spent + (left if k >= last else 0.0)
+        if not on:
+            return v, on, low
+    _send(counts, hours, number > 0)
+    low = _flag(v, low, levels)
+    left = min((levels[SPARED] if low else durations[last]) - spent, seconds - counts[END])
+    v = follow_state(store, drawn[last], v, left, stops[last], -1.0, found)
+    return v, v > stops[last], low
+
+
+@kernel
+def follow_node(currents, durations, stops, levels, branches, tries, v, seconds, counts, course):
+    """Fill the counts and the ``course`` of a node from the voltage v on: times, voltages, and packets of each hour.
+
+    ``currents`` are charging, shape (windows, points), drawn, shape (states, points), and that of the waiting node, in
+    A at even voltages up to the top; ``levels`` are the wake voltage, the top, the capacitance, the length of a window,
+    0 for one that lasts, the voltage of a battery, 0 without one, the voltages at which the flag of low energy comes
+    and goes, and how long sleep is with it.  ``branches`` are conductances, capacitances and voltages of what is in
+    parallel with the store, shape (3, n).  The last of the states, which last ``durations`` and end at the voltages
+    ``stops``, is sleep.  A packet takes as many ``tries`` as these say in turn, and is lost where one is negative.
     """
-    wake, repeats, apart = levels[0], levels[3] == 0.0, seconds / SEEN
-    ever, last = stops.max() < wake, len(durations) - 1
-    woken, begun = np.full(6, math.nan), np.empty(6)
-    same = SAME * levels[1] if repeats else -1.0
+    (charging, drawn, waiting), (t, volts, hours) = currents, course
+    store, found = (charging, levels, branches), (counts, t, volts, seconds / SEEN)
+    wake, repeats = levels[WAKE], levels[LENGTH] == 0.0 and len(tries) == 1
+    ever, taken, low = stops.max() < wake, 0, False
+    woken, begun = np.full(REPEATED, math.nan), np.empty(REPEATED)
+    same = SAME * levels[TOP] if repeats else -1.0
+    at_wake, before = np.full(branches.shape[1] + 2, math.nan), np.empty(branches.shape[1] + 2)
     while counts[END] < seconds * DONE:
         rose = v < wake
-        v = follow_state(charging, waiting, levels, v, seconds - counts[END], wake, 1.0, counts, t, volts, apart)
-        if v >= wake and rose and repeats:  # what follows is the same each time
-            _repeat(counts, woken, seconds)
-            woken[:] = counts[:6]
-        before, on = math.nan, v >= wake
-        begun[:] = counts[:6]
+        v = follow_state(store, waiting, v, seconds - counts[END], wake, 1.0, found)
+        low = _flag(v, low, levels)
+        if v >= wake and rose:
+            if _alike(v, low, branches[2], at_wake, same):  # what follows is the same each time
+                _repeat(counts, woken, seconds)
+            woken[:] = counts[:REPEATED]
+        before[:], on = math.nan, v >= wake
         while on and counts[END] < seconds * DONE:
-            if abs(v - before) < same:
+            if _alike(v, low, branches[2], before, same):
                 _repeat(counts, begun, seconds)
-            before = v
-            begun[:] = counts[:6]
-            for k in range(last + 1):
-                left = min(durations[k], seconds - counts[END])
-                v = follow_state(charging, drawn[k], levels, v, left, stops[k], -1.0, counts, t, volts, apart)
-                if v <= stops[k]:
-                    counts[BROWN_OUTS] += 1.0
-                    on = False
-                    break
-                if k == last - 1:
-                    _send(counts, hours)
+            begun[:] = counts[:REPEATED]
+            number = tries[taken % len(tries)]
+            taken += 1
+            v, on, low = _follow_packet(store, drawn, durations, stops, number, v, low, seconds, hours, found)
+            counts[BROWN_OUTS] += 0.0 if on else 1.0
             counts[RAN] += counts[END] - begun[END]
         if not on and not ever and v >= wake:  # it would stop as soon as it begins: wait with the node off
-            left = seconds - counts[END]
-            v = follow_state(charging, waiting, levels, v, left, math.inf, 1.0, counts, t, volts, apart)
+            v = follow_state(store, waiting, v, seconds - counts[END], math.inf, 1.0, found)
 
 
 @forced
-def _send(counts, hours):
-    """Count a packet that is sent now."""
+def _alike(v, low, inner, others, same):
+    """Whether voltages and flag are as others were, which they then replace."""
+    found = abs(v - others[0]) < same and others[1] == (1.0 if low else 0.0)
+    for j in range(len(inner)):
+        found = found and abs(inner[j] - others[j + 2]) < same
+    others[0], others[1], others[2:] = v, 1.0 if low else 0.0, inner
+    return found
+
+
+@forced
+def _send(counts, hours, arrives):
+    """Count a packet that is sent now, and the time since the last that arrived."""
+    if not arrives:
+        counts[LOST] += 1.0
+        return
     counts[PACKETS] += 1.0
     hours[min(int(counts[END] / HOUR), len(hours) - 1)] += 1.0
     if counts[FIRST] == 0.0:
         counts[FIRST] = counts[END]
+    else:
+        gap = counts[END] - counts[LAST]
+        k = min(max(int(math.log(gap / SHORTEST) / WIDER), 0), BINS - 1)
+        counts[INTERVALS + k] += 1.0
+        counts[INTERVALS + BINS + k] += gap
+    counts[LAST] = counts[END]
 
 
 @forced
 def _repeat(counts, before, seconds):
     """Go on with whole cycles, as that since the counts ``before``, up to a time in all."""
     cycle = counts[END] - before[END]
-    if cycle > 0.0:  # and there is one before
-        times = math.floor((seconds - counts[END]) / cycle)
-        for k in range(6):
+    if cycle > 0.0 and (before[LAST] > 0.0 or counts[PACKETS] == 0.0):  # there is one before, like it in intervals, too
+        times = max(math.ceil((seconds - counts[END]) / cycle - 1e-9) - 1, 0)  # the last is gone through
+        for k in range(REPEATED):
             counts[k] += times * (counts[k] - before[k])

@@ -3,9 +3,11 @@
     C dV/dt = I(V, t) - V/R_leak - i_s(V),     i_s = I_s, or I_s V_supply/(efficiency V) behind a regulator
 
 In each state s this is one equation of V alone, which Runge and Kutta's method of fourth order follows; where V passes
-a threshold the state ends.  The node sees V - ESR i_s.  What would charge the store above the clamp is lost.  I(V, t)
-is one function of V, or one in each window of a record that repeats itself (`harvester.storage.recorded_current`), or
-what a chip makes of either (`harvester.storage.supply`).
+a threshold the state ends.  The node sees V - ESR i_s.  Charge that moves into the pores of a supercapacitor is that of
+a line of resistance and capacitance, closed at its end, beside C (`branches_of`).  A battery keeps its voltage; what
+changes is the share of its charge, here that share of the voltage.  What would charge the store above the clamp is
+lost.  I(V, t) is one function of V, or one in each window of a record that repeats itself
+(`harvester.storage.recorded_current`), or what a chip makes of either (`harvester.storage.supply`).
 """
 
 import math
@@ -16,24 +18,29 @@ import numpy as np
 from harvester.arrays import Floats
 from harvester.scene.sensor_node import SensorNode, Storage
 from harvester.storage.bought_parts import Chip
-from harvester.storage.node_kernel import HOUR, SEEN, follow_node
+from harvester.storage.node_kernel import BINS, COUNTS, FIRST, HOUR, INTERVALS, POINTS, SEEN, follow_node
 from harvester.storage.recorded_current import RecordedCurrent
 from harvester.storage.rectified_current import RectifiedCurrent
 from harvester.storage.supply import charging_current, output_efficiency
 
 GRID, ROUGH = 4000, 400  # voltages of a state's table; of one in each window
+BRANCHES = 6  # of a line, the last of which has the rest of its capacitance
+AGAIN = 0.01  # of an empty battery's charge: where it feeds the node again
+DRAWN = 65_536  # packets of which the tries are drawn, and repeated
 
 
 @dataclass
 class NodeCourse:
-    """What happened: seconds that it ran, packets sent and lost, the time of the first, and V over time.
+    """What happened: seconds that it ran, packets that arrived and that were lost, the time of the first, V over time.
 
     ``given`` and ``clamped`` are the energies (J) that came from the rectifier and that the clamp took.  Points of the
     course are up to where it repeats itself.  ``hours`` has the packets of each hour, where it does not.
+    ``intervals`` are the mean times (s) between packets in bins, and how many there were, shape (2, n), ascending.
     """
 
     ran: float = 0.0
     packets: int = 0
+    lost: int = 0
     brown_outs: int = 0
     first: float | None = None
     given: float = 0.0
@@ -42,6 +49,41 @@ class NodeCourse:
     t: Floats = field(default_factory=lambda: np.empty(0))
     volts: Floats = field(default_factory=lambda: np.empty(0))
     hours: Floats = field(default_factory=lambda: np.empty(0))
+    intervals: Floats = field(default_factory=lambda: np.empty((2, 0)))
+
+    def interval(self, share: float) -> float:
+        """The time (s) between packets that a ``share`` of all such times is not above; inf where there is none."""
+        times, numbers = self.intervals
+        if not len(times):
+            return math.inf
+        return float(times[np.searchsorted(np.cumsum(numbers), share * numbers.sum() - 1e-9)])
+
+
+def branches_of(storage: Storage) -> Floats:
+    """Conductances, capacitances and first voltages of the branches in parallel with a store, shape (3, n).
+
+    A line of resistance R and capacitance C that is closed at its end is sqrt(sC/R) tanh(sqrt(sRC)), the sum over k of
+    branches with R/2 and 2C/(pi (k - 1/2))^2 in series.
+    """
+    if storage.diffusion_capacitance is None or storage.diffusion_resistance is None:
+        return np.empty((3, 0))
+    farads = 2.0 * storage.diffusion_capacitance / (math.pi * (np.arange(BRANCHES) + 0.5)) ** 2
+    farads[-1] += storage.diffusion_capacitance - farads.sum()
+    one = np.ones(BRANCHES)
+    return np.array([2.0 / storage.diffusion_resistance * one, farads, (storage.initial_voltage or 0.0) * one])
+
+
+def _top_of(
+    current: RectifiedCurrent | RecordedCurrent, storage: Storage, node: SensorNode, chip: Chip | None
+) -> float:
+    """The voltage that a store does not exceed."""
+    if storage.battery_voltage is not None:
+        return storage.battery_voltage
+    highest = float(current.voltages[-1])
+    if chip is not None:
+        highest = min(highest, chip.most) if chip.ratio is None else chip.full
+    highest = max(highest, node.wake_voltage, storage.initial_voltage or 0.0)
+    return min(highest, storage.clamp_voltage or math.inf)
 
 
 class NodeRun:
@@ -50,12 +92,7 @@ class NodeRun:
     def __init__(
         self, current: RectifiedCurrent | RecordedCurrent, storage: Storage, node: SensorNode, chip: Chip | None = None
     ) -> None:
-        clamp = storage.clamp_voltage
-        highest = float(current.voltages[-1])
-        if chip is not None:
-            highest = min(highest, chip.most) if chip.ratio is None else chip.full
-        highest = max(highest, node.wake_voltage, storage.initial_voltage or 0.0)
-        self.top = highest if clamp is None else min(highest, clamp)
+        self.top = _top_of(current, storage, node, chip)
         if chip is not None:  # the node begins where the chip's output does
             wake, stop = max(node.wake_voltage, chip.rise), max(node.stop_voltage, chip.fall)
             node = replace(node, wake_voltage=wake, stop_voltage=stop)
@@ -63,12 +100,14 @@ class NodeRun:
         windows = current.length if isinstance(current, RecordedCurrent) else 0.0
         self.length = windows
         self.volts = np.linspace(0.0, self.top, (ROUGH if windows else GRID) + 1)
+        if storage.battery_voltage is not None:
+            self.volts[:] = storage.battery_voltage
         leak = 0.0 if storage.leakage_resistance is None else self.volts / storage.leakage_resistance
         came = current.at(self.volts) if chip is None else charging_current(chip, current, self.volts)
         self.charging = np.atleast_2d(came - leak)
-        sleep = node.sleep_current or 0.0
-        asleep = node.interval - sum(seconds for _, seconds in node.states)
-        self.states = [*node.states, (sleep, asleep)]
+        sleep, packet = node.sleep_current or 0.0, sum(seconds for _, seconds in node.states)
+        self.states = [*node.states, (sleep, node.interval - packet)]
+        self.spared = (node.low_interval or node.interval) - packet
         self.drawn = np.array([self._drawn(amperes) for amperes, _ in self.states])
         self.waiting = np.full(len(self.volts), node.stopped_current or 0.0)
 
@@ -82,38 +121,57 @@ class NodeRun:
 
     @property
     def needed(self) -> float:
-        """The mean power (W) that the node takes from the store while it runs, at the wake voltage."""
+        """The mean power (W) that the node takes from the store while it runs, at the wake voltage, without retries."""
         k = round(min(self.node.wake_voltage, self.top) / self.top * (len(self.volts) - 1))
         charge = sum(float(drawn[k]) * seconds for drawn, (_, seconds) in zip(self.drawn, self.states, strict=True))
-        return charge / self.node.interval * self.node.wake_voltage
+        return charge / self.node.interval * float(self.volts[k])
 
     def course(self, seconds: float) -> NodeCourse:
         """What happens in a time from the beginning."""
+        node, storage = self.node, self.storage
         stops = np.array([self._stop(drawn) for drawn in self.drawn])
-        counts, t, volts = np.zeros(8), np.empty(SEEN + 2), np.empty(SEEN + 2)
+        counts, t, volts = np.zeros(COUNTS), np.empty(SEEN + 2), np.empty(SEEN + 2)
         hours = np.zeros(max(math.ceil(seconds / HOUR), 1))
-        v = min(self.storage.initial_voltage or 0.0, self.top)
-        levels = np.array([self.node.wake_voltage, self.top, self.storage.farads, self.length])
+        v, wake, farads = min(storage.initial_voltage or 0.0, self.top), node.wake_voltage, storage.farads
+        if storage.battery_voltage is not None:
+            v, wake, farads = self.top, AGAIN * self.top, (storage.battery_charge or 0.0) / self.top
+        low = node.low_voltages or (-math.inf, -math.inf)
+        held = storage.battery_voltage or 0.0
+        levels = np.array([wake, self.top, farads, self.length, held, *low, self.spared])
         durations = np.array([one for _, one in self.states])
         currents = self.charging, self.drawn, self.waiting
-        follow_node(*currents, durations, stops, levels, v, seconds, counts, t, volts, hours)
-        ran, packets, brown_outs, given, clamped, end, first, points = counts.tolist()
-        kept = slice(round(points))
+        branches, course = branches_of(storage), (t, volts, hours)
+        follow_node(currents, durations, stops, levels, branches, self._tries(), v, seconds, counts, course)
+        ran, packets, lost, brown_outs, given, clamped, end = counts[:7].tolist()
+        kept = slice(round(counts[POINTS]))
+        numbers, sums = counts[INTERVALS:FIRST].reshape(2, BINS)
+        some = numbers > 0.0
         return NodeCourse(
             ran=ran,
             packets=round(packets),
+            lost=round(lost),
             brown_outs=round(brown_outs),
-            first=first or None,
+            first=float(counts[FIRST]) or None,
             given=given,
             clamped=clamped,
             end=end,
             t=t[kept],
             volts=volts[kept],
             hours=hours,
+            intervals=np.array([sums[some] / numbers[some], numbers[some]]),
         )
+
+    def _tries(self) -> "np.ndarray[tuple[int], np.dtype[np.int64]]":
+        """How often each packet is sent, negative where it is lost; drawn anew for none, so that nodes compare."""
+        node = self.node
+        if not node.lost_share:
+            return np.ones(1, np.int64)
+        tries = np.random.default_rng(13).geometric(1.0 - node.lost_share, DRAWN)
+        most = round(node.retries or 0) + 1
+        return np.where(tries > most, -most, tries)
 
     def _stop(self, drawn: Floats) -> float:
         """The store's voltage at which a state stops."""
         seen = self.volts - (self.storage.esr or 0.0) * drawn
         above = np.flatnonzero(seen >= self.node.stop_voltage)
-        return float(self.volts[above[0]]) if len(above) else math.inf
+        return float(above[0]) / (len(seen) - 1) * self.top if len(above) else math.inf

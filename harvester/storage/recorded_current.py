@@ -9,6 +9,7 @@ Long because windows, lanes and the table that they fill are of one design.
 """
 
 import math
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -19,6 +20,8 @@ from scipy.fft import next_fast_len
 from scipy.interpolate import PchipInterpolator
 
 from harvester.arrays import Floats, aligned
+from harvester.circuits.circuit_batch import OWN
+from harvester.circuits.compiled_circuit import CompiledCircuit
 from harvester.equations.problem import Problem
 from harvester.machine.cores import cores
 from harvester.mechanics.kernels.coefficients import coefficients
@@ -30,6 +33,7 @@ from harvester.mechanics.kernels.trajectory_batch import BATCH, IDEAL_SUMS, Batc
 from harvester.records.records import Record
 from harvester.storage.measured_current import FADED, HELD, time_constant
 from harvester.storage.rectified_current import RectifiedCurrent
+from harvester.storage.rectifier_cut import STORE, held_rectifier, with_store
 
 VOLTAGES = 16
 BATCHES = 2  # side by side
@@ -38,6 +42,24 @@ PIECE = 2**22  # steps of a piece of the record
 BEYOND = 3.0  # over the largest rms of the open piezo's voltage in a window
 EDGE = 64  # samples beside a piece, over which it fades
 LOUD = 40  # windows in which stores are compared
+
+Rectifier = Callable[[float], IdealCircuit | CompiledCircuit]  # with a store of so many farads
+
+
+def ideal_rectifier(circuit: IdealCircuit, capacitance: float) -> Rectifier:
+    """The rectifier of a circuit of ideal elements on a piezo of a capacitance (F)."""
+    return lambda farads: circuit._replace(kappa=farads / capacitance, mu=1e-12)
+
+
+def compiled_rectifier(problem: Problem) -> Rectifier:
+    """The rectifier of a problem's circuit by the netlist's own elements, a hundred times as dear as an ideal one.
+
+    Raises as `CompiledCircuit`.
+    """
+    load, scales = problem.circuit, problem.scales
+    assert load is not None, "what has a rectifier is a circuit"
+    elements = held_rectifier(load, HELD * scales.capacitance)
+    return lambda farads: CompiledCircuit(load, scales, with_store(elements, farads))
 
 
 @dataclass(frozen=True)
@@ -98,24 +120,28 @@ def grid_of(problem: Problem, h: float | None = None) -> RecordGrid:
 
 
 class Lanes:
-    """A batch of trajectories with stores at ``volts``, shape (BATCH,), of ``farads``, on parts of a record.
+    """A batch of trajectories with stores at ``volts``, shape (BATCH,), of ``farads``, on parts of a record."""
 
-    ``circuit`` is one of ideal elements.
-    """
-
-    def __init__(self, problem: Problem, circuit: IdealCircuit, volts: Floats, farads: float, h: float) -> None:
-        self.eqs, self.scales, self.h, self.farads = problem.equations, problem.scales, h, farads
-        self._unit = farads * self.scales.volts
-        self.circuit = circuit._replace(kappa=farads / self.scales.capacitance, mu=1e-12)
-        self.charge = farads * volts
-        self.state, self.sums = aligned((5, BATCH)), aligned((len(IDEAL_SUMS), BATCH))
-        self.state[0] = self.state[4] = self.eqs.resting_places[0]
+    def __init__(
+        self, problem: Problem, circuit: IdealCircuit | CompiledCircuit, volts: Floats, farads: float, h: float
+    ) -> None:
+        self.eqs, self.scales, self.h, self.charge = problem.equations, problem.scales, h, farads * volts
+        self.circuit, place = circuit, self.eqs.resting_places[0]
+        if isinstance(circuit, CompiledCircuit):
+            self._row, self._unit = OWN + circuit.charge_at(STORE), 1.0
+            self.state, self.sums = aligned((circuit.rows, BATCH)), aligned((circuit.sums, BATCH))
+            circuit.begin(self.state[None])
+        else:
+            self._row, self._unit = 3, farads * self.scales.volts
+            self.state, self.sums = aligned((5, BATCH)), aligned((len(IDEAL_SUMS), BATCH))
+            self.state[4] = place
+        self.state[0] = place
         self.hold()
         self._filter, self._words = aligned((2, BATCH)), aligned((2, BATCH), np.uint64)
 
     def hold(self) -> None:
         """Set the stores back to what they had at first."""
-        self.state[3] = self.charge / self._unit
+        self.state[self._row] = self.charge / self._unit
 
     def begin(self, samples: Floats, places: Floats) -> None:
         """Take accelerations at all steps, and where in them each trajectory is."""
@@ -124,13 +150,18 @@ class Lanes:
 
     def advance(self, steps: int) -> tuple[Floats, Floats]:
         """Go on: the charges (C) that the stores gained, and the mean squares of the piezo's voltage (V^2)."""
-        x, v, voltage, stored, place = self.state
-        before = stored * self._unit
+        x, v, voltage, stored, middle = self.state[:5]
+        before = self.state[self._row] * self._unit
         self.sums[:] = 0.0
-        batch = Batch(x, v, voltage, self._words[0], self._words[1], self.sums, None, stored, place)
-        schedule, update = Schedule(steps // 4, 4, 0, False), update_of(self.eqs, self.h, False)
-        advance(batch, schedule, self.h, self.circuit, coefficients(self.eqs), self._shaker, update)
-        return stored * self._unit - before, self.sums[1] / schedule.samples * self.scales.volts**2
+        batch = Batch(x, v, voltage, self._words[0], self._words[1], self.sums, None, stored, middle)
+        schedule = Schedule(steps // 4, 4, 0, False)
+        if isinstance(self.circuit, CompiledCircuit):
+            self.circuit.advance(batch._replace(m=None), self.state, schedule, self.h, self.eqs, self._shaker)
+        else:
+            update = update_of(self.eqs, self.h, False)
+            advance(batch, schedule, self.h, self.circuit, coefficients(self.eqs), self._shaker, update)
+        gained = self.state[self._row] * self._unit - before
+        return gained, self.sums[1] / schedule.samples * self.scales.volts**2
 
 
 def _early(problem: Problem, grid: RecordGrid) -> int:
@@ -138,7 +169,7 @@ def _early(problem: Problem, grid: RecordGrid) -> int:
     return math.ceil(FADED * time_constant(problem.equations) / (grid.steps * grid.h))
 
 
-def windows_of(problem: Problem, circuit: IdealCircuit, volts: Floats, grid: RecordGrid) -> tuple[Floats, Floats, int]:
+def windows_of(problem: Problem, rectifier: Rectifier, volts: Floats, grid: RecordGrid) -> tuple[Floats, Floats, int]:
     """Charges (C) in windows at held voltages, shape (windows, n), the piezo's mean squares (V^2), and the steps made.
 
     The number of voltages divides `BATCH`.
@@ -147,6 +178,7 @@ def windows_of(problem: Problem, circuit: IdealCircuit, volts: Floats, grid: Rec
     early = _early(problem, grid)
     each = max(min(PIECE // grid.steps, grid.windows) // parts, 1)
     farads, steps = HELD * problem.scales.capacitance, 0
+    circuit = rectifier(farads)
     found = np.zeros((2, grid.windows, count))  # charges and mean squares
     held = np.tile(volts, parts // BATCHES)
     for begin in range(0, grid.windows, parts * each):
@@ -196,7 +228,7 @@ class Recorded(NamedTuple):
     steps: int
 
 
-def recorded(problem: Problem, circuit: IdealCircuit, farads: float, top: float | None = None) -> Recorded:
+def recorded(problem: Problem, rectifier: Rectifier, farads: float, top: float | None = None) -> Recorded:
     """I(V, t) of a record, extrapolated from two steps, up to ``top`` (V) or a voltage that the piezo hardly reaches.
 
     In the loudest windows a store of ``farads`` that is not held gains what it should, too, but for what taking the
@@ -204,15 +236,16 @@ def recorded(problem: Problem, circuit: IdealCircuit, farads: float, top: float 
     """
     grid, steps = grid_of(problem), 0
     if top is None:
-        _, squares, steps = windows_of(problem, circuit, np.full(1, 1e3 * problem.scales.volts), grid)
+        closed = IdealCircuit(mu=1e-12, kappa=HELD, n=1e-3, leak=1e-9, loss=0.0, bridge=True)  # to so high a voltage
+        _, squares, steps = windows_of(problem, lambda _: closed, np.full(1, 1e3 * problem.scales.volts), grid)
         top = BEYOND * math.sqrt(float(squares.max()))
     volts, length = np.linspace(0.0, top, VOLTAGES), grid.steps * grid.h / problem.scales.frequency
     tables = []
     for one in (grid, grid._replace(steps=grid.steps // 2, h=2.0 * grid.h)):
-        charges, _, more = windows_of(problem, circuit, volts, one)
+        charges, _, more = windows_of(problem, rectifier, volts, one)
         tables.append(RecordedCurrent(volts, charges / length, length))
         steps += more
-    separation, many = _separation(problem, circuit, tables[0], grid, farads)
+    separation, many = _separation(problem, rectifier(farads), tables[0], grid, farads)
     return Recorded(_extrapolated(*tables), tables[0], separation, steps + many)
 
 
@@ -229,7 +262,7 @@ def _loudest(table: RecordedCurrent, grid: RecordGrid, early: int) -> slice:
 
 
 def _separation(
-    problem: Problem, circuit: IdealCircuit, table: RecordedCurrent, grid: RecordGrid, farads: float
+    problem: Problem, circuit: IdealCircuit | CompiledCircuit, table: RecordedCurrent, grid: RecordGrid, farads: float
 ) -> tuple[float, int]:
     """By what part the charges differ that stores of their own capacitance gain, and the steps.
 

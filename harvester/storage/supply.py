@@ -47,21 +47,27 @@ class Supply:
         assert self.chip is not None, "asked of a chip"
         return output_efficiency(self.chip, power / self.voltage)
 
-    def power(self, table: RectifiedCurrent, needed: float) -> float:
+    def power(self, table: RectifiedCurrent | RecordedCurrent, needed: float) -> float:
         """The mean power (W) that is there at the voltage; a chip's efficiency is that at the power ``needed``."""
+        return max(float(self.powers(table, needed).mean()), 0.0)
+
+    def powers(self, table: RectifiedCurrent | RecordedCurrent, needed: float) -> Floats:
+        """The same in each window of a record, shape (windows,); of shaking that always is alike in one."""
         if self.chip is None:
-            return max(self.voltage * float(table.at(np.array(self.voltage))), 0.0)
+            return np.asarray(self.voltage * np.atleast_2d(table.at(np.array([self.voltage])))[:, 0])
         if self.chip.ratio is None:
             volts = np.linspace(self.fall, self.rise, FINE)
-            current = table.at(volts) - self.chip.own
-            return self.efficiency(needed) * float((volts * current).max()) if current[-1] > 0.0 else 0.0
-        stored = self._charging(table) - self.chip.full * self.chip.own
-        return max(self.efficiency(needed) * stored, 0.0)
+            current = np.atleast_2d(table.at(volts)) - self.chip.own
+            mean = current.mean(axis=0)
+            k = int(np.argmax(volts * mean))
+            return np.asarray(self.efficiency(needed) * volts[k] * current[:, k] * float(mean[-1] > 0.0))
+        return self.efficiency(needed) * (self._charging(table) - self.chip.full * self.chip.own)
 
-    def _charging(self, table: RectifiedCurrent) -> float:
-        """The power (W) that a chip which tracks puts into its store."""
+    def _charging(self, table: RectifiedCurrent | RecordedCurrent) -> Floats:
+        """The power (W) that a chip which tracks puts into its store, in each window."""
         assert self.chip is not None, "asked of a chip"
-        return float(tracked_power(self.chip, table.voltages, table.current[None], math.inf)[0])
+        length = getattr(table, "length", math.inf)
+        return tracked_power(self.chip, table.voltages, np.atleast_2d(table.current), length)
 
     def wake(self, table: RectifiedCurrent, farads: float) -> float:
         """How long (s) an empty store of so many farads takes until the voltage is there; infinite if it never is."""
@@ -70,7 +76,7 @@ class Supply:
         own = replace(table, current=table.current - self.chip.own)
         if self.chip.ratio is None:
             return _time(own, self.rise, farads)
-        cold, warm = self.chip.cold_voltage, self._charging(table) - self.rise * self.chip.own
+        cold, warm = self.chip.cold_voltage, float(self._charging(table)[0]) - self.rise * self.chip.own
         came = cold * float(table.at(np.array(cold)))
         start = self.chip.cold_efficiency * came
         if min(start, warm) <= 0.0 or came < self.chip.cold_power:

@@ -29,7 +29,7 @@ from harvester.presentation.table import Column, Table
 from harvester.scene.plausibility import unusual_values
 from harvester.scene.sensor_node import SensorNode, Storage
 from harvester.storage.bought_parts import Chip
-from harvester.storage.node_run import NodeCourse, NodeRun
+from harvester.storage.node_run import AGAIN, NodeCourse, NodeRun
 from harvester.storage.recorded_current import RecordedCurrent
 from harvester.storage.rectified_current import RectifiedCurrent
 from harvester.storage.supply import chip_of
@@ -37,11 +37,13 @@ from harvester.studies.charging.by_slow import refusal_of_slow
 from harvester.uncertainty.value import Value, bound95
 
 CHANGE, LITTLE = 0.1, 1e-3  # of a key, to see which helps; gains below are none
-STORE_KEYS = {key: key for key in ("capacitance", "leakage_resistance", "esr", "clamp_voltage")}
-_OF_NODE = ("interval", "wake_voltage", "stop_voltage", "sleep_current", "stopped_current", "efficiency")
-NODE_KEYS = {key: key for key in _OF_NODE}
+_OF_STORE = ("capacitance", "leakage_resistance", "esr", "clamp_voltage", "diffusion_capacitance")
+STORE_KEYS = {key: key for key in _OF_STORE}
+_VOLTAGES, _CURRENTS = ("wake_voltage", "stop_voltage"), ("sleep_current", "stopped_current")
+NODE_KEYS = {key: key for key in ("interval", *_VOLTAGES, *_CURRENTS, "efficiency", "lost_share", "low_interval")}
 CHIP_KEYS = {"ratio": "input_ratio", "own": "own_current", "rise": "start_voltage", "fall": "stop_voltage"}
 APART, INPUT = 0.05, 4.7e-6  # of the current: a difference that is told; F at a chip's input
+ROUNDING, SPARED = 1e-9, 0.9  # of a number; packets over those of the interval, below which energy is spared
 DAY, HOUR, MOST_DAYS = 86400.0, 3600.0, 366.0
 
 
@@ -55,7 +57,12 @@ class NodeResult(TableResult):
     days
         how long the node is followed.
     packets_per_hour
-        a `Value`: the packets an hour, of all the time.
+        a `Value`: the packets an hour that arrive, of all the time.
+    packets_lost
+        how many an hour do not, in spite of all retries; None where none is lost.
+    interval_median, interval_95, interval_longest
+        `Value` each: the time (s) from one packet to the next, which half of all, 95 % and all of them do not exceed;
+        None with fewer than two packets.
     share_running
         a `Value`: the share of the time from its first packet's beginning.
     first_packet
@@ -67,7 +74,7 @@ class NodeResult(TableResult):
     needed
         the power (W) that the node takes from the store while it runs.
     limit
-        what limits it: "interval", "energy", "store", "wake_voltage", "cold_start" or "time".
+        what limits it: "interval", "energy", "store", "wake_voltage", "cold_start", "battery" or "time".
     helps
         how many more packets, as a part of those that it sends, a tenth more or less of each key and of the rectifier's
         current would give, whichever gives more; empty where it sends none.
@@ -97,7 +104,12 @@ class NodeResult(TableResult):
     DERIVED: ClassVar[tuple[str, ...]] = ("share_of_possible", "table")
     NOT_SHOWN: ClassVar[frozenset[str]] = frozenset({"bound", "limit", "helps", "table"})
     NOT_IN_JSON: ClassVar[frozenset[str]] = frozenset({"table"})
-    OPTIONAL: ClassVar[frozenset[str]] = frozenset({"bound", "share_of_possible", "fewest", "most"})
+    OPTIONAL: ClassVar[frozenset[str]] = frozenset(
+        {
+            *("bound", "share_of_possible", "fewest", "most", "packets_lost"),
+            *("interval_median", "interval_95", "interval_longest"),
+        }
+    )
     INTERNAL: ClassVar[frozenset[str]] = frozenset({"t", "voltage", "thresholds"})
     SHORT: ClassVar[tuple[str, ...]] = ("limit", "packets_per_hour")
     engine: ClassVar[str] = "slow"
@@ -119,6 +131,10 @@ class NodeResult(TableResult):
     steps: int
     fewest: int | None = None
     most: int | None = None
+    interval_median: Value | None = None
+    interval_95: Value | None = None
+    interval_longest: Value | None = None
+    packets_lost: float | None = None
     physical: bool = True
     diagnostics: tuple[Diagnostic, ...] = ()
 
@@ -212,7 +228,7 @@ def _measure(problem: Problem, storage: Storage, chip: Chip | None, seed: int) -
     from harvester.cosimulation.idealised import ideal_circuit
     from harvester.mechanics.kernels.compiled import compilation
     from harvester.storage.measured_current import HELD, measured
-    from harvester.storage.recorded_current import recorded
+    from harvester.storage.recorded_current import compiled_rectifier, ideal_rectifier, recorded
     from harvester.storage.rectified_current import FINE, times_to
     from harvester.storage.rectifier_cut import held_rectifier, is_plain_store, with_store
     from harvester.storage.slow_circuit import direct_check
@@ -223,17 +239,23 @@ def _measure(problem: Problem, storage: Storage, chip: Chip | None, seed: int) -
     ideal = ideal_circuit(circuit, scales) if is_plain_store(circuit) else None
     tracks = chip is not None and chip.ratio is not None
     top, farads = (None, INPUT) if tracks else (storage.clamp_voltage, storage.farads)
+    battery = storage.battery_voltage is not None and not tracks
+    if battery:
+        top, farads = storage.battery_voltage, HELD * scales.capacitance
     with compilation():
         if problem.equations.record is not None:
-            assert ideal is not None, "the refusal checks this"
-            best, rough_one, apart, steps = recorded(problem, ideal, farads, top)
-            return _Known(best, rough_one, best.halved(), apart, 0.0, steps, IDEAL_ELEMENTS)
+            rectifier = ideal_rectifier(ideal, scales.capacitance) if ideal else compiled_rectifier(problem)
+            best, rough_one, apart, steps = recorded(problem, rectifier, farads, top)
+            unknown = COMPILED_CIRCUIT if ideal is None else IDEAL_ELEMENTS
+            return _Known(best, rough_one, best.halved(), apart, 0.0, steps, unknown)
         table, rough, steps, _ = measured(problem, elements, ideal, top, seed=seed)
         if not problem.equations.is_steady:
             unknown = f"{IDEAL_ELEMENTS if ideal else COMPILED_CIRCUIT} and {TIME_SCALES}"
             assert table.stderr is not None, "noise is sampled"
             sampling = float(np.sqrt((table.stderr**2).mean()) / max(table.current.max(), 1e-300))
             return _Known(table, rough, table.halved(), 0.0, sampling, steps, unknown)
+        if battery:  # which holds its voltage as the measurement does
+            return _Known(table, rough, table.halved(), 0.0, 0.0, steps, COMPILED_CIRCUIT)
         volts = np.linspace(0.0, float(table.voltages[-1]), FINE)
         curve = times_to(volts, table, farads, math.inf)
         reached = np.isfinite(curve)
@@ -262,9 +284,11 @@ def _live(
 
     def value(read: Callable[[NodeCourse], float]) -> Value:
         """A number with what each variant changes."""
-        step, *model, sampling = (abs(read(one) - read(base)) for one in courses)
+        found = float(read(base))
+        changes = (abs(read(one) - found) for one in courses)
+        step, *model, sampling = (one if one > ROUNDING * abs(found) else 0.0 for one in changes)
         total = sum(model) + (bound95(0.0, sampling) if known.sampling else 0.0)
-        return Value(float(read(base)), bias=step, model=total, unknown=unknown)
+        return Value(found, bias=step, model=total, unknown=unknown)
 
     def running(one: NodeCourse) -> float:
         packet = sum(seconds for _, seconds in node.states)
@@ -273,7 +297,8 @@ def _live(
     first = None
     if all(one.first is not None for one in (base, *courses)):
         first = value(lambda one: one.first or 0.0)
-    limit, told = _limit(run, base, seconds)
+    limits = _limit if storage.battery_voltage is None else _limit_with_battery
+    limit, told = limits(run, base, seconds)
     helps = _helps(table, parts, seconds, base.packets)
     fewest, most_packets = _of_hours(base, seconds) if isinstance(table, RecordedCurrent) else (None, None)
     most = max(helps, key=lambda key: helps[key], default="")
@@ -296,8 +321,23 @@ def _live(
         helps=helps,
         fewest=fewest,
         most=most_packets,
+        packets_lost=base.lost / seconds * HOUR if node.lost_share else None,
+        **_intervals((base, *courses), value),
         diagnostics=(told, *change),
     )
+
+
+def _intervals(
+    courses: tuple[NodeCourse, ...], value: Callable[[Callable[[NodeCourse], float]], Value]
+) -> dict[str, Any]:
+    """The times between packets; empty where any of the courses has none."""
+    if any(one.packets < 2 for one in courses):
+        return {}
+    return {
+        "interval_median": value(lambda one: one.interval(0.5)),
+        "interval_95": value(lambda one: one.interval(0.95)),
+        "interval_longest": value(lambda one: one.interval(1.0)),
+    }
 
 
 def _of_hours(course: NodeCourse, seconds: float) -> tuple[int | None, int | None]:
@@ -358,8 +398,28 @@ def _limit(run: NodeRun, course: NodeCourse, seconds: float) -> tuple[str, Diagn
         return "time", note("node_not_yet_awake", seconds=seconds, **about)
     if course.brown_outs and course.packets < course.brown_outs:
         return "store", note("node_browns_out", brown_outs=course.brown_outs, **about)
-    if course.brown_outs:
+    if course.brown_outs or _spares(node, course):
         return "energy", note("node_lacks_energy", given=course.given / seconds, needed=run.needed)
     if course.clamped > 0.0:
         return "interval", note("node_has_more", lost=course.clamped / seconds)
     return "interval", note("node_keeps_its_interval", interval=node.interval)
+
+
+def _spares(node: SensorNode, course: NodeCourse) -> bool:
+    """Whether its flag of low energy takes packets."""
+    return node.low_interval is not None and course.packets * node.interval < SPARED * course.ran
+
+
+def _limit_with_battery(run: NodeRun, course: NodeCourse, seconds: float) -> tuple[str, Diagnostic]:
+    """The same with a battery: whether it is charged as fast as it is emptied, and else how long it lasts."""
+    numbers = {"given": course.given / seconds, "needed": run.needed}
+    if course.brown_outs and course.volts[-1] > 0.5 * run.top:
+        return "store", note("battery_resistance", stop=run.node.stop_voltage)
+    if course.brown_outs:
+        empty = float(course.t[np.argmax(course.volts <= max(AGAIN * run.top, course.volts.min()))])
+        return "battery", note("battery_ran_empty", seconds=empty, **numbers)
+    if numbers["given"] >= numbers["needed"]:
+        return "interval", note("node_keeps_its_interval", interval=run.node.interval)
+    lasts = run.storage.battery_charge or 0.0
+    lasts *= run.top / (numbers["needed"] - numbers["given"])
+    return "battery", note("battery_lasts", seconds=lasts, **numbers)

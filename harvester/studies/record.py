@@ -8,12 +8,13 @@ import numpy as np
 
 from harvester import figures
 from harvester.arrays import Floats
-from harvester.errors import InputError
+from harvester.errors import InputError, invalid
 from harvester.presentation.columns import columns
 from harvester.presentation.table import csv_lines
 from harvester.records.cleaning import CleanRecord
 from harvester.records.csv_table import MOST_BYTES
-from harvester.uncertainty.value import Value
+from harvester.records.records import Record
+from harvester.uncertainty.value import Value, amount
 
 SEGMENTS = 16  # of Welch's mean, about
 G = 9.80665
@@ -30,7 +31,10 @@ class Band:
 
 @dataclass(frozen=True, eq=False)
 class RecordAnswer:
-    """A clean record and its spectra: density in (m/s^2)^2/Hz at ``f``, shape (m,), and by time, shape (m', k)."""
+    """A clean record and its spectra: density in (m/s^2)^2/Hz at ``f``, shape (m,), and by time, shape (m', k).
+
+    ``possible`` is the most power (W) that any device of a mass takes within a stroke; None where none was asked for.
+    """
 
     record: CleanRecord
     f: Floats
@@ -39,6 +43,7 @@ class RecordAnswer:
     spectrogram_t: Floats
     spectrogram: Floats
     bands: tuple[Band, ...]
+    possible: float | None = None
 
     def plot(self, title: str | None = "") -> "figures.Plot":
         """The record, its density, spectrogram and bands as a matplotlib figure."""
@@ -66,6 +71,7 @@ class RecordAnswer:
             "duration": len(one.values) / one.rate,
             "rms": one.rms,
             "peak": float(np.abs(one.values).max()),
+            **({} if self.possible is None else {"possible_power": self.possible}),
             "bands": [{"low": b.low, "high": b.high, "rms": b.rms.value, "stderr": b.rms.stderr} for b in self.bands],
             "found": list(map(str, one.found)),
             "warnings": list(map(str, one.warnings)),
@@ -77,6 +83,11 @@ class RecordAnswer:
         lines = [
             f"axis {one.axis}: {len(one.values)} samples, {one.rate:.6g} a second, {len(one.values) / one.rate:.4g} s",
             f"rms {one.rms:.4g} m/s^2 ({one.rms / G:.3g} g), peak {peak:.4g} m/s^2 ({peak / G:.3g} g), of this record",
+            *(
+                []
+                if self.possible is None
+                else [f"no device of that mass and stroke takes more than {amount(self.possible, 'W')}"]
+            ),
             *(f"found: {what}" for what in one.found),
             *(f"warning: {what}" for what in one.warnings),
         ]
@@ -84,16 +95,28 @@ class RecordAnswer:
         return "\n".join([*lines, "rms by octave:", *columns(rows, "  ")])
 
 
-def look(record: CleanRecord) -> RecordAnswer:
-    """The spectra of a record."""
+def look(record: CleanRecord, mass: float | None = None, stroke: float | None = None) -> RecordAnswer:
+    """The spectra of a record, and the most power that a mass (kg) takes of it with a ``stroke`` (m) to either side.
+
+    Between stops E[a x'] = -E[a' x], so that any device takes m D E|a'| at most (`harvester.equations.power_bound`).
+
+    Raises InputError for one of mass and stroke without the other: a record bounds no power alone.
+    """
     from scipy.signal import spectrogram, welch
 
+    if (mass is None) != (stroke is None):
+        raise InputError("`mass` and `stroke` must be given together: one alone bounds no power, but one is left out")
+    if stroke is not None and not stroke > 0.0:
+        raise invalid("`stroke`", "be above 0", stroke)
     n = len(record.values)
     length = max(8, min(n, 2 * n // (SEGMENTS + 1)))
     f, density = welch(record.values, record.rate, nperseg=length)
     short = max(8, min(n, n // 60 if n >= 1200 else n // 8))
     sf, st, grid = spectrogram(record.values, record.rate, nperseg=short, noverlap=short // 2)
-    return RecordAnswer(record, f, density, sf, st, grid, _bands(record))
+    possible = None
+    if mass is not None and stroke is not None:
+        possible = mass * stroke * Record.of(1.0 / record.rate, record.values).mean_jerk
+    return RecordAnswer(record, f, density, sf, st, grid, _bands(record), possible)
 
 
 def _bands(record: CleanRecord) -> tuple[Band, ...]:

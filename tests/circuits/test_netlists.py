@@ -1,5 +1,9 @@
 """What is said of netlists: bad ones in one line that names the element, and which elements are served."""
 
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from threading import Barrier
+
 import pytest
 
 import harvester as hv
@@ -89,3 +93,21 @@ def test_doctor_says_which_elements_of_a_netlist_are_served(tmp_path, harvester)
     assert "served   d1" in out
     assert "NOT      t1  is an element of a kind that compiled circuits do not have" in out
     assert "6 of 7 elements are served" in out
+
+
+def test_threads_that_ask_at_once_for_a_step_get_one_record(tmp_path):
+    """It has addresses of its arrays: of two records one would be freed while a kernel still reads it."""
+    circuit, count, interval = compiled(on_plate(tmp_path, GOOD)), 8, sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    try:
+        for k in range(5):
+            barrier = Barrier(count)
+
+            def ask(_: int, h: float = 0.01 * (k + 1), barrier: Barrier = barrier) -> int:
+                barrier.wait()
+                return int(circuit.for_kernels(h).record[0]["Y_at"])
+
+            with ThreadPoolExecutor(count) as pool:
+                assert len(set(pool.map(ask, range(count)))) == 1
+    finally:
+        sys.setswitchinterval(interval)

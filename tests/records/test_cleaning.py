@@ -260,3 +260,17 @@ def test_octaves_have_all_the_power(harvester, tmp_path, n):
     path = written(tmp_path / "a.csv", "t [s],a [g]", t, values)
     answer = json.loads(harvester("record", path, "--json")[1])
     assert answer["rms"] == pytest.approx(sum(band["rms"] ** 2 for band in answer["bands"]) ** 0.5, rel=1e-9)
+
+
+def test_what_a_mass_could_take_of_a_record_before_there_is_a_device():
+    """Of a tone a sin(w t) the mean jerk is 2 w a/pi; no device between stops takes more, and a bound needs both."""
+    a, w, t = 2.0, 2.0 * np.pi * 25.0, np.arange(1000) / 500.0
+    tone = CleanRecord(500.0, a * np.sin(w * t), "a", (), ())
+    found = look(tone, 0.01, 2e-3)
+    assert found.possible == pytest.approx(0.01 * 2e-3 * 2.0 * w * a / np.pi, rel=1e-3)
+    assert "no device of that mass and stroke takes more than 4 mW" in str(found)
+    assert found.as_json()["possible_power"] == found.possible and look(tone).possible is None
+    with pytest.raises(hv.InputError, match="`mass` and `stroke` must be given together"):
+        look(tone, 0.01)
+    with pytest.raises(hv.InputError, match="`stroke` must be above 0"):
+        look(tone, 0.01, -1e-3)

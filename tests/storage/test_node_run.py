@@ -15,7 +15,9 @@ def run(amperes=1e-5, storage=None, **node):
     volts, one = np.linspace(0.0, 6.0, 12), np.ones(12)
     table = RectifiedCurrent(volts, amperes * one, None, one, one, 0.0 * one, 0.0)
     given = {"wake_voltage": 4.0, "stop_voltage": 2.0, "interval": 1.0, "currents": (5e-3,), "durations": (0.01,)}
-    return NodeRun(table, hv.Storage(**{"capacitance": C} | (storage or {})), hv.SensorNode(**given | node))
+    kept = storage or {}
+    capacitor = {} if "battery_voltage" in kept else {"capacitance": C}
+    return NodeRun(table, hv.Storage(**capacitor | kept), hv.SensorNode(**given | node))
 
 
 def test_the_first_packet_is_after_the_charge_to_the_wake_voltage():
@@ -76,6 +78,85 @@ def test_leakage_keeps_a_store_from_waking():
     assert course.volts[-1] == pytest.approx(3.9, rel=1e-3)
 
 
+def test_charge_that_moves_into_pores_is_that_of_a_line():
+    """300 sections of a line beside the capacitor, from another code: the store's voltage alone for two hours."""
+    storage = {"diffusion_capacitance": 0.4 * C, "diffusion_resistance": 3600.0 / (0.4 * C), "initial_voltage": None}
+    course = run(amperes=1e-7, storage=storage, wake_voltage=6.0).course(7200.0)
+    n, h = 300, 5.0
+    g, c = n / storage["diffusion_resistance"], storage["diffusion_capacitance"] / n
+    matrix = np.zeros((n + 1, n + 1))
+    for k in range(n):
+        part = 2.0 * g if k == 0 else g  # the first capacitor is half a section away
+        matrix[k, k] -= part
+        matrix[k + 1, k + 1] -= part
+        matrix[k, k + 1], matrix[k + 1, k] = part, part
+    held = np.diag([C, *n * [c]])
+    step, v, found = held / h - 0.5 * matrix, np.zeros(n + 1), []
+    forward = np.linalg.solve(step, held / h + 0.5 * matrix)
+    kick = np.linalg.solve(step, np.eye(n + 1)[0] * 1e-7)
+    for _ in range(round(7200.0 / h)):
+        v = forward @ v + kick
+        found.append(v[0])
+    at = np.array([600.0, 3600.0, 7190.0])
+    expected = np.interp(at, h * np.arange(1, len(found) + 1), found)
+    assert np.interp(at, course.t, course.volts) == pytest.approx(expected, rel=4e-3)
+    assert (np.interp(at, course.t, course.volts) < 0.93 * 1e-7 * at / C).all()  # which the capacitor alone has
+
+
+def test_a_store_with_pores_discharges_by_itself():
+    """At rest the charge is that of the beginning, spread over both capacitances."""
+    storage = {"diffusion_capacitance": C, "diffusion_resistance": 10.0 / C}
+    one = run(amperes=0.0, storage={**storage, "initial_voltage": 3.0})
+    assert one.course(1000.0).volts[-1] == pytest.approx(3.0, rel=1e-9)
+    charged = run(amperes=1e-4, storage=storage, stopped_current=1e-4).course(100.0)
+    assert charged.volts[-1] == 0.0
+
+
+def test_packets_that_nobody_answers_are_sent_again():
+    """With losses p and n retries 1 - p^(n + 1) arrive, of (1 - p^(n + 1))/(1 - p) tries each."""
+    battery = {"battery_voltage": 5.0, "battery_charge": 1e4}
+    course = run(amperes=0.0, storage=battery, lost_share=0.4, retries=2).course(20_000.0)
+    share = 0.4**3
+    assert course.lost / 20_000.0 == pytest.approx(share, abs=4.0 * (share * (1 - share) / 20_000.0) ** 0.5)
+    spent = (1.0 - course.volts[-1] / 5.0) * 1e4
+    assert spent == pytest.approx(20_000.0 * 5e-5 * (1.0 - share) / 0.6, rel=0.015)
+    assert course.interval(0.5) == pytest.approx(1.0, rel=1e-3) and course.interval(1.0) > 1.9
+
+
+def test_a_battery_keeps_its_voltage_and_runs_empty():
+    """50 uC each second out, 10 uA in: 1 mC lasts 25 s; a full one takes no more."""
+    course = run(storage={"battery_voltage": 5.0, "battery_charge": 1e-3}).course(24.0)
+    assert course.brown_outs == 0 and course.packets == 24
+    course = run(storage={"battery_voltage": 5.0, "battery_charge": 1e-3}).course(60.0)
+    assert course.brown_outs >= 1 and 24 <= course.packets < 40
+    course = run(amperes=1e-4, storage={"battery_voltage": 5.0, "battery_charge": 1e-3}).course(1000.0)
+    assert course.packets == 1000 and course.clamped == pytest.approx(5.0 * (0.1 - 0.05), rel=2e-3)
+
+
+def test_a_flag_of_low_energy_spares_packets():
+    """10 uA feed 50 uC every 5 s for ever: with the flag no packet is cut off, and the rate is what comes in."""
+    course = run(low_voltages=(3.0, 3.5), low_interval=20.0).course(1e5)
+    assert course.brown_outs == 0
+    assert course.packets / 1e5 == pytest.approx(0.2, rel=0.01)
+    assert course.interval(0.3) == pytest.approx(1.0, rel=1e-6)
+    assert course.interval(1.0) == pytest.approx(20.0, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        ({"capacitance": 1e-4, "battery_voltage": 3.0}, "either capacitance or battery_voltage, but both are"),
+        ({}, "either capacitance or battery_voltage, but neither is"),
+        ({"battery_voltage": 3.0}, "battery_charge must be given with battery_voltage"),
+        ({"capacitance": 1e-4, "diffusion_resistance": 1e3}, "diffusion_capacitance must be given with"),
+        ({"battery_voltage": 3.0, "battery_charge": 10.0, "clamp_voltage": 3.0}, "clamp_voltage must be left out of a"),
+    ],
+)
+def test_a_store_that_cannot_be_says_what_is_wrong(keys, message):
+    with pytest.raises(hv.InputError, match=message):
+        hv.Storage(**keys)
+
+
 @pytest.mark.parametrize(
     ("keys", "message"),
     [
@@ -86,6 +167,11 @@ def test_leakage_keeps_a_store_from_waking():
         ({"durations": (-1.0,)}, "must be a time"),
         ({"efficiency": 0.9}, "supply_voltage must be given with efficiency"),
         ({"intervall": 1.0}, "did you mean"),
+        ({"retries": 2}, "lost_share must be given with retries"),
+        ({"retries": 2.5, "lost_share": 0.1}, "retries must be a whole number"),
+        ({"retries": 100, "lost_share": 0.1, "durations": (0.1,)}, "longer than a packet's durations together and its"),
+        ({"low_voltages": (3.0, 2.5), "low_interval": 5.0}, "low_voltages must ascend"),
+        ({"low_voltages": (2.5, 3.0)}, "low_interval must be given with low_voltages"),
     ],
 )
 def test_a_node_that_cannot_be_says_what_is_wrong(keys, message):

@@ -83,6 +83,30 @@ def test_a_trace_is_as_its_states(tmp_path):
     assert found.packets_per_hour.value == states.packets_per_hour.value
 
 
+def test_a_battery_lasts_as_its_charge_does():
+    """What the rectifier gives at its voltage is what it gives at a held store; the rest comes from the battery."""
+    scene = changed(node__interval=0.5, node__wake_voltage=3.0, node__sleep_current=None)
+    battery = hv.Storage(battery_voltage=3.0, battery_charge=0.3)
+    found = hv.node(dataclasses.replace(scene, storage=battery), days=0.01)
+    assert found.limit == "battery" and found.brown_outs == 0.0
+    lost = 0.3 * 3.0 * (1.0 - found.voltage[-1] / 3.0)
+    assert lost == pytest.approx((found.needed - found.harvested.value) * found.t[-1], rel=0.01)
+    said = next(one for one in found.diagnostics if one.code == "battery_lasts")
+    assert said.numbers["seconds"] == pytest.approx(0.9 / (found.needed - found.harvested.value))
+    with pytest.raises(hv.InputError, match=r"wake_voltage must be at most storage.battery_voltage, 3 V"):
+        dataclasses.replace(changed(), storage=battery)
+
+
+def test_what_is_between_packets_is_said():
+    """A flag of low energy limits a node as energy does, and its interval is the longest; lost packets are counted."""
+    keys = {"node__low_voltages": (3.0, 3.5), "node__low_interval": 5.0, "node__lost_share": 0.2}
+    found = hv.node(changed(node__interval=0.2, **keys), days=0.1)
+    assert found.limit == "energy" and found.brown_outs == 0.0
+    assert found.interval_median.value < 1.0 and found.interval_longest.value >= found.interval_95.value > 4.9
+    assert found.packets_lost == pytest.approx(0.25 * found.packets_per_hour.value, rel=0.2)
+    assert hv.node(SCENE, days=0.05).packets_lost is None
+
+
 def test_the_command_prints_one_object():
     done = CliRunner().invoke(cli, ["node", str(SCENE), "--days", "0.05", "--json"])
     assert done.exit_code == 0, done.output
@@ -137,3 +161,24 @@ def test_a_chip_that_cannot_be_is_one_line(keys, said):
     with pytest.raises(hv.InputError, match=said) as error:
         hv.node(with_chip(**keys), days=0.1)
     assert "\n" not in str(error.value)
+
+
+# Mean power (W) of the netlists' loads by ngspice alone, as in tests/engines/test_slow.py; output (V), load (ohm).
+NGSPICE = {"ltc3588": (183.465e-6, 3.3, 10e3, "47 uF", 4.4e-9), "bq25570": (71.053e-6, 1.8, 5e3, "2.2 uF", 1e-7)}
+
+
+@pytest.mark.parametrize("name", NGSPICE)
+def test_a_chip_by_its_sheet_gives_what_its_netlist_does_in_ngspice(name):
+    """A node that takes what the netlist's resistor takes while the output is there, behind the chip's own diodes."""
+    power, volts, ohm, store, saturation = NGSPICE[name]
+    amperes, own = volts / ohm, {} if name == "ltc3588" else {"start_voltage": 3.0, "stop_voltage": 2.4}
+    node = {"wake_voltage": 0.1, "stop_voltage": 0.05, "interval": 2e-3, "durations": (1e-3,)}
+    scene = dataclasses.replace(
+        hv.load(EXAMPLES / f"bimorph_{name}.toml"),
+        load=hv.Netlist("bridge", Is=saturation, N=1.0),
+        storage=hv.Storage(capacitance=store),
+        node=hv.SensorNode(**node, currents=(amperes,), sleep_current=amperes, supply_voltage=volts),
+        chip=hv.HarvestingChip(name=name, **own),
+    )
+    found = hv.node(scene, days=0.05)
+    assert found.share_running.value * volts * amperes == pytest.approx(power, rel=0.02)

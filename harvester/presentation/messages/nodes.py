@@ -20,6 +20,15 @@ MESSAGES = {
     ),
     "node_has_more": lambda lost: f"its interval limits it: {amount(lost, 'W')} more come in, which the clamp takes",
     "node_keeps_its_interval": "its interval limits it, {interval:.3g} s: the store lasts",
+    "battery_resistance": "a packet lowers the battery's voltage below the stop voltage, {stop:.3g} V: a lower ESR helps",
+    "battery_ran_empty": lambda seconds, given, needed: (
+        f"the battery is empty after {amount(seconds, 's')}: the rectifier gives {amount(given, 'W')} on average, and the "
+        f"node takes {amount(needed, 'W')} while it runs"
+    ),
+    "battery_lasts": lambda seconds, given, needed: (
+        f"the battery lasts {amount(seconds, 's')}: the rectifier gives {amount(given, 'W')} on average, and the node takes "
+        f"{amount(needed, 'W')} while it runs"
+    ),
     "node_change_helps": lambda gain: f"the change that helps most: 10 % of it gives {100.0 * gain:.3g} % more packets",
     "circuit_left_out": "left out: {why}",
     "chip_without_output": "chip {chip!r} has no output of {voltage:g} V",

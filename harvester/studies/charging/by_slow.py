@@ -9,6 +9,7 @@ import numpy as np
 from harvester.arrays import Floats
 from harvester.engines import Slow
 from harvester.engines.protocol import needs_one_mode
+from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.errors import InputError
 from harvester.netlists.probes import STORE, Probe
@@ -35,15 +36,23 @@ def refusal_of_slow(problem: Problem, probe: Probe, records: bool = False) -> Di
     eqs, circuit = problem.equations, problem.circuit
     if circuit is None or circuit.smoothing is None or probe.name != STORE:
         return refusal("slow_probe", probe=probe.name)
-    if records and eqs.record is not None and eqs.is_steady and ideal_circuit(circuit, problem.scales) is not None:
-        return needs_one_mode(problem, Slow.NAME)
-    if eqs.record is not None or not eqs.is_shaken or (eqs.drive is not None and eqs.is_random):
+    if not _serves_shaking(eqs, records):
         return refusal("slow_shaking")
+    if eqs.record is not None and (
+        (several := needs_one_mode(problem, Slow.NAME)) or ideal_circuit(circuit, problem.scales)
+    ):
+        return several
     try:
         compiled_circuit(circuit, problem.scales)
     except InputError as error:
         return refusal("needs_compiled_circuit", Slow.NAME, engine=Slow.NAME, why=str(error))
     return None if is_plain_store(circuit) else Slow.refusal(problem)
+
+
+def _serves_shaking(eqs: Equations, records: bool) -> bool:
+    if eqs.record is not None:
+        return records and eqs.is_steady
+    return eqs.is_shaken and not (eqs.drive is not None and eqs.is_random)
 
 
 def charges_slowly(problem: Problem) -> bool:

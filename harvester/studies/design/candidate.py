@@ -2,7 +2,7 @@
 
 import dataclasses
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from harvester.presentation.messages.unknown_parts import CHIP, COMPILED_CIRCUIT
 from harvester.quantities.preferred_numbers import between
 from harvester.scene.load import Load
 from harvester.scene.scene import Scene
+from harvester.scene.sensor_node import SensorNode, Storage
 from harvester.storage.bought_parts import CHIPS, COILS, BoughtCoil
 from harvester.storage.supply import Supply
 from harvester.studies.charging.by_slow import refusal_of_slow
@@ -23,6 +24,8 @@ from harvester.uncertainty.value import Value, amount
 SERIES, SMALLEST, LARGEST = "E6", 1e-6, 1.0  # of capacitors (F)
 WIDE = 1.2  # for capacitors that have less than they say
 RIPPLE = 0.01  # of the voltage, at twice the frequency of the shaking
+LOW = 0.9  # of the voltage needed, to which a store goes down in the quiet parts of a record
+INSTANT, LONGEST = 1e-6, 30.0 * 86400.0  # s: of a packet that only tells when a store is full; to wait for that
 FEW, MANY = 4, 12  # voltages at which the current is measured, of a device of many
 
 
@@ -45,13 +48,15 @@ class Candidate:
 class Given:
     """What a candidate gives of a scene: the power there (W), and the rest.
 
-    ``wake`` (s) is infinite where the voltage is never reached; ``displacement`` (m) is None under noise.
+    ``wake`` (s) is infinite where the voltage is never reached; ``displacement`` (m) is None under noise and on a
+    record, for whose quiet parts the store keeps the energy ``kept`` (J).
     """
 
     power: Value
     wake: float
     displacement: float | None
     steps: int
+    kept: float = 0.0
 
     def unmet(self, needed: DesignNeed) -> list[str]:
         """What it does not meet of a requirement, each as it was written with what was found."""
@@ -86,7 +91,7 @@ def candidates(scene: Scene, circuit: str, needed: DesignNeed) -> list[Candidate
         return [Candidate(circuit, None, own, Supply(needed.voltage, chip, *levels))]
     bare = Candidate(circuit, None, {}, Supply(needed.voltage))
     problem = Problem(bare.scene(scene, needed))
-    reason = refusal_of_slow(problem, Probe(STORE, "V"))
+    reason = refusal_of_slow(problem, Probe(STORE, "V"), records=True)
     if reason is not None:
         raise CannotServeError(reason)
     assert problem.circuit is not None, "a netlist was asked for"
@@ -120,6 +125,8 @@ def evaluate(candidate: Candidate, scene: Scene, needed: DesignNeed, farads: flo
     problem, supply = Problem(candidate.scene(scene, needed)), candidate.supply
     circuit, scales = problem.circuit, problem.scales
     assert circuit is not None, "a netlist was asked for"
+    if problem.equations.record is not None:
+        return _on_record(candidate, scene, needed, farads)
     ideal = ideal_circuit(circuit, scales) if is_plain_store(circuit) else None
     elements = held_rectifier(circuit, HELD * scales.capacitance)
     with compilation():
@@ -137,18 +144,62 @@ def evaluate(candidate: Candidate, scene: Scene, needed: DesignNeed, farads: flo
     return Given(known, supply.wake(table, farads), found.displacement, found.steps)
 
 
+def _on_record(candidate: Candidate, scene: Scene, needed: DesignNeed, farads: float) -> Given:
+    """What a candidate gives on a record, behind ideal diodes where there are any; a chip's rectifier is the bridge."""
+    from harvester.cosimulation.idealised import ideal_circuit
+    from harvester.mechanics.kernels.compiled import compilation
+    from harvester.netlists.load_circuit import load_circuit
+    from harvester.storage.node_run import NodeRun
+    from harvester.storage.recorded_current import compiled_rectifier, ideal_rectifier, recorded
+
+    supply = candidate.supply
+    problem = Problem(candidate.scene(scene, needed))
+    circuit = problem.circuit
+    if supply.chip is not None:
+        diodes = dict(zip(("Is", "N"), supply.chip.diodes, strict=True))
+        circuit = load_circuit(Load(netlist="bridge", parameters=diodes))
+    assert circuit is not None, "a netlist was asked for"
+    ideal = ideal_circuit(circuit, problem.scales)
+    rectifier = ideal_rectifier(ideal, problem.scales.capacitance) if ideal else compiled_rectifier(problem)
+    wakes = supply.voltage if supply.chip is None else supply.rise
+    node = SensorNode(wake_voltage=wakes, stop_voltage=0.9 * wakes, interval=1.0, currents=(0.0,), durations=(INSTANT,))
+    chip = supply.chip and replace(supply.chip, rise=supply.rise, fall=supply.fall)
+    with compilation():
+        found = recorded(problem, rectifier, farads, supply.top)
+    powers = supply.powers(found.best, needed.power)
+    power = max(float(powers.mean()), 0.0)
+    off = [abs(supply.power(one, needed.power) - power) for one in (found.rough, found.best.halved())]
+    known = Value(
+        power,
+        bias=off[0],
+        model=off[1] + found.separation * power,
+        unknown=(COMPILED_CIRCUIT if ideal is None else IDEAL_ELEMENTS)
+        + ("" if supply.chip is None else f" and {CHIP}"),
+    )
+    ahead = np.cumsum(np.tile(powers - needed.power, 2)) * found.best.length
+    kept = float((np.maximum.accumulate(ahead) - ahead).max()) if power > needed.power else 0.0
+    store = Storage(capacitance=capacitance(needed, scene, kept))
+    with compilation():
+        first = NodeRun(found.best, store, node, chip).course(LONGEST).first
+    return Given(known, math.inf if first is None else first, None, found.steps, kept)
+
+
 def _relative(one: float, other: float) -> float:
     return abs(one - other) / max(abs(other), 1e-300)
 
 
-def capacitance(needed: DesignNeed, scene: Scene) -> float:
-    """The smallest capacitor that keeps the voltage, and `WIDE` times the energy of a node's packet."""
+def capacitance(needed: DesignNeed, scene: Scene, kept: float = 0.0) -> float:
+    """The smallest capacitor that keeps the voltage, `WIDE` times the energy of a node's packet, and what is ``kept``.
+
+    With that energy (J) it goes down to the node's stop voltage, or where there is none to `LOW` of the voltage needed.
+    """
     frequency = scene.modal.frequency / (2.0 * math.pi)
     if scene.excitation is not None and scene.excitation.frequency is not None:
         frequency = scene.excitation.frequency
     least = needed.power / (2.0 * frequency * RIPPLE * needed.voltage**2)
     if needed.packet:
         least = max(least, 2.0 * WIDE * needed.packet / (needed.voltage**2 - needed.stop**2))
+    least = max(least, 2.0 * WIDE * kept / (needed.voltage**2 - (needed.stop or LOW * needed.voltage) ** 2))
     series = between(SERIES, SMALLEST, LARGEST)
     return next((one for one in series if one >= least), series[-1])
 
@@ -161,6 +212,10 @@ def nominal(scene: Scene, circuit: str, needed: DesignNeed, farads: float, seed:
     some = [one for one in candidates(scene, circuit, needed) if not saturates(one, scene)]
     if not some:
         raise CannotServeError(refusal("coils_saturate", voltage=needed.voltage))
+    if scene.excitation is not None and scene.excitation.acceleration_file is not None:
+        every = [evaluate(one, scene, needed, farads, seed, MANY) for one in some]
+        most = int(np.argmax([one.power.value for one in every]))
+        return some[most], every[most]
     rough = [evaluate(one, scene, needed, farads, seed, 3).power.value if len(some) > 1 else 0.0 for one in some]
     best = some[int(np.argmax(rough))]
     return best, evaluate(best, scene, needed, farads, seed, MANY)

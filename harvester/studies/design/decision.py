@@ -102,6 +102,7 @@ def design(
     shares = _shares(device, meeting, needed, farads, spreads, seed, execution) if spreads else {}
     order = _order(meeting, shares)
     chosen, best = found[order[0]]
+    farads = capacitance(needed, device, best.kept)
     remarks = [*told, note("design_by_share" if spreads else "design_simplest"), _check(best, needed)]
     if chosen.coil is not None:
         remarks.append(warning("detector_not_counted", chosen.circuit))
@@ -118,7 +119,7 @@ def _asked(circuits: Sequence[str] | None, chips: Sequence[str] | None, problem:
     """The names of circuits and chips to choose from; InputError for a chip that there is not."""
     of_netlists = [name for name, chip in CHIPS.items() if chip.netlist == name]  # the others are tables for a node
     if circuits is None and chips is None:
-        return (*CIRCUITS, *of_netlists) if problem.equations.is_steady else CIRCUITS
+        return CIRCUITS if problem.equations.drive is None else (*CIRCUITS, *of_netlists)
     for one in chips or ():
         if one not in of_netlists:
             raise unknown("chip of `chips`", one, of_netlists)

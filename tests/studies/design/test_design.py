@@ -135,3 +135,36 @@ def test_the_command_writes_a_scene_that_runs(harvester, tmp_path):
     chosen = hv.load(tmp_path / "design.toml")
     assert chosen.load.netlist == "bridge" and chosen.load.parameters["C"] == found["capacitor"]
     assert "<h1" in (tmp_path / "report.html").read_text() and len((tmp_path / "design.csv").read_text().split()) > 2
+
+
+def on_record(folder, loud):
+    """The scene on 24 s of its drive as a record, which is there for a part of each 8 s."""
+    t = np.arange(0.0, 24.0, 0.001)
+    tone = 0.3 * 9.80665 * np.sin(2 * np.pi * 59.0 * t) * (t % 8.0 < 8.0 * loud)
+    path = folder / "record.csv"
+    rows = [f"{a:.3f},{b:.6f}" for a, b in zip(t, tone, strict=True)]
+    path.write_text("\n".join(["time (s),acceleration (m/s^2)", *rows, ""]))
+    return dataclasses.replace(hv.load(SCENE), excitation=hv.Excitation(acceleration_file=str(path)))
+
+
+@pytest.mark.thorough("test_what_is_available_is_what_another_engine_finds")
+@pytest.mark.slow
+def test_a_record_of_the_drive_asks_for_the_same_circuit(tmp_path, bridge):
+    """A whole one gives the drive's power; half of one gives half, and needs a store for the other half."""
+    whole, half = (hv.design(on_record(tmp_path, part), needs=NEEDS, circuits=["bridge"]) for part in (1.0, 0.5))
+    assert whole.available.value == pytest.approx(bridge.available.value, rel=0.02)
+    assert half.available.value == pytest.approx(0.5 * bridge.available.value, rel=0.06)
+    assert whole.largest_displacement is None and whole.available.error95 is None
+    kept = 0.5 * half.capacitor * 3.3**2 * (1.0 - 0.9**2)
+    assert 4.0 * 40e-6 < kept < 3.0 * 4.0 * 40e-6 and half.capacitor > 10.0 * whole.capacitor
+    with pytest.raises(hv.InputError, match=r"nearest is bridge, asked for 100 uW at 3\.3 V, but"):
+        hv.design(on_record(tmp_path, 0.5), needs="100 uW at 3.3 V", circuits=["bridge"])
+
+
+@pytest.mark.thorough("test_what_is_available_is_what_another_engine_finds")
+@pytest.mark.slow
+def test_a_record_of_the_drive_gives_a_chip_the_same(tmp_path):
+    """Behind a bridge of its own diodes, which are ideal elements on the record."""
+    scenes = (on_record(tmp_path, 1.0), SCENE)
+    some = [hv.design(one, needs=NEEDS, circuits=[], chips=["ltc3588"]).available.value for one in scenes]
+    assert some[0] == pytest.approx(some[1], rel=0.02)
