@@ -93,7 +93,7 @@ class Ensemble(MonteCarloOptions, Engine):
     has_frequency_response: ClassVar[bool] = True
     TRAJECTORIES: ClassVar[int] = sampling.TRAJECTORIES
     SEARCHES: ClassVar[bool] = True  # for other responses to a steady drive, from many starts
-    MODEL_NOTE: ClassVar[str] = ""  # the code of a note why an error of the model is not stated
+    MODEL_NOTE: ClassVar[str] = ""  # the code of a warning why an error of the model is not stated
     UNKNOWN: ClassVar[str] = ""  # what that error comes from
 
     @classmethod
@@ -106,7 +106,7 @@ class Ensemble(MonteCarloOptions, Engine):
         eqs = problem.equations
         return Model(eqs, None, "V2", (eqs.beta or 0.0) * (eqs.mu or 0.0))
 
-    def model_errors(self, problem: Problem, pair: "RichardsonPair") -> tuple[dict[str, float], str]:
+    def model_errors(self, problem: Problem, pair: "RichardsonPair", begin: float) -> tuple[dict[str, float], str]:
         """Relative errors of the model by moments, none where they are not known, and the code of a note on them."""
         return {}, self.MODEL_NOTE
 
@@ -140,9 +140,10 @@ class Ensemble(MonteCarloOptions, Engine):
                 obstacle = sampling.refine(sampler, target)
                 diagnostics.append(sampler.effort(within))
             diagnostics.append(obstacle)
-        errors, remark = self.model_errors(problem, sampler.pair)
+        errors, remark = self.model_errors(problem, sampler.pair, setup.budget_begin)
         between = None if setup.trajectories.hopping is None else note("between_wells")
-        diagnostics += [note(remark) if remark else None, between, agreed, self.doubt(sampler.pair)]
+        told = warning if remark == self.MODEL_NOTE else note  # an error that is not known is no remark
+        diagnostics += [told(remark) if remark else None, between, agreed, self.doubt(sampler.pair)]
         if problem.equations.mu is None and setup.model.circuit is None:
             diagnostics.append(warning("open_circuit"))
         exact = agreed is not None and agreed.severity == "note"

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import ClassVar, Self, TypeAlias
 
-from harvester.answers.estimate import Estimate
+from harvester.answers.estimate import UNSETTLED, Estimate
 from harvester.arrays import Floats
 from harvester.equations.effects import LINEAR, SEVERAL_MODES, unknown_to
 from harvester.equations.power_bound import power_bound
@@ -18,6 +18,8 @@ from harvester.scene.scene import Scene
 from harvester.uncertainty.value import Value
 
 Progress = Callable[[float], None]  # is called with the fraction done
+# Warnings that say which part of an error is not known.
+ERROR_TOLD = ("unknown_error", "ideal_elements", "compiled_circuit", "rare_hops")
 AnyScene: TypeAlias = Scene | Problem | str | Path  # a scene, the problem made of it, or the path of a scene file
 
 
@@ -174,6 +176,8 @@ def estimate(
     gives = has(told, "netlist_gives")
     impossible = None if gives else impossible_power(problem, power)
     told += [] if impossible is None else [impossible]
+    if power.unknown and not has(told, *UNSETTLED, *ERROR_TOLD):
+        told.append(warning("error_unknown", part=power.unknown))
     of_scene = [*unusual_values(problem.scene), *(() if shocks is None else shocks.diagnostics)]
     return Estimate(
         engine=engine,
