@@ -12,5 +12,7 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "setting_failed": "({setting}) failed: {why}",
     "did_not_run": "did not run: {why}",
     "one_path": "one path is no mean: for the power and its error, harvester run",
+    "shunt_converges": "ngspice did not converge: it does with {capacitance:.2g} F from each node to ground, {share:g} of "
+    "the piezo's; what that changes was not measured",
     "smaller_step_converges": "ngspice did not converge with a step of {asked}: it is {taken}",
 }
