@@ -110,6 +110,10 @@ class Ensemble(MonteCarloOptions, Engine):
         """Relative errors of the model by moments, none where they are not known, and the code of a note on them."""
         return {}, self.MODEL_NOTE
 
+    def _remark(self, code: str) -> Diagnostic | None:
+        """What is said of the model's error: a warning where it is not known."""
+        return (warning if code == self.MODEL_NOTE else note)(code) if code else None
+
     def doubt(self, pair: "RichardsonPair") -> Diagnostic | None:
         """What the trajectories say against their means; None where nothing."""
         return None
@@ -142,8 +146,7 @@ class Ensemble(MonteCarloOptions, Engine):
             diagnostics.append(obstacle)
         errors, remark = self.model_errors(problem, sampler.pair, setup.budget_begin)
         between = None if setup.trajectories.hopping is None else note("between_wells")
-        told = warning if remark == self.MODEL_NOTE else note  # an error that is not known is no remark
-        diagnostics += [told(remark) if remark else None, between, agreed, self.doubt(sampler.pair)]
+        diagnostics += [self._remark(remark), between, agreed, self.doubt(sampler.pair)]
         if problem.equations.mu is None and setup.model.circuit is None:
             diagnostics.append(warning("open_circuit"))
         exact = agreed is not None and agreed.severity == "note"

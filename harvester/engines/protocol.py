@@ -151,6 +151,12 @@ def impossible_power(problem: Problem, power: Value) -> Diagnostic | None:
     return None
 
 
+def _unknown_error(told: Sequence[Diagnostic], power: Value) -> list[Diagnostic]:
+    """A warning that a part of the power's error is not known, unless another was ``told`` that says so."""
+    said = has(told, *UNSETTLED, *ERROR_TOLD)
+    return [warning("error_unknown", part=power.unknown)] if power.unknown and not said else []
+
+
 def estimate(
     engine: str,
     problem: Problem,
@@ -176,8 +182,7 @@ def estimate(
     gives = has(told, "netlist_gives")
     impossible = None if gives else impossible_power(problem, power)
     told += [] if impossible is None else [impossible]
-    if power.unknown and not has(told, *UNSETTLED, *ERROR_TOLD):
-        told.append(warning("error_unknown", part=power.unknown))
+    told += _unknown_error(told, power)
     of_scene = [*unusual_values(problem.scene), *(() if shocks is None else shocks.diagnostics)]
     return Estimate(
         engine=engine,

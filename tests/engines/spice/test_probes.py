@@ -44,7 +44,9 @@ def test_steady_probes_and_ledger(tmp_path, harvester):
     assert load["mean"]["error95"] < 0.02 * load["mean"]["value"]
     assert store["rms"]["value"] ** 2 / 1e6 == pytest.approx(load["mean"]["value"], rel=1e-3)
     assert store["least"]["value"] < store["mean"]["value"] < store["rms"]["value"] < store["largest"]["value"]
-    shares = {name: value for name, value in answer["details"].items() if name.startswith("ledger_circuit_")}
+    details = {name: one for name, one in answer["details"].items() if not name.endswith("_stderr")}
+    assert set(answer["details"]) - set(details) >= {"ledger_load_stderr", "ledger_input_stderr"}
+    shares = {name: value for name, value in details.items() if name.startswith("ledger_circuit_")}
     assert set(shares) == {f"ledger_circuit_{one}" for one in ("d1", "d2", "d3", "d4", "rest")}
     assert sum(shares.values()) == pytest.approx(answer["details"]["ledger_circuit"])
     assert abs(shares["ledger_circuit_rest"]) < 0.02 * answer["details"]["ledger_circuit"]
