@@ -86,7 +86,15 @@ class Ideal(Ensemble):
             raise _with_cause(error, Problem.of(scene)) from None
         problem = Problem.of(scene)
         diagnostics = (*answer.diagnostics, *_slow_switching(problem), *_low_voltage(problem, answer))
+        diagnostics += self._missed(answer)
         return dataclasses.replace(answer, effects=(*answer.effects, "ideal_circuit"), diagnostics=diagnostics)
+
+    def _missed(self, answer: Estimate) -> tuple[Diagnostic, ...]:
+        """A warning where the error of the elements is larger than what was asked for."""
+        power, within = answer.mean_power, number(self.within)
+        if within is None or not power.model or power.model <= within * abs(power.value):
+            return ()
+        return (warning("elements_beyond", within=within, error=power.model / abs(power.value)),)
 
     def model(self, problem: Problem) -> Model:
         """What is simulated for a problem that the engine serves."""

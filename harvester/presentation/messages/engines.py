@@ -228,6 +228,8 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "steady_difference": "the error of the model is how far ngspice's own response at the same step is from this one",
     "ideal_difference": "the error of the model is what ideal diodes and switches differ by from the compiled circuit "
     "on the same noise, at most (95 %), and .5 % for that circuit",
+    "elements_beyond": "`within` {within:.3g} was not reached: the error of ideal diodes and switches is {error:.2g}; use "
+    "engine 'compiled' or 'spice'",
     "ideal_elements": "the error of ideal diodes and switches is not known from within: compare with 'spice'",
     "slow_switching": _slow_switching,
     "low_voltage": "the voltage is {volts:.2g} V rms, little beside what diodes and an opening switch leave: of a SECE so driven by noise engine 'ideal' gave 44 % too much power at 0.7 V, 12 to 15 % at 3.5 V, with one mode as with two: use engine 'compiled' or 'spice'",
