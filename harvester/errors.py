@@ -111,13 +111,17 @@ class OutOfTimeError(CircuitError):
     """A run of ngspice that had not ended when its time was over."""
 
 
+NO_THREAD = ("can't start new thread",)  # what Python's RuntimeError says then
+
+
 def named(error: Exception) -> HarvesterError:
     """The named error of one that nobody foresaw: of memory, of the system, or a defect of this package."""
     if isinstance(error, HarvesterError):
         return error
     if isinstance(error, MemoryError):
         return SimulationError("there is not enough memory: try fewer `trajectories`, `workers` or a longer `dt`")
-    if isinstance(error, OSError | ImportError):  # a full disk behind stdout; a library that is not loaded
+    # a full disk behind stdout; a library that is not loaded; no more threads, as of `ulimit -u`
+    if isinstance(error, OSError | ImportError) or error.args == NO_THREAD:
         return SimulationError(f"the system refused: {error}")
     what = f"{type(error).__name__}: {error}"
     return SimulationError(f"internal error, please report it: {what} (HARVESTER_TRACEBACK=1 shows where)")

@@ -147,8 +147,10 @@ def signals(rng, folder, shim):
 
 
 def full_disk(rng, folder, shim):
-    """No file may grow beyond a size, or the disk as a whole is full after some bytes, or stdout's is."""
-    how = rng.choice(["a file", "the disk", "stdout"])
+    """No file may grow beyond a size, the disk as a whole is full after some bytes or slow, or stdout's is full."""
+    how = rng.choice(["a file", "the disk", "stdout", "slow"])
+    if how == "slow":
+        return "slow disk", rng.choice(WRITING), {"env": {"LD_PRELOAD": shim, "DELAY": f"{rng.randrange(20, 200)}"}}
     if how == "stdout":
         return "full disk", rng.choice(TELLING), {"stdout": "/dev/full"}
     room = int(10.0 ** rng.uniform(0.0, 5.5))
@@ -157,7 +159,9 @@ def full_disk(rng, folder, shim):
 
 
 def limits(rng, folder, shim):
-    """Little memory, or few descriptors."""
+    """Little memory, few descriptors, or few threads and processes."""
+    if rng.random() < 0.3:
+        return "threads", rng.choice(TELLING), {"env": {"LD_PRELOAD": shim, "THREADS": f"{rng.randrange(12)}"}}
     if rng.random() < 0.5:
         room = int(rng.uniform(0.5e9, 3e9))
         return "memory", rng.choice(TELLING), {"limit": f"--as={room}", "memory": True}

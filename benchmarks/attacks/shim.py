@@ -1,4 +1,9 @@
-"""A library that a program loads before the system's: its disk is full after ROOM bytes, its clock jumps at a look."""
+"""A library that a program loads before the system's: its disk is full or slow, its clock jumps, it gets no threads.
+
+The disk is full after ROOM bytes, and each write to a file takes DELAY ms; the clock of the day jumps by JUMP s at the
+LOOKS-th look; after THREADS threads and processes the system starts no more, as after `ulimit -u`, which does not
+bind root.
+"""
 
 import subprocess
 
@@ -6,6 +11,7 @@ SOURCE = r"""
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <errno.h>
+#include <pthread.h>
 #include <stdlib.h>
 #include <sys/stat.h>
 #include <time.h>
@@ -20,7 +26,9 @@ static int full(int file, size_t bytes) {
     static long room = -2;
     struct stat state;
     if (room == -2) room = number("ROOM", -1);
-    if (room == -1 || fstat(file, &state) || !S_ISREG(state.st_mode)) return 0;
+    if (fstat(file, &state) || !S_ISREG(state.st_mode)) return 0;
+    usleep(1000 * number("DELAY", 0));
+    if (room == -1) return 0;
     if ((long)bytes > room) { room = 0; errno = ENOSPC; return 1; }
     room -= bytes;
     return 0;
@@ -36,6 +44,29 @@ ssize_t pwrite64(int file, const void *data, size_t bytes, off64_t place) {
     static ssize_t (*real)(int, const void *, size_t, off64_t);
     if (!real) real = dlsym(RTLD_NEXT, "pwrite64");
     return full(file, bytes) ? -1 : real(file, data, bytes, place);
+}
+
+static int spent(void) {
+    static long started;
+    long most = number("THREADS", -1);
+    return most >= 0 && __sync_add_and_fetch(&started, 1) > most;
+}
+
+int pthread_create(pthread_t *thread, const pthread_attr_t *how, void *(*run)(void *), void *given) {
+    static int (*real)(pthread_t *, const pthread_attr_t *, void *(*)(void *), void *);
+    if (!real) real = dlsym(RTLD_NEXT, "pthread_create");
+    return spent() ? EAGAIN : real(thread, how, run, given);
+}
+
+pid_t fork(void) {
+    static pid_t (*real)(void);
+    if (!real) real = dlsym(RTLD_NEXT, "fork");
+    if (spent()) { errno = EAGAIN; return -1; }
+    return real();
+}
+
+pid_t vfork(void) {
+    return fork();  /* what returns twice cannot be wrapped */
 }
 
 int clock_gettime(clockid_t clock, struct timespec *now) {

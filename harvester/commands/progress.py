@@ -73,7 +73,9 @@ class Bar(tqdm):  # type: ignore[misc]
         return {**super().format_dict, "left": left}
 
     def start(self, total: int | None = None, what: str = "", done: int = 0) -> None:
-        """Begin work that is measured by its fraction."""
+        """Begin work that is measured by its fraction; ``what`` says what it can afford, told of long work."""
+        if what and total is None and (self.budget or 0.0) > LONG:
+            self.notice(what)
 
     def step(self, done: float = 1, what: str = "") -> None:
         """Show the fraction done."""

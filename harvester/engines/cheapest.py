@@ -27,7 +27,8 @@ class Cheapest(MonteCarloOptions, Engine):
 
     Where ``within`` is finer than sampling reaches in reasonable time, `Density` in place of `Ensemble`, if it serves.
 
-    The answer is that engine's, and says why.  `Published` and `Ideal` do not know the error of their model.
+    The answer is that engine's, and says why.  `Published` does not know the error of its
+    model, and `Ideal` only after its run.
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01))

@@ -104,7 +104,7 @@ class Compiled(Ensemble):
         answer = super().run(problem, progress)
         return dataclasses.replace(answer, diagnostics=(*answer.diagnostics, note("not_periodic"))), None
 
-    def model_errors(self, problem: Problem, pair: "RichardsonPair") -> tuple[dict[str, float], str]:
+    def model_errors(self, problem: Problem, pair: "RichardsonPair", begin: float) -> tuple[dict[str, float], str]:
         """The largest relative difference from ngspice under white noise, where it is measured."""
         from harvester.engines.spice.cheap_model import settled_starts
         from harvester.engines.spice.difference import difference_from_ngspice

@@ -69,7 +69,7 @@ def steady_answer(
     details |= motion_details(problem, periods.value, last)
     told = [
         note("comes_back", periods=last.turns, from_before=near is not None),
-        note("steady_difference" if periods.differences else "compiled_circuit"),
+        note("steady_difference") if periods.differences else warning("compiled_circuit"),
         note("others_not_sought") if linear_growth(problem.equations) is None else None,
         None if within is None else _missed(within, power),
     ]

@@ -94,7 +94,7 @@ class Ensemble(MonteCarloOptions, Engine):
     has_frequency_response: ClassVar[bool] = True
     TRAJECTORIES: ClassVar[int] = sampling.TRAJECTORIES
     SEARCHES: ClassVar[bool] = True  # for other responses to a steady drive, from many starts
-    MODEL_NOTE: ClassVar[str] = ""  # the code of a note why an error of the model is not stated
+    MODEL_NOTE: ClassVar[str] = ""  # the code of a warning why an error of the model is not stated
     UNKNOWN: ClassVar[str] = ""  # what that error comes from
 
     @classmethod
@@ -107,9 +107,13 @@ class Ensemble(MonteCarloOptions, Engine):
         eqs = problem.equations
         return Model(eqs, None, "V2", (eqs.beta or 0.0) * (eqs.mu or 0.0))
 
-    def model_errors(self, problem: Problem, pair: "RichardsonPair") -> tuple[dict[str, float], str]:
+    def model_errors(self, problem: Problem, pair: "RichardsonPair", begin: float) -> tuple[dict[str, float], str]:
         """Relative errors of the model by moments, none where they are not known, and the code of a note on them."""
         return {}, self.MODEL_NOTE
+
+    def _remark(self, code: str) -> Diagnostic | None:
+        """What is said of the model's error: a warning where it is not known."""
+        return (warning if code == self.MODEL_NOTE else note)(code) if code else None
 
     def doubt(self, pair: "RichardsonPair") -> Diagnostic | None:
         """What the trajectories say against their means; None where nothing."""
@@ -145,9 +149,9 @@ class Ensemble(MonteCarloOptions, Engine):
                 obstacle = sampling.refine(sampler, target)
                 diagnostics.append(sampler.effort(within))
             diagnostics.append(obstacle)
-        errors, remark = self.model_errors(problem, sampler.pair)
+        errors, remark = self.model_errors(problem, sampler.pair, setup.budget_begin)
         between = None if setup.trajectories.hopping is None else note("between_wells")
-        diagnostics += [note(remark) if remark else None, between, agreed, self.doubt(sampler.pair)]
+        diagnostics += [self._remark(remark), between, agreed, self.doubt(sampler.pair)]
         if problem.equations.mu is None and setup.model.circuit is None:
             diagnostics.append(warning("open_circuit"))
         exact = agreed is not None and agreed.severity == "note"

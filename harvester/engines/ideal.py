@@ -3,10 +3,11 @@
 import dataclasses
 import math
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar, Self
 
 from harvester.answers.estimate import Estimate
 from harvester.engines.ensemble import Ensemble
+from harvester.engines.options import number
 from harvester.engines.protocol import AnyScene, Progress, needs_circuit
 from harvester.engines.sampling import Model
 from harvester.equations.problem import Problem
@@ -14,6 +15,9 @@ from harvester.errors import SimulationError, names_arguments
 from harvester.presentation.diagnostic import Diagnostic, note, refusal, warning
 from harvester.presentation.engine_look import EngineLook
 from harvester.presentation.messages.unknown_parts import IDEAL_ELEMENTS
+
+if TYPE_CHECKING:
+    from harvester.mechanics.ensemble.richardson import RichardsonPair
 
 LOW = 4.0  # V rms of a SECE
 LONG = 1000.0  # periods of the mass
@@ -33,6 +37,8 @@ class Ideal(Ensemble):
     ----------
     within, budget, seed, duration, trajectories, dt
         the options of `run`.
+    judged
+        measure the error of the ideal elements against the compiled circuit; False: it stays unknown.
 
     Raises
     ------
@@ -51,6 +57,13 @@ class Ideal(Ensemble):
     next_fidelity: ClassVar[str | None] = "spice"
     MODEL_NOTE: ClassVar[str] = "ideal_elements"
     UNKNOWN: ClassVar[str] = IDEAL_ELEMENTS
+
+    judged: bool = True
+
+    @property
+    def at_many_points(self) -> Self:
+        """Without the judge of each point."""
+        return dataclasses.replace(self, judged=False)
 
     @classmethod
     def refusal(cls, problem: Problem) -> Diagnostic | None:
@@ -73,7 +86,15 @@ class Ideal(Ensemble):
             raise _with_cause(error, Problem.of(scene)) from None
         problem = Problem.of(scene)
         diagnostics = (*answer.diagnostics, *_slow_switching(problem), *_low_voltage(problem, answer))
+        diagnostics += self._missed(answer)
         return dataclasses.replace(answer, effects=(*answer.effects, "ideal_circuit"), diagnostics=diagnostics)
+
+    def _missed(self, answer: Estimate) -> tuple[Diagnostic, ...]:
+        """A warning where the error of the elements is larger than what was asked for."""
+        power, within = answer.mean_power, number(self.within)
+        if within is None or not power.model or power.model <= within * abs(power.value):
+            return ()
+        return (warning("elements_beyond", within=within, error=power.model / abs(power.value)),)
 
     def model(self, problem: Problem) -> Model:
         """What is simulated for a problem that the engine serves."""
@@ -82,6 +103,15 @@ class Ideal(Ensemble):
         assert problem.circuit is not None, "refusal checks this"
         circuit = ideal_circuit(problem.circuit, problem.scales)
         return Model(problem.equations, circuit, "load", problem.equations.beta or 0.0)
+
+    def model_errors(self, problem: Problem, pair: "RichardsonPair", begin: float) -> tuple[dict[str, float], str]:
+        """How far the compiled circuit is on the same noise, where that can be measured in what is left of a budget."""
+        from harvester.engines.ideal_difference import difference_from_compiled
+
+        budget = number(self.budget)
+        deadline = math.inf if budget is None else begin + budget
+        found = difference_from_compiled(problem, pair, deadline) if self.judged else {}
+        return found, "ideal_difference" if found else self.MODEL_NOTE
 
 
 def _slow_switching(problem: Problem) -> tuple[Diagnostic, ...]:

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import ClassVar, Self, TypeAlias
 
-from harvester.answers.estimate import Estimate
+from harvester.answers.estimate import UNSETTLED, Estimate
 from harvester.arrays import Floats
 from harvester.equations.effects import LINEAR, SEVERAL_MODES, unknown_to
 from harvester.equations.power_bound import power_bound
@@ -18,6 +18,8 @@ from harvester.scene.scene import Scene
 from harvester.uncertainty.value import Value
 
 Progress = Callable[[float], None]  # is called with the fraction done
+# Warnings that say which part of an error is not known.
+ERROR_TOLD = ("unknown_error", "ideal_elements", "compiled_circuit", "rare_hops")
 AnyScene: TypeAlias = Scene | Problem | str | Path  # a scene, the problem made of it, or the path of a scene file
 
 
@@ -158,6 +160,12 @@ def impossible_power(problem: Problem, power: Value) -> Diagnostic | None:
     return None
 
 
+def _unknown_error(told: Sequence[Diagnostic], power: Value) -> list[Diagnostic]:
+    """A warning that a part of the power's error is not known, unless another was ``told`` that says so."""
+    said = has(told, *UNSETTLED, *ERROR_TOLD)
+    return [warning("error_unknown", part=power.unknown)] if power.unknown and not said else []
+
+
 def estimate(
     engine: str,
     problem: Problem,
@@ -183,6 +191,7 @@ def estimate(
     gives = has(told, "netlist_gives")
     impossible = None if gives else impossible_power(problem, power)
     told += [] if impossible is None else [impossible]
+    told += _unknown_error(told, power)
     of_scene = [*unusual_values(problem.scene), *(() if shocks is None else shocks.diagnostics)]
     return Estimate(
         engine=engine,

@@ -19,7 +19,8 @@ class Progress(Protocol):
     def start(self, total: int | None = None, what: str = "", done: int = 0) -> None:
         """Begin work that is measured by its fraction (``total`` None), or ``total`` rows of a kind ``what``.
 
-        Work in several kinds of rows begins each of them.  So many are ``done`` already, by an earlier run.
+        Work in several kinds of rows begins each of them.  So many are ``done`` already, by an earlier run.  ``what``
+        without a ``total`` is a sentence on what the work can afford.
         """
         ...
 

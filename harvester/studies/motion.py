@@ -242,6 +242,7 @@ def _computed(
     probes: tuple[Probe, ...],
     expected: Expected | None,
     h: float,
+    shunt: float = 0.0,
 ) -> tuple[Any, Floats, int]:
     """The path of so long a nondimensional duration at a step h, its probes, and the steps between readings."""
     from harvester.mechanics.kernels.forcing import forcing
@@ -265,7 +266,7 @@ def _computed(
         return path, probed(circuit, path, probes), stride
     if not ENGINES[engine].runs_ngspice:
         return trace(problem.equations, noise, h, stride, shaking=shaking), np.empty((0, 0)), stride
-    return *path_in_ngspice(problem, noise, h, stride, shaking, probes, expected), stride
+    return *path_in_ngspice(problem, noise, h, stride, shaking, probes, expected, shunt), stride
 
 
 def _stops(eqs: Equations) -> tuple[float, ...]:

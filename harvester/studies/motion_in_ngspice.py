@@ -23,12 +23,13 @@ def path_in_ngspice(
     shaking: Floats | None,
     probes: tuple[Probe, ...],
     expected: Expected | None,
+    shunt: float = 0.0,
 ) -> "tuple[Path, Floats]":
     """The path of ``problem`` by ngspice, and its probes at the path's times, shape (probes, n).
 
     ``noise``, shape (steps,), are its kicks, a step ``h`` (1/w0) apart; ``shaking``, shape (steps + 1,), are the base's
     accelerations there; a reading is every ``stride`` steps.  ``expected`` is called with the seconds that a long path
-    will take, from two short ones.
+    will take, from two short ones.  ``shunt`` is a capacitance from each node to ground, of the piezo's.
 
     Raises MissingProgramError without ngspice, and CircuitError where the circuit does not converge.
     """
@@ -38,7 +39,7 @@ def path_in_ngspice(
 
     find_library()
     assert problem.circuit is not None, "the engine refuses an open circuit"
-    device = CoupledDevice(problem.equations, problem.scales, problem.circuit, h, stride, probes=probes)
+    device = CoupledDevice(problem.equations, problem.scales, problem.circuit, h, stride, probes=probes, shunt=shunt)
     if expected is not None and len(noise) > MANY_STEPS:
         few = round(PILOT * len(noise))
         for _ in range(2):  # the first starts the process

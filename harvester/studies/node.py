@@ -204,6 +204,7 @@ def node(scene: AnyScene, *, days: float = 1.0, seed: int = 0) -> NodeResult:
         told.append(note("node_of_mean_current"))
     if known.separation > APART:
         told.append(warning("scales_not_apart", separation=known.separation))
+    told.append(warning("error_unknown", part=found.packets_per_hour.unknown))
     if chip is not None and table is not None and table.name is not None:
         told.append(note("chip_by_its_sheet", table.name, source=chip.source, assumed=chip.assumed))
     return dataclasses.replace(found, seconds=time.perf_counter() - begin, diagnostics=tuple(told))

@@ -1,36 +1,49 @@
-"""What to do where ngspice does not converge at a step that nobody chose: the same again at a smaller one."""
+"""What to do where ngspice does not converge at a step that nobody chose: a smaller one, then a little capacitance."""
 
 from collections.abc import Callable
 from typing import TypeVar
 
+from harvester.engines.spice.spice import SHUNTS
 from harvester.equations.problem import Problem
 from harvester.errors import ConvergenceError
-from harvester.presentation.diagnostic import Diagnostic, note
+from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.uncertainty.value import amount
 
-PARTS, TRIES = 4.0, 3  # each try has a step so many times smaller than the one before
+# Each try: parts of the step, and the capacitance from each node to ground as a part of the piezo's.
+TRIES = ((1.0, 0.0), (4.0, 0.0), (16.0, 0.0), *((1.0, shunt) for shunt in SHUNTS if shunt))
 Found = TypeVar("Found")
 
 
 def at_smaller_steps(
-    problem: Problem, h: float, compute: Callable[[float], Found]
+    problem: Problem, h: float, compute: Callable[[float, float], Found]
 ) -> tuple[Found, float, tuple[Diagnostic, ...]]:
-    """What ``compute`` gives at the step ``h`` (1/w0), or a smaller one; that step, and a note where it is smaller.
+    """What ``compute`` gives at the step ``h`` (1/w0) without a shunt, else by the first of `TRIES` that converges.
 
-    Raises ConvergenceError where ngspice does not converge at any of them, and what ``compute`` raises otherwise.
+    Also the step that was taken, and what helped where that was not the first.
+
+    Raises ConvergenceError where ngspice converges at none of them, and what ``compute`` raises otherwise.
     """
 
     def said(step: float) -> str:
         return amount(step / problem.units.frequency, "s" if problem.physical else "")
 
-    for k in range(TRIES):
-        step = h / PARTS**k
+    least = h / max(parts for parts, _ in TRIES)
+    for parts, shunt in TRIES:
+        step = h / parts
         try:
-            found = compute(step)
+            found = compute(step, shunt)
         except ConvergenceError as error:
-            if k == TRIES - 1:
-                raise ConvergenceError(f"{error}; steps of {said(h)} to {said(step)} were tried") from None
+            if (parts, shunt) == TRIES[-1]:
+                farads = amount(shunt * problem.scales.capacitance, "F")
+                tried = f"steps of {said(h)} to {said(least)} and {farads} from each node to ground were tried"
+                raise ConvergenceError(f"{error}; {tried}") from None
             continue
+        if shunt:
+            return (
+                found,
+                step,
+                (warning("shunt_converges", share=shunt, capacitance=shunt * problem.scales.capacitance),),
+            )
         taken = note("smaller_step_converges", asked=said(h), taken=said(step))
-        return found, step, (taken,) if k else ()
+        return found, step, (taken,) if parts > 1.0 else ()
     raise AssertionError("every try returns or raises")

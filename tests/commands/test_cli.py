@@ -180,6 +180,7 @@ def test_a_defect_of_ours_is_one_line_too(harvester, monkeypatch):
     [
         (MemoryError(), "there is not enough memory: try fewer --trajectories, --workers or a longer --dt"),
         (ImportError("failed to map segment"), "the system refused: failed to map segment"),
+        (RuntimeError("can't start new thread"), "the system refused: can't start new thread"),
     ],
 )
 def test_no_memory_is_one_line(harvester, monkeypatch, tmp_path, error, line):

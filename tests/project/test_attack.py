@@ -62,11 +62,15 @@ def test_a_file_that_a_netlist_reads_is_seen(tmp_path):
         ("optimise", {"ROOM": "3000"}, "status 2", "No space left on device"),
         ("sweep", {"ROOM": "30000"}, "status 2", "No space left on device; the points that are done are kept"),
         ("new", {"LOOKS": "3", "JUMP": "-300000000"}, "status 0", ""),
+        ("run ensemble", {"LOOKS": "3", "JUMP": "-300000000"}, "status 0", ""),
+        ("run ensemble", {"THREADS": "1"}, "status 3", "the system refused: can't start new thread"),
+        ("sweep", {"THREADS": "2"}, "status 3", "the system refused: [Errno 11]"),
+        ("sweep", {"DELAY": "100"}, "status 0", ""),
     ],
-    ids=["full disk", "full disk of a sweep", "clock"],
+    ids=["full disk", "full disk of a sweep", "clock", "clock of a run", "no threads", "no processes", "slow disk"],
 )
 def test_a_fault(tmp_path, command, fault, ends, says):
-    """The disk is full after some bytes (a sweep's had an internal error); the clock jumps back by years."""
+    """The disk is full or slow, the clock jumps back by years, or no thread can start (which was an internal error)."""
     for name in ("tmp", "out"):
         (tmp_path / name).mkdir()
     env = {"LD_PRELOAD": shim.built(tmp_path), **fault}

@@ -24,7 +24,6 @@ LONGEST_COMPILED = 4e3  # where a compiled circuit goes beside
 CLOSE = 0.02  # a target below which circuits that switch go beside their compiled circuit
 MEMORIES = 2.0  # time constants of the slowest change, of a burn-in from settled states
 SETTLING = 4.0  # time constants, in which a compiled circuit settles from the states of ideal elements
-RAMP = 16  # parts in which its store is charged before
 TWINS = 0.2  # of a target, for the step: a circuit that switches costs hardly more at a smaller one
 SHARE = 0.5  # of the budget, for the cheap model at most: the rest is for ngspice
 
@@ -128,26 +127,19 @@ def _compiled_beside(
 
     That is of ideal elements: it knows the step and its bias in a hundredth of the time, and fills the store.
     """
+    from harvester.circuits.beside_ideal import compiled_beside
     from harvester.mechanics.ensemble.burn_in import memory
-    from harvester.mechanics.ensemble.richardson import RichardsonPair, compile_pair
-    from harvester.mechanics.ensemble.trajectories import Trajectories
-    from harvester.mechanics.kernels.compiled import compilation
+    from harvester.mechanics.ensemble.richardson import RichardsonPair
     from harvester.mechanics.kernels.noise import child
 
     settled = twin.trajectories
-    count, seed = affordable(False, circuit, LOOSE), child(settled.seed, 4)
-    own = Trajectories(settled.eqs, count, seed, settled.h, circuit=circuit, controlled=True)
-    with compilation() as compiling:
-        compile_pair(own)
-    states = settled.state[: own.blocks]
-    own.state[:, :2] = states[:, :2]
-    for k in range(RAMP):  # Newton's method goes with a store that is charged little by little, but not with a jump
-        circuit.charge_store(own.state, (k + 1) / RAMP * states[:, 3])
-        own.run(own.stride * own.h)
+    own, compilation_seconds = compiled_beside(
+        settled, circuit, affordable(False, circuit, LOOSE), child(settled.seed, 4)
+    )
     own.run(SETTLING * max(memory(settled, twin.moments, twin.duration), charging_time))
-    spent = time.perf_counter() - begin - compiling.seconds
+    spent = time.perf_counter() - begin - compilation_seconds
     duration = first_duration(own.time, spent, None if budget is None else SHARE * budget)
-    return RichardsonPair(own, duration, budget, twin), compiling.seconds
+    return RichardsonPair(own, duration, budget, twin), compilation_seconds
 
 
 def settled_starts(

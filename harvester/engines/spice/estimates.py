@@ -42,7 +42,9 @@ def sampled_estimate(
     if setup.resistive and eqs.stop_stiffness is None and eqs.modes is None:  # what the balance holds for
         details["power_balance"], details["power_balance_stderr"] = power_balance(moments, eqs)
     else:
-        details |= ledger_entries([one.ledger for one in runs.done], problem.scales.watts / problem.units.watts)
+        watts = problem.scales.watts / problem.units.watts
+        load_bias = (runs.power().value.bias or 0.0) * problem.units.watts
+        details |= ledger_entries([one.ledger for one in runs.done], watts, load_bias)
     agreed = agreement(moments) if eqs.is_steady else None
     exact = agreed is not None and agreed.severity == "note"
     v2, power = (
@@ -75,7 +77,9 @@ def steady_estimate(
     if steady.unknown is None:
         parts = ("step_error", "tolerance_error", "settling_error")
         details |= {part: error * watts for part, error in zip(parts, steady.errors("power")[1], strict=True)}
-    details |= {"warm_up_seconds": steady.warm_up_seconds} | ledger_entries([last.ledger], 1.0 / watts)
+    details |= {"warm_up_seconds": steady.warm_up_seconds} | ledger_entries(
+        [last.ledger], 1.0 / watts, power.known_error95 * watts
+    )
     diagnostics = [
         *ledger_doubts(2 * [last.ledger]),
         *record_doubts(problem.equations),

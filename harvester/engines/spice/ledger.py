@@ -15,13 +15,22 @@ if TYPE_CHECKING:
 GIVEN, STORED, SURE = 0.02, 0.1, 4.0  # shares of the load's power that are told, beyond so many standard errors
 
 
-def ledger_entries(ledgers: "list[EnergyLedger]", watts: float) -> dict[str, float]:
-    """Where the energy went, the mean of these, in units of ``watts``; see `energy_ledger`."""
+def ledger_entries(ledgers: "list[EnergyLedger]", watts: float, load_bias: float = 0.0) -> dict[str, float]:
+    """Where the energy went, the mean of these, in units of ``watts``, with errors; see `energy_ledger`.
+
+    Of several runs each entry has its standard error (by Student's t where they are few).  That of the load, which is
+    the mean power, has the error ``load_bias`` (in these units) beside.
+    """
     from harvester.cosimulation.lockstep.energy_ledger import mean_ledger
 
     whole = mean_ledger(ledgers)
     entries = {f"ledger_{name}": value / watts for name, value in vars(whole).items()}
-    return entries | {"ledger_residual": whole.residual}
+    for name in vars(whole) if len(ledgers) > 1 else ():
+        mean, stderr = mean_and_error(np.array([getattr(one, name) for one in ledgers]) / watts)
+        if stderr > 0.0:
+            entries[f"ledger_{name}_stderr"] = Value(mean, stderr, dof=len(ledgers) - 1.0).normal_stderr
+    known = {"ledger_load_bias": load_bias} if load_bias else {}
+    return entries | known | {"ledger_residual": whole.residual}
 
 
 def gives_power(watts: float) -> SimulationError:

@@ -13,6 +13,7 @@ from harvester.equations.impact_order import step_order
 from harvester.equations.problem import Problem
 from harvester.errors import InputError
 from harvester.netlists.probes import Probe, element_powers, read_probes
+from harvester.presentation.diagnostic import warning
 from harvester.presentation.glossary import LEDGER
 from harvester.presentation.messages.unknown_parts import STEP, STEP_AND_TOLERANCE, TOLERANCE
 from harvester.presentation.sheet import ERROR_OF
@@ -74,7 +75,9 @@ def with_probes(
         taken += value
     if watch.parts and "ledger_circuit" in details:
         details["ledger_circuit_rest"] = details["ledger_circuit"] - taken
-    return dataclasses.replace(answer, details=details, probes=probes)
+    unknown = dict.fromkeys(one.mean.unknown for one in probes.values() if one.mean.unknown)
+    told = [warning("error_unknown", ", ".join(probes), part=part) for part in unknown]
+    return dataclasses.replace(answer, details=details, probes=probes, diagnostics=(*answer.diagnostics, *told))
 
 
 def with_sampled_probes(answer: Estimate, problem: Problem, watch: Watch, runs: "Runs") -> Estimate:

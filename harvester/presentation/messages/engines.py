@@ -44,7 +44,7 @@ def _effort(
 def _cheapest(engine: str, why: str, error: float | None, within: float, formula: str, refused: str) -> str:
     stated = "" if error is None else f"{error:.2g}"
     reason = {
-        "netlist": "the load is a netlist, and 'ideal' does not know the error of its model",
+        "netlist": "the load is a netlist, and 'ideal' knows the error of its model only after its run",
         "refused": f"'averaged' cannot tell: {refused}",
         "reached": f"the error that it states, {stated}, is within {within:.3g}",
         "beyond": f"{formula!r} states an error of {stated}, more than {within:.3g}",
@@ -233,6 +233,10 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "compiled_circuit": "the difference from ngspice is not measured: compare with 'spice'",
     "difference_measured": "the error of the model is what runs of ngspice on the same motion differ by at most (95 %)",
     "steady_difference": "the error of the model is how far ngspice's own response at the same step is from this one",
+    "ideal_difference": "the error of the model is what ideal diodes and switches differ by from the compiled circuit "
+    "on the same noise, at most (95 %), and .5 % for that circuit",
+    "elements_beyond": "`within` {within:.3g} was not reached: the error of ideal diodes and switches is {error:.2g}; use "
+    "engine 'compiled' or 'spice'",
     "ideal_elements": "the error of ideal diodes and switches is not known from within: compare with 'spice'",
     "slow_switching": _slow_switching,
     "low_voltage": "the voltage is {volts:.2g} V rms, little beside what diodes and an opening switch leave: of a SECE so driven by noise engine 'ideal' gave 44 % too much power at 0.7 V, 12 to 15 % at 3.5 V, with one mode as with two: use engine 'compiled' or 'spice'",

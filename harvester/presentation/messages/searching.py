@@ -70,6 +70,8 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "evaluations_unsound": "{unsound} of {count} evaluations by {engine!r} had not settled, were cut off or have no "
     "known error: they count only where there is nothing else",
     # Circuits.
+    "scan_fits": "the first place of all {circuits} circuits took {seconds:.2g} s: at least {fit} of the {places} places of a "
+    "scan fit into the budget",
     "best_circuit": _best_circuit,
     "no_best_circuit": "no best circuit: the budget ended before the first scan of {early} did",
     "circuits_cut_short": "the search of {names} was cut short",

@@ -15,5 +15,7 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "stop_not_drawn": "the stop is not drawn: it is met by several displacements together, not by the one that is shown",
     "ball_not_drawn": "the ball is not drawn: what is shown is the motion of the mass that carries it",
     "one_path": "one path is no mean: for the power and its error, harvester run",
+    "shunt_converges": "ngspice did not converge: it does with {capacitance:.2g} F from each node to ground, {share:g} of "
+    "the piezo's; what that changes was not measured",
     "smaller_step_converges": "ngspice did not converge with a step of {asked}: it is {taken}",
 }

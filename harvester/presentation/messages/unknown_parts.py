@@ -4,6 +4,7 @@ They go on after "the error of".
 """
 
 STEP = "the step"
+SHUNT = "the capacitance from each node to ground"
 TOLERANCE = "ngspice's tolerance"
 STEP_AND_TOLERANCE = f"{STEP} and {TOLERANCE}"
 IDEAL_ELEMENTS = "ideal diodes and switches"

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from harvester.engines.protocol import Progress
+from harvester.presentation.messages.unknown_parts import SHUNT
 from harvester.studies.charging.afterwards import Afterwards, afterwards
 from harvester.studies.charging.passages import SAMPLES, ChargeRuns, Passages
 from harvester.studies.smaller_step import at_smaller_steps
@@ -23,7 +24,7 @@ FIRST, LONGER = 120.0 * math.pi, 4.0  # nondimensional time of the first runs, a
 
 
 def charge_in_ngspice(runs: ChargeRuns) -> Passages:
-    """The passages of runs, at a step that is smaller than the scene's where ngspice does not converge with that.
+    """The passages of runs, at the scene's step, or by what `at_smaller_steps` tries where ngspice does not converge.
 
     Unless they are to do the whole of their duration, shorter ones come first, and the first that all reach the last
     level are taken.  Those that do the whole of it also say how long they stay above.
@@ -36,8 +37,8 @@ def charge_in_ngspice(runs: ChargeRuns) -> Passages:
     problem, whole = runs.problem, runs.whole
     end = runs.duration * problem.scales.frequency
 
-    def at_step(step: float) -> Passages:
-        device = _device(runs, step)
+    def at_step(step: float, shunt: float = 0.0) -> Passages:
+        device = replace(_device(runs, step), shunt=shunt)
         warm_up_workers(device)
         begin, steps, past = time.perf_counter(), 0, 0.0
         lengths = lengths_of_runs(end, whole)
@@ -48,7 +49,8 @@ def charge_in_ngspice(runs: ChargeRuns) -> Passages:
             steps, past = steps + found.steps, past + length
             if found.reached == 1.0 and not whole:
                 break
-        return replace(found, steps=steps, seconds=time.perf_counter() - begin)
+        unknown = SHUNT if shunt else found.unknown
+        return replace(found, steps=steps, seconds=time.perf_counter() - begin, unknown=unknown)
 
     if runs.h is not None:
         return at_step(runs.h)

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 
 from harvester.errors import HarvesterError
 from harvester.machine.progress import NO_PROGRESS, NoProgress, Progress
-from harvester.presentation.diagnostic import warning
+from harvester.presentation.diagnostic import note, warning
 from harvester.studies.optimum.evaluations import SHORTEST, SpentError
 from harvester.studies.optimum.optimum_result import Optimum
 from harvester.studies.optimum.ranges import scan
@@ -37,6 +37,7 @@ class Race:
     scanned: bool = False  # all scans are complete
     top: str = ""  # the search that has shown the largest sound power
     waiting: list[str] = field(default_factory=list)
+    told: bool = False  # what the scans can afford
 
     @property
     def whole(self) -> float:
@@ -51,13 +52,23 @@ class Race:
         sampled = {name: one.sampled for name, one in self.searches.items() if one.sampled is not None}
         try:
             while sum(scan_one_more(search) for search in sampled.values()):  # a round: each has a place more
-                pass
+                if not self.told:
+                    self._tell_plan()
             self.scanned = True
         except SpentError:
             pass  # all have the same places, but for one place
         self._compare(sampled)
         self.waiting = sorted(self.requests, key=lambda name: -self.seen.get(name, 0.0))
         return list(self.waiting)
+
+    def _tell_plan(self) -> None:
+        """Say what the budget is good for, once a round has shown what a place takes, compilation included."""
+        seconds, search = time.perf_counter() - self.start, next(iter(self.searches.values()))
+        places = SCAN[search.surface.dimensions]
+        fit = min(int(SCANS * self.whole / seconds), places)
+        plan = note("scan_fits", seconds=seconds, fit=fit, places=places, circuits=len(self.searches))
+        self.progress.start(what=str(plan))
+        self.told = True
 
     def _compare(self, sampled: Mapping[str, SampledSearch]) -> None:
         """Note the largest power of each scan, and which has the largest of those that are sound."""

@@ -44,6 +44,7 @@ def test_steady_probes_and_ledger(tmp_path, harvester):
     assert load["mean"]["error95"] < 0.02 * load["mean"]["value"]
     assert store["rms"]["value"] ** 2 / 1e6 == pytest.approx(load["mean"]["value"], rel=1e-3)
     assert store["least"]["value"] < store["mean"]["value"] < store["rms"]["value"] < store["largest"]["value"]
+    assert 0.0 < answer["details"]["ledger_load_bias"] < 0.02 * answer["details"]["ledger_load"]
     shares = {name: value for name, value in answer["details"].items() if name.startswith("ledger_circuit_")}
     assert set(shares) == {f"ledger_circuit_{one}" for one in ("d1", "d2", "d3", "d4", "rest")}
     assert sum(shares.values()) == pytest.approx(answer["details"]["ledger_circuit"])
@@ -72,6 +73,7 @@ def test_sampled_probes():
         if isinstance(value, hv.Value):
             assert 0.0 < value.bias < 0.2 * value.value and value.error95 > value.sampling95
     assert found.details["error_of_ledger_circuit_d1"] > 0.0
+    assert found.details["ledger_load_stderr"] == pytest.approx(power.normal_stderr, rel=0.05)
     assert "ledger circuit d1" in str(found) and "% (95 %)" in str(found)
     assert current.least.value < 0.0 < current.mean.value < current.largest.value
     assert all(word in str(found) for word in ("\n  store\n", "window", "largest"))

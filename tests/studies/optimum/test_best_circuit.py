@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import re
 
 import numpy as np
 import pytest
@@ -53,10 +54,18 @@ def test_all_are_scanned_alike():
         )
         for name, n1 in powers.items()
     }
-    race = Race(asked, CallingBack(lambda done, _: told.append(done)))
+
+    class Told(CallingBack):
+        def start(self, total=None, what="", done=0):
+            plans.append(what)
+
+    plans = []
+    race = Race(asked, Told(lambda done, _: told.append(done)))
     assert race.order() == ["strong", "weak"]
     scans = [[tuple(p.u) for p in race.searches[name].surface.points] for name in powers]
     assert scans[0] == scans[1] and len(scans[0]) == 13
+    (plan,) = plans
+    assert re.fullmatch(r"the first place of all 2 circuits took .* s: at least \d+ of the 13 places .*", plan)
     strong, weak = race.optimum("strong", None), race.optimum("weak", None)
     assert str(weak.warnings[0]).startswith("its search ended with the first scan, whose largest power is 25% of that")
     assert has(weak.diagnostics, "ended_with_scan") and not has(strong.diagnostics, "ended_with_scan")

@@ -1,0 +1,97 @@
+"""What a circuit of ideal elements differs by from the same netlist as a compiled circuit, on the same noise.
+
+Under a steady drive the periodic response of the compiled circuit is the judge.
+"""
+
+import time
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from harvester.equations.problem import Problem
+from harvester.errors import HarvesterError
+from harvester.mechanics.kernels.moments import Moments
+from harvester.uncertainty.controls import controlled_entries
+from harvester.uncertainty.value import Value, mean_and_error
+
+if TYPE_CHECKING:
+    from harvester.circuits.compiled_circuit import CompiledCircuit
+    from harvester.mechanics.ensemble.richardson import RichardsonPair
+
+COUNT, TIME = 128, 32.0  # trajectories, of circuits that forget in this nondimensional time; fewer where it is longer
+FEWEST, LONGEST = 16, 500.0  # trajectories; nondimensional time, above which nobody would wait
+SETTLING, AVERAGED = 3.0, 4.0  # times that the slowest of mass, store and load takes to forget
+STEADY, SETTLED = 2e-3, 1e-4  # tolerance of a circuit's step under a steady drive, and what settling may change
+JUDGE = 5e-3  # twice what compiled circuits differ by from ngspice at most (docs/compiled.md)
+
+
+def difference_from_compiled(problem: Problem, pair: "RichardsonPair", deadline: float) -> dict[str, float]:
+    """Relative differences of E[V^2] ("V2") and of the load's power ("load"), at most at 95 %, and those of the judge.
+
+    The trajectories of both begin in settled states of the ideal circuit and have the same noise.  Beside a stop they
+    part all the same; controls make the difference of their means sharper.  Empty where no compiled circuit serves or
+    converges, where it forgets too slowly, and where it has not ended at the ``deadline`` of `time.perf_counter`.
+    """
+    from harvester.circuits.beside_ideal import compiled_beside
+    from harvester.circuits.compiled_circuit import compiled_circuit
+    from harvester.mechanics.ensemble.burn_in import memory
+    from harvester.mechanics.ensemble.trajectories import Trajectories
+
+    settled = pair.trajectories
+    assert problem.circuit is not None, "engine ideal serves netlists"
+    try:
+        circuit = compiled_circuit(problem.circuit, problem.scales)
+        if problem.equations.is_steady:
+            return _of_periods(compiled_circuit(problem.circuit, problem.scales, STEADY), problem, pair)
+        slowest = max(memory(settled, pair.moments, pair.duration), circuit.memory)
+        if slowest > LONGEST:
+            return {}
+        count = round(max(COUNT * min(TIME / slowest, 1.0), FEWEST))
+        own, compilation_seconds = compiled_beside(settled, circuit, min(count, settled.count), settled.seed)
+        n, given = own.blocks, (settled.eqs, own.count, settled.seed, settled.h, None, settled.circuit, False)
+        now = settled.state[:n].copy(), settled.filter[:n].copy(), settled.words[:n].copy()
+        twin = Trajectories(*given, settled.controlled, now)
+        if own.time:
+            twin.run(own.time)
+        own.filter[:], own.words[:] = twin.filter, twin.words
+        begin = time.perf_counter()
+        for one in (own, twin):
+            one.run(slowest)
+        each = time.perf_counter() - begin
+        if begin + (SETTLING + AVERAGED) * each > deadline + compilation_seconds:
+            return {}
+        for one in (own, twin):
+            one.run((SETTLING - 1.0) * slowest)
+        high, low = (one.run(AVERAGED * slowest) for one in (own, twin))
+    except HarvesterError:
+        return {}
+    if own.own_sums[1]:  # steps that did not converge
+        return {}
+    return {name: _largest(name, high, low) for name in ("V2", "load")}
+
+
+def _largest(name: str, high: Moments, low: Moments) -> float:
+    """The relative difference of a moment at 95 %, by the better of two ways to use controls, and that of the judge."""
+    (mine, its), size = (getattr(one, name) for one in (high, low)), float(getattr(low, name).mean())
+    ways = [mine - its]
+    if high.controls is not None and low.controls is not None:
+        ways = [controlled_entries(mine - its, high.controls - low.controls)]
+        ways.append(controlled_entries(mine, high.controls) - controlled_entries(its, low.controls))
+    entries = min(ways, key=np.std)
+    off, stderr = mean_and_error(entries)
+    sampling = Value(off, stderr, dof=len(entries) - 1.0).sampling95
+    return (abs(off) + sampling) / size + JUDGE if size > 0.0 else 0.0
+
+
+def _of_periods(circuit: "CompiledCircuit", problem: Problem, pair: "RichardsonPair") -> dict[str, float]:
+    """The same of a steady drive, from the compiled circuit's periodic response; empty where it has none."""
+    from harvester.circuits.circuit_period import periodic_response
+
+    eqs, scales = problem.equations, problem.scales
+    found = None if eqs.modes else periodic_response(circuit, eqs, pair.trajectories.h, SETTLED)
+    if found is None:
+        return {}
+    powers = (eqs.beta or 0.0) * pair.mean("load")[0] * scales.watts, found.power
+    squares = pair.mean("V2")[0] * scales.volts**2, found.square
+    both = {"load": (*powers, found.left[0]), "V2": (*squares, found.left[1])}
+    return {name: abs(own / its - 1.0) + left + JUDGE for name, (its, own, left) in both.items() if its > 0.0}
