@@ -220,11 +220,13 @@ class CompiledCircuit:
             circuit_mid_drift(state, out, h, self.for_kernels(h), coefficients(eqs), shaker)
 
     def for_kernels(self, h: float) -> Own:
-        """The circuit at steps of h."""
-        if h not in self._arrays:
-            self._arrays[h] = self._record(h)
+        """The circuit at steps of h.
+
+        Of threads that ask at once one makes what all get: a record of another would point to arrays that nobody keeps.
+        """
+        found = self._arrays.get(h) or self._arrays.setdefault(h, self._record(h))
         address = int(follow.address)
-        return Own(self._arrays[h][0], address, self.room, self.told_at, self.scales.volts, self._unit)
+        return Own(found[0], address, self.room, self.told_at, self.scales.volts, self._unit)
 
     def _record(self, h: float) -> tuple[Any, ...]:
         """The record of `CIRCUIT`, and the arrays that it points to."""
@@ -257,11 +259,12 @@ def resistance_of(part: CircuitPart) -> float:
 def compiled_circuit(load: LoadCircuit, scales: Scales, tolerance: float = TOLERANCE) -> CompiledCircuit:
     """The compiled circuit of a load, which is made once for each load and device; raises as `CompiledCircuit`."""
     key = repr((load, scales, tolerance))
-    if key not in _MADE:
+    found = _MADE.get(key)
+    if found is None:
         if len(_MADE) >= MOST_KEPT:
             _MADE.clear()
-        _MADE[key] = CompiledCircuit(load, scales, tolerance=tolerance)
-    return _MADE[key]
+        found = _MADE[key] = CompiledCircuit(load, scales, tolerance=tolerance)
+    return found
 
 
 _MADE: dict[str, CompiledCircuit] = {}
