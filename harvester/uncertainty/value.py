@@ -167,15 +167,7 @@ class Value:
 
         ``unit`` is one for a value that has none of its own.
         """
-        unit = unit or self.unit
-        in_minutes = unit == "s" and self.value >= 59.5 and not 0.0 < self.known_error95 < 0.5
-        prefixed = unit and "^" not in unit and not unit[0].isdigit()
-        scale, prefix = _engineering(self.value) if prefixed else (1.0, "")
-        behind = f" {prefix}{unit}".rstrip() * (not in_minutes)
-
-        def written(number: float, digits: int = 2) -> str:
-            return clock(float(f"{number:.{digits}g}")) if in_minutes else _without_exponent(number / scale, digits)
-
+        written, behind = self._writer(unit or self.unit)
         digits = 4
         if self.known_error95 > 0.0 and self.value != 0.0:
             digits = max(2, 2 + math.ceil(math.log10(abs(self.value) / self.known_error95)))
@@ -192,6 +184,14 @@ class Value:
         if self.model:
             text += f" +- {written(self.model)} (model, estimated)"
         return f"{text}{behind}"
+
+    def _writer(self, unit: str) -> tuple[Callable[..., str], str]:
+        """How numbers are written in a unit and so many digits (2), and what stands behind them."""
+        if unit == "s" and self.value >= 59.5 and not 0.0 < self.known_error95 < 0.5:
+            return lambda number, digits=2: clock(float(f"{number:.{digits}g}")), ""
+        prefixed = unit and "^" not in unit and not unit[0].isdigit()
+        scale, prefix = _engineering(self.value) if prefixed else (1.0, "")
+        return lambda number, digits=2: two_digits(number / scale, digits), f" {prefix}{unit}".rstrip()
 
     def __repr__(self) -> str:
         return self.format()
@@ -279,9 +279,10 @@ def z_score(a: Value, b: Value) -> float | None:
     return float(np.float64(a.value - b.value) / error) if error > 0.0 else None
 
 
-def two_digits(error: float) -> str:
-    """An error as it stands behind its value: two digits, and no exponent below a million."""
-    return _without_exponent(error, 2)
+def two_digits(number: float, digits: int = 2) -> str:
+    """A number in two digits, as an error stands behind its value, or in more; without an exponent below a million."""
+    text = f"{number:.{digits}g}"
+    return f"{float(text):.0f}" if "e+" in text and abs(number) < 1e6 else text
 
 
 def clock(seconds: float) -> str:
@@ -292,15 +293,9 @@ def clock(seconds: float) -> str:
     hours, minutes = divmod(minutes, 60)
     if hours >= 48:
         years = seconds / YEAR
-        return f"{seconds / 86400.0:.3g} days" if years < 2.0 else f"{_without_exponent(years, 3)} years"
+        return f"{seconds / 86400.0:.3g} days" if years < 2.0 else f"{two_digits(years, 3)} years"
     units = (("h", hours), ("min", minutes)) if hours else (("min", minutes), ("s", rest))
     return " ".join(f"{count} {unit}" for unit, count in units if count)
-
-
-def _without_exponent(number: float, digits: int) -> str:
-    """A number in so many digits, and without an exponent below a million."""
-    text = f"{number:.{digits}g}"
-    return f"{float(text):.0f}" if "e+" in text and abs(number) < 1e6 else text
 
 
 def _times(value: float | None, factor: float) -> float | None:
