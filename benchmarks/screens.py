@@ -48,7 +48,7 @@ def main() -> None:
                     visit.page.set_viewport_size(size)
                     visit.page.wait_for_timeout(1500)  # the last pictures are drawn
                     visit.page.screenshot(path=folder / f"{name}_{size['width']}_{theme}.png", full_page=True)
-            print(f"{name}: the page says {visit.page.locator('.headline').inner_text()!r}", flush=True)
+            print(f"{name}: the page says {visit.power()}", flush=True)
             visit.page.close()
 
 
