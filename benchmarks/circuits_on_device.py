@@ -16,7 +16,7 @@ import json
 import sys
 from pathlib import Path
 
-from common import report
+from common import COIL, report
 
 import harvester as hv
 from harvester.errors import HarvesterError
@@ -53,7 +53,8 @@ def load_of(name, resistance):
         return hv.Load(resistance=resistance)
     if name == "ltc3588":
         return hv.Load(netlist=name, parameters={"R": resistance} | CHIP)
-    return hv.Load(netlist=name, parameters={"R": resistance, "C": SMOOTHED / resistance})
+    coil = COIL if name in ("parallel_sshi", "series_sshi") else {}
+    return hv.Load(netlist=name, parameters={"R": resistance, "C": SMOOTHED / resistance} | coil)
 
 
 def answer(name, resistance, shaking):

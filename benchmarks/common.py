@@ -12,6 +12,7 @@ from harvester.machine.provenance import machine, versions
 # The paper's parameters, and their converged E[V^2] (.08814 with standard error 6e-5, tests/systems.py).
 PAPER = Equations(alpha=0.5, beta=0.05, mu=0.05, c1=0.01, c2=0.05, c3=0.1, restitution=0.96, n1=0.01, n2=0.01)
 PAPER_V2 = 0.0881
+COIL = {"L": 2.0, "Rcoil": 1.2e3, "Rcore": 500e3}  # of SSHI here: wound to order, and ngspice needs half of the time
 READING = 0.4  # time units between two readings of V^2, in everything that is compared
 
 

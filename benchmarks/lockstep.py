@@ -14,14 +14,14 @@ from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
-from common import PAPER, report
+from common import COIL, PAPER, report
 
 CP, H, W0 = 50.2e-9, 0.1, 20.0
 STEP = H / W0
 LOADS = {  # name: parameters, kicks of the compiled and of the Python path
     "resistor": ({"R": 1e6}, 200_000, 5_000),
     "bridge": ({"R": 1e6, "C": 1e-6}, 60_000, 3_000),
-    "parallel_sshi": ({"R": 5e6, "C": 1e-6}, 8_000, 500),
+    "parallel_sshi": ({"R": 5e6, "C": 1e-6} | COIL, 8_000, 500),
 }
 ROUNDS = 5
 

@@ -22,7 +22,7 @@ from datetime import date
 from pathlib import Path
 
 import numpy as np
-from common import report
+from common import COIL, report
 from folded_device import powers
 
 import harvester as hv
@@ -33,8 +33,8 @@ CIRCUITS = {  # netlist's parameters beside R and C = `SMOOTHED`/R
     "resistor": {"R": 35e3},
     "bridge": {"R": 7e4},
     "doubler": {"R": 2.5e5},
-    "parallel_sshi": {"R": 7e4},
-    "series_sshi": {"R": 1e5},
+    "parallel_sshi": {"R": 7e4} | COIL,
+    "series_sshi": {"R": 1e5} | COIL,
     "sece": {"R": 1e5},
     "sshc": {"R": 7e4},
     "self_powered_sshi": {"R": 7e4},

@@ -18,7 +18,7 @@ import math
 import sys
 import time
 
-from common import report
+from common import COIL, report
 from whole_device import mean_power
 
 PLATE = {"M": 0.04, "k": 16.0, "c": 0.16, "theta": 1.4e-4, "Cp": 50.2e-9, "g": 0.05, "f": 3.2}
@@ -28,12 +28,12 @@ CASES = {  # device, circuit, load and storage, periods until the circuit has se
     "bimorph, bridge, large capacitor": (STRONG, "bridge", {"R": 1e5, "C": 1e-5}, 500),
     "bimorph, bridge": (BIMORPH, "bridge", {"R": 1.4e5, "C": 7e-7}, 120),
     "bimorph, doubler": (BIMORPH, "doubler", {"R": 5e5, "C": 2e-7}, 120),
-    "bimorph, parallel SSHI": (BIMORPH, "parallel_sshi", {"R": 1.4e5, "C": 7e-7}, 120),
+    "bimorph, parallel SSHI": (BIMORPH, "parallel_sshi", {"R": 1.4e5, "C": 7e-7} | COIL, 120),
     "bimorph, SECE": (BIMORPH, "sece", {"R": 1e5, "C": 1e-6}, 120),
     "plate, bridge": (PLATE, "bridge", {"R": 1.5e6, "C": 3e-7}, 40),
     "plate, doubler": (PLATE, "doubler", {"R": 6e6, "C": 1e-7}, 40),
-    "plate, parallel SSHI": (PLATE, "parallel_sshi", {"R": 5e6, "C": 1e-7}, 40),
-    "plate, series SSHI": (PLATE, "series_sshi", {"R": 6e5, "C": 8e-7}, 40),
+    "plate, parallel SSHI": (PLATE, "parallel_sshi", {"R": 5e6, "C": 1e-7} | COIL, 40),
+    "plate, series SSHI": (PLATE, "series_sshi", {"R": 6e5, "C": 8e-7} | COIL, 40),
     "plate, SECE": (PLATE, "sece", {"R": 2e6, "C": 2e-7}, 40),
 }
 G = 9.80665

@@ -38,7 +38,8 @@ def load(scene: hv.Scene, circuit: str, resistance: float) -> hv.Load:
     if circuit == "resistor":
         return hv.Load(resistance=resistance)
     smoothing = 10.0 / (scales(scene).frequency * resistance)
-    return hv.Load(netlist=circuit, parameters={"R": resistance, "C": smoothing, "Bv": 1e3})
+    coil = {"L": 2.0, "Rcoil": 1.2e3, "Rcore": 500e3} if "sshi" in circuit else {}  # wound to order: q = .71
+    return hv.Load(netlist=circuit, parameters={"R": resistance, "C": smoothing, "Bv": 1e3} | coil)
 
 
 def best(resistances: np.ndarray, powers: np.ndarray) -> tuple[float, float]:

@@ -111,7 +111,7 @@ class Slow(Request, Engine):
         )
 
     def quick(self, scene: AnyScene) -> Estimate:
-        """The same in a tenth of a second for most chips, and none of its errors is known.
+        """The same in .1 to .2 s, off by a few per cent, and none of its errors is known.
 
         Raises as `run`.
         """

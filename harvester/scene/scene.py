@@ -5,6 +5,7 @@ Long because a scene explains its methods to users.
 
 import dataclasses
 import hashlib
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, TypedDict, Unpack
@@ -151,6 +152,13 @@ class Scene(SceneTable):
         if isinstance(text := keys.get("resistance"), str):
             keys["resistance"] = read_value("load.resistance", text)
         return dataclasses.replace(self, load=Load(**keys))
+
+    @property
+    def name(self) -> str:
+        """Its title; of a scene without one what device it is, for a figure's title."""
+        if self.title or not self.physical:
+            return self.title or "nondimensional device"
+        return f"device of {1e3 * self.modal.mass:.4g} g and {self.modal.frequency / (2.0 * math.pi):.4g} Hz"
 
     def without_stop(self) -> "Scene":
         """The same scene without its stops."""

@@ -25,7 +25,8 @@ FIRST, CHARGES = 500.0, 8.0  # time constants of the mass, and times to charge t
 SETTLED, MOST = 3e-3, 4e6  # relative change of the mean power from a part of the run to the next; slow steps
 DIRECT = 150.0
 ROUGHER = 4.0  # times the tolerance, beside slow steps of twice the length
-QUICK_VOLTAGES, QUICK_STEP = 7, 16.0  # of `quick_power`: voltages, and times the slow step
+QUICK_VOLTAGES, QUICK_STEP, QUICK_TOLERANCE = 7, 32.0, 30.0  # of `quick_power`: voltages, times slow step and tolerance
+QUICK_PART, QUICK_SETTLED = 0.2, 0.05  # and the part of the first slow run; change of the mean power that ends it
 
 
 @dataclass(frozen=True)
@@ -96,8 +97,8 @@ def slow_power(problem: Problem, cut: Cut) -> SlowPower:
 def quick_power(problem: Problem, cut: Cut) -> tuple[float, float, SlowPath]:
     """Mean power (W), mean square of the piezo's voltage, and the path; soon.
 
-    The rectifier's current is measured at few voltages and at one step, and the slow steps are longer: a tenth of a
-    second for most chips.  None of its errors is measured.
+    The rectifier's current is measured at few voltages and at one step, the slow run is short where its parts agree,
+    and its steps are coarse: .1 to .2 s.  None of its errors is measured; the power is off by a few per cent.
 
     Raises as `slow_power`.
     """
@@ -105,11 +106,17 @@ def quick_power(problem: Problem, cut: Cut) -> tuple[float, float, SlowPath]:
     scales, h = problem.scales, step_from_rest(problem.equations)
     held = HeldPath(problem, problem.circuit, cut.held(HELD * scales.capacitance), h)
     table = measured_current(held, problem.equations, np.linspace(0.0, open_voltage(problem, h), QUICK_VOLTAGES))
-    circuit = SlowCircuit(problem.circuit, cut, scales)
+    circuit = SlowCircuit(problem.circuit, cut, scales, QUICK_TOLERANCE * TOLERANCE)
     unit = time_constant(problem.equations) / scales.frequency
     slow = unit / FINER * QUICK_STEP
-    duration = min(_first_duration(circuit, table, unit), MOST / QUICK_STEP * slow)
-    path = circuit.run(table, duration, slow)
+    longest = min(_first_duration(circuit, table, unit), MOST / QUICK_STEP * slow)
+    duration = QUICK_PART * longest
+    while True:
+        path = circuit.run(table, duration, slow)
+        first, last = (_power(path.t, path.square, *part) for part in _parts(duration))
+        if duration >= longest or abs(first - last) < QUICK_SETTLED * last:
+            break
+        duration = min(2.0 * duration, longest)
     mean, square = (_power(path.t, one, duration / 4.0, duration) for one in (path.square, path.piezo))
     return mean / circuit.circuit.resistance, square, path
 

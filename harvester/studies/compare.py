@@ -232,7 +232,7 @@ def compare(
         paths = tuple(_paths(problem, seed)) if drawn else ()
     found = Comparison(tuple(estimates), {name: str(error) for name, error in refused.items()}, paths)
     if folder is not None:
-        folder.save("compare", found.table.csv(), found.plot(problem.scene.title), provenance(problem, seed=seed))
+        folder.save("compare", found.table.csv(), found.plot(problem.scene.name), provenance(problem, seed=seed))
     return found
 
 

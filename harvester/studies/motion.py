@@ -231,7 +231,7 @@ def _write(found: Motion, problem: Problem, folder: OutputFolder | None, asked: 
         return
     about = provenance(problem, **asked, duration=found.shown, step=found.step)
     folder.packed("motion", found.table.npz())
-    folder.save("motion", found.table.csv(units=True), found.plot(problem.scene.title), about)
+    folder.save("motion", found.table.csv(units=True), found.plot(problem.scene.name), about)
 
 
 def _computed(

@@ -5,6 +5,7 @@ Long because a value, which users hold in their hands, explains each of its part
 
 import math
 import warnings
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -16,6 +17,7 @@ from harvester.quantities.units import SYMBOLS
 
 NORMAL_QUANTILE = 1.96  # half-width of a 95 % interval in standard errors, of many degrees of freedom
 ROUNDED = 6  # digits of a value whose only error is rounding
+YEAR = 365.25 * 86400.0  # s
 
 
 @names_arguments
@@ -165,25 +167,31 @@ class Value:
 
         ``unit`` is one for a value that has none of its own.
         """
-        unit = unit or self.unit
-        prefixed = unit and "^" not in unit and not unit[0].isdigit()
-        scale, prefix = _engineering(self.value) if prefixed else (1.0, "")
+        written, behind = self._writer(unit or self.unit)
         digits = 4
         if self.known_error95 > 0.0 and self.value != 0.0:
             digits = max(2, 2 + math.ceil(math.log10(abs(self.value) / self.known_error95)))
         most = ROUNDED if self.stderr is None and self.model == 0.0 else 9  # no device is known to more digits
-        text = f"{self.value / scale:.{min(digits, most)}g}"
+        text = written(self.value, min(digits, most))
         if self.unknown:
-            return f"{text} {prefix}{unit}".rstrip() + f" ({self._known_parts(scale)})"
+            return f"{text}{behind} ({self._known_parts(written)})"
         if self.stderr is not None:
-            text += f" +- {two_digits(self.sampling95 / scale)} (95 %, sampling)"
+            text += f" +- {written(self.sampling95)} (95 %, sampling)"
         if self.stderr is None and self.model == 0.0:
-            return f"{text} {prefix}{unit}".rstrip() + " (closed form)"
+            return f"{text}{behind} (closed form)"
         if self.bias is not None:
-            text += f" +- {two_digits(self.bias / scale)} (step)"
+            text += f" +- {written(self.bias)} (step)"
         if self.model:
-            text += f" +- {two_digits(self.model / scale)} (model, estimated)"
-        return f"{text} {prefix}{unit}".rstrip()
+            text += f" +- {written(self.model)} (model, estimated)"
+        return f"{text}{behind}"
+
+    def _writer(self, unit: str) -> tuple[Callable[..., str], str]:
+        """How numbers are written in a unit and so many digits (2), and what stands behind them."""
+        if unit == "s" and self.value >= 59.5 and not 0.0 < self.known_error95 < 0.5:
+            return lambda number, digits=2: clock(float(f"{number:.{digits}g}")), ""
+        prefixed = unit and "^" not in unit and not unit[0].isdigit()
+        scale, prefix = _engineering(self.value) if prefixed else (1.0, "")
+        return lambda number, digits=2: two_digits(number / scale, digits), f" {prefix}{unit}".rstrip()
 
     def __repr__(self) -> str:
         return self.format()
@@ -199,10 +207,10 @@ class Value:
         warnings.warn("Value.whole_error95 is Value.error95 from version 0.3 on", DeprecationWarning, stacklevel=2)
         return self.error95
 
-    def _known_parts(self, scale: float) -> str:
-        """The errors that are known, in units of ``scale``, and what is not."""
+    def _known_parts(self, written: Callable[[float], str]) -> str:
+        """The errors that are known, as they are ``written``, and what is not."""
         parts = [
-            f"{what} within {two_digits(error / scale)}"
+            f"{what} within {written(error)}"
             for what, error in (
                 ("95 % of sampling", None if self.stderr is None else self.sampling95),
                 ("step", self.bias),
@@ -218,6 +226,11 @@ def amount(number: float, unit: str) -> str:
     if unit == "kg":
         number, unit = 1e3 * number, "g"
     return Value(number).format("" if unit == "1" else unit)
+
+
+def duration(seconds: float) -> str:
+    """A time in three digits with its unit: 20 ms, 53.1 s, 4 min 3 s."""
+    return amount(float(f"{seconds:.3g}"), "s")
 
 
 def percent(error: float, value: float) -> str:
@@ -266,18 +279,21 @@ def z_score(a: Value, b: Value) -> float | None:
     return float(np.float64(a.value - b.value) / error) if error > 0.0 else None
 
 
-def two_digits(error: float) -> str:
-    """An error as it stands behind its value: two digits, and no exponent below a million."""
-    text = f"{error:.2g}"
-    return f"{float(text):.0f}" if 99.5 <= error < 1e6 else text
+def two_digits(number: float, digits: int = 2) -> str:
+    """A number in two digits, as an error stands behind its value, or in more; without an exponent below a million."""
+    text = f"{number:.{digits}g}"
+    return f"{float(text):.0f}" if "e+" in text and abs(number) < 1e6 else text
 
 
 def clock(seconds: float) -> str:
-    """A time of computing as people say it: 0.31 s, 12 s, 4 min 3 s, 2 h 5 min."""
+    """A time as people say it: 0.31 s, 12 s, 4 min 3 s, 2 h 5 min, 3.5 days, 20 years."""
     if seconds < 59.5:
         return f"{seconds:.2g} s"
     minutes, rest = divmod(round(seconds), 60)
     hours, minutes = divmod(minutes, 60)
+    if hours >= 48:
+        years = seconds / YEAR
+        return f"{seconds / 86400.0:.3g} days" if years < 2.0 else f"{two_digits(years, 3)} years"
     units = (("h", hours), ("min", minutes)) if hours else (("min", minutes), ("s", rest))
     return " ".join(f"{count} {unit}" for unit, count in units if count)
 

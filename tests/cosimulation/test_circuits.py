@@ -1,7 +1,7 @@
 """The load circuits at a fixed displacement amplitude against their closed forms, with ngspice -b.
 
 Voc = theta x/Cp is the amplitude of the open-circuit voltage.  The closed forms hold for a smoothing capacitor that
-holds its voltage over a period (here R C is ten periods or more) and for inversions short beside the period (1 ms of
+holds its voltage over a period (here R C is ten periods or more) and for inversions short beside the period (.07 ms of
 314 ms); diodes enter with their voltage drop, the coil with its quality factor.
 """
 
@@ -21,9 +21,10 @@ pytestmark = pytest.mark.ngspice
 CP, W, VOC = 50.2e-9, 20.0, 20.0
 THERMAL = 0.025865  # k T/e at ngspice's 27 degrees Celsius
 IS, N = 2.52e-9, 1.752  # of the 1N4148
-COIL = {"L": 2.0, "Rcoil": 1200.0, "Rcore": 500e3}
+COIL = {"L": 10e-3, "Rcoil": 110.0, "Rcore": 441e3}
 SECE_COIL = {"L": 2.0, "Rcoil": 200.0, "Rcore": 500e3}
 CLOSED = 100.0  # ohm of a closed switch
+TOLERANCE = dict.fromkeys(("parallel_sshi", "series_sshi"), 1e-5)  # inversions are 1/4500 of a period
 PLAY, REST = 0.02, 0.3  # V, of the detection and of SECE's switch
 
 
@@ -46,7 +47,7 @@ def measured(name, resistance, charged, voc=VOC, w=W, settling=30, **more):
         f"Cp drive p {CP!r}",
         f"Xload p 0 {circuit.name} " + " ".join(f"{k}={v!r}" for k, v in given.items()),
         re.sub(r"^Csmooth .*", rf"\g<0> IC={charged!r}", circuit.text, flags=re.M),
-        ".options method=gear maxord=2 reltol=1e-4",
+        f".options method=gear maxord=2 reltol={TOLERANCE.get(name, 1e-4)}",
         f".save {first} {second if second != '0' else ''} @r.xload.rload[p]",
         f".tran {period / 63!r} {end!r} 0 {period / 63!r} uic",
         ".control",
@@ -259,7 +260,7 @@ def test_netlists_run_by_hand(path):
     unit = 1e-3**2 * W / CP  # (theta/Cp)^2 w Cp, times x^2
     best = {name: 1e-3**2 * unit * share for name, (_, share) in BEST.items()}
     best |= {"bridge": 25e-6 * unit / (2 * math.pi), "resistor": 0.25e-6 * unit / 4}
-    ideal, loss_of_drops = best[path.stem], {"resistor": 1e-3, "parallel_sshi": 0.1, "series_sshi": 0.2, "sece": 0.3}
+    ideal, loss_of_drops = best[path.stem], {"resistor": 1e-3, "parallel_sshi": 0.1, "series_sshi": 0.22, "sece": 0.3}
     assert ideal * (1 - loss_of_drops.get(path.stem, 0.06)) < power < 1.001 * ideal
 
 

@@ -43,6 +43,15 @@ def test_a_quick_answer_is_near_and_says_what_it_does_not_know():
     assert lighter.details["load_on"] > 1.5 * on
 
 
+@pytest.mark.thorough("test_a_quick_answer_is_near_and_says_what_it_does_not_know")
+def test_a_quick_answer_of_a_chip_that_tracks_is_within_five_per_cent():
+    """Its slow run is a fifth as long, with a coarser tolerance: a quarter of the time."""
+    scene = hv.load(EXAMPLES / "bimorph_bq25570.toml")
+    soon, whole = hv.Slow().quick(scene), hv.Slow().run(scene)
+    assert soon.mean_power.value == pytest.approx(whole.mean_power.value, rel=0.05)
+    assert soon.steps < 0.1 * whole.steps
+
+
 @pytest.mark.thorough("test_by_slow.py")
 def test_a_node_behind_a_chip_is_always_on():
     """Its resistor of 1 Mohm takes 3.3 V squared over that."""

@@ -14,17 +14,23 @@ A4 = {"width": 703, "height": 1000}  # CSS pixels between margins of 12 mm
 WIDER = """() => [...document.querySelectorAll("table, pre, img, p, li")].filter(
     (one) => one.getBoundingClientRect().right > document.documentElement.clientWidth + 1)
     .map((one) => one.innerText)"""
+SMALL = """() => [...document.querySelectorAll("th, td, p, li, pre, caption, figcaption")].filter(
+    (one) => parseFloat(getComputedStyle(one).fontSize) < 7 * 96 / 72 - 0.01).map((one) => one.innerText)"""
 CUT = """() => [...document.querySelectorAll(".wide, pre")].filter((one) => one.scrollWidth > one.clientWidth + 1)
     .map((one) => one.innerText)"""
 
 
 @pytest.fixture(scope="module")
 def pages():
-    """Three pages: of many columns, of a study of tolerances, and of several engines."""
+    """Five pages: of many columns, of tolerances, of several engines, of a sweep, and of a search."""
     response = hv.responses(DRIVEN, [3.0, 4.0, 4.5, 5.0, 6.0])
     scattered = hv.tolerance(PLATE, vary={"load.resistance": "10%", "stop.restitution": "3%"}, engine="averaged")
     compared = hv.compare(PLATE, engines=["published", "averaged"])
+    swept = hv.sweep(PLATE, vary={"load.resistance": "1k:10M:13"}, engines=["published", "averaged"])
+    searched = hv.optimise(PLATE, vary={"load.resistance": "1k:10M"}, engine="averaged")
     return {
+        "sweep": report.html(report.of_sweep(hv.load(PLATE), swept)),
+        "optimise": report.html(report.of_search(hv.load(PLATE), searched, 1)),
         "response": report.html(report.of_response(hv.load(DRIVEN), response, 1)),
         "tolerance": report.html(report.of_tolerance(hv.load(PLATE), scattered, 1)),
         "compare": report.html(report.of_comparison(hv.load(PLATE), compared, 1)),
@@ -42,6 +48,7 @@ def test_nothing_is_wider_than_the_page(pages):
                 page.set_content(text)
                 page.emulate_media(media=medium)
                 assert page.evaluate(WIDER) == [] and page.evaluate(CUT) == []
+                assert medium == "screen" or page.evaluate(SMALL) == []
                 verdict = page.locator(".verdict").bounding_box()
                 assert medium == "print" or verdict["y"] + verdict["height"] < size["height"]
                 page.close()

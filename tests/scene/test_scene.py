@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import harvester as hv
 from harvester.equations.scales import scales
 from harvester.errors import InputError
 from harvester.scene.keys import TABLES, read_value, split_key
@@ -375,3 +376,13 @@ def test_another_load_by_its_keys():
         scene.with_load(resistance="470 kg")
     with pytest.raises(InputError, match="either resistance or netlist, but neither is given"):
         scene.with_load()
+
+
+def test_a_scene_without_a_title_is_called_by_what_it_is():
+    """Figures have it where a title would be, a sweep's too."""
+    tables = hv.load("examples/plate.toml").tables() | {"title": ""}
+    scene = hv.Scene(**tables)
+    assert scene.name == "device of 40 g and 3.183 Hz" and scene.replace(title="mine").name == "mine"
+    assert hv.Scene(nondimensional={"mu": 1.0}).name == "nondimensional device"
+    swept = hv.sweep(scene, vary={"load.resistance": "100k:1M:3"}, engines=["exact"])
+    assert scene.name in swept.plot().get_suptitle()

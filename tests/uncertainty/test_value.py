@@ -67,7 +67,27 @@ def test_values_are_ordered_by_their_numbers():
         (99.7, "1 min 40 s"),
         (243.0, "4 min 3 s"),
         (7500.0, "2 h 5 min"),
+        (3e5, "3.47 days"),
+        (6.4e8, "20.3 years"),
     ],
 )
 def test_times_are_told_as_people_say_them(seconds, told):
     assert clock(seconds) == told
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "told"),
+    [
+        (Value(260.0, stderr=400.0), "", "260 +- 780 (95 %, sampling)"),
+        (Value(780e-6, stderr=1e-3), "W", "780 +- 2000 (95 %, sampling) uW"),
+        (Value(780.0, stderr=1000.0), "s", "13 min +- 33 min 20 s (95 %, sampling)"),
+        (Value(240.0, unknown="the step"), "s", "4 min (the error of the step is not known)"),
+        (Value(243.0, stderr=5.0, bias=0.1), "s", "4 min 3 s +- 9.8 s (95 %, sampling) +- 0.1 s (step)"),
+        (Value(243.12, stderr=0.05), "s", "243.12 +- 0.098 (95 %, sampling) s"),
+        (Value(7500.0), "s", "2 h 5 min"),
+        (Value(0.0123, bias=1e-4), "s", "12.3 +- 0.1 (step) ms"),
+    ],
+)
+def test_no_number_of_a_size_that_people_say_has_an_exponent(value, unit, told):
+    """Nor where its error is larger; times of a minute or more are in minutes, unless known to half a second."""
+    assert value.format(unit) == told

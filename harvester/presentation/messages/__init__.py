@@ -1,7 +1,7 @@
 """The sentence of every diagnostic, once, by its code.
 
 Each file of this folder has the ``MESSAGES`` of the rooms that it is named after: a text with the names of its numbers
-in braces, or a function of them where the sentence depends on them.  An argument of Python stands in backticks, such as
+in braces, or a function of them where the sentence depends on them; ``{seconds!t}`` is a time with its unit.  An argument of Python stands in backticks, such as
 `within`; a command prints it as --within.
 """
 
@@ -9,7 +9,10 @@ from collections.abc import Callable, Mapping
 from functools import cache
 from importlib import import_module
 from pkgutil import iter_modules
-from typing import TypeAlias
+from string import Formatter
+from typing import Any, TypeAlias
+
+from harvester.uncertainty.value import duration
 
 Message: TypeAlias = str | Callable[..., str]
 
@@ -32,4 +35,12 @@ def sentence(code: str, numbers: Mapping[str, float | int | str | bool | None]) 
     'the error was not measured for a restitution coefficient of 0.2, below 0.3'
     """
     message = catalogue()[code]
-    return message.format(**numbers) if isinstance(message, str) else message(**numbers)
+    return _Sentence().vformat(message, (), numbers) if isinstance(message, str) else message(**numbers)
+
+
+class _Sentence(Formatter):
+    """Puts numbers into a text."""
+
+    def convert_field(self, value: Any, conversion: Any) -> Any:
+        """A time (s) for ``!t``, such as 20 ms or 4 min 3 s; other conversions as always."""
+        return duration(value) if conversion == "t" else super().convert_field(value, conversion)

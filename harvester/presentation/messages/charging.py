@@ -2,13 +2,15 @@
 
 from collections.abc import Callable
 
+from harvester.uncertainty.value import duration
+
 
 def _not_reached(share: float, runs: int, time: float, unit: str, by_default: bool, height: float) -> str:
     who = f"{share:.1%} of the runs do" if runs > 1 else "the run does"
     limit = "what is watched by default" if by_default else "`duration`"
     where = f"where it is at {height:.3g} times the target on average"
     remedy = "watch longer (`duration`), or take a larger load resistance or more shaking"
-    return f"{who} not get there within {time:.4g}{unit} ({limit}), {where}: the mean time is not known; {remedy}"
+    return f"{who} not get there within {duration(time) if unit else f'{time:.4g}'} ({limit}), {where}: the mean time is not known; {remedy}"
 
 
 MESSAGES: dict[str, str | Callable[..., str]] = {
@@ -17,8 +19,8 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "noise_alone": "engine {engine!r} begins at no certain place of what repeats, and charges under noise alone: use engine 'spice'",
     "slow_probe": "engine 'slow' charges a capacitor Csmooth and knows `probe` store alone, but it is {probe}: use engine 'spice'",
     "slow_shaking": "engine 'slow' charges under noise or under a harmonic drive alone, but the shaking is another: use engine 'spice'",
-    "slow_charge": "the store was charged by the rectifier's mean current; mass and circuit together take {change:.2g} s longer in their first {direct:.3g} s, which is added; how much that still changed is in the error",
-    "charge_not_slow": "the charge takes {seconds:.3g} s, and transients of the mass {transients:.2g} s: the time scales are not apart, and only runs of both together are right",
+    "slow_charge": "the store was charged by the rectifier's mean current; mass and circuit together take {change!t} longer in their first {direct!t}, which is added; how much that still changed is in the error",
+    "charge_not_slow": "the charge takes {seconds!t}, and transients of the mass {transients!t}: the time scales are not apart, and only runs of both together are right",
     "many_ngspice_runs": "{why}; {runs} runs, which may take minutes",
     "error_of_charging_side_by_side": "the error of the step is 2.4 times the change at twice the step and half the looks, on the same noise; as the voltage is checked at intervals, a few runs that just reach the target may be missed, and the share that does is a lower bound; the error of the circuit's model is not known from within: compare with engine 'spice'",
     "one_run_is_all": "nothing is random, so that one run is all",

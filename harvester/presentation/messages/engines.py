@@ -164,7 +164,7 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     ),
     "scales_not_apart": "mass and circuit together differ by {separation:.2g} of the mean power: the circuit is not slow "
     "beside the vibration; use engine 'spice'",
-    "slow_circuit_unsettled": "the mean power still changes by a part of {share:.2g} after {seconds:.3g} s",
+    "slow_circuit_unsettled": "the mean power still changes by a part of {share:.2g} after {seconds!t}",
     "needs_load": "engine {engine!r} must have a load, but the circuit is open: use engine 'ensemble'",
     "needs_shaking": "engine {engine!r} starts at rest and needs external noise, or a base that moves: use engine "
     "'ensemble'",

@@ -5,6 +5,8 @@
 
 from collections.abc import Callable
 
+from harvester.uncertainty.value import duration
+
 
 def _runs_ended(ended: int, asked: int, paired: bool) -> str:
     said = f"{ended} of {asked} ngspice runs had ended when the `budget` was spent"
@@ -58,7 +60,7 @@ def _precision_unknown(why: str, steps: int, error: str) -> str:
 
 def _mean_while_settling(covered: float, why: str, steady: bool) -> str:
     several = "; a periodic response takes several such runs" if steady else ""
-    return f"the mean is over {covered:.3g} s of ngspice, while still settling: {why}{several}"
+    return f"the mean is over {duration(covered)} of ngspice, while still settling: {why}{several}"
 
 
 def _ngspice_left_out(resistive: bool, why: str) -> str:

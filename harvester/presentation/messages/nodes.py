@@ -11,7 +11,7 @@ MESSAGES = {
         + f" at its input: it charges the store to {highest:.3g} V"
     ),
     "chip_by_its_sheet": "its numbers are those of {source}; not confirmed there, but usual: {assumed}",
-    "node_not_yet_awake": "it has not begun: the store takes longer than {seconds:.3g} s to the wake voltage, {wake:.3g} V",
+    "node_not_yet_awake": "it has not begun: the store takes longer than {seconds!t} to the wake voltage, {wake:.3g} V",
     "node_browns_out": "most packets are cut off: one takes the store from its wake voltage, {wake:.3g} V, below the stop "
     "voltage, {stop:.3g} V; a larger capacitance or a lower ESR helps",
     "node_lacks_energy": lambda given, needed: (
@@ -19,7 +19,7 @@ MESSAGES = {
         f"{amount(needed, 'W')} while it runs"
     ),
     "node_has_more": lambda lost: f"its interval limits it: {amount(lost, 'W')} more come in, which the clamp takes",
-    "node_keeps_its_interval": "its interval limits it, {interval:.3g} s: the store lasts",
+    "node_keeps_its_interval": "its interval limits it, {interval!t}: the store lasts",
     "battery_resistance": "a packet lowers the battery's voltage below the stop voltage, {stop:.3g} V: a lower ESR helps",
     "battery_ran_empty": lambda seconds, given, needed: (
         f"the battery is empty after {amount(seconds, 's')}: the rectifier gives {amount(given, 'W')} on average, and the "

@@ -23,7 +23,7 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "{resonance:.4g} Hz: is its unit right?",
     "other_capacitance": "load.parameters.Cp is {own:.4g} nF, but piezo.capacitance is {piezo:.4g} nF: left out, it is "
     "the piezo's",
-    "single_shock": "the shock is a single one: the mean power is over {period:.4g} s, in which the device comes to "
+    "single_shock": "the shock is a single one: the mean power is over {period!t}, in which the device comes to "
     "rest; that time changes with the damping: compare the energy per event, or give event_rate",
     "coarse_record": "the record has only {samples:.3g} samples to a period of the resonance: what shakes above half "
     "its rate is not in it, and if that is as strong as just below, E[V^2] is off by {change:.1%}",

@@ -2,6 +2,8 @@
 
 from collections.abc import Callable
 
+from harvester.uncertainty.value import clock, duration
+
 STAGES = {
     "scan": "the scan",
     "climb": "the climb to the peaks",
@@ -13,9 +15,9 @@ STAGES = {
 
 def _budget_spent(budget: float, stage: str, evaluations: int, engine: str, usual: int, each: float | None) -> str:
     takes = f"some {usual}" if evaluations < usual else "more here"
-    cost = ", which first compiles it" if each is None else f", each of {each:.2g} s"
+    cost = ", which first compiles it" if each is None else f", each of {clock(each)}"
     return (
-        f"the budget of {budget:.3g} s ended in {STAGES[stage]}, after {evaluations} evaluations by {engine!r}: "
+        f"the budget of {duration(budget)} ended in {STAGES[stage]}, after {evaluations} evaluations by {engine!r}: "
         f"a search takes {takes}{cost}"
     )
 
@@ -36,7 +38,7 @@ def _alike_designs(count: int) -> str:
 
 
 def _by_blocks(blocks: int, time: float, unit: str, times: float) -> str:
-    text = f"extrapolated from the largest values of {blocks} blocks of a path of {time:.3g}{unit}"
+    text = f"extrapolated from the largest values of {blocks} blocks of a path of {duration(time) if unit else f'{time:.3g}'}"
     if times <= 1.0:
         return text
     return f"{text}, {times:.3g} times what was counted; whether the tail keeps its law beyond that is not known"
@@ -114,5 +116,5 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "two_aims": "{quantity} is to be {aim}, the power large",
     "alike_designs": _alike_designs,
     "nothing_to_choose": "there is nothing to choose: the most power has the best {quantity} too",
-    "front_cut_short": "the budget of {budget:.3g} s ended after {done} of {places} places",
+    "front_cut_short": "the budget of {budget!t} ended after {done} of {places} places",
 }

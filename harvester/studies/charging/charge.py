@@ -146,7 +146,7 @@ def charge(
         asked |= {"anywhere": anywhere, "dt": dt}
         about = provenance(problem, to=to, runs=found.runs, chosen_engine=found.engine, **asked)
         folder.table("levels", found.ladder.csv(units=True))
-        folder.save("charge", found.table.csv(units=True), found.plot(problem.scene.title), about)
+        folder.save("charge", found.table.csv(units=True), found.plot(problem.scene.name), about)
     return found
 
 

@@ -252,6 +252,6 @@ def draw(
     about = provenance_with_engines(problem, chosen, sweep=list(at), **varied)
     with diary(folder.path, about, resume, total) as kept:
         found = _responses(problem, sweep, points, chosen, told, skip or told, kept)
-        drawn = figures.response(found.curves, problem.scene.title, per_g)
+        drawn = figures.response(found.curves, problem.scene.name, per_g)
         folder.save("response", found.table.csv(units=True), drawn, about)
     return found

@@ -175,4 +175,4 @@ def _write_front(
     texts = [constraints] if isinstance(constraints, str) else [*constraints]
     asked = {"over": {one.key: [one.low, one.high] for one in found}, "pareto": f"{answer.quantity}:{answer.aim}"}
     about = provenance(problem, **asked, limits=texts, engine=answer.engine)
-    folder.save("pareto", answer.table.csv(), answer.plot(problem.scene.title), about)
+    folder.save("pareto", answer.table.csv(), answer.plot(problem.scene.name), about)

@@ -163,7 +163,7 @@ class Search:
             over={r.key: [r.low, r.high] for r in request.ranges},
             engine={engine.NAME: {name: value for name, value in chosen.items() if value is not None}},
         )
-        folder.save("optimise", answer.table.csv(), answer.plot(request.scene.title), about)
+        folder.save("optimise", answer.table.csv(), answer.plot(request.scene.name), about)
 
 
 def _failures(points: list[Evaluation], engine: str) -> list[Diagnostic]:

@@ -183,5 +183,5 @@ def stability(
         region=tuple(region),
     )
     if folder is not None:
-        folder.save("stability", answer.table.csv(), answer.plot(problem.scene.title))
+        folder.save("stability", answer.table.csv(), answer.plot(problem.scene.name))
     return answer

@@ -13,6 +13,7 @@ from harvester.presentation.glossary import term
 from harvester.presentation.result import TableResult
 from harvester.presentation.sheet import unit_of
 from harvester.presentation.table import Table
+from harvester.scene.scene import Scene
 from harvester.studies.sweep.points import Axis
 from harvester.studies.sweep.rows import QUANTITIES, SweepRow, columns_of, powers_of
 
@@ -127,7 +128,9 @@ class SweepTable(TableResult):
     def plot(self, title: str | None = "") -> "figures.Plot":
         """Mean power against the key of the most values, ``title`` (empty: the scene's; None: none) above."""
         scene = self.about.get("scene", {})
-        return figures.sweep(self, scene.get("title", "") if title == "" else title)
+        if title == "" and scene:
+            title = scene.get("title") or Scene(**scene).name
+        return figures.sweep(self, title)
 
 
 def _remarks(engine: str, rows: Sequence[SweepRow]) -> Iterator[Diagnostic]:

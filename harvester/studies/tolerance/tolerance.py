@@ -126,7 +126,7 @@ def tolerance(
         correlations = None if matrix is None else matrix.tolist()
         what = {"vary": {one.key: one.written for one in spread}, "limits": [one.written for one in bounds]}
         about = provenance(problem, seed=seed, engine=answer.engine, **what, correlate=correlations)
-        folder.save("tolerance", answer.table.csv(units=True), answer.plot(problem.scene.title), about)
+        folder.save("tolerance", answer.table.csv(units=True), answer.plot(problem.scene.name), about)
     return answer
 
 

@@ -52,7 +52,7 @@ def cost(scene: AnyScene, *, seed: int = 0, budget: float = 60.0, execution: Exe
     answer = table_of(measurement)
     if folder is not None:
         about = provenance(problem, seed=seed, budget=budget, reference=answer.reference)
-        folder.save("cost", answer.table.csv(), answer.plot(problem.scene.title), about)
+        folder.save("cost", answer.table.csv(), answer.plot(problem.scene.name), about)
     return answer
 
 

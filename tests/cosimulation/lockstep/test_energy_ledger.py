@@ -51,16 +51,17 @@ def of(load, eqs, h=0.05, duration=160.0):
 
 STOP = changed(PAPER, mu=None, c1=-0.05, beta=0.5)
 RESISTOR = ("resistor", 1e6)
+COIL = (("L", 2.0), ("Rcoil", 1.2e3), ("Rcore", 500e3))
 LOADS = {  # the step, and the load's share of what it and the circuit take, at the seed above
     "resistor": (RESISTOR, 0.05, 1.0),
     "bridge": (("bridge", (("R", 1e6), ("C", 1e-6))), 0.05, 0.95),
     "doubler": (("doubler", (("R", 2e6),)), 0.05, 0.96),
     "parallel_sshi": (
-        ("parallel_sshi", ()),
+        ("parallel_sshi", COIL),
         0.025,
         0.47,
     ),  # 0.468 at half the step, 0.471 at a hundredth of the tolerance
-    "series_sshi": (("series_sshi", ()), 0.025, 0.56),
+    "series_sshi": (("series_sshi", COIL), 0.025, 0.56),
     "sece": (("sece", ()), 0.01, 0.77),  # its voltage falls to zero within a hundredth of a time unit
 }
 

@@ -448,7 +448,7 @@ def test_the_packages_netlists(name):
 
 def test_series_coil_oscillates_with_both_capacitors():
     scene, _, s = plate("series_sshi")
-    load = dataclasses.replace(scene.load, parameters={"C": s.capacitance})
+    load = dataclasses.replace(scene.load, parameters=dict(scene.load.parameters) | {"C": s.capacitance})
     one = ideal_circuit(load_circuit(load, s.capacitance), s)
     z = math.sqrt(2.0 / (0.5 * s.capacitance))
     zeta = 0.5 * (1300.0 / z + z / 500e3)
