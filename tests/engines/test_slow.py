@@ -43,7 +43,7 @@ def test_a_quick_answer_is_near_and_says_what_it_does_not_know():
     assert lighter.details["load_on"] > 1.5 * on
 
 
-@pytest.mark.thorough("test_a_quick_answer_is_near_and_says_what_it_does_not_know")
+@pytest.mark.thorough("test_by_slow.py")
 def test_a_quick_answer_of_a_chip_that_tracks_is_within_five_per_cent():
     """Its slow run is a fifth as long, with a coarser tolerance: a quarter of the time."""
     scene = hv.load(EXAMPLES / "bimorph_bq25570.toml")

@@ -198,10 +198,7 @@ class Spice(MonteCarloOptions, Engine):
     def _all_runs(
         self, problem: Problem, setup: SpiceSetup, code: int, exists: MomentExistence, progress: Progress | None
     ) -> tuple[Runs, list[Diagnostic | None]]:
-        """The runs of an answer, and what to say of their target; again with a shunt where they do not converge.
-
-        Again, too, where the runs that measure ngspice's tolerance do not, as long as a third of the time is left.
-        """
+        """The runs of an answer, and what to say of their target; again with a shunt where any does not converge."""
         begin = time.monotonic()
         for k, shunt in enumerate(SHUNTS, 1):
             try:

@@ -147,7 +147,7 @@ def on_record(folder, loud):
     return dataclasses.replace(hv.load(SCENE), excitation=hv.Excitation(acceleration_file=str(path)))
 
 
-@pytest.mark.thorough("test_what_is_available_is_what_another_engine_finds")
+@pytest.mark.thorough("test_the_time_to_wake_is_that_of_charge")
 @pytest.mark.slow
 def test_a_record_of_the_drive_asks_for_the_same_circuit(tmp_path, bridge):
     """A whole one gives the drive's power; half of one gives half, and needs a store for the other half."""
@@ -161,7 +161,7 @@ def test_a_record_of_the_drive_asks_for_the_same_circuit(tmp_path, bridge):
         hv.design(on_record(tmp_path, 0.5), needs="100 uW at 3.3 V", circuits=["bridge"])
 
 
-@pytest.mark.thorough("test_what_is_available_is_what_another_engine_finds")
+@pytest.mark.thorough("test_the_time_to_wake_is_that_of_charge")
 @pytest.mark.slow
 def test_a_record_of_the_drive_gives_a_chip_the_same(tmp_path):
     """Behind a bridge of its own diodes, which are ideal elements on the record."""
