@@ -18,9 +18,9 @@ import numpy as np
 from harvester.arrays import Floats
 from harvester.scene.sensor_node import SensorNode, Storage
 from harvester.storage.bought_parts import Chip
-from harvester.storage.node_kernel import BINS, COUNTS, FIRST, HOUR, INTERVALS, POINTS, SEEN, follow_node
+from harvester.storage.node_kernel import BINS, COUNTS, END, FIRST, HOUR, INTERVALS, POINTS, SEEN, follow_node
 from harvester.storage.recorded_current import RecordedCurrent
-from harvester.storage.rectified_current import RectifiedCurrent
+from harvester.storage.rectified_current import RectifiedCurrent, times_to
 from harvester.storage.supply import charging_current, output_efficiency
 
 GRID, ROUGH = 4000, 400  # voltages of a state's table; of one in each window
@@ -86,6 +86,25 @@ def _top_of(
     return min(highest, storage.clamp_voltage or math.inf)
 
 
+def _late(current: RectifiedCurrent | RecordedCurrent, storage: Storage, node: SensorNode, chip: Chip | None) -> float:
+    """How much later (s) a store wakes the node than I(V) alone tells: the mass rings up from rest, the current lags.
+
+    Of a chip that holds its input this is the ring-up into an empty store; a record rings its mass up itself.
+    """
+    first, wake = storage.initial_voltage or 0.0, node.wake_voltage
+    if isinstance(current, RecordedCurrent) or storage.battery_voltage is not None or first >= wake:
+        return 0.0
+    start = current.ring_up / max(float(current.current[0]), 1e-300)
+    if chip is not None and chip.ratio is not None:
+        return start
+    whole = replace(current, current=current.current - (0.0 if chip is None else chip.own))
+    at_once = replace(whole, lag=np.zeros_like(whole.lag), ring_up=0.0)
+    levels = np.array([first, wake])
+    times, sooner = (times_to(levels, one, storage.farads, math.inf) for one in (whole, at_once))
+    late = start + float(np.diff(times)[0] - np.diff(sooner)[0]) if np.isfinite(times).all() else 0.0
+    return max(late, 0.0)
+
+
 class NodeRun:
     """A node on a store, whose charging current is a table; with a ``chip`` that is what the chip makes of it."""
 
@@ -97,6 +116,7 @@ class NodeRun:
             wake, stop = max(node.wake_voltage, chip.rise), max(node.stop_voltage, chip.fall)
             node = replace(node, wake_voltage=wake, stop_voltage=stop)
         self.storage, self.node, self.chip = storage, node, chip
+        self.late = _late(current, storage, node, chip)
         windows = current.length if isinstance(current, RecordedCurrent) else 0.0
         self.length = windows
         self.volts = np.linspace(0.0, self.top, (ROUGH if windows else GRID) + 1)
@@ -131,6 +151,7 @@ class NodeRun:
         node, storage = self.node, self.storage
         stops = np.array([self._stop(drawn) for drawn in self.drawn])
         counts, t, volts = np.zeros(COUNTS), np.empty(SEEN + 2), np.empty(SEEN + 2)
+        counts[END] = min(self.late, seconds)
         hours = np.zeros(max(math.ceil(seconds / HOUR), 1))
         v, wake, farads = min(storage.initial_voltage or 0.0, self.top), node.wake_voltage, storage.farads
         if storage.battery_voltage is not None:

@@ -182,3 +182,20 @@ def test_a_chip_by_its_sheet_gives_what_its_netlist_does_in_ngspice(name):
     )
     found = hv.node(scene, days=0.05)
     assert found.share_running.value * volts * amperes == pytest.approx(power, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    "acceleration, store, seconds",
+    [("0.3 g", "10 uF", 0.327), pytest.param("0.15 g", "10 uF", 0.717, marks=pytest.mark.thorough("test_node.py"))],
+)
+def test_the_first_packet_waits_for_the_mass_to_ring_up(acceleration, store, seconds):
+    """What the netlist of the chip takes from rest by engine `slow`: .23 s without the ring-up of the first."""
+    waits = {"wake_voltage": 0.1, "stop_voltage": 0.05, "interval": 1e3}
+    scene = dataclasses.replace(
+        hv.load(EXAMPLES / "bimorph_ltc3588.toml").vary("excitation.acceleration_amplitude", acceleration),
+        load=hv.Netlist("bridge", Is="4.4 nA", N=1.0),
+        storage=hv.Storage(capacitance=store),
+        node=hv.SensorNode(**waits, currents=(1e-6,), durations=(1e-3,), supply_voltage=3.3),
+        chip=hv.HarvestingChip(name="ltc3588"),
+    )
+    assert hv.node(scene, days=0.001).first_packet.value == pytest.approx(seconds, rel=0.05)
