@@ -13,7 +13,7 @@ DRIVEN = hv.Scene(
     oscillator=hv.Oscillator(mass=5e-3, stiffness=710.6, damping=0.0471),
     piezo=hv.Piezo(coupling=8.02e-4, capacitance=30e-9),
     excitation=hv.Excitation(frequency=59.0, acceleration_amplitude=2.942),
-    load=hv.Load(netlist="parallel_sshi", parameters={"R": 142e3}),
+    load=hv.Load(netlist="parallel_sshi", parameters={"R": 142e3, "L": 2.0, "Rcoil": 1200.0}),
 )
 
 

@@ -451,7 +451,7 @@ def test_an_impact_never_raises_energy(x, v, V, h, r, part):
         before, after = v - 0.5 * a * h, v1 + a * (t - 0.5 * h) if (x1, v1) != (0.0, 0.0) else 0.0
         scale = before**2 + abs(a) * (x + h * (abs(v) + abs(a) * h))
         assert w * w == pytest.approx(before**2 - 2 * a * x, abs=1e-12 * scale)
-        assert 0.5 * after**2 - a * x1 <= 0.5 * (r * w) ** 2 + 1e-9 * scale
+        assert 0.5 * after**2 - a * x1 <= 0.5 * (r * w) ** 2 + 1e-9 * scale + 1e-300  # below it digits are lost
 
 
 @pytest.mark.thorough("test_stiff_damping_never_blows_up")
