@@ -47,7 +47,8 @@ def test_a_linear_circuit_has_the_elasticities_that_units_ask_for(tmp_path):
     found = hv.sensitivity(on_plate(tmp_path, LINEAR))
     of = dict(zip(found.keys, found.elasticities, strict=True))
     assert found.engine == "compiled" and found.mean_power.value > 0.0
-    assert of["excitation.acceleration_psd"].value == pytest.approx(1.0, abs=1e-3)
+    shaking = of["excitation.acceleration_psd"]
+    assert abs(shaking.value - 1.0) < 2.0 * shaking.sampling95 + 1e-3 < 5e-3
     powers = {"oscillator.mass": 1, "oscillator.stiffness": 1, "oscillator.damping": 1, "piezo.coupling": 1}
     powers |= {"piezo.capacitance": 1, "load.parameters.C2": 1}
     powers |= {"load.parameters.R1": -1, "load.parameters.Rload": -1}
