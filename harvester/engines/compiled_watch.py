@@ -14,7 +14,6 @@ from harvester.equations.problem import Problem
 from harvester.errors import InputError
 from harvester.presentation.diagnostic import note
 from harvester.presentation.messages.unknown_parts import COMPILED_CIRCUIT, STEP
-from harvester.presentation.sheet import ERROR_OF
 from harvester.uncertainty.control_variate import controlled
 from harvester.uncertainty.value import Value
 
@@ -99,7 +98,7 @@ def with_watched(
         one = value(entries)
         details[f"{PART}{name}"] = one.value
         if one.stderr is not None:
-            details[f"{ERROR_OF}{PART}{name}"] = one.sampling95
+            details[f"{PART}{name}_stderr"] = one.normal_stderr
     said = note("elements_along_paths", paths=len(paths), time=window * problem.units.frequency)
     return dataclasses.replace(answer, details=details, diagnostics=(*answer.diagnostics, said))
 

@@ -94,15 +94,13 @@ def _late(current: RectifiedCurrent | RecordedCurrent, storage: Storage, node: S
     first, wake = storage.initial_voltage or 0.0, node.wake_voltage
     if isinstance(current, RecordedCurrent) or storage.battery_voltage is not None or first >= wake:
         return 0.0
-    start = current.ring_up / max(float(current.current[0]), 1e-300)
     if chip is not None and chip.ratio is not None:
-        return start
+        return max(current.start, 0.0)
     whole = replace(current, current=current.current - (0.0 if chip is None else chip.own))
     at_once = replace(whole, lag=np.zeros_like(whole.lag), ring_up=0.0)
     levels = np.array([first, wake])
     times, sooner = (times_to(levels, one, storage.farads, math.inf) for one in (whole, at_once))
-    late = start + float(np.diff(times)[0] - np.diff(sooner)[0]) if np.isfinite(times).all() else 0.0
-    return max(late, 0.0)
+    return max(current.start + float(np.diff(times - sooner)[0]), 0.0) if np.isfinite(times).all() else 0.0
 
 
 class NodeRun:

@@ -61,9 +61,14 @@ class RectifiedCurrent:
         return np.asarray(np.interp(volts, self.voltages, getattr(self, name)))
 
     @property
+    def start(self) -> float:
+        """How long (s) after rest an empty store gets nothing, so that the ring-up's charge is not given."""
+        return self.ring_up / float(self.current[0]) if self.current[0] > 0.0 else math.inf
+
+    @property
     def delay(self) -> float:
-        """How long (s) after rest the current begins to follow, so that the ring-up's charge is not given."""
-        return max(self.ring_up / float(self.current[0]) - float(self.lag[0]), 0.0) if self.current[0] > 0.0 else 0.0
+        """The same of a current that follows the voltage with its lag; 0 where there is none."""
+        return max(self.start - float(self.lag[0]), 0.0) if self.current[0] > 0.0 else 0.0
 
     def halved(self) -> "RectifiedCurrent":
         """The table without every other voltage but the ends: what it then says differently is the interpolation."""
@@ -89,8 +94,7 @@ def times_to(levels: Floats, table: RectifiedCurrent, farads: float, ohm: float)
     with np.errstate(divide="ignore"):
         rate = np.where(net > 0.0, net, np.nan) / held
     times = cumulative_trapezoid(1.0 / rate, volts, initial=0.0)
-    start = table.ring_up / float(table.current[0]) if table.current[0] > 0.0 else math.inf
-    return np.nan_to_num(np.interp(levels, volts, start + np.maximum.accumulate(times)), nan=math.inf)
+    return np.nan_to_num(np.interp(levels, volts, table.start + np.maximum.accumulate(times)), nan=math.inf)
 
 
 def error_of_times(levels: Floats, table: RectifiedCurrent, farads: float, ohm: float) -> Floats:
@@ -116,13 +120,12 @@ def random_paths(
     drift = (table.at(volts) - volts / ohm) / effective
     spread = np.sqrt(table.sampled("density", volts)) / farads
     v, found = np.zeros(count), [np.zeros(count)]
-    start = table.ring_up / max(float(table.current[0]), 1e-300)
     for k in range(0, steps, 2 if coarse else 1):
         kick = rng.standard_normal(count)
         length = dt
         if coarse:
             kick, length = kick + rng.standard_normal(count), 2.0 * dt
-        begun = min(max((k * dt + length - start) / length, 0.0), 1.0)
+        begun = min(max((k * dt + length - table.start) / length, 0.0), 1.0)
         v = np.abs(
             v + begun * np.interp(v, volts, drift) * length + begun * np.interp(v, volts, spread) * kick * dt**0.5
         )

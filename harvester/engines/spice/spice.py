@@ -202,7 +202,9 @@ class Spice(MonteCarloOptions, Engine):
         begin = time.monotonic()
         for k, shunt in enumerate(SHUNTS, 1):
             try:
-                runs, target = self._first_runs(problem, setup.with_shunt(shunt), code, progress)
+                spent = time.monotonic() - begin  # by the tries before, which the budget holds too
+                so_far = dataclasses.replace(setup.with_shunt(shunt), seconds=setup.seconds + spent)
+                runs, target = self._first_runs(problem, so_far, code, progress)
                 now = time.monotonic()
                 runs.measure_tolerance(needed=k < len(SHUNTS) and 3.0 * (now - begin) < runs.deadline - now)
                 if target is None:

@@ -1,8 +1,8 @@
 """The sentence of every diagnostic, once, by its code.
 
 Each file of this folder has the ``MESSAGES`` of the rooms that it is named after: a text with the names of its numbers
-in braces, or a function of them where the sentence depends on them; ``{seconds!t}`` is a time with its unit.  An argument of Python stands in backticks, such as
-`within`; a command prints it as --within.
+in braces, or a function of them where the sentence depends on them; ``{seconds!t}`` is a time with its unit.  An
+argument of Python stands in backticks, such as `within`; a command prints it as --within.
 """
 
 from collections.abc import Callable, Mapping
