@@ -141,7 +141,7 @@ def _error_notes(table: SweepShape, groups: int) -> Iterator[str]:
         yield f"{what}: 95 % intervals of sampling, and step; of a ratio, those of both."
     stated = _engines(powers, lambda power: power.stderr is None and _shows(power))
     if stated and not (table.listed and len(table.axes) > 1):
-        yield f"Pale band: the error that {stated} states."
+        yield f"Pale band: the error stated by {stated}."
     if unknown := _engines(powers, lambda power: power.error95 is None):
         yield f"Of the error of {unknown} not all is known."
 
