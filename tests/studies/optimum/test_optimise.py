@@ -370,6 +370,13 @@ def test_a_budget_too_small(engine):
     assert answer.mean_power.known_error95 > 0.0
 
 
+def test_a_budget_for_one_evaluation_of_two_keys():
+    """Both keys have a value: the best place had as many faces as there were evaluations, and the second key none."""
+    answer = hv.optimise(LINEAR, vary=MU | {"nondimensional.beta": (0.3, 0.7)}, engine=Surface(noise=0.1), budget=1e-6)
+    assert len(answer.own_points) == 2 and [key.boundary for key in answer.keys] == [None, None]
+    assert answer.is_cut_short
+
+
 def test_runs_of_ngspice_have_what_is_left_of_the_budget(monkeypatch):
     """An evaluation had half a minute at least, and one of a scan any time."""
     found = []
