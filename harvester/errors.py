@@ -9,6 +9,8 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import Any, TypeVar
 
 T = TypeVar("T", bound=Callable[..., Any])
+Of = TypeVar("Of")
+Answer = TypeVar("Answer")
 
 
 class HarvesterError(Exception):
@@ -127,6 +129,16 @@ def named(error: Exception) -> HarvesterError:
     return SimulationError(f"internal error, please report it: {what} (HARVESTER_TRACEBACK=1 shows where)")
 
 
+def answer_or_error(function: Callable[[Of], Answer], of: Of) -> "Answer | HarvesterError":
+    """What a function of one of many scenes gives, or the named error that it raises; no program is missing for one."""
+    try:
+        return function(of)
+    except MissingProgramError:
+        raise
+    except HarvesterError as error:
+        return error
+
+
 _SHORT = reprlib.Repr()
 _SHORT.maxstring = _SHORT.maxother = 120
 
@@ -156,6 +168,14 @@ def refused(argument: str, error: ValueError, was: object) -> InputError:
         return error
     why = getattr(error, "why", "")
     return InputError(f"{argument} {error}, but is {shown(was)}" + (f": {why}" if why else ""))
+
+
+def reading(argument: str, reader: Callable[[Of], Answer], value: Of) -> Answer:
+    """What a reader makes of a value; of its ValueError ("must ...") an `InputError` that names the argument."""
+    try:
+        return reader(value)
+    except ValueError as error:
+        raise refused(argument, error, value) from None
 
 
 def unknown(kind: str, name: str, known: Iterable[str], error: type[InputError] = InputError) -> InputError:

@@ -4,8 +4,7 @@ from typing import Any
 
 import cloup
 
-from harvester.commands.completion import engines
-from harvester.commands.options import seed_option
+from harvester.commands.options import engine_option, seed_option
 from harvester.commands.study import Output, output_options, study_command
 
 
@@ -29,11 +28,8 @@ from harvester.commands.study import Output, output_options, study_command
         show_default=True,
         help="store (the capacitor Csmooth), v(NODE), v(NODE,NODE), i(ELEMENT) or p(ELEMENT) of the netlist.",
     ),
-    cloup.option(
-        "--engine",
-        shell_complete=engines,
-        help="ideal, compiled, slow or spice.  Default: slow for a large store, else "
-        "ideal where it serves, else spice.",
+    engine_option(
+        "ideal, compiled, slow or spice.  Default: slow for a large store, else ideal where it serves, else spice."
     ),
     cloup.option(
         "--duration",

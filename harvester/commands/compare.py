@@ -4,8 +4,7 @@ from typing import Any
 
 import cloup
 
-from harvester.commands.completion import engines as engines_of
-from harvester.commands.options import sampling
+from harvester.commands.options import engines_option, sampling
 from harvester.commands.study import Output, output_options, study_command
 
 
@@ -23,16 +22,7 @@ from harvester.commands.study import Output, output_options, study_command
         "for a linear scene, and counted.",
     ),
 )
-@cloup.option_group(
-    "What to compute",
-    cloup.option(
-        "--engine",
-        "engines",
-        shell_complete=engines_of,
-        multiple=True,
-        help="Repeatable.  Default: every engine that can serve SCENE.",
-    ),
-)
+@cloup.option_group("What to compute", engines_option("Repeatable.  Default: every engine that can serve SCENE."))
 @sampling
 @output_options("Folder for compare.csv, compare.png and provenance.json.")
 def compare(output: Output, lifetime: str | None, engines: tuple[str, ...], **options: Any) -> None:

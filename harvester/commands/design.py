@@ -4,8 +4,7 @@ from typing import Any
 
 import cloup
 
-from harvester.commands.completion import scene_keys
-from harvester.commands.options import json_option, seed_option
+from harvester.commands.options import json_option, keys_option, seed_option
 from harvester.commands.reports import report_option
 from harvester.commands.study import Output, study_command
 
@@ -28,12 +27,10 @@ from harvester.commands.study import Output, study_command
         metavar="TEXT",
         help="Such as 'peak_displacement < 1 mm' or 'mean_power > 50 uW'; repeatable.",
     ),
-    cloup.option(
+    keys_option(
         "--spread",
-        shell_complete=scene_keys,
-        multiple=True,
         metavar="KEY=SPREAD",
-        help="How devices or their shaking scatter, as --vary of tolerance, such as frequency=2Hz; repeatable.",
+        help_="How devices or their shaking scatter, as --vary of tolerance, such as frequency=2Hz; repeatable.",
     ),
 )
 @cloup.option_group(

@@ -1,12 +1,13 @@
 """The options of `harvester new` that describe a cantilever by its geometry, and how they are read."""
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import cloup
 
 from harvester.devices.materials import PIEZOS, SUBSTRATES
-from harvester.errors import InputError, refused
+from harvester.errors import InputError, reading
 
 SIZES = {
     "length": "Of the beam from clamp to end, such as 50.8 mm.",
@@ -82,10 +83,7 @@ def _beam(texts: dict[str, str | None], bimorph: bool, parallel: bool) -> Any:
         if text is None:
             continue
         kind = MASS if name == "tip_mass" else Kind("a length (m)", "m", "'0.26 mm'", above=0.0)
-        try:
-            sizes[name] = with_prefix(text, kind)
-        except ValueError as error:
-            raise refused(f"`{name}`", error, text) from None
+        sizes[name] = reading(f"`{name}`", partial(with_prefix, kind=kind), text)
         if name != "tip_mass" and sizes[name] > LONGEST:
             raise InputError(
                 f"`{name}` must be at most {LONGEST:g} m, but is {sizes[name]:g} m: a number without a unit is in m, "

@@ -4,8 +4,7 @@ from typing import Any
 
 import cloup
 
-from harvester.commands.completion import engines
-from harvester.commands.options import probe_option, seed_option, time_of
+from harvester.commands.options import engine_option, probe_option, seed_option, time_of
 from harvester.commands.study import Output, output_options, study_command
 
 
@@ -16,11 +15,7 @@ from harvester.commands.study import Output, output_options, study_command
 )
 @cloup.option_group(
     "What to compute",
-    cloup.option(
-        "--engine",
-        shell_complete=engines,
-        help="ensemble (exact update of a load resistor), compiled or spice.  Default: for a netlist, spice.",
-    ),
+    engine_option("ensemble (exact update of a load resistor), compiled or spice.  Default: for a netlist, spice."),
     cloup.option(
         "--duration",
         type=time_of("duration"),

@@ -5,8 +5,7 @@ from typing import Any
 
 import cloup
 
-from harvester.commands.completion import engines, scene_keys
-from harvester.commands.options import sampling
+from harvester.commands.options import engine_option, keys_option, sampling
 from harvester.commands.study import Output, output_options, study_command
 from harvester.errors import InputError
 
@@ -23,18 +22,14 @@ from harvester.errors import InputError
 )
 @cloup.option_group(
     "What to compute",
-    cloup.option(
+    keys_option(
         "--vary",
-        shell_complete=scene_keys,
-        multiple=True,
-        help="KEY=LOW:HIGH, or of a series KEY=E24:LOW:HIGH; up to 4 keys.  load.netlist=A,B,C: the best of these "
+        help_="KEY=LOW:HIGH, or of a series KEY=E24:LOW:HIGH; up to 4 keys.  load.netlist=A,B,C: the best of these "
         "circuits, scanned alike first, each with its own best values of the other keys; --budget is for each.",
     ),
-    cloup.option(
-        "--engine",
-        shell_complete=engines,
-        help="{engines}.  Default: exact for a linear scene, else ensemble; for a netlist, spice; where circuits "
-        "are compared, slow for a chip under a sinusoid.",
+    engine_option(
+        "{engines}.  Default: exact for a linear scene, else ensemble; for a netlist, spice; where circuits "
+        "are compared, slow for a chip under a sinusoid."
     ),
 )
 @cloup.option_group(
@@ -53,12 +48,10 @@ from harvester.errors import InputError
         help="Such as 'voltage_rms < 3 V'; see tolerance.",
     ),
     cloup.option("--lifetime", metavar="TIME", help="For peaks; see tolerance."),
-    cloup.option(
+    keys_option(
         "--spread",
-        shell_complete=scene_keys,
-        multiple=True,
         metavar="KEY=SPREAD",
-        help="How a part scatters, as --vary of tolerance; about each value; by engines of formulas.",
+        help_="How a part scatters, as --vary of tolerance; about each value; by engines of formulas.",
     ),
     cloup.option("--points", type=int, metavar="N", help="Of a front with a second aim, at most.  Default: 9."),
     cloup.option("--over", multiple=True, hidden=True, help="The name of --vary in version 0.1."),

@@ -7,32 +7,24 @@ import click
 import cloup
 from cloup.constraints import If, mutually_exclusive, require_all
 
-from harvester.commands.completion import scene_files
-from harvester.errors import invalid, named_once, refused
+from harvester.commands.completion import engines, scene_files, scene_keys
+from harvester.errors import invalid, named_once, reading
 from harvester.quantities.units import fraction, seconds, time
 
 
 def percent(text: str) -> float:
     """Read a share such as 1% or .01."""
-    return _read("`within`", fraction, text)
+    return reading("`within`", fraction, text)
 
 
 def duration(text: str) -> float:
     """Read a time such as 30s, 2min, 1h or a number of seconds."""
-    return _read("`budget`", seconds, text)
+    return reading("`budget`", seconds, text)
 
 
 def time_of(name: str) -> Callable[[str], float]:
     """A reader of a time with or without a unit, such as 1ms or .001, for the option of that name."""
-    return lambda text: _read(f"`{name}`", time, text)
-
-
-def _read(argument: str, reader: Callable[[str], float], text: str) -> float:
-    """Read a text, with an error that names the argument."""
-    try:
-        return reader(text)
-    except ValueError as error:
-        raise refused(argument, error, text) from None
+    return lambda text: reading(f"`{name}`", time, text)
 
 
 def pairs_of(option: str, texts: Sequence[str], must: str) -> dict[str, str]:
@@ -69,6 +61,21 @@ json_option = cloup.option("--json", "as_json", is_flag=True, help="Print one JS
 vector_option = cloup.option(
     "--vector", type=_form, multiple=True, metavar="FORM", help="svg or pdf: the figure in that form too; repeatable."
 )
+
+
+def engine_option(help_: str) -> Callable[..., Any]:
+    """The option --engine of a command that takes one engine."""
+    return cloup.option("--engine", shell_complete=engines, help=help_)
+
+
+def engines_option(help_: str) -> Callable[..., Any]:
+    """The option --engine of a command that takes several."""
+    return cloup.option("--engine", "engines", shell_complete=engines, multiple=True, help=help_)
+
+
+def keys_option(*names: str, help_: str, metavar: str | None = None) -> Callable[..., Any]:
+    """An option that names a scene key, again and again for several of them."""
+    return cloup.option(*names, shell_complete=scene_keys, multiple=True, metavar=metavar, help=help_)
 
 
 def vector_needs_out(*others: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:

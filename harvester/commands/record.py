@@ -1,6 +1,7 @@
 """The command `harvester record`."""
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import click
@@ -10,7 +11,7 @@ from harvester.commands.help import command
 from harvester.commands.messages import echo, echo_answer, naming
 from harvester.commands.options import json_option
 from harvester.commands.reports import report_file, report_option, save_report
-from harvester.errors import InputError, invalid, refused, shown
+from harvester.errors import InputError, invalid, reading, shown
 
 
 def _sized(argument: str, kind: str) -> Callable[[str], float]:
@@ -19,10 +20,7 @@ def _sized(argument: str, kind: str) -> Callable[[str], float]:
     def read(text: str) -> float:
         from harvester.quantities import kinds
 
-        try:
-            return kinds.with_prefix(text, getattr(kinds, kind))
-        except ValueError as error:
-            raise refused(argument, error, text) from None
+        return reading(argument, partial(kinds.with_prefix, kind=getattr(kinds, kind)), text)
 
     return read
 
@@ -31,10 +29,7 @@ def _seconds(text: str) -> float:
     """Read a time such as 30, 30s or 2min."""
     from harvester.quantities.kinds import Kind, with_prefix
 
-    try:
-        return with_prefix(text, Kind("a time (s)", "s", "'30 s'"))
-    except ValueError as error:
-        raise refused("`from` and `to`", error, text) from None
+    return reading("`from` and `to`", partial(with_prefix, kind=Kind("a time (s)", "s", "'30 s'")), text)
 
 
 @command(

@@ -4,10 +4,8 @@ from typing import Any
 
 import cloup
 
-from harvester.commands.completion import engines as known_engines
-from harvester.commands.completion import scene_keys
 from harvester.commands.messages import typed
-from harvester.commands.options import duration, seed_option
+from harvester.commands.options import duration, engines_option, keys_option, seed_option
 from harvester.commands.study import Output, output_options, study_command
 
 
@@ -19,21 +17,15 @@ from harvester.commands.study import Output, output_options, study_command
 @cloup.option_group(
     "What to compute",
     cloup.option("--sweep", required=True, help="FROM:TO:COUNT, such as 1Hz:10Hz:60 (nondimensional scene: rad)."),
-    cloup.option(
+    keys_option(
         "--vary",
         "varied",
-        shell_complete=scene_keys,
-        multiple=True,
-        help="KEY=FROM:TO:COUNT or KEY=A,B,C: a response for each value; repeatable.  Of seven values or more of one "
+        help_="KEY=FROM:TO:COUNT or KEY=A,B,C: a response for each value; repeatable.  Of seven values or more of one "
         "key the figure is a map.",
     ),
-    cloup.option(
-        "--engine",
-        "engines",
-        shell_complete=known_engines,
-        multiple=True,
-        help="exact, ensemble, ideal, compiled or spice; repeatable.  Default: exact for a linear scene, spice for a "
-        "netlist, else ensemble.",
+    engines_option(
+        "exact, ensemble, ideal, compiled or spice; repeatable.  Default: exact for a linear scene, spice for a "
+        "netlist, else ensemble."
     ),
 )
 @output_options(

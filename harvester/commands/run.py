@@ -4,9 +4,8 @@ from typing import Any
 
 import cloup
 
-from harvester.commands.completion import engines
 from harvester.commands.formula_meanwhile import formula_meanwhile
-from harvester.commands.options import json_option, probe_option, sampling
+from harvester.commands.options import engine_option, json_option, probe_option, sampling
 from harvester.commands.reports import report_option
 from harvester.commands.study import Output, study_command
 
@@ -21,11 +20,9 @@ from harvester.commands.study import Output, study_command
 )
 @cloup.option_group(
     "What to compute",
-    cloup.option(
-        "--engine",
-        shell_complete=engines,
-        help="{engines}.  Default: exact for a linear "
-        "scene, else ensemble; for a netlist, spice; with --within, the cheapest that is known to reach it.",
+    engine_option(
+        "{engines}.  Default: exact for a linear "
+        "scene, else ensemble; for a netlist, spice; with --within, the cheapest that is known to reach it."
     ),
 )
 @cloup.option_group(

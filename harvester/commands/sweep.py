@@ -6,8 +6,7 @@ from typing import Any
 import cloup
 from cloup.constraints import If, mutually_exclusive, require_all, require_any
 
-from harvester.commands.completion import engines, scene_keys
-from harvester.commands.options import sampling, who_computes
+from harvester.commands.options import engines_option, keys_option, sampling, who_computes
 from harvester.commands.study import Output, output_options, study_command
 
 EITHER = "either --vary or --points must be given, but %s (such as --vary load.resistance=1k:10M:25)"
@@ -24,13 +23,7 @@ resume_needs_out = cloup.constraint(
 )
 @cloup.option_group(
     "Where",
-    cloup.option(
-        "--vary",
-        "varied",
-        shell_complete=scene_keys,
-        multiple=True,
-        help="KEY=FROM:TO:COUNT or KEY=A,B,C; repeatable: a grid.",
-    ),
+    keys_option("--vary", "varied", help_="KEY=FROM:TO:COUNT or KEY=A,B,C; repeatable: a grid."),
     cloup.option(
         "--points", metavar="FILE.csv", help="Instead of --vary: a list, scene keys first, then a point a line."
     ),
@@ -38,13 +31,9 @@ resume_needs_out = cloup.constraint(
 )
 @cloup.option_group(
     "What to compute",
-    cloup.option(
-        "--engine",
-        "engines",
-        shell_complete=engines,
-        multiple=True,
-        help="Repeatable.  Default: exact for a linear scene, for a netlist spice beside ideal, else all that serve "
-        "SCENE (density under white noise only); with --within, see run.",
+    engines_option(
+        "Repeatable.  Default: exact for a linear scene, for a netlist spice beside ideal, else all that serve "
+        "SCENE (density under white noise only); with --within, see run."
     ),
 )
 @partial(sampling, whole="the whole sweep, in equal shares of its points,")

@@ -4,8 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import cloup
 
-from harvester.commands.completion import engines, scene_keys
-from harvester.commands.options import percent, seed_option, who_computes
+from harvester.commands.options import engine_option, keys_option, percent, seed_option, who_computes
 from harvester.commands.study import Output, output_options, study_command
 from harvester.errors import InputError
 
@@ -21,13 +20,11 @@ if TYPE_CHECKING:
 )
 @cloup.option_group(
     "What scatters, and what must hold",
-    cloup.option(
+    keys_option(
         "--vary",
         "varied",
-        shell_complete=scene_keys,
         metavar="KEY=SPREAD",
-        multiple=True,
-        help="Repeatable.  Default: the intervals that identify wrote into SCENE.  10% or LOW:HIGH: anywhere between; "
+        help_="Repeatable.  Default: the intervals that identify wrote into SCENE.  10% or LOW:HIGH: anywhere between; "
         "E24:5%: the nearest value of the series; normal:2% or "
         "normal:MEAN:SD; triangular:10% or triangular:LOW:MODE:HIGH; A,B,C: measured values.",
     ),
@@ -48,9 +45,7 @@ if TYPE_CHECKING:
 )
 @cloup.option_group(
     "What to compute",
-    cloup.option(
-        "--engine", shell_complete=engines, help="Default: the cheapest whose own error is small against the spread."
-    ),
+    engine_option("Default: the cheapest whose own error is small against the spread."),
     cloup.option("--samples", type=int, metavar="N", help="Devices in the distribution.  Default: 10000."),
     cloup.option(
         "--runs",

@@ -6,11 +6,12 @@ K = M (2 pi f_sc)^2        zeta = 1/(2 Q)        theta^2 = K Cp ((f_oc/f_sc)^2 -
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import TypeAlias
 
 from harvester.devices.beam import BeamMode
 from harvester.devices.datasheet import FIELDS, TEXTS, arguments
-from harvester.errors import InputError, invalid, refused
+from harvester.errors import InputError, invalid, reading
 from harvester.quantities.kinds import QUALITY, Kind, any_quantity, with_prefix
 from harvester.quantities.units import prefix_factor, split_unit
 from harvester.records.profiles.catalogue import SHARED
@@ -51,10 +52,7 @@ def read(name: str, text: str) -> float:
 
     Raises InputError with the field's name, for a text that is no such value.
     """
-    try:
-        return with_prefix(text, _kind(name))
-    except ValueError as error:
-        raise refused(f"`{name}`", error, text) from None
+    return reading(f"`{name}`", partial(with_prefix, kind=_kind(name)), text)
 
 
 def missing(known: Mapping[str, object]) -> list[tuple[str, ...]]:
@@ -223,10 +221,7 @@ def _as_written(name: str, text: str) -> float | str:
 
 def _parameter(name: str, text: str) -> float | str:
     """A parameter of the netlist: a number where the text is one, else the text."""
-    try:
-        number = any_quantity(text)
-    except ValueError as error:
-        raise refused(f"`parameter` {name}", error, text) from None
+    number = reading(f"`parameter` {name}", any_quantity, text)
     try:
         plain = float(text)
     except ValueError:

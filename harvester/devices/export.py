@@ -16,6 +16,7 @@ import math
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from harvester import __version__
@@ -25,7 +26,7 @@ from harvester.engines.protocol import AnyScene
 from harvester.equations.effects import EFFECTS, PART, SEVERAL_MODES
 from harvester.equations.from_scene import SOURCES
 from harvester.equations.problem import Problem
-from harvester.errors import CannotServeError, InputError, invalid, refused
+from harvester.errors import CannotServeError, InputError, invalid, reading
 from harvester.machine import files
 from harvester.quantities.kinds import TIME, with_prefix
 from harvester.quantities.units import SYMBOLS
@@ -104,10 +105,7 @@ def _duration(duration: str | float | None, problem: Problem) -> float:
         return min(PERIODS * period, longest)
     if not drawn:
         raise InputError("`duration` must go with noise that is drawn point by point, but the scene has none")
-    try:
-        found = with_prefix(duration.strip(), TIME) if isinstance(duration, str) else TIME.read(duration)
-    except ValueError as error:
-        raise refused("`duration`", error, duration) from None
+    found = reading("`duration`", partial(with_prefix, kind=TIME), duration)
     if not period <= found <= longest:
         raise invalid("`duration`", f"be between {period:.3g} and {longest:.3g}", duration)
     return found

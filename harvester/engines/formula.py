@@ -12,7 +12,7 @@ from harvester.engines.options import Request, number
 from harvester.engines.protocol import AnyScene, Engine, needs_known_effects, served
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
-from harvester.errors import HarvesterError
+from harvester.errors import HarvesterError, answer_or_error
 from harvester.presentation.diagnostic import Diagnostic, warning
 
 
@@ -31,14 +31,13 @@ class Formula(Request, Engine):
 
     def run_many(self, scenes: Sequence[AnyScene]) -> list[Estimate | HarvesterError]:
         """`run` for many scenes, solved in one call, or the error that each raises; its share of the time each."""
-        problems: list[Problem | HarvesterError] = []
-        for scene in scenes:
-            try:
-                problem = served(type(self), scene)
-                existence(problem, sampled=False)
-                problems.append(problem)
-            except HarvesterError as error:
-                problems.append(error)
+
+        def checked(scene: AnyScene) -> Problem:
+            problem = served(type(self), scene)
+            existence(problem, sampled=False)
+            return problem
+
+        problems = [answer_or_error(checked, scene) for scene in scenes]
         solve = self._theory()
         begin = time.perf_counter()
         eqs = [one.equations for one in problems if isinstance(one, Problem)]

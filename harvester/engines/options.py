@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from numbers import Integral
 from typing import ClassVar
 
-from harvester.errors import InputError, invalid, refused
+from harvester.errors import InputError, invalid, reading
 from harvester.quantities.units import Seconds, fraction, seconds, time
 
 
@@ -94,10 +94,7 @@ def _read_positive(options: Request, name: str, read: Callable[[str], float]) ->
     """The number of an option, in the place of its text."""
     value: float | str | None = getattr(options, name)
     if isinstance(value, str):
-        try:
-            value = read(value)
-        except ValueError as error:
-            raise refused(f"`{name}`", error, value) from None
+        value = reading(f"`{name}`", read, value)
         object.__setattr__(options, name, value)
     if value is not None and not (value > 0.0 and math.isfinite(value)):
         raise invalid(f"`{name}`", "be above 0", value)

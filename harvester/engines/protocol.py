@@ -9,7 +9,7 @@ from harvester.arrays import Floats
 from harvester.equations.effects import LINEAR, SEVERAL_MODES, unknown_to
 from harvester.equations.power_bound import power_bound
 from harvester.equations.problem import Problem
-from harvester.errors import CannotServeError, HarvesterError, InputError, MissingProgramError
+from harvester.errors import CannotServeError, HarvesterError, InputError, answer_or_error
 from harvester.linear.record_doubts import join_change
 from harvester.presentation.diagnostic import Diagnostic, has, refusal, warning
 from harvester.presentation.engine_look import EngineLook
@@ -68,15 +68,7 @@ class Engine:
 
     def run_many(self, scenes: Sequence[AnyScene]) -> list[Estimate | HarvesterError]:
         """`run` for each scene, or the error that it raises."""
-        found: list[Estimate | HarvesterError] = []
-        for scene in scenes:
-            try:
-                found.append(self.run(scene))
-            except MissingProgramError:  # which is no fault of a scene
-                raise
-            except HarvesterError as error:
-                found.append(error)
-        return found
+        return [answer_or_error(self.run, scene) for scene in scenes]
 
     def continues(self, problem: Problem) -> bool:
         """Whether it finds the answer to such a problem sooner from that of a neighbouring one, and the same answer."""

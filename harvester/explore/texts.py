@@ -2,7 +2,6 @@
 
 import math
 
-from harvester.quantities.kinds import Kind
 from harvester.quantities.units import PREFIXES, SYMBOLS, split_unit
 from harvester.scene.keys import key_kind, keys, read_value, split_key
 
@@ -80,7 +79,7 @@ def normal(key: str, text: str) -> str:
     value = read_value(key, text.strip())
     kind = key_kind(*split_key(key))
     bare = (split_unit(text) or (0.0, ""))[1] in PREFIXES and unit_on_page(key)  # 470k: a prefix alone
-    return text.strip() if kind is not None and not bare and _readable(kind, text.strip()) else written(key, value)
+    return text.strip() if kind is not None and not bare and kind.reads(text.strip()) else written(key, value)
 
 
 def in_file(key: str, text: str) -> float | str:
@@ -92,12 +91,3 @@ def _with_prefixes(unit: str) -> set[str]:
     if unit == "kg":
         return {"kg", "g", "mg"}
     return {prefix + unit for prefix in PREFIXES} if unit in _PREFIXED else {unit}
-
-
-def _readable(kind: Kind, text: str) -> bool:
-    """Whether a scene file takes the text as it stands."""
-    try:
-        kind.read(text)
-    except ValueError:
-        return False
-    return True

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from harvester.equations.bounds import check_bounded
 from harvester.equations.coefficients import Equations
-from harvester.errors import HarvesterError, UnboundedResponseError
+from harvester.errors import HarvesterError, UnboundedResponseError, answer_or_error
 from harvester.linear.shaking import ROUNDING, response_to_shaking
 from harvester.linear.transfer import white
 
@@ -53,10 +53,4 @@ def solve(eqs: Equations) -> MeanSquare:
 
 def solve_many(several: Sequence[Equations]) -> list[MeanSquare | HarvesterError]:
     """`solve` for each, an error in the place of each that has no solution."""
-    found: list[MeanSquare | HarvesterError] = []
-    for eqs in several:
-        try:
-            found.append(solve(eqs))
-        except HarvesterError as error:
-            found.append(error)
-    return found
+    return [answer_or_error(solve, eqs) for eqs in several]

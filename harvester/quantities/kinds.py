@@ -6,17 +6,7 @@ from dataclasses import dataclass
 from decimal import Decimal
 from typing import Any, get_args
 
-from harvester.quantities.units import (
-    LARGEST,
-    SMALLEST,
-    Unread,
-    is_unit,
-    prefix_factor,
-    respelled,
-    split_unit,
-    squared,
-    unit_factor,
-)
+from harvester.quantities import units
 
 _SHORT = 40  # letters of a unit that an error shows
 _GRAVITY = re.compile(r"(?<![A-Za-z])([mu]?)[gG](?:n|rms|_rms)?(?![A-Za-z])")  # g, mg, ug of an acceleration
@@ -60,13 +50,21 @@ class Kind:
         """
         return self._checked(*self._number(value))
 
+    def reads(self, text: str) -> bool:
+        """Whether a text is such a quantity."""
+        try:
+            self.read(text)
+        except ValueError:
+            return False
+        return True
+
     def _checked(self, number: float | None, why: str) -> float:
         if number is None or not math.isfinite(number):
-            raise Unread(f"must {self.must}", why)
+            raise units.Unread(f"must {self.must}", why)
         if not (number > self.above and self.least <= number <= self.most):
             raise ValueError(f"must {self.must}")
-        if number and not SMALLEST <= abs(number) <= LARGEST:
-            raise ValueError(f"must {self.must}, between {SMALLEST:g} and {LARGEST:g} in size")
+        if number and not units.SMALLEST <= abs(number) <= units.LARGEST:
+            raise ValueError(f"must {self.must}, between {units.SMALLEST:g} and {units.LARGEST:g} in size")
         return number
 
     def _number(self, value: object) -> tuple[float | None, str]:
@@ -78,7 +76,7 @@ class Kind:
                 return float(value), ""
             except OverflowError:
                 return None, ""
-        parts = split_unit(value)
+        parts = units.split_unit(value)
         if parts is None:
             return None, "a text must begin with a number" if isinstance(value, str) and value.strip() else ""
         number, unit = parts
@@ -98,15 +96,15 @@ class Kind:
         """
         if unit == "":
             return 1.0 if self.unit == "" else None, 1
-        density = squared(unit) if self.unit.endswith("^2/Hz") else None
+        density = units.squared(unit) if self.unit.endswith("^2/Hz") else None
         one, power = (unit, 1) if density is None else (density, 2)
         if self.gravity and len(one) <= _SHORT:
             names = {"m": "milligravity", "u": "microgravity", "": "gravity"}
-            one = _GRAVITY.sub(lambda m: names[m[1]], respelled(one))
-        alone = prefix_factor(one) if one != self.unit else None  # a gap of 1m is a metre
+            one = _GRAVITY.sub(lambda m: names[m[1]], units.respelled(one))
+        alone = units.prefix_factor(one) if one != self.unit else None  # a gap of 1m is a metre
         if alone is not None:
             return alone, power
-        return (unit_factor(one, self.unit) if self.unit else None), power
+        return (units.unit_factor(one, self.unit) if self.unit else None), power
 
     def _not_understood(self, unit: str) -> str:
         if len(unit) > _SHORT:
@@ -115,7 +113,7 @@ class Kind:
             return f"{unit!r} after the number was not understood, for it has no unit"
         if unit.startswith(","):
             return "the decimal sign must be a point"
-        if is_unit(unit):
+        if units.is_unit(unit):
             return f"the unit {unit!r} is one of another quantity"
         return f"the unit {unit!r} was not understood"
 
@@ -183,22 +181,22 @@ NUMBER_ABOVE_0 = Kind("a number", "", "1.5", above=0.0)
 ANY = Kind("a number or a quantity with a unit", "", "'10 uF'")  # of any dimension; see `any_quantity`
 
 
-def with_prefix(text: str, kind: Kind) -> float:
+def with_prefix(value: object, kind: Kind) -> float:
     """A quantity as the command line writes it: "1k", "10M", "1 Mohm", "3e4"; ValueError as `Kind.read`.
 
-    Beside what a scene file reads it takes a bare number, in SI units, for there all values are texts.
+    Beside what a scene file reads it takes a text with a bare number, in SI units, for there all values are texts.
     """
-    parts = split_unit(text)
-    return kind.read(parts[0]) if parts is not None and parts[1] == "" else kind.read(text)
+    parts = units.split_unit(value)
+    return kind.read(parts[0]) if parts is not None and parts[1] == "" else kind.read(value)
 
 
 def any_quantity(value: object) -> float:
     """A quantity of any dimension in SI base units, such as 1e6, "1 Mohm", "10 uF"; ValueError as `Kind.read`."""
-    parts = split_unit(value)
+    parts = units.split_unit(value)
     if parts is None or parts[1] == "":
         return ANY.read(value if parts is None else parts[0])
     number, unit = parts
-    factor = prefix_factor(unit) or unit_factor(unit, None)
+    factor = units.prefix_factor(unit) or units.unit_factor(unit, None)
     if factor is None:
-        raise Unread(f"must {ANY.must}", f"the unit {unit[:_SHORT]!r} was not understood")
+        raise units.Unread(f"must {ANY.must}", f"the unit {unit[:_SHORT]!r} was not understood")
     return ANY.read(number * factor)

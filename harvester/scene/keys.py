@@ -2,7 +2,7 @@
 
 import functools
 
-from harvester.errors import InputError, invalid, refused, shown, unknown
+from harvester.errors import InputError, invalid, reading, shown, unknown
 from harvester.presentation.columns import columns
 from harvester.quantities.kinds import Kind, any_quantity, with_prefix
 from harvester.scene.load import Load
@@ -105,10 +105,8 @@ def split_key(key: str) -> tuple[str, str]:
 def read_value(key: str, text: str) -> float:
     """A value of a scene key as the command line writes it ("1k", "1 Mohm"), in SI units; InputError for another."""
     _, name = split_key(key)
-    try:
-        return any_quantity(text) if name.startswith("parameters.") else with_prefix(text, kind_of(key))
-    except ValueError as error:
-        raise refused(key, error, text) from None
+    reader = any_quantity if name.startswith("parameters.") else functools.partial(with_prefix, kind=kind_of(key))
+    return reading(key, reader, text)
 
 
 def kind_of(key: str) -> Kind:

@@ -14,7 +14,7 @@ from harvester.density.refine import Answer
 from harvester.density.relaxation import slowest_decay, voltage_spectrum
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, SimulationError, invalid
-from harvester.quantities.kinds import GAP, VOLTAGE_FROM_0, Kind
+from harvester.quantities.kinds import GAP, VOLTAGE_FROM_0
 from harvester.uncertainty.value import Value
 
 APART = 0.3  # the slowest decay over that of the energy, above which two wells are one
@@ -39,18 +39,9 @@ def read_level(level: float | str, problem: Problem) -> float:
 
 def read_voltage(level: float | str, problem: Problem) -> float | None:
     """The level of a voltage, in V; None for what is no text with its unit, of a physical scene."""
-    if not isinstance(level, str) or not problem.physical or _reads(GAP, level):
+    if not isinstance(level, str) or not problem.physical or GAP.reads(level):
         return None
-    return VOLTAGE_FROM_0.read(level) if _reads(VOLTAGE_FROM_0, level) else None
-
-
-def _reads(kind: Kind, text: str) -> bool:
-    """Whether a text is a quantity of a kind."""
-    try:
-        kind.read(text)
-    except ValueError:
-        return False
-    return True
+    return VOLTAGE_FROM_0.read(level) if VOLTAGE_FROM_0.reads(level) else None
 
 
 def forgetting(problem: Problem, answer: Answer) -> float:

@@ -5,6 +5,7 @@ import math
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from harvester.arrays import Floats
 from harvester.engines.options import number
 from harvester.engines.protocol import Engine
 from harvester.equations.problem import Problem
-from harvester.errors import HarvesterError, InputError, SimulationError
+from harvester.errors import HarvesterError, SimulationError, answer_or_error
 from harvester.machine.progress import NO_PROGRESS, Progress
 from harvester.presentation.diagnostic import Diagnostic, note
 from harvester.scene.scene import Scene
@@ -106,12 +107,8 @@ class Surface:
         return done
 
     def _answers(self, where: Floats, engine: Engine) -> list[Estimate | HarvesterError]:
-        problems: list[Problem | HarvesterError] = []
-        for u in where:
-            try:
-                problems.append(problem_at(self.scene, self.ranges, u))
-            except InputError as error:  # such as stops without room between them, at this place
-                problems.append(error)
+        there = partial(problem_at, self.scene, self.ranges)  # raises for stops without room between them, for example
+        problems = [answer_or_error(there, u) for u in where]
         answers = iter(engine.run_many([one for one in problems if isinstance(one, Problem)]))
         return [next(answers) if isinstance(one, Problem) else one for one in problems]
 

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from harvester.errors import InputError, invalid, unknown
+from harvester.errors import invalid, reading, unknown
 from harvester.quantities.units import fraction
 from harvester.studies.tolerance.device_limits import QUANTITIES, Limit
 
@@ -39,10 +39,7 @@ class Objective:
 
 def read_share(share: str | float) -> float:
     """A share of devices from 0.1 % to 50 %, from a number or a text such as "5%"; InputError for another."""
-    try:
-        found = fraction(share) if isinstance(share, str) else float(share)
-    except ValueError as error:
-        raise InputError(f"`objective` {error}, but is {share!r}") from None
+    found = reading("`objective`", fraction, share) if isinstance(share, str) else float(share)
     if not 0.001 <= found <= 0.5:
         raise invalid("`objective`", "be a share of devices between 0.1% and 50%", share)
     return found

@@ -4,13 +4,14 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from harvester.arrays import Floats
 from harvester.equations.problem import Problem
-from harvester.errors import InputError, invalid, shown, unknown
+from harvester.errors import InputError, invalid, reading, unknown
 from harvester.quantities.kinds import Kind, with_prefix
 from harvester.studies.extremes.extremes import read_lifetime
 from harvester.studies.extremes.levels import RATE, SPEED, STRAIN, check_served, has_stop, is_sinusoidal, strain_factor
@@ -61,10 +62,8 @@ def parse(text: str, physical: bool = True, quantities: Mapping[str, Kind] = QUA
     name, sign, bound = match[1], match[2], match[3]
     if name not in quantities:
         raise unknown("quantity of a limit", name, quantities)
-    try:
-        value = with_prefix(bound, quantities[name] if physical else NUMBER)
-    except ValueError as error:
-        raise InputError(f"the limit of {name} {error}, but is {shown(bound)}") from None
+    kind = quantities[name] if physical else NUMBER
+    value = reading(f"the limit of {name}", partial(with_prefix, kind=kind), bound)
     return Limit(name, 1 if sign[0] == ">" else -1, value, " ".join(text.split()))
 
 

@@ -18,7 +18,7 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.equations.problem import Problem
-from harvester.errors import InputError, invalid, named_once, shown
+from harvester.errors import InputError, invalid, named_once, reading
 from harvester.quantities.preferred_numbers import SERIES, nearest
 from harvester.quantities.units import fraction, split_unit
 from harvester.scene.keys import read_value, split_key
@@ -150,12 +150,9 @@ def _about(middle: float, share: float) -> tuple[float, float]:
 
 
 def _share(key: str, text: str) -> float:
-    try:
-        if not text.endswith("%"):
-            raise ValueError("must be a percentage between 0% and 100%, such as 5%")
-        return fraction(text)
-    except ValueError as error:
-        raise InputError(f"the spread of {key} {error}, but is {shown(text)}") from None
+    if not text.endswith("%"):
+        raise invalid(f"the spread of {key}", "be a percentage between 0% and 100%, such as 5%", text)
+    return reading(f"the spread of {key}", fraction, text)
 
 
 def _nominal(key: str, scene: Scene) -> float:
