@@ -1,8 +1,8 @@
 """Densities of one or two quantities, and rates of passages, from the density of `weak_form`.
 
-A passage is a flux of the density: of a displacement a upwards, and of impacts that are harder than w at a stop at s,
+A passage is a flux of the density: of a displacement a upwards, and of impacts of the speed u at a stop at s,
 
-    int_{v > 0} v p(a, v) dv,    int_w^oo u p(s, -u) du
+    int_{v > 0} v p(a, v) dv,    u p(s, -u)
 
 The first is Rice's rate with the true density in place of a Gaussian one.
 """
@@ -79,15 +79,6 @@ class Marginals:
         wall = self.p[0, 0, 0] if way < 0.0 else self.p[0, -1, -1]
         found: Floats = speeds * (self._across(way * speeds) @ wall)
         return found
-
-    def harder(self, speed: float, way: float = -1.0) -> float:
-        """The impacts a unit of time that are harder than a speed."""
-        breaks = self.form.mesh.v_breaks
-        ends = np.concatenate([[speed], breaks[breaks > speed]])
-        if len(ends) < 2:
-            return 0.0
-        along = quadrature(ends, 1, self.form.mesh.degree + 2)
-        return float(self.impacts(along.points.ravel(), way) @ along.weights.ravel())
 
     def _at(self, values: Floats, x: Floats) -> Floats:
         """Values on the nodes in x, shape (elements, nodes, ...) at some places, shape (n, ...)."""

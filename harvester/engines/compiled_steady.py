@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 from harvester.answers.estimate import Estimate
 from harvester.engines.options import MonteCarloOptions, number
 from harvester.engines.protocol import estimate
-from harvester.engines.spice.estimates import motion_details
+from harvester.engines.spice.estimates import missed, motion_details
 from harvester.engines.spice.steady import FINEST, ROUGHEST, SETTLED, WITHIN
 from harvester.engines.spice.steady_response import steps_in_period, to_be_found
 from harvester.equations.bounds import linear_growth
 from harvester.equations.problem import Problem
 from harvester.errors import CircuitError, MissingProgramError, OutOfTimeError
-from harvester.presentation.diagnostic import Diagnostic, note, warning
+from harvester.presentation.diagnostic import note, warning
 from harvester.presentation.messages.unknown_parts import COMPILED_CIRCUIT
 from harvester.uncertainty.richardson import limit
 from harvester.uncertainty.value import Value
@@ -71,7 +71,7 @@ def steady_answer(
         note("comes_back", periods=last.turns, from_before=near is not None),
         note("steady_difference") if periods.differences else warning("compiled_circuit"),
         note("others_not_sought") if linear_growth(problem.equations) is None else None,
-        None if within is None else _missed(within, power),
+        None if within is None else missed(within, power),
     ]
     v2 = periods.value("square").scaled(problem.scales.volts**-2)
     seconds, steps = time.perf_counter() - begin - compiling.seconds, sum(one.steps for one in periods.found)
@@ -99,12 +99,6 @@ def _periods(
         if k >= 2 and (power.bias or 0.0) <= within * abs(power.value):
             break
     return periods
-
-
-def _missed(within: float, power: Value) -> Diagnostic | None:
-    """The warning that an error ``within`` was not reached."""
-    error = None if power.unknown or not power.value else power.known_error95 / abs(power.value)
-    return None if error is not None and error <= within else warning("steady_within", within=within, error=error)
 
 
 def _differences(

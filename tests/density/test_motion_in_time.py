@@ -65,7 +65,8 @@ def test_impact_speeds_of_an_elastic_stop_are_those_of_maxwell():
     speeds = np.linspace(0.1, 1.5, 8)
     law = speeds / warmth * np.exp(-0.5 * speeds**2 / warmth) / math.pi
     assert ours.impacts(speeds) == pytest.approx(law, abs=1e-5)
-    assert ours.harder(0.8) == pytest.approx(math.exp(-0.32 / warmth) / math.pi, rel=1e-4)
+    harder = np.linspace(0.8, 8.0 * math.sqrt(warmth), 4001)
+    assert np.trapezoid(ours.impacts(harder), harder) == pytest.approx(math.exp(-0.32 / warmth) / math.pi, rel=1e-4)
 
 
 def test_rate_between_wells_is_that_of_kramers_and_below_it():

@@ -22,21 +22,8 @@ from harvester.arrays import Floats
 from harvester.cosimulation.lockstep.drive import Drive
 from harvester.cosimulation.lockstep.model_drive import ModelDrive
 from harvester.cosimulation.lockstep.state import DURING, STATE, VECTORS
-from harvester.cosimulation.ngspice.compiled_callbacks import (
-    data_callback,
-    pattern_of,
-    point_function,
-    source_callback,
-    sync_callback,
-)
+from harvester.cosimulation.ngspice import compiled_callbacks, diagnostics
 from harvester.cosimulation.ngspice.deck import Deck
-from harvester.cosimulation.ngspice.diagnostics import (
-    no_step_was_small_enough,
-    why_given_up,
-    why_out_of_time,
-    why_refused,
-    why_stopped,
-)
 from harvester.cosimulation.ngspice.locate_libngspice import REMEDY, code_models, find_library
 from harvester.errors import CircuitError, ConvergenceError, MissingProgramError, OutOfTimeError
 from harvester.machine.system import this_system
@@ -102,13 +89,13 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
             self._send_char_c,
             self._send_stat_c,
             self._exit_c,
-            ffi.cast("SendData *", data_callback.address),
+            ffi.cast("SendData *", compiled_callbacks.data_callback.address),
             self._send_init_data_c,
             self._background_thread_running_c,
             pointer,
         )
-        source = ffi.cast("GetVSRCData *", source_callback.address)
-        sync = ffi.cast("GetSyncData *", sync_callback.address)
+        source = ffi.cast("GetVSRCData *", compiled_callbacks.source_callback.address)
+        sync = ffi.cast("GetSyncData *", compiled_callbacks.sync_callback.address)
         self._ngspice_shared.ngSpice_Init_Sync(source, self._get_isrc_data_c, sync, ffi.NULL, pointer)
 
     def load(self, code_models: Sequence[Path]) -> None:
@@ -148,8 +135,8 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
         """Run a circuit as `run_driven` says."""
         self.state[:] = drive.state
         if isinstance(drive, Drive) and not drive.state["accepted_at"][0]:  # others bring callbacks of their own
-            self.state["accepted_at"] = point_function(
-                pattern_of(drive.coefficients), drive.shaking is not None
+            self.state["accepted_at"] = compiled_callbacks.point_function(
+                compiled_callbacks.pattern_of(drive.coefficients), drive.shaking is not None
             ).address
         self.vectors, self.loaded, self.smoothing, self.nodes = deck.vectors, False, 0.0, {}
         self.series = {}
@@ -166,19 +153,19 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
         end, stuck = now["t"], run.is_alive()
         self.lost = self.lost or stuck
         if stuck and left <= 0.0:
-            error = OutOfTimeError(why_out_of_time(end, drive.duration, seconds))
+            error = OutOfTimeError(diagnostics.why_out_of_time(end, drive.duration, seconds))
             error.so_far = self._so_far()
             raise error
         if stuck:
             step = (end - before["t"]) / max(now["accepted"] - before["accepted"], 1)
-            raise CircuitError(why_given_up(end, drive.duration, step, patience))
+            raise CircuitError(diagnostics.why_given_up(end, drive.duration, step, patience))
         drive.state[:] = self.state
         drive.smoothing, drive.nodes, drive.series = self.smoothing, self.nodes, self.series
         if not self.loaded:
-            raise CircuitError(why_refused(self.messages))
+            raise CircuitError(diagnostics.why_refused(self.messages))
         if end < drive.duration * (1 - 1e-6):
-            kind = ConvergenceError if no_step_was_small_enough(self.messages) else CircuitError
-            raise kind(why_stopped(self.messages, end, drive.duration))
+            kind = ConvergenceError if diagnostics.no_step_was_small_enough(self.messages) else CircuitError
+            raise kind(diagnostics.why_stopped(self.messages, end, drive.duration))
 
     def _progress(self) -> dict[str, float]:
         """How far the present run has come: time (s), kicks, and accepted steps."""

@@ -83,7 +83,7 @@ def steady_estimate(
     diagnostics = [
         *ledger_doubts(2 * [last.ledger]),
         *record_doubts(problem.equations),
-        None if within is None else _missed(within, power, steady),
+        None if within is None else missed(within, power),
         note("comes_back", periods=last.turns, from_before=steady.continued),
         steady.unknown or note("steady_errors"),
         note("tolerance_reused") if steady.unknown is None and steady.reused is not None else None,
@@ -94,13 +94,10 @@ def steady_estimate(
     return estimate(name, problem, v2, power, diagnostics, seconds, steps, details)
 
 
-def _missed(within: float, power: Value, steady: Steady) -> Diagnostic | None:
-    """The warning that an error ``within`` was not reached."""
-    if steady.unknown is not None:
-        return warning("steady_within", within=within, error=None)
-    if power.known_error95 <= within * abs(power.value):
-        return None
-    return warning("steady_within", within=within, error=power.known_error95 / abs(power.value))
+def missed(within: float, power: Value) -> Diagnostic | None:
+    """The warning that a periodic response's power was not known ``within`` an error; None where it is."""
+    error = None if power.unknown or not power.value else power.known_error95 / abs(power.value)
+    return None if error is not None and error <= within else warning("steady_within", within=within, error=error)
 
 
 def motion_details(

@@ -15,7 +15,6 @@ All are relative to one power, the finest engine's for a step of zero, and each 
 so that a bias that is lost in its own error is counted at its upper limit.
 """
 
-import contextlib
 import dataclasses
 import math
 from collections.abc import Sequence
@@ -25,6 +24,7 @@ from harvester.engines import Spice
 from harvester.engines.protocol import AnyScene
 from harvester.equations.problem import Problem
 from harvester.machine.execution import DEFAULT, Execution
+from harvester.machine.progress import working
 from harvester.studies.output_folder import OutputFolder, provenance
 from harvester.studies.work_precision.bias import NONE, Bias
 from harvester.studies.work_precision.cost_table import Cost, CostRow, front
@@ -45,8 +45,7 @@ def cost(scene: AnyScene, *, seed: int = 0, budget: float = 60.0, execution: Exe
     execution.only("cost", "out", "formats", "progress")
     folder = OutputFolder.of(execution)
     problem = Problem.of(scene)
-    with contextlib.closing(execution.progress) as progress:
-        progress.start()
+    with working(execution.progress) as progress:
         measurement = Measurement(problem, seed, budget, progress)
         measurement.measure()
     answer = table_of(measurement)

@@ -19,20 +19,9 @@ from harvester.engines.selection import ENGINES, refusals
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, HarvesterError, SimulationError
 from harvester.machine.progress import NO_PROGRESS, Progress
+from harvester.studies.work_precision import settings
 from harvester.studies.work_precision.ngspice_bias import NgspiceBias, ngspice_bias
 from harvester.studies.work_precision.richardson_ladder import STEP_FACTORS, RichardsonLadder, richardson_ladder
-from harvester.studies.work_precision.settings import (
-    Sampler,
-    alone,
-    ensembles,
-    first_alone,
-    label,
-    paired,
-    resolved,
-    setting,
-    whole,
-    without_each_part,
-)
 
 RESOLVED = 0.15  # of the remaining budget, for the accuracies of an engine whose error is that of its resolution
 CALLS = 5  # of a formula after its first
@@ -93,22 +82,24 @@ class Measurement:
         steady = self.problem.equations.is_steady  # then by itself one periodic response, whose error is no sampling's
         sampled = Spice(trajectories=Spice.TRAJECTORIES) if steady else Spice()
         with_control = self.run(sampled) if self.cheap is not None else None
-        spice_alone = self.run(first_alone(self.cheap.answer.details["burn_in"] if self.cheap is not None else None))
+        spice_alone = self.run(
+            settings.first_alone(self.cheap.answer.details["burn_in"] if self.cheap is not None else None)
+        )
         if self.cheap is not None:
             self.measure_biases(self.cheap, with_control is not None)
             kind, step = type(self.cheap_model), self.cheap.answer.details["step"]
-            self.fill(ensembles(kind, step), 0.25)
+            self.fill(settings.ensembles(kind, step), 0.25)
             if with_control is not None:
-                self.fill(paired(step, self.netlist), 0.4)
-            self.fill(without_each_part(kind, with_control is not None, self.problem), 0.5)
+                self.fill(settings.paired(step, self.netlist), 0.4)
+            self.fill(settings.without_each_part(kind, with_control is not None, self.problem), 0.5)
         if spice_alone is not None:
             d = spice_alone.answer.details
-            self.fill(alone(d["step"], d["duration"], self.netlist and self.cheap is not None), 1.0)
+            self.fill(settings.alone(d["step"], d["duration"], self.netlist and self.cheap is not None), 1.0)
 
     def resolve(self) -> None:
         """Run the engines whose error is that of their resolution at several accuracies."""
         for run in [one for one in self.runs if one.engine.is_resolved]:
-            self.fill(resolved(run.engine), RESOLVED)
+            self.fill(settings.resolved(run.engine), RESOLVED)
 
     @property
     def netlist(self) -> bool:
@@ -137,15 +128,15 @@ class Measurement:
 
     def run(self, engine: Engine) -> Run | None:
         """Run an engine, with noise of its own, and keep its answer or error; None for an error."""
-        self._report(label(engine))
+        self._report(settings.label(engine))
         if isinstance(engine, MonteCarloOptions):
-            own = zlib.crc32(f"{label(engine)} {setting(engine)}".encode())
+            own = zlib.crc32(f"{settings.label(engine)} {settings.setting(engine)}".encode())
             engine = dataclasses.replace(engine, seed=self.seed + own)
         begin = time.perf_counter()
         try:
-            answer = engine.run(self.problem, lambda _: self._report(label(engine)))
+            answer = engine.run(self.problem, lambda _: self._report(settings.label(engine)))
         except CannotServeError as error:
-            self.refused[label(engine)] = error
+            self.refused[settings.label(engine)] = error
             return None
         except HarvesterError as error:
             self.failed.append((engine, error))
@@ -160,7 +151,7 @@ class Measurement:
         self.begin += self.runs[-1].warm_up
         return self.runs[-1]
 
-    def fill(self, engines: "Sequence[Sampler]", share: float) -> None:
+    def fill(self, engines: "Sequence[settings.Sampler]", share: float) -> None:
         """Run those settings that should end within a share of the remaining budget."""
         end = time.perf_counter() + self.left(share)
         for engine in engines:
@@ -168,11 +159,11 @@ class Measurement:
             if self.predicted(engine) < left:
                 self.run(dataclasses.replace(engine, budget=left if engine.within else None))
 
-    def predicted(self, engine: Sampler) -> float:
+    def predicted(self, engine: settings.Sampler) -> float:
         """The seconds of a setting, predicted from what the same engine took at others."""
-        known = {label(run.engine) for run in self.runs}
-        name = label(engine) if label(engine) in known else whole(label(engine))
-        before = [run for run in self.runs if label(run.engine) == name]
+        known = {settings.label(run.engine) for run in self.runs}
+        name = settings.label(engine) if settings.label(engine) in known else settings.whole(settings.label(engine))
+        before = [run for run in self.runs if settings.label(run.engine) == name]
         within = number(engine.within)
         if within is not None:
             return min(run.answer.seconds * max((run.sampling / within) ** 2, 1.0) for run in before)
