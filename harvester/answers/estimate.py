@@ -4,20 +4,18 @@ Some answers hold more: what each probe of the circuit says, and the responses t
 the mass is not linear.
 """
 
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import ClassVar
 
 from harvester import figures
 from harvester.arrays import Floats
 from harvester.equations.power_bound import PowerBound
 from harvester.equations.repeated_shaking import Events
-from harvester.errors import names_arguments
 from harvester.presentation.diagnostic import Diagnostic, has
 from harvester.presentation.result import Result
 from harvester.uncertainty.value import Value
 
 
-@dataclass(frozen=True, repr=False, eq=False)
 class SteadyResponse(Result):
     """A response to a steady drive: its mean power in the answer's unit, and the share of starts that come to it.
 
@@ -35,7 +33,6 @@ class SteadyResponse(Result):
     note: str = ""
 
 
-@dataclass(frozen=True, repr=False, eq=False)
 class ProbeMeans(Result):
     """A quantity of the circuit in its ``unit`` (V, A or W; "" for a nondimensional scene).
 
@@ -61,8 +58,6 @@ PEAKS = "displacement_amplitude", "voltage_amplitude"  # of the response to a ha
 UNSETTLED = ("burn_in_stopped", "mean_while_settling", "ngspice_left_out")
 
 
-@names_arguments
-@dataclass(frozen=True, repr=False, eq=False)
 class Estimate(Result):
     """What an engine found for a scene: mean square voltage and mean power with their errors.
 

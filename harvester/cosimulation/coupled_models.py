@@ -6,7 +6,7 @@ Long because the function and its answer explain their arguments and arrays to u
 import math
 import tempfile
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -36,8 +36,6 @@ MOST_STEPS, MOST_READINGS = 100_000_000, 5_000_000
 OWN = ("time", "voltage", "current", "load_power")  # columns of every answer
 
 
-@names_arguments
-@dataclass(frozen=True, repr=False, eq=False)
 class Cosimulation(TableResult):
     """One path of a model of the user's own, and of its circuit: arrays of shape (n,), one entry for each reading.
 

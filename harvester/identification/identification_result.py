@@ -8,7 +8,7 @@ import numpy as np
 
 from harvester import figures
 from harvester.arrays import Floats
-from harvester.errors import names_arguments, unknown
+from harvester.errors import unknown
 from harvester.identification.fit import Channel, DeviceFit
 from harvester.identification.measurement import Impedance
 from harvester.presentation.columns import columns
@@ -33,8 +33,6 @@ class Parameter:
     what: str
 
 
-@names_arguments
-@dataclass(frozen=True, eq=False, repr=False)
 class IdentificationResult(TableResult):
     """What measurements say of a device.
 

@@ -6,8 +6,9 @@ what it wants beyond the order of its fields it says in class attributes.
 
 import dataclasses
 import warnings
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, dataclass_transform
 
+from harvester.errors import names_arguments
 from harvester.presentation.answer_units import AnswerUnits
 from harvester.presentation.diagnostic import Diagnostic
 from harvester.presentation.glossary import term
@@ -24,8 +25,9 @@ if TYPE_CHECKING:
 HANDLED = frozenset({"diagnostics", "physical"})
 
 
+@dataclass_transform(frozen_default=True, eq_default=False, field_specifiers=(dataclasses.field,))
 class Result:
-    """The base of results.
+    """The base of results: what derives from it is a frozen dataclass, which answers a misspelt keyword with its match.
 
     Of a result's names, its fields but for ``INTERNAL`` ones and then ``DERIVED`` properties, the text shows all but
     ``NOT_SHOWN``, JSON all but ``NOT_IN_JSON`` (under other names where ``JSON_NAMES`` has some; of those ``OPTIONAL``
@@ -43,6 +45,9 @@ class Result:
     JSON_NAMES: ClassVar[dict[str, str]] = {}
     SHORT: ClassVar[tuple[str, ...]] = ("engine", "mean_power")
     RENAMED: ClassVar[dict[str, str]] = {}
+
+    def __init_subclass__(cls, kw_only: bool = False) -> None:
+        names_arguments(dataclasses.dataclass(frozen=True, repr=False, eq=False, kw_only=kw_only)(cls))
 
     if TYPE_CHECKING:
         __dataclass_fields__: ClassVar[dict[str, Any]]

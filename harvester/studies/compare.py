@@ -5,7 +5,6 @@ Long because the comparison of engines and that of paths share their scene and t
 
 import contextlib
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any, ClassVar, Unpack
 
 import numpy as np
@@ -25,10 +24,9 @@ from harvester.errors import (
     MissingProgramError,
     SimulationError,
     UnboundedResponseError,
-    names_arguments,
 )
 from harvester.machine.execution import DEFAULT, Execution, as_in_version_0_1
-from harvester.machine.progress import PartOfProgress
+from harvester.machine.progress import PartOfProgress, working
 from harvester.presentation.diagnostic import Diagnostic, note
 from harvester.presentation.plain import plain
 from harvester.presentation.result import Result, TableResult
@@ -40,7 +38,6 @@ PATHS = 0.1  # of the time that an engine of share 1 takes: the paths that are d
 PATH_DURATION = 100.0  # nondimensional time of the path that is drawn
 
 
-@dataclass(frozen=True, repr=False, eq=False)
 class PathComparison(Result):
     """V on one noise path from three sources, in the scene's units (`unit_names`), arrays of shape (n,).
 
@@ -73,8 +70,6 @@ class PathComparison(Result):
         return _relative_rms(self.decoupled, self.spice)
 
 
-@names_arguments
-@dataclass(frozen=True, repr=False, eq=False)
 class Comparison(TableResult):
     """The answers of the engines that serve a scene, why the others do not, and paths with and without the stop.
 
@@ -215,8 +210,7 @@ def compare(
     estimates: list[Estimate] = []
     refused: dict[str, HarvesterError] = {}
     total, done = sum(one.share_of_time for one in chosen) + PATHS, 0.0
-    with contextlib.closing(execution.progress) as progress:
-        progress.start()
+    with working(execution.progress) as progress:
         for engine in chosen:
             part = PartOfProgress(progress, done / total, engine.share_of_time / total, engine.NAME)
             part.step(0.0)

@@ -8,7 +8,7 @@ Long because the path and its function explain their arrays and arguments to use
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import partial
 from typing import Any, ClassVar
 
@@ -37,8 +37,6 @@ ENGINES = {engine.NAME: engine for engine in (Ensemble, Compiled, Spice)}
 MOST_STEPS = 5_000_000
 
 
-@names_arguments
-@dataclass(frozen=True, repr=False, eq=False)
 class Motion(TableResult):
     """One path of a scene over time, in its units: arrays of shape (n,), one entry for each reading.
 

@@ -47,8 +47,6 @@ ROUNDING, SPARED = 1e-9, 0.9  # of a number; packets over those of the interval,
 DAY, HOUR, MOST_DAYS = 86400.0, 3600.0, 366.0
 
 
-@names_arguments
-@dataclass(frozen=True, repr=False, eq=False)
 class NodeResult(TableResult):
     """What a node does in ``days`` from the beginning on.
 

@@ -5,7 +5,6 @@ Where the text does not print a value, or has lost its sign, the one assumed sta
 Long because it names the curves of nine figures.
 """
 
-import contextlib
 import dataclasses
 import time
 from collections.abc import Iterator, Sequence
@@ -24,7 +23,7 @@ from harvester.averaging.two_scale import densities
 from harvester.averaging.two_scale import law as two_scale
 from harvester.equations.coefficients import Equations
 from harvester.machine.execution import DEFAULT, Execution
-from harvester.machine.progress import PartOfProgress
+from harvester.machine.progress import PartOfProgress, working
 from harvester.presentation.result import TableResult
 from harvester.presentation.table import Column, Table
 from harvester.studies.output_folder import OutputFolder
@@ -88,7 +87,6 @@ class FigurePoint(region.Measured):
     density: float | None = None
 
 
-@dataclass(frozen=True, repr=False, eq=False)
 class PaperFigure(TableResult):
     """A figure that was computed: its number, its title with what was assumed, its points and the seconds they took."""
 
@@ -118,8 +116,7 @@ def draw(numbers: Sequence[str], execution: Execution = DEFAULT) -> list[PaperFi
     """
     execution.only("paper", "out", "formats", "progress")
     folder, drawn = OutputFolder.of(execution), []
-    with contextlib.closing(execution.progress) as progress:
-        progress.start()
+    with working(execution.progress) as progress:
         for index, number in enumerate(numbers):
             part = PartOfProgress(progress, index / len(numbers), 1.0 / len(numbers), f"figure {number}")
             part.start(POINTS[number])

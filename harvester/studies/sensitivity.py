@@ -5,7 +5,6 @@ Of a netlist they come from its compiled circuit (`harvester.studies.circuit_sen
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import ClassVar
 
 from harvester.engines.compiled import Compiled
@@ -24,8 +23,6 @@ from harvester.uncertainty.value import Value
 USUAL = 1e-6  # the relative error of E[V^2] that is aimed at
 
 
-@names_arguments
-@dataclass(frozen=True, repr=False, eq=False)
 class Sensitivity(TableResult):
     """The mean power and its elasticity in each key of the scene: d ln P/d ln key, the largest first.
 

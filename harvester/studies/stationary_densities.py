@@ -6,7 +6,6 @@ Long because the result and its function explain their arrays and arguments to u
 import math
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
@@ -36,8 +35,6 @@ MODES = 12  # least number for the density of the voltage
 SPAN = (0.2, 5.0)  # times the resonance: frequencies of a spectrum
 
 
-@names_arguments
-@dataclass(frozen=True, repr=False, eq=False)
 class Densities(TableResult):
     """The stationary densities of a scene: arrays of shape (n,), whose integrals are 1, and what follows from them.
 

@@ -1,11 +1,9 @@
 """The answer of a charging study: the time to a voltage and its spread, the curve, and the power on the way."""
 
-from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from harvester import figures
 from harvester.arrays import Floats
-from harvester.errors import names_arguments
 from harvester.presentation.diagnostic import Diagnostic
 from harvester.presentation.result import Result, TableResult
 from harvester.presentation.sheet import table_of
@@ -15,7 +13,6 @@ from harvester.uncertainty.value import Value
 FEW = 20  # runs, of which 5 % are less than one
 
 
-@dataclass(frozen=True, repr=False, eq=False)
 class Level(Result):
     """One voltage on the way: the store's energy there, and the times and the power that it takes to get there.
 
@@ -34,8 +31,6 @@ class Level(Result):
     power: Value | None
 
 
-@names_arguments
-@dataclass(frozen=True, repr=False, eq=False)
 class ChargingResult(TableResult):
     """How a circuit charges from empty, in the scene's units.
 

@@ -1,10 +1,8 @@
 """What `harvester design` decides: the circuit with its parts, what it gives, and what else could be."""
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 from harvester.equations.power_bound import PowerBound
-from harvester.errors import names_arguments
 from harvester.presentation.diagnostic import Diagnostic
 from harvester.presentation.result import Result, TableResult
 from harvester.presentation.sheet import table_of
@@ -14,8 +12,6 @@ from harvester.studies.tolerance.distribution import ShareInterval
 from harvester.uncertainty.value import Value
 
 
-@names_arguments
-@dataclass(frozen=True, repr=False, eq=False)
 class DesignCandidate(Result):
     """A circuit that was looked at.
 
@@ -47,8 +43,6 @@ class DesignCandidate(Result):
     meets: bool
 
 
-@names_arguments
-@dataclass(frozen=True, repr=False, eq=False)
 class DesignResult(TableResult):
     """A decision, and the candidates that it was taken from.
 

@@ -1,13 +1,13 @@
 """The largest displacement, voltage and impact over a lifetime, and how that was found."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, ClassVar
 
 from harvester.engines.protocol import AnyScene, served
 from harvester.equations.impact_order import accumulation
 from harvester.equations.problem import Problem
-from harvester.errors import CannotServeError, InputError, invalid, names_arguments, shown
+from harvester.errors import CannotServeError, InputError, invalid, names_arguments, reading, shown
 from harvester.machine.execution import as_in_version_0_1
 from harvester.presentation.diagnostic import Diagnostic, has, note, warning
 from harvester.presentation.plain import plain
@@ -30,8 +30,6 @@ from harvester.uncertainty.value import Value, amount
 WITHIN = 1e-3  # of the density whose first passages are asked for
 
 
-@names_arguments
-@dataclass(frozen=True, repr=False, eq=False)
 class Extremes(TableResult):
     """The levels that a device's displacement, voltage and impacts stay below over a lifetime.
 
@@ -207,12 +205,9 @@ def has_lifetime(problem: Problem) -> bool:
 
 def read_lifetime(lifetime: float | str, problem: Problem) -> float:
     """A lifetime of `SHORTEST` cycles or more, in seconds or in 1/w0; raises InputError for another."""
-    try:
-        found = time(lifetime) if isinstance(lifetime, str) else float(lifetime)
-        if not 0.0 < found < 1e30:
-            raise ValueError("must be a time above 0, such as '5 years'")
-    except ValueError as error:
-        raise InputError(f"`lifetime` {error}, but is {shown(lifetime)}") from None
+    found = reading("`lifetime`", time, lifetime) if isinstance(lifetime, str) else float(lifetime)
+    if not 0.0 < found < 1e30:
+        raise invalid("`lifetime`", "be a time above 0, such as '5 years'", lifetime)
     if isinstance(found, Seconds) and not problem.physical:
         raise InputError(f"`lifetime` must be a number of 1/w0 for a nondimensional scene, but is {shown(lifetime)}")
     least = 2.0 * math.pi * SHORTEST / problem.units.frequency

@@ -2,14 +2,13 @@
 
 import itertools
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
 from harvester import figures
 from harvester.engines.sampling import UNLIKE
-from harvester.errors import names_arguments
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.presentation.result import Result, TableResult
 from harvester.presentation.sheet import table_of
@@ -31,7 +30,6 @@ class Failure(NamedTuple):
     error: str
 
 
-@dataclass(frozen=True, repr=False, eq=False)
 class DirectionPeak(Result):
     """The largest power of one direction, where it is, and the half-power bandwidth there (None: beyond the sweep)."""
 
@@ -46,8 +44,6 @@ class DirectionPeak(Result):
     points: tuple[dict[str, Any], ...]
 
 
-@names_arguments
-@dataclass(frozen=True, repr=False, eq=False)
 class FrequencyResponse(TableResult):
     """A frequency response: the points of the sweep up, then of the sweep down, each in the order in which it was made.
 

@@ -1,6 +1,5 @@
 """One point of a frequency response."""
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 from harvester.presentation.result import Result
@@ -10,7 +9,6 @@ from harvester.uncertainty.value import Value
 GRAVITY = USUAL_UNITS["gravity", "m/s^2"]
 
 
-@dataclass(frozen=True, repr=False, eq=False)
 class ResponsePoint(Result):
     """The response at one frequency (Hz; nondimensional: rad): mean square voltage and mean power in the scene's units.
 

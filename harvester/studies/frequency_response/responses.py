@@ -1,10 +1,8 @@
 """Several frequency responses side by side: of several values of scene keys, such as loads, and by several engines."""
 
-from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from harvester import figures
-from harvester.errors import names_arguments
 from harvester.presentation.answer_units import AnswerUnits
 from harvester.presentation.diagnostic import Diagnostic, note, without_repeats
 from harvester.presentation.result import TableResult
@@ -15,8 +13,6 @@ from harvester.studies.frequency_response.curve import FrequencyResponse
 ONE_EACH = frozenset({"hysteresis", "peak_at_an_end", "peak_between"})  # remarks that many responses count instead
 
 
-@names_arguments
-@dataclass(frozen=True, repr=False, eq=False)
 class FrequencyResponses(TableResult):
     """Responses over the same frequencies, one for each engine and combination of the varied keys' values.
 

@@ -3,14 +3,14 @@
 import dataclasses
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import ClassVar
 
 from harvester.engines.protocol import AnyScene
 from harvester.engines.selection import Named
 from harvester.equations.problem import Problem
-from harvester.errors import HarvesterError, SimulationError, names_arguments
+from harvester.errors import HarvesterError, SimulationError
 from harvester.machine.execution import Execution
 from harvester.netlists.load_circuit import load_circuit
 from harvester.presentation.diagnostic import Diagnostic, has, note, warning
@@ -24,9 +24,7 @@ from harvester.studies.optimum.search import SearchRequest
 from harvester.studies.output_folder import OutputFolder
 
 
-@names_arguments
-@dataclass(frozen=True, repr=False, kw_only=True, eq=False)
-class CircuitChoice(Optimum):
+class CircuitChoice(Optimum, kw_only=True):
     """The optimum of the circuit of most power, and those of the other circuits.
 
     ``best`` is the name of that circuit.  It is None where that cannot be said: the budget of a circuit of less power

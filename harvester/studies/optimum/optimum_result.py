@@ -1,12 +1,11 @@
 """The answer of a search for the largest power: the keys with intervals, the power there, other peaks, what it took."""
 
 from collections import Counter
-from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple
 
 from harvester import figures
 from harvester.answers.estimate import Estimate
-from harvester.errors import HarvesterError, names_arguments
+from harvester.errors import HarvesterError
 from harvester.presentation.diagnostic import Diagnostic, has
 from harvester.presentation.result import Result, TableResult
 from harvester.presentation.table import Column, Table
@@ -25,7 +24,6 @@ NO_INTERVAL = ("no_model_error", "curvature_in_noise", "no_curvature", "not_narr
 CUT_SHORT = ("budget_spent", "search_cut_short", "interval_rough")  # the budget ended before the search did
 
 
-@dataclass(frozen=True, repr=False, eq=False)
 class OptimalKey(Result):
     """A key's best value and its interval (None: see `Optimum.why`); ``boundary`` is the end of the range there."""
 
@@ -56,9 +54,7 @@ class PowerPeak(NamedTuple):
     mean_power: Value
 
 
-@names_arguments
-@dataclass(frozen=True, repr=False, kw_only=True, eq=False)
-class Optimum(TableResult):
+class Optimum(TableResult, kw_only=True):
     """The largest mean power over ranges of keys.
 
     The interval of each key is where the optimum lies: at 95 % for an engine that samples (sampling, shape of the

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from harvester import figures
-from harvester.errors import names_arguments
 from harvester.presentation.diagnostic import Diagnostic, note
 from harvester.presentation.result import TableResult
 from harvester.presentation.table import Column, Table
@@ -27,8 +26,6 @@ class FrontPoint:
     quantity_error95: float | None = None
 
 
-@names_arguments
-@dataclass(frozen=True, repr=False, eq=False)
 class ParetoFront(TableResult):
     """Designs of which none has both more power and a better second quantity, from the best quantity to the most power.
 

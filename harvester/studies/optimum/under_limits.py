@@ -7,7 +7,7 @@ import dataclasses
 import time
 import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import ClassVar
 
 from harvester.engines.cheapest import formula
@@ -15,7 +15,7 @@ from harvester.engines.protocol import AnyScene
 from harvester.engines.selection import Named
 from harvester.engines.selection import engine as engine_of
 from harvester.equations.problem import Problem
-from harvester.errors import InputError, names_arguments
+from harvester.errors import InputError
 from harvester.machine.progress import PartOfProgress, Progress
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.presentation.table import Column, Table
@@ -37,9 +37,7 @@ from harvester.uncertainty.value import Value
 LONG = 4  # times the usual blocks, of the path that checks the best design
 
 
-@names_arguments
-@dataclass(frozen=True, repr=False, kw_only=True, eq=False)
-class RobustOptimum(Optimum):
+class RobustOptimum(Optimum, kw_only=True):
     """The best design for most of the devices, and under limits.
 
     Attributes

@@ -1,7 +1,5 @@
 """Stability of a scene at rest: its top Lyapunov exponent three ways, and the region in which it is stable."""
 
-import contextlib
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -11,7 +9,7 @@ from harvester.engines.protocol import AnyScene
 from harvester.equations.problem import Problem
 from harvester.errors import names_arguments
 from harvester.machine.execution import DEFAULT, Execution, as_in_version_0_1, calls_with_fraction
-from harvester.machine.progress import PartOfProgress
+from harvester.machine.progress import PartOfProgress, working
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.presentation.result import TableResult
 from harvester.presentation.table import Column, Table
@@ -23,8 +21,6 @@ from harvester.uncertainty.value import Value
 EXACT = 1e-9  # relative: an estimated error below is that of the arithmetic
 
 
-@names_arguments
-@dataclass(frozen=True, repr=False, eq=False)
 class Stability(TableResult):
     """The exponent lambda of the growth e^(lambda t) near rest: in 1/s for a physical scene, else nondimensional.
 
@@ -151,8 +147,7 @@ def stability(
     if eqs.mu is not None and lyapunov.memory(eqs) > lyapunov.LONGEST:
         found.append(warning("memory_longer_than_burn_in", longest=lyapunov.LONGEST))
     share = 1.0 if folder is None else 0.2  # of the time
-    with contextlib.closing(execution.progress) as progress:
-        progress.start()
+    with working(execution.progress) as progress:
         part = PartOfProgress(progress, 0.0, share)
         growth = lyapunov.exponent(eqs, np.random.SeedSequence(seed), trajectories, duration, tick=part.step)
         region: list[Edge] = []

@@ -1,13 +1,12 @@
 """The table that a sweep makes: rows of values with all their errors, as labelled data, a text and a figure."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from harvester import figures
-from harvester.errors import names_arguments
 from harvester.presentation.diagnostic import Diagnostic, warning
 from harvester.presentation.glossary import term
 from harvester.presentation.result import TableResult
@@ -21,8 +20,6 @@ if TYPE_CHECKING:
     import xarray
 
 
-@names_arguments
-@dataclass(frozen=True, repr=False, eq=False)
 class SweepTable(TableResult):
     """The rows of a sweep: a row for each point and engine.
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from harvester import figures
 from harvester.arrays import Floats
-from harvester.errors import SimulationError, names_arguments
+from harvester.errors import SimulationError
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.presentation.result import TableResult
 from harvester.presentation.table import Column, Table
@@ -47,8 +47,6 @@ class TornadoBar:
         return self.quantiles[1] - self.quantiles[0]
 
 
-@names_arguments
-@dataclass(frozen=True, repr=False, eq=False)
 class ToleranceResult(TableResult):
     """How mean power and RMS voltage scatter over devices whose parts have tolerances.
 

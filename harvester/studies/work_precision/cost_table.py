@@ -42,7 +42,6 @@ class CostRow:
     error: str = ""
 
 
-@dataclass(frozen=True, repr=False, eq=False)
 class Cost(TableResult):
     """What accuracy costs: all rows, the reference that they are measured against, and the engines that refused.
 
