@@ -18,8 +18,10 @@ mutants = importlib.import_module("mutants")
 same_answers = importlib.import_module("same_answers")
 by_hand = importlib.import_module("peers.by_hand")
 
+from harvester.engines.selection import ENGINES  # noqa: E402
 from harvester.equations.coefficients import Equations  # noqa: E402
 from harvester.mechanics.ensemble.trajectories import Trajectories  # noqa: E402
+from harvester.studies.registry import STUDIES  # noqa: E402
 from tests.support.systems import PAPER, changed  # noqa: E402
 
 pytestmark = pytest.mark.slow
@@ -126,3 +128,12 @@ def test_answers_that_differ_are_found():
     assert wrong(**{"rows.1.power": "gone"}) == ["2 values, there 3"]
     assert wrong(**{"rows.0.power": "gone", "rows.1.power": "gone"})[0] == "keys that are gone: rows.*.power"
     assert wrong(3) == ["exit status 3, there 0: "]
+
+
+def test_answers_of_every_engine_and_study_are_compared():
+    """But for the study `cost`, which measures times."""
+    asked = [words for _, words in same_answers.cases()]
+    by_engine = [words for words in asked if words[0] == "run" and "--engine" in words]
+    assert set(ENGINES) == {words[words.index("--engine") + 1] for words in by_engine}
+    assert {study.name for study in STUDIES} - {"cost"} <= {words[0] for words in asked}
+    assert all((ROOT / "examples" / f"{scene}.toml").exists() for scene in same_answers.RUNS)
