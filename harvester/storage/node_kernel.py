@@ -155,12 +155,14 @@ def follow_node(currents, durations, stops, levels, branches, tries, v, seconds,
         if v >= wake and rose:
             if _alike(v, low, branches[2], at_wake, same):  # what follows is the same each time
                 _repeat(counts, woken, seconds)
-            _copy(counts, woken)
+            for k in range(REPEATED):  # `woken[:] = ...` takes numba seconds, for the words of an error
+                woken[k] = counts[k]
         before[:], on = math.nan, v >= wake
         while on and counts[END] < seconds * DONE:
             if _alike(v, low, branches[2], before, same):
                 _repeat(counts, begun, seconds)
-            _copy(counts, begun)
+            for k in range(REPEATED):
+                begun[k] = counts[k]
             number = tries[taken % len(tries)]
             taken += 1
             v, on, low = _follow_packet(store, drawn, durations, stops, number, v, low, seconds, hours, found)
@@ -179,13 +181,6 @@ def _alike(v, low, inner, others, same):
         others[j + 2] = inner[j]
     others[0], others[1] = v, 1.0 if low else 0.0
     return found
-
-
-@forced
-def _copy(values, into):
-    """Fill an array with the first of some values: ``into[:] = ...`` takes numba seconds, for an error's text."""
-    for k in range(len(into)):
-        into[k] = values[k]
 
 
 @forced

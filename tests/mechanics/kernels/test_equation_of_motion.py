@@ -13,7 +13,7 @@ from harvester.mechanics.kernels import equation_of_motion, intervals, offset_st
 from harvester.mechanics.kernels.coefficients import Coefficients, State
 from harvester.mechanics.kernels.compiled import interpreted
 
-# In plain Python, for compiled each would be a function for each set of effects; that both are the same is tested below.
+# In plain Python, for each set of effects would be compiled anew; that compiled ones are the same is tested below.
 NAMES = "carried", "decayed", "drift", "drift_at_stop", "friction", "impulse", "intensity", "kick", "meeting", "push"
 carried, decayed, drift, drift_at_stop, friction, impulse, intensity, kick, meeting, push = (
     interpreted(getattr(equation_of_motion, name)) for name in NAMES

@@ -140,7 +140,7 @@ def _located(scene, end, h):
 @pytest.mark.parametrize(
     "modes, ball",
     [
-        ((), BALL),
+        pytest.param((), BALL, marks=pytest.mark.thorough("test_energy_and_momentum")),
         pytest.param((SECOND,), BALL.replace(restitution=0.9), marks=pytest.mark.thorough("test_energy_and_momentum")),
     ],
 )
