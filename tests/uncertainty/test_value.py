@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from harvester.errors import InputError
-from harvester.uncertainty.value import Value, clock, mean_and_error
+from harvester.uncertainty.value import Value, clock, mean_and_error, percent
 
 
 def test_other_units():
@@ -91,3 +91,11 @@ def test_times_are_told_as_people_say_them(seconds, told):
 def test_no_number_of_a_size_that_people_say_has_an_exponent(value, unit, told):
     """Nor where its error is larger; times of a minute or more are in minutes, unless known to half a second."""
     assert value.format(unit) == told
+
+
+@pytest.mark.parametrize(
+    ("error", "value", "told"),
+    [(0.05, -2.0, "2.5 %"), (0.0, 3.0, "0 %"), (1e-9, 2.0, "< 0.001 %"), (2.0, 0.01, "20000 %"), (1.99, 2.0, "100 %")],
+)
+def test_an_error_in_percent(error, value, told):
+    assert percent(error, value) == told
