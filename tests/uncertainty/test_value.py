@@ -67,6 +67,8 @@ def test_values_are_ordered_by_their_numbers():
         (99.7, "1 min 40 s"),
         (243.0, "4 min 3 s"),
         (7500.0, "2 h 5 min"),
+        (47.5 * 3600.0, "47 h 30 min"),
+        (48.0 * 3600.0, "2 days"),
         (3e5, "3.47 days"),
         (6.4e8, "20.3 years"),
     ],
