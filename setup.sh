@@ -65,8 +65,9 @@ if [ -z "$library" ] && ! .venv/bin/python -c 'import piezo_harvester_ngspice as
     }
 fi
 
-# Bytecode on all cores, which pip would make on one, and of what may be imported here: not of tests, nor of large parts
-# of packages that nothing here uses. What does not compile is a template, or for another Python: pip leaves it as well.
+# Bytecode on all cores, which pip would make on one, of this package and of what may be imported here: not of tests, nor
+# of large parts of packages that nothing here uses. What does not compile is a template, or for another Python: pip
+# leaves it as well.
 unused='/(tests?|testsuite|benchmarks|_vendored|mypyc?|cuda|jedi|lexers|distutils|pip|setuptools|debugpy|sympy/physics|sympy/stats|dask/array|dask/dataframe|pydantic/v1|playwright/async_api|SALib/sample/.*)/'
-.venv/bin/python -W ignore -m compileall -qq -j 0 -x "$unused" .venv/lib || true
+.venv/bin/python -W ignore -m compileall -qq -j 0 -x "$unused" .venv/lib harvester || true
 wait # for the browser

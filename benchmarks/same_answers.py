@@ -4,7 +4,8 @@ Each checkout has a process of its own, with its own folder as the current one; 
 with the same seeds, short enough that all of them take a few minutes:
 
 - `RUNS`, scenes of every kind, each by all engines, also by those that must refuse it: mean power, errors, steps
-- `COMMANDS`, every other command that computes: the numbers of its JSON, and of the CSV files that it writes
+- `COMMANDS`, every other command that computes, but for `cost`, which measures times: the numbers of its JSON, and of
+  the CSV files that it writes
 
 What is compared: the exit status; every number, exactly, but for those that say how long something took; the keys of
 the JSON and the columns of the CSV files, of which new ones may come and none may go.  Sentences may be worded anew,
@@ -25,6 +26,7 @@ import json
 import math
 import os
 import re
+import shlex
 import subprocess
 import sys
 import tempfile
@@ -32,8 +34,9 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+from harvester.engines.selection import ENGINES
+
 HERE = Path(__file__).parents[1]
-ENGINES = ("published", "averaged", "exact", "ensemble", "ideal", "spice")
 LOAD = "load.resistance=100k:1M"
 TIMES = re.compile(r"seconds|\.cost|throughput|version|path", re.IGNORECASE)  # what no seed decides
 
@@ -60,8 +63,13 @@ RUNS = {
     "bimorph_machine": "1",
     "bimorph_sshc": "0.2",
     "stonehenge": "2",
+    "bimorph_ltc3588": "0.5",
+    "bimorph_board": "0.5",
+    "two_modes_with_stop": "1",
+    "magnifier": "1",
 }
-EFFORT = {"ensemble": ("--trajectories", "32"), "ideal": ("--trajectories", "32"), "spice": ("--trajectories", "3")}
+EFFORT = {"ensemble": "32", "ideal": "32", "compiled": "16", "spice": "3"}  # trajectories; others take none
+WITHIN = {"density": "1%"}
 
 # Name: the words behind `harvester`; {out} is an empty folder of the case.
 COMMANDS = {
@@ -101,6 +109,11 @@ COMMANDS = {
     "record": "record examples/shake.csv --out {out}/clean.csv --json",
     "paper": "paper 3 --out {out}",
     "export": "export examples/plate_with_stop.toml --out {out}/device.lib",
+    "extremes": "extremes examples/plate_with_stop.toml --lifetime 1h --seed 3 --json",
+    "densities": "densities examples/plate_with_stop.toml --within 1% --seed 3 --json",
+    "node": "node examples/bimorph_packets.toml --days 0.02 --seed 3 --json",
+    "design": "design examples/bimorph_sensor.toml --needs '40 uW at 3.3 V' --circuits bridge --seed 3 --json",
+    "sensitivity": "run examples/plate_with_stop.toml --engine density --within 1% --sensitivity --json",
     "keys": "keys --json",
     "new": "new --mass 40g --stiffness 16N/m --damping-ratio 0.004 --capacitance 50.2nF --coupling 1e-3 "
     "--acceleration-psd 1e-5g^2/Hz --resistance 1Mohm --json {out}/mine.toml",
@@ -232,10 +245,11 @@ def cases():
     for (scene, duration), engine in itertools.product(RUNS.items(), ENGINES):
         words = ["run", f"examples/{scene}.toml", "--engine", engine, "--json"]
         if engine in EFFORT:
-            words += ["--seed", "3", "--duration", duration, *EFFORT[engine]]
+            words += ["--seed", "3", "--duration", duration, "--trajectories", EFFORT[engine]]
+        words += ["--within", WITHIN[engine]] if engine in WITHIN else []
         yield f"run {scene} by {engine}", words
     for name, text in COMMANDS.items():
-        yield name, text.split()
+        yield name, shlex.split(text)
 
 
 def main():

@@ -13,6 +13,7 @@ from harvester.machine.imports import search_garbage_rarely
 from tests.support.judge import asked
 
 os.environ.update(ONE_THREAD)  # as the program does, before NumPy is loaded
+os.environ["NUMBA_DISABLE_ERROR_MESSAGE_HIGHLIGHTING"] = "1"  # of overloads that do not fit
 gc.disable()  # while tests are collected
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # as in the background of a script: programs must hear their ^C
     signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -155,12 +155,14 @@ def follow_node(currents, durations, stops, levels, branches, tries, v, seconds,
         if v >= wake and rose:
             if _alike(v, low, branches[2], at_wake, same):  # what follows is the same each time
                 _repeat(counts, woken, seconds)
-            woken[:] = counts[:REPEATED]
+            for k in range(REPEATED):  # `woken[:] = ...` takes numba seconds, for the words of an error
+                woken[k] = counts[k]
         before[:], on = math.nan, v >= wake
         while on and counts[END] < seconds * DONE:
             if _alike(v, low, branches[2], before, same):
                 _repeat(counts, begun, seconds)
-            begun[:] = counts[:REPEATED]
+            for k in range(REPEATED):
+                begun[k] = counts[k]
             number = tries[taken % len(tries)]
             taken += 1
             v, on, low = _follow_packet(store, drawn, durations, stops, number, v, low, seconds, hours, found)
@@ -176,7 +178,8 @@ def _alike(v, low, inner, others, same):
     found = abs(v - others[0]) < same and others[1] == (1.0 if low else 0.0)
     for j in range(len(inner)):
         found = found and abs(inner[j] - others[j + 2]) < same
-    others[0], others[1], others[2:] = v, 1.0 if low else 0.0, inner
+        others[j + 2] = inner[j]
+    others[0], others[1] = v, 1.0 if low else 0.0
     return found
 
 

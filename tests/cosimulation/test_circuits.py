@@ -170,8 +170,20 @@ def best_load(name, w=W):
     return BEST[name][0] / (w * CP)
 
 
-@pytest.mark.parametrize("share, motion", [(0.3, ()), (1.0, ()), (3.0, ()), (1.0, (-8.0, 50.0))])
-@pytest.mark.parametrize("name", FORMS)
+PLACES = (0.3, ()), (1.0, ()), (3.0, ()), (1.0, (-8.0, 50.0))
+
+
+@pytest.mark.parametrize(
+    "name, share, motion",
+    [
+        pytest.param(
+            *(name, *place),
+            marks=pytest.mark.thorough("test_voltage_of_the_load") if "sshi" in name and place in PLACES[2:] else (),
+        )
+        for name in FORMS
+        for place in PLACES
+    ],
+)
 def test_voltage_of_the_load(name, share, motion):
     """Vdc of bridge, doubler, parallel and series SSHI at a third, once and three times the best load.
 

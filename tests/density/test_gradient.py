@@ -72,7 +72,7 @@ def test_elasticities_add_up_to_what_units_ask_for():
 
 
 def test_the_largest_stands_first_and_the_table_has_units():
-    found = hv.sensitivity("examples/plate_with_stop.toml", within=1e-4)
+    found = hv.sensitivity("examples/plate_with_stop.toml", within=1e-3)
     sizes = [abs(one.value) for one in found.elasticities]
     assert sizes == sorted(sizes, reverse=True)
     assert found.keys[0] == "stop.restitution"

@@ -5,12 +5,13 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import harvester as hv
-from harvester.equations.bounds import check_bounded, strongest_feed
+from harvester.equations.bounds import barriers, check_bounded, strongest_feed
 from harvester.equations.coefficients import Equations
 from harvester.errors import InputError, SimulationError, UnboundedResponseError
 from harvester.mechanics.ensemble.burn_in import burn_in
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.moments import check_stationary
+from tests.support.systems import changed
 
 SEED = np.random.SeedSequence(20261122)
 FILTERED = {"coloured": 0.01, "correlation_time": 1e-8}
@@ -89,3 +90,11 @@ def test_a_softening_spring_under_a_sinusoid_is_served_while_it_holds_the_mass()
     assert abs(found.value - true) < found.error95 + 1e-4 * true < 0.02 * true
     with pytest.raises(UnboundedResponseError):
         hv.Ensemble(trajectories=64).run(hv.Scene(nondimensional=hv.Nondimensional(**table | {"drive": 2.0})))
+
+
+def test_barriers_are_the_tops_between_resting_places():
+    """x (1 - x) (1 - 2 x) has its top at 1/2, x^3 - x at 0; beyond a stop there is none."""
+    assert barriers(Equations(alpha2=-3.0, alpha=2.0)) == pytest.approx([0.5])
+    wells = Equations(linear=-1.0, alpha=1.0)
+    assert barriers(wells) == pytest.approx([0.0])
+    assert len(barriers(changed(wells, restitution=0.9))) == 0

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from harvester.averaging.published.stationary import mean_square_voltage
 from harvester.equations.coefficients import Equations
 from harvester.equations.effects import EFFECTS, THEORIES
+from harvester.equations.problem import Problem
 from harvester.equations.scales import Scales, natural_length, scales
 from harvester.errors import InputError
 from harvester.scene.nondimensional import Nondimensional
@@ -270,3 +271,10 @@ def test_every_coefficient_belongs_to_an_effect():
     named = {effect.coefficient for effect in EFFECTS}
     assert named | parameters == {field.name for field in dataclasses.fields(Equations)}
     assert all(set(effect.known_to) <= set(THEORIES) for effect in EFFECTS)
+
+
+@pytest.mark.parametrize(("name", "unit"), [("plate", "n1"), ("plate_harmonic", "drive"), ("plate_recorded", "record")])
+def test_the_shaking_is_the_unit_of_length(name, unit):
+    """White noise has N1 = 1, a drive the amplitude 1, a record the RMS 1, so that all numbers are of order one."""
+    found = getattr(Problem(load(ROOT / "examples" / f"{name}.toml")).equations, unit)
+    assert getattr(found, "rms", found) == pytest.approx(1.0)

@@ -15,11 +15,14 @@ from tests.support.paths import ROOT
 sys.path.append(str(ROOT / "benchmarks"))
 effects = importlib.import_module("effects")
 mutants = importlib.import_module("mutants")
+random_mutants = importlib.import_module("random_mutants")
 same_answers = importlib.import_module("same_answers")
 by_hand = importlib.import_module("peers.by_hand")
 
+from harvester.engines.selection import ENGINES  # noqa: E402
 from harvester.equations.coefficients import Equations  # noqa: E402
 from harvester.mechanics.ensemble.trajectories import Trajectories  # noqa: E402
+from harvester.studies.registry import STUDIES  # noqa: E402
 from tests.support.systems import PAPER, changed  # noqa: E402
 
 pytestmark = pytest.mark.slow
@@ -126,3 +129,25 @@ def test_answers_that_differ_are_found():
     assert wrong(**{"rows.1.power": "gone"}) == ["2 values, there 3"]
     assert wrong(**{"rows.0.power": "gone", "rows.1.power": "gone"})[0] == "keys that are gone: rows.*.power"
     assert wrong(3) == ["exit status 3, there 0: "]
+
+
+def test_answers_of_every_engine_and_study_are_compared():
+    """But for the study `cost`, which measures times."""
+    asked = [words for _, words in same_answers.cases()]
+    by_engine = [words for words in asked if words[0] == "run" and "--engine" in words]
+    assert set(ENGINES) == {words[words.index("--engine") + 1] for words in by_engine}
+    assert {study.name for study in STUDIES} - {"cost"} <= {words[0] for words in asked}
+    assert all((ROOT / "examples" / f"{scene}.toml").exists() for scene in same_answers.RUNS)
+
+
+def test_random_mutants_are_small_changes_that_python_takes():
+    """One of each kind, where it stands; docstrings, annotations and texts stay."""
+    body = b"if x < 2 and x:\n  x += 1\n g(x)\n return '1' + x * 0.5\n"
+    text = b'def f(x: int = 3):\n """A < 1."""\n ' + body
+    found = {text[begin:end].decode(): (new, line) for begin, end, new, line in random_mutants.changes(text)}
+    assert found == {
+        " and ": (" or ", 3), " < ": (" >= ", 3), "2": ("3", 3), "x += 1": ("pass", 4), "1": ("2", 4),
+        "g(x)": ("pass", 5), " * ": (" / ", 6), "0.5": ("0.625", 6),
+    }  # fmt: skip
+    for begin, end, new, _ in random_mutants.changes(text):
+        compile(text[:begin] + new.encode() + text[end:], "mutant", "exec")

@@ -31,7 +31,7 @@ def many(count, n, correlation, error, square=False):
 
 
 @pytest.mark.statistics
-@pytest.mark.parametrize("n", [8, 16])
+@pytest.mark.parametrize("n", [8, pytest.param(16, marks=pytest.mark.thorough("test_no_bias"))])
 def test_no_bias(n):
     """The best weight is unknown and high is not linear in low; a weight of the same pairs would be 16 sigma off."""
     values = np.array([one.value.value for one in many(2500, n, 0.9, 0.1, square=True)])
@@ -39,7 +39,7 @@ def test_no_bias(n):
 
 
 @pytest.mark.statistics
-@pytest.mark.parametrize("correlation", [0.0, 0.999])
+@pytest.mark.parametrize("correlation", [pytest.param(0.0, marks=pytest.mark.thorough("test_stated_error")), 0.999])
 def test_stated_error(correlation):
     """The 95 % interval with Student's quantile holds the truth in 95 % of the cases, with 16 pairs as with many.
 

@@ -1,8 +1,10 @@
 """The limit of numbers at halved steps, and what its error is where the order holds and where it does not."""
 
+import numpy as np
 import pytest
 
-from harvester.uncertainty.richardson import limit
+from harvester.uncertainty.richardson import extrapolated, limit, step_bias
+from harvester.uncertainty.value import mean_and_error
 
 
 def test_second_order_is_extrapolated():
@@ -22,3 +24,15 @@ def test_no_order_no_extrapolation(values):
 
 def test_equal_numbers_have_no_error():
     assert limit([1.5, 1.5, 1.5]) == (1.5, 0.0)
+
+
+def test_three_steps_tell_both_parts_of_the_bias():
+    """Of orders 1 and 2, entry by entry; with opposite signs they count as if they had one, each entry with both."""
+    rng = np.random.default_rng(4)
+    truth, first, second = 2.0 + rng.normal(size=60), 1.0 + rng.normal(size=60), -3.0 + rng.normal(size=60)
+    values = [truth + first * h + second * h**2 for h in (0.1, 0.2, 0.4)]
+    assert extrapolated(values, 1.0) == pytest.approx(mean_and_error(truth))
+    bias, error = step_bias(values, 1.0)
+    assert bias == pytest.approx(0.1 * first.mean() - 0.01 * second.mean())
+    assert error == pytest.approx(mean_and_error(0.1 * first + 0.01 * second)[1])
+    assert step_bias(values[:2], 1.0) == pytest.approx(mean_and_error(0.1 * first + 0.03 * second))

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from harvester.errors import InputError
-from harvester.uncertainty.value import Value, clock, mean_and_error
+from harvester.uncertainty.value import Value, clock, mean_and_error, percent
 
 
 def test_other_units():
@@ -67,6 +67,8 @@ def test_values_are_ordered_by_their_numbers():
         (99.7, "1 min 40 s"),
         (243.0, "4 min 3 s"),
         (7500.0, "2 h 5 min"),
+        (47.5 * 3600.0, "47 h 30 min"),
+        (48.0 * 3600.0, "2 days"),
         (3e5, "3.47 days"),
         (6.4e8, "20.3 years"),
     ],
@@ -91,3 +93,11 @@ def test_times_are_told_as_people_say_them(seconds, told):
 def test_no_number_of_a_size_that_people_say_has_an_exponent(value, unit, told):
     """Nor where its error is larger; times of a minute or more are in minutes, unless known to half a second."""
     assert value.format(unit) == told
+
+
+@pytest.mark.parametrize(
+    ("error", "value", "told"),
+    [(0.05, -2.0, "2.5 %"), (0.0, 3.0, "0 %"), (1e-9, 2.0, "< 0.001 %"), (2.0, 0.01, "20000 %"), (1.99, 2.0, "100 %")],
+)
+def test_an_error_in_percent(error, value, told):
+    assert percent(error, value) == told

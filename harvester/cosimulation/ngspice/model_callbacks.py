@@ -18,7 +18,7 @@ from harvester.cosimulation.lockstep.any_mechanics import Functions, ModelRecord
 from harvester.cosimulation.lockstep.model_drive import ModelDrive
 from harvester.cosimulation.lockstep.state import STATE, Point
 from harvester.cosimulation.ngspice.compiled_callbacks import _F8, _I4, _STATE_POINTER, _coefficients, _pointer
-from harvester.mechanics.kernels.compiled import COMPILER, interpreted, strict
+from harvester.mechanics.kernels.compiled import COMPILER, PART, STRICT, interpreted, strict
 
 
 def never(m: Any, at: Any, h: float) -> float:
@@ -60,7 +60,7 @@ def _number_as_written(function: Any) -> Any:
         function = python_types.FunctionType(
             function.__code__, names, function.__name__, function.__defaults__, function.__closure__
         )
-    return numba.njit(error_model="numpy", fastmath=False, **COMPILER)(function)
+    return numba.njit(**STRICT, **PART)(function)
 
 
 @cache
@@ -83,7 +83,7 @@ def compiled(kind: Any, state_kind: Any, absent: tuple[bool, ...]) -> tuple[Any,
 
         return made(values), codegen
 
-    @numba.njit(**COMPILER)
+    @numba.njit(**PART)
     def floats(values):
         return _as_floats(values)
 

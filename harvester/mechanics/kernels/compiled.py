@@ -37,6 +37,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 # The compiler may contract and reorder, but nan and infinity keep their meaning (no `nnan`,
 # no `ninf`): a response that blows up must be seen.
 FLAGS: dict[str, Any] = {"fastmath": {"contract", "reassoc", "nsz", "arcp"}, "error_model": "numpy"}
+STRICT: dict[str, Any] = {"fastmath": False, "error_model": "numpy"}
 DECORATED = re.compile(rb"^ *(@(kernel|inlined|forced|c_function|intrinsic)\b|class \w+\(NamedTuple\))", re.MULTILINE)
 
 
@@ -136,18 +137,18 @@ class _Part(CPUDispatcher):
 
     def __call__(self, *arguments: Any, **named: Any) -> Any:
         """What the function gives."""
-        return _alone(self.py_func)(*arguments, **named)
+        return _alone(self)(*arguments, **named)
 
 
 @cache
-def _alone(function: Callable[..., Any]) -> Any:
-    """A function compiled to be called from Python."""
-    return njit(**COMPILER, **FLAGS)(function)
+def _alone(part: _Part) -> Any:
+    """A part compiled to be called from Python."""
+    return kernel(part.py_func) if part.targetoptions["fastmath"] else njit(**COMPILER, **STRICT)(part.py_func)
 
 
-def _part(function: F, **options: Any) -> F:
+def _part(function: F, flags: dict[str, Any] = FLAGS, **options: Any) -> F:
     """Compile a function as a part of kernels."""
-    made = njit(**options, **PART, **FLAGS)(function)
+    made = njit(**options, **PART, **flags)(function)
     made.__class__ = _Part
     return made  # type: ignore[no-any-return]
 
@@ -193,9 +194,9 @@ def strict(function: Any) -> Any:
     """A compiled function, and those that it calls, compiled as written: no reordered sums, no fused multiply-add.
 
     It rounds as Python does, so that a path of ngspice, whose iterations amplify a last digit to its
-    tolerance, is the same to all digits with compiled and with interpreted callbacks.
+    tolerance, is the same to all digits with compiled and with interpreted callbacks.  It is a part of C functions.
     """
-    return njit(error_model="numpy", fastmath=False, **COMPILER)(_rebuilt(function, strict))
+    return _part(_rebuilt(function, strict), STRICT)
 
 
 def _rebuilt(function: Any, rebuild: Callable[[Any], Any]) -> types.FunctionType:

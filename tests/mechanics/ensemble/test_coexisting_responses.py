@@ -34,7 +34,11 @@ RECORDED = dataclasses.replace(
 )
 
 
-@pytest.mark.parametrize("eqs", [DRIVEN, RECORDED], ids=["harmonic", "recorded"])
+@pytest.mark.parametrize(
+    "eqs",
+    [DRIVEN, pytest.param(RECORDED, marks=pytest.mark.thorough("test_a_path_goes_on_from_a_section"))],
+    ids=["harmonic", "recorded"],
+)
 def test_a_path_goes_on_from_a_section(eqs):
     """A period later it is where it began, with the shaking that its part of a period says; with another it is not."""
     trajectories = Trajectories(eqs, 8, np.random.SeedSequence(3), h=0.01)

@@ -100,7 +100,11 @@ def test_plain_and_controlled_means_agree_after_a_burn_in():
 
 @pytest.mark.parametrize(
     ("eqs", "entries"),
-    [(PAPER, 128), (changed(PAPER, restitution=0.7), 128), (LINEAR, 256)],
+    [
+        (PAPER, 128),
+        pytest.param(changed(PAPER, restitution=0.7), 128, marks=pytest.mark.thorough("test_intervals_hold")),
+        pytest.param(LINEAR, 256, marks=pytest.mark.thorough("test_intervals_hold")),
+    ],
     ids=["paper", "r=.7", "linear"],
 )
 def test_intervals_hold(eqs, entries):

@@ -26,7 +26,7 @@ def stationary(eqs, circuit, count, seed=1):
 
 def test_absent_when_not_asked_for():
     seed = np.random.SeedSequence(3)
-    plain, wished = (Trajectories(PLATE, 64, seed, 0.1, circuit=BRIDGE, controlled=w).run(40.0) for w in (False, True))
+    plain, wished = (Trajectories(STOP, 64, seed, 0.1, circuit=SSHI, controlled=w).run(40.0) for w in (False, True))
     assert plain.controls is None
     assert wished.controls.shape == (64, 18)
     np.testing.assert_allclose(plain.load, wished.load, rtol=1e-9)
@@ -38,7 +38,7 @@ OTHERS = pytest.mark.thorough("test_power_is_worth_many_times_as_many_trajectori
 @pytest.mark.parametrize(
     "eqs, circuit, floor",
     [
-        pytest.param(PLATE, BRIDGE, 25.0, id="bridge"),
+        pytest.param(PLATE, BRIDGE, 25.0, id="bridge", marks=OTHERS),
         pytest.param(STOP, BRIDGE, 20.0, id="bridge-stop", marks=OTHERS),
         pytest.param(STOP, SSHI, 8.0, id="sshi-stop"),
     ],

@@ -9,21 +9,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad, solve_ivp
 
+from harvester.mechanics.kernels import equation_of_motion, intervals, offset_stops
 from harvester.mechanics.kernels.coefficients import Coefficients, State
-from harvester.mechanics.kernels.equation_of_motion import (
-    carried,
-    decayed,
-    drift,
-    drift_at_stop,
-    friction,
-    impulse,
-    intensity,
-    kick,
-    meeting,
-    push,
+from harvester.mechanics.kernels.compiled import interpreted
+
+# In plain Python, for each set of effects would be compiled anew; that compiled ones are the same is tested below.
+NAMES = "carried", "decayed", "drift", "drift_at_stop", "friction", "impulse", "intensity", "kick", "meeting", "push"
+carried, decayed, drift, drift_at_stop, friction, impulse, intensity, kick, meeting, push = (
+    interpreted(getattr(equation_of_motion, name)) for name in NAMES
 )
-from harvester.mechanics.kernels.intervals import interval
-from harvester.mechanics.kernels.offset_stops import kick_at_stops
+interval, kick_at_stops = interpreted(intervals.interval), interpreted(offset_stops.kick_at_stops)
 
 
 @pytest.mark.parametrize("z", [0.0, 1e-12, 1e-6, 1e-3, 0.1, 1.0, 5.0, 20.0, 31.0, 100.0])
@@ -147,9 +142,9 @@ def test_a_lone_noise_needs_no_other_variate():
 def test_compiled_and_interpreted_step_agree():
     c = Coefficients(alpha=0.5, beta=0.05, c1=0.01, c2=0.05, c3=0.1, n1=0.01, n2=0.02, n12=0.003)
     arguments = State(0.7, -0.4, 0.2), 1.3, 0.1, c
-    assert kick(*arguments) == pytest.approx(kick.py_func(*arguments), rel=1e-14)
+    assert equation_of_motion.kick(*arguments) == pytest.approx(kick(*arguments), rel=1e-14)
     arguments = State(0.01, -0.4, 0.2), interval(0.1, 0.1, 0.05), 0.05, 0.96
-    for one, other in zip(drift(*arguments), drift.py_func(*arguments), strict=True):
+    for one, other in zip(equation_of_motion.drift(*arguments), drift(*arguments), strict=True):
         assert one == pytest.approx(other, rel=1e-14)
 
 

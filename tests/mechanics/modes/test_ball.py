@@ -1,6 +1,7 @@
 """A free ball in a box on the mass: energy and momentum, bounces in closed form, and exact flow between impacts."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -34,6 +35,14 @@ def test_energy_and_momentum():
     assert speeds @ modes.base == pytest.approx(start[2:4] @ modes.base, rel=1e-9)
     places = path.coordinates[:, 0] @ modes.contact
     assert np.abs(places).max() <= 0.3 * (1.0 + 1e-9)
+
+
+def test_a_ball_is_carried_where_it_and_its_box_are_shaken_alike():
+    """What shakes them alike moves neither towards the other; so it is in every scene."""
+    assert Problem(BEAM.replace(mode=(), ball=BALL)).equations.modes.is_carried
+    other = Modes((0.0, 0.0), (0.0, 0.0), (1.0, 0.0), (1.0, 0.5), (1.0, 0.3), pull=0.0)
+    assert not other.is_carried and not replace(other, base=(0.3, -1.0), pull=None).is_carried
+    assert replace(other, base=(0.3, -1.0)).is_carried
 
 
 @pytest.mark.thorough("test_energy_and_momentum")
@@ -140,7 +149,7 @@ def _located(scene, end, h):
 @pytest.mark.parametrize(
     "modes, ball",
     [
-        ((), BALL),
+        pytest.param((), BALL, marks=pytest.mark.thorough("test_energy_and_momentum")),
         pytest.param((SECOND,), BALL.replace(restitution=0.9), marks=pytest.mark.thorough("test_energy_and_momentum")),
     ],
 )
