@@ -54,7 +54,7 @@ def check_size(parts: Iterable[CircuitPart]) -> None:
 
 
 def check_parts(parts: Iterable[CircuitPart]) -> None:
-    """Raise InputError for elements without a path to the piezo, sources of voltage in a loop or across it, no Rload."""
+    """Raise InputError for elements without a path to the piezo, loops of sources of voltage, and an Rload of 0."""
     paths, sources = _Groups(), _Groups()
     paths.join("p", "0")
     parts, shorted = list(parts), False

@@ -175,7 +175,7 @@ def test_a_defect_of_ours_is_one_line_too(harvester, monkeypatch):
     )
 
 
-NO_MORE = "more threads and processes may start after ulimit -u with a larger number"
+NO_MORE = "ulimit -u sets how many threads and processes may start"
 
 
 @pytest.mark.parametrize(
