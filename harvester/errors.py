@@ -122,8 +122,9 @@ def named(error: Exception) -> HarvesterError:
         return error
     if isinstance(error, MemoryError):
         return SimulationError("there is not enough memory: try fewer `trajectories`, `workers` or a longer `dt`")
-    # a full disk behind stdout; a library that is not loaded; no more threads, as of `ulimit -u`
-    if isinstance(error, OSError | ImportError) or error.args == NO_THREAD:
+    if isinstance(error, BlockingIOError) or error.args == NO_THREAD:
+        return SimulationError(f"the system refused: {error}; ulimit -u sets how many threads and processes may start")
+    if isinstance(error, OSError | ImportError):  # a full disk behind stdout; a library that is not loaded
         return SimulationError(f"the system refused: {error}")
     what = f"{type(error).__name__}: {error}"
     return SimulationError(f"internal error, please report it: {what} (HARVESTER_TRACEBACK=1 shows where)")

@@ -129,7 +129,12 @@ class Estimate(Result):
     def is_sound(self) -> bool:
         """Whether it may stand beside others: it has settled, was not cut off, and some error of it is known."""
         power = self.mean_power
-        return not has(self.diagnostics, *UNSETTLED) and (power.error95 is not None or power.known_error95 > 0.0)
+        return self.has_settled and (power.error95 is not None or power.known_error95 > 0.0)
+
+    @property
+    def has_settled(self) -> bool:
+        """Whether it is of a response that has settled, and that was not cut off."""
+        return not has(self.diagnostics, *UNSETTLED)
 
     @property
     def energy_per_event(self) -> Value | None:

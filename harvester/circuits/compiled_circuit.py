@@ -18,7 +18,7 @@ from harvester.circuits.newton import Solver
 from harvester.circuits.parts import CircuitPart, parts_of
 from harvester.circuits.reduction import Reduction
 from harvester.circuits.solvability import check_parts, check_size
-from harvester.circuits.stamps import stamp
+from harvester.circuits.stamps import stamp, value_of
 from harvester.circuits.substeps import CIRCUIT, DID, GAMMA, LEVELS, TOLD, Own, follow
 from harvester.circuits.system import System
 from harvester.equations.coefficients import Equations
@@ -72,7 +72,7 @@ class CompiledCircuit:
         check_size(parts.values())
         self.system = system_of(parts, scales.capacitance)
         rload, store = parts["rload"], parts.get("csmooth")
-        self.resistance = resistance_of(rload)
+        self.resistance = value_of(rload, "r", "resistance")
         across = self.system.across
         told = [across("p", "0"), across(*store.nodes[:2]) if store is not None else {}, across(*rload.nodes[:2])]
         self.reduction = Reduction(self.system, told, self._tau(TYPICAL))
@@ -244,13 +244,6 @@ class CompiledCircuit:
         found["least"], found["tolerance"] = LEAST * s.volts, min(finest, self.tolerance)
         found["charge"], found["seconds"] = s.capacitance * s.volts, h / s.frequency
         return found, arrays
-
-
-def resistance_of(part: CircuitPart) -> float:
-    """The resistance of Rload."""
-    options = part.options
-    given = [options[name] for name in ("r", "resistance") if name in options]
-    return given[0] if given else part.number(part.words[0])
 
 
 def compiled_circuit(load: LoadCircuit, scales: Scales, tolerance: float = TOLERANCE) -> CompiledCircuit:

@@ -1,9 +1,10 @@
 """Netlists that have no solution, or none that can be computed: one line each, which names the element."""
 
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
 
 from harvester.circuits.parts import CircuitPart, UnservedError, parts_of
-from harvester.circuits.stamps import stamp
+from harvester.circuits.stamps import stamp, value_of
 from harvester.circuits.system import System
 from harvester.errors import InputError
 from harvester.netlists.load_circuit import LoadCircuit
@@ -53,10 +54,10 @@ def check_size(parts: Iterable[CircuitPart]) -> None:
 
 
 def check_parts(parts: Iterable[CircuitPart]) -> None:
-    """Raise InputError for an element without a path to the piezo, and sources of voltage in a loop or across it."""
+    """Raise InputError for elements without a path to the piezo, loops of sources of voltage, and an Rload of 0."""
     paths, sources = _Groups(), _Groups()
     paths.join("p", "0")
-    parts = list(parts)
+    parts, shorted = list(parts), False
     for part in parts:
         if part.kind not in _NO_PATH:
             for other in part.nodes[1:]:
@@ -77,6 +78,10 @@ def check_parts(parts: Iterable[CircuitPart]) -> None:
                     f"{part.where} must have a path to the piezo, but its node {node!r} has none: connect it by an "
                     "element"
                 )
+        with suppress(InputError):  # a value that cannot be read here is left to ngspice
+            shorted = shorted or (part.name == "rload" and value_of(part, "r", "resistance") == 0.0)
+    if shorted:
+        raise InputError("netlist element rload must be above 0 ohm, but is 0, where no power goes to it")
 
 
 def sets_voltage(part: CircuitPart) -> bool:

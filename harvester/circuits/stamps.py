@@ -38,7 +38,7 @@ def stamp(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) -
     _STAMPS[part.kind](part, system, parts)
 
 
-def _value(part: CircuitPart, *names: str) -> float:
+def value_of(part: CircuitPart, *names: str) -> float:
     """The value of a resistor, capacitor or coil."""
     options = part.options
     for name in names:
@@ -58,13 +58,13 @@ def _value(part: CircuitPart, *names: str) -> float:
 
 
 def _resistor(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) -> None:
-    resistance = _value(part, "r", "resistance") or LEAST_RESISTANCE
+    resistance = value_of(part, "r", "resistance") or LEAST_RESISTANCE
     row = system.across(*part.nodes[:2])
     system.add(row, row, part.options.get("m", 1.0) / resistance)
 
 
 def _capacitor(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) -> None:
-    capacitance = _value(part, "c", "capacitance") * part.options.get("m", 1.0)
+    capacitance = value_of(part, "c", "capacitance") * part.options.get("m", 1.0)
     row = system.across(*part.nodes[:2])
     if capacitance != 0.0 and row:
         charge = {k: v * capacitance for k, v in row.items()}
@@ -91,7 +91,7 @@ def _inductor(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart
 
 
 def _inductance(part: CircuitPart) -> float:
-    return _value(part, "l", "inductance") / part.options.get("m", 1.0)
+    return value_of(part, "l", "inductance") / part.options.get("m", 1.0)
 
 
 def _coupled(part: CircuitPart) -> tuple[str, str]:

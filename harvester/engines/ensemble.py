@@ -184,7 +184,7 @@ class Ensemble(MonteCarloOptions, Engine):
             model.eqs, count, seed, self.step(unit), circuit=model.circuit, controlled=self.CONTROLS
         )
         with compilation() as first:
-            compile_pair(trajectories)
+            compile_pair(trajectories, number(self.budget))
         begin += first.seconds
         compiled = first.seconds if 0 < code == machine_code() else 0.0  # no new code: all was loaded
         diagnostics = sampling.run_burn_in(trajectories, problem, number(self.budget))

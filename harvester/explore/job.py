@@ -53,6 +53,7 @@ def told_of(estimate: "Estimate") -> dict[str, Any]:
     units = estimate.unit_names
     return {
         "answer": estimate.as_json(),
+        "settled": estimate.has_settled,
         "known_error95": estimate.mean_power.known_error95,
         "row": SweepRow.answered(estimate).written,
         "power": estimate.mean_power.format(units.power),

@@ -203,8 +203,8 @@ class Explorer:
             self.plot.object = self.power.plot
         pinned = None
         if self.pinned and self.pinned[1].key == asked.key:
-            pinned = pinned_curve(self.pinned[1], self.runs.shown(self.pinned[0], asked.key))
-        self.power.show(self.live, self.runs.shown(asked.tables, asked.key), pinned)
+            pinned = pinned_curve(self.pinned[1], self.runs.drawn(self.pinned[0], asked.key))
+        self.power.show(self.live, self.runs.drawn(asked.tables, asked.key), pinned)
         self._draw_words(rested)
 
     def _draw_words(self, rested: bool = True) -> None:

@@ -135,13 +135,17 @@ class RunPanel:
         new = _point(engine, begun, said)
         same = ("engine", "key", "x", "rest")
         before = [one for one in self.points if all(one[name] == new[name] for name in same)]
-        best = min([*before, new], key=lambda one: float(one["error"]) or math.inf)
+        best = min([*before, new], key=lambda one: (not one["settled"], float(one["error"]) or math.inf))
         self.points = [one for one in self.points if one not in before] + [best]
 
     def shown(self, tables: dict[str, Any], key: str) -> list[dict[str, Any]]:
         """The points over a key; ``own`` says that one is of this very design but for the key."""
         rest = without(tables, key)
         return [run | {"own": run["rest"] == rest} for run in self.points if run["key"] == key]
+
+    def drawn(self, tables: dict[str, Any], key: str) -> list[dict[str, Any]]:
+        """As `shown`, for the picture: a power that has not settled is pale, as another design's, and in no line."""
+        return [run | {"own": run["own"] and run["settled"]} for run in self.shown(tables, key)]
 
     def close(self) -> None:
         """Kill all runs."""
@@ -160,6 +164,7 @@ def _point(engine: str, begun: tuple[dict[str, Any], str, float], said: dict[str
         "y": power["value"],
         "error": said["known_error95"],
         "known": power["error95"] is not None,
+        "settled": said["settled"],
         "share": said["answer"].get("share_of_possible"),
         "rest": without(tables, key),
         "row": said["row"],

@@ -33,10 +33,15 @@ def machine() -> dict[str, Any]:
     return {"processor": processor, "cores": os.cpu_count(), "system": platform.platform()}
 
 
+def without_password(address: str) -> str:
+    """An address without what stands before its last @: the name and the password of a user."""
+    return re.sub(r"://\S*@", "://...@", address)
+
+
 def origin() -> dict[str, Any]:
     """The origin of a result: the command, without the password of an address, the time, versions and machine."""
     return {
-        "command": [re.sub(r"://[^/@\s]+@", "://...@", one) for one in sys.argv[1:]],
+        "command": [without_password(one) for one in sys.argv[1:]],
         "when": datetime.now(UTC).isoformat(timespec="seconds"),
         "versions": versions(),
         "machine": machine(),

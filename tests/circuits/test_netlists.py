@@ -19,6 +19,7 @@ BAD = {
     "sources in a loop": (GOOD + "V1 a m 1\nE1 m b a b 2\nB1 a b V=3", "element b1 must not close a loop of sources"),
     "across the piezo": (GOOD + "V1 p m 1\nV2 m n 2", "element v2 must not set the piezo's voltage"),
     "current source": (GOOD + "I1 q 0 1u", "element i1 must have a path to the piezo, but its node 'q' has none"),
+    "no load": (GOOD.replace("1.5Meg", "{1-1}"), "element rload must be above 0 ohm, but is 0"),
     "too large": (
         GOOD + "\n".join(f"R{k} x{k} x{k + 1} 1k" for k in range(200)) + "\nRend x0 p 1k",
         "is the first beyond 150 nodes",
@@ -46,7 +47,7 @@ def test_a_bad_netlist_gets_one_line_that_names_the_element(tmp_path, name):
     assert "\n" not in str(error.value)
 
 
-@pytest.mark.parametrize("name", list(BAD)[:4])
+@pytest.mark.parametrize("name", list(BAD)[:5])
 @pytest.mark.parametrize("engine", [hv.Spice, hv.Compiled, hv.Ideal, hv.Slow])
 def test_a_netlist_without_a_solution_is_refused_by_every_engine_in_the_same_line(tmp_path, name, engine):
     """Before ngspice starts, which would name a node, or hold the piezo at the source's voltage."""

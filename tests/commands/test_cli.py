@@ -175,12 +175,16 @@ def test_a_defect_of_ours_is_one_line_too(harvester, monkeypatch):
     )
 
 
+NO_MORE = "ulimit -u sets how many threads and processes may start"
+
+
 @pytest.mark.parametrize(
     ("error", "line"),
     [
         (MemoryError(), "there is not enough memory: try fewer --trajectories, --workers or a longer --dt"),
         (ImportError("failed to map segment"), "the system refused: failed to map segment"),
-        (RuntimeError("can't start new thread"), "the system refused: can't start new thread"),
+        (RuntimeError("can't start new thread"), f"the system refused: can't start new thread; {NO_MORE}"),
+        (BlockingIOError(11, "unavailable"), f"the system refused: [Errno 11] unavailable; {NO_MORE}"),
     ],
 )
 def test_no_memory_is_one_line(harvester, monkeypatch, tmp_path, error, line):

@@ -2,6 +2,7 @@
 
 import json
 import math
+import time
 
 import numpy as np
 import pytest
@@ -423,6 +424,17 @@ def test_a_large_storage_capacitor_is_named_as_the_cause():
     load = hv.Load(netlist="bridge", parameters={"R": "10M", "C": "100uF"})
     with pytest.raises(hv.SimulationError, match=r"the cause is the time constant R C = 1e\+03 s, where w0"):
         hv.Ideal(trajectories=64, budget="1s").run(PLATE.with_load(load))
+
+
+@pytest.mark.parametrize("engine", [hv.Ideal, hv.Compiled, pytest.param(hv.Spice, marks=pytest.mark.ngspice)])
+def test_a_coupling_that_asks_for_too_short_a_step_is_refused_at_once(engine):
+    """382 N/V, a slip of the prefix: the first steps of the circuit, before any burn-in, took minutes in any budget."""
+    bridge = hv.Load(netlist="bridge", parameters={"R": "1M", "C": "10uF"})
+    strong = PLATE.replace(load=bridge).vary("piezo.coupling", 382.0)
+    begin = time.process_time()
+    with pytest.raises(hv.SimulationError, match=r"trajectory-steps of 2\.3e-07/w0: give a longer `dt`"):
+        engine(budget="5s").run(strong)
+    assert time.process_time() - begin < 15.0
 
 
 def test_open_circuit_with_a_stop_is_the_variance():

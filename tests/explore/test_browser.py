@@ -257,6 +257,12 @@ def test_runs_pin_and_files(visit):
         with page.expect_download() as download:
             page.locator(f".save-{name} a, .save-{name} button").first.click()
         assert (download.value.path()).read_bytes().lower().startswith(start.lower()), name
+    lost = (ROOT / "examples" / "plate.toml").read_text().partition("[load]")[0] + '[load]\nnetlist = "lost.cir"\n'
+    given = {"name": "a.toml", "mimeType": "text/plain", "buffer": lost.encode()}
+    page.locator(".open input[type=file]").set_input_files(given)
+    page.locator(
+        ".open-told", has_text="but 'lost.cir' is not"
+    ).wait_for()  # without the folder where it was looked for
     page.locator(".open input[type=file]").set_input_files(str(ROOT / "examples" / "shake.csv"))
     page.locator(".open-told", has_text="rms").wait_for()
     page.locator(".switch-excitation-acceleration_file input:checked").wait_for()

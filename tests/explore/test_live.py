@@ -1,5 +1,6 @@
 """What the page computes while a knob turns, and what it tells of it."""
 
+import dataclasses
 import math
 import re
 import threading
@@ -10,11 +11,12 @@ import pytest
 
 import harvester as hv
 from harvester.equations.problem import Problem
-from harvester.explore import beside, downloads, html_text, in_worker, pictures
+from harvester.explore import beside, downloads, html_text, in_worker, job, pictures, runs
 from harvester.explore.draft import Draft, first
 from harvester.explore.latest_request import Newest
 from harvester.explore.live import best, engineering, live
 from harvester.explore.slider_scale import slide
+from harvester.presentation.diagnostic import warning
 from tests.support.paths import ROOT
 from tests.support.systems import BEAM
 
@@ -119,6 +121,23 @@ def test_a_pinned_circuit_has_its_own_power_and_never_that_of_a_resistor():
     assert "not computed yet" in html_text.difference(rows, None, after)
     large = html_text.headline(pinned, [run_of("ideal", 1e6, 4e-6, error=0.0)])  # neither sampled, nor a closed form
     assert "its error is not known" in large and "closed form" not in large
+
+
+@pytest.mark.filterwarnings("ignore::PendingDeprecationWarning")  # of Panel
+def test_a_power_that_has_not_settled_is_pale_and_takes_the_place_of_none():
+    """It is said, but is in no line and no pinned curve, whatever error it states."""
+    draft, told = first(), []
+    tables, key = draft.tables(), "load.resistance"
+    found = hv.run(draft.scene(), "ensemble", trajectories=64)
+    cut_off = warning("burn_in_stopped", time=1.0, why="load", constant="R C w0 = 9")
+    early = dataclasses.replace(found, mean_power=hv.Value(1.0, stderr=1e-9), diagnostics=(cut_off,))
+    panel = runs.RunPanel(lambda: None, lambda: None, told.append)
+    for at, one in ((1e5, early), (1e6, early), (1e6, found), (1e6, early)):
+        panel.add("ensemble", (tables, key, at), job.told_of(one))
+    shown, drawn = panel.shown(tables, key), panel.drawn(tables, key)
+    assert [(one["x"], one["own"]) for one in shown] == [(1e5, True), (1e6, True)]
+    assert [(one["x"], one["own"]) for one in drawn] == [(1e5, False), (1e6, True)]
+    assert shown[1]["y"] == found.mean_power.value
 
 
 def test_a_node_goes_with_its_circuit_and_not_with_the_resistor():

@@ -144,6 +144,31 @@ def test_a_host_that_is_asked_for_is_the_only_one():
     assert url.path.strip("/") not in err
 
 
+@pytest.mark.thorough("test_live.py")
+@pytest.mark.slow
+def test_a_page_takes_little_memory_and_gives_its_folder_back(tmp_path, monkeypatch):
+    """A page that nobody looks at ends after half a minute; a body that does not come is waited for 10 s at most."""
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    with serving(str(ROOT / "examples" / "plate.toml")) as (program, address, _):
+        url = urllib.parse.urlsplit(address)
+        for _ in range(2):  # what is made once
+            ask(address)
+        before = memory(program)
+        for _ in range(5):
+            ask(address)
+        assert memory(program) - before < 5 * 6.0
+        with socket.create_connection((url.hostname, url.port), timeout=60.0) as slow:
+            slow.sendall(f"POST {url.path} HTTP/1.1\r\nHost: {url.netloc}\r\nContent-Length: 9\r\n\r\n".encode())
+            begin = time.monotonic()
+            while slow.recv(1000):
+                pass
+        assert time.monotonic() - begin > 5.0
+        end = time.monotonic() + 120.0
+        while (left := list(tmp_path.glob("harvester-explore-*"))) and time.monotonic() < end:
+            time.sleep(0.5)
+    assert left == []
+
+
 def read_qr(lines):
     """The modules of a QR code of half blocks, 1 where dark, without its border of two."""
     halves = {"█": (0, 0), "▀": (0, 1), "▄": (1, 0), " ": (1, 1)}

@@ -65,12 +65,25 @@ def test_a_file_that_a_netlist_reads_is_seen(tmp_path):
         ("run ensemble", {"LOOKS": "3", "JUMP": "-300000000"}, "status 0", ""),
         ("run ensemble", {"THREADS": "1"}, "status 3", "the system refused: can't start new thread"),
         ("sweep", {"THREADS": "2"}, "status 3", "the system refused: [Errno 11]"),
+        ("run spice", {"THREADS": "0"}, "status 3", "the system refused: [Errno 11]"),
         ("sweep", {"DELAY": "100"}, "status 0", ""),
     ],
-    ids=["full disk", "full disk of a sweep", "clock", "clock of a run", "no threads", "no processes", "slow disk"],
+    ids=[
+        "full disk",
+        "full disk of a sweep",
+        "clock",
+        "clock of a run",
+        "no threads",
+        "no processes",
+        "no search",
+        "slow disk",
+    ],
 )
 def test_a_fault(tmp_path, command, fault, ends, says):
-    """The disk is full or slow, the clock jumps back by years, or no thread can start (which was an internal error)."""
+    """The disk is full or slow, the clock jumps back by years, or no thread can start (which was an internal error).
+
+    Where no process starts, the search for ngspice said that it was missing.
+    """
     for name in ("tmp", "out"):
         (tmp_path / name).mkdir()
     env = {"LD_PRELOAD": shim.built(tmp_path), **fault}

@@ -88,7 +88,7 @@ def pilot_of(
     count = max(affordable(eqs.is_steady, ideal, many), 0 if eqs.density is None else DRAWN)
     pilot = Trajectories(eqs, count, seed, h, circuit=ideal, ngspice_rule=ngspice_rule, controlled=True)
     with compilation() as compiling:
-        compile_pair(pilot)
+        compile_pair(pilot, number(options.budget))
     return pilot, compiling.seconds
 
 

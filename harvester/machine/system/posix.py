@@ -118,16 +118,27 @@ class Linux(Posix):
         return ""
 
     def library(self, name: str) -> str | None:
-        """The name by which an installed library loads, from the linker's list; None where it is not found."""
-        return ctypes.util.find_library(name)
+        """The name by which an installed library loads, from the linker's list; None where it is not found.
+
+        Raises OSError where the system starts no process, which Python's search takes for a missing library.
+        """
+        found = ctypes.util.find_library(name)
+        if found is None:
+            self._listed()
+        return found
 
     def library_file(self, library: str) -> Path:
         """The file of a library that `library` named, as far as it can be known: its folder is in the linker's list."""
         with suppress(OSError):
-            listed = subprocess.run(["/sbin/ldconfig", "-p"], capture_output=True, text=True, check=False).stdout
-            if found := re.search(rf"\b{re.escape(library)} .*=> (.+)", listed):
+            if found := re.search(rf"\b{re.escape(library)} .*=> (.+)", self._listed()):
                 return Path(found[1])
         return Path(library)
+
+    def _listed(self) -> str:
+        """The linker's list, empty where there is none."""
+        with suppress(FileNotFoundError, PermissionError):
+            return subprocess.run(["/sbin/ldconfig", "-p"], capture_output=True, text=True, check=False).stdout
+        return ""
 
 
 class MacOS(Posix):

@@ -86,7 +86,7 @@ def until_steady(
     load, begin = _load_memory(trajectories), time.perf_counter() if begin is None else begin
     length, before, first = FIRST_WINDOW, None, None
     while True:
-        _check_cost(trajectories, length, budget, begin)
+        check_cost(trajectories, length, budget, begin)
         now = trajectories.run(length)
         means = now.averaged(trajectories.together)
         energy = means.mean("x2")[0] + means.mean("v2")[0]
@@ -175,8 +175,11 @@ def slowest_transient(eqs: Equations) -> float:
     return 1.0 / rate if rate > SLOWEST else 0.0
 
 
-def _check_cost(trajectories: Trajectories, length: float, budget: float | None, begin: float) -> None:
-    """Refuse a window of a ``length`` that would go beyond the budget, or beyond `MOST_STEPS` where there is none."""
+def check_cost(trajectories: Trajectories, length: float, budget: float | None, begin: float) -> None:
+    """Refuse a window of a ``length`` that would go beyond the budget, or beyond `MOST_STEPS` where there is none.
+
+    Raises SimulationError, which says what would help.
+    """
     beyond, steps, seconds = _cost(trajectories, length, budget, begin)
     if beyond:
         raise SimulationError(

@@ -12,7 +12,7 @@ import numpy as np
 from harvester.arrays import Floats
 from harvester.equations.impact_order import STRONG, step_order
 from harvester.errors import UnboundedResponseError
-from harvester.mechanics.ensemble.burn_in import FIRST_WINDOW, burn_in
+from harvester.mechanics.ensemble.burn_in import FIRST_WINDOW, burn_in, check_cost
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.moments import Moments
 from harvester.uncertainty.richardson import extrapolated, step_bias
@@ -22,8 +22,12 @@ SETTLED = 0.3  # of a burn-in: what trajectories make from states that have sett
 GROWN = 1e3  # times the fine step's E[x^2]: a coarse step that is unstable, though still finite
 
 
-def compile_pair(trajectories: Trajectories) -> None:
-    """Compile all that a `RichardsonPair` of trajectories calls, by a few steps of a single block of them."""
+def compile_pair(trajectories: Trajectories, budget: float | None = None) -> None:
+    """Compile all that a `RichardsonPair` of trajectories calls, by a few steps of a single block of them.
+
+    Raises SimulationError, before anything is computed, where the shortest burn-in would go beyond the ``budget``.
+    """
+    check_cost(trajectories, FIRST_WINDOW, budget, time.perf_counter())
     eqs = trajectories.eqs
     block = trajectories.block(1e-3 if eqs.shaking_period is None and eqs.density is None else None)  # else in records
     with contextlib.suppress(UnboundedResponseError):  # for a very stiff scene this step is too long

@@ -11,6 +11,7 @@ from typing import Any, TypeVar
 
 from harvester.errors import InputError, MissingProgramError, invalid
 from harvester.machine.execution import DEFAULT
+from harvester.machine.provenance import without_password
 
 Study = TypeVar("Study", bound=Callable[..., Any])
 LOGGERS = ("distributed", "tornado", "asyncio")
@@ -84,7 +85,7 @@ def _connected(address: str) -> Any:
         socket.create_connection(get_address_host_port(address, strict=True), PATIENCE).close()
         client = Client(address, timeout=PATIENCE)
     except (OSError, ValueError, TypeError):  # the last without certificates
-        raise invalid("`scheduler`", must, address) from None
+        raise invalid("`scheduler`", must, without_password(address)) from None
     try:
         client.wait_for_workers(1, timeout=PATIENCE)
     except TimeoutError:

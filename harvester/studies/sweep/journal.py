@@ -212,7 +212,9 @@ class Journal:
         try:
             yield
         except sqlite3.OperationalError as error:
-            why = os.strerror(ENOSPC) if error.sqlite_errorcode == sqlite3.SQLITE_FULL else error
+            limited = f"{error}, as where ulimit -f lets no file grow further"
+            known = {sqlite3.SQLITE_FULL: os.strerror(ENOSPC), sqlite3.SQLITE_IOERR_WRITE: limited}
+            why = known.get(error.sqlite_errorcode, error)
             raise InputError(
                 f"`out` must take {self.path.name}, but writing failed: {why}; the points that are done are kept for "
                 "`resume`"

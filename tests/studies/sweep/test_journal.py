@@ -5,6 +5,7 @@ import fcntl
 import json
 import os
 import re
+import resource
 import signal
 import sqlite3
 import subprocess
@@ -209,6 +210,18 @@ def test_a_full_disk_leaves_whole_rows(tmp_path, monkeypatch):
     made.close()
     monkeypatch.undo()
     assert earlier(tmp_path) == [row(0, 0, "1"), row(1, 0, "2")]
+
+
+def test_a_limit_of_the_size_of_a_file(tmp_path):
+    """SQLite calls it an error of the disk."""
+    made, limits = Journal(tmp_path), resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (0, limits[1]))
+    try:
+        with pytest.raises(InputError, match=r"must take sweep.journal, but writing failed: .* ulimit -f lets no"):
+            made.begin(NOW, [])
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    made.close()
 
 
 ROW = "`resume` must find sweep.journal as it was written, but its row of point 1 and engine 'ensemble' was changed or "

@@ -306,6 +306,10 @@ def test_command_says_it_in_words(harvester):
         (["--vary", "piezo.capacitance=10%", "--limit", "peak_voltage < 9 V"], "--lifetime must be given"),
         (["--vary", "piezo.capacitance=10%", "--lifetime", "1 h"], "--lifetime must go with"),
         (
+            ["--vary", "piezo.capacitance=10%", "--limit", "peak_voltage < 9 V", "--lifetime", "1 ns"],
+            "--lifetime must be at least 50 cycles of the device",  # at once: it was said after 16 s of computing
+        ),
+        (
             ["--vary", "piezo.capacitance=10%", "--limit", "impact_rate < 7 Hz", "--lifetime", "1 h"],
             "a limit of impact_rate must go with a stop, but the scene has none",
         ),
