@@ -106,14 +106,13 @@ class Computing:
             if self._circuit != (asked.tables, same) and "netlist" in asked.tables.get("load", {}):
                 self._circuit = asked.tables, same
                 self._power_work.ask(asked)
-            if curves is None:  # the best formula's curve is there long before those of the others
-                found = live(*where, False, first=True)
-                self._tell(asked, found, rested=False, more=True)
-                if self._ended.wait(PAUSED) or overtaken():
-                    return
-            found = live(*where, False, curves=curves, known=found)
+            found = live(*where, False, curves=curves, first=True)  # the best formula's, long before the others'
+            self._tell(asked, found, rested=False, more=True)
+            if not self._live_work.rests(PAUSED):
+                return
+            found = live(*where, False, overtaken, curves=curves, known=found)
             self._tell(asked, found, rested=False)
-            if self._ended.wait(RESTED) or overtaken():
+            if not self._live_work.rests(RESTED):
                 return
             if curves is None:
                 found = live(*where, True, overtaken)
@@ -131,13 +130,13 @@ class Computing:
             if more and self._told is not None and (self._told.key, self._told.instead) == (found.key, found.instead):
                 known = [name for name in self._told.curves if name not in found.curves and name not in found.refused]
                 shown = {name: self._told.curves[name] for name in known}
-                found = dataclasses.replace(found, curves={**shown, **found.curves})
+                found = dataclasses.replace(found, curves={**shown, **found.curves}, earlier=frozenset(known))
             self._told = found
             self._soon(functools.partial(self._page.show, asked, found, refusals(found.problem), rested))
 
     def _trace(self, asked: Wanted, overtaken: Callable[[], bool]) -> None:
         """In a thread: what the numbers mean, and one path of the scene, from a process of its own."""
-        if self._ended.wait(RESTED) or overtaken():
+        if not self._path_work.rests(RESTED):
             return
         try:
             self._soon(functools.partial(self._page.mean, *html_text.meanings(Problem(asked.scene))))
@@ -170,7 +169,7 @@ class Computing:
         found = self._power_to(asked, in_worker.QUICK, overtaken)
         if found is not None and "error" not in found:
             self._soon(functools.partial(self._page.show_power, asked, found))
-        if self._ended.wait(RESTED) or overtaken():
+        if not self._power_work.rests(RESTED):
             return
         found = self._power_to(asked, in_worker.FINE, overtaken)
         if found is None:

@@ -231,6 +231,22 @@ def test_only_the_newest_is_computed():
     assert seen == [(0, False), ("overtaken", True), (49, False)]
 
 
+def test_who_waits_for_rest_is_woken_by_a_request():
+    """A knob that turns on does not wait for the rest of the knob before; without a request there is a rest."""
+    rested, waits = [], threading.Event()
+
+    def work(request, overtaken):
+        waits.set()
+        rested.append(newest.rests(60.0 if request == 0 else 0.0))
+
+    with ThreadPoolExecutor(1) as pool:
+        newest = Newest(pool, work)
+        newest.ask(0)
+        assert waits.wait(10)
+        newest.ask(1)
+    assert rested == [False, True]
+
+
 @pytest.mark.parametrize(("values", "power"), [([3e-6, 8e-6], -6), ([0.0], 0), ([1e3], 3), ([float("nan"), 2.0], 0)])
 def test_prefixes(values, power):
     assert engineering(values) == power
