@@ -4,7 +4,7 @@ The browser's own clock runs from the key event to the second animation frame af
 the place of the working point where the key is the axis itself, when the picture is on the screen.  Each scene is
 turned by one of its keys, one step at a time.  Beside the whole stand its shares: until the answer is in the browser
 (the formula itself takes the processor time that is printed; the rest are Panel and the server), until Bokeh has taken
-it, and the two frames in which it is drawn.
+it, and the two frames in which it is drawn.  At last the time until a circuit's own power stands in large letters.
 """
 
 import argparse
@@ -15,6 +15,7 @@ from pathlib import Path
 
 from common import report
 
+from harvester.explore import links
 from harvester.explore.draft import Draft
 from harvester.explore.live import live
 from harvester.explore.slider_scale import slide
@@ -48,6 +49,12 @@ WATCH = """(curve) => {
     }
   }
 }"""
+CHIPS = ("bimorph_ltc3588",)
+CIRCUITS = ("bridge", "parallel_sshi", "sece", *CHIPS)
+HEADLINE = """(before) => {
+  const now = document.__deep(".headline .power");
+  return now && !now.classList.contains("none") && now.innerText !== before && performance.now() - window.__key;
+}"""
 REPEATS = 10
 SHARES = ("until the answer comes", "Bokeh takes it", "two frames")
 
@@ -63,6 +70,24 @@ def measured(browser, url, key, curve, steps):
         visit.page.wait_for_timeout(150)
     times = visit.page.evaluate("window.__times")
     assert visit.faults == []
+    visit.page.close()
+    return times
+
+
+def headlines(browser, url, name, steps):
+    """The milliseconds from each step of a circuit's resistance to its own power in large letters."""
+    draft = Draft.read(EXAMPLES / (f"{name}.toml" if name in CHIPS else "plate_with_stop.toml"))
+    if name not in CHIPS:
+        draft.choose(name)
+    visit = Visit(browser, f"{url}?scene={links.held(draft)}")
+    visit.wait_for("() => document.__deep('.headline b')?.innerText.match(/ideal|slow/)")
+    visit.page.wait_for_timeout(8000)  # kernels are loaded, and the first finer power is there
+    visit.page.evaluate("addEventListener('keydown', () => { window.__key = performance.now(); }, true)")
+    times = []
+    for _ in range(steps):
+        before = visit.power()
+        visit.step("load.parameters.R", to="Left")
+        times.append(visit.page.wait_for_function(HEADLINE, arg=before).json_value())
     visit.page.close()
     return times
 
@@ -97,6 +122,12 @@ def main():
             parts = {f"{name}, median ms": one for name, one in zip(SHARES, medians, strict=True)}
             rows.append(about | spread | {"formula, processor ms": formula(scene, axis, key == axis)} | parts)
             print(rows[-1], flush=True)
+        with serving() as (_, url, _):
+            for name in CIRCUITS:
+                times = headlines(browser, url, name, steps)
+                spread = {"smallest ms": min(times), "median ms": statistics.median(times), "largest ms": max(times)}
+                rows.append({"headline of": name} | spread)
+                print(rows[-1], flush=True)
     report("explore", rows, ("panel", "bokeh", "playwright"))
 
 

@@ -19,7 +19,7 @@ from harvester.uncertainty.value import Value
 
 Progress = Callable[[float], None]  # is called with the fraction done
 # Warnings that say which part of an error is not known.
-ERROR_TOLD = ("unknown_error", "ideal_elements", "compiled_circuit", "rare_hops")
+ERROR_TOLD = ("within_not_promised", "ideal_elements", "compiled_circuit", "rare_hops")
 AnyScene: TypeAlias = Scene | Problem | str | Path  # a scene, the problem made of it, or the path of a scene file
 
 

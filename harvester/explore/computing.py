@@ -18,7 +18,7 @@ from harvester.explore.slider_scale import Slide
 from harvester.presentation.diagnostic import Diagnostic
 from harvester.scene.scene import Scene
 
-POOL = ThreadPoolExecutor(4, "explore")  # of all users; the server's own thread only hands on
+POOL = ThreadPoolExecutor(32, "explore")  # of all users, most of them waiting; the server's own thread only hands on
 PAUSED = 0.06  # seconds without a change before the other formulas follow: the first one's curve is drawn meanwhile
 RESTED = 0.3  # seconds without a change before more is computed than a knob needs that goes on turning
 HASTE = 8.0  # the same, of the power of a circuit
@@ -81,6 +81,7 @@ class Computing:
         self._live_work: Newest[Wanted] = Newest(POOL, self._compute)
         self._path_work: Newest[Wanted] = Newest(POOL, self._trace)
         self._power_work: Newest[Wanted] = Newest(POOL, self._power)
+        self._fine_work: Newest[Wanted] = Newest(POOL, self._fine_power)  # in another process: holds up no quick one
 
     def ask(self, wanted: Wanted) -> None:
         """Compute all of it anew; what was asked for before is given up."""
@@ -92,6 +93,7 @@ class Computing:
         self._live_work.close()
         self._path_work.close()
         self._power_work.close()
+        self._fine_work.close()
 
     def _compute(self, asked: Wanted, overtaken: Callable[[], bool]) -> None:
         """In a thread: the curves, coarse, and when the knobs rest, fine; each where nothing newer waits.
@@ -165,11 +167,15 @@ class Computing:
             self._soon(functools.partial(self._page.show_life, asked, life))
 
     def _power(self, asked: Wanted, overtaken: Callable[[], bool]) -> None:
-        """In a thread: what the circuit itself gives, at once and then finely, and along the axis; from a process."""
+        """In a thread: what the circuit itself gives, at once, from a process."""
         found = self._power_to(asked, in_worker.QUICK, overtaken)
         if found is not None and "error" not in found:
             self._soon(functools.partial(self._page.show_power, asked, found))
-        if not self._power_work.rests(RESTED):
+        self._fine_work.ask(asked)
+
+    def _fine_power(self, asked: Wanted, overtaken: Callable[[], bool]) -> None:
+        """In a thread: the same when the knobs rest, finely and along the axis."""
+        if not self._fine_work.rests(RESTED):
             return
         found = self._power_to(asked, in_worker.FINE, overtaken)
         if found is None:
