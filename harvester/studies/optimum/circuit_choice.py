@@ -63,7 +63,7 @@ class CircuitChoice(Optimum):
     def of(
         cls, optima: dict[str, Optimum | HarvesterError], seconds: float, said: tuple[Diagnostic, ...] = ()
     ) -> "CircuitChoice":
-        """The choice between circuits, and what is ``said`` of all; raises the first error where none has an optimum."""
+        """The choice between circuits, and what is ``said`` of all; raises the first error if none has an optimum."""
         found = _ranked(optima)
         if not found:
             raise next(one for one in optima.values() if isinstance(one, HarvesterError))
@@ -205,14 +205,14 @@ def _coils(scenes: Mapping[str, Scene], vary: Vary) -> tuple[Diagnostic, ...]:
     """A warning where the coils of some circuits ring `UNLIKE` times as well as those of others, and none is varied."""
     if any(one.key.rpartition(".")[2] in ("L", "Rcoil", "Rcore") for one in varied(vary)[1]):
         return ()
-    known = {}
+    known: dict[str, float] = {}
     for name, scene in scenes.items():
         circuit = Problem(scene).circuit
         quality = coil_quality(circuit.values, scene.modal.capacitance) if circuit and scene.piezo else None
         known |= {} if quality is None else {name: quality}
     if not known or max(known.values()) < UNLIKE * min(known.values()):
         return ()
-    return (warning("coils_differ", told=", ".join(f"{name} {one:.2g}" for name, one in known.items())),)
+    return (warning("coils_differ", coils=", ".join(f"{name} {one:.2g}" for name, one in known.items())),)
 
 
 def _with(scene: Scene, name: str) -> Scene:
