@@ -1,15 +1,24 @@
 """How long the page of `harvester explore` takes, in Chromium, from a key on a slider to the new picture.
 
-The browser's own clock runs from the key event to the second animation frame after the curve's data have changed, when
-the picture is on the screen.  Each scene is turned by one of its keys, one step at a time.
+The browser's own clock runs from the key event to the second animation frame after the curve's data have changed, or
+the place of the working point where the key is the axis itself, when the picture is on the screen.  Each scene is
+turned by one of its keys, one step at a time.  Beside the whole stand its shares: until the answer is in the browser
+(the formula itself takes the processor time that is printed; the rest are Panel and the server), until Bokeh has taken
+it, and the two frames in which it is drawn.  At last the time until a circuit's own power stands in large letters.
 """
 
 import argparse
 import statistics
 import sys
+import time
 from pathlib import Path
 
 from common import report
+
+from harvester.explore import links
+from harvester.explore.draft import Draft
+from harvester.explore.live import live
+from harvester.explore.slider_scale import slide
 
 sys.path.append(str(Path(__file__).resolve().parents[1]))
 from tests.support.browser import Visit, chromium, serving
@@ -23,28 +32,35 @@ CASES = (  # scene, key that is turned, curve that is watched
     ("paper_figure3.toml", "nondimensional.restitution", "averaged"),
 )
 WATCH = """(curve) => {
-  const times = window.__times = [];
-  let begin = null;
+  const times = window.__times = [], parse = JSON.parse;
+  let begin = null, arrived = null;
+  JSON.parse = (...all) => { arrived = performance.now(); return parse(...all); };
   document.addEventListener("keydown", () => { begin = performance.now(); }, true);
   const told = () => {
     if (begin === null) return;
-    const mine = begin; begin = null;
-    requestAnimationFrame(() => requestAnimationFrame(() => times.push(performance.now() - mine)));
+    const [key, came, drawn] = [begin, arrived, performance.now()]; begin = null;
+    const frames = () => times.push([came - key, drawn - came, performance.now() - drawn]);
+    requestAnimationFrame(() => requestAnimationFrame(frames));
   };
-  const watch = () => {
-    for (const page of Bokeh.documents) {
-      const source = page.get_model_by_name("curve-" + curve);
-      if (source === null || source.__watched) continue;
-      source.__watched = true;
-      source.properties.data.change.connect(told);
+  for (const page of Bokeh.documents) {
+    for (const [name, what] of [["curve-" + curve, "data"], ["here", "location"]]) {
+      const model = page.get_model_by_name(name);
+      if (model !== null) model.properties[what].change.connect(told);
     }
-  };
-  watch();
+  }
 }"""
+CHIPS = ("bimorph_ltc3588",)
+CIRCUITS = ("bridge", "parallel_sshi", "sece", *CHIPS)
+HEADLINE = """(before) => {
+  const now = document.__deep(".headline .power");
+  return now && !now.classList.contains("none") && now.innerText !== before && performance.now() - window.__key;
+}"""
+REPEATS = 10
+SHARES = ("until the answer comes", "Bokeh takes it", "two frames")
 
 
 def measured(browser, url, key, curve, steps):
-    """The milliseconds of each step of a slider."""
+    """The milliseconds of each step of a slider: its `SHARES`."""
     visit = Visit(browser, url)
     visit.page.wait_for_timeout(6000)  # the first path is there
     visit.page.evaluate(WATCH, curve)
@@ -58,6 +74,36 @@ def measured(browser, url, key, curve, steps):
     return times
 
 
+def headlines(browser, url, name, steps):
+    """The milliseconds from each step of a circuit's resistance to its own power in large letters."""
+    draft = Draft.read(EXAMPLES / (f"{name}.toml" if name in CHIPS else "plate_with_stop.toml"))
+    if name not in CHIPS:
+        draft.choose(name)
+    visit = Visit(browser, f"{url}?scene={links.held(draft)}")
+    visit.wait_for("() => document.__deep('.headline b')?.innerText.match(/ideal|slow/)")
+    visit.page.wait_for_timeout(8000)  # kernels are loaded, and the first finer power is there
+    visit.page.evaluate("addEventListener('keydown', () => { window.__key = performance.now(); }, true)")
+    times = []
+    for _ in range(steps):
+        before = visit.power()
+        visit.step("load.parameters.R", to="Left")
+        times.append(visit.page.wait_for_function(HEADLINE, arg=before).json_value())
+    visit.page.close()
+    return times
+
+
+def formula(scene, axis, moved):
+    """The milliseconds of processor time of our part: the first formula's curve, or its point on a known one."""
+    draft = Draft.read(EXAMPLES / scene)
+    at = draft.value(axis)
+    where = draft.scene(), axis, at, slide(axis, at), False
+    curves = live(*where).curves if moved else None
+    begin = time.process_time()
+    for _ in range(REPEATS):
+        live(*where, curves=curves, first=True)
+    return 1e3 * (time.process_time() - begin) / REPEATS
+
+
 def main():
     """Print the median and the largest time of each case."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -67,11 +113,21 @@ def main():
     with chromium() as browser:
         for scene, key, curve in CASES:
             with serving(str(EXAMPLES / scene)) as (_, url, start):
-                times = measured(browser, url, key, curve, steps)
+                shares = measured(browser, url, key, curve, steps)
+            axis = "load.resistance" if "nondimensional" not in key else "nondimensional.mu"
+            times = [sum(one) for one in shares]
             about = {"scene": scene, "key": key, "curve": curve, "seconds to start": start}
             spread = {"smallest ms": min(times), "median ms": statistics.median(times), "largest ms": max(times)}
-            rows.append(about | spread)
+            medians = map(statistics.median, zip(*shares, strict=True))
+            parts = {f"{name}, median ms": one for name, one in zip(SHARES, medians, strict=True)}
+            rows.append(about | spread | {"formula, processor ms": formula(scene, axis, key == axis)} | parts)
             print(rows[-1], flush=True)
+        with serving() as (_, url, _):
+            for name in CIRCUITS:
+                times = headlines(browser, url, name, steps)
+                spread = {"smallest ms": min(times), "median ms": statistics.median(times), "largest ms": max(times)}
+                rows.append({"headline of": name} | spread)
+                print(rows[-1], flush=True)
     report("explore", rows, ("panel", "bokeh", "playwright"))
 
 

@@ -36,7 +36,7 @@ resume_needs_out = cloup.constraint(
         "SCENE (density under white noise only); with --within, see run."
     ),
 )
-@partial(sampling, whole="the whole sweep, in equal shares of its points,")
+@partial(sampling, whole="the whole sweep, shared by its points,")
 @output_options("Folder for sweep.csv, sweep.nc, sweep.png and provenance.json.")
 @who_computes(
     "Keep the points that an earlier run of the same sweep finished.",
@@ -58,7 +58,7 @@ def sweep(
     from harvester.engines import selection
     from harvester.presentation.sheet import sheet
     from harvester.studies.sweep.cluster import client_of
-    from harvester.studies.sweep.compute import compute_table, share_of_budget
+    from harvester.studies.sweep.compute import compute_table
     from harvester.studies.sweep.points import grid, read_axis, read_points
 
     scene = output.scene
@@ -66,13 +66,11 @@ def sweep(
     within = options["within"]
     default = selection.default_engines(scene) if within is None else [selection.default_engine(scene, within=within)]
     names = engines or tuple(default)
-    if options["budget"] is not None:
-        rows = len(where) * sum(not selection.ENGINES[one].is_formula for one in names if one in selection.ENGINES)
-        options["budget"] = share_of_budget(options["budget"], rows, 1 if scheduler else workers)
+    budget = options["budget"]
     chosen = selection.engines(names, **options)
-    with client_of(scheduler) as executor, RowsBar("sweep", shorter=EFFORT, warms_up=True) as bar:
+    with client_of(scheduler) as executor, RowsBar("sweep", shorter=EFFORT * (budget is None), warms_up=True) as bar:
         execution = output.execution(bar, workers=workers, executor=executor, resume=resume)
-        table = compute_table(scene, where, chosen, execution)
+        table = compute_table(scene, where, chosen, execution, budget)
     text = None
     if not output.as_json:
         elsewhere = "sweep.csv" if output.out else ""

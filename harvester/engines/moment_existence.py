@@ -24,7 +24,7 @@ class MomentExistence:
 
     def obstacle(self, within: float) -> Diagnostic | None:
         """Why sampling cannot reach an error ``within``; None where it can."""
-        return warning("unknown_error", within=within, unknown=self.unknown) if self.unknown else None
+        return warning("within_not_promised", within=within, unknown=self.unknown) if self.unknown else None
 
 
 def existence(problem: Problem, sampled: bool = True) -> MomentExistence:

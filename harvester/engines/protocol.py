@@ -7,7 +7,7 @@ from typing import ClassVar, Self, TypeAlias
 from harvester.answers.estimate import UNSETTLED, Estimate
 from harvester.arrays import Floats
 from harvester.equations.effects import LINEAR, SEVERAL_MODES, unknown_to
-from harvester.equations.power_bound import power_bound
+from harvester.equations.power_bound import PowerBound, power_bound
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, HarvesterError, InputError, answer_or_error
 from harvester.linear.record_doubts import join_change
@@ -19,7 +19,7 @@ from harvester.uncertainty.value import Value
 
 Progress = Callable[[float], None]  # is called with the fraction done
 # Warnings that say which part of an error is not known.
-ERROR_TOLD = ("unknown_error", "ideal_elements", "compiled_circuit", "rare_hops")
+ERROR_TOLD = ("within_not_promised", "ideal_elements", "compiled_circuit", "rare_hops")
 AnyScene: TypeAlias = Scene | Problem | str | Path  # a scene, the problem made of it, or the path of a scene file
 
 
@@ -141,9 +141,9 @@ def needs_compiled_circuit(problem: Problem, engine: str) -> Diagnostic | None:
     return None
 
 
-def impossible_power(problem: Problem, power: Value) -> Diagnostic | None:
-    """A warning of a mean power (nondimensional) below 0, or surely above what any device could take."""
-    watts, unit, bound = problem.units.watts, "W" if problem.physical else "", power_bound(problem)
+def impossible_power(problem: Problem, power: Value, bound: PowerBound | None) -> Diagnostic | None:
+    """A warning of a mean power (nondimensional) below 0, or surely above the ``bound`` of all devices."""
+    watts, unit = problem.units.watts, "W" if problem.physical else ""
     if power.value < 0.0:
         return warning("negative_power", power=power.value * watts, unit=unit)
     least = (power.value * (1.0 - 1e-9) - power.known_error95) * watts
@@ -181,7 +181,8 @@ def estimate(
     v2, power = (one.with_model(join) for one in (v2, power))
     told = [one for one in diagnostics if one is not None]
     gives = has(told, "netlist_gives")
-    impossible = None if gives else impossible_power(problem, power)
+    bound = None if gives else power_bound(problem)
+    impossible = None if gives else impossible_power(problem, power, bound)
     told += [] if impossible is None else [impossible]
     told += _unknown_error(told, power)
     of_scene = [*unusual_values(problem.scene), *(() if shocks is None else shocks.diagnostics)]
@@ -199,5 +200,5 @@ def estimate(
         samples=samples,
         power_samples=None if power_samples is None else power_samples * units.watts,
         events=shocks,
-        bound=None if gives else power_bound(problem),
+        bound=bound,
     )

@@ -95,7 +95,7 @@ class Slow(Request, Engine):
         if found.changed > SETTLED * power:
             told.append(warning("slow_circuit_unsettled", seconds=found.duration, share=found.changed / power))
         if (within := number(self.within)) is not None:
-            told.append(warning("unknown_error", within=within, unknown=COMPILED_CIRCUIT))
+            told.append(warning("within_not_promised", within=within, unknown=COMPILED_CIRCUIT))
         model = found.separation + found.interpolation + found.changed
         value = Value(power, bias=found.step, model=model, unknown=COMPILED_CIRCUIT)
         details = {"duration": found.duration, "step": found.slow_step, **found.load}

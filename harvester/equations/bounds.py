@@ -102,6 +102,8 @@ def least_friction(eqs: Equations) -> float:
 
     It is at rest, or where f, a polynomial of x^2, has its least value; an f that falls without end is not counted.
     """
+    if not any(eqs.friction[1:]):
+        return eqs.friction[0]
     friction = Polynomial(eqs.friction)
     turns = friction.deriv().roots().astype(complex)
     return min([eqs.friction[0], *(float(friction(u.real)) for u in turns if u.imag == 0.0 and u.real > 0.0)])

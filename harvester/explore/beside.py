@@ -3,8 +3,10 @@
 import json
 from typing import Any
 
+from harvester.equations.problem import Problem
 from harvester.presentation.glossary import GLOSSARY
 from harvester.scene.scene import Scene
+from harvester.storage.bought_parts import coil_quality
 from harvester.uncertainty.value import amount
 
 PACKETS = "packets an hour"  # this fact of a design is known once its node was followed
@@ -32,6 +34,13 @@ def of_chip(details: dict[str, float], values: dict[str, float]) -> list[tuple[s
         (term.label, f"{100.0 * one:.3g} %" if term.kind == "share" else amount(one, term.kind)) for term, one in known
     ]
     return rows + [(name, amount(values[key], "V")) for key, name in _THRESHOLDS.items() if key in values]
+
+
+def of_coil(problem: Problem) -> dict[str, str]:
+    """How well the coil of a scene's circuit rings with its piezo, where it has one: what SSHI and SECE live of."""
+    circuit, piezo = problem.circuit, problem.scene.piezo
+    quality = coil_quality(circuit.values, problem.scene.modal.capacitance) if circuit and piezo else None
+    return {} if quality is None else {"quality of the coil": f"{quality:.2g}"}
 
 
 def sentence(found: dict[str, Any], sizes: dict[str, str]) -> str:

@@ -18,7 +18,7 @@ from harvester.explore.slider_scale import Slide
 from harvester.presentation.diagnostic import Diagnostic
 from harvester.scene.scene import Scene
 
-POOL = ThreadPoolExecutor(4, "explore")  # of all users; the server's own thread only hands on
+POOL = ThreadPoolExecutor(32, "explore")  # of all users, most of them waiting; the server's own thread only hands on
 PAUSED = 0.06  # seconds without a change before the other formulas follow: the first one's curve is drawn meanwhile
 RESTED = 0.3  # seconds without a change before more is computed than a knob needs that goes on turning
 HASTE = 8.0  # the same, of the power of a circuit
@@ -81,6 +81,7 @@ class Computing:
         self._live_work: Newest[Wanted] = Newest(POOL, self._compute)
         self._path_work: Newest[Wanted] = Newest(POOL, self._trace)
         self._power_work: Newest[Wanted] = Newest(POOL, self._power)
+        self._fine_work: Newest[Wanted] = Newest(POOL, self._fine_power)  # in another process: holds up no quick one
 
     def ask(self, wanted: Wanted) -> None:
         """Compute all of it anew; what was asked for before is given up."""
@@ -92,6 +93,7 @@ class Computing:
         self._live_work.close()
         self._path_work.close()
         self._power_work.close()
+        self._fine_work.close()
 
     def _compute(self, asked: Wanted, overtaken: Callable[[], bool]) -> None:
         """In a thread: the curves, coarse, and when the knobs rest, fine; each where nothing newer waits.
@@ -106,14 +108,13 @@ class Computing:
             if self._circuit != (asked.tables, same) and "netlist" in asked.tables.get("load", {}):
                 self._circuit = asked.tables, same
                 self._power_work.ask(asked)
-            if curves is None:  # the best formula's curve is there long before those of the others
-                found = live(*where, False, first=True)
-                self._tell(asked, found, rested=False, more=True)
-                if self._ended.wait(PAUSED) or overtaken():
-                    return
-            found = live(*where, False, curves=curves, known=found)
+            found = live(*where, False, curves=curves, first=True)  # the best formula's, long before the others'
+            self._tell(asked, found, rested=False, more=True)
+            if not self._live_work.rests(PAUSED):
+                return
+            found = live(*where, False, overtaken, curves=curves, known=found)
             self._tell(asked, found, rested=False)
-            if self._ended.wait(RESTED) or overtaken():
+            if not self._live_work.rests(RESTED):
                 return
             if curves is None:
                 found = live(*where, True, overtaken)
@@ -131,13 +132,13 @@ class Computing:
             if more and self._told is not None and (self._told.key, self._told.instead) == (found.key, found.instead):
                 known = [name for name in self._told.curves if name not in found.curves and name not in found.refused]
                 shown = {name: self._told.curves[name] for name in known}
-                found = dataclasses.replace(found, curves={**shown, **found.curves})
+                found = dataclasses.replace(found, curves={**shown, **found.curves}, earlier=frozenset(known))
             self._told = found
             self._soon(functools.partial(self._page.show, asked, found, refusals(found.problem), rested))
 
     def _trace(self, asked: Wanted, overtaken: Callable[[], bool]) -> None:
         """In a thread: what the numbers mean, and one path of the scene, from a process of its own."""
-        if self._ended.wait(RESTED) or overtaken():
+        if not self._path_work.rests(RESTED):
             return
         try:
             self._soon(functools.partial(self._page.mean, *html_text.meanings(Problem(asked.scene))))
@@ -166,11 +167,15 @@ class Computing:
             self._soon(functools.partial(self._page.show_life, asked, life))
 
     def _power(self, asked: Wanted, overtaken: Callable[[], bool]) -> None:
-        """In a thread: what the circuit itself gives, at once and then finely, and along the axis; from a process."""
+        """In a thread: what the circuit itself gives, at once, from a process."""
         found = self._power_to(asked, in_worker.QUICK, overtaken)
         if found is not None and "error" not in found:
             self._soon(functools.partial(self._page.show_power, asked, found))
-        if self._ended.wait(RESTED) or overtaken():
+        self._fine_work.ask(asked)
+
+    def _fine_power(self, asked: Wanted, overtaken: Callable[[], bool]) -> None:
+        """In a thread: the same when the knobs rest, finely and along the axis."""
+        if not self._fine_work.rests(RESTED):
             return
         found = self._power_to(asked, in_worker.FINE, overtaken)
         if found is None:

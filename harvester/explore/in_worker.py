@@ -65,16 +65,19 @@ def power(tables: dict[str, Any], within: float, seconds: float) -> dict[str, An
 
     problem = Problem(Scene(**tables))
     kinds = sorted((one for one in ENGINES.values() if one.needs_netlist), key=lambda one: not one.by_mean_current)
-    refusals = {kind: kind.refusal(problem) for kind in kinds}
-    for kind, refused in refusals.items():
+    refusals = []
+    for kind in kinds:
+        refused = kind.refusal(problem)
         if refused is not None:
+            refusals.append(refused)
             continue
         if not kind.by_mean_current:
-            found = engine(kind.NAME, within=within, budget=seconds).run(problem)
+            asked = engine(kind.NAME, within=within, budget=seconds)
+            found = (asked.at_many_points if within > FINE[0] else asked).run(problem)  # that of few words first
         else:  # it has no such options, but a quick way and a whole one
             found = Slow().quick(problem) if within > FINE[0] else Slow().run(problem)
         return {"engine": kind.NAME} | told_of(found)
-    raise CannotServeError(next(iter(refusals.values())))
+    raise CannotServeError(refusals[0])
 
 
 def life(tables: dict[str, Any]) -> dict[str, Any]:

@@ -19,14 +19,15 @@ class Newest(Generic[T]):
 
     def __init__(self, pool: Executor, work: Callable[[T, Callable[[], bool]], None]) -> None:
         self._pool, self._work = pool, work
-        self._lock = threading.Lock()
+        self._news = threading.Condition()
         self._waiting: list[T] = []
         self._busy = self._closed = False
 
     def ask(self, request: T) -> None:
         """Put a request in the place of the one that waits."""
-        with self._lock:
+        with self._news:
             self._waiting[:] = [] if self._closed else [request]
+            self._news.notify_all()
             if self._busy or self._closed:
                 return
             self._busy = True
@@ -34,16 +35,22 @@ class Newest(Generic[T]):
 
     def close(self) -> None:
         """Begin nothing more."""
-        with self._lock:
+        with self._news:
             self._closed = True
             self._waiting.clear()
+            self._news.notify_all()
+
+    def rests(self, seconds: float) -> bool:
+        """Wait that long, but no longer than until something newer is asked for: whether nothing was."""
+        with self._news:
+            return not self._news.wait_for(self._overtaken, seconds)
 
     def _overtaken(self) -> bool:
         return self._closed or bool(self._waiting)
 
     def _run(self) -> None:
         while True:
-            with self._lock:
+            with self._news:
                 if not self._waiting:
                     self._busy = False
                     return

@@ -20,9 +20,9 @@ from harvester.scene.scene import Scene
 FORMULAS: dict[str, type[Engine]] = {
     name: kind for name, kind in sorted(ENGINES.items(), key=lambda one: -one[1].LOOK.trust) if kind.is_formula
 }
-# Points of a curve that are computed while a knob turns, and after that; a closed form costs next to nothing, and under
-# a harmonic drive it has peaks that a coarse grid would miss.
-POINTS, POINTS_EXACT = (11, 41), (41, 601)
+# Points of a curve that are computed while a knob turns, and after that; `PEAKED` where a closed form has peaks that a
+# coarse grid would miss, as under a harmonic drive.
+POINTS, PEAKED = (11, 41), (41, 601)
 AT_ONCE = (
     61  # points between two looks whether a newer request waits, in the time of the closed form; of a theory a few
 )
@@ -50,7 +50,7 @@ class Live:
     """What the formulas say of a scene: a curve each, the answer at the working point, or why there is none.
 
     ``instead`` says that the load is a netlist, which no formula knows: the curves are those of a resistor of the same
-    resistance in its place.
+    resistance in its place.  ``earlier`` names the curves that are of the design before, until they are computed.
     """
 
     problem: Problem
@@ -60,6 +60,7 @@ class Live:
     curves: dict[str, PowerCurve] = field(default_factory=dict)
     here: dict[str, Estimate] = field(default_factory=dict)
     refused: dict[str, str] = field(default_factory=dict)
+    earlier: frozenset[str] = frozenset()
 
 
 def grid(slide: Slide, count: int) -> Floats:
@@ -97,14 +98,14 @@ def live(
         )
     before = (known.curves, known.here, known.refused) if known is not None else ({}, {}, {})
     found = Live(problem, key, at, problem.netlist is not None, *map(dict, before))  # type: ignore[arg-type]
+    found.curves.update(curves or {})
     for name, engine in FORMULAS.items():
         if name in found.here or name in found.refused:
             continue
-        places = None if curves is not None else grid(slide, (POINTS_EXACT if engine.is_exact else POINTS)[fine])
+        peaked = engine.is_exact and problem.equations.is_shaken_otherwise
+        places = None if curves is not None else grid(slide, (PEAKED if peaked else POINTS)[fine])
         if not _add(found, name, engine, base, key_of_base, places, slide, overtaken):
             return None
-        if curves is not None and name in found.here:
-            found.curves.update({name: curves[name]} if name in curves else {})
         if first and found.here:
             return found
     return found

@@ -14,7 +14,7 @@ import panel as pn
 
 from harvester.errors import HarvesterError, InputError
 from harvester.explore import html_text
-from harvester.explore.beside import CHIP, PACKETS, Beside, of_chip, of_path, sentence
+from harvester.explore.beside import CHIP, PACKETS, Beside, of_chip, of_coil, of_path, sentence
 from harvester.explore.computing import Computing, Wanted
 from harvester.explore.draft import PARAMETER, RESISTANCE, Draft, differences
 from harvester.explore.knobs import Knobs
@@ -168,6 +168,7 @@ class Explorer:
         Tables make the browser lay out the whole page anew, and wait until the knobs have ``rested``.
         """
         self.live, self._asked = found, asked
+        self._beside.add(asked.tables, of_coil(found.problem), self.pinned[0] if self.pinned else None)
         self.runs.serve(serving)
         self._draw(rested)
 

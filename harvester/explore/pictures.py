@@ -99,7 +99,8 @@ class PowerPlot:
         for item in items:
             item.visible = False
         self.items = {item.label.value: item for item in items}  # by what they are called at first
-        self.here = Span(location=1.0, dimension="height", line_color=_INK, line_dash=[3, 3], line_width=1)
+        dashed = {"line_color": _INK, "line_dash": [3, 3], "line_width": 1}
+        self.here = Span(location=1.0, dimension="height", name="here", **dashed)
         self.plot.add_layout(self.here)
         self._add_legend(items)
         for name, renderer in self.curves.items():
@@ -134,8 +135,8 @@ class PowerPlot:
             curve = None if live.instead and engine != best else live.curves.get(engine)
             _put(self.curves[engine].data_source, _columns(curve, scaled))
             look = _REFERENCE if live.instead else _OWN
-            earlier = curve is not None and engine not in live.here
-            self.curves[engine].glyph.update(**look | ({"line_alpha": _EARLIER} if earlier else {}))
+            faint = {"line_alpha": _EARLIER} if engine in live.earlier else {}
+            self.curves[engine].glyph.update(**look | faint)
             self.items[engine].visible = curve is not None
             self.items[engine].label = value(f"a resistor instead ({engine})" if live.instead else engine)
         drawn = {"x": [], "y": []} if pinned is None else {"x": pinned[0].tolist(), "y": (pinned[1] / scaled).tolist()}
@@ -147,9 +148,9 @@ class PowerPlot:
         for engine in POINTS:
             mine = [run for run in runs if run["engine"] == engine]
             y, error = (np.array([run[name] for run in mine], dtype=float) / scaled for name in ("y", "error"))
-            alpha = [1.0 if run["own"] else 0.3 for run in mine]
-            data = {"x": [run["x"] for run in mine], "y": y, "low": y - error, "high": y + error, "alpha": alpha}
-            _put(self.curves[engine].data_source, data)
+            data = {"x": np.array([run["x"] for run in mine]), "y": y, "low": y - error, "high": y + error}
+            lists = {name: column.tolist() for name, column in data.items()}
+            _put(self.curves[engine].data_source, lists | {"alpha": [1.0 if run["own"] else 0.3 for run in mine]})
             own = sorted((run["x"], run["y"] / scaled) for run in mine if run["own"])
             drawn = own if len(own) >= JOINED else []
             _put(self.joined[engine].data_source, {"x": [x for x, _ in drawn], "y": [y for _, y in drawn]})
@@ -157,8 +158,8 @@ class PowerPlot:
 
 
 def _put(source: ColumnDataSource, data: dict[str, Any]) -> None:
-    """Show other data; nothing is sent where there were none and are none."""
-    if len(data["x"]) or len(source.data["x"]):
+    """Show other data, of lists; nothing is sent where they are the same."""
+    if source.data != data:
         source.data = data
 
 

@@ -25,7 +25,8 @@ def cache_folder() -> Path | None:
 
 def machine_code() -> int:
     """How many files of compiled kernels the cache holds, which are more after a compilation; 0 without a cache."""
-    return sum(1 for _ in (cache_folder() or Path(os.devnull)).glob("kernels-*/*/*.nbc"))
+    folders = (cache_folder() or Path(os.devnull)).glob("kernels-*")
+    return sum(name.endswith(".nbc") for one in folders for _, _, names in os.walk(one) for name in names)
 
 
 def own(path: Path) -> Path | None:

@@ -5,6 +5,7 @@ them with the sheet before a coil is bought.
 """
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -31,6 +32,17 @@ class BoughtCoil:
         """What stands across an ideal coil for the core's losses (ohm): (w L)^2/(w L/Q - R)."""
         reactance = 2.0 * math.pi * self.test_frequency * self.inductance
         return reactance**2 / max(reactance / self.quality - self.resistance, 1e-3 * reactance)
+
+
+def coil_quality(values: Mapping[str, float], capacitance: float) -> float | None:
+    """How well the coil of a circuit's ``values`` rings with a piezo of a ``capacitance`` (F); None without a coil.
+
+    1/Q = Rcoil sqrt(Cp/L) + sqrt(L/Cp)/Rcore, of a circuit that calls them so.
+    """
+    if not {"L", "Rcoil", "Rcore"} <= values.keys():
+        return None
+    wave = math.sqrt(values["L"] / capacitance)
+    return 1.0 / (values["Rcoil"] / wave + wave / values["Rcore"])
 
 
 COILS = {

@@ -30,7 +30,7 @@ def test_the_bound_is_mass_times_density_over_four():
     scene = PLATE.scene
     bound = scene.oscillator.mass * scene.excitation.acceleration_psd / 4.0
     for share, said in ((0.999, False), (1.001, True)):
-        found = impossible_power(PLATE, Value(share * bound / PLATE.units.watts))
+        found = impossible_power(PLATE, Value(share * bound / PLATE.units.watts), power_bound(PLATE))
         assert (found is not None) == said
     assert found.numbers["bound"] == pytest.approx(bound, rel=1e-9)
     assert "is more than this shaking gives any device" in str(found)
@@ -42,7 +42,7 @@ def test_the_bound_is_mass_times_density_over_four():
 
 
 def test_a_power_above_it_within_its_error_is_no_contradiction():
-    assert impossible_power(PLATE, Value(1.01, stderr=0.1)) is None
+    assert impossible_power(PLATE, Value(1.01, stderr=0.1), power_bound(PLATE)) is None
 
 
 def test_a_power_below_zero_says_so():

@@ -218,6 +218,23 @@ def test_the_power_of_the_circuit_itself():
         in_worker.power(several.tables(), *in_worker.FINE)
 
 
+@pytest.mark.thorough("test_the_power_of_the_circuit_itself")
+@pytest.mark.parametrize("name", ["bridge", "parallel_sshi", "sece", "bimorph_ltc3588"])
+def test_the_power_at_once_is_near_and_its_refinement_is_that_of_run(name):
+    """At once within its own error and a few per cent, finely as the engine itself says; without the resistor's."""
+    example = ROOT / "examples" / f"{name}.toml"
+    draft = Draft.read(example if example.exists() else ROOT / "examples" / "plate_with_stop.toml")
+    if not example.exists():
+        draft.choose(name)
+    scene = draft.scene()
+    quick, fine = (in_worker.power(scene.tables(), *how) for how in (in_worker.QUICK, in_worker.FINE))
+    own = hv.run(scene, fine["engine"], within="1%" if fine["engine"] == "ideal" else None).mean_power
+    at_once, refined = (one["answer"]["mean_power"]["value"] for one in (quick, fine))
+    assert quick["engine"] == fine["engine"] == ("slow" if example.exists() else "ideal")
+    assert refined == pytest.approx(own.value, abs=own.known_error95, rel=1e-6)
+    assert at_once == pytest.approx(own.value, abs=2.0 * quick["known_error95"] + own.known_error95, rel=0.03)
+
+
 def test_downloads():
     """The table has the engines' numbers, and the page of the report is whole."""
     found = looked(first())
@@ -248,6 +265,22 @@ def test_only_the_newest_is_computed():
             newest.ask(number)
         done.set()
     assert seen == [(0, False), ("overtaken", True), (49, False)]
+
+
+def test_who_waits_for_rest_is_woken_by_a_request():
+    """A knob that turns on does not wait for the rest of the knob before; without a request there is a rest."""
+    rested, waits = [], threading.Event()
+
+    def work(request, overtaken):
+        waits.set()
+        rested.append(newest.rests(60.0 if request == 0 else 0.0))
+
+    with ThreadPoolExecutor(1) as pool:
+        newest = Newest(pool, work)
+        newest.ask(0)
+        assert waits.wait(10)
+        newest.ask(1)
+    assert rested == [False, True]
 
 
 @pytest.mark.parametrize(("values", "power"), [([3e-6, 8e-6], -6), ([0.0], 0), ([1e3], 3), ([float("nan"), 2.0], 0)])

@@ -244,7 +244,7 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     # towards a target
     "effort": _effort,
     "target_missed": _target_missed,
-    "unknown_error": "`within` {within:.3g} cannot be promised: the error of {unknown} is not known",
+    "within_not_promised": "`within` {within:.3g} cannot be promised: the error of {unknown} is not known",
     "within_between_wells": "`within` {within:.3g} cannot be promised: " + BETWEEN_WELLS,
     "needs_smaller_step": "`within` {within:.3g} needs a step below `dt` {dt:g}",
 }

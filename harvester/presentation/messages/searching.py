@@ -80,6 +80,8 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "circuit_unsound": "its power has not settled, was cut off or has no known error, so that it is not compared with "
     "circuits whose power has",
     "no_optimum": "no optimum: {why}",
+    "coils_differ": "the circuits have coils of different quality ({coils}), which is a part of what their powers differ "
+    "by: give all of them one coil, such as seven RB1314 of 1.5 mH in series (L=10.5m, Rcoil=11.9, Rcore=510k)",
     "error_unknown": "the error of {part} is not known",
     # Limits and parts that scatter.
     "power_of_most": "the power is what all but {percent:.3g} % of the devices exceed",

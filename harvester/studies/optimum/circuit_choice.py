@@ -17,11 +17,14 @@ from harvester.presentation.diagnostic import Diagnostic, has, note, warning
 from harvester.presentation.table import Column, Table
 from harvester.scene.load import Load, is_path
 from harvester.scene.scene import Scene
+from harvester.storage.bought_parts import coil_quality
 from harvester.studies.optimum.optimum_result import Optimum
 from harvester.studies.optimum.race import Race
-from harvester.studies.optimum.ranges import NETLIST, Vary
+from harvester.studies.optimum.ranges import NETLIST, Vary, varied
 from harvester.studies.optimum.search import SearchRequest
 from harvester.studies.output_folder import OutputFolder
+
+UNLIKE = 1.5  # times the quality of the worst coil of several circuits, from which on they are not alike
 
 
 class CircuitChoice(Optimum, kw_only=True):
@@ -55,15 +58,17 @@ class CircuitChoice(Optimum, kw_only=True):
     optima: dict[str, Optimum | HarvesterError] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, optima: dict[str, Optimum | HarvesterError], seconds: float) -> "CircuitChoice":
-        """The choice between circuits; raises the error of the first where none has an optimum."""
+    def of(
+        cls, optima: dict[str, Optimum | HarvesterError], seconds: float, said: tuple[Diagnostic, ...] = ()
+    ) -> "CircuitChoice":
+        """The choice between circuits, and what is ``said`` of all; raises the first error if none has an optimum."""
         found = _ranked(optima)
         if not found:
             raise next(one for one in optima.values() if isinstance(one, HarvesterError))
         top = next(iter(found.values()))
         fields = {one.name: getattr(top, one.name) for one in dataclasses.fields(Optimum)}
         choice = cls(**fields | {"seconds": seconds, "diagnostics": ()}, optima=optima)
-        return dataclasses.replace(choice, diagnostics=(*choice._remarks(),))
+        return dataclasses.replace(choice, diagnostics=(*choice._remarks(), *said))
 
     @property
     def found(self) -> dict[str, Optimum]:
@@ -187,10 +192,25 @@ def best_circuit(
             found[name] = race.optimum(name, inside)
         except SimulationError as error:  # what the user asked is in order: this circuit has no answer
             found[name] = error
-    answer = CircuitChoice.of({name: found[name] for name in scenes}, time.perf_counter() - begin)
+    optima = {name: found[name] for name in scenes}
+    answer = CircuitChoice.of(optima, time.perf_counter() - begin, _coils(scenes, vary))
     if folder is not None:
         folder.table("circuits", answer.table.csv())
     return answer
+
+
+def _coils(scenes: Mapping[str, Scene], vary: Vary) -> tuple[Diagnostic, ...]:
+    """A warning where the coils of some circuits ring `UNLIKE` times as well as those of others, and none is varied."""
+    if any(one.key.rpartition(".")[2] in ("L", "Rcoil", "Rcore") for one in varied(vary)[1]):
+        return ()
+    known: dict[str, float] = {}
+    for name, scene in scenes.items():
+        circuit = Problem(scene).circuit
+        quality = coil_quality(circuit.values, scene.modal.capacitance) if circuit and scene.piezo else None
+        known |= {} if quality is None else {name: quality}
+    if not known or max(known.values()) < UNLIKE * min(known.values()):
+        return ()
+    return (warning("coils_differ", coils=", ".join(f"{name} {one:.2g}" for name, one in known.items())),)
 
 
 def _with(scene: Scene, name: str) -> Scene:

@@ -28,6 +28,7 @@ from harvester.studies.sweep.points import Points
 from harvester.studies.sweep.rows import COLUMNS, SweepRow, lines, read_cells
 from harvester.studies.sweep.runners import Done, handed_over, here, pool
 from harvester.studies.sweep.same_study import check_same, identity
+from harvester.studies.sweep.shared_budget import SharedBudget
 from harvester.studies.sweep.sweep_table import SweepTable
 from harvester.studies.sweep.tasks import Task, tasks
 
@@ -37,14 +38,14 @@ MOST_BYTES = 1_000_000_000  # of a file of an earlier sweep
 
 
 def compute_table(
-    scene: Scene, points: Points, engines: Sequence[Engine], execution: Execution = DEFAULT
+    scene: Scene, points: Points, engines: Sequence[Engine], execution: Execution = DEFAULT, budget: float | None = None
 ) -> SweepTable:
     """Run every engine at every point; write sweep.csv, sweep.nc, sweep.png and provenance.json where there is `out`.
 
     Each finished point is in sweep.journal at once; `resume` keeps those of an earlier run of the same sweep and
     computes the others, also those that failed.  A point that fails is a row with its error.  Whoever computes, the
     answers are the same, but for their seconds, and for what a budget makes of these.  The progress is told the rows of
-    each engine.
+    each engine.  A ``budget`` (s) is that of all rows together.
 
     Raises InputError for a point that no scene can be, before anything is computed, an option that no engine takes, a
     folder that cannot be written, or an earlier sweep that was another one; KeyboardInterrupt at ^C, with a text that
@@ -65,7 +66,7 @@ def compute_table(
         sweep.begin()
         todo = tasks(scene, points, engines, lambda point, place: not journal.has(point, place))
         try:
-            last = sweep.fill(_answers(todo, execution))
+            last = sweep.fill(_answers(todo, execution, budget, sweep.rows_that_sample))
             return sweep.finished(last)
         except KeyboardInterrupt:
             if folder is None:
@@ -76,22 +77,26 @@ def compute_table(
             ) from None
 
 
-def _answers(todo: Iterator[Task], execution: Execution) -> Done:
-    """The tasks with their answers, from the executor, this process, or a pool, which loads what draws meanwhile."""
-    if execution.executor is not None:
-        return handed_over(todo, execution.executor)
-    workers = execution.workers
+def _answers(todo: Iterator[Task], execution: Execution, budget: float | None, rows: int) -> Done:
+    """The tasks with their answers, from the executor, this process, or a pool, which loads what draws meanwhile.
+
+    A ``budget`` is shared by the ``rows`` that sample.
+    """
+    workers = execution.workers if execution.executor is None else 1
     if workers is None:  # a process takes a second to start
         first = list(itertools.islice(todo, 2 * cores()))
         workers, todo = max(1, min(cores(), len(first) // 2)), itertools.chain(first, todo)
+    shared = None if budget is None else SharedBudget(budget, rows, workers)
+    todo = todo if shared is None else shared.share(todo)
+    done = _computed(todo, execution, workers)
+    return done if shared is None else shared.watch(done)
+
+
+def _computed(todo: Iterator[Task], execution: Execution, workers: int) -> Done:
+    if execution.executor is not None:
+        return handed_over(todo, execution.executor)
     meanwhile: Callable[[], object] | None = None if execution.out is None else _load_what_draws
     return here(todo) if workers == 1 else pool(todo, workers, meanwhile)
-
-
-def share_of_budget(budget: float, rows: int, workers: int | None) -> float:
-    """The seconds of each of the rows of engines that sample, so that all of them take the budget."""
-    beside = workers or max(1, min(cores(), rows // 2))
-    return budget * min(beside, max(rows, 1)) / max(rows, 1)
 
 
 def _load_what_draws() -> None:
@@ -115,6 +120,12 @@ class _Sweep:
     def names(self) -> list[str]:
         """The names of the engines."""
         return [engine.NAME for engine in self.engines]
+
+    @property
+    def rows_that_sample(self) -> int:
+        """How many rows of engines that sample are to come."""
+        sampled = [place for place, engine in enumerate(self.engines) if not engine.is_formula]
+        return sum(not self.journal.has(point, place) for place in sampled for point in range(len(self.points)))
 
     @property
     def units(self) -> AnswerUnits:

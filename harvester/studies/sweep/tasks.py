@@ -34,6 +34,7 @@ class Task:
     points: tuple[int, ...]
     values: tuple[tuple[float, ...], ...]
     tries: int = 0  # how often its worker died
+    left_out: float | None = None  # the budget (s) of the sweep that was spent before it could begin
 
     @property
     def by_continuation(self) -> bool:
@@ -62,6 +63,7 @@ LOST = (
     "the worker process ended abruptly, twice (crash or out of memory): try fewer `trajectories` or fewer `workers`, "
     "and `resume`"
 )
+SPENT = "left out, as the `budget` of {:.3g} s for the whole sweep was spent before: give a longer one, or `resume`"
 
 
 def tasks(
@@ -113,6 +115,8 @@ def compute(task: Task) -> list[Answer]:
 
     Raises MissingProgramError where ngspice is not installed, which is no fault of the point.
     """
+    if task.left_out is not None:
+        return [SimulationError(SPENT.format(task.left_out)) for _ in task.points]
     answers: list[Estimate | HarvesterError] = []
     try:
         scenes = [task.scene.varied(dict(zip(task.keys, values, strict=True))) for values in task.values]

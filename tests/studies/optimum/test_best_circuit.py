@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import math
 import re
 
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 import harvester as hv
 from harvester.machine.progress import CallingBack
 from harvester.presentation.diagnostic import has, warning
+from harvester.studies.optimum import circuit_choice
 from harvester.studies.optimum.circuit_choice import CircuitChoice
 from harvester.studies.optimum.race import Race
 from harvester.studies.optimum.search import Search, SearchRequest
@@ -37,6 +39,20 @@ def test_each_circuit_has_its_own_best(harvester, tmp_path):
     assert (tmp_path / "bridge" / "optimise.csv").exists() and (tmp_path / "doubler" / "optimise.png").exists()
     about = json.loads((tmp_path / "doubler" / "provenance.json").read_text())
     assert about["scene"]["load"]["netlist"] == "doubler" and set(about["scene"]["load"]["parameters"]) <= {"R", "C"}
+
+
+def test_coils_of_different_quality_are_told():
+    """1/Q = Rcoil sqrt(Cp/L) + sqrt(L/Cp)/Rcore; nothing is said of one coil, nor where the coil itself is varied."""
+    given = hv.load(BRIDGE)
+    scenes = {name: given.with_load(netlist=name) for name in ("bridge", "parallel_sshi", "sece")}
+    over = {"load.parameters.R": ("300k", "3M")}
+    (said,) = circuit_choice._coils(scenes, over)
+    wave = math.sqrt(2.0 / given.piezo.capacitance)
+    assert f"sece {1.0 / (200.0 / wave + wave / 500e3):.2g}" in str(said) and "bridge" not in str(said)
+    assert circuit_choice._coils(scenes, over | {"load.parameters.L": ("10m", "1")}) == ()
+    same = {"L": 0.0105, "Rcoil": 11.9, "Rcore": 510e3}
+    alike = {name: given.with_load(netlist=name, parameters=same) for name in ("parallel_sshi", "sece")}
+    assert circuit_choice._coils(alike, over) == ()
 
 
 @pytest.mark.slow

@@ -10,6 +10,7 @@ import time
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import ClassVar
 
 import pytest
@@ -19,10 +20,11 @@ from harvester import figures
 from harvester.engines.protocol import Engine, Progress
 from harvester.errors import InputError, SimulationError
 from harvester.machine.cores import THREADS_VARIABLE, cores, limited_environment
-from harvester.studies.sweep import compute, runners, tasks
+from harvester.studies.sweep import compute, runners, shared_budget, tasks
 from harvester.studies.sweep.cluster import dask_client
-from harvester.studies.sweep.compute import share_of_budget
 from harvester.studies.sweep.points import grid, read_axis
+from harvester.studies.sweep.shared_budget import SharedBudget
+from harvester.studies.sweep.tasks import Task
 from tests.support.bimorph import bimorph
 from tests.support.paths import EXAMPLES
 from tests.support.sweeps import swept, telling
@@ -251,8 +253,26 @@ def test_cores(monkeypatch):
     assert limited_environment(2)["OPENBLAS_NUM_THREADS"] == "1"
 
 
-def test_a_budget_is_shared_by_the_rows():
-    """One after the other they take the budget; beside each other each may take longer."""
-    assert share_of_budget(30.0, 13, 1) * 13 == pytest.approx(30.0)
-    assert share_of_budget(30.0, 12, 4) * 12 / 4 == pytest.approx(30.0)
-    assert share_of_budget(30.0, 1, 8) == share_of_budget(30.0, 0, None) == 30.0
+@pytest.mark.parametrize(("rows", "beyond", "answered"), [(12, 0.0, 12), (12, 2.0, 12), (12, 10.0, 5), (1, 50.0, 1)])
+def test_a_budget_holds_for_all_rows(monkeypatch, rows, beyond, answered):
+    """Rows of 60 s in all that take what they are given and more: they end in time, but for one; some are left out."""
+    clock = [1000.0]
+    monkeypatch.setattr(shared_budget, "time", SimpleNamespace(monotonic=lambda: clock[0]))
+    shared = SharedBudget(60.0, rows, 1)
+    todo = [Task(PLATE, hv.Ensemble(budget=60.0), 0, (), (point,), ((),)) for point in range(rows)]
+
+    def compute():
+        for task in shared.share(iter(todo)):
+            clock[0] += 0.0 if task.left_out else task.engine.budget + beyond
+            yield task, []
+
+    done = [task for task, _ in shared.watch(compute())]
+    assert sum(task.left_out is None for task in done) == answered
+    assert clock[0] - 1000.0 <= 60.0 + beyond + 1e-9
+    assert clock[0] - 1000.0 >= 50.0
+
+
+def test_a_point_that_a_budget_leaves_out_says_so():
+    """Without time nothing is computed, and each row has the reason."""
+    with pytest.raises(SimulationError, match=r"left out, as the `budget` of 1e-09 s for the whole sweep was spent"):
+        compute.compute_table(PLATE, grid([LOADS]), [hv.Ensemble()], budget=1e-9)

@@ -1,0 +1,48 @@
+"""The budget of a whole sweep, shared anew whenever a row begins: what one takes too much, the others have less."""
+
+import dataclasses
+import time
+from collections.abc import Iterator
+
+from harvester.studies.sweep.runners import Done
+from harvester.studies.sweep.tasks import Task
+
+LEAST = 0.25  # of its share, that a row gets whatever rows took beyond theirs
+
+
+class SharedBudget:
+    """So many ``seconds`` for ``rows`` rows of engines that sample, of which ``beside`` are computed at a time.
+
+    A row gets its share of what is left, less the time that every row of its engine so far took beyond what it was
+    given, as ngspice does until it has started and charged.  One that begins with less than that time is left out.
+    """
+
+    def __init__(self, seconds: float, rows: int, beside: int) -> None:
+        self._seconds, self._end = seconds, time.monotonic() + seconds
+        self._rows, self._beside = rows, beside
+        self._until: dict[tuple[int, tuple[int, ...]], float] = {}  # by when a task should end
+        self._beyond: dict[int, float] = {}  # of an engine, by its place
+
+    def share(self, tasks: Iterator[Task]) -> Iterator[Task]:
+        """The tasks, each with its part of the budget when it begins."""
+        for task in tasks:
+            yield task if task.engine.is_formula else self._with_share(task)
+
+    def _with_share(self, task: Task) -> Task:
+        count, left, beyond = len(task.points), self._end - time.monotonic(), self._beyond.get(task.place, 0.0)
+        share = left * min(self._beside / max(self._rows, count), 1.0)
+        self._rows -= count
+        if left <= beyond:
+            return dataclasses.replace(task, left_out=self._seconds)
+        given = max(share - beyond, LEAST * share)
+        self._until[task.place, task.points] = time.monotonic() + count * given
+        return dataclasses.replace(task, engine=dataclasses.replace(task.engine, budget=given))  # type: ignore[type-var]
+
+    def watch(self, done: Done) -> Done:
+        """The answers as they come, of which the times are taken."""
+        for task, answers in done:
+            until = self._until.pop((task.place, task.points), None)
+            if until is not None:
+                beyond = max(time.monotonic() - until, 0.0) / len(task.points)
+                self._beyond[task.place] = min(beyond, self._beyond.get(task.place, beyond))
+            yield task, answers
