@@ -13,7 +13,7 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from scipy.fft import next_fast_len
@@ -30,7 +30,6 @@ from harvester.mechanics.kernels.intervals import update_of
 from harvester.mechanics.kernels.shaking import filter_of, of_batch
 from harvester.mechanics.kernels.step_size import step_from_rest
 from harvester.mechanics.kernels.trajectory_batch import BATCH, IDEAL_SUMS, Batch, Schedule, advance
-from harvester.records.records import Record
 from harvester.storage.measured_current import FADED, HELD, time_constant
 from harvester.storage.rectified_current import RectifiedCurrent
 from harvester.storage.rectifier_cut import STORE, held_rectifier, with_store
@@ -40,7 +39,6 @@ BATCHES = 2  # side by side
 SHORTEST, PERIODS, MOST_WINDOWS = 1.0, 8.0, 20_000  # s of a window; of the resonance in one; of a record
 PIECE = 2**22  # steps of a piece of the record
 BEYOND = 3.0  # over the largest rms of the open piezo's voltage in a window
-EDGE = 64  # samples beside a piece, over which it fades
 LOUD = 40  # windows in which stores are compared
 
 Rectifier = Callable[[float], IdealCircuit | CompiledCircuit]  # with a store of so many farads
@@ -113,10 +111,10 @@ def grid_of(problem: Problem, h: float | None = None) -> RecordGrid:
     record, w0 = problem.equations.record, problem.scales.frequency
     assert record is not None, "the caller checks"
     h = step_from_rest(replace(problem.equations, record=None)) if h is None else h
-    seconds = max(SHORTEST * w0, PERIODS * 2.0 * math.pi, record.period / MOST_WINDOWS)
-    samples = min(next_fast_len(max(round(seconds / record.spacing), 1), True), len(record.values))
+    seconds = max(SHORTEST * w0, PERIODS * 2.0 * math.pi, record.count * record.spacing / MOST_WINDOWS)
+    samples = min(next_fast_len(max(round(seconds / record.spacing), 1), True), record.count)
     steps = 8 * next_fast_len(math.ceil(samples * record.spacing / (8.0 * h)), True)
-    return RecordGrid(len(record.values) // samples, samples, steps, samples * record.spacing / steps)
+    return RecordGrid(record.count // samples, samples, steps, samples * record.spacing / steps)
 
 
 class Lanes:
@@ -177,12 +175,13 @@ def windows_of(problem: Problem, rectifier: Rectifier, volts: Floats, grid: Reco
     count, parts = len(volts), BATCHES * BATCH // len(volts)
     early = _early(problem, grid)
     each = max(min(PIECE // grid.steps, grid.windows) // parts, 1)
-    farads, steps = HELD * problem.scales.capacitance, 0
+    farads, steps, record = HELD * problem.scales.capacitance, 0, problem.equations.record
+    assert record is not None, "the caller checks"
     circuit = rectifier(farads)
     found = np.zeros((2, grid.windows, count))  # charges and mean squares
     held = np.tile(volts, parts // BATCHES)
     for begin in range(0, grid.windows, parts * each):
-        samples = _accelerations(problem.equations.record, grid, begin - early, early + parts * each)
+        samples = record.resampled(begin - early, early + parts * each, grid.samples, grid.steps)
 
         def batch(k: int, begin: int = begin, samples: Floats = samples) -> int:
             lanes = Lanes(problem, circuit, held, farads, grid.h)
@@ -199,21 +198,6 @@ def windows_of(problem: Problem, rectifier: Rectifier, volts: Floats, grid: Reco
         with ThreadPoolExecutor(cores()) as pool:
             steps += sum(pool.map(batch, range(BATCHES)))
     return found[0], found[1], steps
-
-
-def _accelerations(record: Any, grid: RecordGrid, begin: int, count: int) -> Floats:
-    """The accelerations at the steps of ``count`` windows from one on; before and after the record there are none."""
-    edge = math.ceil(EDGE / grid.samples)
-    whole = next_fast_len(count + 2 * edge, True)  # windows, of a number whose Fourier series is quick
-    low, high = (begin - edge) * grid.samples, (begin - edge + whole) * grid.samples
-    values = np.zeros(high - low)
-    inside = slice(max(low, 0), max(min(high, grid.windows * grid.samples), low, 0))
-    values[inside.start - low : inside.stop - low] = record.values[inside]
-    fade = np.sin(0.5 * math.pi * np.arange(edge * grid.samples) / (edge * grid.samples)) ** 2
-    values[: len(fade)] *= fade
-    values[len(values) - len(fade) :] *= fade[::-1]
-    fine = Record(record.spacing, values).sampled(whole * grid.steps)
-    return np.ascontiguousarray(fine[edge * grid.steps : (count + edge) * grid.steps])
 
 
 class Recorded(NamedTuple):
@@ -273,7 +257,10 @@ def _separation(
     volts = np.repeat(table.voltages[: VOLTAGES // 2], 2 * BATCH // VOLTAGES)
     lanes = Lanes(problem, circuit, volts, farads, grid.h)
     count = loud.stop - loud.start
-    lanes.begin(_accelerations(problem.equations.record, grid, loud.start - early, early + count), np.zeros(BATCH))
+    record = problem.equations.record
+    assert record is not None, "the caller checks"
+    shaking = record.resampled(loud.start - early, early + count, grid.samples, grid.steps)
+    lanes.begin(shaking, np.zeros(BATCH))
     for _ in range(early):
         lanes.hold()
         lanes.advance(grid.steps)
