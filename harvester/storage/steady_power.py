@@ -18,7 +18,15 @@ from harvester.arrays import Floats
 from harvester.circuits.compiled_circuit import compiled_circuit
 from harvester.equations.problem import Problem
 from harvester.mechanics.kernels.step_size import step_from_rest
-from harvester.storage.measured_current import HELD, HeldPath, measured, measured_current, open_voltage, time_constant
+from harvester.storage.measured_current import (
+    HELD,
+    JUDGE,
+    HeldPath,
+    measured,
+    measured_current,
+    open_voltage,
+    time_constant,
+)
 from harvester.storage.rectified_current import RectifiedCurrent
 from harvester.storage.rectifier_cut import STORE, Cut
 from harvester.storage.slow_circuit import TOLERANCE, SlowCircuit, SlowPath
@@ -29,7 +37,6 @@ FIRST, CHARGES = 500.0, 8.0  # time constants of the mass, and times to charge t
 SETTLED, MOST = 3e-3, 4e6  # relative change of the mean power from a part of the run to the next; slow steps
 DIRECT, LONGER = 150.0, 4.0  # time constants of the direct run; times that, where it takes the slow one's place
 APART = 0.05  # of the mean power: a difference from the direct run above which the scales are not apart
-JUDGE = 5e-3  # twice what compiled circuits differ by from ngspice at most (docs/compiled.md)
 ROUGHER = 4.0  # times the tolerance, beside slow steps of twice the length
 QUICK_VOLTAGES, QUICK_STEP, QUICK_TOLERANCE = 7, 32.0, 30.0  # of `quick_power`: voltages, times slow step and tolerance
 QUICK_PART, QUICK_SETTLED = 0.2, 0.05  # and the part of the first slow run; change of the mean power that ends it
