@@ -134,6 +134,12 @@ class NodeRun:
         less = chip.own - chip.low_own if chip is not None and chip.low_own else 0.0
         self.waiting = np.full(len(self.volts), (node.stopped_current or 0.0) - less)
 
+    def at(self, table: Floats, volts: float) -> float:
+        """A current of the tables at a voltage."""
+        place = min(max(volts / self.top, 0.0), 1.0) * (len(self.volts) - 1)
+        k = min(int(place), len(self.volts) - 2)
+        return float(table[k] + (place - k) * (table[k + 1] - table[k]))
+
     def _drawn(self, amperes: float) -> Floats:
         """The current out of the store, at each voltage."""
         node = self.node
@@ -152,7 +158,7 @@ class NodeRun:
     def course(self, seconds: float) -> NodeCourse:
         """What happens in a time from the beginning."""
         node, storage = self.node, self.storage
-        stops = np.array([self._stop(drawn) for drawn in self.drawn])
+        stops = np.array([self.stop_of(drawn) for drawn in self.drawn])
         counts, t, volts = np.zeros(COUNTS), np.empty(SEEN + 2), np.empty(SEEN + 2)
         counts[END] = min(self.late, seconds)
         hours = np.zeros(max(math.ceil(seconds / HOUR), 1))
@@ -194,7 +200,7 @@ class NodeRun:
         most = round(node.retries or 0) + 1
         return np.where(tries > most, -most, tries)
 
-    def _stop(self, drawn: Floats) -> float:
+    def stop_of(self, drawn: Floats) -> float:
         """The store's voltage at which a state stops."""
         seen = self.volts - (self.storage.esr or 0.0) * drawn
         above = np.flatnonzero(seen >= self.node.stop_voltage)

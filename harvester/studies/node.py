@@ -43,7 +43,7 @@ STORE_KEYS = {key: key for key in _OF_STORE}
 _VOLTAGES, _CURRENTS = ("wake_voltage", "stop_voltage"), ("sleep_current", "stopped_current")
 NODE_KEYS = {key: key for key in ("interval", *_VOLTAGES, *_CURRENTS, "efficiency", "lost_share", "low_interval")}
 CHIP_KEYS = {"ratio": "input_ratio", "own": "own_current", "rise": "start_voltage", "fall": "stop_voltage"}
-APART, INPUT = 0.05, 4.7e-6  # of the current: a difference that is told; F at a chip's input
+APART, DIRECT = 0.05, 200.0  # of the current: a difference above which a direct run is made; of how many time constants
 ROUNDING, SPARED = 1e-9, 0.9  # of a number; packets over those of the interval, below which energy is spared
 DAY, HOUR, MOST_DAYS = 86400.0, 3600.0, 366.0
 
@@ -220,11 +220,15 @@ def node(scene: AnyScene, *, days: float = 1.0, seed: int = 0) -> NodeResult:
     begin, table = time.perf_counter(), problem.scene.chip
     chip = None if table is None else chip_of(table, consumer.supply_voltage)
     known = _measure(problem, storage, chip, max(consumer.wake_voltage, chip.rise if chip else 0.0), seed)
-    found = _live(known, (storage, consumer, chip), days, power_bound(problem))
+    parts = storage, consumer, chip
+    direct = _directly(problem, known, parts, days * DAY)
+    found = _live(known, parts, days, power_bound(problem), direct)
     told = [one for one in (*unusual_values(problem.scene), *found.diagnostics) if one.code != "node_left_out"]
     if problem.equations.is_random:
         told.append(note("node_of_mean_current"))
-    if known.separation > APART:
+    if direct is not None:
+        told.append(note("run_directly", direct=direct.end, separation=known.separation))
+    elif known.separation > APART:
         told.append(warning("scales_not_apart", separation=known.separation))
     if known.unknown:
         told.append(warning("error_unknown", part=known.unknown))
@@ -257,6 +261,7 @@ def _measure(problem: Problem, storage: Storage, chip: Chip | None, wake: float,
     from harvester.circuits.compiled_circuit import CompiledCircuit
     from harvester.cosimulation.idealised import ideal_circuit
     from harvester.mechanics.kernels.compiled import compilation
+    from harvester.storage.direct_node import INPUT
     from harvester.storage.measured_current import HELD, measured
     from harvester.storage.recorded_current import compiled_rectifier, ideal_rectifier, recorded
     from harvester.storage.rectified_current import FINE, times_to
@@ -295,18 +300,44 @@ def _measure(problem: Problem, storage: Storage, chip: Chip | None, wake: float,
     if tracks:
         late = abs(check.late) + check.error + 0.5 * chip.look if chip else 0.0
     else:
-        table = table.later(check.late)
+        table, rough = table.later(check.late), rough.later(check.late)
     return _Known(table, rough, table.halved(), steps + check.steps, separation, late=late)
 
 
+def _directly(
+    problem: Problem, known: _Known, parts: tuple[Storage, SensorNode, Chip | None], seconds: float
+) -> NodeCourse | None:
+    """The direct run where the store is not slow beside the vibration; None where it is, and where there is none."""
+    from harvester.mechanics.kernels.compiled import compilation
+    from harvester.storage.direct_node import can_run, direct_course
+    from harvester.storage.measured_current import time_constant
+
+    run = NodeRun(known.table, *parts)
+    if known.separation <= APART or problem.equations.drive is None or not can_run(run):
+        return None
+    with compilation():
+        unit = time_constant(problem.equations) / problem.scales.frequency
+        return direct_course(problem, run, min(seconds, DIRECT * unit))
+
+
 def _live(
-    known: _Known, parts: tuple[Storage, SensorNode, Chip | None], days: float, bound: PowerBound | None
+    known: _Known,
+    parts: tuple[Storage, SensorNode, Chip | None],
+    days: float,
+    bound: PowerBound | None,
+    direct: NodeCourse | None,
 ) -> NodeResult:
-    """The result, with the errors that the current's own bring, and the chip's efficiency."""
+    """The result, with the errors that the current's own bring, and the chip's efficiency.
+
+    What a ``direct`` run differs by from the slow one of its time is added, and is an error, too: all that the slow one
+    leaves out.
+    """
     seconds, table, (storage, node, chip) = days * DAY, known.table, parts
     run = NodeRun(table, *parts)
     base = run.course(seconds)
-    lower = dataclasses.replace(table, current=table.current * (1.0 - known.separation - known.elements))
+    apart = known.separation if direct is None else 0.0
+    lower = dataclasses.replace(table, current=table.current * (1.0 - apart - known.elements))
+    both = None if direct is None else (direct, run.course(direct.end))
     shifted = table.shifted() if isinstance(table, RectifiedCurrent) else table
     courses = [
         base if one is table else NodeRun(one, *parts).course(seconds)
@@ -319,17 +350,18 @@ def _live(
         """A number with what each variant changes."""
         found = float(read(base))
         changes = (abs(read(one) - found) for one in courses)
+        off = 0.0 if both is None else float(read(both[0]) - read(both[1]))
         step, *model, sampling = (one if one > ROUNDING * abs(found) else 0.0 for one in changes)
-        total = late + sum(model) + (bound95(0.0, sampling) if known.sampling else 0.0)
-        return Value(found, bias=step, model=total, unknown=known.unknown)
+        total = late + abs(off) + sum(model) + (bound95(0.0, sampling) if known.sampling else 0.0)
+        return Value(found + off, bias=step, model=total, unknown=known.unknown)
 
     def running(one: NodeCourse) -> float:
         packet = sum(seconds for _, seconds in node.states)
         return 0.0 if one.first is None else min(one.ran / (one.end - one.first + packet), 1.0)
 
     first = None
-    if all(one.first is not None for one in (base, *courses)):
-        first = value(lambda one: one.first or 0.0, known.late)
+    if all(one.first is not None for one in (base, *courses, *(both or ()))):
+        first = value(lambda one: one.first or 0.0, known.late if both is None else 0.0)
     limits = _limit if storage.battery_voltage is None else _limit_with_battery
     limit, told = limits(run, base, seconds)
     helps = _helps(table, parts, seconds, base.packets)
@@ -338,11 +370,11 @@ def _live(
     change = [note("node_change_helps", most, gain=helps[most])] if most and helps[most] > LITTLE else []
     return NodeResult(
         days=days,
-        packets_per_hour=value(lambda one: one.packets / seconds * HOUR),
+        packets_per_hour=value(lambda one: one.packets / one.end * HOUR),
         share_running=value(running),
         first_packet=first,
         brown_outs=base.brown_outs / seconds * HOUR,
-        harvested=value(lambda one: (one.given - one.clamped) / seconds),
+        harvested=value(lambda one: (one.given - one.clamped) / one.end),
         needed=run.needed,
         limit=limit,
         bound=bound,
