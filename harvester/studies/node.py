@@ -11,7 +11,7 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -36,6 +36,10 @@ from harvester.storage.rectified_current import RectifiedCurrent
 from harvester.storage.supply import chip_of
 from harvester.studies.charging.by_slow import refusal_of_slow
 from harvester.uncertainty.value import Value, bound95
+
+if TYPE_CHECKING:
+    from harvester.circuits.compiled_circuit import CompiledCircuit
+    from harvester.storage.slow_circuit import DirectCheck
 
 CHANGE, LITTLE = 0.1, 1e-3  # of a key, to see which helps; gains below are none
 _OF_STORE = ("capacitance", "leakage_resistance", "esr", "clamp_voltage", "diffusion_capacitance")
@@ -223,7 +227,14 @@ def node(scene: AnyScene, *, days: float = 1.0, seed: int = 0) -> NodeResult:
     parts = storage, consumer, chip
     direct = _directly(problem, known, parts, days * DAY)
     found = _live(known, parts, days, power_bound(problem), direct)
-    told = [one for one in (*unusual_values(problem.scene), *found.diagnostics) if one.code != "node_left_out"]
+    every = *unusual_values(problem.scene), *found.diagnostics, *_remarks(problem, known, direct, chip)
+    told = tuple(one for one in every if one.code != "node_left_out")
+    return dataclasses.replace(found, seconds=time.perf_counter() - begin, diagnostics=told)
+
+
+def _remarks(problem: Problem, known: "_Known", direct: NodeCourse | None, chip: Chip | None) -> list[Diagnostic]:
+    """What is to be said of how the numbers were found."""
+    told, table = list[Diagnostic](), problem.scene.chip
     if problem.equations.is_random:
         told.append(note("node_of_mean_current"))
     if direct is not None:
@@ -234,7 +245,7 @@ def node(scene: AnyScene, *, days: float = 1.0, seed: int = 0) -> NodeResult:
         told.append(warning("error_unknown", part=known.unknown))
     if chip is not None and table is not None and table.name is not None:
         told.append(note("chip_by_its_sheet", table.name, source=chip.source, assumed=chip.assumed))
-    return dataclasses.replace(found, seconds=time.perf_counter() - begin, diagnostics=tuple(told))
+    return told
 
 
 @dataclass(frozen=True)
@@ -264,15 +275,13 @@ def _measure(problem: Problem, storage: Storage, chip: Chip | None, wake: float,
     from harvester.storage.direct_node import INPUT
     from harvester.storage.measured_current import HELD, measured
     from harvester.storage.recorded_current import compiled_rectifier, ideal_rectifier, recorded
-    from harvester.storage.rectified_current import FINE, times_to
     from harvester.storage.rectifier_cut import held_rectifier, is_plain_store, with_store
-    from harvester.storage.slow_circuit import direct_check
 
     circuit, scales = problem.circuit, problem.scales
     assert circuit is not None, "the refusal checks this"
     elements = held_rectifier(circuit, HELD * scales.capacitance)
     ideal = ideal_circuit(circuit, scales) if is_plain_store(circuit) else None
-    tracks = chip is not None and chip.ratio is not None
+    tracks, look = (False, 0.0) if chip is None else (chip.ratio is not None, chip.look)
     top, farads = (None, INPUT) if tracks else (storage.clamp_voltage, storage.farads)
     battery = storage.battery_voltage is not None and not tracks
     if battery:
@@ -286,22 +295,32 @@ def _measure(problem: Problem, storage: Storage, chip: Chip | None, wake: float,
         table, rough, steps, _ = measured(problem, elements, ideal, top, seed=seed)
         if not problem.equations.is_steady:
             unknown = f"{IDEAL_ELEMENTS if ideal else COMPILED_CIRCUIT} and {TIME_SCALES}"
-            assert table.stderr is not None, "noise is sampled"
-            sampling = float(np.sqrt((table.stderr**2).mean()) / max(table.current.max(), 1e-300))
+            sampling = float(np.sqrt(np.mean(np.asarray(table.stderr, float) ** 2)) / max(table.current.max(), 1e-300))
             return _Known(table, rough, table.halved(), steps, sampling=sampling, unknown=unknown)
         if battery:  # which holds its voltage as the measurement does
             return _Known(table, rough, table.halved(), steps)
-        volts = np.linspace(0.0, float(table.voltages[-1]) if tracks else min(wake, table.voltages[-1]), FINE)
-        curve = times_to(volts, table, farads, math.inf)
-        reached = np.isfinite(curve)
         both = CompiledCircuit(circuit, scales, with_store(elements, farads))
-        check = direct_check(problem, both, volts[reached], curve[reached], DAY)
+        end = float(table.voltages[-1]) if tracks else min(wake, float(table.voltages[-1]))
+        check = _check(problem, both, table, farads, end)
     separation, late = (abs(check.late) + check.error) / check.seconds, check.error
     if tracks:
-        late = abs(check.late) + check.error + 0.5 * chip.look if chip else 0.0
+        late += abs(check.late) + 0.5 * look
     else:
         table, rough = table.later(check.late), rough.later(check.late)
     return _Known(table, rough, table.halved(), steps + check.steps, separation, late=late)
+
+
+def _check(
+    problem: Problem, both: "CompiledCircuit", table: RectifiedCurrent, farads: float, end: float
+) -> "DirectCheck":
+    """How much longer mass and circuit together take to the voltage ``end`` of a store."""
+    from harvester.storage.rectified_current import FINE, times_to
+    from harvester.storage.slow_circuit import direct_check
+
+    volts = np.linspace(0.0, end, FINE)
+    curve = times_to(volts, table, farads, math.inf)
+    reached = np.isfinite(curve)
+    return direct_check(problem, both, volts[reached], curve[reached], DAY)
 
 
 def _directly(
@@ -332,19 +351,11 @@ def _live(
     What a ``direct`` run differs by from the slow one of its time is added, and is an error, too: all that the slow one
     leaves out.
     """
-    seconds, table, (storage, node, chip) = days * DAY, known.table, parts
+    seconds, table, (storage, node, _) = days * DAY, known.table, parts
     run = NodeRun(table, *parts)
     base = run.course(seconds)
-    apart = known.separation if direct is None else 0.0
-    lower = dataclasses.replace(table, current=table.current * (1.0 - apart - known.elements))
     both = None if direct is None else (direct, run.course(direct.end))
-    shifted = table.shifted() if isinstance(table, RectifiedCurrent) else table
-    courses = [
-        base if one is table else NodeRun(one, *parts).course(seconds)
-        for one in (known.by_step, known.by_voltages, lower, shifted)
-    ]
-    for other in () if chip is None else (chip.narrower(), *([chip.worse()] if chip.spread else ())):
-        courses.insert(1, NodeRun(table, storage, node, other).course(seconds))
+    courses = _variants(known, parts, base, seconds, known.elements + (known.separation if direct is None else 0.0))
 
     def value(read: Callable[[NodeCourse], float], late: float = 0.0) -> Value:
         """A number with what each variant changes."""
@@ -391,6 +402,25 @@ def _live(
         **_intervals((base, *courses), value),
         diagnostics=(told, *change),
     )
+
+
+def _variants(
+    known: _Known, parts: tuple[Storage, SensorNode, Chip | None], base: NodeCourse, seconds: float, less: float
+) -> list[NodeCourse]:
+    """The courses whose differences from the ``base`` are its errors: that of the step first, that of sampling last.
+
+    ``less`` is by what part the current may be lower.
+    """
+    table, (storage, node, chip) = known.table, parts
+    lower = dataclasses.replace(table, current=table.current * (1.0 - less))
+    shifted = table.shifted() if isinstance(table, RectifiedCurrent) else table
+    courses = [
+        base if one is table else NodeRun(one, *parts).course(seconds)
+        for one in (known.by_step, known.by_voltages, lower, shifted)
+    ]
+    for other in () if chip is None else (chip.narrower(), *([chip.worse()] if chip.spread else ())):
+        courses.insert(1, NodeRun(table, storage, node, other).course(seconds))
+    return courses
 
 
 def _intervals(
