@@ -72,6 +72,7 @@ class _Consumer:
     course: NodeCourse = field(default_factory=NodeCourse)
     state: int | None = None
     left: float = 0.0
+    sent: list[float] = field(default_factory=list)
 
     def take(self, volts: float, now: float, slice_: float) -> float:
         """The store's voltage after a slice in which it only gives."""
@@ -101,8 +102,7 @@ class _Consumer:
             self.state, self.course.brown_outs = None, self.course.brown_outs + 1
         elif self.left <= 0.0:
             if self.state == len(self.run.states) - 2:
-                self.course.packets += 1
-                self.course.first = self.course.first or now
+                self.sent.append(now)
             self.state = (self.state + 1) % len(self.run.states)
             self.left = self.run.states[self.state][1]
 
@@ -146,6 +146,8 @@ def direct_course(problem: Problem, run: NodeRun, seconds: float) -> NodeCourse:
         if tracker is None:
             state[at] = farads * volts
         points[:, k] = (k + 1) * slice_, volts
-    course = consumer.course
+    course, gaps = consumer.course, np.sort(np.diff(consumer.sent))
+    course.packets, course.first = len(consumer.sent), next(iter(consumer.sent), None)
+    course.intervals = np.array([gaps, np.ones(len(gaps))])
     course.end, (course.t, course.volts) = count * slice_, points
     return course

@@ -395,11 +395,11 @@ def _live(
         seconds=0.0,
         steps=known.steps,
         helps=helps,
-        days_packets=base.hours[: math.floor(days + ROUNDING) * 24].reshape(-1, 24).sum(axis=1),
+        days_packets=base.hours[: math.floor(days + ROUNDING) * 24].reshape(-1, 24).sum(axis=1).round(6),
         fewest=fewest,
         most=most_packets,
         packets_lost=base.lost / seconds * HOUR if node.lost_share else None,
-        **_intervals((base, *courses), value),
+        **_intervals((base, *courses, *(both or ())), value),
         diagnostics=(told, *change),
     )
 
