@@ -43,24 +43,17 @@ print col time v(xload.{plus})-v(xload.{minus}) v(eint)
 
 def ngspice_alone(problem, seconds, step, reltol):
     """Times (s), the store's voltage, and the energy that the load has taken (J)."""
-    oscillator, piezo, shaking, load = (
-        problem.scene.oscillator,
-        problem.scene.piezo,
-        problem.scene.excitation,
-        problem.circuit,
-    )
-    w0 = problem.scales.frequency
-    damping = oscillator.damping or 2.0 * (oscillator.damping_ratio or 0.0) * oscillator.mass * w0
+    device, shaking, load = problem.scene.modal, problem.scene.excitation, problem.circuit
     plus, minus = load.smoothing_nodes
     load_plus, load_minus = re.search(r"(?m)^rload\s+(\S+)\s+(\S+)", load.text.lower()).groups()
     deck = DECK.format(
-        force=oscillator.mass * shaking.acceleration_amplitude,
+        force=device.mass * shaking.acceleration_amplitude,
         f=shaking.frequency,
-        M=oscillator.mass,
-        c=damping,
-        compliance=1.0 / oscillator.stiffness,
-        theta=piezo.coupling,
-        Cp=piezo.capacitance,
+        M=device.mass,
+        c=device.damping,
+        compliance=1.0 / device.stiffness,
+        theta=device.coupling,
+        Cp=device.capacitance,
         name=load.name,
         parameters=" ".join(f"{key}={value!r}" for key, value in load.parameters.items()),
         text=load.text,

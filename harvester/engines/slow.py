@@ -27,7 +27,6 @@ from harvester.uncertainty.value import Value
 if TYPE_CHECKING:
     from harvester.storage.rectifier_cut import Cut
 
-APART = 0.05  # of the mean power: a difference from the direct run that is told
 SETTLED = 0.02  # of the mean power: a change from part to part that is told
 
 
@@ -89,21 +88,18 @@ class Slow(Request, Engine):
         with compilation():
             found = slow_power(problem, cut)
         scales, power = problem.scales, found.power
-        told = [note("slow_circuit_alone", direct=found.direct, separation=found.separation / max(power, 1e-30))]
-        if found.separation > APART * power:
-            told.append(warning("scales_not_apart", separation=found.separation / max(power, 1e-30)))
-        if found.changed > SETTLED * power:
-            told.append(warning("slow_circuit_unsettled", seconds=found.duration, share=found.changed / power))
-        if (within := number(self.within)) is not None:
-            told.append(warning("within_not_promised", within=within, unknown=COMPILED_CIRCUIT))
-        model = found.separation + found.interpolation + found.changed
-        value = Value(power, bias=found.step, model=model, unknown=COMPILED_CIRCUIT)
+        how = "slow_circuit_alone" if found.apart else "run_directly"
+        told = [note(how, direct=found.direct, separation=found.separation)]
+        if found.changed > SETTLED:
+            told.append(warning("slow_circuit_unsettled", seconds=found.duration, share=found.changed))
+        if (within := number(self.within)) is not None and power.known_error95 > within * power.value:
+            told.append(warning("steady_within", within=within, error=power.known_error95 / power.value))
         details = {"duration": found.duration, "step": found.slow_step, **found.load}
         return estimate(
             self.NAME,
             problem,
-            Value(found.square / scales.volts**2, unknown=COMPILED_CIRCUIT),
-            value.scaled(1.0 / scales.watts),
+            found.square.scaled(scales.volts**-2),
+            power.scaled(1.0 / scales.watts),
             told,
             time.perf_counter() - begin,
             found.steps,

@@ -35,21 +35,30 @@ def folder(path: str | Path, argument: str = "out") -> Path:
 def read(path: str | Path, argument: str, most: int) -> bytes:
     """Read a file of at most ``most`` bytes; errors begin with ``argument``, such as "`points`".
 
+    Raises InputError where it is no regular file, is longer, or cannot be read.
+    """
+    data = read_part(path, argument, 0, most + 1)
+    if len(data) > most:
+        raise InputError(f"{argument} must be a file of at most {most} bytes, but {shown(str(path))} is longer")
+    return data
+
+
+def read_part(path: str | Path, argument: str, begin: int, most: int) -> bytes:
+    """Read at most ``most`` bytes of a file from ``begin`` on; errors begin with ``argument``.
+
     Only a regular file is read: a pipe would wait for its writer, and a device such as /dev/zero has no end.
 
-    Raises InputError where it is none, is longer, or cannot be read.
+    Raises InputError where it is none, or cannot be read.
     """
     name = shown(str(path))
     try:
         with os.fdopen(this_system.open_to_read(path), "rb") as file:
             if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
                 raise OSError(0, "it is a pipe or a device")
-            data = file.read(most + 1)
+            file.seek(begin)
+            return file.read(most)
     except (OSError, ValueError) as error:
         raise InputError(f"{argument} must be a readable file, but {name} is not: {_cause(error)}") from None
-    if len(data) > most:
-        raise InputError(f"{argument} must be a file of at most {most} bytes, but {name} is longer")
-    return data
 
 
 def _cause(error: OSError | ValueError) -> str:

@@ -33,6 +33,9 @@ GLOSSARY = _terms(
     ),
     packets_per_hour=("packets an hour", "", "Packets of the node that arrive, over all the time."),
     packets_lost=("packets lost, an hour", "", "Packets that nobody answers, in spite of all retries."),
+    day_fewest=("packets of a day, at least", "", "Those of the whole day with the fewest."),
+    day_median=("packets of a day, median", "", "Half of the whole days have no more."),
+    day_most=("packets of a day, at most", "", "Those of the whole day with the most."),
     fewest=("packets of an hour, at least", "", "Those of the whole hour with the fewest, after the first packet."),
     most=("packets of an hour, at most", "", "Those of the whole hour with the most, after the first packet."),
     interval_median=(

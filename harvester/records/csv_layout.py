@@ -41,9 +41,8 @@ class Layout:
 
 def layout(text: str) -> Layout | None:
     """The layout of a text; None where no line is a row of numbers."""
-    lines = [line.rstrip() for line in text.splitlines()]
-    remarks = tuple(line for line in lines if line.lstrip().startswith(COMMENTS))
-    plain = [line for line in lines if line.strip() and not line.lstrip().startswith(COMMENTS)]
+    remarks = tuple(line.rstrip() for line in text.splitlines() if line.lstrip().startswith(COMMENTS))
+    plain = plain_lines(text)
     looked = plain[:LOOKED_AT]
     scored = [(_score(looked, *form), form) for form in itertools.product(DELIMITERS, ".,")]
     best, (delimiter, decimal) = max(scored, key=lambda one: one[0])
@@ -54,6 +53,11 @@ def layout(text: str) -> Layout | None:
     heads, units, above = _header(looked[:first], remarks, delimiter, _width(looked, data, delimiter))
     names = tuple(map(escaped, heads)), tuple(map(escaped, units))
     return Layout(delimiter, decimal, *names, tuple(plain[first:]), (*remarks, *above))
+
+
+def plain_lines(text: str) -> list[str]:
+    """The lines that are neither empty nor comments."""
+    return [line.rstrip() for line in text.splitlines() if line.strip() and not line.lstrip().startswith(COMMENTS)]
 
 
 def most_cells(text: str) -> int:

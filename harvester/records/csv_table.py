@@ -10,6 +10,7 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -19,7 +20,7 @@ from harvester.machine import files
 from harvester.presentation.diagnostic import Diagnostic, note
 from harvester.quantities.kinds import Kind
 from harvester.quantities.units import LARGEST, prefix_factor
-from harvester.records.csv_layout import CLOCK, Layout, layout, most_cells
+from harvester.records.csv_layout import CLOCK, Layout, layout, most_cells, plain_lines
 
 MOST_BYTES = 64_000_000
 MOST_COLUMNS = 1000
@@ -93,12 +94,16 @@ class CsvColumn:
 
 @dataclass(frozen=True, eq=False)
 class CsvTable:
-    """The columns of a file, and what it says beside them; ``bad`` are cells with a text that is no finite number."""
+    """The columns of a file, and what it says beside them; ``bad`` are cells with a text that is no finite number.
+
+    Of a block of a long file ``before`` rows of data stand before its first.
+    """
 
     columns: tuple[CsvColumn, ...]
     remarks: tuple[str, ...]
     layout: Diagnostic
     bad: tuple[tuple[int, int, str], ...]  # row from 1, column from 0, text
+    before: int = 0
 
     @property
     def heads(self) -> str:
@@ -116,7 +121,7 @@ def read_table(path: str | Path, argument: str, most: int = MOST_BYTES) -> CsvTa
     Raises InputError in one line for a file that cannot be read, is no text, or has no row of numbers.
     """
     data = files.read(path, argument, most)
-    text = _decoded(data, path, argument)
+    text = decoded(data, path, argument)
     if (widest := most_cells(text)) > MOST_COLUMNS:
         raise InputError(f"{argument} must have at most {MOST_COLUMNS} columns, but {shown(str(path))} has {widest}")
     rows = layout(text)
@@ -125,10 +130,10 @@ def read_table(path: str | Path, argument: str, most: int = MOST_BYTES) -> CsvTa
             f"{argument} must have rows of numbers below the names of its columns (CSV), "
             f"but {shown(str(path))} has none"
         )
-    return _table(rows, path, argument)
+    return table_of(rows, "\n".join(rows.rows), path, argument)
 
 
-def _decoded(data: bytes, path: str | Path, argument: str) -> str:
+def decoded(data: bytes, path: str | Path, argument: str) -> str:
     """The text of a file in UTF-8, UTF-16 with its mark, or the letters of Windows."""
     if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
         return data.decode("utf-16", errors="replace")
@@ -140,25 +145,51 @@ def _decoded(data: bytes, path: str | Path, argument: str) -> str:
         return data.decode("latin-1")
 
 
-def _table(found: Layout, path: str | Path, argument: str) -> CsvTable:
-    import pandas as pd
-
+def table_of(found: Layout, text: str, path: str | Path, argument: str) -> CsvTable:
+    """The table of a text of rows; errors as of `read_table`."""
     count = len(found.heads)
     if long := [text for text in (*found.heads, *found.units) if len(text) > LONGEST_HEAD]:
         raise InputError(
             f"{argument} must have names of columns of at most {LONGEST_HEAD} letters, but one has {len(long[0])}"
         )
+    try:  # nothing but numbers, as most files have, a tenth as dear
+        frame = _frame(found, text, dtype=float, decimal=found.decimal)
+        if np.isfinite(frame.to_numpy()).all():
+            every = (frame[place].to_numpy() for place in range(count))
+            columns = tuple(
+                CsvColumn(*said) for said in zip(found.heads, found.units, every, range(count), strict=True)
+            )
+            return CsvTable(columns, found.remarks, _layout_note(found), ())
+    except ValueError:
+        pass
+    return _table(found, "\n".join(plain_lines(text)), path, argument)
+
+
+def _frame(found: Layout, text: str, **options: Any) -> Any:
+    import pandas as pd
+
+    return pd.read_csv(
+        io.StringIO(text),
+        sep=r"\s+" if found.delimiter == " " else found.delimiter,
+        header=None,
+        names=list(range(len(found.heads))),
+        index_col=False,
+        skipinitialspace=True,
+        **options,
+    )
+
+
+def _layout_note(found: Layout) -> Diagnostic:
+    return note("file_layout", delimiter=found.delimiter, decimal=found.decimal)
+
+
+def _table(found: Layout, text: str, path: str | Path, argument: str) -> CsvTable:
+    """The table where some cells are texts, or missing."""
+    import pandas as pd
+
+    count = len(found.heads)
     try:
-        frame = pd.read_csv(
-            io.StringIO("\n".join(found.rows)),
-            sep=r"\s+" if found.delimiter == " " else found.delimiter,
-            header=None,
-            names=list(range(count)),
-            index_col=False,
-            dtype=str,
-            keep_default_na=False,
-            skipinitialspace=True,
-        )
+        frame = _frame(found, text, dtype=str, keep_default_na=False)
     except ValueError as error:  # pandas' ParserError too: a row with more cells than there are columns
         why = str(error).splitlines()[0]
         raise InputError(f"{argument} must be a table, but {shown(str(path))} is not: {why}") from None
@@ -177,8 +208,7 @@ def _table(found: Layout, path: str | Path, argument: str) -> CsvTable:
         bad += [(int(row) + 1, place, cells.iloc[row]) for row in lost if cells.iloc[row]]
         columns.append(CsvColumn(found.heads[place], found.units[place], values, place, clock))
     full = tuple(column for column in columns if column.head or np.isfinite(column.values).any())
-    layout_found = note("file_layout", delimiter=found.delimiter, decimal=found.decimal)
-    return CsvTable(full, found.remarks, layout_found, tuple(sorted(bad)))
+    return CsvTable(full, found.remarks, _layout_note(found), tuple(sorted(bad)))
 
 
 def _seconds(cells: "object", key: str) -> Floats:
@@ -217,4 +247,6 @@ def check_numbers(table: CsvTable, column: CsvColumn, values: Floats, key: str) 
     text = next(
         (text for r, p, text in table.bad if (r, p) == (row, column.place)), "" if math.isnan(raw) else f"{raw:g}"
     )
-    raise invalid(f"{key} column {column.name!r} row {row}", f"be a number of at most {LARGEST:g} in size", text)
+    raise invalid(
+        f"{key} column {column.name!r} row {table.before + row}", f"be a number of at most {LARGEST:g} in size", text
+    )

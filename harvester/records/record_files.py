@@ -6,7 +6,7 @@ ambiguous or uneven is refused, with the command that mends it.
 """
 
 from collections.abc import Callable
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -16,11 +16,12 @@ from harvester.arrays import Floats
 from harvester.errors import InputError, invalid, shown
 from harvester.quantities.kinds import ACCELERATION, ACCELERATION_PSD, FREQUENCY, TIME, Kind
 from harvester.records.csv_table import CsvColumn, CsvTable, check_numbers, read_table
+from harvester.records.long_record import MEND, UNEVEN, long_record
 from harvester.records.records import Record, TabulatedDensity
 
 _T = TypeVar("_T")
 FEWEST = 16  # rows of a record
-UNEVEN = 0.01  # of a step: how far a time may be off an even grid
+RECORD = "excitation.acceleration_file"
 AXES = ("x", "y", "z")
 _TIMES = frozenset(("time", "t", "timestamp", "timestamps", "datetime", "date", "elapsed", "seconds", "sec"))
 _TIMES |= {"zeit", "uhrzeit", "temps", "relative"}
@@ -71,7 +72,7 @@ def times(table: CsvTable, key: str) -> Floats | None:
 
 
 def read_record(path: str) -> Record:
-    """Read the record of a CSV file, in SI units, with its `bridge` where it is no whole period.
+    """Read the record of a CSV file, in SI units, with its `bridge` where it is no whole period; a long one in blocks.
 
     Raises InputError in one line, for a file that cannot be read or has no such columns, times that do not ascend in
     equal steps, values that are no finite numbers, or too few of them.
@@ -80,8 +81,12 @@ def read_record(path: str) -> Record:
 
 
 def _record(path: str) -> Record:
-    key = "excitation.acceleration_file"
-    table = read_table(path, key)
+    return long_record(path, RECORD, _columns, partial(read_once, _whole, path)) or _whole(path)
+
+
+def _columns(table: CsvTable) -> tuple[Floats, Floats]:
+    """The times (s) and the accelerations (m/s^2) of a table."""
+    key = RECORD
     time = times(table, key)
     if time is None:
         raise no_column(table, key, "time", TIME, ": or 'harvester record FILE --rate HZ' adds the times")
@@ -95,16 +100,22 @@ def _record(path: str) -> Record:
         )
     column, values = numbers(table, key, is_acceleration, "acceleration", ACCELERATION)
     check_numbers(table, column, values, key)
-    steps, mend = np.diff(time), "'harvester record FILE --out clean.csv' mends it"
+    return time, values
+
+
+def _whole(path: str) -> Record:
+    key = RECORD
+    time, values = _columns(read_table(path, key))
+    steps = np.diff(time)
     if len(time) < FEWEST:
         raise invalid(key, f"have at least {FEWEST} rows", len(time))
     if not (steps > 0.0).all():
         row = int(np.argmin(steps > 0.0)) + 2
-        raise InputError(f"{key} must have ascending times, but row {row} does not: {mend}")
+        raise InputError(f"{key} must have ascending times, but row {row} does not: {MEND}")
     spacing = float(time[-1] - time[0]) / len(steps)
     off = np.abs(time - time[0] - spacing * np.arange(len(time)))
     if off.max() > UNEVEN * spacing:
-        raise InputError(f"{key} must have equal steps of time, but row {int(off.argmax()) + 1} is off: {mend}")
+        raise InputError(f"{key} must have equal steps of time, but row {int(off.argmax()) + 1} is off: {MEND}")
     if not values.any():
         raise invalid(key, "have accelerations other than 0", 0.0)
     return Record.of(spacing, values)

@@ -19,6 +19,7 @@ from harvester.arrays import Floats
 from harvester.errors import InputError
 
 BRIDGE = 4  # steps
+EDGE = 64  # samples beside a piece, over which it fades
 SMOOTH, KINK = 0.05, 1.5  # fourth difference to the RMS below which a join can be judged; and to the largest inside
 TRIES, LOOKED_AT, CHANCE = 4096, 32, 2e-3  # other joins of a record; and the share of them that may be smooth
 SPAN = 8192.0  # period of a record made from a density, in units of 1/w0
@@ -63,6 +64,35 @@ class Record:
     def rms(self) -> float:
         """The root of the mean square of the samples."""
         return float(np.sqrt(np.mean(self.values**2)))
+
+    @property
+    def count(self) -> int:
+        """The samples that were read."""
+        return len(self.values) - (BRIDGE - 1 if self.bridged else 0)
+
+    def part(self, begin: int, end: int) -> Floats:
+        """Some of its samples."""
+        return self.values[begin:end]
+
+    def resampled(self, begin: int, windows: int, samples: int, steps: int) -> Floats:
+        """The values at ``steps`` even times a window of so many ``samples``, from a window on.
+
+        Before and after the samples that were read there are none.  They are those of the Fourier series of the piece,
+        which fades over `EDGE` samples beside it.
+        """
+        from scipy.fft import next_fast_len
+
+        edge = math.ceil(EDGE / samples)
+        whole = next_fast_len(windows + 2 * edge, True)  # windows, of a number whose Fourier series is quick
+        low, high = (begin - edge) * samples, (begin - edge + whole) * samples
+        values = np.zeros(high - low)
+        first, last = max(low, 0), max(min(high, self.count // samples * samples), low, 0)
+        values[first - low : last - low] = self.part(first, last)
+        fade = np.sin(0.5 * math.pi * np.arange(edge * samples) / (edge * samples)) ** 2
+        values[: len(fade)] *= fade
+        values[len(values) - len(fade) :] *= fade[::-1]
+        fine = Record(self.spacing, values).sampled(whole * steps)
+        return np.ascontiguousarray(fine[edge * steps : (windows + edge) * steps])
 
     def scaled(self, time: float, value: float) -> "Record":
         """The record with its times multiplied by ``time`` and its values by ``value``, as for other units."""

@@ -271,7 +271,7 @@ class Scene(SceneTable):
             (self.node, "trace"),
             (self.chip, "efficiency_table"),
         ):
-            if (name := getattr(table, key, None)) is not None:
-                path = Path(name)
-                whole.update(path.read_bytes() if path.is_file() else b"")
+            if (name := getattr(table, key, None)) is not None and (path := Path(name)).is_file():
+                with path.open("rb") as file:
+                    hashlib.file_digest(file, lambda: whole)
         return whole.hexdigest()[:16]

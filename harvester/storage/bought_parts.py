@@ -63,7 +63,8 @@ class Chip:
     to ``full`` (V) with efficiencies ``charging`` in rows of input voltage (V), current (A) and efficiency, straight
     between voltages and logarithms of currents.  From empty to ``hand_over`` (V) it takes ``cold_voltage`` with
     ``cold_efficiency`` where at least ``cold_power`` (W) comes.  One without a ratio has its store at the input.  The
-    output begins at ``rise`` of the store (V) and ends below ``fall``; ``own`` is the chip's own current (A).
+    output begins at ``rise`` of the store (V) and ends below ``fall``; ``own`` is the chip's own current (A), and
+    ``low_own`` that before the output begins, the same where it is 0.
     ``efficiencies`` are those of the output over its current (A), the first also below it.  ``outputs`` are the
     output's voltages with ``rise`` and ``fall`` (V); of a chip that tracks, at 0, the range of its store.
 
@@ -96,6 +97,7 @@ class Chip:
     assumed: str = ""
     rise: float = 0.0
     fall: float = 0.0
+    low_own: float = 0.0
 
     @property
     def idle(self) -> float:
@@ -107,6 +109,11 @@ class Chip:
         rows = tuple((volts, amperes, share * (1.0 - self.spread)) for volts, amperes, share in self.charging)
         return replace(self, charging=rows)
 
+    def narrower(self) -> "Chip":
+        """The same with thresholds by `SHARP` nearer, as the netlists' comparators have them."""
+        near = replace(self, rise=self.rise - SHARP, fall=self.fall + SHARP)
+        return replace(near, hand_over=max(self.hand_over - SHARP, 0.0))
+
     def thresholds(self, voltage: float) -> tuple[float, float] | None:
         """Voltages of the store at which an output begins and ends; None for one that the chip does not have."""
         if self.ratio is None:
@@ -116,6 +123,7 @@ class Chip:
         return (fall + hysteresis, fall) if fall + hysteresis < min(high, self.full) else None
 
 
+SHARP = 0.03  # V: within which a netlist's comparator acts
 MARGIN = 0.2, 0.4  # V: of the end of an output above its voltage, and of its beginning above its end
 _LTC_LOW, _LTC_HIGH = (4.04, 2.87), (5.05, 3.67)
 _TRACKS: dict[str, Any] = {
@@ -133,10 +141,11 @@ CHIPS = {
         outputs={1.8: _LTC_LOW, 2.5: _LTC_LOW, 3.3: _LTC_HIGH, 3.6: _LTC_HIGH},
         efficiencies=((1e-6, 0.85),),
         own=950e-9,
+        low_own=450e-9,
         most=20.0,
         diodes=(4.4e-9, 1.0),
         netlist="ltc3588",
-        source="LTC3588-1, Analog Devices: page 1 (950 nA, 20 V)",
+        source="LTC3588-1, Analog Devices: page 1 (950 nA, 450 nA, 20 V)",
         assumed="thresholds, an output of 85 %",
     ),
     "bq25570": Chip(

@@ -32,6 +32,7 @@ from harvester.storage.rectifier_cut import STORE
 
 VOLTAGES = 12
 RUNS = 512  # under noise, at each voltage
+JUDGE = 5e-3  # twice what compiled circuits differ by from ngspice at most (docs/compiled.md)
 HELD = 1e7  # of a store that is held, over the piezo's capacitance
 FADED = 6.0  # time constants of the mass after which its transients are forgotten; after a step of the ladder
 STEPPED = 3.0  # so many, under noise

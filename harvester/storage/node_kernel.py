@@ -154,13 +154,13 @@ def follow_node(currents, durations, stops, levels, branches, tries, v, seconds,
         low = _flag(v, low, levels)
         if v >= wake and rose:
             if _alike(v, low, branches[2], at_wake, same):  # what follows is the same each time
-                _repeat(counts, woken, seconds)
+                _repeat(counts, woken, seconds, hours)
             for k in range(REPEATED):  # `woken[:] = ...` takes numba seconds, for the words of an error
                 woken[k] = counts[k]
         before[:], on = math.nan, v >= wake
         while on and counts[END] < seconds * DONE:
             if _alike(v, low, branches[2], before, same):
-                _repeat(counts, begun, seconds)
+                _repeat(counts, begun, seconds, hours)
             for k in range(REPEATED):
                 begun[k] = counts[k]
             number = tries[taken % len(tries)]
@@ -202,10 +202,13 @@ def _send(counts, hours, arrives):
 
 
 @forced
-def _repeat(counts, before, seconds):
-    """Go on with whole cycles, as that since the counts ``before``, up to a time in all."""
+def _repeat(counts, before, seconds, hours):
+    """Go on with whole cycles, as that since the counts ``before``, up to a time in all; evenly over the hours."""
     cycle = counts[END] - before[END]
     if cycle > 0.0 and (before[LAST] > 0.0 or counts[PACKETS] == 0.0):  # there is one before, like it in intervals, too
         times = max(math.ceil((seconds - counts[END]) / cycle - 1e-9) - 1, 0)  # the last is gone through
+        now, each = counts[END], (counts[PACKETS] - before[PACKETS]) / cycle
+        for k in range(int(now / HOUR), len(hours)):
+            hours[k] += each * max(min((k + 1) * HOUR, now + times * cycle) - max(k * HOUR, now), 0.0)
         for k in range(REPEATED):
             counts[k] += times * (counts[k] - before[k])

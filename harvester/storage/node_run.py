@@ -23,7 +23,8 @@ from harvester.storage.recorded_current import RecordedCurrent
 from harvester.storage.rectified_current import RectifiedCurrent, times_to
 from harvester.storage.supply import charging_current, output_efficiency
 
-GRID, ROUGH = 4000, 400  # voltages of a state's table; of one in each window
+GRID, ROUGH, FEWEST = 4000, 400, 100  # voltages of a state's table; of one in each window, and of one in many
+MOST_POINTS = 2**21  # of all windows
 BRANCHES = 6  # of a line, the last of which has the rest of its capacitance
 AGAIN = 0.01  # of an empty battery's charge: where it feeds the node again
 DRAWN = 65_536  # packets of which the tries are drawn, and repeated
@@ -34,7 +35,7 @@ class NodeCourse:
     """What happened: seconds that it ran, packets that arrived and that were lost, the time of the first, V over time.
 
     ``given`` and ``clamped`` are the energies (J) that came from the rectifier and that the clamp took.  Points of the
-    course are up to where it repeats itself.  ``hours`` has the packets of each hour, where it does not.
+    course are up to where it repeats itself.  ``hours`` has the packets of each hour, evenly from there on.
     ``intervals`` are the mean times (s) between packets in bins, and how many there were, shape (2, n), ascending.
     """
 
@@ -89,14 +90,15 @@ def _top_of(
 def _late(current: RectifiedCurrent | RecordedCurrent, storage: Storage, node: SensorNode, chip: Chip | None) -> float:
     """How much later (s) a store wakes the node than I(V) alone tells: the mass rings up from rest, the current lags.
 
-    Of a chip that holds its input this is the ring-up into an empty store; a record rings its mass up itself.
+    Of a chip that holds its input this is the ring-up into an empty store, and half of its first look: what the input's
+    capacitor gains in a look it gives back, so that the whole is the most.  A record rings its mass up itself.
     """
     first, wake = storage.initial_voltage or 0.0, node.wake_voltage
     if isinstance(current, RecordedCurrent) or storage.battery_voltage is not None or first >= wake:
         return 0.0
     if chip is not None and chip.ratio is not None:
-        return max(current.start, 0.0)
-    whole = replace(current, current=current.current - (0.0 if chip is None else chip.own))
+        return max(current.start, 0.0) + 0.5 * chip.look
+    whole = replace(current, current=current.current - (0.0 if chip is None else chip.low_own or chip.own))
     at_once = replace(whole, lag=np.zeros_like(whole.lag), ring_up=0.0)
     levels = np.array([first, wake])
     times, sooner = (times_to(levels, one, storage.farads, math.inf) for one in (whole, at_once))
@@ -115,9 +117,11 @@ class NodeRun:
             node = replace(node, wake_voltage=wake, stop_voltage=stop)
         self.storage, self.node, self.chip = storage, node, chip
         self.late = _late(current, storage, node, chip)
-        windows = current.length if isinstance(current, RecordedCurrent) else 0.0
-        self.length = windows
-        self.volts = np.linspace(0.0, self.top, (ROUGH if windows else GRID) + 1)
+        self.length = current.length if isinstance(current, RecordedCurrent) else 0.0
+        points = GRID
+        if isinstance(current, RecordedCurrent):
+            points = max(min(ROUGH, MOST_POINTS // len(current.current)), FEWEST)
+        self.volts = np.linspace(0.0, self.top, points + 1)
         if storage.battery_voltage is not None:
             self.volts[:] = storage.battery_voltage
         leak = 0.0 if storage.leakage_resistance is None else self.volts / storage.leakage_resistance
@@ -127,7 +131,14 @@ class NodeRun:
         self.states = [*node.states, (sleep, node.interval - packet)]
         self.spared = (node.low_interval or node.interval) - packet
         self.drawn = np.array([self._drawn(amperes) for amperes, _ in self.states])
-        self.waiting = np.full(len(self.volts), node.stopped_current or 0.0)
+        less = chip.own - chip.low_own if chip is not None and chip.low_own else 0.0
+        self.waiting = np.full(len(self.volts), (node.stopped_current or 0.0) - less)
+
+    def at(self, table: Floats, volts: float) -> float:
+        """A current of the tables at a voltage."""
+        place = min(max(volts / self.top, 0.0), 1.0) * (len(self.volts) - 1)
+        k = min(int(place), len(self.volts) - 2)
+        return float(table[k] + (place - k) * (table[k + 1] - table[k]))
 
     def _drawn(self, amperes: float) -> Floats:
         """The current out of the store, at each voltage."""
@@ -147,7 +158,7 @@ class NodeRun:
     def course(self, seconds: float) -> NodeCourse:
         """What happens in a time from the beginning."""
         node, storage = self.node, self.storage
-        stops = np.array([self._stop(drawn) for drawn in self.drawn])
+        stops = np.array([self.stop_of(drawn) for drawn in self.drawn])
         counts, t, volts = np.zeros(COUNTS), np.empty(SEEN + 2), np.empty(SEEN + 2)
         counts[END] = min(self.late, seconds)
         hours = np.zeros(max(math.ceil(seconds / HOUR), 1))
@@ -189,8 +200,12 @@ class NodeRun:
         most = round(node.retries or 0) + 1
         return np.where(tries > most, -most, tries)
 
-    def _stop(self, drawn: Floats) -> float:
+    def stop_of(self, drawn: Floats) -> float:
         """The store's voltage at which a state stops."""
         seen = self.volts - (self.storage.esr or 0.0) * drawn
         above = np.flatnonzero(seen >= self.node.stop_voltage)
-        return float(above[0]) / (len(seen) - 1) * self.top if len(above) else math.inf
+        if not len(above):
+            return math.inf
+        k = int(above[0])
+        part = (self.node.stop_voltage - seen[k - 1]) / (seen[k] - seen[k - 1]) if k else 1.0
+        return (k - 1.0 + float(part)) / (len(seen) - 1) * self.top if k else 0.0

@@ -13,7 +13,7 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from scipy.fft import next_fast_len
@@ -30,8 +30,7 @@ from harvester.mechanics.kernels.intervals import update_of
 from harvester.mechanics.kernels.shaking import filter_of, of_batch
 from harvester.mechanics.kernels.step_size import step_from_rest
 from harvester.mechanics.kernels.trajectory_batch import BATCH, IDEAL_SUMS, Batch, Schedule, advance
-from harvester.records.records import Record
-from harvester.storage.measured_current import FADED, HELD, time_constant
+from harvester.storage.measured_current import FADED, HELD, JUDGE, time_constant
 from harvester.storage.rectified_current import RectifiedCurrent
 from harvester.storage.rectifier_cut import STORE, held_rectifier, with_store
 
@@ -40,8 +39,7 @@ BATCHES = 2  # side by side
 SHORTEST, PERIODS, MOST_WINDOWS = 1.0, 8.0, 20_000  # s of a window; of the resonance in one; of a record
 PIECE = 2**22  # steps of a piece of the record
 BEYOND = 3.0  # over the largest rms of the open piezo's voltage in a window
-EDGE = 64  # samples beside a piece, over which it fades
-LOUD = 40  # windows in which stores are compared
+LOUD, JUDGED = 40, 3  # windows in which stores are compared, and ideal elements with the netlist's
 
 Rectifier = Callable[[float], IdealCircuit | CompiledCircuit]  # with a store of so many farads
 
@@ -113,10 +111,10 @@ def grid_of(problem: Problem, h: float | None = None) -> RecordGrid:
     record, w0 = problem.equations.record, problem.scales.frequency
     assert record is not None, "the caller checks"
     h = step_from_rest(replace(problem.equations, record=None)) if h is None else h
-    seconds = max(SHORTEST * w0, PERIODS * 2.0 * math.pi, record.period / MOST_WINDOWS)
-    samples = min(next_fast_len(max(round(seconds / record.spacing), 1), True), len(record.values))
+    seconds = max(SHORTEST * w0, PERIODS * 2.0 * math.pi, record.count * record.spacing / MOST_WINDOWS)
+    samples = min(next_fast_len(max(round(seconds / record.spacing), 1), True), record.count)
     steps = 8 * next_fast_len(math.ceil(samples * record.spacing / (8.0 * h)), True)
-    return RecordGrid(len(record.values) // samples, samples, steps, samples * record.spacing / steps)
+    return RecordGrid(record.count // samples, samples, steps, samples * record.spacing / steps)
 
 
 class Lanes:
@@ -177,12 +175,13 @@ def windows_of(problem: Problem, rectifier: Rectifier, volts: Floats, grid: Reco
     count, parts = len(volts), BATCHES * BATCH // len(volts)
     early = _early(problem, grid)
     each = max(min(PIECE // grid.steps, grid.windows) // parts, 1)
-    farads, steps = HELD * problem.scales.capacitance, 0
+    farads, steps, record = HELD * problem.scales.capacitance, 0, problem.equations.record
+    assert record is not None, "the caller checks"
     circuit = rectifier(farads)
     found = np.zeros((2, grid.windows, count))  # charges and mean squares
     held = np.tile(volts, parts // BATCHES)
     for begin in range(0, grid.windows, parts * each):
-        samples = _accelerations(problem.equations.record, grid, begin - early, early + parts * each)
+        samples = record.resampled(begin - early, early + parts * each, grid.samples, grid.steps)
 
         def batch(k: int, begin: int = begin, samples: Floats = samples) -> int:
             lanes = Lanes(problem, circuit, held, farads, grid.h)
@@ -201,30 +200,17 @@ def windows_of(problem: Problem, rectifier: Rectifier, volts: Floats, grid: Reco
     return found[0], found[1], steps
 
 
-def _accelerations(record: Any, grid: RecordGrid, begin: int, count: int) -> Floats:
-    """The accelerations at the steps of ``count`` windows from one on; before and after the record there are none."""
-    edge = math.ceil(EDGE / grid.samples)
-    whole = next_fast_len(count + 2 * edge, True)  # windows, of a number whose Fourier series is quick
-    low, high = (begin - edge) * grid.samples, (begin - edge + whole) * grid.samples
-    values = np.zeros(high - low)
-    inside = slice(max(low, 0), max(min(high, grid.windows * grid.samples), low, 0))
-    values[inside.start - low : inside.stop - low] = record.values[inside]
-    fade = np.sin(0.5 * math.pi * np.arange(edge * grid.samples) / (edge * grid.samples)) ** 2
-    values[: len(fade)] *= fade
-    values[len(values) - len(fade) :] *= fade[::-1]
-    fine = Record(record.spacing, values).sampled(whole * grid.steps)
-    return np.ascontiguousarray(fine[edge * grid.steps : (count + edge) * grid.steps])
-
-
 class Recorded(NamedTuple):
     """I(V, t), the same of the scene's step, and how many steps they took.
 
-    ``separation`` is by what part the charges differ that stores of their own capacitance gain.
+    ``separation`` is by what part the charges differ that stores of their own capacitance gain, ``elements`` by what
+    part they do behind the netlist's own elements, and those by ngspice's.
     """
 
     best: RecordedCurrent
     rough: RecordedCurrent
     separation: float
+    elements: float
     steps: int
 
 
@@ -232,7 +218,9 @@ def recorded(problem: Problem, rectifier: Rectifier, farads: float, top: float |
     """I(V, t) of a record, extrapolated from two steps, up to ``top`` (V) or a voltage that the piezo hardly reaches.
 
     In the loudest windows a store of ``farads`` that is not held gains what it should, too, but for what taking the
-    time scales apart changes.
+    time scales apart changes.  Ideal elements are judged by the netlist's own.
+
+    Raises as `CompiledCircuit`.
     """
     grid, steps = grid_of(problem), 0
     if top is None:
@@ -246,7 +234,10 @@ def recorded(problem: Problem, rectifier: Rectifier, farads: float, top: float |
         tables.append(RecordedCurrent(volts, charges / length, length))
         steps += more
     separation, many = _separation(problem, rectifier(farads), tables[0], grid, farads)
-    return Recorded(_extrapolated(*tables), tables[0], separation, steps + many)
+    off, more = 0.0, 0
+    if isinstance(rectifier(farads), IdealCircuit):
+        off, more = _elements(problem, rectifier, compiled_rectifier(problem), tables[0], grid)
+    return Recorded(_extrapolated(*tables), tables[0], separation, off + JUDGE, steps + many + more)
 
 
 def _extrapolated(fine: RecordedCurrent, coarse: RecordedCurrent) -> RecordedCurrent:
@@ -254,11 +245,32 @@ def _extrapolated(fine: RecordedCurrent, coarse: RecordedCurrent) -> RecordedCur
     return replace(fine, current=fine.current + (fine.current - coarse.current) / 3.0)
 
 
-def _loudest(table: RecordedCurrent, grid: RecordGrid, early: int) -> slice:
-    """Some neighbouring windows about that in which most charge comes, after the mass has forgotten its rest."""
+def _gained(
+    problem: Problem,
+    circuit: IdealCircuit | CompiledCircuit,
+    table: RecordedCurrent,
+    grid: RecordGrid,
+    store: tuple[Floats, float],
+    count: int,
+) -> tuple[Floats, slice, int]:
+    """The charges that stores at voltages (V), of a capacitance (F), gain in the loudest windows, these, and the steps.
+
+    The mass has forgotten its start by then.  Stores that are not slow beside the vibration are not held.
+    """
+    early, record, (volts, farads) = _early(problem, grid), problem.equations.record, store
+    assert record is not None, "the caller checks"
     most = int(np.argmax(table.current.sum(axis=1)))
-    first = min(max(most - LOUD // 2, early), grid.windows - 1)
-    return slice(first, min(max(most, first) + LOUD // 2, grid.windows))
+    first = min(max(most - count // 2, early), grid.windows - 1)
+    loud = slice(first, min(max(most, first) + (count + 1) // 2, grid.windows))
+    windows = loud.stop - loud.start
+    lanes = Lanes(problem, circuit, volts, farads, grid.h)
+    lanes.begin(record.resampled(loud.start - early, early + windows, grid.samples, grid.steps), np.zeros(BATCH))
+    for _ in range(early):
+        lanes.hold()
+        lanes.advance(grid.steps)
+    lanes.hold()
+    gained = sum((lanes.advance(grid.steps)[0] for _ in range(windows)), np.zeros(BATCH))
+    return gained, loud, (early + windows) * grid.steps * BATCH
 
 
 def _separation(
@@ -266,22 +278,24 @@ def _separation(
 ) -> tuple[float, int]:
     """By what part the charges differ that stores of their own capacitance gain, and the steps.
 
-    Each begins at one of the voltages in the lower half, with the mass that has forgotten its start.
+    Each begins at one of the voltages in the lower half.
     """
-    early = _early(problem, grid)
-    loud = _loudest(table, grid, early)
     volts = np.repeat(table.voltages[: VOLTAGES // 2], 2 * BATCH // VOLTAGES)
-    lanes = Lanes(problem, circuit, volts, farads, grid.h)
-    count = loud.stop - loud.start
-    lanes.begin(_accelerations(problem.equations.record, grid, loud.start - early, early + count), np.zeros(BATCH))
-    for _ in range(early):
-        lanes.hold()
-        lanes.advance(grid.steps)
-    lanes.hold()
-    gained = sum(lanes.advance(grid.steps)[0] for _ in range(count))
+    gained, loud, steps = _gained(problem, circuit, table, grid, (volts, farads), LOUD)
     v = volts.copy()
     for row in table.current[loud]:
         v += np.interp(v, table.voltages, row) * table.length / farads
     expected = farads * (v - volts)
-    scale = max(float(np.abs(expected).sum()), 1e-300)
-    return float(np.abs(gained - expected).sum()) / scale, (early + count) * grid.steps * BATCH
+    return float(np.abs(gained - expected).sum() / max(np.abs(expected).sum(), 1e-300)), steps
+
+
+def _elements(
+    problem: Problem, rectifier: Rectifier, judge: Rectifier, table: RecordedCurrent, grid: RecordGrid
+) -> tuple[float, int]:
+    """By what part the charges differ that held stores gain behind the elements of a ``judge``, and the steps."""
+    farads = HELD * problem.scales.capacitance
+    store = np.repeat(table.voltages, BATCH // VOLTAGES), farads
+    (ours, _, steps), (its, _, many) = (
+        _gained(problem, one(farads), table, grid, store, JUDGED) for one in (rectifier, judge)
+    )
+    return float(np.abs(ours - its).sum() / max(np.abs(its).sum(), 1e-300)), steps + many

@@ -81,6 +81,10 @@ class RectifiedCurrent:
         """The table as of a step of 0, from this one and another at twice the step, whose error is of second order."""
         return replace(self, current=self.current + (self.current - coarse.current) / 3.0)
 
+    def later(self, seconds: float) -> "RectifiedCurrent":
+        """The table of a mass that rings up by so much more."""
+        return replace(self, ring_up=self.ring_up + seconds * float(self.current[0]))
+
     def shifted(self) -> "RectifiedCurrent":
         """The table with all currents one standard error lower, as independent ones of the points would seldom be."""
         return self if self.stderr is None else replace(self, current=self.current - self.stderr)

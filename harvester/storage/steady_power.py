@@ -3,11 +3,14 @@
 The slow circuit runs from empty until its mean power changes no more.  Its errors are measured: by the rectifier's
 current at twice the step and at half of the voltages, by slow steps of twice the length and a larger tolerance, and by
 a direct run of mass and circuit from rest, on the same shaking, of `DIRECT` time constants of the mass.  What that
-differs by is added to the mean (two levels), and is the error of the separation of time scales.
+differs by is added to the mean (two levels), and is the error of the separation of time scales.  Where it differs by
+more than `APART` a longer direct run takes the slow one's place.  What compiled circuits differ by from ngspice, at
+most `JUDGE`, is taken of the rectifier's current, for what the slow circuit makes of it, and of the power again.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,15 +18,25 @@ from harvester.arrays import Floats
 from harvester.circuits.compiled_circuit import compiled_circuit
 from harvester.equations.problem import Problem
 from harvester.mechanics.kernels.step_size import step_from_rest
-from harvester.storage.measured_current import HELD, HeldPath, measured, measured_current, open_voltage, time_constant
+from harvester.storage.measured_current import (
+    HELD,
+    JUDGE,
+    HeldPath,
+    measured,
+    measured_current,
+    open_voltage,
+    time_constant,
+)
 from harvester.storage.rectified_current import RectifiedCurrent
 from harvester.storage.rectifier_cut import STORE, Cut
 from harvester.storage.slow_circuit import TOLERANCE, SlowCircuit, SlowPath
+from harvester.uncertainty.value import Value
 
 FINER = 256.0  # slow steps to a time constant of the mass
 FIRST, CHARGES = 500.0, 8.0  # time constants of the mass, and times to charge the store, of the first slow run
 SETTLED, MOST = 3e-3, 4e6  # relative change of the mean power from a part of the run to the next; slow steps
-DIRECT = 150.0
+DIRECT, LONGER = 150.0, 4.0  # time constants of the direct run; times that, where it takes the slow one's place
+APART = 0.05  # of the mean power: a difference from the direct run above which the scales are not apart
 ROUGHER = 4.0  # times the tolerance, beside slow steps of twice the length
 QUICK_VOLTAGES, QUICK_STEP, QUICK_TOLERANCE = 7, 32.0, 30.0  # of `quick_power`: voltages, times slow step and tolerance
 QUICK_PART, QUICK_SETTLED = 0.2, 0.05  # and the part of the first slow run; change of the mean power that ends it
@@ -31,18 +44,18 @@ QUICK_PART, QUICK_SETTLED = 0.2, 0.05  # and the part of the first slow run; cha
 
 @dataclass(frozen=True)
 class SlowPower:
-    """Mean power (W) and the piezo's mean square voltage, with what each error of the power is.
+    """Mean ``power`` (W) and the piezo's mean ``square`` voltage (V^2), with their errors.
 
-    ``changed`` is by how much the mean power changes from one part of the slow run to the next, ``separation`` what the
-    direct run differs by over ``direct`` seconds, which is added to the mean already.  ``load`` is that of `of_load`.
+    ``changed`` is by what part the mean power changes from one part of the run to the next, ``separation`` what part
+    the direct run differs by over ``direct`` seconds, which is added to the mean already, or in whose place it is where
+    ``apart`` is False.  ``load`` is that of `of_load`.
     """
 
-    power: float
-    square: float
-    step: float
-    interpolation: float
+    power: Value
+    square: Value
     changed: float
     separation: float
+    apart: bool
     direct: float
     duration: float
     slow_step: float
@@ -71,24 +84,35 @@ def slow_power(problem: Problem, cut: Cut) -> SlowPower:
         duration *= 2.0
     ends = duration / 4.0, duration
     rougher = SlowCircuit(problem.circuit, cut, scales, ROUGHER * TOLERANCE)
-    base = rougher.run(table, duration, 2.0 * h, stride=2)
-    others = [rougher.run(one, duration, 2.0 * h, stride=2) for one in (rough, table.halved())]
-    mean, twice = (_power(one.t, one.square, *ends) for one in (path, base))
-    by_step, by_voltages = (_power(one.t, one.square, *ends) - twice for one in others)
-    separation, direct, steps = _direct(problem, path, min(DIRECT * unit, duration), mean)
+    less = replace(table, current=(1.0 - JUDGE) * table.current)
+    base, *others = (rougher.run(one, duration, 2.0 * h, 2) for one in (table, rough, table.halved(), less))
+    direct = _direct(problem, min(DIRECT * unit, duration))
+
+    def known(name: str) -> tuple[Value, float]:
+        """The mean of an integral of the path, corrected, and by how much."""
+        mean, twice, *changed = (_power(one.t, getattr(one, name), *ends) for one in (path, base, *others))
+        by_step, by_voltages, by_judge = (abs(one - twice) for one in changed)
+        off = _off(direct, path, mean, name)
+        model = by_voltages + by_judge + JUDGE * mean + abs(off)
+        return Value(mean + off, bias=by_step + abs(twice - mean), model=model), off
+
+    (power, separation), (square, _) = known("square"), known("piezo")
+    changed, steps = abs(first - last), measuring + direct.steps
+    if not (apart := abs(separation) <= APART * power.value):
+        direct, twice = (_direct(problem, LONGER * direct.seconds, factor) for factor in (1.0, 2.0))
+        power, square = (_of_direct(direct, twice, name) for name in ("square", "piezo"))
+        changed, steps = 0.0, steps + direct.steps + twice.steps
     ohm = circuit.circuit.resistance
-    runs = (path, base, *others)
     return SlowPower(
-        power=(mean + separation) / ohm,
-        square=_power(path.t, path.piezo, *ends),
-        step=(abs(by_step) + abs(twice - mean)) / ohm,
-        interpolation=abs(by_voltages) / ohm,
-        changed=abs(first - last) / ohm,
-        separation=abs(separation) / ohm,
-        direct=direct,
+        power=replace(power, model=(power.model or 0.0) + changed).scaled(1.0 / ohm),
+        square=square,
+        changed=changed / max(power.value, 1e-300),
+        separation=abs(separation) / max(power.value, 1e-300),
+        apart=apart,
+        direct=direct.seconds,
         duration=duration,
         slow_step=h,
-        steps=measuring + steps + sum(one.steps for one in runs),
+        steps=steps + sum(one.steps for one in (path, base, *others)),
         current=table,
         load=of_load(path),
     )
@@ -154,20 +178,51 @@ def _power(t: Floats, integral: Floats, begin: float, end: float) -> float:
     return float((weights * rates).sum() / weights.sum())
 
 
-def _direct(problem: Problem, slow: SlowPath, seconds: float, mean: float) -> tuple[float, float, int]:
-    """What a direct run differs by in the mean square of the load's voltage, its seconds, and its steps.
+class _Direct(NamedTuple):
+    """Mass and circuit together from rest: as of `SlowPath`, with the ``seconds`` that they took."""
+
+    t: Floats
+    store: Floats
+    square: Floats
+    piezo: Floats
+    seconds: float
+    steps: int
+
+
+def _direct(problem: Problem, seconds: float, factor: float = 1.0) -> _Direct:
+    """The direct run of so many seconds, at a ``factor`` times the usual step."""
+    assert problem.circuit is not None
+    eqs, w0, h = problem.equations, problem.scales.frequency, factor * step_from_rest(problem.equations)
+    kicks = math.ceil(seconds * w0 / h / 16) * 16
+    path = compiled_circuit(problem.circuit, problem.scales).trace(eqs, np.zeros(kicks), h, 16)
+    each = path.h * path.stride / w0
+    t = each * np.arange(1.0, len(path.square) + 1.0)
+    return _Direct(t, path.told[:, 1], path.square, np.cumsum(path.told[:, 0] ** 2) * each, seconds, path.steps)
+
+
+def _of_direct(direct: _Direct, coarse: _Direct, name: str) -> Value:
+    """The mean rate of an integral by a direct run, and by another of twice the step."""
+    end = direct.seconds
+    mean, twice, first, last = (
+        _power(one.t, getattr(one, name), *part)
+        for one, part in (
+            (direct, (end / 4.0, end)),
+            (coarse, (end / 4.0, end)),
+            *((direct, part) for part in _parts(end)),
+        )
+    )
+    return Value(mean, bias=abs(twice - mean), model=abs(first - last) + JUDGE * mean)
+
+
+def _off(direct: _Direct, slow: SlowPath, mean: float, name: str) -> float:
+    """What a direct run differs by from the slow one in the mean rate of an integral.
 
     Where nothing has reached the load by then, the difference is that of the energies in the store, as a part of the
     ``mean``.
     """
-    assert problem.circuit is not None
-    eqs, w0, h = problem.equations, problem.scales.frequency, step_from_rest(problem.equations)
-    kicks = math.ceil(seconds * w0 / h / 16) * 16
-    path = compiled_circuit(problem.circuit, problem.scales).trace(eqs, np.zeros(kicks), h, 16)
-    t = path.h * path.stride * np.arange(1.0, len(path.square) + 1.0) / w0
-    part = seconds / 4.0, seconds
-    load, its = _power(t, path.square, *part), _power(slow.t, slow.square, *part)
-    if max(load, its) > 1e-3 * mean:
-        return load - its, seconds, path.steps
-    full, slowly = (float(np.interp(seconds, *one)) for one in ((t, path.told[:, 1]), (slow.t, slow.store)))
-    return mean * (full**2 - slowly**2) / max(full**2, slowly**2, 1e-30), seconds, path.steps
+    part = direct.seconds / 4.0, direct.seconds
+    its, own = (_power(one.t, getattr(one, name), *part) for one in (slow, direct))
+    if max(own, its) > 1e-3 * mean:
+        return own - its
+    full, slowly = (float(np.interp(direct.seconds, one.t, one.store)) for one in (direct, slow))
+    return mean * (full**2 - slowly**2) / max(full**2, slowly**2, 1e-30)

@@ -109,6 +109,8 @@ def chip_of(table: HarvestingChip, supply: float | None) -> Chip:
 def _given(table: HarvestingChip) -> dict[str, Any]:
     """What a table says itself of its chip."""
     given: dict[str, Any] = {"own": table.own_current, "ratio": table.input_ratio, "full": table.full_voltage}
+    if table.own_current is not None:
+        given["low_own"] = 0.0
     if table.efficiency is not None:
         given |= {"charging": ((1.0, 1e-5, table.efficiency),), "spread": 0.0}
     if table.efficiency_table is not None:

@@ -10,8 +10,8 @@ import dataclasses
 import math
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any, ClassVar
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -23,12 +23,13 @@ from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, InputError, invalid, names_arguments
 from harvester.netlists.probes import STORE, Probe
 from harvester.presentation.diagnostic import Diagnostic, note, warning
-from harvester.presentation.messages.unknown_parts import CHIP, COMPILED_CIRCUIT, IDEAL_ELEMENTS, TIME_SCALES
+from harvester.presentation.messages.unknown_parts import COMPILED_CIRCUIT, IDEAL_ELEMENTS, TIME_SCALES
 from harvester.presentation.result import TableResult
 from harvester.presentation.table import Column, Table
 from harvester.scene.plausibility import unusual_values
 from harvester.scene.sensor_node import SensorNode, Storage
 from harvester.storage.bought_parts import Chip
+from harvester.storage.measured_current import JUDGE
 from harvester.storage.node_run import AGAIN, NodeCourse, NodeRun
 from harvester.storage.recorded_current import RecordedCurrent
 from harvester.storage.rectified_current import RectifiedCurrent
@@ -36,13 +37,17 @@ from harvester.storage.supply import chip_of
 from harvester.studies.charging.by_slow import refusal_of_slow
 from harvester.uncertainty.value import Value, bound95
 
+if TYPE_CHECKING:
+    from harvester.circuits.compiled_circuit import CompiledCircuit
+    from harvester.storage.slow_circuit import DirectCheck
+
 CHANGE, LITTLE = 0.1, 1e-3  # of a key, to see which helps; gains below are none
 _OF_STORE = ("capacitance", "leakage_resistance", "esr", "clamp_voltage", "diffusion_capacitance")
 STORE_KEYS = {key: key for key in _OF_STORE}
 _VOLTAGES, _CURRENTS = ("wake_voltage", "stop_voltage"), ("sleep_current", "stopped_current")
 NODE_KEYS = {key: key for key in ("interval", *_VOLTAGES, *_CURRENTS, "efficiency", "lost_share", "low_interval")}
 CHIP_KEYS = {"ratio": "input_ratio", "own": "own_current", "rise": "start_voltage", "fall": "stop_voltage"}
-APART, INPUT = 0.05, 4.7e-6  # of the current: a difference that is told; F at a chip's input
+APART, DIRECT = 0.05, 200.0  # of the current: a difference above which a direct run is made; of how many time constants
 ROUNDING, SPARED = 1e-9, 0.9  # of a number; packets over those of the interval, below which energy is spared
 DAY, HOUR, MOST_DAYS = 86400.0, 3600.0, 366.0
 
@@ -79,8 +84,13 @@ class NodeResult(TableResult):
     fewest, most
         the packets of the whole hours with the fewest and the most of them, from the first packet on, on a record; None
         for shaking that always is alike.
+    day_fewest, day_median, day_most
+        the packets of the whole days with the fewest and the most of them, and of half of all days at most; None for
+        less than two days.
     bound
         the most that any device of this mass could take (W), and why; None where no bound applies.
+    days_packets
+        the packets of each whole day, shape (days,).
     thresholds
         the voltages (V) at which the node begins and stops.
     t, voltage
@@ -99,16 +109,16 @@ class NodeResult(TableResult):
     ('limit', 'packets_per_hour')
     """
 
-    DERIVED: ClassVar[tuple[str, ...]] = ("share_of_possible", "table")
+    DERIVED: ClassVar[tuple[str, ...]] = ("day_fewest", "day_median", "day_most", "share_of_possible", "table")
     NOT_SHOWN: ClassVar[frozenset[str]] = frozenset({"bound", "limit", "helps", "table"})
     NOT_IN_JSON: ClassVar[frozenset[str]] = frozenset({"table"})
     OPTIONAL: ClassVar[frozenset[str]] = frozenset(
         {
-            *("bound", "share_of_possible", "fewest", "most", "packets_lost"),
+            *("bound", "share_of_possible", "fewest", "most", "packets_lost", "day_fewest", "day_median", "day_most"),
             *("interval_median", "interval_95", "interval_longest"),
         }
     )
-    INTERNAL: ClassVar[frozenset[str]] = frozenset({"t", "voltage", "thresholds"})
+    INTERNAL: ClassVar[frozenset[str]] = frozenset({"t", "voltage", "thresholds", "days_packets"})
     SHORT: ClassVar[tuple[str, ...]] = ("limit", "packets_per_hour")
     engine: ClassVar[str] = "slow"
 
@@ -127,6 +137,7 @@ class NodeResult(TableResult):
     voltage: Floats
     seconds: float
     steps: int
+    days_packets: Floats = field(default_factory=lambda: np.empty(0))
     fewest: int | None = None
     most: int | None = None
     interval_median: Value | None = None
@@ -140,6 +151,21 @@ class NodeResult(TableResult):
     def share_of_possible(self) -> float | None:
         """What the rectifier gives over the most that any device of this mass could take; None without a bound."""
         return None if self.bound is None else self.harvested.value / self.bound.value
+
+    @property
+    def day_fewest(self) -> int | None:
+        """The packets of the whole day with the fewest."""
+        return round(float(self.days_packets.min())) if len(self.days_packets) > 1 else None
+
+    @property
+    def day_median(self) -> float | None:
+        """The packets that half of the whole days have at most."""
+        return float(np.median(self.days_packets)) if len(self.days_packets) > 1 else None
+
+    @property
+    def day_most(self) -> int | None:
+        """The packets of the whole day with the most."""
+        return round(float(self.days_packets.max())) if len(self.days_packets) > 1 else None
 
     def plot(self, title: str | None = "") -> "figures.Plot":
         """The store's voltage over time, with the voltages at which the node begins and stops."""
@@ -195,48 +221,65 @@ def node(scene: AnyScene, *, days: float = 1.0, seed: int = 0) -> NodeResult:
         raise CannotServeError(reason)
     begin, table = time.perf_counter(), problem.scene.chip
     chip = None if table is None else chip_of(table, consumer.supply_voltage)
-    known = _measure(problem, storage, chip, seed)
-    found = _live(known, (storage, consumer, chip), days, power_bound(problem))
-    told = [one for one in (*unusual_values(problem.scene), *found.diagnostics) if one.code != "node_left_out"]
+    known = _measure(problem, storage, chip, max(consumer.wake_voltage, chip.rise if chip else 0.0), seed)
+    parts = storage, consumer, chip
+    direct = _directly(problem, known, parts, days * DAY)
+    found = _live(known, parts, days, power_bound(problem), direct)
+    every = *unusual_values(problem.scene), *found.diagnostics, *_remarks(problem, known, direct, chip)
+    told = tuple(one for one in every if one.code != "node_left_out")
+    return dataclasses.replace(found, seconds=time.perf_counter() - begin, diagnostics=told)
+
+
+def _remarks(problem: Problem, known: "_Known", direct: NodeCourse | None, chip: Chip | None) -> list[Diagnostic]:
+    """What is to be said of how the numbers were found."""
+    told, table = list[Diagnostic](), problem.scene.chip
     if problem.equations.is_random:
         told.append(note("node_of_mean_current"))
-    if known.separation > APART:
+    if direct is not None:
+        told.append(note("run_directly", direct=direct.end, separation=known.separation))
+    elif known.separation > APART:
         told.append(warning("scales_not_apart", separation=known.separation))
-    told.append(warning("error_unknown", part=found.packets_per_hour.unknown))
+    if known.unknown:
+        told.append(warning("error_unknown", part=known.unknown))
     if chip is not None and table is not None and table.name is not None:
         told.append(note("chip_by_its_sheet", table.name, source=chip.source, assumed=chip.assumed))
-    return dataclasses.replace(found, seconds=time.perf_counter() - begin, diagnostics=tuple(told))
+    return told
 
 
 @dataclass(frozen=True)
 class _Known:
-    """The rectifier's current, its variants whose changes are its errors, and its relative error from time scales."""
+    """The rectifier's current, its variants whose changes are its errors, and its relative errors.
+
+    They are that of taking the time scales apart and that of the ``elements``; ``late`` is by how much the first packet
+    may be later or sooner (s).
+    """
 
     table: RectifiedCurrent | RecordedCurrent
     by_step: RectifiedCurrent | RecordedCurrent
     by_voltages: RectifiedCurrent | RecordedCurrent
-    separation: float
-    sampling: float
     steps: int
-    unknown: str
+    separation: float = 0.0
+    elements: float = JUDGE
+    late: float = 0.0
+    sampling: float = 0.0
+    unknown: str = ""
 
 
-def _measure(problem: Problem, storage: Storage, chip: Chip | None, seed: int) -> _Known:
+def _measure(problem: Problem, storage: Storage, chip: Chip | None, wake: float, seed: int) -> _Known:
     """The rectifier's current of the scene, up to the clamp or the open circuit."""
     from harvester.circuits.compiled_circuit import CompiledCircuit
     from harvester.cosimulation.idealised import ideal_circuit
     from harvester.mechanics.kernels.compiled import compilation
+    from harvester.storage.direct_node import INPUT
     from harvester.storage.measured_current import HELD, measured
     from harvester.storage.recorded_current import compiled_rectifier, ideal_rectifier, recorded
-    from harvester.storage.rectified_current import FINE, times_to
     from harvester.storage.rectifier_cut import held_rectifier, is_plain_store, with_store
-    from harvester.storage.slow_circuit import direct_check
 
     circuit, scales = problem.circuit, problem.scales
     assert circuit is not None, "the refusal checks this"
     elements = held_rectifier(circuit, HELD * scales.capacitance)
     ideal = ideal_circuit(circuit, scales) if is_plain_store(circuit) else None
-    tracks = chip is not None and chip.ratio is not None
+    tracks, look = (False, 0.0) if chip is None else (chip.ratio is not None, chip.look)
     top, farads = (None, INPUT) if tracks else (storage.clamp_voltage, storage.farads)
     battery = storage.battery_voltage is not None and not tracks
     if battery:
@@ -244,58 +287,90 @@ def _measure(problem: Problem, storage: Storage, chip: Chip | None, seed: int) -
     with compilation():
         if problem.equations.record is not None:
             rectifier = ideal_rectifier(ideal, scales.capacitance) if ideal else compiled_rectifier(problem)
-            best, rough_one, apart, steps = recorded(problem, rectifier, farads, top)
-            unknown = COMPILED_CIRCUIT if ideal is None else IDEAL_ELEMENTS
-            return _Known(best, rough_one, best.halved(), apart, 0.0, steps, unknown)
+            found = recorded(problem, rectifier, farads, top)
+            best, parts = found.best, (found.separation, found.elements)
+            return _Known(best, found.rough, best.halved(), found.steps, *parts)
         table, rough, steps, _ = measured(problem, elements, ideal, top, seed=seed)
         if not problem.equations.is_steady:
             unknown = f"{IDEAL_ELEMENTS if ideal else COMPILED_CIRCUIT} and {TIME_SCALES}"
-            assert table.stderr is not None, "noise is sampled"
-            sampling = float(np.sqrt((table.stderr**2).mean()) / max(table.current.max(), 1e-300))
-            return _Known(table, rough, table.halved(), 0.0, sampling, steps, unknown)
+            sampling = float(np.sqrt(np.mean(np.asarray(table.stderr, float) ** 2)) / max(table.current.max(), 1e-300))
+            return _Known(table, rough, table.halved(), steps, sampling=sampling, unknown=unknown)
         if battery:  # which holds its voltage as the measurement does
-            return _Known(table, rough, table.halved(), 0.0, 0.0, steps, COMPILED_CIRCUIT)
-        volts = np.linspace(0.0, float(table.voltages[-1]), FINE)
-        curve = times_to(volts, table, farads, math.inf)
-        reached = np.isfinite(curve)
+            return _Known(table, rough, table.halved(), steps)
         both = CompiledCircuit(circuit, scales, with_store(elements, farads))
-        check = direct_check(problem, both, volts[reached], curve[reached], DAY)
-    separation = (abs(check.late) + check.error) / check.seconds
-    return _Known(table, rough, table.halved(), separation, 0.0, steps + check.steps, COMPILED_CIRCUIT)
+        end = float(table.voltages[-1]) if tracks else min(wake, float(table.voltages[-1]))
+        check = _check(problem, both, table, farads, end)
+    separation, late = (abs(check.late) + check.error) / check.seconds, check.error
+    if tracks:
+        late += abs(check.late) + 0.5 * look
+    else:
+        table, rough = table.later(check.late), rough.later(check.late)
+    return _Known(table, rough, table.halved(), steps + check.steps, separation, late=late)
+
+
+def _check(
+    problem: Problem, both: "CompiledCircuit", table: RectifiedCurrent, farads: float, end: float
+) -> "DirectCheck":
+    """How much longer mass and circuit together take to the voltage ``end`` of a store."""
+    from harvester.storage.rectified_current import FINE, times_to
+    from harvester.storage.slow_circuit import direct_check
+
+    volts = np.linspace(0.0, end, FINE)
+    curve = times_to(volts, table, farads, math.inf)
+    reached = np.isfinite(curve)
+    return direct_check(problem, both, volts[reached], curve[reached], DAY)
+
+
+def _directly(
+    problem: Problem, known: _Known, parts: tuple[Storage, SensorNode, Chip | None], seconds: float
+) -> NodeCourse | None:
+    """The direct run where the store is not slow beside the vibration; None where it is, and where there is none."""
+    from harvester.mechanics.kernels.compiled import compilation
+    from harvester.storage.direct_node import can_run, direct_course
+    from harvester.storage.measured_current import time_constant
+
+    run = NodeRun(known.table, *parts)
+    if known.separation <= APART or problem.equations.drive is None or not can_run(run):
+        return None
+    with compilation():
+        unit = time_constant(problem.equations) / problem.scales.frequency
+        return direct_course(problem, run, min(seconds, DIRECT * unit))
 
 
 def _live(
-    known: _Known, parts: tuple[Storage, SensorNode, Chip | None], days: float, bound: PowerBound | None
+    known: _Known,
+    parts: tuple[Storage, SensorNode, Chip | None],
+    days: float,
+    bound: PowerBound | None,
+    direct: NodeCourse | None,
 ) -> NodeResult:
-    """The result, with the errors that the current's own bring, and the chip's efficiency."""
-    seconds, table, (storage, node, chip) = days * DAY, known.table, parts
+    """The result, with the errors that the current's own bring, and the chip's efficiency.
+
+    What a ``direct`` run differs by from the slow one of its time is added, and is an error, too: all that the slow one
+    leaves out.
+    """
+    seconds, table, (storage, node, _) = days * DAY, known.table, parts
     run = NodeRun(table, *parts)
     base = run.course(seconds)
-    lower = dataclasses.replace(table, current=table.current * (1.0 - known.separation))
-    shifted = table.shifted() if isinstance(table, RectifiedCurrent) else table
-    courses = [
-        base if one is table else NodeRun(one, *parts).course(seconds)
-        for one in (known.by_step, known.by_voltages, lower, shifted)
-    ]
-    if chip is not None and chip.spread:
-        courses.insert(1, NodeRun(table, storage, node, chip.worse()).course(seconds))
-    unknown = known.unknown if chip is None else f"{known.unknown} and {CHIP}"
+    both = None if direct is None else (direct, run.course(direct.end))
+    courses = _variants(known, parts, base, seconds, known.elements + (known.separation if direct is None else 0.0))
 
-    def value(read: Callable[[NodeCourse], float]) -> Value:
+    def value(read: Callable[[NodeCourse], float], late: float = 0.0) -> Value:
         """A number with what each variant changes."""
         found = float(read(base))
         changes = (abs(read(one) - found) for one in courses)
+        off = 0.0 if both is None else float(read(both[0]) - read(both[1]))
         step, *model, sampling = (one if one > ROUNDING * abs(found) else 0.0 for one in changes)
-        total = sum(model) + (bound95(0.0, sampling) if known.sampling else 0.0)
-        return Value(found, bias=step, model=total, unknown=unknown)
+        total = late + abs(off) + sum(model) + (bound95(0.0, sampling) if known.sampling else 0.0)
+        return Value(found + off, bias=step, model=total, unknown=known.unknown)
 
     def running(one: NodeCourse) -> float:
         packet = sum(seconds for _, seconds in node.states)
         return 0.0 if one.first is None else min(one.ran / (one.end - one.first + packet), 1.0)
 
     first = None
-    if all(one.first is not None for one in (base, *courses)):
-        first = value(lambda one: one.first or 0.0)
+    if all(one.first is not None for one in (base, *courses, *(both or ()))):
+        first = value(lambda one: one.first or 0.0, known.late if both is None else 0.0)
     limits = _limit if storage.battery_voltage is None else _limit_with_battery
     limit, told = limits(run, base, seconds)
     helps = _helps(table, parts, seconds, base.packets)
@@ -304,11 +379,11 @@ def _live(
     change = [note("node_change_helps", most, gain=helps[most])] if most and helps[most] > LITTLE else []
     return NodeResult(
         days=days,
-        packets_per_hour=value(lambda one: one.packets / seconds * HOUR),
+        packets_per_hour=value(lambda one: one.packets / one.end * HOUR),
         share_running=value(running),
         first_packet=first,
         brown_outs=base.brown_outs / seconds * HOUR,
-        harvested=value(lambda one: (one.given - one.clamped) / seconds),
+        harvested=value(lambda one: (one.given - one.clamped) / one.end),
         needed=run.needed,
         limit=limit,
         bound=bound,
@@ -318,12 +393,32 @@ def _live(
         seconds=0.0,
         steps=known.steps,
         helps=helps,
+        days_packets=base.hours[: math.floor(days + ROUNDING) * 24].reshape(-1, 24).sum(axis=1).round(6),
         fewest=fewest,
         most=most_packets,
         packets_lost=base.lost / seconds * HOUR if node.lost_share else None,
-        **_intervals((base, *courses), value),
+        **_intervals((base, *courses, *(both or ())), value),
         diagnostics=(told, *change),
     )
+
+
+def _variants(
+    known: _Known, parts: tuple[Storage, SensorNode, Chip | None], base: NodeCourse, seconds: float, less: float
+) -> list[NodeCourse]:
+    """The courses whose differences from the ``base`` are its errors: that of the step first, that of sampling last.
+
+    ``less`` is by what part the current may be lower.
+    """
+    table, (storage, node, chip) = known.table, parts
+    lower = dataclasses.replace(table, current=table.current * (1.0 - less))
+    shifted = table.shifted() if isinstance(table, RectifiedCurrent) else table
+    courses = [
+        base if one is table else NodeRun(one, *parts).course(seconds)
+        for one in (known.by_step, known.by_voltages, lower, shifted)
+    ]
+    for other in () if chip is None else (chip.narrower(), *([chip.worse()] if chip.spread else ())):
+        courses.insert(1, NodeRun(table, storage, node, other).course(seconds))
+    return courses
 
 
 def _intervals(

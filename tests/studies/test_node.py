@@ -8,6 +8,12 @@ from click.testing import CliRunner
 
 import harvester as hv
 from harvester.cli import cli
+from harvester.equations.problem import Problem
+from harvester.storage.direct_node import direct_course
+from harvester.storage.measured_current import HELD, measured
+from harvester.storage.node_run import NodeRun
+from harvester.storage.rectifier_cut import held_rectifier
+from harvester.storage.supply import chip_of
 from tests.support.paths import EXAMPLES
 
 SCENE = EXAMPLES / "bimorph_packets.toml"
@@ -140,7 +146,7 @@ def test_what_a_chip_stores_goes_as_its_efficiency():
 
 def test_a_known_chip_says_what_of_it_is_assumed():
     found = hv.node(with_chip(name="bq25570", start_voltage=3.5), days=0.1)
-    assert found.packets_per_hour.value > 0.0 and found.packets_per_hour.error95 is None
+    assert found.packets_per_hour.value > found.packets_per_hour.error95 > 0.0
     assert any(one.code == "chip_by_its_sheet" for one in found.diagnostics)
 
 
@@ -184,18 +190,89 @@ def test_a_chip_by_its_sheet_gives_what_its_netlist_does_in_ngspice(name):
     assert found.share_running.value * volts * amperes == pytest.approx(power, rel=0.02)
 
 
-@pytest.mark.parametrize(
-    "acceleration, store, seconds",
-    [("0.3 g", "10 uF", 0.327), pytest.param("0.15 g", "10 uF", 0.717, marks=pytest.mark.thorough("test_node.py"))],
-)
-def test_the_first_packet_waits_for_the_mass_to_ring_up(acceleration, store, seconds):
-    """What the netlist of the chip takes from rest by engine `slow`: .23 s without the ring-up of the first."""
-    waits = {"wake_voltage": 0.1, "stop_voltage": 0.05, "interval": 1e3}
-    scene = dataclasses.replace(
+def waiting(chip, acceleration, store, amperes=1e-6, interval=1e3, **keys):
+    """A scene whose node sends as soon as the chip's output begins; a chip that tracks begins at 3 V."""
+    waits, own = {"wake_voltage": 0.1, "stop_voltage": 0.05}, {"start_voltage": 3.0, "stop_voltage": 2.4}
+    tracks = chip != "ltc3588"
+    return dataclasses.replace(
         hv.load(EXAMPLES / "bimorph_ltc3588.toml").vary("excitation.acceleration_amplitude", acceleration),
-        load=hv.Netlist("bridge", Is="4.4 nA", N=1.0),
+        load=hv.Netlist("bridge", Is=1e-7 if tracks else 4.4e-9, N=1.0),
         storage=hv.Storage(capacitance=store),
-        node=hv.SensorNode(**waits, currents=(1e-6,), durations=(1e-3,), supply_voltage=3.3),
-        chip=hv.HarvestingChip(name="ltc3588"),
+        node=hv.SensorNode(
+            **waits,
+            interval=interval,
+            currents=(amperes,),
+            durations=(1e-3,),
+            supply_voltage=1.8 if tracks else 3.3,
+            **keys,
+        ),
+        chip=hv.HarvestingChip(name=chip, **own if tracks else {}),
     )
-    assert hv.node(scene, days=0.001).first_packet.value == pytest.approx(seconds, rel=0.05)
+
+
+# When the netlist's output begins (s) from rest, in ngspice alone as in tests/engines/test_slow.py, with steps of 20 us
+# and reltol 1e-5 until then (the LTC3588 at 10 uF: 1e-4).
+BEGINS = [
+    ("ltc3588", "0.3 g", "10 uF", 0.329),
+    ("ltc3588", "0.3 g", "47 uF", 1.162),
+    ("ltc3588", "0.15 g", "10 uF", 0.728),
+    ("ltc3588", "0.15 g", "47 uF", 3.206),
+    ("bq25570", "0.07 g", "2.2 uF", 2.621),
+    ("bq25570", "0.07 g", "10 uF", 11.284),
+    ("bq25570", "0.1 g", "2.2 uF", 1.788),
+    ("bq25570", "0.1 g", "10 uF", 7.057),
+]
+
+
+@pytest.mark.parametrize(
+    "chip, acceleration, store, seconds",
+    [BEGINS[0], *(pytest.param(*one, marks=pytest.mark.thorough("its first case")) for one in BEGINS[1:])],
+)
+def test_the_first_packet_is_sent_when_the_netlists_output_begins(chip, acceleration, store, seconds):
+    """Within what it states, and 1 ms for the packet."""
+    first = hv.node(waiting(chip, acceleration, store), days=0.001).first_packet
+    assert abs(first.value - 1e-3 - seconds) < first.error95 + 2e-3
+    assert first.error95 < 0.15 * seconds
+
+
+def test_a_store_that_is_not_slow_is_run_directly():
+    """The node of a load that is too heavy: in its direct run it is on as long as the energy that comes says."""
+    found = hv.node(waiting("ltc3588", "0.3 g", "10 uF", 330e-6, 2e-3, sleep_current=330e-6), days=0.01)
+    assert any(one.code == "run_directly" for one in found.notes) and not found.warnings
+    taken = found.share_running.value * 330e-6 * 3.3 / 0.85
+    assert taken == pytest.approx(found.harvested.value - 950e-9 * 4.4, rel=0.03)
+
+
+SHEETS = [
+    (chip, *case)
+    for chip in ("adp5091", "aem30940", "spv1050")
+    for case in (("0.07 g", "2.2 uF"), ("0.07 g", "10 uF"), ("0.1 g", "2.2 uF"), ("0.1 g", "10 uF"))
+]
+
+
+@pytest.mark.thorough("test_the_first_packet_is_sent_when_the_netlists_output_begins")
+@pytest.mark.parametrize("chip, acceleration, store", SHEETS)
+def test_a_chip_without_a_netlist_does_what_its_law_does_with_the_rectifier_itself(chip, acceleration, store):
+    """No mean current: the compiled rectifier charges the input, and the chip's table moves that on (20 s of it)."""
+    scene = waiting(chip, acceleration, store, 360e-6, 2e-3, sleep_current=360e-6)
+    found, problem = hv.node(scene, days=0.01), Problem.of(scene)
+    law = chip_of(scene.chip, 1.8)
+    table = measured(problem, held_rectifier(problem.circuit, HELD * problem.scales.capacitance)).best
+    run = NodeRun(table, scene.storage, scene.node, law)
+    direct = direct_course(problem, run, 20.0)
+    if direct.first is None:
+        assert found.first_packet is None or found.first_packet.value > 20.0 - found.first_packet.error95
+        return
+    assert abs(found.first_packet.value - direct.first) < found.first_packet.error95 + 2e-3
+    slow = run.course(20.0)
+    assert abs(slow.ran - direct.ran) < (found.share_running.error95 + 0.03 * found.share_running.value) * 20.0
+
+
+def test_packets_of_each_day():
+    """The first day lacks those until the first packet; cycles that repeat are counted day by day."""
+    found = hv.node(SCENE, days=3.5)
+    assert len(found.days_packets) == 3 and found.day_most == found.day_median == 8640
+    assert found.day_fewest == pytest.approx(8640 - found.first_packet.value / 10.0, abs=1.0)
+    whole = hv.node(SCENE, days=3.0)
+    assert whole.days_packets.sum() == pytest.approx(whole.packets_per_hour.value * 72.0, abs=1.0)
+    assert hv.node(SCENE, days=1.5).day_most is None

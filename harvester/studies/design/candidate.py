@@ -10,12 +10,15 @@ from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError
 from harvester.netlists.probes import STORE, Probe
 from harvester.presentation.diagnostic import refusal
-from harvester.presentation.messages.unknown_parts import CHIP, COMPILED_CIRCUIT, IDEAL_ELEMENTS
+from harvester.presentation.messages.unknown_parts import IDEAL_ELEMENTS
 from harvester.quantities.preferred_numbers import between
 from harvester.scene.load import Load
 from harvester.scene.scene import Scene
 from harvester.scene.sensor_node import SensorNode, Storage
 from harvester.storage.bought_parts import CHIPS, COILS, BoughtCoil
+from harvester.storage.measured_current import JUDGE
+from harvester.storage.recorded_current import RecordedCurrent
+from harvester.storage.rectified_current import RectifiedCurrent
 from harvester.storage.supply import Supply
 from harvester.studies.charging.by_slow import refusal_of_slow
 from harvester.studies.design.design_need import DesignNeed
@@ -137,11 +140,18 @@ def evaluate(candidate: Candidate, scene: Scene, needed: DesignNeed, farads: flo
         power,
         stderr=None if table.stderr is None else power * _relative(supply.power(table.shifted(), needed.power), power),
         bias=abs(supply.power(found.rough, needed.power) - power),
-        model=None if supply.chip is None else abs(supply.power(table.halved(), needed.power) - power),
-        unknown=(IDEAL_ELEMENTS if ideal is not None and table.stderr is not None else COMPILED_CIRCUIT)
-        + ("" if supply.chip is None else f" and {CHIP}"),
+        model=_of_chip(supply, table, needed.power, power) + JUDGE * power,
+        unknown=IDEAL_ELEMENTS if ideal is not None and table.stderr is not None else "",
     )
     return Given(known, supply.wake(table, farads), found.displacement, found.steps)
+
+
+def _of_chip(supply: Supply, table: RectifiedCurrent | RecordedCurrent, needed: float, power: float) -> float:
+    """The error (W) of a power by the voltages that were measured, and by a chip's efficiencies; 0 without a chip."""
+    if supply.chip is None:
+        return 0.0
+    worse = replace(supply, chip=supply.chip.worse())
+    return abs(supply.power(table.halved(), needed) - power) + abs(worse.power(table, needed) - power)
 
 
 def _on_record(candidate: Candidate, scene: Scene, needed: DesignNeed, farads: float) -> Given:
@@ -168,13 +178,10 @@ def _on_record(candidate: Candidate, scene: Scene, needed: DesignNeed, farads: f
         found = recorded(problem, rectifier, farads, supply.top)
     powers = supply.powers(found.best, needed.power)
     power = max(float(powers.mean()), 0.0)
-    off = [abs(supply.power(one, needed.power) - power) for one in (found.rough, found.best.halved())]
     known = Value(
         power,
-        bias=off[0],
-        model=off[1] + found.separation * power,
-        unknown=(COMPILED_CIRCUIT if ideal is None else IDEAL_ELEMENTS)
-        + ("" if supply.chip is None else f" and {CHIP}"),
+        bias=abs(supply.power(found.rough, needed.power) - power),
+        model=(found.separation + found.elements) * power + _of_chip(supply, found.best, needed.power, power),
     )
     ahead = np.cumsum(np.tile(powers - needed.power, 2)) * found.best.length
     kept = float((np.maximum.accumulate(ahead) - ahead).max()) if power > needed.power else 0.0

@@ -1,0 +1,153 @@
+"""A node without mean currents: mass and rectifier with their own capacitor, in slices of a vibration.
+
+The capacitor is the store, or what is at the input of a chip that holds it.  After each slice the chip moves its
+charge on by its law (`harvester.storage.bought_parts.Chip`), and the node takes what it takes.  This is what a slow
+computation is compared with, and what takes its place where a store is not slow beside the vibration.
+"""
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from harvester.arrays import Floats
+from harvester.circuits.compiled_circuit import CompiledCircuit
+from harvester.equations.problem import Problem
+from harvester.mechanics.kernels.coefficients import State, coefficients
+from harvester.mechanics.kernels.forcing import forcing
+from harvester.mechanics.kernels.offset_stops import kick_at_stops
+from harvester.mechanics.kernels.step_size import step_from_rest
+from harvester.storage.bought_parts import Chip
+from harvester.storage.measured_current import HELD
+from harvester.storage.node_run import NodeCourse, NodeRun
+from harvester.storage.rectifier_cut import STORE, held_rectifier, with_store
+from harvester.storage.supply import LOW, charging_efficiency
+
+INPUT = 4.7e-6  # F at a chip's input
+SLICES = 16  # of a vibration
+STARTED = 10.0  # vibrations over which a cold start's power is a mean
+
+
+def can_run(run: NodeRun) -> bool:
+    """Whether a node is one that the direct run knows: on a capacitor without pores, with all packets alike."""
+    store, node = run.storage, run.node
+    parts = (store.battery_voltage, store.diffusion_capacitance, node.lost_share, node.low_interval)
+    return all(one is None for one in parts)
+
+
+@dataclass
+class _Tracker:
+    """A chip that holds its input, and the charge that it takes from there."""
+
+    chip: Chip
+    begun: float | None = None  # s, of its first look
+    held: float = 0.0
+    power: float = 0.0
+
+    def move(self, charge: float, volts: float, now: float, slice_: float) -> tuple[float, float]:
+        """What is left at the input, and what the store at ``volts`` gets, both in C."""
+        chip, seen = self.chip, charge / INPUT
+        if volts < chip.hand_over:
+            self.begun = None
+            taken = max(charge - INPUT * chip.cold_voltage, 0.0)
+            energy = taken * chip.cold_voltage
+            self.power += (energy / slice_ - self.power) / (STARTED * SLICES)
+            given = chip.cold_efficiency * energy if self.power >= chip.cold_power else 0.0
+            return charge - taken, given / max(volts, LOW)
+        self.begun = now if self.begun is None else self.begun
+        given = -chip.own * slice_
+        if (now - self.begun) % chip.period < chip.look:
+            self.held = (chip.ratio or 1.0) * min(seen, chip.most)
+            return min(charge, INPUT * chip.most), given
+        taken = max(charge - INPUT * self.held, 0.0) if self.held >= chip.least else 0.0
+        share = charging_efficiency(chip, np.array([self.held]), np.array([taken / slice_]))
+        return charge - taken, given + float(share[0]) * self.held * taken / max(volts, LOW)
+
+
+@dataclass
+class _Consumer:
+    """The node of a run: which of its states it is in, the last being sleep, and what it did."""
+
+    run: NodeRun
+    course: NodeCourse = field(default_factory=NodeCourse)
+    state: int | None = None
+    left: float = 0.0
+    sent: list[float] = field(default_factory=list)
+
+    def take(self, volts: float, now: float, slice_: float) -> float:
+        """The store's voltage after a slice in which it only gives."""
+        run, course, rest = self.run, self.course, slice_
+        stops = [run.stop_of(drawn) for drawn in run.drawn]
+        while rest > 0.0:
+            if self.state is None and volts >= run.node.wake_voltage:
+                self.state, self.left = 0, run.states[0][1]
+            step = rest if self.state is None else min(rest, self.left)
+            drawn = run.waiting if self.state is None else run.drawn[self.state]
+            leak = volts / (run.storage.leakage_resistance or math.inf)
+            volts -= step * (run.at(drawn, volts) + leak) / run.storage.farads
+            rest, now = rest - step, now + step
+            if volts > run.top:
+                course.clamped += run.storage.farads * (volts - run.top) * run.top
+            volts = min(max(volts, 0.0), run.top)
+            if self.state is not None:
+                self.left -= step
+                course.ran += step
+                self._go_on(volts, now, stops)
+        return volts
+
+    def _go_on(self, volts: float, now: float, stops: list[float]) -> None:
+        """Stop the node, or begin its next state."""
+        assert self.state is not None, "the caller checks"
+        if volts <= stops[self.state]:
+            self.state, self.course.brown_outs = None, self.course.brown_outs + 1
+        elif self.left <= 0.0:
+            if self.state == len(self.run.states) - 2:
+                self.sent.append(now)
+            self.state = (self.state + 1) % len(self.run.states)
+            self.left = self.run.states[self.state][1]
+
+
+def direct_course(problem: Problem, run: NodeRun, seconds: float) -> NodeCourse:
+    """What happens in a time from rest on under a drive, with the netlist's own rectifier.
+
+    Raises as `CompiledCircuit`.
+    """
+    chip, load, scales, eqs = run.chip, problem.circuit, problem.scales, problem.equations
+    assert load is not None and eqs.shaking_period is not None, "the caller checks"
+    tracker = None if chip is None or chip.ratio is None else _Tracker(chip)
+    farads = run.storage.farads if tracker is None else INPUT
+    parts = with_store(held_rectifier(load, HELD * scales.capacitance), farads)
+    circuit, c = CompiledCircuit(load, scales, parts), coefficients(eqs)
+    kicks = math.ceil(eqs.shaking_period / step_from_rest(eqs) / SLICES)
+    h = eqs.shaking_period / (kicks * SLICES)
+    whole, at, quiet = forcing(eqs, h, kicks * SLICES), circuit.charge_at(STORE), np.zeros(kicks)
+    assert whole is not None, "a drive"
+    slice_, consumer = kicks * h / scales.frequency, _Consumer(run)
+    own = 0.0 if tracker is not None or chip is None else chip.own
+    start, state, volts = (eqs.resting_places[0], 0.0), circuit.rest, run.storage.initial_voltage or 0.0
+    state[at] = 0.0 if tracker is not None else farads * volts
+    count = math.ceil(seconds / slice_)
+    points: Floats = np.empty((2, count))
+    for k in range(count):
+        part = whole[k % SLICES * kicks : (k % SLICES + 1) * kicks + 1]
+        path = circuit.trace(eqs, quiet, h, kicks, start, state, part)
+        x, voltage, _, v, _ = map(float, path.samples[-1])  # v after the whole kick; the next begins before half of it
+        now = State(x, v, voltage)
+        start, state = (x, float(kick_at_stops(now, 0.0, -0.5 * h, c, part[-1]))), path.state
+        before = volts
+        if tracker is None:
+            volts = state[at] / farads - own * slice_ / farads
+        else:
+            state[at], given = tracker.move(state[at], volts, (k + 1) * slice_, slice_)
+            full = max(volts, tracker.chip.full)
+            volts = max(min(volts + given / run.storage.farads, full), 0.0)
+        consumer.course.given += run.storage.farads * (volts - before) * 0.5 * (volts + before)
+        volts = consumer.take(volts, k * slice_, slice_)
+        if tracker is None:
+            state[at] = farads * volts
+        points[:, k] = (k + 1) * slice_, volts
+    course, gaps = consumer.course, np.sort(np.diff(consumer.sent))
+    course.packets, course.first = len(consumer.sent), next(iter(consumer.sent), None)
+    course.intervals = np.array([gaps, np.ones(len(gaps))])
+    course.end, (course.t, course.volts) = count * slice_, points
+    return course

@@ -1,0 +1,113 @@
+"""A record that is read in blocks is what it is when all of it is read at once."""
+
+import numpy as np
+import pytest
+
+import harvester as hv
+from harvester.records import csv_table, long_record
+from harvester.records.long_record import LongRecord
+from harvester.records.record_files import read_record
+
+N, RATE = 3000, 500.0
+
+
+def values(count=N):
+    return np.random.default_rng(5).standard_normal(count).round(4)
+
+
+def plain(a, times=None):
+    t = np.arange(len(a)) / RATE if times is None else times
+    return "time (s),acceleration (m/s^2)\n" + "".join(f"{x:.3f},{y}\n" for x, y in zip(t, a, strict=True))
+
+
+def german(a):
+    rows = "".join(f"{k * 2};{y}\n".replace(".", ",") for k, y in enumerate(a))
+    return "Logger 7\nZeit (ms);Beschleunigung (g)\n" + rows
+
+
+def with_remarks(a):
+    lines = plain(a).splitlines()
+    return "\n".join([*lines[:1000], "# battery changed", "", *lines[1000:], ""])
+
+
+def clock(a):
+    """Every 20 ms from shortly before midnight on."""
+    stamps = np.datetime64("2024-05-01T23:59:50.000") + np.arange(len(a)) * np.timedelta64(20, "ms")
+    return "timestamp,acc_z (g)\n" + "".join(f"{s},{y}\n" for s, y in zip(stamps, a, strict=True))
+
+
+@pytest.fixture
+def read(tmp_path, monkeypatch):
+    """Reads a text in blocks of a few thousand bytes."""
+    monkeypatch.setattr(long_record, "BLOCK", 4099)
+
+    def of(text, data=None):
+        path = tmp_path / f"record{np.random.default_rng().integers(1 << 40)}.csv"
+        path.write_bytes(text.encode() if data is None else data)
+        return read_record(str(path))
+
+    return of
+
+
+@pytest.mark.parametrize("text", [plain, german, with_remarks, clock])
+def test_blocks_have_the_samples_of_the_whole(read, text):
+    found = read(text(values()))
+    assert isinstance(found, LongRecord) and found.count == N
+    whole = found.whole
+    assert found.spacing == pytest.approx(whole.spacing, rel=1e-12)
+    assert found.rms == pytest.approx(np.sqrt(np.mean(whole.values[:N] ** 2)), rel=1e-12)
+    for begin, end in ((0, N), (0, 1), (N - 1, N), (700, 1900), (5, 5)):
+        assert found.part(begin, end) == pytest.approx(whole.values[begin:end], rel=1e-15)
+    other = found.scaled(2.0, -3.0)
+    assert (
+        other.part(3, 9) == pytest.approx(whole.scaled(2.0, -3.0).values[3:9]) and other.spacing == 2.0 * found.spacing
+    )
+    assert found.resampled(2, 5, 100, 256) == pytest.approx(whole.resampled(2, 5, 100, 256), abs=1e-12)
+
+
+def test_the_mean_jerk_of_pieces_is_that_of_the_whole(read, monkeypatch):
+    monkeypatch.setattr(long_record, "EACH", 500)
+    t = np.arange(N) / RATE
+    found = read(plain((2.0 * np.sin(2 * np.pi * 40.0 * t)).round(6)))
+    assert found.mean_jerk == pytest.approx(2.0 * 4.0 * 40.0, rel=0.01)  # 4 f A
+
+
+def test_what_cannot_be_cut_is_read_at_once(read):
+    assert not isinstance(read(plain(values(40))), LongRecord)
+    assert not isinstance(read("", plain(values()).encode("utf-16")), LongRecord)
+
+
+def times(change):
+    t = np.arange(N) / RATE
+    change(t)
+    return plain(values(), t)
+
+
+def late(t):
+    t[2000:] += 0.001
+
+
+def back(t):
+    t[2000] = t[1990]
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (times(late), "must have equal steps of time, but about row"),
+        (times(back), "must have ascending times, but row 2001 does not"),
+        (plain(values()).replace("\n4.000,", "\n4.000,x", 1), "row 2001 must be a number"),
+        (plain(np.zeros(N)), "must have accelerations other than 0"),
+    ],
+)
+def test_a_bad_long_file_is_one_line_with_its_row(read, text, said):
+    with pytest.raises(hv.InputError, match=said) as error:
+        read(text)
+    assert "\n" not in str(error.value)
+
+
+def test_what_needs_all_of_it_says_so(read, monkeypatch):
+    found = read(plain(values()))
+    monkeypatch.setattr(csv_table, "MOST_BYTES", 1000)
+    with pytest.raises(hv.InputError, match=r"where all of it is needed at once.*'harvester node'"):
+        found.values  # noqa: B018 - it reads the file
