@@ -23,7 +23,8 @@ class CircuitPath(Path):
     ``told`` has the voltages (V) of the piezo, the store and the load at its samples, shape (n, 3); ``square`` the
     integral of the load's squared voltage (V^2 s) up to each; ``steps`` how many the circuit made, and ``failed`` how
     many of them did not converge; ``state`` its last state, and ``speed`` the velocity after the last kick; ``states``
-    those of the circuit at the samples, shape (n, length of a state), where they are asked for.
+    those of the circuit at the samples, shape (n, length of a state), and ``own_steps`` the rows of
+    `harvester.circuits.substeps.logged`, where they are asked for.
     """
 
     told: Floats = field(default_factory=lambda: np.empty((0, TOLD)))
@@ -33,6 +34,7 @@ class CircuitPath(Path):
     state: Floats = field(default_factory=lambda: np.empty(0))
     speed: float = 0.0
     states: Floats | None = None
+    own_steps: Floats | None = None
 
 
 @kernel

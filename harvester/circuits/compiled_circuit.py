@@ -150,6 +150,15 @@ class CompiledCircuit:
         state = self.rest if state is None else state
         return trace_circuit(eqs, self.for_kernels(h), state, noise, h, stride, start, shaking, kicked, keep)
 
+    def with_own_steps(self, path: CircuitPath, given: tuple[Any, ...], kicked: bool = False) -> CircuitPath:
+        """The path that `trace` made of what is ``given``, with the log of the circuit's own steps."""
+        eqs, noise, h, stride, start, state, shaking = given
+        own, rows, width = self.for_kernels(h), path.steps + 1, 1 + sum(self.sizes[:3])
+        log, record = np.zeros(2 + rows * width), own.record.copy()
+        log[1], record["log_at"] = rows, log.ctypes.data
+        again = trace_circuit(eqs, own._replace(record=record), state, noise, h, stride, start, shaking, kicked)
+        return dataclasses.replace(again, own_steps=log[2:].reshape(rows, width)[: int(log[0])])
+
     def path_moments(
         self,
         eqs: Equations,

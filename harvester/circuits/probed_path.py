@@ -63,6 +63,21 @@ def probed(circuit: CompiledCircuit, path: CircuitPath, probes: tuple[Probe, ...
     return np.array([probe.values(series) for probe in probes])
 
 
+def mean_powers(circuit: CompiledCircuit, path: CircuitPath) -> dict[str, float]:
+    """The mean powers (W) of elements along a path that kept the circuit's own steps, as of `powers_of_elements`.
+
+    By the trapezoidal rule; in the first step after a switch acted, whose power jumps, by the power at its end.
+    """
+    assert path.own_steps is not None, "a path whose elements are asked for keeps them"
+    (ns, n, many, _), seconds, states = circuit.sizes, path.own_steps[1:, 0], path.own_steps[:, 1:]
+    switches = states[:, ns + n : ns + n + many]
+    jumps = (switches[1:] != switches[:-1]).any(axis=1)
+    return {
+        name: float(np.average(np.where(jumps, power[1:], 0.5 * (power[1:] + power[:-1])), weights=seconds))
+        for name, power in powers_of_elements(circuit, states).items()
+    }
+
+
 def powers_of_elements(circuit: CompiledCircuit, states: Floats) -> dict[str, Floats]:
     """The powers (W) that elements take in states of the circuit, shape (n,) each; those of charges alone are left out.
 

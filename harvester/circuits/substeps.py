@@ -34,8 +34,8 @@ NEVER = 1e300  # the error of a step that did not converge
 # A compiled circuit as kernels take it: addresses of the solver, of the stages' Y, R and O by levels, of the solver's
 # arguments, of the switches' thresholds, shape (2, switches), and of what 1 of each charge is in V; the numbers of
 # unknowns, charges (linear ones, and all) and switches; the least size of a charge (V), the largest error of a step
-# over it, theta l (C), and the seconds of a step h.
-_AT = ("solver_at", "Y_at", "R_at", "O_at", "p_at", "thresholds_at", "volts_at")
+# over it, theta l (C), and the seconds of a step h; and the address of a log of its own steps (`logged`), or 0.
+_AT = ("solver_at", "Y_at", "R_at", "O_at", "p_at", "thresholds_at", "volts_at", "log_at")
 _COUNTS = ("n", "nz", "ns", "switches")
 CIRCUIT = np.dtype(
     [(name, np.int64) for name in (*_AT, *_COUNTS)]
@@ -161,6 +161,20 @@ def copy(to, array):
         to[k] = array[k]
 
 
+@inlined
+def logged(c, seconds, state):
+    """Add a step to the log: the number of its rows, the room for them, and rows of seconds and the state reached.
+
+    Of the state that are the charges, the unknowns that functions read, and the switches as they were in the step.
+    """
+    head, width = carray(pointer(c.log_at), 2), 1 + c.ns + c.n + c.switches
+    if head[0] < head[1]:
+        row = carray(pointer(c.log_at + 8 * (2 + int(head[0]) * width)), width)
+        row[0] = seconds
+        copy(row[1:], state)
+        head[0] += 1.0
+
+
 @c_function(FOLLOW)
 def follow(circuit_at, state_at, room_at, x, x1, wall, first, h, whole):
     """Advance a circuit by a drift: all of a step h, or the first half of one where ``whole`` is 0.
@@ -210,6 +224,8 @@ def follow(circuit_at, state_at, room_at, x, x1, wall, first, h, whole):
         copy(s, end)
         copy(y, trial)
         copy(told, new)
+        if c.log_at != 0 and whole != 0:
+            logged(c, seconds, state)
         for k in range(nz):
             sizes[k] = max(sizes[k] * (1.0 - FADING * size / finest), abs(s[k]) * volts[k])
         switch(thresholds, told, switches)

@@ -96,7 +96,7 @@ class Compiled(Ensemble):
         answer, found = steady_answer(self, self.NAME, problem, near, judged)
         if answer is not None:
             if watches and found is not None:
-                paths = period_paths(problem, found, circuit)
+                paths = period_paths(problem, found, circuit, self.ledger)
                 answer = with_watched(answer, problem, circuit, paths, self.probe, self.ledger)
             return answer, found
         if near is not None:
@@ -125,7 +125,7 @@ class Compiled(Ensemble):
         circuit = pair.trajectories.circuit
         if not (self.probe or self.ledger) or not isinstance(circuit, CompiledCircuit):
             return answer
-        paths = sampled_paths(problem, pair, circuit, self.seed)
+        paths = sampled_paths(problem, pair, circuit, self.seed, self.ledger)
         return with_watched(answer, problem, circuit, paths, self.probe, self.ledger)
 
     def doubt(self, pair: "RichardsonPair") -> Diagnostic | None:

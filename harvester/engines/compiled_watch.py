@@ -3,7 +3,7 @@
 import dataclasses
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -24,15 +24,15 @@ if TYPE_CHECKING:
     from harvester.mechanics.ensemble.richardson import RichardsonPair
 
 PATHS, FEWEST = 64, 8  # how many, and how many weigh a control variate
+OF_ELEMENTS = 16  # paths that tell the powers of elements
 AVERAGED = 128.0  # nondimensional time of each
-THINNED = 8  # samples of which one tells the powers of elements
 UNKNOWN = f"{STEP} and {COMPILED_CIRCUIT}"
 
 
 def sampled_paths(
-    problem: Problem, pair: "RichardsonPair", circuit: "CompiledCircuit", seed: int
+    problem: Problem, pair: "RichardsonPair", circuit: "CompiledCircuit", seed: int, ledger: bool
 ) -> "list[CircuitPath]":
-    """Paths on noise of their own, from states of trajectories that have settled."""
+    """Paths on noise of their own, from states of trajectories that have settled; a ``ledger`` asks for own steps."""
     from harvester.engines.spice.cheap_model import settled_starts
     from harvester.mechanics.kernels.forcing import forcing
     from harvester.mechanics.kernels.noise import child, three_point_grid
@@ -41,17 +41,26 @@ def sampled_paths(
     kicks, (_, starts) = math.ceil(AVERAGED / h), settled_starts(pair, circuit.memory, AVERAGED, seed)
     for root, start in zip(np.random.SeedSequence([seed, 6]).spawn(PATHS), starts, strict=False):
         shaking = forcing(eqs, h, kicks, np.random.default_rng(child(root, 1)))
-        given = three_point_grid(root, kicks), h, 1, start[:2], start[4], shaking
-        found.append(circuit.trace(eqs, *given, keep=True))
+        given = eqs, three_point_grid(root, kicks), h, 1, start[:2], start[4], shaking
+        found.append(_traced(circuit, given, ledger and len(found) < OF_ELEMENTS))
     return found
 
 
-def period_paths(problem: Problem, found: "CircuitPeriod", circuit: "CompiledCircuit") -> "list[CircuitPath]":
-    """The path of a periodic response, once around."""
+def _traced(circuit: "CompiledCircuit", given: tuple[Any, ...], log: bool, kicked: bool = False) -> "CircuitPath":
+    """The path of what is ``given`` that keeps its states, and its own steps where a ``log`` is asked for."""
+    path = circuit.trace(*given, kicked=kicked, keep=True)
+    return dataclasses.replace(circuit.with_own_steps(path, given, kicked), states=path.states) if log else path
+
+
+def period_paths(
+    problem: Problem, found: "CircuitPeriod", circuit: "CompiledCircuit", ledger: bool
+) -> "list[CircuitPath]":
+    """The path of a periodic response, once around; a ``ledger`` asks for own steps."""
     path = found.path
     assert path.shaking is not None, "the drive is steady"
-    given = np.zeros(len(path.shaking) - 1), path.h, 1, (found.x, found.v), found.state, path.shaking
-    return [circuit.trace(problem.equations, *given, kicked=True, keep=True)]
+    still = np.zeros(len(path.shaking) - 1)
+    given = problem.equations, still, path.h, 1, (found.x, found.v), found.state, path.shaking
+    return [_traced(circuit, given, ledger, kicked=True)]
 
 
 def with_watched(
@@ -68,7 +77,7 @@ def with_watched(
 
     Raises InputError for what is not there, and for quantities that compiled circuits do not tell.
     """
-    from harvester.circuits.probed_path import powers_of_elements, probed
+    from harvester.circuits.probed_path import mean_powers, probed
 
     watch, unit, rows, taken = watch_of(problem, probe, ledger), problem.in_circuit("W"), [], dict[str, Floats]()
     for path in paths:
@@ -82,24 +91,24 @@ def with_watched(
         if len(of_paths) < FEWEST:
             return Value(float(of_paths.mean()), unknown=UNKNOWN)
         known = Value(answer.mean_power.value, answer.mean_power.stderr)
-        return dataclasses.replace(controlled(of_paths, load, known).value, bias=None, unknown=UNKNOWN)
+        return dataclasses.replace(controlled(of_paths, load[: len(of_paths)], known).value, bias=None, unknown=UNKNOWN)
 
     columns = [[value(means[:, j, k]) for j in range(4)] for k in range(len(watch.probes))]
     answer = with_probes(answer, problem, dataclasses.replace(watch, parts=()), columns, window)
     if not ledger:
         return answer
-    powers = [powers_of_elements(circuit, np.asarray(path.states)[::THINNED]) for path in paths]
+    powers = [mean_powers(circuit, path) for path in paths if path.own_steps is not None]
     for name in powers[0]:
         if name not in ("rload", "csmooth"):
             whole = name.partition(".")[0]
-            taken[whole] = taken.get(whole, 0.0) + np.array([one[name].mean() for one in powers]) / unit
+            taken[whole] = taken.get(whole, 0.0) + np.array([one[name] for one in powers]) / unit
     details = dict(answer.details)
     for name, entries in taken.items():
         one = value(entries)
         details[f"{PART}{name}"] = one.value
         if one.stderr is not None:
             details[f"{PART}{name}_stderr"] = one.normal_stderr
-    said = note("elements_along_paths", paths=len(paths), time=window * problem.units.frequency)
+    said = note("elements_along_paths", paths=len(powers), time=window * problem.units.frequency)
     return dataclasses.replace(answer, details=details, diagnostics=(*answer.diagnostics, said))
 
 
@@ -110,11 +119,6 @@ def check_watched(problem: Problem, circuit: "CompiledCircuit", probe: Sequence[
 
     if problem.equations.modes is not None:
         raise InputError("`probe` and `ledger` must go with engine 'spice' for a device of several modes")
-    if ledger and circuit.has_coils:
-        raise InputError(
-            "`ledger` must go with engine 'spice' for a circuit with coils: engine 'compiled' tells powers once a "
-            "step, and pulses of coils are shorter"
-        )
     eqs, h = problem.equations, 1e-3
     shaking = forcing(eqs, h, 1, np.random.default_rng(0))
     path = circuit.trace(eqs, np.zeros(1), h, start=(eqs.resting_places[0], 0.0), shaking=shaking, keep=True)

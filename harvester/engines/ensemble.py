@@ -230,7 +230,7 @@ class EnsembleSampler:
             return warning("needs_smaller_step", within=target.within, dt=self.dt)
         if factor != 1.0 and self.dt is None:
             return self._change_step(factor, target, value)
-        if bias_error < sampling.KNOWN * target.within:
+        if bias_error < sampling.KNOWN * target.within and not self.pair.extrapolates:
             self.pair.stop_coarse()
         return self._extend(target, value)
 

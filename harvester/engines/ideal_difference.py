@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 COUNT, TIME = 128, 32.0  # trajectories, of circuits that forget in this nondimensional time; fewer where it is longer
 FEWEST, LONGEST = 16, 500.0  # trajectories; nondimensional time, above which nobody would wait
+FEWEST_SECONDS = 0.5  # that the judge takes at least: with less left of a budget none begins
 SETTLING, AVERAGED = 3.0, 4.0  # times that the slowest of mass, store and load takes to forget
 STEADY, SETTLED = 2e-3, 1e-4  # tolerance of a circuit's step under a steady drive, and what settling may change
 JUDGE = 5e-3  # twice what compiled circuits differ by from ngspice at most (docs/compiled.md)
@@ -39,6 +40,8 @@ def difference_from_compiled(problem: Problem, pair: "RichardsonPair", deadline:
 
     settled = pair.trajectories
     assert problem.circuit is not None, "engine ideal serves netlists"
+    if time.perf_counter() > deadline - FEWEST_SECONDS:
+        return {}
     try:
         circuit = compiled_circuit(problem.circuit, problem.scales)
         if problem.equations.is_steady:

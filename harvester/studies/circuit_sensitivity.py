@@ -9,14 +9,17 @@ import numpy as np
 from harvester.arrays import Floats
 from harvester.engines.compiled import Compiled
 from harvester.engines.power_slopes import quantities, value_of
+from harvester.engines.sampling import LEAST_SHARE
 from harvester.equations.problem import Problem
 from harvester.errors import InputError
+from harvester.machine.folders import machine_code
 from harvester.mechanics.kernels.moments import Moments
 from harvester.uncertainty.controls import controlled_entries
 from harvester.uncertainty.value import Value, mean_and_error
 
 CHANGE, LEAST = 0.05, 1e-3  # of a key, up and down: by less where it could not be so large, and not below
 TRAJECTORIES = 128
+MEAN = 0.2  # of the budget that a burn-in leaves, for the mean power at most
 ROOT = np.random.SeedSequence(11)
 
 
@@ -46,21 +49,29 @@ def elasticities(
     from harvester.mechanics.ensemble.burn_in import burn_in
     from harvester.mechanics.ensemble.richardson import compile_pair
     from harvester.mechanics.ensemble.trajectories import Trajectories
+    from harvester.mechanics.kernels.compiled import compilation
 
     def trajectories(scene: Problem, h: float | None, count: int) -> Trajectories:
         model = Compiled().model(scene)
         return Trajectories(scene.equations, count, ROOT, h, circuit=model.circuit, controlled=True)
 
+    begin, code = time.monotonic(), machine_code()
     first = trajectories(problem, None, TRAJECTORIES)
-    compile_pair(first)
-    deadline = math.inf if budget is None else time.monotonic() + budget
+    with compilation() as compiling:
+        compile_pair(first)
+    if code != machine_code():  # new code, and not only loaded
+        begin += compiling.seconds
+    deadline = math.inf if budget is None else begin + budget
     burn_in(first, budget)
-    settled, unit, begin = first.time, problem.scales.frequency, time.monotonic()
-    power = first.run(settled)
-    seconds = 4.0 * (time.monotonic() - begin)  # that a key takes
+    settled, unit, now = first.time, problem.scales.frequency, time.monotonic()
+    share = min(max(MEAN * (deadline - now) / (now - begin), LEAST_SHARE), 1.0)
+    power = first.run(share * settled)
+    seconds = 4.0 * (time.monotonic() - now) / share  # that a key takes
     found = dict[str, tuple[float, Value]]()
     known = [(*one, change) for one in keys_with_elements(problem) if (change := _largest_change(problem, *one))]
-    count = TRAJECTORIES if time.monotonic() + len(known) * seconds < deadline else TRAJECTORIES // 2
+    count = TRAJECTORIES
+    if time.monotonic() + len(known) * seconds > deadline:
+        count, seconds = TRAJECTORIES // 2, 0.5 * seconds
 
     def at(key: str, value: float) -> tuple[Moments, float]:
         """The moments with another value of a key, and the unit of the load's power."""
@@ -71,13 +82,14 @@ def elasticities(
         return one.run(settled * ratio), other.units.watts * (other.equations.beta or 0.0)
 
     for k, (key, value, change) in enumerate(known):
-        if time.monotonic() + 0.5 * seconds > deadline:
+        if (begin := time.monotonic()) + seconds > deadline:
             break
         (more, log_more), (less, log_less) = (_logarithm(*at(key, (1.0 + sign * change) * value)) for sign in (1, -1))
         width = math.log1p(change) - math.log1p(-change)
         controls = None if more.controls is None or less.controls is None else more.controls - less.controls
         slope = mean_and_error(controlled_entries((log_more - log_less) / width, controls))
         found[key] = value, Value(*slope, dof=count - 1.0, unknown=Compiled.UNKNOWN)
+        seconds = max(seconds, time.monotonic() - begin)  # a key's own circuit is made, too
         tell((k + 1) / len(known))
     mean = mean_and_error(controlled_entries(power.load, power.controls))
     watts = problem.units.watts * (problem.equations.beta or 0.0)

@@ -10,15 +10,19 @@ and of opposite sign, so that a third step tells them apart:
 
 `step_bias` and `extrapolated` take the values at the steps h, 2 h and perhaps 4 h, each with one entry a trajectory,
 shape (n,), entry by entry on the same noise: where the paths of the steps stay together, differences have a smaller
-error than the means; ``controls`` and ``together`` are as of `controlled_entries`.  `limit` takes single numbers
-without noise.
+error than the means; ``controls`` are those of all steps side by side and ``together`` is as of `controlled_entries`.
+Where the paths part, the moments of each step are better controlled by themselves: few entries bear few columns.
+`limit` takes single numbers without noise.
 """
 
 import math
 from collections.abc import Sequence
 
+import numpy as np
+
 from harvester.arrays import Floats
-from harvester.uncertainty.controls import controlled_mean
+from harvester.uncertainty.controls import controlled_entries
+from harvester.uncertainty.value import mean_and_error
 
 SLOWEST, FASTEST = 2.5, 8.0  # times that a halved step makes changes smaller, where the order is taken to hold
 
@@ -30,28 +34,39 @@ def step_bias(
 
     From three steps both of its parts count as if they had one sign: they must not seem to cancel.
     """
-    parts = _bias_parts(values, order)
-    mean, error = controlled_mean(sum(parts[1:], parts[0]), controls, together)
-    if len(parts) == 1:
+    weights = _bias_weights(len(values), order)
+    mean, error = mean_and_error(_combined(weights.sum(axis=0), values, controls, together))
+    if len(weights) == 1:
         return mean, error
-    means = [controlled_mean(part, controls, together)[0] for part in parts]
+    means = [float(_combined(one, values, controls, together).mean()) for one in weights]
     return math.copysign(sum(map(abs, means)), means[0]), error
 
 
 def extrapolated(
     values: Sequence[Floats], order: float = 2.0, controls: Floats | None = None, together: int = 1
-) -> tuple[float, float]:
-    """The mean E_0 at a step of 0, and its standard error."""
-    return controlled_mean(values[0] - sum(_bias_parts(values, order)), controls, together)
+) -> Floats:
+    """Entries with the mean E_0 at a step of 0."""
+    weights = _bias_weights(len(values), order).sum(axis=0)
+    return _combined(np.eye(len(values))[0] - weights, values, controls, together)
 
 
-def _bias_parts(values: Sequence[Floats], order: float) -> list[Floats]:
-    """The part of order p of the bias at the step h, entry by entry; from three steps that of second order, too."""
-    first, power = values[1] - values[0], 2.0**order
-    if len(values) == 2:
-        return [first / (power - 1.0)]
-    low = (4.0 * first - (values[2] - values[1])) / (4.0 - power)
-    return [low / (power - 1.0), (first - low) / 3.0]
+def _combined(weights: Floats, values: Sequence[Floats], controls: Floats | None, together: int) -> Floats:
+    """Entries of the sum of weighted moments at all steps, by the better of two ways to use their controls."""
+    whole = controlled_entries(weights @ np.array(values), controls, together)
+    if controls is None:
+        return whole
+    own = np.hsplit(controls, len(values))
+    each = weights @ np.array([controlled_entries(*pair, together) for pair in zip(values, own, strict=True)])
+    return whole if whole.std() < each.std() else each
+
+
+def _bias_weights(steps: int, order: float) -> Floats:
+    """Weights of the values at all steps: of the bias at h of the order p, and from three steps of second order."""
+    first, second, power = np.eye(steps)[1] - np.eye(steps)[0], np.eye(steps)[-1] - np.eye(steps)[1], 2.0**order
+    if steps == 2:
+        return np.array([first / (power - 1.0)])
+    low = (4.0 * first - second) / (4.0 - power)
+    return np.array([low / (power - 1.0), (first - low) / 3.0])
 
 
 def limit(values: Sequence[float]) -> tuple[float, float]:

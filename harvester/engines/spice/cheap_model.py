@@ -25,6 +25,7 @@ CLOSE = 0.02  # a target below which circuits that switch go beside their compil
 MEMORIES = 2.0  # time constants of the slowest change, of a burn-in from settled states
 SETTLING = 4.0  # time constants, in which a compiled circuit settles from the states of ideal elements
 TWINS = 0.2  # of a target, for the step: a circuit that switches costs hardly more at a smaller one
+FIRST = 0.5  # of the burn-in, that a compiled circuit averages over at first
 SHARE = 0.5  # of the budget, for the cheap model at most: the rest is for ngspice
 
 
@@ -110,7 +111,8 @@ def cheap_model(
 
     budget, within, spent = number(options.budget), number(options.within), time.perf_counter() - begin
     share, is_twin = None if budget is None else SHARE * budget, pilot.circuit is not circuit
-    pair = RichardsonPair(pilot, first_duration(burn_in, spent, share), budget)
+    first = FIRST if isinstance(pilot.circuit, CompiledCircuit) else 1.0
+    pair = RichardsonPair(pilot, first * first_duration(burn_in, spent, share), budget)
     if within is not None:
         target = Target((TWINS if is_twin else 1.0) * within, share, begin)
         pair = _with_best_step(pair, "load", target, options.dt is not None)
@@ -170,7 +172,7 @@ def _with_best_step(pair: "RichardsonPair", name: str, target: Target, fixed: bo
     while True:
         bias, error = pair.relative_bias(name)
         factor = 1.0 if fixed else best_factor(target.within, abs(bias), error, pair.order)
-        if error < KNOWN * target.within:
+        if error < KNOWN * target.within and not pair.extrapolates:
             pair.stop_coarse()
         if factor < 1.0:
             pair = pair.with_step(factor * pair.trajectories.h)

@@ -19,6 +19,7 @@ from harvester.uncertainty.richardson import extrapolated, step_bias
 from harvester.uncertainty.value import Value, mean_and_error
 
 SETTLED = 0.3  # of a burn-in: what trajectories make from states that have settled at another step
+LEFT = 0.25  # of the bias that is taken off: what of it may be left, of the order above
 GROWN = 1e3  # times the fine step's E[x^2]: a coarse step that is unstable, though still finite
 
 
@@ -50,8 +51,9 @@ class RichardsonPair:
     bias for a thousandth of the time.  Both circuits meet the mass in the same way, once a step, and the compiled one
     takes parts of a step as short as its own error asks for, whatever the step is.
 
-    Trajectories with a circuit's own kernel, whose time does not depend on the step, begin at other steps in states of
-    these, and not from rest.
+    Trajectories with a circuit's own kernel, whose steps are dear, begin at other steps in states of these, and not
+    from rest.  Where the order holds their means are extrapolated to a step of 0 (`extrapolates`): to begin anew at
+    half of the step takes longer than the error of sampling that this adds.  What it may leave of the bias is stated.
     """
 
     def __init__(
@@ -185,18 +187,24 @@ class RichardsonPair:
         assert self._moments is not None, "extended at the beginning"
         return self._moments
 
+    @property
+    def extrapolates(self) -> bool:
+        """Whether means are those of a step of 0, so that the coarser trajectories go on."""
+        return bool(self._goes_on_from_states and self._moments_of_all and self._coarser and self.order >= STRONG)
+
     def mean(self, name: str) -> tuple[float, float]:
-        """Mean of one moment at the step h, and its standard error."""
+        """Mean of one moment at the step h, or of 0, and its standard error."""
         return mean_and_error(self.entries(name))
 
     def entries(self, name: str) -> Floats:
-        """One moment at the step h, one entry a trajectory or record, less what the controls explain of it."""
+        """One moment at the step h, or of 0, one entry a trajectory or record, less what the controls explain of it."""
         if ("mean", name) not in self._known:
-            self._known["mean", name] = self.moments.controlled(name, self.trajectories.together)
+            at_h = self.moments.controlled(name, self.trajectories.together)
+            self._known["mean", name] = extrapolated(*self._at_all_steps(name)) if self.extrapolates else at_h
         return np.asarray(self._known["mean", name])
 
     def bias(self, name: str) -> tuple[float, float]:
-        """Bias of one moment's mean at the step h, and its standard error.
+        """Bias of one moment's mean, and its standard error: at the step h, or what extrapolation may leave of it.
 
         Where twice the step is unstable nothing is known of it: the mean itself.
         """
@@ -207,8 +215,8 @@ class RichardsonPair:
             return self.mean(name)[0], 0.0
         if ("bias", name) not in self._known:
             self._known["bias", name] = step_bias(*self._at_all_steps(name))
-        known: tuple[float, float] = self._known["bias", name]
-        return known
+        bias, error = self._known["bias", name]
+        return (LEFT * bias, LEFT * error) if self.extrapolates else (bias, error)
 
     def largest_bias(self, name: str) -> float:
         """The size of the `bias` that is stated: where it falls slowly with the step, the largest at 95 %."""
@@ -226,7 +234,7 @@ class RichardsonPair:
 
         Where twice the step is unstable, the mean at the step h.
         """
-        return extrapolated(*self._at_all_steps(name)) if self._moments_of_all else self.mean(name)
+        return mean_and_error(extrapolated(*self._at_all_steps(name))) if self._moments_of_all else self.mean(name)
 
     def _at_all_steps(self, name: str) -> tuple[list[Floats], float, Floats | None, int]:
         """What `step_bias` takes: a moment at all steps, the order, and the controls of all steps side by side."""

@@ -151,7 +151,7 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "needs_resistance": "engine {engine!r} must have a load resistance, but the load is netlist {netlist!r}: use "
     "engine 'spice', or 'ideal' for one of the package's netlists",
     "needs_netlist": "engine {engine!r} must have a netlist as load, but has none: use engine 'ensemble'",
-    "elements_along_paths": "what each element takes is read once a step on {paths} path(s) of {time:.3g}/w0 of the compiled circuit: of its error sampling alone is counted",
+    "elements_along_paths": "what each element takes is added up over the circuit's own steps on {paths} path(s) of {time:.3g}/w0 of the compiled circuit: of its error sampling alone is counted",
     "needs_compiled_circuit": "engine {engine!r} must have a netlist of elements that it knows, but {why}: use engine 'spice'",
     "needs_ideal_circuit": "engine {engine!r} must have one of the netlists {known}, but the load is {netlist!r}: use "
     "engine 'spice'",
