@@ -26,7 +26,12 @@ from harvester.averaging.two_scale.cycles import Cycles
 from harvester.averaging.two_scale.energy_law import paid
 from harvester.averaging.two_scale.gap_cycles import DistantOrbits, potential
 from harvester.averaging.two_scale.gap_grid import Grid, half_widths_that_matter
-from harvester.averaging.two_scale.second_order import correction, stated_error_distant, stated_error_preloaded
+from harvester.averaging.two_scale.second_order import (
+    amplified,
+    correction,
+    stated_error_distant,
+    stated_error_preloaded,
+)
 from harvester.equations.coefficients import Equations
 
 _ROUNDS = 6  # of the voltage, the potential that it bends, and the rest position
@@ -131,7 +136,8 @@ def _summary(eqs: Equations, orbits: DistantOrbits, cycle: Cycles, mass: Floats,
     exchange, stored = power_in * period / energy, 0.5 * beta * (fast + slow) / energy
     impact_loss = 2.0 * (1.0 - r2) / (1.0 + r2) * mean(cycle.wall / cycle.period) * period / energy
     load = beta * mu * (fast + slow) * period / energy
-    own = np.maximum(exchange - impact_loss - load, 0.0)
+    friction = exchange - impact_loss - load
+    own = np.maximum(friction, 0.0)
     touching = mean(np.where(cycle.wall > 0.0, 1.0, 0.0))
     factor = correction(impact_loss, stored, mu / mean(w)) ** touching**2
     return {
@@ -144,7 +150,8 @@ def _summary(eqs: Equations, orbits: DistantOrbits, cycle: Cycles, mass: Floats,
             scalar(eqs.gap) < 0.0,
             stated_error_preloaded(impact_loss, stored, own, load, mu * period / math.pi, least / total),
             stated_error_distant(impact_loss, stored, own, load, exchange, touching),
-        ),
+        )
+        * amplified(friction, exchange),
         "exchange": exchange,
         "impact_loss": impact_loss,
         "stored": stored,

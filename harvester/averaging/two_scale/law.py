@@ -30,7 +30,7 @@ from harvester.averaging.grids import KEPT, SEARCH, noisy_stacks, or_zero, stack
 from harvester.averaging.two_scale.cycles import Cycles, Orbits
 from harvester.averaging.two_scale.energy_law import log_mass, normalised, paid, rising, slow_voltage, with_tail
 from harvester.averaging.two_scale.gap_law import Spread, solve_distant
-from harvester.averaging.two_scale.second_order import correction, stated_error
+from harvester.averaging.two_scale.second_order import amplified, correction, stated_error
 from harvester.equations.coefficients import Equations
 from harvester.errors import SimulationError, UnboundedResponseError
 
@@ -185,9 +185,9 @@ def _summary(eqs: Equations, cycle: Cycles, mass: Floats, memory: Floats) -> dic
     else:
         r2 = scalar(eqs.restitution) ** 2
         impact_loss = 2.0 * (1.0 - r2) / (1.0 + r2) * mean(cycle.wall / cycle.period) * period / energy
-        own = np.maximum(exchange - impact_loss - beta * mu * (fast + slow) * period / energy, 0.0)
+        own = exchange - impact_loss - beta * mu * (fast + slow) * period / energy
         factor = correction(impact_loss, stored, mu / w)
-        bias = stated_error(impact_loss, stored, own)
+        bias = stated_error(impact_loss, stored, np.maximum(own, 0.0)) * amplified(own, exchange)
     return {
         "mean_square_voltage": factor * (fast + slow),
         "fast": fast,

@@ -38,6 +38,15 @@ def stated_error(impact_loss: Floats, stored: Floats, friction: Floats) -> Float
     return np.asarray(0.005 + 0.03 * i + 0.02 * i**2 + 0.01 * own**2 + 0.2 * q * (1.0 + i) + beyond)
 
 
+def amplified(friction: Floats, exchange: Floats) -> Floats:
+    """The factor on a stated error where the damping is negative and ``friction``, its share of the energy, feeds.
+
+    Impacts and load then take what friction and noise give.  A relative error of what they take is left to the noise
+    alone, whose share in a cycle is ``exchange``: 1 + max(-friction, 0)/exchange times as large.
+    """
+    return np.asarray(1.0 + np.maximum(-friction, 0.0) / exchange)
+
+
 def stated_error_distant(
     impact_loss: Floats, stored: Floats, friction: Floats, load: Floats, exchange: Floats, touching: Floats
 ) -> Floats:

@@ -279,6 +279,23 @@ def test_stated_error_covers_random_scenes():
     assert np.mean(shares) > 0.1
 
 
+@pytest.mark.parametrize("stop", [{}, {"restitution": 0.9, "gap": 3.0}], ids=["none", "out of reach"])
+def test_stated_error_covers_linear_scenes(stop):
+    """54 of 620 random scenes were off by more than they stated, 8 % with .4 and 13 % with .6 (the first two here)."""
+    rng = np.random.default_rng(1)
+    drawn = 10 ** rng.uniform((-2, -2, -3), (1, 1.3, -0.5), (60, 3)) * (1.0, 1.0, -1.0)
+    hard = [(0.423, 1.285, 0.1711), (5.006, 0.013, 0.0071), (9.933, 0.073, -0.1961), (4.579, 5.724, 0.3312)]
+    for beta, mu, c1 in [*hard, *drawn]:
+        reach = 6.5 * linear_v2(linear(beta, mu, c=-c1)) ** 0.5 * (1.0 + mu * mu - c1 * mu) ** 0.5  # of x
+        table = stop | ({"gap": reach} if stop else {})
+        try:
+            found = hv.Averaged().run(scene(changed(linear(beta, mu, c=-c1), **table))).mean_square_voltage
+        except UnboundedResponseError:
+            assert stop and c1 > 0.0  # one of the widest orbits that are searched has too little load
+            continue
+        assert abs(found.value - linear_v2(linear(beta, mu, c=-c1))) < found.model, (beta, mu, c1)
+
+
 @pytest.mark.parametrize(
     "changes",
     [
