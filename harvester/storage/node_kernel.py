@@ -155,14 +155,12 @@ def follow_node(currents, durations, stops, levels, branches, tries, v, seconds,
         if v >= wake and rose:
             if _alike(v, low, branches[2], at_wake, same):  # what follows is the same each time
                 _repeat(counts, woken, seconds, hours)
-            for k in range(REPEATED):  # `woken[:] = ...` takes numba seconds, for the words of an error
-                woken[k] = counts[k]
+            woken = counts[:REPEATED].copy()  # `woken[:] = ...` takes numba seconds, for the words of an error
         before[:], on = math.nan, v >= wake
         while on and counts[END] < seconds * DONE:
             if _alike(v, low, branches[2], before, same):
                 _repeat(counts, begun, seconds, hours)
-            for k in range(REPEATED):
-                begun[k] = counts[k]
+            begun = counts[:REPEATED].copy()
             number = tries[taken % len(tries)]
             taken += 1
             v, on, low = _follow_packet(store, drawn, durations, stops, number, v, low, seconds, hours, found)

@@ -49,6 +49,7 @@ def test_data_and_plot(drawn, number):
     assert (out / f"fig{number}.csv").read_text().splitlines()[0] == ",".join(paper.COLUMNS)
 
 
+@pytest.mark.thorough("test_paper_scene_has_the_voltage_of_event_driven_monte_carlo")
 @pytest.mark.parametrize("panel", ["p(amplitude A)", "p(displacement x)", "p(velocity x')"])
 def test_densities_without_sampling(drawn, panel):
     """Figure 1: the solved density is the Monte Carlo's within its errors, and the formula is near it."""
