@@ -54,7 +54,7 @@ def first_batch(
         step_is_fixed=options.dt is not None,
         deadline=deadline,
     )
-    runs.run_batch(count)
+    runs.run_first(count)
     return runs
 
 

@@ -22,7 +22,8 @@ if TYPE_CHECKING:
     from harvester.cosimulation.runs import TrajectoryMeans
     from harvester.mechanics.kernels.moments import Moments
 
-FEWEST = 8  # runs that tell the bias of the step, and pairs of which each half weighs the other
+FEWEST = 8  # pairs of which each half weighs the other
+TELLING = 4  # runs that tell the bias of the step, by Student's t of three degrees of freedom
 
 
 @dataclass(kw_only=True)
@@ -45,7 +46,7 @@ class RunMeans:
     @property
     def followed(self) -> int:
         """Runs at twice the step; 0 where they are too few to tell the bias of the step."""
-        return len(self.coarse) if len(self.coarse) >= FEWEST else 0
+        return len(self.coarse) if len(self.coarse) >= TELLING else 0
 
     def mean_square_voltage(self) -> Controlled:
         """E[V^2], nondimensional."""

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from harvester.engines.protocol import Progress
-from harvester.engines.spice.means import FEWEST, RunMeans
+from harvester.engines.spice.means import FEWEST, TELLING, RunMeans
 from harvester.errors import CircuitError, ConvergenceError, OutOfTimeError, SimulationError
 from harvester.presentation.diagnostic import Diagnostic, warning
 from harvester.uncertainty.control_variate import Controlled, split
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 TOLERANCE_TIME = 64.0  # nondimensional: ten periods or so
 LOOSE = 0.1  # a target from which on fewer pairs than `FEWEST` do
 FEW = 4  # pairs for a loose target
+RESERVED = 4.0  # times the cost of a run: what telling ngspice's tolerance takes
 FEWEST_BLOCKS = 16  # of all these pairs together: with fewer, one half cannot weigh the other
 
 
@@ -53,6 +54,25 @@ class Runs(RunMeans):
     seconds: float = 0.0
     ngspice_seconds: float = 0.0
     warm_up_seconds: float = 0.0
+
+    def run_first(self, count: int) -> None:
+        """Run ``count``; where ngspice alone tells the bias of the step, a few with others of twice the step first.
+
+        Of a budget that ends early the others leave what telling the tolerance takes: an error that is known whole is
+        worth more than runs.  Raises as `run_batch`.
+        """
+        from harvester.cosimulation.worker_pool import worker_count
+
+        few = max(TELLING, worker_count())
+        if self.setup.pair is not None or math.isinf(self.deadline) or count <= few:
+            return self.run_batch(count)
+        self.run_batch(few)
+        more = max(min(count - few, int((self.deadline - time.monotonic()) / self.cost - RESERVED)), 0)
+        if more:
+            self.run_batch(more)
+        if len(self.done) == few + more < count:
+            self.setup.diagnostics.append(warning("runs_ended", ended=len(self.done), asked=count, paired=False))
+        return None
 
     def run_batch(self, count: int) -> None:
         """Run ``count`` more, or as many as end before the deadline, with a warning.

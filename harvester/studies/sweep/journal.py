@@ -212,8 +212,7 @@ class Journal:
         try:
             yield
         except sqlite3.OperationalError as error:
-            limited = f"{error}, as where ulimit -f lets no file grow further"
-            known = {sqlite3.SQLITE_FULL: os.strerror(ENOSPC), sqlite3.SQLITE_IOERR_WRITE: limited}
+            known = {sqlite3.SQLITE_FULL: os.strerror(ENOSPC), sqlite3.SQLITE_IOERR_WRITE: f"{error} (ulimit -f?)"}
             why = known.get(error.sqlite_errorcode, error)
             raise InputError(
                 f"`out` must take {self.path.name}, but writing failed: {why}; the points that are done are kept for "

@@ -115,6 +115,27 @@ def test_runs_that_ended_in_the_budget_are_used(monkeypatch):
     assert runs.setup.diagnostics == [warning("runs_ended", ended=11, asked=24, paired=False)]
 
 
+def test_of_a_budget_that_ends_early_some_goes_to_the_error_of_the_step(monkeypatch):
+    """Sixteen runs were made, and none of twice the step; now a few of both come first, and a rest is left."""
+    calls = []
+
+    def measure(device, seeds, *_):
+        calls.append((device, len(seeds)))
+        yield from made_up().done[: len(seeds)]
+
+    monkeypatch.setattr(worker, "measure_in_workers", measure)
+    monkeypatch.setattr("harvester.cosimulation.worker_pool.worker_count", lambda: 2)
+    runs = made_up()
+    runs.setup = dataclasses.replace(runs.setup, pair=None)
+    runs.setup.device.coarser = lambda: "coarse"
+    runs.done, runs.paired, runs.deadline = [], False, time.monotonic() + 9.5  # each costs 1 s
+    runs.run_first(16)
+    fine = runs.setup.device
+    assert calls == [(fine, 4), ("coarse", 4), (fine, 5), ("coarse", 5)]
+    assert (len(runs.done), runs.followed) == (9, 9)
+    assert runs.setup.diagnostics == [warning("runs_ended", ended=9, asked=16, paired=False)]
+
+
 def test_too_few_runs_to_pair_are_used_alone(monkeypatch):
     monkeypatch.setattr(worker, "measure_in_workers", ended(7))
     runs = made_up()

@@ -217,7 +217,9 @@ def test_a_limit_of_the_size_of_a_file(tmp_path):
     made, limits = Journal(tmp_path), resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (0, limits[1]))
     try:
-        with pytest.raises(InputError, match=r"must take sweep.journal, but writing failed: .* ulimit -f lets no"):
+        with pytest.raises(
+            InputError, match=r"must take sweep.journal, but writing failed: disk I/O error \(ulimit -f\?\);"
+        ):
             made.begin(NOW, [])
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, limits)
