@@ -149,26 +149,20 @@ class Computing:
         self._soon(
             lambda: self._page.say_of_path("computing a path ... (what is new to this machine is compiled first)")
         )
-        try:
-            found = in_worker.elsewhere(in_worker.path, (asked.tables,), overtaken, self._ended.is_set, PATIENCE)
-        except Exception as error:
-            text = str(named(error))
-            self._soon(lambda: self._page.say_of_path(f"no path: {text}"))
-            found = None
-        if found is not None and not overtaken():
+        found = self._elsewhere(in_worker.path, asked, overtaken, PATIENCE)
+        if found is not None and "error" in found:
+            self._soon(functools.partial(self._page.say_of_path, f"no path: {found['error']}"))
+        elif found is not None and not overtaken():
             self._soon(functools.partial(self._page.show_path, asked, found))
         if overtaken() or "node" not in asked.tables:
             return
-        try:
-            life = in_worker.elsewhere(in_worker.life, (asked.tables,), overtaken, self._ended.is_set, PATIENCE)
-        except Exception as error:
-            life = {"error": str(named(error))}
+        life = self._elsewhere(in_worker.life, asked, overtaken, PATIENCE)
         if life is not None and not overtaken():
             self._soon(functools.partial(self._page.show_life, asked, life))
 
     def _power(self, asked: Wanted, overtaken: Callable[[], bool]) -> None:
         """In a thread: what the circuit itself gives, at once, from a process."""
-        found = self._power_to(asked, in_worker.QUICK, overtaken)
+        found = self._elsewhere(in_worker.power, asked, overtaken, HASTE, *in_worker.QUICK)
         if found is not None and "error" not in found:
             self._soon(functools.partial(self._page.show_power, asked, found))
         self._fine_work.ask(asked)
@@ -177,7 +171,7 @@ class Computing:
         """In a thread: the same when the knobs rest, finely and along the axis."""
         if not self._fine_work.rests(RESTED):
             return
-        found = self._power_to(asked, in_worker.FINE, overtaken)
+        found = self._elsewhere(in_worker.power, asked, overtaken, HASTE, *in_worker.FINE)
         if found is None:
             return
         self._soon(functools.partial(self._page.show_power, asked, found))
@@ -186,18 +180,22 @@ class Computing:
             if overtaken() or self._ended.is_set():
                 return
             there = asked._replace(tables=at_place(asked.tables, asked.key, float(place)), at=float(place))
-            found = self._power_to(there, in_worker.ALONG, overtaken)
+            found = self._elsewhere(in_worker.power, there, overtaken, HASTE, *in_worker.ALONG)
             if found is not None and "error" not in found:
                 self._soon(functools.partial(self._page.show_power, there, found))
         self._along = same
 
-    def _power_to(
-        self, asked: Wanted, how: tuple[float, float], overtaken: Callable[[], bool]
+    def _elsewhere(
+        self,
+        function: Callable[..., dict[str, Any]],
+        asked: Wanted,
+        overtaken: Callable[[], bool],
+        patience: float,
+        *how: float,
     ) -> dict[str, Any] | None:
-        """What a circuit gives, to an error within a time; ``error`` why it does not, None where it was overtaken."""
+        """What a function of `in_worker` gives; ``error`` why it does not, None where it was overtaken."""
         try:
-            arguments = (asked.tables, *how)
-            return in_worker.elsewhere(in_worker.power, arguments, overtaken, self._ended.is_set, HASTE)
+            return in_worker.elsewhere(function, (asked.tables, *how), overtaken, self._ended.is_set, patience)
         except Exception as error:
             return {"error": str(named(error))}
 

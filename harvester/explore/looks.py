@@ -42,7 +42,7 @@ input {{ accent-color: {ACCENT}; width: 15px; height: 15px; }}
 """
 PICTURE = f"""
 :host .bk-btn.bk-btn-default {{ display: flex; flex-direction: column; align-items: center; justify-content: center;
-  padding: 2px 0; border-radius: 6px; font-size: 11.5px;
+  padding: 2px 0; border-radius: 6px; font-size: 11px; letter-spacing: -0.02em;
   white-space: nowrap; color: {PALE} !important; background: var(--card) !important;
   border: 1px solid {LINE}; }}
 :host .bk-btn.bk-btn-default > :first-child {{ margin: -18px 0 -22px; }}

@@ -87,7 +87,7 @@ def _tornado(here: Axes, answer: ToleranceShape, unit: Scale) -> None:
             here.plot([bar.powers[side] / unit.factor], [k], marker=form, label=label, **look)  # type: ignore[arg-type]
         share = answer.sensitivity.get(bar.key)
         if share is not None:
-            text = f"{100.0 * share.first:.0f} %"
+            text = f"{100.0 * share.first:.0f} %" + " of\nthe variance" * first
             here.annotate(text, (1.0, k), (4, 0), ("axes fraction", "data"), "offset points", va="center", fontsize=9)
     nominal = float(np.median(answer.power)) if answer.nominal is None else answer.nominal
     here.axvline(nominal / unit.factor, color=INK, linewidth=0.8, zorder=0)

@@ -193,13 +193,13 @@ def best_circuit(
         except SimulationError as error:  # what the user asked is in order: this circuit has no answer
             found[name] = error
     optima = {name: found[name] for name in scenes}
-    answer = CircuitChoice.of(optima, time.perf_counter() - begin, _coils(scenes, vary))
+    answer = CircuitChoice.of(optima, time.perf_counter() - begin, of_coils(scenes, vary))
     if folder is not None:
         folder.table("circuits", answer.table.csv())
     return answer
 
 
-def _coils(scenes: Mapping[str, Scene], vary: Vary) -> tuple[Diagnostic, ...]:
+def of_coils(scenes: Mapping[str, Scene], vary: Vary) -> tuple[Diagnostic, ...]:
     """A warning where the coils of some circuits ring `UNLIKE` times as well as those of others, and none is varied."""
     if any(one.key.rpartition(".")[2] in ("L", "Rcoil", "Rcore") for one in varied(vary)[1]):
         return ()

@@ -4,6 +4,7 @@ import dataclasses
 import time
 from collections.abc import Iterator
 
+from harvester.studies.sweep.rows import SweepRow
 from harvester.studies.sweep.runners import Done
 from harvester.studies.sweep.tasks import Task
 
@@ -20,7 +21,7 @@ class SharedBudget:
     def __init__(self, seconds: float, rows: int, beside: int) -> None:
         self._seconds, self._end = seconds, time.monotonic() + seconds
         self._rows, self._beside = rows, beside
-        self._until: dict[tuple[int, tuple[int, ...]], float] = {}  # by when a task should end
+        self._given: dict[tuple[int, tuple[int, ...]], tuple[float, float]] = {}  # when, and what, of tasks at work
         self._beyond: dict[int, float] = {}  # of an engine, by its place
 
     def share(self, tasks: Iterator[Task]) -> Iterator[Task]:
@@ -35,14 +36,16 @@ class SharedBudget:
         if left <= beyond:
             return dataclasses.replace(task, left_out=self._seconds)
         given = max(share - beyond, LEAST * share)
-        self._until[task.place, task.points] = time.monotonic() + count * given
+        self._given[task.place, task.points] = time.monotonic(), given
         return dataclasses.replace(task, engine=dataclasses.replace(task.engine, budget=given))  # type: ignore[type-var]
 
     def watch(self, done: Done) -> Done:
         """The answers as they come, of which the times are taken."""
         for task, answers in done:
-            until = self._until.pop((task.place, task.points), None)
-            if until is not None:
-                beyond = max(time.monotonic() - until, 0.0) / len(task.points)
+            begin, given = self._given.pop((task.place, task.points), (0.0, 0.0))
+            if given:
+                own = [one.seconds or 0.0 for one in answers if isinstance(one, SweepRow)]  # without a worker's start
+                took = (sum(own) if len(own) == len(answers) else time.monotonic() - begin) / len(task.points)
+                beyond = max(took - given, 0.0)
                 self._beyond[task.place] = min(beyond, self._beyond.get(task.place, beyond))
             yield task, answers

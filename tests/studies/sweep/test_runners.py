@@ -264,7 +264,7 @@ def test_a_budget_holds_for_all_rows(monkeypatch, rows, beyond, answered):
     def compute():
         for task in shared.share(iter(todo)):
             clock[0] += 0.0 if task.left_out else task.engine.budget + beyond
-            yield task, []
+            yield task, [SimulationError("a made-up one")]
 
     done = [task for task, _ in shared.watch(compute())]
     assert sum(task.left_out is None for task in done) == answered
