@@ -162,11 +162,13 @@ def copy(to, array):
 
 
 @inlined
-def logged(c, seconds, state):
-    """Add a step to the log: the number of its rows, the room for them, and rows of seconds and the state reached.
+def logged(c, seconds, state, whole):
+    """Add a step of a whole drift to a log: the number of its rows, the room for them, and rows of seconds and a state.
 
-    Of the state that are the charges, the unknowns that functions read, and the switches as they were in the step.
+    Of the state reached that are the charges, the unknowns that functions read, and the switches as they were before.
     """
+    if c.log_at == 0 or whole == 0:
+        return
     head, width = carray(pointer(c.log_at), 2), 1 + c.ns + c.n + c.switches
     if head[0] < head[1]:
         row = carray(pointer(c.log_at + 8 * (2 + int(head[0]) * width)), width)
@@ -224,8 +226,7 @@ def follow(circuit_at, state_at, room_at, x, x1, wall, first, h, whole):
         copy(s, end)
         copy(y, trial)
         copy(told, new)
-        if c.log_at != 0 and whole != 0:
-            logged(c, seconds, state)
+        logged(c, seconds, state, whole)
         for k in range(nz):
             sizes[k] = max(sizes[k] * (1.0 - FADING * size / finest), abs(s[k]) * volts[k])
         switch(thresholds, told, switches)

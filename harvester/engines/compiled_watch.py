@@ -3,13 +3,14 @@
 import dataclasses
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
 from harvester.answers.estimate import Estimate
 from harvester.arrays import Floats
 from harvester.engines.spice.probed_answer import PART, watch_of, with_probes
+from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.errors import InputError
 from harvester.presentation.diagnostic import note
@@ -27,6 +28,8 @@ PATHS, FEWEST = 64, 8  # how many, and how many weigh a control variate
 OF_ELEMENTS = 16  # paths that tell the powers of elements
 AVERAGED = 128.0  # nondimensional time of each
 UNKNOWN = f"{STEP} and {COMPILED_CIRCUIT}"
+# Equations, noise, step, stride, x and x', the circuit's state, and the shaking of a path.
+Given: TypeAlias = tuple[Equations, Floats, float, int, tuple[float, float], Floats, Floats | None]
 
 
 def sampled_paths(
@@ -37,7 +40,8 @@ def sampled_paths(
     from harvester.mechanics.kernels.forcing import forcing
     from harvester.mechanics.kernels.noise import child, three_point_grid
 
-    eqs, h, found = problem.equations, pair.trajectories.h, []
+    eqs, h = problem.equations, pair.trajectories.h
+    found: list[CircuitPath] = []
     kicks, (_, starts) = math.ceil(AVERAGED / h), settled_starts(pair, circuit.memory, AVERAGED, seed)
     for root, start in zip(np.random.SeedSequence([seed, 6]).spawn(PATHS), starts, strict=False):
         shaking = forcing(eqs, h, kicks, np.random.default_rng(child(root, 1)))
@@ -46,7 +50,7 @@ def sampled_paths(
     return found
 
 
-def _traced(circuit: "CompiledCircuit", given: tuple[Any, ...], log: bool, kicked: bool = False) -> "CircuitPath":
+def _traced(circuit: "CompiledCircuit", given: "Given", log: bool, kicked: bool = False) -> "CircuitPath":
     """The path of what is ``given`` that keeps its states, and its own steps where a ``log`` is asked for."""
     path = circuit.trace(*given, kicked=kicked, keep=True)
     return dataclasses.replace(circuit.with_own_steps(path, given, kicked), states=path.states) if log else path

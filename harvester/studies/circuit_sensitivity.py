@@ -12,7 +12,6 @@ from harvester.engines.power_slopes import quantities, value_of
 from harvester.engines.sampling import LEAST_SHARE
 from harvester.equations.problem import Problem
 from harvester.errors import InputError
-from harvester.machine.folders import machine_code
 from harvester.mechanics.kernels.moments import Moments
 from harvester.uncertainty.controls import controlled_entries
 from harvester.uncertainty.value import Value, mean_and_error
@@ -49,18 +48,14 @@ def elasticities(
     from harvester.mechanics.ensemble.burn_in import burn_in
     from harvester.mechanics.ensemble.richardson import compile_pair
     from harvester.mechanics.ensemble.trajectories import Trajectories
-    from harvester.mechanics.kernels.compiled import compilation
 
     def trajectories(scene: Problem, h: float | None, count: int) -> Trajectories:
         model = Compiled().model(scene)
         return Trajectories(scene.equations, count, ROOT, h, circuit=model.circuit, controlled=True)
 
-    begin, code = time.monotonic(), machine_code()
     first = trajectories(problem, None, TRAJECTORIES)
-    with compilation() as compiling:
-        compile_pair(first)
-    if code != machine_code():  # new code, and not only loaded
-        begin += compiling.seconds
+    compile_pair(first)
+    begin = time.monotonic()
     deadline = math.inf if budget is None else begin + budget
     burn_in(first, budget)
     settled, unit, now = first.time, problem.scales.frequency, time.monotonic()
@@ -69,9 +64,8 @@ def elasticities(
     seconds = 4.0 * (time.monotonic() - now) / share  # that a key takes
     found = dict[str, tuple[float, Value]]()
     known = [(*one, change) for one in keys_with_elements(problem) if (change := _largest_change(problem, *one))]
-    count = TRAJECTORIES
-    if time.monotonic() + len(known) * seconds > deadline:
-        count, seconds = TRAJECTORIES // 2, 0.5 * seconds
+    part = 1.0 if time.monotonic() + len(known) * seconds < deadline else 0.5
+    count, seconds = round(part * TRAJECTORIES), part * seconds
 
     def at(key: str, value: float) -> tuple[Moments, float]:
         """The moments with another value of a key, and the unit of the load's power."""
