@@ -232,7 +232,7 @@ def test_the_first_packet_is_sent_when_the_netlists_output_begins(chip, accelera
     """Within what it states, and 1 ms for the packet."""
     first = hv.node(waiting(chip, acceleration, store), days=0.001).first_packet
     assert abs(first.value - 1e-3 - seconds) < first.error95 + 2e-3
-    assert first.error95 < 0.15 * seconds
+    assert first.error95 < (0.08 if chip == "ltc3588" else 0.25) * seconds
 
 
 def test_a_store_that_is_not_slow_is_run_directly():
