@@ -111,7 +111,8 @@ class Chip:
 
     def narrower(self) -> "Chip":
         """The same with thresholds by `SHARP` nearer, as the netlists' comparators have them."""
-        near = replace(self, rise=self.rise - SHARP, fall=self.fall + SHARP)
+        by = min(SHARP, 0.25 * (self.rise - self.fall))
+        near = replace(self, rise=self.rise - by, fall=self.fall + by)
         return replace(near, hand_over=max(self.hand_over - SHARP, 0.0))
 
     def thresholds(self, voltage: float) -> tuple[float, float] | None:

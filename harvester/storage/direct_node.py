@@ -23,7 +23,8 @@ from harvester.storage.node_run import NodeCourse, NodeRun
 from harvester.storage.rectifier_cut import STORE, held_rectifier, with_store
 from harvester.storage.supply import LOW, charging_efficiency
 
-INPUT = 4.7e-6  # F at a chip's input
+INPUT = 1e-6  # F at a chip's input, as in the netlist bq25570
+BACK = 0.3  # V below that of the hand-over, at which the cold start begins again, as there
 SLICES = 16  # of a vibration
 STARTED = 10.0  # vibrations over which a cold start's power is a mean
 
@@ -47,7 +48,7 @@ class _Tracker:
     def move(self, charge: float, volts: float, now: float, slice_: float) -> tuple[float, float]:
         """What is left at the input, and what the store at ``volts`` gets, both in C."""
         chip, seen = self.chip, charge / INPUT
-        if volts < chip.hand_over:
+        if volts < chip.hand_over - (0.0 if self.begun is None else BACK):
             self.begun = None
             taken = max(charge - INPUT * chip.cold_voltage, 0.0)
             energy = taken * chip.cold_voltage

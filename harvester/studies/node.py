@@ -467,9 +467,9 @@ def _helps(
             for factor in (1.0 - CHANGE, 1.0 + CHANGE):
                 try:
                     other: Any = dataclasses.replace(parts[k], **{key: now * factor})  # type: ignore[type-var]
-                except InputError:  # such as an efficiency above 1
+                    gains.append(gain(table, *(*parts[:k], other, *parts[k + 1 :])))
+                except InputError:  # such as an efficiency above 1, or a chip's thresholds in another order
                     continue
-                gains.append(gain(table, *(*parts[:k], other, *parts[k + 1 :])))
             found[f"{name}.{said}"] = max(gains)
     found["current"] = max(gain(dataclasses.replace(table, current=table.current * (1.0 + CHANGE)), *parts), 0.0)
     return found

