@@ -361,11 +361,11 @@ freedom-of-pairs: test_control_variate.py -k freedom
 - (len(rest) - 2.0, mean.dof or 1e6)
 + (len(rest) + 2.0, mean.dof or 1e6)
 third-of-a-bias: test_trajectories.py -k richardson
-- return [first / (power - 1.0)]
-+ return [first / power]
+- return np.array([first / (power - 1.0)])
++ return np.array([first / power])
 extrapolation: test_trajectories.py -k richardson
-- controlled_mean(values[0] - sum(_bias_parts(values, order)), controls, together)
-+ controlled_mean(values[0] + sum(_bias_parts(values, order)), controls, together)
+- np.eye(len(values))[0] - weights
++ np.eye(len(values))[0] + weights
 error-of-few-entries: test_value.py -k few
 - float(values.std(ddof=1) / math.sqrt(n))
 + float(values.std() / math.sqrt(n))

@@ -155,11 +155,8 @@ def table_of(found: Layout, text: str, path: str | Path, argument: str) -> CsvTa
     try:  # nothing but numbers, as most files have, a tenth as dear
         frame = _frame(found, text, dtype=float, decimal=found.decimal)
         if np.isfinite(frame.to_numpy()).all():
-            every = (frame[place].to_numpy() for place in range(count))
-            columns = tuple(
-                CsvColumn(*said) for said in zip(found.heads, found.units, every, range(count), strict=True)
-            )
-            return CsvTable(columns, found.remarks, _layout_note(found), ())
+            every = zip(found.heads, found.units, frame.to_numpy().T.copy(), range(count), strict=True)
+            return CsvTable(tuple(CsvColumn(*one) for one in every), found.remarks, _layout_note(found), ())
     except ValueError:
         pass
     return _table(found, "\n".join(plain_lines(text)), path, argument)

@@ -30,10 +30,14 @@ STARTED = 10.0  # vibrations over which a cold start's power is a mean
 
 
 def can_run(run: NodeRun) -> bool:
-    """Whether a node is one that the direct run knows: on a capacitor without pores, with all packets alike."""
-    store, node = run.storage, run.node
+    """Whether a node is one that the direct run knows: on a capacitor without pores, with all packets alike.
+
+    A chip that holds its input must look at it at times, as that is where its voltage comes from.
+    """
+    store, node, chip = run.storage, run.node, run.chip
     parts = (store.battery_voltage, store.diffusion_capacitance, node.lost_share, node.low_interval)
-    return all(one is None for one in parts)
+    looks = chip is None or chip.ratio is None or chip.look > 0.0
+    return looks and all(one is None for one in parts)
 
 
 @dataclass

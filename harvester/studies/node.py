@@ -84,9 +84,6 @@ class NodeResult(TableResult):
     fewest, most
         the packets of the whole hours with the fewest and the most of them, from the first packet on, on a record; None
         for shaking that always is alike.
-    day_fewest, day_median, day_most
-        the packets of the whole days with the fewest and the most of them, and of half of all days at most; None for
-        less than two days.
     bound
         the most that any device of this mass could take (W), and why; None where no bound applies.
     days_packets

@@ -158,15 +158,6 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "needs_a_drive": "engine {engine!r} must have a harmonic drive alone, but the shaking is another: use engine 'spice'",
     "needs_chip": "engine {engine!r} must have a bridge of diodes at the electrodes and a chip behind it, but has not: "
     "use engine 'spice'",
-    "slow_circuit_alone": lambda direct, separation: (
-        f"what is behind the rectifier was computed alone, fed by the rectifier's mean current; {direct:.3g} s of mass and "
-        f"circuit together differ by {100.0 * separation:.2g} %, which is corrected and counted as an error"
-    ),
-    "run_directly": "mass and circuit together differ by {separation:.2g} from the circuit alone, which is not slow beside "
-    "the vibration: {direct!t} of both together take its place",
-    "scales_not_apart": "mass and circuit together differ by {separation:.2g} of the mean power: the circuit is not slow "
-    "beside the vibration; use engine 'spice'",
-    "slow_circuit_unsettled": "the mean power still changes by a part of {share:.2g} after {seconds!t}",
     "needs_load": "engine {engine!r} must have a load, but the circuit is open: use engine 'ensemble'",
     "needs_shaking": "engine {engine!r} starts at rest and needs external noise, or a base that moves: use engine "
     "'ensemble'",
