@@ -30,10 +30,14 @@ STARTED = 10.0  # vibrations over which a cold start's power is a mean
 
 
 def can_run(run: NodeRun) -> bool:
-    """Whether a node is one that the direct run knows: on a capacitor without pores, with all packets alike."""
-    store, node = run.storage, run.node
+    """Whether the direct run knows a node: on a capacitor without pores, packets all alike, a chip that takes looks."""
+    store, node, blind = (
+        run.storage,
+        run.node,
+        run.chip is not None and run.chip.ratio is not None and not run.chip.look,
+    )
     parts = (store.battery_voltage, store.diffusion_capacitance, node.lost_share, node.low_interval)
-    return all(one is None for one in parts)
+    return not blind and all(one is None for one in parts)
 
 
 @dataclass
