@@ -1,5 +1,6 @@
 """The command `harvester optimise`."""
 
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -58,7 +59,7 @@ from harvester.errors import InputError
     cloup.option("--for", "share", hidden=True, help="A share as --objective, in version 0.1."),
     cloup.option("--pareto", hidden=True, help="A second aim as --objective, in version 0.1."),
 )
-@sampling
+@partial(sampling, whole="the whole search", unset="60s")
 @output_options("Folder for optimise.csv (all evaluations), optimise.png and provenance.json.")
 def optimise(output: Output, engine: str | None, within: float | None, budget: float | None, **options: Any) -> None:
     """The largest mean power over one or several scene keys, and how well both are known.

@@ -99,8 +99,11 @@ def who_computes(resume: str, workers: str) -> Callable[..., Any]:
     )
 
 
-def sampling(command: Callable[..., Any], whole: str = "") -> Callable[..., Any]:
-    """Add the options of the engines that sample to a command; ``whole`` names what a budget is for, if not a run."""
+def sampling(command: Callable[..., Any], whole: str = "", unset: str = "unlimited") -> Callable[..., Any]:
+    """Add the options of the engines that sample to a command.
+
+    ``whole`` names what a budget is for, if not a run; ``unset`` is the budget where none is given.
+    """
     accuracy = cloup.option_group(
         "Accuracy",
         cloup.option(
@@ -114,7 +117,7 @@ def sampling(command: Callable[..., Any], whole: str = "") -> Callable[..., Any]
             type=duration,
             metavar="TIME",
             help=f"Time that {whole or 'it'} may take, such as 30s: the burn-in, and reaching --within.  "
-            "Default: unlimited.",
+            f"Default: {unset}.",
         ),
         cloup.option("--seed", type=int, default=0, show_default=True, help="The same seed, the same answer."),
     )

@@ -241,6 +241,11 @@ def percent(error: float, value: float) -> str:
     return f"{share:.2g} %" if share < 99.5 else f"{share:.0f} %"
 
 
+def share(part: float) -> str:
+    """A share in per cent, such as 0.5 %, in three digits."""
+    return f"{100.0 * part:.3g} %"
+
+
 def number(value: Value) -> dict[str, float | None]:
     """A value as ``--json`` prints it."""
     errors = {"step_bias": value.bias, "model_bias": value.model, "error95": value.error95}

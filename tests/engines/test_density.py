@@ -72,7 +72,7 @@ def test_a_budget_that_ends_too_early_is_said(monkeypatch):
     monkeypatch.setattr("harvester.density.pace.SHORTEST", math.inf)
     answer = hv.Density(within=1e-7, budget=0.01).run(scene(PAPER))
     (warning,) = answer.warnings
-    assert str(warning).startswith("`within` 1e-07 was not reached: the error is ")
+    assert str(warning).startswith("`within` 1e-05 % was not reached: the error is ")
     assert answer.mean_power.error95 > 1e-7 * answer.mean_power.value
 
 

@@ -7,7 +7,7 @@ relative error that was asked for.
 import math
 from collections.abc import Callable
 
-from harvester.uncertainty.value import amount, clock, half95
+from harvester.uncertainty.value import amount, clock, half95, share
 
 BESIDE = ", beside what white noise gives"
 
@@ -18,36 +18,38 @@ def _s(physical: bool) -> str:
 
 
 def _target_missed(within: float, budget: float, error: float | None, more: float, enough: float) -> str:
-    text = f"`within` {within:.3g} was not reached in {budget:g} s: "
+    text = f"`within` {share(within)} was not reached in {budget:g} s: "
     if error is None:
         return text + "the mean is not known from zero"
     unit = 10.0 ** (math.floor(math.log10(1.2 * enough)) - 1)  # a fifth more, rounded up to two digits
     rounded = f"{math.ceil(1.2 * enough / unit) * unit:.12g}"
-    return text + f"the error is {error:.2g}; it would take at least {clock(max(more, 1.0))} more: `budget` {rounded}s"
+    return (
+        text + f"the error is {share(error)}; it would take at least {clock(max(more, 1.0))} more: `budget` {rounded}s"
+    )
 
 
 def _beyond_formula(engine: str, within: float, error: float | None) -> str:
-    known = "is not known" if error is None else f"is estimated at {error:.2g}"
-    return f"`within` {within:.3g} cannot be promised: the error of {engine!r} {known}"
+    known = "is not known" if error is None else f"is estimated at {share(error)}"
+    return f"`within` {share(within)} cannot be promised: the error of {engine!r} {known}"
 
 
 def _effort(
     within: float, step: float, bias: float, bias_error: float, duration: float, trajectories: int, physical: bool
 ) -> str:
     return (
-        f"`within` {within:.3g} chose a step of {step:.3g}{_s(physical)}, whose bias is {bias:.2%} +- "
+        f"`within` {share(within)} chose a step of {step:.3g}{_s(physical)}, whose bias is {bias:.2%} +- "
         f"{half95(bias_error):.2%}, measured against twice the step on the same noise, and "
         f"{duration:.3g}{_s(physical)} of {trajectories} trajectories, for the spread of their means"
     )
 
 
 def _cheapest(engine: str, why: str, error: float | None, within: float, formula: str, refused: str) -> str:
-    stated = "" if error is None else f"{error:.2g}"
+    stated = "" if error is None else share(error)
     reason = {
         "netlist": "the load is a netlist, and 'ideal' knows the error of its model only after its run",
         "refused": f"'averaged' cannot tell: {refused}",
-        "reached": f"the error that it states, {stated}, is within {within:.3g}",
-        "beyond": f"{formula!r} states an error of {stated}, more than {within:.3g}",
+        "reached": f"the error that it states, {stated}, is within {share(within)}",
+        "beyond": f"{formula!r} states an error of {stated}, more than {share(within)}",
     }[why]
     return f"engine {engine!r} was chosen as the cheapest: {reason}"
 
@@ -186,9 +188,9 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     # the density
     "density_solved": "no sampling: the density itself is solved, and its error is that of the mesh, of the modes and "
     "of the box",
-    "density_not_reached": "`within` {within:.3g} was not reached: the error is {error:.2g} (mesh {mesh:.1g}, modes "
+    "density_not_reached": "`within` {within!p} was not reached: the error is {error!p} (mesh {mesh:.1g}, modes "
     "{modes:.1g}, box {box:.1g})",
-    "density_not_resolved": "the density is not resolved: its error would be {error:.2g} (mesh {mesh:.1g}, modes "
+    "density_not_resolved": "the density is not resolved: its error would be {error!p} (mesh {mesh:.1g}, modes "
     "{modes:.1g}, box {box:.1g}); use engine 'ensemble'",
     "density_not_solved": "the equations of the density were not solved: use engine 'ensemble'",
     "density_needs_time": "no density in a `budget` of {budget:.3g} s, as it takes about {seconds:.2g} s at least: give "
@@ -228,7 +230,7 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "steady_difference": "the error of the model is how far ngspice's own response at the same step is from this one",
     "ideal_difference": "the error of the model is what ideal diodes and switches differ by from the compiled circuit "
     "on the same noise, at most (95 %), and .5 % for that circuit",
-    "elements_beyond": "`within` {within:.3g} was not reached: the error of ideal diodes and switches is {error:.2g}; use "
+    "elements_beyond": "`within` {within!p} was not reached: the error of ideal diodes and switches is {error!p}; use "
     "engine 'compiled' or 'spice'",
     "ideal_elements": "the error of ideal diodes and switches is not known from within: compare with 'spice'",
     "slow_switching": _slow_switching,
@@ -237,7 +239,7 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     # towards a target
     "effort": _effort,
     "target_missed": _target_missed,
-    "within_not_promised": "`within` {within:.3g} cannot be promised: the error of {unknown} is not known",
-    "within_between_wells": "`within` {within:.3g} cannot be promised: " + BETWEEN_WELLS,
-    "needs_smaller_step": "`within` {within:.3g} needs a step below `dt` {dt:g}",
+    "within_not_promised": "`within` {within!p} cannot be promised: the error of {unknown} is not known",
+    "within_between_wells": "`within` {within!p} cannot be promised: " + BETWEEN_WELLS,
+    "needs_smaller_step": "`within` {within!p} needs a step below `dt` {dt:g}",
 }

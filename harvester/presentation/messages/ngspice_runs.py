@@ -5,7 +5,7 @@
 
 from collections.abc import Callable
 
-from harvester.uncertainty.value import duration
+from harvester.uncertainty.value import duration, share
 
 
 def _runs_ended(ended: int, asked: int, paired: bool) -> str:
@@ -15,7 +15,7 @@ def _runs_ended(ended: int, asked: int, paired: bool) -> str:
 
 
 def _step_chosen(within: float, step: float, physical: bool) -> str:
-    return f"`within` {within:.3g} chose a step of {step:.3g}{' s' if physical else ''}"
+    return f"`within` {share(within)} chose a step of {step:.3g}{' s' if physical else ''}"
 
 
 def _biases(followed: int, cheap_model: bool, tolerance_measured: bool, short: bool = False) -> str:
@@ -46,7 +46,7 @@ def _returns(periods: int, from_before: bool) -> str:
 
 
 def _steady_within(within: float, error: float | None) -> str:
-    return f"`within` {within:.3g} was not reached: the error {'is not known' if error is None else f'is {error:.2g}'}"
+    return f"`within` {share(within)} was not reached: the error {'is not known' if error is None else f'is {share(error)}'}"
 
 
 def _precision_unknown(why: str, steps: int, error: str) -> str:
@@ -96,9 +96,9 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "mean_while_settling": _mean_while_settling,
     "ngspice_left_out": _ngspice_left_out,
     # towards a target
-    "needs_smaller_tolerance": "`within` {within:.3g} needs a smaller tolerance of ngspice, which makes {error:.2g}: "
+    "needs_smaller_tolerance": "`within` {within!p} needs a smaller tolerance of ngspice, which makes {error!p}: "
     "in Python, Spice(reltol={reltol:.0e})",
-    "needs_smaller_dt": "`within` {within:.3g} needs a smaller `dt`: the bias of the step alone is too large",
+    "needs_smaller_dt": "`within` {within!p} needs a smaller `dt`: the bias of the step alone is too large",
     "steady_within": _steady_within,
     # responses to a steady drive
     "not_periodic": "no response was found that comes back within 8 periods of the drive, so that runs are sampled",

@@ -60,7 +60,7 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "of them",
     "not_narrowed": "no interval of the keys: the budget ended before it was narrowed",
     "search_cut_short": _search_cut_short,
-    "interval_rough": "the budget ended in the level set: the interval is rough",
+    "interval_rough": "the budget ended before the interval of the optimum was found: it is rough",
     "other_peak_within_model": "another peak is as high within the model's error: the interval holds both",
     "other_peak_within_sampling": "another peak is as high within the error of sampling: see peaks",
     "end_of_range": "{key} is best at the {end} end of its range: the best may lie beyond",
