@@ -156,7 +156,7 @@ def test_a_page_takes_little_memory_and_gives_its_folder_back(tmp_path, monkeypa
         before = memory(program)
         for _ in range(5):
             ask(address)
-        assert memory(program) - before < 5 * 6.0
+        assert memory(program) - before < 5 * 12.0
         with socket.create_connection((url.hostname, url.port), timeout=60.0) as slow:
             slow.sendall(f"POST {url.path} HTTP/1.1\r\nHost: {url.netloc}\r\nContent-Length: 9\r\n\r\n".encode())
             begin = time.monotonic()

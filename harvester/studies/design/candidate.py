@@ -129,7 +129,7 @@ def evaluate(candidate: Candidate, scene: Scene, needed: DesignNeed, farads: flo
     circuit, scales = problem.circuit, problem.scales
     assert circuit is not None, "a netlist was asked for"
     if problem.equations.record is not None:
-        return _on_record(candidate, scene, needed, farads)
+        return _on_record(candidate, scene, needed)
     ideal = ideal_circuit(circuit, scales) if is_plain_store(circuit) else None
     elements = held_rectifier(circuit, HELD * scales.capacitance)
     with compilation():
@@ -154,11 +154,15 @@ def _of_chip(supply: Supply, table: RectifiedCurrent | RecordedCurrent, needed: 
     return abs(supply.power(table.halved(), needed) - power) + abs(worse.power(table, needed) - power)
 
 
-def _on_record(candidate: Candidate, scene: Scene, needed: DesignNeed, farads: float) -> Given:
-    """What a candidate gives on a record, behind ideal diodes where there are any; a chip's rectifier is the bridge."""
+def _on_record(candidate: Candidate, scene: Scene, needed: DesignNeed) -> Given:
+    """What a candidate gives on a record, behind ideal diodes where there are any; a chip's rectifier is the bridge.
+
+    The time scales are compared on a store that hardly moves, as what takes the power keeps the voltage.
+    """
     from harvester.cosimulation.idealised import ideal_circuit
     from harvester.mechanics.kernels.compiled import compilation
     from harvester.netlists.load_circuit import load_circuit
+    from harvester.storage.measured_current import HELD
     from harvester.storage.node_run import NodeRun
     from harvester.storage.recorded_current import compiled_rectifier, ideal_rectifier, recorded
 
@@ -175,7 +179,7 @@ def _on_record(candidate: Candidate, scene: Scene, needed: DesignNeed, farads: f
     node = SensorNode(wake_voltage=wakes, stop_voltage=0.9 * wakes, interval=1.0, currents=(0.0,), durations=(INSTANT,))
     chip = supply.chip and replace(supply.chip, rise=supply.rise, fall=supply.fall)
     with compilation():
-        found = recorded(problem, rectifier, farads, supply.top)
+        found = recorded(problem, rectifier, HELD * problem.scales.capacitance, supply.top)
     powers = supply.powers(found.best, needed.power)
     power = max(float(powers.mean()), 0.0)
     known = Value(

@@ -98,8 +98,8 @@ def test_a_full_disk(tmp_path, harvester):
     done = program(*QUICK, tmp_path, preexec_fn=little)
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr == (
-        "harvester: --out must take sweep.journal, but writing failed: disk I/O error; the points that are done are "
-        "kept for --resume\n"
+        "harvester: --out must take sweep.journal, but writing failed: disk I/O error (ulimit -f?); the points that "
+        "are done are kept for --resume\n"
     )
     assert {p.name for p in tmp_path.iterdir()} == {"sweep.csv", "sweep.journal", "provenance.json"}
     kept = kills.rows(tmp_path)
