@@ -1,7 +1,6 @@
 """Netlists that have no solution, or none that can be computed: one line each, which names the element."""
 
 from collections.abc import Iterable, Iterator
-from contextlib import suppress
 
 from harvester.circuits.parts import CircuitPart, UnservedError, parts_of
 from harvester.circuits.stamps import stamp, value_of
@@ -57,7 +56,7 @@ def check_parts(parts: Iterable[CircuitPart]) -> None:
     """Raise InputError for elements without a path to the piezo, loops of sources of voltage, and an Rload of 0."""
     paths, sources = _Groups(), _Groups()
     paths.join("p", "0")
-    parts, shorted = list(parts), False
+    parts = list(parts)
     for part in parts:
         if part.kind not in _NO_PATH:
             for other in part.nodes[1:]:
@@ -78,10 +77,16 @@ def check_parts(parts: Iterable[CircuitPart]) -> None:
                     f"{part.where} must have a path to the piezo, but its node {node!r} has none: connect it by an "
                     "element"
                 )
-        with suppress(InputError):  # a value that cannot be read here is left to ngspice
-            shorted = shorted or (part.name == "rload" and value_of(part, "r", "resistance") == 0.0)
-    if shorted:
-        raise InputError("netlist element rload must be above 0 ohm, but is 0, where no power goes to it")
+        if part.name == "rload" and _is_shorted(part):
+            raise InputError("netlist element rload must be above 0 ohm, but is 0, where no power goes to it")
+
+
+def _is_shorted(resistor: CircuitPart) -> bool:
+    """Whether a resistance is 0; a value that cannot be read here is left to ngspice."""
+    try:
+        return value_of(resistor, "r", "resistance") == 0.0
+    except InputError:
+        return False
 
 
 def sets_voltage(part: CircuitPart) -> bool:

@@ -67,8 +67,9 @@ def sweep(
     default = selection.default_engines(scene) if within is None else [selection.default_engine(scene, within=within)]
     names = engines or tuple(default)
     budget = options["budget"]
+    shorter = EFFORT if budget is None else ""
     chosen = selection.engines(names, **options)
-    with client_of(scheduler) as executor, RowsBar("sweep", shorter=EFFORT * (budget is None), warms_up=True) as bar:
+    with client_of(scheduler) as executor, RowsBar("sweep", shorter=shorter, warms_up=True) as bar:
         execution = output.execution(bar, workers=workers, executor=executor, resume=resume)
         table = compute_table(scene, where, chosen, execution, budget)
     text = None

@@ -241,7 +241,7 @@ def percent(error: float, value: float) -> str:
     return f"{share:.2g} %" if share < 99.5 else f"{share:.0f} %"
 
 
-def share(part: float) -> str:
+def in_percent(part: float) -> str:
     """A share in per cent, such as 0.5 %, in three digits."""
     return f"{100.0 * part:.3g} %"
 

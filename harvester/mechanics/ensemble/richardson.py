@@ -199,8 +199,10 @@ class RichardsonPair:
     def entries(self, name: str) -> Floats:
         """One moment at the step h, or of 0, one entry a trajectory or record, less what the controls explain of it."""
         if ("mean", name) not in self._known:
-            at_h = self.moments.controlled(name, self.trajectories.together)
-            self._known["mean", name] = extrapolated(*self._at_all_steps(name)) if self.extrapolates else at_h
+            if self.extrapolates:
+                self._known["mean", name] = extrapolated(*self._at_all_steps(name))
+            else:
+                self._known["mean", name] = self.moments.controlled(name, self.trajectories.together)
         return np.asarray(self._known["mean", name])
 
     def bias(self, name: str) -> tuple[float, float]:

@@ -1,9 +1,9 @@
 """The sentence of every diagnostic, once, by its code.
 
 Each file of this folder has the ``MESSAGES`` of the rooms that it is named after: a text with the names of its numbers
-in braces, or a function of them where the sentence depends on them; ``{seconds!t}`` is a time with its unit,
-``{error!p}`` a share in per cent.  An
-argument of Python stands in backticks, such as `within`; a command prints it as --within.
+in braces, or a function of them where the sentence depends on them; ``{seconds!t}`` is a time with its unit, and
+``{error!p}`` a share in per cent.  An argument of Python stands in backticks, such as `within`; a command prints it as
+--within.
 """
 
 from collections.abc import Callable, Mapping
@@ -13,7 +13,7 @@ from pkgutil import iter_modules
 from string import Formatter
 from typing import Any, TypeAlias
 
-from harvester.uncertainty.value import duration, share
+from harvester.uncertainty.value import duration, in_percent
 
 Message: TypeAlias = str | Callable[..., str]
 
@@ -44,5 +44,5 @@ class _Sentence(Formatter):
 
     def convert_field(self, value: Any, conversion: Any) -> Any:
         """A time (s) for ``!t``, such as 20 ms or 4 min 3 s, and a share for ``!p``; other conversions as always."""
-        ours = {"t": duration, "p": share}.get(conversion)
+        ours = {"t": duration, "p": in_percent}.get(conversion)
         return ours(value) if ours else super().convert_field(value, conversion)

@@ -7,7 +7,7 @@ relative error that was asked for.
 import math
 from collections.abc import Callable
 
-from harvester.uncertainty.value import amount, clock, half95, share
+from harvester.uncertainty.value import amount, clock, half95, in_percent
 
 BESIDE = ", beside what white noise gives"
 
@@ -18,38 +18,39 @@ def _s(physical: bool) -> str:
 
 
 def _target_missed(within: float, budget: float, error: float | None, more: float, enough: float) -> str:
-    text = f"`within` {share(within)} was not reached in {budget:g} s: "
+    text = f"`within` {in_percent(within)} was not reached in {budget:g} s: "
     if error is None:
         return text + "the mean is not known from zero"
     unit = 10.0 ** (math.floor(math.log10(1.2 * enough)) - 1)  # a fifth more, rounded up to two digits
     rounded = f"{math.ceil(1.2 * enough / unit) * unit:.12g}"
     return (
-        text + f"the error is {share(error)}; it would take at least {clock(max(more, 1.0))} more: `budget` {rounded}s"
+        text
+        + f"the error is {in_percent(error)}; it would take at least {clock(max(more, 1.0))} more: `budget` {rounded}s"
     )
 
 
 def _beyond_formula(engine: str, within: float, error: float | None) -> str:
-    known = "is not known" if error is None else f"is estimated at {share(error)}"
-    return f"`within` {share(within)} cannot be promised: the error of {engine!r} {known}"
+    known = "is not known" if error is None else f"is estimated at {in_percent(error)}"
+    return f"`within` {in_percent(within)} cannot be promised: the error of {engine!r} {known}"
 
 
 def _effort(
     within: float, step: float, bias: float, bias_error: float, duration: float, trajectories: int, physical: bool
 ) -> str:
     return (
-        f"`within` {share(within)} chose a step of {step:.3g}{_s(physical)}, whose bias is {bias:.2%} +- "
+        f"`within` {in_percent(within)} chose a step of {step:.3g}{_s(physical)}, whose bias is {bias:.2%} +- "
         f"{half95(bias_error):.2%}, measured against twice the step on the same noise, and "
         f"{duration:.3g}{_s(physical)} of {trajectories} trajectories, for the spread of their means"
     )
 
 
 def _cheapest(engine: str, why: str, error: float | None, within: float, formula: str, refused: str) -> str:
-    stated = "" if error is None else share(error)
+    stated = "" if error is None else in_percent(error)
     reason = {
         "netlist": "the load is a netlist, and 'ideal' knows the error of its model only after its run",
         "refused": f"'averaged' cannot tell: {refused}",
-        "reached": f"the error that it states, {stated}, is within {share(within)}",
-        "beyond": f"{formula!r} states an error of {stated}, more than {share(within)}",
+        "reached": f"the error that it states, {stated}, is within {in_percent(within)}",
+        "beyond": f"{formula!r} states an error of {stated}, more than {in_percent(within)}",
     }[why]
     return f"engine {engine!r} was chosen as the cheapest: {reason}"
 

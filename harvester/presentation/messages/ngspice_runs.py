@@ -5,7 +5,7 @@
 
 from collections.abc import Callable
 
-from harvester.uncertainty.value import duration, share
+from harvester.uncertainty.value import duration, in_percent
 
 
 def _runs_ended(ended: int, asked: int, paired: bool) -> str:
@@ -15,7 +15,7 @@ def _runs_ended(ended: int, asked: int, paired: bool) -> str:
 
 
 def _step_chosen(within: float, step: float, physical: bool) -> str:
-    return f"`within` {share(within)} chose a step of {step:.3g}{' s' if physical else ''}"
+    return f"`within` {in_percent(within)} chose a step of {step:.3g}{' s' if physical else ''}"
 
 
 def _biases(followed: int, cheap_model: bool, tolerance_measured: bool, short: bool = False) -> str:
@@ -46,7 +46,7 @@ def _returns(periods: int, from_before: bool) -> str:
 
 
 def _steady_within(within: float, error: float | None) -> str:
-    return f"`within` {share(within)} was not reached: the error {'is not known' if error is None else f'is {share(error)}'}"
+    return f"`within` {in_percent(within)} was not reached: the error {'is not known' if error is None else f'is {in_percent(error)}'}"
 
 
 def _precision_unknown(why: str, steps: int, error: str) -> str:

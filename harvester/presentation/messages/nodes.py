@@ -1,6 +1,6 @@
 """What slow circuits behind a rectifier and the study of sensor nodes say."""
 
-from harvester.uncertainty.value import amount, clock, share
+from harvester.uncertainty.value import amount, clock, in_percent
 
 MESSAGES = {
     "node_never_wakes": "it never begins: the rectifier charges the store to {highest:.3g} V, below the wake voltage, "
@@ -32,18 +32,18 @@ MESSAGES = {
     "node_change_helps": lambda gain: f"the change that helps most: 10 % of it gives {100.0 * gain:.3g} % more packets",
     "slow_circuit_alone": lambda direct, separation: (
         f"what is behind the rectifier was computed alone, fed by the rectifier's mean current; {direct:.3g} s of mass and "
-        f"circuit together differ by {share(separation)}, which is corrected and counted as an error"
+        f"circuit together differ by {in_percent(separation)}, which is corrected and counted as an error"
     ),
     "run_directly": lambda direct, separation: (
-        f"mass and circuit together differ by {share(separation)} from the circuit alone, which is not slow beside the "
+        f"mass and circuit together differ by {in_percent(separation)} from the circuit alone, which is not slow beside the "
         f"vibration: {clock(direct)} of both together take its place"
     ),
     "scales_not_apart": lambda separation: (
-        f"mass and circuit together differ by {share(separation)} of the mean power: the circuit is not slow beside the "
+        f"mass and circuit together differ by {in_percent(separation)} of the mean power: the circuit is not slow beside the "
         "vibration; use engine 'spice'"
     ),
     "slow_circuit_unsettled": lambda seconds, share: (
-        f"the mean power still changes by {100.0 * share:.3g} % after {clock(seconds)}"
+        f"the mean power still changes by {in_percent(share)} after {clock(seconds)}"
     ),
     "circuit_left_out": "left out: {why}",
     "chip_without_output": "chip {chip!r} has no output of {voltage:g} V",
