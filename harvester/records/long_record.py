@@ -77,9 +77,10 @@ class LongFile:
                 raise InputError(f"{self.argument} must have lines of at most {BLOCK} bytes, but one has more")
             block = block._replace(size=size)
             table = self.table(block)
-            yield table, block
-            repeated = int(any(column.clock for column in table.columns) and len(data) == BLOCK)
             rows = len(table.columns[0].values) - block.repeated
+            if rows > 0:  # there may be nothing but remarks
+                yield table, block
+            repeated = int(any(column.clock for column in table.columns) and len(data) == BLOCK)
             block = Block(block.offset + (last if repeated else size), 0, block.before + rows, repeated)
 
 

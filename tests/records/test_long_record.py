@@ -30,6 +30,11 @@ def with_remarks(a):
     return "\n".join([*lines[:1000], "# battery changed", "", *lines[1000:], ""])
 
 
+def with_a_long_end(a):
+    """Of remarks, which fills blocks of its own."""
+    return plain(a) + "# nothing more\n" * 1000
+
+
 def clock(a):
     """Every 20 ms from shortly before midnight on."""
     stamps = np.datetime64("2024-05-01T23:59:50.000") + np.arange(len(a)) * np.timedelta64(20, "ms")
@@ -49,7 +54,7 @@ def read(tmp_path, monkeypatch):
     return of
 
 
-@pytest.mark.parametrize("text", [plain, german, with_remarks, clock])
+@pytest.mark.parametrize("text", [plain, german, with_remarks, with_a_long_end, clock])
 def test_blocks_have_the_samples_of_the_whole(read, text):
     found = read(text(values()))
     assert isinstance(found, LongRecord) and found.count == N
