@@ -25,6 +25,7 @@ import tempfile
 from pathlib import Path
 
 from common import report
+from compiled_circuits import USERS
 
 HERE = Path(__file__).parents[1]
 STOP = "\n[stop]\nrestitution = 0.96\n"
@@ -34,6 +35,10 @@ SCENES = {  # name: example, its last lines, target here and there, for standard
     "parallel SSHI, stop": ("plate_parallel_sshi", "", 0.02, 0.05),
     "SECE, stop": ("plate_sece", "", 0.02, 0.05),
     "own netlist, stop": ("own", STOP, 0.02, 0.02),
+    "board of BAT54": ("bridge of BAT54", "", 0.01, 0.05),
+    "board of BAT54, stop": ("bridge of BAT54", STOP, 0.01, 0.05),
+    "board with a zener diode, stop": ("zener clamp", STOP, 0.01, 0.05),
+    "board with a switch, stop": ("switch with hysteresis", STOP, 0.01, 0.05),
 }
 PROGRAM = """
 import json, sys, time
@@ -68,11 +73,16 @@ class Checkout:
 def scene_file(folder, name):
     """The scene, written to a file that both checkouts can read."""
     example, more, *targets = SCENES[name]
-    if example == "own":
-        netlist = Path(folder) / "limited.cir"
-        netlist.write_text((HERE / "examples" / "own_netlist.py").read_text().split('LIMITED = """')[1].split('"""')[0])
+    if example == "own" or example in USERS:
+        netlist, values = Path(folder) / "own.cir", ""
+        if example == "own":
+            body = (HERE / "examples" / "own_netlist.py").read_text().split('LIMITED = """')[1].split('"""')[0]
+            values = 'parameters = { R = "1 Mohm", C = "0.2 uF" }\n'
+        else:
+            body = f"* {example}\n.subckt own p n\n{USERS[example]}\n.ends\n"
+        netlist.write_text(body)
         text = (HERE / "examples" / "plate_bridge.toml").read_text().split("[load]")[0]
-        text += f'[load]\nnetlist = "{netlist}"\nparameters = {{ R = "1 Mohm", C = "0.2 uF" }}\n'
+        text += f'[load]\nnetlist = "{netlist}"\n{values}'
     else:
         text = (HERE / "examples" / f"{example}.toml").read_text()
     path = Path(folder) / f"{name}.toml"

@@ -3,11 +3,13 @@
 import numpy as np
 
 from harvester.circuits.compiled_circuit import CompiledCircuit
+from harvester.mechanics.ensemble.burn_in import memory
 from harvester.mechanics.ensemble.richardson import compile_pair
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.compiled import compilation
 
 RAMP = 16  # parts in which a store is charged
+SETTLING = 4.0  # time constants, in which a compiled circuit settles from the states of ideal elements
 
 
 def compiled_beside(
@@ -20,10 +22,30 @@ def compiled_beside(
     own = Trajectories(settled.eqs, count, seed, settled.h, circuit=circuit, controlled=True)
     with compilation() as compiling:
         compile_pair(own)
-    states = settled.state[: own.blocks]
+    take_states(own, settled)
+    return own, compiling.seconds
+
+
+def take_states(own: Trajectories, settled: Trajectories) -> None:
+    """Put trajectories of a compiled circuit into states of an ideal one's, ``settled``, with the store's voltage."""
+    circuit, states = own.circuit, settled.state[: own.blocks]
+    assert isinstance(circuit, CompiledCircuit), "the caller checks this"
     own.state[:, :2] = states[:, :2]
     own.state[:, circuit.rows :] = states[:, 5:]  # of several modes
     for k in range(RAMP):  # Newton's method goes with a store that is charged little by little, but not with a jump
         circuit.charge_store(own.state, (k + 1) / RAMP * states[:, 3])
         own.run(own.stride * own.h)
-    return own, compiling.seconds
+
+
+def settle_from(own: Trajectories, ideal: Trajectories) -> None:
+    """Burn in trajectories of a compiled circuit from those of its ``ideal`` elements, which have burnt in.
+
+    What the two circuits differ by is forgotten in `SETTLING` time constants of the response or of the store.
+    """
+    if own.h != ideal.h:
+        own.restart(ideal.h)
+    begun = ideal.time
+    slowest = memory(ideal, ideal.run(begun), begun)
+    take_states(own, ideal)
+    assert own.circuit is not None, "that of the netlist"
+    own.run(SETTLING * max(slowest, own.circuit.memory))

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, ClassVar
 from harvester.answers.estimate import Estimate
 from harvester.engines.ensemble import Ensemble
 from harvester.engines.moment_existence import existence
+from harvester.engines.options import number
 from harvester.engines.protocol import AnyScene, Progress, needs_circuit, needs_compiled_circuit, served
 from harvester.engines.sampling import Model
 from harvester.equations.problem import Problem
@@ -18,6 +19,7 @@ from harvester.presentation.messages.unknown_parts import COMPILED_CIRCUIT
 if TYPE_CHECKING:
     from harvester.circuits.circuit_period import CircuitStart
     from harvester.mechanics.ensemble.richardson import RichardsonPair
+    from harvester.mechanics.ensemble.trajectories import Trajectories
 
 LONGEST = 1e3  # nondimensional: what runs beside ngspice leave out at most
 
@@ -103,6 +105,23 @@ class Compiled(Ensemble):
             return self.run_from(problem, None, progress, judged)
         answer = super().run(problem, progress)
         return dataclasses.replace(answer, diagnostics=(*answer.diagnostics, note("not_periodic"))), None
+
+    def pilot(self, problem: Problem, trajectories: "Trajectories") -> "Trajectories":
+        """Those of the circuit made of ideal elements under white noise, where the netlist has them."""
+        from harvester.cosimulation.idealised import ideal_circuit
+        from harvester.mechanics.ensemble.richardson import compile_pair
+        from harvester.mechanics.ensemble.trajectories import Trajectories
+        from harvester.mechanics.kernels.noise import child
+
+        eqs = problem.equations
+        assert problem.circuit is not None, "refusal checks this"
+        ideal = ideal_circuit(problem.circuit, problem.scales)
+        if ideal is None or not eqs.is_shaken_by_white_noise or eqs.has_unlike_wells:
+            return trajectories
+        seed = child(trajectories.seed, 4)
+        pilot = Trajectories(eqs, trajectories.count, seed, self.step(problem.units.frequency), circuit=ideal)
+        compile_pair(pilot, number(self.budget))
+        return pilot
 
     def model_errors(self, problem: Problem, pair: "RichardsonPair", begin: float) -> tuple[dict[str, float], str]:
         """The largest relative difference from ngspice under white noise, where it is measured."""

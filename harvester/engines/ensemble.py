@@ -111,6 +111,10 @@ class Ensemble(MonteCarloOptions, Engine):
         """Relative errors of the model by moments, none where they are not known, and the code of a note on them."""
         return {}, self.MODEL_NOTE
 
+    def pilot(self, problem: Problem, trajectories: "Trajectories") -> "Trajectories":
+        """The trajectories, compiled, that burn in: these, or cheaper ones in whose states these begin."""
+        return trajectories
+
     def _remark(self, code: str) -> Diagnostic | None:
         """What is said of the model's error: a warning where it is not known."""
         return (warning if code == self.MODEL_NOTE else note)(code) if code else None
@@ -185,9 +189,14 @@ class Ensemble(MonteCarloOptions, Engine):
         )
         with compilation() as first:
             compile_pair(trajectories, number(self.budget))
+            pilot = self.pilot(problem, trajectories)
         begin += first.seconds
         compiled = first.seconds if 0 < code == machine_code() else 0.0  # no new code: all was loaded
-        diagnostics = sampling.run_burn_in(trajectories, problem, number(self.budget))
+        diagnostics = sampling.run_burn_in(pilot, problem, number(self.budget))
+        if pilot is not trajectories:
+            from harvester.circuits.beside_ideal import settle_from
+
+            settle_from(trajectories, pilot)
         return EnsembleSetup(problem, model, trajectories, diagnostics, begin, begin - compiled, first.seconds)
 
     def _first_samples(self, setup: EnsembleSetup, progress: Progress | None) -> "EnsembleSampler":

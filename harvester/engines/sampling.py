@@ -74,13 +74,14 @@ def refine(sampler: Sampler, target: Target) -> Diagnostic | None:
 def affordable(steady: bool, circuit: "IdealCircuit | OwnCircuit | None", within: float | None = None) -> int:
     """Trajectories by default, between `FEWEST` and `TRAJECTORIES`: what each does before it counts is lost.
 
-    Few where nothing is random, where each must wait long for a large capacitor, and where no more are needed for an
-    error of ``within``: `PURSUING` with controls come to about `FINE` in the time of their burn-in, `LEAST` to `LOOSE`.
+    Few where nothing is random, of a compiled circuit without a target, where each must wait long for a large
+    capacitor, and where no more are needed for an error of ``within``: `PURSUING` with controls come to about `FINE` in
+    the time of their burn-in, `LEAST` to `LOOSE`.
     """
     from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
 
     own = circuit is not None and not isinstance(circuit, IdealCircuit)
-    if steady or (within is not None and within >= LOOSE):
+    if steady or (own if within is None else within >= LOOSE):
         return (FEW_OWN if own else FEWEST) if steady else LEAST
     share = 1.0
     if circuit is not None:

@@ -1,6 +1,7 @@
 """Engine `compiled`: a bridge agrees with the closed form of ideal diodes, and ngspice says how far it can be off."""
 
 import dataclasses
+import math
 
 import numpy as np
 import pytest
@@ -32,6 +33,20 @@ def test_a_bridge_is_that_of_engine_ideal(tmp_path):
     assert ours.mean_square_voltage.error95 is not None
     assert "what runs of ngspice on the same motion differ by" in str(ours)
     assert not any("did not converge" in warning for warning in ours.warnings)
+
+
+@pytest.mark.thorough("test_the_power_is_that_of_ngspice_on_the_same_noise")
+@pytest.mark.ngspice
+@pytest.mark.parametrize("stop", [None, hv.Stop(restitution=0.96)])
+def test_what_extrapolation_leaves_of_a_bias_is_within_what_is_stated(tmp_path, stop):
+    """Steps of 0.6/w0 and 0.9/w0, whose biases are 2 to 6 %, against one of 0.2/w0."""
+    scene = dataclasses.replace(on_plate(tmp_path, BRIDGE.format("BAT54") + STORE), stop=stop)
+    fine, *long = (hv.Compiled(dt=dt, trajectories=256, duration=20.0).run(scene) for dt in (None, 0.01, 0.014))
+    fine = fine.mean_power
+    for power in (one.mean_power for one in long):
+        apart = abs(power.value - fine.value)
+        assert power.bias > 0.25 * apart  # the error that is stated is not arbitrarily large ...
+        assert apart - power.bias - fine.bias < 4.0 * math.hypot(power.stderr, fine.stderr)  # ... nor too small
 
 
 @pytest.mark.thorough("test_what_it_cannot_serve_is_said_with_the_element")

@@ -23,7 +23,6 @@ LONGEST_CHARGING = 2e4  # nondimensional
 LONGEST_COMPILED = 4e3  # where a compiled circuit goes beside
 CLOSE = 0.02  # a target below which circuits that switch go beside their compiled circuit
 MEMORIES = 2.0  # time constants of the slowest change, of a burn-in from settled states
-SETTLING = 4.0  # time constants, in which a compiled circuit settles from the states of ideal elements
 TWINS = 0.2  # of a target, for the step: a circuit that switches costs hardly more at a smaller one
 FIRST = 0.5  # of the burn-in, that a compiled circuit averages over at first
 SHARE = 0.5  # of the budget, for the cheap model at most: the rest is for ngspice
@@ -129,7 +128,7 @@ def _compiled_beside(
 
     That is of ideal elements: it knows the step and its bias in a hundredth of the time, and fills the store.
     """
-    from harvester.circuits.beside_ideal import compiled_beside
+    from harvester.circuits.beside_ideal import SETTLING, compiled_beside
     from harvester.mechanics.ensemble.burn_in import memory
     from harvester.mechanics.ensemble.richardson import RichardsonPair
     from harvester.mechanics.kernels.noise import child

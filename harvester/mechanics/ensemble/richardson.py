@@ -19,7 +19,8 @@ from harvester.uncertainty.richardson import extrapolated, step_bias
 from harvester.uncertainty.value import Value, mean_and_error
 
 SETTLED = 0.3  # of a burn-in: what trajectories make from states that have settled at another step
-LEFT = 0.25  # of the bias that is taken off: what of it may be left, of the order above
+LEFT = 0.25  # of the bias that is taken off: what of it may be left, of the order above, up to a step of `SHORT`
+SHORT = 0.4  # beyond it what is left of the bias grows as the step does
 GROWN = 1e3  # times the fine step's E[x^2]: a coarse step that is unstable, though still finite
 
 
@@ -218,7 +219,8 @@ class RichardsonPair:
         if ("bias", name) not in self._known:
             self._known["bias", name] = step_bias(*self._at_all_steps(name))
         bias, error = self._known["bias", name]
-        return (LEFT * bias, LEFT * error) if self.extrapolates else (bias, error)
+        left = LEFT * max(self.trajectories.h / SHORT, 1.0) if self.extrapolates else 1.0
+        return left * bias, left * error
 
     def largest_bias(self, name: str) -> float:
         """The size of the `bias` that is stated: where it falls slowly with the step, the largest at 95 %."""
