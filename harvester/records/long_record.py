@@ -16,7 +16,7 @@ from harvester.arrays import Floats
 from harvester.errors import InputError, invalid, shown
 from harvester.machine import files
 from harvester.records import csv_table
-from harvester.records.csv_layout import Layout, layout
+from harvester.records.csv_layout import Layout, layout, plain_lines
 from harvester.records.csv_table import CsvTable, decoded, table_of
 from harvester.records.records import Record
 
@@ -31,12 +31,15 @@ Columns = Callable[[CsvTable], tuple[Floats, Floats]]  # times (s) and accelerat
 
 
 class Block(NamedTuple):
-    """Some rows of a file: their first byte and their bytes, how many rows stand before, how many of it they repeat."""
+    """Some rows of a file: their first byte and their bytes, how many rows stand before, the line of the last of those.
+
+    ``repeated`` is that line, which a block of times of a clock begins with; of others it is empty.
+    """
 
     offset: int
     size: int
     before: int
-    repeated: int
+    repeated: bytes
 
 
 @dataclass(frozen=True)
@@ -61,33 +64,38 @@ class LongFile:
 
     def table(self, block: Block) -> CsvTable:
         """The rows of a block."""
-        text = decoded(files.read_part(self.path, self.argument, block.offset, block.size), self.path, self.argument)
+        data = block.repeated + files.read_part(self.path, self.argument, block.offset, block.size)
+        text = decoded(data, self.path, self.argument)
         if not block.offset and (found := layout(text)) is not None:  # without what stands above the rows
             text = "\n".join(found.rows)
-        found_table = table_of(self.layout, text, self.path, self.argument)
-        return replace(found_table, before=block.before - block.repeated)
+        table = table_of(self.layout, text, self.path, self.argument)
+        return replace(table, before=block.before - bool(block.repeated))
 
     def blocks(self) -> Iterator[tuple[CsvTable, Block]]:
         """All blocks in turn; where a clock tells the times each repeats the last row of that before."""
-        block = Block(0, 0, 0, 0)
+        block = Block(0, 0, 0, b"")
         while data := files.read_part(self.path, self.argument, block.offset, BLOCK):
-            size = len(data) if len(data) < BLOCK else data.rfind(b"\n") + 1
-            last = data.rfind(b"\n", 0, size - 1) + 1
-            if not last:
+            data = data if len(data) < BLOCK else data[: data.rfind(b"\n") + 1]
+            if not data:
                 raise InputError(f"{self.argument} must have lines of at most {BLOCK} bytes, but one has more")
-            block = block._replace(size=size)
+            block = block._replace(size=len(data))
             table = self.table(block)
-            rows = len(table.columns[0].values) - block.repeated
-            if rows > 0:  # there may be nothing but remarks
+            rows = len(table.columns[0].values) - bool(block.repeated)
+            if rows:  # there may be nothing but remarks
                 yield table, block
-            repeated = int(any(column.clock for column in table.columns) and len(data) == BLOCK)
-            block = Block(block.offset + (last if repeated else size), 0, block.before + rows, repeated)
+            row = _last_row(data) if rows and any(one.clock for one in table.columns) else block.repeated
+            block = Block(block.offset + len(data), 0, block.before + rows, row)
+
+
+def _last_row(data: bytes) -> bytes:
+    """The last line that holds a row, of lines of which one does."""
+    return next(line + b"\n" for line in reversed(data.split(b"\n")) if plain_lines(line.decode("latin-1")))
 
 
 @lru_cache(4)
 def _samples(file: LongFile, block: Block) -> Floats:
     """The accelerations of a block (m/s^2)."""
-    return file.columns(file.table(block))[1][block.repeated :]
+    return file.columns(file.table(block))[1][bool(block.repeated) :]
 
 
 @dataclass(frozen=True)
@@ -187,7 +195,7 @@ def long_record(path: str, argument: str, columns: Columns, whole: Callable[[], 
         time, values = columns(table)
         if block.repeated:
             time = time + (ends[-1][1] - time[0])
-        times = time[block.repeated :]
+        times = time[bool(block.repeated) :]
         steps = np.diff(times, prepend=ends[-1][1] if ends else times[0] - 1.0)
         if not (steps > 0.0).all():
             row = count + int(np.argmin(steps > 0.0)) + 1
@@ -196,7 +204,7 @@ def long_record(path: str, argument: str, columns: Columns, whole: Callable[[], 
         uneven = max(uneven, float(np.abs(times - straight).max()))
         ends += [(count, float(times[0])), (count + len(times) - 1, float(times[-1]))]
         blocks.append(block)
-        count, square = count + len(times), square + float((values[block.repeated :] ** 2).sum())
+        count, square = count + len(times), square + float((values[bool(block.repeated) :] ** 2).sum())
     rows, when = np.array(ends).T
     spacing = float(when[-1] - when[0]) / (count - 1)
     off = np.abs(when - when[0] - spacing * rows)

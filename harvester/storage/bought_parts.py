@@ -1,16 +1,16 @@
 """Parts that can be bought, which `harvester design` chooses from: coils, and harvesting chips, with their sources.
 
-The coils' numbers were read from the text of the sheets, whose tables a page's text keeps without its lines: compare
-them with the sheet before a coil is bought.
+Their numbers stand in netlists/parts/bought_parts.toml, or in the netlist that is a chip's referee.
 """
 
 import math
+import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-_SDR = "Bourns, data sheet of the SDR0503 series, electrical specifications"
-_RB = "ABC Taiwan Electronics, RB1314 series, specification for approval of 2013"
+from harvester.netlists.load_circuit import load_circuit, netlist_folder
+from harvester.scene.load import Load
 
 
 @dataclass(frozen=True)
@@ -45,15 +45,6 @@ def coil_quality(values: Mapping[str, float], capacitance: float) -> float | Non
     return 1.0 / (values["Rcoil"] / wave + wave / values["Rcore"])
 
 
-COILS = {
-    "RB1314 1 mH": BoughtCoil(1.0e-3, 1.3, 0.31, 40.0, 252e3, _RB),
-    "RB1314 1.5 mH": BoughtCoil(1.5e-3, 1.7, 0.25, 30.0, 252e3, _RB),
-    "SDR0503 10 mH": BoughtCoil(10e-3, 110.0, 0.040, 30.0, 79.6e3, _SDR),
-    "SDR0503 12 mH": BoughtCoil(12e-3, 148.0, 0.038, 30.0, 79.6e3, _SDR),
-    "SDR0503 15 mH": BoughtCoil(15e-3, 168.0, 0.032, 30.0, 79.6e3, _SDR),
-}
-
-
 @dataclass(frozen=True)
 class Chip:
     """A harvesting chip behind its bridge, by its data sheet.
@@ -75,7 +66,6 @@ class Chip:
     is a usual one, and charging may be off by the part ``spread``.
     """
 
-    names: tuple[str, ...]
     outputs: dict[float, tuple[float, float]]
     efficiencies: tuple[tuple[float, float], ...]
     own: float
@@ -92,6 +82,7 @@ class Chip:
     least: float = 0.0
     diodes: tuple[float, float] = (1e-7, 1.0)
     netlist: str = ""
+    names: tuple[str, ...] = ()
     spread: float = 0.0
     source: str = ""
     assumed: str = ""
@@ -126,89 +117,22 @@ class Chip:
 
 SHARP = 0.03  # V: within which a netlist's comparator acts
 MARGIN = 0.2, 0.4  # V: of the end of an output above its voltage, and of its beginning above its end
-_LTC_LOW, _LTC_HIGH = (4.04, 2.87), (5.05, 3.67)
-_TRACKS: dict[str, Any] = {
-    "names": ("Vreg", "Von", "Voff", "Vfull"),
-    "netlist": "bq25570",
-    "ratio": 0.5,
-    "charging": ((1.0, 1e-5, 0.8),),
-    "spread": 0.12,
-    "cold_efficiency": 0.05,
-}
-_GRAPHS = "charging of 80 % (its efficiencies are graphs only), a cold start of 5 %"
-CHIPS = {
-    "ltc3588": Chip(
-        names=("Vreg", "Vrise", "Vfall"),
-        outputs={1.8: _LTC_LOW, 2.5: _LTC_LOW, 3.3: _LTC_HIGH, 3.6: _LTC_HIGH},
-        efficiencies=((1e-6, 0.85),),
-        own=950e-9,
-        low_own=450e-9,
-        most=20.0,
-        diodes=(4.4e-9, 1.0),
-        netlist="ltc3588",
-        source="LTC3588-1, Analog Devices: page 1 (950 nA, 450 nA, 20 V)",
-        assumed="thresholds, an output of 85 %",
-    ),
-    "bq25570": Chip(
-        **_TRACKS,
-        outputs={0.0: (2.4, 5.5)},
-        efficiencies=((1e-6, 0.4), (4e-6, 0.73), (32e-6, 0.88), (512e-6, 0.93)),
-        own=488e-9,
-        most=5.1,
-        look=0.256,
-        full=5.0,
-        cold_voltage=0.6,
-        hand_over=1.73,
-        least=0.1,
-        source="BQ25570, Texas Instruments SLUSBH2C: page 5 (inputs, hand-over, 488 nA); SLUSBJ3F (looks, ratio)",
-        assumed=_GRAPHS + ", 0.6 V of it, the output",
-    ),
-    "adp5091": Chip(
-        **_TRACKS,
-        outputs={0.0: (2.2, 5.2)},
-        efficiencies=((1e-6, 0.8),),
-        own=510e-9,
-        most=3.3,
-        look=0.256,
-        full=5.0,
-        cold_voltage=0.38,
-        hand_over=1.9,
-        least=0.08,
-        source="ADP5091, Analog Devices, Rev. A: features (510 nA, 0.08 to 3.3 V, cold start from 380 mV)",
-        assumed=_GRAPHS + " up to 1.9 V, looks of 256 ms every 16 s, a ratio of 0.5, a store of 2.2 to 5.2 V, "
-        "full at 5 V, an output of 80 %",
-    ),
-    "aem30940": Chip(
-        **_TRACKS,
-        outputs={0.0: (2.2, 4.5)},
-        efficiencies=((1e-6, 0.8),),
-        own=500e-9,
-        most=5.0,
-        period=0.33,
-        look=0.005,
-        full=4.5,
-        cold_voltage=0.38,
-        cold_power=3e-6,
-        hand_over=2.2,
-        least=0.05,
-        source="AEM30940, e-peas: features (cold start from 380 mV and 3 uW, looks every 0.33 s, ratio, 0.05 to 5 V)",
-        assumed=_GRAPHS
-        + " up to 2.2 V, looks of 5 ms, a current of 500 nA, a store of 2.2 to 4.5 V, full then, an output of 80 %",
-    ),
-    "spv1050": Chip(
-        **_TRACKS,
-        outputs={0.0: (2.2, 5.3)},
-        efficiencies=((1e-6, 0.8),),
-        own=800e-9,
-        most=5.3,
-        look=0.4,
-        full=5.0,
-        cold_voltage=0.55,
-        cold_power=16.5e-6,
-        hand_over=2.6,
-        least=0.15,
-        source="SPV1050, STMicroelectronics DocID025569: features (cold start from 550 mV and 30 uA, the store's ends)",
-        assumed=_GRAPHS + " up to 2.6 V, looks of 0.4 s every 16 s, a current of 800 nA, an input of 0.15 to 5.3 V, "
-        "a ratio of 0.5, full at 5 V, an output of 80 %",
-    ),
-}
+
+
+def _as_tuples(value: Any) -> Any:
+    return tuple(map(_as_tuples, value)) if isinstance(value, list) else value
+
+
+def _chip(keys: dict[str, Any]) -> Chip:
+    """A chip of the file: what its ``netlist_keys`` name is a parameter of its netlist."""
+    names = keys.pop("netlist_keys", {})
+    values = load_circuit(Load(netlist=keys["netlist"])).values if names else {}
+    own = {key: values[name] for key, name in names.items()} | {key: _as_tuples(one) for key, one in keys.items()}
+    for key, place in (("efficiencies", (1e-6,)), ("charging", (1.0, 1e-5))):
+        own |= {key: ((*place, own[key]),)} if key in names else {}
+    return Chip(**own | {"outputs": {volts: (one, other) for volts, one, other in keys["outputs"]}})
+
+
+_PARTS = tomllib.loads((netlist_folder() / "parts" / "bought_parts.toml").read_text(encoding="utf-8"))
+COILS = {name: BoughtCoil(**keys) for name, keys in _PARTS["coils"].items()}
+CHIPS = {name: _chip(keys) for name, keys in _PARTS["chips"].items()}

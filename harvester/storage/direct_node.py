@@ -21,9 +21,8 @@ from harvester.storage.bought_parts import Chip
 from harvester.storage.measured_current import HELD
 from harvester.storage.node_run import NodeCourse, NodeRun
 from harvester.storage.rectifier_cut import STORE, held_rectifier, with_store
-from harvester.storage.supply import LOW, charging_efficiency
+from harvester.storage.supply import INPUT, LOW, charging_efficiency
 
-INPUT = 1e-6  # F at a chip's input, as in the netlist bq25570
 BACK = 0.3  # V below that of the hand-over, at which the cold start begins again, as there
 SLICES = 16  # of a vibration
 STARTED = 10.0  # vibrations over which a cold start's power is a mean

@@ -2,8 +2,15 @@
 
 From the store    P = V I(V)
 chip, store at its input    P = eta max V (I(V) - I_own)    from the voltage at which its output ends to that at which
-                                                            it begins: the store settles where the current suffices
-chip that tracks    P = eta (1 - idle) eta_charging(V, I) V I(V) - V_store I_own    at V = ratio V_open
+                                                            it begins: the heaviest load that it always carries, where
+                                                            the store settles
+
+A heavier load is on in cycles and takes less.  The heaviest has eta (V_rise^2 - V_fall^2)/2 / int dV/(I(V) - I_low),
+the energy of a cycle over the time in which the store charges.
+
+chip that tracks    P = eta eta_charging(V, I) V ((1 - idle) I(V) + C (V_look - V)/period) - V_store I_own
+                                                            at V = ratio V_look, where C is at the input and V_look is
+                                                            what a look finds
 
 The chip's numbers are those of `harvester.storage.bought_parts.Chip`.
 """
@@ -13,6 +20,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from scipy.integrate import cumulative_trapezoid
 
 from harvester.arrays import Floats
 from harvester.errors import InputError, invalid, unknown
@@ -22,7 +30,8 @@ from harvester.storage.bought_parts import CHIPS, Chip
 from harvester.storage.recorded_current import RecordedCurrent
 from harvester.storage.rectified_current import RectifiedCurrent, times_to
 
-FINE = 400  # voltages of a search
+FINE, SOME = 400, 1024  # voltages of a search, and windows at once
+INPUT = 1e-6  # F at a chip's input, as in the netlist bq25570
 LOW = 0.3  # V: below it an empty store is charged as there
 
 
@@ -73,9 +82,9 @@ class Supply:
         """How long (s) an empty store of so many farads takes until the voltage is there; infinite if it never is."""
         if self.chip is None:
             return _time(table, self.voltage, farads)
-        own = replace(table, current=table.current - self.chip.own)
         if self.chip.ratio is None:
-            return _time(own, self.rise, farads)
+            own = self.chip.low_own or self.chip.own
+            return _time(replace(table, current=table.current - own), self.rise, farads)
         cold, warm = self.chip.cold_voltage, float(self._charging(table)[0]) - self.rise * self.chip.own
         came = cold * float(table.at(np.array(cold)))
         start = self.chip.cold_efficiency * came
@@ -92,7 +101,7 @@ def chip_of(table: HarvestingChip, supply: float | None) -> Chip:
     then, and a table of efficiencies that cannot be read.
     """
     if table.name is None:
-        chip = Chip((), {}, ((1e-6, 1.0),), 0.0, math.inf, table.input_ratio)
+        chip = Chip({}, ((1e-6, 1.0),), 0.0, math.inf, table.input_ratio)
     elif table.name not in CHIPS:
         raise unknown("chip.name", table.name, CHIPS)
     else:
@@ -162,15 +171,32 @@ def tracked_power(chip: Chip, voltages: Floats, current: Floats, length: float) 
     What the input is held at is what the last look found.
     """
     assert chip.ratio is not None, "asked of a chip that tracks"
-    fine = np.linspace(0.0, float(voltages[-1]), FINE)
-    gone = np.array([np.argmax(np.append(np.interp(fine, voltages, one) <= 1e-3 * one[0], True)) for one in current])
-    opened = np.where(current[:, 0] > 0.0, fine[np.minimum(gone, FINE - 1)], 0.0)
     looks = np.arange(len(current)) if length >= chip.period else np.arange(len(current)) * length // chip.period
-    first = np.searchsorted(looks, looks)  # the window of each look
-    held = chip.ratio * np.minimum(opened[first], chip.most)
+    first, opened = np.searchsorted(looks, looks), np.zeros(len(current))  # the window of each look, and what it finds
+    for some in np.array_split(every := np.unique(first), math.ceil(len(every) / SOME)):
+        opened[some] = _looked_at(chip, voltages, current[some])
+    opened = np.minimum(opened[first], chip.most)
+    held = chip.ratio * opened
     amperes = np.array([np.interp(v, voltages, one) for v, one in zip(held, current, strict=True)])
     amperes = np.where(held >= chip.least, np.maximum(amperes, 0.0), 0.0)
-    return np.asarray((1.0 - chip.idle) * charging_efficiency(chip, held, amperes) * held * amperes)
+    back = np.where(amperes > 0.0, INPUT * (opened - held), 0.0) * (chip.idle > 0.0) / chip.period  # after a look
+    return np.asarray(charging_efficiency(chip, held, amperes) * held * ((1.0 - chip.idle) * amperes + back))
+
+
+def _looked_at(chip: Chip, voltages: Floats, current: Floats) -> Floats:
+    """The voltages that looks find: those without load, or what the input's capacitor comes to in the time of a look.
+
+    From ratio times V it comes to V there, with the time C int dV/I(V).  Without a time of its own a look finds all.
+    """
+    fine, ratio = np.linspace(0.0, float(voltages[-1]), FINE), chip.ratio or 1.0
+    came = current @ np.array([np.interp(fine, voltages, one) for one in np.eye(len(voltages))])
+    least = np.maximum(1e-3 * current[:, :1], 1e-30)
+    times = cumulative_trapezoid(INPUT / np.maximum(came, least), fine, axis=1, initial=0.0)
+    part, k = np.modf(ratio * np.arange(FINE))
+    k, after = k.astype(int), np.minimum(k.astype(int) + 1, FINE - 1)
+    takes = times - times[:, k] - part * (times[:, after] - times[:, k])
+    found = (came <= least) | (takes > (chip.look or math.inf)) | (fine == fine[-1])
+    return np.asarray(fine[found.argmax(axis=1)])
 
 
 def charging_current(chip: Chip, table: RectifiedCurrent | RecordedCurrent, volts: Floats) -> Floats:

@@ -70,6 +70,34 @@ def test_blocks_have_the_samples_of_the_whole(read, text):
     assert found.resampled(2, 5, 100, 256) == pytest.approx(whole.resampled(2, 5, 100, 256), abs=1e-12)
 
 
+@pytest.mark.parametrize(
+    "between",
+    ["# battery changed\n", "\n", "  \n# x\n\n", 900 * "# remark\n"],
+    ids=["remark", "empty", "both", "blocks"],
+)
+@pytest.mark.parametrize("text", [plain, clock])
+def test_no_row_is_lost_where_a_block_ends_in_a_remark(read, text, between):
+    """At whatever byte of it: the first block's end is in what stands between two rows, or within two rows of it."""
+    rows = text(values()).splitlines(keepends=True)
+    first = int(np.searchsorted(np.cumsum([len(row) for row in rows]), 4099))
+    for k in range(first - 2, first + 3):
+        found = read("".join([*rows[:k], between, *rows[k:]]))
+        assert isinstance(found, LongRecord) and found.count == N
+        assert found.part(0, N) == pytest.approx(found.whole.values[:N], rel=1e-15)
+        assert found.spacing == pytest.approx(found.whole.spacing, rel=1e-12)
+
+
+@pytest.mark.parametrize("text", [plain, clock])
+def test_a_block_may_be_of_one_line(read, text):
+    rows = text(values()).splitlines(keepends=True)
+    begin = int(np.searchsorted(np.cumsum([len(row) for row in rows]), 4099, "right"))  # the second block's first line
+    found = read("".join(rows[: begin + 1]))
+    assert isinstance(found, LongRecord) and found.count == begin
+    assert found.part(0, begin) == pytest.approx(found.whole.values[:begin], rel=1e-15)
+    with pytest.raises(hv.InputError, match="must have lines of at most 4099 bytes"):
+        read("".join([*rows[:begin], "# " + 9000 * "-" + "\n", *rows[begin:]]))
+
+
 def test_the_mean_jerk_of_pieces_is_that_of_the_whole(read, monkeypatch):
     monkeypatch.setattr(long_record, "EACH", 500)
     t = np.arange(N) / RATE

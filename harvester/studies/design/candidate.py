@@ -138,7 +138,7 @@ def evaluate(candidate: Candidate, scene: Scene, needed: DesignNeed, farads: flo
     power = supply.power(table, needed.power)
     known = Value(
         power,
-        stderr=None if table.stderr is None else power * _relative(supply.power(table.shifted(), needed.power), power),
+        stderr=None if table.stderr is None else abs(supply.power(table.shifted(), needed.power) - power),
         bias=abs(supply.power(found.rough, needed.power) - power),
         model=_of_chip(supply, table, needed.power, power) + JUDGE * power,
         unknown=IDEAL_ELEMENTS if ideal is not None and table.stderr is not None else "",
@@ -193,10 +193,6 @@ def _on_record(candidate: Candidate, scene: Scene, needed: DesignNeed) -> Given:
     with compilation():
         first = NodeRun(found.best, store, node, chip).course(LONGEST).first
     return Given(known, math.inf if first is None else first, None, found.steps, kept)
-
-
-def _relative(one: float, other: float) -> float:
-    return abs(one - other) / max(abs(other), 1e-300)
 
 
 def capacitance(needed: DesignNeed, scene: Scene, kept: float = 0.0) -> float:

@@ -7,8 +7,11 @@ import numpy as np
 import pytest
 
 import harvester as hv
+from harvester.equations.problem import Problem
 from harvester.storage.bought_parts import CHIPS, COILS
+from harvester.storage.measured_current import HELD, measured
 from harvester.storage.rectified_current import RectifiedCurrent
+from harvester.storage.rectifier_cut import held_rectifier
 from harvester.storage.supply import Supply
 from tests.support.paths import EXAMPLES
 
@@ -101,9 +104,23 @@ def test_supply_of_a_straight_current():
     bq = CHIPS["bq25570"]
     tracking = Supply(1.8, bq, *bq.thresholds(1.8))
     held = 0.5 * 5.1
-    stored = 0.8 * (1 - 0.016) * held * 100e-6 * (1 - held / 10.0)
+    stored = 0.8 * held * ((1 - 0.016) * 100e-6 * (1 - held / 10.0) + 1e-6 * held / 16.0)
     assert tracking.power(some, 1.8 * 32e-6) == pytest.approx(0.88 * (stored - 5.0 * 488e-9), rel=1e-3)
     assert ltc.power(table(100e-6, 4.0), 1e-6) == 0.0  # its output never begins
+
+
+@pytest.mark.thorough("test_supply_of_a_straight_current")
+@pytest.mark.slow
+def test_what_a_chip_gives_is_the_heaviest_load_that_is_always_on():
+    """By `slow`: a lighter load takes what it takes, a far heavier one the energy of a cycle over its time."""
+    most = hv.design(SCENE, needs=NEEDS, circuits=[], chips=["ltc3588"]).available.value
+    taken = {part: hv.run(into("ltc3588", 3.3**2 / (part * most), C=10e-6), "slow").mean_power for part in (0.96, 9.0)}
+    assert taken[0.96].value == pytest.approx(0.96 * most, rel=2e-3)
+    problem = Problem.of(into("ltc3588", 1e4))
+    own = measured(problem, held_rectifier(problem.circuit, HELD * problem.scales.capacitance)).best
+    volts = np.linspace(3.67, 5.05, 2001)
+    cycle = 0.85 * (5.05**2 - 3.67**2) / 2 / np.trapezoid(1.0 / (own.at(volts) - 450e-9), volts)
+    assert abs(taken[9.0].value - cycle) < taken[9.0].error95 and cycle < 0.95 * most
 
 
 def test_chips_have_their_outputs_only():
