@@ -267,10 +267,10 @@ def _measure(problem: Problem, storage: Storage, chip: Chip | None, wake: float,
     from harvester.circuits.compiled_circuit import CompiledCircuit
     from harvester.cosimulation.idealised import ideal_circuit
     from harvester.mechanics.kernels.compiled import compilation
-    from harvester.storage.direct_node import INPUT
     from harvester.storage.measured_current import HELD, measured
     from harvester.storage.recorded_current import compiled_rectifier, ideal_rectifier, recorded
     from harvester.storage.rectifier_cut import held_rectifier, is_plain_store, with_store
+    from harvester.storage.supply import INPUT
 
     circuit, scales = problem.circuit, problem.scales
     assert circuit is not None, "the refusal checks this"
