@@ -1,15 +1,18 @@
 """Trajectories of a compiled circuit that begin in states of the same circuit made of ideal elements."""
 
+import time
+
 import numpy as np
 
 from harvester.circuits.compiled_circuit import CompiledCircuit
-from harvester.mechanics.ensemble.burn_in import memory
+from harvester.mechanics.ensemble.burn_in import check_cost, memory
 from harvester.mechanics.ensemble.richardson import compile_pair
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.compiled import compilation
 
 RAMP = 16  # parts in which a store is charged
 SETTLING = 4.0  # time constants, in which a compiled circuit settles from the states of ideal elements
+PARTS = 8  # of settling; before each, what is left of it must fit into the budget
 
 
 def compiled_beside(
@@ -37,15 +40,20 @@ def take_states(own: Trajectories, settled: Trajectories) -> None:
         own.run(own.stride * own.h)
 
 
-def settle_from(own: Trajectories, ideal: Trajectories) -> None:
+def settle_from(own: Trajectories, ideal: Trajectories, budget: float | None, begin: float) -> None:
     """Burn in trajectories of a compiled circuit from those of its ``ideal`` elements, which have burnt in.
 
     What the two circuits differ by is forgotten in `SETTLING` time constants of the response or of the store.
+
+    Raises SimulationError where that would not end within ``budget`` seconds of ``begin`` (`time.perf_counter`).
     """
     if own.h != ideal.h:
         own.restart(ideal.h)
-    begun = ideal.time
-    slowest = memory(ideal, ideal.run(begun), begun)
+    before, now = ideal.time, time.perf_counter()
+    slowest = memory(ideal, ideal.run(before), before)
     take_states(own, ideal)
     assert own.circuit is not None, "that of the netlist"
-    own.run(SETTLING * max(slowest, own.circuit.memory))
+    length = SETTLING * max(slowest, own.circuit.memory)
+    for k in range(PARTS):
+        check_cost(own, (1.0 - k / PARTS) * length, budget, now, now - begin)
+        own.run(length / PARTS)

@@ -196,7 +196,7 @@ class Ensemble(MonteCarloOptions, Engine):
         if pilot is not trajectories:
             from harvester.circuits.beside_ideal import settle_from
 
-            settle_from(trajectories, pilot)
+            settle_from(trajectories, pilot, number(self.budget), begin - compiled)
         return EnsembleSetup(problem, model, trajectories, diagnostics, begin, begin - compiled, first.seconds)
 
     def _first_samples(self, setup: EnsembleSetup, progress: Progress | None) -> "EnsembleSampler":

@@ -175,17 +175,21 @@ def slowest_transient(eqs: Equations) -> float:
     return 1.0 / rate if rate > SLOWEST else 0.0
 
 
-def check_cost(trajectories: Trajectories, length: float, budget: float | None, begin: float) -> None:
+def check_cost(
+    trajectories: Trajectories, length: float, budget: float | None, begin: float, before: float = 0.0
+) -> None:
     """Refuse a window of a ``length`` that would go beyond the budget, or beyond `MOST_STEPS` where there is none.
+
+    The rate of steps is counted from ``begin``, the budget from ``before`` seconds earlier.
 
     Raises SimulationError, which says what would help.
     """
-    beyond, steps, seconds = _cost(trajectories, length, budget, begin)
+    beyond, steps, seconds = _cost(trajectories, length, budget if budget is None else budget - before, begin)
     if beyond:
         raise SimulationError(
             f"the start is not forgotten after {trajectories.time:g}/w0, and a burn-in of {length:g}/w0 more "
             f"would take {steps:.1e} trajectory-steps of {trajectories.h:.2g}/w0: give a longer `dt`, fewer "
-            f"`trajectories`, or a `budget` above {two_digits(seconds)}s"
+            f"`trajectories`, or a `budget` above {two_digits(before + seconds)}s"
         )
 
 
