@@ -121,6 +121,9 @@ def fill_three_point(noise, s0, s1):
     for k in range(0, len(noise) - 1, 2):
         bits, s0, s1 = shuffle(s0, s1)
         noise[k], noise[k + 1] = two_variates(bits)
+    if len(noise) % 2 == 1:
+        bits, s0, s1 = shuffle(s0, s1)
+        noise[-1], _ = two_variates(bits)
 
 
 def coarsened(noise: Floats) -> Floats:
@@ -129,7 +132,7 @@ def coarsened(noise: Floats) -> Floats:
 
 
 def three_point_grid(seed: np.random.SeedSequence, steps: int) -> Floats:
-    """Three-point variates, one for each of ``steps`` kicks (an even number): the noise of one lane of an ensemble."""
+    """Three-point variates, one for each of ``steps`` kicks: the noise of one lane of an ensemble."""
     noise = np.empty(steps)
     fill_three_point(noise, *random_words(seed, 1)[:, 0])
     return noise

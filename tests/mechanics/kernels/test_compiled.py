@@ -27,6 +27,7 @@ print(sum(fill_three_point.stats.cache_misses.values()))
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("terminal", [True, False])
 @pytest.mark.parametrize("seconds", [0.0, 0.7])
 def test_a_long_first_call_is_told_on_a_terminal(capsys, monkeypatch, terminal, seconds):
@@ -134,6 +135,7 @@ def test_constants_of_machine_code_are_in_its_cache_s_name():
                 assert [one.name for one in node.names if one.name.isupper()] == [], file
 
 
+@pytest.mark.slow
 def test_machine_code_does_not_depend_on_where_its_source_lies(tmp_path):
     """Of two copies of the package that begin at once one compiles, and the other reads what that one has kept."""
     both = []

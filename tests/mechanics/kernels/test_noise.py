@@ -4,7 +4,14 @@ import numpy as np
 import pytest
 from numba import njit
 
-from harvester.mechanics.kernels.noise import gaussian_grid, random_words, refined, shuffle, two_variates
+from harvester.mechanics.kernels.noise import (
+    gaussian_grid,
+    random_words,
+    refined,
+    shuffle,
+    three_point_grid,
+    two_variates,
+)
 
 
 @njit
@@ -62,3 +69,12 @@ def test_refinement_keeps_the_path_and_stays_white():
     assert fine.reshape(-1, 2).sum(axis=1) / np.sqrt(2) == pytest.approx(coarse, abs=1e-12)
     assert abs(fine.var() - 1) < 4 * np.sqrt(2 / fine.size)
     assert abs((fine[1:] * fine[:-1]).mean()) < 4 / np.sqrt(fine.size)
+
+
+@pytest.mark.parametrize("steps", [1, 7, 1559])
+def test_a_grid_of_an_odd_number_of_kicks_is_that_of_one_more_without_its_last(steps):
+    """Whatever the memory held before: arrays of large numbers of that length are left behind first."""
+    for _ in range(8):
+        np.full(steps, 1e247)
+    found, more = (three_point_grid(np.random.SeedSequence(5), count) for count in (steps, steps + 1))
+    assert found.tolist() == more[:-1].tolist()
