@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 from common import PAPER, report
 
-from harvester.cosimulation.idealised import ideal_circuit
+from harvester.circuits.idealised import ideal_circuit
 from harvester.engines.ensemble import Ensemble
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem

@@ -4,7 +4,8 @@ The browser's own clock runs from the key event to the second animation frame af
 the place of the working point where the key is the axis itself, when the picture is on the screen.  Each scene is
 turned by one of its keys, one step at a time.  Beside the whole stand its shares: until the answer is in the browser
 (the formula itself takes the processor time that is printed; the rest are Panel and the server), until Bokeh has taken
-it, and the two frames in which it is drawn.  At last the time until a circuit's own power stands in large letters.
+it, and the two frames in which it is drawn.  At last the time
+until a circuit's own power stands in large letters: at a step of its resistance, and where it is chosen after a rest.
 """
 
 import argparse
@@ -51,6 +52,8 @@ WATCH = """(curve) => {
 }"""
 CHIPS = ("bimorph_ltc3588",)
 CIRCUITS = ("bridge", "parallel_sshi", "sece", *CHIPS)
+CHOICES = {"plate_with_stop": ("bridge", "parallel_sshi", "sece"), "bimorph_ltc3588": ("bridge", "ltc3588")}
+RESTED = 20.0  # seconds: kernels of all circuits are compiled and their powers known
 HEADLINE = """(before) => {
   const now = document.__deep(".headline .power");
   return now && !now.classList.contains("none") && now.innerText !== before && performance.now() - window.__key;
@@ -92,6 +95,20 @@ def headlines(browser, url, name, steps):
     return times
 
 
+def choices(browser, url, scene, names):
+    """The milliseconds from the click on each circuit's picture to its power in large letters."""
+    visit = Visit(browser, f"{url}?scene={links.held(Draft.read(EXAMPLES / f'{scene}.toml'))}")
+    visit.wait_for("() => document.__deep('.headline .power')")
+    visit.page.wait_for_timeout(1e3 * RESTED)
+    visit.page.evaluate("addEventListener('pointerdown', () => { window.__key = performance.now(); }, true)")
+    for name in names:
+        before = visit.power()
+        visit.page.locator(f".circuit-{name}").click()
+        yield name, visit.page.wait_for_function(HEADLINE, arg=before).json_value()
+        visit.page.wait_for_timeout(4000)  # its finer power is there
+    visit.page.close()
+
+
 def formula(scene, axis, moved):
     """The milliseconds of processor time of our part: the first formula's curve, or its point on a known one."""
     draft = Draft.read(EXAMPLES / scene)
@@ -128,6 +145,10 @@ def main():
                 spread = {"smallest ms": min(times), "median ms": statistics.median(times), "largest ms": max(times)}
                 rows.append({"headline of": name} | spread)
                 print(rows[-1], flush=True)
+            for scene, names in CHOICES.items():
+                for name, time_ in choices(browser, url, scene, names):
+                    rows.append({"chosen": name, "scene": scene, "ms": time_})
+                    print(rows[-1], flush=True)
     report("explore", rows, ("panel", "bokeh", "playwright"))
 
 

@@ -114,7 +114,7 @@ correlated-noise: test_equation_of_motion.py -k intensity
 stiff-damping: test_equation_of_motion.py -k kick or stiff
 - (1.0 + y + 0.5 * y * y)
 + (1.0 + y)
-rounds-between-stops: test_offset_stops.py -k between_is
+rounds-between-stops: test_offset_stops.py -k between_is or many_rounds
 - decayed(c.mu * past) * (V1 - 0.5 * way * room)
 + decayed(c.mu * past) * (V1 - way * room)
 energy-in-contact: test_offset_stops.py -k contact_is_the_equation
@@ -274,7 +274,7 @@ reverse-currents: test_rectifiers.py -k reverse_currents
 + paths = 2 if name in ("doubler", "sece") else 1
 
 [engines]
-the-longest-step: test_products.py -k recorded
+the-longest-step: test_steady.py -k phasor
 - values = [float(getattr(one, name)) for one in three]
 + values = 3 * [float(getattr(self.found[0, tenths], name))]
 no-motion-comes-back: test_products.py -k recorded

@@ -1,5 +1,6 @@
 """The command `harvester compare`."""
 
+from functools import partial
 from typing import Any
 
 import cloup
@@ -23,7 +24,7 @@ from harvester.commands.study import Output, output_options, study_command
     ),
 )
 @cloup.option_group("What to compute", engines_option("Repeatable.  Default: every engine that can serve SCENE."))
-@sampling
+@partial(sampling, whole="all engines together")
 @output_options("Folder for compare.csv, compare.png and provenance.json.")
 def compare(output: Output, lifetime: str | None, engines: tuple[str, ...], **options: Any) -> None:
     """Every engine that can serve SCENE, side by side, with z-scores; one path of V drawn from three sources."""

@@ -26,7 +26,7 @@ from harvester.errors import InputError
     keys_option(
         "--vary",
         help_="KEY=LOW:HIGH, or of a series KEY=E24:LOW:HIGH; up to 4 keys.  load.netlist=A,B,C: the best of these "
-        "circuits, scanned alike first, each with its own best values of the other keys; --budget is for each.",
+        "circuits, scanned alike first, each with its own best values of the other keys.",
     ),
     engine_option(
         "{engines}.  Default: exact for a linear scene, else ensemble; for a netlist, spice; where circuits "
@@ -59,12 +59,13 @@ from harvester.errors import InputError
     cloup.option("--for", "share", hidden=True, help="A share as --objective, in version 0.1."),
     cloup.option("--pareto", hidden=True, help="A second aim as --objective, in version 0.1."),
 )
-@partial(sampling, whole="the whole search", unset="60s")
+@partial(sampling, whole="the whole search, or that of each circuit,", unset="60s")
 @output_options("Folder for optimise.csv (all evaluations), optimise.png and provenance.json.")
 def optimise(output: Output, engine: str | None, within: float | None, budget: float | None, **options: Any) -> None:
     """The largest mean power over one or several scene keys, and how well both are known.
 
-    --within (default 1%) is the error of the power at the optimum, --budget (default 60s) the time for all of it.
+    --within (default 1%) is the error of the power at the optimum, --budget (default 60s) the time for the
+    search; where circuits are compared, for that of each.
     """
     from harvester.commands.progress import Bar
     from harvester.engines import selection

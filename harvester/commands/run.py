@@ -1,5 +1,6 @@
 """The command `harvester run`."""
 
+import dataclasses
 from typing import Any
 
 import cloup
@@ -8,6 +9,10 @@ from harvester.commands.formula_meanwhile import formula_meanwhile
 from harvester.commands.options import engine_option, json_option, probe_option, sampling
 from harvester.commands.reports import report_option
 from harvester.commands.study import Output, study_command
+from harvester.errors import SimulationError
+
+LEAST = 1.0  # s of a budget, for the sensitivity at least
+SHARE = 0.4  # of a budget, for the power itself: the rest is for its sensitivity
 
 
 @study_command(
@@ -52,7 +57,9 @@ def run(
     from harvester.engines import selection
 
     scene = output.scene
-    options["probe"] = probe or None
+    options["probe"], budget = probe or None, options["budget"]
+    if sensitivity and budget is not None:
+        options["budget"] = SHARE * budget
     if engine is None:
         engine = selection.default_engine(scene, **options)
     chosen = selection.engine(engine, **options)
@@ -68,8 +75,16 @@ def run(
         if chosen.has_first_passages:
             further["extremes_by_first_passages"] = extremes(scene, lifetime=lifetime, passages=True)
     if sensitivity:
+        from harvester.presentation.diagnostic import warning
         from harvester.studies.sensitivity import sensitivity as sensitivities
 
-        further["sensitivity"] = sensitivities(scene, budget=options.get("budget"))
+        left = None if budget is None else max(budget - answer.seconds, LEAST)
+        try:
+            further["sensitivity"] = sensitivities(scene, budget=left)
+        except SimulationError as error:
+            if left is None:
+                raise
+            doubt = warning("no_sensitivity", left=left, why=str(error))
+            answer = dataclasses.replace(answer, diagnostics=(*answer.diagnostics, doubt))
     about = options["seed"], further.get("extremes"), further.get("sensitivity")
     output.show(answer, (), lambda report: report.of_run(scene, answer, *about), further=further)

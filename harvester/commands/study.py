@@ -4,6 +4,7 @@ A study without a file of its own here gets its whole command from its entry in 
 """
 
 import functools
+import inspect
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -125,8 +126,10 @@ def _command(study: Study) -> Command:
         from harvester.commands.progress import Bar
         from harvester.report.result import of_result
 
-        with Bar(study.name, known=False):
-            found = study.run()(output.scene, **options)
+        function = study.run()
+        tells = "progress" in inspect.signature(function).parameters
+        with Bar(study.name, known=tells, shorter=study.shorter) as bar:
+            found = function(output.scene, **options, **({"progress": bar.tell} if tells else {}))
         picture = found.plot(None) if hasattr(found, "plot") else None
         output.show(found, (), lambda _: of_result(output.scene, study.name, found, picture))
 

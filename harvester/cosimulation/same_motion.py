@@ -69,8 +69,9 @@ def same_motion_means(
     """
     circuit, noise = device.ideal, three_point_grid(seed, kicks)
     assert isinstance(circuit, CompiledCircuit), "of a compiled circuit"
-    own = circuit.trace(device.eqs, noise, device.h, 1, start[:2], start[4])
-    drive = new_drive(device, noise, 0.0, start=start)
+    shaking = forcing(device.eqs, device.h, kicks, np.random.default_rng(child(seed, 1)))
+    own = circuit.trace(device.eqs, noise, device.h, 1, start[:2], start[4], shaking)
+    drive = new_drive(device, noise, 0.0, shaking, start)
     drive.kicked[:, 2] = own.samples[:, 1]
     drive.state["follows"] = 1
     run_in_this_process(device, drive, deadline, nodes_of(device, start))

@@ -108,7 +108,7 @@ class Compiled(Ensemble):
 
     def pilot(self, problem: Problem, trajectories: "Trajectories") -> "Trajectories":
         """Those of the circuit made of ideal elements under white noise, where the netlist has them."""
-        from harvester.cosimulation.idealised import ideal_circuit
+        from harvester.circuits.idealised import ideal_circuit
         from harvester.mechanics.ensemble.richardson import compile_pair
         from harvester.mechanics.ensemble.trajectories import Trajectories
         from harvester.mechanics.kernels.noise import child
@@ -124,12 +124,12 @@ class Compiled(Ensemble):
         return pilot
 
     def model_errors(self, problem: Problem, pair: "RichardsonPair", begin: float) -> tuple[dict[str, float], str]:
-        """The largest relative difference from ngspice under white noise, where it is measured."""
+        """The largest relative difference from ngspice under noise, where it is measured."""
         from harvester.engines.spice.cheap_model import settled_starts
         from harvester.engines.spice.difference import difference_from_ngspice
 
         eqs, trajectories = problem.equations, pair.trajectories
-        if not eqs.is_shaken_by_white_noise or eqs.modes is not None:
+        if not eqs.is_random or eqs.modes is not None:
             return {}, self.MODEL_NOTE
         assert trajectories.circuit is not None, "that of the netlist"
         settling, starts = settled_starts(pair, trajectories.circuit.memory, LONGEST, self.seed)

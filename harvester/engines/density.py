@@ -125,11 +125,10 @@ class Density(Request, Engine):
             diagnostics.append(warning("density_not_reached", within=within, error=share, **parts))
         v2 = Value(float(answer.means[0]), bias=float(answer.error[0]), unknown=exists.unknown)
         details = {f"{name}_error": part for name, part in parts.items()}
-        details |= {
-            name: float(mean) * _unit(name, problem)
-            for name, mean in zip(NAMES[1:], answer.means[1:], strict=True)
-            if mean and (uncounted is None or not name.endswith("impact_rate"))
-        }
+        for name, mean, error in zip(NAMES[1:], answer.means[1:], answer.error[1:], strict=True):
+            if mean and (uncounted is None or not name.endswith("impact_rate")):
+                unit = _unit(name, problem)
+                details |= {name: float(mean) * unit, f"{name}_bias": float(error) * unit}
         return estimate(self.NAME, problem, v2, None, diagnostics, seconds, details=details)
 
 

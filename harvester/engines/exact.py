@@ -83,4 +83,4 @@ def _motion(problem: Problem, x2: float) -> dict[str, float]:
         assert eqs.drive_frequency is not None, "Scene checks this"
         x, voltage = abs(eqs.drive) * np.abs(amplitudes(eqs, eqs.drive_frequency))
         found |= dict(zip(PEAKS, (float(x) * units.length, float(voltage) * units.volts), strict=True))
-    return found
+    return found | {f"{name}_bias": 0.0 for name in found}

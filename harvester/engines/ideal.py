@@ -68,7 +68,7 @@ class Ideal(Ensemble):
     @classmethod
     def refusal(cls, problem: Problem) -> Diagnostic | None:
         """Why the engine cannot serve a problem; None where it can."""
-        from harvester.cosimulation.idealised import TOPOLOGIES, ideal_circuit
+        from harvester.circuits.idealised import TOPOLOGIES, ideal_circuit
 
         if (without := needs_circuit(problem, cls.NAME)) is not None:
             return without
@@ -98,7 +98,7 @@ class Ideal(Ensemble):
 
     def model(self, problem: Problem) -> Model:
         """What is simulated for a problem that the engine serves."""
-        from harvester.cosimulation.idealised import ideal_circuit
+        from harvester.circuits.idealised import ideal_circuit
 
         assert problem.circuit is not None, "refusal checks this"
         circuit = ideal_circuit(problem.circuit, problem.scales)
@@ -119,7 +119,7 @@ def _slow_switching(problem: Problem) -> tuple[Diagnostic, ...]:
 
     Under a sinusoid SSHI and SECE were off by up to 3 times that part of the power (`python benchmarks/products.py`).
     """
-    from harvester.cosimulation.idealised import switching_time
+    from harvester.circuits.idealised import switching_time
 
     assert problem.circuit is not None, "the engine serves netlists only"
     eqs = problem.equations

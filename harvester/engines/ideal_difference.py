@@ -22,6 +22,7 @@ COUNT, TIME = 128, 32.0  # trajectories, of circuits that forget in this nondime
 FEWEST, LONGEST = 16, 500.0  # trajectories; nondimensional time, above which nobody would wait
 FEWEST_SECONDS = 0.5  # that the judge takes at least: with less left of a budget none begins
 SETTLING, AVERAGED = 3.0, 4.0  # times that the slowest of mass, store and load takes to forget
+FINE = 0.25, 0.125  # steps of the judge under a steady drive: at that of ideal elements it was 2 % off beside a stop
 STEADY, SETTLED = 2e-3, 1e-4  # tolerance of a circuit's step under a steady drive, and what settling may change
 JUDGE = 5e-3  # twice what compiled circuits differ by from ngspice at most (docs/compiled.md)
 
@@ -68,9 +69,8 @@ def difference_from_compiled(problem: Problem, pair: "RichardsonPair", deadline:
         high, low = (one.run(AVERAGED * slowest) for one in (own, twin))
     except HarvesterError:
         return {}
-    if own.own_sums[1]:  # steps that did not converge
-        return {}
-    return {name: _largest(name, high, low) for name in ("V2", "load")}
+    failed = own.own_sums[1]  # steps that did not converge
+    return {} if failed else {name: _largest(name, high, low) for name in ("V2", "load")}
 
 
 def _largest(name: str, high: Moments, low: Moments) -> float:
@@ -90,11 +90,13 @@ def _of_periods(circuit: "CompiledCircuit", problem: Problem, pair: "RichardsonP
     """The same of a steady drive, from the compiled circuit's periodic response; empty where it has none."""
     from harvester.circuits.circuit_period import periodic_response
 
-    eqs, scales = problem.equations, problem.scales
-    found = None if eqs.modes else periodic_response(circuit, eqs, pair.trajectories.h, SETTLED)
-    if found is None:
+    eqs, scales, h = problem.equations, problem.scales, pair.trajectories.h
+    found = [] if eqs.modes else [periodic_response(circuit, eqs, part * h, SETTLED) for part in FINE]
+    moments = [(one.power, one.square, *one.left) for one in found if one]
+    if len(moments) < len(FINE):
         return {}
-    powers = (eqs.beta or 0.0) * pair.mean("load")[0] * scales.watts, found.power
-    squares = pair.mean("V2")[0] * scales.volts**2, found.square
-    both = {"load": (*powers, found.left[0]), "V2": (*squares, found.left[1])}
-    return {name: abs(own / its - 1.0) + left + JUDGE for name, (its, own, left) in both.items() if its > 0.0}
+    (rough, _), (fine, left) = np.reshape(moments, (2, 2, 2))
+    its = np.array([(eqs.beta or 0.0) * pair.mean("load")[0] * scales.watts, pair.mean("V2")[0] * scales.volts**2])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        off = np.abs(fine / its - 1.0) + np.abs(fine - rough) / its + left + JUDGE
+    return {name: float(one) for name, one, size in zip(("load", "V2"), off, its, strict=True) if size > 0.0}

@@ -152,7 +152,7 @@ def impossible_power(problem: Problem, power: Value, bound: PowerBound | None) -
     return None
 
 
-def _unknown_error(told: Sequence[Diagnostic], power: Value) -> list[Diagnostic]:
+def _not_yet_said(told: Sequence[Diagnostic], power: Value) -> list[Diagnostic]:
     """A warning that a part of the power's error is not known, unless another was ``told`` that says so."""
     said = has(told, *UNSETTLED, *ERROR_TOLD)
     return [warning("error_unknown", part=power.unknown)] if power.unknown and not said else []
@@ -184,7 +184,7 @@ def estimate(
     bound = None if gives else power_bound(problem)
     impossible = None if gives else impossible_power(problem, power, bound)
     told += [] if impossible is None else [impossible]
-    told += _unknown_error(told, power)
+    told += _not_yet_said(told, power)
     of_scene = [*unusual_values(problem.scene), *(() if shocks is None else shocks.diagnostics)]
     return Estimate(
         engine=engine,

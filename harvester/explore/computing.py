@@ -2,6 +2,7 @@
 
 import dataclasses
 import functools
+import json
 import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -10,7 +11,8 @@ from typing import Any, NamedTuple, Protocol
 from harvester.engines.selection import refusals
 from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError, named
-from harvester.explore import html_text, in_worker
+from harvester.explore import circuits, html_text, in_worker
+from harvester.explore.draft import Draft
 from harvester.explore.latest_request import Newest
 from harvester.explore.live import Live, PowerCurve, grid, live
 from harvester.explore.runs import without
@@ -22,13 +24,16 @@ POOL = ThreadPoolExecutor(32, "explore")  # of all users, most of them waiting; 
 PAUSED = 0.06  # seconds without a change before the other formulas follow: the first one's curve is drawn meanwhile
 RESTED = 0.3  # seconds without a change before more is computed than a knob needs that goes on turning
 HASTE = 8.0  # the same, of the power of a circuit
+FIRST = 0.15  # seconds that the power of a circuit may take before the formulas' curves begin to compete with it
+KEPT = 200  # designs whose power is remembered, the last ones
 ALONG = 9  # places of a circuit's curve
 PATIENCE = 60.0  # seconds that a path may take after it is overtaken: kernels may be compiled meanwhile
 
 
 class Wanted(NamedTuple):
-    """What is to be computed: the scene as tables, and the key, its value and range on the axis."""
+    """What is to be computed: the draft, its scene, that as tables, and the key, its value and range on the axis."""
 
+    draft: Draft
     scene: Scene
     tables: dict[str, Any]
     key: str
@@ -77,6 +82,7 @@ class Computing:
         self._told: Live | None = None  # the last answer that the page has
         self._fine: tuple[Any, dict[str, PowerCurve]] | None = None  # the last fine curves, and what they are of
         self._circuit: Any = None  # the circuit and the axis whose power was asked for last
+        self._at_once: dict[str, dict[str, Any]] = {}  # what circuits give, by their designs as JSON
         self._along: Any = None  # the circuit and the axis whose curve is drawn
         self._live_work: Newest[Wanted] = Newest(POOL, self._compute)
         self._path_work: Newest[Wanted] = Newest(POOL, self._trace)
@@ -90,10 +96,8 @@ class Computing:
     def close(self) -> None:
         """End the work."""
         self._ended.set()
-        self._live_work.close()
-        self._path_work.close()
-        self._power_work.close()
-        self._fine_work.close()
+        for work in (self._live_work, self._path_work, self._power_work, self._fine_work):
+            work.close()
 
     def _compute(self, asked: Wanted, overtaken: Callable[[], bool]) -> None:
         """In a thread: the curves, coarse, and when the knobs rest, fine; each where nothing newer waits.
@@ -107,7 +111,10 @@ class Computing:
             found = None
             if self._circuit != (asked.tables, same) and "netlist" in asked.tables.get("load", {}):
                 self._circuit = asked.tables, same
+                self._tell(asked, Live(Problem(asked.scene), asked.key, asked.at, True), rested=False, more=True)
                 self._power_work.ask(asked)
+                if not self._live_work.rests(FIRST):
+                    return
             found = live(*where, False, curves=curves, first=True)  # the best formula's, long before the others'
             self._tell(asked, found, rested=False, more=True)
             if not self._live_work.rests(PAUSED):
@@ -146,26 +153,43 @@ class Computing:
             self._soon(functools.partial(self._page.mean, html_text.problem_line(str(error)), []))
         if overtaken():
             return
-        self._soon(
-            lambda: self._page.say_of_path("computing a path ... (what is new to this machine is compiled first)")
-        )
+        self._soon(lambda: self._page.say_of_path("computing a path ... (what is new here is compiled first)"))
         found = self._elsewhere(in_worker.path, asked, overtaken, PATIENCE)
         if found is not None and "error" in found:
             self._soon(functools.partial(self._page.say_of_path, f"no path: {found['error']}"))
         elif found is not None and not overtaken():
             self._soon(functools.partial(self._page.show_path, asked, found))
-        if overtaken() or "node" not in asked.tables:
-            return
-        life = self._elsewhere(in_worker.life, asked, overtaken, PATIENCE)
-        if life is not None and not overtaken():
-            self._soon(functools.partial(self._page.show_life, asked, life))
+        if not overtaken() and "node" in asked.tables:
+            life = self._elsewhere(in_worker.life, asked, overtaken, PATIENCE)
+            if life is not None and not overtaken():
+                self._soon(functools.partial(self._page.show_life, asked, life))
+        self._foresee(asked, overtaken)
 
     def _power(self, asked: Wanted, overtaken: Callable[[], bool]) -> None:
         """In a thread: what the circuit itself gives, at once, from a process."""
-        found = self._elsewhere(in_worker.power, asked, overtaken, HASTE, *in_worker.QUICK)
+        found = self._power_at_once(asked, overtaken, HASTE)
         if found is not None and "error" not in found:
             self._soon(functools.partial(self._page.show_power, asked, found))
         self._fine_work.ask(asked)
+
+    def _power_at_once(self, asked: Wanted, overtaken: Callable[[], bool], patience: float) -> dict[str, Any] | None:
+        """What the circuit gives, from memory where it was asked for before; None once that is overtaken."""
+        name, how = json.dumps(asked.tables, sort_keys=True), in_worker.QUICK
+        found = self._at_once.get(name) or self._elsewhere(in_worker.power, asked, overtaken, patience, *how)
+        if found is not None and "error" not in found:
+            self._at_once[name] = found
+        for old in [*self._at_once][:-KEPT]:
+            self._at_once.pop(old, None)
+        return found
+
+    def _foresee(self, asked: Wanted, overtaken: Callable[[], bool]) -> None:
+        """What the other circuits would give, which is there at once where one of them is chosen."""
+        for name in circuits.names() if asked.draft.physical else ():
+            draft = asked.draft.copy()
+            if overtaken() or self._ended.is_set():
+                return
+            draft.choose(None if name == "resistor" else name)
+            self._power_at_once(asked._replace(tables=draft.tables()), overtaken, PATIENCE)
 
     def _fine_power(self, asked: Wanted, overtaken: Callable[[], bool]) -> None:
         """In a thread: the same when the knobs rest, finely and along the axis."""

@@ -3,8 +3,9 @@
 What they compile holds nobody up.
 """
 
-import threading
+import time
 from collections.abc import Callable
+from concurrent.futures import wait
 from typing import Any
 
 from harvester.machine import processes
@@ -12,10 +13,11 @@ from harvester.machine import processes
 PERIODS = 12.0  # that are drawn
 MOST = 1500  # points that are drawn
 # What the power of a circuit is computed to, and the seconds for that: at once, in the end, and along a curve.
-QUICK, FINE, ALONG = (0.05, 0.2), (0.01, 10.0), (0.05, 1.0)
+QUICK, FINE, ALONG = (0.05, 0.05), (0.01, 10.0), (0.05, 1.0)
+FEW = 64  # trajectories at once: their start is most of what they take
 IDLE = 300.0  # seconds after which a worker without work ends
 
-_idle = processes.idle_processes()
+_idle, _quick = processes.idle_processes(), processes.idle_processes()  # for what must be there at once, the latter
 
 
 def path(tables: dict[str, Any]) -> dict[str, Any]:
@@ -72,7 +74,8 @@ def power(tables: dict[str, Any], within: float, seconds: float) -> dict[str, An
             refusals.append(refused)
             continue
         if not kind.by_mean_current:
-            asked = engine(kind.NAME, within=within, budget=seconds)
+            aim = {"trajectories": FEW} if (within, seconds) == QUICK else {"within": within}  # else: "not reached"
+            asked = engine(kind.NAME, budget=seconds, **aim)
             found = (asked.at_many_points if within > FINE[0] else asked).run(problem)  # that of few words first
         else:  # it has no such options, but a quick way and a whole one
             found = Slow().quick(problem) if within > FINE[0] else Slow().run(problem)
@@ -114,18 +117,17 @@ def elsewhere(
 
     Raises HarvesterError as the ``function``, and RuntimeError of loky's where the worker dies.
     """
-    job, process = processes.submit_to_one(_idle, _new, function, arguments)
-    waited = 0.0
-    while not job.done():
-        if ended() or (overtaken() and waited > patience):
+    idle = _quick if arguments[1:] == QUICK else _idle
+    job, process = processes.submit_to_one(idle, _new, function, arguments)
+    begin = time.monotonic()
+    while not wait([job], 0.01).done:
+        if ended() or (overtaken() and time.monotonic() - begin > patience):
             processes.kill(process)
             return None
-        threading.Event().wait(0.01)
-        waited += 0.01
     try:
         return job.result()
     finally:
-        _idle.append(process)
+        idle.append(process)
 
 
 def _new() -> Any:
@@ -134,5 +136,6 @@ def _new() -> Any:
 
 def close() -> None:
     """End all workers that are idle."""
-    while _idle:
-        processes.kill(_idle.pop())
+    for idle in (_idle, _quick):
+        while idle:
+            processes.kill(idle.pop())

@@ -7,9 +7,10 @@ import panel as pn
 
 from harvester.errors import InputError
 from harvester.explore.draft import PROFILE, Draft
-from harvester.explore.looks import FIELD, SLIDER
+from harvester.explore.looks import SLIDER
 from harvester.explore.slider_scale import STEPS, Slide, slide
 from harvester.explore.texts import meaning_of, unit_on_page
+from harvester.explore.widgets import field
 from harvester.records.profiles.catalogue import PROFILES
 
 Changed = Callable[[str], None]  # is called with an error, "" where there is none
@@ -36,16 +37,9 @@ class Knob:
         self.slide: Slide = slide(self.key, self._value() or 1.0)
         name, unit = key.rpartition(".")[2].replace("_", " "), unit_on_page(key)
         told = f"{meaning_of(key)} ({unit})" if unit else meaning_of(key)
-        style = [f"knob-{key.replace('.', '-')}"]
-        self.field = QuickField(
-            name=name,
-            value=draft.texts.get(key, ""),
-            description=told,
-            width=128,
-            margin=(0, 6, 2, 0),
-            css_classes=["field", *style],
-            stylesheets=[FIELD],
-        )
+        style = f"knob-{key.replace('.', '-')}"
+        look = {"description": told, "width": 128, "margin": (0, 6, 2, 0)}
+        self.field = field(QuickField, "field", style, name=name, value=draft.texts.get(key, ""), **look)
         self.slider = QuickSlider(
             name="",
             start=0,
@@ -56,7 +50,7 @@ class Knob:
             sizing_mode="stretch_width",
             align="end",
             margin=(0, 8, 4, 8),
-            css_classes=["slider", *style],
+            css_classes=["slider", style],
             stylesheets=[SLIDER],
             min_width=90,
         )
@@ -112,13 +106,10 @@ class WordKnob:
             "name": key.rpartition(".")[2].replace("_", " "),
             "sizing_mode": "stretch_width",
             "margin": (2, 8, 5, 0),
-            "css_classes": ["word", f"knob-{key.replace('.', '-')}"],
-            "stylesheets": [FIELD],
         }
-        if key == PROFILE:
-            self.view = pn.widgets.Select(options=[*PROFILES], value=self._word(), **options)
-        else:
-            self.view = pn.widgets.TextInput(value=self._word(), description=meaning_of(key), **options)
+        kind: Any = pn.widgets.Select if key == PROFILE else pn.widgets.TextInput
+        own = {"options": [*PROFILES]} if key == PROFILE else {"description": meaning_of(key)}
+        self.view = field(kind, "word", f"knob-{key.replace('.', '-')}", value=self._word(), **own | options)
         self.view.param.watch(self._chosen, "value")
 
     def _word(self) -> str:

@@ -7,14 +7,16 @@ from typing import Any
 import panel as pn
 
 from harvester.errors import InputError
-from harvester.explore import circuits, html_text, looks
+from harvester.explore import circuits, html_text
 from harvester.explore.draft import PARAMETER, RESISTANCE, WORDS, Draft
 from harvester.explore.effects import EffectCard, possible
 from harvester.explore.knob import Changed, Knob, WordKnob
 from harvester.explore.looks import CARD, CHECKBOX, INK, PICTURE
-from harvester.explore.slider_scale import Slide
+from harvester.explore.slider_scale import Slide, slide
+from harvester.explore.widgets import column, flow, words
 from harvester.scene.physical import FILES
 
+AFTER = 250  # ms until the knobs of a circuit that was chosen are there
 _CARDS = {"load": "Load", "oscillator": "Oscillator", "piezo": "Piezo", "stop": "Stop", "excitation": "Excitation"}
 
 
@@ -28,12 +30,12 @@ class Knobs:
         self._bodies: dict[EffectCard, Any] = {}
         self._blocks: dict[EffectCard, Any] = {}
         self.pictures: dict[str, Any] = {}
-        self._load = pn.Column(sizing_mode="stretch_width", margin=0)
+        self._load = column()
         cards = [self._card(table) for table in _CARDS]
         if draft.beside:
             told = html_text.without_knobs(draft.beside)
-            cards.insert(0, pn.pane.HTML(told, stylesheets=[looks.WORDS], css_classes=["beside"]))
-        self.view = pn.Column(*cards, sizing_mode="stretch_width", margin=0)
+            cards.insert(0, words("beside", told, sizing_mode=None, margin=(5, 10)))
+        self.view = column(*cards)
         self.refresh()
 
     def _card(self, table: str) -> Any:
@@ -55,7 +57,7 @@ class Knobs:
 
     def _block(self, effect: EffectCard) -> Any:
         """An effect's switch, and under it its knobs."""
-        self._bodies[effect] = pn.Column(sizing_mode="stretch_width", margin=0)
+        self._bodies[effect] = column()
         parts = [self._bodies[effect]]
         if not effect.fixed:
             switch = pn.widgets.Checkbox(
@@ -68,7 +70,7 @@ class Knobs:
             switch.param.watch(lambda event: self._switched(effect, event.new), "value")
             self.switches[effect] = switch
             parts.insert(0, switch)
-        self._blocks[effect] = pn.Column(*parts, sizing_mode="stretch_width", margin=0)
+        self._blocks[effect] = column(*parts)
         return self._blocks[effect]
 
     def _fill(self, effect: EffectCard) -> None:
@@ -102,7 +104,7 @@ class Knobs:
             )
             button.on_click(functools.partial(self._picked, name))
             self.pictures[name] = button
-        return pn.FlexBox(*self.pictures.values(), sizing_mode="stretch_width", margin=(2, 0, 6, 0))
+        return flow(*self.pictures.values(), margin=(2, 0, 6, 0))
 
     def _picked(self, name: str, _: Any) -> None:
         self._chosen(None if name == "resistor" else name)
@@ -115,9 +117,14 @@ class Knobs:
         except InputError as error:
             self._changed(str(error))
             return
-        self._fill_load()
-        self.refresh()
         self._changed("")
+        self.refresh()
+        document = pn.state.curdoc
+        if document is None or document.session_context is None:
+            self._fill_load()
+        else:  # which takes longer than the circuit's power, that the same thread is to show
+            self._load.objects = []
+            document.add_timeout_callback(self._fill_load, AFTER)
 
     def _fill_load(self) -> None:
         """Make the knobs of the load anew: the resistance, or the netlist's parameters."""
@@ -168,5 +175,4 @@ class Knobs:
 
     def slide_of(self, key: str) -> Slide:
         """The range of a key's slider."""
-        found: Slide = self.knobs[key][0].slide
-        return found
+        return self.knobs[key][0].slide if key in self.knobs else slide(key, self.draft.value(key))

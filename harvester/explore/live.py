@@ -23,9 +23,9 @@ FORMULAS: dict[str, type[Engine]] = {
 # Points of a curve that are computed while a knob turns, and after that; `PEAKED` where a closed form has peaks that a
 # coarse grid would miss, as under a harmonic drive.
 POINTS, PEAKED = (11, 41), (41, 601)
-AT_ONCE = (
-    61  # points between two looks whether a newer request waits, in the time of the closed form; of a theory a few
-)
+TURNING = 7  # points of the first curve while a knob turns, off by some per cent at its ends
+# Points between two looks whether a newer request waits, in the time of the closed form; of a theory a few.
+AT_ONCE = 61
 DRAWN = 97  # points of a curve through fewer
 
 
@@ -93,22 +93,27 @@ def live(
     problem = Problem(scene)
     base, key_of_base = _without_netlist(problem, key)
     if base is None:
-        return Live(
-            problem, key, at, False, refused={name: str(one.refusal(problem)) for name, one in FORMULAS.items()}
-        )
+        refused = {name: str(one.refusal(problem)) for name, one in FORMULAS.items()}
+        return Live(problem, key, at, False, refused=refused)
     before = (known.curves, known.here, known.refused) if known is not None else ({}, {}, {})
     found = Live(problem, key, at, problem.netlist is not None, *map(dict, before))  # type: ignore[arg-type]
     found.curves.update(curves or {})
     for name, engine in FORMULAS.items():
         if name in found.here or name in found.refused:
             continue
-        peaked = engine.is_exact and problem.equations.is_shaken_otherwise
-        places = None if curves is not None else grid(slide, (PEAKED if peaked else POINTS)[fine])
+        places = grid(slide, _count(engine, problem, fine, first)) if curves is None else None
         if not _add(found, name, engine, base, key_of_base, places, slide, overtaken):
             return None
         if first and found.here:
             return found
     return found
+
+
+def _count(engine: type[Engine], problem: Problem, fine: bool, first: bool) -> int:
+    """The points of a curve."""
+    if engine.is_exact and problem.equations.is_shaken_otherwise:
+        return PEAKED[fine]
+    return TURNING if first else POINTS[fine]
 
 
 def _add(
@@ -165,7 +170,7 @@ def _answers(
 
     The first places are computed together with the scene, for hardly more than it alone.  None once it is overtaken.
     """
-    at_once = AT_ONCE if engine.is_exact else AT_ONCE // 4
+    at_once = AT_ONCE if engine.is_exact else AT_ONCE // 8
     here: list[Estimate | HarvesterError] = []
     found: dict[float, Estimate] = {}
     for begin in range(0, max(len(places), 1), at_once):

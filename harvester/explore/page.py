@@ -19,11 +19,12 @@ from harvester.explore.computing import Computing, Wanted
 from harvester.explore.draft import PARAMETER, RESISTANCE, Draft, differences
 from harvester.explore.knobs import Knobs
 from harvester.explore.live import Live
-from harvester.explore.looks import CHART, FIELD, PICTURES, WORDS
+from harvester.explore.looks import CHART, PICTURES
 from harvester.explore.pictures import PathPlots, PowerPlot, pinned_curve
 from harvester.explore.runs import RunPanel
 from harvester.explore.slider_scale import Slide
 from harvester.explore.toolbar import FilesBar, PinBar
+from harvester.explore.widgets import column, field, flow, words
 from harvester.presentation.diagnostic import Diagnostic
 from harvester.presentation.glossary import GLOSSARY
 
@@ -44,13 +45,11 @@ class Explorer:
         self._answered: dict[str, Any] = {}  # the design that the table of answers is of; paler of another one
         self._unknown: tuple[dict[str, Any], str] = ({}, "")  # a design, and why the power of its circuit is not known
         self._computing = Computing(self, self.soon)
-        self.error = self._html("error-line")
-        self.headline, self.answers, self.warnings = map(self._html, ("headline", "answers", "warnings"))
+        self.error = words("error-line")
+        self.headline, self.answers, self.warnings = map(words, ("headline", "answers", "warnings"))
         others = ("meaning", "difference", "path-told", "life")
-        self.meaning, self.difference, self.path_told, self.life = map(self._html, others)
-        self.axis = pn.widgets.Select(
-            name="", options=["load.resistance"], width=210, margin=0, css_classes=["axis"], stylesheets=[FIELD]
-        )
+        self.meaning, self.difference, self.path_told, self.life = map(words, others)
+        self.axis = field(pn.widgets.Select, "axis", options=["load.resistance"], width=210, margin=0)
         self.axis.param.watch(lambda _: self.changed(""), "value")
         self.plot = pn.pane.Bokeh(None, sizing_mode="stretch_width", height=380, margin=0, stylesheets=[CHART])
         self.power: PowerPlot | None = None
@@ -58,33 +57,27 @@ class Explorer:
         self.runs = RunPanel(self._point, self._draw, self.soon)
         self.pin = PinBar(self._pin, self._unpin)
         self.files = FilesBar(Path(self.folder.name), self)
-        self.side = pn.Column(sizing_mode="stretch_width", margin=0)
+        self.side = column()
         self._renew()
-        self.said = self._html("said")
-        self.said.object = html_text.problem_line(error) if error else ""
+        self.said = words("said", html_text.problem_line(error) if error else "")
         pn.state.onload(lambda: self.changed(""))  # what is computed would slow down the first sight of the page
-
-    def _html(self, name: str) -> Any:
-        return pn.pane.HTML("", sizing_mode="stretch_width", stylesheets=[WORDS], margin=0, css_classes=[name])
 
     def roots(self) -> dict[str, Any]:
         """The parts of the page by their names in page.html."""
-        over = pn.Row(self._html("over"), self.axis, margin=0, styles={"flex": "0 0 auto"})
-        over[0].param.update(object='<div class="by">power over</div>', sizing_mode=None, width=76, align="center")
+        label = words("over", '<div class="by">power over</div>', sizing_mode=None, width=76, align="center")
+        over = pn.Row(label, self.axis, margin=0, styles={"flex": "0 0 auto"})
         self.headline.styles = {"flex": "1 1 300px"}
-        head = pn.FlexBox(self.headline, over, justify_content="space-between", sizing_mode="stretch_width", margin=0)
+        head = flow(self.headline, over, justify_content="space-between")
         return {
             "knobs": self.side,
-            "power": pn.Column(
-                self.said, self.error, head, self.plot, self.runs.view, sizing_mode="stretch_width", margin=0
-            ),
-            "numbers": pn.Column(self.answers, self.life, self.warnings, sizing_mode="stretch_width", margin=0),
+            "power": column(self.said, self.error, head, self.plot, self.runs.view),
+            "numbers": column(self.answers, self.life, self.warnings),
             "path": self.path_told,
             "orbit": pn.pane.Bokeh(self.paths.orbit, sizing_mode="stretch_width", margin=0, stylesheets=[PICTURES]),
             "voltage": pn.pane.Bokeh(self.paths.voltage, sizing_mode="stretch_width", margin=0, stylesheets=[PICTURES]),
             "meaning": self.meaning,
-            "compare": pn.Column(self.pin.view, self.difference, sizing_mode="stretch_width", margin=0),
-            "files": pn.Column(self.files.open, self.files.save, sizing_mode="stretch_width", margin=0),
+            "compare": column(self.pin.view, self.difference),
+            "files": column(self.files.open, self.files.save),
         }
 
     def _renew(self) -> None:
@@ -109,7 +102,7 @@ class Explorer:
             self.error.object = html_text.problem_line(str(wrong))
             return
         self.error.object = ""
-        self._wanted = Wanted(scene, self.draft.tables(), key, at, slide)
+        self._wanted = Wanted(self.draft.copy(), scene, self.draft.tables(), key, at, slide)
         self._computing.ask(self._wanted)
 
     def _axis(self) -> tuple[str, float, Slide]:

@@ -1,6 +1,7 @@
 """The pictures of the page (Bokeh): power over the knob, the orbit, and the voltage against time."""
 
 import math
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -71,15 +72,14 @@ class PowerPlot:
         if by_ratio:
             self.plot.xaxis.formatter = CustomJSTickFormatter(code=_TICKS)
         self.power = 0
-        ghost = ColumnDataSource({"x": [], "y": []})
         self.ghost = self.plot.line(
-            "x", "y", source=ghost, color=_GHOST, line_width=3, line_dash=[1, 4], line_cap="round"
+            "x", "y", source=_nothing("ghost", "xy"), color=_GHOST, line_width=3, line_dash=[1, 4], line_cap="round"
         )
         self.curves: dict[str, Any] = {}
         self.joined: dict[str, Any] = {}
         items = []
         for engine in reversed(FORMULAS):
-            source = ColumnDataSource({"x": [], "y": [], "low": [], "high": []}, name=f"curve-{engine}")
+            source = _nothing(f"curve-{engine}", ("x", "y", "low", "high"))
             colour = look_of(engine).colour
             self.plot.varea("x", "low", "high", source=source, color=colour, alpha=0.15)
             look = {"color": colour, "line_width": 2.4, "line_dash": _dashes(look_of(engine).line)}
@@ -87,10 +87,10 @@ class PowerPlot:
             items.append(LegendItem(label=engine, renderers=[self.curves[engine]]))
         for engine in POINTS:
             marker = _MARKERS.get(look_of(engine).marker, "circle")
-            source = ColumnDataSource({name: [] for name in ("x", "y", "low", "high", "alpha")}, name=f"runs-{engine}")
+            source = _nothing(f"runs-{engine}", ("x", "y", "low", "high", "alpha"))
             look = {"color": look_of(engine).colour, "alpha": "alpha"}
             self.plot.segment("x", "low", "x", "high", source=source, line_width=2, **look)
-            joined = ColumnDataSource({"x": [], "y": []}, name=f"joined-{engine}")
+            joined = _nothing(f"joined-{engine}", "xy")
             self.joined[engine] = self.plot.line("x", "y", source=joined, color=look_of(engine).colour, line_width=2.4)
             dots = self.plot.scatter("x", "y", source=source, size=9, marker=marker, name=engine, **look)
             self.curves[engine] = dots
@@ -157,6 +157,11 @@ class PowerPlot:
             self.items[engine].visible = bool(mine)
 
 
+def _nothing(name: str, columns: Iterable[str]) -> ColumnDataSource:
+    """A source of data that has none yet."""
+    return ColumnDataSource({column: [] for column in columns}, name=name)
+
+
 def _put(source: ColumnDataSource, data: dict[str, Any]) -> None:
     """Show other data, of lists; nothing is sent where they are the same."""
     if source.data != data:
@@ -202,20 +207,10 @@ class PathPlots:
     def __init__(self) -> None:
         self.orbit = _plain(name="orbit", height=300, x_range=(-1.0, 1.0), y_range=(-1.0, 1.0))
         self.voltage = _plain(name="voltage", height=300, x_range=(0.0, 1.0), y_range=(-1.0, 1.0))
-        self.orbit_line = self.orbit.line(
-            "x",
-            "v",
-            source=ColumnDataSource({"x": [], "v": []}, name="orbit"),
-            color=look_of("spice").colour,
-            line_width=1.1,
-            alpha=0.8,
-        )
-        self.voltage_line = self.voltage.line(
-            "t",
-            "V",
-            source=ColumnDataSource({"t": [], "V": []}, name="voltage"),
-            color=look_of("averaged").colour,
-            line_width=1.4,
+        lines = (self.orbit, "xv", "spice", 1.1), (self.voltage, "tV", "averaged", 1.4)
+        self.orbit_line, self.voltage_line = (
+            plot.line(*axes, source=_nothing(plot.name, axes), color=look_of(like).colour, line_width=width)
+            for plot, axes, like, width in lines
         )
         self.stops = [Span(dimension="height", line_color=_INK, line_width=3, visible=False) for _ in range(2)]
         for stop in self.stops:

@@ -11,7 +11,7 @@ import panel as pn
 from harvester.engines.selection import ENGINES
 from harvester.explore.background import Background
 from harvester.explore.html_text import plain
-from harvester.explore.looks import BUTTON, FIELD, WORDS
+from harvester.explore.widgets import button, column, field, flow, words
 from harvester.presentation.diagnostic import Diagnostic
 
 SAMPLERS = tuple(name for name, kind in ENGINES.items() if kind.samples)
@@ -35,51 +35,22 @@ class RunPanel:
         self.points: list[dict[str, Any]] = []
         self._running: dict[str, Background] = {}
         self._begun: dict[str, tuple[dict[str, Any], str, float]] = {}
-        self.within = pn.widgets.Select(
-            name="",
-            options=["5%", "2%", "1%", "0.5%"],
-            value="2%",
-            width=76,
-            margin=(4, 10, 4, 4),
-            css_classes=["within"],
-            stylesheets=[FIELD],
-        )
+        choice: dict[str, Any] = {"options": ["5%", "2%", "1%", "0.5%"], "value": "2%"}
+        self.within = field(pn.widgets.Select, "within", **choice, width=76, margin=(4, 10, 4, 4))
         self.buttons, self.cancels, self.bars = {}, {}, {}
-        self.why = pn.pane.HTML(
-            "", sizing_mode="stretch_width", stylesheets=[WORDS], margin=(0, 0, 2, 2), css_classes=["why-not"]
-        )
-        self.told = pn.pane.HTML(
-            "", sizing_mode="stretch_width", stylesheets=[WORDS], margin=(0, 0, 2, 2), css_classes=["run-told"]
-        )
+        self.why, self.told = (words(name, margin=(0, 0, 2, 2)) for name in ("why-not", "run-told"))
         for engine in SAMPLERS:
             self.buttons[engine] = self._button(f"Run {engine}", engine, "run", self._start)
             self.cancels[engine] = self._button("Cancel", engine, "cancel", self._cancel)
             self.cancels[engine].visible = False
-            self.bars[engine] = pn.indicators.Progress(
-                value=0,
-                max=100,
-                width=110,
-                height=8,
-                margin=(14, 8, 4, 2),
-                visible=False,
-                css_classes=[f"bar-{engine}"],
-            )
+            look: dict[str, Any] = {"width": 110, "height": 8, "margin": (14, 8, 4, 2), "visible": False}
+            self.bars[engine] = field(pn.indicators.Progress, f"bar-{engine}", value=0, max=100, **look)
         parts = [part for e in SAMPLERS for part in (self.buttons[e], self.bars[e], self.cancels[e])]
-        label = pn.pane.HTML("within", stylesheets=[WORDS], margin=(10, 0, 4, 6))
-        self.view = pn.Column(
-            pn.FlexBox(*parts, label, self.within, sizing_mode="stretch_width", margin=0),
-            self.why,
-            self.told,
-            sizing_mode="stretch_width",
-            margin=0,
-        )
+        label = words("within-what", "within", sizing_mode=None, margin=(10, 0, 4, 6))
+        self.view = column(flow(*parts, label, self.within), self.why, self.told)
 
     def _button(self, name: str, engine: str, kind: str, action: Callable[[str], None]) -> Any:
-        button = pn.widgets.Button(
-            name=name, margin=(4, 6, 4, 0), css_classes=[f"{kind}-{engine}"], stylesheets=[BUTTON]
-        )
-        button.on_click(lambda _: action(engine))
-        return button
+        return button(name, f"{kind}-{engine}", lambda: action(engine), right=6)
 
     def serve(self, refusals: dict[str, Diagnostic | None]) -> None:
         """Let those engines be run that serve the scene, and say below why the others are greyed."""

@@ -15,7 +15,8 @@ from harvester.explore.computing import POOL
 from harvester.explore.draft import Draft
 from harvester.explore.html_text import problem_line
 from harvester.explore.live import Live
-from harvester.explore.looks import BUTTON, FIELD, WORDS
+from harvester.explore.looks import BUTTON
+from harvester.explore.widgets import button, column, field, flow, words
 
 ARROW = (  # Panel's own would be fetched from another server
     '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 24 24" fill="none" stroke="currentColor" stroke-width="2">'
@@ -42,13 +43,6 @@ class PageShape(Protocol):
         ...
 
 
-def button(name: str, kind: str, action: Callable[[], None]) -> Any:
-    """A button that does something."""
-    made = pn.widgets.Button(name=name, margin=(0, 8, 4, 0), css_classes=[kind], stylesheets=[BUTTON])
-    made.on_click(lambda _: action())
-    return made
-
-
 class PinBar:
     """The buttons to pin the present design and, once that is done, to unpin it."""
 
@@ -67,33 +61,16 @@ class FilesBar:
 
     def __init__(self, folder: Path, page: PageShape) -> None:
         self._folder, self._page = folder, page
-        self.chooser = pn.widgets.FileInput(
-            accept=",".join(uploads.KINDS),
-            multiple=True,
-            sizing_mode="stretch_width",
-            margin=(0, 0, 4, 0),
-            css_classes=["open"],
-            stylesheets=[FIELD],
-        )
-        self.axis = pn.widgets.TextInput(
-            name="column to use",
-            placeholder="x, y, z or a column",
-            width=190,
-            margin=(0, 0, 6, 0),
-            css_classes=["record-axis"],
-            stylesheets=[FIELD],
-        )
-        self.told = pn.pane.HTML(
-            "", sizing_mode="stretch_width", stylesheets=[WORDS], margin=0, css_classes=["open-told"]
-        )
+        kinds = {"accept": ",".join(uploads.KINDS), "multiple": True}
+        look: dict[str, Any] = {"sizing_mode": "stretch_width", "margin": (0, 0, 4, 0)}
+        self.chooser = field(pn.widgets.FileInput, "open", **kinds, **look)
+        look = {"name": "column to use", "placeholder": "x, y, z or a column", "width": 190, "margin": (0, 0, 6, 0)}
+        self.axis = field(pn.widgets.TextInput, "record-axis", **look)
+        self.told = words("open-told")
         self.chooser.param.watch(lambda _: self._opened(), "value")
-        title = pn.pane.HTML("Open a scene (.toml), a record (.csv) or a netlist (.cir)", stylesheets=[WORDS], margin=0)
-        self.open = pn.Column(
-            title, self.chooser, self.axis, self.told, sizing_mode="stretch_width", margin=(0, 0, 10, 0)
-        )
-        self.failed = pn.pane.HTML(
-            "", sizing_mode="stretch_width", stylesheets=[WORDS], margin=0, css_classes=["save-told"]
-        )
+        title = words("open-what", "Open a scene (.toml), a record (.csv) or a netlist (.cir)")
+        self.open = column(title, self.chooser, self.axis, self.told, margin=(0, 0, 10, 0))
+        self.failed = words("save-told")
         files = {
             "scene.toml": ("Scene (TOML)", lambda: self._page.draft.toml().encode()),
             "figure.png": ("Figure (PNG)", lambda: downloads.figure(*self._found(), "png")),
@@ -101,16 +78,8 @@ class FilesBar:
             "report.html": ("Report (HTML)", lambda: downloads.page(*self._found()).encode()),
         }
         self.buttons = [self._download(name, label, make) for name, (label, make) in files.items()]
-        self.link = pn.pane.HTML(
-            "", sizing_mode="stretch_width", stylesheets=[WORDS], margin=(2, 0, 4, 0), css_classes=["link"]
-        )
-        self.save = pn.Column(
-            self.link,
-            pn.FlexBox(*self.buttons, sizing_mode="stretch_width", margin=0),
-            self.failed,
-            sizing_mode="stretch_width",
-            margin=0,
-        )
+        self.link = words("link", margin=(2, 0, 4, 0))
+        self.save = column(self.link, flow(*self.buttons), self.failed)
 
     def show_link(self) -> None:
         """Show the address that opens the page with this very design; none where it needs files."""

@@ -113,7 +113,10 @@ def table_of(results: Sequence[Presentable], title: str, units: AnswerUnits, own
 
 
 def with_companions(numbers: Mapping[Any, Any]) -> dict[str, Any]:
-    """Numbers of which some are the errors of others: ``x``, with ``x_stderr`` and ``x_bias``, or ``error_of_x``."""
+    """Numbers of which some are the errors of others: ``x``, with ``x_stderr`` and ``x_bias``, or ``error_of_x``.
+
+    Without the former, and with the latter 0, it is a closed form.
+    """
     found: dict[str, Any] = {}
     for name, one in numbers.items():
         companions = [numbers.get(of) for of in (f"{name}_stderr", f"{name}_bias", f"{ERROR_OF}{name}")]
@@ -123,7 +126,7 @@ def with_companions(numbers: Mapping[Any, Any]) -> dict[str, Any]:
         stderr, bias, whole = companions
         found[str(name)] = one
         if isinstance(one, float | int) and (stderr is not None or bias is not None):
-            found[str(name)] = Value(float(one), stderr, bias)
+            found[str(name)] = Value(float(one), stderr, bias, 0.0 if stderr is None and bias == 0.0 else None)
         elif isinstance(one, float | int) and whole is not None:
             found[str(name)] = WholeError(float(one), whole)
     return found

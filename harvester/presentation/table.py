@@ -241,7 +241,7 @@ def _shown(cell: Cell, unit: str, clock: bool) -> str:
     if cell is None:
         return ""
     if isinstance(cell, bool | str):
-        return str(cell)
+        return cell if isinstance(cell, str) else ("yes" if cell else "no")
     if isinstance(cell, float) and not math.isfinite(cell):
         return f"{cell:g}"
     if clock:

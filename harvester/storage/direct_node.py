@@ -11,16 +11,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.circuits.compiled_circuit import CompiledCircuit
 from harvester.equations.problem import Problem
-from harvester.mechanics.kernels.coefficients import State, coefficients
 from harvester.mechanics.kernels.forcing import forcing
-from harvester.mechanics.kernels.offset_stops import kick_at_stops
 from harvester.mechanics.kernels.step_size import step_from_rest
 from harvester.storage.bought_parts import Chip
-from harvester.storage.measured_current import HELD
+from harvester.storage.measured_current import HeldPath, Rectifier
 from harvester.storage.node_run import NodeCourse, NodeRun
-from harvester.storage.rectifier_cut import STORE, held_rectifier, with_store
 from harvester.storage.supply import INPUT, LOW, charging_efficiency
 
 BACK = 0.3  # V below that of the hand-over, at which the cold start begins again, as there
@@ -111,34 +107,28 @@ class _Consumer:
             self.left = self.run.states[self.state][1]
 
 
-def direct_course(problem: Problem, run: NodeRun, seconds: float) -> NodeCourse:
-    """What happens in a time from rest on under a drive, with the netlist's own rectifier.
+def direct_course(problem: Problem, run: NodeRun, seconds: float, seed: int = 0) -> NodeCourse:
+    """What happens in a time from rest on, under a drive or white noise, with the netlist's own rectifier.
 
     Raises as `CompiledCircuit`.
     """
-    chip, load, scales, eqs = run.chip, problem.circuit, problem.scales, problem.equations
-    assert load is not None and eqs.shaking_period is not None, "the caller checks"
+    chip, eqs = run.chip, problem.equations
     tracker = None if chip is None or chip.ratio is None else _Tracker(chip)
     farads = run.storage.farads if tracker is None else INPUT
-    parts = with_store(held_rectifier(load, HELD * scales.capacitance), farads)
-    circuit, c = CompiledCircuit(load, scales, parts), coefficients(eqs)
-    kicks = math.ceil(eqs.shaking_period / step_from_rest(eqs) / SLICES)
-    h = eqs.shaking_period / (kicks * SLICES)
-    whole, at, quiet = forcing(eqs, h, kicks * SLICES), circuit.charge_at(STORE), np.zeros(kicks)
-    assert whole is not None, "a drive"
-    slice_, consumer = kicks * h / scales.frequency, _Consumer(run)
+    period, rng = eqs.shaking_period or 2.0 * math.pi, np.random.default_rng([seed, 14])
+    kicks = math.ceil(period / step_from_rest(eqs) / SLICES)
+    h = period / (kicks * SLICES)
+    whole, mass = forcing(eqs, h, kicks * SLICES), HeldPath(problem, Rectifier(problem).own(farads), h)
+    slice_, consumer = kicks * h / problem.scales.frequency, _Consumer(run)
     own = 0.0 if tracker is not None or chip is None else chip.own
-    start, state, volts = (eqs.resting_places[0], 0.0), circuit.rest, run.storage.initial_voltage or 0.0
-    state[at] = 0.0 if tracker is not None else farads * volts
+    at, volts = mass.at, run.storage.initial_voltage or 0.0
+    mass.state[at] = 0.0 if tracker is not None else farads * volts
     count = math.ceil(seconds / slice_)
     points: Floats = np.empty((2, count))
     for k in range(count):
-        part = whole[k % SLICES * kicks : (k % SLICES + 1) * kicks + 1]
-        path = circuit.trace(eqs, quiet, h, kicks, start, state, part)
-        x, voltage, _, v, _ = map(float, path.samples[-1])  # v after the whole kick; the next begins before half of it
-        now = State(x, v, voltage)
-        start, state = (x, float(kick_at_stops(now, 0.0, -0.5 * h, c, part[-1]))), path.state
-        before = volts
+        part = None if whole is None else whole[k % SLICES * kicks : (k % SLICES + 1) * kicks + 1]
+        mass.go_on(rng.standard_normal(kicks) if eqs.is_random else np.zeros(kicks), part, kicks)
+        before, state = volts, mass.state
         if tracker is None:
             volts = state[at] / farads - own * slice_ / farads
         else:

@@ -7,28 +7,26 @@ ideal elements where the netlist is one, which is far cheaper.
 """
 
 import math
-from collections.abc import Sequence
-from typing import NamedTuple, Protocol
+from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
 from harvester.arrays import Floats
 from harvester.circuits.circuit_batch import OWN
+from harvester.circuits.circuit_path import CircuitPath
 from harvester.circuits.compiled_circuit import CompiledCircuit
-from harvester.circuits.parts import CircuitPart
+from harvester.circuits.idealised import ideal_circuit
 from harvester.equations.bounds import growth_near
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.equations.scales import Scales
 from harvester.mechanics.ensemble.trajectories import Trajectories
-from harvester.mechanics.kernels.coefficients import State, coefficients
 from harvester.mechanics.kernels.forcing import forcing
 from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
-from harvester.mechanics.kernels.offset_stops import kick_at_stops
 from harvester.mechanics.kernels.step_size import step_from_rest, whole_steps
-from harvester.netlists.load_circuit import LoadCircuit
 from harvester.storage.rectified_current import RectifiedCurrent
-from harvester.storage.rectifier_cut import STORE
+from harvester.storage.rectifier_cut import STORE, held_rectifier, is_plain_store, with_store
 
 VOLTAGES = 12
 RUNS = 512  # under noise, at each voltage
@@ -38,6 +36,7 @@ FADED = 6.0  # time constants of the mass after which its transients are forgott
 STEPPED = 3.0  # so many, under noise
 MEASURED = 4.0  # under noise, at each voltage; under a drive 1
 BEYOND_DRIVE, BEYOND_NOISE = 1.7, 4.0  # over the rms of the open piezo's voltage
+Elements = IdealCircuit | CompiledCircuit  # of a rectifier
 SHORTEST, LONGEST = 60.0, 4e3  # nondimensional: the first transients
 
 
@@ -47,85 +46,91 @@ def time_constant(eqs: Equations) -> float:
     return min(max(1.0 / rate if rate > 0.0 else math.inf, SHORTEST / FADED), LONGEST / FADED)
 
 
-class Held(Protocol):
-    """Runs of the mass with a rectifier whose output is held."""
+class Rectifier:
+    """The rectifier of a problem's circuit, with a store of any ``farads`` behind it and nothing else.
 
-    h: float
-    scales: Scales
+    ``ideal`` is the circuit of ideal elements where the netlist is one, a hundredth as dear; None where it is not.
+    """
 
-    def restart(self) -> None:
-        """Go back to rest."""
-        ...
+    def __init__(self, problem: Problem) -> None:
+        assert problem.circuit is not None, "what has a rectifier is a circuit"
+        self.load, self.scales = problem.circuit, problem.scales
+        self.held = HELD * self.scales.capacitance  # F of a store that is held
+        self.parts = held_rectifier(self.load, self.held)
 
-    def advance(self, volts: float, duration: float) -> tuple[Floats, float, float]:
-        """Go on for a nondimensional duration: charges (C) of the runs, mean square of the piezo's V (V^2), seconds."""
-        ...
+    @cached_property
+    def ideal(self) -> IdealCircuit | None:
+        """The circuit of ideal elements."""
+        return ideal_circuit(self.load, self.scales) if is_plain_store(self.load) else None
+
+    def own(self, farads: float) -> CompiledCircuit:
+        """That of the netlist's own elements; raises as `CompiledCircuit`."""
+        return CompiledCircuit(self.load, self.scales, with_store(self.parts, farads))
+
+    def fast(self, farads: float) -> Elements:
+        """The cheaper one."""
+        if self.ideal is None:
+            return self.own(farads)
+        return self.ideal._replace(kappa=farads / self.scales.capacitance, mu=1e-12)
+
+
+def store_row(circuit: Elements, farads: float, scales: Scales) -> tuple[int, float]:
+    """Where a batch of trajectories has the charge of a store of so many ``farads``, and in which unit (C)."""
+    if isinstance(circuit, CompiledCircuit):
+        return OWN + circuit.charge_at(STORE), 1.0
+    return 3, farads * scales.volts
 
 
 class HeldPath:
-    """One run under a drive, of the compiled circuit of ``parts``, whose store has `HELD` times the capacitance.
+    """One run, of a compiled ``circuit``, whose store is held where it has that of `Rectifier.held`.
 
-    ``peak`` is the largest displacement so far, nondimensional.
+    ``peak`` is the largest displacement so far, nondimensional; ``at`` is where the store's charge stands in ``state``.
     """
 
-    def __init__(self, problem: Problem, load: LoadCircuit, parts: Sequence[CircuitPart], h: float) -> None:
-        self.eqs, self.scales = problem.equations, problem.scales
-        self.circuit = CompiledCircuit(load, problem.scales, parts)
+    together = 1
+
+    def __init__(self, problem: Problem, circuit: CompiledCircuit, h: float) -> None:
+        self.eqs, self.scales, self.circuit = problem.equations, problem.scales, circuit
         self.h, self.farads = whole_steps(h, self.eqs.shaking_period), HELD * self.scales.capacitance
-        self.steps, self.peak = 0, 0.0
-        self.restart()
+        self.at, self.state, self.steps, self.peak = self.circuit.charge_at(STORE), self.circuit.rest, 0, 0.0
+        self._start = self.eqs.resting_places[0], 0.0
 
-    def restart(self) -> None:
-        """Go back to rest."""
-        self._start, self._state = (self.eqs.resting_places[0], 0.0), self.circuit.rest
-
-    def advance(self, volts: float, duration: float) -> tuple[Floats, float, float]:
-        """As `Held.advance`, for whole periods."""
-        period = self.eqs.shaking_period
-        assert period is not None, "a drive has one"
-        kicks = round(period / self.h) * max(1, math.ceil(duration / period))
-        held, at = self.farads * volts, self.circuit.charge_at(STORE)
-        state, shaking = self._state.copy(), forcing(self.eqs, self.h, kicks)
-        assert shaking is not None, "a drive"
-        stride, state[at] = math.gcd(kicks, 4), held
-        path = self.circuit.trace(self.eqs, np.zeros(kicks), self.h, stride, self._start, state, shaking)
-        x, voltage, _, v, _ = map(float, path.samples[-1])  # v after the whole kick; the next begins before half of it
-        now = State(x, v, voltage)
-        self._start = now.x, float(kick_at_stops(now, 0.0, -0.5 * self.h, coefficients(self.eqs), shaking[-1]))
-        self._state = path.state
+    def go_on(self, noise: Floats, shaking: Floats | None, stride: int) -> CircuitPath:
+        """Go on for as many steps as there are variates of ``noise``, as of `CompiledCircuit.trace`."""
+        kicked = self.steps > 0
+        path = self.circuit.trace(self.eqs, noise, self.h, stride, self._start, self.state, shaking, kicked)
+        self._start, self.state = (float(path.samples[-1, 0]), path.speed), path.state
         self.steps += path.steps
         self.peak = max(self.peak, float(np.abs(path.samples[:, 0]).max()))
+        return path
+
+    def advance(self, volts: float, duration: float) -> tuple[Floats, float, float]:
+        """Go on for whole periods: the charge (C), shape (1,), the mean square of the piezo's V (V^2), and seconds."""
+        period, held = self.eqs.shaking_period, self.farads * volts
+        assert period is not None, "a drive has one"
+        kicks = round(period / self.h) * max(1, math.ceil(duration / period))
+        shaking, self.state[self.at] = forcing(self.eqs, self.h, kicks), held
+        assert shaking is not None, "a drive"
+        path = self.go_on(np.zeros(kicks), shaking, math.gcd(kicks, 4))
         square = float(np.mean(path.told[:, 0] ** 2))
-        return np.array([path.state[at] - held]), square, kicks * self.h / self.scales.frequency
+        return np.array([self.state[self.at] - held]), square, kicks * self.h / self.scales.frequency
 
 
 class HeldRuns:
-    """Many runs under noise, of ideal elements or of a compiled circuit, whose store is as large."""
+    """Many ``runs`` under noise with a ``circuit`` whose store has so many ``farads``."""
 
-    def __init__(
-        self, problem: Problem, circuit: IdealCircuit | CompiledCircuit, count: int, seed: int, h: float
-    ) -> None:
-        self.scales, self.farads = problem.scales, HELD * problem.scales.capacitance
-        if isinstance(circuit, IdealCircuit):
-            circuit = circuit._replace(kappa=HELD, mu=1e-12)
-            self._row, self._unit = 3, self.farads * self.scales.volts
-        else:
-            self._row, self._unit = OWN + circuit.charge_at(STORE), 1.0
-        root = np.random.SeedSequence([seed, 11])
-        self.runs = Trajectories(problem.equations, count, root, h, circuit=circuit)
-        self.h = self.runs.h
+    def __init__(self, runs: Trajectories, circuit: Elements, farads: float, scales: Scales) -> None:
+        self.runs, self.scales, self.farads, self.together = runs, scales, farads, runs.together
+        self._row, self._unit = store_row(circuit, farads, scales)
 
-    def restart(self) -> None:
-        """Go back to rest."""
-        self.runs.restart(self.h)
-
-    def advance(self, volts: float, duration: float) -> tuple[Floats, float, float]:
-        """As `Held.advance`."""
-        held = volts * self.farads
-        self.runs.state[:, self._row] = held / self._unit
-        begin = self.runs.time
+    def advance(self, volts: float | None, duration: float) -> tuple[Floats, float, float]:
+        """Go on: charges (C) of the runs, as `HeldPath.advance`; the store has what it had where ``volts`` is None."""
+        store, begin = self.runs.state[:, self._row], self.runs.time
+        if volts is not None:
+            store[:] = volts * self.farads / self._unit
+        before = store.copy()
         moments = self.runs.run(duration)
-        charges = self.runs.state[:, self._row].ravel() * self._unit - held
+        charges = ((store - before) * self._unit).ravel()
         seconds = (self.runs.time - begin) / self.scales.frequency
         return charges, float(moments.V2.mean()) * self.scales.volts**2, seconds
 
@@ -139,20 +144,19 @@ def open_voltage(problem: Problem, h: float, seed: int = 0) -> float:
     return math.sqrt(square) * problem.scales.volts * (BEYOND_DRIVE if eqs.is_steady else BEYOND_NOISE)
 
 
-def measured_current(held: Held, eqs: Equations, voltages: Floats, together: int = 1) -> RectifiedCurrent:
-    """The table at a ladder of ascending ``voltages``, the first of which is 0; ``together`` as of `Trajectories`."""
-    held.restart()
+def measured_current(held: HeldPath | HeldRuns, eqs: Equations, voltages: Floats) -> RectifiedCurrent:
+    """The table at a ladder of ascending ``voltages``, the first of which is 0."""
     unit, rows = time_constant(eqs), []
     for k, volts in enumerate(voltages):
         settle = FADED if k == 0 or eqs.is_steady else STEPPED
         settled, _, first = held.advance(float(volts), settle * unit)
         charges, square, seconds = held.advance(float(volts), (1.0 if eqs.is_steady else MEASURED) * unit)
-        charges = charges.reshape(-1, together).mean(axis=1)
+        charges = charges.reshape(-1, held.together).mean(axis=1)
         current = charges.mean() / seconds
         count = len(charges)
         spread = float(charges.var(ddof=1)) if count > 1 else 0.0
         stderr = math.sqrt(spread / count) / seconds
-        rows.append([current, stderr, spread * together / seconds, square, settled.mean() - current * first])
+        rows.append([current, stderr, spread * held.together / seconds, square, settled.mean() - current * first])
     current, stderr, density, square, excess = np.array(rows).T
     lag = np.zeros(len(voltages))
     if eqs.is_steady:
@@ -177,28 +181,22 @@ class Currents(NamedTuple):
 
 
 def measured(
-    problem: Problem,
-    elements: Sequence[CircuitPart],
-    ideal: IdealCircuit | None = None,
-    top: float | None = None,
-    h: float | None = None,
-    seed: int = 0,
-    count: int = VOLTAGES,
+    problem: Problem, top: float | None = None, h: float | None = None, seed: int = 0, count: int = VOLTAGES
 ) -> Currents:
-    """I(V) of ``elements`` whose store is held, at ``count`` voltages from 0 to ``top``, or to the open circuit's.
+    """I(V) of a problem's rectifier with a held store, at ``count`` voltages from 0 to ``top`` or the open circuit's.
 
-    Under a drive it is extrapolated from two steps of the compiled circuit.  Under noise it is that of the ``ideal``
-    circuit where there is one, and of the scene's step alone.
+    Under a drive it is extrapolated from two steps of the compiled circuit.  Under noise it is that of the circuit of
+    ideal elements where there is one, and of the scene's step alone.
     """
-    assert problem.circuit is not None, "what has a rectifier is a circuit"
-    eqs, h = problem.equations, step_from_rest(problem.equations) if h is None else h
+    rectifier, eqs, scales = Rectifier(problem), problem.equations, problem.scales
+    h = step_from_rest(eqs) if h is None else h
     volts = np.linspace(0.0, open_voltage(problem, h, seed) if top is None else top, count)
     if not eqs.is_steady:
-        fast = ideal or CompiledCircuit(problem.circuit, problem.scales, elements)
-        held = HeldRuns(problem, fast, RUNS, seed, h)
-        table = measured_current(held, eqs, volts, held.runs.together)
-        return Currents(table, table, held.runs.steps)
-    paths = [HeldPath(problem, problem.circuit, elements, factor * h) for factor in (1.0, 2.0)]
+        circuit = rectifier.fast(rectifier.held)
+        runs = Trajectories(eqs, RUNS, np.random.SeedSequence([seed, 11]), h, circuit=circuit)
+        table = measured_current(HeldRuns(runs, circuit, rectifier.held, scales), eqs, volts)
+        return Currents(table, table, runs.steps)
+    paths = [HeldPath(problem, rectifier.own(rectifier.held), factor * h) for factor in (1.0, 2.0)]
     fine, coarse = (measured_current(one, eqs, volts) for one in paths)
-    steps, peak = sum(one.steps for one in paths), max(one.peak for one in paths) * problem.scales.length
+    steps, peak = sum(one.steps for one in paths), max(one.peak for one in paths) * scales.length
     return Currents(fine.extrapolated(coarse), fine, steps, peak)

@@ -98,7 +98,7 @@ def _late(current: RectifiedCurrent | RecordedCurrent, storage: Storage, node: S
         return 0.0
     if chip is not None and chip.ratio is not None:
         return max(current.start, 0.0) + 0.5 * chip.look
-    whole = replace(current, current=current.current - (0.0 if chip is None else chip.low_own or chip.own))
+    whole = current.scaled(1.0, -(0.0 if chip is None else chip.low_own or chip.own))
     at_once = replace(whole, lag=np.zeros_like(whole.lag), ring_up=0.0)
     levels = np.array([first, wake])
     times, sooner = (times_to(levels, one, storage.farads, math.inf) for one in (whole, at_once))

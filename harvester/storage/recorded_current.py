@@ -9,18 +9,14 @@ Long because windows, lanes and the table that they fill are of one design.
 """
 
 import math
-from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 from scipy.fft import next_fast_len
-from scipy.interpolate import PchipInterpolator
 
 from harvester.arrays import Floats, aligned
-from harvester.circuits.circuit_batch import OWN
 from harvester.circuits.compiled_circuit import CompiledCircuit
 from harvester.equations.problem import Problem
 from harvester.machine.cores import cores
@@ -30,9 +26,8 @@ from harvester.mechanics.kernels.intervals import update_of
 from harvester.mechanics.kernels.shaking import filter_of, of_batch
 from harvester.mechanics.kernels.step_size import step_from_rest
 from harvester.mechanics.kernels.trajectory_batch import BATCH, IDEAL_SUMS, Batch, Schedule, advance
-from harvester.storage.measured_current import FADED, HELD, JUDGE, time_constant
-from harvester.storage.rectified_current import RectifiedCurrent
-from harvester.storage.rectifier_cut import STORE, held_rectifier, with_store
+from harvester.storage.measured_current import FADED, HELD, JUDGE, Elements, Rectifier, store_row, time_constant
+from harvester.storage.rectified_current import MeanCurrent
 
 VOLTAGES = 16
 BATCHES = 2  # side by side
@@ -41,60 +36,12 @@ PIECE = 2**22  # steps of a piece of the record
 BEYOND = 3.0  # over the largest rms of the open piezo's voltage in a window
 LOUD, JUDGED = 40, 3  # windows in which stores are compared, and ideal elements with the netlist's
 
-Rectifier = Callable[[float], IdealCircuit | CompiledCircuit]  # with a store of so many farads
-
-
-def ideal_rectifier(circuit: IdealCircuit, capacitance: float) -> Rectifier:
-    """The rectifier of a circuit of ideal elements on a piezo of a capacitance (F)."""
-    return lambda farads: circuit._replace(kappa=farads / capacitance, mu=1e-12)
-
-
-def compiled_rectifier(problem: Problem) -> Rectifier:
-    """The rectifier of a problem's circuit by the netlist's own elements, a hundred times as dear as an ideal one.
-
-    Raises as `CompiledCircuit`.
-    """
-    load, scales = problem.circuit, problem.scales
-    assert load is not None, "what has a rectifier is a circuit"
-    elements = held_rectifier(load, HELD * scales.capacitance)
-    return lambda farads: CompiledCircuit(load, scales, with_store(elements, farads))
-
 
 @dataclass(frozen=True)
-class RecordedCurrent:
+class RecordedCurrent(MeanCurrent):
     """The mean ``current`` (A), shape (windows, n), in windows of a ``length`` (s), at ``voltages`` (V) from 0 on."""
 
-    voltages: Floats
-    current: Floats
     length: float
-
-    @property
-    def stderr(self) -> None:
-        """Nothing is random."""
-
-    @property
-    def duration(self) -> float:
-        """The time of all windows (s)."""
-        return self.length * len(self.current)
-
-    @cached_property
-    def curve(self) -> PchipInterpolator:
-        """I(V, t) of all windows, monotone between the points."""
-        return PchipInterpolator(self.voltages, self.current, axis=1)
-
-    def at(self, volts: Floats) -> Floats:
-        """The mean current in each window; beyond the last voltage that of the last."""
-        return np.asarray(self.curve(np.clip(volts, 0.0, self.voltages[-1])))
-
-    def halved(self) -> "RecordedCurrent":
-        """The table without every other voltage but the ends."""
-        keep = np.unique(np.append(np.arange(0, len(self.voltages), 2), len(self.voltages) - 1))
-        return replace(self, voltages=self.voltages[keep], current=self.current[:, keep])
-
-    def mean(self) -> RectifiedCurrent:
-        """The mean over the record, as of a shaking that always is as it is on average."""
-        zero = np.zeros(len(self.voltages))
-        return RectifiedCurrent(self.voltages, self.current.mean(axis=0), None, zero, zero, zero, 0.0)
 
 
 class RecordGrid(NamedTuple):
@@ -120,17 +67,14 @@ def grid_of(problem: Problem, h: float | None = None) -> RecordGrid:
 class Lanes:
     """A batch of trajectories with stores at ``volts``, shape (BATCH,), of ``farads``, on parts of a record."""
 
-    def __init__(
-        self, problem: Problem, circuit: IdealCircuit | CompiledCircuit, volts: Floats, farads: float, h: float
-    ) -> None:
+    def __init__(self, problem: Problem, circuit: Elements, volts: Floats, farads: float, h: float) -> None:
         self.eqs, self.scales, self.h, self.charge = problem.equations, problem.scales, h, farads * volts
         self.circuit, place = circuit, self.eqs.resting_places[0]
+        self._row, self._unit = store_row(circuit, farads, self.scales)
         if isinstance(circuit, CompiledCircuit):
-            self._row, self._unit = OWN + circuit.charge_at(STORE), 1.0
             self.state, self.sums = aligned((circuit.rows, BATCH)), aligned((circuit.sums, BATCH))
             circuit.begin(self.state[None])
         else:
-            self._row, self._unit = 3, farads * self.scales.volts
             self.state, self.sums = aligned((5, BATCH)), aligned((len(IDEAL_SUMS), BATCH))
             self.state[4] = place
         self.state[0] = place
@@ -167,17 +111,16 @@ def _early(problem: Problem, grid: RecordGrid) -> int:
     return math.ceil(FADED * time_constant(problem.equations) / (grid.steps * grid.h))
 
 
-def windows_of(problem: Problem, rectifier: Rectifier, volts: Floats, grid: RecordGrid) -> tuple[Floats, Floats, int]:
+def windows_of(problem: Problem, circuit: Elements, volts: Floats, grid: RecordGrid) -> tuple[Floats, Floats, int]:
     """Charges (C) in windows at held voltages, shape (windows, n), the piezo's mean squares (V^2), and the steps made.
 
-    The number of voltages divides `BATCH`.
+    The ``circuit`` has a held store; the number of voltages divides `BATCH`.
     """
     count, parts = len(volts), BATCHES * BATCH // len(volts)
     early = _early(problem, grid)
     each = max(min(PIECE // grid.steps, grid.windows) // parts, 1)
     farads, steps, record = HELD * problem.scales.capacitance, 0, problem.equations.record
     assert record is not None, "the caller checks"
-    circuit = rectifier(farads)
     found = np.zeros((2, grid.windows, count))  # charges and mean squares
     held = np.tile(volts, parts // BATCHES)
     for begin in range(0, grid.windows, parts * each):
@@ -214,40 +157,34 @@ class Recorded(NamedTuple):
     steps: int
 
 
-def recorded(problem: Problem, rectifier: Rectifier, farads: float, top: float | None = None) -> Recorded:
+def recorded(problem: Problem, farads: float | None = None, top: float | None = None) -> Recorded:
     """I(V, t) of a record, extrapolated from two steps, up to ``top`` (V) or a voltage that the piezo hardly reaches.
 
-    In the loudest windows a store of ``farads`` that is not held gains what it should, too, but for what taking the
-    time scales apart changes.  Ideal elements are judged by the netlist's own.
+    It is that of ideal elements where the netlist has such ones, which are judged by its own.  In the loudest windows a
+    store of ``farads`` (None: a held one) that is not held gains what it should, too, but for what taking the time
+    scales apart changes.
 
     Raises as `CompiledCircuit`.
     """
-    grid, steps = grid_of(problem), 0
+    grid, steps, rectifier = grid_of(problem), 0, Rectifier(problem)
     if top is None:
         closed = IdealCircuit(mu=1e-12, kappa=HELD, n=1e-3, leak=1e-9, loss=0.0, bridge=True)  # to so high a voltage
-        _, squares, steps = windows_of(problem, lambda _: closed, np.full(1, 1e3 * problem.scales.volts), grid)
+        _, squares, steps = windows_of(problem, closed, np.full(1, 1e3 * problem.scales.volts), grid)
         top = BEYOND * math.sqrt(float(squares.max()))
     volts, length = np.linspace(0.0, top, VOLTAGES), grid.steps * grid.h / problem.scales.frequency
     tables = []
     for one in (grid, grid._replace(steps=grid.steps // 2, h=2.0 * grid.h)):
-        charges, _, more = windows_of(problem, rectifier, volts, one)
-        tables.append(RecordedCurrent(volts, charges / length, length))
+        charges, _, more = windows_of(problem, rectifier.fast(rectifier.held), volts, one)
+        tables.append(RecordedCurrent(volts, charges / length, None, length))
         steps += more
-    separation, many = _separation(problem, rectifier(farads), tables[0], grid, farads)
-    off, more = 0.0, 0
-    if isinstance(rectifier(farads), IdealCircuit):
-        off, more = _elements(problem, rectifier, compiled_rectifier(problem), tables[0], grid)
-    return Recorded(_extrapolated(*tables), tables[0], separation, off + JUDGE, steps + many + more)
-
-
-def _extrapolated(fine: RecordedCurrent, coarse: RecordedCurrent) -> RecordedCurrent:
-    """The table as of a step of 0, from those of two steps, whose errors are of second order."""
-    return replace(fine, current=fine.current + (fine.current - coarse.current) / 3.0)
+    separation, many = _separation(problem, rectifier, tables[0], grid, farads or rectifier.held)
+    off, more = _elements(problem, rectifier, tables[0], grid) if rectifier.ideal else (0.0, 0)
+    return Recorded(tables[0].extrapolated(tables[1]), tables[0], separation, off + JUDGE, steps + many + more)
 
 
 def _gained(
     problem: Problem,
-    circuit: IdealCircuit | CompiledCircuit,
+    circuit: Elements,
     table: RecordedCurrent,
     grid: RecordGrid,
     store: tuple[Floats, float],
@@ -274,28 +211,29 @@ def _gained(
 
 
 def _separation(
-    problem: Problem, circuit: IdealCircuit | CompiledCircuit, table: RecordedCurrent, grid: RecordGrid, farads: float
+    problem: Problem, rectifier: Rectifier, table: RecordedCurrent, grid: RecordGrid, farads: float
 ) -> tuple[float, int]:
     """By what part the charges differ that stores of their own capacitance gain, and the steps.
 
     Each begins at one of the voltages in the lower half.
     """
     volts = np.repeat(table.voltages[: VOLTAGES // 2], 2 * BATCH // VOLTAGES)
-    gained, loud, steps = _gained(problem, circuit, table, grid, (volts, farads), LOUD)
+    gained, loud, steps = _gained(problem, rectifier.fast(farads), table, grid, (volts, farads), LOUD)
     v = volts.copy()
     for row in table.current[loud]:
         v += np.interp(v, table.voltages, row) * table.length / farads
-    expected = farads * (v - volts)
-    return float(np.abs(gained - expected).sum() / max(np.abs(expected).sum(), 1e-300)), steps
+    return _off(gained, farads * (v - volts)), steps
 
 
-def _elements(
-    problem: Problem, rectifier: Rectifier, judge: Rectifier, table: RecordedCurrent, grid: RecordGrid
-) -> tuple[float, int]:
-    """By what part the charges differ that held stores gain behind the elements of a ``judge``, and the steps."""
-    farads = HELD * problem.scales.capacitance
-    store = np.repeat(table.voltages, BATCH // VOLTAGES), farads
+def _elements(problem: Problem, rectifier: Rectifier, table: RecordedCurrent, grid: RecordGrid) -> tuple[float, int]:
+    """By what part the charges differ that held stores gain behind the netlist's own elements, and the steps."""
+    held = rectifier.held
+    store = np.repeat(table.voltages, BATCH // VOLTAGES), held
     (ours, _, steps), (its, _, many) = (
-        _gained(problem, one(farads), table, grid, store, JUDGED) for one in (rectifier, judge)
+        _gained(problem, one(held), table, grid, store, JUDGED) for one in (rectifier.fast, rectifier.own)
     )
-    return float(np.abs(ours - its).sum() / max(np.abs(its).sum(), 1e-300)), steps + many
+    return _off(ours, its), steps + many
+
+
+def _off(charges: Floats, expected: Floats) -> float:
+    return float(np.abs(charges - expected).sum() / max(np.abs(expected).sum(), 1e-300))

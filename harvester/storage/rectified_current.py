@@ -16,6 +16,7 @@ the charge also diffuses: dV = drift dt + sqrt(S(V)) dW/C, from V = 0, where it 
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import ClassVar, Self
 
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
@@ -28,28 +29,56 @@ LONGER = 3.0  # times the mean time, that random paths are followed
 
 
 @dataclass(frozen=True)
-class RectifiedCurrent:
-    """The table, in SI units, at ascending ``voltages`` from 0 on, shape (n,) each.
+class MeanCurrent:
+    """A mean ``current`` (A), shape (..., n), at ascending ``voltages`` (V) from 0 on, shape (n,).
 
-    ``stderr`` is None where nothing is random; ``square`` the mean square of the piezo's voltage; ``lag`` is in s.
+    ``stderr`` is that of sampling; None where nothing is random.
     """
 
     voltages: Floats
     current: Floats
     stderr: Floats | None
-    density: Floats
-    square: Floats
-    lag: Floats
-    ring_up: float
 
     @cached_property
     def curve(self) -> PchipInterpolator:
         """I(V), monotone between the points."""
-        return PchipInterpolator(self.voltages, self.current)
+        return PchipInterpolator(self.voltages, self.current, axis=-1)
 
     def at(self, volts: Floats) -> Floats:
         """The mean current; beyond the last voltage that of the last."""
         return np.asarray(self.curve(np.clip(volts, 0.0, self.voltages[-1])))
+
+    def halved(self) -> Self:
+        """The table without every other voltage but the ends: what it then says differently is the interpolation."""
+        keep = np.unique(np.append(np.arange(0, len(self.voltages), 2), len(self.voltages) - 1))
+        columns = {name: one[..., keep] for name, one in vars(self).items() if isinstance(one, np.ndarray)}
+        return replace(self, **columns)
+
+    def extrapolated(self, coarse: Self) -> Self:
+        """The table as of a step of 0, from this one and another at twice the step, whose error is of second order."""
+        return self.scaled(1.0, (self.current - coarse.current) / 3.0)
+
+    def scaled(self, factor: float, more: Floats | float = 0.0) -> Self:
+        """The table with a ``factor`` of all currents, and ``more`` (A) of each."""
+        return replace(self, current=factor * self.current + more)
+
+    def shifted(self) -> Self:
+        """The table with all currents one standard error lower, as independent ones of the points would seldom be."""
+        return self if self.stderr is None else self.scaled(1.0, -self.stderr)
+
+
+@dataclass(frozen=True)
+class RectifiedCurrent(MeanCurrent):
+    """The table of shaking that always is alike, of columns in SI units, shape (n,) each.
+
+    ``square`` is the mean square of the piezo's voltage; ``lag`` is in s.
+    """
+
+    density: Floats
+    square: Floats
+    lag: Floats
+    ring_up: float
+    length: ClassVar[float] = math.inf
 
     def slope(self, volts: Floats) -> Floats:
         """The slope dI/dV, 0 beyond the last voltage."""
@@ -70,24 +99,16 @@ class RectifiedCurrent:
         """The same of a current that follows the voltage with its lag; 0 where there is none."""
         return max(self.start - float(self.lag[0]), 0.0) if self.current[0] > 0.0 else 0.0
 
-    def halved(self) -> "RectifiedCurrent":
-        """The table without every other voltage but the ends: what it then says differently is the interpolation."""
-        keep = np.unique(np.append(np.arange(0, len(self.voltages), 2), len(self.voltages) - 1))
-        names = ("voltages", "current", "density", "square", "lag")
-        stderr = None if self.stderr is None else self.stderr[keep]
-        return replace(self, stderr=stderr, **{name: getattr(self, name)[keep] for name in names})
-
-    def extrapolated(self, coarse: "RectifiedCurrent") -> "RectifiedCurrent":
-        """The table as of a step of 0, from this one and another at twice the step, whose error is of second order."""
-        return replace(self, current=self.current + (self.current - coarse.current) / 3.0)
-
     def later(self, seconds: float) -> "RectifiedCurrent":
         """The table of a mass that rings up by so much more."""
         return replace(self, ring_up=self.ring_up + seconds * float(self.current[0]))
 
-    def shifted(self) -> "RectifiedCurrent":
-        """The table with all currents one standard error lower, as independent ones of the points would seldom be."""
-        return self if self.stderr is None else replace(self, current=self.current - self.stderr)
+
+def reached(table: RectifiedCurrent, end: float, farads: float, ohm: float = math.inf) -> tuple[Floats, Floats]:
+    """The voltages up to ``end`` that a store reaches, ascending, and when (s)."""
+    volts = np.linspace(0.0, end, FINE)
+    times = times_to(volts, table, farads, ohm)
+    return volts[np.isfinite(times)], times[np.isfinite(times)]
 
 
 def times_to(levels: Floats, table: RectifiedCurrent, farads: float, ohm: float) -> Floats:

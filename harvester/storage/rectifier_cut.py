@@ -52,11 +52,6 @@ def _far_nodes(diodes: Sequence[CircuitPart], place: int) -> set[str]:
     return {one.nodes[place] for one in diodes if one.nodes[1 - place] in ELECTRODES}
 
 
-def with_held_store(load: LoadCircuit, farads: float) -> list[CircuitPart]:
-    """All elements, with a store that hardly changes its voltage, and no load."""
-    return with_store(parts_of(load), farads)
-
-
 def with_store(parts: Sequence[CircuitPart], farads: float) -> list[CircuitPart]:
     """The elements with another store, and no load."""
     new = {STORE: repr(farads), LOAD: NO_LOAD}
@@ -64,9 +59,9 @@ def with_store(parts: Sequence[CircuitPart], farads: float) -> list[CircuitPart]
 
 
 def held_rectifier(load: LoadCircuit, farads: float) -> list[CircuitPart]:
-    """The rectifier with a store that hardly changes its voltage: what is behind that of a chip is left out."""
+    """The rectifier with a store of ``farads``, and no load: what is behind that of a chip is left out."""
     cut = cut_behind_rectifier(load)
-    return with_held_store(load, farads) if cut is None or is_plain_store(load) else cut.held(farads)
+    return with_store(parts_of(load), farads) if cut is None or is_plain_store(load) else cut.held(farads)
 
 
 def is_plain_store(load: LoadCircuit) -> bool:

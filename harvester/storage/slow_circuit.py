@@ -5,7 +5,8 @@
 The current follows I(u) with the lag that was measured, from 0 at rest.  Steps are those of the slow circuit, many
 vibrations of the fast one may pass in each; within a step the circuit chooses its own.
 
-How far apart the time scales are `direct_check` tells: mass and circuit together from rest, beside the slow store.
+How far apart the time scales are `direct_check` tells: mass and circuit together from rest, beside the slow store;
+under noise `noise_check` does, by many runs.
 """
 
 import math
@@ -20,13 +21,17 @@ from harvester.circuits.fed_circuit import feed
 from harvester.circuits.substeps import ROOMS
 from harvester.equations.problem import Problem
 from harvester.equations.scales import Scales
+from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.step_size import step_from_rest, whole_steps
 from harvester.netlists.load_circuit import LoadCircuit
-from harvester.storage.measured_current import time_constant
+from harvester.storage.measured_current import RUNS, Elements, HeldRuns, Rectifier, time_constant
 from harvester.storage.rectified_current import RectifiedCurrent
 from harvester.storage.rectifier_cut import Cut
+from harvester.uncertainty.value import bound95
 
-DIRECT = 25.0  # time constants of the mass, at most
+DIRECT, COMPARED = 25.0, 10.0  # time constants of the mass, at most; of charges whose stores are held
+FAINT = 0.1  # of the largest current: less does not bring a store further in the time of the comparison
+SLICES, JUDGED = 32, 128  # of the time under noise; runs of a compiled circuit there
 EARLY, LATE = 0.5, 0.95  # of the voltage at the end of the direct run
 POINTS = 2048  # of the table that the kernel reads
 TOLERANCE = 3e-3  # of a charge's size: what the two orders of a step may differ by
@@ -106,3 +111,52 @@ def direct_check(
     places = np.array([EARLY, LATE]) * min(float(np.interp(seconds, times, volts)), float(store[-1]))
     early, late = np.interp(places, store, t) - np.interp(places, volts, times)
     return DirectCheck(float(late), float(early), seconds, path.steps)
+
+
+def noise_check(
+    problem: Problem, table: RectifiedCurrent, path: tuple[Floats, Floats], farads: float | None, seed: int
+) -> tuple[float, float, int]:
+    """The errors of a mean current as parts of it, and the steps: of charges on the same noise, from rest.
+
+    The ``path`` is voltages (V) with their ascending times (s).  A held store that goes along all of it in `COMPARED`
+    time constants gains a charge, which is compared with that at twice the step and with that behind the netlist's own
+    elements in place of ideal ones.  One that goes along its first `DIRECT` time constants is compared with a store of
+    ``farads`` that takes its own way (two levels; None: not done).  Each difference counts as a whole, with its
+    sampling at 95 %: those of step and elements together, and that of a store that is not held.  Voltages at which the
+    ``table`` has next to no current are left out, unless all are such ones.
+    """
+    rectifier, scales, eqs = Rectifier(problem), problem.scales, problem.equations
+    strong = table.at(path[0]) > FAINT * table.current.max()
+    volts, times = (one[strong | ~strong.any()] for one in path)
+    held = rectifier.held
+    unit, last = time_constant(eqs), float(times[-1]) * scales.frequency
+    root, h, steps = np.random.SeedSequence([seed, 11]), step_from_rest(eqs), 0
+    fast, count = rectifier.fast(held), RUNS if rectifier.ideal else JUDGED
+
+    def charges(
+        circuit: Elements, count: int, span: tuple[float, float], free: float = 0.0, twice: bool = False
+    ) -> Floats:
+        nonlocal steps
+        part, duration = span
+        runs = Trajectories(eqs, count, root, h, circuit=circuit)
+        runs = runs.coarser() if twice else runs
+        one = HeldRuns(runs, circuit, free or held, scales)
+        at = np.interp((np.arange(SLICES) + 0.5) / SLICES * part * float(times[-1]), times, volts)
+        gained = np.sum([one.advance(None if free else float(v), duration / SLICES)[0] for v in at], axis=0)
+        steps += runs.steps
+        return np.asarray(gained.reshape(-1, runs.together).mean(axis=1))
+
+    def off(other: Floats, base: Floats) -> float:
+        changes = (other - base[: len(other)]) / max(abs(float(base.mean())), 1e-300)
+        return bound95(float(changes.mean()), float(changes.std(ddof=1)) / math.sqrt(len(changes)))
+
+    whole = 1.0, min(COMPARED * unit, last)
+    base = charges(fast, count, whole)
+    found, separation = off(charges(fast, count, whole, twice=True), base), 0.0
+    if rectifier.ideal:
+        found += off(charges(rectifier.own(held), JUDGED, whole), base)
+    if farads is not None:
+        first = min(DIRECT * unit / last, 1.0), min(DIRECT * unit, last)
+        free = charges(rectifier.fast(farads), count, first, free=farads)
+        separation = off(free, charges(fast, count, first))
+    return found, separation, steps

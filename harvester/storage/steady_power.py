@@ -19,9 +19,9 @@ from harvester.circuits.compiled_circuit import compiled_circuit
 from harvester.equations.problem import Problem
 from harvester.mechanics.kernels.step_size import step_from_rest
 from harvester.storage.measured_current import (
-    HELD,
     JUDGE,
     HeldPath,
+    Rectifier,
     measured,
     measured_current,
     open_voltage,
@@ -71,7 +71,7 @@ def slow_power(problem: Problem, cut: Cut) -> SlowPower:
     """
     assert problem.circuit is not None
     scales = problem.scales
-    table, rough, measuring, _ = measured(problem, cut.held(HELD * scales.capacitance))
+    table, rough, measuring, _ = measured(problem)
     circuit = SlowCircuit(problem.circuit, cut, scales)
     unit = time_constant(problem.equations) / scales.frequency
     h = unit / FINER
@@ -84,7 +84,7 @@ def slow_power(problem: Problem, cut: Cut) -> SlowPower:
         duration *= 2.0
     ends = duration / 4.0, duration
     rougher = SlowCircuit(problem.circuit, cut, scales, ROUGHER * TOLERANCE)
-    less = replace(table, current=(1.0 - JUDGE) * table.current)
+    less = table.scaled(1.0 - JUDGE)
     base, *others = (rougher.run(one, duration, 2.0 * h, 2) for one in (table, rough, table.halved(), less))
     direct = _direct(problem, min(DIRECT * unit, duration))
 
@@ -128,7 +128,8 @@ def quick_power(problem: Problem, cut: Cut) -> tuple[float, float, SlowPath]:
     """
     assert problem.circuit is not None
     scales, h = problem.scales, step_from_rest(problem.equations)
-    held = HeldPath(problem, problem.circuit, cut.held(HELD * scales.capacitance), h)
+    rectifier = Rectifier(problem)
+    held = HeldPath(problem, rectifier.own(rectifier.held), h)
     table = measured_current(held, problem.equations, np.linspace(0.0, open_voltage(problem, h), QUICK_VOLTAGES))
     circuit = SlowCircuit(problem.circuit, cut, scales, QUICK_TOLERANCE * TOLERANCE)
     unit = time_constant(problem.equations) / scales.frequency

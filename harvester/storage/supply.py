@@ -75,8 +75,7 @@ class Supply:
     def _charging(self, table: RectifiedCurrent | RecordedCurrent) -> Floats:
         """The power (W) that a chip which tracks puts into its store, in each window."""
         assert self.chip is not None, "asked of a chip"
-        length = getattr(table, "length", math.inf)
-        return tracked_power(self.chip, table.voltages, np.atleast_2d(table.current), length)
+        return tracked_power(self.chip, table)
 
     def wake(self, table: RectifiedCurrent, farads: float) -> float:
         """How long (s) an empty store of so many farads takes until the voltage is there; infinite if it never is."""
@@ -84,7 +83,7 @@ class Supply:
             return _time(table, self.voltage, farads)
         if self.chip.ratio is None:
             own = self.chip.low_own or self.chip.own
-            return _time(replace(table, current=table.current - own), self.rise, farads)
+            return _time(table.scaled(1.0, -own), self.rise, farads)
         cold, warm = self.chip.cold_voltage, float(self._charging(table)[0]) - self.rise * self.chip.own
         came = cold * float(table.at(np.array(cold)))
         start = self.chip.cold_efficiency * came
@@ -165,12 +164,13 @@ def charging_efficiency(chip: Chip, volts: Floats, amperes: Floats) -> Floats:
     return np.asarray(both[k, every] + part * (both[k + 1, every] - both[k, every]))
 
 
-def tracked_power(chip: Chip, voltages: Floats, current: Floats, length: float) -> Floats:
-    """The power (W) into the store in windows of a ``length`` (s), of currents of shape (windows, n) at ``voltages``.
+def tracked_power(chip: Chip, table: RectifiedCurrent | RecordedCurrent) -> Floats:
+    """The power (W) into the store in the windows of a record, or in one of shaking that always is alike.
 
     What the input is held at is what the last look found.
     """
     assert chip.ratio is not None, "asked of a chip that tracks"
+    voltages, current, length = table.voltages, np.atleast_2d(table.current), table.length
     looks = np.arange(len(current)) if length >= chip.period else np.arange(len(current)) * length // chip.period
     first, opened = np.searchsorted(looks, looks), np.zeros(len(current))  # the window of each look, and what it finds
     for some in np.array_split(every := np.unique(first), math.ceil(len(every) / SOME)):
@@ -203,12 +203,10 @@ def charging_current(chip: Chip, table: RectifiedCurrent | RecordedCurrent, volt
     """The current (A) into a store at its ``volts``, shape (n,), of a record with its windows, less the chip's own."""
     if chip.ratio is None:
         return np.asarray(table.at(volts)) - chip.own
-    current, length = np.atleast_2d(table.current), getattr(table, "length", math.inf)
+    current = np.atleast_2d(table.current)
     cold = np.array([np.interp(chip.cold_voltage, table.voltages, one) for one in current]) * chip.cold_voltage
     started = np.where(cold >= max(chip.cold_power, 0.0), chip.cold_efficiency * np.maximum(cold, 0.0), 0.0)
-    power = np.where(
-        volts < chip.hand_over, started[:, None], tracked_power(chip, table.voltages, current, length)[:, None]
-    )
+    power = np.where(volts < chip.hand_over, started[:, None], tracked_power(chip, table)[:, None])
     own = np.where(volts < chip.hand_over, 0.0, chip.own)
     return np.asarray(power / np.maximum(volts, LOW) - own)
 

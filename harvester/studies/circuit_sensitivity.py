@@ -36,8 +36,8 @@ def keys_with_elements(problem: Problem) -> Iterator[tuple[str, float]]:
 
 def elasticities(
     problem: Problem, tell: Callable[[float], None], budget: float | None
-) -> tuple[Value, dict[str, tuple[float, Value]], list[str]]:
-    """The mean power (W; else nondimensional), of each key its value and d ln P/d ln key, and keys without.
+) -> tuple[Value, dict[str, tuple[float, Value]], list[str], float]:
+    """The mean power (W; else nondimensional), of each key its value and d ln P/d ln key; keys without, and s for them.
 
     The difference of the logarithms of the power at 5 % more and less of the key, over that of the key: exact of any
     power law.  A key that cannot be larger, such as a restitution of 1, is left out.  All run on the same noise, in the
@@ -53,10 +53,10 @@ def elasticities(
         model = Compiled().model(scene)
         return Trajectories(scene.equations, count, ROOT, h, circuit=model.circuit, controlled=True)
 
+    deadline = math.inf if budget is None else time.monotonic() + budget
     first = trajectories(problem, None, TRAJECTORIES)
     compile_pair(first)
     begin = time.monotonic()
-    deadline = math.inf if budget is None else begin + budget
     burn_in(first, budget)
     settled, unit, now = first.time, problem.scales.frequency, time.monotonic()
     share = min(max(MEAN * (deadline - now) / (now - begin), LEAST_SHARE), 1.0)
@@ -91,6 +91,7 @@ def elasticities(
         Value(*mean, dof=TRAJECTORIES - 1.0, unknown=Compiled.UNKNOWN).scaled(watts),
         found,
         [key for key, *_ in known if key not in found],
+        (len(known) - len(found)) * seconds,
     )
 
 

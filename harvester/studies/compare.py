@@ -4,6 +4,7 @@ Long because the comparison of engines and that of paths share their scene and t
 """
 
 import contextlib
+import dataclasses
 from collections.abc import Sequence
 from typing import Any, ClassVar, Unpack
 
@@ -13,6 +14,7 @@ from harvester import figures
 from harvester.answers.estimate import Estimate
 from harvester.arrays import Floats
 from harvester.engines import Published, Spice
+from harvester.engines.options import Request, number
 from harvester.engines.protocol import AnyScene, Engine
 from harvester.engines.selection import ENGINES, EngineOptions, Named, refusals
 from harvester.engines.selection import engines as engines_of
@@ -182,6 +184,7 @@ def compare(
         has the folder for compare.csv, compare.png and provenance.json; ``out``, ``formats`` and ``progress`` alone.
     options
         of the engines, as of `run`: ``within``, ``seed``, ``trajectories``, ...; each engine takes those that it has.
+        A ``budget`` is for all together: each engine gets its share of what those before it left, without compilation.
 
     Returns
     -------
@@ -207,6 +210,7 @@ def compare(
     problem = Problem.of(scene)
     folder = OutputFolder.of(execution)
     chosen = engines_of(list(refusals(problem)) if engines is None else engines, **options)
+    budget = number(next((one.budget for one in chosen if isinstance(one, Request)), None))
     estimates: list[Estimate] = []
     refused: dict[str, HarvesterError] = {}
     total, done = sum(one.share_of_time for one in chosen) + PATHS, 0.0
@@ -215,7 +219,8 @@ def compare(
             part = PartOfProgress(progress, done / total, engine.share_of_time / total, engine.NAME)
             part.step(0.0)
             try:
-                estimates.append(engine.run(problem, part.step))
+                left = None if budget is None else budget - sum(one.seconds for one in estimates)
+                estimates.append(_with_share(engine, left, total - done).run(problem, part.step))
             except (CannotServeError, MissingProgramError, SimulationError) as error:
                 refused[engine.NAME] = error
             done += engine.share_of_time
@@ -228,6 +233,15 @@ def compare(
     if folder is not None:
         folder.save("compare", found.table.csv(), found.plot(problem.scene.name), provenance(problem, seed=seed))
     return found
+
+
+def _with_share(engine: Engine, left: float | None, shares: float) -> Engine:
+    """The engine with its share of the seconds that are ``left``; ``shares`` are those of all that is to be done."""
+    if left is None or not isinstance(engine, Request):
+        return engine
+    if left <= 0.0:
+        raise SimulationError("the `budget` was spent before its turn: give more, or fewer engines")
+    return dataclasses.replace(engine, budget=left * engine.share_of_time / shares)
 
 
 def _has_paths(engines: Sequence[Engine], refused: dict[str, HarvesterError]) -> bool:

@@ -11,7 +11,7 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -23,7 +23,7 @@ from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, InputError, invalid, names_arguments
 from harvester.netlists.probes import STORE, Probe
 from harvester.presentation.diagnostic import Diagnostic, note, warning
-from harvester.presentation.messages.unknown_parts import COMPILED_CIRCUIT, IDEAL_ELEMENTS, TIME_SCALES
+from harvester.presentation.messages.unknown_parts import TIME_SCALES
 from harvester.presentation.result import TableResult
 from harvester.presentation.table import Column, Table
 from harvester.scene.plausibility import unusual_values
@@ -33,13 +33,9 @@ from harvester.storage.measured_current import JUDGE
 from harvester.storage.node_run import AGAIN, NodeCourse, NodeRun
 from harvester.storage.recorded_current import RecordedCurrent
 from harvester.storage.rectified_current import RectifiedCurrent
-from harvester.storage.supply import chip_of
+from harvester.storage.supply import INPUT, chip_of
 from harvester.studies.charging.by_slow import refusal_of_slow
 from harvester.uncertainty.value import Value, bound95
-
-if TYPE_CHECKING:
-    from harvester.circuits.compiled_circuit import CompiledCircuit
-    from harvester.storage.slow_circuit import DirectCheck
 
 CHANGE, LITTLE = 0.1, 1e-3  # of a key, to see which helps; gains below are none
 _OF_STORE = ("capacitance", "leakage_resistance", "esr", "clamp_voltage", "diffusion_capacitance")
@@ -49,6 +45,7 @@ NODE_KEYS = {key: key for key in ("interval", *_VOLTAGES, *_CURRENTS, "efficienc
 CHIP_KEYS = {"ratio": "input_ratio", "own": "own_current", "rise": "start_voltage", "fall": "stop_voltage"}
 APART, DIRECT = 0.05, 200.0  # of the current: a difference above which a direct run is made; of how many time constants
 ROUNDING, SPARED = 1e-9, 0.9  # of a number; packets over those of the interval, below which energy is spared
+USUAL = 0.25  # of the open circuit's highest voltage: what a chip that tracks holds its input at
 DAY, HOUR, MOST_DAYS = 86400.0, 3600.0, 366.0
 
 
@@ -253,69 +250,58 @@ class _Known:
 
     table: RectifiedCurrent | RecordedCurrent
     by_step: RectifiedCurrent | RecordedCurrent
-    by_voltages: RectifiedCurrent | RecordedCurrent
     steps: int
     separation: float = 0.0
     elements: float = JUDGE
     late: float = 0.0
-    sampling: float = 0.0
     unknown: str = ""
 
 
 def _measure(problem: Problem, storage: Storage, chip: Chip | None, wake: float, seed: int) -> _Known:
     """The rectifier's current of the scene, up to the clamp or the open circuit."""
-    from harvester.circuits.compiled_circuit import CompiledCircuit
-    from harvester.cosimulation.idealised import ideal_circuit
     from harvester.mechanics.kernels.compiled import compilation
-    from harvester.storage.measured_current import HELD, measured
-    from harvester.storage.recorded_current import compiled_rectifier, ideal_rectifier, recorded
-    from harvester.storage.rectifier_cut import held_rectifier, is_plain_store, with_store
-    from harvester.storage.supply import INPUT
+    from harvester.storage.recorded_current import recorded
 
-    circuit, scales = problem.circuit, problem.scales
-    assert circuit is not None, "the refusal checks this"
-    elements = held_rectifier(circuit, HELD * scales.capacitance)
-    ideal = ideal_circuit(circuit, scales) if is_plain_store(circuit) else None
-    tracks, look = (False, 0.0) if chip is None else (chip.ratio is not None, chip.look)
-    top, farads = (None, INPUT) if tracks else (storage.clamp_voltage, storage.farads)
-    battery = storage.battery_voltage is not None and not tracks
-    if battery:
-        top, farads = storage.battery_voltage, HELD * scales.capacitance
+    tracking = chip if chip is not None and chip.ratio is not None else None
+    top = None if tracking else storage.battery_voltage or storage.clamp_voltage
+    farads = INPUT if tracking else storage.farads
     with compilation():
-        if problem.equations.record is not None:
-            rectifier = ideal_rectifier(ideal, scales.capacitance) if ideal else compiled_rectifier(problem)
-            found = recorded(problem, rectifier, farads, top)
-            best, parts = found.best, (found.separation, found.elements)
-            return _Known(best, found.rough, best.halved(), found.steps, *parts)
-        table, rough, steps, _ = measured(problem, elements, ideal, top, seed=seed)
-        if not problem.equations.is_steady:
-            unknown = f"{IDEAL_ELEMENTS if ideal else COMPILED_CIRCUIT} and {TIME_SCALES}"
-            sampling = float(np.sqrt(np.mean(np.asarray(table.stderr, float) ** 2)) / max(table.current.max(), 1e-300))
-            return _Known(table, rough, table.halved(), steps, sampling=sampling, unknown=unknown)
-        if battery:  # which holds its voltage as the measurement does
-            return _Known(table, rough, table.halved(), steps)
-        both = CompiledCircuit(circuit, scales, with_store(elements, farads))
-        end = float(table.voltages[-1]) if tracks else min(wake, float(table.voltages[-1]))
-        check = _check(problem, both, table, farads, end)
+        if problem.equations.record is None:
+            return _of_alike_shaking(problem, tracking, farads, top, wake, seed)
+        found = recorded(problem, farads or None, top)
+    return _Known(found.best, found.rough, found.steps, found.separation, found.elements)
+
+
+def _of_alike_shaking(
+    problem: Problem, tracking: Chip | None, farads: float, top: float | None, wake: float, seed: int
+) -> _Known:
+    """The same of shaking that always is alike: of a store of ``farads``, 0 for a battery, or a ``tracking`` chip's.
+
+    A battery holds its voltage as the measurement does; an input under noise is held at a usual voltage.
+    """
+    from harvester.storage.measured_current import Rectifier, measured
+    from harvester.storage.rectified_current import reached
+    from harvester.storage.slow_circuit import direct_check, noise_check
+
+    table, rough, steps, _ = measured(problem, top, seed=seed)
+    last, noise = float(table.voltages[-1]), table.stderr is not None
+    if not farads or (tracking is not None and noise):
+        path, free = (np.full(2, last * (USUAL if tracking else 1.0)), np.array([0.0, DAY])), None
+    else:
+        path, free = reached(table, last if tracking else min(wake, last), farads), farads
+    if noise:
+        elements, separation, more = noise_check(problem, table, path, free, seed)
+        unknown = TIME_SCALES if tracking else ""
+        return _Known(table, rough, steps + more, separation, JUDGE + elements, unknown=unknown)
+    if free is None:
+        return _Known(table, rough, steps)
+    check = direct_check(problem, Rectifier(problem).own(farads), *path, DAY)
     separation, late = (abs(check.late) + check.error) / check.seconds, check.error
-    if tracks:
-        late += abs(check.late) + 0.5 * look
+    if tracking is not None:
+        late += abs(check.late) + 0.5 * tracking.look
     else:
         table, rough = table.later(check.late), rough.later(check.late)
-    return _Known(table, rough, table.halved(), steps + check.steps, separation, late=late)
-
-
-def _check(
-    problem: Problem, both: "CompiledCircuit", table: RectifiedCurrent, farads: float, end: float
-) -> "DirectCheck":
-    """How much longer mass and circuit together take to the voltage ``end`` of a store."""
-    from harvester.storage.rectified_current import FINE, times_to
-    from harvester.storage.slow_circuit import direct_check
-
-    volts = np.linspace(0.0, end, FINE)
-    curve = times_to(volts, table, farads, math.inf)
-    reached = np.isfinite(curve)
-    return direct_check(problem, both, volts[reached], curve[reached], DAY)
+    return _Known(table, rough, steps + check.steps, separation, late=late)
 
 
 def _directly(
@@ -358,8 +344,8 @@ def _live(
         changes = (abs(read(one) - found) for one in courses)
         off = 0.0 if both is None else float(read(both[0]) - read(both[1]))
         step, *model, sampling = (one if one > ROUNDING * abs(found) else 0.0 for one in changes)
-        total = late + abs(off) + sum(model) + (bound95(0.0, sampling) if known.sampling else 0.0)
-        return Value(found + off, bias=step, model=total, unknown=known.unknown)
+        total = late + abs(off) + sum(model) + bound95(0.0, sampling)
+        return Value(found + off, bias=None if known.by_step is table else step, model=total, unknown=known.unknown)
 
     def running(one: NodeCourse) -> float:
         packet = sum(seconds for _, seconds in node.states)
@@ -407,11 +393,9 @@ def _variants(
     ``less`` is by what part the current may be lower.
     """
     table, (storage, node, chip) = known.table, parts
-    lower = dataclasses.replace(table, current=table.current * (1.0 - less))
-    shifted = table.shifted() if isinstance(table, RectifiedCurrent) else table
     courses = [
         base if one is table else NodeRun(one, *parts).course(seconds)
-        for one in (known.by_step, known.by_voltages, lower, shifted)
+        for one in (known.by_step, table.halved(), table.scaled(1.0 - less), table.shifted())
     ]
     for other in () if chip is None else (chip.narrower(), *([chip.worse()] if chip.spread else ())):
         courses.insert(1, NodeRun(table, storage, node, other).course(seconds))
@@ -468,7 +452,7 @@ def _helps(
                 except InputError:  # such as an efficiency above 1, or a chip's thresholds in another order
                     continue
             found[f"{name}.{said}"] = max(gains)
-    found["current"] = max(gain(dataclasses.replace(table, current=table.current * (1.0 + CHANGE)), *parts), 0.0)
+    found["current"] = max(gain(table.scaled(1.0 + CHANGE), *parts), 0.0)
     return found
 
 

@@ -26,7 +26,8 @@ class Study:
 
     The function takes the scene first and all else by keyword, and gives the result, a
     `harvester.presentation.result.Result`.  ``summary`` and ``options`` are those of its command, and ``example`` is
-    what follows the scene in the command's example; without a summary the command has a file of its own.
+    what follows the scene in the command's example, and ``shorter`` the option that shortens it; without a summary the
+    command has a file of its own.
     """
 
     name: str
@@ -35,6 +36,7 @@ class Study:
     summary: str = ""
     options: tuple[Option, ...] = ()
     example: str = ""
+    shorter: str = ""
 
     def run(self) -> Callable[..., Any]:
         """The function."""
@@ -82,6 +84,7 @@ STUDIES = (
             Option("seed", int, 0, "Of the path whose histogram stands beside the densities."),
         ),
         "--level '2 mm' --report densities.html",
+        "a larger --within",
     ),
     Study(
         "node",

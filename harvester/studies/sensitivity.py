@@ -136,8 +136,8 @@ def _of_circuit(
     from harvester.studies.circuit_sensitivity import elasticities
 
     served(Compiled, problem)
-    power, told, left = elasticities(problem, progress or (lambda _: None), budget)
-    cut = warning("keys_left_out", keys=", ".join(left), budget=budget) if left else None
+    power, told, left, further = elasticities(problem, progress or (lambda _: None), budget)
+    cut = warning("keys_left_out", keys=", ".join(left), budget=budget, further=further) if left else None
     return _result(problem, Compiled.NAME, power, told, begin, cut)
 
 

@@ -5,7 +5,7 @@ import pytest
 
 import harvester as hv
 from harvester.circuits.compiled_circuit import compiled_circuit
-from harvester.cosimulation.idealised import ideal_circuit
+from harvester.circuits.idealised import ideal_circuit
 from harvester.equations.problem import Problem
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from tests.support.systems import BEAM, SECOND, THIRD

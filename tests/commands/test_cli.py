@@ -316,6 +316,15 @@ def test_within_chooses_the_engine(harvester, tmp_path):
     assert [line.split()[1] for line in swept[1].splitlines()[1:3]] == ["averaged", "averaged"]
 
 
+@pytest.mark.slow
+def test_a_power_stands_where_the_budget_leaves_too_little_for_its_sensitivity(harvester):
+    scene = ROOT / "examples" / "plate_parallel_sshi.toml"
+    args = ("--engine", "ideal", "--trajectories", 64, "--sensitivity", "--budget", "3s")
+    status, out, _ = harvester("run", scene, *args)
+    assert status == 0 and "mean power" in out
+    assert "warning: no sensitivity in the " in out or "ended before these keys were varied" in out
+
+
 @pytest.mark.ngspice
 def test_alone_is_an_option_of_spice(harvester):
     args = ("run", PLATE, "--engine", "spice", "--trajectories", 2, "--duration", 5, "--alone", "--json")

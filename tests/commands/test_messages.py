@@ -30,7 +30,7 @@ def stop(*_, **__):
             lambda _, scenes: [hv.SimulationError("give a lower `dt_max`") for _ in scenes],
             3,
         ),
-        (("compare", PLATE, "--json"), "engines.published.Published.run", fail, 0),
+        (("compare", PLATE, "--engine", "averaged", *FORMULA, "--json"), "engines.published.Published.run", fail, 0),
         (("new", "a.toml", *NEW), "devices.interpretation.best_load", fail, 0),
         (("new", "a.toml", *NEW, "--json"), "devices.interpretation.best_load", fail, 0),
     ],

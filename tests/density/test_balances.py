@@ -22,7 +22,15 @@ SCENES = {
 }
 
 
-@pytest.fixture(scope="module", params=SCENES.values(), ids=SCENES)
+QUICK = "paper", "compliant"  # the others are the same code
+
+
+@pytest.fixture(
+    scope="module",
+    params=[
+        pytest.param(eqs, id=name, marks=[] if name in QUICK else [pytest.mark.slow]) for name, eqs in SCENES.items()
+    ],
+)
 def coarse(request):
     """A scene on the coarsest mesh, with its means."""
     eqs = request.param
@@ -53,6 +61,7 @@ def test_equations_are_solved(coarse):
     assert coarse[1].residual < 1e-10
 
 
+@pytest.mark.slow
 def test_answer_does_not_depend_on_the_frame():
     """Other modes of y, the same means: the frame is a choice of coordinates."""
     setting = settled(PAPER, 26.0)
@@ -63,6 +72,7 @@ def test_answer_does_not_depend_on_the_frame():
     assert solution(PAPER, turned, on, 16).means[0] == pytest.approx(ours, rel=1e-7)
 
 
+@pytest.mark.slow
 def test_paper_scene_has_the_voltage_of_event_driven_monte_carlo():
     assert refined(PAPER, 1e-4).means[0] == pytest.approx(0.08814, abs=4 * 6e-5)
 

@@ -30,11 +30,10 @@ SCENES = {
 
 REMAINING = "collapse", "compliant", "two wells"  # each a kind of boundary; the others are the same code
 OTHERS = pytest.mark.thorough("test_gradient_is_that_of_differences")
+MARKS = {name: pytest.mark.slow if name in REMAINING else OTHERS for name in SCENES}
 
 
-@pytest.mark.parametrize(
-    "eqs", [pytest.param(eqs, id=name, marks=() if name in REMAINING else OTHERS) for name, eqs in SCENES.items()]
-)
+@pytest.mark.parametrize("eqs", [pytest.param(eqs, id=name, marks=MARKS[name]) for name, eqs in SCENES.items()])
 def test_gradient_is_that_of_differences(eqs):
     """To 1e-6 of the largest elasticity, in a coefficient of each scene after the other, on the coarsest mesh."""
     setting = settled(eqs, 20.0)
@@ -71,6 +70,7 @@ def test_elasticities_add_up_to_what_units_ask_for():
     assert sum(power * of[key] for key, power in volts) == pytest.approx(0.0, abs=1e-5)
 
 
+@pytest.mark.slow
 def test_the_largest_stands_first_and_the_table_has_units():
     found = hv.sensitivity("examples/plate_with_stop.toml", within=1e-3)
     sizes = [abs(one.value) for one in found.elasticities]
@@ -80,6 +80,7 @@ def test_the_largest_stands_first_and_the_table_has_units():
     assert "Mohm" in str(found)
 
 
+@pytest.mark.slow
 def test_what_has_no_power_or_no_density_is_refused():
     with pytest.raises(InputError, match="must have a coupling and a load resistance"):
         hv.sensitivity(scene(changed(PAPER, beta=None)))

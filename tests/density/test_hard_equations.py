@@ -15,6 +15,7 @@ from harvester.equations.coefficients import Equations
 from tests.support.systems import PAPER, changed, scene
 
 
+@pytest.mark.slow
 def test_all_modes_at_once_are_what_sweeps_over_them_are(monkeypatch):
     """Both solutions of the same equations, and of the transposed ones."""
     eqs = changed(PAPER, beta=1.2, c1=-0.05, restitution=0.7)
@@ -34,6 +35,7 @@ def test_all_modes_at_once_are_what_sweeps_over_them_are(monkeypatch):
 QUICKER = pytest.mark.thorough("test_a_damped_compliant_stop_with_a_quick_load_is_served")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mu", [30.0, *(pytest.param(mu, marks=QUICKER) for mu in (1.0, 1000.0))])
 def test_a_damped_compliant_stop_with_a_quick_load_is_served(mu):
     """A stop that takes much more energy than the damping, which the first guess of the box does not know.

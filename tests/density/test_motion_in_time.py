@@ -231,12 +231,14 @@ def test_a_study_has_all_of_it_in_units():
     assert np.abs(over_x - told).max() < 0.05 * told.max()
 
 
+@pytest.mark.slow
 def test_a_level_beyond_two_wells_is_passed_less_often_than_they_are_changed():
     found = hv.densities(scene(WELLS), level=1.5)
     assert found.first_passage_time.value > 1.0 / found.hop_rate.value and found.level == 1.5
     assert found.first_passage_time.bias < 0.02 * found.first_passage_time.value
 
 
+@pytest.mark.slow
 def test_bad_input_is_told():
     with pytest.raises(InputError, match="`level` must be"):
         hv.densities(scene(PAPER), level=-1.0)

@@ -128,6 +128,7 @@ def test_several_modes(stop, within):
     assert max(apart(three, 0.1, 2e-6 if within == 0.01 else 5e-6, "5 us")) < within
 
 
+@pytest.mark.slow
 def test_noise_reaches_the_highest_mode():
     """A part of three modes has points of noise for its highest, and as few periods as a file may hold."""
     three = BEAM.replace(mode=(SECOND, THIRD))

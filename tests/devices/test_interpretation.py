@@ -12,6 +12,7 @@ from tests.support.datasheet import SHEET, problem_of
 from tests.support.paths import EXAMPLES
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("coupling", "how"), [("1e-3 N/V", "strong"), ("1e-4 N/V", "medium"), ("3e-5 N/V", "weak")])
 def test_coupling(coupling, how):
     """From `strong_from` on a resistor takes (M a)^2/(8 c) on a harmonic base at its best frequency, and not before."""

@@ -49,6 +49,7 @@ def integrated(amplitude: float, start: tuple[float, float]) -> tuple[float, flo
     return float(power), float(place)
 
 
+@pytest.mark.slow
 def test_a_bistable_beam_has_three():
     """In either well, and from well to well; the third has 94 times the power."""
     inner, outer = integrated(0.06, (1.0, 0.0)), integrated(0.06, (2.0, 0.0))
@@ -68,6 +69,7 @@ def test_a_bistable_beam_has_three():
     assert "ensemble: several responses to the drive at 1 of 1 points, 3 at most: " in str(found)
 
 
+@pytest.mark.slow
 def test_chaos_and_a_subharmonic_are_named():
     """Published as chaos: other starts of the same drive come to a response of five periods, or of one."""
     found = hv.Ensemble().run(beam(0.095)).responses

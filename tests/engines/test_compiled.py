@@ -19,13 +19,13 @@ from tests.support.netlists import BRIDGE, STORE, on_plate
 
 @pytest.mark.thorough("test_the_power_is_that_of_ngspice_on_the_same_noise")
 @pytest.mark.ngspice
-def test_a_bridge_is_that_of_engine_ideal(tmp_path):
+@pytest.mark.parametrize("drive", [{}, {"frequency": "3.2 Hz", "acceleration_amplitude": "0.01 g"}])
+def test_a_bridge_is_that_of_engine_ideal(tmp_path, drive):
     """Ideal diodes leave out what is below 0.3 % of the power; both are on seeds of their own."""
-    body = BRIDGE.format("1N4148") + STORE
-    ours = hv.Compiled(within="5%", seed=1).run(on_plate(tmp_path, body))
-    ideal = hv.Ideal(within="1%", seed=2).run(
-        on_plate(tmp_path, body).with_load(netlist="bridge", parameters={"R": 1.5e6, "C": 1e-6})
-    )
+    scene = on_plate(tmp_path, BRIDGE.format("1N4148") + STORE)
+    scene = dataclasses.replace(scene, excitation=dataclasses.replace(scene.excitation, **drive))
+    ours = hv.Compiled(within="5%", seed=1).run(scene)
+    ideal = hv.Ideal(within="1%", seed=2).run(scene.with_load(netlist="bridge", parameters={"R": 1.5e6, "C": 1e-6}))
     spread = (ours.mean_power.stderr**2 + ideal.mean_power.stderr**2) ** 0.5
     size = ideal.mean_power.value
     assert abs(ours.mean_power.value - size) < 4.0 * spread + 0.003 * size + ours.mean_power.bias

@@ -20,6 +20,7 @@ def test_linear_scene_within_its_error():
     assert answer.mean_power.value == pytest.approx(0.05 * voltage.value, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_the_same_answer_in_other_units():
     """A physical scene: power and E[V^2] do not depend on the scales, and its details are in SI."""
     plate = hv.load("examples/plate_with_stop.toml")
@@ -57,6 +58,7 @@ def test_progress_ends_at_one():
     assert seen[-1] == 1.0
 
 
+@pytest.mark.slow
 def test_at_many_points_it_computes_what_is_asked():
     """Of a sweep: the error of the coarsest meshes, unless one is asked for."""
     assert hv.Density().at_many_points.within == 0.01
@@ -67,6 +69,7 @@ def test_at_many_points_it_computes_what_is_asked():
     assert abs(row.mean_power.value - fine.value) <= row.mean_power.error95 <= 1e-3 * fine.value
 
 
+@pytest.mark.slow
 def test_a_budget_that_ends_too_early_is_said(monkeypatch):
     """The least answer is given in this scene, which takes a second of the processor."""
     monkeypatch.setattr("harvester.density.pace.SHORTEST", math.inf)

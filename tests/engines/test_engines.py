@@ -77,6 +77,7 @@ def test_identities_in_spice():
         assert abs(z(mean_and_error(moments.balance(eqs)), 0.0)) < 4
 
 
+@pytest.mark.slow
 def test_strong_impacts_leave_the_step_in_the_power_balance():
     """It is stated, falls with the step, and with the sampling error covers what the balance is off by."""
     strong = scene(changed(PAPER, restitution=0.37))
@@ -419,6 +420,7 @@ def test_a_theory_names_exact_for_a_linear_scene():
     assert str(hv.Averaged.refusal(Problem(stopped))).endswith("use engine 'ensemble'")
 
 
+@pytest.mark.slow
 def test_a_large_storage_capacitor_is_named_as_the_cause():
     """R C = 1000 s is not forgotten within a budget of seconds."""
     load = hv.Load(netlist="bridge", parameters={"R": "10M", "C": "100uF"})

@@ -15,6 +15,7 @@ def device(restitution):
     return hv.Scene(nondimensional=table)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "restitution",
     [0.37, *(pytest.param(r, marks=pytest.mark.thorough("test_the_stated_error_holds")) for r in (0.05, 0.1, 0.2))],

@@ -75,6 +75,7 @@ def test_a_path_that_grows_is_told_from_one_that_only_begins_quietly():
             check_stationary(grows)
 
 
+@pytest.mark.slow
 def test_a_softening_spring_under_a_sinusoid_is_served_while_it_holds_the_mass():
     """The mean of V^2 is that of an accurate solver, over the last of 60 periods; a drive too strong is told."""
     table = {"alpha": -0.3, "c1": -0.1, "beta": 0.2, "mu": 1.0, "drive": 0.1, "drive_frequency": 0.9}

@@ -21,12 +21,13 @@ from tests.support.paths import ROOT
 from tests.support.systems import BEAM
 
 
-def looked(draft, key="load.resistance", fine=False):
+def looked(draft, key="load.resistance", fine=False, first=False):
     """What the formulas say of a draft."""
     at = draft.value(key)
-    return live(draft.scene(), key, at, slide(key, at), fine)
+    return live(draft.scene(), key, at, slide(key, at), fine, first=first)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("fine", "within"), [(False, 5e-3), (True, 5e-4)])
 def test_the_curve_is_that_of_the_engines(fine, within):
     """Between its points it is near the engine's answer; the answer at the working point is the engine's own."""
@@ -45,8 +46,11 @@ def test_the_curve_is_that_of_the_engines(fine, within):
     band = found.curves["averaged"]
     assert (band.low < band.power).all()
     assert (band.high > band.power).all()
+    quick = looked(draft, first=True).curves["averaged"]  # while a knob turns
+    np.testing.assert_allclose(quick.power, np.interp(quick.x, band.x, band.power), rtol=0.05)
 
 
+@pytest.mark.slow
 def test_a_resonance_is_seen():
     """Under a harmonic base the exact curve over the frequency has its peak at the resonance, with Q = 125."""
     draft = Draft.read(ROOT / "examples" / "plate_harmonic.toml")
@@ -140,6 +144,7 @@ def test_a_power_that_has_not_settled_is_pale_and_takes_the_place_of_none():
     assert shown[1]["y"] == found.mean_power.value
 
 
+@pytest.mark.slow
 def test_a_node_goes_with_its_circuit_and_not_with_the_resistor():
     """The page's scene with [node] has the reference curve of a resistor, and a day of the node in a few words."""
     draft = Draft.read(ROOT / "examples" / "bimorph_packets.toml")
@@ -235,6 +240,7 @@ def test_the_power_at_once_is_near_and_its_refinement_is_that_of_run(name):
     assert at_once == pytest.approx(own.value, abs=2.0 * quick["known_error95"] + own.known_error95, rel=0.03)
 
 
+@pytest.mark.slow
 def test_downloads():
     """The table has the engines' numbers, and the page of the report is whole."""
     found = looked(first())

@@ -209,6 +209,7 @@ def test_titles_and_keys_are_text():
     assert box.x0 >= 0.0 and box.x1 <= figure.bbox.width
 
 
+@pytest.mark.slow
 def test_the_legend_covers_no_axes():
     rows = line([1e-6, 2e-6], "ensemble") + line([1e-6, 2e-6]) + line([3e-6, 4e-6], "published")
     figure = table({R: (1e3, 1e7)}, rows).plot()
@@ -246,6 +247,7 @@ def test_the_same_figure_is_the_same_file(form):
     assert first.lstrip().startswith({"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}[form])
 
 
+@pytest.mark.slow
 def test_many_points_are_pixels_in_a_vector_file():
     long = np.linspace(0.0, 10.0, 20_000)
     path = dataclasses.replace(
@@ -275,6 +277,7 @@ def test_a_figure_keeps_its_look_and_shows_itself(tmp_path):
     assert (tmp_path / "mine.svg").read_bytes() == figures.image(motion(True).plot(), "svg")
 
 
+@pytest.mark.slow
 def test_cost_without_a_known_error():
     for known in ({}, {"total_error": 0.1, "best": True}):
         rows = (CostRow("ensemble", seconds=1.0, **known),)

@@ -71,6 +71,7 @@ def test_averaged_as_the_reference_has_its_error_around_one():
     assert [height(band) for band in low.collections if band.get_alpha() == 0.2] == [pytest.approx((0.95, 1.05))]
 
 
+@pytest.mark.slow
 def test_the_longest_key_is_the_axis_whatever_the_order():
     told = texts(grid().plot())
     assert "load resistance (Ω)" in told
@@ -120,6 +121,7 @@ def responses(down, error=1e-9):
     return FrequencyResponse(tuple(points), True)
 
 
+@pytest.mark.slow
 def test_up_and_down_alike_are_one_curve():
     figure = responses(1.0).plot()
     named = {handle.get_label() for handle in figure.legends[0].legend_handles}
@@ -158,6 +160,7 @@ def test_the_phase_plane_of_a_harmonic_path_has_no_spokes():
     assert len(phases) > 1000  # of readings there are ten
 
 
+@pytest.mark.slow
 def test_ticks_have_room():
     """Two digits' width (15 pixels of 100 an inch) between the numbers of an axis, also of a path far from zero."""
     for path in (harmonic(), harmonic(4.2e-4, 0.5)):

@@ -13,8 +13,12 @@ from harvester.identification.read import read_file
 from tests.support import bench
 from tests.support.bench import KINDS
 
+SLOW = "voltage", "ring_downs", "joint", "bounce", "bounces"
 
-@pytest.mark.parametrize("kind", KINDS)
+
+@pytest.mark.parametrize(
+    "kind", [pytest.param(kind, marks=[pytest.mark.slow] if kind in SLOW else []) for kind in KINDS]
+)
 def test_intervals_hold_the_truth(tmp_path, kind):
     """Three devices of each kind, whose measurements come from other equations: benchmarks/identify.py makes 100.
 
@@ -40,6 +44,7 @@ ANOTHER_SEED = pytest.mark.thorough("test_no_ring_down_against_a_stop_ends_in_a_
 HARD = (1, 2, 4, 6, 9, 16, 28, 31)  # which ended in a wrong minimum, one of them without a word
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "seed", [4, 31, *(pytest.param(seed, marks=ANOTHER_SEED) for seed in HARD if seed not in (4, 31))]
 )
@@ -53,6 +58,7 @@ def test_no_ring_down_against_a_stop_ends_in_a_wrong_minimum(tmp_path, seed):
     assert found.warnings == ()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, *(pytest.param(seed, marks=ANOTHER_SEED) for seed in (6, 16))])
 def test_a_ring_down_against_a_stop_spoils_no_other_file(tmp_path, seed):
     """Impedance and voltage tell the mass within a per cent, and so they do beside the ring-down."""
@@ -70,6 +76,7 @@ def test_a_ring_down_against_a_stop_spoils_no_other_file(tmp_path, seed):
     assert found["oscillator.mass"].value == pytest.approx(truth.mass, rel=0.02)
 
 
+@pytest.mark.slow
 def test_a_coupling_that_vanishes_is_not_determined(tmp_path):
     """Its interval had no width, and the mass was a million tons."""
     for seed in range(4):
@@ -84,6 +91,7 @@ def test_a_coupling_that_vanishes_is_not_determined(tmp_path):
             assert abs(told[key].value - truth[key]) < 2.2 * half, (seed, key)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("other", [(1.3, 0.6), (1.4, 0.3), (6.3, 3.0), (1.35, 1.5)])
 def test_two_resonances(tmp_path, other):
     """An impedance that holds two is fitted with two modes, whose intervals hold the truth."""
@@ -102,6 +110,7 @@ def test_two_resonances(tmp_path, other):
         assert abs(found[key].value - value) < 2.2 * 0.5 * (found[key].high - found[key].low), key
 
 
+@pytest.mark.slow
 def test_a_scene_of_two_resonances(harvester, tmp_path):
     """What it has of the second mode becomes a scene of two modes, and runs, where `base` is filled in."""
     names, (first, second) = bench.several_modes(np.random.default_rng(3), tmp_path, (6.3, 3.0))
@@ -121,6 +130,7 @@ def test_a_scene_of_two_resonances(harvester, tmp_path):
     assert powers[0] > 1.001 * powers[1]
 
 
+@pytest.mark.slow
 def test_what_two_modes_do_not_say_is_told(tmp_path):
     """A third resonance leaves a pattern, which is said; a single one none."""
     names, _ = bench.several_modes(np.random.default_rng(3), tmp_path, (1.25, 0.6), (1.5, 0.6))
@@ -144,6 +154,7 @@ def test_a_run_of_neighbours_far_off_is_a_misfit():
     assert (without_outliers(off[mixed], 1.0, x[mixed]) == kept[mixed]).all()
 
 
+@pytest.mark.slow
 def test_impedance_alone_gives_no_mass(harvester, tmp_path):
     """It tells theta^2/M: the scene says so and takes a known mass, with which it is whole."""
     (name,), truth = KINDS["impedance"](np.random.default_rng(5), tmp_path)
@@ -292,6 +303,7 @@ def test_options_that_cannot_be(harvester, tmp_path):
     assert "--out must be a scene file that ends in .toml" in harvester("identify", name, "--out", "a.csv")[2]
 
 
+@pytest.mark.slow
 def test_a_ring_down_of_few_swings_has_a_frequency(tmp_path):
     """A restitution of .14 leaves two swings in sixty: the highest line was that of 0 Hz, and divided by."""
     truth = bench.Truth(mass=5e-3, f0=22.84, q=15.0, beta=0.09, c=7e-8)

@@ -47,6 +47,7 @@ def test_the_derived_numbers_keep_their_intervals():
     assert np.quantile(m, 0.975) == pytest.approx(0.01668519, rel=1e-4)
 
 
+@pytest.mark.slow
 def test_by_the_command(harvester, tmp_path):
     """Without --vary it takes them, all five, and says so; a value that the user changed is left as it is."""
     path = tmp_path / "device.toml"

@@ -45,7 +45,7 @@ def test_without_a_record_there_is_no_doubt():
     assert record_doubts(PAPER) == []
 
 
-@pytest.mark.parametrize(("period", "off"), [(300.0, True), (8192.0, False)])
+@pytest.mark.parametrize(("period", "off"), [(300.0, True), pytest.param(8192.0, False, marks=pytest.mark.slow)])
 def test_a_density_whose_lines_stand_far_apart_is_told(period, off):
     """A resonance of Q = 50 under a flat density: lines 2 pi/300 apart miss its peak, or hit it too often."""
     density = TabulatedDensity(np.array([0.1, 0.3]), np.array([1.0, 1.0]))
@@ -95,6 +95,7 @@ def test_a_join_is_in_the_error(tmp_path, cycles, rate, noise):
     assert abs(found.value - true) < found.error95 < 0.5 * true
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["fades", "burst", "over a floor"])
 def test_quiet_ends_are_no_period(tmp_path, kind):
     """A record that ends quietly may end anywhere there: it counted as periodic, with a join that no error had."""

@@ -278,6 +278,7 @@ def test_subcircuits_that_call_each_other_are_refused(tmp_path):
     assert "within itself" in refusal(tmp_path, GOOD.replace("Rload", "X1 p n one\nRload") + others)
 
 
+@pytest.mark.slow
 def test_includes_count_towards_the_size(tmp_path):
     (tmp_path / "big.lib").write_text(20_000 * "*\n")
     assert "bytes" in refusal(tmp_path, GOOD + 8 * ".include big.lib\n")
@@ -345,6 +346,7 @@ def test_charging_time_of_the_smoothing_capacitor():
     assert load_circuit(Load(resistance=1e3)).storage is None
 
 
+@pytest.mark.slow
 def test_calls_without_end(tmp_path):
     """Deeper than Python counts."""
     inner = "".join(f".subckt s{k} p n\nX1 p n s{k + 1}\n.ends\n" for k in range(5000))

@@ -6,6 +6,7 @@ import re
 import runpy
 import subprocess
 import sys
+from functools import cache
 
 import pytest
 
@@ -149,12 +150,17 @@ def test_the_scripts_that_draw_find_what_they_import(path):
     assert callable(runpy.run_path(str(path), run_name="imported")["main"])
 
 
+@cache
+def scripts():
+    """Every Python file of the project, from its root."""
+    return [str(one.relative_to(ROOT)) for top in SOURCES for one in (ROOT / top).rglob("*.py*")]
+
+
 @pytest.mark.parametrize("page", ["README.md", "CONTRIBUTING.md", *sorted(str(one.relative_to(ROOT)) for one in PAGES)])
 def test_files_that_pages_name_are_there(page):
     """With their folder or without: some file of the package, the tests or the scripts ends so."""
-    files = [str(one.relative_to(ROOT)) for top in SOURCES for one in (ROOT / top).rglob("*.py*")]
     named = re.findall(r"`((?:\w+/)*\w+\.pyi?)`", (ROOT / page).read_text())
     strangers = {"random.py"}  # a user's own, in the page on reliability
-    assert [name for name in named if not any(f"/{one}".endswith(f"/{name}") for one in files)] == [
+    assert [name for name in named if not any(f"/{one}".endswith(f"/{name}") for one in scripts())] == [
         name for name in named if name in strangers
     ]

@@ -13,7 +13,7 @@ import pytest
 import harvester as hv
 from harvester.errors import CannotServeError
 from tests.support import house
-from tests.support.house import PACKAGE, parsed
+from tests.support.house import PACKAGE, parsed, walked
 from tests.support.paths import ROOT
 
 # What may only fall: a number of tests/support/house.py, the most that it may be today, and what it is to become.
@@ -36,13 +36,11 @@ LONGEST = 250  # lines of a file that does not say why it has more
 MOST = 8  # files in the package's root
 
 
-def imported(tree):
-    """Names that a file imports anywhere, whole: `from a.b import c` is a.b.c."""
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
-        if isinstance(node, ast.ImportFrom):
-            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+def imported(folder):
+    """Each file below a folder with a name that it imports anywhere, whole: `from a.b import c` is a.b.c."""
+    for file, node in walked(ast.Import, ast.ImportFrom, folder=folder):
+        before = f"{node.module}." if isinstance(node, ast.ImportFrom) else ""
+        yield from ((file, before + alias.name) for alias in node.names)
 
 
 def documented(tree):
@@ -86,10 +84,9 @@ def test_each_measure_finds_what_it_counts(tmp_path, monkeypatch):
         (tmp_path / "harvester" / name).parent.mkdir(parents=True)
         text = 'class Spice:\n    NAME = "spice"\n' if "spice" in name else FAULTS if "studies" in name else ""
         (tmp_path / "harvester" / name).write_text(text)
-    trees = house.parsed.__wrapped__
-    for name, fresh in [("ROOT", tmp_path), ("parsed", cache(lambda: trees(tmp_path / "harvester")))]:
-        monkeypatch.setattr(house, name, fresh)
-    for name in ("nodes", "engines", "names_of_sentences"):
+    for name, folder in [("ROOT", tmp_path), ("PACKAGE", tmp_path / "harvester")]:
+        monkeypatch.setattr(house, name, folder)
+    for name in ("engines", "names_of_sentences"):
         monkeypatch.setattr(house, name, cache(getattr(house, name).__wrapped__))
     monkeypatch.setattr(house, "MOST_BRANCHES", 3)
     found = {name: len(list(places())) for name, places in house.MEASURES.items()}
@@ -136,27 +133,28 @@ OF_ONE_SYSTEM = {
 FOLDERS = re.compile(r"/(proc|dev/shm|sbin|usr|opt|tmp)\b")
 
 
-def of_one_system(tree):
-    """What a file names that not every operating system has: modules, their members, and folders in its strings."""
-    yield from (name for name in imported(tree) if name.partition(".")[0] in OF_ONE_SYSTEM["import"])
-    texts = {id(node.body[0].value) for node in ast.walk(tree)
-             if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef) and ast.get_docstring(node)}  # fmt: skip
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
-            if node.attr in OF_ONE_SYSTEM.get(node.value.id, ()):
-                yield f"{node.value.id}.{node.attr}"
-        elif isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in texts:
-            yield from FOLDERS.findall(node.value)
-        elif isinstance(node, ast.keyword) and node.arg in ("start_new_session", "preexec_fn", "creationflags"):
-            yield node.arg
+def of_one_system():
+    """Each file with what it names that not every operating system has: modules, their members, folders in strings."""
+    yield from (one for one in imported(PACKAGE) if one[1].partition(".")[0] in OF_ONE_SYSTEM["import"])
+    for file, node in walked(ast.Attribute):
+        if isinstance(node.value, ast.Name) and node.attr in OF_ONE_SYSTEM.get(node.value.id, ()):
+            yield file, f"{node.value.id}.{node.attr}"
+    texts = {id(node.body[0].value) for _, node in walked(ast.Module, ast.ClassDef, ast.FunctionDef)
+             if ast.get_docstring(node, clean=False)}  # fmt: skip
+    for file, node in walked(ast.Constant):
+        if isinstance(node.value, str) and id(node) not in texts:
+            yield from ((file, folder) for folder in FOLDERS.findall(node.value))
+    for file, node in walked(ast.keyword):
+        if node.arg in ("start_new_session", "preexec_fn", "creationflags"):
+            yield file, node.arg
 
 
 def test_one_room_knows_operating_systems():
     """Elsewhere nothing asks which system it is, and nothing is used that one of them lacks."""
-    faults = {name: found for name, tree in parsed(PACKAGE).items() if (found := list(of_one_system(tree)))}
-    inside = {name for name in faults if name.startswith("harvester/machine/system/")}
+    faults = set(of_one_system())
+    inside = {name for name, _ in faults if name.startswith("harvester/machine/system/")}
     assert inside == {f"harvester/machine/system/{name}.py" for name in ("__init__", "posix", "windows")}
-    assert {name: found for name, found in faults.items() if name not in inside} == {}
+    assert {(name, found) for name, found in faults if name not in inside} == set()
 
 
 @pytest.mark.slow
@@ -171,23 +169,16 @@ def test_types_hold_on_other_systems(system):
 
 def test_files_are_short():
     """A file above 250 lines says in its docstring why: "long because ..."."""
-    whole = {name: (ROOT / name).read_text() for name in parsed(PACKAGE)}
+    whole = {name: (ROOT / name).read_text() for name in parsed()}
     long = [name for name, text in whole.items() if text.count("\n") > LONGEST]
     assert [
-        name
-        for name in long
-        if "long because" not in " ".join(ast.get_docstring(parsed(PACKAGE)[name]).split()).lower()
+        name for name in long if "long because" not in " ".join(ast.get_docstring(parsed()[name]).split()).lower()
     ] == []
 
 
 def test_one_class_a_name():
     """Whoever reads a class's name in an error or a signature finds one place."""
-    names = Counter(
-        node.name
-        for tree in parsed(PACKAGE).values()
-        for node in ast.walk(tree)
-        if isinstance(node, ast.ClassDef) and not node.name.startswith("_")
-    )
+    names = Counter(node.name for _, node in walked(ast.ClassDef) if not node.name.startswith("_"))
     assert [name for name, times in names.items() if times > 1] == []
 
 
@@ -199,7 +190,7 @@ def test_docstrings_open_with_a_sentence():
     sentence = re.compile(r"[A-Z0-9`\"'(*].*[.?!:]\)?$")
     faults = [
         f"{name}:{line}: {text.splitlines()[0]}"
-        for name, tree in parsed(PACKAGE).items()
+        for name, tree in parsed().items()
         for line, text in documented(tree)
         if text and (not sentence.match(text.splitlines()[0]) or len(text.splitlines()[0].split()) < 2)
     ]
@@ -210,30 +201,27 @@ def test_no_test_file_imports_another():
     """What two files of tests need is in tests/support."""
     assert [
         (name, what)
-        for name, tree in parsed(TESTS).items()
-        for what in imported(tree)
+        for name, what in imported(TESTS)
         if re.match(r"tests\.(?!support\b)|test_|.*\.test_", what) or what.startswith("None.")
     ] == []
 
 
 def test_tests_use_no_private_name():
     """A private name may change without a test: none is imported, and none is taken from a module or the package."""
-    faults = []
-    for name, tree in parsed(TESTS).items():
-        private = [what for what in imported(tree) if re.search(r"\._(?!_)", what) and what.startswith("harvester")]
-        modules = {alias.asname or alias.name.partition(".")[0] for node in ast.walk(tree)
-                   if isinstance(node, ast.Import | ast.ImportFrom) for alias in node.names
-                   if (getattr(node, "module", None) or alias.name).startswith("harvester")}  # fmt: skip
-        taken = [
-            f"{node.value.id}.{node.attr}"
-            for node in ast.walk(tree)
-            if isinstance(node, ast.Attribute)
-            and isinstance(node.value, ast.Name)
-            and node.value.id in modules
-            and re.match(r"_(?!_|repr_)", node.attr)
-        ]
-        faults += [(name, what) for what in private + taken]
-    assert faults == []
+    modules = {(file, alias.asname or alias.name.partition(".")[0])
+               for file, node in walked(ast.Import, ast.ImportFrom, folder=TESTS) for alias in node.names
+               if (getattr(node, "module", None) or alias.name).startswith("harvester")}  # fmt: skip
+    private = [
+        (file, what) for file, what in imported(TESTS) if re.search(r"\._(?!_)", what) and what.startswith("harvester")
+    ]
+    taken = [
+        (file, f"{node.value.id}.{node.attr}")
+        for file, node in walked(ast.Attribute, folder=TESTS)
+        if isinstance(node.value, ast.Name)
+        and (file, node.value.id) in modules
+        and re.match(r"_(?!_|repr_)", node.attr)
+    ]
+    assert private + taken == []
 
 
 def test_public_names_are_written_once():
@@ -248,9 +236,8 @@ def test_public_names_are_written_once():
 
 
 def test_one_file_imports_pyspice():
-    assert {
-        file for file, tree in parsed(PACKAGE).items() for name in imported(tree) if name.startswith("PySpice")
-    } == {"harvester/cosimulation/ngspice/instance.py"}
+    files = {file for file, name in imported(PACKAGE) if name.startswith("PySpice")}
+    assert files == {"harvester/cosimulation/ngspice/instance.py"}
 
 
 @pytest.mark.slow

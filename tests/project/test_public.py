@@ -20,6 +20,10 @@ PLATE = hv.load(ROOT / "examples" / "plate_with_stop.toml")
 LOADS = hv.logspace("100 kohm", "1 Mohm", 3)
 COMPARING = ("Comparison", "compare")  # whose examples ask every engine
 DEAR = (*COMPARING, "node", "Densities", "ChargingResult", "sensitivity")
+SLOW = (
+    *("Density", "Sensitivity", "ToleranceResult", "Optimum", "ParetoFront", "RobustOptimum"),
+    *("charge", "densities", "design", "optimise", "tolerance"),
+)
 
 
 def test_names_are_one_list():
@@ -37,6 +41,7 @@ def test_names_are_one_list():
             marks=[
                 *([pytest.mark.ngspice] if name in COMPARING else []),
                 *([pytest.mark.thorough("test_example")] if name in DEAR else []),
+                *([pytest.mark.slow] if name in SLOW else []),
             ],
         )
         for name in hv.__all__
@@ -103,6 +108,7 @@ def test_sweep_leaves_nothing_behind(tmp_path, monkeypatch):
     assert "load resistance" in figure.axes[-1].get_xlabel()
 
 
+@pytest.mark.slow
 def test_sweep_of_several_keys_and_its_files(tmp_path):
     vary = {"load.resistance": "1k:1M:2", "stop.restitution": [0.9, 0.96]}
     table = hv.sweep(PLATE, vary=vary, engines=[hv.Published()], execution=hv.Execution(out=tmp_path))

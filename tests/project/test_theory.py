@@ -384,6 +384,7 @@ def test_two_scales(stop):
     assert law.mean_square_voltage == pytest.approx(np.exp(k) * (fast + slow), rel=3e-3)
 
 
+@pytest.mark.slow
 @checks("martingale", "boundary", "controlled")
 def test_control_variates():
     """Own paths of a linear device with a stop: both kinds of sums have mean zero, and leave little of the variance."""
@@ -419,6 +420,7 @@ def test_control_variates():
     assert abs(controlled.mean() - mean.mean()) < 4 * mean.std() / np.sqrt(half)
 
 
+@pytest.mark.slow
 @checks("ito")
 def test_ito_with_a_stop():
     """On short steps of an own path: the jumps of h at impacts belong to the identity, and vanish where h is alike."""
@@ -638,6 +640,7 @@ def on_gauss_points(found):
     return along.points[:, :, None], v, along.weights[:, :, None] * across.weights.ravel(), p
 
 
+@pytest.mark.slow
 @checks("displaced", "weak", "modes")
 def test_weak_form_of_the_density():
     """For ten polynomials g, with the integrals written anew: what the motion and what the impacts make of them."""
@@ -691,6 +694,7 @@ def test_weak_form_of_the_density():
         assert abs(moved + hit) < 1e-6 * size, (i, j, k)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("restitution", "near"),
     [
@@ -719,6 +723,7 @@ def test_exponent_at_the_grazing_corner(restitution, near):
         assert np.polyfit(np.log(v), np.log(p), 1)[0] == pytest.approx(k, abs=near)
 
 
+@pytest.mark.slow
 @checks("adjoint")
 def test_adjoint_of_the_density():
     """The transposed equations against the equations themselves, with a density drawn at random; and a derivative."""

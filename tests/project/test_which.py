@@ -3,10 +3,13 @@
 import re
 import runpy
 
+import pytest
+
 from harvester.scene.keys import keys
 from tests.support.paths import ROOT
 
 
+@pytest.mark.slow
 def test_the_table_is_that_of_the_engines():
     """Made anew from `serving` and `has_lifetime`; `python docs/serving_table.py` writes it."""
     made = runpy.run_path(str(ROOT / "docs" / "serving_table.py"))

@@ -120,6 +120,7 @@ def test_what_would_take_for_ever(slow):
         MASS.read(slow)
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=300, derandomize=True)
 @given(st.text(max_size=30) | st.text("0123456789.eE+-*/^() gkmsHzµΩ²_%°\n", max_size=30).map("1".__add__))
 def test_any_text_is_a_number_or_a_value_error(text):

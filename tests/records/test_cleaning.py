@@ -25,6 +25,7 @@ def written(path, heads, *columns, keep=None):
     return path
 
 
+@pytest.mark.slow
 def test_three_axes_with_offset_and_drift(harvester, tmp_path):
     """The z axis in mg with gravity on it: at even times, without gravity and drift, as a scene reads it."""
     z = 1000.0 * (SHAKING + 1.0 + 0.05 * T)
@@ -45,6 +46,7 @@ def test_three_axes_with_offset_and_drift(harvester, tmp_path):
     assert "--axis must be one of the columns of FILE" in harvester("record", path, "--axis", "w")[2]
 
 
+@pytest.mark.slow
 def test_gaps_repeats_and_jitter(harvester, tmp_path):
     """Five samples lost and one time repeated are mended and told; thirty in a row are not invented."""
     keep = np.ones(N, bool)
@@ -158,6 +160,7 @@ def test_no_times_and_coarse_times(harvester, tmp_path):
     assert "its clock is too coarse" in harvester("record", path)[2]
 
 
+@pytest.mark.slow
 def test_rows_without_times_stay(harvester, tmp_path):
     """A time in every fifth row alone: 90 Hz stay 90 Hz at 500 samples a second, where 100 would fold them to 10."""
     times = np.where(np.arange(N) % 5 == 0, T, np.nan)
@@ -191,6 +194,7 @@ def test_paired_times_and_a_record_too_large(harvester, tmp_path, monkeypatch):
     assert not (tmp_path / "c.csv").exists()
 
 
+@pytest.mark.slow
 def test_resampling_folds_nothing_back(harvester, tmp_path):
     """170 Hz at 200 samples a second would be 30 Hz: the filter takes it away, and the rest stays."""
     path = written(tmp_path / "a.csv", "time (s),a (m/s^2)", T, SHAKING + np.sin(2 * np.pi * 170 * T))

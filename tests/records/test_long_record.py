@@ -54,7 +54,9 @@ def read(tmp_path, monkeypatch):
     return of
 
 
-@pytest.mark.parametrize("text", [plain, german, with_remarks, with_a_long_end, clock])
+@pytest.mark.parametrize(
+    "text", [plain, german, with_remarks, with_a_long_end, pytest.param(clock, marks=pytest.mark.slow)]
+)
 def test_blocks_have_the_samples_of_the_whole(read, text):
     found = read(text(values()))
     assert isinstance(found, LongRecord) and found.count == N
@@ -70,6 +72,7 @@ def test_blocks_have_the_samples_of_the_whole(read, text):
     assert found.resampled(2, 5, 100, 256) == pytest.approx(whole.resampled(2, 5, 100, 256), abs=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "between",
     ["# battery changed\n", "\n", "  \n# x\n\n", 900 * "# remark\n"],

@@ -150,6 +150,7 @@ def test_bad_input(harvester, tmp_path, monkeypatch, args, says):
     assert says in err
 
 
+@pytest.mark.slow
 def test_sweep_with_failed_points(harvester, tmp_path):
     out = tmp_path / "out"
     keys = ("--vary", "excitation.acceleration_psd=0,1e-4,1e-3", "--engine", "averaged", "--engine", "published")
@@ -235,6 +236,7 @@ def test_studies_that_say_what_they_found(harvester, tmp_path, monkeypatch, args
     assert page.tags.count("figure") == 1
 
 
+@pytest.mark.slow
 def test_front_and_circuits():
     """The other answers of `optimise`: a table of designs, or of circuits, those without an optimum too."""
     scene = hv.load(ROOT / "examples" / "plate.toml")
@@ -252,6 +254,7 @@ def test_front_and_circuits():
         assert word in page.text
 
 
+@pytest.mark.slow
 def test_stability():
     """With the region there is a figure; without it only the exponents."""
     beware = (warning("not_followed", error="beware"),)
@@ -299,6 +302,7 @@ def test_figures_are_as_wide_as_the_page():
     assert "width: 100%" in rule and "min-width" not in rule
 
 
+@pytest.mark.slow
 def test_cost():
     rows = (
         CostRow("ensemble", "a", 0.01, 1.0, 64, None, "", 1e-6, 0.1, 1.0, 0.01, 1e-3, 1e-4, 0.0, 0.0, 0.011, True),

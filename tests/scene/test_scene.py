@@ -338,12 +338,14 @@ LIKELY = st.fixed_dictionaries(
 UNIT = st.sampled_from([0, 1, 1e-50, 1e50, 1e-20, 1e20, -1e50, 0.3])
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=300, derandomize=True)
 @given(ANY | LIKELY)
 def test_any_tables_are_a_scene_or_an_input_error(tables):
     computed_or_refused(tables)
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=200, derandomize=True)
 @given(st.dictionaries(st.sampled_from(KEYS["nondimensional"][:-1]), UNIT))
 def test_any_sizes_are_computed_or_refused(table):

@@ -115,6 +115,7 @@ def test_what_it_cannot_tell(text):
         hv.loads(text)
 
 
+@pytest.mark.slow
 @settings(max_examples=300, deadline=None)
 @given(strategies.scenes)
 def test_it_takes_what_the_program_takes(scene):

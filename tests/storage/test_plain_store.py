@@ -39,6 +39,7 @@ def test_the_ring_up_and_the_lag_are_counted():
     )
 
 
+@pytest.mark.slow
 def test_random_paths_pass_as_a_random_walk_with_drift():
     """Mean L/v and variance D L/v^3 of the first passage through L, D being the density of V; the wall at 0 is far."""
     density, level, count = (2e-6) ** 2, 8.0, 4096

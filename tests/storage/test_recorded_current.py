@@ -7,13 +7,11 @@ import numpy as np
 import pytest
 
 import harvester as hv
-from harvester.circuits.compiled_circuit import CompiledCircuit
-from harvester.cosimulation.idealised import ideal_circuit
 from harvester.equations.problem import Problem
 from harvester.mechanics.kernels.forcing import forcing
-from harvester.storage.measured_current import HELD, measured
-from harvester.storage.recorded_current import compiled_rectifier, grid_of, ideal_rectifier, recorded, windows_of
-from harvester.storage.rectifier_cut import STORE, held_rectifier, with_store
+from harvester.storage.measured_current import Rectifier, measured
+from harvester.storage.recorded_current import grid_of, recorded, windows_of
+from harvester.storage.rectifier_cut import STORE
 from tests.support.paths import EXAMPLES
 
 SCENE = hv.load(EXAMPLES / "bimorph_packets.toml")
@@ -34,23 +32,19 @@ def bursts(seconds, every, burst=20.0, rate=500.0, amplitude=1.5, frequency=46.0
     return t, tone + 0.05 * rng.standard_normal(len(t))
 
 
-def ideal_of(problem):
-    return ideal_rectifier(ideal_circuit(problem.circuit, problem.scales), problem.scales.capacitance)
-
-
 def table_of(scene, farads=470e-6):
     problem = Problem.of(dataclasses.replace(scene, storage=None, node=None))
-    return recorded(problem, ideal_of(problem), farads, 5.0), problem
+    return recorded(problem, farads, 5.0), problem
 
 
+@pytest.mark.slow
 def test_a_recorded_tone_gives_the_current_of_the_drive(tmp_path):
     """The windows after the ring-up have I(V) of the drive, which another code measures with other elements."""
     t = np.arange(0.0, 12.0, 0.002)
     found, _ = table_of(on_record(tmp_path, t, 1.5 * np.sin(2 * math.pi * 46.0 * t)))
     drive = hv.Excitation(acceleration_amplitude=1.5, frequency=46.0)
     driven = Problem.of(dataclasses.replace(SCENE, excitation=drive, storage=None, node=None))
-    elements = held_rectifier(driven.circuit, HELD * driven.scales.capacitance)
-    expected = measured(driven, elements, top=5.0).best.at(found.best.voltages)
+    expected = measured(driven, 5.0).best.at(found.best.voltages)
     assert np.abs(found.best.current[3:-2] / expected - 1.0).max() < 0.005
     assert found.separation < 0.02
     assert found.best.length * len(found.best.current) == pytest.approx(12.0, abs=found.best.length)
@@ -62,16 +56,19 @@ def test_the_netlists_own_elements_give_the_current_of_ideal_ones(tmp_path):
     """Both in two threads, from 0 to 5 V, in three windows of a burst: the bridge's differ by .1 % at most."""
     t = np.arange(0.0, 4.0, 0.002)
     _, problem = table_of(on_record(tmp_path, t, 1.5 * np.sin(2 * math.pi * 46.0 * t)))
-    volts, grid = np.linspace(0.0, 5.0, 64), grid_of(problem)._replace(windows=4)
-    ideal, own = (windows_of(problem, one, volts, grid)[0] for one in (ideal_of(problem), compiled_rectifier(problem)))
+    volts, grid, rectifier = np.linspace(0.0, 5.0, 64), grid_of(problem)._replace(windows=4), Rectifier(problem)
+    circuits = (one(rectifier.held) for one in (rectifier.fast, rectifier.own))
+    ideal, own = (windows_of(problem, one, volts, grid)[0] for one in circuits)
     assert np.abs(own[1:] / ideal[1:] - 1.0).max() < 0.002
 
 
+@pytest.mark.slow
 def test_a_store_that_is_not_slow_is_found_out(tmp_path):
     found, _ = table_of(on_record(tmp_path, *bursts(30.0, 30.0, 10.0)), farads=1e-7)
     assert found.separation > 0.3
 
 
+@pytest.mark.slow
 def test_windows_are_whole_samples_and_steps(tmp_path):
     _, problem = table_of(on_record(tmp_path, *bursts(30.0, 30.0, 10.0)))
     grid = grid_of(problem)
@@ -88,8 +85,7 @@ def packets_directly(scene, seconds, slice_=0.1):
     storage, node = scene.storage, scene.node
     problem = Problem.of(dataclasses.replace(scene, storage=None, node=None))
     scales, eqs = problem.scales, problem.equations
-    parts = with_store(held_rectifier(problem.circuit, HELD * scales.capacitance), storage.farads)
-    circuit = CompiledCircuit(problem.circuit, scales, parts)
+    circuit = Rectifier(problem).own(storage.farads)
     at, h = circuit.charge_at(STORE), 0.1
     kicks = round(slice_ * scales.frequency / h)
     h = slice_ * scales.frequency / kicks

@@ -7,9 +7,8 @@ import pytest
 
 import harvester as hv
 from harvester.equations.problem import Problem
-from harvester.storage.measured_current import HELD, measured
+from harvester.storage.measured_current import measured
 from harvester.storage.rectified_current import RectifiedCurrent
-from harvester.storage.rectifier_cut import cut_behind_rectifier
 
 MASS, STIFFNESS, RATIO, THETA, CP, A = 0.02, 1800.0, 0.02, 1e-4, 50e-9, 40.0
 
@@ -25,8 +24,7 @@ def weak():
         load=hv.Netlist("bridge", C=1e-3, R=1e9),
     )
     problem = Problem.of(scene)
-    cut = cut_behind_rectifier(problem.circuit)
-    return measured(problem, cut.held(HELD * CP)).best, w
+    return measured(problem).best, w
 
 
 def test_it_is_that_of_a_bridge_on_a_fixed_amplitude(weak):
@@ -58,11 +56,7 @@ def test_leaving_out_voltages_changes_a_smooth_table_little(weak):
 def test_noise_gives_a_current_with_its_errors():
     """Two seeds agree within their standard errors, and fluctuate about as the spectral density says."""
     scene = hv.load("examples/plate_bridge.toml")
-    problem = Problem.of(scene)
-    from harvester.cosimulation.idealised import ideal_circuit
-
-    ideal = ideal_circuit(problem.circuit, problem.scales)
-    tables = [measured(problem, (), ideal, 3.0, seed=seed).best for seed in (1, 2)]
+    tables = [measured(Problem.of(scene), 3.0, seed=seed).best for seed in (1, 2)]
     first, second = tables
     z = (first.current - second.current) / np.hypot(first.stderr, second.stderr)
     assert np.abs(z).max() < 4.0 and z.std() > 0.3

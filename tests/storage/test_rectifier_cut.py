@@ -4,7 +4,7 @@ import pytest
 
 from harvester.netlists.load_circuit import load_circuit
 from harvester.scene.load import Load
-from harvester.storage.rectifier_cut import cut_behind_rectifier, is_plain_store, with_held_store
+from harvester.storage.rectifier_cut import cut_behind_rectifier, held_rectifier, is_plain_store
 
 
 def circuit(name):
@@ -40,5 +40,5 @@ def test_which_circuits_are_a_store_and_its_load():
 
 
 def test_a_held_store_replaces_the_netlists_own():
-    values = {one.name: one.rest for one in with_held_store(circuit("bridge"), 2.0)}
+    values = {one.name: one.rest for one in held_rectifier(circuit("bridge"), 2.0)}
     assert values["csmooth"] == "2.0" and float(values["rload"]) == 1e15

@@ -80,3 +80,18 @@ def test_it_writes_when_it_is_told_to(tmp_path, monkeypatch):
     assert str(found).splitlines()[1].strip() == "against published" and "%" in str(found)
     with pytest.raises(hv.InputError, match="must have `out`, `formats`, `progress` only, but has `workers`"):
         compare(scene(PAPER), execution=hv.Execution(workers=2))
+
+
+def test_a_budget_is_for_all_engines_together(monkeypatch):
+    """Each gets its share of what is left, all no more than the whole; what was spent before its turn leaves none."""
+    given = []
+    for kind in (hv.Ensemble, hv.Density):
+        run = kind.run
+        monkeypatch.setattr(kind, "run", lambda self, *them, run=run: given.append(self.budget) or run(self, *them))
+    result = compare(scene(PAPER), engines=["averaged", "density", "ensemble"], within=0.01, budget="5s")
+    assert {"averaged", "ensemble"} <= {one.engine for one in result.estimates}  # density may need more than its share
+    assert len(given) == 2 and max(given) < 5.0 and given[0] < 0.5 * given[1]
+    assert sum(one.seconds for one in result.estimates) < 30.0
+    late = compare(scene(PAPER), engines=["ensemble", "density"], budget=1e-3)
+    assert [one.engine for one in late.estimates] == ["ensemble"]
+    assert late.refused["density"].startswith("the `budget` was spent before its turn")

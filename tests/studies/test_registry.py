@@ -34,7 +34,8 @@ CALLS = {
     "design": (ROOT / "examples" / "bimorph_sensor.toml", {"needs": "40 uW at 3.3 V", "circuits": ["bridge"]}),
     "node": (ROOT / "examples" / "bimorph_packets.toml", {"days": 0.02}),
 }
-SLOW = {"cost"}  # measures for seconds: tests/studies/work_precision has its result
+ELSEWHERE = {"cost"}  # measures for seconds: tests/studies/work_precision has its result
+DEAR = {"densities"}  # a second, which make check leaves to make test
 
 
 class Texts(HTMLParser):
@@ -56,7 +57,14 @@ class Texts(HTMLParser):
         self.texts.append(data)
 
 
-@pytest.fixture(scope="module", params=[one for one in STUDIES if one.name not in SLOW], ids=lambda one: one.name)
+@pytest.fixture(
+    scope="module",
+    params=[
+        pytest.param(one, id=one.name, marks=[pytest.mark.slow] if one.name in DEAR else [])
+        for one in STUDIES
+        if one.name not in ELSEWHERE
+    ],
+)
 def case(request):
     """A study, a scene and what it found there."""
     study = request.param
@@ -142,11 +150,13 @@ def test_an_estimate_and_what_is_identified_are_tables_too():
     assert level.time.unit == "s" and "1/w0" not in str(level)
 
 
+@pytest.mark.slow
 def test_commands_come_from_the_registry(harvester, tmp_path):
     """A study without a file of its own in commands/ has its options, its JSON and its page."""
     for command in study_commands():
         scene = "bimorph_packets.toml" if command.name == "node" else "plate.toml"
-        asked = (command.name, ROOT / "examples" / scene, "--json", "--report", tmp_path / "x.html")
+        quick = [part for name, value in CALLS.get(command.name, ("", {}))[1].items() for part in (f"--{name}", value)]
+        asked = (command.name, ROOT / "examples" / scene, "--json", "--report", tmp_path / "x.html", *quick)
         status, said, _ = harvester(*asked)
         assert status == 0 and json.loads(said)
         assert "<h1" in (tmp_path / "x.html").read_text()

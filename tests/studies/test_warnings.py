@@ -12,7 +12,9 @@ for usual, odd in (("40 g", "4e6 kg"), ("16 N/m", "1.6e9 N/m"), ("6.4e-3 N", "6.
 STUDIES = {"motion": ["--duration", "1"], "response": ["--sweep", "3Hz:5Hz:3"], "stability": ["--trajectories", "2"]}
 
 
-@pytest.mark.parametrize("study", STUDIES)
+@pytest.mark.parametrize(
+    "study", [pytest.param(one, marks=[] if one == "stability" else [pytest.mark.slow]) for one in STUDIES]
+)
 def test_an_odd_value_is_doubted(study, tmp_path, harvester):
     (tmp_path / "odd.toml").write_text(ODD)
     words = [study, tmp_path / "odd.toml", *STUDIES[study]]

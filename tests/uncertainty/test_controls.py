@@ -20,6 +20,7 @@ def test_gain_is_that_of_the_unexplained_variance():
     assert 0.95 < error / (0.1 / np.sqrt(4000)) < 1.1
 
 
+@pytest.mark.slow
 def test_no_bias_from_few_entries_that_are_not_gaussian():
     """Coefficients of the same entries would be biased: here values and squares of the controls go together."""
     found = []

@@ -32,6 +32,7 @@ from harvester.mechanics.kernels.compiled import inlined
 from harvester.mechanics.kernels.offset_stops import kick_at_stops, lower_stop
 from harvester.mechanics.kernels.path import between_kicks
 
+NEAR = 1e-3  # parts of a kick's step before a target, from which on rounding is not to halve ngspice's steps any more
 FIRST = 64.0  # parts of a kick's step, of which ngspice's first step after a turn of the motion is one
 
 
@@ -65,9 +66,8 @@ def proposed_step(s, t, delta):
         return left
     if s.turned == 1 and t <= s.leg_t:
         delta = min(delta, s.h / (FIRST * s.w0))
-    if delta >= left:
-        return left
-    if s.smooth != 0 and delta >= (1.0 - TINY) * left:  # the same but for rounding: no slivers ever smaller
+    near = s.smooth != 0 or left * s.w0 < NEAR * s.h
+    if delta >= left or (near and delta >= (1.0 - TINY) * left):  # the same but for rounding: no slivers ever smaller
         return left
     return min(delta, 0.5 * left)
 

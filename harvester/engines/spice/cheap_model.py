@@ -39,7 +39,7 @@ def cheap_circuit(
     circuit minutes.
     """
     from harvester.circuits.compiled_circuit import compiled_circuit
-    from harvester.cosimulation.idealised import ideal_circuit
+    from harvester.circuits.idealised import ideal_circuit
 
     eqs, scales, load = problem.equations, problem.scales, problem.circuit
     assert load is not None, "the engine refuses an open circuit"

@@ -77,5 +77,5 @@ def _check_patience(steps: float, budget: float | None, problem: Problem, setup:
         last = f"{setup.burn_in / problem.units.frequency:.3g}{' s' * problem.physical}"
         raise SimulationError(
             f"the ngspice runs would take {steps:.1e} steps, as transients last {last}: {instead}give fewer "
-            f"`trajectories`, a longer `dt` or a `budget` above {two_digits(steps / STEPS_A_SECOND)}s"
+            f"`trajectories`, a longer `dt` or a `budget` of more than {two_digits(steps / STEPS_A_SECOND)} s"
         )

@@ -189,7 +189,7 @@ def check_cost(
         raise SimulationError(
             f"the start is not forgotten after {trajectories.time:g}/w0, and a burn-in of {length:g}/w0 more "
             f"would take {steps:.1e} trajectory-steps of {trajectories.h:.2g}/w0: give a longer `dt`, fewer "
-            f"`trajectories`, or a `budget` above {two_digits(before + seconds)}s"
+            f"`trajectories`, or a `budget` of more than {two_digits(before + seconds)} s"
         )
 
 

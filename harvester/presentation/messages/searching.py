@@ -23,7 +23,7 @@ def _budget_spent(budget: float, stage: str, evaluations: int, engine: str, usua
 
 
 def _search_cut_short(stage: str, budget: float) -> str:
-    return f"the budget ended in {STAGES[stage]}: give more than `budget` {budget:g}s"
+    return f"the budget ended in {STAGES[stage]}: give a `budget` of more than {duration(budget)}"
 
 
 def _best_circuit(best: str, alike: str) -> str:

@@ -14,7 +14,8 @@ from harvester.equations.problem import Problem
 from harvester.errors import InputError
 from harvester.netlists.probes import STORE, Probe
 from harvester.presentation.diagnostic import Diagnostic, note, refusal, warning
-from harvester.presentation.messages.unknown_parts import COMPILED_CIRCUIT, IDEAL_ELEMENTS, TIME_SCALES
+from harvester.presentation.messages.unknown_parts import TIME_SCALES
+from harvester.storage.measured_current import JUDGE
 from harvester.storage.rectified_current import RectifiedCurrent
 from harvester.studies.charging.afterwards import afterwards
 from harvester.studies.charging.passages import SAMPLES, ChargeRuns, Passages
@@ -30,7 +31,7 @@ LARGE = 1000.0  # times the piezo's capacitance: a store that is charged slowly 
 def refusal_of_slow(problem: Problem, probe: Probe, records: bool = False) -> Diagnostic | None:
     """Why a charge cannot be computed from the rectifier's mean current, also of ``records``; None where it can."""
     from harvester.circuits.compiled_circuit import compiled_circuit
-    from harvester.cosimulation.idealised import ideal_circuit
+    from harvester.circuits.idealised import ideal_circuit
     from harvester.storage.rectifier_cut import is_plain_store
 
     eqs, circuit = problem.equations, problem.circuit
@@ -87,22 +88,17 @@ def charge_slowly(runs: ChargeRuns) -> Passages:
 def _steady(runs: ChargeRuns) -> dict[str, Any]:
     """One run under a drive."""
     from harvester.circuits.compiled_circuit import compiled_circuit
-    from harvester.storage.measured_current import HELD, measured, time_constant
-    from harvester.storage.rectified_current import FINE, times_to
-    from harvester.storage.rectifier_cut import with_held_store
+    from harvester.storage.measured_current import measured, time_constant
+    from harvester.storage.rectified_current import reached, times_to
     from harvester.storage.slow_circuit import direct_check
 
     problem, levels, duration = runs.problem, runs.levels, runs.duration
     circuit, top = problem.circuit, float(levels[-1])
     assert circuit is not None and circuit.smoothing is not None, "the refusal checks this"
-    elements = with_held_store(circuit, HELD * problem.scales.capacitance)
-    table, rough, steps, _ = measured(problem, elements, top=top, h=runs.h)
+    table, rough, steps, _ = measured(problem, top, runs.h)
     both = compiled_circuit(circuit, problem.scales)
     store = circuit.smoothing, both.resistance
-    volts = np.linspace(0.0, top, FINE)
-    curve = times_to(volts, table, *store)
-    reached = np.isfinite(curve)
-    volts, curve = volts[reached], curve[reached]
+    volts, curve = reached(table, top, *store)
     check = direct_check(problem, both, volts, curve, duration, runs.h)
 
     def at(one: RectifiedCurrent) -> Floats:
@@ -118,9 +114,8 @@ def _steady(runs: ChargeRuns) -> dict[str, Any]:
         "at": at_times,
         "curves": np.interp(at_times, curve + check.late, volts, left=0.0)[None],
         "steps": steps + check.steps,
-        "unknown": COMPILED_CIRCUIT,
         "notes": (note("slow_charge", direct=check.seconds, change=check.late), *_not_apart(float(times[-1]), unit)),
-        "model": _finite(at(table.halved()) - times) + check.error,
+        "model": _finite(at(table.halved()) - times) + check.error + JUDGE * _finite(times),
     }
 
 
@@ -128,43 +123,40 @@ def _random(runs: ChargeRuns) -> dict[str, Any]:
     """Many runs under noise."""
     from harvester.circuits.compiled_circuit import compiled_circuit
     from harvester.cosimulation.charging import first_passages
-    from harvester.cosimulation.idealised import ideal_circuit
-    from harvester.storage.measured_current import HELD, measured, time_constant
-    from harvester.storage.rectified_current import LONGER, error_of_times, random_paths, times_to
-    from harvester.storage.rectifier_cut import with_held_store
+    from harvester.storage.measured_current import Rectifier, measured, time_constant
+    from harvester.storage.rectified_current import LONGER, error_of_times, random_paths, reached, times_to
+    from harvester.storage.slow_circuit import noise_check
 
     problem, levels = runs.problem, runs.levels
     scales, circuit = problem.scales, problem.circuit
     assert circuit is not None and circuit.smoothing is not None, "the refusal checks this"
-    ideal, top = ideal_circuit(circuit, scales), float(levels[-1])
-    store = circuit.smoothing, compiled_circuit(circuit, scales).resistance
-    elements = with_held_store(circuit, HELD * scales.capacitance)
-    table, _, steps, _ = measured(problem, elements, ideal, top, runs.h, runs.seed)
+    top, store = float(levels[-1]), (circuit.smoothing, compiled_circuit(circuit, scales).resistance)
+    table, _, steps, _ = measured(problem, top, runs.h, runs.seed)
     mean = times_to(levels, table, *store)
     end = min(runs.duration, LONGER * float(mean[-1]))
     found = [random_paths(table, *store, top, end, runs.count, runs.seed, coarse) for coarse in (False, True)]
     times, coarse = (np.array([first_passages(t, v, levels) for v in paths]) for t, paths in found)
     at, unit = np.linspace(0.0, end, SAMPLES), time_constant(problem.equations) / scales.frequency
-    sampling = np.array([bound95(0.0, one) for one in error_of_times(levels, table, *store)])
-    model = sampling + _finite(times_to(levels, table.halved(), *store) - mean)
-    unknown, remarks = COMPILED_CIRCUIT, _not_apart(float(mean[-1]), unit)
-    if ideal is not None and not remarks:
+    remarks, both = _not_apart(float(mean[-1]), unit), None
+    if Rectifier(problem).ideal is not None and not remarks:
         level = int(np.searchsorted(mean, min(DIRECT * unit, float(mean[-1]))))
         watched = LONGER * float(mean[level])
         direct = charge_side_by_side(ChargeRuns(problem, levels[: level + 1], watched, RUNS, runs.seed, runs.h))
         both, slow = direct.time_to(level), times[:, level]
-        if both is not None:
-            late = both.value - float(slow.mean())
-            times, coarse, model = times + late, coarse + late, model + both.known_error95
-            remarks.append(note("slow_charge", direct=both.value, change=late))
-        unknown = IDEAL_ELEMENTS
+    free = None if both else circuit.smoothing
+    elements, separation, more = noise_check(problem, table, reached(table, top, *store), free, runs.seed)
+    model = np.array([bound95(0.0, one) for one in error_of_times(levels, table, *store)])
+    model += _finite(times_to(levels, table.halved(), *store) - mean) + (JUDGE + elements + separation) * _finite(mean)
+    if both is not None:
+        late = both.value - float(slow.mean())
+        times, coarse, model = times + late, coarse + late, model + both.known_error95
+        remarks.append(note("slow_charge", direct=both.value, change=late))
     return {
         "times": times,
         "coarse": coarse,
         "at": at,
         "curves": np.array([np.interp(at, found[0][0], v) for v in found[0][1]]),
-        "steps": steps,
-        "unknown": unknown,
+        "steps": steps + more,
         "counted": 1.0 / (math.sqrt(2.0) - 1.0),
         "notes": tuple(remarks),
         "model": model,
@@ -174,7 +166,7 @@ def _random(runs: ChargeRuns) -> dict[str, Any]:
 def _behind_a_rectifier(runs: ChargeRuns) -> dict[str, Any]:
     """One run of a chip under a drive."""
     from harvester.cosimulation.charging import first_passages
-    from harvester.storage.measured_current import HELD, measured, time_constant
+    from harvester.storage.measured_current import measured, time_constant
     from harvester.storage.rectifier_cut import cut_behind_rectifier
     from harvester.storage.slow_circuit import SlowCircuit
     from harvester.storage.steady_power import FINER
@@ -184,7 +176,7 @@ def _behind_a_rectifier(runs: ChargeRuns) -> dict[str, Any]:
     assert circuit is not None, "the refusal checks this"
     cut = cut_behind_rectifier(circuit)
     assert cut is not None, "the refusal checks this"
-    table, rough, steps, _ = measured(problem, cut.held(HELD * scales.capacitance))
+    table, rough, steps, _ = measured(problem)
     slow, unit = SlowCircuit(circuit, cut, scales), time_constant(problem.equations) / scales.frequency
     paths = [slow.run(one, runs.duration, unit / FINER, stride=4) for one in (table, rough, table.halved())]
     times, coarse, other = (first_passages(one.t, one.store, levels) for one in paths)
@@ -196,9 +188,9 @@ def _behind_a_rectifier(runs: ChargeRuns) -> dict[str, Any]:
         "at": at,
         "curves": np.interp(at, paths[0].t, paths[0].store)[None],
         "steps": steps + sum(one.steps for one in paths),
-        "unknown": f"{COMPILED_CIRCUIT} and {TIME_SCALES}",
+        "unknown": TIME_SCALES,
         "notes": tuple(_not_apart(float(times[-1]), unit)),
-        "model": _finite(other - times),
+        "model": _finite(other - times) + JUDGE * _finite(times),
         "after": ([found[0]], [found[1]]) if runs.whole else None,
     }
 

@@ -120,20 +120,14 @@ def evaluate(candidate: Candidate, scene: Scene, needed: DesignNeed, farads: flo
 
     Raises HarvesterError where the current cannot be measured.
     """
-    from harvester.cosimulation.idealised import ideal_circuit
     from harvester.mechanics.kernels.compiled import compilation
-    from harvester.storage.measured_current import HELD, measured
-    from harvester.storage.rectifier_cut import held_rectifier, is_plain_store
+    from harvester.storage.measured_current import Rectifier, measured
 
     problem, supply = Problem(candidate.scene(scene, needed)), candidate.supply
-    circuit, scales = problem.circuit, problem.scales
-    assert circuit is not None, "a netlist was asked for"
     if problem.equations.record is not None:
         return _on_record(candidate, scene, needed)
-    ideal = ideal_circuit(circuit, scales) if is_plain_store(circuit) else None
-    elements = held_rectifier(circuit, HELD * scales.capacitance)
     with compilation():
-        found = measured(problem, elements, ideal, supply.top, seed=seed, count=count)
+        found = measured(problem, supply.top, seed=seed, count=count)
     table = found.best
     power = supply.power(table, needed.power)
     known = Value(
@@ -141,7 +135,7 @@ def evaluate(candidate: Candidate, scene: Scene, needed: DesignNeed, farads: flo
         stderr=None if table.stderr is None else abs(supply.power(table.shifted(), needed.power) - power),
         bias=abs(supply.power(found.rough, needed.power) - power),
         model=_of_chip(supply, table, needed.power, power) + JUDGE * power,
-        unknown=IDEAL_ELEMENTS if ideal is not None and table.stderr is not None else "",
+        unknown=IDEAL_ELEMENTS if table.stderr is not None and Rectifier(problem).ideal else "",
     )
     return Given(known, supply.wake(table, farads), found.displacement, found.steps)
 
@@ -159,27 +153,19 @@ def _on_record(candidate: Candidate, scene: Scene, needed: DesignNeed) -> Given:
 
     The time scales are compared on a store that hardly moves, as what takes the power keeps the voltage.
     """
-    from harvester.cosimulation.idealised import ideal_circuit
     from harvester.mechanics.kernels.compiled import compilation
-    from harvester.netlists.load_circuit import load_circuit
-    from harvester.storage.measured_current import HELD
     from harvester.storage.node_run import NodeRun
-    from harvester.storage.recorded_current import compiled_rectifier, ideal_rectifier, recorded
+    from harvester.storage.recorded_current import recorded
 
-    supply = candidate.supply
-    problem = Problem(candidate.scene(scene, needed))
-    circuit = problem.circuit
+    supply, whole = candidate.supply, candidate.scene(scene, needed)
     if supply.chip is not None:
         diodes = dict(zip(("Is", "N"), supply.chip.diodes, strict=True))
-        circuit = load_circuit(Load(netlist="bridge", parameters=diodes))
-    assert circuit is not None, "a netlist was asked for"
-    ideal = ideal_circuit(circuit, problem.scales)
-    rectifier = ideal_rectifier(ideal, problem.scales.capacitance) if ideal else compiled_rectifier(problem)
+        whole = dataclasses.replace(whole, load=Load(netlist="bridge", parameters=diodes))
     wakes = supply.voltage if supply.chip is None else supply.rise
     node = SensorNode(wake_voltage=wakes, stop_voltage=0.9 * wakes, interval=1.0, currents=(0.0,), durations=(INSTANT,))
     chip = supply.chip and replace(supply.chip, rise=supply.rise, fall=supply.fall)
     with compilation():
-        found = recorded(problem, rectifier, HELD * problem.scales.capacitance, supply.top)
+        found = recorded(Problem(whole), top=supply.top)
     powers = supply.powers(found.best, needed.power)
     power = max(float(powers.mean()), 0.0)
     known = Value(
@@ -223,6 +209,6 @@ def nominal(scene: Scene, circuit: str, needed: DesignNeed, farads: float, seed:
         every = [evaluate(one, scene, needed, farads, seed, MANY) for one in some]
         most = int(np.argmax([one.power.value for one in every]))
         return some[most], every[most]
-    rough = [evaluate(one, scene, needed, farads, seed, 3).power.value if len(some) > 1 else 0.0 for one in some]
+    rough = [evaluate(one, scene, needed, farads, seed, 2).power.value if len(some) > 1 else 0.0 for one in some]
     best = some[int(np.argmax(rough))]
     return best, evaluate(best, scene, needed, farads, seed, MANY)

@@ -8,12 +8,14 @@ import dataclasses
 import math
 import time
 from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 
 from harvester.engines.protocol import AnyScene
 from harvester.equations.power_bound import power_bound
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, InputError, SimulationError, names_arguments, unknown
 from harvester.machine import files
+from harvester.machine.cores import cores
 from harvester.machine.execution import DEFAULT, Execution
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.scene.plausibility import unusual_values
@@ -103,7 +105,8 @@ def design(
     order = _order(meeting, shares)
     chosen, best = found[order[0]]
     farads = capacitance(needed, device, best.kept)
-    remarks = [*told, note("design_by_share" if spreads else "design_simplest"), _check(best, needed)]
+    check = note("design_check", needed=needed.load, whole=needed.voltage**2 / best.power.value)
+    remarks = [*told, note("design_by_share" if spreads else "design_simplest"), check]
     if chosen.coil is not None:
         remarks.append(warning("detector_not_counted", chosen.circuit))
     result = _result(problem, needed, farads, found, order, shares, (*unusual_values(device), *remarks))
@@ -133,13 +136,21 @@ def _nominal(
 
     Raises InputError where none gives anything.
     """
-    found, told = {}, []
-    for k, name in enumerate(names):
-        execution.progress.step(0.3 * k / len(names), name)
+    found, told = dict[str, tuple[Candidate, Given]](), list[Diagnostic]()
+
+    def given(name: str) -> tuple[Candidate, Given] | Diagnostic:
         try:
-            found[name] = nominal(device, name, needed, farads, seed)
+            return nominal(device, name, needed, farads, seed)
         except (CannotServeError, SimulationError) as error:
-            told.append(note("circuit_left_out", name, why=str(error)))
+            return note("circuit_left_out", name, why=str(error))
+
+    with ThreadPoolExecutor(cores()) as pool:
+        for k, (name, one) in enumerate(zip(names, pool.map(given, names), strict=True)):
+            execution.progress.step(0.3 * k / len(names), name)
+            if isinstance(one, Diagnostic):
+                told.append(one)
+            else:
+                found[name] = one
     if not found:
         why = "; ".join(f"{one.about}: {one.numbers['why']}" for one in told)
         raise InputError(f"`circuits` must have one that can be measured, but none can ({why})")
@@ -178,10 +189,6 @@ def _order(meeting: Mapping[str, tuple[Candidate, Given]], shares: Mapping[str, 
     alike = [name for name, one in shares.items() if one.value >= (best.low or 0.0)]
     others = [name for name in meeting if name != alike[0]]
     return [alike[0], *sorted(others, key=lambda name: -shares[name].value if name in shares else 1.0)]
-
-
-def _check(best: Given, needed: DesignNeed) -> Diagnostic:
-    return note("design_check", needed=needed.load, whole=needed.voltage**2 / best.power.value)
 
 
 def _result(

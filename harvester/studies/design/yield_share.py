@@ -5,11 +5,13 @@ a monotone curve; what that says without every other of them is its error.  Of s
 """
 
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
 from harvester.arrays import Floats
 from harvester.errors import HarvesterError
+from harvester.machine.cores import cores
 from harvester.machine.progress import ProgressCallback
 from harvester.scene.scene import Scene
 from harvester.studies.design.candidate import FEW, MANY, Candidate, evaluate
@@ -33,11 +35,15 @@ def share_met(
     """The share of devices of the ``spreads`` that meet what is ``needed``; one that has no answer does not."""
     alone = len(spreads) == 1 and spreads[0].kind != "measured"
     u = np.linspace(0.0, 1.0, NODES)[:, None] if alone else places(SAMPLES, len(spreads), seed)
+    devices = [
+        scene.varied({one.key: float(value) for one, value in zip(spreads, values, strict=True)})
+        for values in values_at(spreads, u)
+    ]
     rows = []
-    for k, values in enumerate(values_at(spreads, u)):
-        device = scene.varied({one.key: float(value) for one, value in zip(spreads, values, strict=True)})
-        rows.append(_found(candidate, device, needed, farads, seed))
-        told((k + 1) / len(u))
+    with ThreadPoolExecutor(cores()) as pool:
+        for row in pool.map(lambda device: _found(candidate, device, needed, farads, seed), devices):
+            rows.append(row)
+            told(len(rows) / len(u))
     found = np.array(rows)
     if not alone:
         met = int(_met(found, needed).sum())

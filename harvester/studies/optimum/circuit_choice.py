@@ -107,7 +107,9 @@ class CircuitChoice(Optimum, kw_only=True):
 
     @property
     def circuits(self) -> Table:
-        """A row a circuit, the one of most power first."""
+        """A row a circuit, the one of most power first; as they were given where that cannot be said."""
+        if self.best is None:
+            return self._rows([*self.optima.items()])
         return self._rows([*self.found.items(), *(pair for pair in self.optima.items() if pair[0] not in self.found)])
 
     @property

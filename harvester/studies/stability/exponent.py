@@ -11,6 +11,7 @@ from harvester.errors import names_arguments
 from harvester.machine.execution import DEFAULT, Execution, as_in_version_0_1, calls_with_fraction
 from harvester.machine.progress import PartOfProgress, working
 from harvester.presentation.diagnostic import Diagnostic, note, warning
+from harvester.presentation.messages.unknown_parts import PAPERS_FORMULA
 from harvester.presentation.result import TableResult
 from harvester.presentation.table import Column, Table
 from harvester.scene.plausibility import unusual_values
@@ -174,7 +175,7 @@ def stability(
         model=None if doubts.error is None else doubts.error * unit,
         ensemble=Value(growth.value, growth.stderr, bias, unknown=unknown).scaled(unit),
         noiseless=None if quiet is None else quiet * unit,
-        diagnostics=(*found, *doubts.diagnostics),
+        diagnostics=(*found, note("error_unknown", "published", part=PAPERS_FORMULA), *doubts.diagnostics),
         region=tuple(region),
     )
     if folder is not None:

@@ -324,6 +324,7 @@ def test_same_seed_same_answer_whatever_the_threads(monkeypatch):
     assert (answers[0] == answers[2]).all()
 
 
+@pytest.mark.slow
 def test_seeds_differ_in_start_and_noise():
     one, two = (lyapunov.exponent(FIGURE7, np.random.SeedSequence(k), 512, 1000.0).samples for k in (1, 2))
     assert not (one == two).any()

@@ -279,6 +279,7 @@ def test_stated_error_covers_random_scenes():
     assert np.mean(shares) > 0.1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stop", [{}, {"restitution": 0.9, "gap": 3.0}], ids=["none", "out of reach"])
 def test_stated_error_covers_linear_scenes(stop):
     """54 of 620 random scenes were off by more than they stated, 8 % with .4 and 13 % with .6 (the first two here)."""

@@ -278,6 +278,13 @@ def test_no_sliver_is_left_before_a_landing(share):
     assert proposed_step.py_func(SimpleNamespace(target_time=1.5, free=0, smooth=0, **run), 0.5, share) == 1.0
 
 
+def test_rounding_does_not_halve_the_steps_near_a_landing():
+    """A bridge came to steps of 2e-15 s there, at which nothing converges."""
+    state = SimpleNamespace(target_time=1.5, free=1, smooth=0, turned=0, noise_size=100, h=2.0, w0=1.0)
+    assert proposed_step.py_func(state, 1.499, 0.001 - 1e-15) == 1.5 - 1.499
+    assert proposed_step.py_func(state, 1.499, 0.0009) == 0.5 * (1.5 - 1.499)
+
+
 @pytest.mark.parametrize("free", [0, 1])
 @pytest.mark.parametrize("kicks", range(100, 120))
 def test_no_step_goes_beyond_the_end_of_the_run(kicks, free):

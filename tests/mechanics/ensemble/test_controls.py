@@ -98,6 +98,7 @@ def test_plain_and_controlled_means_agree_after_a_burn_in():
             assert abs(z(mean_and_error(getattr(many, name)), *controlled(many, name))) < 4.0, name
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("eqs", "entries"),
     [

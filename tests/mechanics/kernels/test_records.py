@@ -162,7 +162,7 @@ def test_density_that_begins_and_ends_at_zero():
     assert nothing_between.below(np.array([2.0, 3.0, 4.0])) == pytest.approx([0.5, 0.5, 1.0])
 
 
-@pytest.mark.parametrize("density", [LEVEL, RAMPS, PEAK])
+@pytest.mark.parametrize("density", [RAMPS, *(pytest.param(one, marks=pytest.mark.slow) for one in (LEVEL, PEAK))])
 def test_record_of_a_density_has_it(density):
     """Its lines have the density's power half-way to their neighbours, whatever the phases."""
     record = density.record(0.1, np.random.default_rng(1))

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from numba import njit
 
+from harvester.circuits.idealised import THERMAL, TOPOLOGIES, ideal_circuit
 from harvester.cosimulation import runs as worker
-from harvester.cosimulation.idealised import THERMAL, TOPOLOGIES, ideal_circuit
 from harvester.cosimulation.worker_pool import map_in_workers
 from harvester.equations.coefficients import Equations
 from harvester.equations.scales import Scales, scales
@@ -83,6 +83,7 @@ def test_exponential_and_logarithm():
     assert math.isfinite(exponential(1e9))
 
 
+@pytest.mark.slow
 def test_lanes_of_diodes_become_vector_instructions():
     @njit(fastmath={"contract", "reassoc", "nsz", "arcp"}, error_model="numpy")
     def many(w, out):

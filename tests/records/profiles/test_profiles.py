@@ -106,6 +106,7 @@ def test_energy_of_a_single_shock():
 SHOCK = {"profile": "half-sine-shock", "acceleration_amplitude": "1 g", "pulse_duration": "11 ms"}
 
 
+@pytest.mark.slow
 def test_the_best_load_of_a_single_shock_is_that_of_most_energy():
     """Its mean power is over a time that no load changes."""
     single = [hv.run(plate(**SHOCK).with_load(r), "exact") for r in (1e5, 1e6, 1e7)]

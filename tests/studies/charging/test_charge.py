@@ -130,6 +130,7 @@ def test_engines_agree_under_noise():
     assert ideal.time.known_error95 < 0.08 * ideal.time.value
 
 
+@pytest.mark.slow
 def test_the_compiled_circuit_charges_as_the_ideal_one():
     """On the same noise the mean time of a bridge of real diodes is that of ideal ones, but for their difference."""
     ideal, compiled = (hv.charge(BRIDGE, "1 V", engine=name, trajectories=128) for name in ("ideal", "compiled"))
@@ -139,6 +140,7 @@ def test_the_compiled_circuit_charges_as_the_ideal_one():
     assert compiled.levels[-1].energy == ideal.levels[-1].energy
 
 
+@pytest.mark.slow
 def test_runs_that_never_arrive_are_told(harvester):
     """No mean of those that do: a bound, the share with its interval, and a warning; the JSON is finite."""
     asked = ("charge", BRIDGE, "--to", "3.5V", "--trajectories", "256", "--duration", "2s")
@@ -158,6 +160,7 @@ def test_runs_that_never_arrive_are_told(harvester):
     assert ["reached,", "95", "%", "0", "%", "to", "5.601", "%"] in lines
 
 
+@pytest.mark.slow
 def test_files(tmp_path, harvester):
     """The curve rises to the band; at each level the store has C U^2/2, and powers times times add up to that."""
     words = ("charge", BRIDGE, "--to", "1.5 V", "--trajectories", "256", "--out", tmp_path)

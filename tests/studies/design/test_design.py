@@ -9,9 +9,8 @@ import pytest
 import harvester as hv
 from harvester.equations.problem import Problem
 from harvester.storage.bought_parts import CHIPS, COILS
-from harvester.storage.measured_current import HELD, measured
+from harvester.storage.measured_current import measured
 from harvester.storage.rectified_current import RectifiedCurrent
-from harvester.storage.rectifier_cut import held_rectifier
 from harvester.storage.supply import Supply
 from tests.support.paths import EXAMPLES
 
@@ -117,7 +116,7 @@ def test_what_a_chip_gives_is_the_heaviest_load_that_is_always_on():
     taken = {part: hv.run(into("ltc3588", 3.3**2 / (part * most), C=10e-6), "slow").mean_power for part in (0.96, 9.0)}
     assert taken[0.96].value == pytest.approx(0.96 * most, rel=2e-3)
     problem = Problem.of(into("ltc3588", 1e4))
-    own = measured(problem, held_rectifier(problem.circuit, HELD * problem.scales.capacitance)).best
+    own = measured(problem).best
     volts = np.linspace(3.67, 5.05, 2001)
     cycle = 0.85 * (5.05**2 - 3.67**2) / 2 / np.trapezoid(1.0 / (own.at(volts) - 450e-9), volts)
     assert abs(taken[9.0].value - cycle) < taken[9.0].error95 and cycle < 0.95 * most

@@ -103,6 +103,7 @@ def test_impacts_that_are_rare():
     assert "peak_impact_speed" not in seldom.levels and "few_impacts" in [one.code for one in seldom.diagnostics]
 
 
+@pytest.mark.slow
 def test_a_stop_is_hit():
     """The mass hits its stop at rest once in each half of a free period, about w0/pi times a second."""
     found = hv.extremes(STOP, lifetime="30 days")

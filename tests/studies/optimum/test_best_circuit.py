@@ -135,6 +135,7 @@ def test_a_last_run_that_is_cut_off_loses_no_optimum():
     assert found.estimate.is_sound and found.mean_power.value == max(p.power.value for p in before)
 
 
+@pytest.mark.slow
 def test_the_table():
     """The best first, what cannot be told from it named, and a circuit without an answer with its error."""
     scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, D11=0.01))
@@ -155,6 +156,7 @@ def test_the_table():
     ]
 
 
+@pytest.mark.slow
 def test_no_best_circuit_where_a_scan_was_cut_short():
     """A circuit of less power whose range was not looked at may have more; the one of most power has it anyway."""
     scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, D11=0.01))

@@ -23,6 +23,7 @@ def linear_power(mu):
     return BETA * mu * systems.linear_v2(systems.linear(BETA, mu, DAMPING))
 
 
+@pytest.mark.slow
 def test_quantile_of_a_known_function():
     """mu anywhere within 40 %: the worst 5 % are at the ends, and the best mu is where the ends are equally bad."""
     best = hv.optimise(LINEAR, vary="nondimensional.mu=E48:.5:5", spread={"nondimensional.mu": "40%"}, objective="5%")
@@ -79,6 +80,7 @@ def test_next_value_of_a_series_breaks_the_limit():
     assert best.place.quantities[0] < 1.95
 
 
+@pytest.mark.slow
 def test_limit_of_a_peak():
     """The best load without it breaks it; with it, the largest voltage over the lifetime is just allowed."""
     over = {"load.resistance": ("100 kohm", "10 Mohm")}
@@ -109,6 +111,7 @@ def test_limit_of_a_peak_behind_a_stop(monkeypatch):
     assert best.mean_power.value > 7e-6  # not what the search makes of a broken limit
 
 
+@pytest.mark.slow
 def test_a_budget_too_short_for_the_paths(harvester):
     words = ("--vary", "load.resistance=100k:1M", "--constraint", "peak_voltage < 9 V", "--lifetime", "1 h")
     status, out, err = harvester("optimise", STOP, *words, "--budget", "0.1s")
@@ -121,6 +124,7 @@ def test_devices_without_an_answer():
         robust.run(PLATE)
 
 
+@pytest.mark.slow
 def test_command(harvester, tmp_path):
     words = [
         "optimise",
@@ -192,6 +196,7 @@ def test_front_of_power_and_voltage():
     assert heads < {*rows[0].split(",")} and len(rows) == 5
 
 
+@pytest.mark.slow
 def test_a_front_with_nothing_to_choose():
     """Where the range holds no trade-off it is one design, and that is said."""
     found = hv.optimise(LINEAR, vary={"nondimensional.mu": (5.0, 6.0)}, objective="voltage_rms:high", points=3)
@@ -226,6 +231,7 @@ def test_the_front_by_the_command(harvester, tmp_path):
     assert {one.name for one in tmp_path.iterdir()} == {"pareto.csv", "pareto.png", "provenance.json"}
 
 
+@pytest.mark.slow
 def test_the_words_of_version_0_1_still_work(harvester):
     """--over for --vary, and beside it --vary for --spread, --for and --pareto for --objective, --limit."""
     series = ("load.resistance=E6:100k:1M", "piezo.capacitance=10%")
@@ -239,6 +245,7 @@ def test_the_words_of_version_0_1_still_work(harvester):
     assert json.loads(harvester("optimise", PLATE, *words)[1])["front"] == again["front"]
 
 
+@pytest.mark.slow
 def test_the_names_of_version_0_1_still_work():
     """`optimise_robust`, `pareto` and the keywords of `optimise`, each with a warning."""
     series = {"load.resistance": "E6:100k:1M"}
@@ -282,6 +289,7 @@ def test_what_a_search_cannot_be(options, error):
 SWUNG = systems.scene(systems.changed(systems.linear(BETA, 1.0, DAMPING), n1=None, drive=0.1, drive_frequency=1.1))
 
 
+@pytest.mark.slow
 def test_a_limit_of_the_displacement_under_a_sinusoid_needs_no_lifetime():
     """The amplitude is the same for ever: the limit keeps the load where `exact` finds that very amplitude."""
     free = hv.optimise(SWUNG, vary=MU, engine="exact").keys[0].value

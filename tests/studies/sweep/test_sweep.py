@@ -321,6 +321,7 @@ def test_the_cheapest_engine_of_each_point_is_resumed(tmp_path):
 OTHER_TEXTS = pytest.mark.thorough("test_damaged_numbers_are_computed_anew")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "text", ["nan", *(pytest.param(one, marks=OTHER_TEXTS) for one in ("\x00", "--", "inf", "1e999", "9" * 400, "'"))]
 )

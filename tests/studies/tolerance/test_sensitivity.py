@@ -34,6 +34,7 @@ def test_indices_of_ishigami():
     check(indices(ishigami, ISHIGAMI))
 
 
+@pytest.mark.slow
 def test_indices_of_ishigami_by_its_surface():
     """The polynomial through 512 samples misses a share of the variance, which widens the intervals."""
     x = design.values_at(ISHIGAMI, design.places(512, 3, 0))

@@ -44,6 +44,7 @@ def brute(designs):
     return closed_form(capacitance, designs * rng.normal(1.0, 0.2, COUNT).clip(0.2, 1.8), resistance)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("damping", [3.2e-3, 6.4e-3, 2.5e-2])
 def test_quantiles_and_yield_against_random_devices(damping):
     """Three designs: z-scores below 4 of every quantile and of the yield, which a wrong spread or law would break."""
@@ -187,6 +188,7 @@ def test_the_cheapest_engine_of_a_scene(name, engine):
     assert kind is selection.ENGINES[engine]
 
 
+@pytest.mark.slow
 def test_limits_of_peaks():
     """The share of devices within a limit of the largest displacement, against Rice's level of each of 200 of them."""
     vary = {"oscillator.damping": "50%"}

@@ -142,6 +142,7 @@ LACKING = {"ensemble, no controls", "spice, no controls", "spice, no pairing"}
 numbers = st.floats(1e-6, 1e6) | st.sampled_from([1.0, 2.0, 3.0])
 
 
+@pytest.mark.slow
 @given(st.lists(st.tuples(numbers, numbers)))
 def test_front(points):
     """No other equals or betters one of the front; every other is equalled or bettered by one of it."""
