@@ -45,6 +45,7 @@ class Server:
     def __init__(self, first: Callable[[], Draft], port: int, host: str = HOST) -> None:
         os.environ.setdefault("BOKEH_RESOURCES", "server")
         pn.extension(notifications=False)
+        self._pages: set[Explorer] = set()
         port = free_port(port, host)
         hosts = hosts_of(host, port)
         token = secrets.token_urlsafe(24)
@@ -58,7 +59,8 @@ class Server:
             except HarvesterError as wrong:
                 draft, error = first(), str(wrong)
             explorer = Explorer(draft, error)
-            pn.state.on_session_destroyed(lambda _: explorer.close())
+            self._pages.add(explorer)
+            pn.state.on_session_destroyed(lambda _: self._close(explorer))
             made = Frame(template, items=explorer.roots())
             made.add_variable("app_favicon", "")  # page.html has one, or browsers would ask elsewhere
             made.add_variable("apple_icon", "")
@@ -90,10 +92,15 @@ class Server:
             self._server.io_loop.asyncio_loop.set_exception_handler(report_failure)
             self._server.io_loop.start()
         finally:
-            for session in self._server.get_sessions():
-                session.destroy()
+            for explorer in [*self._pages]:  # Bokeh calls nothing of a session's when its server ends
+                self._close(explorer)
             self._server.stop()
             in_worker.close()
+
+    def _close(self, explorer: Explorer) -> None:
+        """End a page and its work."""
+        self._pages.discard(explorer)
+        explorer.close()
 
 
 def report_failure(loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:

@@ -319,6 +319,19 @@ def test_wrong_arguments(harvester, arguments, told):
     assert done[2].count("\n") == 1
 
 
+def test_interrupted_while_kernels_are_compiled(browser, tmp_path, monkeypatch):
+    """^C does not wait for the work of the pages that are open: without a kernel on the disk that takes 40 seconds."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    with serving(str(ROOT / "examples" / "plate_with_stop.toml")) as (program, address, _):
+        visit = Visit(browser, address)
+        visit.page.locator(".circuit-sece button").click()
+        visit.page.wait_for_timeout(300)
+        os.kill(program.pid, signal.SIGINT)
+        program.communicate(timeout=18)
+        assert program.returncode == 0
+        visit.page.close()
+
+
 def test_interrupted(served):
     """^C ends it at once, as it says, and without a traceback.  The last test here: nothing is served after it."""
     program, address = served
