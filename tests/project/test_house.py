@@ -19,7 +19,7 @@ from tests.support.paths import ROOT
 # What may only fall: a number of tests/support/house.py, the most that it may be today, and what it is to become.
 # Whoever lowers a number writes it here; `python -m tests.support.house NAME` prints the places.
 BOUNDS = [
-    ("lines of code", 41345, 23500),
+    ("lines of code", 41321, 23500),
     ("functions above 15 branches", 1, 1),
     ("functions above 12 parameters", 0, 0),
     ("base names of several files", 8, 8),
@@ -27,6 +27,7 @@ BOUNDS = [
     ("1.96 outside uncertainty", 0, 0),
     ("sentences read by code", 0, 0),
     ("words made outside messages", 0, 0),
+    ("vague names", 1991, 0),
 ]
 
 EXAMPLES = sorted((ROOT / "examples").glob("*.toml"))
@@ -69,7 +70,7 @@ def test_every_measure_has_a_bound():
 FAULTS = """
 SPENT = "the budget is spent"
 def a(p1, p2, p3, p4, p5, p6, p7, p8, p9, p10, p11, p12, p13):
-    found.warnings.append(f"{p1} is too large")
+    found = other.warnings.append(f"{p1} is too large")
     return Answer(value, reason="nobody knows it", low=value - 1.96 * stderr)
 def why(answer):
     if answer.warnings[0].startswith(SPENT) or isinstance(engine, Spice) or engine == "spice":
@@ -99,6 +100,7 @@ def test_each_measure_finds_what_it_counts(tmp_path, monkeypatch):
         "1.96 outside uncertainty": 1,
         "sentences read by code": 1,
         "words made outside messages": 3,
+        "vague names": 1,
     }
 
 

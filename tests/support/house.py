@@ -29,6 +29,12 @@ READERS = {"startswith", "endswith", "removeprefix", "removesuffix", "partition"
 MESSAGES = re.compile(r"harvester/presentation/messages\b")
 # Whose notes are below pictures and tables of a page; and what the fields of results mean.
 CAPTIONS = re.compile(r"harvester/(figures/|report/|explore/|presentation/glossary\b)")
+# Names that fit anything, or that a reader would not look for: the thing itself is named instead.
+VAGUE = re.compile(
+    "_*(amiss|aim|along|apart|asked|borrowed|doubts?|features|found|freedom|further|kicks|lacking|lacks|lanes|lent|"
+    "one|own|places?|plainly|play|prepared?|pursu(e|it)|readings|sampled|settle|tells|ticks?|told|usual|wanted)_*",
+    re.IGNORECASE,
+)
 
 
 def parsed(folder=None):
@@ -261,6 +267,17 @@ def words_made():
     yield from (place(where[0], found[where]) for where in sorted(found))
 
 
+def vague_names():
+    """Variables, arguments, attributes, functions and classes whose name does not say what they hold or do."""
+    kinds = ast.Name, ast.Attribute, ast.arg, ast.FunctionDef, ast.ClassDef
+    for file, node in walked(*kinds):
+        if isinstance(getattr(node, "ctx", None), ast.Load | ast.Del):
+            continue
+        name = next(getattr(node, field) for field in ("id", "attr", "arg", "name") if hasattr(node, field))
+        if VAGUE.fullmatch(name):
+            yield place(file, node, name)
+
+
 MEASURES = {
     "lines of code": lines_of_code,
     "functions above 15 branches": functions_of_many_branches,
@@ -270,6 +287,7 @@ MEASURES = {
     "1.96 outside uncertainty": normal_quantiles,
     "sentences read by code": sentences_read,
     "words made outside messages": words_made,
+    "vague names": vague_names,
 }
 
 
