@@ -35,7 +35,7 @@ def keys_with_elements(problem: Problem) -> Iterator[tuple[str, float]]:
 
 
 def elasticities(
-    problem: Problem, tell: Callable[[float], None], budget: float | None
+    problem: Problem, report: Callable[[float], None], budget: float | None
 ) -> tuple[Value, dict[str, tuple[float, Value]], list[str], float]:
     """The mean power (W; else nondimensional), of each key its value and d ln P/d ln key; keys without, and s for them.
 
@@ -62,8 +62,8 @@ def elasticities(
     share = min(max(MEAN * (deadline - now) / (now - begin), LEAST_SHARE), 1.0)
     power = first.run(share * settled)
     seconds = 4.0 * (time.monotonic() - now) / share  # that a key takes
-    found = dict[str, tuple[float, Value]]()
-    known = [(*one, change) for one in keys_with_elements(problem) if (change := _largest_change(problem, *one))]
+    by_key = dict[str, tuple[float, Value]]()
+    known = [(*pair, change) for pair in keys_with_elements(problem) if (change := _largest_change(problem, *pair))]
     part = 1.0 if time.monotonic() + len(known) * seconds < deadline else 0.5
     count, seconds = round(part * TRAJECTORIES), part * seconds
 
@@ -71,9 +71,9 @@ def elasticities(
         """The moments with another value of a key, and the unit of the load's power."""
         other = Problem(problem.scene.vary(key, value))
         ratio = other.scales.frequency / unit
-        one = trajectories(other, first.h * ratio, count)
-        one.run(settled * ratio)
-        return one.run(settled * ratio), other.units.watts * (other.equations.beta or 0.0)
+        ensemble = trajectories(other, first.h * ratio, count)
+        ensemble.run(settled * ratio)
+        return ensemble.run(settled * ratio), other.units.watts * (other.equations.beta or 0.0)
 
     for k, (key, value, change) in enumerate(known):
         if (begin := time.monotonic()) + seconds > deadline:
@@ -82,16 +82,16 @@ def elasticities(
         width = math.log1p(change) - math.log1p(-change)
         controls = None if more.controls is None or less.controls is None else more.controls - less.controls
         slope = mean_and_error(controlled_entries((log_more - log_less) / width, controls))
-        found[key] = value, Value(*slope, dof=count - 1.0, unknown=Compiled.UNKNOWN)
+        by_key[key] = value, Value(*slope, dof=count - 1.0, unknown=Compiled.UNKNOWN)
         seconds = max(seconds, time.monotonic() - begin)  # a key's own circuit is made, too
-        tell((k + 1) / len(known))
+        report((k + 1) / len(known))
     mean = mean_and_error(controlled_entries(power.load, power.controls))
     watts = problem.units.watts * (problem.equations.beta or 0.0)
     return (
         Value(*mean, dof=TRAJECTORIES - 1.0, unknown=Compiled.UNKNOWN).scaled(watts),
-        found,
-        [key for key, *_ in known if key not in found],
-        (len(known) - len(found)) * seconds,
+        by_key,
+        [key for key, *_ in known if key not in by_key],
+        (len(known) - len(by_key)) * seconds,
     )
 
 

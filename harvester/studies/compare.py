@@ -86,8 +86,8 @@ class Comparison(TableResult):
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.2, beta=0.05, mu=1.0, D11=0.01))
-    >>> found = hv.compare(scene, trajectories=64, duration=20.0)
-    >>> found.z(found.reference) is None, found.ratio(found.reference)
+    >>> comparison = hv.compare(scene, trajectories=64, duration=20.0)
+    >>> comparison.z(comparison.reference) is None, comparison.ratio(comparison.reference)
     (True, 1.0)
     """
 
@@ -105,9 +105,9 @@ class Comparison(TableResult):
     @property
     def reference(self) -> Estimate:
         """The estimate to compare with: a closed form, or that of the least standard error without a model."""
-        closed = [one for one in self.estimates if ENGINES[one.engine].is_exact]
-        whole = [one for one in self.estimates if ENGINES[one.engine].next_fidelity is None]
-        sampled = [one for one in whole if one.mean_power.stderr is not None]
+        closed = [estimate for estimate in self.estimates if ENGINES[estimate.engine].is_exact]
+        whole = [estimate for estimate in self.estimates if ENGINES[estimate.engine].next_fidelity is None]
+        sampled = [estimate for estimate in whole if estimate.mean_power.stderr is not None]
         return min(closed or sampled or self.estimates, key=lambda e: e.mean_power.stderr or 0.0)
 
     @property
@@ -134,23 +134,23 @@ class Comparison(TableResult):
     @property
     def answers(self) -> dict[str, Estimate]:
         """The estimates by their engines."""
-        return {one.engine: one for one in self.estimates}
+        return {estimate.engine: estimate for estimate in self.estimates}
 
     @property
     def engines(self) -> list[dict[str, Any]]:
         """The estimates as data, each with its ratio and its z-score."""
-        return [{**plain(one), "ratio": self.ratio(one), "z": self.z(one)} for one in self.estimates]
+        return [{**plain(answer), "ratio": self.ratio(answer), "z": self.z(answer)} for answer in self.estimates]
 
     @property
     def table(self) -> Table:
         """A row for each engine: its power, how far that is from the reference's, and what it took."""
-        ratios = [self.ratio(one) for one in self.estimates]
+        ratios = [self.ratio(estimate) for estimate in self.estimates]
         columns = (
-            Column("engine", [one.engine for one in self.estimates]),
-            Column("mean_power", [one.mean_power for one in self.estimates], self.unit_names.power),
-            Column("difference", [None if one is None else 100.0 * (one - 1.0) for one in ratios], "%"),
-            Column("z", [self.z(one) for one in self.estimates]),
-            Column("seconds", [one.seconds for one in self.estimates], "s"),
+            Column("engine", [estimate.engine for estimate in self.estimates]),
+            Column("mean_power", [estimate.mean_power for estimate in self.estimates], self.unit_names.power),
+            Column("difference", [None if ratio is None else 100.0 * (ratio - 1.0) for ratio in ratios], "%"),
+            Column("z", [self.z(estimate) for estimate in self.estimates]),
+            Column("seconds", [estimate.seconds for estimate in self.estimates], "s"),
         )
         return Table(columns, f"against {self.reference_engine}")
 
@@ -201,8 +201,8 @@ def compare(
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.2, beta=0.05, mu=1.0, D11=0.01))
-    >>> found = hv.compare(scene, trajectories=64, duration=20.0)
-    >>> [one.engine for one in found.estimates]
+    >>> comparison = hv.compare(scene, trajectories=64, duration=20.0)
+    >>> [estimate.engine for estimate in comparison.estimates]
     ['exact', 'published', 'averaged', 'density', 'ensemble', 'spice']
     """
     execution.only("compare", "out", "formats", "progress")
@@ -210,16 +210,16 @@ def compare(
     problem = Problem.of(scene)
     folder = OutputFolder.of(execution)
     chosen = engines_of(list(refusals(problem)) if engines is None else engines, **options)
-    budget = number(next((one.budget for one in chosen if isinstance(one, Request)), None))
+    budget = number(next((engine.budget for engine in chosen if isinstance(engine, Request)), None))
     estimates: list[Estimate] = []
     refused: dict[str, HarvesterError] = {}
-    total, done = sum(one.share_of_time for one in chosen) + PATHS, 0.0
+    total, done = sum(engine.share_of_time for engine in chosen) + PATHS, 0.0
     with working(execution.progress) as progress:
         for engine in chosen:
             part = PartOfProgress(progress, done / total, engine.share_of_time / total, engine.NAME)
             part.step(0.0)
             try:
-                left = None if budget is None else budget - sum(one.seconds for one in estimates)
+                left = None if budget is None else budget - sum(estimate.seconds for estimate in estimates)
                 estimates.append(_with_share(engine, left, total - done).run(problem, part.step))
             except (CannotServeError, MissingProgramError, SimulationError) as error:
                 refused[engine.NAME] = error
@@ -229,10 +229,10 @@ def compare(
         progress.step(done / total, "paths")
         drawn = _has_paths(chosen, refused)
         paths = tuple(_paths(problem, seed)) if drawn else ()
-    found = Comparison(tuple(estimates), {name: str(error) for name, error in refused.items()}, paths)
+    result = Comparison(tuple(estimates), {name: str(error) for name, error in refused.items()}, paths)
     if folder is not None:
-        folder.save("compare", found.table.csv(), found.plot(problem.scene.name), provenance(problem, seed=seed))
-    return found
+        folder.save("compare", result.table.csv(), result.plot(problem.scene.name), provenance(problem, seed=seed))
+    return result
 
 
 def _with_share(engine: Engine, left: float | None, shares: float) -> Engine:
@@ -247,19 +247,19 @@ def _with_share(engine: Engine, left: float | None, shares: float) -> Engine:
 def _has_paths(engines: Sequence[Engine], refused: dict[str, HarvesterError]) -> bool:
     """Whether paths are drawn: ngspice ran, and the published decoupled V, one of the three, has a meaning."""
     meaningless = isinstance(refused.get(Published.NAME), CannotServeError)
-    return any(one.runs_ngspice and one.NAME not in refused for one in engines) and not meaningless
+    return any(engine.runs_ngspice and engine.NAME not in refused for engine in engines) and not meaningless
 
 
 def _paths(problem: Problem, seed: int) -> list[PathComparison]:
     """One path with the stop, where there is one, and one without."""
-    found, bare = [], Problem(problem.scene.without_stop())
+    paths, bare = [], Problem(problem.scene.without_stop())
     pairs = [("without the stop", bare)]
     if bare.scene != problem.scene:
         pairs.insert(0, ("with the stop", problem))
-    for title, one in pairs:
+    for title, variant in pairs:
         with contextlib.suppress(UnboundedResponseError):  # the stop may be all that bounds the response
-            found.append(one_path(one, title, seed))
-    return found
+            paths.append(one_path(variant, title, seed))
+    return paths
 
 
 def one_path(problem: Problem, title: str, seed: int = 0, dt: float | None = None) -> PathComparison:

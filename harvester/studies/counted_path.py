@@ -35,30 +35,30 @@ def voltage_plane(path: Motion, x: tuple[float, float], volts: tuple[float, floa
     first = int(BURN_IN * len(path.time))
     edges = [np.linspace(*ends, BINS + 1) for ends in (x, volts)]
     area = (edges[0][1] - edges[0][0]) * (edges[1][1] - edges[1][0])
-    parts = [np.array_split(one[first:], GROUPS) for one in (path.displacement, path.voltage)]
+    parts = [np.array_split(values[first:], GROUPS) for values in (path.displacement, path.voltage)]
     counted = [np.histogram2d(a, b, edges)[0] / (len(a) * area) for a, b in zip(*parts, strict=True)]
-    centres = (0.5 * (one[1:] + one[:-1]) for one in edges)
+    centres = (0.5 * (edge[1:] + edge[:-1]) for edge in edges)
     return *centres, np.mean(counted, axis=0), np.std(counted, axis=0, ddof=1) / math.sqrt(GROUPS)
 
 
-def counted_passage(time: Floats, values: Floats, level: float, forgets: float) -> Value:
+def counted_passage(time: Floats, values: Floats, level: float, forgetting_time: float) -> Value:
     """The mean time until |values| at the times of a path first pass a level, in the unit of these.
 
-    Windows in which no value passes it get rarer as exp(-lambda t) with their length t, from ``forgets`` on, the time
+    Windows in which no value passes it get rarer as exp(-lambda t) with their length t, from ``forgetting_time`` on,
     in which the motion forgets where it began: P(t)/P(2 t) = exp(lambda t), counted in neighbours.  What happens
     between two values is told by every other one of them.
 
     Raises SimulationError where too few windows pass it, or do not.
     """
     settled, step = np.abs(values[int(BURN_IN * len(values)) :]), float(time[1] - time[0])
-    rate, part = _rate(settled, step, level, forgets)
-    coarse, _ = _rate(settled[::2], 2.0 * step, level, forgets)
-    return Value(1.0 / rate, part / rate**2, bias=abs(1.0 / coarse - 1.0 / rate), model=forgets)
+    rate, part = _rate(settled, step, level, forgetting_time)
+    coarse, _ = _rate(settled[::2], 2.0 * step, level, forgetting_time)
+    return Value(1.0 / rate, part / rate**2, bias=abs(1.0 / coarse - 1.0 / rate), model=forgetting_time)
 
 
-def _rate(values: Floats, step: float, level: float, forgets: float) -> tuple[float, float]:
+def _rate(values: Floats, step: float, level: float, forgetting_time: float) -> tuple[float, float]:
     """The rate of passages and its standard error."""
-    length = max(round(forgets / step), 1)
+    length = max(round(forgetting_time / step), 1)
     while True:
         pairs = len(values) // (2 * length)
         highest: Floats = np.asarray(values[: 2 * length * pairs].reshape(pairs, 2, length).max(axis=2))

@@ -128,7 +128,7 @@ class Motion(TableResult):
     @property
     def ranges(self) -> Table:
         """Between which ends each of its quantities goes."""
-        ends = [Column(one.name, [min(one.cells), max(one.cells)], one.unit) for one in self.table.columns[1:]]
+        ends = [Column(c.name, [min(c.cells), max(c.cells)], c.unit) for c in self.table.columns[1:]]
         return Table((Column("end", ["least", "largest"]), *ends), "On this path, from its beginning")
 
 
@@ -202,7 +202,7 @@ def motion(
     a = None if path.shaking is None else path.shaking[stride::stride][: len(path.t)]
     s, speed = problem.units, problem.units.length * unit
     base = a if a is None or not problem.physical else -a * speed * unit  # the mass feels the opposite
-    found = Motion(
+    result = Motion(
         time=path.t / unit,
         displacement=path.x * s.length,
         velocity=path.v * speed,
@@ -215,21 +215,21 @@ def motion(
         physical=problem.physical,
         engine=engine,
         diagnostics=(*unusual_values(problem.scene), *notes, *_not_drawn(problem.equations), note("one_path")),
-        probes={one.name: values / problem.in_circuit(one.unit) for one, values in zip(probes, seen, strict=True)},
-        probe_units={one.name: one.unit if problem.physical else "" for one in probes},
+        probes={p.name: values / problem.in_circuit(p.unit) for p, values in zip(probes, seen, strict=True)},
+        probe_units={p.name: p.unit if problem.physical else "" for p in probes},
         hides_noise=base is not None and problem.equations.n1 is not None,
     )
-    _write(found, problem, folder, {"engine": engine, "seed": seed, "from_rest": from_rest, "probe": list(probe)})
-    return found
+    _write(result, problem, folder, {"engine": engine, "seed": seed, "from_rest": from_rest, "probe": list(probe)})
+    return result
 
 
-def _write(found: Motion, problem: Problem, folder: OutputFolder | None, asked: dict[str, Any]) -> None:
-    """Write the files of a path that was ``asked`` for in this way; none without a folder."""
+def _write(result: Motion, problem: Problem, folder: OutputFolder | None, options: dict[str, Any]) -> None:
+    """Write the files of a path with its ``options`` in their provenance; none without a folder."""
     if folder is None:
         return
-    about = provenance(problem, **asked, duration=found.shown, step=found.step)
-    folder.packed("motion", found.table.npz())
-    folder.save("motion", found.table.csv(units=True), found.plot(problem.scene.name), about)
+    about = provenance(problem, **options, duration=result.shown, step=result.step)
+    folder.packed("motion", result.table.npz())
+    folder.save("motion", result.table.csv(units=True), result.plot(problem.scene.name), about)
 
 
 def _computed(
@@ -271,7 +271,7 @@ def _stops(eqs: Equations) -> tuple[float, ...]:
     """Where the stops are that the displacement alone meets."""
     if eqs.modes is not None and eqs.modes.contact != tuple(eqs.modes.direction):
         return ()
-    return tuple(one for one in eqs.stops if math.isfinite(one))
+    return tuple(stop for stop in eqs.stops if math.isfinite(stop))
 
 
 def _not_drawn(eqs: Equations) -> Iterator[Diagnostic]:

@@ -17,7 +17,7 @@ from harvester.errors import InputError, SimulationError, invalid
 from harvester.quantities.kinds import GAP, VOLTAGE_FROM_0
 from harvester.uncertainty.value import Value
 
-APART = 0.3  # the slowest decay over that of the energy, above which two wells are one
+MOST_DECAY_RATIO = 0.3  # the slowest decay over that of the energy, above which two wells are one
 
 
 def read_level(level: float | str, problem: Problem) -> float:
@@ -28,13 +28,13 @@ def read_level(level: float | str, problem: Problem) -> float:
         except ValueError:
             raise invalid("`level`", "be a number for a nondimensional scene", level) from None
     try:
-        found = GAP.read(level) / problem.units.length
+        nondimensional = GAP.read(level) / problem.units.length
     except ValueError as error:
         raise InputError(f"`level` {error}") from None
     low, high = problem.equations.stops if problem.equations.pressure else problem.equations.rigid_stops
-    if not (max(0.0, low) < found < math.inf) or (found >= high and -found <= low):
+    if not (max(0.0, low) < nondimensional < math.inf) or (nondimensional >= high and -nondimensional <= low):
         raise invalid("`level`", "be a displacement above 0 that the mass can pass, between its stops", level)
-    return float(found)
+    return float(nondimensional)
 
 
 def read_voltage(level: float | str, problem: Problem) -> float | None:
@@ -55,17 +55,17 @@ def forgetting(problem: Problem, answer: Answer) -> float:
 def hop_rate(problem: Problem, answer: Answer) -> Value | None:
     """Hops between two wells a second; each begins anew only where the decay is far slower than that of the energy."""
     eqs = problem.equations
-    places = eqs.resting_places
-    if len(places) != 2:
+    wells = eqs.resting_places
+    if len(wells) != 2:
         return None
     roots = np.roots([eqs.spring[2], eqs.spring[1], eqs.spring[0], 0.0]).real
-    top = next((float(x) for x in roots if places[0] < x < places[1]), 0.5 * (places[0] + places[1]))
+    top = next((float(x) for x in roots if wells[0] < x < wells[1]), 0.5 * (wells[0] + wells[1]))
     try:
-        decays = [slowest_decay(one)[0] for one in (answer.solution, answer.coarser)]
+        decays = [slowest_decay(solution)[0] for solution in (answer.solution, answer.coarser)]
     except SimulationError:
         return None
     ratio = decays[0] / min(forgetting(problem, answer), eqs.mu or math.inf)  # a slow load would be the slowest
-    if ratio > APART:
+    if ratio > MOST_DECAY_RATIO:
         return None
     share = Marginals(answer.solution.form, answer.solution.p).share_below(top)
     rate = 2.0 * share * (1.0 - share) * decays[0]

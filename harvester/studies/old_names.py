@@ -28,8 +28,8 @@ def optimise_robust(
     **options: Any,
 ) -> Any:
     """`optimise` for most devices and under limits."""
-    aim = POWER if share is None else share
-    return optimise(scene, vary=over, spread=vary, objective=aim, constraints=limits, engine=engine, **options)
+    objective = POWER if share is None else share
+    return optimise(scene, vary=over, spread=vary, objective=objective, constraints=limits, engine=engine, **options)
 
 
 def pareto(
@@ -37,5 +37,5 @@ def pareto(
 ) -> Any:
     """`optimise` with a second aim."""
     limits = options.pop("limits", ())
-    aims = [aim] if share is None else [share, aim]
-    return optimise(scene, vary=over, spread=vary, objective=aims, constraints=limits, **options)
+    objectives = [aim] if share is None else [share, aim]
+    return optimise(scene, vary=over, spread=vary, objective=objectives, constraints=limits, **options)

@@ -54,7 +54,7 @@ class OutputFolder:
 
     def table(self, name: str, lines: str | Iterable[str]) -> None:
         """Write ``name``.csv from its text or lines."""
-        files.write(self.path / f"{name}.csv", lines if isinstance(lines, str) else (one.encode() for one in lines))
+        files.write(self.path / f"{name}.csv", lines if isinstance(lines, str) else (line.encode() for line in lines))
 
     def packed(self, name: str, content: bytes) -> None:
         """Write ``name``.npz from its bytes."""

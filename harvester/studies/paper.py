@@ -159,14 +159,14 @@ def _response(panel: str, coefficient: str, values: Floats) -> Iterator[FigurePo
     from harvester.mechanics.ensemble.burn_in import burn_in
     from harvester.mechanics.ensemble.trajectories import Trajectories
 
-    for place, value in enumerate(values):
+    for index, value in enumerate(values):
         change: dict[str, Any] = {coefficient: float(value)}
         eqs = dataclasses.replace(RESPONSE, **change)
         trajectories = Trajectories(eqs, _TRAJECTORIES, np.random.SeedSequence([1, int(1e6 * value)]))
         burn_in(trajectories)
         ensemble = trajectories.run(trajectories.time).mean("V2")
         three = (stationary.mean_square_voltage(eqs), two_scale.solve(eqs).mean_square_voltage, *ensemble)
-        solved = None if place % 3 else float(refined(eqs, 1e-3, None, None, LIGHTEST).means[0])  # it takes the longest
+        solved = None if index % 3 else float(refined(eqs, 1e-3, None, None, LIGHTEST).means[0])  # it takes the longest
         for name, factor in (("E[V^2]", 1.0), ("E[P]", (eqs.beta or 0.0) * (eqs.mu or 0.0))):
             theory, ours, sampled, error = (factor * v for v in three)
             density = None if solved is None else factor * solved
@@ -182,8 +182,8 @@ def _densities(curves: dict[str, dict[str, Any]]) -> Iterator[FigurePoint]:
     for curve, changes in curves.items():
         eqs = dataclasses.replace(RESPONSE, **changes)
         law, ours = stationary.density(eqs), two_scale.solve(eqs)
-        found = refined(eqs, 1e-3, None, None, LIGHTEST).solution
-        solved = Marginals(found.form, found.p)
+        solution = refined(eqs, 1e-3, None, None, LIGHTEST).solution
+        solved = Marginals(solution.form, solution.p)
         (x, v), stop = _states(eqs), eqs.restitution is not None
         through = partial(amplitude_through, alpha=eqs.alpha or 0.0, beta=eqs.beta or 0.0, mu=eqs.mu or 0.0)
         fine, fast = np.arange(0.002, 4.0, 0.004), np.arange(-6.0, 6.0, 0.008)
@@ -226,9 +226,9 @@ def _exponents(panel: str, curve: str, coefficient: str, values: Floats, base: E
     for value in values:
         change: dict[str, Any] = {coefficient: float(value)}
         eqs = dataclasses.replace(base, **change)
-        found = exponent(eqs, np.random.SeedSequence(3), 2048, 500.0)
+        estimate = exponent(eqs, np.random.SeedSequence(3), 2048, 500.0)
         theory = (float(stability.published(eqs)), float(stability.averaged(eqs)))
-        yield FigurePoint(f"lambda against {panel}", curve, float(value), *theory, found.value, found.stderr)
+        yield FigurePoint(f"lambda against {panel}", curve, float(value), *theory, estimate.value, estimate.stderr)
 
 
 def _boundary(curve: str, base: Equations) -> Iterator[FigurePoint]:

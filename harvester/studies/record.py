@@ -53,43 +53,43 @@ class RecordAnswer:
         """The clean record as the CSV file that a scene reads; raises InputError where that would be too large."""
         t = np.round(self.record.times, 12)
         rows = zip(t, self.record.values, strict=True)
-        found = "".join(csv_lines(["time (s)", "acceleration (m/s^2)"], rows))
-        if len(found) > MOST_BYTES:
+        text = "".join(csv_lines(["time (s)", "acceleration (m/s^2)"], rows))
+        if len(text) > MOST_BYTES:
             raise InputError(
                 f"FILE must give a clean record of at most {MOST_BYTES} bytes, as a scene reads, but it has "
-                f"{len(found)}: cut the file, or give a lower `rate`"
+                f"{len(text)}: cut the file, or give a lower `rate`"
             )
-        return found
+        return text
 
     def as_json(self) -> dict[str, object]:
         """The answer as ``--json`` prints it."""
-        one = self.record
+        record = self.record
         return {
-            "axis": one.axis,
-            "rate": one.rate,
-            "samples": len(one.values),
-            "duration": len(one.values) / one.rate,
-            "rms": one.rms,
-            "peak": float(np.abs(one.values).max()),
+            "axis": record.axis,
+            "rate": record.rate,
+            "samples": len(record.values),
+            "duration": len(record.values) / record.rate,
+            "rms": record.rms,
+            "peak": float(np.abs(record.values).max()),
             **({} if self.possible is None else {"possible_power": self.possible}),
             "bands": [{"low": b.low, "high": b.high, "rms": b.rms.value, "stderr": b.rms.stderr} for b in self.bands],
-            "found": list(map(str, one.found)),
-            "warnings": list(map(str, one.warnings)),
+            "found": list(map(str, record.found)),
+            "warnings": list(map(str, record.warnings)),
         }
 
     def __str__(self) -> str:
-        one = self.record
-        peak = float(np.abs(one.values).max())
+        record, rms = self.record, self.record.rms
+        peak, n = float(np.abs(record.values).max()), len(record.values)
         lines = [
-            f"axis {one.axis}: {len(one.values)} samples, {one.rate:.6g} a second, {len(one.values) / one.rate:.4g} s",
-            f"rms {one.rms:.4g} m/s^2 ({one.rms / G:.3g} g), peak {peak:.4g} m/s^2 ({peak / G:.3g} g), of this record",
+            f"axis {record.axis}: {n} samples, {record.rate:.6g} a second, {n / record.rate:.4g} s",
+            f"rms {rms:.4g} m/s^2 ({rms / G:.3g} g), peak {peak:.4g} m/s^2 ({peak / G:.3g} g), of this record",
             *(
                 []
                 if self.possible is None
                 else [f"no device of that mass and stroke takes more than {amount(self.possible, 'W')}"]
             ),
-            *(f"found: {what}" for what in one.found),
-            *(f"warning: {what}" for what in one.warnings),
+            *(f"found: {message}" for message in record.found),
+            *(f"warning: {message}" for message in record.warnings),
         ]
         rows = [(f"{b.low:.3g} to {b.high:.3g} Hz", b.rms.format("m/s^2")) for b in self.bands]
         return "\n".join([*lines, "rms by octave:", *columns(rows, "  ")])

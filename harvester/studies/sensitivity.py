@@ -20,14 +20,14 @@ from harvester.presentation.table import Column, Table
 from harvester.scene.keys import unit_of
 from harvester.uncertainty.value import Value
 
-USUAL = 1e-6  # the relative error of E[V^2] that is aimed at
+DEFAULT_WITHIN = 1e-6  # the relative error of E[V^2] that is aimed at
 
 
 class Sensitivity(TableResult):
     """The mean power and its elasticity in each key of the scene: d ln P/d ln key, the largest first.
 
     An elasticity of 2 says that one percent more of a key gives two percent more power.  What keys of 0 and keys that
-    are no quantity would do is not told.
+    are no quantity would do is not computed.
 
     Attributes
     ----------
@@ -86,7 +86,7 @@ def sensitivity(
     """The elasticity of the mean power in every key of the scene that is a quantity other than 0.
 
     All come from one solution for the density and one of its adjoint equations, whatever the number of keys.  With a
-    netlist two ensembles of its compiled circuit a key, on the same noise, also tell what its elements do.
+    netlist two ensembles of its compiled circuit a key, on the same noise, also show what its elements do.
 
     Parameters
     ----------
@@ -114,8 +114,8 @@ def sensitivity(
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01, restitution=0.9))
-    >>> found = hv.sensitivity(scene, within=1e-4)
-    >>> found.keys[0], round(found.elasticities[found.keys.index("nondimensional.D11")].value, 3)
+    >>> result = hv.sensitivity(scene, within=1e-4)
+    >>> result.keys[0], round(result.elasticities[result.keys.index("nondimensional.D11")].value, 3)
     ('nondimensional.restitution', 1.0)
     """
     problem, begin = Problem.of(scene), time.perf_counter()
@@ -123,10 +123,10 @@ def sensitivity(
         if within is not None:
             raise InputError("`within` must be left out with a netlist, whose ensembles are of one size")
         return _of_circuit(problem, begin, progress, number(budget))
-    aim = within or (USUAL if problem.equations.coloured is None else None)
-    answer, slopes = Density(within=aim, budget=budget).run_with_slopes(served(Density, problem), progress)
-    told = {key: (value_of(problem.scene, key), slopes.with_error(key)) for key in quantities(problem.scene)}
-    return _result(problem, Density.NAME, answer.mean_power, told, begin)
+    target = within or (DEFAULT_WITHIN if problem.equations.coloured is None else None)
+    answer, slopes = Density(within=target, budget=budget).run_with_slopes(served(Density, problem), progress)
+    by_key = {key: (value_of(problem.scene, key), slopes.with_error(key)) for key in quantities(problem.scene)}
+    return _result(problem, Density.NAME, answer.mean_power, by_key, begin)
 
 
 def _of_circuit(
@@ -136,28 +136,28 @@ def _of_circuit(
     from harvester.studies.circuit_sensitivity import elasticities
 
     served(Compiled, problem)
-    power, told, left, further = elasticities(problem, progress or (lambda _: None), budget)
-    cut = warning("keys_left_out", keys=", ".join(left), budget=budget, further=further) if left else None
-    return _result(problem, Compiled.NAME, power, told, begin, cut)
+    power, by_key, left, more_seconds = elasticities(problem, progress or (lambda _: None), budget)
+    cut = warning("keys_left_out", keys=", ".join(left), budget=budget, further=more_seconds) if left else None
+    return _result(problem, Compiled.NAME, power, by_key, begin, cut)
 
 
 def _result(
     problem: Problem,
     engine: str,
     power: Value,
-    told: dict[str, tuple[float, Value]],
+    by_key: dict[str, tuple[float, Value]],
     begin: float,
     cut: Diagnostic | None = None,
 ) -> Sensitivity:
-    """What is ``told``, by keys, the largest first."""
-    keys = sorted(told, key=lambda key: -abs(told[key][1].value))
+    """The result of elasticities by key, the largest first."""
+    keys = sorted(by_key, key=lambda key: -abs(by_key[key][1].value))
     return Sensitivity(
         engine=engine,
         mean_power=power,
         keys=tuple(keys),
-        values=tuple(told[key][0] for key in keys),
+        values=tuple(by_key[key][0] for key in keys),
         units=tuple(unit_of(key) for key in keys),
-        elasticities=tuple(told[key][1] for key in keys),
+        elasticities=tuple(by_key[key][1] for key in keys),
         seconds=time.perf_counter() - begin,
         physical=problem.physical,
         diagnostics=(note("elasticity_explained"), *([cut] if cut else [])),

@@ -11,12 +11,12 @@ from harvester.uncertainty.value import amount
 
 # Each try: parts of the step, and the capacitance from each node to ground as a part of the piezo's.
 TRIES = ((1.0, 0.0), (4.0, 0.0), (16.0, 0.0), *((1.0, shunt) for shunt in SHUNTS if shunt))
-Found = TypeVar("Found")
+Answer = TypeVar("Answer")
 
 
 def at_smaller_steps(
-    problem: Problem, h: float, compute: Callable[[float, float], Found]
-) -> tuple[Found, float, tuple[Diagnostic, ...]]:
+    problem: Problem, h: float, compute: Callable[[float, float], Answer]
+) -> tuple[Answer, float, tuple[Diagnostic, ...]]:
     """What ``compute`` gives at the step ``h`` (1/w0) without a shunt, else by the first of `TRIES` that converges.
 
     Also the step that was taken, and what helped where that was not the first.
@@ -24,26 +24,26 @@ def at_smaller_steps(
     Raises ConvergenceError where ngspice converges at none of them, and what ``compute`` raises otherwise.
     """
 
-    def said(step: float) -> str:
+    def in_units(step: float) -> str:
         return amount(step / problem.units.frequency, "s" if problem.physical else "")
 
     least = h / max(parts for parts, _ in TRIES)
     for parts, shunt in TRIES:
         step = h / parts
         try:
-            found = compute(step, shunt)
+            answer = compute(step, shunt)
         except ConvergenceError as error:
             if (parts, shunt) == TRIES[-1]:
                 farads = amount(shunt * problem.scales.capacitance, "F")
-                tried = f"steps of {said(h)} to {said(least)} and {farads} from each node to ground were tried"
+                tried = f"steps of {in_units(h)} to {in_units(least)} and {farads} from each node to ground were tried"
                 raise ConvergenceError(f"{error}; {tried}") from None
             continue
         if shunt:
             return (
-                found,
+                answer,
                 step,
                 (warning("shunt_converges", share=shunt, capacitance=shunt * problem.scales.capacitance),),
             )
-        taken = note("smaller_step_converges", asked=said(h), taken=said(step))
-        return found, step, (taken,) if parts > 1.0 else ()
+        taken = note("smaller_step_converges", asked=in_units(h), taken=in_units(step))
+        return answer, step, (taken,) if parts > 1.0 else ()
     raise AssertionError("every try returns or raises")

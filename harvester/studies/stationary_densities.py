@@ -28,7 +28,6 @@ from harvester.studies.motion import Motion, motion
 from harvester.studies.motion_in_time import forgetting, hop_rate, passage_time, read_level, read_voltage, spectrum_of
 from harvester.uncertainty.value import Value
 
-USUAL = 1e-4  # the relative error of E[V^2] that is aimed at
 POINTS = 401  # of a curve
 SOLVED, DRAWN = 0.45, 0.9  # of the time, until the means are known, and the curves
 MOST_FREQUENCIES = 10_000
@@ -84,8 +83,8 @@ class Densities(TableResult):
     >>> import harvester as hv
     >>> import numpy as np
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01, restitution=0.9))
-    >>> found = hv.densities(scene)
-    >>> round(float(np.trapezoid(found.displacement_density, found.displacement)), 3)
+    >>> result = hv.densities(scene)
+    >>> round(float(np.trapezoid(result.displacement_density, result.displacement)), 3)
     1.0
     """
 
@@ -192,35 +191,35 @@ def densities(
     problem = served(Density, scene)
     eqs = problem.equations
     volts = None if level is None else read_voltage(level, problem)
-    asked = None if level is None or volts is not None else read_level(level, problem)
+    displacement_level = None if level is None or volts is not None else read_level(level, problem)
     if not 0 <= spectrum <= MOST_FREQUENCIES:
         raise invalid("`spectrum`", f"be a number of frequencies from 0 to {MOST_FREQUENCIES}", spectrum)
-    begin, tell = time.perf_counter(), progress or (lambda _: None)
-    exists, answer = Density(within=within).solve(problem, lambda done: tell(SOLVED * done))
+    begin, report = time.perf_counter(), progress or (lambda _: None)
+    exists, answer = Density(within=within).solve(problem, lambda done: report(SOLVED * done))
     curves = _curves(problem, answer)
-    tell(DRAWN)
-    made = [exists.warning, accumulation(eqs), note("density_solved")]
+    report(DRAWN)
+    remarks = [exists.warning, accumulation(eqs), note("density_solved")]
     path = motion(problem, seed=seed)
     long = longer(path, problem, seed)
-    passage = None if asked is None else passage_time(problem, answer, asked)
+    passage = None if displacement_level is None else passage_time(problem, answer, displacement_level)
     if volts is not None:
         forgets = 1.0 / (forgetting(problem, answer) * problem.units.frequency)
         passage = counted_passage(long.time, long.voltage, volts, forgets)
-        made.append(note("passages_counted", time=float(long.time[-1])))
-    made.append(note("densities_explained", error=curves["largest_error"]))
+        remarks.append(note("passages_counted", time=float(long.time[-1])))
+    remarks.append(note("densities_explained", error=curves["largest_error"]))
     return Densities(
         engine=Density.NAME,
         **_means(problem, answer),
         **curves,
         hop_rate=hop_rate(problem, answer),
-        level=volts if asked is None else asked * problem.units.length,
+        level=volts if displacement_level is None else displacement_level * problem.units.length,
         first_passage_time=passage,
         **(spectrum_of(problem, answer, np.geomspace(*SPAN, spectrum)) if spectrum else {}),
         **({} if eqs.mu is None else _plane(long, curves)),
         path=path,
         seconds=time.perf_counter() - begin,
         physical=problem.physical,
-        diagnostics=tuple(one for one in made if one is not None),
+        diagnostics=tuple(diagnostic for diagnostic in remarks if diagnostic is not None),
     )
 
 
@@ -253,11 +252,11 @@ def _curves(problem: Problem, answer: Answer) -> dict[str, Any]:
     stopped, loaded = problem.equations.restitution is not None, problem.equations.mu is not None
     modes = answer.solution.form.modes
     both = []
-    for one in (answer.solution, answer.coarser):
-        of = Marginals(one.form, one.p)
-        both.append([of.displacement(x), of.velocity(v), *([of.impacts(w)] if stopped else [])])
+    for solved in (answer.solution, answer.coarser):
+        marginals = Marginals(solved.form, solved.p)
+        both.append([marginals.displacement(x), marginals.velocity(v), *([marginals.impacts(w)] if stopped else [])])
     ours, coarse = both
-    cheaper = min((answer.coarser, answer.solution), key=lambda one: one.form.mesh.memory(1)).form.mesh
+    cheaper = min((answer.coarser, answer.solution), key=lambda solved: solved.form.mesh.memory(1)).form.mesh
     finer = solution(problem.equations, answer.setting, cheaper, max(modes, MODES) if loaded else 1)
     voltage = Marginals(finer.form, finer.p)
     of_volts = voltage.voltage(volts)
@@ -283,8 +282,8 @@ def _per(unit: str) -> str:
 
 
 def _mean(answer: Answer, name: str) -> Value:
-    place = NAMES.index(name)
-    return Value(float(answer.means[place]), bias=float(answer.error[place]))
+    index = NAMES.index(name)
+    return Value(float(answer.means[index]), bias=float(answer.error[index]))
 
 
 def _root(answer: Answer, name: str) -> Value:

@@ -129,8 +129,8 @@ def stability(
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.1, beta=0.05, mu=1.0))
-    >>> found = hv.stability(scene, trajectories=64, duration=50.0)
-    >>> found.verdict, f"{found.averaged:.4f}"
+    >>> result = hv.stability(scene, trajectories=64, duration=50.0)
+    >>> result.verdict, f"{result.averaged:.4f}"
     ('stable', '-0.0632')
     """
     from harvester.averaging.stability import averaged_exponent as formula
@@ -142,11 +142,11 @@ def stability(
     check_rest(problem)
     folder = OutputFolder.of(execution)
     eqs, unit = problem.equations, problem.units.frequency
-    found = unusual_values(problem.scene)
+    diagnostics = unusual_values(problem.scene)
     if eqs.is_shaken:
-        found.append(warning("shaking_left_out"))
+        diagnostics.append(warning("shaking_left_out"))
     if eqs.mu is not None and lyapunov.memory(eqs) > lyapunov.LONGEST:
-        found.append(warning("memory_longer_than_burn_in", longest=lyapunov.LONGEST))
+        diagnostics.append(warning("memory_longer_than_burn_in", longest=lyapunov.LONGEST))
     share = 1.0 if folder is None else 0.2  # of the time
     with working(execution.progress) as progress:
         part = PartOfProgress(progress, 0.0, share)
@@ -155,7 +155,7 @@ def stability(
         for edge in () if folder is None else edges(eqs, LOADS, np.random.SeedSequence(seed)):
             region.append(edge)
             progress.step(share + (1.0 - share) * len(region) / len(LOADS), "region")
-    doubts, quiet = formula.doubts(eqs), noiseless(eqs)
+    assessment, quiet = formula.doubts(eqs), noiseless(eqs)
     bias, unknown = growth.bias, ""
     if eqs.n2 is None and eqs.restitution is not None:
         # All trajectories can come to one path whose impacts lock to the grid: neither their scatter nor a run of twice
@@ -164,18 +164,18 @@ def stability(
             unknown = "the step, as impacts can lock to its grid without noise"
         else:
             bias = max(bias, abs(growth.value - quiet))
-            found.append(warning("impacts_lock_to_steps"))
+            diagnostics.append(warning("impacts_lock_to_steps"))
     averaged = float(formula.averaged(eqs))
-    if doubts.error is not None and doubts.error <= EXACT * abs(averaged):
-        found.append(note("averaged_is_exact"))
+    if assessment.error is not None and assessment.error <= EXACT * abs(averaged):
+        diagnostics.append(note("averaged_is_exact"))
     answer = Stability(
         physical=problem.physical,
         published=float(formula.published(eqs)) * unit,
         averaged=averaged * unit,
-        model=None if doubts.error is None else doubts.error * unit,
+        model=None if assessment.error is None else assessment.error * unit,
         ensemble=Value(growth.value, growth.stderr, bias, unknown=unknown).scaled(unit),
         noiseless=None if quiet is None else quiet * unit,
-        diagnostics=(*found, note("error_unknown", "published", part=PAPERS_FORMULA), *doubts.diagnostics),
+        diagnostics=(*diagnostics, note("error_unknown", "published", part=PAPERS_FORMULA), *assessment.diagnostics),
         region=tuple(region),
     )
     if folder is not None:

@@ -54,8 +54,8 @@ def edges(eqs: Equations, mu: Floats, seed: np.random.SeedSequence) -> Iterator[
     lambda is measured at our N2, moved by the slope of our theory, and measured again until the move is
     within its error.
     """
-    found = stability.boundary(eqs, mu)
-    for m, theirs, ours in zip(found.mu, found.published, found.averaged, strict=True):
+    boundary = stability.boundary(eqs, mu)
+    for m, theirs, ours in zip(boundary.mu, boundary.published, boundary.averaged, strict=True):
         yield Edge(float(m), float(theirs), float(ours), *_measured(eqs, float(m), float(ours), seed))
 
 
@@ -66,9 +66,9 @@ def _measured(eqs: Equations, mu: float, n2: float, seed: np.random.SeedSequence
         return n2, math.inf
     for _ in range(_ROUNDS):
         here = dataclasses.replace(eqs, mu=mu, n2=n2)
-        found = exponent(here, seed, 2048, 500.0)
+        growth = exponent(here, seed, 2048, 500.0)
         slope = float(stability.averaged(here, n2=1.05 * n2) - stability.averaged(here)) / (0.05 * n2)
-        move, error = found.value / slope, found.stderr / abs(slope)
+        move, error = growth.value / slope, growth.stderr / abs(slope)
         n2 = max(n2 - move, 0.1 * n2)
         if abs(move) < 2.0 * error:
             break
