@@ -30,11 +30,11 @@ def compare(output: Output, lifetime: str | None, engines: tuple[str, ...], **op
     """Every engine that can serve SCENE, side by side, with z-scores; one path of V drawn from three sources."""
     from harvester.commands.progress import EFFORT, Bar
     from harvester.studies import compare as study
-    from harvester.studies.extremes.extremes import check_asked, extremes_both_ways
+    from harvester.studies.extremes.extremes import check_extremes, extremes_both_ways
 
     scene, seed = output.scene, options["seed"]
     if lifetime is not None:
-        check_asked(scene, lifetime)
+        check_extremes(scene, lifetime)
     with Bar("compare", shorter=EFFORT) as bar:
         result = study.compare(scene, engines=engines or None, execution=output.execution(bar), **options)
     largest = [] if lifetime is None else extremes_both_ways(scene, lifetime, seed)

@@ -64,9 +64,9 @@ def run(
         engine = selection.default_engine(scene, **options)
     chosen = selection.engine(engine, **options)
     if lifetime is not None:
-        from harvester.studies.extremes.extremes import check_asked, extremes
+        from harvester.studies.extremes.extremes import check_extremes, extremes
 
-        check_asked(scene, lifetime)
+        check_extremes(scene, lifetime)
     with Bar(chosen.NAME, shorter="" if options.get("budget") else "--budget") as bar, formula_meanwhile(scene, chosen):
         answer = chosen.run(scene, bar.tell)
     further: dict[str, Any] = {}

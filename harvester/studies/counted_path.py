@@ -46,7 +46,7 @@ def counted_passage(time: Floats, values: Floats, level: float, forgetting_time:
 
     Windows in which no value passes it get rarer as exp(-lambda t) with their length t, from ``forgetting_time`` on,
     in which the motion forgets where it began: P(t)/P(2 t) = exp(lambda t), counted in neighbours.  What happens
-    between two values is told by every other one of them.
+    between two values follows from every other one of them.
 
     Raises SimulationError where too few windows pass it, or do not.
     """

@@ -203,8 +203,8 @@ def densities(
     long = longer(path, problem, seed)
     passage = None if displacement_level is None else passage_time(problem, answer, displacement_level)
     if volts is not None:
-        forgets = 1.0 / (forgetting(problem, answer) * problem.units.frequency)
-        passage = counted_passage(long.time, long.voltage, volts, forgets)
+        forgetting_time = 1.0 / (forgetting(problem, answer) * problem.units.frequency)
+        passage = counted_passage(long.time, long.voltage, volts, forgetting_time)
         remarks.append(note("passages_counted", time=float(long.time[-1])))
     remarks.append(note("densities_explained", error=curves["largest_error"]))
     return Densities(

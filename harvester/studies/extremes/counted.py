@@ -1,7 +1,7 @@
 """The largest values of a long path in blocks, and its impacts: counted where Rice's formula does not hold.
 
 The path is that of the exact RC update (`harvester.mechanics.kernels.path`).  A block is so long that its largest value
-tells nothing of the next block's: its length is doubled until their correlation is below `ALIKE`.
+tells nothing of the next block's: its length is doubled until their correlation is below `UNCORRELATED`.
 """
 
 import math
@@ -16,9 +16,9 @@ from harvester.errors import SimulationError
 from harvester.uncertainty.value import Value, mean_and_error
 
 SHORTEST, BLOCKS = 50, 2048  # a block's cycles at first, and how many blocks there are
-ALIKE = 0.2  # correlation of neighbours that is none, of 100 blocks or so
-LONGEST = 4_000_000  # kicks in one piece, which the memory holds
-READ = 0.05  # time between two readings of the path
+UNCORRELATED = 0.2  # correlation of neighbours that is none, of 100 blocks or so
+LONGEST = 4_000_000  # steps in one piece, which the memory holds
+READ = 0.05  # time between two samples of the path
 FEWEST = 64  # blocks that a tail needs
 
 
@@ -53,9 +53,9 @@ def count(eqs: Equations, seed: int = 0, blocks: int = BLOCKS) -> Counted:
     check_bounded(eqs)
     h = step_from_rest(eqs)
     stride = max(1, round(READ / h))
-    whole = math.ceil(2.0 * math.pi * SHORTEST / (h * stride)) * stride  # kicks of a block
+    whole = math.ceil(2.0 * math.pi * SHORTEST / (h * stride)) * stride  # steps of a block
     piece = max(LONGEST // whole, 1)
-    found: list[tuple[Floats, Floats, Floats, Floats]] = []
+    parts: list[tuple[Floats, Floats, Floats, Floats]] = []
     start: tuple[float, float, float] | None = None
     left, sequence = blocks + blocks // 4, np.random.SeedSequence([seed, 11])  # the first fifth is left out
     while left > 0:
@@ -67,17 +67,17 @@ def count(eqs: Equations, seed: int = 0, blocks: int = BLOCKS) -> Counted:
         number = np.minimum((path.impacts[:, 0] / (whole * h)).astype(int), some - 1)
         speed, hits = np.zeros(some), np.bincount(number, minlength=some).astype(float)
         np.maximum.at(speed, number, np.abs(path.impacts[:, 1]))
-        peaks = (np.abs(one).reshape(some, -1).max(axis=1) for one in (path.x, path.V))
-        found.append((*peaks, speed, hits))
+        peaks = (np.abs(values).reshape(some, -1).max(axis=1) for values in (path.x, path.V))
+        parts.append((*peaks, speed, hits))
         left -= some
-    x, voltage, speed, hits = (np.concatenate(one)[-blocks:] for one in zip(*found, strict=True))
+    x, voltage, speed, hits = (np.concatenate(column)[-blocks:] for column in zip(*parts, strict=True))
     block = whole * h
-    while _alike(x) > ALIKE or _alike(voltage) > ALIKE:
+    while _correlation(x) > UNCORRELATED or _correlation(voltage) > UNCORRELATED:
         if len(x) < 2 * FEWEST:
             raise SimulationError(
                 "the largest values of the path stay correlated: it takes longer than was counted to forget them"
             )
-        x, voltage, speed = (one[: len(one) // 2 * 2].reshape(-1, 2).max(axis=1) for one in (x, voltage, speed))
+        x, voltage, speed = (v[: len(v) // 2 * 2].reshape(-1, 2).max(axis=1) for v in (x, voltage, speed))
         hits = 0.5 * hits[: len(hits) // 2 * 2].reshape(-1, 2).sum(axis=1)
         block *= 2.0
     if eqs.restitution is None and eqs.stop_stiffness is None:
@@ -86,7 +86,7 @@ def count(eqs: Equations, seed: int = 0, blocks: int = BLOCKS) -> Counted:
     return Counted(block, x, voltage, speed, Value(mean, error).scaled(1.0 / (whole * h)))
 
 
-def _alike(values: Floats) -> float:
+def _correlation(values: Floats) -> float:
     """The correlation of each value with the next."""
     if np.ptp(values) == 0.0:
         return 0.0

@@ -40,9 +40,9 @@ class RareTail:
         folds = np.maximum(np.log(self.rate * blocks / -math.log(share)), 0.0)
         levels = np.sqrt(self.threshold + self.size * folds)
         low, high = np.quantile(levels[1:], [0.025, 0.975])
-        further = max(float(folds[0]) - math.log(self.counted), 0.0) * SHAPE * float(self.size[0])
+        square_error = max(float(folds[0]) - math.log(self.counted), 0.0) * SHAPE * float(self.size[0])
         return Value(
-            float(levels[0]), stderr=stderr_of95(0.5 * float(high - low)), model=0.5 * further / float(levels[0])
+            float(levels[0]), stderr=stderr_of95(0.5 * float(high - low)), model=0.5 * square_error / float(levels[0])
         )
 
 
@@ -58,7 +58,7 @@ def rare(maxima: Floats, seed: int = 0) -> RareTail | None:
     if np.count_nonzero(squares) < FEW:
         return None
     threshold = float(np.median(squares[squares > 0.0]))
-    rng, count, found = np.random.default_rng(seed), len(maxima), []
+    rng, count, fits = np.random.default_rng(seed), len(maxima), []
     for drawn in (np.arange(count), *rng.integers(0, count, (RESAMPLED // 4, count))):
         y = np.maximum(squares[drawn] - threshold, 0.0)
         hit, total = int(np.count_nonzero(y)), float(y.sum())
@@ -71,8 +71,8 @@ def rare(maxima: Floats, seed: int = 0) -> RareTail | None:
 
         mean = math.log(total / hit)
         size = math.exp(float(minimize_scalar(misfit, (mean - 0.3, mean)).x))
-        found.append((hit / np.exp(-y / size).sum(), size))
-    rates, sizes = np.array(found).T
+        fits.append((hit / np.exp(-y / size).sum(), size))
+    rates, sizes = np.array(fits).T
     return RareTail(threshold, rates, sizes, int(np.count_nonzero(squares > threshold)))
 
 
@@ -90,7 +90,7 @@ class Tail:
     the parameters have the shape (draws,), of which the first is of all blocks, the others of redraws.
     """
 
-    place: Floats
+    location: Floats
     scale: Floats
     shape: Floats
 
@@ -98,7 +98,7 @@ class Tail:
         """The level that ``blocks`` blocks stay below with the probability ``share``, with its error of sampling."""
         x = -math.log(share) / blocks
         k = np.where(np.abs(self.shape) < 1e-9, 1e-9, self.shape)
-        squares = self.place - self.scale / k * np.expm1(k * math.log(x))
+        squares = self.location - self.scale / k * np.expm1(k * math.log(x))
         levels = np.sqrt(np.maximum(squares, 0.0))
         low, high = np.quantile(levels[1:], [0.025, 0.975])
         return Value(float(levels[0]), stderr=stderr_of95(0.5 * float(high - low)))
@@ -117,6 +117,6 @@ def fit(maxima: Floats, seed: int = 0) -> Tail:
     c = 2.0 / (3.0 + skewness) - math.log(2.0) / math.log(3.0)
     k = 7.8590 * c + 2.9554 * c * c
     k = np.where(np.abs(k) < 1e-6, 1e-6, k)
-    gamma = np.array([math.gamma(1.0 + one) for one in k])
+    gamma = np.array([math.gamma(1.0 + shape) for shape in k])
     scale = l2 * k / ((1.0 - 2.0**-k) * gamma)
     return Tail(b0 - scale * (1.0 - gamma) / k, scale, k)

@@ -50,8 +50,8 @@ class Extremes(TableResult):
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01))
-    >>> found = hv.extremes(scene, lifetime=1e6)
-    >>> f"{found.levels['peak_displacement'][0.5].value:.2f}"
+    >>> result = hv.extremes(scene, lifetime=1e6)
+    >>> f"{result.levels['peak_displacement'][0.5].value:.2f}"
     '1.82'
     """
 
@@ -90,7 +90,7 @@ class Extremes(TableResult):
         of, units = self.unit_names, [*self._units.values()]
         columns = [Column("largest", [*self.levels], label="largest in the lifetime")]
         for share in SHARES:
-            levels, label = [one[share] for one in self.levels.values()], f"below this in {share:.0%} of devices"
+            levels, label = [level[share] for level in self.levels.values()], f"below this in {share:.0%} of devices"
             columns.append(Column(f"level_{share:g}", levels, units=units, label=label))
         return Table(tuple(columns), f"over {amount(self.lifetime, of.time)}", ("largest",))
 
@@ -150,15 +150,15 @@ def extremes(
         of_share = {share: linear_peaks(problem, span, share) for share in SHARES}
         levels = {name: {share: of_share[share][name] for share in SHARES} for name in of_share[SHARES[0]]}
         return Extremes(span, levels, None, problem.physical, (note("by_rice"),))
-    found = counted_levels(problem, span, seed)
-    path, many, unit = found.path, len(found.path.x), " s" * problem.physical
+    result = counted_levels(problem, span, seed)
+    path, many, unit = result.path, len(result.path.x), " s" * problem.physical
     counted_time = path.time / problem.units.frequency
-    said = note("by_blocks", blocks=many, time=counted_time, unit=unit, times=found.blocks / many)
+    by_blocks = note("by_blocks", blocks=many, time=counted_time, unit=unit, times=result.blocks / many)
     hit = 0 if path.speed is None else int((path.speed > 0.0).sum())
-    few = [] if path.speed is None or SPEED in found.levels else [warning("few_impacts", blocks=many, hit=hit)]
+    few = [] if path.speed is None or SPEED in result.levels else [warning("few_impacts", blocks=many, hit=hit)]
     if (uncounted := accumulation(problem.equations)) is not None:
-        return Extremes(span, found.levels, None, problem.physical, (said, uncounted, *few))
-    return Extremes(span, found.levels, found.rate, problem.physical, (said, *few))
+        return Extremes(span, result.levels, None, problem.physical, (by_blocks, uncounted, *few))
+    return Extremes(span, result.levels, result.rate, problem.physical, (by_blocks, *few))
 
 
 def _by_passages(problem: Problem, span: float) -> Extremes:
@@ -171,23 +171,23 @@ def _by_passages(problem: Problem, span: float) -> Extremes:
     served(Density, problem)
     units = problem.units
     _, answer = Density(within=WITHIN).solve(problem)
-    found = PassageLevels(problem, answer)
-    of = {share: found.level(share, span * units.frequency).scaled(units.length) for share in SHARES}
-    levels = {"peak_displacement": of}
+    passages = PassageLevels(problem, answer)
+    by_share = {share: passages.level(share, span * units.frequency).scaled(units.length) for share in SHARES}
+    levels = {"peak_displacement": by_share}
     if (strain := strain_factor(problem)) is not None:
-        levels[STRAIN] = {share: one.scaled(strain) for share, one in of.items()}
-    return Extremes(span, levels, None, problem.physical, (note("by_first_passages", solved=len(found.known)),))
+        levels[STRAIN] = {share: level.scaled(strain) for share, level in by_share.items()}
+    return Extremes(span, levels, None, problem.physical, (note("by_first_passages", solved=len(passages.known)),))
 
 
 def extremes_both_ways(scene: AnyScene, lifetime: float | str, seed: int = 0) -> list[Extremes]:
     """The largest values by Rice's formula, where it holds, and counted on a path; else as `extremes`."""
-    found = extremes(scene, lifetime=lifetime, seed=seed)
-    if not has(found.diagnostics, "by_rice"):
-        return [found]
-    return [found, extremes(scene, lifetime=lifetime, seed=seed, counted=True)]
+    result = extremes(scene, lifetime=lifetime, seed=seed)
+    if not has(result.diagnostics, "by_rice"):
+        return [result]
+    return [result, extremes(scene, lifetime=lifetime, seed=seed, counted=True)]
 
 
-def check_asked(scene: AnyScene, lifetime: float | str) -> None:
+def check_extremes(scene: AnyScene, lifetime: float | str) -> None:
     """Raise what `extremes` would for a lifetime that is none, or a scene that has no largest values."""
     problem = Problem.of(scene)
     read_lifetime(lifetime, problem)
@@ -205,13 +205,13 @@ def has_lifetime(problem: Problem) -> bool:
 
 def read_lifetime(lifetime: float | str, problem: Problem) -> float:
     """A lifetime of `SHORTEST` cycles or more, in seconds or in 1/w0; raises InputError for another."""
-    found = reading("`lifetime`", time, lifetime) if isinstance(lifetime, str) else float(lifetime)
-    if not 0.0 < found < 1e30:
+    span = reading("`lifetime`", time, lifetime) if isinstance(lifetime, str) else float(lifetime)
+    if not 0.0 < span < 1e30:
         raise invalid("`lifetime`", "be a time above 0, such as '5 years'", lifetime)
-    if isinstance(found, Seconds) and not problem.physical:
+    if isinstance(span, Seconds) and not problem.physical:
         raise InputError(f"`lifetime` must be a number of 1/w0 for a nondimensional scene, but is {shown(lifetime)}")
     least = 2.0 * math.pi * SHORTEST / problem.units.frequency
-    if found < least:
+    if span < least:
         unit = " s" if problem.physical else ""
         raise invalid("`lifetime`", f"be at least {SHORTEST} cycles of the device, {least:.3g}{unit}", lifetime)
-    return float(found)
+    return float(span)

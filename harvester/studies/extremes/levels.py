@@ -68,21 +68,21 @@ def linear_peaks(problem: Problem, lifetime: float, share: float = SHARES[-1]) -
     from harvester.linear.transfer import amplitudes
 
     eqs, units = problem.equations, problem.units
-    found: dict[str, Value] = {}
+    by_name: dict[str, Value] = {}
     scales = {"peak_displacement": units.length, "peak_voltage": units.volts}
     if is_sinusoidal(problem):
         assert eqs.drive is not None and eqs.drive_frequency is not None, "it is driven"
         sizes = abs(eqs.drive) * np.abs(amplitudes(eqs, eqs.drive_frequency))
-        levels = [Value(float(one), model=0.0) for one in sizes]
+        levels = [Value(float(size), model=0.0) for size in sizes]
     else:
         span = lifetime * units.frequency
-        ends = [(one.largest(share, span), one.bound(share, span)) for one in peaks(eqs)]
+        ends = [(peak.largest(share, span), peak.bound(share, span)) for peak in peaks(eqs)]
         levels = [Value(low, model=max(high - low, 0.0)) for low, high in ends]
-    for (name, factor), one in zip(scales.items(), levels, strict=True):
-        found[name] = one.scaled(factor)
+    for (name, factor), level in zip(scales.items(), levels, strict=True):
+        by_name[name] = level.scaled(factor)
     if (strain := strain_factor(problem)) is not None:
-        found[STRAIN] = found["peak_displacement"].scaled(strain)
-    return found
+        by_name[STRAIN] = by_name["peak_displacement"].scaled(strain)
+    return by_name
 
 
 @dataclass(frozen=True)
@@ -124,7 +124,7 @@ def counted_levels(problem: Problem, lifetime: float, seed: int = 0, blocks: int
         if tail is not None:
             levels[name] = {p: tail.largest(p, many).scaled(scale) for p in SHARES}
     if (strain := strain_factor(problem)) is not None and "peak_displacement" in levels:
-        levels[STRAIN] = {p: one.scaled(strain) for p, one in levels["peak_displacement"].items()}
+        levels[STRAIN] = {p: level.scaled(strain) for p, level in levels["peak_displacement"].items()}
     rate = None if path.impacts is None else path.impacts.scaled(units.frequency)
     return CountedLevels(levels, rate, path, many)
 
@@ -136,6 +136,6 @@ def limited_peaks(problem: Problem, lifetime: float, seed: int = 0, blocks: int 
     """
     if rice_holds(problem):
         return linear_peaks(problem, lifetime)
-    found = counted_levels(problem, lifetime, seed, blocks)
-    peaks = {name: of[SHARES[-1]] for name, of in found.levels.items()}
-    return peaks if found.rate is None else {**peaks, RATE: found.rate}
+    counted = counted_levels(problem, lifetime, seed, blocks)
+    peaks = {name: by_share[SHARES[-1]] for name, by_share in counted.levels.items()}
+    return peaks if counted.rate is None else {**peaks, RATE: counted.rate}

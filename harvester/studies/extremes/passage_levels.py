@@ -38,33 +38,33 @@ class PassageLevels:
 
         Raises SimulationError where it is too far up to be resolved.
         """
-        aim = math.log(-math.log(share) / lifetime)
-        a, slope = self._solved(aim)
+        target = math.log(-math.log(share) / lifetime)
+        a, slope = self._solved(target)
         others = [self._rate(a, 1, self.modes), self._rate(a, 0, self.modes - 2 if self.modes > FEW else self.modes)]
         if min(others) <= 0.0:
             raise SimulationError("a level so rarely passed is not resolved: give a shorter lifetime")
-        off = sum(abs(self.known[a] - math.log(one)) for one in others)
-        off += 1.0 / (forgetting(self.problem, self.answer) * lifetime)
-        return Value(a + (aim - math.log(others[0])) / slope, bias=off / abs(slope))  # by the finer mesh
+        error = sum(abs(self.known[a] - math.log(rate)) for rate in others)
+        error += 1.0 / (forgetting(self.problem, self.answer) * lifetime)
+        return Value(a + (target - math.log(others[0])) / slope, bias=error / abs(slope))  # by the finer mesh
 
-    def _rate(self, level: float, place: int, modes: int) -> float:
-        return displacement_rate(self.problem.equations, self.answer.setting, level, place, modes)
+    def _rate(self, level: float, mesh: int, modes: int) -> float:
+        return displacement_rate(self.problem.equations, self.answer.setting, level, mesh, modes)
 
-    def _solved(self, aim: float) -> tuple[float, float]:
+    def _solved(self, target: float) -> tuple[float, float]:
         """The level of a logarithm of the rate, and the slope of that logarithm there."""
         rms = math.sqrt(self.answer.means[NAMES.index("displacement_squared")])
         low, high = self.problem.equations.rigid_stops
         floor = max(low, -high, 0.0)  # no level is below the nearer end of the mass's way
         for _ in range(MOST):
-            near = sorted(self.known, key=lambda a: abs(self.known[a] - aim))[:2]
+            near = sorted(self.known, key=lambda a: abs(self.known[a] - target))[:2]
             if len(near) == 2:
                 (x, y), (u, v) = ((a * a, self.known[a]) for a in near)
                 slope = (v - y) / (u - x)
-                if abs(y - aim) < CLOSE:
+                if abs(y - target) < CLOSE:
                     return near[0], 2.0 * near[0] * slope
-                a = math.sqrt(min(max(x + (aim - y) / slope, 0.25 * x, floor**2), 4.0 * x))
+                a = math.sqrt(min(max(x + (target - y) / slope, 0.25 * x, floor**2), 4.0 * x))
             else:
-                guess = rms * math.sqrt(2.0 * max(-aim - 1.0, 1.0))
+                guess = rms * math.sqrt(2.0 * max(-target - 1.0, 1.0))
                 a = max(floor, guess) * (NEXT if near else FIRST)
             while not (rate := self._rate(a, 0, self.modes)) > 0.0:
                 a = CALM * a

@@ -51,8 +51,8 @@ def by_ngspice(
     last: HarvesterError | None = None
     for turn, direction in enumerate(directions(driven)):
         near: Neighbour | CircuitStart | None = None
-        for place, frequency in enumerate(frequencies if direction != "down" else frequencies[::-1]):
-            number = turn * len(frequencies) + place
+        for index, frequency in enumerate(frequencies if direction != "down" else frequencies[::-1]):
+            number = turn * len(frequencies) + index
             if (step := steps.earlier(number)) is not None:
                 with as_written():
                     near = None if step.state is None else _neighbour(step.state)
@@ -77,13 +77,13 @@ def _step(
     engine: Spice | Compiled, driven: HarmonicDrive, direction: str, frequency: float, near: Any
 ) -> "tuple[Step, Neighbour | CircuitStart | None]":
     """One frequency, on from its neighbour, and the neighbour of the next."""
-    found, near = engine.run_from(driven.at(frequency), near, judged=False)
-    moved, known = found.details.get(DISPLACEMENT), found.details.get(f"{DISPLACEMENT}_bias")
+    estimate, near = engine.run_from(driven.at(frequency), near, judged=False)
+    moved, known = estimate.details.get(DISPLACEMENT), estimate.details.get(f"{DISPLACEMENT}_bias")
     displacement = None if moved is None else Value(moved, bias=known)
-    phases = (found.details.get(name) for name in PHASES)
-    means = found.mean_square_voltage, found.mean_power
+    phases = (estimate.details.get(name) for name in PHASES)
+    means = estimate.mean_square_voltage, estimate.mean_power
     point = ResponsePoint(direction, frequency, *means, None, displacement, *phases)
-    return Step(point, found.warnings, None if near is None else _state(near)), near
+    return Step(point, estimate.warnings, None if near is None else _state(near)), near
 
 
 def _state(near: "Neighbour | CircuitStart") -> State:
@@ -108,11 +108,11 @@ def _neighbour(state: State) -> "Neighbour | CircuitStart":
     from harvester.mechanics.periodic import MULTIPLES, Secants
 
     if "circuit" in state:
-        own = np.array([state["x"], state["v"], *state["circuit"]], dtype=float)
-        if not np.isfinite(own).all() or not 1 <= int(state["turns"]) <= MULTIPLES:
+        vector = np.array([state["x"], state["v"], *state["circuit"]], dtype=float)
+        if not np.isfinite(vector).all() or not 1 <= int(state["turns"]) <= MULTIPLES:
             raise ValueError("no state of mass and circuit")
-        return CircuitStart(float(own[0]), float(own[1]), own[2:], int(state["turns"]))
-    numbers = state["section"]["x"], state["section"]["v"], *(state[one] for one in ("phase", "farads", "quiet"))
+        return CircuitStart(float(vector[0]), float(vector[1]), vector[2:], int(state["turns"]))
+    numbers = state["section"]["x"], state["section"]["v"], *(state[name] for name in ("phase", "farads", "quiet"))
     x, v, phase, farads, quiet = map(float, numbers)
     nodes = {str(name): float(volts) for name, volts in state["section"]["nodes"].items()}
     plain = all(re.fullmatch(r"[!-'*-~]{1,200}", name) for name in nodes)  # no blank and no bracket

@@ -25,7 +25,7 @@ def closed_form(driven: HarmonicDrive, frequencies: Sequence[float]) -> list[Res
 
     Raises UnboundedResponseError where nothing takes energy.
     """
-    found = []
+    points = []
     for direction, way in (("up", list(frequencies)), ("down", list(frequencies)[::-1])):
         for frequency in way:
             there = driven.at(frequency)
@@ -35,13 +35,13 @@ def closed_form(driven: HarmonicDrive, frequencies: Sequence[float]) -> list[Res
                 assert eqs.drive is not None and eqs.drive_frequency is not None, "Driven checks this"
                 x, voltage = eqs.drive * amplitudes(eqs, eqs.drive_frequency)
                 spread = 0.0
-                phases = [phase_to_base(complex(one), eqs, there.physical) for one in (x, voltage)]
+                phases = [phase_to_base(complex(amplitude), eqs, there.physical) for amplitude in (x, voltage)]
             v2, power = answer.mean_square_voltage, answer.mean_power
             square = solve(eqs)
             share = square.error / square.value if square.value else 0.0  # rounding, as that of E[V^2]
-            moved = Value(square.x2, bias=share * square.x2, model=0.0).scaled(there.units.length**2).root()
-            found.append(ResponsePoint(direction, frequency, v2, power, spread, moved, *phases))
-    return found
+            displacement = Value(square.x2, bias=share * square.x2, model=0.0).scaled(there.units.length**2).root()
+            points.append(ResponsePoint(direction, frequency, v2, power, spread, displacement, *phases))
+    return points
 
 
 ACROSS = 9  # points from one half-power point to the other, for the curve
@@ -61,9 +61,9 @@ def resolved(power: Callable[[float], float], frequencies: Sequence[float]) -> l
     if not values[top] > 0.0:
         return given
     ends = given[max(top - 1, 0)], given[min(top + 1, len(given) - 1)]
-    found = minimize_scalar(lambda f: -power(f), bounds=ends, method="bounded", options={"xatol": 1e-9 * ends[1]})
-    peak = float(found.x) if -found.fun > values[top] else given[top]
-    half = 0.5 * max(-found.fun, values[top])
+    optimum = minimize_scalar(lambda f: -power(f), bounds=ends, method="bounded", options={"xatol": 1e-9 * ends[1]})
+    peak = float(optimum.x) if -optimum.fun > values[top] else given[top]
+    half = 0.5 * max(-optimum.fun, values[top])
     edges = []
     for side in ([f for f in given[::-1] if f < peak], [f for f in given if f > peak]):
         inner = peak

@@ -77,8 +77,8 @@ def _trajectories(
     if state is None:
         return Trajectories(eqs, rest.shape[1], np.random.SeedSequence(seed), None, rest, circuit)
     now = np.array(state["state"], float), np.array(state["filter"], float), np.array(state["words"], np.uint64)
-    own = np.random.SeedSequence(seed, spawn_key=tuple(map(int, state["seed"])))
-    return Trajectories(eqs, rest.shape[1], own, float(state["h"]), rest, circuit, origin=now)
+    sequence = np.random.SeedSequence(seed, spawn_key=tuple(map(int, state["seed"])))
+    return Trajectories(eqs, rest.shape[1], sequence, float(state["h"]), rest, circuit, origin=now)
 
 
 def _steady(before: "Trajectories", problem: Problem, engine: Ensemble) -> "RichardsonPair":
@@ -113,12 +113,12 @@ def _point(
     v2 = value(moments.V2, *pair.mean("V2"), pair.bias("V2")[0]).scaled(units.volts**2)
     power = value(getattr(moments, model.name), *pair.mean(model.name), pair.bias(model.name)[0])
     power = power.scaled(model.factor * units.watts)
-    place = np.mean(moments.x) if noisy else moments.x  # of each trajectory where nothing is random
-    about = np.maximum(moments.x2 - place**2, 0.0)
-    moved = value(about, *mean_and_error(about), pair.bias("x2")[0]).scaled(units.length**2).root()
+    mean_x = np.mean(moments.x) if noisy else moments.x  # of each trajectory where nothing is random
+    variance = np.maximum(moments.x2 - mean_x**2, 0.0)
+    displacement = value(variance, *mean_and_error(variance), pair.bias("x2")[0]).scaled(units.length**2).root()
     known = spread is not None and spread <= UNLIKE and problem.equations.modes is None
     phases = _phases(problem, pair, model.circuit) if known else (None, None)
-    return ResponsePoint(direction, frequency, v2, power, spread, moved, *phases)
+    return ResponsePoint(direction, frequency, v2, power, spread, displacement, *phases)
 
 
 def _spread(each: Floats) -> float:
@@ -141,7 +141,7 @@ def _phases(problem: Problem, pair: "RichardsonPair", circuit: "IdealCircuit | O
     steps = WAVES * round((eqs.shaking_period or h) / h)
     first = math.atan2(float(trajectories.filter[0, 1, 0]), float(trajectories.filter[0, 0, 0]))
     angles = first + eqs.drive_frequency * h * (np.arange(steps + 1.0) + 0.5)
-    x, v, voltage = (float(one[0]) for one in trajectories.snapshot())
+    x, v, voltage = (float(values[0]) for values in trajectories.snapshot())
     quiet, shaking = np.zeros(steps), abs(eqs.drive) * np.cos(angles)
     stored = 0.0 if circuit is None else float(trajectories.state[0, 3, 0])
     if circuit is None or isinstance(circuit, IdealCircuit):
@@ -151,7 +151,7 @@ def _phases(problem: Problem, pair: "RichardsonPair", circuit: "IdealCircuit | O
     there = float(np.mean(pair.moments.x2 - pair.moments.x**2))
     if not abs(float(np.var(path.x)) - there) <= UNLIKE * there:
         return None, None
-    readings = first + eqs.drive_frequency * h * np.arange(2.0, steps + 2.0)  # half a step after each kick
-    found = (first_harmonic(values, readings) for values in (path.x, path.V))
-    x_phase, voltage_phase = (phase_to_base(one, eqs, problem.physical) for one in found)
+    phases = first + eqs.drive_frequency * h * np.arange(2.0, steps + 2.0)  # half a step after each kick
+    harmonics = (first_harmonic(values, phases) for values in (path.x, path.V))
+    x_phase, voltage_phase = (phase_to_base(harmonic, eqs, problem.physical) for harmonic in harmonics)
     return x_phase, voltage_phase

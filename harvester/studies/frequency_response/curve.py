@@ -71,8 +71,8 @@ class FrequencyResponse(TableResult):
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.2, beta=0.05, mu=1.0, drive=1.0, drive_frequency=1.0))
-    >>> found = hv.response(scene, [0.9, 1.0, 1.1])
-    >>> len(found.points), found.hysteresis
+    >>> curve = hv.response(scene, [0.9, 1.0, 1.1])
+    >>> len(curve.points), curve.hysteresis
     (6, [])
     """
 
@@ -132,17 +132,17 @@ class FrequencyResponse(TableResult):
     @property
     def hysteresis(self) -> list[float]:
         """The frequencies where up and down differ in E[v^2] by more than 1 % and their errors; none without both."""
-        found = list[float]()
+        frequencies = list[float]()
         if not {"up", "down"} <= set(self.directions):
-            return found
+            return frequencies
         downwards = {down.frequency: down.mean_square_voltage for down in self.sweep("down")}
         for up in self.sweep("up"):
             a, b = up.mean_square_voltage, downwards.get(up.frequency)
             if b is not None and abs(a.value - b.value) > 0.01 * max(a.value, b.value) + 2.0 * (
                 a.known_error95 + b.known_error95
             ):
-                found.append(up.frequency)
-        return found
+                frequencies.append(up.frequency)
+        return frequencies
 
     def plot(self, title: str | None = "", per_g: bool = False) -> "figures.Plot":
         """Draw power, voltage, displacement and phases against the frequency; ``per_g``: over the base's amplitude."""
@@ -156,16 +156,16 @@ class FrequencyResponse(TableResult):
     @property
     def peaks(self) -> Table:
         """The peaks: one row where up and down have the same."""
-        found = list(self.sweeps.values())
-        if not self.hysteresis and len({one.peak_frequency for one in found}) == 1:
-            found = [replace(found[0], direction=" and ".join(self.directions))]
-        return table_of(found, "", self.unit_names)
+        rows = list(self.sweeps.values())
+        if not self.hysteresis and len({row.peak_frequency for row in rows}) == 1:
+            rows = [replace(rows[0], direction=" and ".join(self.directions))]
+        return table_of(rows, "", self.unit_names)
 
     def _sweep(self, direction: str) -> DirectionPeak:
         best, points = self.peak(direction), list[dict[str, Any]]()
-        for one in self.sweep(direction):
-            per_g = {} if self.level is None else {name: value(one, self.level) for name, (value, _) in PER_G.items()}
-            points.append(one.as_json() | per_g)
+        for point in self.sweep(direction):
+            per_g = {} if self.level is None else {name: value(point, self.level) for name, (value, _) in PER_G.items()}
+            points.append(point.as_json() | per_g)
         return DirectionPeak(direction, best.mean_power, best.frequency, self.bandwidth(direction), tuple(points))
 
     @property
@@ -176,7 +176,7 @@ class FrequencyResponse(TableResult):
         def column(name: str, unit: str, cells: list[Cell]) -> Column:
             return Column(name, [*cells, *blank], unit)
 
-        frequencies = [*(p.frequency for p in points), *(one.frequency for one in self.failures)]
+        frequencies = [*(p.frequency for p in points), *(failure.frequency for failure in self.failures)]
         columns = [column("direction", "", [p.direction for p in points])]
         columns.append(Column("frequency", frequencies, of.frequency))
         units = {"voltage_rms": of.voltage, "mean_power": of.power, "displacement_rms": of.length}
@@ -186,7 +186,7 @@ class FrequencyResponse(TableResult):
             over = self.level
             columns += [column(name, unit, [of_g(p, over) for p in points]) for name, (of_g, unit) in PER_G.items()]
         columns.append(column("spread_of_trajectories", "", [p.spread for p in points]))
-        columns.append(Column("error", [None] * len(points) + [one.error for one in self.failures]))
+        columns.append(Column("error", [None] * len(points) + [failure.error for failure in self.failures]))
         return Table(tuple(columns), index=() if self.failures else ("direction", "frequency"))
 
     @property
@@ -197,22 +197,22 @@ class FrequencyResponse(TableResult):
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
         """Its remarks, and what its points say: where the true peaks may be, hysteresis, what failed or differs."""
-        hertz, found = f" {self.unit_names.frequency}".rstrip(), list(self.remarks)
-        found += [one for direction in self.directions for one in self._where(direction)]
+        hertz, remarks = f" {self.unit_names.frequency}".rstrip(), list(self.remarks)
+        remarks += [remark for direction in self.directions for remark in self._where(direction)]
         f = [p.frequency for p in self.sweep(self.directions[0])]
         if not self.resolved and len(f) > 1:
             widest = max(b - a for a, b in itertools.pairwise(f))
-            found.append(note("frequencies_apart", widest=widest, unit=hertz))
+            remarks.append(note("frequencies_apart", widest=widest, unit=hertz))
         if self.hysteresis:
-            found.append(note("hysteresis", low=min(self.hysteresis), high=max(self.hysteresis), unit=hertz))
+            remarks.append(note("hysteresis", low=min(self.hysteresis), high=max(self.hysteresis), unit=hertz))
         if differing := self.differing:
             most = max(p.spread or 0.0 for p in differing)
-            found.append(warning("trajectories_differ", first=differing[0].frequency, unit=hertz, most=most))
+            remarks.append(warning("trajectories_differ", first=differing[0].frequency, unit=hertz, most=most))
         if self.failures:
             first, several = self.failures[0], len(self.failures)
             numbers: Any = {"failed": several, "of": len(f) + several, "first": first.frequency}
-            found.append(warning("frequencies_failed", unit=hertz, why=first.error, **numbers))
-        return tuple(found)
+            remarks.append(warning("frequencies_failed", unit=hertz, why=first.error, **numbers))
+        return tuple(remarks)
 
     def _where(self, direction: str) -> list[Diagnostic]:
         """Where the true peak may be: between the neighbours of the best point, or beyond the sweep."""

@@ -63,13 +63,13 @@ class HarmonicDrive:
         scene: Scene = self.problem.scene
         return Problem(scene.vary(self.frequency_key, frequency))
 
-    def doubts(self, frequencies: Sequence[float]) -> list[Diagnostic]:
+    def diagnostics(self, frequencies: Sequence[float]) -> list[Diagnostic]:
         """Warnings of the scene's unusual values, and of those that the first and the last frequency would be."""
         scene: Scene = self.problem.scene
         unusual = unusual_values(scene)
-        found = list(unusual)
+        diagnostics = list(unusual)
         ends = dict.fromkeys((min(frequencies), max(frequencies))) if len(frequencies) else {}
         for frequency in ends:
-            there = unusual_values(self.at(frequency).scene)
-            found += [warning("unusual_at_an_end", what=str(doubt)) for doubt in there if doubt not in unusual]
-        return found
+            at_end = unusual_values(self.at(frequency).scene)
+            diagnostics += [warning("unusual_at_an_end", what=str(word)) for word in at_end if word not in unusual]
+        return diagnostics

@@ -10,7 +10,7 @@ from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, InputError, named_once
 
 BUDGET = 20.0  # seconds of a point by ngspice
-UNTOLD = frozenset({"probe", "ledger"})  # what `Spice` could tell of a circuit, and a response has no place for
+CIRCUIT_OPTIONS = frozenset({"probe", "ledger"})  # of `Spice`, which a response has no room for
 USED = frozenset({"seed"})  # of the others: they choose step, time and trajectories at each frequency
 
 
@@ -25,7 +25,7 @@ def engines_of(
     without `Spice`; CannotServeError for an engine that gives no response.
     """
     named = [selection.default_engine(Problem.of(scene))] if engines is None else engines
-    made = [_responding(one, seed, budget) for one in ([named] if isinstance(named, str) else named)]
+    made = [_responding(choice, seed, budget) for choice in ([named] if isinstance(named, str) else named)]
     named_once([engine.NAME for engine in made], "`engine`")
     if budget is not None and not any(engine.runs_ngspice for engine in made):
         ours = " and ".join(repr(engine.NAME) for engine in made)
@@ -33,32 +33,32 @@ def engines_of(
     return made
 
 
-def _responding(one: Named, seed: int, budget: float | None) -> Engine:
+def _responding(choice: Named, seed: int, budget: float | None) -> Engine:
     """The engine that is named, with the seed, and the time of a point by ngspice; refusals as of `engines_of`."""
-    found = selection.engine(one)
-    if not found.has_frequency_response:
+    engine = selection.engine(choice)
+    if not engine.has_frequency_response:
         known = ", ".join(repr(name) for name, kind in ENGINES.items() if kind.has_frequency_response)
         raise CannotServeError(
-            f"`engine` {found.NAME!r} has no frequency response, as its formulas are for noise: use {known}"
+            f"`engine` {engine.NAME!r} has no frequency response, as its formulas are for noise: use {known}"
         )
-    if ignored := _ignored(found):
+    if ignored := _ignored(engine):
         raise InputError(ignored)
-    if not isinstance(one, str) or found.is_exact:
-        return found
-    own = {"budget": BUDGET if budget is None else budget} if found.runs_ngspice else {}
-    return selection.engine(found, seed=seed, **own)
+    if not isinstance(choice, str) or engine.is_exact:
+        return engine
+    options = {"budget": BUDGET if budget is None else budget} if engine.runs_ngspice else {}
+    return selection.engine(engine, seed=seed, **options)
 
 
 def _ignored(engine: Engine) -> str:
     """Why an engine's options are refused: those that are given and that a response does not use; empty without."""
     fields = dataclasses.fields(engine)  # type: ignore[arg-type]
     given = [field.name for field in fields if getattr(engine, field.name) != field.default]
-    unused = [name for name in given if (name in UNTOLD if engine.runs_ngspice else name not in USED)]
+    unused = [name for name in given if (name in CIRCUIT_OPTIONS if engine.runs_ngspice else name not in USED)]
     if not unused:
         return ""
     names = ", ".join(f"`{name}`" for name in unused)
-    verb, them = ("are", "them") if len(unused) > 1 else ("is", "it")
+    verb, pronoun = ("are", "them") if len(unused) > 1 else ("is", "it")
     return (
         f"{names} must be left out of engine {engine.NAME!r} for a frequency response, "
-        f"but {verb} given: a response does not use {them}"
+        f"but {verb} given: a response does not use {pronoun}"
     )

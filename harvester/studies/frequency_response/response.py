@@ -27,13 +27,14 @@ from harvester.studies.frequency_response.curve import Failure, FrequencyRespons
 from harvester.studies.frequency_response.driven import HarmonicDrive
 from harvester.studies.frequency_response.engines import engines_of
 from harvester.studies.frequency_response.responses import FrequencyResponses
-from harvester.studies.frequency_response.steps import Diary, Steps, diary
+from harvester.studies.frequency_response.steps import ResponseJournal, Steps, response_journal
 from harvester.studies.output_folder import OutputFolder, provenance_with_engines
 from harvester.studies.sweep.points import Points, axis_of, grid, read_axis
 
 LEAST, MOST = 3, 10_000  # frequencies
 Values = str | Sequence[float | str]
-Tick = Callable[[str], None]  # called with the engine's name after each of the frequencies asked for, each way
+Sweep = str | Sequence[float]  # the text of `frequencies`, or these themselves
+Callback = Callable[[str], None]  # called with the engine's name after each of the frequencies asked for, each way
 
 
 def frequencies(problem: Problem, text: str) -> tuple[float, ...]:
@@ -47,13 +48,13 @@ def frequencies(problem: Problem, text: str) -> tuple[float, ...]:
     if len(parts) != 3 or not re.fullmatch("[0-9]{1,5}", parts[2]) or not LEAST <= int(parts[2]) <= MOST:
         raise invalid("`sweep`", f"be FROM:TO:COUNT with a COUNT from {LEAST} to {MOST}, such as 1Hz:10Hz:60", text)
     key = "excitation.frequency" if problem.physical else "nondimensional.drive_frequency"
-    found = sorted(read_axis(f"{key}={text}").values)
-    if found[0] == found[-1]:
+    values = sorted(read_axis(f"{key}={text}").values)
+    if values[0] == values[-1]:
         raise invalid("`sweep`", "be between two different frequencies", text)
-    return tuple(found)
+    return tuple(values)
 
 
-def _frequencies(problem: Problem, sweep: str | Sequence[float]) -> tuple[float, ...]:
+def _frequencies(problem: Problem, sweep: Sweep) -> tuple[float, ...]:
     return frequencies(problem, sweep) if isinstance(sweep, str) else tuple(sweep)
 
 
@@ -71,14 +72,14 @@ def points_of(scene: AnyScene, vary: Mapping[str, Values] | Points | None) -> Po
 
 
 def rows_of(scene: AnyScene, engines: Sequence[Engine], frequencies: int, points: Points | None) -> dict[str, int]:
-    """How often the tick is called for each engine: up and down, or once by ngspice and a linear mass."""
+    """How often progress is reported for each engine: up and down, or once by ngspice and a linear mass."""
     curves, ways = 1 if points is None else len(points), len(directions(HarmonicDrive(Problem.of(scene))))
     return {e.NAME: curves * frequencies * (ways if e.follows_periods else 2) for e in engines}
 
 
 @names_arguments
 def response(
-    scene: AnyScene, sweep: str | Sequence[float], seed: int = 0, tick: Tick | None = None, engine: Named | None = None
+    scene: AnyScene, sweep: Sweep, seed: int = 0, tick: Callback | None = None, engine: Named | None = None
 ) -> FrequencyResponse:
     """The response of a scene with a harmonic drive at several frequencies.
 
@@ -121,11 +122,11 @@ def response(
 @names_arguments
 def responses(
     scene: AnyScene,
-    sweep: str | Sequence[float],
+    sweep: Sweep,
     vary: Mapping[str, Values] | Points | None = None,
     engines: Sequence[Named] | None = None,
     seed: int = 0,
-    tick: Tick | None = None,
+    tick: Callback | None = None,
 ) -> FrequencyResponses:
     """The responses for all combinations of the values that scene keys take, and by each of some engines.
 
@@ -168,90 +169,92 @@ def responses(
 
 
 def _nothing(_: str) -> None:
-    """Tell nobody."""
+    """Report nothing."""
 
 
 def _responses(
     problem: Problem,
-    sweep: str | Sequence[float],
+    sweep: Sweep,
     points: Points | None,
     engines: Sequence[Engine],
-    tick: Tick,
-    skip: Tick = _nothing,
-    kept: Diary | None = None,
+    report: Callback,
+    report_reused: Callback = _nothing,
+    journal: ResponseJournal | None = None,
 ) -> FrequencyResponses:
-    """All curves; with ``kept``, each step is kept at once, and ``skip`` is called for those that were."""
+    """All curves; each step goes into the ``journal`` at once, and those that were there call ``report_reused``."""
     several = [dict[str, float]()]
     if points is not None:
         several = [dict(zip(points.keys, points.values(k), strict=True)) for k in range(len(points))]
     curves = list[FrequencyResponse]()
     for number, values in enumerate(several):
         driven = HarmonicDrive(Problem(problem.scene.varied(values)) if values else problem)
-        for place, engine in enumerate(engines):
-            each = partial(tick, engine.NAME), partial(skip, engine.NAME)
-            steps = Steps(tick=each[0]) if kept is None else kept.steps(number, place, engine.NAME, *each)
+        for index, engine in enumerate(engines):
+            computed, reused = partial(report, engine.NAME), partial(report_reused, engine.NAME)
+            steps = Steps(on_computed=computed)
+            if journal is not None:
+                steps = journal.steps(number, index, engine.NAME, computed, reused)
             curves.append(_curve(engine, driven, sweep, values, steps))
     return FrequencyResponses(tuple(curves))
 
 
 def _curve(
-    engine: Engine, driven: HarmonicDrive, sweep: str | Sequence[float], varied: Mapping[str, float], steps: Steps
+    engine: Engine, driven: HarmonicDrive, sweep: Sweep, varied: Mapping[str, float], steps: Steps
 ) -> FrequencyResponse:
     """One response by one engine."""
     problem, resolving = driven.problem, isinstance(sweep, str)
     at = _frequencies(problem, sweep)
-    failures, warnings = list[Failure](), driven.doubts(at)
+    failures, warnings = list[Failure](), driven.diagnostics(at)
     if engine.is_exact:
         if reason := Exact.refusal(problem):
             raise CannotServeError(reason)
-        found = closed_form(driven, resolved(lambda f: power_at(driven, f), at) if resolving else at)
+        points = closed_form(driven, resolved(lambda f: power_at(driven, f), at) if resolving else at)
         for _ in range(2 * len(at)):
-            steps.tick()
+            steps.on_computed()
     elif engine.follows_periods:
-        found, failures, more = by_ngspice(cast(Spice | Compiled, engine), driven, at, steps)
+        points, failures, more = by_ngspice(cast(Spice | Compiled, engine), driven, at, steps)
         warnings = without_repeats([*warnings, *more])
     else:
-        found = continued(cast(Ensemble, engine), driven, at, steps)  # or one that derives from it: engines_of checks
+        points = continued(cast(Ensemble, engine), driven, at, steps)  # or one that derives from it: engines_of checks
     whole = resolving and engine.is_exact
     known = engine.NAME, driven.level, dict(varied), tuple(failures)
-    return FrequencyResponse(tuple(found), problem.physical, tuple(warnings), whole, *known)
+    return FrequencyResponse(tuple(points), problem.physical, tuple(warnings), whole, *known)
 
 
 def draw(
     scene: AnyScene,
-    sweep: str | Sequence[float],
+    sweep: Sweep,
     out: str | Path | None,
     seed: int = 0,
-    tick: Tick | None = None,
+    report: Callback | None = None,
     vector: Sequence[str] = (),
     vary: Mapping[str, Values] | Points | None = None,
     engines: Sequence[Named] | None = None,
     per_g: bool = False,
     resume: bool = False,
-    skip: Tick | None = None,
+    report_reused: Callback | None = None,
 ) -> FrequencyResponses:
     """Compute `responses`, and into the folder ``out`` write their files.
 
     These are response.csv, response.png, its ``vector`` forms (svg, pdf) and provenance.json.  ``per_g`` draws power
     and voltage over the base's amplitude.  Each frequency that is done is in response.journal until then; ``resume``
-    takes those of an earlier run that was interrupted, and calls ``skip`` (default: ``tick``) for each.
+    takes those of an earlier run that was interrupted, and calls ``report_reused`` (default: ``report``) for each.
 
     Raises as `responses`, and InputError for an earlier response that was another one.
     """
-    problem, told = Problem.of(scene), tick or _nothing
+    problem, report = Problem.of(scene), report or _nothing
     HarmonicDrive(problem)
     if per_g and not problem.physical:
         raise InputError("`per_g` must go with a physical scene, whose base has an acceleration, but is given")
     chosen, points = engines_of(problem, engines, seed), points_of(problem, vary)
     if out is None:
-        return _responses(problem, sweep, points, chosen, told)
+        return _responses(problem, sweep, points, chosen, report)
     at = _frequencies(problem, sweep)
-    folder, counted = OutputFolder(out, vector), [one for one in chosen if not one.is_exact]  # which takes no time
+    folder, counted = OutputFolder(out, vector), [e for e in chosen if not e.is_exact]  # which takes no time
     total = sum(rows_of(problem, counted, len(at), points).values())
     varied = {} if points is None else {"vary": {axis.key: list(axis.values) for axis in points.axes}}
     about = provenance_with_engines(problem, chosen, sweep=list(at), **varied)
-    with diary(folder.path, about, resume, total) as kept:
-        found = _responses(problem, sweep, points, chosen, told, skip or told, kept)
-        drawn = figures.response(found.curves, problem.scene.name, per_g)
-        folder.save("response", found.table.csv(units=True), drawn, about)
-    return found
+    with response_journal(folder.path, about, resume, total) as journal:
+        result = _responses(problem, sweep, points, chosen, report, report_reused or report, journal)
+        drawn = figures.response(result.curves, problem.scene.name, per_g)
+        folder.save("response", result.table.csv(units=True), drawn, about)
+    return result

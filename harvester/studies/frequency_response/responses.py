@@ -23,8 +23,8 @@ class FrequencyResponses(TableResult):
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.2, beta=0.05, mu=1.0, drive=1.0, drive_frequency=1.0))
-    >>> found = hv.responses(scene, [0.9, 1.0, 1.1], {"nondimensional.mu": [0.5, 2.0]})
-    >>> [(curve.varied, curve.peak("up").frequency) for curve in found.curves]
+    >>> result = hv.responses(scene, [0.9, 1.0, 1.1], {"nondimensional.mu": [0.5, 2.0]})
+    >>> [(curve.varied, curve.peak("up").frequency) for curve in result.curves]
     [({'nondimensional.mu': 0.5}, 1.0), ({'nondimensional.mu': 2.0}, 1.0)]
     """
 
@@ -63,8 +63,8 @@ class FrequencyResponses(TableResult):
     def diagnostics(self) -> tuple[Diagnostic, ...]:
         """The remarks of the responses, each once; of many responses with hysteresis how many there are."""
         several = len(self.curves) > 1
-        found = without_repeats(one for curve in self.curves for one in curve.diagnostics)
-        rest = [one for one in found if not several or one.code not in ONE_EACH]
+        remarks = without_repeats(remark for curve in self.curves for remark in curve.diagnostics)
+        rest = [remark for remark in remarks if not several or remark.code not in ONE_EACH]
         if several and (with_it := sum(bool(curve.hysteresis) for curve in self.curves)):
             rest.append(note("hysteresis_in_several", several=with_it, of=len(self.curves)))
         return tuple(rest)
@@ -92,7 +92,7 @@ class FrequencyResponses(TableResult):
         keys = [before(k, [c.varied[k] for c in self.curves], "" if u == "1" else u) for k, u in units.items()]
         engine = before("engine", [curve.engine for curve in self.curves])
         # A column that only some of them have, such as the bandwidth, is empty in the rows of the others.
-        named = {one.name: one.unit for table in tables for one in table.columns}
+        named = {column.name: column.unit for table in tables for column in table.columns}
         rest = [
             Column(name, [cell for table in tables for cell in table.cells_or_none(name)], unit)
             for name, unit in named.items()

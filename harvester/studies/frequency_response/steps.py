@@ -23,7 +23,7 @@ RESPONSE = JournalKind("response", ("scene_digest", "netlist", "sweep", "vary", 
 MOST = 100_000  # steps of one curve by one engine
 
 State = Mapping[str, Any]  # of what JSON knows, for each engine its own
-Tick = Callable[[], None]
+Callback = Callable[[], None]
 
 
 @dataclass(frozen=True)
@@ -39,57 +39,57 @@ _STEPS = TypeAdapter(Step)
 
 
 def _nothing() -> None:
-    """Tell nobody."""
+    """Report nothing."""
 
 
 @dataclass
 class Steps:
     """The steps of one curve by one engine: those that an earlier run did, and where further ones go.
 
-    ``tick`` is called after each that is computed, ``skip`` after each that was there.
+    ``on_computed`` is called after each that is computed, ``on_reused`` after each that was there.
     """
 
     done: dict[int, Step] = field(default_factory=dict)
     keep: Callable[[int, Step], None] = lambda number, step: None
-    tick: Tick = _nothing
-    skip: Tick = _nothing
+    on_computed: Callback = _nothing
+    on_reused: Callback = _nothing
 
     def earlier(self, number: int) -> Step | None:
         """The step of this number, if an earlier run did it."""
         step = self.done.get(number)
         if step is not None:
-            self.skip()
+            self.on_reused()
         return step
 
     def add(self, number: int, step: Step | None) -> None:
         """Keep a step that was computed; None: it failed, and the next run tries it again."""
         if step is not None:
             self.keep(number, step)
-        self.tick()
+        self.on_computed()
 
 
-class Diary:
+class ResponseJournal:
     """The steps of all curves of a response into a folder."""
 
-    def __init__(self, journal: Journal, found: Sequence[JournalRow]) -> None:
-        self.journal, self._found = journal, {(row.point, row.place): row for row in found}
+    def __init__(self, journal: Journal, rows: Sequence[JournalRow]) -> None:
+        self.journal, self._rows = journal, {(row.point, row.place): row for row in rows}
 
-    def steps(self, curve: int, place: int, engine: str, tick: Tick, skip: Tick) -> Steps:
-        """Those of one curve, by the engine of this place among the engines.
+    def steps(self, curve: int, engine_index: int, engine: str, on_computed: Callback, on_reused: Callback) -> Steps:
+        """Those of one curve, by the engine of this index among the engines.
 
         Raises InputError for a row that is not what this version writes.
         """
 
         def keep(number: int, step: Step) -> None:
             content = _STEPS.dump_json(step).decode()
-            self.journal.add([JournalRow(curve * MOST + number, place, engine, content)])
+            self.journal.add([JournalRow(curve * MOST + number, engine_index, engine, content)])
 
         done = {
             point % MOST: self._step(row)
-            for (point, where), row in self._found.items()
-            if where == place and point // MOST == curve
+            for (point, index), row in self._rows.items()
+            if index == engine_index and point // MOST == curve
         }
-        return Steps(done, keep, tick, skip)
+        return Steps(done, keep, on_computed, on_reused)
 
     def _step(self, row: JournalRow) -> Step:
         with as_written():
@@ -109,18 +109,18 @@ def as_written() -> Iterator[None]:
 
 
 @contextmanager
-def diary(out: Path, about: Mapping[str, Any], resume: bool, total: int) -> Iterator[Diary]:
-    """The diary of the response that a provenance is ``about``, with ``total`` steps to keep; removed when all is done.
+def response_journal(out: Path, about: Mapping[str, Any], resume: bool, total: int) -> Iterator[ResponseJournal]:
+    """The journal of the response with the provenance ``about`` and ``total`` steps; it is removed when all are done.
 
     Raises InputError where ``resume`` finds another response, or another program is at work in the folder;
     KeyboardInterrupt at ^C, with a text that says how to go on.
     """
     now = identity(about, RESPONSE)
     with closing(Journal(out, RESPONSE)) as journal:
-        found = journal.earlier(now) if resume else None
-        journal.begin(now, found or [])
+        rows = journal.earlier(now) if resume else None
+        journal.begin(now, rows or [])
         try:
-            yield Diary(journal, found or [])
+            yield ResponseJournal(journal, rows or [])
         except BaseException as error:
             done = journal.count()
             if not done:

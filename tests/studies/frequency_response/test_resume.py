@@ -32,7 +32,7 @@ def tick(_):
     if len(ticks) == 4:
         os.kill(os.getpid(), signal.SIGKILL)
 
-draw(hv.load(sys.argv[1]), "0.9:1.1:3", sys.argv[2], tick=tick)
+draw(hv.load(sys.argv[1]), "0.9:1.1:3", sys.argv[2], report=tick)
 """
 
 
@@ -46,14 +46,14 @@ def interrupted(some, sweep, out, engines, after):
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt) as caught:
-        draw(some, sweep, out, engines=engines, tick=tick)
+        draw(some, sweep, out, engines=engines, report=tick)
     return str(caught.value)
 
 
 def resumed(some, sweep, out, engines=None):
     """The response that goes on, and how many frequencies were computed and kept."""
     computed, kept = [], []
-    found = draw(some, sweep, out, engines=engines, tick=computed.append, skip=kept.append, resume=True)
+    found = draw(some, sweep, out, engines=engines, report=computed.append, report_reused=kept.append, resume=True)
     return found, len(computed), len(kept)
 
 
