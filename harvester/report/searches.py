@@ -21,7 +21,7 @@ def of_search(scene: Scene | Problem, answer: Optimum | ParetoFront, seed: int) 
         caption = f"The largest mean power against the {answer.quantity.replace('_', ' ')}."
     elif isinstance(answer, CircuitChoice):
         which = "the best" if answer.best else "that of most power so far"
-        caption = f"What was evaluated with {next(iter(answer.found))}, {which}, and its optimum."
+        caption = f"What was evaluated with {next(iter(answer.ranked))}, {which}, and its optimum."
     else:
         tables = (highest(answer),)
         answers = [f"{one.key}: {_interval(one)}" for one in answer.keys]

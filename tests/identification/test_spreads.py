@@ -37,7 +37,7 @@ def test_the_derived_numbers_keep_their_intervals():
     found = spreads(stated.vary, scene)
     keys = [one.key for one in found]
     matrix = design.correlation(stated.correlate, keys)
-    x = design.values_at(found, design.tied(design.places(4096, len(keys), 0), matrix))
+    x = design.values_at(found, design.tied(design.sobol_points(4096, len(keys), 0), matrix))
     m, k, theta = (x[:, keys.index(key)] for key in ("oscillator.mass", "oscillator.stiffness", "piezo.coupling"))
     resonance, coupling = np.sqrt(k / m) / (2.0 * np.pi), theta**2 / m
     low, high = np.quantile(resonance, [0.025, 0.975])

@@ -16,7 +16,7 @@ from harvester.machine.progress import ProgressCallback
 from harvester.scene.scene import Scene
 from harvester.studies.design.candidate import FEW, MANY, Candidate, evaluate
 from harvester.studies.design.design_need import DesignNeed
-from harvester.studies.tolerance.design import places, values_at
+from harvester.studies.tolerance.design import sobol_points, values_at
 from harvester.studies.tolerance.distribution import ShareInterval, wilson
 from harvester.studies.tolerance.spreads import PartSpread
 
@@ -34,7 +34,7 @@ def share_met(
 ) -> ShareInterval:
     """The share of devices of the ``spreads`` that meet what is ``needed``; one that has no answer does not."""
     alone = len(spreads) == 1 and spreads[0].kind != "measured"
-    u = np.linspace(0.0, 1.0, NODES)[:, None] if alone else places(SAMPLES, len(spreads), seed)
+    u = np.linspace(0.0, 1.0, NODES)[:, None] if alone else sobol_points(SAMPLES, len(spreads), seed)
     devices = [
         scene.varied({one.key: float(value) for one, value in zip(spreads, values, strict=True)})
         for values in values_at(spreads, u)

@@ -23,10 +23,10 @@ def fit_box(rounds: list[list[Evaluation]], u: Floats, width: Floats, degree: in
     enough others.  Raises SimulationError where too many points fail.
     """
     good = _usable(rounds, len(exponents(len(u), CUBIC)))
-    kept = [[one[k] for k in good] for one in rounds]
-    power = np.mean([served(one)[1] for one in kept], axis=0)
-    bias = np.mean([[value.bias or 0.0 for value in served(one)[2]] for one in kept], axis=0)
-    covariance = np.sum([_covariance(one) for one in kept], axis=0) / len(rounds) ** 2
+    kept = [[points[k] for k in good] for points in rounds]
+    power = np.mean([served(points)[1] for points in kept], axis=0)
+    bias = np.mean([[value.bias or 0.0 for value in served(points)[2]] for points in kept], axis=0)
+    covariance = np.sum([_covariance(points) for points in kept], axis=0) / len(rounds) ** 2
     covariance = covariance + (ROUNDING * power.mean()) ** 2 * np.eye(len(good))
     low, high = np.maximum(u - width, 0.0), np.minimum(u + width, 1.0)
     x = (np.array([p.u for p in kept[0]]) - u) / width
@@ -36,13 +36,13 @@ def fit_box(rounds: list[list[Evaluation]], u: Floats, width: Floats, degree: in
 
 def peak_of_box(fit: Fit, bias: Floats, u: Floats, width: Floats) -> Peak:
     """The highest place of a fit as a peak, with the interval that sampling and the bias of the step leave."""
-    place = np.clip(u + width * fit.best, 0.0, 1.0)
+    best = np.clip(u + width * fit.best, 0.0, 1.0)
     power = Value(*fit.value(fit.best))
-    faces = np.where(place <= 0.0, -1.0, np.where(place >= 1.0, 1.0, 0.0))
+    faces = np.where(best <= 0.0, -1.0, np.where(best >= 1.0, 1.0, 0.0))
     if fit.exits.any() or fit.resolution < SEEN:
-        return Peak(place, power, faces, width=width, why=note("curvature_in_noise"))
+        return Peak(best, power, faces, width=width, why=note("curvature_in_noise"))
     half = width * (fit.half_widths + fit.bias_shift(bias))
-    return Peak(place, power, faces, np.clip(place - half, 0.0, 1.0), np.clip(place + half, 0.0, 1.0), width)
+    return Peak(best, power, faces, np.clip(best - half, 0.0, 1.0), np.clip(best + half, 0.0, 1.0), width)
 
 
 def next_box(fit: Fit, u: Floats, width: Floats) -> tuple[Floats, Floats, bool]:
@@ -51,10 +51,10 @@ def next_box(fit: Fit, u: Floats, width: Floats) -> tuple[Floats, Floats, bool]:
     A box moves towards a peak outside it, shrinks where its polynomial does not fit, grows where the curvature drowns
     in the noise, and ends at the size where the power falls by `DROP` from its middle to its faces.
     """
-    place = np.clip(u + width * fit.best, 0.0, 1.0)
+    middle = np.clip(u + width * fit.best, 0.0, 1.0)
     doubtful = fit.on_face & ~fit.surely_on_face
     if fit.exits.any():
-        return place, np.minimum((1.0 if fit.resolution > SEEN else 1.5) * width, 0.5), False
+        return middle, np.minimum((1.0 if fit.resolution > SEEN else 1.5) * width, 0.5), False
     if fit.resolution < SEEN and fit.misfit_dominates:
         best = np.clip(u + width * fit.x[int(np.argmax(fit.power))], 0.0, 1.0)
         return best, np.where(fit.surely_on_face, 1.0, 0.5) * width, False
@@ -63,25 +63,25 @@ def next_box(fit: Fit, u: Floats, width: Floats) -> tuple[Floats, Floats, bool]:
             return u, width, True
         grown = np.minimum(2.0 * width, 0.5)
         width = grown if fit.resolution < SEEN else np.where(doubtful, grown, width)
-        return np.where(width >= 0.5, 0.5, place), width, False
+        return np.where(width >= 0.5, 0.5, middle), width, False
     size = np.minimum(np.clip(_fitting_widths(fit, width), 0.25 * width, 4.0 * width), 0.5)
-    return place, size, bool(np.all((size < 1.5 * width) & (width < 1.5 * size)))
+    return middle, size, bool(np.all((size < 1.5 * width) & (width < 1.5 * size)))
 
 
 def _fitting_widths(fit: Fit, width: Floats) -> Floats:
     """The half-widths at which the power falls by `DROP`; for keys at the end of their range the present ones."""
     curvature = -np.diag(fit.hessian)
-    wanted = np.sqrt(2.0 * DROP * abs(fit.value(fit.best)[0]) / np.maximum(curvature, 1e-300))
-    return np.where((fit.faces != 0.0) | (curvature <= 0.0), width, width * wanted)
+    fitting = np.sqrt(2.0 * DROP * abs(fit.value(fit.best)[0]) / np.maximum(curvature, 1e-300))
+    return np.where((fit.faces != 0.0) | (curvature <= 0.0), width, width * fitting)
 
 
 def _usable(rounds: list[list[Evaluation]], least: int) -> list[int]:
     """Which points of the design have an answer in every round: more than ``least``, the sound ones if they are."""
     columns = [*enumerate(zip(*rounds, strict=True))]
-    sound = [k for k, some in columns if all(one.is_sound for one in some)]
-    good = sound if len(sound) > least else [k for k, some in columns if all(one.power is not None for one in some)]
+    sound = [k for k, some in columns if all(point.is_sound for point in some)]
+    good = sound if len(sound) > least else [k for k, some in columns if all(point.power is not None for point in some)]
     if len(good) <= least:
-        failed = next(one.answer for some in rounds for one in some if one.power is None)
+        failed = next(point.answer for some in rounds for point in some if point.power is None)
         raise SimulationError(f"too few points near the optimum have an answer; the last that failed: {failed}")
     return good
 

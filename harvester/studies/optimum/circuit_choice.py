@@ -54,116 +54,116 @@ class CircuitChoice(Optimum, kw_only=True):
     NOT_IN_JSON: ClassVar[frozenset[str]] = frozenset({"peaks", "scanned", "circuits"})
     JSON_NAMES: ClassVar[dict[str, str]] = {"optima": "circuits"}
     SHORT: ClassVar[tuple[str, ...]] = ("best", *Optimum.SHORT)
+    RENAMED: ClassVar[dict[str, str]] = {"found": "ranked"}
 
     optima: dict[str, Optimum | HarvesterError] = field(default_factory=dict)
 
     @classmethod
     def of(
-        cls, optima: dict[str, Optimum | HarvesterError], seconds: float, said: tuple[Diagnostic, ...] = ()
+        cls, optima: dict[str, Optimum | HarvesterError], seconds: float, remarks: tuple[Diagnostic, ...] = ()
     ) -> "CircuitChoice":
-        """The choice between circuits, and what is ``said`` of all; raises the first error if none has an optimum."""
-        found = _ranked(optima)
-        if not found:
-            raise next(one for one in optima.values() if isinstance(one, HarvesterError))
-        top = next(iter(found.values()))
-        fields = {one.name: getattr(top, one.name) for one in dataclasses.fields(Optimum)}
+        """The choice between circuits, with ``remarks`` on all; raises the first error if none has an optimum."""
+        ranked = _ranked(optima)
+        if not ranked:
+            raise next(answer for answer in optima.values() if isinstance(answer, HarvesterError))
+        top = next(iter(ranked.values()))
+        fields = {f.name: getattr(top, f.name) for f in dataclasses.fields(Optimum)}
         choice = cls(**fields | {"seconds": seconds, "diagnostics": ()}, optima=optima)
-        return dataclasses.replace(choice, diagnostics=(*choice._remarks(), *said))
+        return dataclasses.replace(choice, diagnostics=(*choice._remarks(), *remarks))
 
     @property
-    def found(self) -> dict[str, Optimum]:
+    def ranked(self) -> dict[str, Optimum]:
         """The circuits that have an optimum, the one of most power first; those that are not sound last."""
         return _ranked(self.optima)
 
     @property
     def best(self) -> str | None:
         """The circuit of most power; None where a circuit of less power may have more: its range was not scanned."""
-        first, *others = self.found
+        first, *others = self.ranked
         return None if any(name in self.unscanned for name in others) else first
 
     @property
     def alike(self) -> tuple[str, ...]:
         """The circuits whose power cannot be told from that of the best."""
-        (_, top), *others = self.found.items()
+        (_, top), *others = self.ranked.items()
         low = top.mean_power.value - top.mean_power.known_error95
-        near = [name for name, one in others if one.mean_power.value + one.mean_power.known_error95 >= low]
+        near = [name for name, optimum in others if optimum.mean_power.value + optimum.mean_power.known_error95 >= low]
         return tuple(name for name in near if name not in self.unsound)
 
     @property
     def unfinished(self) -> tuple[str, ...]:
         """The circuits that may have more power than was found: the budget ended before their search did."""
-        return tuple(name for name, one in self.found.items() if has(one.diagnostics, "budget_spent"))
+        return tuple(name for name, optimum in self.ranked.items() if has(optimum.diagnostics, "budget_spent"))
 
     @property
     def unscanned(self) -> tuple[str, ...]:
         """The circuits of which the budget ended before the whole range was looked at."""
-        return tuple(name for name, one in self.found.items() if not one.scanned)
+        return tuple(name for name, optimum in self.ranked.items() if not optimum.scanned)
 
     @property
     def unsound(self) -> tuple[str, ...]:
         """The circuits that cannot be compared with others that can."""
-        (_, top), *others = self.found.items()
-        return tuple(name for name, one in others if not one.estimate.is_sound) if top.estimate.is_sound else ()
+        (_, top), *others = self.ranked.items()
+        return tuple(name for name, optimum in others if not optimum.estimate.is_sound) if top.estimate.is_sound else ()
 
     @property
     def circuits(self) -> Table:
         """A row a circuit, the one of most power first; as they were given where that cannot be said."""
         if self.best is None:
             return self._rows([*self.optima.items()])
-        return self._rows([*self.found.items(), *(pair for pair in self.optima.items() if pair[0] not in self.found)])
+        return self._rows([*self.ranked.items(), *(pair for pair in self.optima.items() if pair[0] not in self.ranked)])
 
     @property
     def table(self) -> Table:
         """A row a circuit, in the order that they were given."""
-        rows, powers = [*self.optima.items()], [_optimum(one) for one in self.optima.values()]
-        bias = Column("mean_power_bias", [None if one is None else one.mean_power.bias for one in powers])
-        found = self._rows(rows)
-        return dataclasses.replace(found, columns=(*found.columns[:-2], bias, *found.columns[-2:]))
+        rows, powers = [*self.optima.items()], [_optimum(answer) for answer in self.optima.values()]
+        bias = Column("mean_power_bias", [None if optimum is None else optimum.mean_power.bias for optimum in powers])
+        table = self._rows(rows)
+        return dataclasses.replace(table, columns=(*table.columns[:-2], bias, *table.columns[-2:]))
 
-    def _rows(self, some: Sequence[tuple[str, Optimum | HarvesterError]]) -> Table:
-        optima = [_optimum(one) for _, one in some]
-        columns = [Column(NETLIST, [name for name, _ in some])]
+    def _rows(self, rows: Sequence[tuple[str, Optimum | HarvesterError]]) -> Table:
+        optima = [_optimum(answer) for _, answer in rows]
+        columns = [Column(NETLIST, [name for name, _ in rows])]
         for k, key in enumerate(self.keys):
-            columns.append(Column(key.key, [None if one is None else one.keys[k].value for one in optima], key.unit))
-        powers = [None if one is None else one.mean_power for one in optima]
+            columns.append(Column(key.key, [None if o is None else o.keys[k].value for o in optima], key.unit))
+        powers = [None if o is None else o.mean_power for o in optima]
         columns.append(Column("mean_power", powers, self.unit_names.power))
-        columns.append(Column("search", [self._state(name, one) for name, one in some]))
-        columns.append(Column("error", [str(one) if isinstance(one, HarvesterError) else "" for _, one in some]))
+        columns.append(Column("search", [self._state(name, a) for name, a in rows]))
+        columns.append(Column("error", [str(a) if isinstance(a, HarvesterError) else "" for _, a in rows]))
         return Table(tuple(columns), "largest mean power of each circuit")
 
-    def _state(self, name: str, one: Optimum | HarvesterError) -> str:
+    def _state(self, name: str, answer: Optimum | HarvesterError) -> str:
         """How far the search of a circuit came."""
-        if isinstance(one, HarvesterError):
+        if isinstance(answer, HarvesterError):
             return "failed"
-        if not one.scanned:
+        if not answer.scanned:
             return "scan cut short"
-        if has(one.diagnostics, "ended_with_scan"):
+        if has(answer.diagnostics, "ended_with_scan"):
             return "first scan only"
         return "cut short" if name in self.unfinished else "complete"
 
     def _remarks(self) -> list[Diagnostic]:
         """What is to be said of the choice, and of each circuit."""
-        said = [note("best_circuit", best=self.best, alike=" and ".join(self.alike))]
+        remarks = [note("best_circuit", best=self.best, alike=" and ".join(self.alike))]
         if self.best is None:
-            said = [note("no_best_circuit", early=" and ".join(self.unscanned))]
+            remarks = [note("no_best_circuit", early=" and ".join(self.unscanned))]
         if self.unfinished:
-            said.append(note("circuits_cut_short", names=" and ".join(self.unfinished)))
-        unknown = dict.fromkeys(one.mean_power.unknown for one in self.found.values() if one.mean_power.unknown)
-        said += [note("error_unknown", part=part) for part in unknown]
-        said += [
-            note("no_optimum", name, why=str(e)) for name, e in self.optima.items() if isinstance(e, HarvesterError)
-        ]
-        said += [warning("circuit_unsound", name) for name in self.unsound]
-        return said + [word.of(name) for name, one in self.found.items() for word in one.warnings]
+            remarks.append(note("circuits_cut_short", names=" and ".join(self.unfinished)))
+        unknown = dict.fromkeys(o.mean_power.unknown for o in self.ranked.values() if o.mean_power.unknown)
+        remarks += [note("error_unknown", part=part) for part in unknown]
+        failed = ((name, answer) for name, answer in self.optima.items() if isinstance(answer, HarvesterError))
+        remarks += [note("no_optimum", name, why=str(error)) for name, error in failed]
+        remarks += [warning("circuit_unsound", name) for name in self.unsound]
+        return remarks + [word.of(name) for name, optimum in self.ranked.items() for word in optimum.warnings]
 
 
 def _ranked(optima: Mapping[str, Optimum | HarvesterError]) -> dict[str, Optimum]:
-    some = [(name, one) for name, one in optima.items() if isinstance(one, Optimum)]
+    some = [(name, answer) for name, answer in optima.items() if isinstance(answer, Optimum)]
     return dict(sorted(some, key=lambda pair: (not pair[1].estimate.is_sound, -pair[1].mean_power.value)))
 
 
-def _optimum(one: Optimum | HarvesterError) -> Optimum | None:
-    return one if isinstance(one, Optimum) else None
+def _optimum(answer: Optimum | HarvesterError) -> Optimum | None:
+    return answer if isinstance(answer, Optimum) else None
 
 
 def best_circuit(
@@ -186,15 +186,15 @@ def best_circuit(
     whole, begin = Problem.of(scene).scene, time.perf_counter()
     scenes = {name: _with(whole, name) for name in circuits}
     folder = None if execution.out is None else OutputFolder(execution.out, execution.formats)
-    requests = {name: SearchRequest.of(one, vary, engine, within, budget) for name, one in scenes.items()}
-    race, found = Race(requests, execution.progress), dict[str, Optimum | HarvesterError]()
+    requests = {name: SearchRequest.of(scene, vary, engine, within, budget) for name, scene in scenes.items()}
+    race, answers = Race(requests, execution.progress), dict[str, Optimum | HarvesterError]()
     for name in race.order():
         inside = None if folder is None else OutputFolder(folder.path / Path(name).stem, execution.formats)
         try:
-            found[name] = race.optimum(name, inside)
+            answers[name] = race.optimum(name, inside)
         except SimulationError as error:  # what the user asked is in order: this circuit has no answer
-            found[name] = error
-    optima = {name: found[name] for name in scenes}
+            answers[name] = error
+    optima = {name: answers[name] for name in scenes}
     answer = CircuitChoice.of(optima, time.perf_counter() - begin, of_coils(scenes, vary))
     if folder is not None:
         folder.table("circuits", answer.table.csv())
@@ -203,7 +203,7 @@ def best_circuit(
 
 def of_coils(scenes: Mapping[str, Scene], vary: Vary) -> tuple[Diagnostic, ...]:
     """A warning where the coils of some circuits ring `UNLIKE` times as well as those of others, and none is varied."""
-    if any(one.key.rpartition(".")[2] in ("L", "Rcoil", "Rcore") for one in varied(vary)[1]):
+    if any(r.key.rpartition(".")[2] in ("L", "Rcoil", "Rcore") for r in varied(vary)[1]):
         return ()
     known: dict[str, float] = {}
     for name, scene in scenes.items():
@@ -212,7 +212,7 @@ def of_coils(scenes: Mapping[str, Scene], vary: Vary) -> tuple[Diagnostic, ...]:
         known |= {} if quality is None else {name: quality}
     if not known or max(known.values()) < UNLIKE * min(known.values()):
         return ()
-    return (warning("coils_differ", coils=", ".join(f"{name} {one:.2g}" for name, one in known.items())),)
+    return (warning("coils_differ", coils=", ".join(f"{name} {quality:.2g}" for name, quality in known.items())),)
 
 
 def _with(scene: Scene, name: str) -> Scene:
@@ -220,7 +220,7 @@ def _with(scene: Scene, name: str) -> Scene:
     given = scene.load.parameters if scene.load is not None else {}
     capacitance = None if scene.piezo is None else scene.piezo.capacitance
     if not is_path(name):
-        known = {one.lower() for one in load_circuit(Load(netlist=name), capacitance).values}
+        known = {key.lower() for key in load_circuit(Load(netlist=name), capacitance).values}
         given = {key: value for key, value in given.items() if key.lower() in known}
     changed = dataclasses.replace(scene, load=Load(netlist=name, parameters=given))
     Problem(changed).circuit  # noqa: B018 refuses a circuit that cannot be used

@@ -81,7 +81,7 @@ class Surface:
 
     def values(self, u: Floats) -> dict[str, float]:
         """The keys' values at a place of the cube."""
-        return {r.key: r.value(float(place)) for r, place in zip(self.ranges, u, strict=True)}
+        return {r.key: r.value(float(x)) for r, x in zip(self.ranges, u, strict=True)}
 
     def evaluate(self, where: Floats, engine: Engine, stage: str) -> list[Evaluation]:
         """Evaluate the power at each of the places, shape (n, keys); ``stage`` is the part of the search that asks.
@@ -91,14 +91,14 @@ class Surface:
         Raises SpentError when ``share`` of the budget is spent before all are done; those that are done are kept.
         """
         done: list[Evaluation] = []
-        some = _TOGETHER if engine.is_formula else 1
-        for at in range(0, len(where), some):
+        size = _TOGETHER if engine.is_formula else 1
+        for at in range(0, len(where), size):
             if self.points and self.left < (1.0 - self.share) * self.budget:
                 raise SpentError
             if engine.runs_ngspice:
                 budget = number(getattr(engine, "budget", None)) or math.inf
                 engine = with_options(engine, budget=min(budget, self.left_now))
-            rows = where[at : at + some]
+            rows = where[at : at + size]
             seed = getattr(engine, "seed", None)
             for u, answer in zip(rows, self._answers(rows, engine), strict=True):
                 done.append(Evaluation(np.array(u), engine.NAME, stage, seed, answer))
@@ -109,8 +109,8 @@ class Surface:
     def _answers(self, where: Floats, engine: Engine) -> list[Estimate | HarvesterError]:
         there = partial(problem_at, self.scene, self.ranges)  # raises for stops without room between them, for example
         problems = [answer_or_error(there, u) for u in where]
-        answers = iter(engine.run_many([one for one in problems if isinstance(one, Problem)]))
-        return [next(answers) if isinstance(one, Problem) else one for one in problems]
+        answers = iter(engine.run_many([problem for problem in problems if isinstance(problem, Problem)]))
+        return [next(answers) if isinstance(problem, Problem) else problem for problem in problems]
 
 
 def served(points: Sequence[Evaluation]) -> tuple[Floats, Floats, list[Value]]:
@@ -135,8 +135,8 @@ def local_maxima(u: Floats, power: Floats) -> list[int]:
         return [int(np.argmax(power))]
     count = min(2 * u.shape[1] + 1, len(u))
     _, near = cKDTree(u).query(u, count)
-    found = [k for k in range(len(u)) if power[k] >= power[near[k]].max()]
-    return sorted(found, key=lambda k: -power[k])
+    peaks = [k for k in range(len(u)) if power[k] >= power[near[k]].max()]
+    return sorted(peaks, key=lambda k: -power[k])
 
 
 def flatness(power: Floats) -> Diagnostic | None:

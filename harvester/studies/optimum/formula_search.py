@@ -117,10 +117,10 @@ class FormulaSearch:
         minimize(down, start, method="Nelder-Mead", bounds=[(0.0, 1.0)] * n, options=options)
         return self.highest(begin)
 
-    def separate(self, found: list[Peak]) -> list[Peak]:
+    def separate(self, peaks: list[Peak]) -> list[Peak]:
         """The peaks that have a dip between them, best first; of those on one hill only the best."""
         kept: list[Peak] = []
-        for peak in sorted(found, key=lambda p: -p.power.value):
+        for peak in sorted(peaks, key=lambda p: -p.power.value):
             if not any(self.on_one_hill(peak, other) for other in kept):
                 kept.append(peak)
         return kept

@@ -35,8 +35,8 @@ def front(request: SearchRequest, points: int, progress: Progress) -> ParetoFron
     """
     begin = time.perf_counter()
     request, progress = with_counted_peaks(request, progress)
-    *bounds, aimed = robust_of(request).limits
-    quantity, sign = aimed.quantity, aimed.sign
+    *bounds, second = robust_of(request).limits
+    quantity, sign = second.quantity, second.sign
     each = dataclasses.replace(request, budget=request.budget / (points + 1))
     search = _Search(each, progress, points + 1)
     most = search.best()
@@ -48,10 +48,10 @@ def front(request: SearchRequest, points: int, progress: Progress) -> ParetoFron
         designs += [search.best((*bounds, limit)) for limit in between]
     else:
         warnings.append(warning("nothing_to_choose", quantity=quantity))
-    found = _front(designs, sign)
-    said = tuple(dict.fromkeys([*warnings, *search.warnings, *remarks(quantity, sign, found, ())]))
+    kept = _front(designs, sign)
+    notes = tuple(dict.fromkeys([*warnings, *search.warnings, *remarks(quantity, sign, kept, ())]))
     seconds = time.perf_counter() - begin
-    return ParetoFront(robust_of(request).engine.NAME, quantity, sign, found, request.scene.physical, seconds, said)
+    return ParetoFront(robust_of(request).engine.NAME, quantity, sign, kept, request.scene.physical, seconds, notes)
 
 
 def _bounds(best: float, most: float, points: int) -> Floats:
@@ -65,9 +65,9 @@ def _bounds(best: float, most: float, points: int) -> Floats:
 def _front(designs: Sequence[FrontPoint], sign: int) -> tuple[FrontPoint, ...]:
     """The designs that no other beats in both aims, from the best quantity on."""
     kept: list[FrontPoint] = []
-    for one in sorted(designs, key=lambda point: (-sign * point.quantity, -point.mean_power.value)):
-        if not kept or one.mean_power.value > kept[-1].mean_power.value:
-            kept.append(one)
+    for design in sorted(designs, key=lambda point: (-sign * point.quantity, -point.mean_power.value)):
+        if not kept or design.mean_power.value > kept[-1].mean_power.value:
+            kept.append(design)
     return tuple(kept)
 
 
@@ -87,16 +87,16 @@ class _Search:
         request = self.request
         if limits is not None:
             request = dataclasses.replace(request, engine=dataclasses.replace(robust_of(request), limits=limits))
-        found = Search.begin(request, part).finish()
+        optimum = Search.begin(request, part).finish()
         self.done += 1
-        self.warnings += [word for word in found.warnings if word.code in CUT_SHORT]
-        return self._design({key.range.key: key.value for key in found.keys})
+        self.warnings += [word for word in optimum.warnings if word.code in CUT_SHORT]
+        return self._design({key.range.key: key.value for key in optimum.keys})
 
     def _design(self, keys: dict[str, float]) -> FrontPoint:
         """The design at values of the keys."""
-        place = robust_of(self.request).place(self.request.scene.varied(keys))[1]
-        error = None if place.off is None else place.off * abs(place.aim)
-        return FrontPoint(keys, Value(place.aim, model=error), place.quantities[-1])
+        outcome = robust_of(self.request).outcome(self.request.scene.varied(keys))[1]
+        error = None if outcome.off is None else outcome.off * abs(outcome.objective)
+        return FrontPoint(keys, Value(outcome.objective, model=error), outcome.quantities[-1])
 
     def extreme(self, sign: int) -> FrontPoint:
         """The design with the best value of the quantity in the ranges: the best of many places, climbed from."""
@@ -109,14 +109,14 @@ class _Search:
 
         def loss(u: Floats) -> float:
             try:
-                place = robust.place(scene.varied(values(u)))[1]
+                outcome = robust.outcome(scene.varied(values(u)))[1]
             except HarvesterError:
                 return np.inf
-            return np.inf if place.broken else -sign * place.quantities[-1]
+            return np.inf if outcome.violation else -sign * outcome.quantities[-1]
 
-        places = spread(SCANNED, len(ranges))
-        robust.run_many([scene.varied(values(u)) for u in places])  # together, which is quicker
-        first = min(places, key=loss)
+        scan = spread(SCANNED, len(ranges))
+        robust.run_many([scene.varied(values(u)) for u in scan])  # together, which is quicker
+        first = min(scan, key=loss)
         if not np.isfinite(loss(first)):
             raise InputError(
                 "`limit` must be met somewhere in the ranges for a front, but no place was found that does"

@@ -32,7 +32,7 @@ FINER = 0.1  # of the error that is asked for: that of the climb's evaluations
 SPACING = 0.5  # of the range: the first step where the gradient of the logarithm of the power is 1
 NEAR = 1e-4  # of the range: the nearest that a place comes to its end
 LEVEL = 1e-3  # slope of the logarithm of the power along the range at which a climb ends
-APART = 0.03  # of the range: nearer peaks are one
+SEPARATION = 0.03  # of the range: nearer peaks are one
 MOST = 12  # evaluations of a climb
 CURVED = 0.02  # of the range: steps by which the curvature is seen
 FAR = 5.0  # such steps that the last Newton step may go
@@ -92,8 +92,8 @@ class GradientSearch:
             best = int(np.argmax(power))
             return SearchResult((Peak(u[best], values[best], np.zeros(n), why=cut),), warnings=(cut,), scanned=scanned)
         kept = list[Peak]()
-        for peak in sorted(climbed, key=lambda one: -one.power.value):
-            if all(np.abs(peak.u - other.u).max() > APART for other in kept):
+        for peak in sorted(climbed, key=lambda peak: -peak.power.value):
+            if all(np.abs(peak.u - other.u).max() > SEPARATION for other in kept):
                 kept.append(peak)
         return SearchResult(tuple(kept))
 
@@ -103,17 +103,17 @@ class GradientSearch:
         if surface.left < (1.0 - surface.share) * surface.budget:
             raise SpentError
         u = np.clip(u, NEAR, 1.0 - NEAR)
-        u = u + [0.01 * NEAR * (one.value(float(at)) == 0.0) for one, at in zip(surface.ranges, u, strict=True)]
+        u = u + [0.01 * NEAR * (r.value(float(at)) == 0.0) for r, at in zip(surface.ranges, u, strict=True)]
         answer, of = self.engine.run_with_slopes(problem_at(surface.scene, surface.ranges, u))
         surface.points.append(Evaluation(u, self.engine.NAME, stage, None, answer))
         surface.progress.step(min(1.0 - surface.left / surface.budget, 1.0))
-        along = np.array([one.slope(float(place)) for one, place in zip(surface.ranges, u, strict=True)])
+        stretch = np.array([r.slope(float(x)) for r, x in zip(surface.ranges, u, strict=True)])
         if not errors:
-            slopes = np.array([of.elasticity(one.key) for one in surface.ranges])
-            return Slopes(u, answer.mean_power.value, along * slopes, np.zeros(len(u)))
-        known = [of.with_error(one.key) for one in surface.ranges]
-        slopes, off = (np.array([getattr(one, part) for one in known]) for part in ("value", "bias"))
-        return Slopes(u, answer.mean_power.value, along * slopes, np.abs(along) * off)
+            slopes = np.array([of.elasticity(r.key) for r in surface.ranges])
+            return Slopes(u, answer.mean_power.value, stretch * slopes, np.zeros(len(u)))
+        known = [of.with_error(r.key) for r in surface.ranges]
+        slopes, error = (np.array([getattr(value, part) for value in known]) for part in ("value", "bias"))
+        return Slopes(u, answer.mean_power.value, stretch * slopes, np.abs(stretch) * error)
 
     def _leads_to(self, start: Floats, top: Floats) -> bool:
         """Whether the way from a place to a peak rises at its beginning and in its middle: one hill."""
@@ -137,7 +137,7 @@ class GradientSearch:
         ends = [(NEAR / SPACING, (1.0 - NEAR) / SPACING)] * len(start)
         options = {"maxfun": MOST, "ftol": 1e-12, "gtol": SPACING * LEVEL}
         minimize(down, start / SPACING, jac=True, method="L-BFGS-B", bounds=ends, options=options)
-        return max(best, key=lambda one: one.value).u
+        return max(best, key=lambda point: point.value).u
 
     def _peak(self, u: Floats) -> Peak:
         """The peak near a place where a climb has ended, with its interval."""

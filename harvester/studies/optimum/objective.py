@@ -11,7 +11,7 @@ from harvester.studies.tolerance.device_limits import QUANTITIES, Limit
 
 POWER = "mean_power"
 WAYS = {"low": -1, "high": 1}
-Aim: TypeAlias = str | float | Sequence[str | float]  # such as "mean_power", "5%", "voltage_rms:high", or both of these
+ObjectiveSpec: TypeAlias = str | float | Sequence[str | float]  # "mean_power", "5%", "voltage_rms:high", or several
 
 
 @dataclass(frozen=True)
@@ -23,32 +23,32 @@ class Objective:
     """
 
     share: float | None = None
-    aimed: Limit | None = None
+    second: Limit | None = None
 
     @classmethod
-    def of(cls, objective: Aim) -> "Objective":
+    def of(cls, objective: ObjectiveSpec) -> "Objective":
         """What the argument ``objective`` describes; raises InputError for what it cannot be."""
         words = [objective] if isinstance(objective, str | float | int) else list(objective)
         others = [word for word in words if word != POWER]
         shares = [word for word in others if not isinstance(word, str) or word.strip()[:1] in "0123456789.-"]
-        aims = [word for word in others if word not in shares]
-        if len(shares) > 1 or len(aims) > 1:
+        quantities = [word for word in others if word not in shares]
+        if len(shares) > 1 or len(quantities) > 1:
             raise invalid("`objective`", "be a share of devices, a second quantity, or one of each", objective)
-        return cls(read_share(shares[0]) if shares else None, second_aim(str(aims[0])) if aims else None)
+        return cls(read_share(shares[0]) if shares else None, read_second(str(quantities[0])) if quantities else None)
 
 
 def read_share(share: str | float) -> float:
     """A share of devices from 0.1 % to 50 %, from a number or a text such as "5%"; InputError for another."""
-    found = reading("`objective`", fraction, share) if isinstance(share, str) else float(share)
-    if not 0.001 <= found <= 0.5:
+    value = reading("`objective`", fraction, share) if isinstance(share, str) else float(share)
+    if not 0.001 <= value <= 0.5:
         raise invalid("`objective`", "be a share of devices between 0.1% and 50%", share)
-    return found
+    return value
 
 
-def second_aim(text: str) -> Limit:
+def read_second(text: str) -> Limit:
     """The quantity of a second aim, to be low, or high where ``:high`` stands behind it."""
     name, colon, way = text.partition(":")
-    known = [one for one in QUANTITIES if one != POWER]
+    known = [quantity for quantity in QUANTITIES if quantity != POWER]
     if name not in known:
         raise unknown("quantity of `objective`", name, known)
     if colon and way not in WAYS:

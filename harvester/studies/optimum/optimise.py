@@ -12,7 +12,7 @@ from harvester.machine.execution import DEFAULT, Execution, as_in_version_0_1, c
 from harvester.machine.progress import working
 from harvester.studies.optimum.circuit_choice import best_circuit
 from harvester.studies.optimum.front import front
-from harvester.studies.optimum.objective import Aim, Objective
+from harvester.studies.optimum.objective import Objective, ObjectiveSpec
 from harvester.studies.optimum.optimum_result import Optimum
 from harvester.studies.optimum.pareto_front import ParetoFront
 from harvester.studies.optimum.ranges import Range, Vary, varied
@@ -43,7 +43,7 @@ def optimise(
     scene: AnyScene, *, vary: Vary, objective: Literal["mean_power"] = "mean_power", **options: Unpack[SearchOptions]
 ) -> Optimum: ...
 @overload
-def optimise(scene: AnyScene, *, vary: Vary, objective: Aim, **options: Unpack[SearchOptions]) -> Any: ...
+def optimise(scene: AnyScene, *, vary: Vary, objective: ObjectiveSpec, **options: Unpack[SearchOptions]) -> Any: ...
 @as_in_version_0_1(
     *("vary", "engine", "within", "budget", "out", "tick", "vector"), tick=calls_with_fraction, over="vary"
 )
@@ -52,7 +52,7 @@ def optimise(
     scene: AnyScene,
     *,
     vary: Vary,
-    objective: Aim = "mean_power",
+    objective: ObjectiveSpec = "mean_power",
     constraints: Sequence[str] | str = (),
     spread: Texts = (),
     engine: Named | None = None,
@@ -115,34 +115,34 @@ def optimise(
     >>> f"{best.keys[0].value:.2f}"  # sqrt(1 + beta)
     '1.02'
     """
-    aim, (circuits, found) = Objective.of(objective), varied(vary)
+    target, (circuits, ranges) = Objective.of(objective), varied(vary)
     kind = kind_of_search(vary, objective, constraints, spread, lifetime)
-    if points is not None and aim.aimed is None:
+    if points is not None and target.second is None:
         raise InputError("`points` must go with a second quantity in `objective`, but there is none")
     if points is not None and not 2 <= points <= MOST_POINTS:
         raise invalid("`points`", f"be between 2 and {MOST_POINTS}", points)
     with working(execution.progress) as progress:
         if kind == "circuits":
-            return best_circuit(scene, circuits, found, engine, within, budget, execution)
+            return best_circuit(scene, circuits, ranges, engine, within, budget, execution)
         folder = None if execution.out is None else OutputFolder(execution.out, execution.formats)
         if kind == "plain":
-            return Search.begin(SearchRequest.of(scene, found, engine, within, budget), progress).finish(folder)
-        if aim.aimed is not None and not spread and aim.share is None and _samples(engine):
-            request = SearchRequest.of(scene, found, engine, within, budget)
-            answer = sampled_front(request, aim.aimed, constraints, lifetime, progress)
+            return Search.begin(SearchRequest.of(scene, ranges, engine, within, budget), progress).finish(folder)
+        if target.second is not None and not spread and target.share is None and _samples(engine):
+            request = SearchRequest.of(scene, ranges, engine, within, budget)
+            answer = sampled_front(request, target.second, constraints, lifetime, progress)
         else:
-            robust = robust_request(scene, found, aim, constraints, spread, engine, lifetime, within, budget)
-            if aim.aimed is None:
+            robust = robust_request(scene, ranges, target, constraints, spread, engine, lifetime, within, budget)
+            if target.second is None:
                 return under_limits(robust, progress, folder)
             answer = front(robust, points or POINTS, progress)
         if folder is not None:
-            _write_front(folder, answer, Problem.of(scene), found, constraints)
+            _write_front(folder, answer, Problem.of(scene), ranges, constraints)
         return answer
 
 
 def kind_of_search(
     vary: Vary,
-    objective: Aim = "mean_power",
+    objective: ObjectiveSpec = "mean_power",
     constraints: Sequence[str] | str = (),
     spread: Texts = (),
     lifetime: float | str | None = None,
@@ -151,8 +151,8 @@ def kind_of_search(
 
     Raises InputError for circuits beside such an aim, and for what cannot be varied.
     """
-    circuits, found = varied(vary)
-    series = any(one.steps for one in found)
+    circuits, ranges = varied(vary)
+    series = any(r.steps for r in ranges)
     special = bool(constraints or spread or series) or lifetime is not None or Objective.of(objective) != Objective()
     if circuits and special:
         names = "`constraints`, `lifetime`, `spread`, `objective` and series"
@@ -168,11 +168,11 @@ def _write_front(
     folder: OutputFolder,
     answer: ParetoFront,
     problem: Problem,
-    found: Sequence[Range],
+    ranges: Sequence[Range],
     constraints: Sequence[str] | str,
 ) -> None:
     """The files of a front."""
     texts = [constraints] if isinstance(constraints, str) else [*constraints]
-    asked = {"over": {one.key: [one.low, one.high] for one in found}, "pareto": f"{answer.quantity}:{answer.aim}"}
-    about = provenance(problem, **asked, limits=texts, engine=answer.engine)
+    options = {"over": {r.key: [r.low, r.high] for r in ranges}, "pareto": f"{answer.quantity}:{answer.aim}"}
+    about = provenance(problem, **options, limits=texts, engine=answer.engine)
     folder.save("pareto", answer.table.csv(), answer.plot(problem.scene.name), about)

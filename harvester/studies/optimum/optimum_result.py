@@ -130,7 +130,7 @@ class Optimum(TableResult, kw_only=True):
     no_interval = why
 
     def _sentence(self, codes: tuple[str, ...]) -> str:
-        return next((str(one) for one in self.diagnostics if one.code in codes), "")
+        return next((str(diagnostic) for diagnostic in self.diagnostics if diagnostic.code in codes), "")
 
     @property
     def is_cut_short(self) -> bool:
@@ -161,9 +161,9 @@ class Optimum(TableResult, kw_only=True):
     def key_table(self) -> Table:
         """The best value of each key, and the ends of its interval."""
         rows, units = self.keys, [key.unit for key in self.keys]
-        made = [Column("key", [one.key for one in rows])]
+        made = [Column("key", [key.key for key in rows])]
         for name in ("value", "low95", "high95", "boundary"):
-            cells = [getattr(one, name) for one in rows]
+            cells = [getattr(key, name) for key in rows]
             made += [Column(name, cells, units=units)] if any(cell is not None for cell in cells) else []
         return Table(tuple(made), "the largest power is at")
 
@@ -173,31 +173,31 @@ class Optimum(TableResult, kw_only=True):
         if len(self.peaks) < 2:
             return None
         rows = self.peaks[1:]
-        columns = [Column(one.key, [peak.keys[one.key] for peak in rows], one.unit) for one in self.keys]
+        columns = [Column(key.key, [peak.keys[key.key] for peak in rows], key.unit) for key in self.keys]
         power = Column("mean_power", [peak.mean_power for peak in rows], self.unit_names.power)
         return Table((power, *columns), "another peak" if len(rows) == 1 else "other peaks")
 
     @property
     def table(self) -> Table:
         """All evaluations, in the order that they were made."""
-        found, of = self.points, self.unit_names
-        powers = [one.power for one in found]
-        places = zip(
-            *([key.range.value(float(u)) for key, u in zip(self.keys, p.u, strict=True)] for p in found), strict=True
+        points, of = self.points, self.unit_names
+        powers = [point.power for point in points]
+        values = zip(
+            *([key.range.value(float(u)) for key, u in zip(self.keys, p.u, strict=True)] for p in points), strict=True
         )
-        columns = [Column(key.key, cells, key.unit, exact=True) for key, cells in zip(self.keys, places, strict=True)]
-        columns += [Column(name, [getattr(one, name) for one in found]) for name in ("engine", "stage", "seed")]
+        columns = [Column(key.key, cells, key.unit, exact=True) for key, cells in zip(self.keys, values, strict=True)]
+        columns += [Column(name, [getattr(point, name) for point in points]) for name in ("engine", "stage", "seed")]
         columns.append(Column("mean_power", powers, of.power))
-        columns.append(Column("mean_power_bias", [None if one is None else one.systematic for one in powers], of.power))
-        answers = [one.answer for one in found]
-        columns.append(Column("seconds", [one.seconds if isinstance(one, Estimate) else None for one in answers], "s"))
-        columns.append(Column("is_sound", [one.is_sound for one in found]))
-        columns.append(Column("error", ["" if isinstance(one, Estimate) else str(one) for one in answers]))
+        columns.append(Column("mean_power_bias", [None if p is None else p.systematic for p in powers], of.power))
+        answers = [point.answer for point in points]
+        columns.append(Column("seconds", [a.seconds if isinstance(a, Estimate) else None for a in answers], "s"))
+        columns.append(Column("is_sound", [point.is_sound for point in points]))
+        columns.append(Column("error", ["" if isinstance(a, Estimate) else str(a) for a in answers]))
         return Table(tuple(columns), "evaluations")
 
     def as_json(self) -> dict[str, Any]:
         """The object that ``--json`` prints: its fields, with the keys by their names."""
-        return super().as_json() | {"keys": {one.key: one.as_json() for one in self.keys}}
+        return super().as_json() | {"keys": {key.key: key.as_json() for key in self.keys}}
 
     def plot(self, title: str | None = "") -> "figures.Plot":
         """The evaluations and the optimum as a matplotlib figure."""

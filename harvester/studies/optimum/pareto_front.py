@@ -53,10 +53,10 @@ class ParetoFront(TableResult):
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, D11=0.01))
-    >>> found = hv.optimise(
+    >>> front = hv.optimise(
     ...     scene, vary={"nondimensional.mu": (0.1, 10.0)}, objective="mean_square_voltage", points=3, engine="exact"
     ... )
-    >>> [point.mean_power.value < found.points[-1].mean_power.value for point in found.points]
+    >>> [point.mean_power.value < front.points[-1].mean_power.value for point in front.points]
     [True, True, False]
     """
 
@@ -89,15 +89,15 @@ class ParetoFront(TableResult):
     def as_json(self) -> dict[str, Any]:
         """The object that ``--json`` prints: its fields, with the designs of the front and those like them."""
         designs = {"front": self.points, "not_told_from_front": self.alike}
-        return super().as_json() | {name: [self._design(one) for one in some] for name, some in designs.items()}
+        return super().as_json() | {name: [self._design(point) for point in points] for name, points in designs.items()}
 
-    def _design(self, one: FrontPoint) -> dict[str, Any]:
-        power = {"mean_power": one.mean_power.value, "error95": one.mean_power.error95}
+    def _design(self, point: FrontPoint) -> dict[str, Any]:
+        power = {"mean_power": point.mean_power.value, "error95": point.mean_power.error95}
         return {
-            "keys": one.keys,
+            "keys": point.keys,
             **power,
-            self.quantity: one.quantity,
-            f"{self.quantity}_error95": one.quantity_error95,
+            self.quantity: point.quantity,
+            f"{self.quantity}_error95": point.quantity_error95,
         }
 
     @property
@@ -108,18 +108,18 @@ class ParetoFront(TableResult):
     @property
     def table(self) -> Table:
         """The designs of the front, and where an engine samples those that cannot be told from it."""
-        some = (*self.points, *self.alike)
-        found = self._rows(some)
+        points = (*self.points, *self.alike)
+        table = self._rows(points)
         if self.points[0].quantity_error95 is None:
-            return found
-        return Table((*found.columns, Column("on_front", [one in self.points for one in some])), found.title)
+            return table
+        return Table((*table.columns, Column("on_front", [point in self.points for point in points])), table.title)
 
-    def _rows(self, some: Sequence[FrontPoint]) -> Table:
-        columns = [Column(key, [one.keys[key] for one in some], unit_of(key)) for key in self.points[0].keys]
-        known = any(one.quantity_error95 is not None for one in some)
-        values = [Value(one.quantity, model=one.quantity_error95) if known else one.quantity for one in some]
+    def _rows(self, points: Sequence[FrontPoint]) -> Table:
+        columns = [Column(key, [point.keys[key] for point in points], unit_of(key)) for key in self.points[0].keys]
+        known = any(point.quantity_error95 is not None for point in points)
+        values = [Value(point.quantity, model=point.quantity_error95) if known else point.quantity for point in points]
         columns.append(Column(self.quantity, values, self.unit))
-        columns.append(Column("mean_power", [one.mean_power for one in some], self.unit_names.power))
+        columns.append(Column("mean_power", [point.mean_power for point in points], self.unit_names.power))
         return Table(tuple(columns), "none has more power and a better other quantity")
 
     def plot(self, title: str | None = "") -> "figures.Plot":
@@ -129,7 +129,7 @@ class ParetoFront(TableResult):
 
 def remarks(quantity: str, sign: int, points: Sequence[FrontPoint], alike: Sequence[FrontPoint]) -> list[Diagnostic]:
     """What is to be said of a front: its aims, what of its errors is not known, how many designs are alike."""
-    said = [note("two_aims", quantity=quantity, aim="high" if sign > 0 else "low")]
-    unknown = dict.fromkeys(one.mean_power.unknown for one in points if one.mean_power.unknown)
-    said += [note("error_unknown", part=part) for part in unknown]
-    return said + ([note("alike_designs", count=len(alike))] if alike else [])
+    diagnostics = [note("two_aims", quantity=quantity, aim="high" if sign > 0 else "low")]
+    unknown = dict.fromkeys(point.mean_power.unknown for point in points if point.mean_power.unknown)
+    diagnostics += [note("error_unknown", part=part) for part in unknown]
+    return diagnostics + ([note("alike_designs", count=len(alike))] if alike else [])

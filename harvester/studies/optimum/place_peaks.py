@@ -32,16 +32,16 @@ class PlacePeaks:
     by_ratio: frozenset[str]
     surfaces: PeakSurfaces
 
-    def surely(self, scene: Scene, varied: Mapping[str, Floats] | None = None) -> dict[str, Floats]:
+    def unsafe_levels(self, scene: Scene, varied: Mapping[str, Floats] | None = None) -> dict[str, Floats]:
         """The level of each quantity, shape (n,), at a place whose devices have the ``varied`` values, each (n,).
 
         It is at the unsafe end of its error.  None: the device as it stands, n = 1.
         """
         values = {key: np.atleast_1d(_value(scene, key)) for key in self.keys} | dict(varied or {})
-        count = max(len(one) for one in values.values())
+        count = max(len(column) for column in values.values())
         columns = [np.broadcast_to(_axis(values[key], key, self.by_ratio), count) for key in self.keys]
         levels, off = self.surfaces(np.stack(columns, axis=1))
-        return {name: one * (1.0 + off[name]) for name, one in levels.items()}
+        return {name: level * (1.0 + off[name]) for name, level in levels.items()}
 
 
 def place_peaks(
@@ -58,12 +58,12 @@ def place_peaks(
     Raises HarvesterError where a place has no peaks, and SimulationError where `SHARE` of the budget is too short.
     """
     begin, count = time.perf_counter(), len(ranges) + len(vary)
-    inner = design.places(COUNTED * (count + 1), count, 0)
+    inner = design.sobol_points(COUNTED * (count + 1), count, 0)
     u = np.vstack([inner, design.outer(count)])
-    keys = tuple(dict.fromkeys([*(one.key for one in ranges), *(full_key(key) for key, _ in vary)]))
-    by_ratio = frozenset(one.key for one in ranges if one.logarithmic)
+    keys = tuple(dict.fromkeys([*(r.key for r in ranges), *(full_key(key) for key, _ in vary)]))
+    by_ratio = frozenset(r.key for r in ranges if r.logarithmic)
     scenes = [_device(scene, ranges, vary, row) for row in u]
-    x = np.array([[float(_axis(np.array(_value(one, key)), key, by_ratio)) for key in keys] for one in scenes])
+    x = np.array([[float(_axis(np.array(_value(device, key)), key, by_ratio)) for key in keys] for device in scenes])
 
     def done(number: int) -> None:
         taken = time.perf_counter() - begin
@@ -79,10 +79,10 @@ def place_peaks(
 
 def _device(scene: Scene, ranges: Sequence[Range], vary: Sequence[tuple[str, str]], u: Floats) -> Scene:
     """The device at a place u of the unit cube: the values of the ranges, and the spreads about them."""
-    place = scene.varied({one.key: one.value(float(np.clip(a, 0.0, 1.0))) for one, a in zip(ranges, u, strict=False)})
-    parts = [spread(key, written, place) for key, written in vary]
-    own = {one.key: float(one.at(a)) for one, a in zip(parts, u[len(ranges) :], strict=True)}
-    return place.varied(own) if own else place
+    nominal = scene.varied({r.key: r.value(float(np.clip(a, 0.0, 1.0))) for r, a in zip(ranges, u, strict=False)})
+    parts = [spread(key, written, nominal) for key, written in vary]
+    values = {part.key: float(part.at(a)) for part, a in zip(parts, u[len(ranges) :], strict=True)}
+    return nominal.varied(values) if values else nominal
 
 
 def _value(scene: Scene, key: str) -> float:

@@ -37,46 +37,46 @@ class Race:
     scanned: bool = False  # all scans are complete
     top: str = ""  # the search that has shown the largest sound power
     waiting: list[str] = field(default_factory=list)
-    told: bool = False  # what the scans can afford
+    plan_reported: bool = False  # what the scans can afford
 
     @property
     def whole(self) -> float:
         """The seconds of all searches."""
-        return sum(one.budget for one in self.requests.values())
+        return sum(request.budget for request in self.requests.values())
 
     def order(self) -> list[str]:
         """Scan all searches alike; their names, in the order in which they go on."""
-        for name, one in self.requests.items():
-            self.searches[name] = search = Search.begin(one, _Elapsed(self))
+        for name, request in self.requests.items():
+            self.searches[name] = search = Search.begin(request, _Elapsed(self))
             search.surface.budget, search.surface.begin = SCANS * self.whole, self.start
-        sampled = {name: one.sampled for name, one in self.searches.items() if one.sampled is not None}
+        sampling = {name: s.sampled_search for name, s in self.searches.items() if s.sampled_search is not None}
         try:
-            while sum(scan_one_more(search) for search in sampled.values()):  # a round: each has a place more
-                if not self.told:
-                    self._tell_plan()
+            while sum(scan_one_more(search) for search in sampling.values()):  # a round: each has a place more
+                if not self.plan_reported:
+                    self._report_plan()
             self.scanned = True
         except SpentError:
             pass  # all have the same places, but for one place
-        self._compare(sampled)
+        self._compare(sampling)
         self.waiting = sorted(self.requests, key=lambda name: -self.seen.get(name, 0.0))
         return list(self.waiting)
 
-    def _tell_plan(self) -> None:
+    def _report_plan(self) -> None:
         """Say what the budget is good for, once a round has shown what a place takes, compilation included."""
         seconds, search = time.perf_counter() - self.start, next(iter(self.searches.values()))
         places = SCAN[search.surface.dimensions]
         fit = min(int(SCANS * self.whole / seconds), places)
         plan = note("scan_fits", seconds=seconds, fit=fit, places=places, circuits=len(self.searches))
         self.progress.start(what=str(plan))
-        self.told = True
+        self.plan_reported = True
 
-    def _compare(self, sampled: Mapping[str, SampledSearch]) -> None:
+    def _compare(self, searches: Mapping[str, SampledSearch]) -> None:
         """Note the largest power of each scan, and which has the largest of those that are sound."""
         sound = dict[str, float]()
-        for name, search in sampled.items():
+        for name, search in searches.items():
             try:
                 self.seen[name] = best_of_scan(search).power.value
-                if any(one.is_sound for one in scanning(search).of_scan):
+                if any(evaluation.is_sound for evaluation in scanning(search).of_scan):
                     sound[name] = self.seen[name]
             except HarvesterError:
                 self.seen[name] = 0.0  # its error comes again where it goes on
@@ -88,15 +88,15 @@ class Race:
         Raises HarvesterError where every place fails, the last error.
         """
         search, surface = self.searches[name], self.searches[name].surface
-        going_on = [one for one in self.waiting if not self._hopeless(one)]
+        going_on = [other for other in self.waiting if not self._hopeless(other)]
         self.waiting.remove(name)
         surface.begin, now = time.perf_counter(), time.perf_counter()
         surface.budget = max(self.start + self.whole - now, SHORTEST) / max(len(going_on), 1)
-        found = None
-        if search.sampled is not None and self._hopeless(name):
+        result = None
+        if search.sampled_search is not None and self._hopeless(name):
             word = warning("ended_with_scan", share=self.seen[name] / self.seen[self.top], top=self.top)
-            found = SearchResult((best_of_scan(search.sampled),), warnings=(word,))
-        return search.finish(folder, found)
+            result = SearchResult((best_of_scan(search.sampled_search),), warnings=(word,))
+        return search.finish(folder, result)
 
     def _hopeless(self, name: str) -> bool:
         """Whether all were scanned, and this one has too little power to go on."""

@@ -84,13 +84,13 @@ def varied(vary: Vary) -> tuple[tuple[str, ...], tuple[Range, ...]]:
     Raises InputError for others.
     """
     some = vary.items() if isinstance(vary, Mapping) else [vary] if isinstance(vary, str) else vary
-    pairs = [_pair(one) for one in some]
+    pairs = [_pair(item) for item in some]
     circuits = [value for key, value in pairs if key in (NETLIST, "netlist")]
-    found = tuple(_range(key, value) for key, value in pairs if key not in (NETLIST, "netlist"))
-    if not 1 <= len(found) <= MOST_KEYS:
-        raise invalid("`vary`", f"be given for 1 to {MOST_KEYS} keys", len(found))
-    named_once([*(r.key for r in found), *[NETLIST] * len(circuits)], "`vary`")
-    return (_circuits(circuits[0]) if circuits else ()), found
+    ranges = tuple(_range(key, value) for key, value in pairs if key not in (NETLIST, "netlist"))
+    if not 1 <= len(ranges) <= MOST_KEYS:
+        raise invalid("`vary`", f"be given for 1 to {MOST_KEYS} keys", len(ranges))
+    named_once([*(r.key for r in ranges), *[NETLIST] * len(circuits)], "`vary`")
+    return (_circuits(circuits[0]) if circuits else ()), ranges
 
 
 def ranges(vary: Vary) -> tuple[Range, ...]:
@@ -98,14 +98,14 @@ def ranges(vary: Vary) -> tuple[Range, ...]:
     return varied(vary)[1]
 
 
-def _pair(one: Any) -> tuple[str, Any]:
+def _pair(item: Any) -> tuple[str, Any]:
     """A key and what is said of it; of a text that names none, the text."""
-    if isinstance(one, Range):
-        return one.key, one
-    if not isinstance(one, str):
-        return str(one[0]), one[1]
-    key, equals, value = one.partition("=")
-    return (key.strip(), value) if equals else (one, "")
+    if isinstance(item, Range):
+        return item.key, item
+    if not isinstance(item, str):
+        return str(item[0]), item[1]
+    key, equals, value = item.partition("=")
+    return (key.strip(), value) if equals else (item, "")
 
 
 def _range(key: str, ends: Any) -> Range:
@@ -122,16 +122,16 @@ def _range(key: str, ends: Any) -> Range:
 
 def _circuits(given: str | Sequence[str]) -> tuple[str, ...]:
     """The names of circuits, from a text or a list; InputError for fewer than two, or one twice."""
-    names = [one.strip() for one in (given.split(",") if isinstance(given, str) else given)]
+    names = [name.strip() for name in (given.split(",") if isinstance(given, str) else given)]
     if len(names) < 2 or len({*names}) < len(names) or not all(names):
         raise invalid("`vary`", f"be {NETLIST}=A,B,... with two circuits or more", given)
     return tuple(names)
 
 
-def problem_at(scene: Scene, found: Sequence[Range], u: Floats) -> Problem:
+def problem_at(scene: Scene, ranges: Sequence[Range], u: Floats) -> Problem:
     """The problem at a place in the unit cube; InputError where there can be none."""
-    for r, place in zip(found, u, strict=True):
-        scene = scene.vary(r.key, r.value(float(place)))
+    for r, x in zip(ranges, u, strict=True):
+        scene = scene.vary(r.key, r.value(float(x)))
     return Problem(scene)
 
 

@@ -108,11 +108,11 @@ class Fit:
         def down(x: Floats) -> tuple[float, Floats]:
             return -self.value(x)[0] / scale, -(self._gradient_rows(x) @ self.coefficients) / scale
 
-        found = [
+        results = [
             minimize(down, start, jac=True, method="L-BFGS-B", bounds=list(zip(self.low, self.high, strict=True)))
             for start in starts
         ]
-        return np.asarray(min(found, key=lambda one: float(one.fun)).x)
+        return np.asarray(min(results, key=lambda result: float(result.fun)).x)
 
     def value(self, x: Floats) -> tuple[float, float]:
         """The power at a place, and its standard error."""
@@ -184,15 +184,15 @@ class Fit:
     @cached_property
     def _reach(self) -> Floats:
         """How far inwards the power is not lower beyond doubt, for keys on a face that are not `surely_on_face`."""
-        found = np.zeros(len(self.best))
+        reach = np.zeros(len(self.best))
         for k in np.flatnonzero(self.on_face & ~self.surely_on_face):
             steps = np.linspace(0.0, self.high[k] - self.low[k], 65)
-            places = np.repeat(self.best[None], len(steps), axis=0)
-            places[:, k] -= self.faces[k] * steps
-            rows = self._rows(self.best[None]) - self._rows(places)
+            points = np.repeat(self.best[None], len(steps), axis=0)
+            points[:, k] -= self.faces[k] * steps
+            rows = self._rows(self.best[None]) - self._rows(points)
             error = np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", rows, self._covariance, rows), 0.0))
-            found[k] = steps[rows @ self.coefficients <= half95(error)].max()
-        return found
+            reach[k] = steps[rows @ self.coefficients <= half95(error)].max()
+        return reach
 
     @property
     def flat(self) -> bool:

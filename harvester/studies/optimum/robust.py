@@ -36,17 +36,17 @@ BINDS = 0.005  # how near to its bound, relatively, a limit is felt
 
 
 @dataclass(frozen=True)
-class Place:
-    """What a place gives: the ``aim`` (power, before any penalty), limited quantities, and how far limits are broken.
+class DesignOutcome:
+    """What a design gives: the ``objective`` (power, before any penalty), limited quantities, their ``violation``.
 
     ``off`` is the relative error of the engine and of the polynomial there, None where it is not known;
     ``quantities`` are those of each limit, in its order.
     """
 
-    aim: float
+    objective: float
     off: float | None
     quantities: tuple[float, ...]
-    broken: float
+    violation: float
 
 
 @dataclass(frozen=True)
@@ -74,7 +74,7 @@ class Robust(Engine):
         return int(getattr(self.engine, "seed", 0))
 
     def run_many(self, scenes: Sequence[AnyScene]) -> list[Estimate | HarvesterError]:
-        """For each scene the estimate of the device as it stands, with the power of `Place` in place of its own."""
+        """For each scene the estimate of the device as it stands, with the power of its `DesignOutcome`."""
         if not self.vary:
             self._together([Problem.of(scene).scene for scene in scenes])
         return [self._estimate(scene) for scene in scenes]
@@ -84,16 +84,16 @@ class Robust(Engine):
         new = {key: scene for scene in scenes if (key := scene.to_toml()) not in self._known}
         for (key, scene), answer in zip(new.items(), self.engine.run_many([*new.values()]), strict=True):
             if isinstance(answer, Estimate):
-                with contextlib.suppress(HarvesterError):  # of the peaks: `place` raises it again
+                with contextlib.suppress(HarvesterError):  # of the peaks: `outcome` raises it again
                     self._known[key] = answer, self._alone(scene, answer)
 
-    def _alone(self, scene: Scene, answer: Estimate) -> Place:
-        """The place of a device as it stands."""
-        power, square = (np.array([one.value]) for one in (answer.mean_power, answer.mean_square_voltage))
+    def _alone(self, scene: Scene, answer: Estimate) -> DesignOutcome:
+        """The outcome of a device as it stands."""
+        power, square = (np.array([mean.value]) for mean in (answer.mean_power, answer.mean_square_voltage))
         peaks = {name: np.array([v]) for name, v in self._peaks(scene).items()}
         return self._summed(power, square, peaks, _off(answer.mean_power))
 
-    def place(self, scene: AnyScene) -> tuple[Estimate, Place]:
+    def outcome(self, scene: AnyScene) -> tuple[Estimate, DesignOutcome]:
         """The estimate of the scene as it stands, and what its devices give.
 
         Raises HarvesterError where the engine has no answer for it, or for one of its devices.
@@ -105,25 +105,25 @@ class Robust(Engine):
         return self._known[key]
 
     @cached_property
-    def _known(self) -> dict[str, tuple[Estimate, Place]]:
-        """What places gave, by their scenes."""
+    def _known(self) -> dict[str, tuple[Estimate, DesignOutcome]]:
+        """The outcomes of designs, by their scenes."""
         return {}
 
-    def _computed(self, whole: Scene) -> tuple[Estimate, Place]:
-        """What `place` says, computed."""
+    def _computed(self, whole: Scene) -> tuple[Estimate, DesignOutcome]:
+        """The `outcome`, computed."""
         devices, x, many = self._devices(whole)
         first, *answers = self.engine.run_many([whole, *devices])
         if isinstance(first, HarvesterError):
             raise first
         if not devices:
             return first, self._alone(whole, first)
-        served = [one for one in answers if isinstance(one, Estimate)]
+        served = [answer for answer in answers if isinstance(answer, Estimate)]
         if len(served) < len(devices):
-            failed = next(one for one in answers if isinstance(one, HarvesterError))
+            failed = next(answer for answer in answers if isinstance(answer, HarvesterError))
             raise SimulationError(f"{len(devices) - len(served)} of {len(devices)} devices have no answer: {failed}")
         scored = len(x) - 2 * len(self.vary)  # the others hold the outer ends
-        powers = fit(x, np.array([one.mean_power.value for one in served]), scored)
-        squares = fit(x, np.array([one.mean_square_voltage.value for one in served]), scored)
+        powers = fit(x, np.array([answer.mean_power.value for answer in served]), scored)
+        squares = fit(x, np.array([answer.mean_square_voltage.value for answer in served]), scored)
         off = _off(first.mean_power)
         off = None if off is None else off + 2.0 * powers.scatter / abs(first.mean_power.value)
         peaks = self._peaks_of_many(whole, devices, x, many)
@@ -132,39 +132,39 @@ class Robust(Engine):
     def _peaks_of_many(self, whole: Scene, devices: Sequence[AnyScene], x: Floats, many: Floats) -> dict[str, Floats]:
         """The peaks at the keys' values ``many``, by those of ``devices``, at ``x``, or by what was counted."""
         if self.counted is not None:
-            return self.counted.surely(whole, {key: many[:, k] for k, (key, _) in enumerate(self.vary)})
-        found, scored = [self._peaks(one) for one in devices], len(x) - 2 * len(self.vary)
-        return {name: fit(x, np.array([one[name] for one in found]), scored)(many) for name in found[0]}
+            return self.counted.unsafe_levels(whole, {key: many[:, k] for k, (key, _) in enumerate(self.vary)})
+        peaks, scored = [self._peaks(device) for device in devices], len(x) - 2 * len(self.vary)
+        return {name: fit(x, np.array([levels[name] for levels in peaks]), scored)(many) for name in peaks[0]}
 
     def _peaks(self, scene: AnyScene) -> dict[str, float]:
         """The peaks over the lifetime, at the unsafe end of their error; none where no limit asks for them."""
         if self.lifetime is None:
             return {}
         if self.counted is not None:
-            return {name: float(one[0]) for name, one in self.counted.surely(Problem.of(scene).scene).items()}
-        found = linear_peaks(Problem.of(scene), self.lifetime)
-        return {name: level.value + level.known_error95 for name, level in found.items()}
+            return {name: float(v[0]) for name, v in self.counted.unsafe_levels(Problem.of(scene).scene).items()}
+        peaks = linear_peaks(Problem.of(scene), self.lifetime)
+        return {name: level.value + level.known_error95 for name, level in peaks.items()}
 
     def _estimate(self, scene: AnyScene) -> Estimate | HarvesterError:
         try:
-            first, found = self.place(scene)
+            first, outcome = self.outcome(scene)
         except HarvesterError as error:
             return error
-        aim = found.aim * math.exp(-PENALTY * found.broken)
-        model = None if found.off is None else found.off * abs(aim)
-        return dataclasses.replace(first, mean_power=Value(aim, model=model), power_samples=None)
+        power = outcome.objective * math.exp(-PENALTY * outcome.violation)
+        model = None if outcome.off is None else outcome.off * abs(power)
+        return dataclasses.replace(first, mean_power=Value(power, model=model), power_samples=None)
 
-    def _summed(self, power: Floats, square: Floats, peaks: dict[str, Floats], off: float | None) -> Place:
-        """The place whose devices have these powers, mean square voltages and peaks, each of shape (n,)."""
+    def _summed(self, power: Floats, square: Floats, peaks: dict[str, Floats], off: float | None) -> DesignOutcome:
+        """The outcome of devices that have these powers, mean square voltages and peaks, each of shape (n,)."""
         values = {"mean_power": power, "mean_square_voltage": square, "voltage_rms": np.sqrt(square)}
         values |= peaks
-        aim = self._kept(power, 1)
-        kept = tuple(self._kept(values[one.quantity], one.sign) for one in self.limits)
+        objective = self._kept(power, 1)
+        kept = tuple(self._kept(values[limit.quantity], limit.sign) for limit in self.limits)
         breaks = [
-            max(one.sign * (one.bound - value), 0.0) / (abs(one.bound) or 1.0)
-            for one, value in zip(self.limits, kept, strict=True)
+            max(limit.sign * (limit.bound - value), 0.0) / (abs(limit.bound) or 1.0)
+            for limit, value in zip(self.limits, kept, strict=True)
         ]
-        return Place(aim, off, kept, sum(breaks))
+        return DesignOutcome(objective, off, kept, sum(breaks))
 
     def _kept(self, values: Floats, sign: int) -> float:
         """The value that all but the share of devices exceed (``sign`` 1) or stay below (-1); the mean without one."""
@@ -173,19 +173,19 @@ class Robust(Engine):
         return float(np.quantile(values, self.share if sign > 0 else 1.0 - self.share))
 
     @cached_property
-    def _places(self) -> tuple[Floats, Floats]:
+    def _cube_points(self) -> tuple[Floats, Floats]:
         """The places of the devices that are computed, and of those that the polynomial stands for."""
         keys = len(self.vary)
-        inner = design.places(2 * (keys + 1) * (keys + 2) + 1, keys, 0)
-        return np.vstack([inner, design.outer(keys)]), design.places(DEVICES, keys, 1)
+        inner = design.sobol_points(2 * (keys + 1) * (keys + 2) + 1, keys, 0)
+        return np.vstack([inner, design.outer(keys)]), design.sobol_points(DEVICES, keys, 1)
 
     def _devices(self, scene: Scene) -> tuple[list[AnyScene], Floats, Floats]:
         """The devices that are computed, and the keys' values of these and of the many."""
         if not self.vary:
             return [], np.empty((0, 0)), np.empty((0, 0))
         spreads = [spread(key, written, scene) for key, written in self.vary]
-        x, many = (design.values_at(spreads, u) for u in self._places)
-        keys = [one.key for one in spreads]
+        x, many = (design.values_at(spreads, u) for u in self._cube_points)
+        keys = [s.key for s in spreads]
         devices: list[Any] = [scene.varied(dict(zip(keys, map(float, row), strict=True))) for row in x]
         return devices, x, many
 

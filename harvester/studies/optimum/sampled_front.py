@@ -30,7 +30,7 @@ FEWEST = 3  # places that a front is made of
 
 def sampled_front(
     request: SearchRequest,
-    aimed: Limit,
+    second: Limit,
     constraints: Sequence[str] | str,
     lifetime: float | str | None,
     progress: Progress,
@@ -42,7 +42,7 @@ def sampled_front(
     """
     begin, warnings, problem = time.perf_counter(), list[Diagnostic](), Problem.of(request.scene)
     bounds = limits(constraints, problem.physical)
-    years = lifetime_of([*bounds, aimed], lifetime, problem)
+    years = lifetime_of([*bounds, second], lifetime, problem)
     if reason := request.engine.refusal(problem):
         raise InputError(reason)
     search = Search.begin(request, progress)
@@ -51,12 +51,12 @@ def sampled_front(
         engine = with_options(engine, within=request.within)
     sound, others = list[FrontPoint](), list[FrontPoint]()
     refused: HarvesterError | None = None
-    places = scan(PLACES[len(request.ranges)], len(request.ranges))
+    candidates = scan(PLACES[len(request.ranges)], len(request.ranges))
     try:
-        for u in places:
+        for u in candidates:
             there = surface.evaluate(u[None], engine, "scan")[0]
             try:
-                design = _design(surface, there, aimed, bounds, years)
+                design = _design(surface, there, second, bounds, years)
             except HarvesterError as error:
                 refused = error
                 continue
@@ -64,7 +64,7 @@ def sampled_front(
                 (sound if there.is_sound else others).append(design)
     except SpentError:
         done = len(surface.points)
-        warnings.append(warning("front_cut_short", budget=request.budget, done=done, places=len(places)))
+        warnings.append(warning("front_cut_short", budget=request.budget, done=done, places=len(candidates)))
     designs = sound if len(sound) >= FEWEST else [*sound, *others]
     if others and designs is sound:
         count, left_out = len(surface.points), len(others)
@@ -76,10 +76,10 @@ def sampled_front(
             f"{len(surface.points)} have, in {time.perf_counter() - begin:.2g} s: allow a longer `budget` or other "
             f"ranges{why}"
         )
-    points, alike = split(designs, aimed.sign)
-    said = (*warnings, *remarks(aimed.quantity, aimed.sign, points, alike))
-    head = engine.NAME, aimed.quantity, aimed.sign
-    return ParetoFront(*head, points, problem.physical, time.perf_counter() - begin, said, alike)
+    points, alike = split(designs, second.sign)
+    diagnostics = (*warnings, *remarks(second.quantity, second.sign, points, alike))
+    head = engine.NAME, second.quantity, second.sign
+    return ParetoFront(*head, points, problem.physical, time.perf_counter() - begin, diagnostics, alike)
 
 
 def split(designs: Sequence[FrontPoint], sign: int) -> tuple[tuple[FrontPoint, ...], tuple[FrontPoint, ...]]:
@@ -88,48 +88,48 @@ def split(designs: Sequence[FrontPoint], sign: int) -> tuple[tuple[FrontPoint, .
     From the best quantity to the most power; ``sign`` is 1 where the quantity is to be high.
     """
     points, alike = list[FrontPoint](), list[FrontPoint]()
-    for one in sorted(designs, key=lambda point: (-sign * point.quantity, -point.mean_power.value)):
-        beaten = [other for other in designs if other is not one and _beats(other, one, sign)]
+    for design in sorted(designs, key=lambda point: (-sign * point.quantity, -point.mean_power.value)):
+        beaten = [other for other in designs if other is not design and _beats(other, design, sign)]
         if not beaten:
-            points.append(one)
-        elif not any(_surely(other, one, sign) for other in beaten):
-            alike.append(one)
+            points.append(design)
+        elif not any(_beats_beyond_errors(other, design, sign) for other in beaten):
+            alike.append(design)
     return tuple(points), tuple(alike)
 
 
-def _gains(one: FrontPoint, other: FrontPoint, sign: int) -> tuple[float, float]:
+def _gains(design: FrontPoint, other: FrontPoint, sign: int) -> tuple[float, float]:
     """What one has more than another of the power, and of what is good in the quantity."""
-    return one.mean_power.value - other.mean_power.value, sign * (one.quantity - other.quantity)
+    return design.mean_power.value - other.mean_power.value, sign * (design.quantity - other.quantity)
 
 
-def _beats(one: FrontPoint, other: FrontPoint, sign: int) -> bool:
-    power, quantity = _gains(one, other, sign)
+def _beats(design: FrontPoint, other: FrontPoint, sign: int) -> bool:
+    power, quantity = _gains(design, other, sign)
     return power >= 0.0 and quantity >= 0.0 and (power > 0.0 or quantity > 0.0)
 
 
-def _surely(one: FrontPoint, other: FrontPoint, sign: int) -> bool:
+def _beats_beyond_errors(design: FrontPoint, other: FrontPoint, sign: int) -> bool:
     """Whether one beats another beyond the errors of both, in both aims."""
-    power, quantity = _gains(one, other, sign)
-    own, theirs = one.quantity_error95 or 0.0, other.quantity_error95 or 0.0
-    return power > math.hypot(one.mean_power.known_error95, other.mean_power.known_error95) and quantity > math.hypot(
-        own, theirs
-    )
+    power, quantity = _gains(design, other, sign)
+    error, other_error = design.quantity_error95 or 0.0, other.quantity_error95 or 0.0
+    return power > math.hypot(
+        design.mean_power.known_error95, other.mean_power.known_error95
+    ) and quantity > math.hypot(error, other_error)
 
 
 def _design(
-    surface: Surface, there: Evaluation, aimed: Limit, limits: Sequence[Limit], lifetime: float | None
+    surface: Surface, there: Evaluation, second: Limit, limits: Sequence[Limit], lifetime: float | None
 ) -> FrontPoint | None:
     """The design at a place; None where it breaks a limit, at the unsafe end of the error."""
     if not isinstance(there.answer, Estimate):
         raise there.answer
     square = there.answer.mean_square_voltage
     values = {"mean_power": there.answer.mean_power, "mean_square_voltage": square, "voltage_rms": square.root()}
-    if any(one.quantity in PEAKS for one in (*limits, aimed)):
+    if any(limit.quantity in PEAKS for limit in (*limits, second)):
         assert lifetime is not None
         values |= limited_peaks(problem_at(surface.scene, surface.ranges, there.u), lifetime, there.seed or 0, BLOCKS)
-    for one in limits:
-        value = values[one.quantity]
-        if one.sign * (value.value - one.bound) < value.known_error95:
+    for limit in limits:
+        value = values[limit.quantity]
+        if limit.sign * (value.value - limit.bound) < value.known_error95:
             return None
-    value = values[aimed.quantity]
+    value = values[second.quantity]
     return FrontPoint(surface.values(there.u), there.answer.mean_power, value.value, value.known_error95)

@@ -73,31 +73,31 @@ class SampledSearch:
         Raises HarvesterError where every place fails, the last error.
         """
         begin, flat = len(self.surface.points), None
-        found: list[Peak] = []
+        peaks: list[Peak] = []
         try:
             starts = self._scouted() or self._scan()
             self.scanned = True
             for u, width in starts:
                 peak, flat = self._refine(u, width)
-                if flat or not any(_overlap(peak, other) for other in found):
-                    found.append(peak)
+                if flat or not any(_overlap(peak, other) for other in peaks):
+                    peaks.append(peak)
                 if flat:
                     break
         except SpentError:
-            self._end_early(found, begin)
-        found.sort(key=lambda p: -p.power.value)
-        if any(_as_high(other, found[0]) for other in found[1:]):
+            self._end_early(peaks, begin)
+        peaks.sort(key=lambda p: -p.power.value)
+        if any(_as_high(other, peaks[0]) for other in peaks[1:]):
             self.warnings.append(warning("other_peak_within_sampling"))
-        return SearchResult(tuple(found), flat, tuple(self.warnings), self.scanned)
+        return SearchResult(tuple(peaks), flat, tuple(self.warnings), self.scanned)
 
-    def _end_early(self, found: list[Peak], begin: int) -> None:
+    def _end_early(self, peaks: list[Peak], begin: int) -> None:
         """Add what the last box shows to the peaks, or failing that the best place since ``begin``, with a warning."""
         rough = self.rough_peak
-        if rough is not None and rough.low is not None and not any(p is rough for p in found):
-            found.append(rough)
-        elif not found:
-            found.append(self.so_far(self.surface.points[begin:] or self.surface.points))
-        self.warnings.append(self._budget_spent(found[-1].low is not None))
+        if rough is not None and rough.low is not None and not any(p is rough for p in peaks):
+            peaks.append(rough)
+        elif not peaks:
+            peaks.append(self.so_far(self.surface.points[begin:] or self.surface.points))
+        self.warnings.append(self._budget_spent(peaks[-1].low is not None))
 
     def full(self, seed: int) -> Any:
         """The engine at full accuracy, with the step and effort that the pilot run chose."""
@@ -139,7 +139,7 @@ class SampledSearch:
     @property
     def of_scan(self) -> list[Evaluation]:
         """The evaluations of the coarse scan by this engine, in its order."""
-        return [one for one in self.surface.points if (one.stage, one.engine) == ("scan", self.engine.NAME)]
+        return [point for point in self.surface.points if (point.stage, point.engine) == ("scan", self.engine.NAME)]
 
     def scout(self) -> "SampledSearch | None":
         """The search by a cheaper engine that samples too: for ngspice the circuit of ideal elements, if it has one.
@@ -165,15 +165,15 @@ class SampledSearch:
             if engine.runs_ngspice:
                 if (cheaper := self.scout()) is None:
                     return []
-                found = cheaper.find().peaks
-                self.scouted_by_samples = any(p.width is not None for p in found)
-                return [(p.u, _box_widths(p)) for p in found if p.width is not None][:CANDIDATES]
+                peaks = cheaper.find().peaks
+                self.scouted_by_samples = any(p.width is not None for p in peaks)
+                return [(p.u, _box_widths(p)) for p in peaks if p.width is not None][:CANDIDATES]
             if engine.samples and not engine.takes_netlists:
                 middle = problem_at(surface.scene, surface.ranges, np.full(surface.dimensions, 0.5))
                 scout = formula(middle)()
                 scout.run(middle)
-                found = formula_search.search(surface, scout, interval=False).peaks
-                best = [p for p in found if p.power.value >= (1.0 - 2.0 * TRUSTED) * found[0].power.value]
+                peaks = formula_search.search(surface, scout, interval=False).peaks
+                best = [p for p in peaks if p.power.value >= (1.0 - 2.0 * TRUSTED) * peaks[0].power.value]
                 if formula_search.trusted(surface.points[begin:], TRUSTED):
                     return [(p.u, np.full(surface.dimensions, FIRST)) for p in best][:CANDIDATES]
         except (HarvesterError, SpentError):
@@ -200,7 +200,7 @@ class SampledSearch:
         self.pilot = first.answer
         if first.answer.mean_power.value <= 0.0:
             return Peak(u, first.answer.mean_power, np.zeros(len(u))), note("no_power")
-        return self._settle(*((u, width) if self.scouted_by_samples else self._climb(u, width)))
+        return self._refine_box(*((u, width) if self.scouted_by_samples else self._climb(u, width)))
 
     def _climb(self, u: Floats, width: Floats) -> tuple[Floats, Floats]:
         """The middle and half-widths of a box with a resolved peak in it, by quadratics."""
@@ -211,7 +211,7 @@ class SampledSearch:
                 break
         return u, width
 
-    def _settle(self, u: Floats, width: Floats) -> tuple[Peak, Diagnostic | None]:
+    def _refine_box(self, u: Floats, width: Floats) -> tuple[Peak, Diagnostic | None]:
         """The peak in a box, by cubics at full accuracy, and why there is none where the box is flat."""
         for box in range(BOXES):
             fit, bias = self._sample_box(u, width)
@@ -225,8 +225,8 @@ class SampledSearch:
                 break
             if inside and fit.misfit_dominates:
                 width = np.where(fit.surely_on_face, 1.0, 0.6) * width
-            place = np.clip(u + width * fit.best, 0.0, 1.0)
-            u = np.where((width >= 0.5) & fit.flat, 0.5, place)
+            best = np.clip(u + width * fit.best, 0.0, 1.0)
+            u = np.where((width >= 0.5) & fit.flat, 0.5, best)
         return peak_of_box(fit, bias, u, width), None
 
     def _sample_box(self, u: Floats, width: Floats) -> tuple[Fit, Floats]:
@@ -263,7 +263,7 @@ class SampledSearch:
         make, seed = self.coarse if coarse else self.full, self.new_seed()
         if self.shares_noise:
             return self.surface.evaluate(where, make(seed), stage)
-        return [self.surface.evaluate(one[None], make(self.new_seed()), stage)[0] for one in where]
+        return [self.surface.evaluate(point[None], make(self.new_seed()), stage)[0] for point in where]
 
     def _fit(self, rounds: list[list[Evaluation]], u: Floats, width: Floats, degree: int = CUBIC) -> tuple[Fit, Floats]:
         """The fit of a box (`fit_box`), whose peak is kept in case the budget ends here."""
@@ -279,17 +279,17 @@ class SampledSearch:
 
     def _budget_spent(self, boxed: bool) -> Diagnostic:
         """The warning that the budget ended the search, in its last box or before."""
-        own = [p.answer for p in self.surface.points if p.engine == self.engine.NAME]
-        seconds = [one.seconds for one in own if isinstance(one, Estimate)]
-        usual = 4 * design_size(self.surface.dimensions)
+        answers = [p.answer for p in self.surface.points if p.engine == self.engine.NAME]
+        seconds = [answer.seconds for answer in answers if isinstance(answer, Estimate)]
+        needed = 4 * design_size(self.surface.dimensions)
         early = "search" if self.scanned else "first scan"
         return warning(
             "budget_spent",
             budget=self.surface.budget,
             stage="refinement" if boxed else early,
-            evaluations=len(own),
+            evaluations=len(answers),
             engine=self.engine.NAME,
-            usual=usual,
+            usual=needed,
             each=float(np.mean(seconds)) if seconds else None,
         )
 

@@ -44,20 +44,20 @@ class SearchRequest:
         cls, scene: AnyScene, vary: Vary, engine: Named | None, within: float | str, budget: float | str
     ) -> "SearchRequest":
         """The arguments of `harvester.optimise`, checked; raises InputError as it does."""
-        found, problem = ranges(vary), Problem.of(scene)
+        searched, problem = ranges(vary), Problem.of(scene)
         chosen = engine_of(default_engine(problem) if engine is None else engine)
         if chosen.chooses:
             raise InputError("`engine` must be one for all places, such as 'ensemble', but is left out")
-        if any(r.steps for r in found) and not chosen.is_formula:
+        if any(r.steps for r in searched) and not chosen.is_formula:
             raise InputError(f"`engine` must be one of formulas for the values of a series, but is {chosen.NAME!r}")
-        asked = Request(within=within, budget=budget)
-        if asked.within is None or asked.budget is None:
+        options = Request(within=within, budget=budget)
+        if options.within is None or options.budget is None:
             raise InputError("`within` and `budget` must be numbers or texts, but one of them is None")
-        for ends in ([r.low for r in found], [r.high for r in found]):
+        for ends in ([r.low for r in searched], [r.high for r in searched]):
             point = problem.scene
-            for r, value in zip(found, ends, strict=True):  # a key of another table is an error before anything runs
+            for r, value in zip(searched, ends, strict=True):  # a key of another table is an error before anything runs
                 point = point.vary(r.key, value)
-        return cls(problem.scene, found, chosen, number(asked.within) or 0.0, number(asked.budget) or 0.0)
+        return cls(problem.scene, searched, chosen, number(options.within) or 0.0, number(options.budget) or 0.0)
 
 
 @dataclass
@@ -66,7 +66,7 @@ class Search:
 
     request: SearchRequest
     surface: Surface
-    sampled: SampledSearch | None
+    sampled_search: SampledSearch | None
 
     @classmethod
     def begin(cls, request: SearchRequest, progress: Progress = NO_PROGRESS) -> "Search":
@@ -78,22 +78,22 @@ class Search:
         formula = request.engine.is_formula
         return cls(request, surface, None if formula else SampledSearch(surface, request.engine, request.within))
 
-    def finish(self, folder: OutputFolder | None = None, found: SearchResult | None = None) -> Optimum:
+    def finish(self, folder: OutputFolder | None = None, result: SearchResult | None = None) -> Optimum:
         """The optimum; an engine that samples may have begun to scan.
 
         ``found`` is what was found already, where the search is to end with it; ``folder`` gets the files.
         """
         begin, surface = time.perf_counter(), self.surface
-        if found is None:
+        if result is None:
             surface.share = SEARCHED
             engine = self.request.engine
-            if self.sampled is not None:
-                found = self.sampled.find()
+            if self.sampled_search is not None:
+                result = self.sampled_search.find()
             else:
-                found = (gradient_search if engine.has_gradient else formula_search).search(surface, engine)
+                result = (gradient_search if engine.has_gradient else formula_search).search(surface, engine)
         surface.share = math.inf  # the optimum itself is always evaluated
-        found, estimate, doubts = self._last(found)
-        answer = self._answer(found, estimate, doubts, time.perf_counter() - begin)
+        result, estimate, warnings = self._last(result)
+        answer = self._answer(result, estimate, warnings, time.perf_counter() - begin)
         if folder is not None:
             self._write(folder, answer)
         return answer
@@ -103,53 +103,53 @@ class Search:
         steady = Problem.of(self.request.scene).equations.is_steady
         return [p for p in self.surface.points if steady and p.is_sound and p.engine == self.request.engine.NAME]
 
-    def _last(self, found: SearchResult) -> tuple[SearchResult, Estimate, list[Diagnostic]]:
+    def _last(self, result: SearchResult) -> tuple[SearchResult, Estimate, list[Diagnostic]]:
         """The answer at the optimum: an engine that samples gives it anew, with noise of its own.
 
         Where that has no time left, the best of what was sound before is the optimum, if nothing is random.
         """
-        surface, engine, best = self.surface, self.request.engine, found.peaks[0]
-        if self.sampled is None:
-            return found, engine.run(problem_at(surface.scene, surface.ranges, best.u)), []
-        options = {"within": self.request.within, "budget": surface.left_now, "seed": self.sampled.new_seed()}
+        surface, engine, best = self.surface, self.request.engine, result.peaks[0]
+        if self.sampled_search is None:
+            return result, engine.run(problem_at(surface.scene, surface.ranges, best.u)), []
+        options = {"within": self.request.within, "budget": surface.left_now, "seed": self.sampled_search.new_seed()}
         last = surface.evaluate(best.u[None], with_options(engine, **options), "optimum")[0]
         if not last.is_sound and (sound := self._sound_before()):
-            best = self.sampled.so_far(sound)
+            best = self.sampled_search.so_far(sound)
             last = next(p for p in sound if p.power is best.power)
-            found = replace(found, peaks=(best,))
+            result = replace(result, peaks=(best,))
         answer = last.answer
         if not isinstance(answer, Estimate):
             raise answer
         power, error = answer.mean_power, best.power.stderr
         if best.low is None or not error:
-            return found, answer, []
-        apart = abs(power.value - best.power.value)
-        if apart <= DISAGREE * math.hypot(error, power.stderr or 0.0) + (power.bias or 0.0):
-            return found, answer, []
-        return found, answer, [warning("surface_disagrees", surface=best.power.value, own=power.value)]
+            return result, answer, []
+        difference = abs(power.value - best.power.value)
+        if difference <= DISAGREE * math.hypot(error, power.stderr or 0.0) + (power.bias or 0.0):
+            return result, answer, []
+        return result, answer, [warning("surface_disagrees", surface=best.power.value, own=power.value)]
 
-    def _answer(self, found: SearchResult, estimate: Estimate, doubts: list[Diagnostic], seconds: float) -> Optimum:
-        surface, keys = self.surface, self._keys(found)
-        remarks = [*found.warnings, *doubts, *_failures(surface.points, self.request.engine.NAME)]
-        remarks += [one for one in (found.flat, found.peaks[0].why) if one is not None]
+    def _answer(self, result: SearchResult, estimate: Estimate, warnings: list[Diagnostic], seconds: float) -> Optimum:
+        surface, keys = self.surface, self._keys(result)
+        remarks = [*result.warnings, *warnings, *_failures(surface.points, self.request.engine.NAME)]
+        remarks += [remark for remark in (result.flat, result.peaks[0].why) if remark is not None]
         remarks += [note("end_of_range", key=key.key, end=key.boundary) for key in keys if key.boundary]
         return Optimum(
             engine=self.request.engine.NAME,
             keys=keys,
             estimate=estimate,
-            peaks=tuple(PowerPeak(surface.values(p.u), p.power) for p in found.peaks),
+            peaks=tuple(PowerPeak(surface.values(p.u), p.power) for p in result.peaks),
             points=tuple(surface.points),
             seconds=seconds,
             diagnostics=(*dict.fromkeys((*remarks, *estimate.diagnostics)),),
-            scanned=found.scanned,
+            scanned=result.scanned,
         )
 
-    def _keys(self, found: SearchResult) -> tuple[OptimalKey, ...]:
+    def _keys(self, result: SearchResult) -> tuple[OptimalKey, ...]:
         """The best value of each key with its interval: the whole range where the surface is flat."""
-        best, keys = found.peaks[0], list[OptimalKey]()
+        best, keys = result.peaks[0], list[OptimalKey]()
         for k, r in enumerate(self.surface.ranges):
             low, high = (None if u is None else r.value(float(u[k])) for u in (best.low, best.high))
-            ends = (r.low, r.high, None) if found.flat else (low, high, end(best.faces[k]))
+            ends = (r.low, r.high, None) if result.flat else (low, high, end(best.faces[k]))
             keys.append(OptimalKey(r, r.value(float(best.u[k])), *ends))
         return tuple(keys)
 
@@ -168,12 +168,12 @@ class Search:
 
 def _failures(points: list[Evaluation], engine: str) -> list[Diagnostic]:
     """The warnings of an engine's evaluations that failed, and of those that were left out beside sound ones."""
-    own = [p for p in points if p.engine == engine]
-    failed = [p.answer for p in own if not isinstance(p.answer, Estimate)]
-    found = []
+    evaluations = [p for p in points if p.engine == engine]
+    failed = [p.answer for p in evaluations if not isinstance(p.answer, Estimate)]
+    warnings = []
     if failed:
-        found.append(warning("evaluations_failed", failed=len(failed), count=len(own), first=str(failed[0])))
-    served = Counter(p.is_sound for p in own if isinstance(p.answer, Estimate))
+        warnings.append(warning("evaluations_failed", failed=len(failed), count=len(evaluations), first=str(failed[0])))
+    served = Counter(p.is_sound for p in evaluations if isinstance(p.answer, Estimate))
     if served[True] and served[False]:
-        found.append(warning("evaluations_unsound", unsound=served[False], count=len(own), engine=engine))
-    return found
+        warnings.append(warning("evaluations_unsound", unsound=served[False], count=len(evaluations), engine=engine))
+    return warnings

@@ -27,7 +27,7 @@ from harvester.studies.optimum.objective import Objective
 from harvester.studies.optimum.optimum_result import Optimum
 from harvester.studies.optimum.place_peaks import SHARE, place_peaks
 from harvester.studies.optimum.ranges import Vary, ranges
-from harvester.studies.optimum.robust import BINDS, Place, Robust
+from harvester.studies.optimum.robust import BINDS, DesignOutcome, Robust
 from harvester.studies.optimum.search import Search, SearchRequest
 from harvester.studies.output_folder import OutputFolder
 from harvester.studies.tolerance.device_limits import PEAKS, QUANTITIES, Limit, lifetime_of, limits
@@ -48,7 +48,7 @@ class RobustOptimum(Optimum, kw_only=True):
         the share of the devices that may have less power; None: the power is the mean.
     limits
         the constraints.
-    place
+    outcome
         what the devices give at the best design.
     binds
         the limits that keep the power from growing.
@@ -65,7 +65,7 @@ class RobustOptimum(Optimum, kw_only=True):
     """
 
     DERIVED: ClassVar[tuple[str, ...]] = (*Optimum.DERIVED, "limit_table", "limit_values", "straddled", "met")
-    INTERNAL: ClassVar[frozenset[str]] = Optimum.INTERNAL | {"place", "peaks", "limits"}
+    INTERNAL: ClassVar[frozenset[str]] = Optimum.INTERNAL | {"outcome", "peaks", "limits"}
     NOT_SHOWN: ClassVar[frozenset[str]] = Optimum.NOT_SHOWN | {
         *("share", "binds", "limited_peaks", "limit_values", "straddled", "met")
     }
@@ -75,10 +75,11 @@ class RobustOptimum(Optimum, kw_only=True):
         "limit_values": "limits",
         "limited_peaks": "peaks",
     }
+    RENAMED: ClassVar[dict[str, str]] = {"place": "outcome"}
 
     share: float | None
     limits: tuple[Limit, ...]
-    place: Place
+    outcome: DesignOutcome
     binds: tuple[Limit, ...]
     limited_peaks: dict[str, Value] = field(default_factory=dict)
 
@@ -91,30 +92,32 @@ class RobustOptimum(Optimum, kw_only=True):
     @property
     def straddled(self) -> tuple[Limit, ...]:
         """The limits of which a long path cannot tell whether they are met: its interval holds the bound."""
-        known = [(one, self.limited_peaks[one.quantity]) for one in self.limits if one.quantity in self.limited_peaks]
-        return tuple(one for one, peak in known if abs(peak.value - one.bound) <= peak.known_error95)
+        known = [
+            (limit, self.limited_peaks[limit.quantity]) for limit in self.limits if limit.quantity in self.limited_peaks
+        ]
+        return tuple(limit for limit, peak in known if abs(peak.value - limit.bound) <= peak.known_error95)
 
     @property
     def met(self) -> bool:
         """Whether all limits are met."""
-        return self.place.broken <= BINDS
+        return self.outcome.violation <= BINDS
 
     @property
     def limit_values(self) -> dict[str, float]:
         """The value of each limited quantity, by the limit as it was written."""
-        return {one.written: value for one, value in zip(self.limits, self.place.quantities, strict=True)}
+        return {limit.written: value for limit, value in zip(self.limits, self.outcome.quantities, strict=True)}
 
     @property
     def limit_table(self) -> Table | None:
         """The value of each limited quantity, and what a long path says of it; None without limits."""
         if not self.limits:
             return None
-        units = [QUANTITIES[one.quantity].unit if self.physical else "" for one in self.limits]
-        values = self.place.quantities
-        columns = [Column("limit", [one.written for one in self.limits]), Column("value", values, units=units)]
+        units = [QUANTITIES[limit.quantity].unit if self.physical else "" for limit in self.limits]
+        values = self.outcome.quantities
+        columns = [Column("limit", [limit.written for limit in self.limits]), Column("value", values, units=units)]
         columns.append(Column("state", [self._state(*pair) for pair in zip(self.limits, values, strict=True)]))
         if self.limited_peaks:
-            paths = [self.limited_peaks.get(one.quantity) for one in self.limits]
+            paths = [self.limited_peaks.get(limit.quantity) for limit in self.limits]
             columns.append(Column("on_a_long_path", paths, units=units))
         return Table(tuple(columns), "limits")
 
@@ -125,16 +128,16 @@ class RobustOptimum(Optimum, kw_only=True):
 
     def remarks(self) -> list[Diagnostic]:
         """What is to be said of the aim and of the limits."""
-        said = [] if self.share is None else [note("power_of_most", percent=100.0 * self.share)]
-        said += [note("unsafe_end")] if any(one.quantity in PEAKS for one in self.limits) else []
+        diagnostics = [] if self.share is None else [note("power_of_most", percent=100.0 * self.share)]
+        diagnostics += [note("unsafe_end")] if any(limit.quantity in PEAKS for limit in self.limits) else []
         if not self.met:
-            said.append(warning("limits_broken", broken=self.place.broken))
-        for one in self.limits:
-            if one in self.straddled:
-                said.append(warning("limit_not_told", limit=one.written))
-            elif one.quantity in self.limited_peaks and _spare(one, self.limited_peaks[one.quantity].value) < 0.0:
-                said.append(warning("limit_broken_on_path", limit=one.written))
-        return said
+            diagnostics.append(warning("limits_broken", broken=self.outcome.violation))
+        for limit in self.limits:
+            if limit in self.straddled:
+                diagnostics.append(warning("limit_not_told", limit=limit.written))
+            elif limit.quantity in self.limited_peaks and _spare(limit, self.limited_peaks[limit.quantity].value) < 0.0:
+                diagnostics.append(warning("limit_broken_on_path", limit=limit.written))
+        return diagnostics
 
 
 def robust_request(
@@ -152,9 +155,9 @@ def robust_request(
 
     The second aim, if there is one, is the last of the limits.  Raises InputError as that does.
     """
-    problem, found = Problem.of(scene), ranges(vary)
+    problem, searched = Problem.of(scene), ranges(vary)
     bounds = limits(constraints, problem.physical)
-    bounds = bounds if objective.aimed is None else (*bounds, objective.aimed)
+    bounds = bounds if objective.second is None else (*bounds, objective.second)
     years = lifetime_of(bounds, lifetime, problem)
     inner = engine_of(formula(problem).NAME if engine is None else engine)
     if not inner.is_formula:
@@ -164,12 +167,12 @@ def robust_request(
         )
     if reason := inner.refusal(problem):
         raise InputError(reason)
-    start = problem.scene.varied({one.key: one.value(0.5) for one in found})  # a key that is searched has a value
+    start = problem.scene.varied({r.key: r.value(0.5) for r in searched})  # a key that is searched has a value
     parts = spreads(spread, start, "spread") if spread else ()
     if objective.share is not None and not parts:
         raise InputError("`objective` of a share must go with `spread`, which makes devices differ, but there is none")
-    robust = Robust(inner, tuple((one.key, one.written) for one in parts), objective.share, bounds, years)
-    return SearchRequest.of(problem, found, robust, within, budget)
+    robust = Robust(inner, tuple((part.key, part.written) for part in parts), objective.share, bounds, years)
+    return SearchRequest.of(problem, searched, robust, within, budget)
 
 
 def with_counted_peaks(request: SearchRequest, progress: Progress) -> tuple[SearchRequest, Progress]:
@@ -177,8 +180,8 @@ def with_counted_peaks(request: SearchRequest, progress: Progress) -> tuple[Sear
     robust, scene = robust_of(request), request.scene
     if robust.lifetime is None or rice_holds(Problem(scene)):
         return request, progress
-    begin, told = time.perf_counter(), PartOfProgress(progress, 0.0, SHARE)
-    counted = place_peaks(scene, request.ranges, robust.vary, robust.lifetime, request.budget, robust.path_seed, told)
+    begin, part = time.perf_counter(), PartOfProgress(progress, 0.0, SHARE)
+    counted = place_peaks(scene, request.ranges, robust.vary, robust.lifetime, request.budget, robust.path_seed, part)
     left = max(request.budget - (time.perf_counter() - begin), SHORTEST)
     robust = dataclasses.replace(robust, counted=counted)
     return dataclasses.replace(request, engine=robust, budget=left), PartOfProgress(progress, SHARE, 1.0 - SHARE)
@@ -198,35 +201,37 @@ def under_limits(request: SearchRequest, progress: Progress, folder: OutputFolde
     request, progress = with_counted_peaks(request, progress)
     robust, best = robust_of(request), Search.begin(request, progress).finish(folder)
     there = request.scene.varied({key.range.key: key.value for key in best.keys})
-    place = robust.place(there)[1]
-    own = {}
+    outcome = robust.outcome(there)[1]
+    peaks = {}
     if robust.lifetime is not None and robust.counted is not None and not robust.vary:
-        own = limited_peaks(Problem(there), robust.lifetime, robust.path_seed + 1, LONG * BLOCKS)
-    aim = Value(place.aim, model=None if place.off is None else place.off * abs(place.aim))  # without the penalty
-    fields = {one.name: getattr(best, one.name) for one in dataclasses.fields(best)}
-    fields |= {"engine": robust.engine.NAME, "estimate": dataclasses.replace(best.estimate, mean_power=aim)}
+        peaks = limited_peaks(Problem(there), robust.lifetime, robust.path_seed + 1, LONG * BLOCKS)
+    power = Value(
+        outcome.objective, model=None if outcome.off is None else outcome.off * abs(outcome.objective)
+    )  # without the penalty
+    fields = {f.name: getattr(best, f.name) for f in dataclasses.fields(best)}
+    fields |= {"engine": robust.engine.NAME, "estimate": dataclasses.replace(best.estimate, mean_power=power)}
     answer = RobustOptimum(
         **fields,
         share=robust.share,
         limits=robust.limits,
-        place=place,
-        binds=_binding(robust, best, there, place),
-        limited_peaks=own,
+        outcome=outcome,
+        binds=_binding(robust, best, there, outcome),
+        limited_peaks=peaks,
     )
     return dataclasses.replace(answer, diagnostics=(*best.diagnostics, *answer.remarks()))
 
 
-def _binding(robust: Robust, best: Optimum, there: Scene, place: Place) -> tuple[Limit, ...]:
+def _binding(robust: Robust, best: Optimum, there: Scene, outcome: DesignOutcome) -> tuple[Limit, ...]:
     """The limits with hardly anything to spare, or that a next value of a series with more power would break."""
-    found = {k for k, one in enumerate(robust.limits) if _spare(one, place.quantities[k]) <= BINDS}
+    binding = {k for k, limit in enumerate(robust.limits) if _spare(limit, outcome.quantities[k]) <= BINDS}
     for key in best.keys:
         steps = key.range.steps
         at = steps.index(key.value) if key.value in steps else 0
         for value in steps[max(at - 1, 0) : at + 2] if steps else ():
-            beside = robust.place(there.vary(key.range.key, value))[1]
-            if beside.aim > place.aim:
-                found |= {k for k, one in enumerate(robust.limits) if _spare(one, beside.quantities[k]) < 0.0}
-    return tuple(robust.limits[k] for k in sorted(found))
+            beside = robust.outcome(there.vary(key.range.key, value))[1]
+            if beside.objective > outcome.objective:
+                binding |= {k for k, limit in enumerate(robust.limits) if _spare(limit, beside.quantities[k]) < 0.0}
+    return tuple(robust.limits[k] for k in sorted(binding))
 
 
 def _spare(limit: Limit, value: float) -> float:

@@ -27,7 +27,7 @@ ALONG = 200  # places of a key alone
 OUTER = 0.0005  # share of devices below, and above, the outer places that hold a polynomial
 
 
-def places(count: int, dimensions: int, seed: int) -> Floats:
+def sobol_points(count: int, dimensions: int, seed: int) -> Floats:
     """The first ``count`` places of Sobol's scrambled sequence in the unit cube, shape (count, dimensions)."""
     from scipy.stats import qmc  # which takes a second to load
 

@@ -57,7 +57,7 @@ class ToleranceRequest:
     @cached_property
     def u(self) -> Floats:
         """The places of all samples in the unit cube."""
-        return design.tied(design.places(self.samples, len(self.spreads), self.seed), self.matrix)
+        return design.tied(design.sobol_points(self.samples, len(self.spreads), self.seed), self.matrix)
 
     @property
     def outer(self) -> Floats:

@@ -114,7 +114,7 @@ def test_under_a_steady_drive_ngspice_has_no_scout():
     scenes = {False: hv.load(BRIDGE).replace(excitation=drive), True: hv.load(BRIDGE)}
     for has_scout, scene in scenes.items():
         asked = SearchRequest.of(scene, {"load.parameters.R": (3e5, 3e6)}, "spice", "5%", "60s")
-        sampled = Search.begin(asked).sampled
+        sampled = Search.begin(asked).sampled_search
         assert sampled is not None and (sampled.scout() is not None) == has_scout
 
 
@@ -127,10 +127,10 @@ def test_a_last_run_that_is_cut_off_loses_no_optimum():
         hv.load(BRIDGE).replace(excitation=drive), {"load.parameters.R": (3e5, 3e6)}, "spice", "5%", 60.0
     )
     search = Search.begin(asked)
-    assert search.sampled is not None
-    before = search.surface.evaluate(np.array([[0.3], [0.5]]), search.sampled.engine, "scan")
+    assert search.sampled_search is not None
+    before = search.surface.evaluate(np.array([[0.3], [0.5]]), search.sampled_search.engine, "scan")
     search.surface.budget = 1e-3
-    found = search.finish(found=SearchResult((search.sampled.so_far(before),)))
+    found = search.finish(result=SearchResult((search.sampled_search.so_far(before),)))
     assert not search.surface.points[-1].is_sound, "the run at the optimum has no time"
     assert found.estimate.is_sound and found.mean_power.value == max(p.power.value for p in before)
 
@@ -169,7 +169,7 @@ def test_no_best_circuit_where_a_scan_was_cut_short():
     assert "no best circuit: the budget ended before the first scan of two did" in str(found)
     assert [row.split(",")[-2] for row in found.table.csv().splitlines()] == ["search", "complete", "scan cut short"]
     assert CircuitChoice.of({"one": dataclasses.replace(one, **cut), "two": two}, 1.0).best == "one"
-    figure = found.found["two"].plot(None)
+    figure = found.ranked["two"].plot(None)
     labels = [text.get_text() for legend in figure.legends for text in legend.get_texts()]
     assert "optimum" not in labels and "highest so far: the scan was cut short" in labels
 
@@ -198,7 +198,9 @@ def test_a_power_that_has_not_settled_is_never_chosen_over_one_that_has():
     one = hv.optimise(scene, vary={"nondimensional.mu": (0.1, 10.0)}, engine="exact")
     found = CircuitChoice.of({"cut": unsettled(one, 2.0), "bridge": one}, 1.0)
     assert (found.best, found.unsound, found.alike) == ("bridge", ("cut",), ())
-    assert found.mean_power == one.mean_power and [*found.found] == ["bridge", "cut"]
+    assert found.mean_power == one.mean_power and [*found.ranked] == ["bridge", "cut"]
+    with pytest.warns(DeprecationWarning, match=r"CircuitChoice\.found is ranked"):
+        assert [*found.found] == [*found.ranked]
     assert has(found.warnings, "circuit_unsound") and "cut: its power has not settled" in str(found)
     alone = CircuitChoice.of({"cut": unsettled(one, 2.0), "less": unsettled(one, 1.0)}, 1.0)
     assert (alone.best, alone.unsound) == ("cut", ())

@@ -77,7 +77,7 @@ def test_next_value_of_a_series_breaks_the_limit():
     best = hv.optimise(PLATE, vary="load.resistance=E6:10k:10M", constraints="voltage_rms < 2 V")
     assert best.keys[0].value == 330e3
     assert [one.quantity for one in best.binds] == ["voltage_rms"]
-    assert best.place.quantities[0] < 1.95
+    assert best.outcome.quantities[0] < 1.95
 
 
 @pytest.mark.slow
@@ -104,7 +104,7 @@ def test_limit_of_a_peak_behind_a_stop(monkeypatch):
     best = hv.optimise(STOP, vary=over, constraints=[f"peak_voltage < {most} V"], lifetime="1 h", budget=40)
     load, own = best.keys[0].value, best.limited_peaks["peak_voltage"]
     assert [one.quantity for one in best.binds] == ["peak_voltage"] and best.met
-    assert best.place.quantities[0] == pytest.approx(most, rel=0.01)
+    assert best.outcome.quantities[0] == pytest.approx(most, rel=0.01)
     assert own.value - own.known_error95 < most and 120e3 < load < 300e3
     assert ("cannot be told" in str(best)) == bool(best.straddled)
     assert "values of peaks are at the unsafe end of their error" in str(best) and "  binds  " in str(best)
@@ -257,6 +257,8 @@ def test_the_names_of_version_0_1_still_work():
     old = robust(PLATE, series, limits=["voltage_rms < 3 V"])
     with pytest.warns(DeprecationWarning, match=r"optimum"):
         assert old.optimum.keys == best.keys
+    with pytest.warns(DeprecationWarning, match=r"RobustOptimum\.place is outcome"):
+        assert old.place == old.outcome
     with pytest.warns(DeprecationWarning, match=r"harvester\.pareto"):
         pareto = hv.pareto
     front = hv.optimise(PLATE, vary=series, objective="voltage_rms", points=2)

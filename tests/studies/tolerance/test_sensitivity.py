@@ -37,7 +37,7 @@ def test_indices_of_ishigami():
 @pytest.mark.slow
 def test_indices_of_ishigami_by_its_surface():
     """The polynomial through 512 samples misses a share of the variance, which widens the intervals."""
-    x = design.values_at(ISHIGAMI, design.places(512, 3, 0))
+    x = design.values_at(ISHIGAMI, design.sobol_points(512, 3, 0))
     surface = fit(x, ishigami(x))
     assert 1e-5 < surface.unexplained < 0.02
     check(indices(surface, ISHIGAMI, surface.unexplained))

@@ -89,7 +89,7 @@ def test_no_spread_or_the_same_twice():
 def test_correlated_places_keep_their_distributions():
     """The correlation of the normal numbers behind is the one asked for; each column is still uniform."""
     matrix = design.correlation(["a,b=.7"], ["a", "b", "c"])
-    u = design.tied(design.places(8192, 3, 0), matrix)
+    u = design.tied(design.sobol_points(8192, 3, 0), matrix)
     normal = stats.norm.ppf(u)
     np.testing.assert_allclose(np.corrcoef(normal.T), matrix, atol=0.01)
     assert max(stats.kstest(u[:, k], "uniform").statistic for k in range(3)) < 0.005
