@@ -87,12 +87,9 @@ def elasticities(
         report((k + 1) / len(known))
     mean = mean_and_error(controlled_entries(power.load, power.controls))
     watts = problem.units.watts * (problem.equations.beta or 0.0)
-    return (
-        Value(*mean, dof=TRAJECTORIES - 1.0, unknown=Compiled.UNKNOWN).scaled(watts),
-        by_key,
-        [key for key, *_ in known if key not in by_key],
-        (len(known) - len(by_key)) * seconds,
-    )
+    left = [key for key, *_ in known if key not in by_key]
+    mean_power = Value(*mean, dof=TRAJECTORIES - 1.0, unknown=Compiled.UNKNOWN).scaled(watts)
+    return mean_power, by_key, left, len(left) * seconds
 
 
 def _largest_change(problem: Problem, key: str, value: float) -> float:

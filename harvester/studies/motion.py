@@ -252,8 +252,8 @@ def _computed(
     noise = gaussian_grid(sequence, math.ceil(duration / h))
     shaking = forcing(problem.equations, h, len(noise), np.random.default_rng(sequence.spawn(1)[0]))
     stride = max(1, round(0.05 / h))
-    if not (ENGINES[engine].runs_ngspice or ENGINES[engine].needs_netlist) and problem.equations.modes is not None:
-        return trace_modes(problem.equations, noise, h, stride, shaking=shaking), np.empty((0, 0)), stride
+    if ENGINES[engine].runs_ngspice:
+        return *path_in_ngspice(problem, noise, h, stride, shaking, probes, expected, shunt), stride
     if ENGINES[engine].needs_netlist:
         from harvester.circuits.compiled_circuit import compiled_circuit
         from harvester.circuits.probed_path import probed
@@ -262,9 +262,8 @@ def _computed(
         circuit, start = compiled_circuit(problem.circuit, problem.scales), (problem.equations.resting_places[0], 0.0)
         path = circuit.trace(problem.equations, noise, h, stride, start, shaking=shaking, keep=bool(probes))
         return path, probed(circuit, path, probes), stride
-    if not ENGINES[engine].runs_ngspice:
-        return trace(problem.equations, noise, h, stride, shaking=shaking), np.empty((0, 0)), stride
-    return *path_in_ngspice(problem, noise, h, stride, shaking, probes, expected, shunt), stride
+    follow = trace if problem.equations.modes is None else trace_modes
+    return follow(problem.equations, noise, h, stride, shaking=shaking), np.empty((0, 0)), stride
 
 
 def _stops(eqs: Equations) -> tuple[float, ...]:

@@ -83,14 +83,11 @@ class RecordAnswer:
         lines = [
             f"axis {record.axis}: {n} samples, {record.rate:.6g} a second, {n / record.rate:.4g} s",
             f"rms {rms:.4g} m/s^2 ({rms / G:.3g} g), peak {peak:.4g} m/s^2 ({peak / G:.3g} g), of this record",
-            *(
-                []
-                if self.possible is None
-                else [f"no device of that mass and stroke takes more than {amount(self.possible, 'W')}"]
-            ),
-            *(f"found: {message}" for message in record.found),
-            *(f"warning: {message}" for message in record.warnings),
         ]
+        if self.possible is not None:
+            lines.append(f"no device of that mass and stroke takes more than {amount(self.possible, 'W')}")
+        lines += [f"found: {message}" for message in record.found]
+        lines += [f"warning: {message}" for message in record.warnings]
         rows = [(f"{b.low:.3g} to {b.high:.3g} Hz", b.rms.format("m/s^2")) for b in self.bands]
         return "\n".join([*lines, "rms by octave:", *columns(rows, "  ")])
 

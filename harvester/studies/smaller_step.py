@@ -39,11 +39,8 @@ def at_smaller_steps(
                 raise ConvergenceError(f"{error}; {tried}") from None
             continue
         if shunt:
-            return (
-                answer,
-                step,
-                (warning("shunt_converges", share=shunt, capacitance=shunt * problem.scales.capacitance),),
-            )
-        taken = note("smaller_step_converges", asked=in_units(h), taken=in_units(step))
-        return answer, step, (taken,) if parts > 1.0 else ()
+            remark = warning("shunt_converges", share=shunt, capacitance=shunt * problem.scales.capacitance)
+        else:
+            remark = note("smaller_step_converges", asked=in_units(h), taken=in_units(step))
+        return answer, step, (remark,) if shunt or parts > 1.0 else ()
     raise AssertionError("every try returns or raises")

@@ -68,7 +68,6 @@ def linear_peaks(problem: Problem, lifetime: float, share: float = SHARES[-1]) -
     from harvester.linear.transfer import amplitudes
 
     eqs, units = problem.equations, problem.units
-    by_name: dict[str, Value] = {}
     scales = {"peak_displacement": units.length, "peak_voltage": units.volts}
     if is_sinusoidal(problem):
         assert eqs.drive is not None and eqs.drive_frequency is not None, "it is driven"
@@ -78,8 +77,7 @@ def linear_peaks(problem: Problem, lifetime: float, share: float = SHARES[-1]) -
         span = lifetime * units.frequency
         ends = [(peak.largest(share, span), peak.bound(share, span)) for peak in peaks(eqs)]
         levels = [Value(low, model=max(high - low, 0.0)) for low, high in ends]
-    for (name, factor), level in zip(scales.items(), levels, strict=True):
-        by_name[name] = level.scaled(factor)
+    by_name = {name: level.scaled(factor) for (name, factor), level in zip(scales.items(), levels, strict=True)}
     if (strain := strain_factor(problem)) is not None:
         by_name[STRAIN] = by_name["peak_displacement"].scaled(strain)
     return by_name

@@ -117,11 +117,8 @@ def _neighbour(state: State) -> "Neighbour | CircuitStart":
     nodes = {str(name): float(volts) for name, volts in state["section"]["nodes"].items()}
     plain = all(re.fullmatch(r"[!-'*-~]{1,200}", name) for name in nodes)  # no blank and no bracket
     turns = int(state["turns"])
-    if (
-        not plain
-        or not 1 <= turns <= MULTIPLES
-        or not all(map(math.isfinite, (x, v, phase, farads, quiet, *nodes.values())))
-    ):
+    finite = all(map(math.isfinite, (x, v, phase, farads, quiet, *nodes.values())))
+    if not (plain and finite and 1 <= turns <= MULTIPLES):
         raise ValueError("no state of mass and circuit")
     ways = state["secants"] and {name: np.array(values, dtype=float) for name, values in state["secants"].items()}
     whole = CoupledState(x, v, nodes), phase, turns, Secants(**ways) if ways else None

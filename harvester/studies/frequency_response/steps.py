@@ -38,10 +38,6 @@ class Step:
 _STEPS = TypeAdapter(Step)
 
 
-def _nothing() -> None:
-    """Report nothing."""
-
-
 @dataclass
 class Steps:
     """The steps of one curve by one engine: those that an earlier run did, and where further ones go.
@@ -51,8 +47,8 @@ class Steps:
 
     done: dict[int, Step] = field(default_factory=dict)
     keep: Callable[[int, Step], None] = lambda number, step: None
-    on_computed: Callback = _nothing
-    on_reused: Callback = _nothing
+    on_computed: Callback = lambda: None
+    on_reused: Callback = lambda: None
 
     def earlier(self, number: int) -> Step | None:
         """The step of this number, if an earlier run did it."""

@@ -185,7 +185,7 @@ def best_circuit(
     """
     whole, begin = Problem.of(scene).scene, time.perf_counter()
     scenes = {name: _with(whole, name) for name in circuits}
-    folder = None if execution.out is None else OutputFolder(execution.out, execution.formats)
+    folder = OutputFolder.of(execution)
     requests = {name: SearchRequest.of(scene, vary, engine, within, budget) for name, scene in scenes.items()}
     race, answers = Race(requests, execution.progress), dict[str, Optimum | HarvesterError]()
     for name in race.order():

@@ -91,10 +91,8 @@ class FormulaSearch:
 
     def highest(self, begin: int | None = None) -> Peak:
         """The best place so far, of the evaluations from ``begin`` on."""
-        u, power, values = replace(self, begin=self.begin if begin is None else begin).served()
-        best = int(np.argmax(power))
-        faces = np.where(u[best] < _END, -1.0, np.where(u[best] > 1.0 - _END, 1.0, 0.0))
-        return Peak(u[best], values[best], faces)
+        peak = Peak.best_of(self.surface.points[self.begin if begin is None else begin :])
+        return replace(peak, faces=np.where(peak.u < _END, -1.0, np.where(peak.u > 1.0 - _END, 1.0, 0.0)))
 
     def climb(self, start: Floats, scanned: int) -> Peak:
         """Climb by the simplex method within the ranges, from a simplex as large as the scan's spacing."""

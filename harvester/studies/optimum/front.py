@@ -21,7 +21,6 @@ from harvester.studies.optimum.ranges import spread
 from harvester.studies.optimum.search import Search, SearchRequest
 from harvester.studies.optimum.under_limits import robust_of, with_counted_peaks
 from harvester.studies.tolerance.device_limits import Limit
-from harvester.uncertainty.value import Value
 
 SCANNED = 96  # places that are looked at for the best value of the second aim
 TENFOLD = 10.0  # between the ends, from which on the bounds are spread by ratio
@@ -95,8 +94,7 @@ class _Search:
     def _design(self, keys: dict[str, float]) -> FrontPoint:
         """The design at values of the keys."""
         outcome = robust_of(self.request).outcome(self.request.scene.varied(keys))[1]
-        error = None if outcome.off is None else outcome.off * abs(outcome.objective)
-        return FrontPoint(keys, Value(outcome.objective, model=error), outcome.quantities[-1])
+        return FrontPoint(keys, outcome.power, outcome.quantities[-1])
 
     def extreme(self, sign: int) -> FrontPoint:
         """The design with the best value of the quantity in the ranges: the best of many places, climbed from."""

@@ -72,11 +72,9 @@ class GradientSearch:
             surface.evaluate(where, self.engine.at_many_points, "scan")
         except SpentError:
             scanned, missing = False, "scan"
-        u, power, values = served(surface.points)
-        best = int(np.argmax(power))
-        highest = Peak(u[best], values[best], np.zeros(n))
+        u, power, _ = served(surface.points)
         if flat := flatness(power):
-            return SearchResult((highest,), flat, scanned=scanned)
+            return SearchResult((Peak.best_of(surface.points),), flat, scanned=scanned)
         if not missing:
             try:
                 for start in local_maxima(u, power)[:STARTS]:
@@ -88,9 +86,7 @@ class GradientSearch:
             cut = warning("search_cut_short", stage=missing, budget=surface.budget)
             if climbed:  # the best start led to its peak, another had no time
                 return SearchResult(tuple(climbed), warnings=(cut,))
-            u, power, values = served(surface.points)
-            best = int(np.argmax(power))
-            return SearchResult((Peak(u[best], values[best], np.zeros(n), why=cut),), warnings=(cut,), scanned=scanned)
+            return SearchResult((Peak.best_of(surface.points, cut),), warnings=(cut,), scanned=scanned)
         kept = list[Peak]()
         for peak in sorted(climbed, key=lambda peak: -peak.power.value):
             if all(np.abs(peak.u - other.u).max() > SEPARATION for other in kept):

@@ -124,7 +124,7 @@ def optimise(
     with working(execution.progress) as progress:
         if kind == "circuits":
             return best_circuit(scene, circuits, ranges, engine, within, budget, execution)
-        folder = None if execution.out is None else OutputFolder(execution.out, execution.formats)
+        folder = OutputFolder.of(execution)
         if kind == "plain":
             return Search.begin(SearchRequest.of(scene, ranges, engine, within, budget), progress).finish(folder)
         if target.second is not None and not spread and target.share is None and _samples(engine):

@@ -130,9 +130,7 @@ def _circuits(given: str | Sequence[str]) -> tuple[str, ...]:
 
 def problem_at(scene: Scene, ranges: Sequence[Range], u: Floats) -> Problem:
     """The problem at a place in the unit cube; InputError where there can be none."""
-    for r, x in zip(ranges, u, strict=True):
-        scene = scene.vary(r.key, r.value(float(x)))
-    return Problem(scene)
+    return Problem(scene.varied({r.key: r.value(float(x)) for r, x in zip(ranges, u, strict=True)}))
 
 
 def spread(count: int, dimensions: int) -> Floats:

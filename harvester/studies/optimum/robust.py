@@ -48,6 +48,11 @@ class DesignOutcome:
     quantities: tuple[float, ...]
     violation: float
 
+    @property
+    def power(self) -> Value:
+        """The objective with its error."""
+        return Value(self.objective, model=None if self.off is None else self.off * abs(self.objective))
+
 
 @dataclass(frozen=True)
 class Robust(Engine):
@@ -160,11 +165,8 @@ class Robust(Engine):
         values |= peaks
         objective = self._kept(power, 1)
         kept = tuple(self._kept(values[limit.quantity], limit.sign) for limit in self.limits)
-        breaks = [
-            max(limit.sign * (limit.bound - value), 0.0) / (abs(limit.bound) or 1.0)
-            for limit, value in zip(self.limits, kept, strict=True)
-        ]
-        return DesignOutcome(objective, off, kept, sum(breaks))
+        violations = (max(-limit.margin(value), 0.0) for limit, value in zip(self.limits, kept, strict=True))
+        return DesignOutcome(objective, off, kept, sum(violations))
 
     def _kept(self, values: Floats, sign: int) -> float:
         """The value that all but the share of devices exceed (``sign`` 1) or stay below (-1); the mean without one."""

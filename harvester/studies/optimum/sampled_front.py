@@ -111,9 +111,8 @@ def _beats_beyond_errors(design: FrontPoint, other: FrontPoint, sign: int) -> bo
     """Whether one beats another beyond the errors of both, in both aims."""
     power, quantity = _gains(design, other, sign)
     error, other_error = design.quantity_error95 or 0.0, other.quantity_error95 or 0.0
-    return power > math.hypot(
-        design.mean_power.known_error95, other.mean_power.known_error95
-    ) and quantity > math.hypot(error, other_error)
+    power_error = math.hypot(design.mean_power.known_error95, other.mean_power.known_error95)
+    return power > power_error and quantity > math.hypot(error, other_error)
 
 
 def _design(

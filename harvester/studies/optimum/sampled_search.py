@@ -273,9 +273,7 @@ class SampledSearch:
 
     def so_far(self, points: list[Evaluation]) -> Peak:
         """The best of some places; raises the last error where none has an answer."""
-        u, power, values = served(points)
-        best = int(np.argmax(power))
-        return Peak(u[best], values[best], np.zeros(u.shape[1]), why=note("not_narrowed"))
+        return Peak.best_of(points, note("not_narrowed"))
 
     def _budget_spent(self, boxed: bool) -> Diagnostic:
         """The warning that the budget ended the search, in its last box or before."""

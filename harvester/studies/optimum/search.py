@@ -53,10 +53,8 @@ class SearchRequest:
         options = Request(within=within, budget=budget)
         if options.within is None or options.budget is None:
             raise InputError("`within` and `budget` must be numbers or texts, but one of them is None")
-        for ends in ([r.low for r in searched], [r.high for r in searched]):
-            point = problem.scene
-            for r, value in zip(searched, ends, strict=True):  # a key of another table is an error before anything runs
-                point = point.vary(r.key, value)
+        for ends in ({r.key: r.low for r in searched}, {r.key: r.high for r in searched}):
+            problem.scene.varied(ends)  # a key of another table is an error before anything runs
         return cls(problem.scene, searched, chosen, number(options.within) or 0.0, number(options.budget) or 0.0)
 
 

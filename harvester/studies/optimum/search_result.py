@@ -1,9 +1,13 @@
 """The result of a search: peaks with intervals, or that the surface is flat."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+
+import numpy as np
 
 from harvester.arrays import Floats
 from harvester.presentation.diagnostic import Diagnostic
+from harvester.studies.optimum.evaluations import Evaluation, served
 from harvester.uncertainty.value import Value
 
 
@@ -23,6 +27,13 @@ class Peak:
     high: Floats | None = None
     width: Floats | None = None
     why: Diagnostic | None = None
+
+    @classmethod
+    def best_of(cls, points: Sequence[Evaluation], why: Diagnostic | None = None) -> "Peak":
+        """The point of most power, on no face and without an interval; raises the last error where all failed."""
+        u, power, values = served(points)
+        best = int(np.argmax(power))
+        return cls(u[best], values[best], np.zeros(u.shape[1]), why=why)
 
 
 @dataclass(frozen=True)

@@ -92,10 +92,8 @@ class RobustOptimum(Optimum, kw_only=True):
     @property
     def straddled(self) -> tuple[Limit, ...]:
         """The limits of which a long path cannot tell whether they are met: its interval holds the bound."""
-        known = [
-            (limit, self.limited_peaks[limit.quantity]) for limit in self.limits if limit.quantity in self.limited_peaks
-        ]
-        return tuple(limit for limit, peak in known if abs(peak.value - limit.bound) <= peak.known_error95)
+        known = ((limit, self.limited_peaks.get(limit.quantity)) for limit in self.limits)
+        return tuple(limit for limit, peak in known if peak and abs(peak.value - limit.bound) <= peak.known_error95)
 
     @property
     def met(self) -> bool:
@@ -122,7 +120,7 @@ class RobustOptimum(Optimum, kw_only=True):
         return Table(tuple(columns), "limits")
 
     def _state(self, limit: Limit, value: float) -> str:
-        if _spare(limit, value) < -BINDS:
+        if limit.margin(value) < -BINDS:
             return "broken"
         return "binds" if limit in self.binds else "met"
 
@@ -135,7 +133,7 @@ class RobustOptimum(Optimum, kw_only=True):
         for limit in self.limits:
             if limit in self.straddled:
                 diagnostics.append(warning("limit_not_told", limit=limit.written))
-            elif limit.quantity in self.limited_peaks and _spare(limit, self.limited_peaks[limit.quantity].value) < 0.0:
+            elif limit.quantity in self.limited_peaks and limit.margin(self.limited_peaks[limit.quantity].value) < 0.0:
                 diagnostics.append(warning("limit_broken_on_path", limit=limit.written))
         return diagnostics
 
@@ -205,11 +203,9 @@ def under_limits(request: SearchRequest, progress: Progress, folder: OutputFolde
     peaks = {}
     if robust.lifetime is not None and robust.counted is not None and not robust.vary:
         peaks = limited_peaks(Problem(there), robust.lifetime, robust.path_seed + 1, LONG * BLOCKS)
-    power = Value(
-        outcome.objective, model=None if outcome.off is None else outcome.off * abs(outcome.objective)
-    )  # without the penalty
+    estimate = dataclasses.replace(best.estimate, mean_power=outcome.power)  # without the penalty
     fields = {f.name: getattr(best, f.name) for f in dataclasses.fields(best)}
-    fields |= {"engine": robust.engine.NAME, "estimate": dataclasses.replace(best.estimate, mean_power=power)}
+    fields |= {"engine": robust.engine.NAME, "estimate": estimate}
     answer = RobustOptimum(
         **fields,
         share=robust.share,
@@ -223,17 +219,12 @@ def under_limits(request: SearchRequest, progress: Progress, folder: OutputFolde
 
 def _binding(robust: Robust, best: Optimum, there: Scene, outcome: DesignOutcome) -> tuple[Limit, ...]:
     """The limits with hardly anything to spare, or that a next value of a series with more power would break."""
-    binding = {k for k, limit in enumerate(robust.limits) if _spare(limit, outcome.quantities[k]) <= BINDS}
+    binding = {k for k, limit in enumerate(robust.limits) if limit.margin(outcome.quantities[k]) <= BINDS}
     for key in best.keys:
         steps = key.range.steps
         at = steps.index(key.value) if key.value in steps else 0
         for value in steps[max(at - 1, 0) : at + 2] if steps else ():
             beside = robust.outcome(there.vary(key.range.key, value))[1]
             if beside.objective > outcome.objective:
-                binding |= {k for k, limit in enumerate(robust.limits) if _spare(limit, beside.quantities[k]) < 0.0}
+                binding |= {k for k, limit in enumerate(robust.limits) if limit.margin(beside.quantities[k]) < 0.0}
     return tuple(robust.limits[k] for k in sorted(binding))
-
-
-def _spare(limit: Limit, value: float) -> float:
-    """How far a value is within a limit, relatively; below 0 beyond it."""
-    return limit.sign * (value - limit.bound) / (abs(limit.bound) or 1.0)

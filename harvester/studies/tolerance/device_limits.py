@@ -45,6 +45,10 @@ class Limit:
         """The limit as it was written."""
         return self.written
 
+    def margin(self, value: float) -> float:
+        """How far a value is within the limit, relatively; below 0 beyond it."""
+        return self.sign * (value - self.bound) / (abs(self.bound) or 1.0)
+
     def met(self, values: Floats) -> NDArray[np.bool_]:
         """Which of the values, of any shape, meet it; a bound itself is met, and nan never is."""
         return np.asarray(self.sign * (values - self.bound) >= 0.0)

@@ -102,7 +102,7 @@ def tolerance(
     spread = spreads(vary, problem.scene)
     matrix = design.correlation(correlate, [one.key for one in spread])
     bounds = read_limits(limits, problem.physical)
-    folder = None if execution.out is None else OutputFolder(execution.out, execution.formats)
+    folder = OutputFolder.of(execution)
     linear = runs == FIRST_ORDER
     runs = _read_runs(runs)
     _check_counts(samples, runs, checks)
