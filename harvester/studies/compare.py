@@ -107,8 +107,8 @@ class Comparison(TableResult):
         """The estimate to compare with: a closed form, or that of the least standard error without a model."""
         closed = [estimate for estimate in self.estimates if ENGINES[estimate.engine].is_exact]
         whole = [estimate for estimate in self.estimates if ENGINES[estimate.engine].next_fidelity is None]
-        sampled = [estimate for estimate in whole if estimate.mean_power.stderr is not None]
-        return min(closed or sampled or self.estimates, key=lambda e: e.mean_power.stderr or 0.0)
+        with_stderr = [estimate for estimate in whole if estimate.mean_power.stderr is not None]
+        return min(closed or with_stderr or self.estimates, key=lambda e: e.mean_power.stderr or 0.0)
 
     @property
     def physical(self) -> bool:

@@ -168,9 +168,9 @@ def _response(panel: str, coefficient: str, values: Floats) -> Iterator[FigurePo
         three = (stationary.mean_square_voltage(eqs), two_scale.solve(eqs).mean_square_voltage, *ensemble)
         solved = None if index % 3 else float(refined(eqs, 1e-3, None, None, LIGHTEST).means[0])  # it takes the longest
         for name, factor in (("E[V^2]", 1.0), ("E[P]", (eqs.beta or 0.0) * (eqs.mu or 0.0))):
-            theory, ours, sampled, error = (factor * v for v in three)
+            theory, ours, monte_carlo, error = (factor * v for v in three)
             density = None if solved is None else factor * solved
-            yield FigurePoint(f"{name} against {panel}", "", float(value), theory, ours, sampled, error, density)
+            yield FigurePoint(f"{name} against {panel}", "", float(value), theory, ours, monte_carlo, error, density)
 
 
 def _densities(curves: dict[str, dict[str, Any]]) -> Iterator[FigurePoint]:

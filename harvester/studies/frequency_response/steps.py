@@ -68,7 +68,7 @@ class ResponseJournal:
     """The steps of all curves of a response into a folder."""
 
     def __init__(self, journal: Journal, rows: Sequence[JournalRow]) -> None:
-        self.journal, self._rows = journal, {(row.point, row.place): row for row in rows}
+        self.journal, self._rows = journal, {(row.point, row.engine_index): row for row in rows}
 
     def steps(self, curve: int, engine_index: int, engine: str, on_computed: Callback, on_reused: Callback) -> Steps:
         """Those of one curve, by the engine of this index among the engines.

@@ -53,7 +53,7 @@ def place_peaks(
     seed: int,
     progress: Progress = NO_PROGRESS,
 ) -> PlacePeaks:
-    """Count at places of the ranges and devices about them; ``progress`` is told the share of the paths that is done.
+    """Count at places of the ranges and devices about them; ``progress`` shows the share of paths done.
 
     Raises HarvesterError where a place has no peaks, and SimulationError where `SHARE` of the budget is too short.
     """

@@ -64,9 +64,9 @@ class Race:
     def _report_plan(self) -> None:
         """Say what the budget is good for, once a round has shown what a place takes, compilation included."""
         seconds, search = time.perf_counter() - self.start, next(iter(self.searches.values()))
-        places = SCAN[search.surface.dimensions]
-        fit = min(int(SCANS * self.whole / seconds), places)
-        plan = note("scan_fits", seconds=seconds, fit=fit, places=places, circuits=len(self.searches))
+        size = SCAN[search.surface.dimensions]
+        fit = min(int(SCANS * self.whole / seconds), size)
+        plan = note("scan_fits", seconds=seconds, fit=fit, places=size, circuits=len(self.searches))
         self.progress.start(what=str(plan))
         self.plan_reported = True
 
@@ -126,10 +126,10 @@ def scan_one_more(search: SampledSearch) -> bool:
     Raises SpentError where the budget has ended.
     """
     first, dimensions = scanning(search), search.surface.dimensions
-    done, places = len(first.of_scan), scan(SCAN[dimensions], dimensions)
-    if done == len(places):
+    done, points = len(first.of_scan), scan(SCAN[dimensions], dimensions)
+    if done == len(points):
         return False
-    search.surface.evaluate(places[done][None], first.coarse(first.scan_seed), "scan")
+    search.surface.evaluate(points[done][None], first.coarse(first.scan_seed), "scan")
     return True
 
 

@@ -148,7 +148,7 @@ def spread(count: int, dimensions: int) -> Floats:
 
 def scan(count: int, dimensions: int) -> Floats:
     """The places of `spread`, coarse to fine: a scan that ends early has seen the whole of the range."""
-    places = spread(count, dimensions)
+    points = spread(count, dimensions)
     if dimensions > 1:  # Halton's points come in such an order
-        return places
-    return places[np.argsort([-(k & -k) for k in range(count)], kind="stable")]
+        return points
+    return points[np.argsort([-(k & -k) for k in range(count)], kind="stable")]

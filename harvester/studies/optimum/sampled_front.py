@@ -24,7 +24,7 @@ from harvester.studies.optimum.search import Search, SearchRequest
 from harvester.studies.tolerance.device_limits import PEAKS, Limit, lifetime_of, limits
 from harvester.studies.tolerance.peaks import BLOCKS
 
-PLACES = {1: 25, 2: 65, 3: 97, 4: 129}  # by the number of keys
+SCAN_SIZE = {1: 25, 2: 65, 3: 97, 4: 129}  # by the number of keys
 FEWEST = 3  # places that a front is made of
 
 
@@ -51,7 +51,7 @@ def sampled_front(
         engine = with_options(engine, within=request.within)
     sound, others = list[FrontPoint](), list[FrontPoint]()
     refused: HarvesterError | None = None
-    candidates = scan(PLACES[len(request.ranges)], len(request.ranges))
+    candidates = scan(SCAN_SIZE[len(request.ranges)], len(request.ranges))
     try:
         for u in candidates:
             there = surface.evaluate(u[None], engine, "scan")[0]

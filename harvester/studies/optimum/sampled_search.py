@@ -184,8 +184,8 @@ class SampledSearch:
 
     def _scan(self) -> list[tuple[Floats, Floats]]:
         """Places and half-widths of the peaks of a coarse scan with the same noise everywhere, best first."""
-        n, places = self.surface.dimensions, scan(SCAN[self.surface.dimensions], self.surface.dimensions)
-        self.surface.evaluate(places[len(self.of_scan) :], self.coarse(self.scan_seed), "scan")
+        n, points = self.surface.dimensions, scan(SCAN[self.surface.dimensions], self.surface.dimensions)
+        self.surface.evaluate(points[len(self.of_scan) :], self.coarse(self.scan_seed), "scan")
         u, power, _ = served(self.of_scan)
         width = np.full(n, max(FIRST, SCAN[n] ** (-1.0 / n)))
         return [(u[k], width) for k in local_maxima(u, power)[:CANDIDATES]]

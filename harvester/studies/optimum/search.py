@@ -1,4 +1,4 @@
-"""One search for the largest mean power, from what is asked to its answer and files."""
+"""One search for the largest mean power, from its arguments to its answer and files."""
 
 import dataclasses
 import math
@@ -31,7 +31,7 @@ DISAGREE = 4.0  # standard errors between the surface's power and the last evalu
 
 @dataclass(frozen=True)
 class SearchRequest:
-    """What a search is asked, checked: the scene, the ranges, the engine, the error that is aimed at, the seconds."""
+    """The checked arguments of a search: scene, ranges, engine, target error and seconds."""
 
     scene: Scene
     ranges: tuple[Range, ...]

@@ -59,14 +59,14 @@ def _without_tracebacks() -> Iterator[None]:
     with suppress(ImportError):
         import distributed  # noqa: F401  # its loggers
     names = [name for name in logging.root.manager.loggerDict if name.split(".")[0] in LOGGERS]
-    loggers = [one for name in names if not (one := logging.getLogger(name)).disabled]
-    for one in loggers:
-        one.disabled = True
+    loggers = [logger for name in names if not (logger := logging.getLogger(name)).disabled]
+    for logger in loggers:
+        logger.disabled = True
     try:
         yield
     finally:
-        for one in loggers:
-            one.disabled = False
+        for logger in loggers:
+            logger.disabled = False
 
 
 def _connected(address: str) -> Any:

@@ -64,7 +64,7 @@ def compute_table(
     ):
         sweep = _Sweep(points, engines, about, journal, folder, execution)
         sweep.begin()
-        todo = tasks(scene, points, engines, lambda point, place: not journal.has(point, place))
+        todo = tasks(scene, points, engines, lambda point, engine_index: not journal.has(point, engine_index))
         try:
             last = sweep.fill(_answers(todo, execution, budget, sweep.rows_that_sample))
             return sweep.finished(last)
@@ -124,8 +124,8 @@ class _Sweep:
     @property
     def rows_that_sample(self) -> int:
         """How many rows of engines that sample are to come."""
-        sampled = [place for place, engine in enumerate(self.engines) if not engine.is_formula]
-        return sum(not self.journal.has(point, place) for place in sampled for point in range(len(self.points)))
+        sampling = [index for index, engine in enumerate(self.engines) if not engine.is_formula]
+        return sum(not self.journal.has(point, index) for index in sampling for point in range(len(self.points)))
 
     @property
     def units(self) -> AnswerUnits:
@@ -142,9 +142,9 @@ class _Sweep:
             self.folder.provenance(self.about)
             for name in ("sweep.nc", *(f"sweep.{form}" for form in ("png", *files.VECTOR))):  # nor an older plot
                 files.remove(self.folder.path / name)
-        done = Counter(row.place for row in kept)
-        for place, name in enumerate(self.names):
-            self.execution.progress.start(len(self.points), name, done[place])
+        done = Counter(row.engine_index for row in kept)
+        for index, name in enumerate(self.names):
+            self.execution.progress.start(len(self.points), name, done[index])
 
     def fill(self, done: Done) -> HarvesterError | None:
         """Write the answers into the journal as they come; returns the last error of a point."""
@@ -152,14 +152,14 @@ class _Sweep:
         saved, took = time.monotonic(), 0.0
         try:
             for task, answers in done:
-                name = self.names[task.place]
+                name = self.names[task.engine_index]
                 rows: list[JournalRow] = []
                 for point, answer in zip(task.points, answers, strict=True):
-                    if self.journal.has(point, task.place):  # of a batch that was computed again for other points
+                    if self.journal.has(point, task.engine_index):  # of a batch that other points needed again
                         continue
                     last = answer if isinstance(answer, HarvesterError) else last
                     row = SweepRow.failed(name, answer) if isinstance(answer, HarvesterError) else answer
-                    rows.append(JournalRow(point, task.place, row.engine, row.written))
+                    rows.append(JournalRow(point, task.engine_index, row.engine, row.written))
                 self.journal.add(rows)
                 for _ in rows:
                     self.execution.progress.step(1, name)
@@ -178,9 +178,9 @@ class _Sweep:
     def rows(self) -> Iterator[SweepRow]:
         """The rows that are done, in the order of the points."""
         for row in self.journal.rows():
-            found = SweepRow.read(row.content)
+            answer = SweepRow.read(row.content)
             varied = self.points.varied(row.point)
-            yield replace(found, varied=varied, warnings=(*row.warnings, *found.warnings))
+            yield replace(answer, varied=varied, warnings=(*row.warnings, *answer.warnings))
 
     def save(self) -> None:
         """Write sweep.csv with the rows that are done."""
@@ -206,10 +206,10 @@ class _Sweep:
     def _kept(self, now: dict[str, str]) -> Iterator[JournalRow]:
         """The rows of an earlier run of the same sweep that hold an answer; none where its files are damaged."""
         assert self.folder is not None
-        found = self.journal.earlier(now)
-        if found is None:  # the sweep was finished, or there was none
-            found = list(self._rows_of_files(self.folder.path, now))
-        for row in found:
+        rows = self.journal.earlier(now)
+        if rows is None:  # the sweep was finished, or there was none
+            rows = list(self._rows_of_files(self.folder.path, now))
+        for row in rows:
             if not SweepRow.read(row.content).error:
                 yield row
 

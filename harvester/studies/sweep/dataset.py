@@ -75,9 +75,9 @@ def netcdf(table: TableShape) -> bytes:
     file = netcdf_file(out, "w", version=2)
     for name, text in _attributes(table.about).items():
         setattr(file, name, text.encode())
-    found, labels = _variables(table)
-    for name, one in (labels | found).items():
-        dimensions, values, about = _characters(*one) if one[1].dtype == object else one
+    variables, labels = _variables(table)
+    for name, entry in (labels | variables).items():
+        dimensions, values, about = _characters(*entry) if entry[1].dtype == object else entry
         for dimension, length in zip(dimensions, values.shape, strict=True):
             if dimension not in file.dimensions:
                 file.createDimension(dimension, length)
@@ -105,26 +105,26 @@ def _variables(table: TableShape) -> tuple[dict[str, Variable], dict[str, Variab
         shape, dimensions = tuple(len(a.values) for a in table.axes), tuple(table.keys)
     engines, size = table.engines, math.prod(shape)
     at = [engines.index(row.engine) * size + point for row, point in zip(table.rows, table.points, strict=True)]
-    found: dict[str, Variable] = {}
+    variables: dict[str, Variable] = {}
     for column in table.table.columns:
         if column.name not in ("engine", *table.keys):
             for name, cells in column.plain().items():
                 values = _laid_out(cells, at, len(engines) * size).reshape(-1, *shape)
-                found[name] = (("engine", *dimensions), values, _meaning(column, name, values.dtype == object))
+                variables[name] = (("engine", *dimensions), values, _meaning(column, name, values.dtype == object))
     labels: dict[str, Variable] = {"engine": (("engine",), np.array(engines, object), {})}
     for a in table.axes:
         unit = unit_of(a.key)
         labels[a.key] = (("point" if table.listed else a.key,), np.array(a.values), {"units": unit} if unit else {})
-    return found, labels
+    return variables, labels
 
 
 def _laid_out(cells: Sequence[Any], at: Sequence[int], size: int) -> Any:
     """Cells at their places among so many: numbers, nan where there is none, or texts, '' where there is none."""
     texts = any(isinstance(cell, str) for cell in cells)
-    found = np.full(size, "", dtype=object) if texts else np.full(size, np.nan)
+    values = np.full(size, "", dtype=object) if texts else np.full(size, np.nan)
     nothing = "" if texts else np.nan
-    found[list(at)] = [nothing if cell is None else cell for cell in cells]
-    return found
+    values[list(at)] = [nothing if cell is None else cell for cell in cells]
+    return values
 
 
 def _meaning(column: Column, name: str, is_text: bool) -> dict[str, str]:

@@ -30,13 +30,13 @@ _CACHE = 200  # KiB: a long sweep does not grow
 
 @dataclass(frozen=True)
 class JournalRow:
-    """What is done: which ``point``, by the engine of which ``place`` among the engines, and the ``content``, as JSON.
+    """What is done: which ``point``, by the engine of which ``engine_index``, and the ``content``, as JSON.
 
     ``kept`` are the versions that made a row which was kept by others, and these, pair by pair.
     """
 
     point: int
-    place: int
+    engine_index: int
     engine: str
     content: str
     kept: tuple[tuple[str, str], ...] = ()
@@ -51,7 +51,7 @@ class JournalRow:
         made, here = before.split(", "), now.split(", ")
         if not before or set(made) == set(here):
             return self
-        old, new = (", ".join(one for one in some if one not in rest) for some, rest in ((made, here), (here, made)))
+        old, new = (", ".join(p for p in some if p not in rest) for some, rest in ((made, here), (here, made)))
         return replace(self, kept=(*self.kept, (old or "fewer packages", new or "fewer packages")))
 
 
@@ -60,8 +60,8 @@ def _checksum(study: Mapping[str, str], cells: Sequence[object]) -> str:
 
 
 def _row(cells: Sequence[Any]) -> JournalRow:
-    point, place, engine, content, kept = cells
-    return JournalRow(point, place, engine, content, tuple((old, new) for old, new in json.loads(kept)))
+    point, engine_index, engine, content, kept = cells
+    return JournalRow(point, engine_index, engine, content, tuple((old, new) for old, new in json.loads(kept)))
 
 
 class Journal:
@@ -110,12 +110,12 @@ class Journal:
                     f"`resume` must find {self.path.name} as this version writes it, but version 0.1 wrote it: "
                     f"let that version end its {self.kind.name}, or remove {str(self.path)!r} to begin anew"
                 )
-            found = self._execute(f"SELECT {', '.join(COLUMNS)} FROM rows ORDER BY point, place").fetchall()
+            stored = self._execute(f"SELECT {', '.join(COLUMNS)} FROM rows ORDER BY point, place").fetchall()
         except sqlite3.DatabaseError:
             return None
         check_same(self.path.parent, before, now, self.kind)
         rows: list[JournalRow] = []
-        for *cells, checksum in found:
+        for *cells, checksum in stored:
             if checksum != _checksum(before, cells):
                 raise InputError(
                     f"`resume` must find {self.path.name} as it was written, but its row of point {cells[0]} and "
@@ -147,10 +147,10 @@ class Journal:
             self._connected().executemany("INSERT INTO identity VALUES (?, ?)", now.items())
             self._insert(kept)
 
-    def has(self, point: int, place: int) -> bool:
+    def has(self, point: int, engine_index: int) -> bool:
         """Whether there is a row of an engine at a point."""
-        found = self._execute("SELECT 1 FROM rows WHERE point = ? AND place = ?", (point, place))
-        return found.fetchone() is not None
+        cursor = self._execute("SELECT 1 FROM rows WHERE point = ? AND place = ?", (point, engine_index))
+        return cursor.fetchone() is not None
 
     def add(self, rows: Sequence[JournalRow]) -> None:
         """Write rows, all at once; InputError where the disk does not take them, and then none of them."""
@@ -159,9 +159,9 @@ class Journal:
 
     def rows(self) -> Iterator[JournalRow]:
         """All rows in the order of the points, from the disk; raises InputError as `add`."""
-        with self._told():
-            found = self._execute(f"SELECT {', '.join(COLUMNS[:-1])} FROM rows ORDER BY point, place")
-            yield from map(_row, found)
+        with self._disk_errors():
+            cursor = self._execute(f"SELECT {', '.join(COLUMNS[:-1])} FROM rows ORDER BY point, place")
+            yield from map(_row, cursor)
 
     def count(self) -> int:
         """How many rows there are."""
@@ -201,14 +201,14 @@ class Journal:
         return self._connected().execute(statement, values)
 
     def _insert(self, rows: Sequence[JournalRow]) -> None:
-        whole = ((one.point, one.place, one.engine, one.content, json.dumps(one.kept)) for one in rows)
+        whole = ((row.point, row.engine_index, row.engine, row.content, json.dumps(row.kept)) for row in rows)
         summed = ((*cells, _checksum(self._identity, cells)) for cells in whole)
         marks = ", ".join("?" * len(COLUMNS))
         self._connected().executemany(f"INSERT OR REPLACE INTO rows VALUES ({marks})", summed)
 
     @contextlib.contextmanager
-    def _told(self) -> Iterator[None]:
-        """Tell a disk that takes no more; reading needs room too, where a transaction that failed must be undone."""
+    def _disk_errors(self) -> Iterator[None]:
+        """Say that a disk takes no more; reading needs room too, where a transaction that failed must be undone."""
         try:
             yield
         except sqlite3.OperationalError as error:
@@ -221,6 +221,6 @@ class Journal:
 
     @contextlib.contextmanager
     def _transaction(self) -> Iterator[None]:
-        with self._told(), self._connected() as database:
+        with self._disk_errors(), self._connected() as database:
             database.execute("BEGIN IMMEDIATE")
             yield

@@ -65,7 +65,7 @@ def axis_of(key: str, values: str | Sequence[float | str]) -> Axis:
     key = ".".join(split_key(key))
     if len(values) == 0:
         raise InputError(f"{key} must have values to take, but has none")
-    return Axis(key, tuple(read_value(key, one) if isinstance(one, str) else float(one) for one in values))
+    return Axis(key, tuple(read_value(key, value) if isinstance(value, str) else float(value) for value in values))
 
 
 @dataclass(frozen=True)

@@ -84,19 +84,19 @@ class SweepRow:
         """The row that `written` wrote; ValueError, KeyError or TypeError where it did not."""
         parts = json.loads(text)
         values = {name: Value(**parts[name]) for name in QUANTITIES if name in parts}
-        return SweepRow(**parts | values | {"warnings": tuple(Diagnostic(**one) for one in parts.get("warnings", ()))})
+        return SweepRow(**parts | values | {"warnings": tuple(Diagnostic(**w) for w in parts.get("warnings", ()))})
 
     @property
     def written(self) -> str:
         """The row as JSON: of each value the parts that it has, of each warning its code and numbers."""
         parts = dataclasses.asdict(self, dict_factory=_what_there_is)
-        return json.dumps(parts, default=lambda one: one.item(), separators=(",", ":"))
+        return json.dumps(parts, default=lambda scalar: scalar.item(), separators=(",", ":"))
 
     def with_units(self, units: Mapping[str, str]) -> "SweepRow":
         """The row with the units of its values, which a file of an earlier run does not tell."""
         values = {name: getattr(self, name) for name in units}
-        told = {name: dataclasses.replace(one, unit=units[name]) for name, one in values.items() if one is not None}
-        return dataclasses.replace(self, **told) if any(values[name].unit != units[name] for name in told) else self
+        known = {name: dataclasses.replace(v, unit=units[name]) for name, v in values.items() if v is not None}
+        return dataclasses.replace(self, **known) if any(values[name].unit != units[name] for name in known) else self
 
     def at(self, varied: Mapping[str, float]) -> "SweepRow":
         """The row at values of the varied keys."""
@@ -124,8 +124,8 @@ def columns_of(keys: Sequence[str], rows: Sequence[SweepRow], units: AnswerUnits
 def powers_of(keys: Sequence[str], rows: Sequence[SweepRow], units: AnswerUnits) -> Table:
     """The rows as people read them: the powers with their whole errors at 95 %."""
     powers: list[Cell] = [FAILED if row.mean_power is None else row.mean_power for row in rows]
-    shown = [one for one in columns_of(keys, rows, units).columns if one.name in (*keys, "engine", *POWER, "seconds")]
-    shown = [dataclasses.replace(one, cells=powers) if one.name in POWER else one for one in shown]
+    shown = [c for c in columns_of(keys, rows, units).columns if c.name in (*keys, "engine", *POWER, "seconds")]
+    shown = [dataclasses.replace(c, cells=powers) if c.name in POWER else c for c in shown]
     shares = [percent(row.mean_power.value, row.bound) if row.mean_power and row.bound else None for row in rows]
     return Table((*shown, *([Column("share_of_possible", shares)] if any(shares) else [])))
 
@@ -169,7 +169,7 @@ def _what_there_is(parts: Sequence[tuple[str, Any]]) -> dict[str, Any]:
 
 def _nine_digits(value: Value) -> Value:
     parts: dict[str, Any] = dataclasses.asdict(value)
-    parts |= {name: float(f"{one:.9g}") for name, one in parts.items() if isinstance(one, float)}
+    parts |= {name: float(f"{part:.9g}") for name, part in parts.items() if isinstance(part, float)}
     return Value(**parts)
 
 

@@ -57,9 +57,9 @@ def pool(tasks: Iterator[Task], workers: int, meanwhile: Callable[[], object] | 
         for task, job, process in processes.completed(start, workers, meanwhile):
             if isinstance(job.exception(), BrokenProcessPool):
                 processes.kill(process)
-                further = task.again()
-                again.extend(further)
-                if not further:
+                repeats = task.again()
+                again.extend(repeats)
+                if not repeats:
                     yield task, task.lost()
             else:
                 answers, sound = job.result()
@@ -97,7 +97,7 @@ def _handed_over(tasks: Iterator[Task], executor: Any, name: str) -> Done:
     try:
         for job in _as_completed(pending, executor, name):
             task = pending.pop(job)
-            further: list[Task] = []
+            repeats: list[Task] = []
             try:
                 answers = job.result()
             except (HarvesterError, *GONE):
@@ -106,11 +106,11 @@ def _handed_over(tasks: Iterator[Task], executor: Any, name: str) -> Done:
                 if type(error).__name__ != "KilledWorker":
                     why = f"{type(error).__name__}: {error}"
                     raise SimulationError(f"a worker must run this version of harvester, but fails: {why}") from None
-                further, answers = task.split(), task.lost()
-            if not further:
+                repeats, answers = task.split(), task.lost()
+            if not repeats:
                 yield task, answers
-            for one in itertools.chain(further, itertools.islice(tasks, 1)):
-                pending[submit(compute_on_one_core, one)] = one
+            for new in itertools.chain(repeats, itertools.islice(tasks, 1)):
+                pending[submit(compute_on_one_core, new)] = new
     finally:
         for job in pending:
             job.cancel()

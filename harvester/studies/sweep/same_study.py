@@ -35,10 +35,9 @@ SWEEP = JournalKind("sweep", ("scene_digest", "netlist", "points", "vary", "engi
 def identity(about: Mapping[str, Any], kind: JournalKind = SWEEP) -> dict[str, str]:
     """A hash of each thing in a study's provenance that makes it the same study, and the versions that compute it."""
     about = {"points": "grid", **about}  # which the files of earlier versions do not say
-    found = about.get("versions")
-    versions = (
-        ", ".join(f"{name} {found[name]}" for name in VERSIONS if name in found) if isinstance(found, dict) else ""
-    )
+    made_by = about.get("versions")
+    known = made_by if isinstance(made_by, dict) else {}
+    versions = ", ".join(f"{name} {known[name]}" for name in VERSIONS if name in known)
     return {what: short_hash(json.dumps(about.get(what), default=str)) for what in kind.same} | {"versions": versions}
 
 

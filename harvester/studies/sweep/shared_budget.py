@@ -22,7 +22,7 @@ class SharedBudget:
         self._seconds, self._end = seconds, time.monotonic() + seconds
         self._rows, self._beside = rows, beside
         self._given: dict[tuple[int, tuple[int, ...]], tuple[float, float]] = {}  # when, and what, of tasks at work
-        self._beyond: dict[int, float] = {}  # of an engine, by its place
+        self._beyond: dict[int, float] = {}  # of an engine, by its index
 
     def share(self, tasks: Iterator[Task]) -> Iterator[Task]:
         """The tasks, each with its part of the budget when it begins."""
@@ -30,22 +30,22 @@ class SharedBudget:
             yield task if task.engine.is_formula else self._with_share(task)
 
     def _with_share(self, task: Task) -> Task:
-        count, left, beyond = len(task.points), self._end - time.monotonic(), self._beyond.get(task.place, 0.0)
+        count, left, beyond = len(task.points), self._end - time.monotonic(), self._beyond.get(task.engine_index, 0.0)
         share = left * min(self._beside / max(self._rows, count), 1.0)
         self._rows -= count
         if left <= beyond:
             return dataclasses.replace(task, left_out=self._seconds)
         given = max(share - beyond, LEAST * share)
-        self._given[task.place, task.points] = time.monotonic(), given
+        self._given[task.engine_index, task.points] = time.monotonic(), given
         return dataclasses.replace(task, engine=dataclasses.replace(task.engine, budget=given))  # type: ignore[type-var]
 
     def watch(self, done: Done) -> Done:
         """The answers as they come, of which the times are taken."""
         for task, answers in done:
-            begin, given = self._given.pop((task.place, task.points), (0.0, 0.0))
+            begin, given = self._given.pop((task.engine_index, task.points), (0.0, 0.0))
             if given:
-                own = [one.seconds or 0.0 for one in answers if isinstance(one, SweepRow)]  # without a worker's start
-                took = (sum(own) if len(own) == len(answers) else time.monotonic() - begin) / len(task.points)
+                seconds = [row.seconds or 0.0 for row in answers if isinstance(row, SweepRow)]  # no worker's start
+                took = (sum(seconds) if len(seconds) == len(answers) else time.monotonic() - begin) / len(task.points)
                 beyond = max(took - given, 0.0)
-                self._beyond[task.place] = min(beyond, self._beyond.get(task.place, beyond))
+                self._beyond[task.engine_index] = min(beyond, self._beyond.get(task.engine_index, beyond))
             yield task, answers

@@ -101,7 +101,7 @@ class SweepTable(TableResult):
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
         """Of each engine the first warning, how many points have several responses, and why the first point failed."""
-        return tuple(one for name in self.engines for one in _remarks(name, self.of(name)))
+        return tuple(remark for name in self.engines for remark in _remarks(name, self.of(name)))
 
     def of(self, engine: str) -> list[SweepRow]:
         """The rows of an engine."""

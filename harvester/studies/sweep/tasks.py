@@ -18,18 +18,18 @@ from harvester.studies.sweep.points import Points
 from harvester.studies.sweep.rows import SweepRow
 
 BATCH = 256  # points that an engine of formulas computes at once
-ALONG = 7  # points along which an engine goes from answer to answer: what is lost where a program is killed
+CONTINUED = 7  # points through which an engine goes from answer to answer: what is lost where a program is killed
 
 Answer: TypeAlias = SweepRow | HarvesterError  # a row without the varied keys, or why there is none
 
 
 @dataclass(frozen=True)
 class Task:
-    """Points of one engine, with all that a worker needs to compute them; ``place`` is the engine's in the sweep."""
+    """Points of one engine, with all that a worker needs to compute them; ``engine_index`` counts the sweep's."""
 
     scene: Scene
     engine: Engine
-    place: int
+    engine_index: int
     keys: tuple[str, ...]
     points: tuple[int, ...]
     values: tuple[tuple[float, ...], ...]
@@ -67,21 +67,21 @@ SPENT = "left out, as the `budget` of {:.3g} s for the whole sweep was spent bef
 
 
 def tasks(
-    scene: Scene, points: Points, engines: Sequence[Engine], wanted: Callable[[int, int], bool]
+    scene: Scene, points: Points, engines: Sequence[Engine], is_missing: Callable[[int, int], bool]
 ) -> Iterator[Task]:
-    """The tasks of a sweep, made one by one; ``wanted(point, place)`` says what is not done yet.
+    """The tasks of a sweep, made one by one; ``is_missing(point, index)`` says what is not done yet.
 
     A batch is always the same points, also where some of them are done: an answer's last digits depend on the batch.
     """
     for begin in range(0, len(points), BATCH):
         some = range(begin, min(begin + BATCH, len(points)))
         sizes = [_at_once(engine, scene, points, begin) for engine in engines]
-        for size in (BATCH, ALONG, 1):
+        for size in (BATCH, CONTINUED, 1):
             for few in (some[first : first + size] for first in range(0, len(some), size)):
-                for place in (place for place, one in enumerate(sizes) if one == size):
-                    if any(wanted(point, place) for point in few):
+                for index in (index for index, engine_size in enumerate(sizes) if engine_size == size):
+                    if any(is_missing(point, index) for point in few):
                         values = tuple(points.values(point) for point in few)
-                        yield Task(scene, engines[place], place, points.keys, tuple(few), values)
+                        yield Task(scene, engines[index], index, points.keys, tuple(few), values)
 
 
 def _at_once(engine: Engine, scene: Scene, points: Points, first: int) -> int:
@@ -91,7 +91,7 @@ def _at_once(engine: Engine, scene: Scene, points: Points, first: int) -> int:
     if len(points) == 1:
         return 1
     try:
-        return ALONG if engine.continues(Problem(scene.varied(points.varied(first)))) else 1
+        return CONTINUED if engine.continues(Problem(scene.varied(points.varied(first)))) else 1
     except HarvesterError:  # which its own task will tell
         return 1
 
@@ -99,8 +99,9 @@ def _at_once(engine: Engine, scene: Scene, points: Points, first: int) -> int:
 def compute_alone(task: Task) -> tuple[list[Answer], bool]:
     """Compute a task in a worker process, and say whether that may take another one.
 
-    Where an engine goes along, ngspice runs in this very process, which is not started for more; a task that ended its
-    process before, or whose runs may be given up at the end of a budget, has processes of ngspice as elsewhere.
+    Where an engine goes from point to point, ngspice runs in this very process, which is not started for more; a task
+    that ended its process before, or whose runs may be given up at the end of a budget, has processes of ngspice as
+    elsewhere.
     """
     if not task.by_continuation or task.tries or getattr(task.engine, "budget", None) is not None:
         return compute(task), True

@@ -23,7 +23,7 @@ from harvester.studies.tolerance.spreads import PartSpread
 LEAST, MOST = 16, 50_000  # samples
 INSIDE = 1e-12  # how near to 0 and 1 a place may come: a normal number has no end
 LOW, HIGH = 0.05, 0.95  # the places at which a key is shown alone
-ALONG = 200  # places of a key alone
+POINTS_ALONE = 200  # places of a key alone
 OUTER = 0.0005  # share of devices below, and above, the outer places that hold a polynomial
 
 
@@ -32,30 +32,30 @@ def sobol_points(count: int, dimensions: int, seed: int) -> Floats:
     from scipy.stats import qmc  # which takes a second to load
 
     sequence = qmc.Sobol(dimensions, rng=np.random.default_rng(seed))
-    found = sequence.random_base2(max(count - 1, 1).bit_length())[:count]
-    return np.asarray(np.clip(found, INSIDE, 1.0 - INSIDE))
+    u = sequence.random_base2(max(count - 1, 1).bit_length())[:count]
+    return np.asarray(np.clip(u, INSIDE, 1.0 - INSIDE))
 
 
-def correlation(some: Sequence[str] | Mapping[tuple[str, str], float], keys: Sequence[str]) -> Floats | None:
+def correlation(given: Sequence[str] | Mapping[tuple[str, str], float], keys: Sequence[str]) -> Floats | None:
     """The matrix of correlations that texts ``A,B=.7`` or pairs describe, shape (n, n); None where there are none.
 
     Raises InputError for a text of another form, a key that is not varied, a number outside -1 to 1, and correlations
     that cannot be true together.
     """
-    pairs = dict(some) if isinstance(some, Mapping) else dict(_pair(text) for text in some)
+    pairs = dict(given) if isinstance(given, Mapping) else dict(_pair(text) for text in given)
     if not pairs:
         return None
     matrix = np.eye(len(keys))
     for pair, value in pairs.items():
-        one, other = map(full_key, pair)
-        for key in (one, other):
+        first, second = map(full_key, pair)
+        for key in (first, second):
             if key not in keys:
                 raise unknown("varied key of `correlate`", key, keys)
-        if one == other:
-            raise InputError(f"`correlate` must name two different keys, but names {one!r} twice")
+        if first == second:
+            raise InputError(f"`correlate` must name two different keys, but names {first!r} twice")
         if not -1.0 < value < 1.0:
-            raise invalid(f"the correlation of {one} and {other}", "be between -1 and 1", value)
-        a, b = keys.index(one), keys.index(other)
+            raise invalid(f"the correlation of {first} and {second}", "be between -1 and 1", value)
+        a, b = keys.index(first), keys.index(second)
         matrix[a, b] = matrix[b, a] = value
     if np.linalg.eigvalsh(matrix).min() <= 1e-9:
         raise InputError("`correlate` must give correlations that can be true together, but these cannot")
@@ -91,17 +91,17 @@ def values_at(spreads: Sequence[PartSpread], u: Floats) -> Floats:
 
 def one_by_one(dimensions: int) -> Floats:
     """The middle, then each key alone at `LOW` and at `HIGH`, shape (1 + 2 dimensions, dimensions)."""
-    found = np.full((1 + 2 * dimensions, dimensions), 0.5)
+    u = np.full((1 + 2 * dimensions, dimensions), 0.5)
     for k in range(dimensions):
-        found[1 + 2 * k, k], found[2 + 2 * k, k] = LOW, HIGH
-    return found
+        u[1 + 2 * k, k], u[2 + 2 * k, k] = LOW, HIGH
+    return u
 
 
 def one_alone(key: int, dimensions: int) -> Floats:
-    """Places of one key evenly over its spread, with the others in the middle, shape (`ALONG`, dimensions)."""
-    found = np.full((ALONG, dimensions), 0.5)
-    found[:, key] = (np.arange(ALONG) + 0.5) / ALONG
-    return found
+    """Places of one key evenly over its spread, with the others in the middle, shape (`POINTS_ALONE`, dimensions)."""
+    u = np.full((POINTS_ALONE, dimensions), 0.5)
+    u[:, key] = (np.arange(POINTS_ALONE) + 0.5) / POINTS_ALONE
+    return u
 
 
 def outer(dimensions: int, matrix: Floats | None = None) -> Floats:
@@ -111,11 +111,11 @@ def outer(dimensions: int, matrix: Floats | None = None) -> Floats:
     """
     from scipy.special import ndtr, ndtri
 
-    along = float(ndtri(1.0 - OUTER)) * (np.eye(dimensions) if matrix is None else matrix)
-    return np.asarray(ndtr(np.vstack([-along, along])))
+    shift = float(ndtri(1.0 - OUTER)) * (np.eye(dimensions) if matrix is None else matrix)
+    return np.asarray(ndtr(np.vstack([-shift, shift])))
 
 
 def points(spreads: Sequence[PartSpread], values: Floats) -> Points:
     """The list of points of a sweep that has these values of the keys."""
-    axes = (Axis(one.key, tuple(map(float, values[:, k]))) for k, one in enumerate(spreads))
+    axes = (Axis(spread.key, tuple(map(float, values[:, k]))) for k, spread in enumerate(spreads))
     return Points(tuple(axes), listed=True, argument="`vary`")

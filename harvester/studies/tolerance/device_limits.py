@@ -84,15 +84,15 @@ def lifetime_of(limits: Sequence[Limit], lifetime: float | str | None, problem: 
     Raises InputError where it is missing, none of the limits is of a peak, or a strain or an impact is limited that the
     scene does not have; CannotServeError for a scene that has no peaks over a lifetime.
     """
-    peaks = [one.quantity for one in limits if one.quantity in PEAKS]
+    peaks = [limit.quantity for limit in limits if limit.quantity in PEAKS]
     if lifetime is None and not peaks:
         return None
     if lifetime is None and is_sinusoidal(problem):
-        found = math.inf
+        span = math.inf
     elif lifetime is None:
         raise InputError(f"`lifetime` must be given for a limit of {peaks[0]}, but is left out")
     else:
-        found = read_lifetime(lifetime, problem)
+        span = read_lifetime(lifetime, problem)
         if not peaks:
             raise InputError(f"`lifetime` must go with a limit of {' or '.join(PEAKS)}, but there is none")
         check_served(problem)
@@ -104,4 +104,4 @@ def lifetime_of(limits: Sequence[Limit], lifetime: float | str | None, problem: 
             f"piezo.strain_per_displacement must be given for a limit of {STRAIN}, but is left out "
             "('harvester new --bimorph' writes it)"
         )
-    return found
+    return span

@@ -58,7 +58,7 @@ def share_met(
     count = len(next(iter(samples.values()))) + failed
 
     def met(side: int) -> int:
-        held = [one.met(samples[one.quantity] * (1.0 + side * one.sign * off.get(one.quantity, 0.0))) for one in limits]
-        return int(np.all(held, axis=0).sum())
+        shifts = {limit: 1.0 + side * limit.sign * off.get(limit.quantity, 0.0) for limit in limits}
+        return int(np.all([limit.met(samples[limit.quantity] * shifts[limit]) for limit in limits], axis=0).sum())
 
     return ShareInterval(met(0) / count, wilson(met(-1), count)[0], wilson(met(1), count)[1])

@@ -29,7 +29,7 @@ from harvester.presentation.diagnostic import note
 from harvester.scene.scene import Scene
 from harvester.studies.tolerance import design
 from harvester.studies.tolerance.samples import Samples
-from harvester.studies.tolerance.study import Found, ToleranceRequest
+from harvester.studies.tolerance.study import ToleranceRequest, ToleranceRuns
 from harvester.studies.tolerance.surface import Polynomial, exponents
 
 FIRST_ORDER = "first-order"  # in place of a number of runs
@@ -50,24 +50,24 @@ def engine_with_gradient(which: Named | None, within: float | str | None) -> Eng
     return chosen
 
 
-def linear_law(asked: ToleranceRequest, engine: Any, progress: Progress) -> Found:
+def linear_law(request: ToleranceRequest, engine: Any, progress: Progress) -> ToleranceRuns:
     """What the linear law says of all devices; raises the engine's errors, and InputError for a key that is 0."""
-    keys, x = asked.keys, design.values_at(asked.spreads, asked.u)
-    ends = design.values_at(asked.spreads, design.one_by_one(len(keys)))
+    keys, x = request.keys, design.values_at(request.spreads, request.u)
+    ends = design.values_at(request.spreads, design.one_by_one(len(keys)))
     x0, whole = ends[0], len(ends) + 2
     if not x0.all():
         key = keys[int(np.argmin(np.abs(x0)))]
         raise InputError(f"{key} must not be 0 in the middle of its spread for `runs` {FIRST_ORDER!r}, but is")
 
     def scene(at: Floats) -> Scene:
-        return asked.scene.varied(dict(zip(keys, map(float, at), strict=True)))
+        return request.scene.varied(dict(zip(keys, map(float, at), strict=True)))
 
     def powers(where: Floats, done: int) -> Floats:
-        found = []
+        values = []
         for at in where:
-            found.append(engine.run(scene(at)).mean_power.value)
-            progress.step((done + len(found)) / whole)
-        return np.array(found)
+            values.append(engine.run(scene(at)).mean_power.value)
+            progress.step((done + len(values)) / whole)
+        return np.array(values)
 
     middle, of = engine.run_with_slopes(scene(x0))
     p0 = middle.mean_power.value
@@ -78,7 +78,7 @@ def linear_law(asked: ToleranceRequest, engine: Any, progress: Progress) -> Foun
     curvature = 2.0 * rest.sum(axis=1) / (away**2).sum(axis=1)
     spread = np.atleast_2d(np.cov(x.T)) @ slopes
     steepest = FAR * spread / max(float(np.sqrt(slopes @ spread)), 1e-300)
-    edges = np.array([one.ends for one in asked.spreads])
+    edges = np.array([part.ends for part in request.spreads])
     corners = np.clip(x0 + np.outer([-1.0, 1.0], steepest), edges[:, 0], edges[:, 1])
     exact = powers(corners, len(ends))
     first, second = p0 + (x - x0) @ slopes, 0.5 * (x - x0) ** 2 @ curvature
@@ -94,10 +94,10 @@ def linear_law(asked: ToleranceRequest, engine: Any, progress: Progress) -> Foun
     unexplained = float(second.var() / max((first + second).var(), 1e-300))
     coefficients = np.append(p0, slopes * half)
     surface = Polynomial(x0, half, linear, coefficients, float(second.std()), unexplained, np.zeros((len(linear), 1)))
-    said = note("linear_law", missed=missed, mean=float(second.mean()) / p0, beyond=beyond, runs=whole)
+    law = note("linear_law", missed=missed, mean=float(second.mean()) / p0, beyond=beyond, runs=whole)
     values = {"mean_power": np.maximum(first, 0.0), "mean_square_voltage": np.maximum(voltage, 0.0)}
-    samples = Samples(engine.NAME, values, np.ones(len(x), dtype=bool), dict.fromkeys(values, off), (said,))
-    return Found(samples, x, surface, alone, 0, (), {}, {})
+    samples = Samples(engine.NAME, values, np.ones(len(x), dtype=bool), dict.fromkeys(values, off), (law,))
+    return ToleranceRuns(samples, x, surface, alone, 0, (), {}, {})
 
 
 def _change_of_ratio(scene: Any, x0: Floats, k: int) -> float:

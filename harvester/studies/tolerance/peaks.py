@@ -40,14 +40,14 @@ class PeakSurfaces:
 
     def __call__(self, x: Floats) -> tuple[dict[str, Floats], dict[str, Floats]]:
         """The level of each quantity and its relative error at 95 %, at keys' values (m, keys): each of shape (m,)."""
-        levels = {name: np.exp(one(x)) for name, one in self.surfaces.items()}
+        levels = {name: np.exp(surface(x)) for name, surface in self.surfaces.items()}
         if self.known is not None:
-            return levels, {name: np.full(len(x), one) for name, one in self.known.items()}
-        off = {name: np.expm1(half95(one.scatter) * np.sqrt(one.leverage(x))) for name, one in self.surfaces.items()}
+            return levels, {name: np.full(len(x), error) for name, error in self.known.items()}
+        off = {name: np.expm1(half95(s.scatter) * np.sqrt(s.leverage(x))) for name, s in self.surfaces.items()}
         return levels, off
 
 
-def wanted(problem: Problem, keys: int) -> int:
+def devices_needed(problem: Problem, keys: int) -> int:
     """How many devices are to be computed for surfaces over so many keys."""
     return BY_RICE if rice_holds(problem) else COUNTED * (keys + 1)
 
@@ -58,23 +58,23 @@ def peak_surfaces(
     inner: int,
     lifetime: float,
     seed: int = 0,
-    told: Callable[[int], None] = lambda done: None,
+    report: Callable[[int], None] = lambda done: None,
 ) -> PeakSurfaces:
     """The surfaces through the peaks of ``scenes`` at keys' values ``x``, shape (n, keys).
 
-    The first ``inner`` of them are samples, the others hold the outer ends; ``told`` hears how many are done.
+    The first ``inner`` of them are samples, the others hold the outer ends; ``report`` is called with the number done.
 
     Raises HarvesterError where a scene has no peaks.
     """
     by_rice = rice_holds(Problem(scenes[0]))
-    found: list[dict[str, Value]] = []
+    devices: list[dict[str, Value]] = []
     for k, scene in enumerate(scenes):
-        own = int(np.random.SeedSequence([seed, k]).generate_state(1)[0])
-        found.append(limited_peaks(Problem(scene), lifetime, own, BLOCKS))
-        told(k + 1)
+        path_seed = int(np.random.SeedSequence([seed, k]).generate_state(1)[0])
+        devices.append(limited_peaks(Problem(scene), lifetime, path_seed, BLOCKS))
+        report(k + 1)
     surfaces, known = {}, {}
-    for name in found[0]:
-        levels = np.array([one[name].value if name in one else 0.0 for one in found])
+    for name in devices[0]:
+        levels = np.array([device[name].value if name in device else 0.0 for device in devices])
         if levels.min() <= 0.0:
             raise SimulationError(
                 f"{name} is 0 on the whole path of {int((levels <= 0.0).sum())} of {len(levels)} devices: there is "
@@ -82,6 +82,6 @@ def peak_surfaces(
             )
         surface = surfaces[name] = fit(x, np.log(levels), inner)
         known[name] = 2.0 * surface.scatter + float(
-            np.median([one[name].known_error95 / one[name].value for one in found])
+            np.median([device[name].known_error95 / device[name].value for device in devices])
         )
     return PeakSurfaces(surfaces, known if by_rice else None)

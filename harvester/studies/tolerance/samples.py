@@ -101,14 +101,14 @@ def stated(table: SweepTable, name: str) -> Floats | None:
 
 def direct(engine: Engine, table: SweepTable) -> Samples:
     """The samples of an engine that computed each of them, with the error that it states itself."""
-    found = {name: column(table, name) for name in QUANTITIES}
-    served = ~np.isnan(found["mean_power"])
+    values = {name: column(table, name) for name in QUANTITIES}
+    served = ~np.isnan(values["mean_power"])
     off: dict[str, float | None] = {}
     for name in QUANTITIES:
         errors = stated(table, name)
         off[name] = None if errors is None or not served.any() else float(np.median(errors[served]))
     check = note("error_by_engine" if off["mean_power"] is not None else "no_error_stated")
-    return Samples(engine.NAME, {name: v[served] for name, v in found.items()}, served, off, (check,))
+    return Samples(engine.NAME, {name: v[served] for name, v in values.items()}, served, off, (check,))
 
 
 @dataclass(frozen=True)
@@ -139,8 +139,8 @@ def compared(table: SweepTable, checked: Sequence[int], dearer: SweepTable, engi
         bias = np.nan_to_num(column(dearer, "mean_power_bias") / np.abs(column(dearer, "mean_power")))[good]
         width = float(stdtrit(count - 1, 0.975)) * float(ratios.std(ddof=1)) * math.sqrt(1.0 + 1.0 / count)
         ratio[name], off[name] = float(ratios.mean()), width + float(np.median(bias))
-    said = note("checked_by_runs", runs=count, by=by.NAME, ratio=ratio["mean_power"], engine=engine.NAME)
-    return Ratio(ratio, off, said)
+    check = note("checked_by_runs", runs=count, by=by.NAME, ratio=ratio["mean_power"], engine=engine.NAME)
+    return Ratio(ratio, off, check)
 
 
 def corrected(samples: Samples, ratio: Ratio) -> Samples:

@@ -158,32 +158,32 @@ def _share(key: str, text: str) -> float:
 def _nominal(key: str, scene: Scene) -> float:
     """The scene's own value of a key, or its netlist's, of an element or a parameter."""
     table, name = split_key(key)
-    found = scene.tables().get(table, {})
+    value = scene.tables().get(table, {})
     for part in name.split("."):
-        if isinstance(found, list):  # [[mode]]: the first is that of mode 2
-            found = found[int(part) - 2] if int(part) - 2 < len(found) else None
+        if isinstance(value, list):  # [[mode]]: the first is that of mode 2
+            value = value[int(part) - 2] if int(part) - 2 < len(value) else None
         else:
-            found = found.get(part) if isinstance(found, dict) else None
-    if found is None and name.startswith("parameters.") and (circuit := Problem.of(scene).circuit) is not None:
-        found = circuit.value_of(name.removeprefix("parameters."))
-    if isinstance(found, str):  # a netlist's parameter, written with its unit
-        found = read_value(key, found)
-    if not isinstance(found, int | float) or found == 0.0:
-        was = "missing" if found is None else "0"
+            value = value.get(part) if isinstance(value, dict) else None
+    if value is None and name.startswith("parameters.") and (circuit := Problem.of(scene).circuit) is not None:
+        value = circuit.value_of(name.removeprefix("parameters."))
+    if isinstance(value, str):  # a netlist's parameter, written with its unit
+        value = read_value(key, value)
+    if not isinstance(value, int | float) or value == 0.0:
+        was = "missing" if value is None else "0"
         raise InputError(f"{key} must have a value in the scene to be spread about, but is {was}: give LOW:HIGH")
-    return float(found)
+    return float(value)
 
 
-def spreads(some: Mapping[str, str] | Sequence[str], scene: Scene, argument: str = "vary") -> tuple[PartSpread, ...]:
+def spreads(given: Mapping[str, str] | Sequence[str], scene: Scene, argument: str = "vary") -> tuple[PartSpread, ...]:
     """The spreads of several keys, from texts KEY=SPREAD or a mapping of keys to spreads: the ``argument`` of a study.
 
     Raises InputError as `parse`, for a key that is named twice, and where there is none.
     """
-    if isinstance(some, Mapping):
-        found = tuple(spread(key, written, scene) for key, written in some.items())
+    if isinstance(given, Mapping):
+        parts = tuple(spread(key, written, scene) for key, written in given.items())
     else:
-        found = tuple(parse(text, scene, argument) for text in ([some] if isinstance(some, str) else some))
-    if not found:
+        parts = tuple(parse(text, scene, argument) for text in ([given] if isinstance(given, str) else given))
+    if not parts:
         raise InputError(f"`{argument}` must be given for one key or more, but is left out")
-    named_once([one.key for one in found], f"`{argument}`")
-    return found
+    named_once([part.key for part in parts], f"`{argument}`")
+    return parts

@@ -17,7 +17,7 @@ from harvester.studies.output_folder import OutputFolder
 from harvester.studies.sweep.compute import compute_table
 from harvester.studies.sweep.sweep_table import SweepTable
 from harvester.studies.tolerance import design, peaks
-from harvester.studies.tolerance import samples as sampled
+from harvester.studies.tolerance import samples as sampling
 from harvester.studies.tolerance.device_limits import Limit
 from harvester.studies.tolerance.spreads import PartSpread
 from harvester.studies.tolerance.surface import Polynomial, fit
@@ -31,7 +31,7 @@ ROUGH = 0.05  # of the standard deviation of the powers: what a polynomial may m
 
 @dataclass(frozen=True)
 class ToleranceRequest:
-    """What a study of tolerances is asked, checked.
+    """The checked arguments of a study of tolerances.
 
     ``matrix`` are the correlations of the keys (None: none), ``samples`` the number of devices in all, ``runs`` of them
     that the engine computes (None: what it takes) and ``checks`` that a dearer one computes again (None: as usual),
@@ -52,7 +52,7 @@ class ToleranceRequest:
     @property
     def keys(self) -> list[str]:
         """The keys that scatter."""
-        return [one.key for one in self.spreads]
+        return [spread.key for spread in self.spreads]
 
     @cached_property
     def u(self) -> Floats:
@@ -66,10 +66,10 @@ class ToleranceRequest:
 
 
 @dataclass(frozen=True)
-class Found:
+class ToleranceRuns:
     """What the runs of one engine gave: samples at keys' values ``x``, their surface, and the powers of the tornado."""
 
-    samples: sampled.Samples
+    samples: sampling.Samples
     x: Floats
     surface: Polynomial
     alone: Floats
@@ -87,48 +87,49 @@ class ToleranceStudy:
     folder: OutputFolder | None
     execution: Execution
 
-    def run(self, engine: Engine) -> Found:
+    def run(self, engine: Engine) -> ToleranceRuns:
         """Compute samples by an engine, and some of them by a dearer one where there is one."""
-        asked = self.request
-        all_of_them, spreads = len(asked.u), asked.spreads
-        runs = min(asked.runs or (FORMULAS if engine.is_formula else RUNS * (len(spreads) + 1)), all_of_them)
-        check = sampled.checker(engine, asked.within, asked.seed) if asked.checks != 0 else None
-        number = 0 if check is None else min(asked.checks or check[0], runs)
+        request = self.request
+        total, spreads = len(request.u), request.spreads
+        runs = min(request.runs or (FORMULAS if engine.is_formula else RUNS * (len(spreads) + 1)), total)
+        check = sampling.checker(engine, request.within, request.seed) if request.checks != 0 else None
+        n_checks = 0 if check is None else min(request.checks or check[0], runs)
         alone_to = runs + 1 + 2 * len(spreads)
-        outer = asked.outer if runs < all_of_them else asked.outer[:0]
-        x = design.values_at(spreads, np.vstack([asked.u[:runs], design.one_by_one(len(spreads)), outer]))
-        whole = len(x) + number
+        outer = request.outer if runs < total else request.outer[:0]
+        x = design.values_at(spreads, np.vstack([request.u[:runs], design.one_by_one(len(spreads)), outer]))
+        whole = len(x) + n_checks
         table = self._sweep(engine, x, engine.NAME, 0, whole)
-        found = sampled.direct(engine, _part(table, 0, runs))
-        ends = sampled.direct(engine, _part(table, alone_to, len(x)))
-        ratio: sampled.Ratio | None = None
+        samples = sampling.direct(engine, _part(table, 0, runs))
+        ends = sampling.direct(engine, _part(table, alone_to, len(x)))
+        ratio: sampling.Ratio | None = None
         if check is not None:
-            served = np.flatnonzero(found.served)[:number]
+            served = np.flatnonzero(samples.served)[:n_checks]
             dearer = self._sweep(check[1], x[served], "checks", len(x), whole)
-            ratio = sampled.compared(table, served.tolist(), dearer, engine, check[1])
-            found, ends = sampled.corrected(found, ratio), sampled.corrected(ends, ratio)
-        alone, warnings = sampled.column(table, "mean_power")[runs:alone_to] * found.ratio, [*_failures(table)]
-        own = x[:runs][found.served]
-        held = np.vstack([own, x[alone_to:][ends.served]])
-        surface = fit(held, np.append(found.values["mean_power"], ends.values["mean_power"]), len(own))
-        rough = surface.scatter > ROUGH * found.values["mean_power"].std()
-        if rough and runs < all_of_them and engine.is_formula and asked.runs is None:
-            every, runs = design.values_at(spreads, asked.u), all_of_them
+            ratio = sampling.compared(table, served.tolist(), dearer, engine, check[1])
+            samples, ends = sampling.corrected(samples, ratio), sampling.corrected(ends, ratio)
+        alone, warnings = sampling.column(table, "mean_power")[runs:alone_to] * samples.ratio, [*_failures(table)]
+        computed = x[:runs][samples.served]
+        held = np.vstack([computed, x[alone_to:][ends.served]])
+        surface = fit(held, np.append(samples.values["mean_power"], ends.values["mean_power"]), len(computed))
+        rough = surface.scatter > ROUGH * samples.values["mean_power"].std()
+        if rough and runs < total and engine.is_formula and request.runs is None:
+            every, runs = design.values_at(spreads, request.u), total
             table = self._sweep(engine, every, f"{engine.NAME}-all", 0, runs)
-            found = sampled.direct(engine, table)
-            found = found if ratio is None else sampled.corrected(found, ratio)
-            own, warnings = every[found.served], [*_failures(table)]
-            surface = fit(own, found.values["mean_power"])
-        failed, many = int((~found.served).sum()), own
-        if runs < all_of_them:
-            failed = round(failed / runs * all_of_them)  # as many of the samples in all as of those computed
-            many, own = design.values_at(spreads, asked.u[: all_of_them - failed]), held
-            inner = int(found.served.sum())
-            found = sampled.interpolated(found, ends, held, many)
+            samples = sampling.direct(engine, table)
+            samples = samples if ratio is None else sampling.corrected(samples, ratio)
+            computed, warnings = every[samples.served], [*_failures(table)]
+            surface = fit(computed, samples.values["mean_power"])
+        failed, many = int((~samples.served).sum()), computed
+        if runs < total:
+            failed = round(failed / runs * total)  # as many of the samples in all as of those computed
+            many, computed = design.values_at(spreads, request.u[: total - failed]), held
+            inner = int(samples.served.sum())
+            samples = sampling.interpolated(samples, ends, held, many)
             warnings += _outside(held, many)
         else:
-            inner = len(own)
-        return Found(found, many, surface, alone, failed, tuple(warnings), *self._peaks(own, inner, many))
+            inner = len(computed)
+        levels = self._peaks(computed, inner, many)
+        return ToleranceRuns(samples, many, surface, alone, failed, tuple(warnings), *levels)
 
     @property
     def _swept(self) -> float:
@@ -138,19 +139,19 @@ class ToleranceStudy:
     def _peaks(self, x: Floats, inner: int, many: Floats) -> tuple[dict[str, Floats], dict[str, Floats]]:
         """Peaks over the lifetime at keys' values ``many``, and their relative errors, by those computed at ``x``.
 
-        The first ``inner`` of ``x`` are samples, of which `peaks.wanted` are computed, the others their outer ends.
+        The first ``inner`` of ``x`` are samples, `peaks.devices_needed` of them are computed, the rest are outer ends.
         """
-        asked, progress = self.request, self.execution.progress
-        if asked.lifetime is None:
+        request, progress = self.request, self.execution.progress
+        if request.lifetime is None:
             return {}, {}
-        first = min(inner, peaks.wanted(Problem(asked.scene), len(asked.spreads)))
+        first = min(inner, peaks.devices_needed(Problem(request.scene), len(request.spreads)))
         x = np.vstack([x[:first], x[inner:]])
-        scenes = [asked.scene.varied(dict(zip(asked.keys, map(float, row), strict=True))) for row in x]
+        scenes = [request.scene.varied(dict(zip(request.keys, map(float, row), strict=True))) for row in x]
 
-        def told(done: int) -> None:
+        def report(done: int) -> None:
             progress.step(self._swept + (1.0 - self._swept) * done / len(x))
 
-        return peaks.peak_surfaces(scenes, x, first, asked.lifetime, asked.seed, told)(many)
+        return peaks.peak_surfaces(scenes, x, first, request.lifetime, request.seed, report)(many)
 
     def _sweep(self, engine: Engine, x: Floats, name: str, done: int, whole: int) -> SweepTable:
         """Run an engine at keys' values, shape (n, keys), as a sweep in a folder ``name``."""

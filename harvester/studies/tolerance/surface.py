@@ -28,9 +28,9 @@ _SINGULAR = 1e-10
 def exponents(dimensions: int, most: int) -> Floats:
     """The exponents of the monomials up to a degree, shape (k, dimensions)."""
     rows = [
-        np.bincount(np.array(one, dtype=int), minlength=dimensions)
+        np.bincount(np.array(factors, dtype=int), minlength=dimensions)
         for degree in range(most + 1)
-        for one in itertools.combinations_with_replacement(range(dimensions), degree)
+        for factors in itertools.combinations_with_replacement(range(dimensions), degree)
     ]
     return np.array(rows, dtype=float)
 
@@ -106,7 +106,7 @@ def _basis(scaled: Floats, powers: Floats) -> Floats:
     """The products of Legendre's polynomials, shape (n, terms)."""
     degree = int(powers.max())
     each = legendre.legvander(scaled, degree)  # (n, keys, degree + 1)
-    found = np.ones((len(scaled), len(powers)))
+    products = np.ones((len(scaled), len(powers)))
     for key in range(scaled.shape[1]):
-        found *= each[:, key, powers[:, key].astype(int)]
-    return found
+        products *= each[:, key, powers[:, key].astype(int)]
+    return products

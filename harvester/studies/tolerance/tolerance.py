@@ -14,7 +14,7 @@ from harvester.machine.progress import working
 from harvester.studies.output_folder import OutputFolder, provenance
 from harvester.studies.sweep.cluster import by_scheduler
 from harvester.studies.tolerance import design
-from harvester.studies.tolerance import samples as sampled
+from harvester.studies.tolerance import samples as sampling
 from harvester.studies.tolerance.device_limits import lifetime_of
 from harvester.studies.tolerance.device_limits import limits as read_limits
 from harvester.studies.tolerance.first_order import FIRST_ORDER, engine_with_gradient, linear_law
@@ -92,15 +92,15 @@ def tolerance(
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01))
-    >>> found = hv.tolerance(
+    >>> result = hv.tolerance(
     ...     scene, vary={"nondimensional.c1": "20%"}, limits=["mean_power > 0.0033"], samples=1024
     ... )
-    >>> f"{found.met.value:.2f}"
+    >>> f"{result.met.value:.2f}"
     '0.42'
     """
     begin, problem = time.perf_counter(), Problem.of(scene)
     spread = spreads(vary, problem.scene)
-    matrix = design.correlation(correlate, [one.key for one in spread])
+    matrix = design.correlation(correlate, [part.key for part in spread])
     bounds = read_limits(limits, problem.physical)
     folder = OutputFolder.of(execution)
     linear = runs == FIRST_ORDER
@@ -111,20 +111,20 @@ def tolerance(
         _refuse_beside_first_order(checks, lifetime)
         chosen = engine_with_gradient(engine, within)
     else:
-        chosen = engine_of(sampled.cheapest(problem)(seed=seed) if engine is None else engine)
+        chosen = engine_of(sampling.cheapest(problem)(seed=seed) if engine is None else engine)
     _check_served(chosen, problem)
-    wanted, count = number(Request(within=within).within), SAMPLES if samples is None else samples
-    asked = ToleranceRequest(problem.scene, spread, matrix, bounds, years, count, runs, checks, wanted, seed)
+    target, count = number(Request(within=within).within), SAMPLES if samples is None else samples
+    request = ToleranceRequest(problem.scene, spread, matrix, bounds, years, count, runs, checks, target, seed)
     with working(execution.progress):
-        study = ToleranceStudy(asked, folder, execution)
-        found = linear_law(asked, chosen, execution.progress) if linear else study.run(chosen)
-        better = None if engine is not None or linear else sampled.dearer(chosen, seed=seed, within=wanted)
-        if better is not None and not found.samples.small:
-            found = study.run(better)
-        answer = ToleranceResult.of(asked, found, time.perf_counter() - begin)
+        study = ToleranceStudy(request, folder, execution)
+        computed = linear_law(request, chosen, execution.progress) if linear else study.run(chosen)
+        better = None if engine is not None or linear else sampling.dearer(chosen, seed=seed, within=target)
+        if better is not None and not computed.samples.small:
+            computed = study.run(better)
+        answer = ToleranceResult.of(request, computed, time.perf_counter() - begin)
     if folder is not None:
         correlations = None if matrix is None else matrix.tolist()
-        what = {"vary": {one.key: one.written for one in spread}, "limits": [one.written for one in bounds]}
+        what = {"vary": {s.key: s.written for s in spread}, "limits": [limit.written for limit in bounds]}
         about = provenance(problem, seed=seed, engine=answer.engine, **what, correlate=correlations)
         folder.save("tolerance", answer.table.csv(units=True), answer.plot(problem.scene.name), about)
     return answer

@@ -19,7 +19,7 @@ from harvester.studies.tolerance import design
 from harvester.studies.tolerance.device_limits import Limit
 from harvester.studies.tolerance.distribution import QUANTILES, ShareInterval, quantile, share_met
 from harvester.studies.tolerance.spreads import PartSpread
-from harvester.studies.tolerance.study import Found, ToleranceRequest
+from harvester.studies.tolerance.study import ToleranceRequest, ToleranceRuns
 from harvester.studies.tolerance.variance_shares import VarianceShares, indices
 
 UNEXPLAINED = 0.05  # of the variance: a surface that misses more brings a warning
@@ -81,8 +81,8 @@ class ToleranceResult(TableResult):
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01))
-    >>> found = hv.tolerance(scene, vary={"nondimensional.mu": "5%", "nondimensional.c1": "20%"}, samples=256)
-    >>> found.engine, max(found.sensitivity, key=lambda key: found.sensitivity[key].total)
+    >>> result = hv.tolerance(scene, vary={"nondimensional.mu": "5%", "nondimensional.c1": "20%"}, samples=256)
+    >>> result.engine, max(result.sensitivity, key=lambda key: result.sensitivity[key].total)
     ('exact', 'nondimensional.c1')
     """
 
@@ -128,39 +128,39 @@ class ToleranceResult(TableResult):
     peaks_off: dict[str, float] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, asked: ToleranceRequest, found: Found, seconds: float) -> "ToleranceResult":
+    def of(cls, request: ToleranceRequest, runs: ToleranceRuns, seconds: float) -> "ToleranceResult":
         """The answer that the runs of a study give; SimulationError where fewer than two samples have one."""
-        some = found.samples
-        if len(some.values["mean_power"]) < 2:
+        samples = runs.samples
+        if len(samples.values["mean_power"]) < 2:
             raise SimulationError("fewer than two samples have an answer")
-        values = some.values | {"voltage_rms": np.sqrt(some.values["mean_square_voltage"])} | found.peaks
-        off: dict[str, Any] = {name: value or 0.0 for name, value in some.off.items()} | found.peaks_off
+        values = samples.values | {"voltage_rms": np.sqrt(samples.values["mean_square_voltage"])} | runs.peaks
+        off: dict[str, Any] = {name: value or 0.0 for name, value in samples.off.items()} | runs.peaks_off
         off["voltage_rms"] = 0.5 * off["mean_square_voltage"]
-        power, voltage, failed = values["mean_power"], values["voltage_rms"], found.failed
-        shares, without = _shares(asked, found)
-        remarks = [*found.warnings, *_doubts(found), *some.checks, *without]
-        nominal = float(found.alone[0])
+        power, voltage, failed = values["mean_power"], values["voltage_rms"], runs.failed
+        shares, without = _shares(request, runs)
+        remarks = [*runs.warnings, *_warnings(runs), *samples.checks, *without]
+        nominal = float(runs.alone[0])
         return cls(
-            engine=some.engine,
-            spreads=asked.spreads,
-            samples=found.x,
+            engine=samples.engine,
+            spreads=request.spreads,
+            samples=runs.x,
             power=power,
             voltage=voltage,
-            off=some.off["mean_power"],
+            off=samples.off["mean_power"],
             quantiles={share: quantile(power, share, off["mean_power"]) for share in QUANTILES},
             voltages={share: quantile(voltage, share, off["voltage_rms"]) for share in QUANTILES},
-            limits=asked.limits,
-            met=share_met(asked.limits, values, off, failed) if asked.limits else None,
-            met_each=tuple(share_met([one], values, off, failed) for one in asked.limits),
+            limits=request.limits,
+            met=share_met(request.limits, values, off, failed) if request.limits else None,
+            met_each=tuple(share_met([limit], values, off, failed) for limit in request.limits),
             sensitivity=shares,
-            tornado=_bars(asked, found),
+            tornado=_bars(request, runs),
             nominal=nominal if np.isfinite(nominal) else None,
-            unexplained=found.surface.unexplained,
+            unexplained=runs.surface.unexplained,
             failed=failed,
-            physical=asked.scene.physical,
+            physical=request.scene.physical,
             seconds=seconds,
             diagnostics=tuple(dict.fromkeys(remarks)),
-            peaks_off={name: float(np.median(one)) for name, one in found.peaks_off.items()},
+            peaks_off={name: float(np.median(errors)) for name, errors in runs.peaks_off.items()},
         )
 
     @property
@@ -181,14 +181,14 @@ class ToleranceResult(TableResult):
     @property
     def check(self) -> str:
         """Where the error of a sample's power is from."""
-        return "; ".join(str(one) for one in self.diagnostics if one.code in CHECKS)
+        return "; ".join(str(diagnostic) for diagnostic in self.diagnostics if diagnostic.code in CHECKS)
 
     error_from = check
 
     @property
     def why(self) -> str:
         """Why there is no sensitivity; empty where there is."""
-        return "; ".join(str(one) for one in self.diagnostics if one.code in NO_SHARES)
+        return "; ".join(str(diagnostic) for diagnostic in self.diagnostics if diagnostic.code in NO_SHARES)
 
     no_sensitivity = why
 
@@ -211,11 +211,11 @@ class ToleranceResult(TableResult):
         """The share of devices that meets each limit, and all of them; None without limits."""
         if self.met is None:
             return None
-        names = [*(one.written for one in self.limits), "all limits"]
+        names = [*(limit.written for limit in self.limits), "all limits"]
         columns = [Column("limit", names), *_interval("yield", [*self.met_each, self.met], "%", 100.0)]
         if self.peaks_off:
-            known = [self.peaks_off.get(one.quantity) for one in self.limits]
-            levels = [None if one is None else 100.0 * one for one in known]
+            known = [self.peaks_off.get(limit.quantity) for limit in self.limits]
+            levels = [None if error is None else 100.0 * error for error in known]
             columns.append(Column("level_error95", [*levels, None], "%", "error of a device's level, 95 %"))
         return Table(tuple(columns), "share of the devices within a limit")
 
@@ -230,28 +230,28 @@ class ToleranceResult(TableResult):
             columns.append(Column(f"power_{share}", powers, self.unit_names.power, "power there"))
         names = ("first", "first_error95", "total", "total_error95") if self.sensitivity else ()
         shares = [self.sensitivity.get(bar.key) for bar in bars]
-        columns += [Column(name, [getattr(one, name, None) for one in shares]) for name in names]
+        columns += [Column(name, [getattr(s, name, None) for s in shares]) for name in names]
         return Table(tuple(columns), "each key alone, and its share of the variance")
 
     @property
     def table(self) -> Table:
         """All samples: the keys' values, mean power and RMS voltage."""
         of = self.unit_names
-        columns = [Column(one.key, self.samples[:, k]) for k, one in enumerate(self.spreads)]
+        columns = [Column(spread.key, self.samples[:, k]) for k, spread in enumerate(self.spreads)]
         columns += [Column("mean_power", self.power, of.power), Column("voltage_rms", self.voltage, of.voltage)]
         return Table(tuple(columns), "samples")
 
     def as_json(self) -> dict[str, Any]:
         """The object that ``--json`` prints: its fields, with the quantiles, limits and bars by their names."""
-        found = super().as_json()
-        for name, some in (("quantile", self.quantiles), ("voltage_quantile", self.voltages)):
-            found[f"{name}s"] = {f"{share:g}": one.value for share, one in some.items()}
-            found[f"{name}_intervals"] = {f"{share:g}": [one.low, one.high] for share, one in some.items()}
-        found["limits"] = [
-            {"limit": limit.written, "peak_relative_error95": self.peaks_off.get(limit.quantity)} | vars(one)
-            for limit, one in zip(self.limits, self.met_each, strict=True)
+        data = super().as_json()
+        for name, intervals in (("quantile", self.quantiles), ("voltage_quantile", self.voltages)):
+            data[f"{name}s"] = {f"{share:g}": interval.value for share, interval in intervals.items()}
+            data[f"{name}_intervals"] = {f"{share:g}": [i.low, i.high] for share, i in intervals.items()}
+        data["limits"] = [
+            {"limit": limit.written, "peak_relative_error95": self.peaks_off.get(limit.quantity)} | vars(interval)
+            for limit, interval in zip(self.limits, self.met_each, strict=True)
         ]
-        return found | {
+        return data | {
             "tornado": {
                 bar.key: {"ends": bar.ends, "mean_power": bar.powers, "quantiles": bar.quantiles}
                 for bar in self.tornado
@@ -263,50 +263,50 @@ class ToleranceResult(TableResult):
         return figures.tolerance(self, title)
 
 
-def _interval(name: str, some: list[ShareInterval], unit: str, times: float = 1.0) -> list[Column]:
+def _interval(name: str, intervals: list[ShareInterval], unit: str, times: float = 1.0) -> list[Column]:
     """Columns of numbers and of the ends of their intervals."""
 
     def cells(part: str) -> list[float | None]:
-        found = [getattr(one, part) for one in some]
-        return [None if value is None else times * value for value in found]
+        values = [getattr(interval, part) for interval in intervals]
+        return [None if value is None else times * value for value in values]
 
     ends = [Column(f"{name}_{part}95", cells(part), unit, label) for part, label in (("low", "from"), ("high", "to"))]
     return [Column(name, cells("value"), unit), *ends]
 
 
-def _doubts(found: Found) -> list[Diagnostic]:
+def _warnings(runs: ToleranceRuns) -> list[Diagnostic]:
     """What the errors of the engine and of the surface make doubtful."""
-    some, missed = found.samples, found.surface.unexplained
-    doubts = []
-    if some.off["mean_power"] is None:
-        doubts.append(warning("intervals_of_samples_alone"))
-    elif not some.small and np.ptp(some.values["mean_power"]) > 0.0:
-        doubts.append(warning("intervals_are_wide", engine=some.engine))
-    return doubts + ([warning("surface_misses", share=missed)] if missed > UNEXPLAINED else [])
+    samples, missed = runs.samples, runs.surface.unexplained
+    warnings = []
+    if samples.off["mean_power"] is None:
+        warnings.append(warning("intervals_of_samples_alone"))
+    elif not samples.small and np.ptp(samples.values["mean_power"]) > 0.0:
+        warnings.append(warning("intervals_are_wide", engine=samples.engine))
+    return warnings + ([warning("surface_misses", share=missed)] if missed > UNEXPLAINED else [])
 
 
-def _bars(asked: ToleranceRequest, found: Found) -> tuple[TornadoBar, ...]:
+def _bars(request: ToleranceRequest, runs: ToleranceRuns) -> tuple[TornadoBar, ...]:
     """The bars of the keys whose ends have an answer, the widest first."""
-    ends, alone = design.values_at(asked.spreads, design.one_by_one(len(asked.spreads))), found.alone
+    ends, alone = design.values_at(request.spreads, design.one_by_one(len(request.spreads))), runs.alone
     bars = []
-    for k, one in enumerate(asked.spreads):
+    for k, spread in enumerate(request.spreads):
         low, high = 1 + 2 * k, 2 + 2 * k
         if np.isfinite(alone[[low, high]]).all():
             powers = float(alone[low]), float(alone[high])
-            along = found.surface(design.values_at(asked.spreads, design.one_alone(k, len(asked.spreads))))
-            least, most = np.quantile(along, (design.LOW, design.HIGH))
+            scattered = runs.surface(design.values_at(request.spreads, design.one_alone(k, len(request.spreads))))
+            least, most = np.quantile(scattered, (design.LOW, design.HIGH))
             bars.append(
-                TornadoBar(one.key, (float(ends[low, k]), float(ends[high, k])), powers, (float(least), float(most)))
+                TornadoBar(spread.key, (float(ends[low, k]), float(ends[high, k])), powers, (float(least), float(most)))
             )
     return tuple(sorted(bars, key=lambda bar: -bar.swing))
 
 
-def _shares(asked: ToleranceRequest, found: Found) -> tuple[dict[str, VarianceShares], list[Diagnostic]]:
+def _shares(request: ToleranceRequest, runs: ToleranceRuns) -> tuple[dict[str, VarianceShares], list[Diagnostic]]:
     """The shares of the variance, or why there are none."""
-    if asked.matrix is not None:
+    if request.matrix is not None:
         return {}, [note("no_shares_correlated")]
     try:
-        shares = indices(found.surface, asked.spreads, found.surface.unexplained, asked.seed)
+        shares = indices(runs.surface, request.spreads, runs.surface.unexplained, request.seed)
     except ImportError:
         return {}, [note("no_shares_library")]
     return shares, [] if shares else [note("no_shares_constant")]

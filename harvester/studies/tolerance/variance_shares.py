@@ -40,12 +40,12 @@ def indices(
     from SALib.analyze import sobol as analysis  # which loads pandas
     from SALib.sample import sobol as sampling
 
-    names = [one.key for one in spreads]
+    names = [spread.key for spread in spreads]
     problem = {"num_vars": len(names), "names": names, "bounds": [[0.0, 1.0]] * len(names)}
     u = sampling.sample(problem, BASE, calc_second_order=False, seed=seed + 1)  # it takes a seed of 0 for none
-    y = function(np.stack([one.at(u[:, k]) for k, one in enumerate(spreads)], axis=1))
+    y = function(np.stack([spread.at(u[:, k]) for k, spread in enumerate(spreads)], axis=1))
     if not np.ptp(y) > 0.0:
         return {}
-    found = analysis.analyze(problem, y, calc_second_order=False, seed=seed + 1)
-    columns = (found["S1"], found["ST"], found["S1_conf"] + unexplained, found["ST_conf"] + unexplained)
+    result = analysis.analyze(problem, y, calc_second_order=False, seed=seed + 1)
+    columns = (result["S1"], result["ST"], result["S1_conf"] + unexplained, result["ST_conf"] + unexplained)
     return {name: VarianceShares(*(float(column[k]) for column in columns)) for k, name in enumerate(names)}

@@ -83,16 +83,16 @@ def _models(
 ) -> dict[str, Bias]:
     """The bias of each engine's model: none for the reference and a closed form, of the others from their best run."""
     cheap, ngspice = measurement.cheap, measurement.ngspice
-    found: dict[str, Bias] = {}
+    biases: dict[str, Bias] = {}
     for name, engine in {whole(label(run.engine)): run.engine for run, _ in runs}.items():
         if name in (reference, ALONE) or engine.is_exact:
-            found[name] = NONE
+            biases[name] = NONE
         elif ngspice is not None and cheap is not None and name == label(cheap.engine):
-            found[name] = ngspice.cheap
+            biases[name] = ngspice.cheap
         else:
-            own = [one for one in runs if whole(label(one[0].engine)) == name]
-            found[name] = model_bias(power, *min(own, key=lambda one: one[0].answer.mean_power.stderr or 0.0))
-    return found
+            candidates = [pair for pair in runs if whole(label(pair[0].engine)) == name]
+            biases[name] = model_bias(power, *min(candidates, key=lambda pair: pair[0].answer.mean_power.stderr or 0.0))
+    return biases
 
 
 def _reference(measurement: Measurement) -> tuple[Value, str]:
@@ -101,10 +101,10 @@ def _reference(measurement: Measurement) -> tuple[Value, str]:
     The cheap model's, known from long runs, over 1 + its bias against ngspice: ngspice paired with all of them.
     """
     if measurement.cheap is None or measurement.steps is None:
-        sampled = [run for run in measurement.runs if run.engine.runs_ngspice]
-        if not sampled:
+        ngspice_runs = [run for run in measurement.runs if run.engine.runs_ngspice]
+        if not ngspice_runs:
             raise [*measurement.refused.values(), *(error for _, error in measurement.failed)][-1]
-        best = min(sampled, key=lambda run: run.answer.mean_power.stderr or 0.0)
+        best = min(ngspice_runs, key=lambda run: run.answer.mean_power.stderr or 0.0)
         return best.answer.mean_power, label(best.engine)
     mean = measurement.steps.mean.scaled(measurement.power_unit)
     if measurement.ngspice is None:
@@ -134,20 +134,20 @@ def model_bias(power: Value, run: Run, step: Bias | None) -> Bias:
 
 def _row(run: Run, step: Bias | None, model: Bias, power: float) -> CostRow:
     engine, answer, details = run.engine, run.answer, run.answer.details
-    sampled, spice = engine.samples, cast(Spice, engine) if engine.runs_ngspice else None
+    samples, spice = engine.samples, cast(Spice, engine) if engine.runs_ngspice else None
     sampling = answer.mean_power.sampling95 / power
     return CostRow(
         label(engine),
         setting(engine),
         step=details.get("step"),
-        duration=details["duration"] if sampled else None,
-        trajectories=int(details["trajectories"]) if sampled else None,
+        duration=details["duration"] if samples else None,
+        trajectories=int(details["trajectories"]) if samples else None,
         reltol=spice.reltol if spice is not None and "netlist" in answer.effects else None,
-        noise="" if not sampled else "gaussian" if spice is not None and spice.gaussian else "three-point",
+        noise="" if not samples else "gaussian" if spice is not None and spice.gaussian else "three-point",
         mean_power=answer.mean_power.value,
         seconds=answer.seconds,
         warm_up_seconds=run.warm_up,
-        sampling_error=sampling if sampled else None,
+        sampling_error=sampling if samples else None,
         step_bias=None if step is None else step.value,
         step_bias_stderr=None if step is None else step.stderr,
         model_bias=model.value,

@@ -79,7 +79,7 @@ class Cost(TableResult):
     @property
     def table(self) -> Table:
         """All rows, as cost.csv has them."""
-        names = [one.name for one in dataclasses.fields(CostRow)]
+        names = [f.name for f in dataclasses.fields(CostRow)]
         return Table(tuple(Column(name, [getattr(row, name) for row in self.rows]) for name in names))
 
     @property
@@ -91,10 +91,10 @@ class Cost(TableResult):
     def seconds_needed(self) -> Table:
         """The seconds in which each engine reaches each of `TARGETS`, and the fastest that was measured."""
         columns = [Column("within", [100.0 * target for target in TARGETS], "%")]
-        found = {name: [self.needed(name, target) for target in TARGETS] for name in self.engines}
-        for name, needed in found.items():
-            told = ["-" if one is None else f"{'' if one[1] else '~'}{two_digits(one[0])}" for one in needed]
-            columns.append(Column(name, told, label=name))
+        by_engine = {name: [self.needed(name, target) for target in TARGETS] for name in self.engines}
+        for name, needed in by_engine.items():
+            cells = ["-" if n is None else f"{'' if n[1] else '~'}{two_digits(n[0])}" for n in needed]
+            columns.append(Column(name, cells, label=name))
         title = "seconds to know the mean power (~: a prediction; -: its biases are not known to be smaller)"
         return Table((*columns, Column("fastest", [self.fastest(target)[0] for target in TARGETS])), title)
 
@@ -111,7 +111,7 @@ class Cost(TableResult):
     def fastest(self, target: float) -> tuple[str, float | None]:
         """The engine that reached a total error in the least time, and that; an empty name where none did."""
         needed = {name: self.needed(name, target) for name in self.engines}
-        measured = {name: one[0] for name, one in needed.items() if one is not None and one[1]}
+        measured = {name: n[0] for name, n in needed.items() if n is not None and n[1]}
         name = min(measured, key=lambda name: measured[name], default="")
         return name, measured.get(name)
 
@@ -138,9 +138,9 @@ class Cost(TableResult):
 def front(points: Sequence[tuple[float, float]]) -> list[int]:
     """The places of the points (seconds, error) that no other equals or betters in both, fastest first."""
     best: list[int] = []
-    for place in sorted(range(len(points)), key=lambda k: points[k]):
-        if not best or points[place][1] < points[best[-1]][1]:
-            best.append(place)
+    for index in sorted(range(len(points)), key=lambda k: points[k]):
+        if not best or points[index][1] < points[best[-1]][1]:
+            best.append(index)
     return best
 
 
@@ -149,5 +149,5 @@ def errors_of(rows: Sequence[CostRow], title: str) -> Table:
     columns = [Column(name, [getattr(row, name) for row in rows]) for name in ("engine", "setting", "seconds")]
     for name in ("sampling_error", "step_bias", "model_bias", "total_error"):
         errors = [getattr(row, name) for row in rows]
-        columns.append(Column(name, [None if one is None else round(100.0 * one, 4) + 0.0 for one in errors], "%"))
+        columns.append(Column(name, [None if e is None else round(100.0 * e, 4) + 0.0 for e in errors], "%"))
     return Table(tuple(columns), title)

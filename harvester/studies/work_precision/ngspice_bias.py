@@ -62,27 +62,27 @@ def ngspice_bias(
     ]
     rounds = 0
     while not rounds or (time.perf_counter() - begin) * (rounds + 1) < seconds * rounds:
-        for one in runs:
-            one.run_batch(FEWEST)
+        for run in runs:
+            run.run_batch(FEWEST)
         rounds += 1
-    high = [_high(one, model) for one in runs]
+    high = [_high(run, model) for run in runs]
     exact = high[0] if len(high) == 1 else high[0] + (high[0] - high[1]) / (10.0**ORDER - 1.0)
-    low = np.array([getattr(one.control, model.name)[0] for one in runs[0].done])
+    low = np.array([getattr(run.control, model.name)[0] for run in runs[0].done])
     known = steps.mean.value * (1.0 + steps.at(h).value)
-    found = controlled(exact, low, Value(known, 0.0)).value
-    ratio = found.value / known
+    estimate = controlled(exact, low, Value(known, 0.0)).value
+    ratio = estimate.value / known
     return NgspiceBias(
-        Bias(1.0 / ratio - 1.0, found.normal_stderr / abs(known) / ratio**2),
-        {r: _mean((one - exact) / exact.mean()) for r, one in zip(tolerances, high, strict=True)} if high[1:] else {},
+        Bias(1.0 / ratio - 1.0, estimate.normal_stderr / abs(known) / ratio**2),
+        {r: _mean((v - exact) / exact.mean()) for r, v in zip(tolerances, high, strict=True)} if high[1:] else {},
     )
 
 
 def _high(runs: "Runs", model: Model) -> Floats:
     """The moment that the power is made of, as ngspice has it, one entry a run."""
     if model.circuit is None:
-        return np.array([one.moments.V2[0] for one in runs.done])
+        return np.array([run.moments.V2[0] for run in runs.done])
     watts = runs.setup.device.scales.watts * model.factor
-    return np.concatenate([one.load_power for one in runs.done]) / watts
+    return np.concatenate([run.load_power for run in runs.done]) / watts
 
 
 def _mean(values: Floats) -> Bias:

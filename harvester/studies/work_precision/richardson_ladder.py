@@ -93,8 +93,8 @@ def fit_ladder(h: Floats, means: Sequence[Value], differences: Floats) -> Richar
         covariance *= max(excess, 1.0)
     rough = RichardsonLadder(means[0], coefficients, covariance)  # relative to the mean at the finest step
     zero = [_less(mean, rough.at(step), scale) for mean, step in zip(means, h, strict=True)]
-    weights = np.array([1.0 / (one.stderr or 0.0) ** 2 for one in zero])
-    mean = Value(float(weights @ [one.value for one in zero] / weights.sum()), float(weights.sum() ** -0.5))
+    weights = np.array([1.0 / (value.stderr or 0.0) ** 2 for value in zero])
+    mean = Value(float(weights @ [value.value for value in zero] / weights.sum()), float(weights.sum() ** -0.5))
     ratio = scale / mean.value
     return RichardsonLadder(mean, ratio * coefficients, ratio**2 * covariance)
 

@@ -23,7 +23,7 @@ def label(engine: Engine) -> str:
     """The name of an engine in the table; ngspice alone has one of its own, and so has an engine that lacks a part."""
     if engine.runs_ngspice and cast(Spice, engine).alone:
         return ALONE
-    return ", ".join([engine.NAME, *(said for part, said in PARTS.items() if not getattr(engine, part, True))])
+    return ", ".join([engine.NAME, *(text for part, text in PARTS.items() if not getattr(engine, part, True))])
 
 
 def whole(name: str) -> str:
@@ -36,8 +36,8 @@ def without(kind: type[Kind], part: str) -> type[Kind]:
     return cast(type[Kind], type(kind.__name__, (kind,), {part: False}))
 
 
-def without_each_part(kind: type[Ensemble], sampled: bool, problem: Problem) -> list[Sampler]:
-    """The cheap model and, where it was ``sampled``, ngspice, each without one part that makes a mean cheaper.
+def without_each_part(kind: type[Ensemble], with_ngspice: bool, problem: Problem) -> list[Sampler]:
+    """The cheap model and, where it was ``with_ngspice``, ngspice, each without one part that makes a mean cheaper.
 
     Only those that the scene's means have: controls need noise that is new from step to step, settled starts a netlist.
     """
@@ -47,36 +47,36 @@ def without_each_part(kind: type[Ensemble], sampled: bool, problem: Problem) -> 
     parts = {"CONTROLS": eqs.has_new_noise, "PAIRING": True}
     parts["SETTLED"] = problem.netlist is not None and not eqs.is_shaken_otherwise
     kinds: list[type[Sampler]] = [without(kind, "CONTROLS")] if eqs.has_new_noise else []
-    kinds += [without(Spice, part) for part, there in parts.items() if there and sampled]
-    return [one(within=target) for target in TARGETS for one in kinds]
+    kinds += [without(Spice, part) for part, there in parts.items() if there and with_ngspice]
+    return [kind(within=target) for target in TARGETS for kind in kinds]
 
 
 def setting(engine: Engine) -> str:
     """The options of an engine that differ from its defaults, as a user would write them."""
     options = []
-    for one in dataclasses.fields(engine):  # type: ignore[arg-type]
-        value = getattr(engine, one.name)
-        if value != one.default and one.name not in ("seed", "budget", "alone"):
-            options.append(one.name if value is True else f"{one.name}={value:.4g}")
+    for option in dataclasses.fields(engine):  # type: ignore[arg-type]
+        value = getattr(engine, option.name)
+        if value != option.default and option.name not in ("seed", "budget", "alone"):
+            options.append(option.name if value is True else f"{option.name}={value:.4g}")
     return " ".join(options) or "default"
 
 
 def resolved(engine: Any) -> list[Any]:
     """Settings of an engine whose error is that of its resolution: accuracies."""
-    return [dataclasses.replace(engine, within=one) for one in ACCURACIES]
+    return [dataclasses.replace(engine, within=within) for within in ACCURACIES]
 
 
 def ensembles(kind: type[Ensemble], step: float) -> list[Sampler]:
     """Settings of the cheap model about its default ``step``: steps and sizes, between easy and hard targets."""
     grid = [kind(dt=f * step, trajectories=n) for n in (256, 1024, 4096) for f in FACTORS]
-    return _between([kind(within=one) for one in TARGETS], grid)
+    return _between([kind(within=target) for target in TARGETS], grid)
 
 
 def paired(step: float, netlist: bool) -> list[Sampler]:
     """Settings of ngspice with its control variate: steps, and tolerances of a netlist, between the targets."""
     grid = [Spice(dt=f * step, trajectories=8) for f in FACTORS]
     grid += [Spice(reltol=r) for r in TOLERANCES if netlist and r != Spice.reltol]
-    return _between([Spice(within=one) for one in TARGETS], grid)
+    return _between([Spice(within=target) for target in TARGETS], grid)
 
 
 def first_alone(burn_in: float | None) -> Spice:
@@ -92,7 +92,7 @@ def alone(step: float, duration: float, netlist: bool) -> list[Sampler]:
     grid += [
         Spice(alone=True, duration=longer, reltol=r) for r in reversed(TOLERANCES) if netlist and r != Spice.reltol
     ]
-    return [*grid, *(Spice(alone=True, within=one, duration=longer) for one in TARGETS)]
+    return [*grid, *(Spice(alone=True, within=target, duration=longer) for target in TARGETS)]
 
 
 def _between(targets: Sequence[Sampler], grid: Sequence[Sampler]) -> list[Sampler]:

@@ -80,8 +80,8 @@ class Measurement:
         self.resolve()
         self.cheap = next((run for run in self.runs if run.engine.samples), None)
         steady = self.problem.equations.is_steady  # then by itself one periodic response, whose error is no sampling's
-        sampled = Spice(trajectories=Spice.TRAJECTORIES) if steady else Spice()
-        with_control = self.run(sampled) if self.cheap is not None else None
+        paired = Spice(trajectories=Spice.TRAJECTORIES) if steady else Spice()
+        with_control = self.run(paired) if self.cheap is not None else None
         spice_alone = self.run(
             settings.first_alone(self.cheap.answer.details["burn_in"] if self.cheap is not None else None)
         )
@@ -98,7 +98,7 @@ class Measurement:
 
     def resolve(self) -> None:
         """Run the engines whose error is that of their resolution at several accuracies."""
-        for run in [one for one in self.runs if one.engine.is_resolved]:
+        for run in [run for run in self.runs if run.engine.is_resolved]:
             self.fill(settings.resolved(run.engine), RESOLVED)
 
     @property
@@ -130,8 +130,8 @@ class Measurement:
         """Run an engine, with noise of its own, and keep its answer or error; None for an error."""
         self._report(settings.label(engine))
         if isinstance(engine, MonteCarloOptions):
-            own = zlib.crc32(f"{settings.label(engine)} {settings.setting(engine)}".encode())
-            engine = dataclasses.replace(engine, seed=self.seed + own)
+            offset = zlib.crc32(f"{settings.label(engine)} {settings.setting(engine)}".encode())
+            engine = dataclasses.replace(engine, seed=self.seed + offset)
         begin = time.perf_counter()
         try:
             answer = engine.run(self.problem, lambda _: self._report(settings.label(engine)))

@@ -206,8 +206,8 @@ def test_tasks_are_whole_batches():
     points = grid([read_axis("load.resistance=1k:1M:600")])
     done = {(k, 0) for k in range(256)} | {(300, 0), (5, 1)}
     asked = list(tasks.tasks(PLATE, points, [hv.Averaged(), hv.Ensemble()], lambda p, e: (p, e) not in done))
-    assert [t.points for t in asked if t.place == 0] == [tuple(range(256, 512)), tuple(range(512, 600))]
-    assert [t.points for t in asked if t.place == 1] == [(k,) for k in range(600) if k != 5]
+    assert [t.points for t in asked if t.engine_index == 0] == [tuple(range(256, 512)), tuple(range(512, 600))]
+    assert [t.points for t in asked if t.engine_index == 1] == [(k,) for k in range(600) if k != 5]
     assert all(t.values == tuple(points.values(p) for p in t.points) for t in asked)
 
 
