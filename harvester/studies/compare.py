@@ -106,8 +106,8 @@ class Comparison(TableResult):
     def reference(self) -> Estimate:
         """The estimate to compare with: a closed form, or that of the least standard error without a model."""
         closed = [estimate for estimate in self.estimates if ENGINES[estimate.engine].is_exact]
-        whole = [estimate for estimate in self.estimates if ENGINES[estimate.engine].next_fidelity is None]
-        with_stderr = [estimate for estimate in whole if estimate.mean_power.stderr is not None]
+        finest = [estimate for estimate in self.estimates if ENGINES[estimate.engine].next_fidelity is None]
+        with_stderr = [estimate for estimate in finest if estimate.mean_power.stderr is not None]
         return min(closed or with_stderr or self.estimates, key=lambda e: e.mean_power.stderr or 0.0)
 
     @property

@@ -117,11 +117,11 @@ class Motion(TableResult):
     @property
     def table(self) -> Table:
         """Time, displacement, velocity, voltage, the base's acceleration and the probes."""
-        of = self.unit_names
-        columns = [Column("time", self.time, of.time), Column("displacement", self.displacement, of.length)]
-        columns += [Column("velocity", self.velocity, of.speed), Column("voltage", self.voltage, of.voltage)]
+        units = self.unit_names
+        columns = [Column("time", self.time, units.time), Column("displacement", self.displacement, units.length)]
+        columns += [Column("velocity", self.velocity, units.speed), Column("voltage", self.voltage, units.voltage)]
         if self.acceleration is not None:
-            columns.append(Column("base_acceleration", self.acceleration, of.acceleration))
+            columns.append(Column("base_acceleration", self.acceleration, units.acceleration))
         columns += [Column(name, values, self.probe_units[name]) for name, values in self.probes.items()]
         return Table(tuple(columns), index=("time",))
 
@@ -198,7 +198,7 @@ def motion(
         raise invalid("`duration`", f"be between {h / unit:.3g} and {MOST_STEPS * h / unit / parts:.3g}", span)
     probes = _probes([probe] if isinstance(probe, str) else probe, problem, engine)
     computed = partial(_computed, problem, engine, parts * shown, seed, probes, expected)
-    (path, seen, stride), h, notes = at_smaller_steps(problem, h, computed)
+    (path, probe_values, stride), h, notes = at_smaller_steps(problem, h, computed)
     a = None if path.shaking is None else path.shaking[stride::stride][: len(path.t)]
     s, speed = problem.units, problem.units.length * unit
     base = a if a is None or not problem.physical else -a * speed * unit  # the mass feels the opposite
@@ -215,7 +215,7 @@ def motion(
         physical=problem.physical,
         engine=engine,
         diagnostics=(*unusual_values(problem.scene), *notes, *_not_drawn(problem.equations), note("one_path")),
-        probes={p.name: values / problem.in_circuit(p.unit) for p, values in zip(probes, seen, strict=True)},
+        probes={p.name: values / problem.in_circuit(p.unit) for p, values in zip(probes, probe_values, strict=True)},
         probe_units={p.name: p.unit if problem.physical else "" for p in probes},
         hides_noise=base is not None and problem.equations.n1 is not None,
     )

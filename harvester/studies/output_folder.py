@@ -15,22 +15,22 @@ from harvester.machine.provenance import origin
 from harvester.scene.scene import Scene
 
 
-def provenance(scene: Scene | Problem, **what: Any) -> dict[str, Any]:
-    """Where a study's numbers come from: versions, machine, command and scene, and ``what`` the study was asked for."""
+def provenance(scene: Scene | Problem, **extra: Any) -> dict[str, Any]:
+    """Where a study's numbers come from: versions, machine, command and scene, and ``extra`` arguments of the study."""
     problem = Problem.of(scene)
     circuit = None if problem.netlist is None else problem.circuit
     return origin() | {
         "scene": problem.scene.tables(),
         "scene_digest": problem.scene.digest,
         "netlist": None if circuit is None else circuit.text,
-        **what,
+        **extra,
     }
 
 
-def provenance_with_engines(scene: Scene | Problem, engines: Sequence[Engine], **what: Any) -> dict[str, Any]:
+def provenance_with_engines(scene: Scene | Problem, engines: Sequence[Engine], **extra: Any) -> dict[str, Any]:
     """`provenance`, with the options of engines, and the version of ngspice where one of them runs it."""
     options = {e.NAME: {k: v for k, v in vars(e).items() if v is not None and k != "budget"} for e in engines}
-    about = provenance(scene, **what, engines=options)
+    about = provenance(scene, **extra, engines=options)
     if any(engine.runs_ngspice or (engine.chooses and about["netlist"] is not None) for engine in engines):
         about["versions"]["ngspice"] = library_digest()
     return about

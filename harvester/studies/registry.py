@@ -43,8 +43,8 @@ class Study:
         return _loaded(self.function)  # type: ignore[no-any-return]
 
 
-def _loaded(where: str) -> Any:
-    module, _, name = where.partition(":")
+def _loaded(path: str) -> Any:
+    module, _, name = path.partition(":")
     return getattr(import_module(f"harvester.studies.{module}"), name)
 
 

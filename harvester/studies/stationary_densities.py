@@ -128,13 +128,13 @@ class Densities(TableResult):
     @property
     def table(self) -> Table:
         """Places and densities side by side."""
-        of = self.unit_names
+        units = self.unit_names
         columns = []
-        for name, unit in (("displacement", of.length), ("velocity", of.speed), ("voltage", of.voltage)):
+        for name, unit in (("displacement", units.length), ("velocity", units.speed), ("voltage", units.voltage)):
             density = getattr(self, f"{name}_density")
             columns += [Column(name, getattr(self, name), unit), Column(f"{name}_density", density, _per(unit))]
         if self.impact_speed is not None and self.impact_density is not None:
-            columns.append(Column("impact_speed", self.impact_speed, of.speed))
+            columns.append(Column("impact_speed", self.impact_speed, units.speed))
             columns.append(Column("impact_density", self.impact_density, "1/m" if self.physical else ""))
         return Table(tuple(columns))
 

@@ -53,25 +53,25 @@ def count(eqs: Equations, seed: int = 0, blocks: int = BLOCKS) -> Counted:
     check_bounded(eqs)
     h = step_from_rest(eqs)
     stride = max(1, round(READ / h))
-    whole = math.ceil(2.0 * math.pi * SHORTEST / (h * stride)) * stride  # steps of a block
-    piece = max(LONGEST // whole, 1)
+    block_steps = math.ceil(2.0 * math.pi * SHORTEST / (h * stride)) * stride  # steps of a block
+    piece = max(LONGEST // block_steps, 1)
     parts: list[tuple[Floats, Floats, Floats, Floats]] = []
     start: tuple[float, float, float] | None = None
     left, sequence = blocks + blocks // 4, np.random.SeedSequence([seed, 11])  # the first fifth is left out
     while left > 0:
-        some = min(piece, left)
-        path = trace(eqs, gaussian_grid(sequence.spawn(1)[0], some * whole), h, stride, start)
+        n_blocks = min(piece, left)
+        path = trace(eqs, gaussian_grid(sequence.spawn(1)[0], n_blocks * block_steps), h, stride, start)
         if not np.isfinite(path.samples[-1]).all():
             raise SimulationError("the path is not finite: the response grows without bound, or the step is too long")
         start = float(path.x[-1]), float(path.v[-1]), float(path.V[-1])
-        number = np.minimum((path.impacts[:, 0] / (whole * h)).astype(int), some - 1)
-        speed, hits = np.zeros(some), np.bincount(number, minlength=some).astype(float)
+        number = np.minimum((path.impacts[:, 0] / (block_steps * h)).astype(int), n_blocks - 1)
+        speed, hits = np.zeros(n_blocks), np.bincount(number, minlength=n_blocks).astype(float)
         np.maximum.at(speed, number, np.abs(path.impacts[:, 1]))
-        peaks = (np.abs(values).reshape(some, -1).max(axis=1) for values in (path.x, path.V))
+        peaks = (np.abs(values).reshape(n_blocks, -1).max(axis=1) for values in (path.x, path.V))
         parts.append((*peaks, speed, hits))
-        left -= some
+        left -= n_blocks
     x, voltage, speed, hits = (np.concatenate(column)[-blocks:] for column in zip(*parts, strict=True))
-    block = whole * h
+    block = block_steps * h
     while _correlation(x) > UNCORRELATED or _correlation(voltage) > UNCORRELATED:
         if len(x) < 2 * FEWEST:
             raise SimulationError(
@@ -83,7 +83,7 @@ def count(eqs: Equations, seed: int = 0, blocks: int = BLOCKS) -> Counted:
     if eqs.restitution is None and eqs.stop_stiffness is None:
         return Counted(block, x, voltage, None, None)
     mean, error = mean_and_error(hits)
-    return Counted(block, x, voltage, speed, Value(mean, error).scaled(1.0 / (whole * h)))
+    return Counted(block, x, voltage, speed, Value(mean, error).scaled(1.0 / (block_steps * h)))
 
 
 def _correlation(values: Floats) -> float:

@@ -69,15 +69,15 @@ class Extremes(TableResult):
     def __post_init__(self) -> None:
         super().__post_init__()
         units = self._units
-        levels = {name: {k: replace(v, unit=units[name]) for k, v in of.items()} for name, of in self.levels.items()}
+        levels = {name: {k: replace(v, unit=units[name]) for k, v in row.items()} for name, row in self.levels.items()}
         object.__setattr__(self, "levels", levels)
 
     @property
     def _units(self) -> dict[str, str]:
         """The unit of each quantity."""
-        of = self.unit_names
-        known = {"peak_displacement": of.length, "peak_voltage": of.voltage, STRAIN: ""}
-        return {name: known.get(name, of.speed) for name in self.levels}
+        units = self.unit_names
+        known = {"peak_displacement": units.length, "peak_voltage": units.voltage, STRAIN: ""}
+        return {name: known.get(name, units.speed) for name in self.levels}
 
     @property
     def method(self) -> str:
@@ -87,16 +87,16 @@ class Extremes(TableResult):
     @property
     def table(self) -> Table:
         """A row a quantity, and the level that each share of devices stays below."""
-        of, units = self.unit_names, [*self._units.values()]
+        names, units = self.unit_names, [*self._units.values()]
         columns = [Column("largest", [*self.levels], label="largest in the lifetime")]
         for share in SHARES:
             levels, label = [level[share] for level in self.levels.values()], f"below this in {share:.0%} of devices"
             columns.append(Column(f"level_{share:g}", levels, units=units, label=label))
-        return Table(tuple(columns), f"over {amount(self.lifetime, of.time)}", ("largest",))
+        return Table(tuple(columns), f"over {amount(self.lifetime, names.time)}", ("largest",))
 
     def as_json(self) -> dict[str, Any]:
         """The object that ``--json`` prints: its fields, with the levels of each quantity by its name."""
-        return super().as_json() | {name: plain(of) for name, of in self.levels.items()}
+        return super().as_json() | {name: plain(by_share) for name, by_share in self.levels.items()}
 
 
 @as_in_version_0_1("lifetime", "seed", executes=False)
@@ -151,11 +151,11 @@ def extremes(
         levels = {name: {share: of_share[share][name] for share in SHARES} for name in of_share[SHARES[0]]}
         return Extremes(span, levels, None, problem.physical, (note("by_rice"),))
     result = counted_levels(problem, span, seed)
-    path, many, unit = result.path, len(result.path.x), " s" * problem.physical
+    path, n_blocks, unit = result.path, len(result.path.x), " s" * problem.physical
     counted_time = path.time / problem.units.frequency
-    by_blocks = note("by_blocks", blocks=many, time=counted_time, unit=unit, times=result.blocks / many)
+    by_blocks = note("by_blocks", blocks=n_blocks, time=counted_time, unit=unit, times=result.blocks / n_blocks)
     hit = 0 if path.speed is None else int((path.speed > 0.0).sum())
-    few = [] if path.speed is None or SPEED in result.levels else [warning("few_impacts", blocks=many, hit=hit)]
+    few = [] if path.speed is None or SPEED in result.levels else [warning("few_impacts", blocks=n_blocks, hit=hit)]
     if (uncounted := accumulation(problem.equations)) is not None:
         return Extremes(span, result.levels, None, problem.physical, (by_blocks, uncounted, *few))
     return Extremes(span, result.levels, result.rate, problem.physical, (by_blocks, *few))

@@ -107,8 +107,8 @@ def counted_levels(problem: Problem, lifetime: float, seed: int = 0, blocks: int
     """
     units = problem.units
     path = count(problem.equations, seed, blocks)
-    many = lifetime * units.frequency / path.block
-    if many < LEAST_TIMES:
+    n_blocks = lifetime * units.frequency / path.block
+    if n_blocks < LEAST_TIMES:
         raise InputError(
             f"`lifetime` must be at least {path.block / units.frequency:.3g}, which the motion takes to forget "
             f"itself, but is {lifetime:.3g}"
@@ -120,11 +120,11 @@ def counted_levels(problem: Problem, lifetime: float, seed: int = 0, blocks: int
     for name, (maxima, scale) in named.items():
         tail = rare(maxima, seed) if (maxima == 0.0).mean() > SELDOM else fit(maxima, seed)
         if tail is not None:
-            levels[name] = {p: tail.largest(p, many).scaled(scale) for p in SHARES}
+            levels[name] = {p: tail.largest(p, n_blocks).scaled(scale) for p in SHARES}
     if (strain := strain_factor(problem)) is not None and "peak_displacement" in levels:
         levels[STRAIN] = {p: level.scaled(strain) for p, level in levels["peak_displacement"].items()}
     rate = None if path.impacts is None else path.impacts.scaled(units.frequency)
-    return CountedLevels(levels, rate, path, many)
+    return CountedLevels(levels, rate, path, n_blocks)
 
 
 def limited_peaks(problem: Problem, lifetime: float, seed: int = 0, blocks: int = BLOCKS) -> dict[str, Value]:

@@ -78,8 +78,8 @@ def _step(
 ) -> "tuple[Step, Neighbour | CircuitStart | None]":
     """One frequency, on from its neighbour, and the neighbour of the next."""
     estimate, near = engine.run_from(driven.at(frequency), near, judged=False)
-    moved, known = estimate.details.get(DISPLACEMENT), estimate.details.get(f"{DISPLACEMENT}_bias")
-    displacement = None if moved is None else Value(moved, bias=known)
+    rms, bias = estimate.details.get(DISPLACEMENT), estimate.details.get(f"{DISPLACEMENT}_bias")
+    displacement = None if rms is None else Value(rms, bias=bias)
     phases = (estimate.details.get(name) for name in PHASES)
     means = estimate.mean_square_voltage, estimate.mean_power
     point = ResponsePoint(direction, frequency, *means, None, displacement, *phases)
@@ -121,5 +121,5 @@ def _neighbour(state: State) -> "Neighbour | CircuitStart":
     if not (plain and finite and 1 <= turns <= MULTIPLES):
         raise ValueError("no state of mass and circuit")
     ways = state["secants"] and {name: np.array(values, dtype=float) for name, values in state["secants"].items()}
-    whole = CoupledState(x, v, nodes), phase, turns, Secants(**ways) if ways else None
-    return Neighbour(*whole, farads, quiet)
+    parts = CoupledState(x, v, nodes), phase, turns, Secants(**ways) if ways else None
+    return Neighbour(*parts, farads, quiet)

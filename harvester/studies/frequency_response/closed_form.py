@@ -28,18 +28,18 @@ def closed_form(driven: HarmonicDrive, frequencies: Sequence[float]) -> list[Res
     points = []
     for direction, way in (("up", list(frequencies)), ("down", list(frequencies)[::-1])):
         for frequency in way:
-            there = driven.at(frequency)
-            answer, eqs = Exact().run(there), there.equations
+            problem = driven.at(frequency)
+            answer, eqs = Exact().run(problem), problem.equations
             spread, phases = None, list[float]()
             if not driven.is_random:
                 assert eqs.drive is not None and eqs.drive_frequency is not None, "Driven checks this"
                 x, voltage = eqs.drive * amplitudes(eqs, eqs.drive_frequency)
                 spread = 0.0
-                phases = [phase_to_base(complex(amplitude), eqs, there.physical) for amplitude in (x, voltage)]
+                phases = [phase_to_base(complex(amplitude), eqs, problem.physical) for amplitude in (x, voltage)]
             v2, power = answer.mean_square_voltage, answer.mean_power
             square = solve(eqs)
             share = square.error / square.value if square.value else 0.0  # rounding, as that of E[V^2]
-            displacement = Value(square.x2, bias=share * square.x2, model=0.0).scaled(there.units.length**2).root()
+            displacement = Value(square.x2, bias=share * square.x2, model=0.0).scaled(problem.units.length**2).root()
             points.append(ResponsePoint(direction, frequency, v2, power, spread, displacement, *phases))
     return points
 

@@ -44,16 +44,16 @@ def continued(
     points, trajectories = list[ResponsePoint](), None
     ways = [("up", f) for f in frequencies] + [("down", f) for f in frequencies[::-1]]
     for number, (direction, frequency) in enumerate(ways):
-        there = driven.at(frequency)
+        problem = driven.at(frequency)
         if (step := steps.earlier(number)) is not None:
             with as_written():
-                trajectories = _trajectories(there, model.circuit, engine.seed, step.state)
+                trajectories = _trajectories(problem, model.circuit, engine.seed, step.state)
         else:
             if trajectories is None:
-                trajectories = _trajectories(there, model.circuit, engine.seed, None)
-            pair = _steady(trajectories, there, engine)
+                trajectories = _trajectories(problem, model.circuit, engine.seed, None)
+            pair = _steady(trajectories, problem, engine)
             trajectories = pair.trajectories
-            step = Step(_point(there, engine, direction, frequency, pair), (), _state(trajectories))
+            step = Step(_point(problem, engine, direction, frequency, pair), (), _state(trajectories))
             steps.add(number, step)
         points.append(step.point)
     return points
@@ -148,8 +148,8 @@ def _phases(problem: Problem, pair: "RichardsonPair", circuit: "IdealCircuit | O
         path = trace(eqs, quiet, h, 1, (x, v, voltage, stored), shaking, circuit)
     else:
         path = circuit.trace(eqs, quiet, h, 1, (x, v), trajectories.state[0, 4:, 0], shaking)
-    there = float(np.mean(pair.moments.x2 - pair.moments.x**2))
-    if not abs(float(np.var(path.x)) - there) <= UNLIKE * there:
+    variance = float(np.mean(pair.moments.x2 - pair.moments.x**2))
+    if not abs(float(np.var(path.x)) - variance) <= UNLIKE * variance:
         return None, None
     phases = first + eqs.drive_frequency * h * np.arange(2.0, steps + 2.0)  # half a step after each kick
     harmonics = (first_harmonic(values, phases) for values in (path.x, path.V))

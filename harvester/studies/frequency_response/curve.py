@@ -171,15 +171,15 @@ class FrequencyResponse(TableResult):
     @property
     def table(self) -> Table:
         """Its points, then the frequencies that failed, with the reason in the last column."""
-        of, points, blank = self.unit_names, self.points, [None] * len(self.failures)
+        names, points, blank = self.unit_names, self.points, [None] * len(self.failures)
 
         def column(name: str, unit: str, cells: list[Cell]) -> Column:
             return Column(name, [*cells, *blank], unit)
 
         frequencies = [*(p.frequency for p in points), *(failure.frequency for failure in self.failures)]
         columns = [column("direction", "", [p.direction for p in points])]
-        columns.append(Column("frequency", frequencies, of.frequency))
-        units = {"voltage_rms": of.voltage, "mean_power": of.power, "displacement_rms": of.length}
+        columns.append(Column("frequency", frequencies, names.frequency))
+        units = {"voltage_rms": names.voltage, "mean_power": names.power, "displacement_rms": names.length}
         units |= dict.fromkeys(("displacement_phase", "voltage_phase"), "degree")
         columns += [column(name, unit, [getattr(p, name) for p in points]) for name, unit in units.items()]
         if self.level is not None:

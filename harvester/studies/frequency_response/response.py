@@ -202,22 +202,22 @@ def _curve(
 ) -> FrequencyResponse:
     """One response by one engine."""
     problem, resolving = driven.problem, isinstance(sweep, str)
-    at = _frequencies(problem, sweep)
-    failures, warnings = list[Failure](), driven.diagnostics(at)
+    swept = _frequencies(problem, sweep)
+    failures, warnings = list[Failure](), driven.diagnostics(swept)
     if engine.is_exact:
         if reason := Exact.refusal(problem):
             raise CannotServeError(reason)
-        points = closed_form(driven, resolved(lambda f: power_at(driven, f), at) if resolving else at)
-        for _ in range(2 * len(at)):
+        points = closed_form(driven, resolved(lambda f: power_at(driven, f), swept) if resolving else swept)
+        for _ in range(2 * len(swept)):
             steps.on_computed()
     elif engine.follows_periods:
-        points, failures, more = by_ngspice(cast(Spice | Compiled, engine), driven, at, steps)
+        points, failures, more = by_ngspice(cast(Spice | Compiled, engine), driven, swept, steps)
         warnings = without_repeats([*warnings, *more])
     else:
-        points = continued(cast(Ensemble, engine), driven, at, steps)  # or one that derives from it: engines_of checks
-    whole = resolving and engine.is_exact
+        points = continued(cast(Ensemble, engine), driven, swept, steps)  # or derived from it: engines_of checks
+    is_resolved = resolving and engine.is_exact
     known = engine.NAME, driven.level, dict(varied), tuple(failures)
-    return FrequencyResponse(tuple(points), problem.physical, tuple(warnings), whole, *known)
+    return FrequencyResponse(tuple(points), problem.physical, tuple(warnings), is_resolved, *known)
 
 
 def draw(
@@ -248,11 +248,11 @@ def draw(
     chosen, points = engines_of(problem, engines, seed), points_of(problem, vary)
     if out is None:
         return _responses(problem, sweep, points, chosen, report)
-    at = _frequencies(problem, sweep)
+    swept = _frequencies(problem, sweep)
     folder, counted = OutputFolder(out, vector), [e for e in chosen if not e.is_exact]  # which takes no time
-    total = sum(rows_of(problem, counted, len(at), points).values())
+    total = sum(rows_of(problem, counted, len(swept), points).values())
     varied = {} if points is None else {"vary": {axis.key: list(axis.values) for axis in points.axes}}
-    about = provenance_with_engines(problem, chosen, sweep=list(at), **varied)
+    about = provenance_with_engines(problem, chosen, sweep=list(swept), **varied)
     with response_journal(folder.path, about, resume, total) as journal:
         result = _responses(problem, sweep, points, chosen, report, report_reused or report, journal)
         drawn = figures.response(result.curves, problem.scene.name, per_g)

@@ -81,11 +81,11 @@ class FrequencyResponses(TableResult):
 
     def _stacked(self, tables: list[Table]) -> Table:
         """The rows of one table a response below each other, with the varied keys and the engine before them."""
-        of = list(zip(self.curves, tables, strict=True))
+        pairs = list(zip(self.curves, tables, strict=True))
 
         def before(name: str, cells: list[Cell], unit: str = "") -> Column:
             return Column(
-                name, [cell for cell, (_, table) in zip(cells, of, strict=True) for _ in range(len(table))], unit
+                name, [cell for cell, (_, table) in zip(cells, pairs, strict=True) for _ in range(len(table))], unit
             )
 
         units = {key: unit_of(key) for key in self.keys}

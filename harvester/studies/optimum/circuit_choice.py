@@ -158,8 +158,8 @@ class CircuitChoice(Optimum, kw_only=True):
 
 
 def _ranked(optima: Mapping[str, Optimum | HarvesterError]) -> dict[str, Optimum]:
-    some = [(name, answer) for name, answer in optima.items() if isinstance(answer, Optimum)]
-    return dict(sorted(some, key=lambda pair: (not pair[1].estimate.is_sound, -pair[1].mean_power.value)))
+    pairs = [(name, answer) for name, answer in optima.items() if isinstance(answer, Optimum)]
+    return dict(sorted(pairs, key=lambda pair: (not pair[1].estimate.is_sound, -pair[1].mean_power.value)))
 
 
 def _optimum(answer: Optimum | HarvesterError) -> Optimum | None:
@@ -183,8 +183,8 @@ def best_circuit(
 
     Raises InputError for a circuit that there is not, and HarvesterError where none has an optimum, the first's error.
     """
-    whole, begin = Problem.of(scene).scene, time.perf_counter()
-    scenes = {name: _with(whole, name) for name in circuits}
+    base, begin = Problem.of(scene).scene, time.perf_counter()
+    scenes = {name: _with(base, name) for name in circuits}
     folder = OutputFolder.of(execution)
     requests = {name: SearchRequest.of(scene, vary, engine, within, budget) for name, scene in scenes.items()}
     race, answers = Race(requests, execution.progress), dict[str, Optimum | HarvesterError]()

@@ -92,13 +92,13 @@ class Surface:
         """
         done: list[Evaluation] = []
         size = _TOGETHER if engine.is_formula else 1
-        for at in range(0, len(where), size):
+        for start in range(0, len(where), size):
             if self.points and self.left < (1.0 - self.share) * self.budget:
                 raise SpentError
             if engine.runs_ngspice:
                 budget = number(getattr(engine, "budget", None)) or math.inf
                 engine = with_options(engine, budget=min(budget, self.left_now))
-            rows = where[at : at + size]
+            rows = where[start : start + size]
             seed = getattr(engine, "seed", None)
             for u, answer in zip(rows, self._answers(rows, engine), strict=True):
                 done.append(Evaluation(np.array(u), engine.NAME, stage, seed, answer))
@@ -107,8 +107,8 @@ class Surface:
         return done
 
     def _answers(self, where: Floats, engine: Engine) -> list[Estimate | HarvesterError]:
-        there = partial(problem_at, self.scene, self.ranges)  # raises for stops without room between them, for example
-        problems = [answer_or_error(there, u) for u in where]
+        problem_of = partial(problem_at, self.scene, self.ranges)  # raises for stops without room between them
+        problems = [answer_or_error(problem_of, u) for u in where]
         answers = iter(engine.run_many([problem for problem in problems if isinstance(problem, Problem)]))
         return [next(answers) if isinstance(problem, Problem) else problem for problem in problems]
 

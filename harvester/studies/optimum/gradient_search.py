@@ -100,14 +100,14 @@ class GradientSearch:
             raise SpentError
         u = np.clip(u, NEAR, 1.0 - NEAR)
         u = u + [0.01 * NEAR * (r.value(float(at)) == 0.0) for r, at in zip(surface.ranges, u, strict=True)]
-        answer, of = self.engine.run_with_slopes(problem_at(surface.scene, surface.ranges, u))
+        answer, gradient = self.engine.run_with_slopes(problem_at(surface.scene, surface.ranges, u))
         surface.points.append(Evaluation(u, self.engine.NAME, stage, None, answer))
         surface.progress.step(min(1.0 - surface.left / surface.budget, 1.0))
         stretch = np.array([r.slope(float(x)) for r, x in zip(surface.ranges, u, strict=True)])
         if not errors:
-            slopes = np.array([of.elasticity(r.key) for r in surface.ranges])
+            slopes = np.array([gradient.elasticity(r.key) for r in surface.ranges])
             return Slopes(u, answer.mean_power.value, stretch * slopes, np.zeros(len(u)))
-        known = [of.with_error(r.key) for r in surface.ranges]
+        known = [gradient.with_error(r.key) for r in surface.ranges]
         slopes, error = (np.array([getattr(value, part) for value in known]) for part in ("value", "bias"))
         return Slopes(u, answer.mean_power.value, stretch * slopes, np.abs(stretch) * error)
 
@@ -142,9 +142,9 @@ class GradientSearch:
         low, high = here.u <= NEAR * 1.5, here.u >= 1.0 - NEAR * 1.5
         faces = np.where(low & (here.slopes < 0.0), -1.0, np.where(high & (here.slopes > 0.0), 1.0, 0.0))
         free = np.flatnonzero(faces == 0.0)
-        at = np.where(faces < 0.0, 0.0, np.where(faces > 0.0, 1.0, here.u))
+        top = np.where(faces < 0.0, 0.0, np.where(faces > 0.0, 1.0, here.u))
         if not len(free):
-            return Peak(at, power, faces, at, at)
+            return Peak(top, power, faces, top, top)
         curvature, third = np.zeros((len(free), len(free))), 0.0
         for row, k in enumerate(free):
             middle = np.clip(here.u[k], NEAR + CURVED, 1.0 - NEAR - CURVED)
@@ -155,14 +155,14 @@ class GradientSearch:
             third = max(third, float(uneven / np.linalg.norm(more - less)))
         curvature = 0.5 * (curvature + curvature.T)
         if np.linalg.eigvalsh(curvature).max() >= 0.0 or third >= 1.0:
-            return Peak(at, power, faces, why=note("no_curvature"))
+            return Peak(top, power, faces, why=note("no_curvature"))
         inverse = -np.linalg.inv(curvature)
         step = np.clip(inverse @ here.slopes[free], -FAR * CURVED, FAR * CURVED)
         half = np.zeros(len(u))
         half[free] = (np.abs(inverse) @ here.error[free]) * (1.0 + third) + third * np.abs(step)
-        at[free] = np.clip(here.u[free] + step, 0.0, 1.0)
-        low95, high95 = np.clip(at - half, 0.0, 1.0), np.clip(at + half, 0.0, 1.0)
-        return Peak(at, power, faces, low95, high95, why=note("by_gradient", third=third))
+        top[free] = np.clip(here.u[free] + step, 0.0, 1.0)
+        low95, high95 = np.clip(top - half, 0.0, 1.0), np.clip(top + half, 0.0, 1.0)
+        return Peak(top, power, faces, low95, high95, why=note("by_gradient", third=third))
 
     @property
     def _last(self) -> Estimate:

@@ -180,15 +180,15 @@ class Optimum(TableResult, kw_only=True):
     @property
     def table(self) -> Table:
         """All evaluations, in the order that they were made."""
-        points, of = self.points, self.unit_names
+        points, units = self.points, self.unit_names
         powers = [point.power for point in points]
         values = zip(
             *([key.range.value(float(u)) for key, u in zip(self.keys, p.u, strict=True)] for p in points), strict=True
         )
         columns = [Column(key.key, cells, key.unit, exact=True) for key, cells in zip(self.keys, values, strict=True)]
         columns += [Column(name, [getattr(point, name) for point in points]) for name in ("engine", "stage", "seed")]
-        columns.append(Column("mean_power", powers, of.power))
-        columns.append(Column("mean_power_bias", [None if p is None else p.systematic for p in powers], of.power))
+        columns.append(Column("mean_power", powers, units.power))
+        columns.append(Column("mean_power_bias", [None if p is None else p.systematic for p in powers], units.power))
         answers = [point.answer for point in points]
         columns.append(Column("seconds", [a.seconds if isinstance(a, Estimate) else None for a in answers], "s"))
         columns.append(Column("is_sound", [point.is_sound for point in points]))

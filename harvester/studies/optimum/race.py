@@ -33,14 +33,14 @@ class Race:
     progress: Progress = NO_PROGRESS
     start: float = field(default_factory=time.perf_counter)
     searches: dict[str, Search] = field(default_factory=dict)
-    seen: dict[str, float] = field(default_factory=dict)  # the largest power of each scan
+    scan_power: dict[str, float] = field(default_factory=dict)  # the largest power of each scan
     scanned: bool = False  # all scans are complete
     top: str = ""  # the search that has shown the largest sound power
     waiting: list[str] = field(default_factory=list)
     plan_reported: bool = False  # what the scans can afford
 
     @property
-    def whole(self) -> float:
+    def total_budget(self) -> float:
         """The seconds of all searches."""
         return sum(request.budget for request in self.requests.values())
 
@@ -48,7 +48,7 @@ class Race:
         """Scan all searches alike; their names, in the order in which they go on."""
         for name, request in self.requests.items():
             self.searches[name] = search = Search.begin(request, _Elapsed(self))
-            search.surface.budget, search.surface.begin = SCANS * self.whole, self.start
+            search.surface.budget, search.surface.begin = SCANS * self.total_budget, self.start
         sampling = {name: s.sampled_search for name, s in self.searches.items() if s.sampled_search is not None}
         try:
             while sum(scan_one_more(search) for search in sampling.values()):  # a round: each has a place more
@@ -58,14 +58,14 @@ class Race:
         except SpentError:
             pass  # all have the same places, but for one place
         self._compare(sampling)
-        self.waiting = sorted(self.requests, key=lambda name: -self.seen.get(name, 0.0))
+        self.waiting = sorted(self.requests, key=lambda name: -self.scan_power.get(name, 0.0))
         return list(self.waiting)
 
     def _report_plan(self) -> None:
         """Say what the budget is good for, once a round has shown what a place takes, compilation included."""
         seconds, search = time.perf_counter() - self.start, next(iter(self.searches.values()))
         size = SCAN[search.surface.dimensions]
-        fit = min(int(SCANS * self.whole / seconds), size)
+        fit = min(int(SCANS * self.total_budget / seconds), size)
         plan = note("scan_fits", seconds=seconds, fit=fit, places=size, circuits=len(self.searches))
         self.progress.start(what=str(plan))
         self.plan_reported = True
@@ -75,12 +75,12 @@ class Race:
         sound = dict[str, float]()
         for name, search in searches.items():
             try:
-                self.seen[name] = best_of_scan(search).power.value
+                self.scan_power[name] = best_of_scan(search).power.value
                 if any(evaluation.is_sound for evaluation in scanning(search).of_scan):
-                    sound[name] = self.seen[name]
+                    sound[name] = self.scan_power[name]
             except HarvesterError:
-                self.seen[name] = 0.0  # its error comes again where it goes on
-        self.top = max(sound or self.seen, key=self.seen.__getitem__, default="")
+                self.scan_power[name] = 0.0  # its error comes again where it goes on
+        self.top = max(sound or self.scan_power, key=self.scan_power.__getitem__, default="")
 
     def optimum(self, name: str, folder: OutputFolder | None) -> Optimum:
         """What a search finds in its share of the seconds that are left; ``folder`` gets its files.
@@ -91,16 +91,16 @@ class Race:
         going_on = [other for other in self.waiting if not self._hopeless(other)]
         self.waiting.remove(name)
         surface.begin, now = time.perf_counter(), time.perf_counter()
-        surface.budget = max(self.start + self.whole - now, SHORTEST) / max(len(going_on), 1)
+        surface.budget = max(self.start + self.total_budget - now, SHORTEST) / max(len(going_on), 1)
         result = None
         if search.sampled_search is not None and self._hopeless(name):
-            word = warning("ended_with_scan", share=self.seen[name] / self.seen[self.top], top=self.top)
+            word = warning("ended_with_scan", share=self.scan_power[name] / self.scan_power[self.top], top=self.top)
             result = SearchResult((best_of_scan(search.sampled_search),), warnings=(word,))
         return search.finish(folder, result)
 
     def _hopeless(self, name: str) -> bool:
         """Whether all were scanned, and this one has too little power to go on."""
-        return self.scanned and 0.0 < self.seen.get(name, 0.0) < HOPELESS * self.seen.get(self.top, 0.0)
+        return self.scanned and 0.0 < self.scan_power.get(name, 0.0) < HOPELESS * self.scan_power.get(self.top, 0.0)
 
 
 @dataclass
@@ -112,7 +112,7 @@ class _Elapsed(NoProgress):
     def step(self, done: float = 1, what: str = "") -> None:
         """Tell the progress of the race."""
         passed = time.perf_counter() - self.race.start
-        self.race.progress.step(min(passed / self.race.whole, 1.0), what)
+        self.race.progress.step(min(passed / self.race.total_budget, 1.0), what)
 
 
 def scanning(search: SampledSearch) -> SampledSearch:

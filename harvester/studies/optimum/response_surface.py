@@ -208,8 +208,8 @@ class Fit:
 
     def bias_shift(self, bias: Floats) -> Floats:
         """How far a bias of the powers (m,), its sign unknown, moves the highest place; shape (keys,)."""
-        free, moved = np.flatnonzero(~self.on_face), np.zeros(len(self.best))
+        free, shift = np.flatnonzero(~self.on_face), np.zeros(len(self.best))
         if len(free):
             gradient = self._gradient_rows(self.best)[free] @ self._solver @ bias
-            moved[free] = np.abs(np.linalg.solve(self.hessian[np.ix_(free, free)], gradient))
-        return moved
+            shift[free] = np.abs(np.linalg.solve(self.hessian[np.ix_(free, free)], gradient))
+        return shift

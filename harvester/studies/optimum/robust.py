@@ -103,10 +103,10 @@ class Robust(Engine):
 
         Raises HarvesterError where the engine has no answer for it, or for one of its devices.
         """
-        whole = Problem.of(scene).scene
-        key = whole.to_toml()
+        nominal = Problem.of(scene).scene
+        key = nominal.to_toml()
         if key not in self._known:  # the values of a series come again and again
-            self._known[key] = self._computed(whole)
+            self._known[key] = self._computed(nominal)
         return self._known[key]
 
     @cached_property
@@ -114,14 +114,14 @@ class Robust(Engine):
         """The outcomes of designs, by their scenes."""
         return {}
 
-    def _computed(self, whole: Scene) -> tuple[Estimate, DesignOutcome]:
+    def _computed(self, nominal: Scene) -> tuple[Estimate, DesignOutcome]:
         """The `outcome`, computed."""
-        devices, x, many = self._devices(whole)
-        first, *answers = self.engine.run_many([whole, *devices])
+        devices, x, many = self._devices(nominal)
+        first, *answers = self.engine.run_many([nominal, *devices])
         if isinstance(first, HarvesterError):
             raise first
         if not devices:
-            return first, self._alone(whole, first)
+            return first, self._alone(nominal, first)
         served = [answer for answer in answers if isinstance(answer, Estimate)]
         if len(served) < len(devices):
             failed = next(answer for answer in answers if isinstance(answer, HarvesterError))
@@ -131,13 +131,13 @@ class Robust(Engine):
         squares = fit(x, np.array([answer.mean_square_voltage.value for answer in served]), scored)
         off = _off(first.mean_power)
         off = None if off is None else off + 2.0 * powers.scatter / abs(first.mean_power.value)
-        peaks = self._peaks_of_many(whole, devices, x, many)
+        peaks = self._peaks_of_many(nominal, devices, x, many)
         return first, self._summed(powers(many), np.maximum(squares(many), 0.0), peaks, off)
 
-    def _peaks_of_many(self, whole: Scene, devices: Sequence[AnyScene], x: Floats, many: Floats) -> dict[str, Floats]:
+    def _peaks_of_many(self, nominal: Scene, devices: Sequence[AnyScene], x: Floats, many: Floats) -> dict[str, Floats]:
         """The peaks at the keys' values ``many``, by those of ``devices``, at ``x``, or by what was counted."""
         if self.counted is not None:
-            return self.counted.unsafe_levels(whole, {key: many[:, k] for k, (key, _) in enumerate(self.vary)})
+            return self.counted.unsafe_levels(nominal, {key: many[:, k] for k, (key, _) in enumerate(self.vary)})
         peaks, scored = [self._peaks(device) for device in devices], len(x) - 2 * len(self.vary)
         return {name: fit(x, np.array([levels[name] for levels in peaks]), scored)(many) for name in peaks[0]}
 

@@ -54,14 +54,14 @@ def sampled_front(
     candidates = scan(SCAN_SIZE[len(request.ranges)], len(request.ranges))
     try:
         for u in candidates:
-            there = surface.evaluate(u[None], engine, "scan")[0]
+            evaluation = surface.evaluate(u[None], engine, "scan")[0]
             try:
-                design = _design(surface, there, second, bounds, years)
+                design = _design(surface, evaluation, second, bounds, years)
             except HarvesterError as error:
                 refused = error
                 continue
             if design is not None:
-                (sound if there.is_sound else others).append(design)
+                (sound if evaluation.is_sound else others).append(design)
     except SpentError:
         done = len(surface.points)
         warnings.append(warning("front_cut_short", budget=request.budget, done=done, places=len(candidates)))
@@ -116,19 +116,20 @@ def _beats_beyond_errors(design: FrontPoint, other: FrontPoint, sign: int) -> bo
 
 
 def _design(
-    surface: Surface, there: Evaluation, second: Limit, limits: Sequence[Limit], lifetime: float | None
+    surface: Surface, evaluation: Evaluation, second: Limit, limits: Sequence[Limit], lifetime: float | None
 ) -> FrontPoint | None:
     """The design at a place; None where it breaks a limit, at the unsafe end of the error."""
-    if not isinstance(there.answer, Estimate):
-        raise there.answer
-    square = there.answer.mean_square_voltage
-    values = {"mean_power": there.answer.mean_power, "mean_square_voltage": square, "voltage_rms": square.root()}
+    answer, u = evaluation.answer, evaluation.u
+    if not isinstance(answer, Estimate):
+        raise answer
+    square = answer.mean_square_voltage
+    values = {"mean_power": answer.mean_power, "mean_square_voltage": square, "voltage_rms": square.root()}
     if any(limit.quantity in PEAKS for limit in (*limits, second)):
         assert lifetime is not None
-        values |= limited_peaks(problem_at(surface.scene, surface.ranges, there.u), lifetime, there.seed or 0, BLOCKS)
+        values |= limited_peaks(problem_at(surface.scene, surface.ranges, u), lifetime, evaluation.seed or 0, BLOCKS)
     for limit in limits:
         value = values[limit.quantity]
         if limit.sign * (value.value - limit.bound) < value.known_error95:
             return None
     value = values[second.quantity]
-    return FrontPoint(surface.values(there.u), there.answer.mean_power, value.value, value.known_error95)
+    return FrontPoint(surface.values(u), answer.mean_power, value.value, value.known_error95)

@@ -112,12 +112,12 @@ class SampledSearch:
     def coarse(self, seed: int) -> Any:
         """The engine at a coarse accuracy."""
         if self.pilot is None or not self.shares_noise:
-            many = self.engine.samples and not self.engine.runs_ngspice and not self._finds_periods
-            known: dict[str, Any] = {"trajectories": FEWEST} if many else {}
+            has_trajectories = self.engine.samples and not self.engine.runs_ngspice and not self._finds_periods
+            known: dict[str, Any] = {"trajectories": FEWEST} if has_trajectories else {}
             return with_options(self.engine, within=None, budget=None, seed=seed, **known)
-        whole = self.full(seed)
-        many = max((whole.trajectories or 0) // COARSE, FEWEST)
-        return with_options(whole, trajectories=many, duration=self.engine.duration)
+        full = self.full(seed)
+        trajectories = max((full.trajectories or 0) // COARSE, FEWEST)
+        return with_options(full, trajectories=trajectories, duration=self.engine.duration)
 
     @cached_property
     def _finds_periods(self) -> bool:

@@ -198,11 +198,11 @@ def under_limits(request: SearchRequest, progress: Progress, folder: OutputFolde
     """
     request, progress = with_counted_peaks(request, progress)
     robust, best = robust_of(request), Search.begin(request, progress).finish(folder)
-    there = request.scene.varied({key.range.key: key.value for key in best.keys})
-    outcome = robust.outcome(there)[1]
+    scene = request.scene.varied({key.range.key: key.value for key in best.keys})
+    outcome = robust.outcome(scene)[1]
     peaks = {}
     if robust.lifetime is not None and robust.counted is not None and not robust.vary:
-        peaks = limited_peaks(Problem(there), robust.lifetime, robust.path_seed + 1, LONG * BLOCKS)
+        peaks = limited_peaks(Problem(scene), robust.lifetime, robust.path_seed + 1, LONG * BLOCKS)
     estimate = dataclasses.replace(best.estimate, mean_power=outcome.power)  # without the penalty
     fields = {f.name: getattr(best, f.name) for f in dataclasses.fields(best)}
     fields |= {"engine": robust.engine.NAME, "estimate": estimate}
@@ -211,20 +211,20 @@ def under_limits(request: SearchRequest, progress: Progress, folder: OutputFolde
         share=robust.share,
         limits=robust.limits,
         outcome=outcome,
-        binds=_binding(robust, best, there, outcome),
+        binds=_binding(robust, best, scene, outcome),
         limited_peaks=peaks,
     )
     return dataclasses.replace(answer, diagnostics=(*best.diagnostics, *answer.remarks()))
 
 
-def _binding(robust: Robust, best: Optimum, there: Scene, outcome: DesignOutcome) -> tuple[Limit, ...]:
+def _binding(robust: Robust, best: Optimum, scene: Scene, outcome: DesignOutcome) -> tuple[Limit, ...]:
     """The limits with hardly anything to spare, or that a next value of a series with more power would break."""
     binding = {k for k, limit in enumerate(robust.limits) if limit.margin(outcome.quantities[k]) <= BINDS}
     for key in best.keys:
         steps = key.range.steps
-        at = steps.index(key.value) if key.value in steps else 0
-        for value in steps[max(at - 1, 0) : at + 2] if steps else ():
-            beside = robust.outcome(there.vary(key.range.key, value))[1]
+        index = steps.index(key.value) if key.value in steps else 0
+        for value in steps[max(index - 1, 0) : index + 2] if steps else ():
+            beside = robust.outcome(scene.vary(key.range.key, value))[1]
             if beside.objective > outcome.objective:
                 binding |= {k for k, limit in enumerate(robust.limits) if limit.margin(beside.quantities[k]) < 0.0}
     return tuple(robust.limits[k] for k in sorted(binding))

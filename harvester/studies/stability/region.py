@@ -55,8 +55,8 @@ def edges(eqs: Equations, mu: Floats, seed: np.random.SeedSequence) -> Iterator[
     within its error.
     """
     boundary = stability.boundary(eqs, mu)
-    for m, theirs, ours in zip(boundary.mu, boundary.published, boundary.averaged, strict=True):
-        yield Edge(float(m), float(theirs), float(ours), *_measured(eqs, float(m), float(ours), seed))
+    for m, published, averaged in zip(boundary.mu, boundary.published, boundary.averaged, strict=True):
+        yield Edge(float(m), float(published), float(averaged), *_measured(eqs, float(m), float(averaged), seed))
 
 
 def _measured(eqs: Equations, mu: float, n2: float, seed: np.random.SeedSequence) -> tuple[float, float]:
@@ -82,6 +82,6 @@ def check_rest(problem: Problem) -> None:
             f"stability must have a load resistance, but the load is netlist {problem.netlist!r}: "
             "give load.resistance, the circuit's at small signals"
         )
-    who = "stability, of rest at x = 0 with one rigid stop there or none,"
-    if reason := unknown_effects(problem, unknown_to(REST), who, "engine 'ensemble'"):
+    subject = "stability, of rest at x = 0 with one rigid stop there or none,"
+    if reason := unknown_effects(problem, unknown_to(REST), subject, "engine 'ensemble'"):
         raise CannotServeError(reason)

@@ -26,7 +26,7 @@ from harvester.studies.output_folder import OutputFolder, provenance_with_engine
 from harvester.studies.sweep.journal import Journal, JournalRow
 from harvester.studies.sweep.points import Points
 from harvester.studies.sweep.rows import COLUMNS, SweepRow, lines, read_cells
-from harvester.studies.sweep.runners import Done, handed_over, here, pool
+from harvester.studies.sweep.runners import Done, handed_over, in_this_process, pool
 from harvester.studies.sweep.same_study import check_same, identity
 from harvester.studies.sweep.shared_budget import SharedBudget
 from harvester.studies.sweep.sweep_table import SweepTable
@@ -96,7 +96,7 @@ def _computed(todo: Iterator[Task], execution: Execution, workers: int) -> Done:
     if execution.executor is not None:
         return handed_over(todo, execution.executor)
     meanwhile: Callable[[], object] | None = None if execution.out is None else _load_what_draws
-    return here(todo) if workers == 1 else pool(todo, workers, meanwhile)
+    return in_this_process(todo) if workers == 1 else pool(todo, workers, meanwhile)
 
 
 def _load_what_draws() -> None:
@@ -230,14 +230,14 @@ class _Sweep:
                 f"`resume` must find a sweep.csv of this version, but version 0.1 wrote that in {str(out)!r}, which "
                 "lacks parts of the errors: use another `out`"
             )
-        of: dict[tuple[str, ...], list[int]] = {}
+        points_by_values: dict[tuple[str, ...], list[int]] = {}
         for point in range(len(self.points)):
-            of.setdefault(tuple(map(repr, self.points.values(point))), []).append(point)
+            points_by_values.setdefault(tuple(map(repr, self.points.values(point))), []).append(point)
         chosen = next((engine.NAME for engine in self.engines if engine.chooses), None)
         for cells in lines_read:
             row = read_cells(cells)
             name = row and (chosen or row.engine)
             if row is not None and name in self.names:
-                for point in of.get(tuple(cells.get(key, "") for key in keys), ()):
+                for point in points_by_values.get(tuple(cells.get(key, "") for key in keys), ()):
                     content = JournalRow(point, self.names.index(name), row.engine, row.written)
                     yield content.seen_by(made["versions"], now["versions"])

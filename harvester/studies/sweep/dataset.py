@@ -104,12 +104,12 @@ def _variables(table: TableShape) -> tuple[dict[str, Variable], dict[str, Variab
     else:
         shape, dimensions = tuple(len(a.values) for a in table.axes), tuple(table.keys)
     engines, size = table.engines, math.prod(shape)
-    at = [engines.index(row.engine) * size + point for row, point in zip(table.rows, table.points, strict=True)]
+    indices = [engines.index(row.engine) * size + point for row, point in zip(table.rows, table.points, strict=True)]
     variables: dict[str, Variable] = {}
     for column in table.table.columns:
         if column.name not in ("engine", *table.keys):
             for name, cells in column.plain().items():
-                values = _laid_out(cells, at, len(engines) * size).reshape(-1, *shape)
+                values = _laid_out(cells, indices, len(engines) * size).reshape(-1, *shape)
                 variables[name] = (("engine", *dimensions), values, _meaning(column, name, values.dtype == object))
     labels: dict[str, Variable] = {"engine": (("engine",), np.array(engines, object), {})}
     for a in table.axes:
@@ -118,12 +118,12 @@ def _variables(table: TableShape) -> tuple[dict[str, Variable], dict[str, Variab
     return variables, labels
 
 
-def _laid_out(cells: Sequence[Any], at: Sequence[int], size: int) -> Any:
+def _laid_out(cells: Sequence[Any], indices: Sequence[int], size: int) -> Any:
     """Cells at their places among so many: numbers, nan where there is none, or texts, '' where there is none."""
     texts = any(isinstance(cell, str) for cell in cells)
     values = np.full(size, "", dtype=object) if texts else np.full(size, np.nan)
     nothing = "" if texts else np.nan
-    values[list(at)] = [nothing if cell is None else cell for cell in cells]
+    values[list(indices)] = [nothing if cell is None else cell for cell in cells]
     return values
 
 

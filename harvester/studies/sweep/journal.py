@@ -201,8 +201,8 @@ class Journal:
         return self._connected().execute(statement, values)
 
     def _insert(self, rows: Sequence[JournalRow]) -> None:
-        whole = ((row.point, row.engine_index, row.engine, row.content, json.dumps(row.kept)) for row in rows)
-        summed = ((*cells, _checksum(self._identity, cells)) for cells in whole)
+        contents = ((row.point, row.engine_index, row.engine, row.content, json.dumps(row.kept)) for row in rows)
+        summed = ((*cells, _checksum(self._identity, cells)) for cells in contents)
         marks = ", ".join("?" * len(COLUMNS))
         self._connected().executemany(f"INSERT OR REPLACE INTO rows VALUES ({marks})", summed)
 

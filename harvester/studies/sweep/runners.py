@@ -28,7 +28,7 @@ Job: TypeAlias = Future[list[Answer]]
 Done: TypeAlias = Generator[tuple[Task, list[Answer]], None, None]
 
 
-def here(tasks: Iterator[Task]) -> Done:
+def in_this_process(tasks: Iterator[Task]) -> Done:
     """Compute the tasks one after the other in this process, which may use all cores."""
     for task in tasks:
         yield task, compute(task)
@@ -84,8 +84,8 @@ def handed_over(tasks: Iterator[Task], executor: Any) -> Done:
     except HarvesterError:
         raise
     except Exception as error:
-        there = executor.status == "running" if hasattr(executor, "status") else not isinstance(error, GONE)
-        if there:
+        is_there = executor.status == "running" if hasattr(executor, "status") else not isinstance(error, GONE)
+        if is_there:
             raise
         raise SimulationError(f"{name} has gone: start another, and `resume`") from None
 

@@ -38,7 +38,7 @@ def identity(about: Mapping[str, Any], kind: JournalKind = SWEEP) -> dict[str, s
     made_by = about.get("versions")
     known = made_by if isinstance(made_by, dict) else {}
     versions = ", ".join(f"{name} {known[name]}" for name in VERSIONS if name in known)
-    return {what: short_hash(json.dumps(about.get(what), default=str)) for what in kind.same} | {"versions": versions}
+    return {key: short_hash(json.dumps(about.get(key), default=str)) for key in kind.same} | {"versions": versions}
 
 
 def short_hash(text: str) -> str:
@@ -48,8 +48,8 @@ def short_hash(text: str) -> str:
 
 def check_same(out: Path, before: object, now: Mapping[str, str], kind: JournalKind = SWEEP) -> None:
     """Raise InputError, with what differs, where the identity of the earlier study in a folder is not that of now."""
-    for what in kind.same:
-        if not isinstance(before, dict) or before.get(what) != now[what]:
+    for key in kind.same:
+        if not isinstance(before, dict) or before.get(key) != now[key]:
             raise InputError(
-                f"`resume` must continue the same {kind.name}, but {what} in {str(out)!r} is another: use another `out`"
+                f"`resume` must continue the same {kind.name}, but {key} in {str(out)!r} is another: use another `out`"
             )

@@ -74,14 +74,14 @@ def tasks(
     A batch is always the same points, also where some of them are done: an answer's last digits depend on the batch.
     """
     for begin in range(0, len(points), BATCH):
-        some = range(begin, min(begin + BATCH, len(points)))
+        batch = range(begin, min(begin + BATCH, len(points)))
         sizes = [_at_once(engine, scene, points, begin) for engine in engines]
         for size in (BATCH, CONTINUED, 1):
-            for few in (some[first : first + size] for first in range(0, len(some), size)):
+            for numbers in (batch[first : first + size] for first in range(0, len(batch), size)):
                 for index in (index for index, engine_size in enumerate(sizes) if engine_size == size):
-                    if any(is_missing(point, index) for point in few):
-                        values = tuple(points.values(point) for point in few)
-                        yield Task(scene, engines[index], index, points.keys, tuple(few), values)
+                    if any(is_missing(point, index) for point in numbers):
+                        values = tuple(points.values(point) for point in numbers)
+                        yield Task(scene, engines[index], index, points.keys, tuple(numbers), values)
 
 
 def _at_once(engine: Engine, scene: Scene, points: Points, first: int) -> int:

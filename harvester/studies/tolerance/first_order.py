@@ -54,24 +54,24 @@ def linear_law(request: ToleranceRequest, engine: Any, progress: Progress) -> To
     """What the linear law says of all devices; raises the engine's errors, and InputError for a key that is 0."""
     keys, x = request.keys, design.values_at(request.spreads, request.u)
     ends = design.values_at(request.spreads, design.one_by_one(len(keys)))
-    x0, whole = ends[0], len(ends) + 2
+    x0, n_runs = ends[0], len(ends) + 2
     if not x0.all():
         key = keys[int(np.argmin(np.abs(x0)))]
         raise InputError(f"{key} must not be 0 in the middle of its spread for `runs` {FIRST_ORDER!r}, but is")
 
-    def scene(at: Floats) -> Scene:
-        return request.scene.varied(dict(zip(keys, map(float, at), strict=True)))
+    def scene(values: Floats) -> Scene:
+        return request.scene.varied(dict(zip(keys, map(float, values), strict=True)))
 
-    def powers(where: Floats, done: int) -> Floats:
+    def powers(rows: Floats, done: int) -> Floats:
         values = []
-        for at in where:
-            values.append(engine.run(scene(at)).mean_power.value)
-            progress.step((done + len(values)) / whole)
+        for row in rows:
+            values.append(engine.run(scene(row)).mean_power.value)
+            progress.step((done + len(values)) / n_runs)
         return np.array(values)
 
-    middle, of = engine.run_with_slopes(scene(x0))
+    middle, gradient = engine.run_with_slopes(scene(x0))
     p0 = middle.mean_power.value
-    slopes = p0 * np.array([of.elasticity(key) for key in keys]) / x0
+    slopes = p0 * np.array([gradient.elasticity(key) for key in keys]) / x0
     alone = np.append(p0, powers(ends[1:], 1))
     away = (ends[1:] - x0)[np.arange(2 * len(keys)), np.repeat(np.arange(len(keys)), 2)].reshape(-1, 2)
     rest = alone[1:].reshape(-1, 2) - p0 - slopes[:, None] * away
@@ -82,8 +82,8 @@ def linear_law(request: ToleranceRequest, engine: Any, progress: Progress) -> To
     corners = np.clip(x0 + np.outer([-1.0, 1.0], steepest), edges[:, 0], edges[:, 1])
     exact = powers(corners, len(ends))
     first, second = p0 + (x - x0) @ slopes, 0.5 * (x - x0) ** 2 @ curvature
-    there = p0 + (corners - x0) @ slopes + 0.5 * (corners - x0) ** 2 @ curvature
-    beyond = float(np.abs(exact / there - 1.0).max())
+    second_order = p0 + (corners - x0) @ slopes + 0.5 * (corners - x0) ** 2 @ curvature
+    beyond = float(np.abs(exact / second_order - 1.0).max())
     missed = float(np.quantile(np.abs(second), MOST)) / p0
     off = missed + beyond + (middle.mean_power.known_error95 / p0)
     per_square = np.array([_change_of_ratio(scene, x0, k) for k in range(len(keys))])
@@ -94,7 +94,7 @@ def linear_law(request: ToleranceRequest, engine: Any, progress: Progress) -> To
     unexplained = float(second.var() / max((first + second).var(), 1e-300))
     coefficients = np.append(p0, slopes * half)
     surface = Polynomial(x0, half, linear, coefficients, float(second.std()), unexplained, np.zeros((len(linear), 1)))
-    law = note("linear_law", missed=missed, mean=float(second.mean()) / p0, beyond=beyond, runs=whole)
+    law = note("linear_law", missed=missed, mean=float(second.mean()) / p0, beyond=beyond, runs=n_runs)
     values = {"mean_power": np.maximum(first, 0.0), "mean_square_voltage": np.maximum(voltage, 0.0)}
     samples = Samples(engine.NAME, values, np.ones(len(x), dtype=bool), dict.fromkeys(values, off), (law,))
     return ToleranceRuns(samples, x, surface, alone, 0, (), {}, {})
@@ -105,7 +105,7 @@ def _change_of_ratio(scene: Any, x0: Floats, k: int) -> float:
 
     def ratio(change: float) -> float:
         problem = Problem(scene(np.where(np.arange(len(x0)) == k, x0 * (1.0 + change), x0)))
-        of, unit = problem.equations, problem.units
-        return float(np.log((of.beta or 0.0) * (of.mu or 0.0) * unit.watts / unit.volts**2))
+        eqs, units = problem.equations, problem.units
+        return float(np.log((eqs.beta or 0.0) * (eqs.mu or 0.0) * units.watts / units.volts**2))
 
     return (ratio(STEP) - ratio(-STEP)) / (2.0 * STEP * float(x0[k]))

@@ -97,14 +97,14 @@ class ToleranceStudy:
         alone_to = runs + 1 + 2 * len(spreads)
         outer = request.outer if runs < total else request.outer[:0]
         x = design.values_at(spreads, np.vstack([request.u[:runs], design.one_by_one(len(spreads)), outer]))
-        whole = len(x) + n_checks
-        table = self._sweep(engine, x, engine.NAME, 0, whole)
+        n_runs = len(x) + n_checks
+        table = self._sweep(engine, x, engine.NAME, 0, n_runs)
         samples = sampling.direct(engine, _part(table, 0, runs))
         ends = sampling.direct(engine, _part(table, alone_to, len(x)))
         ratio: sampling.Ratio | None = None
         if check is not None:
             served = np.flatnonzero(samples.served)[:n_checks]
-            dearer = self._sweep(check[1], x[served], "checks", len(x), whole)
+            dearer = self._sweep(check[1], x[served], "checks", len(x), n_runs)
             ratio = sampling.compared(table, served.tolist(), dearer, engine, check[1])
             samples, ends = sampling.corrected(samples, ratio), sampling.corrected(ends, ratio)
         alone, warnings = sampling.column(table, "mean_power")[runs:alone_to] * samples.ratio, [*_failures(table)]
@@ -153,9 +153,9 @@ class ToleranceStudy:
 
         return peaks.peak_surfaces(scenes, x, first, request.lifetime, request.seed, report)(many)
 
-    def _sweep(self, engine: Engine, x: Floats, name: str, done: int, whole: int) -> SweepTable:
+    def _sweep(self, engine: Engine, x: Floats, name: str, done: int, n_runs: int) -> SweepTable:
         """Run an engine at keys' values, shape (n, keys), as a sweep in a folder ``name``."""
-        part = PartOfProgress(self.execution.progress, self._swept * done / whole, self._swept * len(x) / whole)
+        part = PartOfProgress(self.execution.progress, self._swept * done / n_runs, self._swept * len(x) / n_runs)
         out = None if self.folder is None else self.folder.path / name
         points = design.points(self.request.spreads, x)
         execution = replace(self.execution, out=out, formats=(), progress=part)

@@ -124,8 +124,8 @@ def tolerance(
         answer = ToleranceResult.of(request, computed, time.perf_counter() - begin)
     if folder is not None:
         correlations = None if matrix is None else matrix.tolist()
-        what = {"vary": {s.key: s.written for s in spread}, "limits": [limit.written for limit in bounds]}
-        about = provenance(problem, seed=seed, engine=answer.engine, **what, correlate=correlations)
+        texts = {"vary": {s.key: s.written for s in spread}, "limits": [limit.written for limit in bounds]}
+        about = provenance(problem, seed=seed, engine=answer.engine, **texts, correlate=correlations)
         folder.save("tolerance", answer.table.csv(units=True), answer.plot(problem.scene.name), about)
     return answer
 

@@ -200,10 +200,10 @@ class ToleranceResult(TableResult):
     @property
     def distribution(self) -> Table:
         """The quantiles of power and voltage with their intervals."""
-        of, shares = self.unit_names, [100.0 * share for share in self.quantiles]
+        units, shares = self.unit_names, [100.0 * share for share in self.quantiles]
         columns = [Column("below", shares, "%", "devices below")]
-        columns += _interval("mean_power", [*self.quantiles.values()], of.power)
-        columns += _interval("voltage_rms", [*self.voltages.values()], of.voltage)
+        columns += _interval("mean_power", [*self.quantiles.values()], units.power)
+        columns += _interval("voltage_rms", [*self.voltages.values()], units.voltage)
         return Table(tuple(columns), "distribution")
 
     @property
@@ -236,9 +236,9 @@ class ToleranceResult(TableResult):
     @property
     def table(self) -> Table:
         """All samples: the keys' values, mean power and RMS voltage."""
-        of = self.unit_names
+        units = self.unit_names
         columns = [Column(spread.key, self.samples[:, k]) for k, spread in enumerate(self.spreads)]
-        columns += [Column("mean_power", self.power, of.power), Column("voltage_rms", self.voltage, of.voltage)]
+        columns += [Column("mean_power", self.power, units.power), Column("voltage_rms", self.voltage, units.voltage)]
         return Table(tuple(columns), "samples")
 
     def as_json(self) -> dict[str, Any]:

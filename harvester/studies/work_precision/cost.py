@@ -28,7 +28,7 @@ from harvester.machine.progress import working
 from harvester.studies.output_folder import OutputFolder, provenance
 from harvester.studies.work_precision.bias import NONE, Bias
 from harvester.studies.work_precision.cost_table import Cost, CostRow, front
-from harvester.studies.work_precision.settings import ALONE, label, setting, whole
+from harvester.studies.work_precision.settings import ALONE, base_name, label, setting
 from harvester.studies.work_precision.timed_runs import Measurement, Run
 from harvester.uncertainty.value import Value
 
@@ -73,7 +73,7 @@ def table_of(measurement: Measurement) -> Cost:
 def _model(run: Run, models: dict[str, Bias]) -> Bias:
     """The bias of a run's model; of an engine whose error is that of its resolution, what it states of it."""
     if not run.engine.is_resolved:
-        return models[whole(label(run.engine))]
+        return models[base_name(label(run.engine))]
     power = run.answer.mean_power
     return Bias(0.0, 0.5 * power.known_error95 / abs(power.value))
 
@@ -84,13 +84,13 @@ def _models(
     """The bias of each engine's model: none for the reference and a closed form, of the others from their best run."""
     cheap, ngspice = measurement.cheap, measurement.ngspice
     biases: dict[str, Bias] = {}
-    for name, engine in {whole(label(run.engine)): run.engine for run, _ in runs}.items():
+    for name, engine in {base_name(label(run.engine)): run.engine for run, _ in runs}.items():
         if name in (reference, ALONE) or engine.is_exact:
             biases[name] = NONE
         elif ngspice is not None and cheap is not None and name == label(cheap.engine):
             biases[name] = ngspice.cheap
         else:
-            candidates = [pair for pair in runs if whole(label(pair[0].engine)) == name]
+            candidates = [pair for pair in runs if base_name(label(pair[0].engine)) == name]
             biases[name] = model_bias(power, *min(candidates, key=lambda pair: pair[0].answer.mean_power.stderr or 0.0))
     return biases
 

@@ -48,8 +48,8 @@ def ngspice_bias(
 
     setup = set_up(problem, Spice(seed=seed, dt=h / problem.units.frequency))
     begin = time.perf_counter()
-    whole = math.lcm(setup.device.stride, 2)
-    n_steps = math.ceil(2.0 * setup.burn_in / h / whole) * whole  # short: a grazing impact parts the paths for good
+    multiple = math.lcm(setup.device.stride, 2)
+    n_steps = math.ceil(2.0 * setup.burn_in / h / multiple) * multiple  # short: a grazing impact parts the paths
     tolerances = (Spice.reltol,) if setup.device.load.linear else TOLERANCES
     runs = [
         Runs(

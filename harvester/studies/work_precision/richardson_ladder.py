@@ -64,16 +64,16 @@ def richardson_ladder(model: Model, h: float, trajectories: int, seed: int, seco
     pairs: list[tuple[float, Value, tuple[float, float]]] = []
     for k, factor in enumerate(STEP_FACTORS):
         noise = np.random.SeedSequence([seed, k])
-        many = Trajectories(model.eqs, trajectories, noise, factor * h, circuit=model.circuit)
+        ensemble = Trajectories(model.eqs, trajectories, noise, factor * h, circuit=model.circuit)
         try:
-            pair = _long_pair(many, seconds / len(STEP_FACTORS))
+            pair = _long_pair(ensemble, seconds / len(STEP_FACTORS))
         except UnboundedResponseError:
             break
         with np.errstate(over="ignore", invalid="ignore"):
             mean, (third, error) = Value(*pair.mean(model.name)), pair.bias(model.name)
         if pair.coarse_is_stopped or not abs(3.0 * third) < MOST * abs(mean.value):  # twice the step is unstable
             break
-        pairs.append((many.h, mean, (3.0 * third, 3.0 * error)))
+        pairs.append((ensemble.h, mean, (3.0 * third, 3.0 * error)))
     if not pairs:
         raise UnboundedResponseError(f"the response grows without bound at a step of {h:g}/w0 and below")
     steps, means, differences = zip(*pairs, strict=True)
@@ -104,16 +104,16 @@ def _less(mean: Value, bias: Bias, scale: float) -> Value:
     return Value(mean.value - scale * bias.value, math.hypot(mean.stderr or 0.0, scale * bias.stderr))
 
 
-def _long_pair(many: "Trajectories", seconds: float) -> "RichardsonPair":
+def _long_pair(ensemble: "Trajectories", seconds: float) -> "RichardsonPair":
     """A pair of steps over as long a time as ``seconds`` allow, and at least the burn-in's."""
     from harvester.mechanics.ensemble.burn_in import burn_in
     from harvester.mechanics.ensemble.richardson import RichardsonPair
 
     begin = time.perf_counter()
-    burn_in(many)
-    if many.hopping is not None:
+    burn_in(ensemble)
+    if ensemble.hopping is not None:
         raise SimulationError("hops between the wells are too rare for a reference of `cost`: give more noise")
-    pair = RichardsonPair(many, many.time)
+    pair = RichardsonPair(ensemble, ensemble.time)
     spent = time.perf_counter() - begin  # on twice the burn-in at this step, and at twice the step
     if seconds > spent:
         pair.extend(pair.duration * 2.0 * (seconds / spent - 1.0))

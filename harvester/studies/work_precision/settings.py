@@ -26,7 +26,7 @@ def label(engine: Engine) -> str:
     return ", ".join([engine.NAME, *(text for part, text in PARTS.items() if not getattr(engine, part, True))])
 
 
-def whole(name: str) -> str:
+def base_name(name: str) -> str:
     """The name of the engine that lacks nothing."""
     return name.partition(", ")[0]
 
@@ -47,7 +47,7 @@ def without_each_part(kind: type[Ensemble], with_ngspice: bool, problem: Problem
     parts = {"CONTROLS": eqs.has_new_noise, "PAIRING": True}
     parts["SETTLED"] = problem.netlist is not None and not eqs.is_shaken_otherwise
     kinds: list[type[Sampler]] = [without(kind, "CONTROLS")] if eqs.has_new_noise else []
-    kinds += [without(Spice, part) for part, there in parts.items() if there and with_ngspice]
+    kinds += [without(Spice, part) for part, present in parts.items() if present and with_ngspice]
     return [kind(within=target) for target in TARGETS for kind in kinds]
 
 

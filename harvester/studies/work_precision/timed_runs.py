@@ -162,7 +162,7 @@ class Measurement:
     def predicted(self, engine: settings.Sampler) -> float:
         """The seconds of a setting, predicted from what the same engine took at others."""
         known = {settings.label(run.engine) for run in self.runs}
-        name = settings.label(engine) if settings.label(engine) in known else settings.whole(settings.label(engine))
+        name = settings.label(engine) if settings.label(engine) in known else settings.base_name(settings.label(engine))
         before = [run for run in self.runs if settings.label(run.engine) == name]
         within = number(engine.within)
         if within is not None:
@@ -191,6 +191,6 @@ class Measurement:
             if ngspice:
                 self.ngspice = ngspice_bias(self.problem, model, self.steps, h, self.seed, self.left(0.3))
 
-    def _report(self, what: str) -> None:
+    def _report(self, stage: str) -> None:
         self.fraction = max(self.fraction, min((time.perf_counter() - self.begin) / self.budget, 1.0))
-        self.progress.step(self.fraction, what)
+        self.progress.step(self.fraction, stage)

@@ -25,7 +25,7 @@ from harvester.studies.work_precision.cost import cost, model_bias, table_of
 from harvester.studies.work_precision.cost_table import Cost, CostRow, front
 from harvester.studies.work_precision.ngspice_bias import NgspiceBias, ngspice_bias
 from harvester.studies.work_precision.richardson_ladder import RichardsonLadder, fit_ladder, richardson_ladder
-from harvester.studies.work_precision.settings import label, setting, whole, without_each_part
+from harvester.studies.work_precision.settings import base_name, label, setting, without_each_part
 from harvester.studies.work_precision.timed_runs import Measurement, Run
 from harvester.uncertainty.value import Value
 from tests.support.paths import EXAMPLES
@@ -203,7 +203,7 @@ def test_engines_that_lack_a_part_say_so():
     assert names[0] == ["ideal, no controls", "spice, no controls", "spice, no pairing", "spice, from rest"]
     assert names[1] == ["ensemble, no controls"]
     assert names[2] == []
-    assert [whole(name) for name in names[0]] == ["ideal", *3 * ["spice"]]
+    assert [base_name(name) for name in names[0]] == ["ideal", *3 * ["spice"]]
     least = [engine for engine in without_each_part(hv.Ensemble, False, Problem(LINEAR)) if engine.within == 0.01]
     found = [engine.run(LINEAR).mean_power for engine in (*least, hv.Ensemble(within=0.01))]
     for power in found:
