@@ -46,8 +46,8 @@ class Limit:
         return self.written
 
     def margin(self, value: float) -> float:
-        """How far a value is within the limit, relatively; below 0 beyond it."""
-        return self.sign * (value - self.bound) / (abs(self.bound) or 1.0)
+        """How far a value is within the limit, relatively; below 0 beyond it, infinite for an infinite bound."""
+        return self.sign * (value - self.bound) / ((math.isfinite(self.bound) and abs(self.bound)) or 1.0)
 
     def met(self, values: Floats) -> NDArray[np.bool_]:
         """Which of the values, of any shape, meet it; a bound itself is met, and nan never is."""

@@ -7,7 +7,7 @@ import pytest
 
 import harvester as hv
 from harvester.equations.problem import Problem
-from harvester.studies.tolerance.peaks import peak_surfaces, wanted
+from harvester.studies.tolerance.peaks import devices_needed, peak_surfaces
 from harvester.studies.tolerance.surface import fit
 from tests.support.paths import ROOT
 
@@ -36,7 +36,7 @@ def test_surfaces_agree_with_a_long_path(monkeypatch):
     scene, x = hv.load(STOP), np.linspace(0.94, 0.98, 12)[:, None]
     monkeypatch.setattr("harvester.studies.tolerance.peaks.BLOCKS", 128)
     told = []
-    surfaces = peak_surfaces([scene.vary("stop.restitution", r) for r in x[:, 0]], x, 12, 3600.0, told=told.append)
+    surfaces = peak_surfaces([scene.vary("stop.restitution", r) for r in x[:, 0]], x, 12, 3600.0, report=told.append)
     assert told == [*range(1, 13)]
     levels, off = surfaces(np.array([[0.96]]))
     there = hv.extremes(scene.vary("stop.restitution", 0.96), lifetime="1 h")
@@ -50,7 +50,7 @@ def test_surfaces_agree_with_a_long_path(monkeypatch):
 
 def test_how_many_are_computed():
     """A formula is cheap, a path is not."""
-    assert wanted(Problem.of(PLATE), 1) > 100 > wanted(Problem.of(STOP), 1)
+    assert devices_needed(Problem.of(PLATE), 1) > 100 > devices_needed(Problem.of(STOP), 1)
 
 
 @pytest.mark.thorough("test_limit_of_a_peak")
