@@ -124,6 +124,11 @@ class Equations:
         return -x * (linear + x * (alpha2 + x * alpha)) if math.isfinite(x) else 0.0
 
     @property
+    def has_stop(self) -> bool:
+        """Whether the mass can hit a stop, rigid or compliant."""
+        return self.restitution is not None or self.stop_stiffness is not None
+
+    @property
     def has_ball(self) -> bool:
         """Whether the stops are the ends of a ball's box."""
         return self.modes is not None and self.modes.pull is not None

@@ -275,7 +275,7 @@ def _stops(eqs: Equations) -> tuple[float, ...]:
 
 def _not_drawn(eqs: Equations) -> Iterator[Diagnostic]:
     """What is to be said of stops that are others than those."""
-    if eqs.modes is not None and not (eqs.restitution is None and eqs.stop_stiffness is None) and not _stops(eqs):
+    if eqs.modes is not None and eqs.has_stop and not _stops(eqs):
         yield note("ball_not_drawn" if eqs.has_ball else "stop_not_drawn")
 
 

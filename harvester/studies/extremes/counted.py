@@ -80,7 +80,7 @@ def count(eqs: Equations, seed: int = 0, blocks: int = BLOCKS) -> Counted:
         x, voltage, speed = (v[: len(v) // 2 * 2].reshape(-1, 2).max(axis=1) for v in (x, voltage, speed))
         hits = 0.5 * hits[: len(hits) // 2 * 2].reshape(-1, 2).sum(axis=1)
         block *= 2.0
-    if eqs.restitution is None and eqs.stop_stiffness is None:
+    if not eqs.has_stop:
         return Counted(block, x, voltage, None, None)
     mean, error = mean_and_error(hits)
     return Counted(block, x, voltage, speed, Value(mean, error).scaled(1.0 / (block_steps * h)))

@@ -45,11 +45,6 @@ def is_sinusoidal(problem: Problem) -> bool:
     return problem.equations.drive is not None and problem.equations.is_steady and rice_holds(problem)
 
 
-def has_stop(problem: Problem) -> bool:
-    """Whether the mass can hit a stop."""
-    return problem.equations.restitution is not None or problem.equations.stop_stiffness is not None
-
-
 def strain_factor(problem: Problem) -> float | None:
     """The largest strain of the piezo over the displacement, in 1/m; None where the scene does not have it."""
     return None if problem.scene.piezo is None else problem.scene.piezo.strain_per_displacement

@@ -182,9 +182,7 @@ def _responses(
     journal: ResponseJournal | None = None,
 ) -> FrequencyResponses:
     """All curves; each step goes into the ``journal`` at once, and those that were there call ``report_reused``."""
-    several = [dict[str, float]()]
-    if points is not None:
-        several = [dict(zip(points.keys, points.values(k), strict=True)) for k in range(len(points))]
+    several = [dict[str, float]()] if points is None else [points.varied(k) for k in range(len(points))]
     curves = list[FrequencyResponse]()
     for number, values in enumerate(several):
         driven = HarmonicDrive(Problem(problem.scene.varied(values)) if values else problem)

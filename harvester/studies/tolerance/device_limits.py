@@ -14,7 +14,7 @@ from harvester.equations.problem import Problem
 from harvester.errors import InputError, invalid, reading, unknown
 from harvester.quantities.kinds import Kind, with_prefix
 from harvester.studies.extremes.extremes import read_lifetime
-from harvester.studies.extremes.levels import RATE, SPEED, STRAIN, check_served, has_stop, is_sinusoidal, strain_factor
+from harvester.studies.extremes.levels import RATE, SPEED, STRAIN, check_served, is_sinusoidal, strain_factor
 
 POWER = Kind("a mean power (W)", "W", "'5 uW'")
 SQUARE = Kind("a mean square voltage (V^2)", "V^2", "'4 V^2'")
@@ -97,7 +97,7 @@ def lifetime_of(limits: Sequence[Limit], lifetime: float | str | None, problem: 
             raise InputError(f"`lifetime` must go with a limit of {' or '.join(PEAKS)}, but there is none")
         check_served(problem)
     for name in (SPEED, RATE):
-        if name in peaks and not has_stop(problem):
+        if name in peaks and not problem.equations.has_stop:
             raise InputError(f"a limit of {name} must go with a stop, but the scene has none")
     if STRAIN in peaks and strain_factor(problem) is None:
         raise InputError(

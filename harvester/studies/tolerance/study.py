@@ -119,15 +119,12 @@ class ToleranceStudy:
             samples = samples if ratio is None else sampling.corrected(samples, ratio)
             computed, warnings = every[samples.served], [*_failures(table)]
             surface = fit(computed, samples.values["mean_power"])
-        failed, many = int((~samples.served).sum()), computed
+        failed, many, inner = int((~samples.served).sum()), computed, len(computed)
         if runs < total:
             failed = round(failed / runs * total)  # as many of the samples in all as of those computed
             many, computed = design.values_at(spreads, request.u[: total - failed]), held
-            inner = int(samples.served.sum())
             samples = sampling.interpolated(samples, ends, held, many)
             warnings += _outside(held, many)
-        else:
-            inner = len(computed)
         levels = self._peaks(computed, inner, many)
         return ToleranceRuns(samples, many, surface, alone, failed, tuple(warnings), *levels)
 

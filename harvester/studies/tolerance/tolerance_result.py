@@ -251,12 +251,8 @@ class ToleranceResult(TableResult):
             {"limit": limit.written, "peak_relative_error95": self.peaks_off.get(limit.quantity)} | vars(interval)
             for limit, interval in zip(self.limits, self.met_each, strict=True)
         ]
-        return data | {
-            "tornado": {
-                bar.key: {"ends": bar.ends, "mean_power": bar.powers, "quantiles": bar.quantiles}
-                for bar in self.tornado
-            }
-        }
+        bars = {b.key: {"ends": b.ends, "mean_power": b.powers, "quantiles": b.quantiles} for b in self.tornado}
+        return data | {"tornado": bars}
 
     def plot(self, title: str | None = "") -> "figures.Plot":
         """The distribution of the power, the tornado and the shares of the variance as a matplotlib figure."""
@@ -295,9 +291,8 @@ def _bars(request: ToleranceRequest, runs: ToleranceRuns) -> tuple[TornadoBar, .
             powers = float(alone[low]), float(alone[high])
             scattered = runs.surface(design.values_at(request.spreads, design.one_alone(k, len(request.spreads))))
             least, most = np.quantile(scattered, (design.LOW, design.HIGH))
-            bars.append(
-                TornadoBar(spread.key, (float(ends[low, k]), float(ends[high, k])), powers, (float(least), float(most)))
-            )
+            values = float(ends[low, k]), float(ends[high, k])
+            bars.append(TornadoBar(spread.key, values, powers, (float(least), float(most))))
     return tuple(sorted(bars, key=lambda bar: -bar.swing))
 
 

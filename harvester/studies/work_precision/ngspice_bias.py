@@ -51,15 +51,8 @@ def ngspice_bias(
     multiple = math.lcm(setup.device.stride, 2)
     n_steps = math.ceil(2.0 * setup.burn_in / h / multiple) * multiple  # short: a grazing impact parts the paths
     tolerances = (Spice.reltol,) if setup.device.load.linear else TOLERANCES
-    runs = [
-        Runs(
-            setup=replace(setup, device=replace(setup.device, reltol=r)),
-            paired=True,
-            n_steps=n_steps,
-            seed=np.random.SeedSequence([seed, 2]),
-        )
-        for r in tolerances
-    ]
+    setups = [replace(setup, device=replace(setup.device, reltol=r)) for r in tolerances]
+    runs = [Runs(setup=s, paired=True, n_steps=n_steps, seed=np.random.SeedSequence([seed, 2])) for s in setups]
     rounds = 0
     while not rounds or (time.perf_counter() - begin) * (rounds + 1) < seconds * rounds:
         for run in runs:

@@ -82,9 +82,8 @@ class Measurement:
         steady = self.problem.equations.is_steady  # then by itself one periodic response, whose error is no sampling's
         paired = Spice(trajectories=Spice.TRAJECTORIES) if steady else Spice()
         with_control = self.run(paired) if self.cheap is not None else None
-        spice_alone = self.run(
-            settings.first_alone(self.cheap.answer.details["burn_in"] if self.cheap is not None else None)
-        )
+        burn_in = None if self.cheap is None else self.cheap.answer.details["burn_in"]
+        spice_alone = self.run(settings.first_alone(burn_in))
         if self.cheap is not None:
             self.measure_biases(self.cheap, with_control is not None)
             kind, step = type(self.cheap_model), self.cheap.answer.details["step"]
@@ -170,12 +169,8 @@ class Measurement:
         first = before[0]
         d = first.answer.details
         trajectories = engine.trajectories or d["trajectories"]
-        work = (
-            trajectories
-            * (d["burn_in"] + (number(engine.duration) or d["duration"]))
-            / (number(engine.dt) or d["step"])
-        )
-        return first.answer.seconds * work / first.work
+        duration, step = number(engine.duration) or d["duration"], number(engine.dt) or d["step"]
+        return first.answer.seconds * trajectories * (d["burn_in"] + duration) / step / first.work
 
     def measure_biases(self, cheap: Run, ngspice: bool) -> None:
         """Measure the bias of the step, and those of model and tolerance where ngspice does not fail."""
