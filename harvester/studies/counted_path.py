@@ -17,12 +17,12 @@ from harvester.uncertainty.value import Value
 STEPS = 2_000_000  # of the path
 BURN_IN = 0.25  # share of the path that is left out
 GROUPS, BINS = 32, 40  # parts of the path, each all but independent of the others; bins along each axis
-FEWEST = 25  # windows of either kind
-LONGEST_WINDOW = 128  # of it the path has so many
+FEWEST = 25  # windows that pass the level, and as many that do not
+LONGEST_WINDOW = 128  # pairs of windows that the path has at least
 
 
 def longer(path: Motion, problem: Problem, seed: int) -> Motion:
-    """A path of `STEPS` or so, of the scene of a shorter one."""
+    """A path of about `STEPS` steps, of the same scene as a shorter path."""
     span = STEPS * path.step * path.shown / float(path.time[-1])
     return motion(problem, duration=max(span, path.shown), seed=seed)
 

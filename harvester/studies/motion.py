@@ -274,7 +274,7 @@ def _stops(eqs: Equations) -> tuple[float, ...]:
 
 
 def _not_drawn(eqs: Equations) -> Iterator[Diagnostic]:
-    """What is to be said of stops that are others than those."""
+    """A note where the mass has stops, but the displacement alone does not meet them."""
     if eqs.modes is not None and eqs.has_stop and not _stops(eqs):
         yield note("ball_not_drawn" if eqs.has_ball else "stop_not_drawn")
 

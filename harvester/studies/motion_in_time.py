@@ -1,4 +1,4 @@
-"""How long what a motion does takes: hops between wells, first passages of a level, and the voltage's spectrum."""
+"""Motion in time, from its density: hops between wells, first passages of a level, and the voltage's spectrum."""
 
 import math
 from typing import Any
@@ -53,7 +53,7 @@ def forgetting(problem: Problem, answer: Answer) -> float:
 
 
 def hop_rate(problem: Problem, answer: Answer) -> Value | None:
-    """Hops between two wells a second; each begins anew only where the decay is far slower than that of the energy."""
+    """Hops between two wells a second; None where they are not rare, so that the motion remembers the hop before."""
     eqs = problem.equations
     wells = eqs.resting_places
     if len(wells) != 2:

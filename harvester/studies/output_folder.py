@@ -1,4 +1,4 @@
-"""What a study leaves in a folder: a table (CSV), its figure, and where they come from (provenance.json)."""
+"""The files that a study writes into a folder: a table (CSV), its figure, and their provenance (provenance.json)."""
 
 import json
 from collections.abc import Iterable, Sequence

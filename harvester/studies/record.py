@@ -1,4 +1,4 @@
-"""A record looked at: its density by Welch, its spectrogram, and its rms by octave with the error of sampling."""
+"""The spectra of a record: its density by Welch, its spectrogram, and its rms by octave with the error of sampling."""
 
 import itertools
 import math

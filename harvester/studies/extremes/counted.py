@@ -16,7 +16,7 @@ from harvester.errors import SimulationError
 from harvester.uncertainty.value import Value, mean_and_error
 
 SHORTEST, BLOCKS = 50, 2048  # a block's cycles at first, and how many blocks there are
-UNCORRELATED = 0.2  # correlation of neighbours that is none, of 100 blocks or so
+UNCORRELATED = 0.2  # the largest correlation of neighbours that 100 blocks or so have by chance
 LONGEST = 4_000_000  # steps in one piece, which the memory holds
 READ = 0.05  # time between two samples of the path
 FEWEST = 64  # blocks that a tail needs

@@ -1,6 +1,6 @@
-"""A response by ngspice or a compiled circuit: at each frequency the periodic one, which that before leads to.
+"""A response by ngspice or a compiled circuit: each frequency's periodic response, sought from that of the one before.
 
-Where the mass alone is linear, there is one response, from rest or from anywhere, and its neighbour is the shorter way.
+Where the mass alone is linear, there is one response from any start, and the one at the frequency before is near it.
 Where it is not, there may be several: these are followed up the frequencies and down again, as a slow sweep would.
 """
 
@@ -76,7 +76,7 @@ def by_ngspice(
 def _step(
     engine: Spice | Compiled, driven: HarmonicDrive, direction: str, frequency: float, near: Any
 ) -> "tuple[Step, Neighbour | CircuitStart | None]":
-    """One frequency, on from its neighbour, and the neighbour of the next."""
+    """The response at one frequency from its neighbour's state, and the state from which the next one begins."""
     estimate, near = engine.run_from(driven.at(frequency), near, judged=False)
     rms, bias = estimate.details.get(DISPLACEMENT), estimate.details.get(f"{DISPLACEMENT}_bias")
     displacement = None if rms is None else Value(rms, bias=bias)

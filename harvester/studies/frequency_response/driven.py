@@ -64,7 +64,7 @@ class HarmonicDrive:
         return Problem(scene.vary(self.frequency_key, frequency))
 
     def diagnostics(self, frequencies: Sequence[float]) -> list[Diagnostic]:
-        """Warnings of the scene's unusual values, and of those that the first and the last frequency would be."""
+        """Warnings of the scene's unusual values, and of those that are so at the first or the last frequency alone."""
         scene: Scene = self.problem.scene
         unusual = unusual_values(scene)
         diagnostics = list(unusual)

@@ -1,4 +1,4 @@
-"""What a response has done so far: each frequency on its way, with the state that the next one goes on from.
+"""The finished steps of a response: each frequency, with the state from which the next one begins.
 
 They are in response.journal at once, a row each (`harvester.studies.sweep.journal`), until the files of the response
 are whole; `--resume` takes them from there, and goes on from the last state as an undisturbed run would.

@@ -1,4 +1,4 @@
-"""Two aims at once: the largest power for each bound of another quantity, which is the front of what can be had.
+"""The Pareto front of two objectives: the largest power for each bound on another quantity.
 
 The quantity's best value in the ranges and its value at the largest power are the ends; between them the power is made
 as large as it can be under a bound that goes from one to the other (epsilon constraint; Haimes, Lasdon, Wismer 1971).

@@ -1,4 +1,4 @@
-"""The front of two aims: designs of which none has both more power and a better other quantity."""
+"""The Pareto front of two objectives: designs of which none has both more power and a better other quantity."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -37,7 +37,7 @@ class Race:
     scanned: bool = False  # all scans are complete
     top: str = ""  # the search that has shown the largest sound power
     waiting: list[str] = field(default_factory=list)
-    plan_reported: bool = False  # what the scans can afford
+    plan_reported: bool = False  # how many places the budget allows the scans
 
     @property
     def total_budget(self) -> float:

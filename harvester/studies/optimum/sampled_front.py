@@ -1,4 +1,4 @@
-"""The front of two aims by an engine that samples: the best of places that fill the ranges, and what cannot be told.
+"""The Pareto front of two objectives by an engine that samples: the best of many points, and those within its errors.
 
 All places are computed with the same noise, coarse to fine, until the budget ends.  A place is on the front where none
 has both more power and a better other quantity.  Of one that is beaten, the front may still hold it: by each place that

@@ -44,8 +44,8 @@ def sweep(
         engines or their names; by default `Exact` for a linear scene, for a netlist `Spice` beside
         `Ideal`, else all that serve it, `Density` under white noise only.
     execution
-        by whom it is computed, who is told, and in which folder sweep.csv, sweep.nc, sweep.png and provenance.json are
-        written; without a folder nothing is left on the disk.
+        who computes, how progress is shown, and the folder for sweep.csv, sweep.nc, sweep.png and provenance.json;
+        without a folder nothing is left on the disk.
     over, values
         names of version 0.1, which warn.
 

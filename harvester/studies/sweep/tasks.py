@@ -1,6 +1,7 @@
 """What is computed in one go: one point of an engine that samples, or a batch for an engine of formulas.
 
-An engine that goes from the answer at one point to that at the next does so along a few points, always the same ones.
+An engine with continuation goes from the answer at one point to that at the next, through a few points at a time, which
+are always the same ones.
 """
 
 import dataclasses

@@ -27,7 +27,7 @@ def label(engine: Engine) -> str:
 
 
 def base_name(name: str) -> str:
-    """The name of the engine that lacks nothing."""
+    """The name of the engine with all its parts, of the label of one that lacks a part."""
     return name.partition(", ")[0]
 
 

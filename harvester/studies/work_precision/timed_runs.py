@@ -61,7 +61,7 @@ class Measurement:
     budget: float = 60.0
     progress: Progress = NO_PROGRESS
     begin: float = field(default_factory=time.perf_counter)  # later by what warming up takes
-    fraction: float = 0.0  # of the budget, as told: it never goes back
+    fraction: float = 0.0  # of the budget, as reported: it never goes back
     runs: list[Run] = field(default_factory=list)
     failed: list[tuple[Engine, HarvesterError]] = field(default_factory=list)
     refused: dict[str, CannotServeError] = field(default_factory=dict)
