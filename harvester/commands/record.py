@@ -79,7 +79,7 @@ def record(
     """Make the record of a logger's FILE clean, and look at it: gaps, drift, clipping, density and rms by octave."""
     from harvester.machine import files
     from harvester.records.cleaning import Part, clean
-    from harvester.studies.record import look
+    from harvester.studies.record import record_spectra
 
     path = None if out is None else Path(out)
     if path is not None:
@@ -90,7 +90,7 @@ def record(
             raise InputError(f"--out must be another file than the record itself, but is {shown(out)}")
     page = report_file(report, None if path is None else str(path.parent))
     with naming(file):
-        found = look(clean(file, axis, rate, Part(begin, end, longest)), mass, stroke)
+        found = record_spectra(clean(file, axis, rate, Part(begin, end, longest)), mass, stroke)
     text = "" if path is None else found.text()
     title = f"{Path(file).name}, axis {found.record.axis}"
     echo_answer(found, as_json)

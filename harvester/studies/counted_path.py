@@ -21,7 +21,7 @@ FEWEST = 25  # windows that pass the level, and as many that do not
 LONGEST_WINDOW = 128  # pairs of windows that the path has at least
 
 
-def longer(path: Motion, problem: Problem, seed: int) -> Motion:
+def longer_path(path: Motion, problem: Problem, seed: int) -> Motion:
     """A path of about `STEPS` steps, of the same scene as a shorter path."""
     span = STEPS * path.step * path.shown / float(path.time[-1])
     return motion(problem, duration=max(span, path.shown), seed=seed)

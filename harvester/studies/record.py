@@ -92,7 +92,7 @@ class RecordAnswer:
         return "\n".join([*lines, "rms by octave:", *columns(rows, "  ")])
 
 
-def look(record: CleanRecord, mass: float | None = None, stroke: float | None = None) -> RecordAnswer:
+def record_spectra(record: CleanRecord, mass: float | None = None, stroke: float | None = None) -> RecordAnswer:
     """The spectra of a record, and the most power that a mass (kg) takes of it with a ``stroke`` (m) to either side.
 
     Between stops E[a x'] = -E[a' x], so that any device takes m D E|a'| at most (`harvester.equations.power_bound`).

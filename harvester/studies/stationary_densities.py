@@ -23,7 +23,7 @@ from harvester.errors import invalid, names_arguments
 from harvester.presentation.diagnostic import Diagnostic, note
 from harvester.presentation.result import TableResult
 from harvester.presentation.table import Column, Table
-from harvester.studies.counted_path import counted_passage, longer, voltage_plane
+from harvester.studies.counted_path import counted_passage, longer_path, voltage_plane
 from harvester.studies.motion import Motion, motion
 from harvester.studies.motion_in_time import forgetting, hop_rate, passage_time, read_level, read_voltage, spectrum_of
 from harvester.uncertainty.value import Value
@@ -200,7 +200,7 @@ def densities(
     report(DRAWN)
     remarks = [exists.warning, accumulation(eqs), note("density_solved")]
     path = motion(problem, seed=seed)
-    long = longer(path, problem, seed)
+    long = longer_path(path, problem, seed)
     passage = None if displacement_level is None else passage_time(problem, answer, displacement_level)
     if volts is not None:
         forgetting_time = 1.0 / (forgetting(problem, answer) * problem.units.frequency)

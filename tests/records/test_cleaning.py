@@ -10,7 +10,7 @@ import harvester as hv
 from harvester.presentation.diagnostic import has
 from harvester.records.cleaning import CleanRecord, clean
 from harvester.records.record_files import read_record
-from harvester.studies.record import look
+from harvester.studies.record import record_spectra
 
 G = 9.80665
 N, RATE = 2000, 500.0
@@ -126,7 +126,7 @@ def test_a_tone_has_no_error_of_a_random_signal(tmp_path):
     """Beside noise a sine of twice its rms: 35 % were stated for a tone that is known to a per cent."""
     noise = np.random.default_rng(4).standard_normal(N)
     path = written(tmp_path / "a.csv", "t (s),a (m/s2)", T, noise + np.sin(2 * np.pi * 50 * T))
-    bands = look(clean(str(path), None, None)).bands
+    bands = record_spectra(clean(str(path), None, None)).bands
     (tone,) = [band for band in bands if band.low < 50 < band.high]
     assert tone.rms.stderr is None and tone.rms.unknown == "a tone" and tone.rms.error95 is None
     assert all(band.rms.stderr for band in bands if not band.low < 50 < band.high)
@@ -210,7 +210,7 @@ def test_resampling_folds_nothing_back(harvester, tmp_path):
 def test_rms_by_octave_is_the_whole(tmp_path):
     """The octaves' squares add up to that of the record, and white noise lies within its stated error."""
     noise = np.random.default_rng(4).standard_normal(N)
-    found = look(clean(str(written(tmp_path / "a.csv", "t (s),a (m/s2)", T, noise)), None, None))
+    found = record_spectra(clean(str(written(tmp_path / "a.csv", "t (s),a (m/s2)", T, noise)), None, None))
     assert sum(b.rms.value**2 for b in found.bands) == pytest.approx(found.record.rms**2, rel=1e-9)
     for band in found.bands[3:]:
         high = min(band.high, RATE / 2)
@@ -224,7 +224,7 @@ def test_error_of_an_octave_is_its_scatter():
     rng = np.random.default_rng(8)
     z = []
     for _ in range(60):
-        for band in look(CleanRecord(RATE, rng.standard_normal(N), "a", (), ())).bands[5:]:
+        for band in record_spectra(CleanRecord(RATE, rng.standard_normal(N), "a", (), ())).bands[5:]:
             expected = np.sqrt((min(band.high, RATE / 2) - band.low) / (RATE / 2))
             z.append((band.rms.value - expected) / band.rms.stderr)
     assert np.std(z) == pytest.approx(1.0, abs=4.0 / np.sqrt(2 * len(z)))
@@ -270,11 +270,11 @@ def test_what_a_mass_could_take_of_a_record_before_there_is_a_device():
     """Of a tone a sin(w t) the mean jerk is 2 w a/pi; no device between stops takes more, and a bound needs both."""
     a, w, t = 2.0, 2.0 * np.pi * 25.0, np.arange(1000) / 500.0
     tone = CleanRecord(500.0, a * np.sin(w * t), "a", (), ())
-    found = look(tone, 0.01, 2e-3)
+    found = record_spectra(tone, 0.01, 2e-3)
     assert found.possible == pytest.approx(0.01 * 2e-3 * 2.0 * w * a / np.pi, rel=1e-3)
     assert "no device of that mass and stroke takes more than 4 mW" in str(found)
-    assert found.as_json()["possible_power"] == found.possible and look(tone).possible is None
+    assert found.as_json()["possible_power"] == found.possible and record_spectra(tone).possible is None
     with pytest.raises(hv.InputError, match="`mass` and `stroke` must be given together"):
-        look(tone, 0.01)
+        record_spectra(tone, 0.01)
     with pytest.raises(hv.InputError, match="`stroke` must be above 0"):
-        look(tone, 0.01, -1e-3)
+        record_spectra(tone, 0.01, -1e-3)

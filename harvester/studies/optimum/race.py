@@ -135,4 +135,4 @@ def scan_one_more(search: SampledSearch) -> bool:
 
 def best_of_scan(search: SampledSearch) -> Peak:
     """The place of the largest power that the coarse scan saw; raises the last error where it saw none."""
-    return search.so_far(scanning(search).of_scan)
+    return search.best_so_far(scanning(search).of_scan)

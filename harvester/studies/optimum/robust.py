@@ -81,18 +81,18 @@ class Robust(Engine):
     def run_many(self, scenes: Sequence[AnyScene]) -> list[Estimate | HarvesterError]:
         """For each scene the estimate of the device as it stands, with the power of its `DesignOutcome`."""
         if not self.vary:
-            self._together([Problem.of(scene).scene for scene in scenes])
+            self._run_devices([Problem.of(scene).scene for scene in scenes])
         return [self._estimate(scene) for scene in scenes]
 
-    def _together(self, scenes: Sequence[Scene]) -> None:
+    def _run_devices(self, scenes: Sequence[Scene]) -> None:
         """Compute devices as they stand at once, which a formula does for little more than one; errors come later."""
         new = {key: scene for scene in scenes if (key := scene.to_toml()) not in self._known}
         for (key, scene), answer in zip(new.items(), self.engine.run_many([*new.values()]), strict=True):
             if isinstance(answer, Estimate):
                 with contextlib.suppress(HarvesterError):  # of the peaks: `outcome` raises it again
-                    self._known[key] = answer, self._alone(scene, answer)
+                    self._known[key] = answer, self._single_device(scene, answer)
 
-    def _alone(self, scene: Scene, answer: Estimate) -> DesignOutcome:
+    def _single_device(self, scene: Scene, answer: Estimate) -> DesignOutcome:
         """The outcome of a device as it stands."""
         power, square = (np.array([mean.value]) for mean in (answer.mean_power, answer.mean_square_voltage))
         peaks = {name: np.array([v]) for name, v in self._peaks(scene).items()}
@@ -121,7 +121,7 @@ class Robust(Engine):
         if isinstance(first, HarvesterError):
             raise first
         if not devices:
-            return first, self._alone(nominal, first)
+            return first, self._single_device(nominal, first)
         served = [answer for answer in answers if isinstance(answer, Estimate)]
         if len(served) < len(devices):
             failed = next(answer for answer in answers if isinstance(answer, HarvesterError))

@@ -96,7 +96,7 @@ class SampledSearch:
         if rough is not None and rough.low is not None and not any(p is rough for p in peaks):
             peaks.append(rough)
         elif not peaks:
-            peaks.append(self.so_far(self.surface.points[begin:] or self.surface.points))
+            peaks.append(self.best_so_far(self.surface.points[begin:] or self.surface.points))
         self.warnings.append(self._budget_spent(peaks[-1].low is not None))
 
     def full(self, seed: int) -> Any:
@@ -271,7 +271,7 @@ class SampledSearch:
         self.rough_peak = peak_of_box(fit, bias, u, width)
         return fit, bias
 
-    def so_far(self, points: list[Evaluation]) -> Peak:
+    def best_so_far(self, points: list[Evaluation]) -> Peak:
         """The best of some places; raises the last error where none has an answer."""
         return Peak.best_of(points, note("not_narrowed"))
 

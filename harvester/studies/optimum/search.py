@@ -112,7 +112,7 @@ class Search:
         options = {"within": self.request.within, "budget": surface.left_now, "seed": self.sampled_search.new_seed()}
         last = surface.evaluate(best.u[None], with_options(engine, **options), "optimum")[0]
         if not last.is_sound and (sound := self._sound_before()):
-            best = self.sampled_search.so_far(sound)
+            best = self.sampled_search.best_so_far(sound)
             last = next(p for p in sound if p.power is best.power)
             result = replace(result, peaks=(best,))
         answer = last.answer

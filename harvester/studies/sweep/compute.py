@@ -26,7 +26,7 @@ from harvester.studies.output_folder import OutputFolder, provenance_with_engine
 from harvester.studies.sweep.journal import Journal, JournalRow
 from harvester.studies.sweep.points import Points
 from harvester.studies.sweep.rows import COLUMNS, SweepRow, lines, read_cells
-from harvester.studies.sweep.runners import Done, handed_over, in_this_process, pool
+from harvester.studies.sweep.runners import Done, by_executor, in_this_process, pool
 from harvester.studies.sweep.same_study import check_same, identity
 from harvester.studies.sweep.shared_budget import SharedBudget
 from harvester.studies.sweep.sweep_table import SweepTable
@@ -94,12 +94,12 @@ def _answers(todo: Iterator[Task], execution: Execution, budget: float | None, r
 
 def _computed(todo: Iterator[Task], execution: Execution, workers: int) -> Done:
     if execution.executor is not None:
-        return handed_over(todo, execution.executor)
-    meanwhile: Callable[[], object] | None = None if execution.out is None else _load_what_draws
+        return by_executor(todo, execution.executor)
+    meanwhile: Callable[[], object] | None = None if execution.out is None else _preload_figures
     return in_this_process(todo) if workers == 1 else pool(todo, workers, meanwhile)
 
 
-def _load_what_draws() -> None:
+def _preload_figures() -> None:
     """Load what draws and writes the finished table: half a second, in which the workers compute."""
     importlib.import_module("scipy.io")
     _ = figures.sweep

@@ -89,7 +89,7 @@ class SweepRow:
     @property
     def written(self) -> str:
         """The row as JSON: of each value the parts that it has, of each warning its code and numbers."""
-        parts = dataclasses.asdict(self, dict_factory=_what_there_is)
+        parts = dataclasses.asdict(self, dict_factory=_without_empty)
         return json.dumps(parts, default=lambda scalar: scalar.item(), separators=(",", ":"))
 
     def with_units(self, units: Mapping[str, str]) -> "SweepRow":
@@ -158,7 +158,7 @@ def _read_value(cells: Mapping[str, str], name: str) -> Value:
     return Value(**parts)
 
 
-def _what_there_is(parts: Sequence[tuple[str, Any]]) -> dict[str, Any]:
+def _without_empty(parts: Sequence[tuple[str, Any]]) -> dict[str, Any]:
     """Names and parts without those that say nothing: a short row, of which a long sweep has many."""
     return {name: part for name, part in parts if part is not None and part not in ("", (), {})}
 

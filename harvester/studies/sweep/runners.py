@@ -70,7 +70,7 @@ def pool(tasks: Iterator[Task], workers: int, meanwhile: Callable[[], object] | 
             processes.kill(process)
 
 
-def handed_over(tasks: Iterator[Task], executor: Any) -> Done:
+def by_executor(tasks: Iterator[Task], executor: Any) -> Done:
     """Compute the tasks by an executor of `concurrent.futures`, or the client of a Dask scheduler, on a core each.
 
     Dask gives a task whose worker died to another worker; one that ended several is computed point by point, and a
@@ -80,7 +80,7 @@ def handed_over(tasks: Iterator[Task], executor: Any) -> Done:
     """
     name = f"the Dask scheduler at {executor.scheduler.address}" if hasattr(executor, "scheduler") else "the executor"
     try:
-        yield from _handed_over(tasks, executor, name)
+        yield from _by_executor(tasks, executor, name)
     except HarvesterError:
         raise
     except Exception as error:
@@ -90,7 +90,7 @@ def handed_over(tasks: Iterator[Task], executor: Any) -> Done:
         raise SimulationError(f"{name} has gone: start another, and `resume`") from None
 
 
-def _handed_over(tasks: Iterator[Task], executor: Any, name: str) -> Done:
+def _by_executor(tasks: Iterator[Task], executor: Any, name: str) -> Done:
     submit = executor.get_executor(pure=False).submit if hasattr(executor, "get_executor") else executor.submit
     ahead = max(AHEAD * sum(executor.nthreads().values()), FEWEST) if hasattr(executor, "nthreads") else FEWEST
     pending = {submit(compute_on_one_core, task): task for task in itertools.islice(tasks, ahead)}

@@ -46,13 +46,13 @@ def test_coils_of_different_quality_are_told():
     given = hv.load(BRIDGE)
     scenes = {name: given.with_load(netlist=name) for name in ("bridge", "parallel_sshi", "sece")}
     over = {"load.parameters.R": ("300k", "3M")}
-    (said,) = circuit_choice.of_coils(scenes, over)
+    (said,) = circuit_choice.coil_warnings(scenes, over)
     wave = math.sqrt(2.0 / given.piezo.capacitance)
     assert f"sece {1.0 / (200.0 / wave + wave / 500e3):.2g}" in str(said) and "bridge" not in str(said)
-    assert circuit_choice.of_coils(scenes, over | {"load.parameters.L": ("10m", "1")}) == ()
+    assert circuit_choice.coil_warnings(scenes, over | {"load.parameters.L": ("10m", "1")}) == ()
     same = {"L": 0.0105, "Rcoil": 11.9, "Rcore": 510e3}
     alike = {name: given.with_load(netlist=name, parameters=same) for name in ("parallel_sshi", "sece")}
-    assert circuit_choice.of_coils(alike, over) == ()
+    assert circuit_choice.coil_warnings(alike, over) == ()
 
 
 @pytest.mark.slow
@@ -130,7 +130,7 @@ def test_a_last_run_that_is_cut_off_loses_no_optimum():
     assert search.sampled_search is not None
     before = search.surface.evaluate(np.array([[0.3], [0.5]]), search.sampled_search.engine, "scan")
     search.surface.budget = 1e-3
-    found = search.finish(result=SearchResult((search.sampled_search.so_far(before),)))
+    found = search.finish(result=SearchResult((search.sampled_search.best_so_far(before),)))
     assert not search.surface.points[-1].is_sound, "the run at the optimum has no time"
     assert found.estimate.is_sound and found.mean_power.value == max(p.power.value for p in before)
 
