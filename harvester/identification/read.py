@@ -80,7 +80,9 @@ def read_file(name: str) -> list[Measurement]:
         with np.errstate(divide="ignore", invalid="ignore"):  # a zero in the table has no inverse
             z = _impedance(table, f)
         if z is not None:
-            return [_checked_impedance(Impedance(label, f, z, clamped), key)]
+            good = finite(f, z.real, z.imag) & (f > 0.0) & (np.abs(z) > 0.0)
+            _enough(good, key)
+            return [Impedance(label, f[good], z[good], clamped)]
         if responses := _responses(table, f, label, key, load):
             return responses
     elif table.find(is_time):
@@ -160,12 +162,6 @@ def _phase(table: CsvTable) -> Floats | None:
                     factor = math.pi / 180.0
             return column.values * factor
     return None
-
-
-def _checked_impedance(measured: Impedance, key: str) -> Impedance:
-    good = finite(measured.f, measured.z.real, measured.z.imag) & (measured.f > 0.0) & (np.abs(measured.z) > 0.0)
-    _enough(good, key)
-    return Impedance(measured.name, measured.f[good], measured.z[good], measured.clamped)
 
 
 def _responses(table: CsvTable, f: Floats, label: str, key: str, load: float | None) -> list[Measurement]:

@@ -92,9 +92,8 @@ def _correlations(s: Mapping[str, float]) -> dict[tuple[str, str], float]:
     for key, name, share in ((stiffness, "short_circuit_frequency", 1.0), (coupling, "coupling_squared_per_mass", 0.5)):
         if key in s and name in s:
             s_key, s_mass, s_ratio = s[key] / share, s[mass], s[name] * (2.0 if key == stiffness else 1.0)
-            correlations[mass, key] = max(
-                min((s_key**2 + s_mass**2 - s_ratio**2) / (2.0 * s_key * s_mass), MOST), -MOST
-            )
+            correlation = (s_key**2 + s_mass**2 - s_ratio**2) / (2.0 * s_key * s_mass)
+            correlations[mass, key] = max(min(correlation, MOST), -MOST)
     if len(correlations) == 2:
         correlations[stiffness, coupling] = correlations[mass, stiffness] * correlations[mass, coupling]
     return correlations
