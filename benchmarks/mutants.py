@@ -139,8 +139,8 @@ one-draw-for-both-noises: test_statistics.py test_gibbs.py -k power_balance
 - other[0, i], other[1, i] = variates(bits, doublings > 0)
 + other[0, i], other[1, i] = noise[0, i], noise[1, i]
 line-of-an-impact: test_intervals.py -k no_mean or numerical_fit
-- slope + (12.0 * one - 6.0 * zero)
-+ slope + (12.0 * one - 5.0 * zero)
+- slope + (12.0 * mean_1 - 6.0 * mean_0)
++ slope + (12.0 * mean_1 - 5.0 * mean_0)
 line-of-half-a-step: test_intervals.py -k might_be_seen
 - fitted(eqs.mu, 0.5 * h)
 + fitted(eqs.mu, h)

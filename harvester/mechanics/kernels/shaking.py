@@ -129,10 +129,10 @@ def filter_start(
     places are evenly apart from a random one on, so that together they soon see all of it.
     """
     if samples is not None:
-        places = rng.integers(0, len(samples), trajectories)
+        indices = rng.integers(0, len(samples), trajectories)
         if eqs.density is not None:
-            places = (places[0] + len(samples) * np.arange(trajectories) // trajectories) % len(samples)
-        return np.array([samples[places], places])
+            indices = (indices[0] + len(samples) * np.arange(trajectories) // trajectories) % len(samples)
+        return np.array([samples[indices], indices])
     states = np.empty((0, trajectories))
     if eqs.coloured is not None:
         states = deviation(eqs, h) * rng.standard_normal((2, trajectories))

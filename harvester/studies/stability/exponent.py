@@ -150,7 +150,7 @@ def stability(
     share = 1.0 if folder is None else 0.2  # of the time
     with working(execution.progress) as progress:
         part = PartOfProgress(progress, 0.0, share)
-        growth = lyapunov.exponent(eqs, np.random.SeedSequence(seed), trajectories, duration, tick=part.step)
+        growth = lyapunov.exponent(eqs, np.random.SeedSequence(seed), trajectories, duration, progress=part.step)
         region: list[Edge] = []
         for edge in () if folder is None else edges(eqs, LOADS, np.random.SeedSequence(seed)):
             region.append(edge)
