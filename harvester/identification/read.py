@@ -73,7 +73,7 @@ def read_file(name: str) -> list[Measurement]:
     load, clamped = _state(state, table.remarks, key)
     if table.bad:
         row, position, text = table.bad[0]
-        head = next((column.name for column in table.columns if column.place == position), "")
+        head = next((column.name for column in table.columns if column.index == position), "")
         raise invalid(f"{key} column {head!r} row {row}", "be a number", text)
     if frequencies := table.find(is_frequency):
         f = _in_hertz(frequencies[0], key)

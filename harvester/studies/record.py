@@ -73,7 +73,7 @@ class RecordAnswer:
             "peak": float(np.abs(one.values).max()),
             **({} if self.possible is None else {"possible_power": self.possible}),
             "bands": [{"low": b.low, "high": b.high, "rms": b.rms.value, "stderr": b.rms.stderr} for b in self.bands],
-            "found": list(map(str, one.found)),
+            "found": list(map(str, one.notes)),
             "warnings": list(map(str, one.warnings)),
         }
 
@@ -88,7 +88,7 @@ class RecordAnswer:
                 if self.possible is None
                 else [f"no device of that mass and stroke takes more than {amount(self.possible, 'W')}"]
             ),
-            *(f"found: {what}" for what in one.found),
+            *(f"found: {what}" for what in one.notes),
             *(f"warning: {what}" for what in one.warnings),
         ]
         rows = [(f"{b.low:.3g} to {b.high:.3g} Hz", b.rms.format("m/s^2")) for b in self.bands]

@@ -54,7 +54,7 @@ def samples_of(eqs: Equations, h: float, rng: np.random.Generator) -> Floats | N
     """Accelerations of a record, or of one drawn from a density, at all steps h of a period; None without."""
     if eqs.density is not None:
         return drawn_record(eqs, h, rng).values
-    return None if eqs.record is None else eqs.record.sampled(round(eqs.record.period / h))
+    return None if eqs.record is None else eqs.record.at_even_times(round(eqs.record.period / h))
 
 
 def drawn_record(eqs: Equations, h: float, rng: np.random.Generator) -> Record:

@@ -89,7 +89,7 @@ class Stability(TableResult):
         return figures.region([edge.mu for edge in self.region], self.region, title)
 
 
-@as_in_version_0_1("seed", "trajectories", "duration", tick=calls_with_fraction)
+@as_in_version_0_1("seed", "trajectories", "duration", adapter=calls_with_fraction)
 @names_arguments
 def stability(
     scene: AnyScene,
