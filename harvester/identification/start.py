@@ -109,7 +109,7 @@ def _peaks(data: Measurement) -> list[float]:
 
 
 def second_starts(impedances: Sequence[Impedance], single: dict[str, float]) -> list[dict[str, float]]:
-    """Values to begin the fit of two modes from, with the fit of ``one``: pairs of its frequency and of peaks.
+    """Values to begin the fit of two modes from, with the ``single`` mode's fit: pairs of its frequency and of peaks.
 
     Peaks are those of the conductance over the frequency, and of what the one mode leaves of it.
     """

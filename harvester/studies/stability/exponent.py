@@ -155,7 +155,7 @@ def stability(
         for edge in () if folder is None else edges(eqs, LOADS, np.random.SeedSequence(seed)):
             region.append(edge)
             progress.step(share + (1.0 - share) * len(region) / len(LOADS), "region")
-    doubts, quiet = formula.doubts(eqs), noiseless(eqs)
+    doubts, quiet = formula.checks(eqs), noiseless(eqs)
     bias, unknown = growth.bias, ""
     if eqs.n2 is None and eqs.restitution is not None:
         # All trajectories can come to one path whose impacts lock to the grid: neither their scatter nor a run of twice
