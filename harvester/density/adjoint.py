@@ -58,7 +58,7 @@ def adjoint(factors: Factors, right: Floats) -> Floats:
 
 @one_blas_thread
 def gradient(eqs: Equations, solution: Solution, setting: Setting, index: int = 0) -> dict[str, float]:
-    """The derivative of a mean (by its ``index`` in `functionals.NAMES`) with respect to each coefficient that is present.
+    """The derivative of a mean (by its ``index`` in `functionals.NAMES`) with respect to each coefficient present.
 
     ``solution`` is the density in a setting; the error of a gradient is seen by that on another mesh.
     """

@@ -22,7 +22,7 @@ HIGHEST = 60.0  # energies of a level that is asked for
 
 @one_blas_thread
 def displacement_rate(eqs: Equations, setting: Setting, level: float, resolution: int, modes: int) -> float:
-    """The rate at which |displacement| passes a level for the first time, on the mesh of a ``resolution`` (index of `RESOLUTIONS`).
+    """The rate at which |displacement| passes a level for the first time, on the mesh of one of `RESOLUTIONS`.
 
     0 where the level is too far up to be resolved.
     """

@@ -110,8 +110,8 @@ def solution(eqs: Equations, setting: Setting, on: Mesh, modes: int, pace: Pace 
 def probed(eqs: Equations, within: float, resolution: int, pace: Pace) -> Probed:
     """The smallest box and the fewest modes that leave a quarter of the error each, as a coarse mesh tells.
 
-    ``resolution`` is the coarse mesh's index of `RESOLUTIONS`; where a larger box brings nothing, a finer one is asked.  The error of a box
-    is asked once, not again with more modes.
+    ``resolution`` is the coarse mesh's index of `RESOLUTIONS`; where a larger box brings nothing, a finer one is taken.
+    The error of a box is computed once, not again with more modes.
     """
     few = 1 if eqs.mu is None else 0 if eqs.beta else 3  # so few are exact where the voltage does not act on the mass
     tails, counts = iter(TAILS), iter([few] if few else MODES)

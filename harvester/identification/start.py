@@ -32,10 +32,14 @@ def chosen(measurements: Sequence[Measurement], known: dict[str, float], bouncin
         ("beta",): coupled,
         ("capacitance",): capacitance,
         ("loss",): impedance,
-        ("psi",): any(isinstance(m, BaseResponse) and m.of == "voltage" for m in measurements) and not mass_gives_psi,
+        ("psi",): any(map(_is_voltage_per_g, measurements)) and not mass_gives_psi,
         BOUNCE: bouncing,
     }
     return tuple(name for names, there in determined.items() if there for name in names if name not in known)
+
+
+def _is_voltage_per_g(data: Measurement) -> bool:
+    return isinstance(data, BaseResponse) and data.of == "voltage"
 
 
 def _has_resistor(data: Measurement) -> bool:
