@@ -12,8 +12,8 @@ def main() -> None:
     before = signal.getsignal(signal.SIGINT)
     if before is signal.default_int_handler:  # otherwise ^C is ignored, as in the background of a script
         signal.signal(signal.SIGINT, signal.SIG_DFL)
-    for name, one in ONE_THREAD.items():
-        os.environ.setdefault(name, one)
+    for name, count in ONE_THREAD.items():
+        os.environ.setdefault(name, count)
     os.environ["MPLBACKEND"] = "agg"  # figures go into files, whatever windows the user has chosen or misspelt
     search_garbage_rarely()
     from harvester.cli import main as run

@@ -146,8 +146,8 @@ _SHORT.maxstring = _SHORT.maxother = 120
 
 def escaped(text: str) -> str:
     """A stranger's text as it is shown: control characters, which move a cursor or turn a line, as a code."""
-    hidden = {one for one in text if unicodedata.category(one) in ("Cc", "Cf")} - {"\n", "\t"}
-    return "".join(repr(one)[1:-1] if one in hidden else one for one in text) if hidden else text
+    hidden = {c for c in text if unicodedata.category(c) in ("Cc", "Cf")} - {"\n", "\t"}
+    return "".join(repr(c)[1:-1] if c in hidden else c for c in text) if hidden else text
 
 
 def shown(value: object) -> str:
@@ -181,7 +181,7 @@ def reading(argument: str, reader: Callable[[Of], Answer], value: Of) -> Answer:
 
 def unknown(kind: str, name: str, known: Iterable[str], error: type[InputError] = InputError) -> InputError:
     """An unknown name, with its nearest match or, failing that, every name there is."""
-    names = {one.lower(): one for one in known}
+    names = {each.lower(): each for each in known}
     near = difflib.get_close_matches(name[:120].lower(), names, n=1)
     hint = f"did you mean {names[near[0]]!r}?" if near else f"it must be one of {', '.join(names.values())}"
     return error(f"unknown {kind} {shown(name)}: {hint}")

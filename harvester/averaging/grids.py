@@ -41,12 +41,12 @@ def stacked(scenes: Sequence[Equations]) -> Equations:
 def groups_of_same_effects(scenes: Sequence[Equations], most: int) -> list[list[int]]:
     """Places of the scenes that have the same effects, in groups of at most ``most``."""
     groups: dict[tuple[bool, ...], list[list[int]]] = {}
-    for place, scene in enumerate(scenes):
+    for index, scene in enumerate(scenes):
         pattern = tuple(value is None for value in vars(scene).values())
         mine = groups.setdefault(pattern, [[]])
         if len(mine[-1]) == most:
             mine.append([])
-        mine[-1].append(place)
+        mine[-1].append(index)
     return [group for mine in groups.values() for group in mine]
 
 
@@ -61,12 +61,12 @@ def noisy_stacks(
     A scene without external noise has no stationary law: the error ``without_noise``.
     """
     answers: list[T | SimulationError] = [SimulationError(without_noise) for _ in scenes]
-    noisy = [place for place, eqs in enumerate(scenes) if eqs.n1 is not None]
-    for group in groups_of_same_effects([scenes[place] for place in noisy], most):
-        places = [noisy[k] for k in group]
+    noisy = [index for index, eqs in enumerate(scenes) if eqs.n1 is not None]
+    for group in groups_of_same_effects([scenes[index] for index in noisy], most):
+        members = [noisy[k] for k in group]
         with np.errstate(all="ignore"):  # amplitudes of no weight may overflow
-            for place, answer in zip(places, solve([scenes[place] for place in places]), strict=True):
-                answers[place] = answer
+            for index, answer in zip(members, solve([scenes[index] for index in members]), strict=True):
+                answers[index] = answer
     return answers
 
 

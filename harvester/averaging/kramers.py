@@ -33,21 +33,21 @@ def hopping_rates(eqs: Equations) -> tuple[float, float] | None:
     The damping is that of small motions in a well, the load's included.  That its voltage raises the barrier is left
     out, so that rates come out up to three times too high at a coupling of `WEAK`, beyond which they are not told.
     """
-    places, tops = eqs.resting_places, barriers(eqs)
+    rests, tops = eqs.resting_places, barriers(eqs)
     simple = unknown_to(HOPPING).isdisjoint(eqs.effects)
-    if len(places) != 2 or eqs.n1 is None or not simple or (eqs.beta or 0.0) > WEAK or (eqs.beta and eqs.mu is None):
+    if len(rests) != 2 or eqs.n1 is None or not simple or (eqs.beta or 0.0) > WEAK or (eqs.beta and eqs.mu is None):
         return None
     top = float(tops[0])
     barrier = math.sqrt(-_stiffness(eqs, top))
     losses, temperatures, damping, frequencies = [], [], [], []
-    for place in places:
-        frequency, taken = _small_motion(eqs, place)
+    for rest in rests:
+        frequency, taken = _small_motion(eqs, rest)
         if taken <= 0.0:
             return None
         damping.append(taken)
         frequencies.append(frequency)
         temperatures.append(eqs.n1 / taken)
-        losses.append(taken * _action(eqs, place, top) / temperatures[-1])
+        losses.append(taken * _action(eqs, rest, top) / temperatures[-1])
     both = taken_up(losses[0]) * taken_up(losses[1]) / taken_up(losses[0] + losses[1])
     left, right = (
         both
@@ -55,8 +55,8 @@ def hopping_rates(eqs: Equations) -> tuple[float, float] | None:
         / barrier
         * w
         / (2.0 * math.pi)
-        * math.exp(-(_energy(eqs, top) - _energy(eqs, place)) / temperature)
-        for place, g, w, temperature in zip(places, damping, frequencies, temperatures, strict=True)
+        * math.exp(-(_energy(eqs, top) - _energy(eqs, rest)) / temperature)
+        for rest, g, w, temperature in zip(rests, damping, frequencies, temperatures, strict=True)
     )
     return left, right
 
@@ -83,21 +83,21 @@ def _stiffness(eqs: Equations, x: float) -> float:
     return linear + x * (2.0 * alpha2 + 3.0 * alpha * x)
 
 
-def _small_motion(eqs: Equations, place: float) -> tuple[float, float]:
+def _small_motion(eqs: Equations, x: float) -> tuple[float, float]:
     """Frequency and damping of small motions about a place, (w, g) of exp(-g t/2) cos(w t); g of 0 where none turns."""
     matrix = flow(eqs)
-    matrix[1, 0] = -_stiffness(eqs, place)
+    matrix[1, 0] = -_stiffness(eqs, x)
     values = np.linalg.eigvals(matrix)
     turning = values[np.argmax(values.imag)]
     return abs(float(turning.imag)), -2.0 * float(turning.real) if turning.imag else 0.0
 
 
-def _action(eqs: Equations, place: float, top: float) -> float:
+def _action(eqs: Equations, rest: float, top: float) -> float:
     """S, the contour of x' dx in a well, at the energy of the barrier's ``top``."""
     linear, alpha2, alpha = eqs.spring
     roots = np.roots([alpha / 4.0, alpha2 / 3.0, linear / 2.0, 0.0, -_energy(eqs, top)])
-    beyond = [float(one.real) for one in roots if abs(one.imag) < 1e-9 and (one.real - place) * (place - top) > 0.0]
-    end = min(beyond, key=lambda x: abs(x - place))
+    beyond = [float(root.real) for root in roots if abs(root.imag) < 1e-9 and (root.real - rest) * (rest - top) > 0.0]
+    end = min(beyond, key=lambda x: abs(x - rest))
     angle = (np.arange(NODES) + 0.5) * (math.pi / NODES)
     x = 0.5 * (top + end) + 0.5 * (end - top) * np.cos(angle)
     speed = np.sqrt(np.maximum(2.0 * (_energy(eqs, top) - _energy(eqs, x)), 0.0))

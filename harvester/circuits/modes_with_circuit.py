@@ -19,7 +19,7 @@ from harvester.mechanics.kernels.shaking import Filter, last_acceleration, shake
 from harvester.mechanics.kernels.trajectory_batch import BATCH, Batch, Schedule
 from harvester.mechanics.modes.modal_batch import ModalMotion, add_sample_of_modes
 from harvester.mechanics.modes.modal_circuit import add_modal_features, drift_with_course
-from harvester.mechanics.modes.modal_step import along, kick_modes
+from harvester.mechanics.modes.modal_step import dot, kick_modes
 
 
 @inlined
@@ -43,7 +43,7 @@ def _advance(z, state, b, schedule, h, own, c, shaker):
     unit = own.unit / (schedule.stride * own.record[0].seconds)
     for _ in range(schedule.samples):
         for k in range(schedule.stride):
-            if c.own.n1 is not None and k % steps == 0:
+            if c.oscillator.n1 is not None and k % steps == 0:
                 draw_noise(noise, b.s0, b.s1, schedule.doublings)
             if shaker is not None:
                 shake(accelerations, schedule.doublings > 0, shaker)
@@ -88,7 +88,7 @@ def _mid_drift(z, state, out, h, own, c, shaker):
     room, one, mid = np.empty((ROOMS, own.length)), np.empty(len(state)), np.zeros(len(z))
     for i in range(BATCH):
         _to_mid_drift(i, z, mid, state, one, own, room, half, c, last_acceleration(i, shaker))
-        out[0, i], out[1, i], out[2, i] = along(c.e, mid, 0, i), along(c.e, mid, n, i), mid[2 * n * BATCH + i]
+        out[0, i], out[1, i], out[2, i] = dot(c.e, mid, 0, i), dot(c.e, mid, n, i), mid[2 * n * BATCH + i]
 
 
 def advance_modal_circuit(

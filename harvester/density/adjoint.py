@@ -38,9 +38,9 @@ def adjoint(factors: Factors, right: Floats) -> Floats:
         q = np.zeros(z.shape)
         for group, chain in reversed(factors.chains):
             here, k = slice(group[0], group[-1] + 1), group[-1]
-            told = z[here].copy()
-            told[-1] -= form.to_lower(q, k)
-            q[here] = chain.solve_transposed(told)
+            remainder = z[here].copy()
+            remainder[-1] -= form.to_lower(q, k)
+            q[here] = chain.solve_transposed(remainder)
         return q
 
     if factors.is_joint or not form.back_coupled:
@@ -57,25 +57,25 @@ def adjoint(factors: Factors, right: Floats) -> Floats:
 
 
 @one_blas_thread
-def gradient(eqs: Equations, found: Solution, setting: Setting, place: int = 0) -> dict[str, float]:
-    """The derivative of a mean (by its place in `functionals.NAMES`) with respect to each coefficient that is present.
+def gradient(eqs: Equations, solution: Solution, setting: Setting, index: int = 0) -> dict[str, float]:
+    """The derivative of a mean (by its ``index`` in `functionals.NAMES`) with respect to each coefficient present.
 
-    ``found`` is the density in a setting; the error of a gradient is seen by that on another mesh.
+    ``solution`` is the density in a setting; the error of a gradient is seen by that on another mesh.
     """
-    form, p, mean = found.form, found.p, float(found.means[place])
+    form, p, mean = solution.form, solution.p, float(solution.means[index])
     masses = np.zeros(form.shape)
     masses[0] = integrals(form)
-    weights = functionals(eqs, form)[place].reshape(form.shape)
-    q = adjoint(found.factors, weights - mean * masses)
+    weights = functionals(eqs, form)[index].reshape(form.shape)
+    q = adjoint(solution.factors, weights - mean * masses)
 
     def changed(name: str, step: float) -> float:
         other = replace(eqs, **{name: getattr(eqs, name) + step})
         moved = WeakForm(other, _moved(form.mesh, eqs, other), form.frame, form.modes)
-        own = functionals(other, moved)[place].reshape(form.shape) - mean * _masses(moved)
-        return float(np.vdot(own, p) - np.vdot(q, moved.apply(p)))
+        moved_weights = functionals(other, moved)[index].reshape(form.shape) - mean * _masses(moved)
+        return float(np.vdot(moved_weights, p) - np.vdot(q, moved.apply(p)))
 
     result = {}
-    for name in (one.name for one in fields(eqs) if isinstance(getattr(eqs, one.name), float)):
+    for name in (field.name for field in fields(eqs) if isinstance(getattr(eqs, field.name), float)):
         size = setting.box.reach if name in ("gap", "opposite_gap") else abs(getattr(eqs, name))
         if size == 0.0:
             size = 1.0

@@ -79,8 +79,8 @@ def first_guess(eqs: Equations, tail: float) -> Setting:
     stiff = max(abs(eqs.spring[0]), 1e-3)
     for _ in range(200):
         loss = float(friction(eqs, np.array([math.sqrt(warmth / stiff)]))[0]) + electrical
-        aim = (n1 + n2 * warmth / stiff) / max(loss, 0.02 * math.sqrt(n1 / warmth) if n1 else 0.02)
-        warmth = warmth**0.7 * aim**0.3
+        target = (n1 + n2 * warmth / stiff) / max(loss, 0.02 * math.sqrt(n1 / warmth) if n1 else 0.02)
+        warmth = warmth**0.7 * target**0.3
     frame = (
         ModeFrame(0.0, 0.0, 1.0)
         if mu is None
@@ -129,15 +129,15 @@ def _box(eqs: Equations, form: WeakForm, p: Floats, tail: float) -> Box:
     MomentWeights are what a coarse mesh knows best: with exp(-U/T), E[U^n] = T^n Gamma(n + 1/2)/Gamma(1/2).
     """
     mesh = form.mesh
-    along = quadrature(mesh.x_breaks, mesh.degree, mesh.degree + 3)
-    across = quadrature(mesh.v_breaks, mesh.degree, mesh.degree + 3)
-    of_x = along.weights * ((p[0] @ form.over_v(form.v_mass)) @ along.values.T)
+    in_x = quadrature(mesh.x_breaks, mesh.degree, mesh.degree + 3)
+    in_v = quadrature(mesh.v_breaks, mesh.degree, mesh.degree + 3)
+    of_x = in_x.weights * ((p[0] @ form.over_v(form.v_mass)) @ in_x.values.T)
     line = np.einsum("eij,ei->j", p[0, ..., : form.v_nodes], form.x_mass.sum(axis=1))
-    of_v = across.weights * (_by_element(line, mesh.degree) @ across.values.T)
-    energy = potential(eqs, form.frame, along.points.ravel()).reshape(along.points.shape)
-    rest = along.points.ravel()[np.argmin(energy)]
-    sides = (along.points <= rest, along.points >= rest)
-    speeds = _warmth(0.5 * across.points**2, of_v, form.mesh.v_breaks[-1] ** 2 / (8.0 * tail))
+    of_v = in_v.weights * (_by_element(line, mesh.degree) @ in_v.values.T)
+    energy = potential(eqs, form.frame, in_x.points.ravel()).reshape(in_x.points.shape)
+    rest = in_x.points.ravel()[np.argmin(energy)]
+    sides = (in_x.points <= rest, in_x.points >= rest)
+    speeds = _warmth(0.5 * in_v.points**2, of_v, form.mesh.v_breaks[-1] ** 2 / (8.0 * tail))
     whole = _warmth(energy, of_x, speeds)
     below, above = (
         _warmth(energy[side], of_x[side], whole) if math.isinf(stop) and of_x[side].sum() > 0.1 else whole

@@ -30,8 +30,8 @@ class Chain:
         unit = np.zeros((*ends, self.count, nv))
         for k in range(self.count):
             unit[k, -1, :, k] = np.eye(nv)
-        for e, own in enumerate(blocks):
-            block: Any = form.joint_block(e, own, modes, shift)
+        for e, diagonal in enumerate(blocks):
+            block: Any = form.joint_block(e, diagonal, modes, shift)
             if e == pin and not modes[0]:
                 integrals = self.integrals(e)
                 block[0, :, :, 0] += integrals[:, :, None, None] * integrals
@@ -52,10 +52,10 @@ class Chain:
         """The solution of one element for a right side of the shape (modes, nodes in x, nodes in v)."""
         if self.inverses:
             inverse = self.inverses[element]
-            found = (inverse.T if transposed else inverse) @ right.ravel()
+            solution = (inverse.T if transposed else inverse) @ right.ravel()
         else:
-            found = lu_solve(self.factors[element], right.ravel(), trans=transposed, check_finite=False)
-        return found.reshape(self.count, *self.nodes)
+            solution = lu_solve(self.factors[element], right.ravel(), trans=transposed, check_finite=False)
+        return solution.reshape(self.count, *self.nodes)
 
     def solve(self, right: Any) -> Any:
         """The density of A p = right, both of the shape (modes, x-elements, nodes in x, nodes in v)."""

@@ -68,20 +68,20 @@ class Factors:
 
         n = right.size
         operator = LinearOperator((n, n), matvec=preconditioned, dtype=right.dtype)
-        p, left, aim = np.zeros_like(right), right, RESIDUAL * np.abs(right).max()
+        p, left, target = np.zeros_like(right), right, RESIDUAL * np.abs(right).max()
         for turn in range(REFINEMENTS):  # of what rounding left of the equations
             if self.is_joint:
                 p += self.without_higher(left)
             else:
                 most = FEW_SWEEPS if self.can_join else SWEEPS
                 before = self.sweeps
-                q, _ = gmres(operator, left.ravel(), rtol=RESIDUAL, atol=aim, restart=most, maxiter=1)
+                q, _ = gmres(operator, left.ravel(), rtol=RESIDUAL, atol=target, restart=most, maxiter=1)
                 if self.sweeps - before >= most and self.can_join and not turn:
                     self._factorise([range(self.form.modes)])
                     continue
                 p += self.without_higher(q.reshape(self.form.shape))
             left = right - self.applied(p)
-            if np.abs(left).max() <= aim:
+            if np.abs(left).max() <= target:
                 break
         return p
 
@@ -105,8 +105,8 @@ def stationary(factors: Factors) -> Floats:
     right[0, factors.pin] = factors.chains[0][1].integrals(factors.pin)
     p = factors.solve(right)
     mass = float(np.einsum("eij,eij->", p[0], integrals(form)))
-    found: Floats = p / mass
-    return found
+    density: Floats = p / mass
+    return density
 
 
 def integrals(form: WeakForm) -> Floats:

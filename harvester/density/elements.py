@@ -23,9 +23,9 @@ def lobatto_nodes(degree: int) -> Floats:
 @cache
 def _barycentric_weights(degree: int) -> Floats:
     nodes = lobatto_nodes(degree)
-    apart = nodes[:, None] - nodes
-    np.fill_diagonal(apart, 1.0)
-    weights: Floats = 1.0 / apart.prod(axis=1)
+    differences = nodes[:, None] - nodes
+    np.fill_diagonal(differences, 1.0)
+    weights: Floats = 1.0 / differences.prod(axis=1)
     return weights
 
 

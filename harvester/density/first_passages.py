@@ -21,8 +21,8 @@ HIGHEST = 60.0  # energies of a level that is asked for
 
 
 @one_blas_thread
-def displacement_rate(eqs: Equations, setting: Setting, level: float, place: int, modes: int) -> float:
-    """The rate at which |displacement| passes a level for the first time, on the mesh of a place in `RESOLUTIONS`.
+def displacement_rate(eqs: Equations, setting: Setting, level: float, resolution: int, modes: int) -> float:
+    """The rate at which |displacement| passes a level for the first time, on the mesh of one of `RESOLUTIONS`.
 
     0 where the level is too far up to be resolved.
     """
@@ -35,7 +35,7 @@ def displacement_rate(eqs: Equations, setting: Setting, level: float, place: int
     x = np.linspace(*ends, 2001)
     energy = potential(eqs, setting.frame, x)
     lost = low < -level, high > level
-    least = min(float(energy[place]) for place, loses in zip((0, -1), lost, strict=True) if loses)
+    least = min(float(energy[end]) for end, loses in zip((0, -1), lost, strict=True) if loses)
     tail = least / warmth + BEYOND
     if tail > HIGHEST:
         return 0.0
@@ -49,5 +49,5 @@ def displacement_rate(eqs: Equations, setting: Setting, level: float, place: int
     inside = replace(
         box, low=ends[0], high=ends[1], speed=math.sqrt(2.0 * tail * warmth), reach=float(reach), tail=tail
     )
-    on = mesh(eqs, inside, RESOLUTIONS[place])
+    on = mesh(eqs, inside, RESOLUTIONS[resolution])
     return first_passage(WeakForm(eqs, on, setting.frame, modes, lost), float(rests[-1]))

@@ -44,4 +44,4 @@ def functionals(eqs: Equations, form: WeakForm) -> Floats:
         high[0, -1, -1] = up
         loss[0, -1, -1] += 0.5 * (1.0 - eqs.opposite_restitution**2) * m.speed_cubed(1.0)
     weights = [m.voltage_squared(), m.of(1, 0), m.of(2, 0), m.of(0, 2), *products, low, high, loss]
-    return np.array([one.ravel() for one in weights])
+    return np.array([weight.ravel() for weight in weights])

@@ -33,19 +33,19 @@ class Marginals:
     def share_below(self, x: float) -> float:
         """The probability of a displacement below x."""
         breaks = self.form.mesh.x_breaks
-        along = quadrature(np.append(breaks[breaks < x], min(x, breaks[-1])), 1, self.form.mesh.degree + 2)
-        return float(self.displacement(along.points.ravel()) @ along.weights.ravel())
+        in_x = quadrature(np.append(breaks[breaks < x], min(x, breaks[-1])), 1, self.form.mesh.degree + 2)
+        return float(self.displacement(in_x.points.ravel()) @ in_x.weights.ravel())
 
     def velocity(self, v: Floats) -> Floats:
         """The density of the velocity, shape (n,)."""
         line = np.einsum("eij,ei->j", self.p[0], self.form.x_mass.sum(axis=1))
-        found: Floats = self._across(v) @ line
-        return found
+        density: Floats = self._across(v) @ line
+        return density
 
     def phase_plane(self, x: Floats, v: Floats) -> Floats:
         """The density of displacement and velocity, shape (n, m)."""
-        found: Floats = self._at(self.p[0], x) @ self._across(v).T
-        return found
+        density: Floats = self._at(self.p[0], x) @ self._across(v).T
+        return density
 
     def voltage(self, voltage: Floats, terms: int | None = None) -> Floats:
         """The density of the voltage, shape (n,); that of the displacement where no load takes any charge.
@@ -56,18 +56,18 @@ class Marginals:
         if self.form.modes == 1:
             return self.displacement(voltage)
         spread = np.sqrt(value(MomentWeights(self.form).voltage_squared(), self._whole))
-        along = np.linspace(-WIDEST, WIDEST, 200 * int(WIDEST) + 1)
-        modal = self._x.weights.ravel() @ self._in_voltage(along * spread)
+        grid = np.linspace(-WIDEST, WIDEST, 200 * int(WIDEST) + 1)
+        modal = self._x.weights.ravel() @ self._in_voltage(grid * spread)
         scaled = voltage / spread
         (seen, seen_before), (made, made_before) = (
             [np.exp(-0.5 * scaled**2) / np.sqrt(2.0 * np.pi), np.zeros_like(scaled)],
-            [np.ones_like(along), np.zeros_like(along)],
+            [np.ones_like(grid), np.zeros_like(grid)],
         )
         total: Floats = np.zeros_like(scaled)
         for k in range(terms or self.form.modes):
-            total += float(modal @ made) * (along[1] - along[0]) * seen
+            total += float(modal @ made) * (grid[1] - grid[0]) * seen
             seen, seen_before = (scaled * seen - np.sqrt(k) * seen_before) / np.sqrt(k + 1.0), seen
-            made, made_before = (along * made - np.sqrt(k) * made_before) / np.sqrt(k + 1.0), made
+            made, made_before = (grid * made - np.sqrt(k) * made_before) / np.sqrt(k + 1.0), made
         return total
 
     def passages(self, level: float) -> float:
@@ -77,8 +77,8 @@ class Marginals:
     def impacts(self, speeds: Floats, way: float = -1.0) -> Floats:
         """The impacts a unit of time and a unit of speed at the lower stop (``way`` -1) or the upper, shape (n,)."""
         wall = self.p[0, 0, 0] if way < 0.0 else self.p[0, -1, -1]
-        found: Floats = speeds * (self._across(way * speeds) @ wall)
-        return found
+        density: Floats = speeds * (self._across(way * speeds) @ wall)
+        return density
 
     def _at(self, values: Floats, x: Floats) -> Floats:
         """Values on the nodes in x, shape (elements, nodes, ...) at some places, shape (n, ...)."""
@@ -87,14 +87,14 @@ class Marginals:
         left, right = breaks[element], breaks[element + 1]
         local = shape_values(degree, (2.0 * x - left - right) / (right - left))
         inside = (x >= breaks[0]) & (x <= breaks[-1])
-        found: Floats = np.einsum("pn,pn...->p...", local * inside[:, None], values[element])
-        return found
+        at_places: Floats = np.einsum("pn,pn...->p...", local * inside[:, None], values[element])
+        return at_places
 
     def _across(self, v: Floats) -> Floats:
         breaks = self.form.mesh.v_breaks
         inside = (v >= breaks[0]) & (v <= breaks[-1])
-        found: Floats = evaluated(breaks, self.form.mesh.degree, v) * inside[:, None]
-        return found
+        shapes: Floats = evaluated(breaks, self.form.mesh.degree, v) * inside[:, None]
+        return shapes
 
     def _in_voltage(self, voltage: Floats) -> Floats:
         """The sum of the modes at the Gauss points in x and some voltages, shape (m, n)."""
@@ -102,7 +102,7 @@ class Marginals:
         z = (((1.0 - frame.slope) * x - frame.offset)[:, None] - voltage) / frame.scale
         before, now = np.zeros_like(z), np.exp(-0.5 * z * z) / (np.sqrt(2.0 * np.pi) * frame.scale)
         total = np.zeros_like(z)
-        for k, one in enumerate(self.p @ self._over_v):
-            total += self._at(one, x)[:, None] * now
+        for k, mode in enumerate(self.p @ self._over_v):
+            total += self._at(mode, x)[:, None] * now
             before, now = now, (z * now - np.sqrt(k) * before) / np.sqrt(k + 1.0)
         return total

@@ -13,13 +13,13 @@ class MomentWeights:
     def __init__(self, form: WeakForm) -> None:
         self.form = form
         mesh = form.mesh
-        along = quadrature(mesh.x_breaks, mesh.degree, mesh.degree + 3)
-        across = quadrature(mesh.v_breaks, mesh.degree, mesh.degree + 3)
-        self._x = [np.einsum("eq,qi->ei", along.weights * along.points**n, along.values) for n in range(3)]
+        in_x = quadrature(mesh.x_breaks, mesh.degree, mesh.degree + 3)
+        in_v = quadrature(mesh.v_breaks, mesh.degree, mesh.degree + 3)
+        self._x = [np.einsum("eq,qi->ei", in_x.weights * in_x.points**n, in_x.values) for n in range(3)]
         self._v = []
-        self._across = across
+        self._across = in_v
         for n in range(3):
-            self._v.append(self._integrated(across.points**n))
+            self._v.append(self._integrated(in_v.points**n))
 
     def _integrated(self, weight: Floats) -> Floats:
         """The integrals of a weight times each shape function in v, and over coloured noise."""

@@ -101,67 +101,67 @@ def solution(eqs: Equations, setting: Setting, on: Mesh, modes: int, pace: Pace 
     form = WeakForm(eqs, on, setting.frame, modes)
     with (pace or Pace()).solving(form.memory):
         factors = Factors(form, pinned(form, setting.peak))
-        found = Solution(form, factors, stationary(factors), np.empty(0))
-    if not found.residual <= UNSOLVED:
+        solved = Solution(form, factors, stationary(factors), np.empty(0))
+    if not solved.residual <= UNSOLVED:
         raise SimulationError(refusal("density_not_solved"))
-    return replace(found, means=functionals(eqs, form) @ found.p.ravel())
+    return replace(solved, means=functionals(eqs, form) @ solved.p.ravel())
 
 
-def probed(eqs: Equations, within: float, place: int, pace: Pace) -> Probed:
+def probed(eqs: Equations, within: float, resolution: int, pace: Pace) -> Probed:
     """The smallest box and the fewest modes that leave a quarter of the error each, as a coarse mesh tells.
 
-    ``place`` is that of the coarse mesh; where a larger box brings nothing, a finer one is asked.  The error of a box
-    is asked once, not again with more modes.
+    ``resolution`` is the coarse mesh's index of `RESOLUTIONS`; where a larger box brings nothing, a finer one is taken.
+    The error of a box is computed once, not again with more modes.
     """
     few = 1 if eqs.mu is None else 0 if eqs.beta else 3  # so few are exact where the voltage does not act on the mass
     tails, counts = iter(TAILS), iter([few] if few else MODES)
     setting, modes = settled(eqs, next(tails), pace), next(counts)
     box_error, fewer, off = math.inf, None, None
     while True:
-        on = mesh(eqs, setting.box, RESOLUTIONS[place])
+        on = mesh(eqs, setting.box, RESOLUTIONS[resolution])
         base = solution(eqs, setting, on, modes, pace)
         if fewer is None:
             fewer = _with_fewer(eqs, setting, base, few)
         if off is None:
             wider = solution(eqs, setting, on.widened(eqs, setting.box.reach, WIDER), modes, pace)
             off = np.abs(base.means - wider.means)
-        found = Probed(setting, modes, np.abs(base.means - fewer.means), off, base)
+        probe = Probed(setting, modes, np.abs(base.means - fewer.means), off, base)
         room = 0.25 * within * abs(float(base.means[0]))
         more, tail = modes, None
-        if found.modes_error[0] > room:
+        if probe.modes_error[0] > room:
             more = next(counts, modes)
         if off[0] > room:
             tail = next(tails, None)
-            place += off[0] > NO_BETTER * box_error and place < FINEST_PROBE
+            resolution += off[0] > NO_BETTER * box_error and resolution < FINEST_PROBE
             box_error = off[0]
         too_many = base.form.memory * more / modes > MOST_MEMORY
         if (more == modes and tail is None) or too_many or pace.is_late(MORE * base.form.memory):
-            return found
+            return probe
         fewer, off = _still_valid(base, more, off, room)
         modes, setting = more, setting if tail is None else settled(eqs, tail)
 
 
-def _coloured(eqs: Equations, found: Probed, within: float, pace: Pace) -> Answer:
+def _coloured(eqs: Equations, probe: Probed, within: float, pace: Pace) -> Answer:
     """The means under coloured noise: the mesh is chosen with few modes of it, then their number on that mesh.
 
     So no solution has both the finer mesh, that tells the error, and many modes.
     """
-    base, off = found.coarse, np.empty(0)
+    base, off = probe.coarse, np.empty(0)
     for resolution in RESOLUTIONS[1:]:
-        finer = solution(eqs, found.setting, mesh(eqs, found.setting.box, resolution), found.modes, pace)
+        finer = solution(eqs, probe.setting, mesh(eqs, probe.setting.box, resolution), probe.modes, pace)
         mesh_error, room = np.abs(finer.means - base.means), 0.25 * within * abs(float(base.means[0]))
         if mesh_error[0] <= room or pace.is_late(MORE * finer.form.memory) or MORE * finer.form.memory > MOST_MEMORY:
             break
         base = finer
-    setting, best = found.setting, base
+    setting, best = probe.setting, base
     for count in NOISE_MODES:
         memory = base.form.memory * (count / setting.frame.noise_modes) ** 2
         if best is not base and (off[0] <= room or memory > MOST_MEMORY or pace.is_late(memory)):
             break
         setting = replace(setting, frame=replace(setting.frame, noise_modes=count))
-        before, best = best, solution(eqs, setting, base.form.mesh, found.modes, pace)
+        before, best = best, solution(eqs, setting, base.form.mesh, probe.modes, pace)
         off = np.abs(best.means - before.means)
-    return Answer(best.means, mesh_error, found.modes_error + off, found.box_error, best, finer, setting)
+    return Answer(best.means, mesh_error, probe.modes_error + off, probe.box_error, best, finer, setting)
 
 
 def _with_fewer(eqs: Equations, setting: Setting, base: Solution, few: int) -> Solution:
@@ -193,24 +193,24 @@ def refined(
     """
     pace, report = Pace(budget), progress or (lambda _: None)
     beyond = SAFETY / (1.0 - (1.0 + WIDER) ** (2.0 - max(tail, 2.1))) if eqs.n2 else 1.0
-    found = probed(eqs, within, 0 if budget else sum(within < fine for fine in FINE), pace)
-    found = replace(found, box_error=beyond * found.box_error)
+    probe = probed(eqs, within, 0 if budget else sum(within < fine for fine in FINE), pace)
+    probe = replace(probe, box_error=beyond * probe.box_error)
     if eqs.coloured is not None:
         report(HALF_WAY)
-        answer = _coloured(eqs, found, within, pace)
+        answer = _coloured(eqs, probe, within, pace)
         report(1.0)
         return answer
-    coarse = found.coarse
+    coarse = probe.coarse
     if coarse.form.mesh.degree != RESOLUTIONS[0].degree:  # modes and box were chosen on a finer mesh
-        coarse = solution(eqs, found.setting, mesh(eqs, found.setting.box, RESOLUTIONS[0]), found.modes)
+        coarse = solution(eqs, probe.setting, mesh(eqs, probe.setting.box, RESOLUTIONS[0]), probe.modes)
     best, first = None, 0.0
-    for place in range(1, len(RESOLUTIONS)):
-        on = mesh(eqs, found.setting.box, RESOLUTIONS[place])
-        if best is not None and (on.memory(found.modes) > MOST_MEMORY or pace.is_late(on.memory(found.modes))):
+    for resolution in range(1, len(RESOLUTIONS)):
+        on = mesh(eqs, probe.setting.box, RESOLUTIONS[resolution])
+        if best is not None and (on.memory(probe.modes) > MOST_MEMORY or pace.is_late(on.memory(probe.modes))):
             break
-        finer = solution(eqs, found.setting, on, found.modes, pace)
+        finer = solution(eqs, probe.setting, on, probe.modes, pace)
         off = np.abs(finer.means - coarse.means)
-        best = Answer(finer.means, off, found.modes_error, found.box_error, finer, coarse, found.setting)
+        best = Answer(finer.means, off, probe.modes_error, probe.box_error, finer, coarse, probe.setting)
         coarse, first = finer, first or best.share
         report(min(max(math.log(first / best.share), 0.1) / max(math.log(first / within), 0.1), 1.0))
         mesh_matters = best.parts["mesh"] > 0.2 * (best.parts["modes"] + best.parts["box"])

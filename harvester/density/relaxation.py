@@ -32,13 +32,13 @@ ROUNDS, STILL = 60, 1e-7  # of inverse iteration, and the relative change of the
 
 
 @one_blas_thread
-def slowest_decay(found: Solution) -> tuple[float, Any]:
+def slowest_decay(solution: Solution) -> tuple[float, Any]:
     """The smallest rate lambda > 0 at which a density comes to rest, and that density, whose mass is 0.
 
     By inverse iteration from the sign of x - E[x].  Raises SimulationError where that does not end: the slowest is no
     single, real rate.
     """
-    form, factors, stationary = found.form, found.factors, found.p
+    form, factors, stationary = solution.form, solution.factors, solution.p
     masses = integrals(form)
     middle = value(MomentWeights(form).of(1, 0), stationary)
     centres = 0.5 * (form.mesh.x_breaks[1:] + form.mesh.x_breaks[:-1])
@@ -81,9 +81,9 @@ def first_passage(form: WeakForm, x: float) -> float:
 
 
 @one_blas_thread
-def voltage_spectrum(found: Solution, frequencies: Sequence[float] | Floats) -> Floats:
+def voltage_spectrum(solution: Solution, frequencies: Sequence[float] | Floats) -> Floats:
     """The two-sided density of the voltage over the angular frequency, shape (n,)."""
-    form, p = found.form, found.p
+    form, p = solution.form, solution.p
     weights = voltage_weights(form)
     mean = float(np.vdot(weights, p))
     right = -(times_voltage(form, p) - mean * form.mass(p)).astype(complex)
@@ -99,9 +99,9 @@ def voltage_weights(form: WeakForm) -> Floats:
 def times_voltage(form: WeakForm, p: Floats) -> Floats:
     """The integrals of V p with every test function; V = x without a load, else x - y."""
     mesh, frame = form.mesh, form.frame
-    along = quadrature(mesh.x_breaks, mesh.degree, mesh.degree + 3)
-    voltage = along.points if form.modes == 1 else (1.0 - frame.slope) * along.points - frame.offset
-    weighted = products(along.weights * voltage, along.values, along.values)
+    in_x = quadrature(mesh.x_breaks, mesh.degree, mesh.degree + 3)
+    voltage = in_x.points if form.modes == 1 else (1.0 - frame.slope) * in_x.points - frame.offset
+    weighted = products(in_x.weights * voltage, in_x.values, in_x.values)
     made: Floats = weighted @ p @ form.v_mass.T
     if form.modes > 1:  # z He_k/sqrt(k!) = sqrt(k + 1) He_(k+1)/sqrt((k+1)!) + sqrt(k) He_(k-1)/sqrt((k-1)!)
         root = frame.scale * np.sqrt(np.arange(1.0, form.modes))[:, None, None, None]

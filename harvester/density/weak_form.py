@@ -74,12 +74,12 @@ class WeakForm:
         beta = 0.0 if eqs.mu is None else eqs.beta or 0.0
         self.lift = beta * frame.scale
         self.back_coupled = self.lift != 0.0 and modes > 1
-        along = quadrature(mesh.x_breaks, mesh.degree, mesh.degree + 3)
-        x, values = along.points, along.values
+        in_x = quadrature(mesh.x_breaks, mesh.degree, mesh.degree + 3)
+        x, values = in_x.points, in_x.values
         mean_force = force(eqs, x) - beta * ((1.0 - frame.slope) * x - frame.offset)
-        weights = along.weights
+        weights = in_x.weights
         self.x_mass = products(weights, values, values)
-        self.x_slope = products(weights, along.slopes, values[None])
+        self.x_slope = products(weights, in_x.slopes, values[None])
         self.x_force = products(weights * mean_force, values, values)
         self.x_friction = products(weights * friction(eqs, x), values, values)
         self.x_noise = products(weights * noise(eqs, x), values, values)
@@ -141,12 +141,12 @@ class WeakForm:
         up_down = self.v_up + self.v_down
         nx, nv = self.shape[2:]
         block = np.einsum("ab,ij->aibj", self.x_slope[element], up_down)
-        for along, across, sign in (
+        for of_x, of_v, sign in (
             (self.x_force, self.v_slope, 1.0),
             (self.x_friction, self.v_friction, -1.0),
             (self.x_noise, self.v_noise, -1.0),
         ):
-            block += np.einsum("ab,ij->aibj", sign * along[element], across)
+            block += np.einsum("ab,ij->aibj", sign * of_x[element], of_v)
         if self.v_colour is not None:
             block += np.einsum("ab,ij->aibj", self.x_mass[element], self.v_colour)
         block[0, :, 0, :] += self.low_end if element == 0 else self.v_down
@@ -158,10 +158,10 @@ class WeakForm:
         """The integrals of products of shape functions of one x-element."""
         return np.kron(self.x_mass[element], self.v_mass)
 
-    def joint_block(self, element: int, own: Floats, modes: range, shift: complex = 0.0) -> Any:
+    def joint_block(self, element: int, diagonal: Floats, modes: range, shift: complex = 0.0) -> Any:
         """The matrix of one x-element and some modes, less a shift times the mass matrix.
 
-        ``own`` is its `diagonal_block`; the shape is (modes, nodes in x, nodes in v) twice, test functions first.
+        ``diagonal`` is its `diagonal_block`; the shape is (modes, nodes in x, nodes in v) twice, test functions first.
         """
         mass, nodes = self.mass_block(element), self.shape[2:]
         block = np.zeros((len(modes), *nodes) * 2, complex if isinstance(shift, complex) else float)
@@ -169,7 +169,7 @@ class WeakForm:
         drift = np.kron(self.x_drift[element], self.v_mass)
         drift += lift - self.tilt * np.kron(self.x_mass[element], self.v_up + self.v_down)
         for row, j in enumerate(modes):
-            parts = {0: own - (self.mu * j + shift) * mass, -1: math.sqrt(j) * drift, 1: math.sqrt(j + 1.0) * lift}
+            parts = {0: diagonal - (self.mu * j + shift) * mass, -1: math.sqrt(j) * drift, 1: math.sqrt(j + 1.0) * lift}
             parts[-2] = -self.mu * math.sqrt(j * (j - 1.0)) * mass
             for step, part in parts.items():
                 if 0 <= row + step < len(modes):
@@ -228,23 +228,23 @@ class WeakForm:
 
     def to_lower(self, q: Floats, j: int) -> Floats:
         """The transpose of `from_lower`: what mode j is told by those above, in the adjoint equations."""
-        told = np.zeros(q.shape[1:])
+        received = np.zeros(q.shape[1:])
         if j + 1 < self.modes:
             above, root = q[j + 1], np.sqrt(j + 1.0)
-            told += root * (self.x_drift @ above @ self.v_mass)
-            told -= root * self.tilt * (self.x_mass @ above @ (self.v_up + self.v_down))
+            received += root * (self.x_drift @ above @ self.v_mass)
+            received -= root * self.tilt * (self.x_mass @ above @ (self.v_up + self.v_down))
             if self.lift:
-                told += root * self.lift * (self.x_mass @ above @ self.v_slope)
+                received += root * self.lift * (self.x_mass @ above @ self.v_slope)
         if j + 2 < self.modes:
-            told -= self.mu * np.sqrt((j + 2.0) * (j + 1.0)) * (self.x_mass @ q[j + 2] @ self.v_mass)
-        return told
+            received -= self.mu * np.sqrt((j + 2.0) * (j + 1.0)) * (self.x_mass @ q[j + 2] @ self.v_mass)
+        return received
 
     def to_higher(self, q: Floats) -> Floats:
         """The transpose of `from_higher`."""
-        told = np.zeros(q.shape)
+        received = np.zeros(q.shape)
         root = np.sqrt(np.arange(1.0, self.modes))[:, None, None, None]
-        told[1:] = self.lift * root * (self.x_mass @ q[:-1] @ self.v_slope)
-        return told
+        received[1:] = self.lift * root * (self.x_mass @ q[:-1] @ self.v_slope)
+        return received
 
 
 def joined(blocks: Floats) -> Floats:

@@ -80,7 +80,7 @@ def _recorded(problem: Problem, record: Record) -> tuple[Floats, Floats]:
     s = problem.scales
     count = max(len(record.values), min(FINER * len(record.values), MOST_POINTS))
     t = record.period / count * np.arange(count, dtype=np.float64)
-    return t / s.frequency, -record.sampled(count) * s.length * s.frequency**2
+    return t / s.frequency, -record.at_even_times(count) * s.length * s.frequency**2
 
 
 def _drawn(problem: Problem, duration: float, apart: float, seed: int) -> tuple[Floats, Floats]:

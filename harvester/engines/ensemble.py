@@ -26,7 +26,7 @@ from harvester.errors import names_arguments
 from harvester.machine.folders import machine_code
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.presentation.engine_look import EngineLook
-from harvester.uncertainty.target import Target, best_factor, further
+from harvester.uncertainty.target import Target, added_effort, best_factor
 from harvester.uncertainty.value import Value
 
 if TYPE_CHECKING:
@@ -256,7 +256,7 @@ class EnsembleSampler:
         """Average for longer, where the time is left for that."""
         pair, variance = self.pair, target.variance(value)
         needed = pair.duration * (value.stderr or 0.0) ** 2 / variance if variance > 0.0 else math.inf
-        more = min(further(pair.duration, needed), AT_ONCE * target.seconds_left / pair.seconds_a_unit)
+        more = min(added_effort(pair.duration, needed), AT_ONCE * target.seconds_left / pair.seconds_a_unit)
         if more < 0.02 * pair.duration:
             return warning("target_missed", **target.shortfall(value))
         if self.progress is not None:

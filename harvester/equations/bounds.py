@@ -60,19 +60,19 @@ def linear_growth(eqs: Equations) -> float | None:
     return growth_near(eqs) if is_linear else None
 
 
-def growth_near(eqs: Equations, place: float = 0.0) -> float:
+def growth_near(eqs: Equations, x: float = 0.0) -> float:
     """The largest real part of the eigenvalues of `flow`, in w0."""
-    return float(np.linalg.eigvals(flow(eqs, place)).real.max())
+    return float(np.linalg.eigvals(flow(eqs, x)).real.max())
 
 
-def flow(eqs: Equations, place: float = 0.0) -> Floats:
+def flow(eqs: Equations, x: float = 0.0) -> Floats:
     """The matrix of small motions (x, x', V) about a place off the stops; without a load of (x, x'): V is a spring.
 
     With further modes x and x' are the coordinates and speeds of all.
     """
     linear, alpha2, alpha = eqs.spring
-    stiffness = linear + place * (2.0 * alpha2 + 3.0 * alpha * place)
-    friction, beta, mu = float(Polynomial(eqs.friction)(place**2)), eqs.beta or 0.0, eqs.mu
+    stiffness = linear + x * (2.0 * alpha2 + 3.0 * alpha * x)
+    friction, beta, mu = float(Polynomial(eqs.friction)(x**2)), eqs.beta or 0.0, eqs.mu
     if eqs.modes is not None:
         return _flow_of_modes(eqs.modes, stiffness, friction, beta, mu)
     if mu is None:
@@ -85,11 +85,11 @@ def _flow_of_modes(modes: Modes, spring: float, friction: float, beta: float, mu
     (k, d), s, n = modes.matrices(spring, friction), np.array(modes.coupling), modes.count
     if mu is None:
         return np.block([[np.zeros((n, n)), np.eye(n)], [-k - beta * np.outer(s, s), -d]])
-    found = np.zeros((2 * n + 1, 2 * n + 1))
-    found[:n, n : 2 * n] = np.eye(n)
-    found[n : 2 * n, :n], found[n : 2 * n, n : 2 * n], found[n : 2 * n, -1] = -k, -d, -beta * s
-    found[-1, n : 2 * n], found[-1, -1] = s, -mu
-    return found
+    matrix = np.zeros((2 * n + 1, 2 * n + 1))
+    matrix[:n, n : 2 * n] = np.eye(n)
+    matrix[n : 2 * n, :n], matrix[n : 2 * n, n : 2 * n], matrix[n : 2 * n, -1] = -k, -d, -beta * s
+    matrix[-1, n : 2 * n], matrix[-1, -1] = s, -mu
+    return matrix
 
 
 def strongest_feed(eqs: Equations) -> float:
@@ -121,10 +121,10 @@ def friction_bounds(eqs: Equations) -> bool:
 def barriers(eqs: Equations) -> Floats:
     """The places between the resting places where the spring's energy is largest, in ascending order."""
     linear, alpha2, alpha = eqs.spring
-    places, roots = eqs.resting_places, np.roots([alpha, alpha2, linear, 0.0])
+    rests, roots = eqs.resting_places, np.roots([alpha, alpha2, linear, 0.0])
     free = np.sort(roots.real[roots.imag == 0.0])
     tops = free[linear + free * (2.0 * alpha2 + 3.0 * alpha * free) < 0.0]
-    return tops[(tops > places[0]) & (tops < places[-1])]
+    return tops[(tops > rests[0]) & (tops < rests[-1])]
 
 
 def surely_bounded(eqs: Equations) -> bool:

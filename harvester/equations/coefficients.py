@@ -93,7 +93,7 @@ class Equations:
     @property
     def is_shaken_otherwise(self) -> bool:
         """Whether anything other than white noise shakes the mass."""
-        return any(one is not None for one in (self.coloured, self.drive, self.record, self.density))
+        return any(shaking is not None for shaking in (self.coloured, self.drive, self.record, self.density))
 
     @property
     def is_shaken_by_white_noise(self) -> bool:

@@ -33,12 +33,12 @@ def equations_at(scene: Scene, s: Scales) -> Equations:
 
     InputError where a coefficient is too large to compute with.  A nondimensional scene does not need the scales.
     """
-    found = _from_device(scene, s) if scene.nondimensional is None else _from_table(scene.nondimensional)
-    for name, value in vars(found).items():
+    eqs = _from_device(scene, s) if scene.nondimensional is None else _from_table(scene.nondimensional)
+    for name, value in vars(eqs).items():
         if isinstance(value, float) and not abs(value) <= LARGEST:
             source = SOURCES[name] if scene.nondimensional is None else "[nondimensional]"
             raise InputError(f"{source} must give {name} of at most {LARGEST:g} in size, but gives {value:g}")
-    return found
+    return eqs
 
 
 # The coefficients that are a key of a physical scene times a factor of its scales and its stiffness k = |stiffness|.
@@ -105,8 +105,8 @@ def _from_device(scene: Scene, s: Scales) -> Equations:
 def _given(scene: Scene, key: str) -> float | None:
     """What a scene has for a key; None where it, or its table, is absent."""
     table, _, name = key.partition(".")
-    found: float | None = getattr(getattr(scene, table), name, None)
-    return found
+    value: float | None = getattr(getattr(scene, table), name, None)
+    return value
 
 
 def _shaking(scene: Scene, s: Scales) -> dict[str, Any]:
@@ -115,13 +115,13 @@ def _shaking(scene: Scene, s: Scales) -> dict[str, Any]:
     noise = scaled(excitation.acceleration_psd, 0.25 / (s.length**2 * s.frequency**3))
     acceleration = 1.0 / (s.length * s.frequency**2)
     record, density = recorded_shaking(scene)
-    found: dict[str, Any] = {"coloured" if excitation.filtered else "n1": noise}
+    shaking: dict[str, Any] = {"coloured" if excitation.filtered else "n1": noise}
     if excitation.profile is None:  # else the amplitude and the frequency are those of the profile
-        found["drive"] = scaled(excitation.acceleration_amplitude, acceleration)
-        found["drive_frequency"] = scaled(excitation.frequency, TURN / s.frequency)
-    found["record"] = None if record is None else record.scaled(s.frequency, -acceleration)
-    found["density"] = None if density is None else density.scaled(s.frequency, acceleration)
-    return found
+        shaking["drive"] = scaled(excitation.acceleration_amplitude, acceleration)
+        shaking["drive_frequency"] = scaled(excitation.frequency, TURN / s.frequency)
+    shaking["record"] = None if record is None else record.scaled(s.frequency, -acceleration)
+    shaking["density"] = None if density is None else density.scaled(s.frequency, acceleration)
+    return shaking
 
 
 # Keys of [nondimensional] that are coefficients as they stand; 0 is an absent effect.

@@ -64,21 +64,21 @@ class Modes:
 
     def at_rest(self, x: Floats | float) -> Floats:
         """All y with the oscillator at x and a ball amid its box, shape (n, ...)."""
-        found = np.zeros((self.count, *np.shape(x)))
-        found[0] = x
+        y = np.zeros((self.count, *np.shape(x)))
+        y[0] = x
         if self.pull is not None:
-            found[-1] = -self.contact[0] / self.contact[-1] * found[0]
-        return found
+            y[-1] = -self.contact[0] / self.contact[-1] * y[0]
+        return y
 
     @property
     def shaken_mass(self) -> float:
         """The sum of g_j^2: what the base shakes, in units of M."""
-        return math.fsum(one * one for one in self.base)
+        return math.fsum(g * g for g in self.base)
 
     @property
     def mobility(self) -> float:
         """The product phi.phi, which is M over the mass that a stop meets."""
-        return math.fsum(one * one for one in self.contact)
+        return math.fsum(phi * phi for phi in self.contact)
 
     @property
     def direction(self) -> Floats:
@@ -88,8 +88,8 @@ class Modes:
     def matrices(self, spring: float, friction: float) -> tuple[Floats, Floats]:
         """The matrices of stiffness and damping, shape (n, n), with those of the oscillator."""
         e = self.direction
-        own = np.outer(e, e)
-        return np.diag(self.stiffness) + spring * own, np.diag(self.damping) + friction * own
+        oscillator = np.outer(e, e)
+        return np.diag(self.stiffness) + spring * oscillator, np.diag(self.damping) + friction * oscillator
 
     def highest(self, spring: float, beta: float) -> float:
         """The highest frequency of all, in open circuit."""
@@ -110,38 +110,38 @@ def further_modes(
 
 def _of_device(modal: ModalParameters, modes: Sequence[Mode]) -> Modes:
     """The coordinates of the oscillator and of further modes."""
-    roots = [math.sqrt(one.mass / modal.mass) for one in modes]
-    w = [TURN * one.frequency / modal.frequency for one in modes]
+    roots = [math.sqrt(mode.mass / modal.mass) for mode in modes]
+    w = [TURN * mode.frequency / modal.frequency for mode in modes]
 
-    def of_all(name: str, usual: float) -> list[float]:
-        return [usual if (value := getattr(one, name)) is None else value for one in modes]
+    def of_all(name: str, default: float) -> list[float]:
+        return [default if (value := getattr(mode, name)) is None else value for mode in modes]
 
     return Modes(
-        stiffness=(0.0, *(one * one for one in w)),
-        damping=(0.0, *(2.0 * ratio * one for ratio, one in zip(of_all("damping_ratio", 0.0), w, strict=True))),
+        stiffness=(0.0, *(w_j * w_j for w_j in w)),
+        damping=(0.0, *(2.0 * ratio * w_j for ratio, w_j in zip(of_all("damping_ratio", 0.0), w, strict=True))),
         coupling=(1.0, *(s / (modal.coupling * root) for s, root in zip(of_all("coupling", 0.0), roots, strict=True))),
-        base=(1.0, *(one * root for one, root in zip(of_all("base", 1.0), roots, strict=True))),
-        contact=(1.0, *(one / root for one, root in zip(of_all("at_stop", 1.0), roots, strict=True))),
+        base=(1.0, *(base * root for base, root in zip(of_all("base", 1.0), roots, strict=True))),
+        contact=(1.0, *(phi / root for phi, root in zip(of_all("at_stop", 1.0), roots, strict=True))),
     )
 
 
 def _on_magnifier(modal: ModalParameters, magnifier: Magnifier) -> Modes:
     """The coordinates of a device on a magnifier; a stop is under that, or the device's own."""
     root, rate = math.sqrt(magnifier.mass / modal.mass), magnifier.mass * modal.frequency
-    e, own = (1.0, -1.0 / root), magnifier.stiffness / (rate * modal.frequency)
+    e, stiffness = (1.0, -1.0 / root), magnifier.stiffness / (rate * modal.frequency)
     contact = e if magnifier.restitution is None else (0.0, 1.0 / root)
-    return Modes((0.0, own), (0.0, (magnifier.damping or 0.0) / rate), e, (1.0, root), contact, e)
+    return Modes((0.0, stiffness), (0.0, (magnifier.damping or 0.0) / rate), e, (1.0, root), contact, e)
 
 
 def _with_ball(modal: ModalParameters, modes: Sequence[Mode], ball: Ball, length: float) -> Modes:
     """The coordinates of a device, and that of a ball on it."""
-    own, root = _of_device(modal, modes), math.sqrt(ball.mass / modal.mass)
+    plain, root = _of_device(modal, modes), math.sqrt(ball.mass / modal.mass)
     weight = STANDARD_GRAVITY * math.sin(math.radians(ball.tilt or 0.0)) / (length * modal.frequency**2)
     return Modes(
-        stiffness=(*own.stiffness, 0.0),
-        damping=(*own.damping, 0.0),
-        coupling=(*own.coupling, 0.0),
-        base=(*own.base, root),
-        contact=(*own.contact, -1.0 / root),
+        stiffness=(*plain.stiffness, 0.0),
+        damping=(*plain.damping, 0.0),
+        coupling=(*plain.coupling, 0.0),
+        base=(*plain.base, root),
+        contact=(*plain.contact, -1.0 / root),
         pull=root * weight,
     )

@@ -44,7 +44,7 @@ def power_bound(problem: Problem) -> PowerBound | None:
     others = {"bound_by_damping": _mean_square(eqs) / (4.0 * least) if least else math.inf}
     room = float(np.subtract(*eqs.rigid_stops[::-1]))
     others["bound_by_stroke"] = 0.5 * room * _mean_jerk(eqs) if room < math.inf else math.inf
-    name = min(others, key=lambda one: others[one])
+    name = min(others, key=lambda code: others[code])
     if not others[name] < math.inf:
         return None
     return PowerBound((white + others[name]) * unit, note(name, white=bool(white)))
@@ -55,10 +55,10 @@ def _mean_square(eqs: Equations) -> float:
     recorded = eqs.record or eqs.density
     if recorded is not None:
         return recorded.rms**2
-    found = 0.0 if eqs.drive is None else 0.5 * eqs.drive**2
+    mean_square = 0.0 if eqs.drive is None else 0.5 * eqs.drive**2
     if eqs.coloured is not None:
-        found += eqs.coloured * (1.0 / (eqs.correlation_time or 0.0) if eqs.bandwidth is None else eqs.bandwidth)
-    return found
+        mean_square += eqs.coloured * (1.0 / (eqs.correlation_time or 0.0) if eqs.bandwidth is None else eqs.bandwidth)
+    return mean_square
 
 
 def _mean_jerk(eqs: Equations) -> float:

@@ -82,8 +82,8 @@ def _by_name(scene: Scene) -> tuple[Record | None, TabulatedDensity | None]:
     amplitude, duration = excitation.acceleration_amplitude, excitation.pulse_duration
     assert amplitude is not None and duration is not None, "Excitation checks this"
     resonance = scene.modal.frequency / (2.0 * math.pi)
-    found = shock(name, amplitude, duration, excitation.frequency, _period(scene), resonance)
-    return found.scaled(1.0, level), None
+    record = shock(name, amplitude, duration, excitation.frequency, _period(scene), resonance)
+    return record.scaled(1.0, level), None
 
 
 def _period(scene: Scene) -> float:
@@ -115,8 +115,8 @@ def _memory(scene: Scene, period: float) -> float:
         beta=modal.coupling**2 / (abs(modal.stiffness) * modal.capacitance),
         mu=None if resistance is None else 1.0 / (resistance * modal.capacitance * modal.frequency),
     )
-    found = 2.0 * math.exp(min(growth_near(free), 0.0) * modal.frequency * period)
-    return found if found > SMALLEST else 0.0
+    memory = 2.0 * math.exp(min(growth_near(free), 0.0) * modal.frequency * period)
+    return memory if memory > SMALLEST else 0.0
 
 
 def _damping(modal: ModalParameters) -> float:

@@ -58,8 +58,8 @@ def scales(scene: Scene, length: float | None = None) -> Scales:
         stiffness = DEFAULT_MASS * DEFAULT_FREQUENCY**2
         coupling = math.sqrt(beta * stiffness * DEFAULT_CAPACITANCE) if beta else DEFAULT_COUPLING
         return Scales(DEFAULT_MASS, DEFAULT_FREQUENCY, DEFAULT_LENGTH, coupling, DEFAULT_CAPACITANCE)
-    modal, own = scene.modal, natural_length(scene) if length is None else length
-    return Scales(modal.mass, modal.frequency, own, modal.coupling, modal.capacitance)
+    modal, metres = scene.modal, natural_length(scene) if length is None else length
+    return Scales(modal.mass, modal.frequency, metres, modal.coupling, modal.capacitance)
 
 
 def natural_length(scene: Scene) -> float:

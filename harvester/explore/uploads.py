@@ -85,4 +85,4 @@ def _record(draft: Draft, path: Path, axis: str) -> list[str]:
         if one.choice == "noise":
             draft.switch(one, False)
     rms = f"rms {found.record.rms:.4g} m/s^2, {len(found.record.values)} samples"
-    return [f"record {path.name}: {rms}", *map(str, (*found.record.found, *found.record.warnings))]
+    return [f"record {path.name}: {rms}", *map(str, (*found.record.notes, *found.record.warnings))]

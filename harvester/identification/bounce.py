@@ -92,20 +92,20 @@ def impacts(t: Floats, y: Floats) -> list[int]:
     """
     span, floor = float(np.ptp(y)), float(np.quantile(y, 0.01))
     low = (y[1:-1] <= y[:-2]) & (y[1:-1] < y[2:]) & (y[1:-1] < floor + 0.15 * span)
-    found: list[int] = []
+    lows: list[int] = []
     for k in np.flatnonzero(low) + 1:
-        if found and y[found[-1] : k + 1].max() - max(y[found[-1]], y[k]) < 0.05 * span:
-            found[-1] = int(k) if y[k] < y[found[-1]] else found[-1]  # noise about one impact
+        if lows and y[lows[-1] : k + 1].max() - max(y[lows[-1]], y[k]) < 0.05 * span:
+            lows[-1] = int(k) if y[k] < y[lows[-1]] else lows[-1]  # noise about one impact
         else:
-            found.append(int(k))
-    if not found:
+            lows.append(int(k))
+    if not lows:
         return []
-    flight = float(np.median(np.diff(found))) if len(found) > 1 else 0.5 * found[0] + FEWEST
+    flight = float(np.median(np.diff(lows))) if len(lows) > 1 else 0.5 * lows[0] + FEWEST
     reach = max(3, round(flight / 30.0))
     smooth = 2.0 * math.sin(min(math.pi * (reach + 1) / flight, 0.5 * math.pi))  # jump of a sine over these samples
     speeds = np.abs(np.gradient(np.convolve(y, np.ones(reach) / reach, "same"), t))
     speeds[:reach] = speeds[-reach:] = 0.0  # where the mean lacks samples
-    return list(itertools.takewhile(lambda k: _jump(t, y, k, reach, speeds, flight) > KINK + smooth, found))
+    return list(itertools.takewhile(lambda k: _jump(t, y, k, reach, speeds, flight) > KINK + smooth, lows))
 
 
 def _jump(t: Floats, y: Floats, k: int, reach: int, speeds: Floats, flight: float) -> float:
@@ -150,13 +150,13 @@ def start(t: Floats, y: Floats, frequency: float | None = None, quality: float |
     horizons = [n for n in horizons if n < len(t)] + [len(t)]
     ends: list[tuple[float, Bounce]] = []
     for begin in _grid(t[: horizons[0]], y[: horizons[0]], swing, frequency is not None, quality or 60.0):
-        found = begin
+        bounce = begin
         for n in horizons:
-            found = _refined(t[:n], y[:n], found, noise)
-        ends.append((float(np.std(y - path(found, t))), found))
+            bounce = _refined(t[:n], y[:n], bounce, noise)
+        ends.append((float(np.std(y - path(bounce, t))), bounce))
         if ends[-1][0] < GOOD * noise:
             break
-    return min(ends, key=lambda one: one[0])[1]
+    return min(ends, key=lambda end: end[0])[1]
 
 
 def _frequency(t: Floats, y: Floats) -> float:
@@ -179,7 +179,7 @@ def _grid(t: Floats, y: Floats, swing: float, sure: bool, quality: float) -> lis
     first = max(int(np.argmax(y < low + 0.1 * (high - low))), 4)
     pick = slice(None, None, max(1, len(t) // LOOKED_AT))
     size = 0.05 * (high - low)
-    found: list[tuple[float, Bounce]] = []
+    candidates: list[tuple[float, Bounce]] = []
     for f in [swing] if sure else swing * np.geomspace(0.45, 1.1, 31):
         w, k = 2.0 * math.pi * f, math.pi * f / quality
         s = t[:first] - t[0]
@@ -187,11 +187,11 @@ def _grid(t: Floats, y: Floats, swing: float, sure: bool, quality: float) -> lis
         for zero in low + (high - low) * np.linspace(0.0, 0.6, 13):
             (x0, v0), *_ = np.linalg.lstsq(basis, y[:first] - zero, rcond=None)
             for r in (0.15, 0.35, 0.55, 0.75, 0.92):
-                one = Bounce(float(f), quality, r, float(zero - low), float(x0), float(v0), float(zero))
-                off = (path(one, t[pick]) - y[pick]) / size
-                found.append((float(np.sum(np.log1p(off * off))), one))
-    found.sort(key=lambda one: one[0])
-    return [one for _, one in found[:STARTS]]
+                bounce = Bounce(float(f), quality, r, float(zero - low), float(x0), float(v0), float(zero))
+                off = (path(bounce, t[pick]) - y[pick]) / size
+                candidates.append((float(np.sum(np.log1p(off * off))), bounce))
+    candidates.sort(key=lambda candidate: candidate[0])
+    return [bounce for _, bounce in candidates[:STARTS]]
 
 
 def _refined(t: Floats, y: Floats, b: Bounce, noise: float) -> Bounce:
@@ -209,7 +209,7 @@ def _refined(t: Floats, y: Floats, b: Bounce, noise: float) -> Bounce:
     p += [b.v0 / size / b.frequency, b.zero / size]
     low = np.array([-np.inf, math.log(0.6), 0.0, *[-np.inf] * 4])
     high = np.array([np.inf, math.log(1e5), 1.0, *[np.inf] * 4])
-    found = least_squares(
+    solution = least_squares(
         lambda p: (path(bounce_of(p), t) - y) / max(3.0 * noise, 0.003 * size),
         np.clip(p, low + 1e-6, high - 1e-6),
         bounds=(low, high),
@@ -217,4 +217,4 @@ def _refined(t: Floats, y: Floats, b: Bounce, noise: float) -> Bounce:
         x_scale="jac",
         max_nfev=25,
     )
-    return bounce_of(found.x)
+    return bounce_of(solution.x)

@@ -15,7 +15,7 @@ DOUBTFUL = 0.05  # share of a ring-down's samples left out from which on they ar
 def residual_rms(best: DeviceFit) -> float:
     """The residual of the whole fit, over all points that are kept."""
     counts = np.array([kept.sum() for kept in best.kept])
-    parts = np.array([_relative(*one) for one in zip(best.channels, best.noise, strict=True)])
+    parts = np.array([_relative(*pair) for pair in zip(best.channels, best.noise, strict=True)])
     return math.sqrt(float(counts @ parts**2) / max(float(counts.sum()), 1.0))
 
 
@@ -26,17 +26,17 @@ def _relative(channel: Channel, noise: float) -> float:
 
 def misfits(best: DeviceFit) -> list[Diagnostic]:
     """Warnings where the device that was measured is not the one that was fitted."""
-    found, values = list[Diagnostic](), best.values()
+    warnings, values = list[Diagnostic](), best.values()
     swept = [pair for pair in zip(best.channels, best.noise, strict=True) if pair[0].name != "ring-down"]
     rms = max((_relative(*pair) for pair in swept), default=0.0)  # that of a ring-down may be noise
     if rms > STRANGE:
-        found.append(warning("fit_is_off", percent=100.0 * rms))
+        warnings.append(warning("fit_is_off", percent=100.0 * rms))
     for channel, kept, noise in zip(best.channels, best.kept, best.noise, strict=True):
         off = channel.residuals(values, kept)[kept > 0.0]
         where = {"file": channel.source.name, "curve": channel.name}
-        left = pattern(off, channel.x[kept > 0.0], _relative(channel, noise), channel.name == "ring-down")
-        if left is not None:
-            found.append(warning("residual_has_a_pattern", at=left.at, correlation=left.correlation, **where))
+        trend = pattern(off, channel.x[kept > 0.0], _relative(channel, noise), channel.name == "ring-down")
+        if trend is not None:
+            warnings.append(warning("residual_has_a_pattern", at=trend.at, correlation=trend.correlation, **where))
         if len(off) < (1.0 - DOUBTFUL) * len(kept):
-            found.append(warning("many_outliers", left_out=len(kept) - len(off), points=len(kept), **where))
-    return found
+            warnings.append(warning("many_outliers", left_out=len(kept) - len(off), points=len(kept), **where))
+    return warnings

@@ -82,10 +82,10 @@ class DeviceFit:
 
 def by_name(names: Sequence[str], p: Floats, fixed: dict[str, float]) -> dict[str, float]:
     """The parameters by name, out of their logarithms."""
-    found = dict(fixed)
+    values = dict(fixed)
     for name, value in zip(names, p, strict=True):
-        found[name] = float(value) if name in LINEAR else math.exp(min(max(float(value), -300.0), 300.0))
-    return found
+        values[name] = float(value) if name in LINEAR else math.exp(min(max(float(value), -300.0), 300.0))
+    return values
 
 
 def logs(names: Sequence[str], values: dict[str, float]) -> Floats:
@@ -95,51 +95,51 @@ def logs(names: Sequence[str], values: dict[str, float]) -> Floats:
 
 def device(values: dict[str, float]) -> Device:
     """The device of parameters by name; a known mass gives psi = theta/C."""
-    found = Device(**{name: values[name] for name in DEVICE if name in values})
+    bare = Device(**{name: values[name] for name in DEVICE if name in values})
     if "mass" in values and "psi" not in values:
-        psi = math.sqrt(values["mass"] * found.beta * found.w0**2 / found.capacitance)
-        found = dataclasses.replace(found, psi=psi)
-    return found
+        psi = math.sqrt(values["mass"] * bare.beta * bare.w0**2 / bare.capacitance)
+        bare = dataclasses.replace(bare, psi=psi)
+    return bare
 
 
 def channels(measurements: Sequence[Measurement], bouncing: bool) -> tuple[Channel, ...]:
     """The channels of measurements; ``bouncing``: the ring-down of a displacement meets a stop."""
-    found: list[Channel] = []
-    for one in measurements:
-        if isinstance(one, Decay):
-            met = bouncing and one.of == "displacement"
-            found.append(Channel(one, "ring-down", one.t, one.y, partial(_path if met else _decay, one)))
+    result: list[Channel] = []
+    for data in measurements:
+        if isinstance(data, Decay):
+            met = bouncing and data.of == "displacement"
+            result.append(Channel(data, "ring-down", data.t, data.y, partial(_path if met else _decay, data)))
             continue
-        of_sensor = isinstance(one, BaseResponse)  # whose sign is not known
-        size, phase = (one.size, one.phase) if isinstance(one, BaseResponse) else (np.abs(one.z), np.angle(one.z))
-        found.append(Channel(one, "size", one.f, np.log(size), partial(_log_size, one)))
+        of_sensor = isinstance(data, BaseResponse)  # whose sign is not known
+        size, phase = (data.size, data.phase) if isinstance(data, BaseResponse) else (np.abs(data.z), np.angle(data.z))
+        result.append(Channel(data, "size", data.f, np.log(size), partial(_log_size, data)))
         if phase is not None:
-            found.append(Channel(one, "phase", one.f, phase, partial(_phase, one), True, of_sensor))
-    return tuple(found)
+            result.append(Channel(data, "phase", data.f, phase, partial(_phase, data), True, of_sensor))
+    return tuple(result)
 
 
-def _curve(one: Impedance | BaseResponse, values: dict[str, float]) -> Complexes:
+def _curve(data: Impedance | BaseResponse, values: dict[str, float]) -> Complexes:
     """The model's impedance or response at the frequencies of a measurement."""
-    if isinstance(one, Impedance):
-        return impedance(device(values), one.f, one.clamped)
-    return base_response(device(values), one.f, one.load, one.of)
+    if isinstance(data, Impedance):
+        return impedance(device(values), data.f, data.clamped)
+    return base_response(device(values), data.f, data.load, data.of)
 
 
-def _log_size(one: Impedance | BaseResponse, values: dict[str, float], _: Floats) -> Floats:
-    return np.log(np.abs(_curve(one, values)))
+def _log_size(data: Impedance | BaseResponse, values: dict[str, float], _: Floats) -> Floats:
+    return np.log(np.abs(_curve(data, values)))
 
 
-def _phase(one: Impedance | BaseResponse, values: dict[str, float], _: Floats) -> Floats:
-    return np.angle(_curve(one, values))
+def _phase(data: Impedance | BaseResponse, values: dict[str, float], _: Floats) -> Floats:
+    return np.angle(_curve(data, values))
 
 
-def _path(one: Decay, values: dict[str, float], _: Floats) -> Floats:
+def _path(data: Decay, values: dict[str, float], _: Floats) -> Floats:
     names = (field.name for field in dataclasses.fields(bounce.Bounce))
-    return bounce.path(bounce.Bounce(**{name: values[name] for name in names}), one.t)
+    return bounce.path(bounce.Bounce(**{name: values[name] for name in names}), data.t)
 
 
-def _decay(one: Decay, values: dict[str, float], kept: Floats) -> Floats:
-    return decay(device(values), one.t, one.y, one.load, kept)
+def _decay(data: Decay, values: dict[str, float], kept: Floats) -> Floats:
+    return decay(device(values), data.t, data.y, data.load, kept)
 
 
 def _weighted(
@@ -183,10 +183,10 @@ def fit(
     best = np.clip(best, lower + 1e-9, upper - 1e-9)
     for loss in ("soft_l1", "soft_l1", "soft_l1", "linear", "linear"):
         close = 1e-6 if loss == "soft_l1" else 1e-12
-        found = least_squares(
+        solution = least_squares(
             residuals, best, loss=loss, x_scale="jac", bounds=(lower, upper), xtol=close, ftol=close, max_nfev=100
         )
-        best = found.x
+        best = solution.x
         values = by_name(names, best, fixed)
         share = math.sqrt(points / max(points - len(names), 1))
         for n, channel in enumerate(several):
@@ -201,8 +201,8 @@ def fit(
                     kept[n] = np.ones(len(off))
             else:
                 noise[n] = max(float(np.sqrt(np.mean(inner**2))) * share, floor)
-    jacobian = found.jac[: -len(names)]
-    return DeviceFit(names, best, fixed, several, tuple(kept), tuple(noise), jacobian, found.fun[: -len(names)])
+    jacobian = solution.jac[: -len(names)]
+    return DeviceFit(names, best, fixed, several, tuple(kept), tuple(noise), jacobian, solution.fun[: -len(names)])
 
 
 def _best_start(
@@ -222,8 +222,8 @@ def _best_start(
 
     ranked = sorted(starts, key=cost)[:4]
     ends = []
-    for one in ranked:
-        p = logs(names, one)
+    for begin in ranked:
+        p = logs(names, begin)
         try:
             end = least_squares(
                 lambda p: _weighted(by_name(names, p, fixed), several, kept, noise), p, loss="soft_l1", max_nfev=25,

@@ -77,22 +77,22 @@ class IdentificationResult(TableResult):
     @property
     def table(self) -> Table:
         """A row for each parameter, with the ends of its 95 % interval."""
-        units = [one.unit for one in self.parameters]
-        columns = [Column("key", [one.key for one in self.parameters])]
-        columns += [Column(name, [getattr(one, name) for one in self.parameters], units=units) for name in _NUMBERS]
+        units = [p.unit for p in self.parameters]
+        columns = [Column("key", [p.key for p in self.parameters])]
+        columns += [Column(name, [getattr(p, name) for p in self.parameters], units=units) for name in _NUMBERS]
         columns.append(Column("unit", units))
         return Table(tuple(columns), index=("key",))
 
     @property
     def _remarks(self) -> list[str]:
         """Its notes and warnings, each with the word for it."""
-        return [f"{one.severity}: {one}" for one in self.diagnostics]
+        return [f"{diagnostic.severity}: {diagnostic}" for diagnostic in self.diagnostics]
 
     def __getitem__(self, key: str) -> Parameter:
-        for one in self.parameters:
-            if one.key == key:
-                return one
-        raise unknown("parameter", key, [one.key for one in self.parameters])
+        for parameter in self.parameters:
+            if parameter.key == key:
+                return parameter
+        raise unknown("parameter", key, [parameter.key for parameter in self.parameters])
 
     def curves(self) -> "list[FittedCurve]":
         """Each measured curve with its fit, for a figure."""
@@ -105,7 +105,7 @@ class IdentificationResult(TableResult):
     def as_json(self) -> dict[str, object]:
         """The answer as ``--json`` prints it."""
         return {
-            "parameters": {one.key: {"value": one.value, "low": one.low, "high": one.high} for one in self.parameters},
+            "parameters": {p.key: {"value": p.value, "low": p.low, "high": p.high} for p in self.parameters},
             "residual_rms": self.residual_rms,
             "not_determined": dict(self.missing),
             "points": self.points,
@@ -115,7 +115,7 @@ class IdentificationResult(TableResult):
         }
 
     def __str__(self) -> str:
-        rows = [(one.key, *number_words(one), one.what) for one in self.parameters]
+        rows = [(p.key, *number_words(p), p.what) for p in self.parameters]
         lines = columns([("parameter", "value", "95 % interval", ""), *rows], "  ")
         for reason in dict.fromkeys(why for _, why in self.missing):
             keys = ", ".join(key for key, why in self.missing if why == reason)
@@ -134,17 +134,17 @@ class IdentificationResult(TableResult):
         return f"strongest correlation: {self.correlations[i, j]:+.2f} of {self.names[i]} and {self.names[j]}"
 
 
-def number_words(one: Parameter) -> tuple[str, str]:
+def number_words(parameter: Parameter) -> tuple[str, str]:
     """A parameter's value and its interval in words, with as many digits as the interval is worth."""
-    half = max(one.high - one.low, 1e-12 * abs(one.value), 1e-300) / 2.0  # a known number has no width
-    digits = min(max(3, 2 + math.ceil(math.log10(max(abs(one.value), 1e-300) / half))), 9)
-    scale, unit = 1.0, one.unit
-    if one.unit in PREFIXED and one.value:
-        gram = 1e-3 if one.unit == "kg" else 1.0
-        power = min(max(3 * math.floor(math.log10(abs(one.value) / gram) / 3.0), -15), 6)
-        scale, unit = gram * 10.0**power, SYMBOLS[power] + ("g" if one.unit == "kg" else one.unit)
-    shown = f"{one.value / scale:.{digits}g} {unit}".rstrip()
-    return shown, f"{one.low / scale:.{digits}g} to {one.high / scale:.{digits}g}"
+    width = max(parameter.high - parameter.low, 1e-12 * abs(parameter.value), 1e-300)  # a known number has none
+    digits = min(max(3, 2 + math.ceil(math.log10(2.0 * max(abs(parameter.value), 1e-300) / width))), 9)
+    scale, unit = 1.0, parameter.unit
+    if parameter.unit in PREFIXED and parameter.value:
+        gram = 1e-3 if parameter.unit == "kg" else 1.0
+        power = min(max(3 * math.floor(math.log10(abs(parameter.value) / gram) / 3.0), -15), 6)
+        scale, unit = gram * 10.0**power, SYMBOLS[power] + ("g" if parameter.unit == "kg" else parameter.unit)
+    shown = f"{parameter.value / scale:.{digits}g} {unit}".rstrip()
+    return shown, f"{parameter.low / scale:.{digits}g} to {parameter.high / scale:.{digits}g}"
 
 
 _LABELS = {"voltage": "voltage (V)", "displacement": "displacement (m)", "speed": "speed (m/s)"}

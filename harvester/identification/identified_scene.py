@@ -11,7 +11,7 @@ from harvester.machine import files
 from harvester.scene.schema import write_beside
 from harvester.scene.toml import loads
 
-OWN = ("oscillator", "piezo", "stop")
+SCENE_TABLES = ("oscillator", "piezo", "stop")
 _FORMULAS = {
     "oscillator.mass": "",
     "oscillator.stiffness": "(2 pi f_sc)^2 mass",
@@ -24,16 +24,16 @@ _SHORT = dict.fromkeys(NEEDED, "not determined: give it as --known mass=...")
 _SHORT["piezo.capacitance"] = "not determined: measure an impedance"
 
 
-def text(found: IdentificationResult, title: str) -> str:
+def text(result: IdentificationResult, title: str) -> str:
     """The text of the scene file; keys that are not determined stand in it as comments."""
     tables: Tables = {"": [Entry("title", title, "")], "excitation": [], "load": []}
-    tables |= {name: [] for name in OWN}
-    for one in found.parameters:
-        table, _, key = one.key.partition(".")
-        if table in OWN:
-            tables[table].append(Entry(key, float(f"{one.value:.9g}"), comment(one)))
+    tables |= {name: [] for name in SCENE_TABLES}
+    for parameter in result.parameters:
+        table, _, key = parameter.key.partition(".")
+        if table in SCENE_TABLES:
+            tables[table].append(Entry(key, float(f"{parameter.value:.9g}"), comment(parameter)))
     lines = scene_file.text({name: tables[name] for name in ("", *scene_file.TABLES)}).splitlines()
-    known = {one.key for one in found.parameters}
+    known = {parameter.key for parameter in result.parameters}
     for key in reversed(NEEDED):
         if key not in known:
             table, _, name = key.partition(".")
@@ -41,20 +41,20 @@ def text(found: IdentificationResult, title: str) -> str:
             formula = f" = {_FORMULAS[key]}" if _FORMULAS[key] else " = ?"
             lines.insert(heads[0] + 1, f"{f'# {name}{formula}':<{scene_file.WIDTH}} # {_SHORT[key]}")
     rest = [
-        f"#   {one.key} = {one.value:.7g} ({comment(one)})"
-        for one in found.parameters
-        if one.key.partition(".")[0] not in OWN
+        f"#   {parameter.key} = {parameter.value:.7g} ({comment(parameter)})"
+        for parameter in result.parameters
+        if parameter.key.partition(".")[0] not in SCENE_TABLES
     ]
-    return "\n".join([*lines, *_second_mode(found), "", "# Measured too:", *rest]) + "\n"
+    return "\n".join([*lines, *_second_mode(result), "", "# Measured too:", *rest]) + "\n"
 
 
-def _second_mode(found: IdentificationResult) -> list[str]:
+def _second_mode(result: IdentificationResult) -> list[str]:
     """The table of a second mode as comments, as an impedance does not tell what part it has in the base's motion.
 
     It tells theta^2/M: the mass is that of the first mode, which makes base and at_stop what they are in that scale.
     """
-    values = {one.key.removeprefix("mode.2."): one.value for one in found.parameters}
-    if "frequency" not in values or not is_whole(found):
+    values = {parameter.key.removeprefix("mode.2."): parameter.value for parameter in result.parameters}
+    if "frequency" not in values or not is_whole(result):
         return []
     mass = values["oscillator.mass"]
     rows = [
@@ -72,27 +72,27 @@ def _second_mode(found: IdentificationResult) -> list[str]:
     return ["", *(f"{f'# {line}':<{scene_file.WIDTH}} # {word}".rstrip(" #") for line, word in rows)]
 
 
-def comment(one: Parameter) -> str:
+def comment(parameter: Parameter) -> str:
     """The interval of a parameter in words, in the unit of the scene file."""
-    if one.low == one.high:
-        return f"{one.unit}, given as known".lstrip(", ")
-    unit = f"{one.unit}, " if one.unit else ""
-    return f"{unit}95 %: {one.low:.7g} to {one.high:.7g}"
+    if parameter.low == parameter.high:
+        return f"{parameter.unit}, given as known".lstrip(", ")
+    unit = f"{parameter.unit}, " if parameter.unit else ""
+    return f"{unit}95 %: {parameter.low:.7g} to {parameter.high:.7g}"
 
 
-def is_whole(found: IdentificationResult) -> bool:
+def is_whole(result: IdentificationResult) -> bool:
     """Whether the scene has all that a scene needs."""
-    return set(NEEDED) <= {one.key for one in found.parameters}
+    return set(NEEDED) <= {parameter.key for parameter in result.parameters}
 
 
-def write(path: Path, found: IdentificationResult, title: str, force: bool) -> None:
+def write(path: Path, result: IdentificationResult, title: str, force: bool) -> None:
     """Write the scene file, whole or not at all.
 
     Raises InputError where the file is there and not to be overwritten, or cannot be written.
     """
     scene_file.check(path, force)
-    content = text(found, title)
-    if is_whole(found):
+    content = text(result, title)
+    if is_whole(result):
         loads(content, path.parent)  # refuses numbers that no scene has
     files.write(path, content, "out")
     write_beside(path)

@@ -56,13 +56,13 @@ def identify(files: str | Sequence[str], known: Mapping[str, float | str] | None
     Traceback (most recent call last):
     harvester.errors.InputError: FILE must be a readable file, but 'nowhere.csv' is not: No such file or directory
     """
-    names = (files,) if isinstance(files, str) else tuple(str(one) for one in files)
+    names = (files,) if isinstance(files, str) else tuple(str(path) for path in files)
     return identified(read_files(names), known_values(known or {}))
 
 
 def known_values(known: Mapping[str, float | str]) -> dict[str, float]:
     """The parameters that are known, by their names in the fit, from scene keys."""
-    found = {}
+    values = {}
     for key, text in known.items():
         whole = full_key(key)
         if whole not in KNOWN:
@@ -71,19 +71,19 @@ def known_values(known: Mapping[str, float | str]) -> dict[str, float]:
         if whole == "oscillator.damping_ratio":
             if not value > 0.0:
                 raise invalid("oscillator.damping_ratio", "be above 0 where it is known", value)
-            found["quality"] = 0.5 / value
+            values["quality"] = 0.5 / value
         else:
-            found[whole.partition(".")[2]] = value
-    return found
+            values[whole.partition(".")[2]] = value
+    return values
 
 
 def identified(measurements: Sequence[Measurement], known: dict[str, float] | None = None) -> IdentificationResult:
     """Fit measurements that are read; raises as `identify`."""
     known, remarks = dict(known or {}), list[Diagnostic]()
     measurements, alone = _alone(list(measurements))
-    measurements = [_from_first_flight(one) for one in measurements]
-    met = [one for one in measurements if isinstance(one, Decay) and one.of == "displacement"]
-    bouncing = any(bounce.meets_stop(one.t, one.y) for one in met)
+    measurements = [_from_first_flight(data) for data in measurements]
+    met = [data for data in measurements if isinstance(data, Decay) and data.of == "displacement"]
+    bouncing = any(bounce.meets_stop(data.t, data.y) for data in met)
     best = _fit(measurements, known, bouncing)
     if bouncing:
         remarks.append(note("ring_down_meets_a_stop"))
@@ -96,32 +96,32 @@ def identified(measurements: Sequence[Measurement], known: dict[str, float] | No
     return _answer(best, measurements, known, remarks, alone)
 
 
-def _from_first_flight(one: Measurement) -> Measurement:
+def _from_first_flight(data: Measurement) -> Measurement:
     """A ring-down against a stop without the few samples before an impact that it may begin with."""
-    if not (isinstance(one, Decay) and one.of == "displacement" and bounce.meets_stop(one.t, one.y)):
-        return one
-    first = bounce.first_sample(one.t, one.y)
-    return dataclasses.replace(one, t=one.t[first:], y=one.y[first:])
+    if not (isinstance(data, Decay) and data.of == "displacement" and bounce.meets_stop(data.t, data.y)):
+        return data
+    first = bounce.first_sample(data.t, data.y)
+    return dataclasses.replace(data, t=data.t[first:], y=data.y[first:])
 
 
 def _alone(measurements: list[Measurement]) -> tuple[list[Measurement], str]:
     """Ring-downs in one state tell no coupling: they are fitted as if in short circuit; the state in words."""
-    loads = {one.load for one in measurements if isinstance(one, Decay)}
-    if len(loads) == 1 and loads != {SHORT} and all(isinstance(one, Decay) for one in measurements):
+    loads = {data.load for data in measurements if isinstance(data, Decay)}
+    if len(loads) == 1 and loads != {SHORT} and all(isinstance(data, Decay) for data in measurements):
         state = measurements[0].state
-        return [dataclasses.replace(one, load=SHORT) for one in measurements if isinstance(one, Decay)], state
+        return [dataclasses.replace(data, load=SHORT) for data in measurements if isinstance(data, Decay)], state
     return measurements, ""
 
 
 def _fit(measurements: list[Measurement], known: dict[str, float], bouncing: bool) -> DeviceFit:
-    beside = [one for one in measurements if not meets(one, bouncing)]
+    beside = [data for data in measurements if not meets(data, bouncing)]
     if len(measurements) - len(beside) > 1:
         raise InputError("one FILE alone must be a ring-down against a stop, but several displacements are given")
     names = chosen(measurements, known, bouncing)
     if not names:
         raise InputError("FILE must hold what `known` leaves open, but nothing is left to fit")
     others = _fit(beside, known, False).values() if bouncing and chosen(beside, known, False) else {}
-    few = channels([thinned(one, 50) for one in measurements], bouncing)
+    few = channels([thinned(data, 50) for data in measurements], bouncing)
     begin = starts(measurements, names, known, bouncing, others)
     return fit(names, begin, known, channels(measurements, bouncing), few)
 
@@ -130,40 +130,40 @@ def _second_resonance(
     measurements: Sequence[Measurement], best: DeviceFit, known: dict[str, float], left: list[Diagnostic]
 ) -> DeviceFit | None:
     """The fit with a second mode, where impedances leave a pattern with one, and none with two; None elsewhere."""
-    impedances = [one for one in measurements if isinstance(one, Impedance)]
-    free = [one for one in impedances if not one.clamped]
+    impedances = [z for z in measurements if isinstance(z, Impedance)]
+    free = [z for z in impedances if not z.clamped]
     if not left or not free or len(impedances) < len(measurements) or not set(best.names) >= MODE:
         return None
     names = (*best.names, "frequency2", "quality2", "beta2")
-    few = channels([thinned(one, 200) for one in impedances], False)
+    few = channels([thinned(z, 200) for z in impedances], False)
     try:
-        found = fit(names, second_starts(free, best.values()), known, channels(impedances, False), few)
+        result = fit(names, second_starts(free, best.values()), known, channels(impedances, False), few)
     except InputError:  # too few points
         return None
-    values = found.values()
-    low, high = (end([end(one.f) for one in free]) for end in (np.min, np.max))
+    values = result.values()
+    low, high = (extreme([extreme(z.f) for z in free]) for extreme in (np.min, np.max))
     held = low < values["frequency"] < values["frequency2"] < high
-    return found if held and not misfits(found) else None
+    return result if held and not misfits(result) else None
 
 
 def _answer(
     best: DeviceFit, measurements: Sequence[Measurement], known: dict[str, float], remarks: list[Diagnostic], alone: str
 ) -> IdentificationResult:
     profiles = Profiles(best)
-    found, missing = [], []
-    for one in quantities.answered(set(best.names) | set(known)):
-        interval = profiles.interval(one.of, one.above_0)
-        if why := _why_open(one, interval, best):
-            missing.append((one.key, why))
+    parameters, missing = [], []
+    for quantity in quantities.answered(set(best.names) | set(known)):
+        interval = profiles.interval(quantity.of, quantity.above_0)
+        if why := _why_open(quantity, interval, best):
+            missing.append((quantity.key, why))
         else:
-            what = "known" if interval.low == interval.high else one.what
-            found.append(Parameter(one.key, interval.value, interval.low, interval.high, one.unit, what))
-    keys = {p.key for p in found} | {key for key, _ in missing}
+            what = "known" if interval.low == interval.high else quantity.what
+            parameters.append(Parameter(quantity.key, interval.value, interval.low, interval.high, quantity.unit, what))
+    keys = {p.key for p in parameters} | {key for key, _ in missing}
     missing += [(key, _remedy(key)) for key in quantities.NEEDED if key not in keys]
     if len(measurements) == 1 and isinstance(measurements[0], Impedance) and measurements[0].clamped:
         missing.insert(0, ("short_circuit_frequency", str(note("clamped_impedance"))))
     return IdentificationResult(
-        tuple(_of_one_state(one, alone) for one in found) if alone else tuple(found),
+        tuple(_of_one_state(p, alone) for p in parameters) if alone else tuple(parameters),
         tuple(missing),
         residual_rms(best),
         best.names,
@@ -175,29 +175,30 @@ def _answer(
     )
 
 
-def _of_one_state(one: Parameter, state: str) -> Parameter:
+def _of_one_state(parameter: Parameter, state: str) -> Parameter:
     """A parameter as ring-downs in one state tell it, which are not known to be those of a short circuit."""
-    if one.key == "short_circuit_frequency":
-        return dataclasses.replace(one, key="resonance_frequency", what=f"resonance in {state}")
-    in_state = one.key in ("quality_factor", "oscillator.damping_ratio")
+    if parameter.key == "short_circuit_frequency":
+        return dataclasses.replace(parameter, key="resonance_frequency", what=f"resonance in {state}")
+    in_state = parameter.key in ("quality_factor", "oscillator.damping_ratio")
     return dataclasses.replace(
-        one, key=one.key.removeprefix("oscillator."), what=f"in {state}" if in_state else one.what
+        parameter, key=parameter.key.removeprefix("oscillator."), what=f"in {state}" if in_state else parameter.what
     )
 
 
-def _why_open(one: quantities.Quantity, interval: ProfileInterval, best: DeviceFit) -> str:
+def _why_open(quantity: quantities.Quantity, interval: ProfileInterval, best: DeviceFit) -> str:
     """Why a number is not determined: too wide, at a boundary of the fit, or none that a device has; "" where it is."""
-    if one.key == "oscillator.mass" and "mass" in best.fixed:
+    if quantity.key == "oscillator.mass" and "mass" in best.fixed:
         return ""
-    at_its_end = interval.low == interval.high and not set(one.needs).isdisjoint(best.names)  # where nothing changes it
-    if at_its_end or _open(interval, one.above_0):
-        return _remedy(one.key)
-    if one.key == "stop.restitution" and not EDGE < interval.value < 1.0 - EDGE:
+    # of no width though its parameters are fitted: nothing changes it
+    at_its_end = interval.low == interval.high and not set(quantity.needs).isdisjoint(best.names)
+    if at_its_end or _open(interval, quantity.above_0):
+        return _remedy(quantity.key)
+    if quantity.key == "stop.restitution" and not EDGE < interval.value < 1.0 - EDGE:
         return str(note("fit_at_boundary"))
-    if one.key in ("oscillator.mass", "oscillator.stiffness") and "mass" not in best.fixed:
-        kind = key_kind(*one.key.split("."))
-        if kind is not None and unusual(one.key, interval.value, kind):
-            return str(note("no_such_device", value=interval.value, unit=one.unit))
+    if quantity.key in ("oscillator.mass", "oscillator.stiffness") and "mass" not in best.fixed:
+        kind = key_kind(*quantity.key.split("."))
+        if kind is not None and unusual(quantity.key, interval.value, kind):
+            return str(note("no_such_device", value=interval.value, unit=quantity.unit))
     return ""
 
 

@@ -68,15 +68,15 @@ class Decay(_OverLoad):
 Measurement = Impedance | BaseResponse | Decay
 
 
-def thinned(one: Measurement, most: int) -> Measurement:
+def thinned(data: Measurement, most: int) -> Measurement:
     """A measurement of every n-th point: enough to tell good starting values from bad ones.
 
     Of a curve over the frequency there are about ``most``, of a ring-down eight times as many.
     """
-    arrays: dict[str, Any] = {name: values for name, values in vars(one).items() if isinstance(values, np.ndarray)}
+    arrays: dict[str, Any] = {name: values for name, values in vars(data).items() if isinstance(values, np.ndarray)}
     points = max(map(len, arrays.values()))
-    pick = slice(None, None, max(1, points // (8 * most if isinstance(one, Decay) else most)))
-    return dataclasses.replace(one, **{name: values[pick] for name, values in arrays.items()})
+    pick = slice(None, None, max(1, points // (8 * most if isinstance(data, Decay) else most)))
+    return dataclasses.replace(data, **{name: values[pick] for name, values in arrays.items()})
 
 
 def finite(*columns: Floats) -> Any:

@@ -82,10 +82,10 @@ class Profiles:
         linear = self.reach * error
         if linear > 1.0 and best != 0.0:  # not determined: where exactly it ends does not matter
             return best + way * linear
-        along = self.plain @ slope / float(slope @ self.plain @ slope)
+        direction = self.plain @ slope / float(slope @ self.plain @ slope)
         target, distance = self.reach * math.sqrt(more), linear
         for _ in range(STEPS):
-            worse = self._profile(g, slope, along, best, best + way * distance)
+            worse = self._profile(g, slope, direction, best, best + way * distance)
             if not worse > 0.0:
                 return best + way * linear
             factor = target / math.sqrt(worse)
@@ -94,17 +94,17 @@ class Profiles:
                 break
         return best + way * min(max(distance, 0.5 * linear), 3.0 * linear)
 
-    def _profile(self, g: Callable[[Floats], float], slope: Floats, along: Floats, best: float, at: float) -> float:
+    def _profile(self, g: Callable[[Floats], float], slope: Floats, direction: Floats, best: float, at: float) -> float:
         """S(at) - S(best)."""
-        p = self.fit.p + along * (at - best)
-        found = math.inf
+        p = self.fit.p + direction * (at - best)
+        least = math.inf
         for _ in range(FOLLOW):
-            p = p + along * (at - g(p))
+            p = p + direction * (at - g(p))
             residual = self.fit.weighted(p)
             now = float(residual @ residual) - self.sum
-            if now > found * (1.0 - 1e-3):
-                return min(found, now)
-            found = now
+            if now > least * (1.0 - 1e-3):
+                return min(least, now)
+            least = now
             step = -self.plain @ (self.fit.jacobian.T @ residual)
-            p = p + step - along * float(slope @ step)
-        return found
+            p = p + step - direction * float(slope @ step)
+        return least

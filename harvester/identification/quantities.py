@@ -92,4 +92,4 @@ def answered(names: set[str]) -> list[Quantity]:
     """The quantities that parameters with these names make."""
     if "psi" in names and {"beta", "frequency", "capacitance"} <= names:
         names = names | {"mass"}
-    return [one for one in QUANTITIES if set(one.needs) <= names]
+    return [quantity for quantity in QUANTITIES if set(quantity.needs) <= names]

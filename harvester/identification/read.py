@@ -56,10 +56,10 @@ def read_files(names: tuple[str, ...]) -> list[Measurement]:
 
     Raises InputError in one line, which says what of a file is missing and what would mend it.
     """
-    found = [one for name in names for one in read_file(name)]
-    if not found:
+    measurements = [data for name in names for data in read_file(name)]
+    if not measurements:
         raise InputError("FILE must be given: a CSV file of a measurement")
-    return found
+    return measurements
 
 
 def read_file(name: str) -> list[Measurement]:
@@ -72,17 +72,19 @@ def read_file(name: str) -> list[Measurement]:
     table = read_table(path, "FILE")
     load, clamped = _state(state, table.remarks, key)
     if table.bad:
-        row, place, text = table.bad[0]
-        head = next((column.name for column in table.columns if column.place == place), "")
+        row, position, text = table.bad[0]
+        head = next((column.name for column in table.columns if column.index == position), "")
         raise invalid(f"{key} column {head!r} row {row}", "be a number", text)
     if frequencies := table.find(is_frequency):
         f = _in_hertz(frequencies[0], key)
         with np.errstate(divide="ignore", invalid="ignore"):  # a zero in the table has no inverse
             z = _impedance(table, f)
         if z is not None:
-            return [_checked_impedance(Impedance(label, f, z, clamped), key)]
-        if found := _responses(table, f, label, key, load):
-            return found
+            good = finite(f, z.real, z.imag) & (f > 0.0) & (np.abs(z) > 0.0)
+            _enough(good, key)
+            return [Impedance(label, f[good], z[good], clamped)]
+        if responses := _responses(table, f, label, key, load):
+            return responses
     elif table.find(is_time):
         return [_decay(table, label, key, load)]
     raise InputError(f"{key} must hold {FORMS}, but has {shown(table.heads)}")
@@ -162,15 +164,9 @@ def _phase(table: CsvTable) -> Floats | None:
     return None
 
 
-def _checked_impedance(found: Impedance, key: str) -> Impedance:
-    good = finite(found.f, found.z.real, found.z.imag) & (found.f > 0.0) & (np.abs(found.z) > 0.0)
-    _enough(good, key)
-    return Impedance(found.name, found.f[good], found.z[good], found.clamped)
-
-
 def _responses(table: CsvTable, f: Floats, label: str, key: str, load: float | None) -> list[Measurement]:
     """A response for each column and load."""
-    phase, found = _phase(table), []
+    phase, responses = _phase(table), []
     loads = _load_column(table)
     for column in table.columns:
         for of, kind in _PER_G.items():
@@ -187,15 +183,15 @@ def _responses(table: CsvTable, f: Floats, label: str, key: str, load: float | N
                     )
                 mine = SHORT
             every = np.full(len(f), 0.0 if mine is None else mine) if loads is None else loads
-            for one in np.unique(every[~np.isnan(every)]):
-                good = finite(f, size) & (f > 0.0) & (np.abs(size) > 0.0) & (every == one)
+            for resistance in np.unique(every[~np.isnan(every)]):
+                good = finite(f, size) & (f > 0.0) & (np.abs(size) > 0.0) & (every == resistance)
                 if phase is not None:
                     good &= np.isfinite(phase)
                 _enough(good, key)
                 angle = None if phase is None else phase[good]
-                found.append(BaseResponse(label, f[good], np.abs(size[good]), angle, load=float(one), of=of))
+                responses.append(BaseResponse(label, f[good], np.abs(size[good]), angle, load=float(resistance), of=of))
             break
-    return list(found)
+    return list(responses)
 
 
 def _load_column(table: CsvTable) -> Floats | None:

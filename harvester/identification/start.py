@@ -21,39 +21,39 @@ BOUNCE = ("restitution", "gap", "x0", "v0", "zero")  # parameters that only a ri
 
 def chosen(measurements: Sequence[Measurement], known: dict[str, float], bouncing: bool) -> tuple[str, ...]:
     """The names of the parameters to fit; what is known is not among them."""
-    linear = [one for one in measurements if not meets(one, bouncing)]
-    impedances = [isinstance(one, Impedance) for one in measurements]
+    linear = [data for data in measurements if not meets(data, bouncing)]
+    impedances = [isinstance(data, Impedance) for data in measurements]
     impedance, coupled = any(impedances), any(map(_couples, linear))
     moving = coupled or not all(impedances)
     capacitance = impedance or (coupled and any(map(_has_resistor, measurements)))
-    told = "mass" in known and (capacitance or "capacitance" in known)  # else a known mass gives no psi = theta/C
+    mass_gives_psi = "mass" in known and (capacitance or "capacitance" in known)  # psi = theta/C
     determined = {
         ("frequency", "quality"): moving,
         ("beta",): coupled,
         ("capacitance",): capacitance,
         ("loss",): impedance,
-        ("psi",): any(map(_is_voltage_per_g, measurements)) and not told,
+        ("psi",): any(map(_is_voltage_per_g, measurements)) and not mass_gives_psi,
         BOUNCE: bouncing,
     }
     return tuple(name for names, there in determined.items() if there for name in names if name not in known)
 
 
-def _is_voltage_per_g(one: Measurement) -> bool:
-    return isinstance(one, BaseResponse) and one.of == "voltage"
+def _is_voltage_per_g(data: Measurement) -> bool:
+    return isinstance(data, BaseResponse) and data.of == "voltage"
 
 
-def _has_resistor(one: Measurement) -> bool:
-    return not isinstance(one, Impedance) and one.load not in (SHORT, OPEN)
+def _has_resistor(data: Measurement) -> bool:
+    return not isinstance(data, Impedance) and data.load not in (SHORT, OPEN)
 
 
-def _couples(one: Measurement) -> bool:
+def _couples(data: Measurement) -> bool:
     """Whether the mass moves and the piezo has a voltage."""
-    return not one.clamped if isinstance(one, Impedance) else one.load != SHORT
+    return not data.clamped if isinstance(data, Impedance) else data.load != SHORT
 
 
-def meets(one: Measurement, bouncing: bool) -> bool:
+def meets(data: Measurement, bouncing: bool) -> bool:
     """Whether a measurement is the ring-down that meets the stop, of which ``bouncing`` says that there is one."""
-    return bouncing and isinstance(one, Decay) and one.of == "displacement"
+    return bouncing and isinstance(data, Decay) and data.of == "displacement"
 
 
 def starts(
@@ -68,22 +68,22 @@ def starts(
     ``others`` are the parameters that the measurements beside a ring-down against a stop tell by themselves.
     """
     if bouncing:
-        met = next(one for one in measurements if isinstance(one, Decay) and meets(one, bouncing))
+        met = next(data for data in measurements if isinstance(data, Decay) and meets(data, bouncing))
         flights = bounce.start(met.t, met.y, others.get("frequency"), others.get("quality"))
         of_bounce = {field.name: getattr(flights, field.name) for field in dataclasses.fields(flights)}
         if set(names) <= {*of_bounce, *others}:
             return [{name: {**of_bounce, **others}[name] for name in names}]
-        linear = [one for one in measurements if not meets(one, bouncing)]
-        return [{name: {**one, **of_bounce}[name] for name in names} for one in _combined(linear, names, known)]
-    return [{name: one[name] for name in names} for one in _combined(measurements, names, known)]
+        linear = [data for data in measurements if not meets(data, bouncing)]
+        return [{name: {**values, **of_bounce}[name] for name in names} for values in _combined(linear, names, known)]
+    return [{name: values[name] for name in names} for values in _combined(measurements, names, known)]
 
 
 def _combined(
     measurements: Sequence[Measurement], names: tuple[str, ...], known: dict[str, float]
 ) -> Iterator[dict[str, float]]:
     """The combinations for measurements without a stop."""
-    found = sorted({f for one in measurements for f in _peaks(one)}) or [1.0]
-    peaks = sorted({found[0], found[len(found) // 2], found[-1]})
+    resonances = sorted({f for data in measurements for f in _peaks(data)}) or [1.0]
+    peaks = sorted({resonances[0], resonances[len(resonances) // 2], resonances[-1]})
     qualities = QUALITIES if "quality" in names else (known.get("quality", 100.0),)
     loss = _loss(measurements) if "loss" in names else known.get("loss", 0.0)
     for f, q, beta in itertools.product(peaks, qualities, _betas(peaks) if "beta" in names else [0.0]):
@@ -97,41 +97,41 @@ def _combined(
 def _betas(peaks: Sequence[float]) -> list[float]:
     """Couplings theta^2/(K C): usual ones, and those that two peaks as resonances in short and open circuit have."""
     ratios = ((b / a) ** 2 - 1.0 for a, b in itertools.combinations(peaks, 2))
-    return sorted({*BETAS, *(round(one, 6) for one in ratios if 1e-4 < one < 5.0)})
+    return sorted({*BETAS, *(round(beta, 6) for beta in ratios if 1e-4 < beta < 5.0)})
 
 
-def _peaks(one: Measurement) -> list[float]:
+def _peaks(data: Measurement) -> list[float]:
     """Frequencies at which a curve has its resonances."""
-    if isinstance(one, Impedance):
-        if one.clamped:
+    if isinstance(data, Impedance):
+        if data.clamped:
             return []
-        above = one.z.real * one.f  # without the slope of a lossy capacitance
-        return [float(one.f[np.argmax((1.0 / one.z).real / one.f)]), float(one.f[np.argmax(above)])]
-    if isinstance(one, BaseResponse):
-        return [float(one.f[np.argmax(one.size)])]
-    return [_strongest(one.t, one.y)]
+        above = data.z.real * data.f  # without the slope of a lossy capacitance
+        return [float(data.f[np.argmax((1.0 / data.z).real / data.f)]), float(data.f[np.argmax(above)])]
+    if isinstance(data, BaseResponse):
+        return [float(data.f[np.argmax(data.size)])]
+    return [_strongest(data.t, data.y)]
 
 
-def second_starts(impedances: Sequence[Impedance], one: dict[str, float]) -> list[dict[str, float]]:
-    """Values to begin the fit of two modes from, with the fit of ``one``: pairs of its frequency and of peaks.
+def second_starts(impedances: Sequence[Impedance], single: dict[str, float]) -> list[dict[str, float]]:
+    """Values to begin the fit of two modes from, with the ``single`` mode's fit: pairs of its frequency and of peaks.
 
     Peaks are those of the conductance over the frequency, and of what the one mode leaves of it.
     """
-    places = {one["frequency"]}
+    resonances = {single["frequency"]}
     for file in impedances:
         conductance = (1.0 / file.z).real / file.f
-        for curve in (conductance, conductance - (1.0 / impedance(device(one), file.f, False)).real / file.f):
+        for curve in (conductance, conductance - (1.0 / impedance(device(single), file.f, False)).real / file.f):
             smooth = np.convolve(curve, np.full(3, 1.0 / 3.0), "same")
             tops = np.flatnonzero((smooth[1:-1] > smooth[:-2]) & (smooth[1:-1] >= smooth[2:])) + 1
-            places |= {float(file.f[at]) for at in tops[np.argsort(-smooth[tops])][:3]}
-    found = []
-    for low, high in itertools.combinations(sorted(places), 2):
+            resonances |= {float(file.f[at]) for at in tops[np.argsort(-smooth[tops])][:3]}
+    begins = []
+    for low, high in itertools.combinations(sorted(resonances), 2):
         for first, second in itertools.product(QUALITIES[1:4], repeat=2):
-            for beta, share in itertools.product((one["beta"], 0.03, 0.2), (0.03, 0.3, 1.0)):
+            for beta, share in itertools.product((single["beta"], 0.03, 0.2), (0.03, 0.3, 1.0)):
                 new = {"frequency": low, "quality": first, "beta": beta}
                 new |= {"frequency2": high, "quality2": second, "beta2": share * beta}
-                found.append({**one, **new})
-    return found
+                begins.append({**single, **new})
+    return begins
 
 
 def _strongest(t: Floats, y: Floats) -> float:
@@ -146,11 +146,11 @@ def _strongest(t: Floats, y: Floats) -> float:
 
 def _capacitances(measurements: Sequence[Measurement], f0: float) -> list[float]:
     """Capacitances: of the impedance away from resonance, else such as loads tell apart."""
-    for one in sorted((m for m in measurements if isinstance(m, Impedance)), key=lambda m: not m.clamped):
-        middle = float(np.median((1.0 / one.z).imag / (2.0 * math.pi * one.f)))
+    for data in sorted((m for m in measurements if isinstance(m, Impedance)), key=lambda m: not m.clamped):
+        middle = float(np.median((1.0 / data.z).imag / (2.0 * math.pi * data.f)))
         if not middle > 0.0:
             raise InputError(
-                f"FILE {shown(one.name)} must have a reactance, or phase, that is negative away from resonance, as a "
+                f"FILE {shown(data.name)} must have a reactance, or phase, that is negative away from resonance, as a "
                 "capacitance has, but at most frequencies it is positive: turn its sign round"
             )
         return [middle]
@@ -161,12 +161,12 @@ def _capacitances(measurements: Sequence[Measurement], f0: float) -> list[float]
 
 def _loss(measurements: Sequence[Measurement]) -> float:
     """The dielectric loss: what is left of the conductance where it is least."""
-    found = [
+    losses = [
         float(np.quantile((1.0 / m.z).real / np.abs((1.0 / m.z).imag), 0.1))
         for m in measurements
         if isinstance(m, Impedance)
     ]
-    return min(max(min(found), 1e-4), 0.2)
+    return min(max(min(losses), 1e-4), 0.2)
 
 
 def _psi(measurements: Sequence[Measurement], of: Device) -> float:

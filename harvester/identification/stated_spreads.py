@@ -34,10 +34,10 @@ class ScenesSpreads:
     left_out: tuple[str, ...]
 
     def __str__(self) -> str:
-        found = "spreads: the 95 % intervals that the scene file states for its values, as identify wrote them"
+        sentence = "spreads: the 95 % intervals that the scene file states for its values, as identify wrote them"
         if not self.left_out:
-            return found
-        return f"{found}; without {', '.join(self.left_out)}, whose value is no longer in its interval"
+            return sentence
+        return f"{sentence}; without {', '.join(self.left_out)}, whose value is no longer in its interval"
 
 
 def spreads_of(text: str, scene: Scene) -> ScenesSpreads:
@@ -62,16 +62,16 @@ def spreads_of(text: str, scene: Scene) -> ScenesSpreads:
 
 def _intervals(text: str) -> tuple[dict[str, tuple[float, float]], dict[str, tuple[float, float]]]:
     """The intervals in the comments of a scene file: by the keys that they stand behind, and of derived numbers."""
-    found, derived, table = dict[str, tuple[float, float]](), dict[str, tuple[float, float]](), ""
-    for line in (one.strip() for one in text.splitlines()):
+    stated, derived, table = dict[str, tuple[float, float]](), dict[str, tuple[float, float]](), ""
+    for line in (row.strip() for row in text.splitlines()):
         if (head := _TABLE.fullmatch(line)) is not None:
             table = head[1]
         elif (match := _DERIVED.fullmatch(line)) is not None and (ends := _ends(match)) is not None and ends[0] > 0.0:
             derived[match[1]] = ends
         elif (match := _KEY.fullmatch(line)) is not None and (ends := _ends(match)) is not None:
             names = key_names(TABLES[table]) if table in TABLES and table not in SEVERAL else []
-            found |= {f"{table}.{match[1]}": ends} if match[1] in names else {}
-    return found, derived
+            stated |= {f"{table}.{match[1]}": ends} if match[1] in names else {}
+    return stated, derived
 
 
 def _ends(match: "re.Match[str]") -> tuple[float, float] | None:
@@ -88,11 +88,12 @@ def _correlations(s: Mapping[str, float]) -> dict[tuple[str, str], float]:
     mass, stiffness, coupling = "oscillator.mass", "oscillator.stiffness", "piezo.coupling"
     if mass not in s:
         return {}
-    found = {}
+    correlations = {}
     for key, name, share in ((stiffness, "short_circuit_frequency", 1.0), (coupling, "coupling_squared_per_mass", 0.5)):
         if key in s and name in s:
-            own, apart = s[key] / share, s[name] * (2.0 if key == stiffness else 1.0)
-            found[mass, key] = max(min((own**2 + s[mass] ** 2 - apart**2) / (2.0 * own * s[mass]), MOST), -MOST)
-    if len(found) == 2:
-        found[stiffness, coupling] = found[mass, stiffness] * found[mass, coupling]
-    return found
+            s_key, s_mass, s_ratio = s[key] / share, s[mass], s[name] * (2.0 if key == stiffness else 1.0)
+            correlation = (s_key**2 + s_mass**2 - s_ratio**2) / (2.0 * s_key * s_mass)
+            correlations[mass, key] = max(min(correlation, MOST), -MOST)
+    if len(correlations) == 2:
+        correlations[stiffness, coupling] = correlations[mass, stiffness] * correlations[mass, coupling]
+    return correlations

@@ -57,10 +57,10 @@ class GaussianPeaks:
         """The level that |y| stays below in a time with the probability ``share``: every clump counts once."""
         from scipy.optimize import brentq
 
-        wanted, top = -math.log(share) / time, self.bound(share, time)
-        if top == 0.0 or self.clumps(0.0) <= wanted:
+        rate, top = -math.log(share) / time, self.bound(share, time)
+        if top == 0.0 or self.clumps(0.0) <= rate:
             return 0.0
-        return float(brentq(lambda level: self.clumps(level) - wanted, 0.0, 1.001 * top))
+        return float(brentq(lambda level: self.clumps(level) - rate, 0.0, 1.001 * top))
 
 
 def peaks(eqs: Equations) -> tuple[GaussianPeaks, GaussianPeaks]:
@@ -92,8 +92,8 @@ def _bandwidths(eqs: Equations) -> list[float]:
     ends = -math.asinh(w0 / width), math.asinh(_WIDEST * w0 / width)
     u = np.linspace(*ends, _FREQUENCIES)
     w, dw = w0 + width * np.sinh(u), width * np.cosh(u)
-    found = []
+    bandwidths = []
     for density in gains(eqs, w):
         l0, l1, l2 = (float(np.trapezoid(density * w**power * dw, u)) for power in (0, 1, 2))
-        found.append(math.sqrt(max(1.0 - l1 * l1 / (l0 * l2), 0.0)))
-    return found
+        bandwidths.append(math.sqrt(max(1.0 - l1 * l1 / (l0 * l2), 0.0)))
+    return bandwidths

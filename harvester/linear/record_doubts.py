@@ -28,17 +28,17 @@ def record_doubts(eqs: Equations) -> list[Diagnostic]:
     record = eqs.record
     if record is None or record.exact:
         return []
-    found = list[Diagnostic]()
+    warnings = list[Diagnostic]()
     w, p = _lines(record)
     whole = p @ _gain(eqs, w)
     top = p[-math.ceil(TOP * len(p)) :].mean() / w[0]
     higher = np.geomspace(w[-1], 100.0 * w[-1], 20_000)
     beyond = top * np.trapezoid(_gain(eqs, higher), higher) / whole
     if beyond > BEYOND:
-        found.append(warning("coarse_record", samples=float(2.0 * w[-1]), change=float(beyond)))
+        warnings.append(warning("coarse_record", samples=float(2.0 * w[-1]), change=float(beyond)))
     if (join := join_change(eqs)) > JOIN:
-        found.append(warning("record_join", change=join))
-    return found
+        warnings.append(warning("record_join", change=join))
+    return warnings
 
 
 def join_change(eqs: Equations) -> float:
@@ -51,13 +51,13 @@ def join_change(eqs: Equations) -> float:
     if record is None or not record.bridged:
         return 0.0
     w, p = _lines(record)
-    own = p * _gain(eqs, w)
+    powers = p * _gain(eqs, w)
     values = record.values[: 1 - BRIDGE]
-    turn = min(2.0 * math.pi / (w[own.argmax()] * record.spacing), 0.5 * len(values))
+    turn = min(2.0 * math.pi / (w[powers.argmax()] * record.spacing), 0.5 * len(values))
     ends = [len(values) - math.ceil(k * turn / CUTS) for k in range(1, CUTS + 1)]
     others = [values, *(np.append(values[:end], bridge(values[:end])) for end in ends)]
-    found = [q @ _gain(eqs, v) for v, q in (_lines(Record(record.spacing, one)) for one in others)]
-    return float(max(abs(one / own.sum() - 1.0) for one in found))
+    mean_squares = [q @ _gain(eqs, v) for v, q in (_lines(Record(record.spacing, values)) for values in others)]
+    return float(max(abs(other / powers.sum() - 1.0) for other in mean_squares))
 
 
 def density_doubts(eqs: Equations, drawn: Record) -> list[Diagnostic]:

@@ -32,18 +32,18 @@ def response_to_shaking(eqs: Equations) -> tuple[Floats, Floats]:
 
     What rounding does at a sharp resonance is not in them.
     """
-    found, error = np.zeros(2), np.zeros(2)
+    mean_squares, error = np.zeros(2), np.zeros(2)
     if eqs.drive is not None:
         assert eqs.drive_frequency is not None, "Scene checks this"
-        found = 0.5 * eqs.drive**2 * gains(eqs, eqs.drive_frequency)
+        mean_squares = 0.5 * eqs.drive**2 * gains(eqs, eqs.drive_frequency)
     if eqs.record is not None:
         w, p = lines(eqs.record)
         g, spread = gains(eqs, w), (ROUNDING * math.log2(len(p))) ** 2 * p.mean()  # of the strong lines over all
         return g @ p, g @ (2.0 * np.sqrt(p * spread) + spread)
     if eqs.coloured is not None or eqs.density is not None:
         noise, error = _integral(eqs)
-        found = found + noise
-    return found, error
+        mean_squares = mean_squares + noise
+    return mean_squares, error
 
 
 def lines(record: Record) -> tuple[Floats, Floats]:
@@ -65,7 +65,7 @@ def _integral(eqs: Equations) -> tuple[Floats, Floats]:
     else:
         narrow = (eqs.centre or 0.0) / (eqs.bandwidth or 1.0)
         poles = np.append(poles, _filter_poles(eqs))
-        scales = _places(poles)[0]
+        scales = _resonances(poles)[0]
         edges = np.array([scales.min() - BELOW, scales.max() + ABOVE])
     with np.errstate(all="ignore"):  # far below all poles and between two zeros of a table
         ends = _panels(eqs, edges, poles)
@@ -94,7 +94,7 @@ def _filter_poles(eqs: Equations) -> Complexes:
     return np.roots([1.0, eqs.bandwidth, eqs.centre**2]).astype(complex)
 
 
-def _places(poles: Complexes) -> tuple[Floats, Floats]:
+def _resonances(poles: Complexes) -> tuple[Floats, Floats]:
     """Where poles s are in ln f: their place on the axis of frequencies, and how far off it they are."""
     poles = poles[poles != 0.0]
     return np.log(np.abs(poles) / TURN), np.arctan2(np.abs(poles.real), np.abs(poles.imag))
@@ -103,9 +103,9 @@ def _places(poles: Complexes) -> tuple[Floats, Floats]:
 def _panels(eqs: Equations, edges: Floats, poles: Complexes) -> Floats:
     """The ends of the panels in ln f: the edges, halvings towards each pole, and no panel longer than 1 or steep."""
     ends = [edges]
-    for place, off in zip(*_places(poles), strict=True):
+    for at, off in zip(*_resonances(poles), strict=True):
         away = max(off, NEAREST) * 2.0 ** np.arange(math.ceil(-math.log2(max(off, NEAREST))) + 1.0)
-        ends += [place - away, np.array([place]), place + away]
+        ends += [at - away, np.array([at]), at + away]
     end = np.unique(np.clip(np.concatenate(ends), edges[0], edges[-1]))
     steep = np.nan_to_num(np.abs(np.diff(np.log(_density(eqs, np.exp(end))))) / STEEP, posinf=0.0)
     parts = np.ceil(np.maximum(np.diff(end), steep)).astype(int)

@@ -57,10 +57,10 @@ def white(eqs: Equations) -> WhiteResponse:
     return WhiteResponse(x2 / loss, (x2 + beta) / loss, 1.0 / loss, sharpness)
 
 
-def amplitudes(eqs: Equations, w: Floats | float, along: Sequence[float] | None = None) -> Complexes:
+def amplitudes(eqs: Equations, w: Floats | float, direction: Sequence[float] | None = None) -> Complexes:
     """Complex amplitudes of x and V under a = exp(i w t), one of each a frequency, shape (2, ...).
 
-    Of several modes that ``along`` another direction than the oscillator's, in the place of x's.
+    Of several modes x may be that in another ``direction`` than the oscillator's, shape (modes,).
 
     With a spring of two wells they are those of small motions in the first, whose stiffness takes the place of the 1.
     Infinite at a resonance where nothing takes energy.
@@ -71,7 +71,7 @@ def amplitudes(eqs: Equations, w: Floats | float, along: Sequence[float] | None 
         rest = next(iter(eqs.resting_places), 0.0)  # none where the spring pushes the mass away
         stiffness = linear + rest * (2.0 * alpha2 + 3.0 * alpha * rest)
     if eqs.modes is not None:
-        return _amplitudes_of_modes(eqs, np.asarray(w), stiffness, along)
+        return _amplitudes_of_modes(eqs, np.asarray(w), stiffness, direction)
     with np.errstate(divide="ignore", invalid="ignore"):
         voltage = s / (s + mu) if mu else np.ones_like(s)
         x = 1.0 / (stiffness + s * (s - (eqs.c1 or 0.0)) + (eqs.beta or 0.0) * voltage)
@@ -99,34 +99,34 @@ def _white_of_modes(eqs: Equations) -> WhiteResponse:
     losses = -values.real
     if not losses.min() > 1e-14 * np.abs(values).max():
         return WhiteResponse(math.inf, math.inf, math.inf, math.inf)
-    found, e = stationary(eqs), eqs.modes.direction
-    v2 = found[-1, -1] if eqs.mu is not None else s @ found[:n, :n] @ s
-    moved, speed = e @ found[:n, :n] @ e, e @ found[n : 2 * n, n : 2 * n] @ e
+    covariance, e = stationary(eqs), eqs.modes.direction
+    v2 = covariance[-1, -1] if eqs.mu is not None else s @ covariance[:n, :n] @ s
+    moved, speed = e @ covariance[:n, :n] @ e, e @ covariance[n : 2 * n, n : 2 * n] @ e
     return WhiteResponse(float(moved), float(speed), float(v2), float((0.5 * np.abs(values) / losses).max()))
 
 
-def _amplitudes_of_modes(eqs: Equations, w: Floats, spring: float, along: Sequence[float] | None) -> Complexes:
+def _amplitudes_of_modes(eqs: Equations, w: Floats, spring: float, direction: Sequence[float] | None) -> Complexes:
     """`amplitudes` of several modes: (K + s D + s^2 + beta V/(s.y) s s^T) y = g a at each frequency."""
     modes = eqs.modes
     assert modes is not None
     stiffness, damping = modes.matrices(spring, -(eqs.c1 or 0.0))
     coupling, base, every = np.array(modes.coupling), np.array(modes.base, complex), w.reshape(-1)
-    found = np.empty((2, every.size), complex)
+    result = np.empty((2, every.size), complex)
     for first in range(0, every.size, AT_ONCE):
         s = 1j * every[first : first + AT_ONCE, None, None]
         voltage = s / (s + eqs.mu) if eqs.mu else np.ones_like(s)
         dynamic = stiffness + s * damping + s * s * np.eye(modes.count)
         dynamic = dynamic + (eqs.beta or 0.0) * voltage * np.outer(coupling, coupling)
         y = np.linalg.solve(dynamic, np.broadcast_to(base[:, None], (len(s), modes.count, 1)))[:, :, 0]
-        found[0, first : first + AT_ONCE] = y @ (modes.direction if along is None else along)
-        found[1, first : first + AT_ONCE] = voltage[:, 0, 0] * (y @ coupling)
-    return found.reshape(2, *w.shape)
+        result[0, first : first + AT_ONCE] = y @ (modes.direction if direction is None else direction)
+        result[1, first : first + AT_ONCE] = voltage[:, 0, 0] * (y @ coupling)
+    return result.reshape(2, *w.shape)
 
 
 def gains(eqs: Equations, w: Floats | float) -> Floats:
     """The squared sizes of the `amplitudes`."""
-    found = amplitudes(eqs, w)
-    return np.asarray(found.real**2 + found.imag**2)
+    complex_amplitudes = amplitudes(eqs, w)
+    return np.asarray(complex_amplitudes.real**2 + complex_amplitudes.imag**2)
 
 
 def first_harmonic(values: Floats, angles: Floats) -> complex:

@@ -67,10 +67,10 @@ class Execution:
 
     def only(self, study: str, *names: str) -> None:
         """Raise InputError for what is given, but would do nothing for a study that takes no more than these."""
-        for one in dataclasses.fields(self):
-            if one.name not in names and getattr(self, one.name) != one.default:
+        for field in dataclasses.fields(self):
+            if field.name not in names and getattr(self, field.name) != field.default:
                 takes = ", ".join(f"`{name}`" for name in names)
-                raise InputError(f"the execution of {study} must have {takes} only, but has `{one.name}`")
+                raise InputError(f"the execution of {study} must have {takes} only, but has `{field.name}`")
 
 
 DEFAULT = Execution()
@@ -78,24 +78,24 @@ DEFAULT = Execution()
 _FIELDS = {"workers": "workers", "resume": "resume", "out": "out", "vector": "formats"}
 
 
-def calls_with_name(tick: Callable[[str], object]) -> Progress:
-    """The progress of a ``tick`` of version 0.1 that was called with a name."""
-    return CallingBack(lambda _, what: tick(what))
+def calls_with_name(report: Callable[[str], object]) -> Progress:
+    """The progress of a function ``report``, a ``tick`` of version 0.1 that was called with a name."""
+    return CallingBack(lambda _, what: report(what))
 
 
-def calls_with_fraction(tick: Callable[[float], object]) -> Progress:
-    """The progress of a ``tick`` of version 0.1 that was called with the fraction done."""
-    return CallingBack(lambda done, _: tick(done))
+def calls_with_fraction(report: Callable[[float], object]) -> Progress:
+    """The progress of a function ``report``, a ``tick`` of version 0.1 that was called with the fraction done."""
+    return CallingBack(lambda done, _: report(done))
 
 
 def as_in_version_0_1(
-    *positional: str, tick: Callable[[Any], Progress] = CallingBack, executes: bool = True, **renamed: str
+    *positional: str, adapter: Callable[[Any], Progress] = CallingBack, executes: bool = True, **renamed: str
 ) -> Callable[[Study], Study]:
     """Let a study be called as in version 0.1, with a DeprecationWarning.
 
     ``positional`` are the names of the arguments behind the first that could be given without a keyword, ``renamed``
     the names of today of keywords that had another.  With
-    ``executes`` the fields of `Execution` may be keywords of the study's own; ``tick`` makes the `Progress` of the
+    ``executes`` the fields of `Execution` may be keywords of the study's own; ``adapter`` makes the `Progress` of the
     function that was the keyword ``tick`` or ``progress``.
     """
 
@@ -108,13 +108,13 @@ def as_in_version_0_1(
                 raise InputError(f"{name} must have at most {1 + len(positional)} arguments without a name")
             if others:
                 given = dict(zip(positional, others, strict=False))
-                _warn(f"{name} takes {', '.join(f'`{one}`' for one in given)} by keyword only", 3)
+                _warn(f"{name} takes {', '.join(f'`{key}`' for key in given)} by keyword only", 3)
                 options = given | options
             for old in options.keys() & renamed.keys():
                 _warn(f"{name} takes `{old}` as `{renamed[old]}`", 3)
                 options[renamed[old]] = options.pop(old)
             if executes:
-                options = _with_execution(name, options, tick)
+                options = _with_execution(name, options, adapter)
             return study(first, **options)
 
         return called  # type: ignore[return-value]
@@ -122,15 +122,15 @@ def as_in_version_0_1(
     return decorated
 
 
-def _with_execution(name: str, options: dict[str, Any], tick: Callable[[Any], Progress]) -> dict[str, Any]:
+def _with_execution(name: str, options: dict[str, Any], adapter: Callable[[Any], Progress]) -> dict[str, Any]:
     """The options with those in an `Execution` that were keywords of their own."""
-    fields = {_FIELDS[one]: options.pop(one) for one in _FIELDS if one in options}
-    for one in ("tick", "progress"):
-        if one in options and (told := options.pop(one)) is not None:
-            fields["progress"] = told if hasattr(told, "step") else tick(told)
+    fields = {_FIELDS[key]: options.pop(key) for key in _FIELDS if key in options}
+    for key in ("tick", "progress"):
+        if key in options and (report := options.pop(key)) is not None:
+            fields["progress"] = report if hasattr(report, "step") else adapter(report)
     if not fields:
         return options
-    _warn(f"{name} takes {', '.join(f'`{one}`' for one in fields)} in execution=hv.Execution(...)", 4)
+    _warn(f"{name} takes {', '.join(f'`{key}`' for key in fields)} in execution=hv.Execution(...)", 4)
     if "execution" in options:
         raise InputError(f"{name} must have `{next(iter(fields))}` in its `execution`, but has it beside that")
     return options | {"execution": Execution(**fields)}

@@ -20,16 +20,16 @@ def cache_folder() -> Path | None:
 
     Raises InputError for one that another user owns or may write.
     """
-    return own(Path(os.environ.get(VARIABLE) or platformdirs.user_cache_dir("harvester")).absolute())
+    return private(Path(os.environ.get(VARIABLE) or platformdirs.user_cache_dir("harvester")).absolute())
 
 
 def machine_code() -> int:
     """How many files of compiled kernels the cache holds, which are more after a compilation; 0 without a cache."""
     folders = (cache_folder() or Path(os.devnull)).glob("kernels-*")
-    return sum(name.endswith(".nbc") for one in folders for _, _, names in os.walk(one) for name in names)
+    return sum(name.endswith(".nbc") for folder in folders for _, _, names in os.walk(folder) for name in names)
 
 
-def own(path: Path) -> Path | None:
+def private(path: Path) -> Path | None:
     """A folder of the user, made where it is missing; None where it cannot be written; raises as `cache_folder`."""
     try:
         path.mkdir(0o700, parents=True, exist_ok=True)
@@ -54,10 +54,10 @@ def bare(name: str, file: str) -> str:
         folder.mkdir(0o700, exist_ok=True)
         (folder / file).touch()
         folder.chmod(0o500)
-        found = [(one.name, one.lstat().st_size) for one in folder.iterdir()]
+        content = [(entry.name, entry.lstat().st_size) for entry in folder.iterdir()]
     except OSError as error:
         raise InputError(f"{shown(str(folder))} must be a folder of your own, but is not: {error.strerror}") from None
-    if found != [(file, 0)]:
+    if content != [(file, 0)]:
         raise InputError(f"{shown(str(folder))} must hold nothing but an empty {file}, but does not: remove it")
     return str(folder)
 

@@ -117,9 +117,9 @@ def completed(
 
 def kill(process: loky.ProcessPoolExecutor) -> None:
     """End a process at once (loky's own way waits for it, and needs a program that may be missing)."""
-    for one in list((process._processes or {}).values()):
-        if one.is_alive():
-            one.terminate()
+    for worker in list((process._processes or {}).values()):
+        if worker.is_alive():
+            worker.terminate()
     process.shutdown(wait=False)
 
 

@@ -41,7 +41,7 @@ def without_password(address: str) -> str:
 def origin() -> dict[str, Any]:
     """The origin of a result: the command, without the password of an address, the time, versions and machine."""
     return {
-        "command": [without_password(one) for one in sys.argv[1:]],
+        "command": [without_password(argument) for argument in sys.argv[1:]],
         "when": datetime.now(UTC).isoformat(timespec="seconds"),
         "versions": versions(),
         "machine": machine(),

@@ -33,7 +33,7 @@ NOISY = 2e-3  # the same, where ngspice's tolerance lets it come no nearer in `P
 PATIENCE, NEARER = 4, 0.7  # the second: of the nearest before, what counts as nearer
 WORTH = 3e-3  # of the state's size: a change of y that is worth telling to another way, well above that noise
 SHORTER, LEAST = 0.3, 1e-3  # of a step to a state that the circuit refuses; relative to the state, not worth a try
-TOLD = 0.3  # of the change of f(y) - y: the change of y that explains it
+EXPLAINED = 0.3  # of the change of f(y) - y: the change of y that explains it
 # What is not believed of a change: a part of the size of one that was known of another scene, of the same one at
 # another step, of one's own, and what ngspice's tolerance makes in any, relative to the state
 STALE, ALIKE, CURVED, NOISE = 0.1, 0.03, 0.01, 1e-4
@@ -88,7 +88,7 @@ class Settling:
     def _weights(self, flow: bool = False) -> Floats:
         """One over the size of each slow part's group, or in the last place, over what flows through a store."""
         square = (self.slow @ self.state) ** 2
-        sizes = np.sqrt([square[self.groups == one].sum() for one in self.groups])
+        sizes = np.sqrt([square[self.groups == group].sum() for group in self.groups])
         if self.swing is not None and len(self.means):
             sizes = np.maximum(sizes, np.sqrt(self.swing @ self.means))
         if flow and self.stored and len(self.means) and self.means[0] > 0.0:
@@ -116,11 +116,10 @@ class Settling:
         noise = min(NOISE, QUIETER * self.size(residual))
         if len(self._residuals) > 1:  # nor larger than the last two differ: of a slow mode hardly
             noise = min(noise, self.size(self._residuals[-1] - self._residuals[-2]))
-        doubt = (
-            np.where(np.arange(columns.shape[1]) < known, self.stale, CURVED) * np.linalg.norm(columns, axis=0) + noise
-        )
-        told = np.vstack([columns, np.diag(doubt)])
-        share = np.linalg.lstsq(told, np.append(weights * residual, np.zeros(len(doubt))), rcond=None)[0]
+        curved = np.where(np.arange(columns.shape[1]) < known, self.stale, CURVED)
+        penalty = curved * np.linalg.norm(columns, axis=0) + noise
+        system = np.vstack([columns, np.diag(penalty)])
+        share = np.linalg.lstsq(system, np.append(weights * residual, np.zeros(len(penalty))), rcond=None)[0]
         return share @ changes.states, share @ changes.means
 
     def secants(self, worth: float = 0.0) -> Secants | None:
@@ -131,11 +130,11 @@ class Settling:
         """
         known = [] if self.known is None else [[self.known.states, self.known.residuals, self.known.means]]
         if len(self._states) > 1:
-            own = [np.diff(values, axis=0) for values in (self._states, self._residuals, self._means)]
-            moved, changed = own[0] @ self.slow.T - own[1], own[1]
-            least = [max(TOLD * self.size(one), worth) for one in changed]
-            told = [self.size(one) > size for one, size in zip(moved, least, strict=True)]
-            known.append([values[told] for values in own])
+            new = [np.diff(values, axis=0) for values in (self._states, self._residuals, self._means)]
+            moved, changed = new[0] @ self.slow.T - new[1], new[1]
+            least = [max(EXPLAINED * self.size(change), worth) for change in changed]
+            kept = [self.size(change) > size for change, size in zip(moved, least, strict=True)]
+            known.append([values[kept] for values in new])
         both = [np.concatenate(values)[-KEPT if worth else 0 :] for values in zip(*known, strict=True)]
         return Secants(*both) if both and len(both[0]) else None
 
@@ -144,22 +143,22 @@ class Settling:
 
         A period is so smooth a map that this tells its derivative to a part of about `CURVED`.
         """
-        y, after, told = self.begin, self.state, []
+        y, after, derivatives = self.begin, self.state, []
         for row, weight in zip(self.slow, self._weights(), strict=True):
             aside = row * (PROBED / weight / max(float(row @ row), 1e-300))
             if aside.any():
                 with contextlib.suppress(CircuitError):  # which need not bear it
                     there, means = self.turn(y + aside)
-                    told.append((there - after, self.slow @ (there - after - aside), means - self.means))
-        if told:
+                    derivatives.append((there - after, self.slow @ (there - after - aside), means - self.means))
+        if derivatives:
             self._forget(1)
-            self.known, self.stale = Secants(*(np.array(one) for one in zip(*told, strict=True))), CURVED
+            self.known, self.stale = Secants(*(np.array(entries) for entries in zip(*derivatives, strict=True))), CURVED
         self.state = after - self.left(self.slow @ (after - y))[0]
 
     def _keep(self, residual: Floats) -> None:
         """Keep the last period, whose f(y) - y has this slow part, for the combinations to come."""
-        for values, one in ((self._states, self.state), (self._residuals, residual), (self._means, self.means)):
-            values.append(one)
+        for values, value in ((self._states, self.state), (self._residuals, residual), (self._means, self.means)):
+            values.append(value)
             del values[:-MEMORY]
 
     def _creeps(self) -> bool:

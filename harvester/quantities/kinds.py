@@ -16,7 +16,7 @@ _GRAVITY = re.compile(r"(?<![A-Za-z])([mu]?)[gG](?:n|rms|_rms)?(?![A-Za-z])")  #
 class Kind:
     """A physical quantity: its name, the SI unit that a bare number is in, an example, its range.
 
-    ``usual`` are the sizes that devices have, from the smallest of silicon to tons: outside there is a warning.
+    ``typical`` are the sizes that devices have, from the smallest of silicon to tons: outside there is a warning.
 
     As part of an annotation it makes pydantic read the values of a key: ``mass: Annotated[float, MASS]``.
     """
@@ -27,7 +27,7 @@ class Kind:
     above: float = -math.inf
     least: float = -math.inf
     most: float = math.inf
-    usual: tuple[float, float] = (0.0, math.inf)
+    typical: tuple[float, float] = (0.0, math.inf)
     gravity: bool = False  # in an acceleration "g" is standard gravity, not gram
 
     def __repr__(self) -> str:
@@ -97,14 +97,14 @@ class Kind:
         if unit == "":
             return 1.0 if self.unit == "" else None, 1
         density = units.squared(unit) if self.unit.endswith("^2/Hz") else None
-        one, power = (unit, 1) if density is None else (density, 2)
-        if self.gravity and len(one) <= _SHORT:
+        plain, power = (unit, 1) if density is None else (density, 2)
+        if self.gravity and len(plain) <= _SHORT:
             names = {"m": "milligravity", "u": "microgravity", "": "gravity"}
-            one = _GRAVITY.sub(lambda m: names[m[1]], units.respelled(one))
-        alone = units.prefix_factor(one) if one != self.unit else None  # a gap of 1m is a metre
+            plain = _GRAVITY.sub(lambda m: names[m[1]], units.respelled(plain))
+        alone = units.prefix_factor(plain) if plain != self.unit else None  # a gap of 1m is a metre
         if alone is not None:
             return alone, power
-        return (units.unit_factor(one, self.unit) if self.unit else None), power
+        return (units.unit_factor(plain, self.unit) if self.unit else None), power
 
     def _not_understood(self, unit: str) -> str:
         if len(unit) > _SHORT:
@@ -138,9 +138,9 @@ class Kind:
         return {"anyOf": [{"type": "number", **known}, {"type": "string", "pattern": rf"^\s*{sign}(\d|\.\d){unit}"}]}
 
 
-MASS = Kind("a mass (kg)", "kg", "'40 g'", above=0.0, usual=(1e-13, 1e5))
-STIFFNESS = Kind("a stiffness (N/m)", "N/m", "'16 N/m'", usual=(1e-5, 1e10))
-STOP_STIFFNESS = Kind("a stiffness (N/m)", "N/m", "'1e5 N/m'", above=0.0, usual=(1e-5, 1e12))
+MASS = Kind("a mass (kg)", "kg", "'40 g'", above=0.0, typical=(1e-13, 1e5))
+STIFFNESS = Kind("a stiffness (N/m)", "N/m", "'16 N/m'", typical=(1e-5, 1e10))
+STOP_STIFFNESS = Kind("a stiffness (N/m)", "N/m", "'1e5 N/m'", above=0.0, typical=(1e-5, 1e12))
 QUADRATIC_STIFFNESS = Kind("a quadratic stiffness (N/m^2)", "N/m^2", "1e3")
 CUBIC_STIFFNESS = Kind("a cubic stiffness (N/m^3)", "N/m^3", "1e5")
 DAMPING = Kind("a damping coefficient (N s/m)", "N s/m", "'6.4e-3 N s/m'")
@@ -148,17 +148,17 @@ STOP_DAMPING = Kind("a damping coefficient (N s/m)", "N s/m", "'1 N s/m'", least
 DAMPING_X2 = Kind("a damping coefficient of X^2 (N s/m^3)", "N s/m^3", "10.0")
 DAMPING_X4 = Kind("a damping coefficient of X^4 (N s/m^5)", "N s/m^5", "1e6")
 DAMPING_V = Kind("a damping coefficient of |X'| (N s^2/m^2)", "N s^2/m^2", "0.5", least=0.0)
-GAP = Kind("a distance from rest (m)", "m", "'0.5 mm'", usual=(1e-10, 0.3))
+GAP = Kind("a distance from rest (m)", "m", "'0.5 mm'", typical=(1e-10, 0.3))
 RESTITUTION = Kind("a restitution coefficient", "", "0.96", least=0.0, most=1.0)
-COUPLING = Kind("an electromechanical coupling (N/V)", "N/V", "1e-3", above=0.0, usual=(1e-10, 1e4))
+COUPLING = Kind("an electromechanical coupling (N/V)", "N/V", "1e-3", above=0.0, typical=(1e-10, 1e4))
 MODE_COUPLING = Kind("an electromechanical coupling (N/V), of either sign", "N/V", "-1e-3")
 PARTICIPATION = Kind("a number", "", "-0.4")
-MAGNIFIER_STIFFNESS = Kind("a stiffness (N/m)", "N/m", "'60 N/m'", above=0.0, usual=(1e-5, 1e12))
-ROOM = Kind("a free way (m)", "m", "'4 mm'", above=0.0, usual=(1e-10, 10.0))
+MAGNIFIER_STIFFNESS = Kind("a stiffness (N/m)", "N/m", "'60 N/m'", above=0.0, typical=(1e-5, 1e12))
+ROOM = Kind("a free way (m)", "m", "'4 mm'", above=0.0, typical=(1e-10, 10.0))
 TILT = Kind("an angle in degrees", "", "15", least=0.0, most=90.0)
 STRAIN_OF = Kind("a strain a displacement (1/m)", "1/m", "2.5", above=0.0)
-CAPACITANCE = Kind("a clamped capacitance (F)", "F", "'50.2 nF'", above=0.0, usual=(1e-14, 1e-3))
-RESISTANCE = Kind("a load resistance (ohm)", "ohm", "'1 Mohm'", above=0.0, usual=(1e-2, 1e13))
+CAPACITANCE = Kind("a clamped capacitance (F)", "F", "'50.2 nF'", above=0.0, typical=(1e-14, 1e-3))
+RESISTANCE = Kind("a load resistance (ohm)", "ohm", "'1 Mohm'", above=0.0, typical=(1e-2, 1e13))
 ACCELERATION = Kind("an acceleration (m/s^2)", "m/s^2", "'0.1 g'", least=0.0, gravity=True)
 ACCELERATION_PSD = Kind(
     "a one-sided acceleration density ((m/s^2)^2/Hz)", "(m/s^2)^2/Hz", "'0.01 g^2/Hz'", least=0.0, gravity=True
@@ -167,7 +167,7 @@ FREQUENCY = Kind("a frequency (Hz)", "Hz", "'3.2 Hz'", above=0.0)
 VOLTAGE = Kind("a voltage (V)", "V", "'3.3 V'")
 VOLTAGE_FROM_0 = Kind("a voltage (V)", "V", "'3.3 V'", least=0.0)
 RESISTANCE_FROM_0 = Kind("a resistance (ohm)", "ohm", "'10 ohm'", least=0.0)
-STORAGE = Kind("a capacitance (F)", "F", "'470 uF'", above=0.0, usual=(1e-9, 1e4))
+STORAGE = Kind("a capacitance (F)", "F", "'470 uF'", above=0.0, typical=(1e-9, 1e4))
 CHARGE = Kind("a charge (C)", "C", "'360 C'", above=0.0)
 RETRIES = Kind("a number of times", "", "3", least=0.0, most=100.0)
 CURRENT = Kind("a current (A)", "A", "'4 mA'", least=0.0)

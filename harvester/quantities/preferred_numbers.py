@@ -30,7 +30,7 @@ def nearest(series: str, value: float) -> float:
 
     Raises InputError for a series that is none of `SERIES`, and for a value that is not above 0.
     """
-    return min(between(series, value / 10.0, value * 10.0), key=lambda one: abs(math.log(one / value)))
+    return min(between(series, value / 10.0, value * 10.0), key=lambda preferred: abs(math.log(preferred / value)))
 
 
 def between(series: str, low: float, high: float) -> tuple[float, ...]:
@@ -43,4 +43,4 @@ def between(series: str, low: float, high: float) -> tuple[float, ...]:
     decades = range(math.floor(math.log10(low)), math.floor(math.log10(high)) + 1)
     every = (float(f"{value:.3g}e{decade}") for decade in decades for value in mantissas(series))
     slack = 1e-9  # so that an end that is itself a value of the series is among them
-    return tuple(one for one in every if low * (1.0 - slack) <= one <= high * (1.0 + slack))
+    return tuple(preferred for preferred in every if low * (1.0 - slack) <= preferred <= high * (1.0 + slack))

@@ -74,11 +74,11 @@ def _ends(low: float | str, high: float | str, count: int) -> tuple[float, float
         raise invalid("the count of values", "be a whole number between 2 and 100000", count)
     if not isinstance(low, str) and not isinstance(high, str):
         return float(low), float(high), None
-    found = _in_one_unit(split_unit(low), split_unit(high))
-    if found is None:
+    ends = _in_one_unit(split_unit(low), split_unit(high))
+    if ends is None:
         must = "must be two numbers or two quantities of one kind, such as '1 kohm' and '10 Mohm'"
         raise InputError(f"the ends of the values {must}, but are {low!r} and {high!r}")
-    return found
+    return ends
 
 
 def _in_one_unit(
@@ -90,7 +90,7 @@ def _in_one_unit(
     (a, unit), (b, other) = first, last
     if unit == other:
         return a, b, unit
-    scales = [1.0 if one == "" else prefix_factor(one) for one in (unit, other)]
+    scales = [1.0 if prefix == "" else prefix_factor(prefix) for prefix in (unit, other)]
     if scales[0] is not None and scales[1] is not None:
         return a * scales[0], b * scales[1], ""
     factor = unit_factor(other, unit) if unit and other else None

@@ -65,11 +65,11 @@ def prefix_factor(prefix: str) -> float | None:
 @lru_cache(1000)
 def unit_factor(text: str, unit: str | None) -> float | None:
     """How many ``unit`` (None: SI base units) one ``text`` is, or None where it is no such unit."""
-    usual = USUAL_UNITS.get((text, unit))
-    if usual is None and len(text) <= _LONGEST:
+    factor = USUAL_UNITS.get((text, unit))
+    if factor is None and len(text) <= _LONGEST:
         text = respelled(text)
-        usual = USUAL_UNITS.get((text, unit))
-    return factor_by_pint(text, unit) if usual is None else usual
+        factor = USUAL_UNITS.get((text, unit))
+    return factor_by_pint(text, unit) if factor is None else factor
 
 
 def respelled(unit: str) -> str:
@@ -132,20 +132,20 @@ def factor_by_pint(text: str, unit: str | None) -> float | None:
         return None
     registry = _registry()
     try:
-        one = registry.Quantity(1.0, registry.parse_units(text))
+        quantity = registry.Quantity(1.0, registry.parse_units(text))
         if unit is None:
-            return float(one.to_base_units().magnitude)
-        turns = _radians(one) - _radians(registry.Quantity(1.0, unit))
+            return float(quantity.to_base_units().magnitude)
+        turns = _radians(quantity) - _radians(registry.Quantity(1.0, unit))
         if turns not in (0.0, _ANGULAR.get(unit)):
             return None
-        return float(one.to(unit).magnitude / (2.0 * math.pi) ** turns)
+        return float(quantity.to(unit).magnitude / (2.0 * math.pi) ** turns)
     except Exception:  # of pint, tokenize, eval, ...: text that is no unit has no common error
         return None
 
 
-def _radians(one: Any) -> float:
+def _radians(quantity: Any) -> float:
     """The power of radians in the unit of a quantity, which pint takes for pure numbers."""
-    return float(dict(one.to_base_units().unit_items()).get("radian", 0.0))
+    return float(dict(quantity.to_base_units().unit_items()).get("radian", 0.0))
 
 
 @cache

@@ -34,7 +34,7 @@ class CleanRecord:
     rate: float
     values: Floats
     axis: str
-    found: tuple[Diagnostic, ...]
+    notes: tuple[Diagnostic, ...]
     warnings: tuple[Diagnostic, ...]
 
     @property
@@ -65,13 +65,13 @@ class Part:
         if self.end is not None and not self.end > (self.begin or 0.0):
             raise invalid("`to`", "be later than `from`", self.end)
 
-    def rows(self, time: Floats, values: Floats, found: list[Diagnostic]) -> slice:
+    def rows(self, time: Floats, values: Floats, notes: list[Diagnostic]) -> slice:
         """The rows of the part, at times that ascend but for jitter."""
         rows = slice(0, len(time))
         if self.begin is not None or self.end is not None:
             end, rounding = time[-1] - time[0] if self.end is None else self.end, 1e-3 * np.ptp(time) / len(time)
             ends = [(self.begin or 0.0) - rounding, end + rounding]
-            rows = slice(*(int(one) for one in np.searchsorted(time - time[0], ends)))
+            rows = slice(*(int(at) for at in np.searchsorted(time - time[0], ends)))
             if rows.stop - rows.start < FEWEST:
                 whole = f"{time[-1] - time[0]:.6g}"
                 raise InputError(
@@ -79,10 +79,10 @@ class Part:
                     f"{rows.stop - rows.start}"
                 )
             first, final = (float(time[row] - time[0]) for row in (rows.start, rows.stop - 1))
-            found.append(note("part_taken", begin=first, end=final))
+            notes.append(note("part_taken", begin=first, end=final))
         if not self.longest:
             return rows
-        inner = longest_part(time[rows], values[rows], found)
+        inner = longest_part(time[rows], values[rows], notes)
         return slice(rows.start + inner.start, rows.start + inner.stop)
 
 
@@ -92,7 +92,7 @@ def clean(path: str, axis: str | None, rate: float | None, part: Part | None = N
     Raises InputError in one line, with the remedy, for what cannot be read or must not be guessed.
     """
     table = read_table(path, "FILE")
-    found, warnings = [table.layout], list[Diagnostic]()
+    notes, warnings = [table.layout], list[Diagnostic]()
     column = _axis(table, axis)
     values = _in_si(table, column)
     time = times(table, "FILE")
@@ -104,24 +104,24 @@ def clean(path: str, axis: str | None, rate: float | None, part: Part | None = N
                 f"`rate` must be given for a file without times, but is left out, and FILE has {shown(table.heads)}"
             )
         time = np.arange(len(values)) / rate
-        found.append(note("no_times", rate=rate))
+        notes.append(note("no_times", rate=rate))
     else:
-        found += _unit_of(table.find(is_time)[0])
+        notes += _unit_of(table.find(is_time)[0])
         check_sizes(table.find(is_time)[0], time)
     if len(values) < FEWEST:
         raise invalid("FILE", f"have at least {FEWEST} rows", len(values))
-    time, values = ascending(time, values, found)
-    rows = (part or Part()).rows(time, values, found)
+    time, values = ascending(time, values, notes)
+    rows = (part or Part()).rows(time, values, notes)
     time, values = time[rows], values[rows]
     _refuse_clipped(values, warnings)
-    spacing, values = even(time, values, found)
-    values = _without_drift(values, spacing, found)
+    spacing, values = even(time, values, notes)
+    values = _without_drift(values, spacing, notes)
     if not np.any(np.abs(values) > 0.0):
         raise invalid("FILE", "have accelerations that change", float(values[0]))
     _near_nyquist(values, 1.0 / spacing, warnings)
     if rate is not None and abs(rate * spacing - 1.0) > 1e-6:
-        values = _resampled(values, 1.0 / spacing, rate, found)
-    return CleanRecord(rate or 1.0 / spacing, values, column.name, tuple(found), tuple(warnings))
+        values = _resampled(values, 1.0 / spacing, rate, notes)
+    return CleanRecord(rate or 1.0 / spacing, values, column.name, tuple(notes), tuple(warnings))
 
 
 def _unit_of(column: CsvColumn) -> list[Diagnostic]:
@@ -176,7 +176,7 @@ def _in_si(table: CsvTable, column: CsvColumn) -> Floats:
 
 def _refuse_words(table: CsvTable, column: CsvColumn) -> None:
     """Refuse cells that are neither a number nor a sign of a missing one."""
-    wrong = [(row, text) for row, place, text in table.bad if place == column.place and text.lower() not in MISSING]
+    wrong = [(row, text) for row, index, text in table.bad if index == column.index and text.lower() not in MISSING]
     if wrong:
         raise invalid(f"FILE column {column.name!r} row {wrong[0][0]}", "be a number or empty", wrong[0][1])
 
@@ -207,17 +207,17 @@ def _refuse_clipped(values: Floats, warnings: list[Diagnostic]) -> None:
         warnings.append(warning("clipped", samples=int(clipped)))
 
 
-def _without_drift(values: Floats, spacing: float, found: list[Diagnostic]) -> Floats:
+def _without_drift(values: Floats, spacing: float, notes: list[Diagnostic]) -> Floats:
     """The values without their mean and a straight line, of which what matters is told."""
     t = spacing * (np.arange(len(values)) - 0.5 * (len(values) - 1))
     offset, slope = float(values.mean()), float(t @ values / (t @ t))
     rest = values - offset - slope * t
     rms = float(np.sqrt(np.mean(rest**2)))
     if abs(offset) > 0.01 * rms:
-        found.append(note("offset_removed", offset=offset, of_gravity=offset / 9.80665))
+        notes.append(note("offset_removed", offset=offset, of_gravity=offset / 9.80665))
     drift = slope * spacing * len(values)
     if abs(drift) > 0.05 * rms:
-        found.append(note("drift_removed", drift=drift))
+        notes.append(note("drift_removed", drift=drift))
     return np.asarray(rest)
 
 
@@ -231,18 +231,18 @@ def _near_nyquist(values: Floats, rate: float, warnings: list[Diagnostic]) -> No
         warnings.append(warning("rate_too_low", share=share, frequency=NEAR_NYQUIST * rate / 2))
 
 
-def _resampled(values: Floats, rate: float, wanted: float, found: list[Diagnostic]) -> Floats:
+def _resampled(values: Floats, rate: float, target: float, notes: list[Diagnostic]) -> Floats:
     """The values at another rate, without what that cannot carry: a polyphase filter before samples are dropped."""
     from fractions import Fraction
 
     from scipy.signal import resample_poly
 
-    ratio = Fraction(wanted / rate).limit_denominator(2000)
-    if not (1e-3 <= float(ratio) <= 100.0) or abs(float(ratio) * rate / wanted - 1.0) > 1e-4:
-        raise invalid("`rate`", f"be between {1e-3 * rate:.3g} and {100 * rate:.3g} Hz for this file", wanted)
+    ratio = Fraction(target / rate).limit_denominator(2000)
+    if not (1e-3 <= float(ratio) <= 100.0) or abs(float(ratio) * rate / target - 1.0) > 1e-4:
+        raise invalid("`rate`", f"be between {1e-3 * rate:.3g} and {100 * rate:.3g} Hz for this file", target)
     new = np.asarray(resample_poly(values, ratio.numerator, ratio.denominator))
     if len(new) < FEWEST:
         raise invalid("`rate`", f"leave at least {FEWEST} samples", len(new))
     kept = math.sqrt(float(np.mean(new**2)) / float(np.mean(values**2)))
-    found.append(note("resampled", before=rate, after=wanted, share=kept))
+    notes.append(note("resampled", before=rate, after=target, share=kept))
     return new

@@ -45,7 +45,7 @@ def layout(text: str) -> Layout | None:
     plain = plain_lines(text)
     looked = plain[:LOOKED_AT]
     scored = [(_score(looked, *form), form) for form in itertools.product(DELIMITERS, ".,")]
-    best, (delimiter, decimal) = max(scored, key=lambda one: one[0])
+    best, (delimiter, decimal) = max(scored, key=lambda candidate: candidate[0])
     if not best[0]:
         return None
     data = [is_data(cells(line, delimiter), decimal) for line in looked]
@@ -71,7 +71,7 @@ def _score(lines: Sequence[str], delimiter: str, decimal: str) -> tuple[int, boo
     rows = [cells(line, delimiter) for line in lines]
     data = [is_data(row, decimal) for row in rows]
     count = _width(lines, data, delimiter)
-    fits = sum(one and len(row) <= count for one, row in zip(data, rows, strict=True))
+    fits = sum(numeric and len(row) <= count for numeric, row in zip(data, rows, strict=True))
     first = data.index(True) if fits else 0
     named = first == 0 or len(rows[first - 1]) == count
     return fits, named, count > 1, -2 * DELIMITERS.index(delimiter) - (decimal == ",")
@@ -79,7 +79,7 @@ def _score(lines: Sequence[str], delimiter: str, decimal: str) -> tuple[int, boo
 
 def _width(lines: Sequence[str], data: Sequence[bool], delimiter: str) -> int:
     """The commonest number of cells of the rows of data."""
-    counts = Counter(len(cells(line, delimiter)) for line, one in zip(lines, data, strict=True) if one)
+    counts = Counter(len(cells(line, delimiter)) for line, numeric in zip(lines, data, strict=True) if numeric)
     return max(counts, key=lambda n: (counts[n], n)) if counts else 0
 
 
@@ -96,7 +96,7 @@ def cells(line: str, delimiter: str) -> list[str]:
 def is_data(row: Sequence[str], decimal: str) -> bool:
     """Whether a row holds nothing but numbers, times and missing values, and a number or time among them."""
     numbers = [_is_number(cell, decimal) for cell in row]
-    return any(numbers) and all(one or cell.lower() in MISSING for one, cell in zip(numbers, row, strict=True))
+    return any(numbers) and all(number or cell.lower() in MISSING for number, cell in zip(numbers, row, strict=True))
 
 
 def _is_number(cell: str, decimal: str) -> bool:
@@ -121,8 +121,8 @@ def _header(
     blank = ("",) * count
     if not rows:  # NumPy writes its header as a comment
         commented = [cells(line.lstrip("#%/! "), delimiter) for line in remarks]
-        found = next((tuple(row) for row in reversed(commented) if len(row) == count and count > 1), None)
-        return found or blank, blank, tuple(lines)
+        header = next((tuple(row) for row in reversed(commented) if len(row) == count and count > 1), None)
+        return header or blank, blank, tuple(lines)
     last = tuple(rows[-1])
     above = tuple(lines[: len(rows) - 1])
     if len(rows) > 1 and len(rows[-2]) == count and all(_is_unit_cell(cell) for cell in last):

@@ -45,7 +45,7 @@ class CsvColumn:
     head: str
     unit: str
     values: Floats
-    place: int
+    index: int
     clock: bool = False
 
     @property
@@ -57,8 +57,8 @@ class CsvColumn:
     @property
     def name(self) -> str:
         """What stands above it, without a unit in brackets."""
-        found = _BRACKETS.fullmatch(self.head.strip())
-        return (found[1] if found and found[1] else self.head).strip()
+        match = _BRACKETS.fullmatch(self.head.strip())
+        return (match[1] if match and match[1] else self.head).strip()
 
     def scale(self, kind: Kind) -> tuple[float, int] | None:
         """The factor to SI and the power (`Kind.scale`) of its unit; None where it has none of that kind."""
@@ -73,8 +73,8 @@ class CsvColumn:
     @property
     def stated(self) -> str:
         """The unit that stands in brackets or in the row of units; empty where there is none."""
-        found = _BRACKETS.fullmatch(self.head.strip())
-        return self.unit or (found[2] if found else "")
+        match = _BRACKETS.fullmatch(self.head.strip())
+        return self.unit or (match[2] if match else "")
 
     def candidates(self) -> list[str]:
         """The texts that may be its unit, the likeliest first."""
@@ -110,9 +110,9 @@ class CsvTable:
         """All heads in one text, as an error shows them."""
         return ",".join(column.head for column in self.columns)
 
-    def find(self, wanted: Callable[[CsvColumn], bool]) -> list[CsvColumn]:
+    def find(self, predicate: Callable[[CsvColumn], bool]) -> list[CsvColumn]:
         """The columns that are wanted."""
-        return [column for column in self.columns if wanted(column)]
+        return [column for column in self.columns if predicate(column)]
 
 
 def read_table(path: str | Path, argument: str, most: int = MOST_BYTES) -> CsvTable:
@@ -145,67 +145,67 @@ def decoded(data: bytes, path: str | Path, argument: str) -> str:
         return data.decode("latin-1")
 
 
-def table_of(found: Layout, text: str, path: str | Path, argument: str) -> CsvTable:
+def table_of(form: Layout, text: str, path: str | Path, argument: str) -> CsvTable:
     """The table of a text of rows; errors as of `read_table`."""
-    count = len(found.heads)
-    if long := [text for text in (*found.heads, *found.units) if len(text) > LONGEST_HEAD]:
+    count = len(form.heads)
+    if long := [text for text in (*form.heads, *form.units) if len(text) > LONGEST_HEAD]:
         raise InputError(
             f"{argument} must have names of columns of at most {LONGEST_HEAD} letters, but one has {len(long[0])}"
         )
     try:  # nothing but numbers, as most files have, a tenth as dear
-        frame = _frame(found, text, dtype=float, decimal=found.decimal)
+        frame = _frame(form, text, dtype=float, decimal=form.decimal)
         if np.isfinite(frame.to_numpy()).all():
-            every = zip(found.heads, found.units, frame.to_numpy().T.copy(), range(count), strict=True)
-            return CsvTable(tuple(CsvColumn(*one) for one in every), found.remarks, _layout_note(found), ())
+            every = zip(form.heads, form.units, frame.to_numpy().T.copy(), range(count), strict=True)
+            return CsvTable(tuple(CsvColumn(*entries) for entries in every), form.remarks, _layout_note(form), ())
     except ValueError:
         pass
-    return _table(found, "\n".join(plain_lines(text)), path, argument)
+    return _table(form, "\n".join(plain_lines(text)), path, argument)
 
 
-def _frame(found: Layout, text: str, **options: Any) -> Any:
+def _frame(form: Layout, text: str, **options: Any) -> Any:
     import pandas as pd
 
     return pd.read_csv(
         io.StringIO(text),
-        sep=r"\s+" if found.delimiter == " " else found.delimiter,
+        sep=r"\s+" if form.delimiter == " " else form.delimiter,
         header=None,
-        names=list(range(len(found.heads))),
+        names=list(range(len(form.heads))),
         index_col=False,
         skipinitialspace=True,
         **options,
     )
 
 
-def _layout_note(found: Layout) -> Diagnostic:
-    return note("file_layout", delimiter=found.delimiter, decimal=found.decimal)
+def _layout_note(form: Layout) -> Diagnostic:
+    return note("file_layout", delimiter=form.delimiter, decimal=form.decimal)
 
 
-def _table(found: Layout, text: str, path: str | Path, argument: str) -> CsvTable:
+def _table(form: Layout, text: str, path: str | Path, argument: str) -> CsvTable:
     """The table where some cells are texts, or missing."""
     import pandas as pd
 
-    count = len(found.heads)
+    count = len(form.heads)
     try:
-        frame = _frame(found, text, dtype=str, keep_default_na=False)
+        frame = _frame(form, text, dtype=str, keep_default_na=False)
     except ValueError as error:  # pandas' ParserError too: a row with more cells than there are columns
         why = str(error).splitlines()[0]
         raise InputError(f"{argument} must be a table, but {shown(str(path))} is not: {why}") from None
     columns, bad = [], []
-    for place in range(count):
-        cells = frame[place].fillna("").str.strip()
-        if found.decimal == ",":
+    for index in range(count):
+        cells = frame[index].fillna("").str.strip()
+        if form.decimal == ",":
             cells = cells.str.replace(",", ".", regex=False)
         values = np.asarray(pd.to_numeric(cells, errors="coerce"), float)
         lost = np.flatnonzero(~np.isfinite(values))
         clock = len(lost) > 0 and bool(CLOCK.fullmatch(cells.iloc[lost[0]]))
         if clock:
-            values = _seconds(cells, f"{argument} column {found.heads[place]!r}")
+            values = _seconds(cells, f"{argument} column {form.heads[index]!r}")
             lost = np.flatnonzero(~np.isfinite(values))
         values = np.where(np.isfinite(values), values, math.nan)
-        bad += [(int(row) + 1, place, cells.iloc[row]) for row in lost if cells.iloc[row]]
-        columns.append(CsvColumn(found.heads[place], found.units[place], values, place, clock))
+        bad += [(int(row) + 1, index, cells.iloc[row]) for row in lost if cells.iloc[row]]
+        columns.append(CsvColumn(form.heads[index], form.units[index], values, index, clock))
     full = tuple(column for column in columns if column.head or np.isfinite(column.values).any())
-    return CsvTable(full, found.remarks, _layout_note(found), tuple(sorted(bad)))
+    return CsvTable(full, form.remarks, _layout_note(form), tuple(sorted(bad)))
 
 
 def _seconds(cells: "object", key: str) -> Floats:
@@ -242,7 +242,7 @@ def check_numbers(table: CsvTable, column: CsvColumn, values: Floats, key: str) 
     row = int(wrong.argmax()) + 1
     raw = column.values[row - 1]
     text = next(
-        (text for r, p, text in table.bad if (r, p) == (row, column.place)), "" if math.isnan(raw) else f"{raw:g}"
+        (text for r, p, text in table.bad if (r, p) == (row, column.index)), "" if math.isnan(raw) else f"{raw:g}"
     )
     raise invalid(
         f"{key} column {column.name!r} row {table.before + row}", f"be a number of at most {LARGEST:g} in size", text

@@ -63,8 +63,8 @@ def merged(current: Floats, lengths: Floats) -> Trace:
         least = np.flatnonzero((loss <= around[:-2]) & (loss < around[2:]))  # no two of them are neighbours
         least = least[np.argsort(loss[least])][: len(current) - STATES]
         charge = current * lengths
-        for one in (charge, lengths):
-            one[least] += one[least + 1]
+        for sums in (charge, lengths):
+            sums[least] += sums[least + 1]
         keep = np.delete(np.arange(len(current)), least + 1)
         current, lengths = (charge / lengths)[keep], lengths[keep]
     return tuple(zip(current.tolist(), lengths.tolist(), strict=True))

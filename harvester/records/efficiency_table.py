@@ -26,12 +26,12 @@ def _named(word: str, column: CsvColumn) -> bool:
 
 def _efficiencies(path: str) -> Efficiencies:
     table = read_table(path, KEY)
-    _, volts = numbers(table, KEY, lambda one: _named("voltage", one), "input voltage", VOLTAGE_FROM_0)
-    _, amperes = numbers(table, KEY, lambda one: _named("current", one), "input current", CURRENT)
-    found = table.find(lambda one: _named("efficiency", one))
-    if not found:
+    _, volts = numbers(table, KEY, lambda column: _named("voltage", column), "input voltage", VOLTAGE_FROM_0)
+    _, amperes = numbers(table, KEY, lambda column: _named("current", column), "input current", CURRENT)
+    columns = table.find(lambda column: _named("efficiency", column))
+    if not columns:
         raise no_column(table, KEY, "efficiency", CURRENT)
-    shares = found[0].values / (100.0 if found[0].stated == "%" else 1.0)
+    shares = columns[0].values / (100.0 if columns[0].stated == "%" else 1.0)
     good = (volts > 0.0) & (amperes > 0.0) & (shares > 0.0) & (shares <= 1.0)
     if not good.all():
         row = int(np.argmin(good))

@@ -59,15 +59,15 @@ class LongFile:
             return None
         if (size := Path(path).stat().st_size) > MOST_BYTES:
             raise invalid(argument, f"be a file of at most {MOST_BYTES} bytes", size)
-        found = layout(decoded(head[: head.rfind(b"\n")], path, argument))
-        return None if found is None else cls(path, argument, replace(found, rows=()), columns)
+        form = layout(decoded(head[: head.rfind(b"\n")], path, argument))
+        return None if form is None else cls(path, argument, replace(form, rows=()), columns)
 
     def table(self, block: Block) -> CsvTable:
         """The rows of a block."""
         data = block.repeated + files.read_part(self.path, self.argument, block.offset, block.size)
         text = decoded(data, self.path, self.argument)
-        if not block.offset and (found := layout(text)) is not None:  # without what stands above the rows
-            text = "\n".join(found.rows)
+        if not block.offset and (form := layout(text)) is not None:  # without what stands above the rows
+            text = "\n".join(form.rows)
         table = table_of(self.layout, text, self.path, self.argument)
         return replace(table, before=block.before - bool(block.repeated))
 
@@ -83,7 +83,7 @@ class LongFile:
             rows = len(table.columns[0].values) - bool(block.repeated)
             if rows:  # there may be nothing but remarks
                 yield table, block
-            row = _last_row(data) if rows and any(one.clock for one in table.columns) else block.repeated
+            row = _last_row(data) if rows and any(column.clock for column in table.columns) else block.repeated
             block = Block(block.offset + len(data), 0, block.before + rows, row)
 
 
@@ -125,8 +125,8 @@ class LongRecord(Record):
     value: float
 
     def __init__(self, scan: Scan, time: float = 1.0, value: float = 1.0) -> None:
-        own = {"scan": scan, "time": time, "value": value, "spacing": scan.spacing * time}
-        self.__dict__.update(own)  # which is frozen
+        fields = {"scan": scan, "time": time, "value": value, "spacing": scan.spacing * time}
+        self.__dict__.update(fields)  # which is frozen
 
     def __repr__(self) -> str:
         return f"LongRecord({self.scan.file.path!r}, {self.count} samples)"
@@ -166,7 +166,7 @@ class LongRecord(Record):
     def mean_jerk(self) -> float:
         """E|a'|, of pieces whose Fourier series are those of `resampled`."""
         pieces = (self.resampled(k, 1, EACH, FINE * EACH) for k in range(self.count // EACH))
-        return float(sum(np.abs(np.diff(one)).sum() for one in pieces)) / (self.count * self.spacing)
+        return float(sum(np.abs(np.diff(piece)).sum() for piece in pieces)) / (self.count * self.spacing)
 
     def scaled(self, time: float, value: float) -> "LongRecord":
         """As of `Record`."""
@@ -175,11 +175,11 @@ class LongRecord(Record):
     def part(self, begin: int, end: int) -> Floats:
         """As of `Record`."""
         file, blocks = self.scan.file, self.scan.blocks
-        firsts = [one.before for one in blocks]
+        firsts = [block.before for block in blocks]
         some = range(int(np.searchsorted(firsts, begin, "right")) - 1, int(np.searchsorted(firsts, end)))
-        found = np.concatenate([_samples(file, blocks[k]) for k in some]) if end > begin else np.empty(0)
+        samples = np.concatenate([_samples(file, blocks[k]) for k in some]) if end > begin else np.empty(0)
         first = firsts[some.start] if end > begin else 0
-        return np.asarray(found[begin - first : end - first] * self.value)
+        return np.asarray(samples[begin - first : end - first] * self.value)
 
 
 def long_record(path: str, argument: str, columns: Columns, whole: Callable[[], Record]) -> Record | None:

@@ -44,7 +44,7 @@ def is_frequency(column: CsvColumn) -> bool:
 def is_acceleration(column: CsvColumn) -> bool:
     """Whether a column is named as an acceleration, by an axis, or as a channel of a logger."""
     words = set(column.words)
-    axes = {axis + one for axis in ("a", "acc", "accel", "") for one in AXES} | {"ch", "channel", "kanal"}
+    axes = {axis + letter for axis in ("a", "acc", "accel", "") for letter in AXES} | {"ch", "channel", "kanal"}
     return bool(words & (_ACCELERATIONS | axes)) and not is_time(column)
 
 
@@ -57,10 +57,10 @@ def times(table: CsvTable, key: str) -> Floats | None:
 
     A column that is named as a time and has no unit is in seconds.  Raises InputError for a unit that is none of time.
     """
-    found = table.find(is_time)
-    if not found:
+    columns = table.find(is_time)
+    if not columns:
         return None
-    column = found[0]
+    column = columns[0]
     if column.clock:
         return column.values
     values = column.in_si(TIME)
@@ -91,9 +91,9 @@ def _columns(table: CsvTable) -> tuple[Floats, Floats]:
     if time is None:
         raise no_column(table, key, "time", TIME, ": or 'harvester record FILE --rate HZ' adds the times")
     check_numbers(table, table.find(is_time)[0], time, key)
-    found = table.find(is_acceleration)
-    if len(found) > 1:
-        names = ", ".join(column.name for column in found)
+    columns = table.find(is_acceleration)
+    if len(columns) > 1:
+        names = ", ".join(column.name for column in columns)
         raise InputError(
             f"{key} must have one acceleration, but has {shown(names)}: "
             "'harvester record FILE --axis z --out clean.csv' takes one of them"
@@ -141,13 +141,13 @@ def _density(path: str) -> TabulatedDensity:
 
 
 def numbers(
-    table: CsvTable, key: str, wanted: Callable[[CsvColumn], bool], name: str, kind: Kind
+    table: CsvTable, key: str, predicate: Callable[[CsvColumn], bool], name: str, kind: Kind
 ) -> tuple[CsvColumn, Floats]:
     """The first column that is wanted, and its numbers in SI units."""
-    found = table.find(wanted)
-    if not found:
+    columns = table.find(predicate)
+    if not columns:
         raise no_column(table, key, name, kind)
-    column = found[0]
+    column = columns[0]
     values = column.in_si(kind)
     if values is not None:
         return column, values
@@ -170,8 +170,8 @@ def read_once(read: Callable[[str], _T], path: str) -> _T:
         state = Path(path).stat()
     except (OSError, ValueError):  # the reader says why
         return read(path)
-    found: _T = _kept(read, path, (state.st_mtime_ns, state.st_size))
-    return found
+    content: _T = _kept(read, path, (state.st_mtime_ns, state.st_size))
+    return content
 
 
 @lru_cache(8)

@@ -18,21 +18,21 @@ MOST_FILLED = 0.02  # of all samples
 COARSE = 0.2  # share of repeated times from which on the clock is coarse: whole seconds, say
 SPAN, WINDOW = 16, 32  # rows that the spacing, and the places before and behind a step, are the medians over
 SIDE, SURE = 8, 2.0  # rows behind a step that tell; samples that jitter never makes, which need no such rows
-TOLD = 0.01  # of a spacing: jitter from which on it is told
+REPORTED_JITTER = 0.01  # of a spacing: jitter from which on it is told
 
 
-def ascending(time: Floats, values: Floats, found: list[Diagnostic]) -> tuple[Floats, Floats]:
+def ascending(time: Floats, values: Floats, notes: list[Diagnostic]) -> tuple[Floats, Floats]:
     """Times that ascend but for jitter: those that are missing come from their neighbours, a coarse clock's are spread.
 
     A coarse clock tells the rate from the row where its stamp first changes to that where it last does: at each of the
     two the clock may be up to one row late.  ``time`` in s and ``values`` have shape (n,); what was mended is told in
-    ``found``.  Raises InputError for too few times, times that go back, and a clock that hardly changes.
+    ``notes``.  Raises InputError for too few times, times that go back, and a clock that hardly changes.
     """
     known = np.isfinite(time)
     if known.sum() < FEWEST:
         raise invalid("FILE", f"have at least {FEWEST} times", int(known.sum()))
     if not known.all():
-        found.append(note("rows_without_time", rows=int((~known).sum())))
+        notes.append(note("rows_without_time", rows=int((~known).sum())))
         rows = np.flatnonzero(known)
         time = np.interp(np.arange(rows[0], rows[-1] + 1), rows, time[known])
         values = values[rows[0] : rows[-1] + 1]
@@ -43,10 +43,10 @@ def ascending(time: Floats, values: Floats, found: list[Diagnostic]) -> tuple[Fl
         raise InputError(
             f"FILE must have times that do not go back, but row {row} does: cut the file into its recordings"
         )
-    return (_spread(time, found), values) if (steps == 0.0).mean() > COARSE else (time, values)
+    return (_spread(time, notes), values) if (steps == 0.0).mean() > COARSE else (time, values)
 
 
-def _spread(time: Floats, found: list[Diagnostic]) -> Floats:
+def _spread(time: Floats, notes: list[Diagnostic]) -> Floats:
     """The times of a coarse clock spread evenly over the rows."""
     changes = np.flatnonzero(np.diff(time) != 0.0) + 1
     if len(changes) < 2:
@@ -57,11 +57,11 @@ def _spread(time: Floats, found: list[Diagnostic]) -> Floats:
     first, count = changes[0], changes[-1] - changes[0]
     spacing = (time[changes[-1]] - time[first]) / count
     repeated = len(time) - 1 - len(changes)
-    found.append(note("coarse_clock", times=repeated, rate=float(1.0 / spacing), error=float(1.0 / count)))
+    notes.append(note("coarse_clock", times=repeated, rate=float(1.0 / spacing), error=float(1.0 / count)))
     return np.asarray(time[first] + spacing * (np.arange(len(time)) - first))
 
 
-def numbered(time: Floats, found: list[Diagnostic]) -> "tuple[float, np.ndarray[tuple[int], np.dtype[np.int_]]]":
+def numbered(time: Floats, notes: list[Diagnostic]) -> "tuple[float, np.ndarray[tuple[int], np.dtype[np.int_]]]":
     """The spacing (s), and the number of each row's sample, shape (n,): those that are missing are left out.
 
     Raises InputError for steps that are nowhere about even.
@@ -81,9 +81,9 @@ def numbered(time: Floats, found: list[Diagnostic]) -> "tuple[float, np.ndarray[
         spacing, begin = np.polyfit(numbers, time - time[0], 1)
     off = float(np.sqrt(np.mean((time - time[0] - begin - spacing * numbers) ** 2))) / spacing
     if not (steps != 0.0).all():
-        found.append(note("times_repeat", times=int((steps == 0.0).sum())))
-    if off > TOLD:
-        found.append(note("jitter", share=off))
+        notes.append(note("times_repeat", times=int((steps == 0.0).sum())))
+    if off > REPORTED_JITTER:
+        notes.append(note("jitter", share=off))
     return float(spacing), numbers
 
 
@@ -106,25 +106,25 @@ def _missing(time: Floats) -> "np.ndarray[tuple[int], np.dtype[np.int_]]":
     return missing
 
 
-def even(time: Floats, values: Floats, found: list[Diagnostic]) -> tuple[float, Floats]:
+def even(time: Floats, values: Floats, notes: list[Diagnostic]) -> tuple[float, Floats]:
     """The spacing, and the values at even times; rows written twice are one, gaps of a few samples get a cubic.
 
     Raises InputError as `numbered`, for too few accelerations, and for gaps too long to fill.
     """
     from scipy.interpolate import PchipInterpolator
 
-    spacing, numbers = numbered(time, found)
+    spacing, numbers = numbered(time, notes)
     good = np.isfinite(values)
     if good.sum() < FEWEST:
         raise invalid("FILE", f"have at least {FEWEST} accelerations", int(good.sum()))
-    places, rows = np.unique(numbers[good], return_inverse=True)
+    indices, rows = np.unique(numbers[good], return_inverse=True)
     mean = np.bincount(rows, values[good]) / np.bincount(rows)
-    if len(places) < good.sum():
-        found.append(note("rows_written_twice", rows=int(good.sum() - len(places))))
-    gaps = np.diff(places) - 1
+    if len(indices) < good.sum():
+        notes.append(note("rows_written_twice", rows=int(good.sum() - len(indices))))
+    gaps = np.diff(indices) - 1
     lost, longest = int(gaps.sum()), int(gaps.max())
     if longest > LONGEST_GAP or lost > MOST_FILLED * len(values):
-        at = spacing * (places[gaps.argmax()] - numbers[0])
+        at = spacing * (indices[gaps.argmax()] - numbers[0])
         raise InputError(
             f"FILE must have no gap of more than {LONGEST_GAP} samples and no more than {MOST_FILLED:.0%} missing, but "
             f"{lost} are missing, {longest} at {at:.6g} s from the beginning: `longest` takes the longest part without "
@@ -132,11 +132,11 @@ def even(time: Floats, values: Floats, found: list[Diagnostic]) -> tuple[float, 
         )
     if not lost:
         return spacing, np.asarray(mean)
-    found.append(note("samples_filled_in", samples=lost, in_a_row=longest))
-    return spacing, np.asarray(PchipInterpolator(places, mean)(np.arange(places[0], places[-1] + 1)))
+    notes.append(note("samples_filled_in", samples=lost, in_a_row=longest))
+    return spacing, np.asarray(PchipInterpolator(indices, mean)(np.arange(indices[0], indices[-1] + 1)))
 
 
-def longest_part(time: Floats, values: Floats, found: list[Diagnostic]) -> slice:
+def longest_part(time: Floats, values: Floats, notes: list[Diagnostic]) -> slice:
     """The rows of the longest part without a gap that is too long to fill."""
     good = np.flatnonzero(np.isfinite(values))
     _, numbers = numbered(time, [])
@@ -145,5 +145,5 @@ def longest_part(time: Floats, values: Floats, found: list[Diagnostic]) -> slice
     best = int(np.argmax(numbers[ends] - numbers[begins]))
     if len(cuts):
         begin, end = (float(time[row] - time[0]) for row in (begins[best], ends[best]))
-        found.append(note("longest_part", parts=len(cuts) + 1, begin=begin, end=end))
+        notes.append(note("longest_part", parts=len(cuts) + 1, begin=begin, end=end))
     return slice(int(begins[best]), int(ends[best]) + 1)

@@ -52,7 +52,7 @@ class Record:
     @property
     def mean_jerk(self) -> float:
         """E|a'|, of the Fourier series at 8 times a sample."""
-        fine = self.sampled(8 * len(self.values))
+        fine = self.at_even_times(8 * len(self.values))
         return float(np.abs(np.diff(fine, append=fine[0])).sum()) / self.period
 
     @property
@@ -91,14 +91,14 @@ class Record:
         fade = np.sin(0.5 * math.pi * np.arange(edge * samples) / (edge * samples)) ** 2
         values[: len(fade)] *= fade
         values[len(values) - len(fade) :] *= fade[::-1]
-        fine = Record(self.spacing, values).sampled(whole * steps)
+        fine = Record(self.spacing, values).at_even_times(whole * steps)
         return np.ascontiguousarray(fine[edge * steps : (windows + edge) * steps])
 
     def scaled(self, time: float, value: float) -> "Record":
         """The record with its times multiplied by ``time`` and its values by ``value``, as for other units."""
         return Record(self.spacing * time, self.values * value, self.exact, self.bridged)
 
-    def sampled(self, count: int, cut: float = math.inf) -> Floats:
+    def at_even_times(self, count: int, cut: float = math.inf) -> Floats:
         """The Fourier series at ``count`` even times of a period, without frequencies above theirs or above ``cut``."""
         from scipy.fft import irfft, rfft
 
@@ -113,7 +113,7 @@ class Record:
         from scipy.interpolate import CubicSpline
 
         needed = min(len(self.values), math.ceil(self.period / h))
-        fine = self.sampled(_FINER * needed, math.pi / h)
+        fine = self.at_even_times(_FINER * needed, math.pi / h)
         whole = np.linspace(0.0, self.period, len(fine) + 1)
         return np.asarray(CubicSpline(whole, np.append(fine, fine[0]), bc_type="periodic")(np.mod(times, self.period)))
 
@@ -230,7 +230,7 @@ def _joined_by_chance(period: Floats, most: float) -> float:
     noise = np.sqrt(np.mean(np.diff(period, 4) ** 2) / 70.0)  # at most: of white noise that is what it makes
     after, first = np.arange(len(period) // 4), np.array([[4], [0]])
     follow = (period.take(begins[k][:, None] + first + after, mode="wrap") for k in smooth[:LOOKED_AT])
-    other = [np.sqrt(np.mean((one - two) ** 2)) > 2.0 * noise for one, two in follow]
+    other = [np.sqrt(np.mean((first_part - second_part) ** 2)) > 2.0 * noise for first_part, second_part in follow]
     return float(len(smooth) / TRIES * np.mean(other)) if other else 0.0
 
 

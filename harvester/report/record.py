@@ -18,7 +18,7 @@ def of_record(found: RecordAnswer, title: str) -> Page:
     )
     section = Section(
         "The record",
-        texts=[f"{what[:1].upper()}{what[1:]}." for what in map(str, one.found)],
+        texts=[f"{what[:1].upper()}{what[1:]}." for what in map(str, one.notes)],
         drawings=[figure],
         tables=[TextTable("Rms by octave", ["octave", "rms"], rows, (1,))],
         warnings=list(map(str, one.warnings)),

@@ -62,6 +62,6 @@ def check_opposite_stop(prefix: str, rigid: bool, gap: float | None, opposite_ga
     """Refuse an opposite stop without a rigid stop opposite to it, or without room between them."""
     if not rigid:
         raise InputError(f"{prefix}restitution must go with a rigid stop, but there is none: turn the axis round")
-    least, place = 0.0 - (gap or 0.0), opposite_gap or 0.0
-    if not place - least > NARROWEST * max(abs(place), abs(least)):
-        raise invalid(f"{prefix}gap", f"be above {least:.12g}, so that the stops leave room", place)
+    low, high = 0.0 - (gap or 0.0), opposite_gap or 0.0
+    if not high - low > NARROWEST * max(abs(high), abs(low)):
+        raise invalid(f"{prefix}gap", f"be above {low:.12g}, so that the stops leave room", high)

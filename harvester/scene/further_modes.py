@@ -34,13 +34,13 @@ def check_beside(
 
 def changed_modes(modes: Sequence[Mode], changes: Mapping[str, Any]) -> tuple[Mode, ...]:
     """Further modes with some keys set, such as "2.frequency" of the first of them."""
-    own: list[dict[str, Any]] = [{} for _ in modes]
+    keys_by_mode: list[dict[str, Any]] = [{} for _ in modes]
     for key, value in changes.items():
         number, _, name = key.partition(".")
         if int(number) > len(modes) + 1:
             raise invalid(f"mode.{key}", f"be of a mode that the scene has, {len(modes) + 1} at most", number)
-        own[int(number) - 2][name] = value
-    return tuple(one.replace(**keys) for one, keys in zip(modes, own, strict=True))
+        keys_by_mode[int(number) - 2][name] = value
+    return tuple(mode.replace(**keys) for mode, keys in zip(modes, keys_by_mode, strict=True))
 
 
 def _check_modes(modal: ModalParameters, modes: Sequence[Mode], stiffness_noise: float | None) -> None:
@@ -76,5 +76,5 @@ def _check_alone(table: str, others: Mapping[str, bool]) -> None:
 
 def contact_mass(modal: ModalParameters, modes: Sequence[Mode]) -> float:
     """The mass M/(phi.phi) that a stop meets: with further modes less than that of the first, M."""
-    shares = ((1.0 if one.at_stop is None else one.at_stop) ** 2 / one.mass for one in modes)
+    shares = ((1.0 if mode.at_stop is None else mode.at_stop) ** 2 / mode.mass for mode in modes)
     return 1.0 / (1.0 / modal.mass + math.fsum(shares))

@@ -74,10 +74,10 @@ def full_key(key: str) -> str:
         return key
     having = [table for table, of in TABLES.items() if key in key_names(of)]
     device = [table for table in having if table not in BESIDE]
-    places = [f"{table}.{key}" for table in device or having]
-    if len(places) > 1:
-        raise InputError(f"key {key!r} must be given with its table, but several have it: {', '.join(places)}")
-    return places[0] if places else key
+    candidates = [f"{table}.{key}" for table in device or having]
+    if len(candidates) > 1:
+        raise InputError(f"key {key!r} must be given with its table, but several have it: {', '.join(candidates)}")
+    return candidates[0] if candidates else key
 
 
 def split_key(key: str) -> tuple[str, str]:
@@ -96,7 +96,7 @@ def split_key(key: str) -> tuple[str, str]:
         return table, f"{number}.{name}"
     if table not in TABLES:
         raise unknown("scene table", table, TABLES)
-    names = [one.replace("parameters", "parameters.R") for one in key_names(TABLES[table])]
+    names = [written.replace("parameters", "parameters.R") for written in key_names(TABLES[table])]
     if name not in names and not (table == "load" and name.startswith("parameters.")):
         raise unknown(f"[{table}] key", name, names)
     return table, name

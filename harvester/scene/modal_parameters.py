@@ -29,16 +29,16 @@ class ModalParameters:
 
     def by_key(self) -> dict[str, float]:
         """The values of all keys of a scene that say this device, each in place of the others that say the same."""
-        found = {"oscillator.stiffness": self.stiffness, "piezo.coupling": self.coupling}
+        values = {"oscillator.stiffness": self.stiffness, "piezo.coupling": self.coupling}
         if self.stiffness > 0.0:
-            found["oscillator.frequency"] = self.frequency / (2.0 * math.pi)
+            values["oscillator.frequency"] = self.frequency / (2.0 * math.pi)
         if (whole := self.stiffness + self.coupling**2 / self.capacitance) > 0.0:
-            found["piezo.open_circuit_frequency"] = math.sqrt(whole / self.mass) / (2.0 * math.pi)
+            values["piezo.open_circuit_frequency"] = math.sqrt(whole / self.mass) / (2.0 * math.pi)
         if self.damping:
             ratio = 0.5 * self.damping / (self.mass * self.frequency)
-            found |= {"oscillator.damping": self.damping, "oscillator.damping_ratio": ratio}
-            found["oscillator.q"] = 0.5 / ratio
-        return found
+            values |= {"oscillator.damping": self.damping, "oscillator.damping_ratio": ratio}
+            values["oscillator.q"] = 0.5 / ratio
+        return values
 
 
 def modal_parameters(oscillator: Oscillator, piezo: Piezo) -> ModalParameters:

@@ -236,7 +236,7 @@ class Scene(SceneTable):
         for name in TABLES:
             table = getattr(self, name)
             if name in SEVERAL:
-                present |= {name: [one.present() for one in table]} if table else {}
+                present |= {name: [mode.present() for mode in table]} if table else {}
             elif table is not None:  # an empty table is one too
                 present[name] = table.present()
         return present
@@ -244,7 +244,7 @@ class Scene(SceneTable):
     def values(self) -> list[tuple[str, str, Any]]:
         """Table, name and value of each key that is present; those of mode 2 have names such as "2.frequency"."""
         every = [(table, "", keys) for table, keys in self.tables().items() if isinstance(keys, dict)]
-        every += [(Mode.TABLE, f"{i}.", one.present()) for i, one in enumerate(self.mode, 2)]
+        every += [(Mode.TABLE, f"{i}.", mode.present()) for i, mode in enumerate(self.mode, 2)]
         return [(table, of + name, value) for table, of, keys in every for name, value in keys.items()]
 
     def to_toml(self) -> str:

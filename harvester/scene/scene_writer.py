@@ -24,7 +24,7 @@ def as_written(scene: Scene) -> str:
         if isinstance(keys, dict):
             tables[table] = {name: written(table, name, value) for name, value in keys.items()}
         elif isinstance(keys, list):
-            tables[table] = [{name: written(table, name, value) for name, value in one.items()} for one in keys]
+            tables[table] = [{name: written(table, name, value) for name, value in row.items()} for row in keys]
     return tomli_w.dumps(tables)
 
 
@@ -33,10 +33,10 @@ def written(table: str, name: str, value: Any) -> Any:
     kind = key_kind(table, name)
     if kind is None or not isinstance(value, float) or not kind.unit or value == 0.0:
         return value
-    found = [text for unit in _units(kind.unit) if (text := _shortest(kind, value, unit))]
-    usual = [text for text in found if _LEAST <= abs(float(text.split()[0])) < _MOST]
-    plain = [text for text in found if text.split(maxsplit=1)[1] == kind.unit]  # rather than 1e8 mohm: 8.1e-4 N/V
-    return min(usual or plain or found, key=len) if found else value
+    texts = [text for unit in _units(kind.unit) if (text := _shortest(kind, value, unit))]
+    short = [text for text in texts if _LEAST <= abs(float(text.split()[0])) < _MOST]
+    plain = [text for text in texts if text.split(maxsplit=1)[1] == kind.unit]  # rather than 1e8 mohm: 8.1e-4 N/V
+    return min(short or plain or texts, key=len) if texts else value
 
 
 def _units(unit: str) -> Iterator[str]:

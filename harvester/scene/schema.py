@@ -64,16 +64,16 @@ def _of_same(same: dict[tuple[str, ...], bool]) -> dict[str, Any]:
     """What a table's schema says of keys that say the same; without allOf, in which Taplo completes no keys."""
     pairs = [list(pair) for names in same for pair in itertools.combinations(names, 2)]
     needed = [names for names, must in same.items() if must]
-    found: dict[str, Any] = {"not": {"anyOf": [{"required": pair} for pair in pairs]}} if pairs else {}
+    rules: dict[str, Any] = {"not": {"anyOf": [{"required": pair} for pair in pairs]}} if pairs else {}
     if needed:
-        found["anyOf"] = [{"required": list(some)} for some in itertools.product(*needed)]
-    return found
+        rules["anyOf"] = [{"required": list(some)} for some in itertools.product(*needed)]
+    return rules
 
 
 def _inlined(node: Any, definitions: dict[str, Any]) -> Any:
     """A part of the schema with what it refers to in its place: some editors follow no reference when they complete."""
     if isinstance(node, list):
-        return [_inlined(one, definitions) for one in node]
+        return [_inlined(part, definitions) for part in node]
     if not isinstance(node, dict):
         return node
     if "$ref" in node:

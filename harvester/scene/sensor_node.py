@@ -68,12 +68,12 @@ def _check_store(store: Storage) -> None:
             raise InputError(f"storage.{key} must be left out of a battery, which keeps its voltage, but is given")
 
 
-def _check_both(table: SceneTable, one: str, other: str) -> None:
+def _check_both(table: SceneTable, first: str, other: str) -> None:
     """Refuse one key without the other."""
-    given = [key for key in (one, other) if getattr(table, key) is not None]
+    given = [key for key in (first, other) if getattr(table, key) is not None]
     if len(given) == 1:
-        lacks = other if given == [one] else one
-        raise InputError(f"{table.TABLE}.{lacks} must be given with {given[0]}, but is left out")
+        missing = other if given == [first] else first
+        raise InputError(f"{table.TABLE}.{missing} must be given with {given[0]}, but is left out")
 
 
 @scene_table

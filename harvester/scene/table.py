@@ -85,7 +85,7 @@ class SceneTable:
 
     def __repr__(self) -> str:
         keys = [(name, getattr(self, name)) for name in key_names(type(self))]
-        present = [f"{name}={one!r}" for name, one in keys if one is not None and one not in ("", {})]
+        present = [f"{name}={value!r}" for name, value in keys if value is not None and value not in ("", {})]
         return f"{type(self).__name__}({', '.join(present)})"
 
     def replace(self, **keys: Any) -> Self:
@@ -99,8 +99,8 @@ class SceneTable:
     def present(self) -> dict[str, Any]:
         """The keys that are present."""
         values = {name: getattr(self, name) for name in key_names(type(self))}
-        plain = {key: dict(one) if isinstance(one, dict) else one for key, one in values.items()}
-        return {key: one for key, one in plain.items() if one is not None and one != {}}
+        plain = {key: dict(value) if isinstance(value, dict) else value for key, value in values.items()}
+        return {key: value for key, value in plain.items() if value is not None and value != {}}
 
     @model_validator(mode="wrap")
     @classmethod
@@ -128,8 +128,8 @@ def scene_table(table: type[Table]) -> type[Table]:
     """Make a class of annotated keys a table that checks them, and explain the keys in its docstring."""
     made: Any = dataclass(frozen=True, kw_only=True, repr=False, config=ConfigDict(extra="forbid"))(table)
     made = one_line_errors(made)
-    told = [f"    {key.name}\n        {key.meaning}" + f" ({key.unit})" * bool(key.unit) for key in keys_of(made)]
-    made.__doc__ = "\n".join([(table.__doc__ or "").rstrip() + "\n", "    Parameters", "    ----------", *told])
+    described = [f"    {key.name}\n        {key.meaning}" + f" ({key.unit})" * bool(key.unit) for key in keys_of(made)]
+    made.__doc__ = "\n".join([(table.__doc__ or "").rstrip() + "\n", "    Parameters", "    ----------", *described])
     return made  # type: ignore[no-any-return]
 
 
@@ -151,18 +151,18 @@ def one_line_errors(table: Made) -> Made:
 
 def keys_of(table: type[SceneTable]) -> list[SceneKey]:
     """The keys of a table, with what their annotations say of them."""
-    found = []
+    keys = []
     for field in dataclasses.fields(table):  # type: ignore[arg-type]
-        told = notes(table, field.name)
-        kind = next((note for note in told if isinstance(note, Kind)), None)
-        texts = [note for note in told if isinstance(note, str)]
+        annotations = notes(table, field.name)
+        kind = next((note for note in annotations if isinstance(note, Kind)), None)
+        texts = [note for note in annotations if isinstance(note, str)]
         meaning = texts[0] if texts else kind.name if kind else ""
         example = texts[1] if len(texts) > 1 else kind.example if kind else ""
         optional = field.default is not dataclasses.MISSING or field.default_factory is not dataclasses.MISSING
         needed = not optional and table.TABLE != "nondimensional"
         unit = kind.unit if kind else ""
-        found.append(SceneKey(table.TABLE, field.name, unit, meaning, example.replace("'", '"'), needed))
-    return found
+        keys.append(SceneKey(table.TABLE, field.name, unit, meaning, example.replace("'", '"'), needed))
+    return keys
 
 
 def notes(table: type, name: str) -> list[Any]:

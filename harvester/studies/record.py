@@ -73,7 +73,7 @@ class RecordAnswer:
             "peak": float(np.abs(record.values).max()),
             **({} if self.possible is None else {"possible_power": self.possible}),
             "bands": [{"low": b.low, "high": b.high, "rms": b.rms.value, "stderr": b.rms.stderr} for b in self.bands],
-            "found": list(map(str, record.found)),
+            "found": list(map(str, record.notes)),
             "warnings": list(map(str, record.warnings)),
         }
 
@@ -86,7 +86,7 @@ class RecordAnswer:
         ]
         if self.possible is not None:
             lines.append(f"no device of that mass and stroke takes more than {amount(self.possible, 'W')}")
-        lines += [f"found: {message}" for message in record.found]
+        lines += [f"found: {message}" for message in record.notes]
         lines += [f"warning: {message}" for message in record.warnings]
         rows = [(f"{b.low:.3g} to {b.high:.3g} Hz", b.rms.format("m/s^2")) for b in self.bands]
         return "\n".join([*lines, "rms by octave:", *columns(rows, "  ")])

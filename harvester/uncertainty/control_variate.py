@@ -57,23 +57,23 @@ def controlled(high: Floats, low: Floats, mean: Value, controls: Floats | None =
         float(rest.mean()),
         float(math.hypot(*errors)),
         mean.bias,
-        dof=_freedom(errors, (len(rest) - 2.0, mean.dof or 1e6)),
+        dof=_degrees_of_freedom(errors, (len(rest) - 2.0, mean.dof or 1e6)),
     )
     both = low.std() > 0.0 and high.std() > 0.0
     return Controlled(value, residual, weight, float(np.corrcoef(high, low)[0, 1]) if both else 0.0)
 
 
-def differing(high: Floats, low: Floats, mean: Value, lacking: float) -> Controlled:
+def differing(high: Floats, low: Floats, mean: Value, missing: float) -> Controlled:
     """The ``mean`` of low and the mean of high - low, of pairs too short for the whole difference.
 
         E[high] = E[low] + E[high - low]
 
-    They begin in the law of low.  The relative difference that they may be ``lacking`` is a part of the bias.
+    They begin in the law of low.  The relative difference that they may be ``missing`` is a part of the bias.
     """
     off, stderr = mean_and_error(high - low)
     errors = np.array([stderr, mean.stderr or 0.0])
-    dof = _freedom(errors, (len(high) - 1.0, mean.dof or 1e6))
-    bias = None if mean.bias is None else mean.bias + lacking * abs(mean.value)
+    dof = _degrees_of_freedom(errors, (len(high) - 1.0, mean.dof or 1e6))
+    bias = None if mean.bias is None else mean.bias + missing * abs(mean.value)
     value = Value(mean.value + off, float(math.hypot(*errors)), bias, dof=dof)
     return Controlled(value, float((high - low).var(ddof=1)), 1.0, float(np.corrcoef(high, low)[0, 1]))
 
@@ -90,11 +90,11 @@ def explained_and_controlled(
     variance is stated 1 + `LUCK`/trajectories times as large as these show it.
     """
     fitted = controlled(high, low, mean, explained[:, None], together)
-    found = controlled(high - explained, low, mean, None, together)
-    found = fitted if WORTH * fitted.residual < found.residual else found
+    whole = controlled(high - explained, low, mean, None, together)
+    whole = fitted if WORTH * fitted.residual < whole.residual else whole
     more = 1.0 + LUCK * together / len(high)
-    value = replace(found.value, stderr=(found.value.stderr or 0.0) * math.sqrt(more))
-    return Controlled(value, found.residual * more, found.weight, fitted.correlation)
+    value = replace(whole.value, stderr=(whole.value.stderr or 0.0) * math.sqrt(more))
+    return Controlled(value, whole.residual * more, whole.weight, fitted.correlation)
 
 
 def split(variance: float, residual: float, pair_cost: float, spread: float, time_cost: float) -> tuple[float, float]:
@@ -109,8 +109,8 @@ def split(variance: float, residual: float, pair_cost: float, spread: float, tim
     return math.sqrt(residual / pair_cost) * q, math.sqrt(spread / time_cost) * q
 
 
-def _freedom(errors: Floats, freedoms: tuple[float, float]) -> float:
+def _degrees_of_freedom(errors: Floats, dofs: tuple[float, float]) -> float:
     """Degrees of freedom of a sum of independent errors (Welch and Satterthwaite)."""
     total = float((errors**2).sum())
-    parts = sum(error**4 / dof for error, dof in zip(errors, freedoms, strict=True))
+    parts = sum(error**4 / dof for error, dof in zip(errors, dofs, strict=True))
     return total**2 / parts if parts > 0.0 else 1e6

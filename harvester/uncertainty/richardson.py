@@ -38,7 +38,7 @@ def step_bias(
     mean, error = mean_and_error(_combined(weights.sum(axis=0), values, controls, together))
     if len(weights) == 1:
         return mean, error
-    means = [float(_combined(one, values, controls, together).mean()) for one in weights]
+    means = [float(_combined(weight, values, controls, together).mean()) for weight in weights]
     return math.copysign(sum(map(abs, means)), means[0]), error
 
 
@@ -55,8 +55,8 @@ def _combined(weights: Floats, values: Sequence[Floats], controls: Floats | None
     whole = controlled_entries(weights @ np.array(values), controls, together)
     if controls is None:
         return whole
-    own = np.hsplit(controls, len(values))
-    each = weights @ np.array([controlled_entries(*pair, together) for pair in zip(values, own, strict=True)])
+    by_step = np.hsplit(controls, len(values))
+    each = weights @ np.array([controlled_entries(*pair, together) for pair in zip(values, by_step, strict=True)])
     return whole if whole.std() < each.std() else each
 
 

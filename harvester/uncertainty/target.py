@@ -68,7 +68,7 @@ def best_factor(within: float, bias: float, bias_error: float, order: float = 2.
     return best if cost(best) * CHANGE < cost(1.0) else 1.0
 
 
-def further(now: float, needed: float) -> float:
+def added_effort(now: float, needed: float) -> float:
     """The effort to add to the present one, ``now``, where the variance asks for ``needed`` in all.
 
     It is a tenth of the present effort at least, and `GROWTH` times that at most.

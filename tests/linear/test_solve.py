@@ -115,8 +115,8 @@ def test_lines_have_the_power_of_the_record(count):
     """Parseval, of the series between the samples too; the lines of a cosine are its own."""
     record = Record(0.2, TONES.values[:count])
     w, p = lines(record)
-    assert p.sum() == pytest.approx(np.mean(record.sampled(8 * count) ** 2), rel=1e-13)
-    assert record.sampled(8 * count)[::8] == pytest.approx(record.values, abs=1e-12)
+    assert p.sum() == pytest.approx(np.mean(record.at_even_times(8 * count) ** 2), rel=1e-13)
+    assert record.at_even_times(8 * count)[::8] == pytest.approx(record.values, abs=1e-12)
     cosine = Record(0.1, 3.0 + 2.0 * np.cos(2.0 * math.pi * 7.0 * np.arange(100) / 100.0))
     w, p = lines(cosine)
     assert (w[p > 1e-12], p[p > 1e-12]) == (pytest.approx([0.0, 1.4 * math.pi]), pytest.approx([9.0, 2.0]))

@@ -41,7 +41,7 @@ def test_parts_of_a_progress():
     assert told == expected
 
 
-@as_in_version_0_1("engines", tick=calls_with_name)
+@as_in_version_0_1("engines", adapter=calls_with_name)
 def study(scene, *, engines=(), execution=None):
     """A study of today."""
     execution.progress.step(1, scene)

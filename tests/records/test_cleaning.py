@@ -96,7 +96,7 @@ def test_jitter_is_no_missing_sample(tmp_path, seed):
     found = clean(str(tmp_path / "a.csv"), None, None)
     assert found.rate == pytest.approx(rate, rel=2e-4)
     assert len(found.values) == len(truth)
-    told = {one.code: one.numbers for one in found.found}
+    told = {one.code: one.numbers for one in found.notes}
     assert told.get("samples_filled_in", {"samples": 0})["samples"] == lost
     assert told.get("unit_of_times") == ({"unit": "ms", "column": name} if name == "timestamp_ms" else None)
     off = found.values - detrend(truth)

@@ -6,7 +6,7 @@ import time
 import numpy as np
 import pytest
 
-from harvester.uncertainty.target import CHANGE, FACTORS, Target, best_factor, further
+from harvester.uncertainty.target import CHANGE, FACTORS, Target, added_effort, best_factor
 from harvester.uncertainty.value import Value
 
 
@@ -54,6 +54,6 @@ def test_budget():
 
 def test_further():
     """Neither a trifle nor a leap."""
-    assert further(10.0, 10.1) == pytest.approx(1.0)
-    assert further(10.0, 20.0) == pytest.approx(11.0)
-    assert further(10.0, math.inf) == pytest.approx(80.0)
+    assert added_effort(10.0, 10.1) == pytest.approx(1.0)
+    assert added_effort(10.0, 20.0) == pytest.approx(11.0)
+    assert added_effort(10.0, math.inf) == pytest.approx(80.0)

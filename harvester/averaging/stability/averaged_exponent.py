@@ -139,21 +139,21 @@ def boundary(eqs: Equations, mu: Floats, restitution: Override = None) -> Bounda
 
 
 @dataclass(frozen=True)
-class Doubts:
+class ExponentChecks:
     """What is known of the error of `averaged`: its estimated size (None: unknown), and what to beware of."""
 
     error: float | None
     diagnostics: tuple[Diagnostic, ...]
 
 
-def doubts(eqs: Equations) -> Doubts:
+def checks(eqs: Equations) -> ExponentChecks:
     """Compare `averaged` with what is exact without noise, and estimate what noise and load do together."""
     m, n2, r = with_overrides(eqs, None, None, None)
     w2, _ = load(eqs, m, r)
-    found, error = list[Diagnostic](), 0.0
+    warnings, error = list[Diagnostic](), 0.0
     if coupled(eqs, None):
         if r is not None and r < 0.5:
-            found.append(warning("unreliable_restitution", restitution=float(r)))
+            warnings.append(warning("unreliable_restitution", restitution=float(r)))
         quiet, n, ratio2 = noiseless(eqs), float(n2 / (4.0 * w2)), float(m**2 / w2)
         g = 4.0 * (eqs.beta or 0.0) / (math.pi**2 * float(w2))
         error = g * n * (9.0 * n if r is None else 6.0 * n + 0.5 * math.sqrt(ratio2) / (1.0 + ratio2))
@@ -161,9 +161,9 @@ def doubts(eqs: Equations) -> Doubts:
             error += abs(quiet - float(averaged(eqs, n2=0.0)))
         scale = n if r is None else n - float(np.sqrt(w2) / math.pi * log(r))
         if error > DOUBTFUL * (scale + abs(eqs.c1 or 0.0)):
-            found.append(warning("exponent_doubtful", error=error))
+            warnings.append(warning("exponent_doubtful", error=error))
         if r is not None and not abs(_with_slow_voltage(eqs, m, n2, r)[1]) < PULL:
-            found.append(warning("slow_voltage"))
+            warnings.append(warning("slow_voltage"))
         if quiet is None:
-            return Doubts(None, (*found, warning("leaves_the_stop")))
-    return Doubts(error, tuple(found))
+            return ExponentChecks(None, (*warnings, warning("leaves_the_stop")))
+    return ExponentChecks(error, tuple(warnings))

@@ -65,7 +65,7 @@ def power_tail(eqs: Equations, driven: bool = False) -> PowerTail | None:
     Carlo of Lambda, that of the linearised motion.
     """
     nonlinear = (eqs.linear, eqs.alpha2, eqs.alpha)
-    if not eqs.n2 or friction_bounds(eqs) or any(one is not None for one in nonlinear):
+    if not eqs.n2 or friction_bounds(eqs) or any(term is not None for term in nonlinear):
         return None
     bare = _without_stop(Equations(c1=eqs.c1, n2=eqs.n2))
     if driven or eqs.stop_stiffness is not None:
@@ -119,14 +119,14 @@ def _on_monomials(flow: Floats, n2: float, degree: int) -> Floats:
     """The matrix of L on the monomials of one degree in the components of z, each given by its powers."""
     size = len(flow)
     of_degree = [p for p in itertools.product(range(degree + 1), repeat=size) if sum(p) == degree]
-    place = {powers: k for k, powers in enumerate(of_degree)}
+    index = {powers: k for k, powers in enumerate(of_degree)}
     whole = np.zeros((len(of_degree), len(of_degree)))
-    for powers, k in place.items():
+    for powers, k in index.items():
         for i, j in itertools.product(range(size), repeat=2):
             if powers[i]:
-                whole[place[_moved(powers, i, j, 1)], k] += flow[i, j] * powers[i]
+                whole[index[_moved(powers, i, j, 1)], k] += flow[i, j] * powers[i]
         if powers[1] > 1:
-            whole[place[_moved(powers, 1, 0, 2)], k] += n2 * powers[1] * (powers[1] - 1)
+            whole[index[_moved(powers, 1, 0, 2)], k] += n2 * powers[1] * (powers[1] - 1)
     return whole
 
 

@@ -91,11 +91,11 @@ def _kinetic(x: Floats, law: TwoScale) -> Floats:
     points = np.concatenate([[0.0], q.phi, [0.5 * np.pi]])
     even = ((1, np.zeros(len(law.A))), "not-a-knot")  # nu^2 is even about the turning point
     nu2 = CubicSpline(points, _with_ends(law.nu**2, q.phi), axis=1, bc_type=even)
-    place = np.asarray(x)[:, None] / law.A
-    phi = np.arccos(np.minimum(place, 1.0))
+    relative = np.asarray(x)[:, None] / law.A
+    phi = np.arccos(np.minimum(relative, 1.0))
     at = np.stack([nu2(phi[:, i])[i] for i in range(len(law.A))], axis=1)
-    beyond = np.minimum(1.0 - place**2, 0.0)  # sin^2 Phi of a place that the orbit does not reach
-    return np.asarray(0.5 * law.A**2 * (1.0 - place**2) * (at + 0.5 * nu2(0.0, 2) * beyond))
+    beyond = np.minimum(1.0 - relative**2, 0.0)  # sin^2 Phi of a place that the orbit does not reach
+    return np.asarray(0.5 * law.A**2 * (1.0 - relative**2) * (at + 0.5 * nu2(0.0, 2) * beyond))
 
 
 def _with_ends(values: Floats, phi: Floats) -> Floats:

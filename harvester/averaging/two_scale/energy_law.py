@@ -40,9 +40,9 @@ def slope_on_grid(u: Floats, values: Floats) -> Floats:
     """Slope d/du on an evenly spaced grid: of fourth order inside, of second at the ends, where the law is nothing."""
     du = u[..., 1] - u[..., 0]
     slope = np.empty_like(values)
-    one, two = values[..., 2:] - values[..., :-2], values[..., 4:] - values[..., :-4]
-    slope[..., 2:-2] = (8.0 * one[..., 1:-1] - two) / 12.0
-    slope[..., 1], slope[..., -2] = 0.5 * one[..., 0], 0.5 * one[..., -1]
+    over_2, over_4 = values[..., 2:] - values[..., :-2], values[..., 4:] - values[..., :-4]
+    slope[..., 2:-2] = (8.0 * over_2[..., 1:-1] - over_4) / 12.0
+    slope[..., 1], slope[..., -2] = 0.5 * over_2[..., 0], 0.5 * over_2[..., -1]
     slope[..., 0] = -1.5 * values[..., 0] + 2.0 * values[..., 1] - 0.5 * values[..., 2]
     slope[..., -1] = 1.5 * values[..., -1] - 2.0 * values[..., -2] + 0.5 * values[..., -3]
     return np.asarray(slope / du[..., None])
@@ -102,24 +102,25 @@ def _resolvent(rate: Floats, right: Floats, flow: Floats, mass: Floats) -> Float
     Its elimination keeps what a diagonal exceeds its neighbours by, so that nothing positive is subtracted: however
     small rate is beside the flow, no digit is lost.  (SciPy's solver would take longer to load than the answer takes.)
     """
-    own = rate * mass
+    margin = rate * mass
     # A scene whose law is not finite must not spoil its neighbours.
-    known = np.isfinite(flow).all(axis=1) & np.isfinite(own).all(axis=1) & (own > 0.0).all(axis=1)
+    known = np.isfinite(flow).all(axis=1) & np.isfinite(margin).all(axis=1) & (margin > 0.0).all(axis=1)
     lost = np.logical_not(known)[:, None]
-    own, flow, weighted = np.where(lost, 1.0, own), np.where(lost, 0.0, flow), np.where(lost, np.nan, mass * right)
-    flow = np.concatenate([flow, 0.0 * own[:, :1]], axis=1)
-    return np.array([_one_scene(*rows) for rows in zip(own.tolist(), flow.tolist(), weighted.tolist(), strict=True)])
+    margin, flow = np.where(lost, 1.0, margin), np.where(lost, 0.0, flow)
+    sums = np.where(lost, np.nan, mass * right)
+    flow = np.concatenate([flow, 0.0 * margin[:, :1]], axis=1)
+    return np.array([_one_scene(*rows) for rows in zip(margin.tolist(), flow.tolist(), sums.tolist(), strict=True)])
 
 
-def _one_scene(own: list[float], flow: list[float], sums: list[float]) -> list[float]:
-    """The solution for one scene, one amplitude after another; ``own`` is what the diagonal exceeds the flow by."""
-    excess, diagonal = own[0], [own[0] + flow[0]]
-    for k in range(1, len(own)):
+def _one_scene(margin: list[float], flow: list[float], sums: list[float]) -> list[float]:
+    """The solution for one scene, one amplitude after another; ``margin`` is what the diagonal exceeds the flow by."""
+    excess, diagonal = margin[0], [margin[0] + flow[0]]
+    for k in range(1, len(margin)):
         share = flow[k - 1] / diagonal[-1]
-        excess = own[k] + share * excess
+        excess = margin[k] + share * excess
         diagonal.append(flow[k] + excess)
         sums[k] += share * sums[k - 1]
     y = [*sums[:-1], sums[-1] / excess]
-    for k in range(len(own) - 2, -1, -1):
+    for k in range(len(margin) - 2, -1, -1):
         y[k] = (sums[k] + flow[k] * y[k + 1]) / diagonal[k]
     return y

@@ -119,8 +119,8 @@ class DistantOrbits:
             pulse, whole = self._even * self._sin, 2.0 * np.sin(0.5 * self.end) ** 2
             work = self.end * (pulse @ q.weights) + offset / self.a * whole
             # What is still amiss in this fixed point must not keep the mass from its left end.
-            amiss = (potential(A, self.eqs.alpha) - energy) / self.a**2 + beta * work
-            pull = pull + 2.0 * (beta * offset / self.a - amiss / whole)[..., None]
+            mismatch = (potential(A, self.eqs.alpha) - energy) / self.a**2 + beta * work
+            pull = pull + 2.0 * (beta * offset / self.a - mismatch / whole)[..., None]
         nu2 = pull / (2.0 * np.cos(0.5 * phi) ** 2)
         if self.eqs.beta is not None:
             so_far = self.end[..., None] * (pulse @ q.integral)
@@ -146,8 +146,8 @@ class DistantOrbits:
         self.V2 = self.a**2 / self.tau * ((parts * load).sum(axis=-1) - z / np.tanh(z) / self.tau * at_wall**2)
         if self.eqs.beta is not None:
             self._even = (parts @ q.slopes) * self.nu / end - at_wall[..., None] * self._layer(z[..., None])
-            along = self.a**2 * self.end * ((self._even * self._sin) @ q.weights)
-            self._mean_even = along / (self.A - self.left)
+            total = self.a**2 * self.end * ((self._even * self._sin) @ q.weights)
+            self._mean_even = total / (self.A - self.left)
 
     def _layer(self, whole: Floats) -> Floats:
         """The layer mu cosh(mu t)/sinh(mu tau) at the points, ``whole`` = mu tau."""

@@ -33,11 +33,11 @@ def state_density(x: Floats, v: Floats, spread: Spread) -> Floats:
 
     Raises SimulationError where the voltage is so strong that orbits of neighbouring energies cross.
     """
-    place, half = np.asarray(x, dtype=np.float64), 0.5 * np.asarray(v, dtype=np.float64) ** 2
-    kinetic, turning, up = _kinetic(place, spread), _turning_there(place, spread), _rising(spread.energy, spread)
+    x, half = np.asarray(x, dtype=np.float64), 0.5 * np.asarray(v, dtype=np.float64) ** 2
+    kinetic, turning, up = _kinetic(x, spread), _turning_there(x, spread), _rising(spread.energy, spread)
     level = CubicSpline(np.sqrt(spread.energy[up]), np.log(spread.level[up]))  # a cusp at rest on the stop
-    p = np.zeros((len(place), len(half)))
-    for j in np.flatnonzero((place >= -spread.gap) & (kinetic[:, -1] > 0.0)):
+    p = np.zeros((len(x), len(half)))
+    for j in np.flatnonzero((x >= -spread.gap) & (kinetic[:, -1] > 0.0)):
         k, first = kinetic[j], int(np.argmax(kinetic[j] > 0.0))
         up = _rising(k, spread, first)
         nodes, energy = k[up], spread.energy[up]
@@ -72,18 +72,18 @@ def _turning_there(x: Floats, spread: Spread) -> Floats:
 
 def displacement_density(x: Floats, spread: Spread) -> Floats:
     """Density p(x) = int p(x, x') dx' at x of shape (m,)."""
-    dv = np.sqrt(2.0 * _kinetic(_places(spread)[0], spread).max()) / _POINTS
+    dv = np.sqrt(2.0 * _kinetic(_displacements(spread)[0], spread).max()) / _POINTS
     v = (np.arange(_POINTS) + 0.5) * dv
     return np.asarray(2.0 * dv * state_density(x, v, spread).sum(axis=1))
 
 
 def velocity_density(v: Floats, spread: Spread) -> Floats:
     """Density p(x') = int p(x, x') dx at x' of shape (m,)."""
-    x, weights = _places(spread)
+    x, weights = _displacements(spread)
     return np.asarray(weights @ state_density(x, np.abs(v), spread))
 
 
-def _places(spread: Spread) -> tuple[Floats, Floats]:
+def _displacements(spread: Spread) -> tuple[Floats, Floats]:
     """Gauss points of all displacements, and their weights."""
     nodes, weights = np.polynomial.legendre.leggauss(_POINTS)
     size = 0.5 * (spread.A[-1] - spread.left.min())
@@ -93,10 +93,10 @@ def _places(spread: Spread) -> tuple[Floats, Floats]:
 def _kinetic(x: Floats, spread: Spread) -> Floats:
     """Kinetic energy at x, (m,), on each orbit, (m, n): (A - x) (x + B) nu^2/2; below 0 beyond its ends."""
     q = half_cycle(spread.nu.shape[1], 1)
-    width, order, place = spread.A + spread.B, len(q.xi) - 1, np.asarray(x)[:, None]
+    width, order, x = spread.A + spread.B, len(q.xi) - 1, np.asarray(x)[:, None]
     end = 2.0 * np.arcsin(np.sqrt(np.minimum((spread.A - spread.left) / width, 1.0)))
     coefficients = np.linalg.solve(np.polynomial.legendre.legvander(2.0 * q.xi - 1.0, order), spread.nu.T**2)
 
-    phi = 2.0 * np.arcsin(np.sqrt(np.clip((spread.A - place) / width, 0.0, 1.0)))
+    phi = 2.0 * np.arcsin(np.sqrt(np.clip((spread.A - x) / width, 0.0, 1.0)))
     powers = np.polynomial.legendre.legvander(2.0 * np.minimum(phi / end, 1.0) - 1.0, order)
-    return np.asarray(0.5 * (spread.A - place) * (place + spread.B) * np.einsum("mnk,kn->mn", powers, coefficients))
+    return np.asarray(0.5 * (spread.A - x) * (x + spread.B) * np.einsum("mnk,kn->mn", powers, coefficients))

@@ -54,9 +54,9 @@ def panels() -> Panels:
     integral = 0.5 * np.array([p.integ(lbnd=-1)(y) for p in powers]).T @ inverse
     rising = np.polynomial.Legendre([0.5, 0.5])
     # On either panel: a ramp from the seam down to the outer end, its complement, and functions that end in 0.
-    own = [1.0 - rising, *(p.integ(lbnd=-1) for p in powers[1:_DEGREE])]
-    first = [(rising, 1.0 - rising), *((f, 0.0 * f) for f in own)]
-    second = [(0.0 * f, f) for f in (rising, *own[1:])]
+    inner = [1.0 - rising, *(p.integ(lbnd=-1) for p in powers[1:_DEGREE])]
+    first = [(rising, 1.0 - rising), *((f, 0.0 * f) for f in inner)]
+    second = [(0.0 * f, f) for f in (rising, *inner[1:])]
     pairs = [*first, *second]
     return Panels(
         nodes=np.concatenate([0.5 * (y + 1.0), 0.5 * (y + 3.0)]),
@@ -74,7 +74,7 @@ def half_width(z: Floats, g: Floats) -> tuple[Floats, Floats]:
     return np.where(z > 0.0, size * np.cosh(z), below), np.where(z > 0.0, size * np.sinh(z), below)
 
 
-def place(b: Floats, g: Floats) -> Floats:
+def z_of(b: Floats, g: Floats) -> Floats:
     """The variable z of a half-width b."""
     ratio = b / np.abs(g)
     return np.where(ratio > 1.0, np.arccosh(np.maximum(ratio, 1.0)), np.log(np.minimum(ratio, 1.0)))
@@ -88,7 +88,7 @@ class Grid:
 
     def __init__(self, low: Floats, high: Floats, rest: Floats, eqs: Equations) -> None:
         g = or_zero(eqs.gap) + rest
-        first, last = place(low, g), place(high, g)
+        first, last = z_of(low, g), z_of(high, g)
         seam = np.where((first < 0.0) & (last > 0.0), 0.0, 0.5 * (first + last))
         p, self._eqs = panels(), eqs
         self._width = np.where(p.nodes < 1.0, seam - first, last - seam)
@@ -146,8 +146,8 @@ def half_widths_that_matter(eqs: Equations, scenes: int) -> tuple[Floats, Floats
     """
     g = or_zero(eqs.gap)
     pressed = g < 0.0
-    high = place(np.full((scenes, 1), _WIDEST), g)
-    low = np.where(pressed, math.log(_GRAZING), place(np.minimum(_NARROWEST, np.abs(g)), g))[:, 0]
+    high = z_of(np.full((scenes, 1), _WIDEST), g)
+    low = np.where(pressed, math.log(_GRAZING), z_of(np.minimum(_NARROWEST, np.abs(g)), g))[:, 0]
     high = np.where(pressed, np.log(np.sinh(np.maximum(high, 1.0))), high)[:, 0]
 
     def law(s: Floats) -> Floats:

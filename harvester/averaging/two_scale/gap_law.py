@@ -137,7 +137,7 @@ def _summary(eqs: Equations, orbits: DistantOrbits, cycle: Cycles, mass: Floats,
     impact_loss = 2.0 * (1.0 - r2) / (1.0 + r2) * mean(cycle.wall / cycle.period) * period / energy
     load = beta * mu * (fast + slow) * period / energy
     friction = exchange - impact_loss - load
-    own = np.maximum(friction, 0.0)
+    friction_loss = np.maximum(friction, 0.0)
     touching = mean(np.where(cycle.wall > 0.0, 1.0, 0.0))
     factor = correction(impact_loss, stored, mu / mean(w)) ** touching**2
     return {
@@ -148,8 +148,8 @@ def _summary(eqs: Equations, orbits: DistantOrbits, cycle: Cycles, mass: Floats,
         "v2": v2,
         "bias": np.where(
             scalar(eqs.gap) < 0.0,
-            stated_error_preloaded(impact_loss, stored, own, load, mu * period / math.pi, least / total),
-            stated_error_distant(impact_loss, stored, own, load, exchange, touching),
+            stated_error_preloaded(impact_loss, stored, friction_loss, load, mu * period / math.pi, least / total),
+            stated_error_distant(impact_loss, stored, friction_loss, load, exchange, touching),
         )
         * amplified(friction, exchange),
         "exchange": exchange,

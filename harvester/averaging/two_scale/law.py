@@ -108,7 +108,7 @@ def _in_units_of(length: float, eqs: Equations) -> Equations:
 def _solve(scenes: list[Equations]) -> list[TwoScale | SimulationError]:
     """Solve a stack of scenes with the same effects: arrays are (scenes, amplitudes)."""
     lengths = [math.sqrt(or_zero(eqs.n1)) for eqs in scenes]
-    eqs = stacked([_in_units_of(length, one) for length, one in zip(lengths, scenes, strict=True)])
+    eqs = stacked([_in_units_of(length, scene) for length, scene in zip(lengths, scenes, strict=True)])
     spread = None
     if eqs.gap is None:
         parts, orbits, unbounded = _at_rest(eqs, len(lengths))
@@ -116,19 +116,19 @@ def _solve(scenes: list[Equations]) -> list[TwoScale | SimulationError]:
         parts, orbits, spread, unbounded = solve_distant(eqs, len(lengths))
     answers: list[TwoScale | SimulationError] = []
     for k, length in enumerate(lengths):
-        one = {name: float(values[k]) for name, values in parts.items()}
+        scales = {name: float(values[k]) for name, values in parts.items()}
         for name in ("mean_square_voltage", "fast", "slow", "x2", "v2"):
-            one[name] *= length**2
+            scales[name] *= length**2
         arrays = {name: values[k] * (length if name == "A" else 1.0) for name, values in orbits.items()}
         if unbounded[k]:
             answers.append(
                 UnboundedResponseError("the averaged amplitude grows without bound: add damping that bounds it")
             )
-        elif not all(map(math.isfinite, one.values())):
+        elif not all(map(math.isfinite, scales.values())):
             answers.append(SimulationError("the averaged law finds no finite mean here: use engine 'ensemble'"))
         else:
             mine = None if spread is None else spread.of(k, length)
-            answers.append(TwoScale(**one, **arrays, spread=mine))  # type: ignore[arg-type]
+            answers.append(TwoScale(**scales, **arrays, spread=mine))  # type: ignore[arg-type]
     return answers
 
 
@@ -185,9 +185,9 @@ def _summary(eqs: Equations, cycle: Cycles, mass: Floats, memory: Floats) -> dic
     else:
         r2 = scalar(eqs.restitution) ** 2
         impact_loss = 2.0 * (1.0 - r2) / (1.0 + r2) * mean(cycle.wall / cycle.period) * period / energy
-        own = exchange - impact_loss - beta * mu * (fast + slow) * period / energy
+        friction_loss = exchange - impact_loss - beta * mu * (fast + slow) * period / energy
         factor = correction(impact_loss, stored, mu / w)
-        bias = stated_error(impact_loss, stored, np.maximum(own, 0.0)) * amplified(own, exchange)
+        bias = stated_error(impact_loss, stored, np.maximum(friction_loss, 0.0)) * amplified(friction_loss, exchange)
     return {
         "mean_square_voltage": factor * (fast + slow),
         "fast": fast,

@@ -33,9 +33,9 @@ def stated_error(impact_loss: Floats, stored: Floats, friction: Floats) -> Float
     the last term where q is above .22: a piezo that holds so much makes the motion another one.  Not exceeded in the
     600 scenes by which it was chosen, nor in 215 others.
     """
-    i, q, own = np.minimum(impact_loss, _LARGEST), stored, np.minimum(friction, 1.5)
+    i, q, o = np.minimum(impact_loss, _LARGEST), stored, np.minimum(friction, 1.5)
     beyond = np.minimum(8.0 * np.maximum(q - 0.22, 0.0) * (i + 0.1), 1.0)  # where the piezo holds too much
-    return np.asarray(0.005 + 0.03 * i + 0.02 * i**2 + 0.01 * own**2 + 0.2 * q * (1.0 + i) + beyond)
+    return np.asarray(0.005 + 0.03 * i + 0.02 * i**2 + 0.01 * o**2 + 0.2 * q * (1.0 + i) + beyond)
 
 
 def amplified(friction: Floats, exchange: Floats) -> Floats:

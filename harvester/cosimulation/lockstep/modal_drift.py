@@ -18,7 +18,7 @@ from harvester.mechanics.kernels.offset_stops import lower_stop
 from harvester.mechanics.kernels.path import between_kicks
 from harvester.mechanics.kernels.trajectory_batch import BATCH
 from harvester.mechanics.modes.modal_circuit import drift_with_course
-from harvester.mechanics.modes.modal_step import along, drift_modes, energy_of_modes, kick_modes
+from harvester.mechanics.modes.modal_step import dot, drift_modes, energy_of_modes, kick_modes
 
 NOW, AHEAD, SPARE = 0, 1, 2  # rows of the modes' states: after the last kick, at the end of the drift, and room
 
@@ -81,13 +81,13 @@ def kicked_modes(s, before, z, xi, a, c):
     if s.measuring != DURING:
         return
     n = len(c.k)
-    x, hit = along(c.e, z, 0, 0), 0.0 if a is None else s.h * a
-    if c.own.n1 is not None:
-        hit += impulse(x, xi, s.h, c.own)
+    x, hit = dot(c.e, z, 0, 0), 0.0 if a is None else s.h * a
+    if c.oscillator.n1 is not None:
+        hit += impulse(x, xi, s.h, c.oscillator)
     for j in range(2 * n):  # the means of the speeds before and after
         before[j * BATCH] = 0.5 * (before[j * BATCH] + z[j * BATCH])
-    noise, pull = hit * along(c.g, before, n, 0), spring(x, c.own) * along(c.e, before, n, 0)
-    voltage = 0.0 if c.own.beta is None else -c.own.beta * z[2 * n * BATCH] * along(c.s, before, n, 0)
+    noise, pull = hit * dot(c.g, before, n, 0), spring(x, c.oscillator) * dot(c.e, before, n, 0)
+    voltage = 0.0 if c.oscillator.beta is None else -c.oscillator.beta * z[2 * n * BATCH] * dot(c.s, before, n, 0)
     gained = 0.0
     for j in range(n):
         mean = before[(n + j) * BATCH]
@@ -104,13 +104,13 @@ def kicked_modes(s, before, z, xi, a, c):
 @inlined
 def stored_in_modes(z, c):
     """Energy of speeds, springs and a compliant stop."""
-    energy, x = energy_of_modes(0, z, c), along(c.e, z, 0, 0)
-    if c.own.alpha2 is not None:
-        energy += c.own.alpha2 / 3.0 * x * x * x
-    if c.own.alpha is not None:
-        energy += 0.25 * c.own.alpha * x * x * x * x
+    energy, x = energy_of_modes(0, z, c), dot(c.e, z, 0, 0)
+    if c.oscillator.alpha2 is not None:
+        energy += c.oscillator.alpha2 / 3.0 * x * x * x
+    if c.oscillator.alpha is not None:
+        energy += 0.25 * c.oscillator.alpha * x * x * x * x
     if c.contact is not None and c.contact.k is not None:
-        into, mobility = min(along(c.phi, z, 0, 0) - lower_stop(c.contact), 0.0), 0.0
+        into, mobility = min(dot(c.phi, z, 0, 0) - lower_stop(c.contact), 0.0), 0.0
         for one in c.phi:
             mobility += one * one
         energy += 0.5 * c.contact.k / mobility * into * into
@@ -129,7 +129,7 @@ def make_modal_kick(s, p, recording, c):
     if s.n_steps < s.noise_size:
         row = recording.kicked[s.n_steps]
         force = row[2] if s.follows == 1 else V
-        row[0], row[1], row[2], row[3] = along(c.e, now, 0, 0), along(c.e, now, n, 0), force, p.smooth / s.volts
+        row[0], row[1], row[2], row[3] = dot(c.e, now, 0, 0), dot(c.e, now, n, 0), force, p.smooth / s.volts
         row[4] = s.load
         _, a = between_kicks(recording.shaking, s.n_steps + 1)
         now[2 * n * BATCH] = force
@@ -139,7 +139,7 @@ def make_modal_kick(s, p, recording, c):
     note_stored_energy(s, p, stored_in_modes(now, c))
     if s.n_steps % s.stride == 0 and s.n_steps <= s.noise_size:
         row = s.n_steps // s.stride - 1
-        recording.samples[row, 0], recording.samples[row, 1] = along(c.e, now, 0, 0), V
+        recording.samples[row, 0], recording.samples[row, 1] = dot(c.e, now, 0, 0), V
     mean, _ = between_kicks(recording.shaking, min(s.n_steps + 1, s.noise_size))
     plan_drift(s, modes, mean, c)
 
@@ -160,7 +160,7 @@ def accept_modal_point(s, p, recording, c):
         mean, _ = between_kicks(recording.shaking, min(s.n_steps + 1, s.noise_size))
         drift_modes(0, spare, interval(s.h, 0.5 * s.h, None), c, mean)
         samples = recording.samples
-        samples[row, 2], samples[row, 3] = along(c.e, spare, 0, 0), along(c.e, spare, len(c.k), 0)
+        samples[row, 2], samples[row, 3] = dot(c.e, spare, 0, 0), dot(c.e, spare, len(c.k), 0)
         samples[row, 4] = p.v / s.volts
         recording.charge[row] = p.smooth
     else:

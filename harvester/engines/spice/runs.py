@@ -13,7 +13,7 @@ from harvester.engines.spice.means import FEWEST, TELLING, RunMeans
 from harvester.errors import CircuitError, ConvergenceError, OutOfTimeError, SimulationError
 from harvester.presentation.diagnostic import Diagnostic, warning
 from harvester.uncertainty.control_variate import Controlled, split
-from harvester.uncertainty.target import Target, further
+from harvester.uncertainty.target import Target, added_effort
 from harvester.uncertainty.value import Value
 
 if TYPE_CHECKING:
@@ -211,11 +211,11 @@ class Runs(RunMeans):
         """(further runs, further time of the cheap model) for a variance of the power, as cheap as may be."""
         now, pair = float(len(self.done)), self.setup.pair
         if not self.paired or pair is None:
-            return further(now, found.residual / variance), 0.0
+            return added_effort(now, found.residual / variance), 0.0
         spread = max((found.value.stderr or 0.0) ** 2 - found.residual / now, 0.0) * pair.duration
         runs, duration = split(variance, found.residual, self.cost, spread, self.rate)
         dof = found.value.dof and min(max(runs, now), 1e6) - 2.0  # of more runs, whose quantile is smaller
         ratio = (found.value.quantile / dataclasses.replace(found.value, dof=dof).quantile) ** 2
         runs, duration = runs / ratio, duration / ratio
-        more = further(now, runs) if runs > now else 0.0
-        return more, further(pair.duration, duration) if duration > pair.duration or more == 0.0 else 0.0
+        more = added_effort(now, runs) if runs > now else 0.0
+        return more, added_effort(pair.duration, duration) if duration > pair.duration or more == 0.0 else 0.0

@@ -113,8 +113,8 @@ class Linux(Posix):
         """The name of the processor, from /proc; '' where the system does not say."""
         with suppress(OSError):
             text = Path("/proc/cpuinfo").read_text(encoding="utf-8")
-            if found := re.search(r"^model name\s*:\s*(.*\S)", text, re.MULTILINE):
-                return found[1]
+            if match := re.search(r"^model name\s*:\s*(.*\S)", text, re.MULTILINE):
+                return match[1]
         return ""
 
     def library(self, name: str) -> str | None:
@@ -122,16 +122,16 @@ class Linux(Posix):
 
         Raises OSError where the system starts no process, which Python's search takes for a missing library.
         """
-        found = ctypes.util.find_library(name)
-        if found is None:
+        library = ctypes.util.find_library(name)
+        if library is None:
             self._listed()
-        return found
+        return library
 
     def library_file(self, library: str) -> Path:
         """The file of a library that `library` named, as far as it can be known: its folder is in the linker's list."""
         with suppress(OSError):
-            if found := re.search(rf"\b{re.escape(library)} .*=> (.+)", self._listed()):
-                return Path(found[1])
+            if match := re.search(rf"\b{re.escape(library)} .*=> (.+)", self._listed()):
+                return Path(match[1])
         return Path(library)
 
     def _listed(self) -> str:

@@ -34,7 +34,7 @@ MOST_STEPS = 2e10  # trajectory-steps of a burn-in without a budget: half a minu
 STEPS_A_SECOND = 3e8  # that are counted on at most, and until their rate is measured
 MEASURED = 0.1  # seconds after which the rate is known
 COMPLIANT = 16.0  # steps that one of a compliant stop counts for, which looks for the contact's ends
-OWN = 64.0  # steps that one with a circuit's own kernel counts for
+OWN_KERNEL = 64.0  # steps that one with a circuit's own kernel counts for
 GROWN = 1e12  # times the first energy: a growth that no response without a growing friction shows
 
 
@@ -138,11 +138,13 @@ def _rare_hops(trajectories: Trajectories, now: Moments, length: float, same: bo
     if not (eqs.has_unlike_wells and eqs.is_shaken and eqs.is_random):
         return None
     hops = hopping(eqs, trajectories.start[0], trajectories.snapshot()[0], trajectories.time)
-    rare = 2 * hops.hops < hops.count and _apart(trajectories, now, length, same, load, hops)
+    rare = 2 * hops.hops < hops.count and _all_but_hops(trajectories, now, length, same, load, hops)
     return hops if rare else None
 
 
-def _apart(trajectories: Trajectories, now: Moments, length: float, same: bool, load: float, hops: Hopping) -> bool:
+def _all_but_hops(
+    trajectories: Trajectories, now: Moments, length: float, same: bool, load: float, hops: Hopping
+) -> bool:
     """Whether all but hops is forgotten; ``same``: the means are no longer seen to change."""
     within = CORRELATION_TIMES * memory(trajectories, now, length, hops)
     return trajectories.time >= max(load, within if same else DRIFTING * within)
@@ -159,19 +161,19 @@ def memory(trajectories: Trajectories, window: Moments, length: float, hops: Hop
     if not eqs.is_random:
         return TRANSIENTS * slowest_transient(eqs)
     x, v, voltage = trajectories.snapshot()
-    told = [(window.x2 + window.v2, x * x + v * v), (window.V2, voltage * voltage)]
+    pairs = [(window.x2 + window.v2, x * x + v * v), (window.V2, voltage * voltage)]
     if eqs.has_unlike_wells:
-        told.append((window.x, x))
+        pairs.append((window.x, x))
     if circuit is not None:
-        told.append((window.load, circuit.mu * trajectories.state[:, 3].ravel() ** 2))
+        pairs.append((window.load, circuit.mu * trajectories.state[:, 3].ravel() ** 2))
     if hops is not None:
-        told = [(hops.apart(means), hops.apart(values)) for means, values in told]
-    return max(correlation_time(means, values, length) for means, values in told)
+        pairs = [(hops.less_well_means(means), hops.less_well_means(values)) for means, values in pairs]
+    return max(correlation_time(means, values, length) for means, values in pairs)
 
 
 def slowest_transient(eqs: Equations) -> float:
     """Longest time constant of small motions about the places of rest; 0 where some do not die out."""
-    rate = -max(growth_near(eqs, place) for place in eqs.resting_places or [0.0])
+    rate = -max(growth_near(eqs, x) for x in eqs.resting_places or [0.0])
     return 1.0 / rate if rate > SLOWEST else 0.0
 
 
@@ -196,7 +198,7 @@ def check_cost(
 def _cost(trajectories: Trajectories, length: float, budget: float | None, begin: float) -> tuple[bool, float, float]:
     """Whether a ``length`` more goes beyond the budget, or `MOST_STEPS`; all steps then, and the seconds they take."""
     weight = COMPLIANT if trajectories.eqs.stop_stiffness is not None else 1.0
-    weight = max(weight, 1.0 if trajectories.own_circuit is None else OWN)
+    weight = max(weight, 1.0 if trajectories.own_circuit is None else OWN_KERNEL)
     made, more = weight * trajectories.steps, weight * length / trajectories.h * trajectories.count
     spent = time.perf_counter() - begin
     rate = min(made / spent, STEPS_A_SECOND) if spent > MEASURED else STEPS_A_SECOND

@@ -25,7 +25,7 @@ from harvester.mechanics.periodic import MULTIPLES
 Indices = NDArray[np.intp]
 
 NEAR = 0.02  # of the motion's size: a return
-ONE = 0.02  # of a mean: a gap between means that are of several responses
+LARGEST_GAP = 0.02  # of a mean: a gap between means that are of several responses
 ASIDE, PARTED = 1e-7, 1e-3  # of the motion's size: a small change, and one that has grown by chaos
 FOLLOWED = 64  # periods in which it may
 LONGER = 5  # times at most that the time doubles until nearly all trajectories are where they come to
@@ -52,7 +52,7 @@ class Attractor:
 
     def like(self, other: "Attractor") -> bool:
         """Whether it is the same response at another step: of the same kind and place, and nearly the same size."""
-        mine, its = (np.array([one.entries(name).mean() for name in ("V2", "x2", "x")]) for one in (self, other))
+        mine, its = (np.array([at.entries(name).mean() for name in ("V2", "x2", "x")]) for at in (self, other))
         return self.turns == other.turns and bool(_alike(mine[None], its, SAME)[0])
 
 
@@ -69,10 +69,10 @@ def from_many_starts(
     low, high = eqs.rigid_stops
     size = WIDE * max(*map(abs, eqs.resting_places), math.sqrt(float(moments.x2.max())))
     speed = max(size * math.sqrt(max(eqs.spring[0], 1.0)), WIDE * math.sqrt(float(moments.v2.max())))
-    places = np.random.default_rng(child(seed, 4)).uniform(-1.0, 1.0, (2, STARTS))
+    draws = np.random.default_rng(child(seed, 4)).uniform(-1.0, 1.0, (2, STARTS))
     start = np.zeros((3, STARTS))
-    start[0] = np.clip(size * places[0], low, high)
-    start[1] = speed * places[1]
+    start[0] = np.clip(size * draws[0], low, high)
+    start[1] = speed * draws[1]
     trajectories = Trajectories(eqs, STARTS, seed, pilot.h, start, circuit)
     until_steady(trajectories)
     return trajectories
@@ -85,12 +85,12 @@ def attractors(trajectories: Trajectories) -> list[Attractor]:
     """
     there = 0
     for _ in range(LONGER):
-        found, before = _present(trajectories), there
-        there = sum(len(one.members) for one in found if one.turns or one.chaotic)
+        present, before = _present(trajectories), there
+        there = sum(len(attractor.members) for attractor in present if attractor.turns or attractor.chaotic)
         if there > (1.0 - FEWEST) * trajectories.count or 0 < there <= before:  # what is left comes to no more of them
             break
         trajectories.run(trajectories.time)  # many wander for long before they come to a response
-    return found
+    return present
 
 
 def sections(trajectories: Trajectories) -> Floats:
@@ -122,19 +122,19 @@ def _present(trajectories: Trajectories) -> list[Attractor]:
     turns = _turns(np.array(sections) / np.array(spread))
     parted = _parts(trajectories, np.array(spread), period)
     turns[parted] = 0  # near an unstable response for a while
-    found, usual = [], moments
+    responses, of_all = [], moments
     for count in np.unique(turns):
-        moments = usual
+        moments = of_all
         if count and MULTIPLES % count:  # a mean over a part of what comes back would differ with where it begins
             moments = trajectories.run(count * -(-MULTIPLES // count) * period)
         means = _means(moments, spread[0])
         those = np.flatnonzero(turns == count)
         which = np.ones(len(those)) if count == 0 or len(those) < 2 else linked(means[those])
-        for one in np.unique(which):
-            here = those[which == one]
-            found.append(Attractor(here, int(count), bool(parted[here].mean() > 0.5), moments))
-    enough = [one for one in found if len(one.members) >= FEWEST * trajectories.count]
-    return sorted(enough, key=lambda one: -len(one.members))
+        for number in np.unique(which):
+            here = those[which == number]
+            responses.append(Attractor(here, int(count), bool(parted[here].mean() > 0.5), moments))
+    enough = [attractor for attractor in responses if len(attractor.members) >= FEWEST * trajectories.count]
+    return sorted(enough, key=lambda attractor: -len(attractor.members))
 
 
 def _means(moments: Moments, spread: Floats) -> Floats:
@@ -144,27 +144,27 @@ def _means(moments: Moments, spread: Floats) -> Floats:
 
 def _turns(sections: Floats) -> Indices:
     """After how many periods each trajectory comes back, 0 for never; ``sections``, shape (periods, 2, count)."""
-    found = np.zeros(sections.shape[2], dtype=np.intp)
+    turns_of_each = np.zeros(sections.shape[2], dtype=np.intp)
     for turns in range(MULTIPLES, 0, -1):
         away = np.abs(sections[turns:] - sections[:-turns]).max(axis=(0, 1))
-        found[away < NEAR] = turns
-    return found
+        turns_of_each[away < NEAR] = turns
+    return turns_of_each
 
 
 def linked(means: Floats) -> Indices:
     """Numbers of the responses of trajectories, from their means, shape (n, 3), of V^2, x^2 and x.
 
-    Means of one response scatter by the places of impacts in a step, more than `ONE` from end to end, but without gaps.
+    Means of one response scatter by the places of impacts in a step, more than `LARGEST_GAP` in all, without gaps.
     """
     square = np.maximum(means[:, :2], 1e-300)
-    places = np.column_stack([np.log(square), means[:, 2] / np.sqrt(square[:, 1])])
-    return np.asarray(fclusterdata(places, ONE, criterion="distance", metric="chebyshev", method="single"))
+    positions = np.column_stack([np.log(square), means[:, 2] / np.sqrt(square[:, 1])])
+    return np.asarray(fclusterdata(positions, LARGEST_GAP, criterion="distance", metric="chebyshev", method="single"))
 
 
-def _alike(means: Floats, one: Floats, part: float) -> Floats:
+def _alike(means: Floats, response: Floats, part: float) -> Floats:
     """Which rows of means, shape (n, 3), are those of one response: V^2 and x^2, and x beside the root of x^2."""
-    size = np.array([one[0], one[1], math.sqrt(one[1])])
-    return np.asarray(np.all(np.abs(means - one) <= part * np.maximum(size, 1e-300), axis=1))
+    size = np.array([response[0], response[1], math.sqrt(response[1])])
+    return np.asarray(np.all(np.abs(means - response) <= part * np.maximum(size, 1e-300), axis=1))
 
 
 def _parts(trajectories: Trajectories, spread: Floats, period: float) -> Floats:
@@ -175,7 +175,7 @@ def _parts(trajectories: Trajectories, spread: Floats, period: float) -> Floats:
     aside = ASIDE * spread[0].reshape(x.shape)
     x += np.where(x + aside < high, aside, -aside)
     np.clip(x, low, high, out=x)
-    for one in (trajectories, beside):
-        one.run(FOLLOWED * period)
+    for ensemble in (trajectories, beside):
+        ensemble.run(FOLLOWED * period)
     away = np.abs(beside.snapshot()[:2] - trajectories.snapshot()[:2]) / spread
     return np.asarray(away.max(axis=0) > PARTED)

@@ -44,9 +44,9 @@ def _count(values, low, per_unit, counts):  # type: ignore[no-untyped-def]
     bins = counts.shape[1]
     for row in range(values.shape[0]):
         for value in values[row]:
-            place = (value - low) * per_unit
-            if 0.0 <= place < bins:
-                counts[row, int(place)] += 1.0
+            bin_of = (value - low) * per_unit
+            if 0.0 <= bin_of < bins:
+                counts[row, int(bin_of)] += 1.0
 
 
 class Histogram:

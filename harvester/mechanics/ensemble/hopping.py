@@ -37,7 +37,7 @@ class Hopping:
     began: NDArray[np.intp]
     stayed: NDArray[np.bool_]
 
-    def apart(self, values: Floats) -> Floats:
+    def less_well_means(self, values: Floats) -> Floats:
         """Values of the trajectories that ``stayed`` where they began, of all, less their mean in each well."""
         well, kept = self.began[self.stayed], values[self.stayed]
         means = np.bincount(well, kept) / np.maximum(np.bincount(well), 1)
@@ -51,7 +51,7 @@ class Hopping:
         several = []
         for well in np.unique(self.began):
             here = np.resize(self.began == well, len(entries))
-            counts, sums = (one.reshape(-1, together).sum(axis=1) for one in (here, here * entries))
+            counts, sums = (values.reshape(-1, together).sum(axis=1) for values in (here, here * entries))
             several.append(mean_and_error(sums[counts > 0] / counts[counts > 0]))
         low, high = min(several), max(several)
         return Value(0.5 * (low[0] + high[0]), max(error for _, error in several), model=0.5 * (high[0] - low[0]))

@@ -112,13 +112,13 @@ def exponent(
     trajectories: int = 4096,
     duration: float = 1000.0,
     h: float | None = None,
-    tick: Callable[[float], None] | None = None,
+    progress: Callable[[float], None] | None = None,
 ) -> Growth:
     """Measure lambda over ``duration`` after a burn-in, with its bias from a run of twice the step on the same noise.
 
     ``trajectories`` is rounded up to whole blocks of `BATCH`; each gives one sample.  The same seed,
     the same answer, whatever the number of threads.  External noise and nonlinear terms of ``eqs``
-    play no part.  The burn-in is `memory`, at most `LONGEST`.  ``tick`` is called with the fraction done.
+    play no part.  The burn-in is `memory`, at most `LONGEST`.  ``progress`` is called with the fraction done.
 
     Raises SimulationError where a trajectory stops dead (restitution 0 and no voltage that pushes the mass off), or
     would take too long.
@@ -126,13 +126,13 @@ def exponent(
     if h is None:
         h = STEP / (math.sqrt(1.0 + (eqs.beta or 0.0)) + math.cbrt(eqs.n2 or 0.0))
     burn_in = min(memory(eqs), LONGEST)
-    wanted = 1.5 * (burn_in + duration) / h * trajectories
-    if wanted > MOST_STEPS:
+    needed = 1.5 * (burn_in + duration) / h * trajectories
+    if needed > MOST_STEPS:
         raise SimulationError(
-            f"the exponent would take {wanted:.1e} trajectory-steps of {h:.2g}/w0, the coupling or the noise is so "
+            f"the exponent would take {needed:.1e} trajectory-steps of {h:.2g}/w0, the coupling or the noise is so "
             "strong: give fewer `trajectories`"
         )
-    done = (lambda fraction: None) if tick is None else tick
+    done = (lambda fraction: None) if progress is None else progress
     run = (eqs, child(seed, 0), trajectories, burn_in, duration, h)
     fine, pushed, steps = _run(*run, False, lambda part: done(part * 2 / 3))
     coarse, coarse_pushed, coarse_steps = _run(*run, True, lambda part: done((2 + part) / 3))
@@ -149,7 +149,7 @@ def _run(
     duration: float,
     h: float,
     coarse: bool,
-    tick: Callable[[float], None],
+    progress: Callable[[float], None],
 ) -> tuple[Floats, Floats, int]:
     """One sample of lambda a trajectory, sums of mean zero beside it, shape (n, 3), and trajectory-steps.
 
@@ -179,7 +179,7 @@ def _run(
 
     with ThreadPoolExecutor(cores()) as pool:
         for done, _ in enumerate(pool.map(block, range(blocks)), 1):
-            tick(done / blocks)
+            progress(done / blocks)
     if not np.isfinite(logs).all():
         raise SimulationError(
             "a trajectory of the linearised motion stops dead: lambda is minus infinity; give a restitution above 0"

@@ -83,10 +83,10 @@ class RichardsonPair:
 
     def _coarser_ones(self) -> list[Trajectories]:
         """Trajectories of twice the step, and of four times where two steps do not suffice."""
-        found = [self.trajectories.coarser()]
+        coarser = [self.trajectories.coarser()]
         if self.order < STRONG and not self.trajectories.eqs.is_shaken_otherwise:
-            found.append(found[0].coarser())
-        return found
+            coarser.append(coarser[0].coarser())
+        return coarser
 
     @property
     def _goes_on_from_states(self) -> bool:
@@ -145,7 +145,7 @@ class RichardsonPair:
         except UnboundedResponseError:
             self.stop_coarse()
             return
-        if not all(one.x2.mean() < GROWN * now.x2.mean() for one in then):
+        if not all(moments.x2.mean() < GROWN * now.x2.mean() for moments in then):
             self._moments_of_all = []
             self.stop_coarse()
             return
@@ -180,7 +180,7 @@ class RichardsonPair:
     @property
     def steps(self) -> int:
         """Trajectory-steps of all."""
-        return self._steps + sum(one.steps for one in (self.trajectories, *self._coarser))
+        return self._steps + sum(trajectories.steps for trajectories in (self.trajectories, *self._coarser))
 
     @property
     def moments(self) -> Moments:
@@ -242,6 +242,6 @@ class RichardsonPair:
 
     def _at_all_steps(self, name: str) -> tuple[list[Floats], float, Floats | None, int]:
         """What `step_bias` takes: a moment at all steps, the order, and the controls of all steps side by side."""
-        controls = [one.controls for one in self._moments_of_all if one.controls is not None]
-        values = [getattr(one, name) for one in self._moments_of_all]
+        controls = [moments.controls for moments in self._moments_of_all if moments.controls is not None]
+        values = [getattr(moments, name) for moments in self._moments_of_all]
         return values, self.order, np.hstack(controls) if controls else None, self.trajectories.together

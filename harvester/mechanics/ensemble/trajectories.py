@@ -34,7 +34,7 @@ from harvester.mechanics.kernels.shaken_control_variates import martingales
 from harvester.mechanics.kernels.shaking import Filter, filter_of, filter_start, of_batch, rows_of, samples_of
 from harvester.mechanics.kernels.step_size import STEP, remedy, typical_frequency, whole_steps
 from harvester.mechanics.kernels.trajectory_batch import BATCH, IDEAL_SUMS, SUMS, Batch, Schedule, advance, mid_drift
-from harvester.mechanics.modes.modal_batch import OWN, ModalMotion
+from harvester.mechanics.modes.modal_batch import RESISTOR_ROWS, ModalMotion
 
 SHORTEST, LONGEST = 1e-6, 1e3  # steps
 MOST_OF_A_PERIOD = 2e6  # steps
@@ -101,13 +101,13 @@ class Trajectories:
             raise invalid("`dt`", f"be between {SHORTEST:g} and {LONGEST:g} times 1/w0", f"{h:.3g}/w0")
         self.blocks = -(-count // BATCH)
         self.count, self.together = self.blocks * BATCH, 1 if eqs.density is None else BATCH
-        places = np.array(eqs.resting_places)
+        resting = np.array(eqs.resting_places)
         if start is None:
-            off = np.resize(np.minimum(1.0, 0.5 * (eqs.rigid_stops[1] - places)), self.count)
+            off = np.resize(np.minimum(1.0, 0.5 * (eqs.rigid_stops[1] - resting)), self.count)
             if eqs.is_shaken:
                 off *= 0.0 if eqs.is_random else np.linspace(0.0, 1.0, self.count)
             start = np.zeros((3, self.count))
-            start[0] = np.resize(places, self.count) + off
+            start[0] = np.resize(resting, self.count) + off
         check_start(eqs.rigid_stops, start[0].min(), start[0].max())
         self.eqs, self.seed, self.step_is_fixed, self.start = eqs, seed, h is not None, start
         self.circuit, self.ngspice_rule, self.steps = circuit, ngspice_rule, 0
@@ -119,7 +119,7 @@ class Trajectories:
         self.own_circuit = None if isinstance(circuit, IdealCircuit) else circuit
         self.own_sums: Any = 0.0  # what an `OwnCircuit` has counted, in all
         self.doublings, self._origin = 0, origin  # the first: of a step whose noise is that of the steps in it
-        self.restart(STEP / typical_frequency(eqs, float(np.max(places**2))) if h is None else h)
+        self.restart(STEP / typical_frequency(eqs, float(np.max(resting**2))) if h is None else h)
 
     def restart(self, h: float) -> None:
         """Begin again with a step of h, or the next shorter one of which a period takes whole multiples.
@@ -143,7 +143,7 @@ class Trajectories:
         elif self.circuit is not None:
             self.state[:, 4] = start[:, 0]
         if self.modes is not None:
-            self.modes.begin(self.state, OWN if self.circuit is None else self._circuit_rows)
+            self.modes.begin(self.state, RESISTOR_ROWS if self.circuit is None else self._circuit_rows)
         self.words = aligned((self.blocks, 2, BATCH), np.uint64)
         for k, words in enumerate(self.words):
             words[:] = random_words(child(self.seed, 0, k), BATCH)
@@ -176,8 +176,8 @@ class Trajectories:
         eqs, time = self.eqs, self.stride * self.h  # from one sample to the next
         samples_a_period = round((eqs.shaking_period or time) / time)
         samples = samples_a_period * max(1, round(duration / (samples_a_period * time)))
-        own = self._own
-        rows = len(SUMS if self.circuit is None else IDEAL_SUMS) if own is None else own.sums
+        kernels = self._kernels
+        rows = len(SUMS if self.circuit is None else IDEAL_SUMS) if kernels is None else kernels.sums
         sums = aligned((self.blocks, rows, BATCH))
         noise = aligned((self.blocks, self._martingales, BATCH)) if self.controlled else None
         begin = self._boundary() if self.controlled else np.empty(0)
@@ -186,8 +186,8 @@ class Trajectories:
 
         def block(k: int) -> None:
             batch = self._batch(k, sums[k], None if noise is None else noise[k])
-            if own is not None:
-                own.advance(batch, self.state[k], schedule, self.h, eqs, self.shakers[k])
+            if kernels is not None:
+                kernels.advance(batch, self.state[k], schedule, self.h, eqs, self.shakers[k])
             else:
                 advance(batch, schedule, self.h, self.circuit, self._coefficients, self.shakers[k], update)
             if progress is not None:
@@ -198,7 +198,7 @@ class Trajectories:
         elapsed = samples * time
         self.time += elapsed
         self.steps += samples * self.stride * self.count
-        if not all(np.isfinite(one).all() for one in (sums, self.state, noise) if one is not None):
+        if not all(np.isfinite(array).all() for array in (sums, self.state, noise) if array is not None):
             raise NotFiniteError(
                 f"the response grows without bound: it left the finite numbers after {self.time:g}/w0 "
                 f"at a step of {self.h:.3g}/w0; {remedy(self.eqs, self.h)}"
@@ -212,7 +212,7 @@ class Trajectories:
         return replace(moments, controls=known.T / elapsed)
 
     @property
-    def _own(self) -> OwnCircuit | ModalMotion | None:
+    def _kernels(self) -> OwnCircuit | ModalMotion | None:
         """What brings kernels of its own."""
         return self.own_circuit or self.modes
 
@@ -224,9 +224,9 @@ class Trajectories:
     @property
     def _rows(self) -> int:
         """How many rows the states of a block have."""
-        if self._own is None:
+        if self._kernels is None:
             return 3 if self.circuit is None else 5
-        return self._own.rows + (0 if self.modes in (None, self._own) else self.modes.rows - OWN)
+        return self._kernels.rows + (0 if self.modes in (None, self._kernels) else self.modes.rows - RESISTOR_ROWS)
 
     @property
     def _martingales(self) -> int:
@@ -254,8 +254,8 @@ class Trajectories:
             return self._states().copy()
         columns = np.empty((3, BATCH))  # in one piece, also of several blocks: else their kernel is compiled twice
         for k, shaker in enumerate(self.shakers):
-            if (own := self._own) is not None:
-                own.mid_drift(self.state[k], columns, self.h, self.eqs, shaker)
+            if (kernels := self._kernels) is not None:
+                kernels.mid_drift(self.state[k], columns, self.h, self.eqs, shaker)
             else:
                 mid_drift(self._batch(k), columns, self.h, self._coefficients, self.circuit, shaker)
             out[:, k * BATCH : (k + 1) * BATCH] = columns

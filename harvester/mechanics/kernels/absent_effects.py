@@ -45,7 +45,7 @@ def _answer(state: Any, value: Any) -> tuple[bool | None] | None:
     if value.op == "getattr" and isinstance(_kind(state, value), types.NoneType):
         return (None,)
     if value.op == "binop" and value.fn in QUESTIONS:
-        what, beside = (ir_utils.guard(ir_utils.get_definition, state.func_ir, one) for one in (value.lhs, value.rhs))
+        what, beside = (ir_utils.guard(ir_utils.get_definition, state.func_ir, side) for side in (value.lhs, value.rhs))
         if isinstance(beside, ir.Const) and beside.value is None:
             kind = _kind(state, what)
             if isinstance(kind, types.Number | types.Array | types.BaseTuple):

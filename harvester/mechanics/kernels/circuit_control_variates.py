@@ -86,7 +86,7 @@ def path_controls(
     if eqs.n2 is not None or eqs.n12 is not None:
         noise = noise * np.sqrt(_intensity(x, eqs))
     weights = (v, v * U, v * root, V, v * U * U, V * root, v * x, x * root, v * V)
-    martingales = np.array([(one * noise).sum(axis=1) for one in weights])
+    martingales = np.array([(weight * noise).sum(axis=1) for weight in weights])
     change = circuit_boundary(states[:, :, -1], eqs) - circuit_boundary(states[:, :, 0], eqs)
     if filtered is not None:
         martingales = np.vstack([martingales, shaken_path_controls(states[:, :, :-1], filtered)])

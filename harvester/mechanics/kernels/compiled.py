@@ -86,7 +86,7 @@ def _cache_folder() -> str | None:
     for source in compiled_sources():
         digest.update(source.read_bytes())
     base = folders.cache_folder()
-    folder = base and folders.own(base / f"kernels-{digest.hexdigest()[:16]}")
+    folder = base and folders.private(base / f"kernels-{digest.hexdigest()[:16]}")
     return None if folder is None else str(folder)
 
 

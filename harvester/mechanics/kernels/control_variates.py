@@ -6,7 +6,7 @@ With the generator L of the motion and any phi(x, x', V), Ito's formula gives ov
 
 so that with L phi = E[f] - f the error of a time average of f is spanned by sums of two kinds, both of mean zero:
 
-    martingale   sum over kicks of g sqrt(N) xi, with g of the states before the noise xi   (`add_features`)
+    martingale   sum over kicks of g sqrt(N) xi, with g of the states before the noise xi   (`add_martingales`)
     boundary     h(end) - h(begin) of a stationary path                                     (`boundary`)
 
 The former have mean zero at every step, with impacts and every spring, for xi is independent of what came before.
@@ -38,14 +38,14 @@ def energy(x, v, c):
 
 
 @forced
-def add_features(i, before, kicks, controls, c):
+def add_martingales(i, before, sums, controls, c):
     """Add the noise of two steps of lane i to its martingales; rows of V stay zero where it has no load.
 
-    before: states x, v, V ahead of both, shape (3, BATCH).  kicks: sums over both of v sqrt(N) xi, with the v just
+    before: states x, v, V ahead of both, shape (3, BATCH).  sums: over both of v sqrt(N) xi, with the v just
     before each kick, and of sqrt(N) xi, shape (2, BATCH).  g is v {1, sqrt E, E, E^2, x, V} and {x, sqrt E, V}: a
     kick's own v, because the stop turns it round, and what varies less but once for both.
     """
-    x, V, p, q = before[0, i], before[2, i], kicks[0, i], kicks[1, i]
+    x, V, p, q = before[0, i], before[2, i], sums[0, i], sums[1, i]
     E = energy(x, before[1, i], c)
     root = math.sqrt(abs(E))
     controls[0, i] += p

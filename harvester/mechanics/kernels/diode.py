@@ -23,7 +23,7 @@ from harvester.mechanics.kernels.equation_of_motion import decayed
 _LOG2E, _LN2 = 1.4426950408889634, 0.6931471805599453
 _LN2_HIGH, _LN2_LOW = 0.693147180369123816490, 1.90821492927058770002e-10
 _ROOT2, _LN_ROOT2 = 1.4142135623730951, 0.34657359027997264
-_MANTISSA, _ONE = (1 << 52) - 1, 1023 << 52
+_MANTISSA, _EXPONENT_OF_1 = (1 << 52) - 1, 1023 << 52
 FAR = 600.0  # exponents beyond this are followed linearly, as their exponential would overflow
 
 
@@ -48,7 +48,7 @@ def exponential(z):
     r2 = r * r
     even = 1.0 + r2 * (1.0 / 2 + r2 * (1.0 / 24 + r2 * (1.0 / 720 + r2 * (1.0 / 40320 + r2 * (1.0 / 3628800)))))
     odd = 1.0 + r2 * (1.0 / 6 + r2 * (1.0 / 120 + r2 * (1.0 / 5040 + r2 * (1.0 / 362880))))
-    return (even + r * odd) * _number(int64(_ONE) + (int64(k) << int64(52)))
+    return (even + r * odd) * _number(int64(_EXPONENT_OF_1) + (int64(k) << int64(52)))
 
 
 @forced
@@ -59,7 +59,7 @@ def logarithm(y):
     """
     bits = _bits(y)
     e = np.int32(bits >> int64(52)) - np.int32(1023)
-    m = _number((bits & int64(_MANTISSA)) | int64(_ONE))
+    m = _number((bits & int64(_MANTISSA)) | int64(_EXPONENT_OF_1))
     s = (m - _ROOT2) / (m + _ROOT2)
     z = s * s
     tail = z * (

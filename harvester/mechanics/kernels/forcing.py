@@ -71,8 +71,8 @@ def forcing(
     if eqs.drive is not None:
         return _sinusoid(eqs, h, steps, 0.0 if rng is None else rng.uniform(0.0, 2.0 * math.pi))
     if eqs.record is not None:
-        place = 0.0 if rng is None else rng.uniform(0.0, eqs.record.period)
-        return eqs.record.at(place + h * np.arange(steps + 1, dtype=np.float64), h)
+        begin = 0.0 if rng is None else rng.uniform(0.0, eqs.record.period)
+        return eqs.record.at(begin + h * np.arange(steps + 1, dtype=np.float64), h)
     return None
 
 

@@ -95,7 +95,7 @@ def fitted(mu: float, h: float) -> Line:
     first, slope, term = 0.0, 0.0, 1.0
     for n in range(1, _TERMS + 1):
         term /= n  # (-mu h)^(n - 1)/n!
-        zero, one = term / (n + 1), term / (n + 2)
-        first, slope = first + (4.0 * zero - 6.0 * one), slope + (12.0 * one - 6.0 * zero)
+        mean_0, mean_1 = term / (n + 1), term / (n + 2)
+        first, slope = first + (4.0 * mean_0 - 6.0 * mean_1), slope + (12.0 * mean_1 - 6.0 * mean_0)
         term *= -mu * h
     return first * h, slope

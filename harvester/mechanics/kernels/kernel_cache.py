@@ -33,13 +33,13 @@ class KeptFiles(numba_caching.IndexDataCacheFile):
     def load(self, key: Any) -> Any:
         """The machine code of a key; None where this process must compile it, and no other does so meanwhile."""
         path = self._file(key)
-        found = _read(path)
-        if found is None and path not in self._turns:
+        code = _read(path)
+        if code is None and path not in self._turns:
             self._turns[path] = locked(path.with_name(f"{path.name.rsplit('.', 2)[0]}.turn-{_digest(key)[:2]}"))
-            found = _read(path)
-            if found is not None:
+            code = _read(path)
+            if code is not None:
                 unlock(self._turns.pop(path))
-        return found
+        return code
 
     def save(self, key: Any, data: Any) -> None:
         """Keep the machine code of a key where the disk takes it, and give its turn away."""

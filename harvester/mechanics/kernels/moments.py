@@ -135,7 +135,7 @@ def check_stationary(samples: Floats) -> None:
     if len(samples) < FEWEST:
         return
     with np.errstate(over="ignore"):
-        early, _, late = (float(np.mean(one**2)) for one in np.array_split(samples, 3))
+        early, _, late = (float(np.mean(third**2)) for third in np.array_split(samples, 3))
     grown = min(late / max(early, 1e-99), 1e99)
     if late > GROWN * early:
         raise UnboundedResponseError(
@@ -165,9 +165,9 @@ def from_path(
     r, r_high = eqs.restitution or 0.0, eqs.opposite_restitution or 0.0
     a: Floats | float = 0.0
     if path.shaking is not None:  # at the samples, in mid-drift
-        kicks = np.arange(first + 1, first + 1 + rows * batches) * path.stride
-        after = np.minimum(kicks + 1, len(path.shaking) - 1)
-        a = 0.5 * (path.shaking[kicks] + path.shaking[after]).reshape(batches, rows)
+        indices = np.arange(first + 1, first + 1 + rows * batches) * path.stride
+        after = np.minimum(indices + 1, len(path.shaking) - 1)
+        a = 0.5 * (path.shaking[indices] + path.shaking[after]).reshape(batches, rows)
     lost = 0.5 * (1.0 - np.where(speeds > 0.0, r, r_high) ** 2) * speeds**2
 
     def mean(values: Floats) -> Floats:

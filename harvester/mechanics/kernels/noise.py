@@ -43,9 +43,9 @@ def refined(noise: Floats, rng: np.random.Generator) -> Floats:
     return (np.stack([noise + eta, noise - eta], axis=1) / math.sqrt(2.0)).ravel()
 
 
-def random_words(seed: np.random.SeedSequence, lanes: int) -> Words:
-    """Start states of the generator of `shuffle`: shape (2, lanes), never both words zero."""
-    words = np.random.default_rng(seed).integers(0, 2**64, size=(2, lanes), dtype=np.uint64)
+def random_words(seed: np.random.SeedSequence, count: int) -> Words:
+    """Start states of the generator of `shuffle`: shape (2, count), never both words zero."""
+    words = np.random.default_rng(seed).integers(0, 2**64, size=(2, count), dtype=np.uint64)
     words[0] |= np.uint64(1)
     return words
 

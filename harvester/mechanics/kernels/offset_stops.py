@@ -112,9 +112,9 @@ def between(s, t, c):
     V1, left, speed, impacts = carried(s.V, wall - x, first, c.mu), t - first, here * abs(v), 1.0
     q = here * other
     if q > 0.0 and speed * left > room:
-        one, log_q = room / speed * (1.0 + 1.0 / other), -math.log(q)
-        rounds = np.floor(left / one if log_q == 0.0 else math.log1p(left / one * math.expm1(log_q)) / log_q)
-        past = one * (rounds if log_q == 0.0 else math.expm1(rounds * log_q) / math.expm1(log_q))
+        lap, log_q = room / speed * (1.0 + 1.0 / other), -math.log(q)
+        rounds = np.floor(left / lap if log_q == 0.0 else math.log1p(left / lap * math.expm1(log_q)) / log_q)
+        past = lap * (rounds if log_q == 0.0 else math.expm1(rounds * log_q) / math.expm1(log_q))
         left, speed, impacts = max(left - past, 0.0), speed * math.exp(-rounds * log_q), impacts + 2.0 * rounds
         if c.mu is not None:
             V1 -= decayed(c.mu * past) * (V1 - 0.5 * way * room)

@@ -19,8 +19,8 @@ class KernelLibrary(codegen.JITCodeLibrary):  # type: ignore[misc]
         """Make machine code, and show it the objects that its parts print or raise, as numba would each by itself."""
         super()._finalize_specific()
         for name in [variable.name for variable in self._final_module.global_variables]:
-            if (found := lookup_environment(name)) is not None:
-                self._codegen.set_env(name, found)
+            if (environment := lookup_environment(name)) is not None:
+                self._codegen.set_env(name, environment)
 
 
 class PartLibrary(codegen.JITCodeLibrary):  # type: ignore[misc]
@@ -31,7 +31,7 @@ class PartLibrary(codegen.JITCodeLibrary):  # type: ignore[misc]
         """What is told the part's objects: this library, which leaves them to the kernel's."""
         return self
 
-    def set_env(self, name: str, found: Any) -> None:
+    def set_env(self, name: str, environment: Any) -> None:
         """Nothing: there is no machine code yet that could see them."""
 
     def get_pointer_to_function(self, name: str) -> int:

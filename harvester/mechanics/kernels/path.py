@@ -139,8 +139,8 @@ def trace(
     store = None if circuit is None else Store(float(U), float(x))
     begin = State(float(x), float(v), float(V))
     update = update_of(eqs, h, ngspice_rule) if ngspice_rule else EXACT
-    found = samples, charge, impacts
-    count = _trace(noise, shaking, begin, store, h, stride, *found, update, coefficients(eqs), circuit)
+    records = samples, charge, impacts
+    count = _trace(noise, shaking, begin, store, h, stride, *records, update, coefficients(eqs), circuit)
     return Path(h, stride, samples, impacts[:count].copy(), shaking, charge)
 
 

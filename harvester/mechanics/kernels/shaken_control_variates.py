@@ -78,4 +78,4 @@ def shaken_path_controls(states: Floats, filtered: Floats) -> Floats:
     p, q, new = filtered
     size = np.hypot(x, v) + 1e-300
     weights = (x, v, V, size, (x * x - v * v) / size, 2.0 * x * v / size, p, q)
-    return np.array([(one * new).sum(axis=1) for one in weights])
+    return np.array([(weight * new).sum(axis=1) for weight in weights])

@@ -54,7 +54,7 @@ def samples_of(eqs: Equations, h: float, rng: np.random.Generator) -> Floats | N
     """Accelerations of a record, or of one drawn from a density, at all steps h of a period; None without."""
     if eqs.density is not None:
         return drawn_record(eqs, h, rng).values
-    return None if eqs.record is None else eqs.record.sampled(round(eqs.record.period / h))
+    return None if eqs.record is None else eqs.record.at_even_times(round(eqs.record.period / h))
 
 
 def drawn_record(eqs: Equations, h: float, rng: np.random.Generator) -> Record:
@@ -129,10 +129,10 @@ def filter_start(
     places are evenly apart from a random one on, so that together they soon see all of it.
     """
     if samples is not None:
-        places = rng.integers(0, len(samples), trajectories)
+        indices = rng.integers(0, len(samples), trajectories)
         if eqs.density is not None:
-            places = (places[0] + len(samples) * np.arange(trajectories) // trajectories) % len(samples)
-        return np.array([samples[places], places])
+            indices = (indices[0] + len(samples) * np.arange(trajectories) // trajectories) % len(samples)
+        return np.array([samples[indices], indices])
     states = np.empty((0, trajectories))
     if eqs.coloured is not None:
         states = deviation(eqs, h) * rng.standard_normal((2, trajectories))

@@ -16,7 +16,7 @@ from harvester.arrays import Floats, Words
 from harvester.mechanics.kernels.circuit_control_variates import add_circuit_features
 from harvester.mechanics.kernels.coefficients import State
 from harvester.mechanics.kernels.compiled import forced, kernel
-from harvester.mechanics.kernels.control_variates import add_features
+from harvester.mechanics.kernels.control_variates import add_martingales
 from harvester.mechanics.kernels.equation_of_motion import drift_at_stop, friction, impulse, is_damped
 from harvester.mechanics.kernels.ideal_circuit import Store, conducted, until_last_event
 from harvester.mechanics.kernels.intervals import drifts, interval
@@ -158,14 +158,14 @@ def advance(b, schedule, h, circuit, c, shaker, update):
     """
     x, v, V, U, sums = b.x, b.v, b.V, b.U, b.sums
     whole, half = drifts(h, c.mu, update)
-    noise, other, kicks = np.zeros((2, BATCH)), np.zeros((2, BATCH)), np.zeros((2, BATCH))
+    noise, other, kick_sums = np.zeros((2, BATCH)), np.zeros((2, BATCH)), np.zeros((2, BATCH))
     accelerations, filtered = np.zeros((2, BATCH)), np.zeros((2, BATCH))
     before, mid, did = np.zeros((3, BATCH)), np.zeros((5, BATCH)), np.zeros((4, BATCH))
     landed, coarse, steps = schedule.landed, schedule.doublings > 0, 1 if schedule.doublings > 0 else 2
     for _ in range(schedule.samples):
         for first in range(0, schedule.stride, steps):
             _draw(b, noise, other, schedule.doublings, c, circuit, update)
-            _begin_features(b, before, kicks, circuit)
+            _begin_martingales(b, before, kick_sums, circuit)
             for k in range(steps):
                 shake_and_add(b, filtered, accelerations, coarse, shaker, _load(c, circuit))
                 if update.weight is not None:
@@ -176,8 +176,8 @@ def advance(b, schedule, h, circuit, c, shaker, update):
                             i, State(x[i], v[i], V[i]), noise[k, i], other[k, i], sums, accelerations, whole, c, shaker
                         )
                         if b.controls is not None:
-                            kicks[0, i] += v_kicked * kicked
-                            kicks[1, i] += kicked
+                            kick_sums[0, i] += v_kicked * kicked
+                            kick_sums[1, i] += kicked
                 else:
                     _drift_with_circuit(x, v, V, U, b.m, did, accelerations, whole, c, circuit, shaker)
                     _add_impacts(sums, did, c)
@@ -188,7 +188,7 @@ def advance(b, schedule, h, circuit, c, shaker, update):
                         _, a = shaken(i, accelerations, shaker)
                         vi = v[i]
                         v[i] = _kick_and_add_work(i, sums, State(x[i], vi, V[i]), xi, None, h, c, a)
-            _end_features(b, before, kicks, c, circuit)
+            _end_martingales(b, before, kick_sums, c, circuit)
         landed = True
         if circuit is not None:
             _to_mid_drift(b, mid, did, accelerations, half, c, circuit, shaker)
@@ -241,20 +241,20 @@ def _draw(b, noise, other, doublings, c, circuit, update):
 
 
 @forced
-def _begin_features(b, before, kicks, circuit):
+def _begin_martingales(b, before, kick_sums, circuit):
     """Note the states ahead of a draw, and begin the sums of its kicks, where a resistor's controls are added up."""
     if b.controls is not None and circuit is None:
         for i in range(BATCH):
             before[0, i], before[1, i], before[2, i] = b.x[i], b.v[i], b.V[i]
-            kicks[0, i] = kicks[1, i] = 0.0
+            kick_sums[0, i] = kick_sums[1, i] = 0.0
 
 
 @forced
-def _end_features(b, before, kicks, c, circuit):
+def _end_martingales(b, before, kick_sums, c, circuit):
     """Add the sums of a draw's kicks to the controls."""
     if b.controls is not None and circuit is None:
         for i in range(BATCH):
-            add_features(i, before, kicks, b.controls, c)
+            add_martingales(i, before, kick_sums, b.controls, c)
 
 
 @kernel

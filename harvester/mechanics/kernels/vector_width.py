@@ -45,8 +45,8 @@ def may_be_wide() -> bool:
     if config.CPU_FEATURES is not None or config.CPU_NAME is not None:
         return False
     with contextlib.suppress(RuntimeError):  # LLVM does not know the processor
-        features = binding.get_host_cpu_features()
-        return all(features.get(name, False) for name in NEEDED)
+        supported = binding.get_host_cpu_features()
+        return all(supported.get(name, False) for name in NEEDED)
     return False
 
 
@@ -129,8 +129,8 @@ class _Wide(compiler.Compiler):  # type: ignore[misc]
     def define_pipelines(self) -> list[Any]:
         managers: list[Any] = super().define_pipelines()
         for manager in managers:
-            found = [(_WideLowering if one is passes.NativeLowering else one, what) for one, what in manager.passes]
-            manager.passes = found
+            steps = [(_WideLowering if step is passes.NativeLowering else step, what) for step, what in manager.passes]
+            manager.passes = steps
         return managers
 
 
@@ -140,8 +140,8 @@ class Chosen(_Wide):
     def define_pipelines(self) -> list[Any]:
         """The passes."""
         passes_of = _Wide if width() == 512 else compiler.Compiler
-        found: list[Any] = passes_of.define_pipelines(self)
-        return found
+        pipelines: list[Any] = passes_of.define_pipelines(self)
+        return pipelines
 
 
 _KINDS = {256: compiler.Compiler, 512: _Wide}

@@ -25,9 +25,9 @@ from harvester.mechanics.kernels.noise import draw_noise
 from harvester.mechanics.kernels.shaking import Filter, last_acceleration, shake
 from harvester.mechanics.kernels.trajectory_batch import BATCH, IDEAL_SUMS, SUMS, Batch, Schedule
 from harvester.mechanics.modes.modal_circuit import add_modal_features, drift_with_ideal
-from harvester.mechanics.modes.modal_step import along, drift_modes, energy_of_modes, kick_modes, modal_coefficients
+from harvester.mechanics.modes.modal_step import dot, drift_modes, energy_of_modes, kick_modes, modal_coefficients
 
-OWN = 3  # rows of one mode with a resistor: x, x', V
+RESISTOR_ROWS = 3  # rows of one mode with a resistor: x, x', V
 BESIDE = 7  # rows of z beside the states: two of noise, two of shaking; impacts, their energy, work
 
 
@@ -37,7 +37,7 @@ def advance_modes(z, s0, s1, sums, controls, schedule, h, c, shaker, update, sto
 
     With an ideal ``circuit`` its U and m are in ``store``, shape (2, BATCH), and controls are those of one mode.
     """
-    whole, half = drifts(h, c.own.mu, update)
+    whole, half = drifts(h, c.oscillator.mu, update)
     states = 2 * len(c.k) + 1
     noise = np.zeros((2, BATCH))
     accelerations = z[(states + 2) * BATCH : (states + 4) * BATCH].reshape(2, BATCH)
@@ -45,7 +45,7 @@ def advance_modes(z, s0, s1, sums, controls, schedule, h, c, shaker, update, sto
     coarse, steps = schedule.doublings > 0, 1 if schedule.doublings > 0 else 2
     for _ in range(schedule.samples):
         for _first in range(0, schedule.stride, steps):
-            if c.own.n1 is not None:
+            if c.oscillator.n1 is not None:
                 draw_noise(noise, s0, s1, schedule.doublings)
             for k in range(steps):
                 if shaker is not None:
@@ -120,8 +120,8 @@ def _shaken(i, z, n, shaker):
 def add_sample_of_modes(i, sums, z, mid, c):
     """Add up a sample: x and V at the kick, and all in mid-drift."""
     n = len(c.k)
-    x, V, V_mid = along(c.e, z, 0, i), z[2 * n * BATCH + i], mid[2 * n * BATCH + i]
-    x_mid, speed = along(c.e, mid, 0, i), along(c.e, mid, n, i)
+    x, V, V_mid = dot(c.e, z, 0, i), z[2 * n * BATCH + i], mid[2 * n * BATCH + i]
+    x_mid, speed = dot(c.e, mid, 0, i), dot(c.e, mid, n, i)
     sums[0, i] += 0.5 * (V + V_mid)
     sums[1, i] += V * V
     sums[2, i] += V_mid * V_mid
@@ -138,8 +138,8 @@ def add_sample_of_modes(i, sums, z, mid, c):
 def taken_by_damping(i, z, c):
     """The power that damping takes."""
     speeds = len(c.k) * BATCH + i
-    x, speed = along(c.e, z, 0, i), along(c.e, z, len(c.k), i)
-    total = friction(x, speed, c.own) * speed * speed if is_damped(c.own) else 0.0
+    x, speed = dot(c.e, z, 0, i), dot(c.e, z, len(c.k), i)
+    total = friction(x, speed, c.oscillator) * speed * speed if is_damped(c.oscillator) else 0.0
     for j in range(len(c.d)):
         total += c.d[j] * z[speeds + j * BATCH] * z[speeds + j * BATCH]
     return total
@@ -148,13 +148,13 @@ def taken_by_damping(i, z, c):
 @kernel
 def mid_drift_of_modes(z, out, h, c, shaker, store=None, circuit=None):
     """Go from a copy of states, which is changed, to x, x' and V half a step after their kick, shape (3, BATCH)."""
-    half, n = interval(h, 0.5 * h, c.own.mu), len(c.k)
+    half, n = interval(h, 0.5 * h, c.oscillator.mu), len(c.k)
     for i in range(BATCH):
         if circuit is None:
             drift_modes(i, z, half, c, last_acceleration(i, shaker))
         else:
             drift_with_ideal(i, z, store, half, c, last_acceleration(i, shaker), circuit)
-        out[0, i], out[1, i], out[2, i] = along(c.e, z, 0, i), along(c.e, z, n, i), z[2 * n * BATCH + i]
+        out[0, i], out[1, i], out[2, i] = dot(c.e, z, 0, i), dot(c.e, z, n, i), z[2 * n * BATCH + i]
 
 
 class ModalMotion:
@@ -166,7 +166,7 @@ class ModalMotion:
     def __init__(self, eqs: Equations, circuit: IdealCircuit | None = None) -> None:
         assert eqs.modes is not None
         self.circuit, self.sums = circuit, len(SUMS if circuit is None else IDEAL_SUMS)
-        self.before = OWN if circuit is None else OWN + 2
+        self.before = RESISTOR_ROWS if circuit is None else RESISTOR_ROWS + 2
         self.coefficients, self.count = modal_coefficients(eqs), eqs.modes.count
         self.rows, self.martingales = self.before - 2 + 2 * self.count, 2 * (2 * self.count + 1)
         self.modes, self.mobility = eqs.modes, eqs.modes.mobility
@@ -189,9 +189,9 @@ class ModalMotion:
         rows = len(order)
         z = aligned((rows + BESIDE + (0 if batch.controls is None else self.martingales), BATCH))
         z[:rows] = state[order]
-        own = batch.s0, batch.s1, batch.sums, batch.controls
+        of_batch = batch.s0, batch.s1, batch.sums, batch.controls
         given = schedule, h, self.coefficients, shaker, update_of(eqs, h), store, self.circuit
-        advance_modes(z.reshape(-1), *own, *given)
+        advance_modes(z.reshape(-1), *of_batch, *given)
         state[order] = z[:rows]
 
     def mid_drift(self, state: Floats, out: Floats, h: float, eqs: Equations, shaker: Filter | None) -> None:
@@ -201,7 +201,7 @@ class ModalMotion:
 
     def _store(self, state: Floats) -> Any:
         """The rows of an ideal circuit; None without one."""
-        return None if self.circuit is None else state[OWN : self.before]
+        return None if self.circuit is None else state[RESISTOR_ROWS : self.before]
 
     def boundary(self, states: Floats, eqs: Equations, circuit: int | None = None) -> Floats:
         """The functions of states, shape (rows, count), whose changes are controls.
@@ -212,7 +212,7 @@ class ModalMotion:
 
         assert eqs.modes is not None
         if circuit is not None:
-            return self._circuit_boundary(states[self.order(circuit)], states[OWN], eqs)
+            return self._circuit_boundary(states[self.order(circuit)], states[RESISTOR_ROWS], eqs)
         z = states[self.order()][: None if eqs.mu is not None else -1]
         weights = np.zeros(len(z))
         if eqs.mu is not None:

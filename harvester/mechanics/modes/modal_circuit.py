@@ -11,7 +11,7 @@ from harvester.mechanics.kernels.compiled import forced
 from harvester.mechanics.kernels.ideal_circuit import Store, conducted, followed
 from harvester.mechanics.kernels.offset_stops import wall_of
 from harvester.mechanics.kernels.trajectory_batch import BATCH
-from harvester.mechanics.modes.modal_step import along, drift_modes, energy_of_modes
+from harvester.mechanics.modes.modal_step import dot, drift_modes, energy_of_modes
 
 
 class Course(NamedTuple):
@@ -30,17 +30,17 @@ class Course(NamedTuple):
 def drift_with_course(i, z, d, c, a):
     """Drift lane i of modes by the interval d: the `Impacts`, and the `Course` of the charge."""
     n = len(c.k)
-    begin, rate = along(c.s, z, 0, i), along(c.s, z, n, i)
+    begin, rate = dot(c.s, z, 0, i), dot(c.s, z, n, i)
     wall, first = begin, 0.0
     if c.contact is None:
         did = drift_modes(i, z, d, c, a)
     else:
-        w, speed = along(c.phi, z, 0, i), along(c.phi, z, n, i)
+        w, speed = dot(c.phi, z, 0, i), dot(c.phi, z, n, i)
         did = drift_modes(i, z, d, c, a)
         if did.number > 0.0:
             first = did.time
             wall = begin + first * rate + c.sm * (wall_of(did.speed, c.contact) - w - first * speed)
-    return did, Course(begin, wall, first, along(c.s, z, 0, i))
+    return did, Course(begin, wall, first, dot(c.s, z, 0, i))
 
 
 @forced
@@ -62,6 +62,6 @@ def add_modal_features(i, z, U, xi, controls, c):
     """Add the noise of a kick to the martingales of one mode, whose speed is that along which the noise acts."""
     n = len(c.k)
     V, energy = z[2 * n * BATCH + i], energy_of_modes(i, z, c)
-    if c.own.beta is not None:
-        energy += 0.5 * c.own.beta * V * V
-    add_weighted_noise(i, along(c.s, z, 0, i), along(c.g, z, n, i), V, U, math.sqrt(abs(energy)), xi, controls)
+    if c.oscillator.beta is not None:
+        energy += 0.5 * c.oscillator.beta * V * V
+    add_weighted_noise(i, dot(c.s, z, 0, i), dot(c.g, z, n, i), V, U, math.sqrt(abs(energy)), xi, controls)

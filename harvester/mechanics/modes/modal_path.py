@@ -14,7 +14,7 @@ from harvester.mechanics.kernels.intervals import EXACT, drifts
 from harvester.mechanics.kernels.path import COLUMNS, Path, between_kicks, check_start, room_for_impacts
 from harvester.mechanics.kernels.trajectory_batch import BATCH
 from harvester.mechanics.modes.modal_circuit import drift_with_ideal
-from harvester.mechanics.modes.modal_step import along, drift_modes, kick_modes, modal_coefficients
+from harvester.mechanics.modes.modal_step import dot, drift_modes, kick_modes, modal_coefficients
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Loaded(NamedTuple):
 @kernel
 def _trace(z, mid, noise, shaking, h, stride, samples, coordinates, impacts, c, loaded):
     """Fill samples, coordinates and impacts from the states z of a batch of which lane 0 is used: (impacts, energy)."""
-    whole, half = drifts(h, c.own.mu, EXACT)
+    whole, half = drifts(h, c.oscillator.mu, EXACT)
     n, count, lost = len(c.k), 0, 0.0
     _, a0 = between_kicks(shaking, 0)
     kick_modes(0, z, 0.0, 0.5 * h, c, a0)  # from a start other than rest: the force of the first half step
@@ -56,7 +56,7 @@ def _trace(z, mid, noise, shaking, h, stride, samples, coordinates, impacts, c, 
         kick_modes(0, z, noise[k - 1], h, c, a)
         if k % stride == 0:
             row = k // stride - 1
-            samples[row, 0], samples[row, 1] = along(c.e, z, 0, 0), z[2 * n * BATCH]
+            samples[row, 0], samples[row, 1] = dot(c.e, z, 0, 0), z[2 * n * BATCH]
             for j in range((2 * n + 1) * BATCH):
                 mid[j] = z[j]
             if loaded is None:
@@ -65,7 +65,7 @@ def _trace(z, mid, noise, shaking, h, stride, samples, coordinates, impacts, c, 
                 held = loaded.store.copy()
                 drift_with_ideal(0, mid, held, half, c, a, loaded.circuit)
                 loaded.charge[row, 0], loaded.charge[row, 1] = loaded.store[0, 0], held[0, 0]
-            samples[row, 2], samples[row, 3] = along(c.e, mid, 0, 0), along(c.e, mid, n, 0)
+            samples[row, 2], samples[row, 3] = dot(c.e, mid, 0, 0), dot(c.e, mid, n, 0)
             samples[row, 4] = mid[2 * n * BATCH]
             for j in range(n):
                 coordinates[row, 0, j], coordinates[row, 1, j] = mid[j * BATCH], mid[(n + j) * BATCH]
@@ -75,11 +75,11 @@ def _trace(z, mid, noise, shaking, h, stride, samples, coordinates, impacts, c, 
 def started(eqs: Equations, start: tuple[Any, ...]) -> Floats:
     """The states y, y' and V of a start x, x', V and further on, as its fifth, those of y_2, ...; shape (2 n + 1,)."""
     assert eqs.modes is not None
-    found, n = np.zeros(2 * eqs.modes.count + 1), eqs.modes.count
-    found[:n], found[n], found[-1] = eqs.modes.at_rest(start[0]), start[1], start[2]
+    state, n = np.zeros(2 * eqs.modes.count + 1), eqs.modes.count
+    state[:n], state[n], state[-1] = eqs.modes.at_rest(start[0]), start[1], start[2]
     if len(start) > 4:
-        found[1:n], found[n + 1 : 2 * n] = np.reshape(start[4], (2, -1))
-    return found
+        state[1:n], state[n + 1 : 2 * n] = np.reshape(start[4], (2, -1))
+    return state
 
 
 def trace_modes(
@@ -105,8 +105,8 @@ def trace_modes(
     z[: modes.count, 0] = modes.at_rest(eqs.resting_places[0])
     if start is not None:
         z[:, 0] = start
-        place = float(np.dot(modes.contact, z[: modes.count, 0]))
-        check_start(eqs.rigid_stops, place, place)
+        x = float(np.dot(modes.contact, z[: modes.count, 0]))
+        check_start(eqs.rigid_stops, x, x)
     samples = np.empty((len(noise) // stride, len(COLUMNS)))
     coordinates = np.empty((len(samples), 2, modes.count))
     impacts = room_for_impacts(eqs, len(noise))
@@ -115,7 +115,7 @@ def trace_modes(
     if circuit is not None:
         loaded = Loaded(circuit, np.zeros((2, BATCH)), np.empty((len(samples), 2)))
         loaded.store[:, 0] = smoothed, np.dot(modes.coupling, z[: modes.count, 0])
-    found = samples, coordinates, impacts, modal_coefficients(eqs), loaded
-    count, lost = _trace(z.reshape(-1), np.empty(z.size), noise, shaking, h, stride, *found)
+    records = samples, coordinates, impacts, modal_coefficients(eqs), loaded
+    count, lost = _trace(z.reshape(-1), np.empty(z.size), noise, shaking, h, stride, *records)
     lost /= modes.mobility
     return ModalPath(h, stride, samples, impacts[:count].copy(), shaking, loaded and loaded.charge, coordinates, lost)

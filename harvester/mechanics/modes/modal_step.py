@@ -30,13 +30,13 @@ AT_REST = 1e-12  # of the stop's place, or of 1: rounding of sums over modes
 
 
 class ModalCoefficients(NamedTuple):
-    """The coefficients above: ``own`` those of the oscillator, ``contact`` those of w, None without a stop.
+    """The coefficients above: ``oscillator`` those of the oscillator, ``contact`` those of w, None without a stop.
 
     The others as of `harvester.equations.modes.Modes`, but ``e`` None where it is (1, 0, ...), ``pull`` None where
     it is 0, and ``m`` and ``sm``.
     """
 
-    own: Coefficients
+    oscillator: Coefficients
     contact: Coefficients | None
     k: tuple[float, ...]
     d: tuple[float, ...]
@@ -53,23 +53,23 @@ def modal_coefficients(eqs: Equations) -> ModalCoefficients:
     """The coefficients of equations with several modes, as their kernels take them."""
     modes = eqs.modes
     assert modes is not None
-    plain = ("mu", "alpha", "beta", *friction_names(), "cv", "n1", "linear", "alpha2")
-    own = Coefficients(**{name: getattr(eqs, name) for name in plain})
-    of = ModalCoefficients(own, None, modes.stiffness, modes.damping, modes.coupling, modes.base, modes.oscillator)
+    names = ("mu", "alpha", "beta", *friction_names(), "cv", "n1", "linear", "alpha2")
+    plain = Coefficients(**{name: getattr(eqs, name) for name in names})
+    of = ModalCoefficients(plain, None, modes.stiffness, modes.damping, modes.coupling, modes.base, modes.oscillator)
     if eqs.restitution is None and eqs.stop_stiffness is None:
         return of
     mobility = modes.mobility
-    m = tuple(one / mobility for one in modes.contact)
+    m = tuple(phi / mobility for phi in modes.contact)
     contact = Coefficients(mu=eqs.mu, n1=None if modes.is_carried else eqs.n1, r=eqs.restitution, gap=eqs.gap or 0.0)
     contact = contact._replace(high=eqs.opposite_gap, r_high=eqs.opposite_restitution)
     if eqs.stop_stiffness is not None:
         contact = contact._replace(k=eqs.stop_stiffness * mobility, c=(eqs.stop_damping or 0.0) * mobility)
-    sm = math.fsum(s * one for s, one in zip(modes.coupling, m, strict=True))
+    sm = math.fsum(s * m_j for s, m_j in zip(modes.coupling, m, strict=True))
     return of._replace(contact=contact, phi=modes.contact, m=m, sm=sm, pull=modes.pull or None)
 
 
 @forced
-def along(direction, z, first, i):
+def dot(direction, z, first, i):
     """The sum of a direction's components times rows of lane i from the ``first`` on; without one the first row."""
     if direction is None:
         return z[first * BATCH + i]
@@ -85,11 +85,11 @@ def _pushed(i, z, c, a):
     voltage = 2 * len(c.k) * BATCH + i
     if c.contact.n1 is not None:
         return None
-    force, total = spring(along(c.e, z, 0, i), c.own), 0.0
+    force, total = spring(dot(c.e, z, 0, i), c.oscillator), 0.0
     for j in range(len(c.phi)):
         push = -c.k[j] * z[j * BATCH + i]
-        if c.own.beta is not None:
-            push -= c.own.beta * c.s[j] * z[voltage]
+        if c.oscillator.beta is not None:
+            push -= c.oscillator.beta * c.s[j] * z[voltage]
         if a is not None:
             push += c.g[j] * a
         if c.e is not None:
@@ -106,7 +106,7 @@ def _pushed(i, z, c, a):
 def _drift_freely(i, z, d, c):
     """Drift lane i without an impact."""
     speeds, voltage = len(c.k) * BATCH + i, 2 * len(c.k) * BATCH + i
-    z[voltage] = d.e * z[voltage] + d.g * along(c.s, z, len(c.k), i)
+    z[voltage] = d.e * z[voltage] + d.g * dot(c.s, z, len(c.k), i)
     for j in range(len(c.s)):
         z[j * BATCH + i] += d.t * z[speeds + j * BATCH]
     return Impacts(0.0, 0.0, 0.0, 0.0)
@@ -116,7 +116,7 @@ def _drift_freely(i, z, d, c):
 def _drift_on_stop(i, z, d, c):
     """Drift lane i, which rests on a stop, and put it back on there, before roundings of many steps take it off."""
     free = _drift_freely(i, z, d, c)
-    off, _ = _nearer_stop(along(c.phi, z, 0, i), c)
+    off, _ = _nearer_stop(dot(c.phi, z, 0, i), c)
     for j in range(len(c.m)):
         z[j * BATCH + i] -= c.m[j] * off
     return free
@@ -130,8 +130,8 @@ def drift_modes(i, z, d, c, a):
     if _is_stuck(i, z, c):
         return _drift_on_stop(i, z, d, c)
     speeds, voltage = len(c.k) * BATCH + i, 2 * len(c.k) * BATCH + i
-    rate = along(c.s, z, len(c.k), i)
-    w, speed = along(c.phi, z, 0, i), along(c.phi, z, len(c.k), i)
+    rate = dot(c.s, z, len(c.k), i)
+    w, speed = dot(c.phi, z, 0, i), dot(c.phi, z, len(c.k), i)
     after, impacts = move(State(w, speed, 0.0), d, c.contact, _pushed(i, z, c, a))
     way, jump = after.x - w - d.t * speed, after.v - speed
     for j in range(len(c.s)):
@@ -146,19 +146,19 @@ def drift_modes(i, z, d, c, a):
 def kick_modes(i, z, xi, h, c, a):
     """Kick lane i for a time h at fixed y and V: the power that the shaking a puts in, times h; 0 without."""
     speeds, voltage = len(c.k) * BATCH + i, 2 * len(c.k) * BATCH + i
-    x, hit = along(c.e, z, 0, i), 0.0
+    x, hit = dot(c.e, z, 0, i), 0.0
     stuck, work = _is_stuck(i, z, c), 0.0
     if a is not None:
-        work = 0.5 * h * a * along(c.g, z, len(c.k), i)
+        work = 0.5 * h * a * dot(c.g, z, len(c.k), i)
         hit += h * a
-    if c.own.n1 is not None:
-        hit += impulse(x, xi, h, c.own)
+    if c.oscillator.n1 is not None:
+        hit += impulse(x, xi, h, c.oscillator)
     if c.e is None:
-        z[speeds] = kick(State(x, z[speeds], z[voltage]), xi, h, c.own, a)
+        z[speeds] = kick(State(x, z[speeds], z[voltage]), xi, h, c.oscillator, a)
         for j in range(1, len(c.k)):
             dv = c.g[j] * hit - h * c.k[j] * z[j * BATCH + i]
-            if c.own.beta is not None:
-                dv -= h * c.own.beta * c.s[j] * z[voltage]
+            if c.oscillator.beta is not None:
+                dv -= h * c.oscillator.beta * c.s[j] * z[voltage]
             loss = h * c.d[j]
             kicked = z[speeds + j * BATCH] + (1.0 + 0.5 * loss) * dv
             z[speeds + j * BATCH] = kicked * (1.0 / (1.0 + loss + 0.5 * loss * loss))
@@ -169,7 +169,7 @@ def kick_modes(i, z, xi, h, c, a):
     if stuck:
         _keep_on_stop(i, z, x, h, c)
     if a is not None:
-        work += 0.5 * h * a * along(c.g, z, len(c.k), i)
+        work += 0.5 * h * a * dot(c.g, z, len(c.k), i)
     return work
 
 
@@ -182,14 +182,14 @@ def _kick_with_common_friction(i, z, x, hit, h, c):
     e^T (1 + diag(b)/2)^-1 (v + dv/2) over 1 + f h/2 e^T (1 + diag(b)/2)^-1 e.
     """
     speeds = len(c.k) * BATCH + i
-    force, moved, size = spring(x, c.own), 0.0, 0.0
+    force, moved, size = spring(x, c.oscillator), 0.0, 0.0
     for j in range(len(c.k)):
         inverse = 1.0 / (1.0 + 0.5 * h * c.d[j])
         moved += c.e[j] * inverse * _twice_and_kicked(i, j, z, force, hit, h, c)
         size += c.e[j] * c.e[j] * inverse
-    f = 0.5 * h * friction(x, along(c.e, z, len(c.k), i), c.own) if is_damped(c.own) else 0.0
-    if c.own.cv is not None:
-        f = 0.5 * h * friction(x, 0.5 * moved / (1.0 + f * size), c.own)
+    f = 0.5 * h * friction(x, dot(c.e, z, len(c.k), i), c.oscillator) if is_damped(c.oscillator) else 0.0
+    if c.oscillator.cv is not None:
+        f = 0.5 * h * friction(x, 0.5 * moved / (1.0 + f * size), c.oscillator)
     common = f * moved / (1.0 + f * size)
     for j in range(len(c.k)):
         inverse = 1.0 / (1.0 + 0.5 * h * c.d[j])
@@ -202,8 +202,8 @@ def _twice_and_kicked(i, j, z, force, hit, h, c):
     """Twice the speed of the coordinate j, and what a kick adds to it: 2 v_j + dv_j."""
     speeds, voltage = len(c.k) * BATCH + i, 2 * len(c.k) * BATCH + i
     push = c.e[j] * force - c.k[j] * z[j * BATCH + i]
-    if c.own.beta is not None:
-        push -= c.own.beta * c.s[j] * z[voltage]
+    if c.oscillator.beta is not None:
+        push -= c.oscillator.beta * c.s[j] * z[voltage]
     return 2.0 * z[speeds + j * BATCH] + h * push + c.g[j] * hit
 
 
@@ -214,7 +214,7 @@ def _is_stuck(i, z, c):
         return False
     if c.contact.r is None:
         return False
-    (off, _), speed = _nearer_stop(along(c.phi, z, 0, i), c), along(c.phi, z, len(c.k), i)
+    (off, _), speed = _nearer_stop(dot(c.phi, z, 0, i), c), dot(c.phi, z, len(c.k), i)
     return max(abs(off), abs(speed)) <= AT_REST * max(1.0, abs(lower_stop(c.contact)))
 
 
@@ -235,7 +235,7 @@ def _keep_on_stop(i, z, x, h, c):
     """
     if c.contact is None:
         return
-    into, (_, away), size = along(c.phi, z, len(c.k), i), _nearer_stop(along(c.phi, z, 0, i), c), 0.0
+    into, (_, away), size = dot(c.phi, z, len(c.k), i), _nearer_stop(dot(c.phi, z, 0, i), c), 0.0
     if away * into < 0.0:
         for j in range(len(c.m)):
             size += c.phi[j] * c.phi[j] * _left_of_impulse(i, j, z, x, h, c)
@@ -249,8 +249,8 @@ def _left_of_impulse(i, j, z, x, h, c):
     if c.e is not None:
         return 1.0
     loss = h * c.d[j]
-    if j == 0 and is_damped(c.own):
-        loss = h * friction(x, z[len(c.k) * BATCH + i], c.own)
+    if j == 0 and is_damped(c.oscillator):
+        loss = h * friction(x, z[len(c.k) * BATCH + i], c.oscillator)
     return (1.0 + 0.5 * loss) / (1.0 + loss + 0.5 * loss * loss)
 
 
@@ -258,10 +258,10 @@ def _left_of_impulse(i, j, z, x, h, c):
 def energy_of_modes(i, z, c):
     """Kinetic energy, and that of the springs but for terms beyond the linear ones."""
     speeds = len(c.k) * BATCH + i
-    x = along(c.e, z, 0, i)
+    x = dot(c.e, z, 0, i)
     double = x * x
-    if c.own.linear is not None:
-        double *= c.own.linear
+    if c.oscillator.linear is not None:
+        double *= c.oscillator.linear
     for j in range(len(c.k)):
         y, v = z[j * BATCH + i], z[speeds + j * BATCH]
         double += v * v + c.k[j] * y * y

@@ -7,7 +7,7 @@ from harvester.records.profiles.lines_and_shocks import LINES, SHOCKS
 from harvester.records.profiles.standard_curves import CURVES, Profile
 
 PROFILES: dict[str, Profile] = {**CURVES, **LINES, **SHOCKS}
-OWN = ("level", "pulse_duration", "event_rate", "harmonics")  # keys that only go with a profile
+PROFILE_KEYS = ("level", "pulse_duration", "event_rate", "harmonics")  # keys that only go with a profile
 SHARED = ("acceleration_amplitude", "frequency")  # keys that a harmonic motion has too
 
 
@@ -18,14 +18,14 @@ def check_profile(keys: Mapping[str, object]) -> None:
     """
     name = keys.get("profile")
     if name is None:
-        for key in OWN:
+        for key in PROFILE_KEYS:
             if keys.get(key) is not None:
                 raise InputError(f"excitation.profile must be given with {key}, but is left out")
         return
     if name not in PROFILES:
         raise unknown("profile", str(name), PROFILES)
     profile = PROFILES[str(name)]
-    for key in (*SHARED, *OWN):
+    for key in (*SHARED, *PROFILE_KEYS):
         if key in profile.needs and keys.get(key) is None:
             raise InputError(f"excitation.{key} must be given with profile {name!r}, but is left out")
         if key not in (*profile.needs, *profile.takes) and keys.get(key) is not None:
@@ -38,16 +38,14 @@ def check_profile(keys: Mapping[str, object]) -> None:
 
 def listed() -> list[dict[str, object]]:
     """Every profile with its keys, as ``--json`` prints it."""
-    return [
-        {"name": one.name, "what": one.what, "source": one.source, "needs": one.needs, "takes": one.takes}
-        for one in PROFILES.values()
-    ]
+    keys = "name", "what", "source", "needs", "takes"
+    return [{key: getattr(profile, key) for key in keys} for profile in PROFILES.values()]
 
 
 def text() -> str:
     """Every profile: what it is, its keys and its source."""
     lines = []
-    for one in PROFILES.values():
-        keys = [*one.needs, *(f"{key} (optional)" for key in one.takes)]
-        lines += [one.name, f"  {one.what}", f"  keys: {', '.join(keys)}", f"  source: {one.source}", ""]
+    for profile in PROFILES.values():
+        keys = [*profile.needs, *(f"{key} (optional)" for key in profile.takes)]
+        lines += [profile.name, f"  {profile.what}", f"  keys: {', '.join(keys)}", f"  source: {profile.source}", ""]
     return "\n".join(lines[:-1])

@@ -45,7 +45,7 @@ def optimise(
 @overload
 def optimise(scene: AnyScene, *, vary: Vary, objective: ObjectiveSpec, **options: Unpack[SearchOptions]) -> Any: ...
 @as_in_version_0_1(
-    *("vary", "engine", "within", "budget", "out", "tick", "vector"), tick=calls_with_fraction, over="vary"
+    *("vary", "engine", "within", "budget", "out", "tick", "vector"), adapter=calls_with_fraction, over="vary"
 )
 @names_arguments
 def optimise(

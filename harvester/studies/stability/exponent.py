@@ -89,7 +89,7 @@ class Stability(TableResult):
         return figures.region([edge.mu for edge in self.region], self.region, title)
 
 
-@as_in_version_0_1("seed", "trajectories", "duration", tick=calls_with_fraction)
+@as_in_version_0_1("seed", "trajectories", "duration", adapter=calls_with_fraction)
 @names_arguments
 def stability(
     scene: AnyScene,
@@ -150,12 +150,12 @@ def stability(
     share = 1.0 if folder is None else 0.2  # of the time
     with working(execution.progress) as progress:
         part = PartOfProgress(progress, 0.0, share)
-        growth = lyapunov.exponent(eqs, np.random.SeedSequence(seed), trajectories, duration, tick=part.step)
+        growth = lyapunov.exponent(eqs, np.random.SeedSequence(seed), trajectories, duration, progress=part.step)
         region: list[Edge] = []
         for edge in () if folder is None else edges(eqs, LOADS, np.random.SeedSequence(seed)):
             region.append(edge)
             progress.step(share + (1.0 - share) * len(region) / len(LOADS), "region")
-    assessment, quiet = formula.doubts(eqs), noiseless(eqs)
+    assessment, quiet = formula.checks(eqs), noiseless(eqs)
     bias, unknown = growth.bias, ""
     if eqs.n2 is None and eqs.restitution is not None:
         # All trajectories can come to one path whose impacts lock to the grid: neither their scatter nor a run of twice

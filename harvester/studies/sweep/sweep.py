@@ -18,7 +18,7 @@ from harvester.studies.sweep.sweep_table import SweepTable
 Values: TypeAlias = str | Sequence[float | str]  # "1k:10M:25", or numbers in SI units and texts with their unit
 
 
-@as_in_version_0_1("over", "values", "engines", "out", tick=calls_with_name)
+@as_in_version_0_1("over", "values", "engines", "out", adapter=calls_with_name)
 @by_scheduler
 @names_arguments
 def sweep(

@@ -25,7 +25,7 @@ from harvester.studies.tolerance.tolerance_result import ToleranceResult
 SAMPLES = 10_000
 
 
-@as_in_version_0_1("vary", "limits", "engine", "out", tick=calls_with_fraction)
+@as_in_version_0_1("vary", "limits", "engine", "out", adapter=calls_with_fraction)
 @by_scheduler
 @names_arguments
 def tolerance(

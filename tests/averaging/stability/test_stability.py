@@ -111,7 +111,7 @@ def test_averaged_without_noise(beta, mu, r):
     assert formula.averaged(eqs) == pytest.approx(exact, rel=0.01)
     if beta == 0.05 and mu == 0.1:
         assert abs(simple_exponent(eqs) / exact - 1) > 0.03
-    assert formula.doubts(eqs).diagnostics == ()
+    assert formula.checks(eqs).diagnostics == ()
 
 
 @pytest.mark.parametrize("m", [1e-3, 0.5, 1.0, 3.0])
@@ -193,7 +193,7 @@ def test_figure_7(change):
     assert growth.stderr < 6e-5
     assert abs(z(growth, float(formula.averaged(eqs)))) < 4
     assert abs(z(growth, float(formula.published(eqs)))) > 8
-    assert formula.doubts(eqs).error < 1e-4
+    assert formula.checks(eqs).error < 1e-4
 
 
 @pytest.mark.statistics
@@ -202,7 +202,7 @@ def test_fast_loads_are_within_the_stated_error(mu):
     """Where the noise in the slow voltage is only a fit."""
     eqs = changed(FIGURE7, mu=mu)
     growth = measured(eqs)
-    assert abs(growth.value - formula.averaged(eqs)) < 4 * growth.stderr + formula.doubts(eqs).error
+    assert abs(growth.value - formula.averaged(eqs)) < 4 * growth.stderr + formula.checks(eqs).error
 
 
 @pytest.mark.statistics
@@ -212,7 +212,7 @@ def test_without_a_stop(mu, n2):
     eqs = changed(FIGURE7, mu=mu, n2=n2, restitution=None, c1=-0.02, beta=0.2)
     growth = measured(eqs, duration=1500.0, h=0.03)
     assert growth.stderr < 5e-5
-    assert abs(growth.value - float(formula.averaged(eqs))) < 4 * growth.stderr + formula.doubts(eqs).error < 4e-4
+    assert abs(growth.value - float(formula.averaged(eqs))) < 4 * growth.stderr + formula.checks(eqs).error < 4e-4
     roots = np.roots([1.0, 0.02 + mu, 1.0 + 0.2 + 0.02 * mu, mu])
     assert formula.noiseless(eqs) == pytest.approx(roots.real.max(), rel=1e-9)
     assert formula.averaged(eqs, n2=0.0) == pytest.approx(roots.real.max(), rel=1e-9)
@@ -224,7 +224,7 @@ def test_without_a_stop(mu, n2):
 def test_strong_noise_without_a_stop_is_within_the_stated_error(n2, beta):
     eqs = changed(FIGURE7, mu=1.0, n2=n2, restitution=None, c1=-0.02, beta=beta)
     growth = measured(eqs, h=0.02)
-    assert abs(growth.value - formula.averaged(eqs)) < 4 * growth.stderr + formula.doubts(eqs).error
+    assert abs(growth.value - formula.averaged(eqs)) < 4 * growth.stderr + formula.checks(eqs).error
 
 
 def test_published_is_the_papers():
@@ -289,7 +289,7 @@ def test_hard_scenes_stay_finite(change):
     eqs = changed(FIGURE7, **change)
     values = [formula.averaged(eqs), formula.published(eqs), lyapunov.exponent(eqs, SEED, 64, 100.0).value]
     assert np.isfinite(values).all()
-    assert formula.doubts(eqs).diagnostics or "mu" in change or eqs.restitution is None
+    assert formula.checks(eqs).diagnostics or "mu" in change or eqs.restitution is None
 
 
 @pytest.mark.thorough("test_with_a_stop")
@@ -389,7 +389,7 @@ def test_a_physical_scene_is_in_si():
     assert answer.ensemble.stderr == pytest.approx(20.0 * growth.stderr, rel=1e-12)
     assert answer.averaged == pytest.approx(20.0 * float(formula.averaged(eqs)), rel=1e-12)
     assert answer.published == pytest.approx(20.0 * float(formula.published(eqs)), rel=1e-12)
-    assert answer.model == pytest.approx(20.0 * formula.doubts(eqs).error, rel=1e-12)
+    assert answer.model == pytest.approx(20.0 * formula.checks(eqs).error, rel=1e-12)
     assert answer.noiseless == pytest.approx(20.0 * formula.noiseless(eqs), rel=1e-12)
     assert "1/s" in str(answer)
 

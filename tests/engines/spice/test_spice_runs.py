@@ -20,7 +20,7 @@ from harvester.equations.problem import Problem
 from harvester.errors import CircuitError, OutOfTimeError
 from harvester.presentation.diagnostic import warning
 from harvester.uncertainty.control_variate import Controlled, split
-from harvester.uncertainty.target import Target, further
+from harvester.uncertainty.target import Target, added_effort
 from harvester.uncertainty.value import Value
 from tests.support.systems import linear
 
@@ -64,7 +64,7 @@ def test_more_runs_and_a_longer_ensemble_as_the_split_says():
     spread = (error**2 - residual / 8) * 50.0
     count, duration = split(variance, residual, 0.5, spread, 0.02)
     asked = runs.effort(Controlled(Value(1.0, error), residual, 1.0, 0.9), variance)
-    assert asked == pytest.approx((further(8.0, count), further(50.0, duration)), rel=1e-12)
+    assert asked == pytest.approx((added_effort(8.0, count), added_effort(50.0, duration)), rel=1e-12)
     assert 8.0 < count < 64.0 and 50.0 < duration < 400.0  # no limit of `further` hides the numbers
 
 
@@ -76,7 +76,7 @@ def test_runs_alone_pay_for_all():
     high = np.array([one.moments.V2[0] for one in runs.done])
     assert found.value.stderr == pytest.approx(high.std(ddof=1) / math.sqrt(8), rel=1e-12)
     assert found.value.dof == 7.0
-    assert runs.effort(found, found.residual / 20.0) == (further(8.0, 20.0), 0.0)
+    assert runs.effort(found, found.residual / 20.0) == (added_effort(8.0, 20.0), 0.0)
 
 
 @pytest.mark.parametrize(

@@ -80,7 +80,7 @@ def test_nothing_is_folded_back(count):
     record = Record(1.0 / n, 1.0 + np.cos(2 * math.pi * 20 * t + 0.4) + np.sin(2 * math.pi * 100 * t))
     s = np.arange(count) / count
     exact = 1.0 + np.cos(2 * math.pi * 20 * s + 0.4) + (count > 200) * np.sin(2 * math.pi * 100 * s)
-    assert record.sampled(count) == pytest.approx(exact, abs=1e-12)
+    assert record.at_even_times(count) == pytest.approx(exact, abs=1e-12)
     assert record.at(s, 1.0 / count) == pytest.approx(exact, abs=1e-3)
 
 
