@@ -220,7 +220,10 @@ class CompiledCircuit:
         if eqs.modes is not None:
             advance_modal_circuit(batch, state, schedule, h, self.for_kernels(h), self.rows, eqs, shaker)
         else:
-            advance_circuit(batch, state, schedule, h, self.for_kernels(h), coefficients(eqs), shaker)
+            c = coefficients(eqs)
+            if follow.waits:  # a call without a step compiles this kernel meanwhile
+                advance_circuit(batch, state, schedule._replace(samples=0), h, self._with_follow(h, 0), c, shaker)
+            advance_circuit(batch, state, schedule, h, self.for_kernels(h), c, shaker)
 
     def mid_drift(self, state: Floats, out: Floats, h: float, eqs: Equations, shaker: Filter | None) -> None:
         """The states of a batch half a step later; see `OwnCircuit`."""
@@ -231,8 +234,12 @@ class CompiledCircuit:
 
     def for_kernels(self, h: float) -> Own:
         """The circuit at steps of h; threads that ask at once get one record, as it has but addresses of its arrays."""
+        return self._with_follow(h, follow.address)
+
+    def _with_follow(self, h: float, address: int) -> Own:
+        """The same with the address of `follow`."""
         record, _ = self._arrays.get(h) or self._arrays.setdefault(h, self._record(h))
-        return Own(record, int(follow.address), self.room, self.told_at, self.scales.volts, self._unit)
+        return Own(record, address, self.room, self.told_at, self.scales.volts, self._unit)
 
     def _record(self, h: float) -> tuple[Any, ...]:
         """The record of `CIRCUIT`, and the arrays that it points to."""

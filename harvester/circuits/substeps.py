@@ -177,7 +177,7 @@ def logged(c, seconds, state, whole):
         head[0] += 1.0
 
 
-@c_function(FOLLOW)
+@c_function(FOLLOW, later=True)
 def follow(circuit_at, state_at, room_at, x, x1, wall, first, h, whole):
     """Advance a circuit by a drift: all of a step h, or the first half of one where ``whole`` is 0.
 

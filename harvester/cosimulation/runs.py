@@ -17,7 +17,7 @@ from harvester.arrays import Floats
 from harvester.cosimulation.lockstep.energy_ledger import EnergyLedger, ledger_of
 from harvester.cosimulation.ngspice.locate_libngspice import find_library
 from harvester.cosimulation.probe_series import means_of_probes, vectors_of
-from harvester.cosimulation.worker_pool import map_in_workers, worker_count
+from harvester.cosimulation.worker_pool import map_in_workers, start_beforehand, worker_count
 from harvester.equations.coefficients import Equations
 from harvester.equations.scales import Scales
 from harvester.errors import UnboundedResponseError
@@ -222,14 +222,35 @@ def warm_up_workers(device: CoupledDevice, with_control: bool = False) -> float:
     """
     begin = time.perf_counter()
     find_library()
-    device = dataclasses.replace(
-        device,
-        load=load_circuit(Load(resistance=1.0 / (device.scales.capacitance * device.scales.frequency))),
-        probes=(),
-    )
+    device = _with_resistor(device)
     seeds = [np.random.SeedSequence(0)] * worker_count()
     list(measure_in_workers(device, seeds, 4 * device.stride, 0.0, with_control))
     return time.perf_counter() - begin
+
+
+def _with_resistor(device: CoupledDevice) -> CoupledDevice:
+    """The device with a load resistor, which takes no time."""
+    resistance = 1.0 / (device.scales.capacitance * device.scales.frequency)
+    return dataclasses.replace(device, load=load_circuit(Load(resistance=resistance)), probes=())
+
+
+def compile_beforehand(device: CoupledDevice) -> None:
+    """Start a worker that compiles what runs beside a compiled circuit need, while this process compiles the rest."""
+    from harvester.circuits.substeps import follow
+
+    start = (device.eqs.resting_places[0], 0.0, 0.0, 0.0)
+    given = _with_resistor(device), np.random.SeedSequence(0), 4 * device.stride, 0.0, True, math.inf, 1, start
+    if follow.is_cached:
+        start_beforehand((_measure, given))
+    else:
+        follow.elsewhere = start_beforehand((_compile_follow, ()), (_measure, given))
+
+
+def _compile_follow() -> None:
+    """Compile the steps of circuits, for the cache."""
+    from harvester.circuits.substeps import follow
+
+    assert follow.address
 
 
 def path_in_worker(device: CoupledDevice, noise: Floats, shaking: Floats | None = None) -> Path:
