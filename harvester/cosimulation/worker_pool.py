@@ -64,7 +64,7 @@ def worker_count() -> int:
 
 
 def map_in_workers(function: Callable[..., T], arguments: Sequence[tuple[Any, ...]]) -> Iterator[T]:
-    """Call ``function(*one)`` for each of the arguments in worker processes, and yield the results in their order.
+    """Call ``function(*given)`` for each of the arguments in worker processes, and yield the results in their order.
 
     `worker_count` of them run at a time.  The error of a job is raised where its result would be yielded.  Jobs that
     still run when the iteration ends, by an error or because its reader stops, are killed.
@@ -84,8 +84,8 @@ def map_in_workers(function: Callable[..., T], arguments: Sequence[tuple[Any, ..
         """Start the next job in an idle process that still lives, else in a new one."""
         if not waiting:
             return None
-        number, one = waiting.popleft()
-        return number, *processes.submit_to_one(_idle, _new, function, one)
+        number, given = waiting.popleft()
+        return number, *processes.submit_to_one(_idle, _new, function, given)
 
     for number, job, process in processes.completed(start, worker_count()):
         done[number] = job
@@ -116,7 +116,7 @@ def wait_for_those_ahead() -> None:
     while _ahead:
         process, futures = _ahead.popleft()
         wait(futures)
-        _free_or_kill(process, next((error for one in futures if (error := one.exception()) is not None), None))
+        _free_or_kill(process, next((error for future in futures if (error := future.exception()) is not None), None))
 
 
 def end_those_ahead() -> None:
@@ -127,9 +127,9 @@ def end_those_ahead() -> None:
 
 def _in_this_process(function: Callable[..., T], arguments: Sequence[tuple[Any, ...]], here: Here) -> Iterator[T]:
     """The results of `map_in_workers`, one after the other."""
-    for one in arguments:
+    for given in arguments:
         try:
-            result = function(*one)
+            result = function(*given)
         except CircuitError:
             here.trusted = False
             raise
