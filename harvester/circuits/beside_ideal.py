@@ -22,38 +22,38 @@ def compiled_beside(
 
     Also the seconds of compiling.
     """
-    own = Trajectories(settled.eqs, count, seed, settled.h, circuit=circuit, controlled=True)
+    compiled = Trajectories(settled.eqs, count, seed, settled.h, circuit=circuit, controlled=True)
     with compilation() as compiling:
-        compile_pair(own)
-    take_states(own, settled)
-    return own, compiling.seconds
+        compile_pair(compiled)
+    take_states(compiled, settled)
+    return compiled, compiling.seconds
 
 
-def take_states(own: Trajectories, settled: Trajectories) -> None:
+def take_states(compiled: Trajectories, settled: Trajectories) -> None:
     """Put trajectories of a compiled circuit into states of an ideal one's, ``settled``, with the store's voltage."""
-    circuit, states = own.circuit, settled.state[: own.blocks]
+    circuit, states = compiled.circuit, settled.state[: compiled.blocks]
     assert isinstance(circuit, CompiledCircuit), "the caller checks this"
-    own.state[:, :2] = states[:, :2]
-    own.state[:, circuit.rows :] = states[:, 5:]  # of several modes
+    compiled.state[:, :2] = states[:, :2]
+    compiled.state[:, circuit.rows :] = states[:, 5:]  # of several modes
     for k in range(RAMP):  # Newton's method goes with a store that is charged little by little, but not with a jump
-        circuit.charge_store(own.state, (k + 1) / RAMP * states[:, 3])
-        own.run(own.stride * own.h)
+        circuit.charge_store(compiled.state, (k + 1) / RAMP * states[:, 3])
+        compiled.run(compiled.stride * compiled.h)
 
 
-def settle_from(own: Trajectories, ideal: Trajectories, budget: float | None, begin: float) -> None:
+def settle_from(compiled: Trajectories, ideal: Trajectories, budget: float | None, begin: float) -> None:
     """Burn in trajectories of a compiled circuit from those of its ``ideal`` elements, which have burnt in.
 
     What the two circuits differ by is forgotten in `SETTLING` time constants of the response or of the store.
 
     Raises SimulationError where that would not end within ``budget`` seconds of ``begin`` (`time.perf_counter`).
     """
-    if own.h != ideal.h:
-        own.restart(ideal.h)
+    if compiled.h != ideal.h:
+        compiled.restart(ideal.h)
     before, now = ideal.time, time.perf_counter()
     slowest = memory(ideal, ideal.run(before), before)
-    take_states(own, ideal)
-    assert own.circuit is not None, "that of the netlist"
-    length = SETTLING * max(slowest, own.circuit.memory)
+    take_states(compiled, ideal)
+    assert compiled.circuit is not None, "that of the netlist"
+    length = SETTLING * max(slowest, compiled.circuit.memory)
     for k in range(PARTS):
-        check_cost(own, (1.0 - k / PARTS) * length, budget, now, now - begin)
-        own.run(length / PARTS)
+        check_cost(compiled, (1.0 - k / PARTS) * length, budget, now, now - begin)
+        compiled.run(length / PARTS)

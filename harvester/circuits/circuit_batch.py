@@ -17,29 +17,29 @@ from harvester.mechanics.kernels.shaken_control_variates import shake_and_add
 from harvester.mechanics.kernels.shaking import last_acceleration, shaken
 from harvester.mechanics.kernels.trajectory_batch import BATCH, SUMS, add_sample
 
-OWN = 4  # rows of the mass: x, x', V, and the voltage of the store; a circuit's state is below them
+MASS_ROWS = 4  # rows of the mass: x, x', V, and the voltage of the store; a circuit's state is below them
 MORE_SUMS = (*SUMS, "load", "substeps", "failed")
 
 
 @inlined
-def fly(i, state, one, own, room, x1, wall, first, t, whole):
-    """Advance the circuit of trajectory i, whose state is copied to ``one``, by a drift; see `follow`."""
-    for k in range(len(one)):
-        one[k] = state[OWN + k, i]
-    advance(own.address, own.record, one, room, state[0, i], x1, wall, first, t, whole)
+def fly(i, state, its_state, circuit, room, x1, wall, first, t, whole):
+    """Advance the circuit of trajectory i, whose state is copied to ``its_state``, by a drift; see `follow`."""
+    for k in range(len(its_state)):
+        its_state[k] = state[MASS_ROWS + k, i]
+    advance(circuit.address, circuit.record, its_state, room, state[0, i], x1, wall, first, t, whole)
 
 
 @kernel
-def advance_circuit(b, state, schedule, h, own, c, shaker):
+def advance_circuit(b, state, schedule, h, circuit, c, shaker):
     """Advance a `Batch` by a `Schedule` of steps of h and add up its moments.
 
-    ``state``, shape (OWN + length of a circuit's state, BATCH), holds all states, of which those of the mass and U are
-    the batch's; the sums have the shape (len(MORE_SUMS), BATCH).  ``own`` is the `Own` circuit, c the coefficients.
+    ``state``, shape (MASS_ROWS + length of a circuit's state, BATCH), holds all states, of which those of the mass and
+    U are the batch's; the sums have the shape (len(MORE_SUMS), BATCH).  ``circuit`` is compiled, c the coefficients.
     """
-    room, one = np.empty((ROOMS, own.length)), np.empty(state.shape[0] - OWN)
-    last, volts, sums, steps = len(one) - DID, own.volts, b.sums, 1 if schedule.doublings > 0 else 2
+    room, its_state = np.empty((ROOMS, circuit.length)), np.empty(state.shape[0] - MASS_ROWS)
+    last, volts, sums, steps = len(its_state) - DID, circuit.volts, b.sums, 1 if schedule.doublings > 0 else 2
     noise, accelerations, filtered = np.zeros((2, BATCH)), np.zeros((2, BATCH)), np.zeros((2, BATCH))
-    unit = own.unit / (schedule.stride * own.record[0].seconds)
+    at, unit = circuit.voltages_at, circuit.unit / (schedule.stride * circuit.record[0].seconds)
     for _ in range(schedule.samples):
         for k in range(schedule.stride):
             if (c.n1 is not None or c.n2 is not None) and k % steps == 0:
@@ -48,10 +48,10 @@ def advance_circuit(b, state, schedule, h, own, c, shaker):
             for i in range(BATCH):
                 a, a1 = shaken(i, accelerations, shaker)
                 s, wall, first, did = drifted(State(b.x[i], b.v[i], b.V[i]), h, h, c, a)
-                fly(i, state, one, own, room, s.x, wall, first, h, 1)
-                for j in range(len(one)):
-                    state[OWN + j, i] = one[j]
-                s, U, xi = State(s.x, s.v, one[own.told] / volts), one[own.told + 1] / volts, noise[k % steps, i]
+                fly(i, state, its_state, circuit, room, s.x, wall, first, h, 1)
+                for j in range(len(its_state)):
+                    state[MASS_ROWS + j, i] = its_state[j]
+                s, U, xi = State(s.x, s.v, its_state[at] / volts), its_state[at + 1] / volts, noise[k % steps, i]
                 if b.controls is not None:
                     add_circuit_features(i, s, U, xi, b.controls, c)
                 v1 = kick_at_stops(s, xi, h, c, a1)
@@ -60,22 +60,22 @@ def advance_circuit(b, state, schedule, h, own, c, shaker):
                 sums[11, i] += did.energy
                 if shaker is not None:
                     sums[12, i] += 0.5 * h * a1 * (s.v + v1)
-                sums[13, i] += one[last] * unit
-                sums[14, i] += one[last + 1]
-                sums[15, i] += one[last + 2]
+                sums[13, i] += its_state[last] * unit
+                sums[14, i] += its_state[last + 1]
+                sums[15, i] += its_state[last + 2]
         for i in range(BATCH):
             s = State(b.x[i], b.v[i], b.V[i])
             mid, wall, first, _ = drifted(s, h, 0.5 * h, c, last_acceleration(i, shaker))
-            fly(i, state, one, own, room, mid.x, wall, first, 0.5 * h, 0)
-            add_sample(i, sums, s, State(mid.x, mid.v, one[own.told] / volts), c)
+            fly(i, state, its_state, circuit, room, mid.x, wall, first, 0.5 * h, 0)
+            add_sample(i, sums, s, State(mid.x, mid.v, its_state[at] / volts), c)
 
 
 @kernel
-def circuit_mid_drift(state, out, h, own, c, shaker):
+def circuit_mid_drift(state, out, h, circuit, c, shaker):
     """Go from the states of a batch after a kick to x, v, V half a step later: shape (3, BATCH)."""
-    room, one = np.empty((ROOMS, own.length)), np.empty(state.shape[0] - OWN)
+    room, its_state = np.empty((ROOMS, circuit.length)), np.empty(state.shape[0] - MASS_ROWS)
     for i in range(BATCH):
         s = State(state[0, i], state[1, i], state[2, i])
         mid, wall, first, _ = drifted(s, h, 0.5 * h, c, last_acceleration(i, shaker))
-        fly(i, state, one, own, room, mid.x, wall, first, 0.5 * h, 0)
-        out[0, i], out[1, i], out[2, i] = mid.x, mid.v, one[own.told] / own.volts
+        fly(i, state, its_state, circuit, room, mid.x, wall, first, 0.5 * h, 0)
+        out[0, i], out[1, i], out[2, i] = mid.x, mid.v, its_state[circuit.voltages_at] / circuit.volts

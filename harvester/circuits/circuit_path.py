@@ -7,7 +7,7 @@ import numpy as np
 from harvester.arrays import Floats
 from harvester.circuits.mass import drifted
 from harvester.circuits.pointers import advance
-from harvester.circuits.substeps import DID, ROOMS, TOLD, Own
+from harvester.circuits.substeps import DID, N_VOLTAGES, ROOMS, KernelCircuit
 from harvester.equations.coefficients import Equations
 from harvester.mechanics.kernels.coefficients import State, coefficients
 from harvester.mechanics.kernels.compiled import kernel
@@ -20,14 +20,14 @@ from harvester.mechanics.kernels.path import COLUMNS, Path, between_kicks, check
 class CircuitPath(Path):
     """A `Path` with a compiled circuit.
 
-    ``told`` has the voltages (V) of the piezo, the store and the load at its samples, shape (n, 3); ``square`` the
+    ``voltages`` has those (V) of the piezo, the store and the load at its samples, shape (n, 3); ``square`` the
     integral of the load's squared voltage (V^2 s) up to each; ``steps`` how many the circuit made, and ``failed`` how
     many of them did not converge; ``state`` its last state, and ``speed`` the velocity after the last kick; ``states``
     those of the circuit at the samples, shape (n, length of a state), and ``own_steps`` the rows of
     `harvester.circuits.substeps.logged`, where they are asked for.
     """
 
-    told: Floats = field(default_factory=lambda: np.empty((0, TOLD)))
+    voltages: Floats = field(default_factory=lambda: np.empty((0, N_VOLTAGES)))
     square: Floats = field(default_factory=lambda: np.empty(0))
     steps: int = 0
     failed: int = 0
@@ -38,18 +38,18 @@ class CircuitPath(Path):
 
 
 @kernel
-def _trace(noise, shaking, s, state, own, h, stride, found, c, kicked, states):
-    samples, told, square, counts, impacts = found
+def _trace(noise, shaking, s, state, circuit, h, stride, outputs, c, kicked, states):
+    samples, voltages, square, counts, impacts = outputs
     count, total = 0, 0.0
-    room, other, last = np.empty((ROOMS, own.length)), state.copy(), len(state) - DID
-    at, volts = own.told, own.volts
+    room, other, last = np.empty((ROOMS, circuit.length)), state.copy(), len(state) - DID
+    at, volts = circuit.voltages_at, circuit.volts
     if not kicked:  # from a start other than rest half a kick comes first: the force of the first half step
         _, a = between_kicks(shaking, 0)
         s = State(s.x, kick_at_stops(s, 0.0, 0.5 * h, c, a), s.V)
     for k in range(1, len(samples) * stride + 1):
         mean, a = between_kicks(shaking, k)
         s1, wall, first, did = drifted(s, h, h, c, mean)
-        advance(own.address, own.record, state, room, s.x, s1.x, wall, first, h, 1)
+        advance(circuit.address, circuit.record, state, room, s.x, s1.x, wall, first, h, 1)
         s = State(s1.x, s1.v, state[at] / volts)
         total += state[last]
         counts[0] += state[last + 1]
@@ -63,10 +63,10 @@ def _trace(noise, shaking, s, state, own, h, stride, found, c, kicked, states):
             for i in range(len(state)):
                 other[i] = state[i]
             mid, wall, first, _ = drifted(s, h, 0.5 * h, c, a)
-            advance(own.address, own.record, other, room, s.x, mid.x, wall, first, 0.5 * h, 0)
+            advance(circuit.address, circuit.record, other, room, s.x, mid.x, wall, first, 0.5 * h, 0)
             row[0], row[1], row[2], row[3], row[4] = s.x, s.V, mid.x, mid.v, other[at] / volts
-            for i in range(TOLD):
-                told[k // stride - 1, i] = state[at + i]
+            for i in range(N_VOLTAGES):
+                voltages[k // stride - 1, i] = state[at + i]
             square[k // stride - 1] = total
             if states is not None:
                 states[k // stride - 1] = other
@@ -76,7 +76,7 @@ def _trace(noise, shaking, s, state, own, h, stride, found, c, kicked, states):
 
 def trace_circuit(
     eqs: Equations,
-    own: Own,
+    circuit: KernelCircuit,
     state: Floats,
     noise: Floats,
     h: float,
@@ -88,7 +88,7 @@ def trace_circuit(
 ) -> CircuitPath:
     """The trajectory of Eq. 2 from ``start`` = (x, x') with a compiled circuit from its ``state``.
 
-    ``own`` is the circuit at steps of h; ``noise``, ``h``, ``stride`` and ``shaking`` as of
+    ``circuit`` is the circuit at steps of h; ``noise``, ``h``, ``stride`` and ``shaking`` as of
     `harvester.mechanics.kernels.path.trace`.  ``kicked`` says that the start is where another path ended, after a kick;
     ``keep`` asks for the circuit's states.
 
@@ -96,12 +96,12 @@ def trace_circuit(
     """
     check_start(eqs.rigid_stops, start[0], start[0])
     rows = len(noise) // stride
-    samples, told, square = np.empty((rows, len(COLUMNS))), np.empty((rows, TOLD)), np.empty(rows)
+    samples, voltages, square = np.empty((rows, len(COLUMNS))), np.empty((rows, N_VOLTAGES)), np.empty(rows)
     impacts, counts, state = room_for_impacts(eqs, len(noise)), np.zeros(3), state.copy()
     shaking = forcing(eqs, h, len(noise)) if shaking is None else shaking
-    found = samples, told, square, counts, impacts
+    outputs = samples, voltages, square, counts, impacts
     states = np.empty((rows, len(state))) if keep else None
-    begin = State(float(start[0]), float(start[1]), float(state[own.told]) / own.volts)
-    count = _trace(noise, shaking, begin, state, own, h, stride, found, coefficients(eqs), kicked, states)
+    begin = State(float(start[0]), float(start[1]), float(state[circuit.voltages_at]) / circuit.volts)
+    count = _trace(noise, shaking, begin, state, circuit, h, stride, outputs, coefficients(eqs), kicked, states)
     done = int(counts[0]), int(counts[1]), state, float(counts[2]), states
-    return CircuitPath(h, stride, samples, impacts[:count].copy(), shaking, None, told, square, *done)
+    return CircuitPath(h, stride, samples, impacts[:count].copy(), shaking, None, voltages, square, *done)

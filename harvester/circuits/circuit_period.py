@@ -86,12 +86,12 @@ class _Way:
 
     def run(self, periods: int, stride: int = 0) -> CircuitPath:
         """Go on for so many periods, with a sample each, or every ``stride`` kicks."""
-        kicks = periods * self.size
-        shaking = self.shaking[np.arange(kicks + 1) % self.size]
-        given = self.eqs, np.zeros(kicks), self.h, stride or self.size, (self.x, self.v), self.state, shaking
+        n_steps = periods * self.size
+        shaking = self.shaking[np.arange(n_steps + 1) % self.size]
+        given = self.eqs, np.zeros(n_steps), self.h, stride or self.size, (self.x, self.v), self.state, shaking
         path = self.circuit.trace(*given, kicked=True)
         self.x, self.v, self.state = float(path.samples[-1, 0]), path.speed, path.state
-        self.steps += kicks
+        self.steps += n_steps
         return path
 
     @property

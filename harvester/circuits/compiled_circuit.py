@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.circuits.circuit_batch import MORE_SUMS, OWN, advance_circuit, circuit_mid_drift
+from harvester.circuits.circuit_batch import MASS_ROWS, MORE_SUMS, advance_circuit, circuit_mid_drift
 from harvester.circuits.circuit_path import CircuitPath, trace_circuit
 from harvester.circuits.modes_with_circuit import advance_modal_circuit, modal_circuit_mid_drift
 from harvester.circuits.newton import Solver
@@ -19,7 +19,7 @@ from harvester.circuits.parts import CircuitPart, parts_of
 from harvester.circuits.reduction import Reduction
 from harvester.circuits.solvability import check_parts, check_size
 from harvester.circuits.stamps import stamp, value_of
-from harvester.circuits.substeps import CIRCUIT, DID, GAMMA, LEVELS, TOLD, Own, follow
+from harvester.circuits.substeps import CIRCUIT, DID, GAMMA, LEVELS, N_VOLTAGES, KernelCircuit, follow
 from harvester.circuits.system import System
 from harvester.equations.coefficients import Equations
 from harvester.equations.scales import Scales
@@ -74,8 +74,8 @@ class CompiledCircuit:
         rload, store = parts["rload"], parts.get("csmooth")
         self.resistance = value_of(rload, "r", "resistance")
         across = self.system.across
-        told = [across("p", "0"), across(*store.nodes[:2]) if store is not None else {}, across(*rload.nodes[:2])]
-        self.reduction = Reduction(self.system, told, self._tau(TYPICAL))
+        read_out = [across("p", "0"), across(*store.nodes[:2]) if store is not None else {}, across(*rload.nodes[:2])]
+        self.reduction = Reduction(self.system, read_out, self._tau(TYPICAL))
         impedance = TYPICAL / (scales.frequency * scales.capacitance)
         taus = [self._tau(TYPICAL) / 2**k for k in (0, LEVELS // 2, LEVELS)]
         self.solver = Solver(self.reduction, impedance, scales.volts, taus)
@@ -106,7 +106,7 @@ class CompiledCircuit:
         return charges + len(self.system.diodes), len(self.reduction.columns), len(self.system.switches), charges
 
     @property
-    def told_at(self) -> int:
+    def voltages_at(self) -> int:
         """Where the voltages of piezo, store and load stand in a state."""
         ns, n, switches, charges = self.sizes
         return ns + n + switches + charges + 1
@@ -115,15 +115,15 @@ class CompiledCircuit:
     def rest(self) -> Floats:
         """The state of the circuit without voltages, but for those that the netlist begins with."""
         ns, n, switches, charges = self.sizes
-        state = np.zeros(self.told_at + TOLD + switches + DID)
+        state = np.zeros(self.voltages_at + N_VOLTAGES + switches + DID)
         state[:charges] = self.system.starts
-        state[ns + n : ns + n + switches] = [one.closed for one in self.system.switches]
+        state[ns + n : ns + n + switches] = [switch.closed for switch in self.system.switches]
         return state
 
     @property
     def rows(self) -> int:
         """Rows of the states of many trajectories."""
-        return OWN + len(self.rest)
+        return MASS_ROWS + len(self.rest)
 
     @property
     def room(self) -> int:
@@ -153,10 +153,10 @@ class CompiledCircuit:
     def with_own_steps(self, path: CircuitPath, given: tuple[Any, ...], kicked: bool = False) -> CircuitPath:
         """The path that `trace` made of what is ``given``, with the log of the circuit's own steps."""
         eqs, noise, h, stride, start, state, shaking = given
-        own, rows, width = self.for_kernels(h), path.steps + 1, 1 + sum(self.sizes[:3])
-        log, record = np.zeros(2 + rows * width), own.record.copy()
+        circuit, rows, width = self.for_kernels(h), path.steps + 1, 1 + sum(self.sizes[:3])
+        log, record = np.zeros(2 + rows * width), circuit.record.copy()
         log[1], record["log_at"] = rows, log.ctypes.data
-        again = trace_circuit(eqs, own._replace(record=record), state, noise, h, stride, start, shaking, kicked)
+        again = trace_circuit(eqs, circuit._replace(record=record), state, noise, h, stride, start, shaking, kicked)
         return dataclasses.replace(again, own_steps=log[2:].reshape(rows, width)[: int(log[0])])
 
     def path_moments(
@@ -191,8 +191,8 @@ class CompiledCircuit:
 
     def voltages(self, state: Floats) -> dict[str, float]:
         """The voltages of all nodes (V) in a state of the circuit, by their names."""
-        found = self.unknowns(state[None])[0]
-        return {name: float(found[k]) for name, k in self.system.unknowns.items() if k not in self.system.owners}
+        voltages = self.unknowns(state[None])[0]
+        return {name: float(voltages[k]) for name, k in self.system.unknowns.items() if k not in self.system.owners}
 
     def unknowns(self, states: Floats) -> Floats:
         """All unknowns (V, A) in states of the circuit, shape (n, length of a state): shape (n, unknowns)."""
@@ -202,16 +202,16 @@ class CompiledCircuit:
 
     def charge_at(self, name: str) -> int:
         """Where the charge of a capacitor stands in a state."""
-        return [one for one, *_ in self.system.charges].index(name)
+        return [charge_name for charge_name, *_ in self.system.charges].index(name)
 
     def begin(self, state: Floats) -> None:
         """Fill the rows of circuits at rest."""
-        state[:, OWN : self.rows] = self.rest[:, None]
+        state[:, MASS_ROWS : self.rows] = self.rest[:, None]
 
     def charge_store(self, state: Floats, voltage: Floats) -> None:
         """Give the store in states, shape (blocks, rows, BATCH), a nondimensional voltage, shape (blocks, BATCH)."""
         k = self.charge_at("csmooth")
-        state[:, OWN + k] = voltage * self.scales.volts / self.system.charges[k][3]
+        state[:, MASS_ROWS + k] = voltage * self.scales.volts / self.system.charges[k][3]
 
     def advance(
         self, batch: Batch, state: Floats, schedule: Schedule, h: float, eqs: Equations, shaker: Filter | None
@@ -220,7 +220,10 @@ class CompiledCircuit:
         if eqs.modes is not None:
             advance_modal_circuit(batch, state, schedule, h, self.for_kernels(h), self.rows, eqs, shaker)
         else:
-            advance_circuit(batch, state, schedule, h, self.for_kernels(h), coefficients(eqs), shaker)
+            c = coefficients(eqs)
+            if follow.waits:  # a call without a step compiles this kernel meanwhile
+                advance_circuit(batch, state, schedule._replace(samples=0), h, self._with_follow(h, 0), c, shaker)
+            advance_circuit(batch, state, schedule, h, self.for_kernels(h), c, shaker)
 
     def mid_drift(self, state: Floats, out: Floats, h: float, eqs: Equations, shaker: Filter | None) -> None:
         """The states of a batch half a step later; see `OwnCircuit`."""
@@ -229,41 +232,46 @@ class CompiledCircuit:
         else:
             circuit_mid_drift(state, out, h, self.for_kernels(h), coefficients(eqs), shaker)
 
-    def for_kernels(self, h: float) -> Own:
+    def for_kernels(self, h: float) -> KernelCircuit:
         """The circuit at steps of h; threads that ask at once get one record, as it has but addresses of its arrays."""
+        return self._with_follow(h, follow.address)
+
+    def _with_follow(self, h: float, address: int) -> KernelCircuit:
+        """The same with the address of `follow`."""
         record, _ = self._arrays.get(h) or self._arrays.setdefault(h, self._record(h))
-        return Own(record, int(follow.address), self.room, self.told_at, self.scales.volts, self._unit)
+        return KernelCircuit(record, address, self.room, self.voltages_at, self.scales.volts, self._unit)
 
     def _record(self, h: float) -> tuple[Any, ...]:
         """The record of `CIRCUIT`, and the arrays that it points to."""
         stages = [self.reduction.stage(self._tau(h) / 2**k) for k in range(LEVELS)]
-        matrices = [np.array([getattr(one, name) for one in stages]) for name in ("admittances", "right", "outputs")]
+        names = "admittances", "right", "outputs"
+        matrices = [np.array([getattr(stage, name) for stage in stages]) for name in names]
         switches, s = self.system.switches, self.scales
-        thresholds = np.array([[one.on for one in switches], [one.off for one in switches]]).reshape(2, -1)
+        thresholds = np.array([[switch.on for switch in switches], [switch.off for switch in switches]]).reshape(2, -1)
         volts = np.array([volts for _, _, _, volts in self.system.charges])
         given = np.array(self.solver.arguments or [0.0])
-        arrays = [np.ascontiguousarray(one, dtype=np.float64) for one in (*matrices, given, thresholds, volts)]
-        found = np.zeros(1, CIRCUIT)
+        arrays = [np.ascontiguousarray(values, dtype=np.float64) for values in (*matrices, given, thresholds, volts)]
+        record = np.zeros(1, CIRCUIT)
         for name, array in zip(("Y_at", "R_at", "O_at", "p_at", "thresholds_at", "volts_at"), arrays, strict=True):
-            found[name] = array.ctypes.data
+            record[name] = array.ctypes.data
         ns, n, many, nz = self.sizes
-        found["solver_at"], found["switches"] = self.solver.address, many
-        found["n"], found["nz"], found["ns"] = n, nz, ns
+        record["solver_at"], record["switches"] = self.solver.address, many
+        record["n"], record["nz"], record["ns"] = n, nz, ns
         finest = RINGING if self.has_coils else self.tolerance
-        found["least"], found["tolerance"] = LEAST * s.volts, min(finest, self.tolerance)
-        found["charge"], found["seconds"] = s.capacitance * s.volts, h / s.frequency
-        return found, arrays
+        record["least"], record["tolerance"] = LEAST * s.volts, min(finest, self.tolerance)
+        record["charge"], record["seconds"] = s.capacitance * s.volts, h / s.frequency
+        return record, arrays
 
 
 def compiled_circuit(load: LoadCircuit, scales: Scales, tolerance: float = TOLERANCE) -> CompiledCircuit:
     """The compiled circuit of a load, which is made once for each load and device; raises as `CompiledCircuit`."""
     key = repr((load, scales, tolerance))
-    found = _MADE.get(key)
-    if found is None:
+    circuit = _MADE.get(key)
+    if circuit is None:
         if len(_MADE) >= MOST_KEPT:
             _MADE.clear()
-        found = _MADE[key] = CompiledCircuit(load, scales, tolerance=tolerance)
-    return found
+        circuit = _MADE[key] = CompiledCircuit(load, scales, tolerance=tolerance)
+    return circuit
 
 
 _MADE: dict[str, CompiledCircuit] = {}

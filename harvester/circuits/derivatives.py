@@ -50,7 +50,7 @@ class Writer:
         return f"p[{len(self.constants) - 1}]"
 
     def _operation(self, node: Node) -> tuple[str, Derivatives]:
-        parts = [self.write(one) for one in node.arguments]
+        parts = [self.write(argument) for argument in node.arguments]
         a, b = parts[0][0], parts[-1][0]
         text, slopes = _rule(node.operation, a, b)
         value = self.line(text)
@@ -65,20 +65,21 @@ class Writer:
         return value, {k: some[0] if some == ["1.0"] else self.line(" + ".join(some)) for k, some in total.items()}
 
     def _branches(self, node: Node) -> tuple[str, Derivatives]:
-        condition, outer, found = self.write(node.arguments[0])[0], self.indent, []
+        condition, outer, branches = self.write(node.arguments[0])[0], self.indent, []
         before = dict(self._known)
         blocks: list[list[str]] = []
-        for one in node.arguments[1:]:
+        for branch in node.arguments[1:]:
             kept, self.lines = self.lines, []
             self.indent = outer + "    "
-            found.append(self.write(one))
+            branches.append(self.write(branch))
             blocks.append(self.lines)
             self.lines, self._known = kept, dict(before)  # what a branch computes is known in it only
         self.indent = outer
-        indices = sorted(set(found[0][1]) | set(found[1][1]))
+        indices = sorted(set(branches[0][1]) | set(branches[1][1]))
         names = [f"t{self._names + k}" for k in range(len(indices) + 1)]
         self._names += len(names)
-        for head, block, (value, derivatives) in zip((f"if {condition} != 0.0:", "else:"), blocks, found, strict=True):
+        heads = f"if {condition} != 0.0:", "else:"
+        for head, block, (value, derivatives) in zip(heads, blocks, branches, strict=True):
             self.lines += [outer + head, *block, f"{outer}    {names[0]} = {value}"]
             for k, name in zip(indices, names[1:], strict=True):
                 self.lines.append(f"{outer}    {name} = {derivatives.get(k, '0.0')}")

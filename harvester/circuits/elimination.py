@@ -23,7 +23,7 @@ def pivots(samples: Floats, pattern: Bools) -> list[tuple[int, int]]:
     """
     left, pattern = samples.copy(), pattern.copy()
     rows, columns = list(range(len(pattern))), list(range(len(pattern)))
-    found = list[tuple[int, int]]()
+    order = list[tuple[int, int]]()
     while rows:
         part, near = np.abs(left[:, rows][:, :, columns]), pattern[np.ix_(rows, columns)]
         largest = part.max(axis=1, keepdims=True)
@@ -33,13 +33,13 @@ def pivots(samples: Floats, pattern: Bools) -> list[tuple[int, int]]:
         cost = np.where(share >= min(SAFE, float(share.max())), products + off, np.inf)
         i, j = np.unravel_index(int(cost.argmin()), cost.shape)
         row, column = rows.pop(int(i)), columns.pop(int(j))
-        found.append((row, column))
+        order.append((row, column))
         with np.errstate(divide="ignore", invalid="ignore"):
             factors = left[:, rows, column] / left[:, row, column][:, None]
         factors[~np.isfinite(factors)] = 0.0
         left[np.ix_(range(len(left)), rows, columns)] -= factors[:, :, None] * left[:, row, columns][:, None, :]
         pattern[np.ix_(rows, columns)] |= np.outer(pattern[rows, column], pattern[row, columns])
-    return found
+    return order
 
 
 def lines_of(order: list[tuple[int, int]], pattern: Bools, limits: Sequence[Sequence[str]]) -> list[str]:

@@ -22,7 +22,7 @@ _TOKEN = re.compile(rf"\s*(?:{_NUMBER}|[a-z_][\w.]*|{_SIGNS})", re.IGNORECASE | 
 _SUFFIXES = {"meg" if prefix == "M" else prefix.lower(): 10.0**power for prefix, power in PREFIXES.items()}
 _CONSTANTS = {"pi": math.pi, "e": math.e, "echarge": 1.602176634e-19, "boltz": 1.380649e-23, "kelvin": -273.15,
               "temper": 27.0, "true": 1.0, "false": 0.0, "yes": 1.0, "no": 0.0}  # fmt: skip
-_BINARY = ({"||": "or"}, {"&&": "and"}, {one: one for one in ("<", ">", "<=", ">=", "==", "!=", "<>")},
+_BINARY = ({"||": "or"}, {"&&": "and"}, {sign: sign for sign in ("<", ">", "<=", ">=", "==", "!=", "<>")},
            {"+": "+", "-": "-"}, {"*": "*", "/": "/", "%": "%"})  # fmt: skip
 
 
@@ -63,10 +63,10 @@ def number(text: str, where: str, names: Mapping[str, float]) -> float:
 
     Raises InputError where it cannot be computed.
     """
-    found = read(text, where, names)
-    if not math.isfinite(found.value):
+    node = read(text, where, names)
+    if not math.isfinite(node.value):
         raise InputError(f"{where} must give a finite number, but {text[:60]!r} does not")
-    return found.value
+    return node.value
 
 
 class _Reader:
@@ -77,32 +77,32 @@ class _Reader:
         self.tokens: list[str] = []
         rest = text.strip().strip("'\"").lower()
         while rest.strip():
-            found = _TOKEN.match(rest)
-            if found is None:
+            token = _TOKEN.match(rest)
+            if token is None:
                 raise self._unread(rest.strip()[:20])
-            self.tokens.append(found[0].strip())
-            rest = rest[found.end() :]
-        self.place = 0
+            self.tokens.append(token[0].strip())
+            rest = rest[token.end() :]
+        self.position = 0
 
     def _unread(self, what: str) -> InputError:
         must = "have an expression that can be read, but not"
         return InputError(f"{self.where} must {must} at {what!r} of {self.text[:60]!r}")
 
     def _next(self) -> str:
-        return self.tokens[self.place] if self.place < len(self.tokens) else ""
+        return self.tokens[self.position] if self.position < len(self.tokens) else ""
 
     def _take(self, expected: str = "") -> str:
         token = self._next()
         if not token or (expected and token != expected):
             raise self._unread(token or "its end")
-        self.place += 1
+        self.position += 1
         return token
 
     def whole(self) -> Node:
-        found = self._ternary()
+        tree = self._ternary()
         if self._next():
             raise self._unread(self._next())
-        return found
+        return tree
 
     def _ternary(self) -> Node:
         condition = self._binary(0)
@@ -197,20 +197,20 @@ def operation(name: str, *arguments: Node) -> Node:
     if name == "limit":
         x, low, high = arguments
         return operation("min", operation("max", x, low), high)
-    if all(one.operation == "constant" for one in arguments):
-        return constant(value_of(name, *(one.value for one in arguments)))
+    if all(argument.operation == "constant" for argument in arguments):
+        return constant(value_of(name, *(argument.value for argument in arguments)))
     return Node(name, arguments)
 
 
 def _table(arguments: list[Node]) -> Node:
     """A table pwl(x, x0, y0, x1, y1, ...): straight between its points, and constant beyond them."""
-    x, places, values = arguments[0], arguments[1::2], arguments[2::2]
-    found = values[-1]
-    for k in range(len(places) - 2, -1, -1):
-        slope = operation("/", operation("-", values[k + 1], values[k]), operation("-", places[k + 1], places[k]))
-        line = operation("+", values[k], operation("*", slope, operation("-", x, places[k])))
-        found = operation("?", operation("<", x, places[k + 1]), line, found)
-    return operation("?", operation("<", x, places[0]), values[0], found)
+    x, knots, values = arguments[0], arguments[1::2], arguments[2::2]
+    tree = values[-1]
+    for k in range(len(knots) - 2, -1, -1):
+        slope = operation("/", operation("-", values[k + 1], values[k]), operation("-", knots[k + 1], knots[k]))
+        line = operation("+", values[k], operation("*", slope, operation("-", x, knots[k])))
+        tree = operation("?", operation("<", x, knots[k + 1]), line, tree)
+    return operation("?", operation("<", x, knots[0]), values[0], tree)
 
 
 def value_of(name: str, *x: float) -> float:

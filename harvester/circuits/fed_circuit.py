@@ -11,7 +11,7 @@ from harvester.mechanics.kernels.compiled import kernel
 
 
 @kernel
-def feed(own, state, room, table, top, h, delay, charge, stride, out):
+def feed(circuit, state, room, table, top, h, delay, charge, stride, out):
     """Fill ``out``, shape (n, 5), every ``stride`` steps of h (s): V of ``p``, store and load, and two integrals.
 
     ``table``, shape (3, points), has I (A), tau (s) and the piezo's mean square voltage at even voltages up to ``top``;
@@ -19,27 +19,27 @@ def feed(own, state, room, table, top, h, delay, charge, stride, out):
     voltages of load and piezo.  Returns the circuit's steps, and those that failed.
     """
     current, last, steps, failed, square, piezo, before = 0.0, len(state) - DID, 0.0, 0.0, 0.0, 0.0, 0.0
-    finest = table.shape[1] - 1
+    finest, at = table.shape[1] - 1, circuit.voltages_at
     for k in range(out.shape[0] * stride):
-        u = state[own.told]
+        u = state[at]
         ahead = min(max(1.5 * u - 0.5 * before, 0.0), top)  # in the middle of the step
         before = u
-        place = ahead / top * finest
-        i = min(int(place), finest - 1)
-        part = place - i
+        position = ahead / top * finest
+        i = min(int(position), finest - 1)
+        part = position - i
         mean = table[0, i] + part * (table[0, i + 1] - table[0, i])
         lag = table[1, i] + part * (table[1, i + 1] - table[1, i])
         old = current
         if k * h >= delay:
             current = mean + (current - mean) * math.exp(-h / max(lag, 1e-9 * h))
         given = 0.5 * (old + current) * h
-        advance(own.address, own.record, state, room, 0.0, given / charge, given / charge, 1.0, 1.0, 1)
+        advance(circuit.address, circuit.record, state, room, 0.0, given / charge, given / charge, 1.0, 1.0, 1)
         square += state[last]
         steps += state[last + 1]
         failed += state[last + 2]
         piezo += h * (table[2, i] + part * (table[2, i + 1] - table[2, i]))
         if (k + 1) % stride == 0:
             row = out[(k + 1) // stride - 1]
-            row[0], row[1], row[2] = state[own.told], state[own.told + 1], state[own.told + 2]
+            row[0], row[1], row[2] = state[at], state[at + 1], state[at + 2]
             row[3], row[4] = square, piezo
     return steps, failed

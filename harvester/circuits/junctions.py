@@ -65,10 +65,10 @@ def breakdown_voltage(saturation: float, thermal: float, bv: float, ibv: float, 
     current = max(ibv, 0.0)
     if current < saturation * bv / THERMAL:
         return bv
-    found = bv - thermal * math.log(1.0 + current / saturation)
+    voltage = bv - thermal * math.log(1.0 + current / saturation)
     for _ in range(25):
-        found = bv - thermal * math.log(current / saturation + 1.0 - found / THERMAL)
-        reached = saturation * (math.exp((bv - found) / thermal) - 1.0 + found / THERMAL)
+        voltage = bv - thermal * math.log(current / saturation + 1.0 - voltage / THERMAL)
+        reached = saturation * (math.exp((bv - voltage) / thermal) - 1.0 + voltage / THERMAL)
         if abs(reached - current) <= tolerance * current:
             break
-    return found
+    return voltage

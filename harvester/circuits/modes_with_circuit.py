@@ -8,9 +8,9 @@ of the circuit, as with one mode, and below them y_2, ... and y_2', ...
 import numpy as np
 
 from harvester.arrays import Floats, aligned
-from harvester.circuits.circuit_batch import OWN
+from harvester.circuits.circuit_batch import MASS_ROWS
 from harvester.circuits.pointers import advance
-from harvester.circuits.substeps import DID, ROOMS, Own
+from harvester.circuits.substeps import DID, ROOMS, KernelCircuit
 from harvester.equations.coefficients import Equations
 from harvester.mechanics.kernels.compiled import inlined, kernel
 from harvester.mechanics.kernels.intervals import EXACT, drifts, interval
@@ -23,24 +23,24 @@ from harvester.mechanics.modes.modal_step import dot, kick_modes
 
 
 @inlined
-def fly_with_modes(i, z, one, own, room, d, c, a, whole):
-    """Drift lane i of modes, and advance its circuit, whose state is ``one``; returns the `Impacts`."""
+def fly_with_modes(i, z, its_state, circuit, room, d, c, a, whole):
+    """Drift lane i of modes, and advance its circuit, whose state is ``its_state``; returns the `Impacts`."""
     did, course = drift_with_course(i, z, d, c, a)
     wall, first = (course.wall, course.first) if did.number > 0.0 else (course.end, d.t)
-    advance(own.address, own.record, one, room, course.begin, course.end, wall, first, d.t, whole)
-    z[2 * len(c.k) * BATCH + i] = one[own.told] / own.volts
+    advance(circuit.address, circuit.record, its_state, room, course.begin, course.end, wall, first, d.t, whole)
+    z[2 * len(c.k) * BATCH + i] = its_state[circuit.voltages_at] / circuit.volts
     return did
 
 
 @kernel
-def _advance(z, state, b, schedule, h, own, c, shaker):
+def _advance(z, state, b, schedule, h, circuit, c, shaker):
     """Advance modes z, as of `modal_step`, and the circuits' states by a `Schedule`, and add up the moments."""
     whole, half = drifts(h, None, EXACT)
     n, length = len(c.k), len(state)
-    room, one, mid = np.empty((ROOMS, own.length)), np.empty(length), np.zeros(len(z))
+    room, its_state, mid = np.empty((ROOMS, circuit.length)), np.empty(length), np.zeros(len(z))
     noise, accelerations = np.zeros((2, BATCH)), np.zeros((2, BATCH))
     last, sums, steps = length - DID, b.sums, 1 if schedule.doublings > 0 else 2
-    unit = own.unit / (schedule.stride * own.record[0].seconds)
+    unit = circuit.unit / (schedule.stride * circuit.record[0].seconds)
     for _ in range(schedule.samples):
         for k in range(schedule.stride):
             if c.oscillator.n1 is not None and k % steps == 0:
@@ -50,44 +50,44 @@ def _advance(z, state, b, schedule, h, own, c, shaker):
             for i in range(BATCH):
                 a, a1 = shaken(i, accelerations, shaker)
                 for j in range(length):
-                    one[j] = state[j, i]
-                did = fly_with_modes(i, z, one, own, room, whole, c, a, 1)
+                    its_state[j] = state[j, i]
+                did = fly_with_modes(i, z, its_state, circuit, room, whole, c, a, 1)
                 for j in range(length):
-                    state[j, i] = one[j]
-                b.U[i], xi = one[own.told + 1] / own.volts, noise[k % steps, i]
+                    state[j, i] = its_state[j]
+                b.U[i], xi = its_state[circuit.voltages_at + 1] / circuit.volts, noise[k % steps, i]
                 if b.controls is not None:
                     add_modal_features(i, z, b.U[i], xi, b.controls, c)
                 work = kick_modes(i, z, xi, h, c, a1)
                 sums[10, i] += did.number
                 sums[11, i] += did.energy
                 sums[12, i] += work
-                sums[13, i] += one[last] * unit
-                sums[14, i] += one[last + 1]
-                sums[15, i] += one[last + 2]
+                sums[13, i] += its_state[last] * unit
+                sums[14, i] += its_state[last + 1]
+                sums[15, i] += its_state[last + 2]
         for i in range(BATCH):
-            _to_mid_drift(i, z, mid, state, one, own, room, half, c, last_acceleration(i, shaker))
+            _to_mid_drift(i, z, mid, state, its_state, circuit, room, half, c, last_acceleration(i, shaker))
             add_sample_of_modes(i, sums, z, mid, c)
     for i in range(BATCH):
         b.V[i] = z[2 * n * BATCH + i]
 
 
 @inlined
-def _to_mid_drift(i, z, mid, state, one, own, room, half, c, a):
+def _to_mid_drift(i, z, mid, state, its_state, circuit, room, half, c, a):
     """Fill lane i of ``mid`` with the modes half a step after their kick."""
     for j in range(2 * len(c.k) + 1):
         mid[j * BATCH + i] = z[j * BATCH + i]
-    for j in range(len(one)):
-        one[j] = state[j, i]
-    fly_with_modes(i, mid, one, own, room, half, c, a, 0)
+    for j in range(len(its_state)):
+        its_state[j] = state[j, i]
+    fly_with_modes(i, mid, its_state, circuit, room, half, c, a, 0)
 
 
 @kernel
-def _mid_drift(z, state, out, h, own, c, shaker):
+def _mid_drift(z, state, out, h, circuit, c, shaker):
     """Go from the states of a batch after a kick to x, x' and V half a step later, shape (3, BATCH)."""
     half, n = interval(h, 0.5 * h, None), len(c.k)
-    room, one, mid = np.empty((ROOMS, own.length)), np.empty(len(state)), np.zeros(len(z))
+    room, its_state, mid = np.empty((ROOMS, circuit.length)), np.empty(len(state)), np.zeros(len(z))
     for i in range(BATCH):
-        _to_mid_drift(i, z, mid, state, one, own, room, half, c, last_acceleration(i, shaker))
+        _to_mid_drift(i, z, mid, state, its_state, circuit, room, half, c, last_acceleration(i, shaker))
         out[0, i], out[1, i], out[2, i] = dot(c.e, mid, 0, i), dot(c.e, mid, n, i), mid[2 * n * BATCH + i]
 
 
@@ -96,7 +96,7 @@ def advance_modal_circuit(
     state: Floats,
     schedule: Schedule,
     h: float,
-    own: Own,
+    circuit: KernelCircuit,
     rows: int,
     eqs: Equations,
     shaker: Filter | None,
@@ -106,14 +106,14 @@ def advance_modal_circuit(
     order = motion.order(rows)
     z = aligned((len(order), BATCH))
     z[:] = state[order]
-    _advance(z.reshape(-1), state[OWN:rows], batch, schedule, h, own, motion.coefficients, shaker)
+    _advance(z.reshape(-1), state[MASS_ROWS:rows], batch, schedule, h, circuit, motion.coefficients, shaker)
     state[order] = z
 
 
 def modal_circuit_mid_drift(
-    state: Floats, out: Floats, h: float, own: Own, rows: int, eqs: Equations, shaker: Filter | None
+    state: Floats, out: Floats, h: float, circuit: KernelCircuit, rows: int, eqs: Equations, shaker: Filter | None
 ) -> None:
     """Go from the states of a block after a kick to x, x' and V half a step later."""
     motion = ModalMotion(eqs)
     z = np.ascontiguousarray(state[motion.order(rows)]).reshape(-1)
-    _mid_drift(z, state[OWN:rows], out, h, own, motion.coefficients, shaker)
+    _mid_drift(z, state[MASS_ROWS:rows], out, h, circuit, motion.coefficients, shaker)

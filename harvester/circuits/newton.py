@@ -66,16 +66,17 @@ class Solver:
         self._right: dict[int, list[str]] = {i: [f"r[{i}]"] for i in range(self.n)}
         self._slopes: list[tuple[Row, Row, int, bool]] = []  # of each: where it enters, its input, its function
         self._terms: dict[tuple[int, int], list[str]] = {}
-        for k, one in enumerate(system.diodes):
-            w, given = f"w{one.input}", ", ".join(map(writer.argument, one.arguments))
+        for k, junction in enumerate(system.diodes):
+            w, given = f"w{junction.input}", ", ".join(map(writer.argument, junction.arguments))
             writer.lines += [
                 f"        i{k}, g{k}, x{k}, c{k} = diode({w}, {given})",
                 f"        I{k}, G{k} = i{k} + rate*x{k}, g{k} + rate*c{k}",
             ]
-            self._add(f"{k}", f"I{k}", {one.input: f"G{k}"}, one.rows, writer.argument(SMALL * volts / impedance))
+            tolerance = writer.argument(SMALL * volts / impedance)
+            self._add(f"{k}", f"I{k}", {junction.input: f"G{k}"}, junction.rows, tolerance)
             self._stamps += [f"X{k}, C{k} = x{k}, c{k}"]
             self._before += [f"X{k}, C{k} = 0.0, 0.0"]
-            self._last += [f"q[{k}] = X{k} + C{k}*(v{one.input} - u{one.input})"]
+            self._last += [f"q[{k}] = X{k} + C{k}*(v{junction.input} - u{junction.input})"]
         for k, two in enumerate(system.functions, len(system.diodes)):
             value, slopes = writer.write(two.tree)
             is_voltage = all(i in system.owners for i in two.rows)
@@ -90,14 +91,14 @@ class Solver:
 
     def _write_inputs(self, writer: Writer, impedance: float) -> None:
         """Add the lines that go on from a solution to the inputs: those of junctions are limited."""
-        for k, (row, one) in enumerate(self.reduction.system.inputs):
+        for k, (row, junction) in enumerate(self.reduction.system.inputs):
             self._before += [f"w{k} = {self._at(row, 'y[{}]')}", f"v{k} = u{k} = w{k}"]
             self._after += [f"u{k}, v{k} = w{k}, {self._at(row, 'z{}')}"]
-            if one is None:
+            if junction is None:
                 self._after.append(f"w{k} = v{k}")
                 continue
-            knees = (_knee(n, one.saturation, impedance) for n in (one.thermal, one.reverse))
-            given = one.thermal, next(knees), min(one.breakdown, 1e30), one.reverse, next(knees)
+            knees = (_knee(n, junction.saturation, impedance) for n in (junction.thermal, junction.reverse))
+            given = junction.thermal, next(knees), min(junction.breakdown, 1e30), junction.reverse, next(knees)
             self._after.append(f"w{k} = limited(v{k}, w{k}, {', '.join(map(writer.argument, given))})")
             self._tests.append(f"w{k} == v{k}")
 
@@ -115,30 +116,30 @@ class Solver:
             row, _ = self.reduction.system.inputs[k]
             self._slopes.append((rows, row, len(self._tests), is_current))
             for (i, weight), (j, factor) in itertools.product(rows.items(), row.items()):
-                place = self._row[i], self._column[j]
-                self._terms.setdefault(place, []).append(_times(weight * factor, f"F{name}_{k}"))
+                entry = self._row[i], self._column[j]
+                self._terms.setdefault(entry, []).append(_times(weight * factor, f"F{name}_{k}"))
 
     def _samples(self, impedance: float, linear: list[Floats]) -> Floats:
         """Matrices as iterations meet them, with equations of like size: derivatives that are zero, small and large."""
-        rng, found = np.random.default_rng(0), []
+        rng, matrices = np.random.default_rng(0), []
         sizes = [1.0 if i in self.reduction.system.owners else impedance for i in self.reduction.rows]
         for matrix in linear * SAMPLES:
-            one, derivatives = np.array(sizes)[:, None] * matrix, dict[int, float]()
+            weighted, derivatives = np.array(sizes)[:, None] * matrix, dict[int, float]()
             for rows, row, function, is_current in self._slopes:
                 slope = 0.0 if rng.random() < 0.3 else 10.0 ** rng.uniform(-3.0, 2.0)
                 slope = derivatives.setdefault(function, slope) if is_current else slope * rng.choice([-1.0, 1.0])
                 for (i, weight), (j, factor) in itertools.product(rows.items(), row.items()):
-                    one[self._row[i], self._column[j]] += weight * factor * slope
-            found.append(one)
-        return np.array(found)
+                    weighted[self._row[i], self._column[j]] += weight * factor * slope
+            matrices.append(weighted)
+        return np.array(matrices)
 
     def _elimination(self, writer: Writer, impedance: float, linear: list[Floats]) -> list[str]:
         """The lines that solve the equations of an iteration for z0, z1, ..."""
         n, entries = self.n, dict[tuple[int, int], list[str]]()
         for i, j in np.argwhere(np.any(linear, axis=0)).tolist():
             entries[i, j] = [f"Y[{i}, {j}]"]
-        for place, terms in self._terms.items():
-            entries[place] = entries.get(place, []) + terms
+        for entry, terms in self._terms.items():
+            entries[entry] = entries.get(entry, []) + terms
         pattern = np.zeros((n, n), dtype=bool)
         pattern[tuple(zip(*entries, strict=True))] = True
         # An equation of voltages takes currents away by factors of the size of an impedance, and the other way round.
@@ -162,21 +163,21 @@ class Solver:
             *(f"    z{k} = b[{k}]" for k in range(n)),
         ]
 
-    def _at(self, one: Row, name: str) -> str:
+    def _at(self, row: Row, name: str) -> str:
         """The text of an input, from the unknowns by their ``name``."""
-        return _sum([_times(value, name.format(self._column[k])) for k, value in one.items()])
+        return _sum([_times(value, name.format(self._column[k])) for k, value in row.items()])
 
     def _text(self, inputs: int, switches: int, charges: int, solution: list[str]) -> str:
         """The source of the solver."""
         n = self.n
-        tests = ["            if not (" + one + "):\n                done = False" for one in self._tests]
+        tests = ["            if not (" + test + "):\n                done = False" for test in self._tests]
         lines = [
             f"    y, r, Y = carray(y_at, {n}), carray(r_at, {n}), carray(Y_at, ({n}, {n}))",
             f"    b = carray(work_at, {n * n + n})",
             f"    J = b[{n} :].reshape(({n}, {n}))",
             f"    p, s = carray(p_at, {max(len(self.arguments), 1)}), carray(s_at, {max(switches, 1)})",
             f"    q = carray(q_at, {max(charges, 1)})",
-            *(f"    {one}" for one in self._before),
+            *(f"    {line}" for line in self._before),
             "    whole = False",
             "    for iteration in range(MOST_ITERATIONS):",
             *self._lines,
@@ -184,12 +185,12 @@ class Solver:
             "            done = True",
             *tests,
             "            if done:",
-            *(f"                {one}" for one in self._last),
+            *(f"                {line}" for line in self._last),
             *(f"                y[{k}] = z{k}" for k in range(n)),
             "                return iteration",
-            *(f"        {one}" for one in self._stamps),
-            *(f"        {one}" for one in solution),
-            *(f"        {one}" for one in self._after),
+            *(f"        {line}" for line in self._stamps),
+            *(f"        {line}" for line in solution),
+            *(f"        {line}" for line in self._after),
             f"        whole = iteration < DAMPED or iteration % {EACH} == 0",
             f"        held = 0.0 if whole else {HELD}",
             *(f"        w{k} += held * (u{k} - w{k})" for k in range(inputs)),

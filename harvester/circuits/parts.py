@@ -81,10 +81,10 @@ class CircuitPart:
         Raises InputError where it is not above 0.
         """
         given = [self.number(word) for word in self.words[1:] if word != "off"]
-        found = (given[0] if given else self.options.get("area", 1.0)) * self.options.get("m", 1.0)
-        if not found > 0.0:
-            raise InputError(f"{self.where} must have an area above 0, but has {found:g}")
-        return found
+        area = (given[0] if given else self.options.get("area", 1.0)) * self.options.get("m", 1.0)
+        if not area > 0.0:
+            raise InputError(f"{self.where} must have an area above 0, but has {area:g}")
+        return area
 
     def model(self, kinds: tuple[str, ...], known: Set[str]) -> ModelCard:
         """Its model: of one of the ``kinds``, with parameters that are ``known``.
@@ -95,19 +95,17 @@ class CircuitPart:
         name = next((word for word in words if word in self.models), words[0] if words else "")
         if name not in self.models:
             raise InputError(f"{self.where} must name a model of the netlist, but {name!r} is none")
-        found = self.models[name]
-        if found.kind not in kinds:
-            raise unserved(self, f"has a model of the type {found.kind}")
-        for key in found.values:
+        card = self.models[name]
+        if card.kind not in kinds:
+            raise unserved(self, f"has a model of the type {card.kind}")
+        for key in card.values:
             if key not in known | _NO_EFFECT:
                 raise unserved(self, f"has a model with the parameter {key}")
-            if key in _POSITIVE and not found.values[key] > 0.0:
-                raise InputError(
-                    f"{self.where} must have a model whose {key} is above 0, but has {found.values[key]:g}"
-                )
-        if found.value("tnom", default=ROOM) != ROOM or found.value("level", default=1.0) != 1.0:
+            if key in _POSITIVE and not card.values[key] > 0.0:
+                raise InputError(f"{self.where} must have a model whose {key} is above 0, but has {card.values[key]:g}")
+        if card.value("tnom", default=ROOM) != ROOM or card.value("level", default=1.0) != 1.0:
             raise unserved(self, f"has a model of another level than 1, or of another tnom than {ROOM:g}")
-        return found
+        return card
 
 
 class UnservedError(CannotServeError):
@@ -165,11 +163,11 @@ def _inside(
             yield from _called(name, text, bodies, path, node, values, common, scope)
             continue
         count = _node_count(name, words, scope)
-        found = re.match(r"\S+" + r"[\s(,]+([^\s(),]+)" * count, text)
-        if found is None:
+        match = re.match(r"\S+" + r"[\s(,]+([^\s(),]+)" * count, text)
+        if match is None:
             raise InputError(f"netlist element {path}{name} must have {count} nodes, but is {text[:60]!r}")
-        rest = text[found.end() :].lstrip(") ,") if name[0] != "b" else text[found.end() :]
-        yield CircuitPart(path + name, tuple(map(node, found.groups())), rest.strip(), values, scope, path, outer)
+        rest = text[match.end() :].lstrip(") ,") if name[0] != "b" else text[match.end() :]
+        yield CircuitPart(path + name, tuple(map(node, match.groups())), rest.strip(), values, scope, path, outer)
 
 
 def _node_count(name: str, words: list[str], models: Mapping[str, ModelCard]) -> int:
@@ -187,7 +185,7 @@ def _called(name, text, bodies, path, node, values, common, models):
     pairs = dict(_PAIR.findall(text))
     plain = [word for word in _PAIR.sub(" ", text).split()[1:] if word != "params:"]
     inner = bodies[plain[-1]]
-    terminals = [one.lower() for one in header_of(inner[0]).terminals]
+    terminals = [name.lower() for name in header_of(inner[0]).terminals]
     if len(plain) != len(terminals) + 1:
         raise InputError(
             f"netlist element {path}{name} must give {len(terminals)} nodes to {plain[-1]}, but gives {len(plain) - 1}"
@@ -200,21 +198,21 @@ def _called(name, text, bodies, path, node, values, common, models):
 
 def _parameters(lines: list[Line], values: Mapping[str, float]) -> dict[str, float]:
     """Values with those that .param cards set, in their order."""
-    found = dict(values)
+    parameters = dict(values)
     for line in lines:
         if line.word == ".param":
             for name, text in _PAIR.findall(joined(line.text.lower())):
-                found[name] = number(text, f"parameter {name}", found)
-    return found
+                parameters[name] = number(text, f"parameter {name}", parameters)
+    return parameters
 
 
 def _models(lines: list[Line], values: Mapping[str, float], outer: Mapping[str, ModelCard]) -> dict[str, ModelCard]:
     """Models with those of .model cards among lines."""
-    found = dict(outer)
+    cards = dict(outer)
     for line in lines:
         if line.word == ".model":
             text = joined(line.text.lower().replace("(", " ", 1))
             _, name, kind, *_ = text.split()
             pairs = {key: number(value, f"model {name}", values) for key, value in _PAIR.findall(text)}
-            found[name] = ModelCard(name, kind, pairs)
-    return found
+            cards[name] = ModelCard(name, kind, pairs)
+    return cards

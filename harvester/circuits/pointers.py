@@ -51,7 +51,7 @@ def advance(typingctx, address, circuit, state, room, x, x1, wall, first, h, who
             for k, (arg, kind) in enumerate(zip(args[1:4], signature.args[1:4], strict=True))
         ]
         given = [*pointers, *args[4:]]
-        kind = ir.FunctionType(ir.IntType(64), [one.type for one in given])
+        kind = ir.FunctionType(ir.IntType(64), [value.type for value in given])
         return builder.call(builder.inttoptr(args[0], kind.as_pointer()), given)
 
     return types.int64(types.int64, circuit, state, room, *5 * [types.float64], types.int64), codegen

@@ -83,23 +83,23 @@ def powers_of_elements(circuit: CompiledCircuit, states: Floats) -> dict[str, Fl
 
     ``states`` have the shape (n, length of a state).
     """
-    whole, y, found = circuit.system, circuit.unknowns(states), dict[str, Floats]()
+    whole, y, powers = circuit.system, circuit.unknowns(states), dict[str, Floats]()
     ns, n, many, _ = circuit.sizes
     w, switched = y @ whole.vectors([row for row, _ in whole.inputs]).T, states[:, ns + n : ns + n + many]
     parts, before = {part.name: part for part in parts_of(circuit.load)}, 0
     for part in parts.values():
-        own = System(whole.capacitance, dict(whole.unknowns), inputs=[*whole.inputs], owners=dict(whole.owners))
-        own.switches = whole.switches[:before]
-        stamp(part, own, parts)
-        before = len(own.switches)
-        currents = [(_value(one.tree, w, switched), one.rows) for one in own.functions]
-        currents += [(_static(w[:, one.input], one.arguments), one.rows) for one in own.diodes]
-        currents += [(np.full(len(y), -1.0), own.sources)]
-        currents += [(value * y[:, j], {i: 1.0}) for (i, j), value in own.conductances.items()]
-        taken = [current * a * y[:, i] for current, rows in currents for i, a in rows.items() if i not in own.owners]
+        alone = System(whole.capacitance, dict(whole.unknowns), inputs=[*whole.inputs], owners=dict(whole.owners))
+        alone.switches = whole.switches[:before]
+        stamp(part, alone, parts)
+        before = len(alone.switches)
+        currents = [(_value(function.tree, w, switched), function.rows) for function in alone.functions]
+        currents += [(_static(w[:, diode.input], diode.arguments), diode.rows) for diode in alone.diodes]
+        currents += [(np.full(len(y), -1.0), alone.sources)]
+        currents += [(value * y[:, j], {i: 1.0}) for (i, j), value in alone.conductances.items()]
+        taken = [current * a * y[:, i] for current, rows in currents for i, a in rows.items() if i not in alone.owners]
         if taken:
-            found[part.name] = np.sum(taken, axis=0)
-    return found
+            powers[part.name] = np.sum(taken, axis=0)
+    return powers
 
 
 def _static(v: Floats, arguments: tuple[float, ...]) -> Floats:
@@ -112,5 +112,5 @@ def _value(tree: Node, w: Floats, switches: Floats) -> Floats:
     if not tree.arguments:
         leaves = {"input": w, "state": switches}
         return leaves[tree.operation][:, tree.index] if tree.operation in leaves else np.full(len(w), tree.value)
-    values = (_value(one, w, switches) for one in tree.arguments)
+    values = (_value(argument, w, switches) for argument in tree.arguments)
     return np.asarray(np.vectorize(partial(value_of, tree.operation), otypes=[float])(*values))

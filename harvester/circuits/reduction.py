@@ -44,14 +44,14 @@ class Reduction:
         self.G = system.dense(system.conductances)
         self.P = system.vectors([column for _, column, _, _ in system.charges]).T
         self.Z = system.vectors([row for _, _, row, _ in system.charges])
-        entering = [*(one.rows for one in system.diodes), *(two.rows for two in system.functions)]
+        entering = [*(diode.rows for diode in system.diodes), *(function.rows for function in system.functions)]
         self.A = system.vectors(entering).T
         self.W = system.vectors([row for row, _ in system.inputs])
         self.s = system.vectors([system.sources])[0]
         self.b = system.vectors([{system.unknowns["p"]: 1.0}])[0]
         self.read = system.vectors(read)
         self.entered = np.abs(self.A).sum(axis=1) > 0.0
-        self.control = system.vectors([one.control for one in system.switches])
+        self.control = system.vectors([switch.control for switch in system.switches])
         seen = np.abs(np.vstack([self.W, np.zeros((1, n))])).sum(axis=0) > 0.0
         piezo = system.unknowns["p"]
         self.entered[piezo] = seen[piezo] = True  # so that something is left of a linear circuit
@@ -99,8 +99,8 @@ class Reduction:
         F, H = np.zeros((len(matrix), len(S))), np.zeros((len(matrix), known.shape[1]))
         F[S, range(len(S))] = 1.0
         F[L], H[L] = -by_S, by_known
-        told = np.vstack([self.Z, self.read, self.control])
-        return Stage(admittances, right, np.hstack([told @ F, told @ H]))
+        read_out = np.vstack([self.Z, self.read, self.control])
+        return Stage(admittances, right, np.hstack([read_out @ F, read_out @ H]))
 
     def _eliminated(self, tau: float) -> tuple[Floats, Floats, Floats, Floats]:
         """The matrix, the columns of what is known, and the eliminated unknowns by those kept and by what is known.
@@ -122,8 +122,8 @@ class Reduction:
     def unknowns(self, charges: Floats, kept: Floats, tau: float) -> Floats:
         """All unknowns of states, one a row: of their charges, and those kept; in ``tau`` nothing changes."""
         _, _, by_S, by_known = self._eliminated(tau)
-        found = np.zeros((len(charges), self.system.size))
-        found[:, self.columns] = kept
+        unknowns = np.zeros((len(charges), self.system.size))
+        unknowns[:, self.columns] = kept
         known = np.column_stack([charges, np.zeros(len(charges)), np.ones(len(charges))])
-        found[:, self.gone_columns] = known @ by_known.T - kept @ by_S.T
-        return found
+        unknowns[:, self.gone_columns] = known @ by_known.T - kept @ by_S.T
+        return unknowns

@@ -92,11 +92,11 @@ def _tree(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart], t
 
 def behavioural(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) -> None:
     """Add a B source."""
-    found = re.match(r"([vi])\s*=(.*)$", part.rest, re.DOTALL)
-    if found is None:
+    match = re.match(r"([vi])\s*=(.*)$", part.rest, re.DOTALL)
+    if match is None:
         raise unserved(part, "must begin with I= or V=")
-    tree = _tree(part, system, parts, re.sub(r"\btc[12]=\S+", "", found[2]))
-    _function(part, system, found[1], tree)
+    tree = _tree(part, system, parts, re.sub(r"\btc[12]=\S+", "", match[2]))
+    _function(part, system, match[1], tree)
 
 
 def _function(part: CircuitPart, system: System, kind: str, tree: Node) -> None:

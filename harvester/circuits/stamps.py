@@ -79,11 +79,11 @@ def _inductor(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart
     system.add({branch: 1.0}, voltage)
     inductance = _inductance(part)
     flux: Row = {branch: inductance}
-    for one in parts.values():
-        if one.kind == "k" and part.name in (names := _coupled(one)):
-            _coupling(one, system, parts)
+    for coupling in parts.values():
+        if coupling.kind == "k" and part.name in (names := _coupled(coupling)):
+            _coupling(coupling, system, parts)
             other = parts[names[1] if names[0] == part.name else names[0]]
-            factor = one.number(one.words[-1])
+            factor = coupling.number(coupling.words[-1])
             mutual = factor * math.sqrt(abs(inductance * _inductance(other)))
             flux[system.branch(other.name)] = mutual
     volts = 1.0 / math.sqrt(max(abs(inductance), 1e-15) * system.capacitance)  # of a coil that rings with the piezo

@@ -25,7 +25,7 @@ LEVELS = 18  # lengths of steps, from h to h/2^17
 IMPACT = 6  # level of the steps in which an impact is averaged: a rectifier sees the voltage at contact
 GIVEN_UP = 1 << (LEVELS - 5)  # shortest steps that are left out where one does not converge
 FADING = 2e-4  # of a charge's size, a step
-TOLD = 3  # quantities that are told beside the charges: voltages of the piezo, the store and the load
+N_VOLTAGES = 3  # quantities that are told beside the charges: voltages of the piezo, the store and the load
 DID = 3  # numbers of what a drift did
 ROOMS = 7  # rows of the workspace
 NEVER = 1e300  # the error of a step that did not converge
@@ -46,24 +46,23 @@ _RECORD = types.CPointer(from_dtype(CIRCUIT))
 FOLLOW = types.int64(_RECORD, POINTER, POINTER, *5 * [types.float64], types.int64)
 
 
-class Own(NamedTuple):
+class KernelCircuit(NamedTuple):
     """A compiled circuit on a device, as kernels take it.
 
-    Its ``record``, the ``address`` of `follow`, the ``length`` of a row of the workspace, the index ``told`` in a state
-    from which on voltages are told, the ``volts`` of a nondimensional 1, and the load's power over its mean squared
-    voltage.
+    Its ``record``, the ``address`` of `follow`, the ``length`` of a row of the workspace, the index ``voltages_at``
+    of the voltages in a state, the ``volts`` of a nondimensional 1, and the load's power over its mean squared voltage.
     """
 
     record: Any
     address: Any
     length: Any
-    told: Any
+    voltages_at: Any
     volts: Any
     unit: Any
 
 
 @inlined
-def place(t, x, x1, wall, first, h):
+def position_at(t, x, x1, wall, first, h):
     """Where the mass is at a time t of a drift of length h from x to x1, which meets a stop at the time ``first``."""
     if t < first:
         return x + (wall - x) * (t / first)
@@ -71,9 +70,9 @@ def place(t, x, x1, wall, first, h):
 
 
 @inlined
-def stage(c, level, s, u, y, switches, after, told, r, work):
+def stage(c, level, s, u, y, switches, after, voltages, r, work):
     """Make one stage: from the charges s to those ``after`` it, with the voltages y changed; iterations, or -1."""
-    n, many, rows = c.n, c.ns, c.nz + TOLD + c.switches
+    n, many, rows = c.n, c.ns, c.nz + N_VOLTAGES + c.switches
     R = carray(pointer(c.R_at + 8 * level * n * (many + 2)), (n, many + 2))
     O = carray(pointer(c.O_at + 8 * level * rows * (n + many + 2)), (rows, n + many + 2))  # noqa: E741
     for i in range(n):
@@ -83,11 +82,11 @@ def stage(c, level, s, u, y, switches, after, told, r, work):
         r[i] = total
     rate = float(1 << level) / (GAMMA * c.seconds)
     Y = pointer(c.Y_at + 8 * level * n * n)
-    found = call_solver(
+    iterations = call_solver(
         c.solver_at, data(y), data(r), Y, pointer(c.p_at), data(switches), data(after[c.nz :]), data(work), rate
     )
-    if found < 0:
-        return found
+    if iterations < 0:
+        return iterations
     for i in range(rows):
         total = O[i, n + many] * u + O[i, n + many + 1]
         for k in range(n):
@@ -97,25 +96,25 @@ def stage(c, level, s, u, y, switches, after, told, r, work):
         if i < c.nz:
             after[i] = total
         else:
-            told[i - c.nz] = total
-    return found
+            voltages[i - c.nz] = total
+    return iterations
 
 
 @inlined
-def switched(thresholds, told, switches):
+def switched(thresholds, voltages, switches):
     """Whether a switch would change by the quantities told."""
-    found = False
+    changes = False
     for k in range(len(switches)):
-        control = told[TOLD + k]
-        found = found or (control < thresholds[1, k] if switches[k] != 0.0 else control > thresholds[0, k])
-    return found
+        control = voltages[N_VOLTAGES + k]
+        changes = changes or (control < thresholds[1, k] if switches[k] != 0.0 else control > thresholds[0, k])
+    return changes
 
 
 @inlined
-def switch(thresholds, told, switches):
+def switch(thresholds, voltages, switches):
     """Close the switches above their threshold, and open those below."""
     for k in range(len(switches)):
-        control = told[TOLD + k]
+        control = voltages[N_VOLTAGES + k]
         if control > thresholds[0, k]:
             switches[k] = 1.0
         elif control < thresholds[1, k]:
@@ -125,13 +124,13 @@ def switch(thresholds, told, switches):
 @inlined
 def error_of(c, volts, s, first, second, sizes):
     """The error of a step over the largest that it may have, from its charges before, between and after."""
-    found = 0.0
+    error = 0.0
     for k in range(c.nz):
         off = abs(second[k] - s[k] - (first[k] - s[k]) / GAMMA) * volts[k]
-        found = max(found, off / (c.tolerance * max(sizes[k], c.least)))
+        error = max(error, off / (c.tolerance * max(sizes[k], c.least)))
         if not off < 1e300:  # nan, which max() passes over
-            found = NEVER
-    return found
+            error = NEVER
+    return error
 
 
 @inlined
@@ -143,15 +142,15 @@ def step(c, level, s, u, y, switches, sizes, room, volts, thresholds):
     middle, end, new, r, work, between = room[0], room[1], room[3], room[4], room[5], room[6]
     if stage(c, level, s, u, y, switches, middle, new, r, work) < 0:
         return NEVER, 0.0
-    one = new[2]
+    load_voltage = new[2]
     for k in range(c.ns):
         between[k] = s[k] + (1.0 - GAMMA) / GAMMA * (middle[k] - s[k])
     if stage(c, level, between, u, y, switches, end, new, r, work) < 0:
-        return NEVER, one
+        return NEVER, load_voltage
     error = error_of(c, volts, s, middle, end, sizes)
     if error < NEVER and switched(thresholds, new, switches):
-        return max(error, 4.0), one
-    return error, one
+        return max(error, 4.0), load_voltage
+    return error, load_voltage
 
 
 @inlined
@@ -177,7 +176,7 @@ def logged(c, seconds, state, whole):
         head[0] += 1.0
 
 
-@c_function(FOLLOW)
+@c_function(FOLLOW, later=True)
 def follow(circuit_at, state_at, room_at, x, x1, wall, first, h, whole):
     """Advance a circuit by a drift: all of a step h, or the first half of one where ``whole`` is 0.
 
@@ -187,12 +186,12 @@ def follow(circuit_at, state_at, room_at, x, x1, wall, first, h, whole):
     """
     c = carray(circuit_at, 1)[0]
     ns, n, nz = c.ns, c.n, c.nz
-    length = ns + n + c.switches + nz + 1 + TOLD + c.switches + DID
+    length = ns + n + c.switches + nz + 1 + N_VOLTAGES + c.switches + DID
     longest = max(length, n * n + n)
     state, room = carray(state_at, length), carray(room_at, (ROOMS, longest))
     s, y, switches = state[:ns], state[ns : ns + n], state[ns + n : ns + n + c.switches]
     begin = ns + n + c.switches
-    sizes, told = state[begin : begin + nz + 1], state[begin + nz + 1 : length - DID]
+    sizes, voltages = state[begin : begin + nz + 1], state[begin + nz + 1 : length - DID]
     end, trial, new = room[1], room[2], room[3]
     volts = carray(pointer(c.volts_at), nz)
     thresholds = carray(pointer(c.thresholds_at), (2, c.switches))
@@ -200,7 +199,7 @@ def follow(circuit_at, state_at, room_at, x, x1, wall, first, h, whole):
     total = finest if whole != 0 else finest // 2
     level = max(int(sizes[nz]), 0 if whole != 0 else 1)
     at, square, steps, failed, unit = 0, 0.0, 0, 0, h / total
-    before = place(0.0, x, x1, wall, first, h)
+    before = position_at(0.0, x, x1, wall, first, h)
     while at < total:
         size = finest >> level
         while at % size != 0 or at + size > total:
@@ -210,27 +209,27 @@ def follow(circuit_at, state_at, room_at, x, x1, wall, first, h, whole):
             level += 1
             continue
         seconds = c.seconds / (1 << level)
-        here = place((at + size) * unit, x, x1, wall, first, h)
+        here = position_at((at + size) * unit, x, x1, wall, first, h)
         u = c.charge * (here - before) / seconds
         copy(trial[:n], y)
         steps += 1
-        error, one = step(c, level, s, u, trial, switches, sizes, room, volts, thresholds)
+        error, load_voltage = step(c, level, s, u, trial, switches, sizes, room, volts, thresholds)
         if error > 1.0 and level < LEVELS - 1:
             level = min(level + (2 if error > 16.0 else 1), LEVELS - 1)
             continue
         if not error < NEVER:
             failed += 1  # what does not converge at the shortest step is left as it was for a while, and told
             at = min((at // GIVEN_UP + 1) * GIVEN_UP, total)
-            before = place(at * unit, x, x1, wall, first, h)
+            before = position_at(at * unit, x, x1, wall, first, h)
             continue
         copy(s, end)
         copy(y, trial)
-        copy(told, new)
+        copy(voltages, new)
         logged(c, seconds, state, whole)
         for k in range(nz):
             sizes[k] = max(sizes[k] * (1.0 - FADING * size / finest), abs(s[k]) * volts[k])
-        switch(thresholds, told, switches)
-        square += seconds * ((1.0 - GAMMA) * one * one + GAMMA * new[2] * new[2])
+        switch(thresholds, voltages, switches)
+        square += seconds * ((1.0 - GAMMA) * load_voltage * load_voltage + GAMMA * new[2] * new[2])
         at += size
         before = here
         if error < 0.04:

@@ -90,12 +90,12 @@ class System:
 
     def across(self, a: str, b: str) -> Row:
         """The row of a voltage from a to b, which as a column is that of a current from a to b."""
-        found: Row = {}
+        row: Row = {}
         for name, sign in ((a, 1.0), (b, -1.0)):
             index = self.node(name)
             if index is not None:
-                found[index] = found.get(index, 0.0) + sign
-        return {k: v for k, v in found.items() if v != 0.0}
+                row[index] = row.get(index, 0.0) + sign
+        return {k: v for k, v in row.items() if v != 0.0}
 
     def add(self, rows: Row, columns: Row, value: float = 1.0) -> None:
         """Add a product of a column of equations and a row of unknowns to G."""
@@ -126,15 +126,15 @@ class System:
 
     def dense(self, entries: dict[tuple[int, int], float]) -> Floats:
         """A matrix over all unknowns."""
-        found = np.zeros((self.size, self.size))
+        matrix = np.zeros((self.size, self.size))
         for (i, j), value in entries.items():
-            found[i, j] = value
-        return found
+            matrix[i, j] = value
+        return matrix
 
     def vectors(self, rows: Sequence[Row]) -> Floats:
         """Rows over all unknowns, shape (len(rows), size)."""
-        found = np.zeros((len(rows), self.size))
+        matrix = np.zeros((len(rows), self.size))
         for k, row in enumerate(rows):
             for i, value in row.items():
-                found[k, i] = value
-        return found
+                matrix[k, i] = value
+        return matrix

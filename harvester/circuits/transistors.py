@@ -88,7 +88,7 @@ def _across(system: System, first: str, second: str, reversed_: bool) -> Row:
 class _Side:
     """A junction of a bipolar transistor: its letter, its direction, and the names and usual values of its card."""
 
-    place: str
+    letter: str
     direction: str
     gain: str
     usual_gain: float
@@ -104,13 +104,13 @@ def bipolar(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart])
     model, area = part.model(("npn", "pnp"), _BIPOLAR), part.area
     known, p_type = model.value, model.kind == "pnp"
     nodes = zip("cbe", part.nodes[:3], strict=True)
-    c, b, e = (behind(system, node, f"{part.name}#{one}", known(f"r{one}") / area) for one, node in nodes)
+    c, b, e = (behind(system, node, f"{part.name}#{pin}", known(f"r{pin}") / area) for pin, node in nodes)
     rows = {"be": _across(system, b, e, p_type), "bc": _across(system, b, c, p_type)}
     if not all(rows.values()):
         raise unserved(part, "has its base connected to its collector or emitter: take a diode")
     names: dict[str, float | Node] = {}
-    for (one, side), name in zip(_SIDES.items(), "fr", strict=True):
-        names[one], names[name] = _base_junction(part, system, model, rows[one], side, area)
+    for (pair, side), name in zip(_SIDES.items(), "fr", strict=True):
+        names[pair], names[name] = _base_junction(part, system, model, rows[pair], side, area)
     share, outer = known("xcjc", default=1.0), _across(system, part.nodes[1], c, p_type)
     if share < 1.0 and outer:
         limits = Junction(known("nr", default=1.0) * THERMAL, 0.0)
@@ -129,9 +129,9 @@ def bipolar(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart])
 
 def _layer(model: ModelCard, side: _Side, area: float, transit: float) -> Layer:
     """What a junction of a bipolar transistor stores."""
-    known, one = model.value, side.place
-    shape = known(f"vj{one}", f"p{one}", default=0.75), known(f"mj{one}", f"m{one}", default=0.33)
-    return Layer(known(f"cj{one}") * area, *shape, min(known("fc", default=0.5), 0.9999), transit)
+    known, letter = model.value, side.letter
+    shape = known(f"vj{letter}", f"p{letter}", default=0.75), known(f"mj{letter}", f"m{letter}", default=0.33)
+    return Layer(known(f"cj{letter}") * area, *shape, min(known("fc", default=0.5), 0.9999), transit)
 
 
 def _base_junction(
@@ -140,14 +140,14 @@ def _base_junction(
     """Add a junction of a bipolar transistor with its leakage: its voltage, and the current that it controls."""
     known, saturation = model.value, model.value("is", default=1e-16) * area
     thermal, gain = known(f"n{side.direction}", default=1.0) * THERMAL, known(side.gain, default=side.usual_gain)
-    inside = known("xcjc", default=1.0) if side.place == "c" else 1.0
+    inside = known("xcjc", default=1.0) if side.letter == "c" else 1.0
     v = system.input(row, Junction(thermal, saturation))
     system.add(row, row, GMIN / gain)
     layer = _layer(model, side, inside * area, gain * known(f"t{side.direction}"))
     _add_current(system, v, row, Junction(thermal, saturation / gain), layer)
     if leaked := known(side.leak) * area:
         _add_current(
-            system, v, row, Junction(known(f"n{side.place}", default=side.usual_leak) * THERMAL, leaked), Layer()
+            system, v, row, Junction(known(f"n{side.letter}", default=side.usual_leak) * THERMAL, leaked), Layer()
         )
     names: dict[str, float | Node] = {"v": v, "n": thermal, "i": saturation}
     return v, read("v > -3*n ? i*(exp(v/n) - 1) : -i", part.where, names)
@@ -164,7 +164,7 @@ def mosfet(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) 
     if not min(many, width, length) > 0.0:
         raise InputError(f"{part.where} must have W, M and L - 2 Ld above 0")
     d, g, s, body = part.nodes[:4]
-    d, s = (behind(system, node, f"{part.name}#{one}", known(f"r{one}") / many) for node, one in ((d, "d"), (s, "s")))
+    d, s = (behind(system, node, f"{part.name}#{pin}", known(f"r{pin}") / many) for node, pin in ((d, "d"), (s, "s")))
     phi, sign, gamma = known("phi", default=0.6), -1.0 if p_type else 1.0, known("gamma")
     bulk = Junction(THERMAL, known("is", default=1e-14) * many)
     shape = known("pb", default=0.8), known("mj", default=0.5), known("fc", default=0.5)
@@ -172,11 +172,11 @@ def mosfet(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) 
         "beta": known("kp", default=2e-5) * width / length * many, "half": 0.5, "slope": known("lambda"),
         "vto": sign * known("vto", "vt0"), "gamma": gamma, "phi": phi, "root": math.sqrt(phi),
     }  # fmt: skip
-    for one, node, capacitance in (("d", d, known("cbd")), ("s", s, known("cbs"))):
+    for pin, node, capacitance in (("d", d, known("cbd")), ("s", s, known("cbs"))):
         across = _across(system, body, node, p_type)
-        names["b" + one] = add_junction(system, across, bulk, Layer(capacitance * many, *shape))
+        names["b" + pin] = add_junction(system, across, bulk, Layer(capacitance * many, *shape))
         overlap = system.across(g, node)
-        _add_capacitor(system, f"{part.name}#{one}", overlap, known(f"cg{one}o") * width * many)
+        _add_capacitor(system, f"{part.name}#{pin}", overlap, known(f"cg{pin}o") * width * many)
     _add_capacitor(system, f"{part.name}#b", system.across(g, body), known("cgbo") * length * many)
     raised = "- gamma*((vb < 0 ? sqrt(max(phi - vb, 0)) : max(root - vb/(2*root), 0)) - root)" if gamma else ""
     _add_channel(part, system, (d, g, s), p_type, names, raised)
@@ -187,10 +187,10 @@ def jfet(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) ->
     model, area = part.model(("njf", "pjf"), _JFET), part.area
     known, p_type = model.value, model.kind == "pjf"
     d, g, s = part.nodes[:3]
-    d, s = (behind(system, node, f"{part.name}#{one}", known(f"r{one}") / area) for node, one in ((d, "d"), (s, "s")))
+    d, s = (behind(system, node, f"{part.name}#{pin}", known(f"r{pin}") / area) for node, pin in ((d, "d"), (s, "s")))
     gate, shape = Junction(THERMAL, known("is", default=1e-14) * area), (known("pb", default=1.0), 0.5)
-    for one, node in (("d", d), ("s", s)):
-        layer = Layer(known(f"cg{one}") * area, *shape, known("fc", default=0.5))
+    for pin, node in (("d", d), ("s", s)):
+        layer = Layer(known(f"cg{pin}") * area, *shape, known("fc", default=0.5))
         add_junction(system, _across(system, g, node, p_type), gate, layer)
     names = {"beta": known("beta", default=1e-4) * area, "half": 1.0, "slope": known("lambda")}
     _add_channel(part, system, (d, g, s), p_type, {**names, "vto": known("vto", "vt0", default=-2.0)}, "")

@@ -23,12 +23,12 @@ COARSER = 10.0  # tolerance of ngspice beside twice the step
 class ChargeRun:
     """What one run from empty says: all times in second, voltages in volt (or the probe's unit).
 
-    ``passages``, shape (levels,), are when each level is first reached, infinite where it never is; ``sampled`` the
+    ``passages``, shape (levels,), are when each level is first reached, infinite where it never is; ``curve`` the
     voltage at the times asked for; ``steps`` those of ngspice; ``smoothing`` the capacitance of Csmooth (F).
     """
 
     passages: Floats
-    sampled: Floats
+    curve: Floats
     steps: int
     smoothing: float
 
@@ -39,19 +39,19 @@ def first_passages(t: Floats, u: Floats, levels: Floats) -> Floats:
     Between its points the path is a straight line.
     """
     above = np.searchsorted(np.maximum.accumulate(u), levels, side="left")
-    found = np.full(len(levels), math.inf)
-    found[above == 0] = t[0]
+    passages = np.full(len(levels), math.inf)
+    passages[above == 0] = t[0]
     inside = (above > 0) & (above < len(u))
     k = above[inside]
     share = (levels[inside] - u[k - 1]) / (u[k] - u[k - 1])
-    found[inside] = t[k - 1] + share * (t[k] - t[k - 1])
-    return found
+    passages[inside] = t[k - 1] + share * (t[k] - t[k - 1])
+    return passages
 
 
 def charges_in_workers(
     device: CoupledDevice,
     seeds: Sequence[np.random.SeedSequence],
-    kicks: int,
+    n_steps: int,
     levels: Floats,
     times: Floats,
     anywhere: bool,
@@ -59,29 +59,29 @@ def charges_in_workers(
 ) -> Iterator[tuple[ChargeRun, ChargeRun]]:
     """One run from rest for each seed, and the same one at twice the step and ten times ngspice's tolerance.
 
-    Both are on the same noise; runs begin in each of the resting places in turn.  ``kicks``, an even number, are the
+    Both are on the same noise; runs begin in each of the resting places in turn.  ``n_steps``, an even number, are the
     steps of a run; ``levels`` and ``times`` as of `ChargeRun`.  The quantity is the device's one probe, or without one
     the voltage of Csmooth.  A record, or a harmonic drive, begins at its beginning, or with ``anywhere`` at a random
     place.
 
     Raises as `harvester.cosimulation.runs.measure_in_workers`.
     """
-    places = itertools.cycle((x, 0.0, 0.0, 0.0) for x in device.eqs.resting_places)
-    same = kicks, levels, times, anywhere, deadline
+    starts = itertools.cycle((x, 0.0, 0.0, 0.0) for x in device.eqs.resting_places)
+    same = n_steps, levels, times, anywhere, deadline
     jobs = [
         (device, seed, *same, start, coarse)
-        for seed, start in zip(seeds, places, strict=False)
+        for seed, start in zip(seeds, starts, strict=False)
         for coarse in (False, True)
     ]
     done = map_in_workers(_charge, jobs)
-    for one in done:
-        yield one, next(done)
+    for run in done:
+        yield run, next(done)
 
 
 def _charge(
     device: CoupledDevice,
     seed: np.random.SeedSequence,
-    kicks: int,
+    n_steps: int,
     levels: Floats,
     times: Floats,
     anywhere: bool,
@@ -93,7 +93,7 @@ def _charge(
     eqs = device.eqs
     drawn = anywhere or eqs.coloured is not None or eqs.density is not None
     rng = np.random.default_rng(child(seed, 1)) if drawn else None
-    noise = gaussian_grid(seed, kicks)
+    noise = gaussian_grid(seed, n_steps)
     if coarse:
         noise = coarsened(noise)
         device = dataclasses.replace(device, h=2.0 * device.h, reltol=COARSER * device.reltol)
@@ -102,8 +102,8 @@ def _charge(
     if device.probes:
         t, u = drive.series["time"], values_of(device.probes[0], drive)
     else:
-        readings = drive.path().t / device.scales.frequency
-        t, u = np.append(0.0, readings), np.append(0.0, drive.charge)
+        reading_times = drive.path().t / device.scales.frequency
+        t, u = np.append(0.0, reading_times), np.append(0.0, drive.charge)
     passages = first_passages(t, u, levels)
     return ChargeRun(passages, np.interp(times, t, u), int(drive.state[0].accepted), drive.smoothing)
 

@@ -33,7 +33,7 @@ from harvester.scene.load import Load
 from harvester.uncertainty.value import Value
 
 MOST_STEPS, MOST_READINGS = 100_000_000, 5_000_000
-OWN = ("time", "voltage", "current", "load_power")  # columns of every answer
+COLUMNS = ("time", "voltage", "current", "load_power")  # columns of every answer
 
 
 class Cosimulation(TableResult):
@@ -120,7 +120,7 @@ class Cosimulation(TableResult):
     @property
     def table(self) -> Table:
         """Time, the model's state, voltage, current, the load's power, and the probes."""
-        columns = [Column("time", self.time, "s", "time"), *(Column(one, cells) for one, cells in self.state.items())]
+        columns = [Column("time", self.time, "s", "time"), *(Column(name, cells) for name, cells in self.state.items())]
         columns += [Column("voltage", self.voltage, "V"), Column("current", self.current, "A")]
         columns += [Column("load_power", self.load_power, "W")]
         columns += [Column(name, values, self.probe_units[name]) for name, values in self.probes.items()]
@@ -129,7 +129,8 @@ class Cosimulation(TableResult):
     @property
     def ranges(self) -> Table:
         """Between which ends each of its quantities goes."""
-        ends = [Column(one.name, [min(one.cells), max(one.cells)], one.unit) for one in self.table.columns[1:]]
+        columns = self.table.columns[1:]
+        ends = [Column(column.name, [min(column.cells), max(column.cells)], column.unit) for column in columns]
         return Table((Column("end", ["least", "largest"]), *ends), "On this path")
 
 
@@ -214,8 +215,8 @@ def cosimulate(
     _check_port(port)
     check_model(model, start, h)
     for name in start._fields:
-        if name in OWN:
-            raise invalid("`start`", f"have no number of the name {', '.join(OWN)}, which are columns", name)
+        if name in COLUMNS:
+            raise invalid("`start`", f"have no number of the name {', '.join(COLUMNS)}, which are columns", name)
     if compiled and not can_be_compiled(model):
         raise invalid("`model`", "be a NamedTuple of numbers for `compiled`=True", model)
     load = _circuit(circuit, port)
@@ -226,7 +227,7 @@ def cosimulate(
     job = ModelJob(model, start, load, port, h, steps, every, seed, (tolerance, volts), probes, whole)
     run = next(map_in_workers(run_model, [(packed(job),)]))
     state = {name: run.samples[:, k] for k, name in enumerate(start._fields)}
-    doubt = open_balance(Value(run.ledger.residual))
+    remark = open_balance(Value(run.ledger.residual))
     ledger = {LEDGER + name: getattr(run.ledger, name) for name in ("input", "circuit", "load", "stored")}
     return Cosimulation(
         time=h * every * np.arange(len(run.samples), dtype=np.float64),
@@ -243,9 +244,9 @@ def cosimulate(
         seconds=run.seconds,
         compilation_seconds=run.compilation,
         compiled=whole,
-        probes={one.name: values for one, values in zip(probes, run.probed, strict=True)},
-        probe_units={one.name: one.unit for one in probes},
-        diagnostics=(*([] if doubt is None else [doubt]), note("model_path")),
+        probes={probe.name: values for probe, values in zip(probes, run.probed, strict=True)},
+        probe_units={probe.name: probe.unit for probe in probes},
+        diagnostics=(*([] if remark is None else [remark]), note("model_path")),
     )
 
 

@@ -49,7 +49,7 @@ class _Path:
     """
 
     def __init__(self, device: CoupledDevice, phase: float, deadline: float, enough: float) -> None:
-        self.device, self.deadline, self.enough, self.steps, self.kicks = device, deadline, enough, 0, 0
+        self.device, self.deadline, self.enough, self.steps, self.mass_steps = device, deadline, enough, 0, 0
         self.farads = 0.0  # of Csmooth
         self.known: list[Known] = []  # of the runs that ended
         period = device.eqs.shaking_period
@@ -59,25 +59,25 @@ class _Path:
         self.shaking = forcing(device.eqs, device.h, self.size)
 
     def run(
-        self, section: CoupledState, kicks: int, since: int = 0, stride: int | None = None
+        self, section: CoupledState, n_steps: int, since: int = 0, stride: int | None = None
     ) -> tuple[CoupledState, Drive]:
         """Go on for so many kicks, with means from the kick ``since`` on: the section there, and the finished drive."""
         device, s = self.device, self.device.scales
         assert self.shaking is not None
         check_one_mode(device.eqs)
-        at = np.arange(round(self.phase * self.size), round(self.phase * self.size) + kicks + 1)
+        at = np.arange(round(self.phase * self.size), round(self.phase * self.size) + n_steps + 1)
         voltage, stored = (section.nodes["p"], 0.0) if section.nodes else section.across
         start = section.x, section.v, voltage / s.volts, stored / s.volts
-        grid, covered = (device.h, stride or kicks), (since - 0.5) * device.h
+        grid, covered = (device.h, stride or n_steps), (since - 0.5) * device.h
         shaking = self.shaking[at % self.size]
         smooth = device.eqs.stop_stiffness is None
-        given = s.volts, s.frequency, np.zeros(kicks), *grid, start, not device.load.linear, covered, shaking, smooth
+        given = s.volts, s.frequency, np.zeros(n_steps), *grid, start, not device.load.linear, covered, shaking, smooth
         try:
             drive = run_in_this_process(device, Drive(device.eqs, *given), self.deadline, section.nodes)
         except CircuitError as error:
             error.so_far = later_half([*self.known, *([error.so_far] if error.so_far else [])])
             raise
-        self.steps, self.kicks = self.steps + int(drive.state[0].accepted), self.kicks + kicks
+        self.steps, self.mass_steps = self.steps + int(drive.state[0].accepted), self.mass_steps + n_steps
         self.farads = drive.smoothing
         (power, square, _), state = self.means(drive), drive.state[0]
         self.known.append((float(power), float(square), float(state.end - state.begin)))
@@ -154,7 +154,8 @@ class _Path:
         wave = drive.kicked[-turns * self.size :, [0, 2]]
         quiet = quiet_kick(np.diff(wave[:, 0], append=wave[0, 0]))[1] / self.size
         there = section, self.phase, turns, settled.secants(WORTH), self.farads, quiet
-        return PeriodicResponse(*there, power, square, ledger, left, self.kicks / self.size, self.steps, wave, probed)
+        periods = self.mass_steps / self.size
+        return PeriodicResponse(*there, power, square, ledger, left, periods, self.steps, wave, probed)
 
     def returns(self, settled: Settling, names: list[str], turns: int) -> bool:
         """Whether a motion that is pushed aside comes nearer again."""
@@ -174,18 +175,18 @@ def periodic_response(
     None where it does not come back, even after some periods.  Raises as `run_in_this_process`.
     """
     path = _Path(device, origin.phase if near is None else near.phase, deadline, enough)
-    own = device.load.topology is None and not device.load.linear  # which may feed what grows
-    linear = linear_growth(device.eqs) is not None and not own
+    has_own_energy = device.load.topology is None and not device.load.linear  # which may feed what grows
+    linear = linear_growth(device.eqs) is not None and not has_own_energy
     section, known = (origin.section, None) if near is None else (near.section, near.secants)
     path.farads = 0.0 if near is None else near.farads
     stays = near is not None and (not linear or near.quiet > QUIET)  # on its branch, as long as that is there
-    if near and stays and (found := _settled(path, section, near.turns, linear, known, linear)):
-        return found
+    if near and stays and (response := _settled(path, section, near.turns, linear, known, linear)):
+        return response
     section, moved = _to_a_quiet_phase(path, section, near is None)
     known = None if moved else known
     section = section if linear else _near_a_response(path, section)
-    if (found := _settled(path, section, origin.turns, linear, known, linear)) is not None:
-        return found
+    if (response := _settled(path, section, origin.turns, linear, known, linear)) is not None:
+        return response
     again, section = path.wander(section, 2 * path.longest)
     return _settled(path, section, again, False) if again else None
 
@@ -228,8 +229,8 @@ def _settled(
     if fresh and settled.reach(ROUGHLY):
         settled.probe()
     guessed = surely and settled.reach(path.enough, guess=True)
-    if guessed and (found := path.measured(settled, names, turns, path.enough)):
-        return found
+    if guessed and (response := path.measured(settled, names, turns, path.enough)):
+        return response
     if not settled.reach(path.enough) or not (surely or path.returns(settled, names, turns)):
         return None
     return path.measured(settled, names, turns)

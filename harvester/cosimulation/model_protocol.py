@@ -47,21 +47,21 @@ class Mechanics(Protocol):
 Model = Mechanics  # as users know it
 
 
-def is_named_tuple(one: object) -> bool:
+def is_named_tuple(value: object) -> bool:
     """Whether an object is a NamedTuple of numbers."""
-    fields = getattr(one, "_fields", ())
-    return isinstance(one, tuple) and len(fields) == len(one) > 0 and all(map(is_number, one))
+    fields = getattr(value, "_fields", ())
+    return isinstance(value, tuple) and len(fields) == len(value) > 0 and all(map(is_number, value))
 
 
-def is_number(one: object) -> bool:
+def is_number(value: object) -> bool:
     """Whether an object is a real number, and no truth value."""
-    return isinstance(one, numbers.Real) and not isinstance(one, bool)
+    return isinstance(value, numbers.Real) and not isinstance(value, bool)
 
 
 def can_be_compiled(model: Any) -> bool:
     """Whether a model is a NamedTuple of numbers and of None."""
     fields = getattr(model, "_fields", None)
-    return isinstance(model, tuple) and fields is not None and all(one is None or is_number(one) for one in model)
+    return isinstance(model, tuple) and fields is not None and all(part is None or is_number(part) for part in model)
 
 
 def check_model(model: Any, start: Any, h: float) -> None:
@@ -72,7 +72,7 @@ def check_model(model: Any, start: Any, h: float) -> None:
     """
     if isinstance(model, type):
         raise invalid("`model`", "be an object, such as Oscillator(m=0.01), rather than its class", model)
-    for name in (*NEEDED, *(EVENTS if any(hasattr(model, one) for one in EVENTS) else ())):
+    for name in (*NEEDED, *(EVENTS if any(hasattr(model, event) for event in EVENTS) else ())):
         if not callable(getattr(model, name, None)):
             have = ", ".join(EVENTS) if name in EVENTS else ", ".join(NEEDED)
             raise InputError(f"`model` must have the functions {have}, but {shown(type(model).__name__)} has no {name}")
@@ -94,14 +94,14 @@ def check_event(when: Any, h: float, at: str = "") -> None:
         raise invalid(f"`model.event`{at}", f"give a time within the drift, from 0 to {h:.6g} s, or None", when)
 
 
-def _called(model: Any, name: str, wanted: str, *arguments: Any) -> Any:
+def _called(model: Any, name: str, signature: str, *arguments: Any) -> Any:
     """What a model's function gives; errors inside it are its author's, and go through."""
     function: Callable[..., Any] = getattr(model, name)
     try:
         inspect.signature(function).bind(*arguments)
     except TypeError:
         taken = str(inspect.signature(function))
-        raise invalid(f"`model.{name}`", f"take ({wanted})", taken) from None
+        raise invalid(f"`model.{name}`", f"take ({signature})", taken) from None
     return function(*arguments)
 
 

@@ -73,15 +73,15 @@ class ModelRun:
 
 def packed(job: ModelJob) -> bytes:
     """A job as a worker takes it: with the model's code, whose module may be found from here alone."""
-    names = {type(one).__module__ for one in (job.model, job.start)} - {"__main__", "builtins"}
+    names = {type(instance).__module__ for instance in (job.model, job.start)} - {"__main__", "builtins"}
     modules = [sys.modules[name] for name in names if name in sys.modules]
-    for one in modules:
-        cloudpickle.register_pickle_by_value(one)
+    for module in modules:
+        cloudpickle.register_pickle_by_value(module)
     try:
         return bytes(cloudpickle.dumps(job))
     finally:
-        for one in modules:
-            cloudpickle.unregister_pickle_by_value(one)
+        for module in modules:
+            cloudpickle.unregister_pickle_by_value(module)
 
 
 def run_model(data: bytes) -> ModelRun:
@@ -120,7 +120,7 @@ def run_model(data: bytes) -> ModelRun:
     s: Any = drive.state[0]
     _check(job, s, drive.at if callbacks is None else callbacks.at)
     times = job.h * job.stride * np.arange(len(drive.record.samples))
-    seen = [np.interp(times, drive.series["time"], values_of(one, drive)) for one in job.probes]
+    seen = [np.interp(times, drive.series["time"], values_of(probe, drive)) for probe in job.probes]
     return ModelRun(
         drive.record.samples,
         drive.record.events[: s.impacts].copy(),
@@ -155,10 +155,11 @@ def _compiled(job: ModelJob) -> tuple[int, int]:
 
     try:
         kinds: Any = type(job.model), type(job.start)
-        made = compiled(*kinds, tuple(one is None for one in job.model))
+        made = compiled(*kinds, tuple(component is None for component in job.model))
     except numba.core.errors.NumbaError as error:
         text = re.sub(r"\x1b\[\d*m", "", str(error))
-        text = next((one.strip() for one in text.splitlines() if one.strip() and not HEADING.match(one.strip())), "")
+        lines = (line.strip() for line in text.splitlines())
+        text = next((line for line in lines if line and not HEADING.match(line)), "")
         raise InputError(
             f"`model` must be such that numba compiles it, but {type(job.model).__name__} is not: {text[:200]} "
             "(`compiled`=False runs it in plain Python)"

@@ -28,7 +28,7 @@ class CoupledState:
 
     def moved(self, since: "CoupledState", now: "CoupledState") -> "CoupledState":
         """Go the way of another one of the same nodes, from ``since`` to ``now``."""
-        nodes = {name: one + now.nodes[name] - since.nodes[name] for name, one in self.nodes.items()}
+        nodes = {name: voltage + now.nodes[name] - since.nodes[name] for name, voltage in self.nodes.items()}
         return CoupledState(self.x + now.x - since.x, self.v + now.v - since.v, nodes)
 
 
@@ -74,16 +74,16 @@ def unkicked(drive: Drive, a: float) -> float:
     state = drive.state[0]
     x, voltage, v = drive.samples[-1, [0, 1, 3]]
     half, c = 0.5 * float(state.h), drive.coefficients
-    at_rest, at_speed = (interpreted(kick)(State(x, one, voltage), 0.0, half, c, a) for one in (0.0, 1.0))
+    at_rest, at_speed = (interpreted(kick)(State(x, speed, voltage), 0.0, half, c, a) for speed in (0.0, 1.0))
     return float((v - at_rest) / (at_speed - at_rest))
 
 
 def flat(section: CoupledState, volts: float) -> Floats:
     """The section as one array of shape (2 + nodes,): x, x' and the node voltages in units of ``volts``."""
-    return np.array([section.x, section.v, *(one / volts for one in section.nodes.values())])
+    return np.array([section.x, section.v, *(voltage / volts for voltage in section.nodes.values())])
 
 
 def section_of(y: Floats, names: list[str], volts: float) -> CoupledState:
     """The section of the numbers of `flat`, whose nodes have these names."""
-    voltages = {name: float(one) * volts for name, one in zip(names, y[2:], strict=True)}
+    voltages = {name: float(voltage) * volts for name, voltage in zip(names, y[2:], strict=True)}
     return CoupledState(float(y[0]), float(y[1]), voltages)

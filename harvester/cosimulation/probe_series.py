@@ -39,12 +39,12 @@ def means_of_probes(probes: Sequence[Probe], drive: Drive) -> Floats:
     if s.measuring != AFTER or not probes:
         return np.full((len(probes), 4), math.nan)
     here = slice(np.searchsorted(times, s.begin * (1.0 - 1e-12)), np.searchsorted(times, s.end * (1.0 + 1e-12)))
-    t, found = times[here], []
+    t, rows = times[here], []
     for probe in probes:
         y = values_of(probe, drive)[here]
-        means = [float(np.trapezoid(one, t)) / (t[-1] - t[0]) for one in (y, y * y)]
-        found.append([*means, float(y.min()), float(y.max())])
-    return np.array(found, dtype=np.float64)
+        means = [float(np.trapezoid(series, t)) / (t[-1] - t[0]) for series in (y, y * y)]
+        rows.append([*means, float(y.min()), float(y.max())])
+    return np.array(rows, dtype=np.float64)
 
 
 def probes_at(probes: Sequence[Probe], drive: Drive, times: Floats) -> Floats:

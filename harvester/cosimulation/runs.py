@@ -17,7 +17,7 @@ from harvester.arrays import Floats
 from harvester.cosimulation.lockstep.energy_ledger import EnergyLedger, ledger_of
 from harvester.cosimulation.ngspice.locate_libngspice import find_library
 from harvester.cosimulation.probe_series import means_of_probes, vectors_of
-from harvester.cosimulation.worker_pool import map_in_workers, worker_count
+from harvester.cosimulation.worker_pool import map_in_workers, start_beforehand, worker_count
 from harvester.equations.coefficients import Equations
 from harvester.equations.scales import Scales
 from harvester.errors import UnboundedResponseError
@@ -129,7 +129,7 @@ def run_in_this_process(
     from harvester.cosimulation.ngspice.trial import checked_ngspice
 
     scales, vectors = device.scales, vectors_of(device.probes)
-    x, _, voltage, charge = (scales.volts * one for one in drive.start[:4])
+    x, _, voltage, charge = (scales.volts * quantity for quantity in drive.start[:4])
     whole = device.h / scales.frequency, drive.duration, (x, voltage, charge), scales.volts
     keeps = len(drive.start) == 4
     given = *whole, device.reltol, nodes, vectors, device.trapezoidal, keeps
@@ -143,7 +143,7 @@ def run_in_this_process(
 def _measure(
     device: CoupledDevice,
     seed: np.random.SeedSequence,
-    kicks: int,
+    n_steps: int,
     burn_in: float,
     with_control: bool,
     deadline: float,
@@ -153,8 +153,8 @@ def _measure(
     """The means of one trajectory, in this process; arguments as of `measure_in_workers`."""
     from harvester.circuits.compiled_circuit import CompiledCircuit
 
-    grid, shaken = gaussian_grid if device.gaussian else three_point_grid, (device.eqs, device.h, kicks)
-    noise = coarsened(grid(seed, 2 * kicks)) if device.coarse else grid(seed, kicks)
+    grid, shaken = gaussian_grid if device.gaussian else three_point_grid, (device.eqs, device.h, n_steps)
+    noise = coarsened(grid(seed, 2 * n_steps)) if device.coarse else grid(seed, n_steps)
     shaking = (coarse_forcing if device.coarse else forcing)(*shaken, np.random.default_rng(child(seed, 1)))
     nodes = nodes_of(device, start) if isinstance(device.ideal, CompiledCircuit) and len(start) > 4 else None
     drive = run_in_this_process(device, new_drive(device, noise, burn_in, shaking, start), deadline, nodes)
@@ -186,13 +186,13 @@ def _blocks(drive: "Drive", burn_in: float, blocks: int, new: Floats | None) -> 
     state = drive.state[0]
     h, stride = float(state.h), int(state.stride)
     first = math.ceil(burn_in / (h * stride) - 1e-6)
-    kicks = (len(drive.samples) - first) // blocks * stride
-    edges = first * stride - 1 + kicks * np.arange(blocks + 1)
-    load = np.diff(drive.kicked[edges, 4]) / (kicks * h / float(state.w0))
-    rows = edges[:-1, None] + np.arange(kicks + 1)
+    n_steps = (len(drive.samples) - first) // blocks * stride
+    edges = first * stride - 1 + n_steps * np.arange(blocks + 1)
+    load = np.diff(drive.kicked[edges, 4]) / (n_steps * h / float(state.w0))
+    rows = edges[:-1, None] + np.arange(n_steps + 1)
     states = np.moveaxis(drive.kicked[rows, :4], -1, 0)
     begun = None if new is None else new[:, rows[:, 1:]]  # kick k is at the time (k + 1) h
-    return load, path_controls(drive.eqs, states, drive.noise[rows[:, :-1]], kicks * h, begun)
+    return load, path_controls(drive.eqs, states, drive.noise[rows[:, :-1]], n_steps * h, begun)
 
 
 def _control(
@@ -222,14 +222,35 @@ def warm_up_workers(device: CoupledDevice, with_control: bool = False) -> float:
     """
     begin = time.perf_counter()
     find_library()
-    device = dataclasses.replace(
-        device,
-        load=load_circuit(Load(resistance=1.0 / (device.scales.capacitance * device.scales.frequency))),
-        probes=(),
-    )
+    device = _with_resistor(device)
     seeds = [np.random.SeedSequence(0)] * worker_count()
     list(measure_in_workers(device, seeds, 4 * device.stride, 0.0, with_control))
     return time.perf_counter() - begin
+
+
+def _with_resistor(device: CoupledDevice) -> CoupledDevice:
+    """The device with a load resistor, which takes no time."""
+    resistance = 1.0 / (device.scales.capacitance * device.scales.frequency)
+    return dataclasses.replace(device, load=load_circuit(Load(resistance=resistance)), probes=())
+
+
+def compile_beforehand(device: CoupledDevice) -> None:
+    """Start a worker that compiles what runs beside a compiled circuit need, while this process compiles the rest."""
+    from harvester.circuits.substeps import follow
+
+    start = (device.eqs.resting_places[0], 0.0, 0.0, 0.0)
+    given = _with_resistor(device), np.random.SeedSequence(0), 4 * device.stride, 0.0, True, math.inf, 1, start
+    if follow.is_cached:
+        start_beforehand((_measure, given))
+    else:
+        follow.elsewhere = start_beforehand((_compile_follow, ()), (_measure, given))
+
+
+def _compile_follow() -> None:
+    """Compile the steps of circuits, for the cache."""
+    from harvester.circuits.substeps import follow
+
+    assert follow.address
 
 
 def path_in_worker(device: CoupledDevice, noise: Floats, shaking: Floats | None = None) -> Path:
@@ -241,14 +262,14 @@ def path_in_worker(device: CoupledDevice, noise: Floats, shaking: Floats | None 
 def measure_in_workers(
     device: CoupledDevice,
     seeds: Sequence[np.random.SeedSequence],
-    kicks: int,
+    n_steps: int,
     burn_in: float,
     with_control: bool = False,
     deadline: float = math.inf,
     blocks: int = 1,
     starts: Sequence[Start] | None = None,
 ) -> Iterator[TrajectoryMeans]:
-    """Run one trajectory of ``kicks`` steps (an even number) for each seed in the workers; yields means in order.
+    """Run one trajectory of ``n_steps`` steps (an even number) for each seed in the workers; yields means in order.
 
     Time averages begin at the nondimensional time ``burn_in``, over equal ``blocks``, with controls where these are
     more than one; ``with_control`` adds the control variate.  Trajectories begin in ``starts``, one for each seed, or
@@ -257,9 +278,9 @@ def measure_in_workers(
     Raises CircuitError when ngspice refuses the circuit, does not converge, comes no further for ``device.patience``
     seconds, or dies; OutOfTimeError for the first run that has not ended at the ``deadline`` of `time.monotonic`.
     """
-    places = itertools.cycle((x, 0.0, 0.0, 0.0) for x in device.eqs.resting_places)
-    same = kicks, burn_in, with_control, deadline, blocks
-    jobs = zip(seeds, places if starts is None else starts, strict=False)
+    resting = itertools.cycle((x, 0.0, 0.0, 0.0) for x in device.eqs.resting_places)
+    same = n_steps, burn_in, with_control, deadline, blocks
+    jobs = zip(seeds, resting if starts is None else starts, strict=False)
     yield from map_in_workers(_measure, [(device, seed, *same, start) for seed, start in jobs])
 
 

@@ -20,7 +20,7 @@ ORDER = 0.4  # of the error against reltol, as SSHI shows it from 1e-4 to 1e-6; 
 def tolerance_in_workers(
     device: CoupledDevice,
     seeds: Sequence[np.random.SeedSequence],
-    kicks: int,
+    n_steps: int,
     burn_in: float,
     deadline: float,
     starts: Sequence[Start],
@@ -34,16 +34,16 @@ def tolerance_in_workers(
     is doubled meanwhile, which changes the answer by as much as it has done itself.  Arguments and errors
     as of `measure_in_workers`.
     """
-    jobs = [(device, seed, kicks, burn_in, deadline, start) for seed, start in zip(seeds, starts, strict=True)]
+    jobs = [(device, seed, n_steps, burn_in, deadline, start) for seed, start in zip(seeds, starts, strict=True)]
     yield from map_in_workers(_tolerance, jobs)
 
 
 def _tolerance(
-    device: CoupledDevice, seed: np.random.SeedSequence, kicks: int, burn_in: float, deadline: float, start: Start
+    device: CoupledDevice, seed: np.random.SeedSequence, n_steps: int, burn_in: float, deadline: float, start: Start
 ) -> tuple[dict[str, float], Floats]:
     """`tolerance_in_workers` of one seed, in this process."""
-    noise = three_point_grid(seed, kicks)
-    shaking = forcing(device.eqs, device.h, kicks, np.random.default_rng(child(seed, 1)))
+    noise = three_point_grid(seed, n_steps)
+    shaking = forcing(device.eqs, device.h, n_steps, np.random.default_rng(child(seed, 1)))
     first, second = (new_drive(device, noise, burn_in, shaking, start) for _ in range(2))
     run_in_this_process(device, first, deadline)
     second.kicked[:] = first.kicked
@@ -51,15 +51,15 @@ def _tolerance(
     finer = dataclasses.replace(device, reltol=0.1 * device.reltol, shunt=2.0 * device.shunt)
     run_in_this_process(finer, second, deadline)
     since = math.ceil(burn_in / (device.h * device.stride) - 1e-6)
-    means = [(float((one.samples[since:, 4] ** 2).mean()), float(one.state[0].load)) for one in (first, second)]
-    found = zip(("V2", "load"), *means, strict=True)
-    moments = {name: (rough - fine) / fine / (1.0 - 0.1**ORDER) if fine else 0.0 for name, rough, fine in found}
-    rough, fine = (means_of_probes(device.probes, one) for one in (first, second))
+    means = [(float((drive.samples[since:, 4] ** 2).mean()), float(drive.state[0].load)) for drive in (first, second)]
+    pairs = zip(("V2", "load"), *means, strict=True)
+    moments = {name: (rough - fine) / fine / (1.0 - 0.1**ORDER) if fine else 0.0 for name, rough, fine in pairs}
+    rough, fine = (means_of_probes(device.probes, drive) for drive in (first, second))
     return moments, (rough - fine) / sizes_of_probes(fine) / (1.0 - 0.1**ORDER)
 
 
 def same_motion_means(
-    device: CoupledDevice, seed: np.random.SeedSequence, kicks: int, burn_in: float, deadline: float, start: Start
+    device: CoupledDevice, seed: np.random.SeedSequence, n_steps: int, burn_in: float, deadline: float, start: Start
 ) -> dict[str, tuple[float, float]]:
     """E[V^2] ("V2") and the load's energy in J ("load") of ngspice and of the device's compiled circuit.
 
@@ -67,18 +67,18 @@ def same_motion_means(
     after impacts.  Arguments as of `harvester.cosimulation.runs.measure_in_workers`; raises as
     `harvester.cosimulation.runs.run_in_this_process`.
     """
-    circuit, noise = device.ideal, three_point_grid(seed, kicks)
+    circuit, noise = device.ideal, three_point_grid(seed, n_steps)
     assert isinstance(circuit, CompiledCircuit), "of a compiled circuit"
-    shaking = forcing(device.eqs, device.h, kicks, np.random.default_rng(child(seed, 1)))
-    own = circuit.trace(device.eqs, noise, device.h, 1, start[:2], start[4], shaking)
+    shaking = forcing(device.eqs, device.h, n_steps, np.random.default_rng(child(seed, 1)))
+    reference = circuit.trace(device.eqs, noise, device.h, 1, start[:2], start[4], shaking)
     drive = new_drive(device, noise, 0.0, shaking, start)
-    drive.kicked[:, 2] = own.samples[:, 1]
+    drive.kicked[:, 2] = reference.samples[:, 1]
     drive.state["follows"] = 1
     run_in_this_process(device, drive, deadline, nodes_of(device, start))
     first = math.ceil(burn_in / device.h)
     taken = drive.kicked[-1, 4] - drive.kicked[first, 4]
-    given = (own.square[-1] - own.square[first]) / circuit.resistance
-    squares = (float((one.V[first:] ** 2).mean()) for one in (drive.path(), own))
+    given = (reference.square[-1] - reference.square[first]) / circuit.resistance
+    squares = (float((path.V[first:] ** 2).mean()) for path in (drive.path(), reference))
     return {"V2": (next(squares), next(squares)), "load": (float(taken), float(given))}
 
 

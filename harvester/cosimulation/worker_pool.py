@@ -7,7 +7,7 @@ pieces, after a hang it goes on calculating.  It is killed, and the next job get
 import os
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Future
+from concurrent.futures import Future, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -25,6 +25,7 @@ T = TypeVar("T")
 BARE = "ngspice", ".spiceinit"  # a folder, and the file of commands there
 IDLE = 60.0  # seconds after which a process without a job ends
 _idle = processes.idle_processes()
+_ahead: deque[tuple[loky.ProcessPoolExecutor, list[Future[Any]]]] = deque()
 
 
 @dataclass
@@ -63,7 +64,7 @@ def worker_count() -> int:
 
 
 def map_in_workers(function: Callable[..., T], arguments: Sequence[tuple[Any, ...]]) -> Iterator[T]:
-    """Call ``function(*one)`` for each of the arguments in worker processes, and yield the results in their order.
+    """Call ``function(*given)`` for each of the arguments in worker processes, and yield the results in their order.
 
     `worker_count` of them run at a time.  The error of a job is raised where its result would be yielded.  Jobs that
     still run when the iteration ends, by an error or because its reader stops, are killed.
@@ -74,6 +75,7 @@ def map_in_workers(function: Callable[..., T], arguments: Sequence[tuple[Any, ..
     if here is not None and here.trusted:
         yield from _in_this_process(function, arguments, here)
         return
+    wait_for_those_ahead()
     waiting = deque(enumerate(arguments))
     done: dict[int, Future[T]] = {}
     following = 0
@@ -82,8 +84,8 @@ def map_in_workers(function: Callable[..., T], arguments: Sequence[tuple[Any, ..
         """Start the next job in an idle process that still lives, else in a new one."""
         if not waiting:
             return None
-        number, one = waiting.popleft()
-        return number, *processes.submit_to_one(_idle, _new, function, one)
+        number, given = waiting.popleft()
+        return number, *processes.submit_to_one(_idle, _new, function, given)
 
     for number, job, process in processes.completed(start, worker_count()):
         done[number] = job
@@ -95,11 +97,39 @@ def map_in_workers(function: Callable[..., T], arguments: Sequence[tuple[Any, ..
             following += 1
 
 
+def start_beforehand(*jobs: tuple[Callable[..., Any], tuple[Any, ...]]) -> "Future[Any] | None":
+    """Start jobs, one after the other, in a worker process that others will use, while this one compiles; the first.
+
+    What they compile is in the cache afterwards, and what they give or raise is left aside.  None, and no job, on one
+    core, without a cache, in a process that runs ngspice itself, and beside workers that run already.
+    """
+    if worker_count() == 1 or _here.get() is not None or _idle or _ahead or folders.cache_folder() is None:
+        return None
+    process = _new()
+    futures = [processes.submit_to_one(deque([process]), _new, *job)[0] for job in jobs]
+    _ahead.append((process, futures))
+    return futures[0]
+
+
+def wait_for_those_ahead() -> None:
+    """Wait for the jobs of `start_beforehand`, after which their processes are idle ones."""
+    while _ahead:
+        process, futures = _ahead.popleft()
+        wait(futures)
+        _free_or_kill(process, next((error for future in futures if (error := future.exception()) is not None), None))
+
+
+def end_those_ahead() -> None:
+    """Kill the processes of `start_beforehand` whose jobs nobody has waited for."""
+    while _ahead:
+        processes.kill(_ahead.popleft()[0])
+
+
 def _in_this_process(function: Callable[..., T], arguments: Sequence[tuple[Any, ...]], here: Here) -> Iterator[T]:
     """The results of `map_in_workers`, one after the other."""
-    for one in arguments:
+    for given in arguments:
         try:
-            result = function(*one)
+            result = function(*given)
         except CircuitError:
             here.trusted = False
             raise

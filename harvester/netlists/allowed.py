@@ -58,11 +58,11 @@ def _check_line(line: Line) -> None:
         raise invalid(where, "close its braces and quotes", line.text[:60])
     if word == "rload" and re.search(r"\b[vi]\s*\(|\b(time|temper|hertz)\b", line.text, re.IGNORECASE):
         raise invalid(where, "give Rload a constant resistance", line.text[:60])
-    if found := _WORDS.search(line.text):
-        raise invalid(where, "name no file, no command and no random or external source", found[0])
-    if found := _DRAWN.search(line.text):
+    if match := _WORDS.search(line.text):
+        raise invalid(where, "name no file, no command and no random or external source", match[0])
+    if match := _DRAWN.search(line.text):
         remedy = "(harvester tolerance --vary draws parts from a seed)"
-        raise invalid(where, f"use no function that draws a random number {remedy}", found[1])
+        raise invalid(where, f"use no function that draws a random number {remedy}", match[1])
     if word == ".model":
         _check_model(where, line.text.lower())
 
@@ -91,11 +91,11 @@ def check_names(subcircuits: dict[str, list[Line]], outside: list[Line]) -> None
                 expressions.append((text.split("=", 1)[1], ""))
             for expression in ("".join(pair) for pair in expressions):
                 bare = re.sub(r"\b[vi]\s*\([^)]*\)", " ", expression)
-                for found in _NAME.finditer(bare):
-                    if found[0] not in known and not re.match(r"\s*[(=]", bare[found.end() :]):
+                for match in _NAME.finditer(bare):
+                    if match[0] not in known and not re.match(r"\s*[(=]", bare[match.end() :]):
                         raise InputError(
                             f"netlist {line.where} must use parameters that have a value, "
-                            f"but {shown(found[0])} has none: give it on the .subckt line"
+                            f"but {shown(match[0])} has none: give it on the .subckt line"
                         )
 
 
@@ -134,13 +134,13 @@ def with_parts(lines: list[Line], folder: Path) -> list[Line]:
     """
     defined = {name for name, _ in _definitions(lines)}
     parts = {name: body for name, body in _parts(folder).items() if name not in defined}
-    found: list[Line] = []
+    added: list[Line] = []
     new = lines
     while new:
         named = {word.lower() for line in new for word in re.findall(r"[\w.]+", line.text)}
         new = [line for name in sorted(named & parts.keys()) for line in parts.pop(name)]
-        found += new
-    return [*lines, *found]
+        added += new
+    return [*lines, *added]
 
 
 def part_names(folder: Path) -> list[str]:
@@ -152,7 +152,7 @@ def part_names(folder: Path) -> list[str]:
 def _parts(folder: Path) -> dict[str, list[Line]]:
     """The lines of every part by its name."""
     files = sorted(folder.glob("*.lib"))
-    return dict(one for path in files for one in _definitions(list(allowed_lines(read_lines(path)))))
+    return dict(definition for path in files for definition in _definitions(list(allowed_lines(read_lines(path)))))
 
 
 def _definitions(lines: Iterable[Line]) -> Iterator[tuple[str, list[Line]]]:

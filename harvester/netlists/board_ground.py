@@ -13,26 +13,26 @@ VOLTAGE = re.compile(r"\bv\(\s*([^(),\s]+)\s*(?:,\s*([^(),\s]+)\s*)?\)", re.IGNO
 
 def referred(body: list[Line], inner: list[list[Line]], models: Set[str]) -> tuple[list[Line], list[list[Line]]]:
     """Body and subcircuits in which node 0 is the board's ground: a pin more for each subcircuit that refers to it."""
-    bodies = {header_of(one[0]).name.lower(): [_without_ground_pin(line, one[0]) for line in one] for one in inner}
+    bodies = {header_of(body[0]).name.lower(): [_without_ground_pin(line, body[0]) for line in body] for body in inner}
     needing: set[str] = set()
     while True:
         more = {name for name, lines in bodies.items() if any(_refers(line, models, needing) for line in lines[1:])}
         if more <= needing:
             break
         needing |= more
-    found = []
+    changed = []
     for name, lines in bodies.items():
         new = [_grounded(line, models, needing) for line in lines[1:]] if name in needing else lines[1:]
         words = joined(lines[0].text).split()
         if name in needing:
             words.insert(2 + len(header_of(lines[0]).terminals), COMMON)
-        found.append([Line(lines[0].where, " ".join(words)), *new])
-    return [_grounded(line, models, needing) for line in body], found
+        changed.append([Line(lines[0].where, " ".join(words)), *new])
+    return [_grounded(line, models, needing) for line in body], changed
 
 
 def _without_ground_pin(line: Line, header: Line) -> Line:
     """A line of a subcircuit whose pin is called gnd, which ngspice would take for node 0, with another name for it."""
-    if "gnd" not in (one.lower() for one in header_of(header).terminals):
+    if "gnd" not in (terminal.lower() for terminal in header_of(header).terminals):
         return line
     return Line(line.where, re.sub(r"(?<![\w.])gnd(?![\w.])", "gnd_pin", line.text, flags=re.IGNORECASE))
 
@@ -53,9 +53,9 @@ def _grounded(line: Line, models: Set[str], needing: Set[str]) -> Line:
             f"netlist {line.where} must give its polynomial as a B source, as the board's ground is no electrode of "
             "the piezo"
         )
-    new = [COMMON if k in nodes and net_of(one) == "0" else one for k, one in enumerate(tokens)]
+    new = [COMMON if k in nodes and net_of(token) == "0" else token for k, token in enumerate(tokens)]
     rest = len(nodes) + 1
-    new = [*new[:rest], *(VOLTAGE.sub(_against_ground, one) for one in new[rest:])]
+    new = [*new[:rest], *(VOLTAGE.sub(_against_ground, token) for token in new[rest:])]
     if line.word[0] == "x" and tokens[len(nodes) + 1].lower() in needing:
         new.insert(len(nodes) + 1, COMMON)
     return Line(line.where, " ".join(new))
@@ -63,5 +63,5 @@ def _grounded(line: Line, models: Set[str], needing: Set[str]) -> Line:
 
 def _against_ground(match: re.Match[str]) -> str:
     """A voltage of an expression, against the board's ground where it is against node 0."""
-    first, second = (None if one is None else COMMON if net_of(one) == "0" else one for one in match.groups())
+    first, second = (None if name is None else COMMON if net_of(name) == "0" else name for name in match.groups())
     return f"v({first},{second or COMMON})"

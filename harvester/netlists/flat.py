@@ -44,27 +44,27 @@ def as_subcircuit(file: str, lines: list[Line], load: Load, parts: list[str]) ->
     several, for a source in the piezo's place, and for lines whose nodes are not known.
     """
     assert load.terminals is not None, "asked for with terminals only"
-    outside, inner = _apart(lines)
+    outside, inner = _outside_and_inside(lines)
     models = {line.text.lower().split()[1] for line in lines if line.word == ".model" and len(line.text.split()) > 1}
     models |= set(parts)
     elements = _elements(file, outside, models)
-    present = {net_of(one.tokens[k]): None for one in elements for k in one.nodes}
-    first, second = (_known(f"net of load.terminals in netlist {file}", one, present) for one in load.terminals)
+    present = {net_of(element.tokens[k]): None for element in elements for k in element.nodes}
+    first, second = (_known(f"net of load.terminals in netlist {file}", net, present) for net in load.terminals)
     if first == second:
         raise invalid("load.terminals", "be two different nets", ", ".join(load.terminals))
     names = _local_names(present, first, second)
     ground = "" if names["0"] == "n" else names["0"]
     renamed = _roles(file, elements, load)
     defaults, body = list[str](), list[Line]()
-    for one in elements:
-        _no_piezo(one, {first, second})
-        body.append(_renamed(one, names, renamed, defaults))
+    for element in elements:
+        _no_piezo(element, {first, second})
+        body.append(_renamed(element, names, renamed, defaults))
     body += _supplies(file, load, present, names, {"0", first, second})
     if ground:
         body, inner = referred(body, inner, models)
     name = re.sub(r"\W", "_", f"flat_{file.rpartition('.')[0]}", flags=re.ASCII)
     header = Line(file, " ".join([f".subckt {name} p n", *defaults]))
-    whole = [*_cards(outside), header, *body, Line(file, f".ends {name}"), *(line for one in inner for line in one)]
+    whole = [*_cards(outside), header, *body, Line(file, f".ends {name}"), *(line for lines in inner for line in lines)]
     return Board(whole, names, {old: new.lower() for old, new in renamed.items()}, ground)
 
 
@@ -90,17 +90,18 @@ def _cards(outside: list[Line]) -> list[Line]:
     return first + [line for line in outside if line.word[0] == "." and line.word not in (*IGNORED, *_FIRST)]
 
 
-def _renamed(one: _Element, names: dict[str, str], renamed: dict[str, str], defaults: list[str]) -> Line:
+def _renamed(element: _Element, names: dict[str, str], renamed: dict[str, str], defaults: list[str]) -> Line:
     """The element's line with the subcircuit's names; a value that becomes a parameter joins the ``defaults``."""
-    new = [names[net_of(token)] if k in one.nodes else token for k, token in enumerate(one.tokens)]
-    if (role := renamed.get(one.line.word)) is not None:
+    new = [names[net_of(token)] if k in element.nodes else token for k, token in enumerate(element.tokens)]
+    if (role := renamed.get(element.line.word)) is not None:
         new[0] = role
         if len(new) > 3 and ngspice_number(new[3]) is not None:
             letter = "R" if role == "Rload" else "C"
             defaults.append(f"{letter}={new[3]}")
             new[3] = f"{{{letter}}}"
-    rest = len(one.nodes) + 1
-    return Line(one.line.where, " ".join([*new[:rest], *(_expression(word, names, names["0"]) for word in new[rest:])]))
+    rest = len(element.nodes) + 1
+    new[rest:] = [_expression(word, names, names["0"]) for word in new[rest:]]
+    return Line(element.line.where, " ".join(new))
 
 
 def _supplies(
@@ -114,7 +115,7 @@ def _supplies(
         yield Line(file, f"Vsupply{k + 1} {names[node]} {names['0']} {volts!r}")
 
 
-def _apart(lines: list[Line]) -> tuple[list[Line], list[list[Line]]]:
+def _outside_and_inside(lines: list[Line]) -> tuple[list[Line], list[list[Line]]]:
     """The lines outside of subcircuits, and those of each subcircuit."""
     outside: list[Line] = []
     inner: list[list[Line]] = []
@@ -130,9 +131,9 @@ def _apart(lines: list[Line]) -> tuple[list[Line], list[list[Line]]]:
 
 def _known(kind: str, name: str, present: dict[str, None]) -> str:
     """The net that a user names, with or without the slash of KiCad's root sheet."""
-    for one in (net_of(name), f"/{name.lower()}", name.lower().removeprefix("/")):
-        if one in present:
-            return one
+    for spelling in (net_of(name), f"/{name.lower()}", name.lower().removeprefix("/")):
+        if spelling in present:
+            return spelling
     raise unknown(kind, name, present)
 
 
@@ -143,46 +144,44 @@ def _local_names(present: dict[str, None], first: str, second: str) -> dict[str,
     for net in present:
         if net not in names:
             plain = re.sub(r"[\W_]+", "_", net, flags=re.ASCII).strip("_") or "net"
-            name = next(
-                one for k in range(len(present) + 4) if (one := plain if k == 0 else f"{plain}_{k + 1}") not in used
-            )
-            names[net] = name
+            candidates = (plain if k == 0 else f"{plain}_{k + 1}" for k in range(len(present) + 4))
+            name = names[net] = next(candidate for candidate in candidates if candidate not in used)
             used.add(name)
     return names
 
 
 def _roles(file: str, elements: list[_Element], load: Load) -> dict[str, str]:
     """The board's names, in lower case, of the elements that become Rload and Csmooth."""
-    found: dict[str, str] = {}
+    roles: dict[str, str] = {}
     for role, letter, what, given in (
         ("Rload", "r", "resistor", load.resistor), ("Csmooth", "c", "store", load.store),
     ):  # fmt: skip
-        there = {one.line.word: one.tokens[0] for one in elements if one.line.word[0] == letter}
+        there = {element.line.word: element.tokens[0] for element in elements if element.line.word[0] == letter}
         if given is not None:
             if given.lower() not in there:
                 raise unknown(f"load.{what} of netlist {file}", given, there.values())
             if role.lower() in there and given.lower() != role.lower():
                 raise InputError(f"load.{what} must be left out, as netlist {file} has an element {role} already")
-            found[given.lower()] = role
+            roles[given.lower()] = role
         elif role.lower() in there:
-            found[role.lower()] = role
+            roles[role.lower()] = role
         elif len(there) == 1:
-            found[next(iter(there))] = role
+            roles[next(iter(there))] = role
         elif role == "Rload":
             many = ", ".join(list(there.values())[:20]) or "none"
             raise InputError(
                 f"load.resistor must name the resistor of netlist {file} whose power is asked for, as none there is "
                 f"called Rload; its resistors: {many}"
             )
-    return found
+    return roles
 
 
-def _no_piezo(one: _Element, piezo: set[str]) -> None:
+def _no_piezo(element: _Element, piezo: set[str]) -> None:
     """Refuse a source where the piezo is."""
-    if one.line.word[0] in "vi" and {net_of(one.tokens[k]) for k in one.nodes} == piezo:
+    if element.line.word[0] in "vi" and {net_of(element.tokens[k]) for k in element.nodes} == piezo:
         raise InputError(
-            f"netlist {one.line.where} must have no source between the piezo's terminals, where the device itself is, "
-            f"but has {one.tokens[0][:20]}: leave it out of the simulation"
+            f"netlist {element.line.where} must have no source between the piezo's terminals, where the device itself "
+            f"is, but has {element.tokens[0][:20]}: leave it out of the simulation"
         )
 
 
@@ -190,7 +189,7 @@ def _expression(text: str, names: dict[str, str], ground: str) -> str:
     """A word with v(net) against the board's ground."""
 
     def named(match: re.Match[str]) -> str:
-        first, second = (None if one is None else names.get(net_of(one), one) for one in match.groups())
+        first, second = (None if name is None else names.get(net_of(name), name) for name in match.groups())
         return f"v({first},{second or ground})"
 
     return VOLTAGE.sub(named, text)

@@ -83,7 +83,7 @@ class LoadCircuit:
 
     def value_of(self, name: str) -> float | None:
         """The value of a parameter or an element by its name in the scene's load.parameters; None where it has none."""
-        return {one.lower(): value for one, value in (self.elements | self.values).items()}.get(self.own_name(name))
+        return {key.lower(): value for key, value in (self.elements | self.values).items()}.get(self.own_name(name))
 
     def own_name(self, name: str) -> str:
         """What stands for a name in the scene's load.parameters, in small letters: R for the load of a flat netlist."""
@@ -113,7 +113,7 @@ def load_circuit(load: Load, capacitance: float | None = None) -> LoadCircuit:
     board = _board(load, path, folder)
     subcircuits, outside = split_subcircuits(path.name, with_parts(list(allowed_lines(board.lines)), folder))
     body = _with_rload(path, subcircuits)
-    parameters = {_ROLES.get(board.elements.get(one.lower(), ""), one): value for one, value in parameters.items()}
+    parameters = {_ROLES.get(board.elements.get(key.lower(), ""), key): value for key, value in parameters.items()}
     keys, name_of_load = element_keys(body), header_of(body[0]).name.lower()
     subcircuits[name_of_load] = body = with_elements_as_parameters(body, parameters)
     header = header_of(body[0])
@@ -211,7 +211,7 @@ def _of_package(name: str) -> Path:
 
 def _with_rload(path: Path, subcircuits: dict[str, list[Line]]) -> list[Line]:
     """The lines of the one subcircuit with a resistor Rload."""
-    loads = [one for one in subcircuits.values() if any(line.word == "rload" for line in one)]
+    loads = [body for body in subcircuits.values() if any(line.word == "rload" for line in body)]
     if len(loads) != 1:
         many = len(loads) or "none"
         raise InputError(
@@ -226,7 +226,7 @@ def _check_header(path: Path, header: Header, load: list[Line]) -> None:
     where, terminals = f"netlist {load[0].where}", header.terminals
     if len(terminals) != 2:
         raise invalid(where, "have two terminals, the piezo's electrodes", f"{len(terminals)} terminals")
-    if reserved := [one for one in header.defaults if one in _RESERVED]:
+    if reserved := [name for name in header.defaults if name in _RESERVED]:
         raise invalid(where, f"have no parameter of the name {' or '.join(_RESERVED)}", reserved[0])
     connected = {token for line in load[1:] for token in re.split(r"[\s(),]+", line.text.lower())}
     for terminal, other in ((terminals[0], None), (terminals[1], "0")):
@@ -242,16 +242,16 @@ def _storage(load: list[Line], values: dict[str, float]) -> tuple[float | None, 
     Raises InputError where it is known that Rload is none or would give power, or Csmooth energy.
     """
     spelled = {key.lower(): f"load.parameters.{key}" for key in values}
-    found: dict[str, float | None] = {}
+    by_role: dict[str, float | None] = {}
     for line in load:
         tokens = line.text.lower().split()
         if tokens[0] in ("rload", "csmooth") and len(tokens) > 3:
             name = tokens[3].strip("{}'")
-            value = found[tokens[0]] = _number(tokens[3], values)
+            value = by_role[tokens[0]] = _number(tokens[3], values)
             least = "above 0" if tokens[0] == "rload" else "at least 0"
             if value is not None and (value < 0.0 or (value == 0.0 and tokens[0] == "rload")):
                 raise invalid(spelled.get(name, f"netlist {line.where}"), f"be {least}, for {tokens[0]}", value)
-    resistance, capacitance = found.get("rload"), found.get("csmooth")
+    resistance, capacitance = by_role.get("rload"), by_role.get("csmooth")
     return capacitance, None if resistance is None or capacitance is None else resistance * capacitance
 
 
@@ -278,9 +278,9 @@ def _lone_resistance(load: list[Line], header: Header, values: dict[str, float])
 def _smoothing_nodes(load: list[Line]) -> tuple[str, ...]:
     """The nodes of the capacitor Csmooth, in lower case."""
     for line in load:
-        found = re.match(r"csmooth[\s(]+([^\s(),]+)[\s,]+([^\s(),]+)", line.text.lower())
-        if found is not None:
-            return found.groups()
+        match = re.match(r"csmooth[\s(]+([^\s(),]+)[\s,]+([^\s(),]+)", line.text.lower())
+        if match is not None:
+            return match.groups()
     return ()
 
 
@@ -292,21 +292,21 @@ def _scene_values(
     ``keys`` are the elements that are parameters by their names.
     """
     spelling = {default.lower(): default for default in header.defaults}
-    for one in parameters:
-        if one.lower() not in spelling:
+    for key in parameters:
+        if key.lower() not in spelling:
             if not header.defaults:
                 raise InputError(
-                    f"unknown parameter of netlist {header.name} {shown(one)}: it has none but its elements "
+                    f"unknown parameter of netlist {header.name} {shown(key)}: it has none but its elements "
                     f"({', '.join(list(keys)[:20]) or 'none has a plain value'}); another one stands on its first "
-                    f"line, such as '.subckt {header.name} p n {one}=1Meg'"
+                    f"line, such as '.subckt {header.name} p n {key}=1Meg'"
                 )
-            raise unknown(f"parameter of netlist {header.name}", one, [*header.defaults, *keys])
-    values = {spelling[one.lower()]: value for one, value in parameters.items()}
+            raise unknown(f"parameter of netlist {header.name}", key, [*header.defaults, *keys])
+    values = {spelling[key.lower()]: value for key, value in parameters.items()}
     if capacitance is not None and "cp" in spelling:
         values.setdefault(spelling["cp"], capacitance)
-    for one, default in header.defaults.items():
-        if default is None and one not in values:
+    for name, default in header.defaults.items():
+        if default is None and name not in values:
             raise InputError(
-                f"load.parameters must give {one} of netlist {header.name}, which has no default, but does not"
+                f"load.parameters must give {name} of netlist {header.name}, which has no default, but does not"
             )
     return values

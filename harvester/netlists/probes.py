@@ -66,7 +66,7 @@ def _inside(body: list[Line], bodies: dict[str, list[Line]], path: str, outer: d
         elif name[0] == "x":
             call = [word for word in call if "=" not in word and word != "params:"]
             inner = bodies[call[-1]]
-            terminals = [one.lower() for one in header_of(inner[0]).terminals]
+            terminals = [name.lower() for name in header_of(inner[0]).terminals]
             if len(call) != len(terminals) + 1:
                 raise InputError(
                     f"netlist: '{line.text}' must give {len(terminals)} nodes to {call[-1]}, but gives {len(call) - 1}"
@@ -92,7 +92,7 @@ class Probe:
     @property
     def vectors(self) -> tuple[str, ...]:
         """The names of ngspice's vectors that it is made of."""
-        return tuple(one for one in (self.plus, self.minus, self.factor) if one)
+        return tuple(vector for vector in (self.plus, self.minus, self.factor) if vector)
 
     def values(self, series: Mapping[str, Floats]) -> Floats:
         """Its values (in its ``unit``) from the vectors of a run by name, all of shape (n,)."""
@@ -112,11 +112,11 @@ def read_probes(texts: Iterable[str], load: LoadCircuit) -> tuple[Probe, ...]:
 
     Raises InputError for a text of another form, and an unknown node or element, with the nearest match.
     """
-    found = {text.strip().lower(): None for text in texts}
-    if len(found) > MANY:
-        raise invalid("`probe`", f"be given at most {MANY} times", len(found))
+    distinct = {text.strip().lower(): None for text in texts}
+    if len(distinct) > MANY:
+        raise invalid("`probe`", f"be given at most {MANY} times", len(distinct))
     there = elements(load)
-    return tuple(_read(text, load, there) for text in found)
+    return tuple(_read(text, load, there) for text in distinct)
 
 
 def element_powers(load: LoadCircuit) -> dict[str, list[Probe]]:
@@ -126,9 +126,9 @@ def element_powers(load: LoadCircuit) -> dict[str, list[Probe]]:
     not tell, are left out.
     """
     parts: dict[str, list[Probe]] = {}
-    for one in elements(load):
-        if one.name not in ("rload", "csmooth") and one.kind != "t":
-            parts.setdefault(one.part, []).append(_of_element("p", one.name, one, load))
+    for element in elements(load):
+        if element.name not in ("rload", "csmooth") and element.kind != "t":
+            parts.setdefault(element.part, []).append(_of_element("p", element.name, element, load))
     return parts
 
 
@@ -142,10 +142,10 @@ def _read(text: str, load: LoadCircuit, there: list[Element]) -> Probe:
     kind, first, second = match.groups()
     name = f"{kind}({first}{',' + second if second else ''})"
     if kind == "v":
-        nodes = {node for one in there for node in one.nodes} | {*load.terminals, *GROUND}
-        plus, minus = (_vector(_node(one, nodes, load), load) for one in (first, second or "0"))
+        nodes = {node for element in there for node in element.nodes} | {*load.terminals, *GROUND}
+        plus, minus = (_vector(_node(name, nodes, load), load) for name in (first, second or "0"))
         return Probe(name, "V", plus, minus)
-    named = {one.name: one for one in there}
+    named = {element.name: element for element in there}
     first = load.renamed.get(first, first)
     if first == "load" and "load" not in named:
         first = "rload"
@@ -167,23 +167,23 @@ def _store(load: LoadCircuit) -> Probe:
 
 def _node(name: str, nodes: set[str], load: LoadCircuit) -> str:
     """The node of a name, which may be that of a flat netlist's net, with or without its slash."""
-    for one in (name, load.nets.get(name), load.nets.get(f"/{name}")):
-        if one in nodes:
-            return one
+    for candidate in (name, load.nets.get(name), load.nets.get(f"/{name}")):
+        if candidate in nodes:
+            return candidate
     raise unknown(f"node of netlist {load.name}", name, sorted(nodes))
 
 
-def _of_element(kind: str, name: str, one: Element, load: LoadCircuit) -> Probe:
+def _of_element(kind: str, name: str, element: Element, load: LoadCircuit) -> Probe:
     """The probe of an element's current (``kind`` i) or power (p)."""
-    path = f"@{one.kind}.xload.{one.name}"
-    if one.kind == "t":
+    path = f"@{element.kind}.xload.{element.name}"
+    if element.kind == "t":
         raise invalid("`probe`", "be of an element whose current ngspice tells, not a transmission line", name)
     if kind == "i":
-        return Probe(name, "A", factor=f"{path}[{_CURRENTS.get(one.kind, 'i')}]")
-    if one.kind in _OF_NGSPICE:
+        return Probe(name, "A", factor=f"{path}[{_CURRENTS.get(element.kind, 'i')}]")
+    if element.kind in _OF_NGSPICE:
         return Probe(name, "W", factor=f"{path}[p]")
-    plus, minus = (_vector(node, load) for node in one.nodes)
-    return Probe(name, "W", plus, minus, f"{path}[{_CURRENTS.get(one.kind, 'i')}]")
+    plus, minus = (_vector(node, load) for node in element.nodes)
+    return Probe(name, "W", plus, minus, f"{path}[{_CURRENTS.get(element.kind, 'i')}]")
 
 
 def _vector(node: str, load: LoadCircuit) -> str:

@@ -62,10 +62,10 @@ def _with_included(
         elif line.word == ".lib" and len(words) > 2:
             named = line.text.strip().rpartition(words[-1])[0]
             library, name = _included_file(named, line, path, root, ()), words[-1].strip("\"'").lower()
-            if (place := library / name) in chain:
+            if (section_path := library / name) in chain:
                 raise invalid(f"netlist {line.where}", "include no section within itself", name)
             section = _section(_joined_lines(library, left, included=True), name, line, library)
-            yield from _with_included(section, library, root, (*reading, place), left)
+            yield from _with_included(section, library, root, (*reading, section_path), left)
         elif line.word == ".lib":
             raise InputError(
                 f"netlist {line.where} must name a file and a section of it, .lib FILE SECTION (a file without "
@@ -75,7 +75,7 @@ def _with_included(
             yield line
 
 
-def _section(lines: list[Line], name: str, asked: Line, library: Path) -> list[Line]:
+def _section(lines: list[Line], name: str, reference: Line, library: Path) -> list[Line]:
     """The lines of a library between ``.lib NAME`` and ``.endl``."""
     sections: dict[str, list[Line]] = {}
     current: list[Line] | None = None
@@ -89,10 +89,10 @@ def _section(lines: list[Line], name: str, asked: Line, library: Path) -> list[L
             current.append(line)
     if not sections:
         raise InputError(
-            f"netlist {asked.where} must name a file with sections, but {library.name} has none: .include it"
+            f"netlist {reference.where} must name a file with sections, but {library.name} has none: .include it"
         )
     if name not in sections:
-        raise unknown(f"section of {library.name} in netlist {asked.where}", name, sections)
+        raise unknown(f"section of {library.name} in netlist {reference.where}", name, sections)
     return sections[name]
 
 
@@ -179,9 +179,9 @@ def places_of_nodes(line: Line, tokens: list[str], models: Set[str]) -> range:
 
 def _count_of_nodes(kind: str, tokens: list[str], models: Set[str]) -> int:
     """How many nodes an element of a kind has."""
-    words = [one.lower() for one in tokens]
+    words = [word.lower() for word in tokens]
     if kind == "x":
-        plain = next((k for k, one in enumerate(words) if "=" in one or one == "params:"), len(words))
+        plain = next((k for k, word in enumerate(words) if "=" in word or word == "params:"), len(words))
         return plain - 2
     if kind == "q":  # a model as its fifth word makes the fourth its substrate
         return 4 if len(words) > 5 and words[4] not in models and words[5] in models else NODES[kind]

@@ -39,7 +39,7 @@ def header_of(line: Line) -> Header:
 
 def joined(text: str) -> str:
     """A line without blanks around = and within expressions, so that its tokens are its words."""
-    text = re.sub(r"\{[^}]*\}|'[^']*'", lambda found: re.sub(r"\s+", "", found[0]), text)
+    text = re.sub(r"\{[^}]*\}|'[^']*'", lambda match: re.sub(r"\s+", "", match[0]), text)
     return re.sub(r"\s*=\s*", "=", text)
 
 
@@ -96,23 +96,23 @@ def used_lines(load: list[Line], subcircuits: dict[str, list[Line]], outside: li
     while new:
         named = set().union(*(_outer_names(body) for body in new))
         new = [body for names, body in others if names & named]
-        others = [one for one in others if not one[0] & named]
+        others = [other for other in others if not other[0] & named]
         used += [line for body in new for line in body]
     return used
 
 
 def _outer_names(body: list[Line]) -> set[str]:
     """Names that a subcircuit, or a line outside, takes from without: all but its own parameters."""
-    own = set(set_parameters(body))
+    known = set(set_parameters(body))
     if body[0].word == ".subckt":
-        own |= {name.lower() for name in header_of(body[0]).defaults}
-    return {name.lower() for line in body for name in re.findall(r"[\w.]+", line.text)} - own
+        known |= {name.lower() for name in header_of(body[0]).defaults}
+    return {name.lower() for line in body for name in re.findall(r"[\w.]+", line.text)} - known
 
 
 def element_keys(body: list[Line]) -> dict[str, str]:
     """The elements of a subcircuit whose values are plain numbers: these, by the names as they are written."""
     words = [joined(line.text).split() for line in body[1:] if line.word[0] in KINDS]
-    return {one[0]: one[3] for one in words if len(one) > 3 and ngspice_number(one[3]) is not None}
+    return {tokens[0]: tokens[3] for tokens in words if len(tokens) > 3 and ngspice_number(tokens[3]) is not None}
 
 
 def with_elements_as_parameters(body: list[Line], names: Iterable[str]) -> list[Line]:
@@ -121,18 +121,18 @@ def with_elements_as_parameters(body: list[Line], names: Iterable[str]) -> list[
     A name that is a parameter already, or no such element, changes nothing.
     """
     known = {name.lower() for name in header_of(body[0]).defaults}
-    asked = {name.lower() for name in names} - known
-    found = {name: value for name, value in element_keys(body).items() if name.lower() in asked}
-    if not found:
+    missing = {name.lower() for name in names} - known
+    values = {name: value for name, value in element_keys(body).items() if name.lower() in missing}
+    if not values:
         return body
-    defaults = " ".join(f"{name}={value}" for name, value in found.items())
-    return [Line(body[0].where, f"{body[0].text} {defaults}"), *(_with_parameter(line, found) for line in body[1:])]
+    defaults = " ".join(f"{name}={value}" for name, value in values.items())
+    return [Line(body[0].where, f"{body[0].text} {defaults}"), *(_with_parameter(line, values) for line in body[1:])]
 
 
-def _with_parameter(line: Line, found: Mapping[str, str]) -> Line:
-    """An element's line, with its parameter in the place of its value where it is among those found."""
+def _with_parameter(line: Line, values: Mapping[str, str]) -> Line:
+    """An element's line, with its parameter in the place of its value where it is among the ``values``."""
     words = joined(line.text).split()
-    if words[0] not in found:
+    if words[0] not in values:
         return line
     words[3] = f"{{{words[0]}}}"
     return Line(line.where, " ".join(words))

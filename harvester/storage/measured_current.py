@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.circuits.circuit_batch import OWN
+from harvester.circuits.circuit_batch import MASS_ROWS
 from harvester.circuits.circuit_path import CircuitPath
 from harvester.circuits.compiled_circuit import CompiledCircuit
 from harvester.circuits.idealised import ideal_circuit
@@ -77,7 +77,7 @@ class Rectifier:
 def store_row(circuit: Elements, farads: float, scales: Scales) -> tuple[int, float]:
     """Where a batch of trajectories has the charge of a store of so many ``farads``, and in which unit (C)."""
     if isinstance(circuit, CompiledCircuit):
-        return OWN + circuit.charge_at(STORE), 1.0
+        return MASS_ROWS + circuit.charge_at(STORE), 1.0
     return 3, farads * scales.volts
 
 
@@ -112,7 +112,7 @@ class HeldPath:
         shaking, self.state[self.at] = forcing(self.eqs, self.h, kicks), held
         assert shaking is not None, "a drive"
         path = self.go_on(np.zeros(kicks), shaking, math.gcd(kicks, 4))
-        square = float(np.mean(path.told[:, 0] ** 2))
+        square = float(np.mean(path.voltages[:, 0] ** 2))
         return np.array([self.state[self.at] - held]), square, kicks * self.h / self.scales.frequency
 
 

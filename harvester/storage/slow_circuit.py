@@ -106,8 +106,8 @@ def direct_check(
     step = whole_steps(step_from_rest(eqs) if h is None else h, eqs.shaking_period)
     kicks = math.ceil(seconds * w0 / step / 16) * 16
     path = circuit.trace(eqs, np.zeros(kicks), step, 16)
-    t = np.append(0.0, step * 16.0 * np.arange(1, len(path.told) + 1) / w0)
-    store = np.append(0.0, np.maximum.accumulate(path.told[:, 1]))
+    t = np.append(0.0, step * 16.0 * np.arange(1, len(path.voltages) + 1) / w0)
+    store = np.append(0.0, np.maximum.accumulate(path.voltages[:, 1]))
     places = np.array([EARLY, LATE]) * min(float(np.interp(seconds, times, volts)), float(store[-1]))
     early, late = np.interp(places, store, t) - np.interp(places, volts, times)
     return DirectCheck(float(late), float(early), seconds, path.steps)

@@ -198,7 +198,7 @@ def _direct(problem: Problem, seconds: float, factor: float = 1.0) -> _Direct:
     path = compiled_circuit(problem.circuit, problem.scales).trace(eqs, np.zeros(kicks), h, 16)
     each = path.h * path.stride / w0
     t = each * np.arange(1.0, len(path.square) + 1.0)
-    return _Direct(t, path.told[:, 1], path.square, np.cumsum(path.told[:, 0] ** 2) * each, seconds, path.steps)
+    return _Direct(t, path.voltages[:, 1], path.square, np.cumsum(path.voltages[:, 0] ** 2) * each, seconds, path.steps)
 
 
 def _of_direct(direct: _Direct, coarse: _Direct, name: str) -> Value:

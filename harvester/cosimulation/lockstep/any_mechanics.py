@@ -30,7 +30,7 @@ from typing import Any, NamedTuple
 
 from harvester.arrays import Floats
 from harvester.cosimulation.lockstep.state import AFTER, DURING, IMPACT, KICK, SAMPLE, TINY, Point
-from harvester.cosimulation.lockstep.transitions import aim, reached
+from harvester.cosimulation.lockstep.transitions import reached, set_target
 from harvester.mechanics.kernels.compiled import inlined
 from harvester.mechanics.kernels.noise import HALF_ROOT
 
@@ -70,8 +70,8 @@ class ModelRecord(NamedTuple):
 def is_finite(state):
     """Whether all of a state's numbers are finite."""
     size = 0.0
-    for one in state:
-        size += 0.0 * one
+    for component in state:
+        size += 0.0 * component
     return size == 0.0
 
 
@@ -278,7 +278,7 @@ def accept_model(s, p, record, f, m, at):
         if s.measuring == DURING:
             s.measuring, s.end = AFTER, s.leg_t
         s.n_steps += 1
-        aim(s, s.h, KICK)
+        set_target(s, s.h, KICK)
         return at
     at = drifted(s, at, s.next_phase, f, m)
     reaction = reaction_of(s, p)
@@ -293,7 +293,7 @@ def accept_model(s, p, record, f, m, at):
         if target - s.phase > TINY * s.h or s.fault != 0:
             break
         at = drifted(s, at, target, f, m)
-    aim(s, target, goal)
+    set_target(s, target, goal)
     s.driven, s.reaction = f.source(m, at), reaction
     s.turned = 1 if s.impacts > events else 0
     if s.coil == 1:

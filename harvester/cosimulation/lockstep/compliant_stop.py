@@ -15,8 +15,8 @@ CHORDS = 16
 @inlined
 def target_in_contact(s, target, goal, impacts, c):
     """Choose (phase, goal) of the next target, where the contact has one before ``target``; set the chord to it."""
-    place = lower_stop(c)
-    y, v = s.x - place, s.v
+    edge = lower_stop(c)
+    y, v = s.x - edge, s.v
     s.before = v
     if y > 0.0 or (y == 0.0 and v >= 0.0):
         hit = s.phase - y / v if v < 0.0 else math.inf
@@ -24,7 +24,7 @@ def target_in_contact(s, target, goal, impacts, c):
             return target, goal
         if hit > s.phase + TINY * s.h:
             return hit, IMPACT
-        s.x = place
+        s.x = edge
         y = 0.0
     if y == 0.0:
         note_impact(s, impacts, s.n_steps * s.h + s.phase, -s.v)
@@ -32,7 +32,7 @@ def target_in_contact(s, target, goal, impacts, c):
     w = math.sqrt(c.k - half * half)
     end = math.atan2(abs(y), (v + half * y) / w) / w
     if end < TINY * s.h:
-        s.x = place
+        s.x = edge
         return target, goal
     leg = min(end, math.pi / (CHORDS * w))
     if s.phase + leg < target - TINY * s.h:
@@ -45,12 +45,12 @@ def target_in_contact(s, target, goal, impacts, c):
 @inlined
 def arrive_in_contact(s, elapsed, c):
     """Return where the mass is at a target; set its velocity, and add the contact's loss to the ledger."""
-    place = lower_stop(c)
-    y = s.x - place
+    edge = lower_stop(c)
+    y = s.x - edge
     if y > 0.0 or (y == 0.0 and s.before >= 0.0):
         s.v = s.before
         x1 = s.x + elapsed * s.v
-        return place if s.goal == IMPACT else x1
+        return edge if s.goal == IMPACT else x1
     (x1, s.v, _), did = in_contact(y, s.before, 0.0, elapsed, c)
     if s.measuring == DURING:
         s.impact_work += did.energy

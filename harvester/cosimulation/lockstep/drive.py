@@ -32,7 +32,7 @@ def _numbers(coefficients: Any) -> list[float]:
     """All numbers of coefficients, 0 for None, in the order in which compiled callbacks read them."""
     if not isinstance(coefficients, tuple):
         return [0.0 if coefficients is None else coefficients]
-    return [number for one in coefficients for number in _numbers(one)]
+    return [number for coefficient in coefficients for number in _numbers(coefficient)]
 
 
 class Drive:

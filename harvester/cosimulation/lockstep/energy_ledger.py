@@ -98,7 +98,7 @@ class EnergyLedger:
     def residual(self) -> float:
         """The part of the energy that the ledger does not account for, relative to its largest entry."""
         out = self.damping + self.impacts + self.circuit + self.load + self.stored
-        size = max(abs(getattr(self, one.name)) for one in fields(self))
+        size = max(abs(getattr(self, entry.name)) for entry in fields(self))
         return (self.input - out) / size if size > 0.0 else 0.0
 
 
@@ -128,5 +128,5 @@ def ledger_of(s: Any, scales: Scales, smoothing: float, linear: bool) -> EnergyL
 def mean_ledger(ledgers: list[EnergyLedger]) -> EnergyLedger:
     """The mean ledger of equally long runs."""
     return EnergyLedger(
-        *(math.fsum(getattr(one, f.name) for one in ledgers) / len(ledgers) for f in fields(EnergyLedger))
+        *(math.fsum(getattr(ledger, f.name) for ledger in ledgers) / len(ledgers) for f in fields(EnergyLedger))
     )

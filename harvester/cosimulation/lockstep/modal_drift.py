@@ -10,7 +10,7 @@ import math
 
 from harvester.cosimulation.lockstep.energy_ledger import note_stored_energy
 from harvester.cosimulation.lockstep.state import DURING, IMPACT, KICK, SAMPLE, TINY, note_impact
-from harvester.cosimulation.lockstep.transitions import aim, reached
+from harvester.cosimulation.lockstep.transitions import reached, set_target
 from harvester.mechanics.kernels.compiled import inlined
 from harvester.mechanics.kernels.equation_of_motion import impulse, spring
 from harvester.mechanics.kernels.intervals import interval
@@ -44,8 +44,8 @@ def plan_drift(s, modes, a, c):
         s.meet, s.up = 0.0, s.v
     if s.measuring == DURING and c.phi is not None:
         mobility = 0.0
-        for one in c.phi:
-            mobility += one * one
+        for shape in c.phi:
+            mobility += shape * shape
         s.impact_work += did.energy / mobility
 
 
@@ -59,7 +59,7 @@ def next_target(s, impacts):
         meet_stop(s, impacts)
     elif s.flown == 0 and s.meet < target - TINY * s.h:
         target, goal = s.meet, IMPACT
-    aim(s, target, goal)
+    set_target(s, target, goal)
 
 
 @inlined
@@ -111,8 +111,8 @@ def stored_in_modes(z, c):
         energy += 0.25 * c.oscillator.alpha * x * x * x * x
     if c.contact is not None and c.contact.k is not None:
         into, mobility = min(dot(c.phi, z, 0, 0) - lower_stop(c.contact), 0.0), 0.0
-        for one in c.phi:
-            mobility += one * one
+        for shape in c.phi:
+            mobility += shape * shape
         energy += 0.5 * c.contact.k / mobility * into * into
     if c.pull is not None:
         energy += c.pull * z[(len(c.k) - 1) * BATCH]

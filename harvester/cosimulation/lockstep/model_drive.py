@@ -39,7 +39,7 @@ class ModelDrive:
         given = {"h": h, "w0": 1.0, "volts": volts, "coupling": coupling, "coil": coil, "free": free, "stride": stride}
         given |= {"noise_size": steps, "impacts_size": len(events), "has_beta": True}
         arrays = {"noise": noise, "samples": samples, "impacts": events, "coefficients": coefficients, "model": start}
-        for name, value in (given | {f"{name}_at": one.ctypes.data for name, one in arrays.items()}).items():
+        for name, value in (given | {f"{name}_at": array.ctypes.data for name, array in arrays.items()}).items():
             state[name] = value
 
     @property

@@ -36,9 +36,9 @@ def plan_impact(s, V, a, c):
     ratio = c.r
     if c.r_high is not None and s.v > 0.0:
         s.side, ratio = -1.0, c.r_high
-    place = stop_at(s.side, c)
-    y, u = max(s.side * (s.x - place), 0.0), s.side * s.v
-    pull = 0.0 if c.gap is None else s.side * spring(place, c)
+    edge = stop_at(s.side, c)
+    y, u = max(s.side * (s.x - edge), 0.0), s.side * s.v
+    pull = 0.0 if c.gap is None else s.side * spring(edge, c)
     shaking = 0.0 if a is None else s.side * a
     force = push(y, s.side * V, c, pull, shaking)
     if (y == 0.0 and u == 0.0) or y + s.h * u >= 0.0:

@@ -66,7 +66,7 @@ _OF_MODEL = ("coil", "fault", "model_at", "split", "parts")
 _CALLBACKS = ("source_at", "step_at", "accepted_at")
 _ARRAYS = (*(f"{name}_at" for name in Recording._fields), "coefficients_at", "noise_size", "impacts_size")
 VECTORS = ("time", "voltage", "power", "current", "smooth", "smooth_minus")  # of ngspice, in the order of `Deck`
-_INDICES = tuple(f"{one}_index" for one in VECTORS)
+_INDICES = tuple(f"{vector}_index" for vector in VECTORS)
 STATE = np.dtype(
     [(name, np.float64) for name in (*_REALS, *_LEDGER, *_WORKS, *_STORED, *_MODEL)]
     + [(name, np.int64) for name in (*_COUNTS, *_WAYS, *_OF_MODEL, *_CALLBACKS, *_ARRAYS, *_INDICES)],

@@ -126,11 +126,11 @@ def next_event(s, impacts, c):
         target, goal = target_as_planned(s, target, goal, impacts, c)
     elif c.r is not None:
         target, goal = target_in_flight(s, target, goal, impacts, c)
-    aim(s, target, goal)
+    set_target(s, target, goal)
 
 
 @inlined
-def aim(s, target, goal):
+def set_target(s, target, goal):
     """Set the next target of ngspice: a phase of the present drift, and what is there."""
     s.next_phase = target
     s.goal = goal

@@ -61,13 +61,13 @@ def _coefficients(typingctx, address, pattern):
     """Read coefficients at an address, None where the ``pattern`` has it, tuples of them one after the other."""
 
     def codegen(context, builder, signature, args):
-        start, places = builder.inttoptr(args[0], ir.DoubleType().as_pointer()), count()
+        start, indices = builder.inttoptr(args[0], ir.DoubleType().as_pointer()), count()
 
         def read(kind):
             if isinstance(kind, types.BaseTuple):
-                return context.make_tuple(builder, kind, [read(one) for one in kind])
-            place = builder.gep(start, [ir.Constant(ir.IntType(32), next(places))])
-            return context.get_dummy_value() if isinstance(kind, types.NoneType) else builder.load(place)
+                return context.make_tuple(builder, kind, [read(kind_of_item) for kind_of_item in kind])
+            address_of_item = builder.gep(start, [ir.Constant(ir.IntType(32), next(indices))])
+            return context.get_dummy_value() if isinstance(kind, types.NoneType) else builder.load(address_of_item)
 
         return read(pattern)
 
@@ -120,8 +120,8 @@ def pattern_of(coefficients: Any) -> Any:
     """Coefficients with zeros in place of numbers, also in tuples among them."""
     if not isinstance(coefficients, tuple):
         return None if coefficients is None else 0.0
-    found = [pattern_of(one) for one in coefficients]
-    return type(coefficients)(*found) if hasattr(coefficients, "_fields") else tuple(found)
+    pattern = [pattern_of(coefficient) for coefficient in coefficients]
+    return type(coefficients)(*pattern) if hasattr(coefficients, "_fields") else tuple(pattern)
 
 
 @cache

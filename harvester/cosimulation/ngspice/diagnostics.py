@@ -23,8 +23,8 @@ LONGEST = 300  # letters of ngspice's own words
 
 def why_refused(messages: Sequence[str]) -> str:
     """Say why ngspice did not take a circuit, in its own words."""
-    reasons = [_STATE.sub("", one).strip() for one in messages]
-    reasons = [one for one in reasons if one and not one.lower().startswith(_CHATTER)]
+    reasons = [_STATE.sub("", message).strip() for message in messages]
+    reasons = [reason for reason in reasons if reason and not reason.lower().startswith(_CHATTER)]
     words = "; ".join(dict.fromkeys(reasons)) or "it gave no reason"
     words = "".join(letter if letter.isprintable() else " " for letter in words)
     return f"ngspice refused the circuit: {words if len(words) <= LONGEST else words[:LONGEST] + ' ...'}"

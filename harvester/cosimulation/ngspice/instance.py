@@ -75,7 +75,7 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
     def _send_init_data(self, data: Any, ident: int, user: Any) -> int:
         """Note where the vectors that the lock-step reads stand among those of the coming run."""
         names = [ffi_string_utf8(data.vecs[i].vecname).lower() for i in range(data.veccount)]
-        self.names = [one for one in names if one != "time" and not one.startswith("@") and not one.endswith("#branch")]
+        self.names = [name for name in names if name != "time" and name[:1] != "@" and not name.endswith("#branch")]
         for what, name in zip(VECTORS, self.vectors, strict=True):
             self.state[f"{what}_index"] = names.index(name) if name in names else -1
         return 0
@@ -194,8 +194,8 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
     def _keep(self, deck: Deck) -> None:
         """Keep of a finished run what outlives it: Csmooth's capacitance, the last nodes' voltages, and the probes."""
         if deck.smoothing:
-            found = self._ngspice_shared.ngGet_Vec_Info(b"@c.xload.csmooth[capacitance]")
-            self.smoothing = float(found.v_realdata[0]) if found and found.v_length else 0.0
+            vector = self._ngspice_shared.ngGet_Vec_Info(b"@c.xload.csmooth[capacitance]")
+            self.smoothing = float(vector.v_realdata[0]) if vector and vector.v_length else 0.0
         last = float(self.state["noise_size"][0] * self.state["h"][0] / self.state["w0"][0])
         if deck.keeps and self.state["t"][0] > last:
             at = int(np.argmin(np.abs(self._vector("time") - last)))
@@ -205,8 +205,8 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
 
     def _vector(self, name: str) -> Floats:
         """A vector of the present run, which ngspice keeps until the run is forgotten."""
-        found = self._ngspice_shared.ngGet_Vec_Info(name.encode())
-        return np.frombuffer(ffi.buffer(found.v_realdata, 8 * found.v_length))
+        vector = self._ngspice_shared.ngGet_Vec_Info(name.encode())
+        return np.frombuffer(ffi.buffer(vector.v_realdata, 8 * vector.v_length))
 
 
 @cache
@@ -218,7 +218,7 @@ def ngspice() -> Ngspice:
 
     Raises MissingProgramError when the library cannot be loaded.
     """
-    for name in [one for one in os.environ if one.startswith("SPICE_")]:
+    for name in [variable for variable in os.environ if variable.startswith("SPICE_")]:
         del os.environ[name]
     NgSpiceShared.LIBRARY_PATH = find_library()
     try:

@@ -19,13 +19,13 @@ def find_library() -> str:
     Raises MissingProgramError when there is none, with how to get it.
     """
     named = os.environ.get("NGSPICE_LIBRARY_PATH")
-    found = named or _in_wheel() or this_system.library("ngspice")
-    if found is None or (named and not Path(named).is_file()):
+    library = named or _in_wheel() or this_system.library("ngspice")
+    if library is None or (named and not Path(named).is_file()):
         where = f" at NGSPICE_LIBRARY_PATH = {named!r}" if named else ""
         raise MissingProgramError(
             f"engine 'spice' must have ngspice installed, but its library is missing{where}: {REMEDY}"
         )
-    return found
+    return library
 
 
 def code_models(library: str) -> list[Path]:
@@ -41,8 +41,8 @@ def library_digest() -> str:
 
     Raises MissingProgramError as `find_library`.
     """
-    found = find_library()
-    path = Path(found) if Path(found).is_file() else this_system.library_file(found)
+    library = find_library()
+    path = Path(library) if Path(library).is_file() else this_system.library_file(library)
     with suppress(OSError):
         return f"{path.name}:{hashlib.sha256(path.read_bytes()).hexdigest()[:8]}"
     return path.name

@@ -41,10 +41,10 @@ def _functions(of: Any, made: Callable[[Any], Any], plain: Callable[[Any], Any],
 
     ``plain`` makes it of one that is no method.
     """
-    found = {name: made(getattr(of, name)) for name in ("drift", "kick", "source")}
+    functions = {name: made(getattr(of, name)) for name in ("drift", "kick", "source")}
     absent = {"event": never, "jump": unchanged}
-    found |= {name: made(getattr(of, name)) if hasattr(of, name) else plain(one) for name, one in absent.items()}
-    return Functions(**found, floats=floats)
+    functions |= {name: made(getattr(of, name)) if hasattr(of, name) else plain(absent[name]) for name in absent}
+    return Functions(**functions, floats=floats)
 
 
 def _number_as_written(function: Any) -> Any:
@@ -52,11 +52,10 @@ def _number_as_written(function: Any) -> Any:
     if not isinstance(function, python_types.FunctionType):
         return function
     names = function.__globals__
-    called = {
-        one: names[one] for one in function.__code__.co_names if isinstance(names.get(one), python_types.FunctionType)
-    }
+    known = {name: names[name] for name in function.__code__.co_names if name in names}
+    called = {name: inner for name, inner in known.items() if isinstance(inner, python_types.FunctionType)}
     if called:
-        names = {**names, **{one: _number_as_written(inner) for one, inner in called.items()}}
+        names = {**names, **{name: _number_as_written(inner) for name, inner in called.items()}}
         function = python_types.FunctionType(
             function.__code__, names, function.__name__, function.__defaults__, function.__closure__
         )
@@ -66,7 +65,7 @@ def _number_as_written(function: Any) -> Any:
 @cache
 def compiled(kind: Any, state_kind: Any, absent: tuple[bool, ...]) -> tuple[Any, Any]:
     """The source and the step of a model as C functions; ``absent`` says which of its coefficients are None."""
-    m0 = kind(*(None if one else 0.0 for one in absent))
+    m0 = kind(*(None if is_absent else 0.0 for is_absent in absent))
     at0 = state_kind(*(0.0 for _ in state_kind._fields))
 
     @intrinsic
@@ -76,8 +75,8 @@ def compiled(kind: Any, state_kind: Any, absent: tuple[bool, ...]) -> tuple[Any,
 
         def codegen(context, builder, signature, args):
             parts = [
-                context.cast(builder, builder.extract_value(args[0], k), one, types.float64)
-                for k, one in enumerate(signature.args[0].types)
+                context.cast(builder, builder.extract_value(args[0], k), kind_of_item, types.float64)
+                for k, kind_of_item in enumerate(signature.args[0].types)
             ]
             return context.make_tuple(builder, made, parts)
 
@@ -126,15 +125,15 @@ class PlainCallbacks:
     be raised after the run, and from then on the source holds its last finite value.
     """
 
-    TOLD = "t", "leg_t", "target_time", "turned", "free", "n_steps", "accepted"
+    REPORTED = "t", "leg_t", "target_time", "turned", "free", "n_steps", "accepted"
 
     def __init__(self, model: Any, start: Any, drive: ModelDrive, shared: Any) -> None:
         self.at, self.model, self.drive = start, model, drive
         self.s = python_types.SimpleNamespace(**{name: drive.state[name][0].item() for name in STATE.names or ()})
-        self.f = _functions(model, _as_function, lambda one: one, lambda at: at)
+        self.f = _functions(model, _as_function, lambda function: function, lambda at: at)
         self.error: Exception | None = None
         self.last = 0.0
-        self._told = [(name, shared[name]) for name in self.TOLD]
+        self._reported = [(name, shared[name]) for name in self.REPORTED]
         self._voltage, self._accept = interpreted(any_mechanics.port_voltage), interpreted(any_mechanics.accept_model)
         number = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_void_p, ctypes.c_double, ctypes.c_double)
         point = ctypes.CFUNCTYPE(ctypes.c_int32, ctypes.c_void_p, *5 * [ctypes.c_double])
@@ -143,7 +142,7 @@ class PlainCallbacks:
     @property
     def addresses(self) -> tuple[int, int]:
         """The two C functions' addresses."""
-        source, step = (ctypes.cast(one, ctypes.c_void_p).value for one in self._kept)
+        source, step = (ctypes.cast(callback, ctypes.c_void_p).value for callback in self._kept)
         return source or 0, step or 0
 
     def finish(self) -> None:
@@ -175,11 +174,11 @@ class PlainCallbacks:
                 self.at = self._accept(self.s, point, self.drive.record, self.f, self.model, self.at)
             except Exception as error:
                 self._fail(error)
-        for name, place in self._told:
-            place[0] = getattr(self.s, name)
+        for name, entry in self._reported:
+            entry[0] = getattr(self.s, name)
         return 0
 
 
 def coefficients_of(model: Any) -> Floats:
     """A model's coefficients as an array, nan for one that is None."""
-    return np.array([math.nan if one is None else float(one) for one in model], dtype=np.float64)
+    return np.array([math.nan if number is None else float(number) for number in model], dtype=np.float64)

@@ -134,8 +134,27 @@ def set_up(
 
     MissingProgramError when ngspice is not installed.
     """
+    from harvester.cosimulation.worker_pool import end_those_ahead
+
+    try:
+        return _set_up(problem, options, reltol, gaussian, settled, probes)
+    except BaseException:
+        end_those_ahead()
+        raise
+
+
+def _set_up(
+    problem: Problem,
+    options: MonteCarloOptions,
+    reltol: float,
+    gaussian: bool,
+    settled: bool,
+    probes: tuple[Probe, ...],
+) -> SpiceSetup:
+    """`set_up`, beside a worker that compiles."""
+    from harvester.circuits.compiled_circuit import TYPICAL, CompiledCircuit
     from harvester.cosimulation.ngspice.locate_libngspice import find_library
-    from harvester.cosimulation.runs import CoupledDevice
+    from harvester.cosimulation.runs import CoupledDevice, compile_beforehand
     from harvester.mechanics.ensemble.burn_in import CHARGING_TIMES
 
     find_library()
@@ -146,6 +165,8 @@ def set_up(
     ideal, twin, short = cheap_circuit(problem, options, charging, settled and not probes)
     ngspice_rule = unknown_to(RULE).isdisjoint(problem.effects) and eqs.mu is not None
     begin = time.perf_counter()
+    if isinstance(ideal, CompiledCircuit):
+        compile_beforehand(CoupledDevice(eqs, scales, circuit, TYPICAL, 2, ideal=ideal))
     pilot, compilation_seconds = pilot_of(problem, options, twin, ngspice_rule)
     begin += compilation_seconds  # which are not counted
     diagnostics = _burn_in(pilot, problem, number(options.budget))

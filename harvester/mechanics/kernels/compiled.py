@@ -7,12 +7,14 @@ compiled to exactly the same arithmetic.
 """
 
 import hashlib
+import os
 import re
 import sys
 import threading
 import time
 import types
 from collections.abc import Callable, Iterator
+from concurrent.futures import Future, wait
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
@@ -38,6 +40,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 # no `ninf`): a response that blows up must be seen.
 FLAGS: dict[str, Any] = {"fastmath": {"contract", "reassoc", "nsz", "arcp"}, "error_model": "numpy"}
 STRICT: dict[str, Any] = {"fastmath": False, "error_model": "numpy"}
+LONGEST_WAIT = 30.0  # s, for a compilation in another process
 DECORATED = re.compile(rb"^ *(@(kernel|inlined|forced|c_function|intrinsic)\b|class \w+\(NamedTuple\))", re.MULTILINE)
 
 
@@ -173,14 +176,50 @@ def kernel(function: F) -> F:
         return njit(cache=cached, nogil=True, no_cfunc_wrapper=True, **COMPILER, **FLAGS)(function)  # type: ignore[no-any-return]
 
 
-def c_function(signature: Any) -> Callable[[Callable[..., Any]], Any]:
-    """Compile a function that C code calls through a pointer (its ``.address``), cached on disk."""
+def c_function(signature: Any, later: bool = False) -> Callable[[Callable[..., Any]], Any]:
+    """Compile a function that C code calls through a pointer (its ``.address``), cached on disk.
 
-    def decorate(function: Callable[..., Any]) -> Any:
+    ``later`` leaves that to the first who asks for the address.
+    """
+
+    def compiled(function: Callable[..., Any]) -> Any:
         with _own_cache(function) as cached:
             return numba.cfunc(signature, cache=cached, **COMPILER, **FLAGS)(function)
 
-    return decorate
+    return (lambda function: LaterFunction(function, compiled)) if later else compiled
+
+
+class LaterFunction:
+    """A C function that is compiled when its address is first asked for.
+
+    ``elsewhere`` is a job of another process that compiles it meanwhile, for the cache that both share.
+    """
+
+    def __init__(self, function: Callable[..., Any], compiled: Callable[[Callable[..., Any]], Any]) -> None:
+        self.function, self._compiled, self._lock = function, compiled, threading.Lock()
+        self.elsewhere: Future[Any] | None = None
+        self._address: int | None = None
+
+    @property
+    def is_cached(self) -> bool:
+        """Whether the cache has it."""
+        name = f"{Path(self.function.__code__.co_filename).stem}.{self.function.__qualname__}-*.nbc"
+        return any(Path(_cache_folder() or os.devnull).rglob(name))
+
+    @property
+    def waits(self) -> bool:
+        """Whether another process is still at it."""
+        return self._address is None and self.elsewhere is not None and not self.elsewhere.done()
+
+    @property
+    def address(self) -> int:
+        """The address, which threads ask for side by side and one makes."""
+        with self._lock:
+            if self._address is None:
+                if self.elsewhere is not None:
+                    wait([self.elsewhere], LONGEST_WAIT)  # where it fails there, it is compiled here
+                self._address = int(self._compiled(self.function).address)
+            return self._address
 
 
 @cache

@@ -103,13 +103,13 @@ def _runs(device: "CoupledDevice", runs: ChargeRuns, length: float) -> Passages:
     after: tuple[list[Afterwards], list[Afterwards]] = [], []
     for pair in charges_in_workers(device, seeds, kicks, levels, at, runs.anywhere, math.inf):
         for some, one in zip(after, pair, strict=True):
-            some.append(afterwards(at, one.sampled, float(levels[-1])))
-        fine, coarser = (replace(one, sampled=one.sampled[::finer].copy()) for one in pair)
+            some.append(afterwards(at, one.curve, float(levels[-1])))
+        fine, coarser = (replace(one, curve=one.curve[::finer].copy()) for one in pair)
         pairs.append((fine, coarser))
         runs.tell(len(pairs) / runs.count)
     times, coarse = (np.array([pair[k].passages for pair in pairs]) for k in (0, 1))
     times[times > end], coarse[coarse > end] = math.inf, math.inf
     steps = sum(one.steps for pair in pairs for one in pair)
-    curves = np.array([pair[0].sampled for pair in pairs])
+    curves = np.array([pair[0].curve for pair in pairs])
     smoothing, looked = pairs[0][0].smoothing, after if runs.whole else None
     return Passages(levels, times, coarse, at[::finer], curves, end, smoothing, steps, 0.0, after=looked)
