@@ -97,7 +97,11 @@ class Chip:
 
     def worse(self) -> "Chip":
         """The same with charging as bad as its numbers may be off."""
-        rows = tuple((volts, amperes, share * (1.0 - self.spread)) for volts, amperes, share in self.charging)
+        return self.charging_by(1.0 - self.spread)
+
+    def charging_by(self, factor: float) -> "Chip":
+        """The same with so many times its efficiencies of charging."""
+        rows = tuple((volts, amperes, share * factor) for volts, amperes, share in self.charging)
         return replace(self, charging=rows)
 
     def narrower(self) -> "Chip":

@@ -121,10 +121,14 @@ class HeldRuns:
 
     def __init__(self, runs: Trajectories, circuit: Elements, farads: float, scales: Scales) -> None:
         self.runs, self.scales, self.farads, self.together = runs, scales, farads, runs.together
-        self._row, self._unit = store_row(circuit, farads, scales)
+        self._circuit, (self._row, self._unit) = circuit, store_row(circuit, farads, scales)
 
-    def advance(self, volts: float | None, duration: float) -> tuple[Floats, float, float]:
-        """Go on: charges (C) of the runs, as `HeldPath.advance`; the store has what it had where ``volts`` is None."""
+    def advance(self, volts: Floats | float | None, duration: float) -> tuple[Floats, float, float]:
+        """Go on: charges (C) of the runs, as `HeldPath.advance`; the store has what it had where ``volts`` is None.
+
+        Voltages of its own for each run have the shape (blocks, BATCH).
+        """
+        self.runs.put_behind(self._circuit)
         store, begin = self.runs.state[:, self._row], self.runs.time
         if volts is not None:
             store[:] = volts * self.farads / self._unit

@@ -113,6 +113,12 @@ def direct_check(
     return DirectCheck(float(late), float(early), seconds, path.steps)
 
 
+def change_at_95(other: Floats, base: Floats) -> float:
+    """What the mean of runs differs by from that of others on the same noise, as a part of it, with its sampling."""
+    changes = (other - base[: len(other)]) / max(abs(float(base.mean())), 1e-300)
+    return bound95(float(changes.mean()), float(changes.std(ddof=1)) / math.sqrt(len(changes)))
+
+
 def noise_check(
     problem: Problem, table: RectifiedCurrent, path: tuple[Floats, Floats], farads: float | None, seed: int
 ) -> tuple[float, float, int]:
@@ -146,17 +152,13 @@ def noise_check(
         steps += runs.steps
         return np.asarray(gained.reshape(-1, runs.together).mean(axis=1))
 
-    def off(other: Floats, base: Floats) -> float:
-        changes = (other - base[: len(other)]) / max(abs(float(base.mean())), 1e-300)
-        return bound95(float(changes.mean()), float(changes.std(ddof=1)) / math.sqrt(len(changes)))
-
     whole = 1.0, min(COMPARED * unit, last)
     base = charges(fast, count, whole)
-    found, separation = off(charges(fast, count, whole, twice=True), base), 0.0
+    found, separation = change_at_95(charges(fast, count, whole, twice=True), base), 0.0
     if rectifier.ideal:
-        found += off(charges(rectifier.own(held), JUDGED, whole), base)
+        found += change_at_95(charges(rectifier.own(held), JUDGED, whole), base)
     if farads is not None:
         first = min(DIRECT * unit / last, 1.0), min(DIRECT * unit, last)
         free = charges(rectifier.fast(farads), count, first, free=farads)
-        separation = off(free, charges(fast, count, first))
+        separation = change_at_95(free, charges(fast, count, first))
     return found, separation, steps

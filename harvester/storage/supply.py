@@ -174,7 +174,7 @@ def tracked_power(chip: Chip, table: RectifiedCurrent | RecordedCurrent) -> Floa
     looks = np.arange(len(current)) if length >= chip.period else np.arange(len(current)) * length // chip.period
     first, opened = np.searchsorted(looks, looks), np.zeros(len(current))  # the window of each look, and what it finds
     for some in np.array_split(every := np.unique(first), math.ceil(len(every) / SOME)):
-        opened[some] = _looked_at(chip, voltages, current[some])
+        opened[some] = input_without_load(chip, voltages, current[some])
     opened = np.minimum(opened[first], chip.most)
     held = chip.ratio * opened
     amperes = np.array([np.interp(v, voltages, one) for v, one in zip(held, current, strict=True)])
@@ -183,7 +183,7 @@ def tracked_power(chip: Chip, table: RectifiedCurrent | RecordedCurrent) -> Floa
     return np.asarray(charging_efficiency(chip, held, amperes) * held * ((1.0 - chip.idle) * amperes + back))
 
 
-def _looked_at(chip: Chip, voltages: Floats, current: Floats) -> Floats:
+def input_without_load(chip: Chip, voltages: Floats, current: Floats) -> Floats:
     """The voltages that looks find: those without load, or what the input's capacitor comes to in the time of a look.
 
     From ratio times V it comes to V there, with the time C int dV/I(V).  Without a time of its own a look finds all.
