@@ -62,7 +62,7 @@ def tracked_input(problem: Problem, table: RectifiedCurrent, chip: Chip, seed: i
     error = bound95(0.0, float(changes.std(ddof=1)) / math.sqrt(len(changes))) / level
     elements = change_at_95(law.energies(JUDGED, twice=True), direct)
     if rectifier.ideal:
-        elements += change_at_95(law.energies(JUDGED, own=True), direct)
+        elements += change_at_95(law.energies(JUDGED, compiled=True), direct)
     cold, cold_error = law.cold_share() if chip.cold_power > 0.0 else (1.0, 0.0)
     return TrackedInput(float(changes.mean()) / level, error + cold_error, elements, cold, law.steps)
 
@@ -78,11 +78,11 @@ class _Law:
         self.rest = (chip.period - chip.look) * self.w0  # nondimensional time between looks
         self.part = min(FADED * self.unit, self.rest)  # of it, that is run
 
-    def _runs(self, count: int, own: bool, twice: bool) -> tuple[HeldRuns, HeldRuns]:
+    def _runs(self, count: int, compiled: bool, twice: bool) -> tuple[HeldRuns, HeldRuns]:
         """The same runs with an input that is held, and with one that is left alone; a look takes whole steps."""
         step, look = step_from_rest(self.problem.equations), self.chip.look * self.w0
         h = look / (2 * math.ceil(look / (2.0 * step))) if look else step
-        circuit = self.rectifier.own if own else self.rectifier.fast
+        circuit = self.rectifier.compiled if compiled else self.rectifier.fast
         held, alone = circuit(self.rectifier.held), circuit(INPUT)
         runs = Trajectories(self.problem.equations, count, self.root, h, circuit=held)
         runs = runs.coarser() if twice else runs
@@ -90,10 +90,10 @@ class _Law:
         scales = self.problem.scales
         return HeldRuns(runs, held, self.rectifier.held, scales), HeldRuns(runs, alone, INPUT, scales)
 
-    def energies(self, count: int, follows: bool = True, own: bool = False, twice: bool = False) -> Floats:
+    def energies(self, count: int, follows: bool = True, compiled: bool = False, twice: bool = False) -> Floats:
         """The energy (J) that each run puts into its store by the law, or with an input that is always held."""
         chip, table, w0 = self.chip, self.table, self.w0
-        held, alone = self._runs(count, own, twice)
+        held, alone = self._runs(count, compiled, twice)
         before = SETTLING + math.ceil(FADED * self.unit / (chip.period * w0))
         looks = before + math.ceil(DIRECT * self.unit / (chip.look * w0 + self.part))
         rest, missing = self.rest / w0, (self.rest - self.part) / w0  # s

@@ -302,7 +302,7 @@ def _of_alike_shaking(
         return _Known(table, rough, steps + more, separation, JUDGE + elements)
     if free is None:
         return _Known(table, rough, steps)
-    check = direct_check(problem, Rectifier(problem).own(farads), *path, DAY)
+    check = direct_check(problem, Rectifier(problem).compiled(farads), *path, DAY)
     separation, late = (abs(check.late) + check.error) / check.seconds, check.error
     if tracking is not None:
         late += abs(check.late) + 0.5 * tracking.look
