@@ -94,8 +94,8 @@ def new(
     if netlist is not None:
         netlist = _netlist(netlist, path)
     named = pairs_of("--parameter", parameters, "be NAME=VALUE, such as R='1 Mohm'")
-    further = () if made is None else made.further
-    problem = write(path, scene_tables(texts, title or "", netlist, named, further), force)
+    higher_modes = () if made is None else made.higher_modes
+    problem = write(path, scene_tables(texts, title or "", netlist, named, higher_modes), force)
     found = meaning(problem)
     words = _words(problem, [*_on_geometry(beam, made, problem), *found.remarks], file)
     lines = next_lines(problem, file, found.facts)

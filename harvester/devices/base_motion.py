@@ -49,17 +49,17 @@ def spacing(problem: Problem) -> float:
 
 def _periodic_and_white(problem: Problem) -> Iterator[str]:
     """The sources that a simulator draws itself: a harmonic drive, and white noise."""
-    excitation, apart = problem.scene.excitation or Excitation(), spacing(problem)
+    excitation, step = problem.scene.excitation or Excitation(), spacing(problem)
     if excitation.acceleration_amplitude and excitation.frequency and excitation.profile is None:
         amplitude, frequency = excitation.acceleration_amplitude, excitation.frequency
         yield f"* Harmonic: {amplitude:.10g} m/s^2, {frequency:.10g} Hz; the mass is pushed by its opposite"
         yield f"Vharmonic {{}} SIN(0 {-amplitude:.10g} {frequency:.10g} 0 0 90)"
     density = excitation.acceleration_psd
     if density and not excitation.filtered:
-        size = math.sqrt(density / (2.0 * apart))
-        yield f"* White noise of one-sided density {density:.10g} (m/s^2)^2/Hz, a value every {apart:.10g} s"
+        size = math.sqrt(density / (2.0 * step))
+        yield f"* White noise of one-sided density {density:.10g} (m/s^2)^2/Hz, a value every {step:.10g} s"
         yield "* (TRNOISE is known to ngspice and KiCad; ngspice draws other values in each run, whatever its seed)"
-        yield f"Vnoise {{}} DC 0 TRNOISE({size:.10g} {apart:.10g} 0 0)"
+        yield f"Vnoise {{}} DC 0 TRNOISE({size:.10g} {step:.10g} 0 0)"
 
 
 def _from_points(problem: Problem, duration: float, seed: int) -> Iterator[str]:
@@ -83,16 +83,16 @@ def _recorded(problem: Problem, record: Record) -> tuple[Floats, Floats]:
     return t / s.frequency, -record.at_even_times(count) * s.length * s.frequency**2
 
 
-def _drawn(problem: Problem, duration: float, apart: float, seed: int) -> tuple[Floats, Floats]:
+def _drawn(problem: Problem, duration: float, step: float, seed: int) -> tuple[Floats, Floats]:
     """Times (s) and accelerations (m/s^2) of one draw of the scene's noise."""
     from harvester.mechanics.kernels.forcing import forcing
 
     s = problem.scales
-    steps = math.ceil(duration / apart)
+    steps = math.ceil(duration / step)
     noise = replace(problem.equations, drive=None, drive_frequency=None)  # the sinusoid is a source of its own
-    found = forcing(noise, apart * s.frequency, steps, np.random.default_rng([seed, 10]))
-    assert found is not None, "the scene has such noise"
-    return apart * np.arange(steps + 1, dtype=np.float64), -found * s.length * s.frequency**2
+    force = forcing(noise, step * s.frequency, steps, np.random.default_rng([seed, 10]))
+    assert force is not None, "the scene has such noise"
+    return step * np.arange(steps + 1, dtype=np.float64), -force * s.length * s.frequency**2
 
 
 def _points(name: str, t: Floats, a: Floats) -> Iterator[str]:

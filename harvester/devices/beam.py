@@ -56,8 +56,8 @@ class Beam:
 class Lumped:
     """The scene's values of a beam in SI units, and what its tip and its piezo do over the displacement of the scene.
 
-    ``tip`` is the tip's displacement over it, ``strain`` the largest strain of the piezo over it (1/m).  ``further``
-    are the modes above the first, whose masses are ``mass``.
+    ``tip`` is the tip's displacement over it, ``strain`` the largest strain of the piezo over it (1/m).
+    ``higher_modes`` are those above the first, whose masses are ``mass``.
     """
 
     mass: float
@@ -66,7 +66,7 @@ class Lumped:
     capacitance: float
     tip: float
     strain: float
-    further: tuple["BeamMode", ...] = ()
+    higher_modes: tuple["BeamMode", ...] = ()
 
 
 class BeamMode(NamedTuple):
@@ -101,23 +101,23 @@ def lumped(beam: Beam, modes: int = 1) -> Lumped:
     z = middle - axis
     stiffness = plate.young * (hs**3 / 12.0 + hs * axis**2) + beam.layers * ceramic.young * (hp**3 / 12.0 + hp * z**2)
     bending = b * stiffness
-    found = _bendings(beam, m, bending, modes)
+    bendings = _bendings(beam, m, bending, modes)
     vartheta = abs(ceramic.d31) * ceramic.young * b * z
     capacitance = ceramic.permittivity * b * length / hp
     if two:
         vartheta, capacitance = (2.0 * vartheta, 2.0 * capacitance) if beam.parallel else (vartheta, 0.5 * capacitance)
-    first = found[0]
+    first = bendings[0]
     sigma = first.sigma
     surface = 0.5 * hs + hp - axis
     strain = (
         surface * 2.0 * (first.root / length) ** 2 * first.norm * sigma
     )  # the shape's curvature there is -2 (k/L)^2
-    further = tuple(
-        BeamMode(math.sqrt(one.w2) / TURN, vartheta * one.slope * sigma, one.sigma / sigma, one.tip / first.tip)
-        for one in found[1:]
+    higher_modes = tuple(
+        BeamMode(math.sqrt(mode.w2) / TURN, vartheta * mode.slope * sigma, mode.sigma / sigma, mode.tip / first.tip)
+        for mode in bendings[1:]
     )
     coupling = vartheta * first.slope * sigma
-    return Lumped(sigma**2, first.w2 * sigma**2, coupling, capacitance, first.tip * sigma, abs(strain), further)
+    return Lumped(sigma**2, first.w2 * sigma**2, coupling, capacitance, first.tip * sigma, abs(strain), higher_modes)
 
 
 def _bendings(beam: Beam, m: float, bending: float, count: int) -> list[Bending]:
@@ -157,11 +157,11 @@ def _bendings(beam: Beam, m: float, bending: float, count: int) -> list[Bending]
 
     grid = np.linspace(1e-3, BARE[count - 1], 400 * count)
     signs = np.sign([determinant(k) for k in grid])
-    places = np.flatnonzero(signs[1:] != signs[:-1])[:count]
-    return [bent(float(brentq(determinant, grid[at], grid[at + 1], xtol=1e-14))) for at in places]
+    sign_changes = np.flatnonzero(signs[1:] != signs[:-1])[:count]
+    return [bent(float(brentq(determinant, grid[at], grid[at + 1], xtol=1e-14))) for at in sign_changes]
 
 
-def remarks_on(beam: Beam, found: Lumped, has_lifetime: bool) -> list[Diagnostic]:
+def remarks_on(beam: Beam, lumped_mode: Lumped, has_lifetime: bool) -> list[Diagnostic]:
     """What was made of the geometry, from which constants, and what was taken for granted.
 
     ``has_lifetime`` says whether `harvester run --lifetime` serves the scene.
@@ -175,11 +175,11 @@ def remarks_on(beam: Beam, found: Lumped, has_lifetime: bool) -> list[Diagnostic
     piezo |= {"permittivity": ceramic.permittivity / materials.EPSILON_0, "density": ceramic.density}
     substrate: dict[str, Any] = {"name": beam.substrate, "young": plate.young / 1e9, "density": plate.density}
     return [
-        note("geometry_mode", "geometry", wired=wired, tip=found.tip, block=block),
-        note("geometry_strain", "geometry", strain=1e3 * found.strain, lifetime=peak),
+        note("geometry_mode", "geometry", wired=wired, tip=lumped_mode.tip, block=block),
+        note("geometry_strain", "geometry", strain=1e3 * lumped_mode.strain, lifetime=peak),
         note("geometry_piezo", "geometry", source=ceramic.source, **piezo),
         note("geometry_substrate", "geometry", source=plate.source, **substrate),
-        *(note("geometry_assumed", "geometry", what=one) for one in APPROXIMATIONS),
+        *(note("geometry_assumed", "geometry", what=assumption) for assumption in APPROXIMATIONS),
     ]
 
 

@@ -67,7 +67,7 @@ def best_load(problem: Problem) -> BestLoad:
     peak = max(powers, key=lambda u: powers[u].value)
     minimize_scalar(loss, bounds=(peak - step, peak + step), method="bounded", options={"xatol": PRECISION})
     u = np.array(sorted(powers))
-    share = np.array([powers[one].value for one in u])
+    share = np.array([powers[log_ohm].value for log_ohm in u])
     top = int(share.argmax())
     share /= share[top]
     low, high = (_crossing(u, share, top, way) for way in (-1, 1))

@@ -93,11 +93,11 @@ def scene_tables(
     title: str = "",
     netlist: str | None = None,
     parameters: Mapping[str, str] | None = None,
-    further: Sequence[BeamMode] = (),
+    higher_modes: Sequence[BeamMode] = (),
 ) -> Tables:
     """The tables of the scene of a device, from the texts of its datasheet; ``netlist`` as the scene file names it.
 
-    ``further`` are modes above the first, which get its mass and damping.
+    ``higher_modes`` are those above the first, which get its mass and damping.
 
     Raises InputError for a text that is no value, fields that do not go together, and those that are missing.
     """
@@ -112,7 +112,7 @@ def scene_tables(
     words = {name: texts[name].strip() for name in TEXTS if name in texts}
     tables: Tables = {"": [Entry("title", title, "")] if title else []}
     tables |= {"oscillator": _oscillator(values, written), "piezo": _piezo(values, written)}
-    tables |= {f"mode.{number}": _mode(one, tables["oscillator"]) for number, one in enumerate(further, 2)}
+    tables |= {f"mode.{number}": _mode(mode, tables["oscillator"]) for number, mode in enumerate(higher_modes, 2)}
     tables |= {"stop": [], "excitation": [], "load": []}
     _copy(texts, {**written, **words}, tables)
     if netlist is not None:
@@ -127,7 +127,7 @@ def _copy(texts: Mapping[str, str], values: Mapping[str, float | str], tables: T
     """Put what stands in the scene as it stands in the datasheet into its tables."""
     for name, (table, key, comment) in _COPIED.items():
         if name in texts:
-            value = [one.strip() for one in texts[name].split(",")] if name == "harmonics" else values[name]
+            value = [harmonic.strip() for harmonic in texts[name].split(",")] if name == "harmonics" else values[name]
             whose = "of the profile" if key in SHARED and "profile" in texts else comment
             tables[table].append(Entry(key, value, whose))
 
@@ -158,16 +158,16 @@ def _oscillator(values: dict[str, float], written: dict[str, float | str]) -> li
     return [mass, stiffness, Entry("damping_ratio", written["damping_ratio"], word)]
 
 
-def _mode(one: BeamMode, oscillator: list[Entry]) -> list[Entry]:
+def _mode(mode: BeamMode, oscillator: list[Entry]) -> list[Entry]:
     """The entries of a further mode, with mass and damping of the first."""
     mass, _, ratio = oscillator
     return [
-        Entry("frequency", float(f"{one.frequency:.7g}"), "Hz, in short circuit"),
+        Entry("frequency", float(f"{mode.frequency:.7g}"), "Hz, in short circuit"),
         Entry("mass", mass.value, "that of the first, by its shape's scale"),
         Entry("damping_ratio", ratio.value, "taken as that of the first"),
-        Entry("coupling", float(f"{one.coupling:.7g}"), "N/V, by the slope at the end"),
-        Entry("base", float(f"{one.base:.7g}"), "participation in the base's acceleration"),
-        Entry("at_stop", float(f"{one.at_stop:.7g}"), "the tip's displacement, over that of the first mode"),
+        Entry("coupling", float(f"{mode.coupling:.7g}"), "N/V, by the slope at the end"),
+        Entry("base", float(f"{mode.base:.7g}"), "participation in the base's acceleration"),
+        Entry("at_stop", float(f"{mode.at_stop:.7g}"), "the tip's displacement, over that of the first mode"),
     ]
 
 

@@ -70,14 +70,14 @@ class _Contact:
 
     name: str
     words: str
-    place: float
+    position: float
     side: float
     stiffness: float
     damping: float
 
     def resistance(self, metre: float, x: str = "v(x)", speed: str = "i(Vspeed)") -> str:
         """What it adds to the loop, as an expression of x, of which 1 V is ``metre``, and of its speed."""
-        depth = f"({self.place / metre:.10g}-{x})" if self.side > 0.0 else f"({x}-{self.place / metre:.10g})"
+        depth = f"({self.position / metre:.10g}-{x})" if self.side > 0.0 else f"({x}-{self.position / metre:.10g})"
         force = f"{-self.side * self.stiffness * metre:.10g}*uramp{depth}"
         return f"{force}+{self.damping:.10g}*{speed}*u{depth}" if self.damping else force
 
@@ -105,10 +105,10 @@ def _duration(duration: str | float | None, problem: Problem) -> float:
         return min(PERIODS * period, longest)
     if not drawn:
         raise InputError("`duration` must go with noise that is drawn point by point, but the scene has none")
-    found = reading("`duration`", partial(with_prefix, kind=TIME), duration)
-    if not period <= found <= longest:
+    seconds = reading("`duration`", partial(with_prefix, kind=TIME), duration)
+    if not period <= seconds <= longest:
         raise invalid("`duration`", f"be between {period:.3g} and {longest:.3g}", duration)
-    return found
+    return seconds
 
 
 def _head(problem: Problem, name: str) -> Iterator[str]:
@@ -213,21 +213,19 @@ def _stops(problem: Problem) -> Iterator[_Contact]:
     for name, stop, side in (("stop", scene.stop, 1.0), ("opposite", scene.opposite_stop, -1.0)):
         if stop is None:
             continue
-        place = 0.0 - side * (stop.gap or 0.0)  # 0, where there is no gap, and not -0
+        x = 0.0 - side * (stop.gap or 0.0)  # 0, where there is no gap, and not -0
         if isinstance(stop, Stop) and stop.stiffness is not None:
-            words = (
-                f"A compliant stop at X = {place:.10g} m: {stop.stiffness:.10g} N/m, {stop.damping or 0.0:.10g} N s/m"
-            )
-            yield _Contact(name, words, place, side, stop.stiffness, stop.damping or 0.0)
+            words = f"A compliant stop at X = {x:.10g} m: {stop.stiffness:.10g} N/m, {stop.damping or 0.0:.10g} N s/m"
+            yield _Contact(name, words, x, side, stop.stiffness, stop.damping or 0.0)
             continue
         assert stop.restitution is not None, "the scene checks this"
         hard = STIFFER * abs(modal.stiffness)
         logarithm = -math.log(max(stop.restitution, LEAST_RESTITUTION))
         ratio = logarithm / math.hypot(math.pi, logarithm)
         soft = 2.0 * ratio * math.sqrt(hard * mass)
-        kind = f"A rigid stop, r = {stop.restitution:.10g}, at X = {place:.10g} m"
+        kind = f"A rigid stop, r = {stop.restitution:.10g}, at X = {x:.10g} m"
         words = f"{kind}: {hard:.10g} N/m and {soft:.10g} N s/m behind it"
-        yield _Contact(name, words, place, side, hard, soft)
+        yield _Contact(name, words, x, side, hard, soft)
 
 
 def _shortest_contact(problem: Problem) -> float | None:

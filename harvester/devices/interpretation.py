@@ -43,11 +43,11 @@ class Meaning:
 
 def meaning(problem: Problem) -> Meaning:
     """What the numbers of a physical scene mean."""
-    unusual = [one.of("values") for one in unusual_values(problem.scene)]
+    unusual = [remark.of("values") for remark in unusual_values(problem.scene)]
     topics: list[Finding] = [(unusual, {}), off_resonance(problem), _coupling(problem.equations), _load(problem)]
     topics += [stop_hits(problem), _engines(problem)]
-    facts = {name: fact for _, found in topics for name, fact in found.items()}
-    return Meaning(_numbers(problem), tuple(one for remarks, _ in topics for one in remarks), facts)
+    facts = {name: fact for _, topic_facts in topics for name, fact in topic_facts.items()}
+    return Meaning(_numbers(problem), tuple(remark for remarks, _ in topics for remark in remarks), facts)
 
 
 def _numbers(problem: Problem) -> tuple[tuple[str, float, str, str], ...]:
@@ -108,29 +108,29 @@ def _load(problem: Problem) -> Finding:
     if kind.refusal(problem) or (not kind.is_exact and "external_noise" not in problem.effects):
         return [], nothing
     try:
-        found = best_load(problem)
+        optimum = best_load(problem)
     except HarvesterError as error:
         return [note("best_load_not_found", "best load", why=str(error))], nothing
-    power, own = found.power, None if problem.scene.load is None else problem.scene.load.resistance
-    fact: dict[str, Any] = {"resistance": found.resistance, "near_from": found.low, "near_to": found.high}
+    power, present_load = optimum.power, None if problem.scene.load is None else problem.scene.load.resistance
+    fact: dict[str, Any] = {"resistance": optimum.resistance, "near_from": optimum.low, "near_to": optimum.high}
     fact |= {"mean_power": power.value, "mean_power_model_bias": power.model}
-    best: dict[str, Any] = {"power": power.value, "ohm": found.resistance, "low": found.low, "high": found.high}
-    best |= {"near": NEAR, "at_end": found.at_end}
+    best: dict[str, Any] = {"power": power.value, "ohm": optimum.resistance, "low": optimum.low, "high": optimum.high}
+    best |= {"near": NEAR, "at_end": optimum.at_end}
     stated = note("best_load_by", "load", engine=kind.NAME, error=power.known_error95 / (power.value or 1.0))
-    odd = unusual("the best load", found.resistance, RESISTANCE)
-    rest = [stated, *(warning("unusual_best_load", "load", what=str(one)) for one in odd)]
-    if own is None:
+    odd = unusual("the best load", optimum.resistance, RESISTANCE)
+    rest = [stated, *(warning("unusual_best_load", "load", what=str(remark)) for remark in odd)]
+    if present_load is None:
         return [note("no_load_yet", "load", **best), *rest], {"best_load": fact}
     fact["share"] = min(kind().run(problem).mean_power.value / power.value, 1.0)
-    return [note("own_load", "load", own=own, share=fact["share"], **best), *rest], {"best_load": fact}
+    return [note("own_load", "load", own=present_load, share=fact["share"], **best), *rest], {"best_load": fact}
 
 
 def _engines(problem: Problem) -> Finding:
     """The engines that serve the scene."""
     names = engines(problem)
     about = "engines that serve it"
-    told = note("engines_that_serve", about, engines=", ".join(names)) if names else note("no_engine_yet", about)
-    return [told], {"engines": names}
+    served = note("engines_that_serve", about, engines=", ".join(names)) if names else note("no_engine_yet", about)
+    return [served], {"engines": names}
 
 
 def engines(problem: Problem) -> list[str]:

@@ -34,8 +34,8 @@ def variances(eqs: Equations) -> tuple[float, float] | None:
     at_one = white(eqs)
     if eqs.modes is None or not math.isfinite(at_one.x2):
         return eqs.n1 * at_one.x2, eqs.n1 * at_one.speed2
-    found, phi, n = stationary(eqs), np.array(eqs.modes.contact), eqs.modes.count
-    return eqs.n1 * float(phi @ found[:n, :n] @ phi), eqs.n1 * float(phi @ found[n : 2 * n, n : 2 * n] @ phi)
+    covariance, phi, n = stationary(eqs), np.array(eqs.modes.contact), eqs.modes.count
+    return eqs.n1 * float(phi @ covariance[:n, :n] @ phi), eqs.n1 * float(phi @ covariance[n : 2 * n, n : 2 * n] @ phi)
 
 
 def amplitude(eqs: Equations) -> float | None:
@@ -99,5 +99,5 @@ def off_resonance(problem: Problem) -> tuple[list[Diagnostic], dict[str, Any]]:
         return [], {}
     hertz = problem.scales.frequency / (2.0 * math.pi)
     numbers = {"hertz": w * hertz, "ratio": w, "best": best * hertz, "gain": 1.0 / share}
-    told = warning("drive_off_resonance", "drive", **numbers)
-    return [told], {"drive_share": share, "best_drive_frequency": best * hertz}
+    remark = warning("drive_off_resonance", "drive", **numbers)
+    return [remark], {"drive_share": share, "best_drive_frequency": best * hertz}

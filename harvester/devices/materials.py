@@ -59,7 +59,7 @@ def substrate(name: str) -> Substrate:
 
 
 def _named(what: str, name: str, known: Mapping[str, _T]) -> _T:
-    for one, material in known.items():
-        if one.lower() == name.strip().lower():
+    for known_name, material in known.items():
+        if known_name.lower() == name.strip().lower():
             return material
     raise unknown(what, name, known)

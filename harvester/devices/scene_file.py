@@ -50,7 +50,7 @@ def _line(entry: Entry) -> str:
         pairs = ", ".join(tomli_w.dumps({name: number}).strip() for name, number in entry.value.items())
         value = f"{entry.key} = {{ {pairs} }}"
     if isinstance(entry.value, list):
-        items = (tomli_w.dumps({"x": one}).strip().removeprefix("x = ") for one in entry.value)
+        items = (tomli_w.dumps({"x": item}).strip().removeprefix("x = ") for item in entry.value)
         value = f"{entry.key} = [{', '.join(items)}]"
     return _commented(value, entry.comment)
 

@@ -86,23 +86,23 @@ class Slow(Request, Engine):
         problem, cut = self._parted(scene)
         begin = time.perf_counter()
         with compilation():
-            found = slow_power(problem, cut)
-        scales, power = problem.scales, found.power
-        how = "slow_circuit_alone" if found.apart else "run_directly"
-        told = [note(how, direct=found.direct, separation=found.separation)]
-        if found.changed > SETTLED:
-            told.append(warning("slow_circuit_unsettled", seconds=found.duration, share=found.changed))
+            result = slow_power(problem, cut)
+        scales, power = problem.scales, result.power
+        how = "slow_circuit_alone" if result.scales_apart else "run_directly"
+        diagnostics = [note(how, direct=result.direct, separation=result.separation)]
+        if result.changed > SETTLED:
+            diagnostics.append(warning("slow_circuit_unsettled", seconds=result.duration, share=result.changed))
         if (within := number(self.within)) is not None and power.known_error95 > within * power.value:
-            told.append(warning("steady_within", within=within, error=power.known_error95 / power.value))
-        details = {"duration": found.duration, "step": found.slow_step, **found.load}
+            diagnostics.append(warning("steady_within", within=within, error=power.known_error95 / power.value))
+        details = {"duration": result.duration, "step": result.slow_step, **result.load}
         return estimate(
             self.NAME,
             problem,
-            found.square.scaled(scales.volts**-2),
+            result.square.scaled(scales.volts**-2),
             power.scaled(1.0 / scales.watts),
-            told,
+            diagnostics,
             time.perf_counter() - begin,
-            found.steps,
+            result.steps,
             details,
         )
 

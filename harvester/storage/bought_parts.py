@@ -97,7 +97,11 @@ class Chip:
 
     def worse(self) -> "Chip":
         """The same with charging as bad as its numbers may be off."""
-        rows = tuple((volts, amperes, share * (1.0 - self.spread)) for volts, amperes, share in self.charging)
+        return self.charging_by(1.0 - self.spread)
+
+    def charging_by(self, factor: float) -> "Chip":
+        """The same with so many times its efficiencies of charging."""
+        rows = tuple((volts, amperes, share * factor) for volts, amperes, share in self.charging)
         return replace(self, charging=rows)
 
     def narrower(self) -> "Chip":
@@ -127,10 +131,10 @@ def _chip(keys: dict[str, Any]) -> Chip:
     """A chip of the file: what its ``netlist_keys`` name is a parameter of its netlist."""
     names = keys.pop("netlist_keys", {})
     values = load_circuit(Load(netlist=keys["netlist"])).values if names else {}
-    own = {key: values[name] for key, name in names.items()} | {key: _as_tuples(one) for key, one in keys.items()}
-    for key, place in (("efficiencies", (1e-6,)), ("charging", (1.0, 1e-5))):
-        own |= {key: ((*place, own[key]),)} if key in names else {}
-    return Chip(**own | {"outputs": {volts: (one, other) for volts, one, other in keys["outputs"]}})
+    numbers = {key: values[name] for key, name in names.items()} | {key: _as_tuples(keys[key]) for key in keys}
+    for key, ends in (("efficiencies", (1e-6,)), ("charging", (1.0, 1e-5))):
+        numbers |= {key: ((*ends, numbers[key]),)} if key in names else {}
+    return Chip(**numbers | {"outputs": {volts: (first, second) for volts, first, second in keys["outputs"]}})
 
 
 _PARTS = tomllib.loads((netlist_folder() / "parts" / "bought_parts.toml").read_text(encoding="utf-8"))

@@ -32,7 +32,7 @@ def can_run(run: NodeRun) -> bool:
     store, node, chip = run.storage, run.node, run.chip
     parts = (store.battery_voltage, store.diffusion_capacitance, node.lost_share, node.low_interval)
     looks = chip is None or chip.ratio is None or chip.look > 0.0
-    return looks and all(one is None for one in parts)
+    return looks and all(part is None for part in parts)
 
 
 @dataclass
@@ -116,18 +116,18 @@ def direct_course(problem: Problem, run: NodeRun, seconds: float, seed: int = 0)
     tracker = None if chip is None or chip.ratio is None else _Tracker(chip)
     farads = run.storage.farads if tracker is None else INPUT
     period, rng = eqs.shaking_period or 2.0 * math.pi, np.random.default_rng([seed, 14])
-    kicks = math.ceil(period / step_from_rest(eqs) / SLICES)
-    h = period / (kicks * SLICES)
-    whole, mass = forcing(eqs, h, kicks * SLICES), HeldPath(problem, Rectifier(problem).own(farads), h)
-    slice_, consumer = kicks * h / problem.scales.frequency, _Consumer(run)
+    n_steps = math.ceil(period / step_from_rest(eqs) / SLICES)
+    h = period / (n_steps * SLICES)
+    whole, mass = forcing(eqs, h, n_steps * SLICES), HeldPath(problem, Rectifier(problem).compiled(farads), h)
+    slice_, consumer = n_steps * h / problem.scales.frequency, _Consumer(run)
     own = 0.0 if tracker is not None or chip is None else chip.own
     at, volts = mass.at, run.storage.initial_voltage or 0.0
     mass.state[at] = 0.0 if tracker is not None else farads * volts
     count = math.ceil(seconds / slice_)
     points: Floats = np.empty((2, count))
     for k in range(count):
-        part = None if whole is None else whole[k % SLICES * kicks : (k % SLICES + 1) * kicks + 1]
-        mass.go_on(rng.standard_normal(kicks) if eqs.is_random else np.zeros(kicks), part, kicks)
+        part = None if whole is None else whole[k % SLICES * n_steps : (k % SLICES + 1) * n_steps + 1]
+        mass.go_on(rng.standard_normal(n_steps) if eqs.is_random else np.zeros(n_steps), part, n_steps)
         before, state = volts, mass.state
         if tracker is None:
             volts = state[at] / farads - own * slice_ / farads

@@ -63,14 +63,14 @@ class Rectifier:
         """The circuit of ideal elements."""
         return ideal_circuit(self.load, self.scales) if is_plain_store(self.load) else None
 
-    def own(self, farads: float) -> CompiledCircuit:
+    def compiled(self, farads: float) -> CompiledCircuit:
         """That of the netlist's own elements; raises as `CompiledCircuit`."""
         return CompiledCircuit(self.load, self.scales, with_store(self.parts, farads))
 
     def fast(self, farads: float) -> Elements:
         """The cheaper one."""
         if self.ideal is None:
-            return self.own(farads)
+            return self.compiled(farads)
         return self.ideal._replace(kappa=farads / self.scales.capacitance, mu=1e-12)
 
 
@@ -108,12 +108,12 @@ class HeldPath:
         """Go on for whole periods: the charge (C), shape (1,), the mean square of the piezo's V (V^2), and seconds."""
         period, held = self.eqs.shaking_period, self.farads * volts
         assert period is not None, "a drive has one"
-        kicks = round(period / self.h) * max(1, math.ceil(duration / period))
-        shaking, self.state[self.at] = forcing(self.eqs, self.h, kicks), held
+        n_steps = round(period / self.h) * max(1, math.ceil(duration / period))
+        shaking, self.state[self.at] = forcing(self.eqs, self.h, n_steps), held
         assert shaking is not None, "a drive"
-        path = self.go_on(np.zeros(kicks), shaking, math.gcd(kicks, 4))
+        path = self.go_on(np.zeros(n_steps), shaking, math.gcd(n_steps, 4))
         square = float(np.mean(path.voltages[:, 0] ** 2))
-        return np.array([self.state[self.at] - held]), square, kicks * self.h / self.scales.frequency
+        return np.array([self.state[self.at] - held]), square, n_steps * self.h / self.scales.frequency
 
 
 class HeldRuns:
@@ -121,10 +121,14 @@ class HeldRuns:
 
     def __init__(self, runs: Trajectories, circuit: Elements, farads: float, scales: Scales) -> None:
         self.runs, self.scales, self.farads, self.together = runs, scales, farads, runs.together
-        self._row, self._unit = store_row(circuit, farads, scales)
+        self._circuit, (self._row, self._unit) = circuit, store_row(circuit, farads, scales)
 
-    def advance(self, volts: float | None, duration: float) -> tuple[Floats, float, float]:
-        """Go on: charges (C) of the runs, as `HeldPath.advance`; the store has what it had where ``volts`` is None."""
+    def advance(self, volts: Floats | float | None, duration: float) -> tuple[Floats, float, float]:
+        """Go on: charges (C) of the runs, as `HeldPath.advance`; the store has what it had where ``volts`` is None.
+
+        Voltages of its own for each run have the shape (blocks, BATCH).
+        """
+        self.runs.put_behind(self._circuit)
         store, begin = self.runs.state[:, self._row], self.runs.time
         if volts is not None:
             store[:] = volts * self.farads / self._unit
@@ -148,8 +152,8 @@ def measured_current(held: HeldPath | HeldRuns, eqs: Equations, voltages: Floats
     """The table at a ladder of ascending ``voltages``, the first of which is 0."""
     unit, rows = time_constant(eqs), []
     for k, volts in enumerate(voltages):
-        settle = FADED if k == 0 or eqs.is_steady else STEPPED
-        settled, _, first = held.advance(float(volts), settle * unit)
+        settling = FADED if k == 0 or eqs.is_steady else STEPPED
+        settled, _, first = held.advance(float(volts), settling * unit)
         charges, square, seconds = held.advance(float(volts), (1.0 if eqs.is_steady else MEASURED) * unit)
         charges = charges.reshape(-1, held.together).mean(axis=1)
         current = charges.mean() / seconds
@@ -196,7 +200,7 @@ def measured(
         runs = Trajectories(eqs, RUNS, np.random.SeedSequence([seed, 11]), h, circuit=circuit)
         table = measured_current(HeldRuns(runs, circuit, rectifier.held, scales), eqs, volts)
         return Currents(table, table, runs.steps)
-    paths = [HeldPath(problem, rectifier.own(rectifier.held), factor * h) for factor in (1.0, 2.0)]
-    fine, coarse = (measured_current(one, eqs, volts) for one in paths)
-    steps, peak = sum(one.steps for one in paths), max(one.peak for one in paths) * scales.length
+    paths = [HeldPath(problem, rectifier.compiled(rectifier.held), factor * h) for factor in (1.0, 2.0)]
+    fine, coarse = (measured_current(path, eqs, volts) for path in paths)
+    steps, peak = sum(path.steps for path in paths), max(path.peak for path in paths) * scales.length
     return Currents(fine.extrapolated(coarse), fine, steps, peak)

@@ -22,10 +22,10 @@ WAKE, TOP, FARADS, LENGTH, HELD, LOW, HIGH, SPARED = range(8)  # of the levels
 @forced
 def _rate(u, scale, finest, row, drawn):
     """The current (A) into the store at a voltage, and how it grows from one point of the table to the next."""
-    place = min(max(u * scale, 0.0), float(finest))
-    k = min(int(place), finest - 1)
+    position = min(max(u * scale, 0.0), float(finest))
+    k = min(int(position), finest - 1)
     low, high = row[k] - drawn[k], row[k + 1] - drawn[k + 1]
-    return low + (place - k) * (high - low), high - low
+    return low + (position - k) * (high - low), high - low
 
 
 @forced
@@ -59,9 +59,9 @@ def _current_now(charging, length, now):
 
 
 @kernel
-def follow_state(store, drawn, v, duration, threshold, side, found):
+def follow_state(store, drawn, v, duration, threshold, side, course):
     """Go on in a state for a duration, or until V passes a threshold upwards (``side`` 1) or downwards: V there."""
-    (charging, levels, branches), (counts, t, volts, apart) = store, found
+    (charging, levels, branches), (counts, t, volts, spacing) = store, course
     top, farads, held = levels[TOP], levels[FARADS], levels[HELD]
     finest, many = charging.shape[1] - 1, branches.shape[1]
     scale, left, rates = finest / top, duration, np.zeros((5, many))
@@ -98,7 +98,7 @@ def follow_state(store, drawn, v, duration, threshold, side, found):
         left -= step
         v = max(new, 0.0)
         points = int(counts[POINTS])
-        if points < len(t) and (points == 0 or counts[END] - t[points - 1] >= apart):
+        if points < len(t) and (points == 0 or counts[END] - t[points - 1] >= spacing):
             t[points], volts[points] = counts[END], v
             counts[POINTS] += 1.0
         if there or step == 0.0:
@@ -113,20 +113,20 @@ def _flag(v, low, levels):
 
 
 @kernel
-def _follow_packet(store, drawn, durations, stops, number, v, low, seconds, hours, found):
+def _follow_packet(store, drawn, durations, stops, number, v, low, seconds, hours, course):
     """Send a packet, ``number`` times (negative: in vain), and sleep: V, whether the node is on, and the flag."""
-    levels, counts, last, on = store[1], found[0], len(durations) - 1, True
+    levels, counts, last, on = store[1], course[0], len(durations) - 1, True
     spent = 0.0
     for k in range(abs(number) * last):
         left = min(durations[k % last], seconds - counts[END])
-        v = follow_state(store, drawn[k % last], v, left, stops[k % last], -1.0, found)
+        v = follow_state(store, drawn[k % last], v, left, stops[k % last], -1.0, course)
         on, spent = v > stops[k % last], spent + (left if k >= last else 0.0)
         if not on:
             return v, on, low
     _send(counts, hours, number > 0)
     low = _flag(v, low, levels)
     left = min((levels[SPARED] if low else durations[last]) - spent, seconds - counts[END])
-    v = follow_state(store, drawn[last], v, left, stops[last], -1.0, found)
+    v = follow_state(store, drawn[last], v, left, stops[last], -1.0, course)
     return v, v > stops[last], low
 
 
@@ -142,7 +142,7 @@ def follow_node(currents, durations, stops, levels, branches, tries, v, seconds,
     ``stops``, is sleep.  A packet takes as many ``tries`` as these say in turn, and is lost where one is negative.
     """
     (charging, drawn, waiting), (t, volts, hours) = currents, course
-    store, found = (charging, levels, branches), (counts, t, volts, seconds / SEEN)
+    store, followed = (charging, levels, branches), (counts, t, volts, seconds / SEEN)
     wake, repeats = levels[WAKE], levels[LENGTH] == 0.0 and len(tries) == 1
     ever, taken, low = stops.max() < wake, 0, False
     woken, begun = np.full(REPEATED, math.nan), np.empty(REPEATED)
@@ -150,7 +150,7 @@ def follow_node(currents, durations, stops, levels, branches, tries, v, seconds,
     at_wake, before = np.full(branches.shape[1] + 2, math.nan), np.empty(branches.shape[1] + 2)
     while counts[END] < seconds * DONE:
         rose = v < wake
-        v = follow_state(store, waiting, v, seconds - counts[END], wake, 1.0, found)
+        v = follow_state(store, waiting, v, seconds - counts[END], wake, 1.0, followed)
         low = _flag(v, low, levels)
         if v >= wake and rose:
             if _alike(v, low, branches[2], at_wake, same):  # what follows is the same each time
@@ -163,22 +163,22 @@ def follow_node(currents, durations, stops, levels, branches, tries, v, seconds,
             begun = counts[:REPEATED].copy()
             number = tries[taken % len(tries)]
             taken += 1
-            v, on, low = _follow_packet(store, drawn, durations, stops, number, v, low, seconds, hours, found)
+            v, on, low = _follow_packet(store, drawn, durations, stops, number, v, low, seconds, hours, followed)
             counts[BROWN_OUTS] += 0.0 if on else 1.0
             counts[RAN] += counts[END] - begun[END]
         if not on and not ever and v >= wake:  # it would stop as soon as it begins: wait with the node off
-            v = follow_state(store, waiting, v, seconds - counts[END], math.inf, 1.0, found)
+            v = follow_state(store, waiting, v, seconds - counts[END], math.inf, 1.0, followed)
 
 
 @forced
 def _alike(v, low, inner, others, same):
     """Whether voltages and flag are as others were, which they then replace."""
-    found = abs(v - others[0]) < same and others[1] == (1.0 if low else 0.0)
+    alike = abs(v - others[0]) < same and others[1] == (1.0 if low else 0.0)
     for j in range(len(inner)):
-        found = found and abs(inner[j] - others[j + 2]) < same
+        alike = alike and abs(inner[j] - others[j + 2]) < same
         others[j + 2] = inner[j]
     others[0], others[1] = v, 1.0 if low else 0.0
-    return found
+    return alike
 
 
 @forced

@@ -70,8 +70,8 @@ def branches_of(storage: Storage) -> Floats:
         return np.empty((3, 0))
     farads = 2.0 * storage.diffusion_capacitance / (math.pi * (np.arange(BRANCHES) + 0.5)) ** 2
     farads[-1] += storage.diffusion_capacitance - farads.sum()
-    one = np.ones(BRANCHES)
-    return np.array([2.0 / storage.diffusion_resistance * one, farads, (storage.initial_voltage or 0.0) * one])
+    ones = np.ones(BRANCHES)
+    return np.array([2.0 / storage.diffusion_resistance * ones, farads, (storage.initial_voltage or 0.0) * ones])
 
 
 def _top_of(
@@ -101,7 +101,7 @@ def _late(current: RectifiedCurrent | RecordedCurrent, storage: Storage, node: S
     whole = current.scaled(1.0, -(0.0 if chip is None else chip.low_own or chip.own))
     at_once = replace(whole, lag=np.zeros_like(whole.lag), ring_up=0.0)
     levels = np.array([first, wake])
-    times, sooner = (times_to(levels, one, storage.farads, math.inf) for one in (whole, at_once))
+    times, sooner = (times_to(levels, each, storage.farads, math.inf) for each in (whole, at_once))
     return max(current.start + float(np.diff(times - sooner)[0]), 0.0) if np.isfinite(times).all() else 0.0
 
 
@@ -136,9 +136,9 @@ class NodeRun:
 
     def at(self, table: Floats, volts: float) -> float:
         """A current of the tables at a voltage."""
-        place = min(max(volts / self.top, 0.0), 1.0) * (len(self.volts) - 1)
-        k = min(int(place), len(self.volts) - 2)
-        return float(table[k] + (place - k) * (table[k + 1] - table[k]))
+        position = min(max(volts / self.top, 0.0), 1.0) * (len(self.volts) - 1)
+        k = min(int(position), len(self.volts) - 2)
+        return float(table[k] + (position - k) * (table[k + 1] - table[k]))
 
     def _drawn(self, amperes: float) -> Floats:
         """The current out of the store, at each voltage."""
@@ -168,7 +168,7 @@ class NodeRun:
         low = node.low_voltages or (-math.inf, -math.inf)
         held = storage.battery_voltage or 0.0
         levels = np.array([wake, self.top, farads, self.length, held, *low, self.spared])
-        durations = np.array([one for _, one in self.states])
+        durations = np.array([duration for _, duration in self.states])
         currents = self.charging, self.drawn, self.waiting
         branches, course = branches_of(storage), (t, volts, hours)
         follow_node(currents, durations, stops, levels, branches, self._tries(), v, seconds, counts, course)

@@ -64,20 +64,20 @@ def grid_of(problem: Problem, h: float | None = None) -> RecordGrid:
     return RecordGrid(record.count // samples, samples, steps, samples * record.spacing / steps)
 
 
-class Lanes:
+class StoreBatch:
     """A batch of trajectories with stores at ``volts``, shape (BATCH,), of ``farads``, on parts of a record."""
 
     def __init__(self, problem: Problem, circuit: Elements, volts: Floats, farads: float, h: float) -> None:
         self.eqs, self.scales, self.h, self.charge = problem.equations, problem.scales, h, farads * volts
-        self.circuit, place = circuit, self.eqs.resting_places[0]
+        self.circuit, rest = circuit, self.eqs.resting_places[0]
         self._row, self._unit = store_row(circuit, farads, self.scales)
         if isinstance(circuit, CompiledCircuit):
             self.state, self.sums = aligned((circuit.rows, BATCH)), aligned((circuit.sums, BATCH))
             circuit.begin(self.state[None])
         else:
             self.state, self.sums = aligned((5, BATCH)), aligned((len(IDEAL_SUMS), BATCH))
-            self.state[4] = place
-        self.state[0] = place
+            self.state[4] = rest
+        self.state[0] = rest
         self.hold()
         self._filter, self._words = aligned((2, BATCH)), aligned((2, BATCH), np.uint64)
 
@@ -85,9 +85,9 @@ class Lanes:
         """Set the stores back to what they had at first."""
         self.state[self._row] = self.charge / self._unit
 
-    def begin(self, samples: Floats, places: Floats) -> None:
+    def begin(self, samples: Floats, positions: Floats) -> None:
         """Take accelerations at all steps, and where in them each trajectory is."""
-        self._filter[:] = samples[places.astype(int)], places
+        self._filter[:] = samples[positions.astype(int)], positions
         self._shaker = of_batch(filter_of(self.eqs, self.h), self._filter, self._words, samples)
 
     def advance(self, steps: int) -> tuple[Floats, Floats]:
@@ -121,26 +121,26 @@ def windows_of(problem: Problem, circuit: Elements, volts: Floats, grid: RecordG
     each = max(min(PIECE // grid.steps, grid.windows) // parts, 1)
     farads, steps, record = HELD * problem.scales.capacitance, 0, problem.equations.record
     assert record is not None, "the caller checks"
-    found = np.zeros((2, grid.windows, count))  # charges and mean squares
+    moments = np.zeros((2, grid.windows, count))  # charges and mean squares
     held = np.tile(volts, parts // BATCHES)
     for begin in range(0, grid.windows, parts * each):
         samples = record.resampled(begin - early, early + parts * each, grid.samples, grid.steps)
 
         def batch(k: int, begin: int = begin, samples: Floats = samples) -> int:
-            lanes = Lanes(problem, circuit, held, farads, grid.h)
+            stores = StoreBatch(problem, circuit, held, farads, grid.h)
             part = k * (parts // BATCHES) + np.repeat(np.arange(parts // BATCHES), count)
-            lanes.begin(samples, (part * each * grid.steps).astype(float))
+            stores.begin(samples, (part * each * grid.steps).astype(float))
             for i in range(early + each):
-                lanes.hold()
-                both = np.array(lanes.advance(grid.steps))
+                stores.hold()
+                both = np.array(stores.advance(grid.steps))
                 at = begin + part * each + i - early
                 good = (at < grid.windows) & (i >= early)
-                found[:, at[good], np.tile(np.arange(count), parts // BATCHES)[good]] = both[:, good]
+                moments[:, at[good], np.tile(np.arange(count), parts // BATCHES)[good]] = both[:, good]
             return (early + each) * grid.steps * BATCH
 
         with ThreadPoolExecutor(cores()) as pool:
             steps += sum(pool.map(batch, range(BATCHES)))
-    return found[0], found[1], steps
+    return moments[0], moments[1], steps
 
 
 class Recorded(NamedTuple):
@@ -173,8 +173,8 @@ def recorded(problem: Problem, farads: float | None = None, top: float | None = 
         top = BEYOND * math.sqrt(float(squares.max()))
     volts, length = np.linspace(0.0, top, VOLTAGES), grid.steps * grid.h / problem.scales.frequency
     tables = []
-    for one in (grid, grid._replace(steps=grid.steps // 2, h=2.0 * grid.h)):
-        charges, _, more = windows_of(problem, rectifier.fast(rectifier.held), volts, one)
+    for step_grid in (grid, grid._replace(steps=grid.steps // 2, h=2.0 * grid.h)):
+        charges, _, more = windows_of(problem, rectifier.fast(rectifier.held), volts, step_grid)
         tables.append(RecordedCurrent(volts, charges / length, None, length))
         steps += more
     separation, many = _separation(problem, rectifier, tables[0], grid, farads or rectifier.held)
@@ -200,13 +200,13 @@ def _gained(
     first = min(max(most - count // 2, early), grid.windows - 1)
     loud = slice(first, min(max(most, first) + (count + 1) // 2, grid.windows))
     windows = loud.stop - loud.start
-    lanes = Lanes(problem, circuit, volts, farads, grid.h)
-    lanes.begin(record.resampled(loud.start - early, early + windows, grid.samples, grid.steps), np.zeros(BATCH))
+    stores = StoreBatch(problem, circuit, volts, farads, grid.h)
+    stores.begin(record.resampled(loud.start - early, early + windows, grid.samples, grid.steps), np.zeros(BATCH))
     for _ in range(early):
-        lanes.hold()
-        lanes.advance(grid.steps)
-    lanes.hold()
-    gained = sum((lanes.advance(grid.steps)[0] for _ in range(windows)), np.zeros(BATCH))
+        stores.hold()
+        stores.advance(grid.steps)
+    stores.hold()
+    gained = sum((stores.advance(grid.steps)[0] for _ in range(windows)), np.zeros(BATCH))
     return gained, loud, (early + windows) * grid.steps * BATCH
 
 
@@ -230,7 +230,7 @@ def _elements(problem: Problem, rectifier: Rectifier, table: RecordedCurrent, gr
     held = rectifier.held
     store = np.repeat(table.voltages, BATCH // VOLTAGES), held
     (ours, _, steps), (its, _, many) = (
-        _gained(problem, one(held), table, grid, store, JUDGED) for one in (rectifier.fast, rectifier.own)
+        _gained(problem, circuit(held), table, grid, store, JUDGED) for circuit in (rectifier.fast, rectifier.compiled)
     )
     return _off(ours, its), steps + many
 

@@ -51,7 +51,7 @@ class MeanCurrent:
     def halved(self) -> Self:
         """The table without every other voltage but the ends: what it then says differently is the interpolation."""
         keep = np.unique(np.append(np.arange(0, len(self.voltages), 2), len(self.voltages) - 1))
-        columns = {name: one[..., keep] for name, one in vars(self).items() if isinstance(one, np.ndarray)}
+        columns = {name: column[..., keep] for name, column in vars(self).items() if isinstance(column, np.ndarray)}
         return replace(self, **columns)
 
     def extrapolated(self, coarse: Self) -> Self:
@@ -85,7 +85,7 @@ class RectifiedCurrent(MeanCurrent):
         slopes = np.asarray(self.curve(np.minimum(volts, self.voltages[-1]), 1))
         return np.where(volts <= self.voltages[-1], slopes, 0.0)
 
-    def sampled(self, name: str, volts: Floats) -> Floats:
+    def column_at(self, name: str, volts: Floats) -> Floats:
         """Another column between its points, on straight lines."""
         return np.asarray(np.interp(volts, self.voltages, getattr(self, name)))
 
@@ -115,7 +115,7 @@ def times_to(levels: Floats, table: RectifiedCurrent, farads: float, ohm: float)
     """When the store reaches ascending levels (V), without diffusion; infinite for those that it does not reach."""
     volts = np.linspace(0.0, float(levels[-1]), FINE)
     net = table.at(volts) - volts / ohm
-    held = np.maximum(farads + table.sampled("lag", volts) * table.slope(volts), 0.0)  # 0: it is there at once
+    held = np.maximum(farads + table.column_at("lag", volts) * table.slope(volts), 0.0)  # 0: it is there at once
     with np.errstate(divide="ignore"):
         rate = np.where(net > 0.0, net, np.nan) / held
     times = cumulative_trapezoid(1.0 / rate, volts, initial=0.0)
@@ -141,10 +141,10 @@ def random_paths(
     rng = np.random.default_rng(np.random.SeedSequence([seed, 12]))
     steps, dt = STEPS, end / STEPS
     volts = np.linspace(0.0, max(top, float(table.voltages[-1])), FINE)
-    effective = farads + table.sampled("lag", volts) * table.slope(volts)
+    effective = farads + table.column_at("lag", volts) * table.slope(volts)
     drift = (table.at(volts) - volts / ohm) / effective
-    spread = np.sqrt(table.sampled("density", volts)) / farads
-    v, found = np.zeros(count), [np.zeros(count)]
+    spread = np.sqrt(table.column_at("density", volts)) / farads
+    v, paths = np.zeros(count), [np.zeros(count)]
     for k in range(0, steps, 2 if coarse else 1):
         kick = rng.standard_normal(count)
         length = dt
@@ -154,6 +154,6 @@ def random_paths(
         v = np.abs(
             v + begun * np.interp(v, volts, drift) * length + begun * np.interp(v, volts, spread) * kick * dt**0.5
         )
-        found.append(v)
-    t = np.linspace(0.0, end, len(found))
-    return t, np.array(found).T
+        paths.append(v)
+    t = np.linspace(0.0, end, len(paths))
+    return t, np.array(paths).T

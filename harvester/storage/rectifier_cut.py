@@ -30,32 +30,32 @@ class Cut:
     def slow(self) -> list[CircuitPart]:
         """What is behind the rails, with the rails in place of the electrodes."""
         names = dict(zip(self.rails, ("p", "0"), strict=True))
-        return [_renamed(one, names) for one in self.behind]
+        return [_renamed(part, names) for part in self.behind]
 
 
 def cut_behind_rectifier(load: LoadCircuit) -> Cut | None:
     """The circuit cut behind its rectifier; None where what touches the electrodes is no bridge of diodes."""
     parts = parts_of(load)
-    rectifier = tuple(one for one in parts if ELECTRODES & set(one.nodes))
-    behind = tuple(one for one in parts if one not in rectifier)
-    if [one.kind for one in rectifier] != 4 * ["d"]:
+    rectifier = tuple(part for part in parts if ELECTRODES & set(part.nodes))
+    behind = tuple(part for part in parts if part not in rectifier)
+    if [part.kind for part in rectifier] != 4 * ["d"]:
         return None
     positive, negative = _far_nodes(rectifier, 1), _far_nodes(rectifier, 0)  # at cathodes, and at anodes
-    seen = {one.node(name) for one in behind for name in _read(one)}
+    seen = {part.node(name) for part in behind for name in _read(part)}
     if (len(positive), len(negative)) != (1, 1) or ELECTRODES & (positive | negative | seen) or positive == negative:
         return None
     return Cut(rectifier, behind, (positive.pop(), negative.pop()))
 
 
-def _far_nodes(diodes: Sequence[CircuitPart], place: int) -> set[str]:
+def _far_nodes(diodes: Sequence[CircuitPart], end: int) -> set[str]:
     """The nodes at one end of the diodes whose other end is at an electrode."""
-    return {one.nodes[place] for one in diodes if one.nodes[1 - place] in ELECTRODES}
+    return {diode.nodes[end] for diode in diodes if diode.nodes[1 - end] in ELECTRODES}
 
 
 def with_store(parts: Sequence[CircuitPart], farads: float) -> list[CircuitPart]:
     """The elements with another store, and no load."""
     new = {STORE: repr(farads), LOAD: NO_LOAD}
-    return [_element(one.name, one.nodes, new[one.name]) if one.name in new else one for one in parts]
+    return [_element(part.name, part.nodes, new[part.name]) if part.name in new else part for part in parts]
 
 
 def held_rectifier(load: LoadCircuit, farads: float) -> list[CircuitPart]:
@@ -66,7 +66,7 @@ def held_rectifier(load: LoadCircuit, farads: float) -> list[CircuitPart]:
 
 def is_plain_store(load: LoadCircuit) -> bool:
     """Whether the load resistor is across the store: then the store's voltage alone is slow."""
-    nodes = {one.name: set(one.nodes[:2]) for one in parts_of(load) if one.name in (STORE, LOAD)}
+    nodes = {part.name: set(part.nodes[:2]) for part in parts_of(load) if part.name in (STORE, LOAD)}
     return len(nodes) == 2 and nodes[STORE] == nodes[LOAD]
 
 

@@ -70,12 +70,12 @@ class SlowCircuit:
         rows = math.ceil(duration / (seconds * stride) - 1e-9)
         top = float(current.voltages[-1])
         volts = np.linspace(0.0, top, POINTS)
-        table = np.array([current.at(volts), current.sampled("lag", volts), current.sampled("square", volts)])
+        table = np.array([current.at(volts), current.column_at("lag", volts), current.column_at("square", volts)])
         out = np.empty((rows, 5))
-        own, state = self.circuit.for_kernels(seconds * self.scales.frequency), self.circuit.rest
-        room = np.empty((ROOMS, own.length))
+        circuit, state = self.circuit.for_kernels(seconds * self.scales.frequency), self.circuit.rest
+        room = np.empty((ROOMS, circuit.length))
         charge = self.scales.capacitance * self.scales.volts
-        steps, failed = feed(own, state, room, table, top, seconds, current.delay, charge, stride, out)
+        steps, failed = feed(circuit, state, room, table, top, seconds, current.delay, charge, stride, out)
         t = seconds * stride * np.arange(1.0, rows + 1.0)
         return SlowPath(t, out[:, 0], out[:, 1], out[:, 2], out[:, 3], out[:, 4], int(steps), int(failed))
 
@@ -104,13 +104,19 @@ def direct_check(
     eqs, w0 = problem.equations, problem.scales.frequency
     seconds = min(float(times[-1]), DIRECT * time_constant(eqs) / w0, longest)
     step = whole_steps(step_from_rest(eqs) if h is None else h, eqs.shaking_period)
-    kicks = math.ceil(seconds * w0 / step / 16) * 16
-    path = circuit.trace(eqs, np.zeros(kicks), step, 16)
+    n_steps = math.ceil(seconds * w0 / step / 16) * 16
+    path = circuit.trace(eqs, np.zeros(n_steps), step, 16)
     t = np.append(0.0, step * 16.0 * np.arange(1, len(path.voltages) + 1) / w0)
     store = np.append(0.0, np.maximum.accumulate(path.voltages[:, 1]))
-    places = np.array([EARLY, LATE]) * min(float(np.interp(seconds, times, volts)), float(store[-1]))
-    early, late = np.interp(places, store, t) - np.interp(places, volts, times)
+    levels = np.array([EARLY, LATE]) * min(float(np.interp(seconds, times, volts)), float(store[-1]))
+    early, late = np.interp(levels, store, t) - np.interp(levels, volts, times)
     return DirectCheck(float(late), float(early), seconds, path.steps)
+
+
+def change_at_95(other: Floats, base: Floats) -> float:
+    """What the mean of runs differs by from that of others on the same noise, as a part of it, with its sampling."""
+    changes = (other - base[: len(other)]) / max(abs(float(base.mean())), 1e-300)
+    return bound95(float(changes.mean()), float(changes.std(ddof=1)) / math.sqrt(len(changes)))
 
 
 def noise_check(
@@ -127,7 +133,7 @@ def noise_check(
     """
     rectifier, scales, eqs = Rectifier(problem), problem.scales, problem.equations
     strong = table.at(path[0]) > FAINT * table.current.max()
-    volts, times = (one[strong | ~strong.any()] for one in path)
+    volts, times = (points[strong | ~strong.any()] for points in path)
     held = rectifier.held
     unit, last = time_constant(eqs), float(times[-1]) * scales.frequency
     root, h, steps = np.random.SeedSequence([seed, 11]), step_from_rest(eqs), 0
@@ -140,23 +146,19 @@ def noise_check(
         part, duration = span
         runs = Trajectories(eqs, count, root, h, circuit=circuit)
         runs = runs.coarser() if twice else runs
-        one = HeldRuns(runs, circuit, free or held, scales)
+        stores = HeldRuns(runs, circuit, free or held, scales)
         at = np.interp((np.arange(SLICES) + 0.5) / SLICES * part * float(times[-1]), times, volts)
-        gained = np.sum([one.advance(None if free else float(v), duration / SLICES)[0] for v in at], axis=0)
+        gained = np.sum([stores.advance(None if free else float(v), duration / SLICES)[0] for v in at], axis=0)
         steps += runs.steps
         return np.asarray(gained.reshape(-1, runs.together).mean(axis=1))
 
-    def off(other: Floats, base: Floats) -> float:
-        changes = (other - base[: len(other)]) / max(abs(float(base.mean())), 1e-300)
-        return bound95(float(changes.mean()), float(changes.std(ddof=1)) / math.sqrt(len(changes)))
-
     whole = 1.0, min(COMPARED * unit, last)
     base = charges(fast, count, whole)
-    found, separation = off(charges(fast, count, whole, twice=True), base), 0.0
+    elements, separation = change_at_95(charges(fast, count, whole, twice=True), base), 0.0
     if rectifier.ideal:
-        found += off(charges(rectifier.own(held), JUDGED, whole), base)
+        elements += change_at_95(charges(rectifier.compiled(held), JUDGED, whole), base)
     if farads is not None:
         first = min(DIRECT * unit / last, 1.0), min(DIRECT * unit, last)
         free = charges(rectifier.fast(farads), count, first, free=farads)
-        separation = off(free, charges(fast, count, first))
-    return found, separation, steps
+        separation = change_at_95(free, charges(fast, count, first))
+    return elements, separation, steps

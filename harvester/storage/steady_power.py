@@ -4,8 +4,9 @@ The slow circuit runs from empty until its mean power changes no more.  Its erro
 current at twice the step and at half of the voltages, by slow steps of twice the length and a larger tolerance, and by
 a direct run of mass and circuit from rest, on the same shaking, of `DIRECT` time constants of the mass.  What that
 differs by is added to the mean (two levels), and is the error of the separation of time scales.  Where it differs by
-more than `APART` a longer direct run takes the slow one's place.  What compiled circuits differ by from ngspice, at
-most `JUDGE`, is taken of the rectifier's current, for what the slow circuit makes of it, and of the power again.
+more than `LARGEST_SEPARATION` a longer direct run takes the slow one's place.  What compiled circuits differ by from
+ngspice, at most `JUDGE`, is taken of the rectifier's current, for what the slow circuit makes of it, and of the power
+again.
 """
 
 import math
@@ -36,7 +37,7 @@ FINER = 256.0  # slow steps to a time constant of the mass
 FIRST, CHARGES = 500.0, 8.0  # time constants of the mass, and times to charge the store, of the first slow run
 SETTLED, MOST = 3e-3, 4e6  # relative change of the mean power from a part of the run to the next; slow steps
 DIRECT, LONGER = 150.0, 4.0  # time constants of the direct run; times that, where it takes the slow one's place
-APART = 0.05  # of the mean power: a difference from the direct run above which the scales are not apart
+LARGEST_SEPARATION = 0.05  # of the mean power: a difference from the direct run above which the scales are not apart
 ROUGHER = 4.0  # times the tolerance, beside slow steps of twice the length
 QUICK_VOLTAGES, QUICK_STEP, QUICK_TOLERANCE = 7, 32.0, 30.0  # of `quick_power`: voltages, times slow step and tolerance
 QUICK_PART, QUICK_SETTLED = 0.2, 0.05  # and the part of the first slow run; change of the mean power that ends it
@@ -48,14 +49,14 @@ class SlowPower:
 
     ``changed`` is by what part the mean power changes from one part of the run to the next, ``separation`` what part
     the direct run differs by over ``direct`` seconds, which is added to the mean already, or in whose place it is where
-    ``apart`` is False.  ``load`` is that of `of_load`.
+    ``scales_apart`` is False.  ``load`` is that of `of_load`.
     """
 
     power: Value
     square: Value
     changed: float
     separation: float
-    apart: bool
+    scales_apart: bool
     direct: float
     duration: float
     slow_step: float
@@ -85,20 +86,20 @@ def slow_power(problem: Problem, cut: Cut) -> SlowPower:
     ends = duration / 4.0, duration
     rougher = SlowCircuit(problem.circuit, cut, scales, ROUGHER * TOLERANCE)
     less = table.scaled(1.0 - JUDGE)
-    base, *others = (rougher.run(one, duration, 2.0 * h, 2) for one in (table, rough, table.halved(), less))
+    base, *others = (rougher.run(current, duration, 2.0 * h, 2) for current in (table, rough, table.halved(), less))
     direct = _direct(problem, min(DIRECT * unit, duration))
 
     def known(name: str) -> tuple[Value, float]:
         """The mean of an integral of the path, corrected, and by how much."""
-        mean, twice, *changed = (_power(one.t, getattr(one, name), *ends) for one in (path, base, *others))
-        by_step, by_voltages, by_judge = (abs(one - twice) for one in changed)
+        mean, twice, *changed = (_power(run.t, getattr(run, name), *ends) for run in (path, base, *others))
+        by_step, by_voltages, by_judge = (abs(mean_of_other - twice) for mean_of_other in changed)
         off = _off(direct, path, mean, name)
         model = by_voltages + by_judge + JUDGE * mean + abs(off)
         return Value(mean + off, bias=by_step + abs(twice - mean), model=model), off
 
     (power, separation), (square, _) = known("square"), known("piezo")
     changed, steps = abs(first - last), measuring + direct.steps
-    if not (apart := abs(separation) <= APART * power.value):
+    if not (scales_apart := abs(separation) <= LARGEST_SEPARATION * power.value):
         direct, twice = (_direct(problem, LONGER * direct.seconds, factor) for factor in (1.0, 2.0))
         power, square = (_of_direct(direct, twice, name) for name in ("square", "piezo"))
         changed, steps = 0.0, steps + direct.steps + twice.steps
@@ -108,11 +109,11 @@ def slow_power(problem: Problem, cut: Cut) -> SlowPower:
         square=square,
         changed=changed / max(power.value, 1e-300),
         separation=abs(separation) / max(power.value, 1e-300),
-        apart=apart,
+        scales_apart=scales_apart,
         direct=direct.seconds,
         duration=duration,
         slow_step=h,
-        steps=steps + sum(one.steps for one in (path, base, *others)),
+        steps=steps + sum(run.steps for run in (path, base, *others)),
         current=table,
         load=of_load(path),
     )
@@ -129,7 +130,7 @@ def quick_power(problem: Problem, cut: Cut) -> tuple[float, float, SlowPath]:
     assert problem.circuit is not None
     scales, h = problem.scales, step_from_rest(problem.equations)
     rectifier = Rectifier(problem)
-    held = HeldPath(problem, rectifier.own(rectifier.held), h)
+    held = HeldPath(problem, rectifier.compiled(rectifier.held), h)
     table = measured_current(held, problem.equations, np.linspace(0.0, open_voltage(problem, h), QUICK_VOLTAGES))
     circuit = SlowCircuit(problem.circuit, cut, scales, QUICK_TOLERANCE * TOLERANCE)
     unit = time_constant(problem.equations) / scales.frequency
@@ -142,7 +143,7 @@ def quick_power(problem: Problem, cut: Cut) -> tuple[float, float, SlowPath]:
         if duration >= longest or abs(first - last) < QUICK_SETTLED * last:
             break
         duration = min(2.0 * duration, longest)
-    mean, square = (_power(path.t, one, duration / 4.0, duration) for one in (path.square, path.piezo))
+    mean, square = (_power(path.t, integral, duration / 4.0, duration) for integral in (path.square, path.piezo))
     return mean / circuit.circuit.resistance, square, path
 
 
@@ -194,8 +195,8 @@ def _direct(problem: Problem, seconds: float, factor: float = 1.0) -> _Direct:
     """The direct run of so many seconds, at a ``factor`` times the usual step."""
     assert problem.circuit is not None
     eqs, w0, h = problem.equations, problem.scales.frequency, factor * step_from_rest(problem.equations)
-    kicks = math.ceil(seconds * w0 / h / 16) * 16
-    path = compiled_circuit(problem.circuit, problem.scales).trace(eqs, np.zeros(kicks), h, 16)
+    n_steps = math.ceil(seconds * w0 / h / 16) * 16
+    path = compiled_circuit(problem.circuit, problem.scales).trace(eqs, np.zeros(n_steps), h, 16)
     each = path.h * path.stride / w0
     t = each * np.arange(1.0, len(path.square) + 1.0)
     return _Direct(t, path.voltages[:, 1], path.square, np.cumsum(path.voltages[:, 0] ** 2) * each, seconds, path.steps)
@@ -205,8 +206,8 @@ def _of_direct(direct: _Direct, coarse: _Direct, name: str) -> Value:
     """The mean rate of an integral by a direct run, and by another of twice the step."""
     end = direct.seconds
     mean, twice, first, last = (
-        _power(one.t, getattr(one, name), *part)
-        for one, part in (
+        _power(run.t, getattr(run, name), *part)
+        for run, part in (
             (direct, (end / 4.0, end)),
             (coarse, (end / 4.0, end)),
             *((direct, part) for part in _parts(end)),
@@ -222,8 +223,8 @@ def _off(direct: _Direct, slow: SlowPath, mean: float, name: str) -> float:
     ``mean``.
     """
     part = direct.seconds / 4.0, direct.seconds
-    its, own = (_power(one.t, getattr(one, name), *part) for one in (slow, direct))
-    if max(own, its) > 1e-3 * mean:
-        return own - its
-    full, slowly = (float(np.interp(direct.seconds, one.t, one.store)) for one in (direct, slow))
+    slow_mean, direct_mean = (_power(run.t, getattr(run, name), *part) for run in (slow, direct))
+    if max(direct_mean, slow_mean) > 1e-3 * mean:
+        return direct_mean - slow_mean
+    full, slowly = (float(np.interp(direct.seconds, run.t, run.store)) for run in (direct, slow))
     return mean * (full**2 - slowly**2) / max(full**2, slowly**2, 1e-30)

@@ -82,8 +82,8 @@ class Supply:
         if self.chip is None:
             return _time(table, self.voltage, farads)
         if self.chip.ratio is None:
-            own = self.chip.low_own or self.chip.own
-            return _time(table.scaled(1.0, -own), self.rise, farads)
+            quiescent = self.chip.low_own or self.chip.own
+            return _time(table.scaled(1.0, -quiescent), self.rise, farads)
         cold, warm = self.chip.cold_voltage, float(self._charging(table)[0]) - self.rise * self.chip.own
         came = cold * float(table.at(np.array(cold)))
         start = self.chip.cold_efficiency * came
@@ -135,7 +135,7 @@ def _levels(table: HarvestingChip, chip: Chip, supply: float | None) -> tuple[fl
         return rise, fall
     levels = None if supply is None else chip.thresholds(supply)
     if levels is None:
-        has = ", ".join(f"{one:g} V" for one in chip.outputs if one) or "up to what its store can have"
+        has = ", ".join(f"{volts:g} V" for volts in chip.outputs if volts) or "up to what its store can have"
         was = "is left out" if supply is None else f"is {supply:g} V"
         raise InputError(f"node.supply_voltage must be one of chip {table.name!r} ({has}), but {was}")
     return rise or levels[0], fall or levels[1]
@@ -150,16 +150,16 @@ def output_efficiency(chip: Chip, amperes: float) -> float:
 def charging_efficiency(chip: Chip, volts: Floats, amperes: Floats) -> Floats:
     """That of a chip's converter at voltages and currents of its input, held beyond the ends of its table."""
     rows = np.array(chip.charging)
-    places = np.unique(rows[:, 0])
+    grid = np.unique(rows[:, 0])
     logs = np.log(np.maximum(amperes, 1e-12))
     lines = []
-    for place in places:
-        _, currents, shares = rows[rows[:, 0] == place].T
+    for grid_voltage in grid:
+        _, currents, shares = rows[rows[:, 0] == grid_voltage].T
         lines.append(np.interp(logs, np.log(currents), shares))
-    if len(places) == 1:
+    if len(grid) == 1:
         return np.asarray(lines[0])
-    k = np.clip(np.searchsorted(places, volts) - 1, 0, len(places) - 2)
-    part = np.clip((volts - places[k]) / (places[k + 1] - places[k]), 0.0, 1.0)
+    k = np.clip(np.searchsorted(grid, volts) - 1, 0, len(grid) - 2)
+    part = np.clip((volts - grid[k]) / (grid[k + 1] - grid[k]), 0.0, 1.0)
     both, every = np.array(lines), np.arange(len(volts))
     return np.asarray(both[k, every] + part * (both[k + 1, every] - both[k, every]))
 
@@ -174,29 +174,29 @@ def tracked_power(chip: Chip, table: RectifiedCurrent | RecordedCurrent) -> Floa
     looks = np.arange(len(current)) if length >= chip.period else np.arange(len(current)) * length // chip.period
     first, opened = np.searchsorted(looks, looks), np.zeros(len(current))  # the window of each look, and what it finds
     for some in np.array_split(every := np.unique(first), math.ceil(len(every) / SOME)):
-        opened[some] = _looked_at(chip, voltages, current[some])
+        opened[some] = input_without_load(chip, voltages, current[some])
     opened = np.minimum(opened[first], chip.most)
     held = chip.ratio * opened
-    amperes = np.array([np.interp(v, voltages, one) for v, one in zip(held, current, strict=True)])
+    amperes = np.array([np.interp(v, voltages, window) for v, window in zip(held, current, strict=True)])
     amperes = np.where(held >= chip.least, np.maximum(amperes, 0.0), 0.0)
     back = np.where(amperes > 0.0, INPUT * (opened - held), 0.0) * (chip.idle > 0.0) / chip.period  # after a look
     return np.asarray(charging_efficiency(chip, held, amperes) * held * ((1.0 - chip.idle) * amperes + back))
 
 
-def _looked_at(chip: Chip, voltages: Floats, current: Floats) -> Floats:
+def input_without_load(chip: Chip, voltages: Floats, current: Floats) -> Floats:
     """The voltages that looks find: those without load, or what the input's capacitor comes to in the time of a look.
 
     From ratio times V it comes to V there, with the time C int dV/I(V).  Without a time of its own a look finds all.
     """
     fine, ratio = np.linspace(0.0, float(voltages[-1]), FINE), chip.ratio or 1.0
-    came = current @ np.array([np.interp(fine, voltages, one) for one in np.eye(len(voltages))])
+    came = current @ np.array([np.interp(fine, voltages, unit) for unit in np.eye(len(voltages))])
     least = np.maximum(1e-3 * current[:, :1], 1e-30)
     times = cumulative_trapezoid(INPUT / np.maximum(came, least), fine, axis=1, initial=0.0)
     part, k = np.modf(ratio * np.arange(FINE))
     k, after = k.astype(int), np.minimum(k.astype(int) + 1, FINE - 1)
     takes = times - times[:, k] - part * (times[:, after] - times[:, k])
-    found = (came <= least) | (takes > (chip.look or math.inf)) | (fine == fine[-1])
-    return np.asarray(fine[found.argmax(axis=1)])
+    reached = (came <= least) | (takes > (chip.look or math.inf)) | (fine == fine[-1])
+    return np.asarray(fine[reached.argmax(axis=1)])
 
 
 def charging_current(chip: Chip, table: RectifiedCurrent | RecordedCurrent, volts: Floats) -> Floats:
@@ -204,11 +204,11 @@ def charging_current(chip: Chip, table: RectifiedCurrent | RecordedCurrent, volt
     if chip.ratio is None:
         return np.asarray(table.at(volts)) - chip.own
     current = np.atleast_2d(table.current)
-    cold = np.array([np.interp(chip.cold_voltage, table.voltages, one) for one in current]) * chip.cold_voltage
+    cold = np.array([np.interp(chip.cold_voltage, table.voltages, window) for window in current]) * chip.cold_voltage
     started = np.where(cold >= max(chip.cold_power, 0.0), chip.cold_efficiency * np.maximum(cold, 0.0), 0.0)
     power = np.where(volts < chip.hand_over, started[:, None], tracked_power(chip, table)[:, None])
-    own = np.where(volts < chip.hand_over, 0.0, chip.own)
-    return np.asarray(power / np.maximum(volts, LOW) - own)
+    quiescent = np.where(volts < chip.hand_over, 0.0, chip.own)
+    return np.asarray(power / np.maximum(volts, LOW) - quiescent)
 
 
 def _time(table: RectifiedCurrent, volts: float, farads: float) -> float:

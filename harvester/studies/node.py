@@ -45,7 +45,6 @@ NODE_KEYS = {key: key for key in ("interval", *_VOLTAGES, *_CURRENTS, "efficienc
 CHIP_KEYS = {"ratio": "input_ratio", "own": "own_current", "rise": "start_voltage", "fall": "stop_voltage"}
 APART, DIRECT = 0.05, 200.0  # of the current: a difference above which a direct run is made; of how many time constants
 ROUNDING, SPARED = 1e-9, 0.9  # of a number; packets over those of the interval, below which energy is spared
-USUAL = 0.25  # of the open circuit's highest voltage: what a chip that tracks holds its input at
 DAY, HOUR, MOST_DAYS = 86400.0, 3600.0, 366.0
 
 
@@ -216,7 +215,7 @@ def node(scene: AnyScene, *, days: float = 1.0, seed: int = 0) -> NodeResult:
     begin, table = time.perf_counter(), problem.scene.chip
     chip = None if table is None else chip_of(table, consumer.supply_voltage)
     known = _measure(problem, storage, chip, max(consumer.wake_voltage, chip.rise if chip else 0.0), seed)
-    parts = storage, consumer, chip
+    parts = storage, consumer, known.chip or chip
     direct = _directly(problem, known, parts, days * DAY)
     found = _live(known, parts, days, power_bound(problem), direct)
     every = *unusual_values(problem.scene), *found.diagnostics, *_remarks(problem, known, direct, chip)
@@ -245,7 +244,8 @@ class _Known:
     """The rectifier's current, its variants whose changes are its errors, and its relative errors.
 
     They are that of taking the time scales apart and that of the ``elements``; ``late`` is by how much the first packet
-    may be later or sooner (s).
+    may be later or sooner (s).  ``chip`` is one that holds its input, by what its law
+    gives on the same noise; None for any other.
     """
 
     table: RectifiedCurrent | RecordedCurrent
@@ -255,6 +255,7 @@ class _Known:
     elements: float = JUDGE
     late: float = 0.0
     unknown: str = ""
+    chip: Chip | None = None
 
 
 def _measure(problem: Problem, storage: Storage, chip: Chip | None, wake: float, seed: int) -> _Known:
@@ -277,25 +278,31 @@ def _of_alike_shaking(
 ) -> _Known:
     """The same of shaking that always is alike: of a store of ``farads``, 0 for a battery, or a ``tracking`` chip's.
 
-    A battery holds its voltage as the measurement does; an input under noise is held at a usual voltage.
+    A battery holds its voltage as the measurement does; under noise a chip's law is run beside the mean currents.
     """
     from harvester.storage.measured_current import Rectifier, measured
     from harvester.storage.rectified_current import reached
     from harvester.storage.slow_circuit import direct_check, noise_check
+    from harvester.storage.tracked_input import tracked_input
 
     table, rough, steps, _ = measured(problem, top, seed=seed)
     last, noise = float(table.voltages[-1]), table.stderr is not None
-    if not farads or (tracking is not None and noise):
-        path, free = (np.full(2, last * (USUAL if tracking else 1.0)), np.array([0.0, DAY])), None
+    if tracking is not None and noise:
+        law = tracked_input(problem, table, tracking, seed)
+        if law is None:
+            return _Known(table, rough, steps, unknown=TIME_SCALES)
+        known = _Known(table, rough, steps + law.steps, law.error, JUDGE + law.elements)
+        return dataclasses.replace(known, chip=law.correct(tracking))
+    if not farads:
+        path, free = (np.full(2, last), np.array([0.0, DAY])), None
     else:
         path, free = reached(table, last if tracking else min(wake, last), farads), farads
     if noise:
         elements, separation, more = noise_check(problem, table, path, free, seed)
-        unknown = TIME_SCALES if tracking else ""
-        return _Known(table, rough, steps + more, separation, JUDGE + elements, unknown=unknown)
+        return _Known(table, rough, steps + more, separation, JUDGE + elements)
     if free is None:
         return _Known(table, rough, steps)
-    check = direct_check(problem, Rectifier(problem).own(farads), *path, DAY)
+    check = direct_check(problem, Rectifier(problem).compiled(farads), *path, DAY)
     separation, late = (abs(check.late) + check.error) / check.seconds, check.error
     if tracking is not None:
         late += abs(check.late) + 0.5 * tracking.look
@@ -345,7 +352,8 @@ def _live(
         off = 0.0 if both is None else float(read(both[0]) - read(both[1]))
         step, *model, sampling = (one if one > ROUNDING * abs(found) else 0.0 for one in changes)
         total = late + abs(off) + sum(model) + bound95(0.0, sampling)
-        return Value(found + off, bias=None if known.by_step is table else step, model=total, unknown=known.unknown)
+        in_others = known.by_step is table and total > 0.0  # under noise the step's error is in that of the elements
+        return Value(found + off, bias=None if in_others else step, model=total, unknown=known.unknown)
 
     def running(one: NodeCourse) -> float:
         packet = sum(seconds for _, seconds in node.states)
@@ -397,7 +405,9 @@ def _variants(
         base if one is table else NodeRun(one, *parts).course(seconds)
         for one in (known.by_step, table.halved(), table.scaled(1.0 - less), table.shifted())
     ]
-    for other in () if chip is None else (chip.narrower(), *([chip.worse()] if chip.spread else ())):
+    for other in (
+        () if chip is None else (chip.narrower(), *([chip.charging_by(1.0 - chip.spread)] if chip.spread else ()))
+    ):
         courses.insert(1, NodeRun(table, storage, node, other).course(seconds))
     return courses
 

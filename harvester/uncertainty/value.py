@@ -32,7 +32,8 @@ class Value:
     stderr
         the standard error of sampling; None: the engine samples nothing.
     bias
-        the estimated error of the finite step; of a closed form that of rounding.
+        the estimated error of the finite step; of a closed form that of rounding; 0 beside a model's of 0 where the
+        errors of what a number was computed from change nothing of it, as of a count.
     model
         the estimated error of the model itself, 0 for a closed form.  None: no such error, or not known; the reason of
         the answer says which.
@@ -178,7 +179,7 @@ class Value:
         if self.stderr is not None:
             text += f" +- {written(self.sampling95)} (95 %, sampling)"
         if self.stderr is None and self.model == 0.0:
-            return f"{text}{behind} (closed form)"
+            return f"{text}{behind} ({'no error changes it' if self.bias == 0.0 else 'closed form'})"
         if self.bias is not None:
             text += f" +- {written(self.bias)} (step)"
         if self.model:

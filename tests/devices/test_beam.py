@@ -64,15 +64,15 @@ def test_further_modes_of_a_bare_beam():
     one, found = lumped(thin), lumped(thin, 4)
     roots, parts = np.array([1.875104, 4.694091, 7.854757, 10.995541]), np.array([0.78299, 0.43394, 0.25443, 0.18190])
     assert dataclasses.astuple(found)[:-1] == pytest.approx(dataclasses.astuple(one)[:-1], rel=1e-12)
-    ratio = np.array([mode.frequency for mode in found.further]) / (
+    ratio = np.array([mode.frequency for mode in found.higher_modes]) / (
         math.sqrt(one.stiffness / one.mass) / (2.0 * math.pi)
     )
     assert ratio == pytest.approx((roots[1:] / roots[0]) ** 2, rel=1e-6)
     signs = np.array([-1.0, 1.0, -1.0])  # with all tips on one side
-    assert [mode.base for mode in found.further] == pytest.approx(signs * parts[1:] / parts[0], rel=1e-4)
-    assert [mode.at_stop for mode in found.further] == pytest.approx([1.0, 1.0, 1.0], rel=1e-9)
+    assert [mode.base for mode in found.higher_modes] == pytest.approx(signs * parts[1:] / parts[0], rel=1e-4)
+    assert [mode.at_stop for mode in found.higher_modes] == pytest.approx([1.0, 1.0, 1.0], rel=1e-9)
     slopes = roots * [0.734096, 1.018467, 0.999224, 1.000034]  # phi'(L) = 2 k s/L, s as in Blevins' tables
-    assert np.array([mode.coupling for mode in found.further]) / one.coupling == pytest.approx(
+    assert np.array([mode.coupling for mode in found.higher_modes]) / one.coupling == pytest.approx(
         slopes[1:] / slopes[0], rel=1e-5
     )
 
@@ -104,7 +104,7 @@ def test_further_modes_with_a_tip_mass():
     shapes *= np.sign(shapes[-2])
     sigma, tip, slope = push[2:] @ shapes, shapes[-2], shapes[-1]
     assert found.mass == pytest.approx(sigma[0] ** 2, rel=1e-5)
-    for k, mode in enumerate(found.further, 1):
+    for k, mode in enumerate(found.higher_modes, 1):
         assert mode.frequency == pytest.approx(math.sqrt(w2[k]) / (2.0 * math.pi), rel=1e-4)
         assert mode.base == pytest.approx(sigma[k] / sigma[0], rel=1e-4)
         assert mode.at_stop == pytest.approx(tip[k] / tip[0], rel=1e-4)

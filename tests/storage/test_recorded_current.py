@@ -85,7 +85,7 @@ def packets_directly(scene, seconds, slice_=0.1):
     storage, node = scene.storage, scene.node
     problem = Problem.of(dataclasses.replace(scene, storage=None, node=None))
     scales, eqs = problem.scales, problem.equations
-    circuit = Rectifier(problem).own(storage.farads)
+    circuit = Rectifier(problem).compiled(storage.farads)
     at, h = circuit.charge_at(STORE), 0.1
     kicks = round(slice_ * scales.frequency / h)
     h = slice_ * scales.frequency / kicks

@@ -110,13 +110,12 @@ class Trajectories:
             start[0] = np.resize(resting, self.count) + off
         check_start(eqs.rigid_stops, start[0].min(), start[0].max())
         self.eqs, self.seed, self.step_is_fixed, self.start = eqs, seed, h is not None, start
-        self.circuit, self.ngspice_rule, self.steps = circuit, ngspice_rule, 0
-        self.modes = _modal_motion(eqs, circuit)
+        self.ngspice_rule, self.steps = ngspice_rule, 0
+        self.put_behind(circuit)
         self._coefficients: Any = coefficients(eqs) if self.modes is None else self.modes.coefficients
         self.hopping: Hopping | None = None  # where hops are too rare for the start to be forgotten
         self.controlled = controlled and not ngspice_rule and _has_controls(eqs)
         self._kind = circuit, ngspice_rule, self.controlled
-        self.own_circuit = None if isinstance(circuit, IdealCircuit) else circuit
         self.own_sums: Any = 0.0  # what an `OwnCircuit` has counted, in all
         self.doublings, self._origin = 0, origin  # the first: of a step whose noise is that of the steps in it
         self.restart(STEP / typical_frequency(eqs, float(np.max(resting**2))) if h is None else h)
@@ -153,6 +152,11 @@ class Trajectories:
             self._begin_shaking()
         if self._origin is not None:
             self.state[:], self.filter[:], self.words[:] = self._origin
+
+    def put_behind(self, circuit: IdealCircuit | OwnCircuit | None) -> None:
+        """Go on with a circuit of the same elements with other values."""
+        self.circuit, self.own_circuit = circuit, None if isinstance(circuit, IdealCircuit) else circuit
+        self.modes = _modal_motion(self.eqs, circuit)
 
     def _begin_shaking(self) -> None:
         """Make the filters of shaking other than white noise; all share a record that is not drawn at random."""
