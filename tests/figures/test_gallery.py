@@ -87,7 +87,10 @@ PICTURES = {
 }
 
 
-@pytest.fixture(scope="module", params=PICTURES)
+BY_NGSPICE = {"compare of a netlist": [pytest.mark.ngspice]}  # which judges compiled circuits
+
+
+@pytest.fixture(scope="module", params=[pytest.param(name, marks=BY_NGSPICE.get(name, [])) for name in PICTURES])
 def picture(request):
     """A picture as it is drawn."""
     figure = PICTURES[request.param]()
