@@ -12,7 +12,7 @@ from harvester.commands.study import Output, study_command
 from harvester.errors import SimulationError
 
 LEAST = 1.0  # s of a budget, for the sensitivity at least
-SHARE = 0.4  # of a budget, for the power itself: the rest is for its sensitivity
+SHARE, SHORT = 0.3, 5.0  # of a budget, for the power itself, which has all of a shorter one (s): the rest is for that
 
 
 @study_command(
@@ -59,7 +59,7 @@ def run(
     scene = output.scene
     options["probe"], budget = probe or None, options["budget"]
     if sensitivity and budget is not None:
-        options["budget"] = SHARE * budget
+        options["budget"] = max(SHARE * budget, min(budget, SHORT))
     if engine is None:
         engine = selection.default_engine(scene, **options)
     chosen = selection.engine(engine, **options)

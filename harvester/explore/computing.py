@@ -176,7 +176,7 @@ class Computing:
         """What the circuit gives, from memory where it was asked for before; None once that is overtaken."""
         name, how = json.dumps(asked.tables, sort_keys=True), in_worker.QUICK
         found = self._at_once.get(name) or self._elsewhere(in_worker.power, asked, overtaken, patience, *how)
-        if found is not None and "error" not in found:
+        if found is not None:  # that it is not known, too: to try it again takes seconds
             self._at_once[name] = found
         for old in [*self._at_once][:-KEPT]:
             self._at_once.pop(old, None)
@@ -189,6 +189,8 @@ class Computing:
             if overtaken() or self._ended.is_set():
                 return
             draft.choose(None if name == "resistor" else name)
+            if name == "bridge":
+                refusals(draft.scene())  # which loads what circuits need, .4 s, in this process
             self._power_at_once(asked._replace(tables=draft.tables()), overtaken, PATIENCE)
 
     def _fine_power(self, asked: Wanted, overtaken: Callable[[], bool]) -> None:

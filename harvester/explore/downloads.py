@@ -1,5 +1,6 @@
 """What can be taken away from the page: the scene file, the figure, the report."""
 
+import dataclasses
 from typing import Any
 
 from harvester import figures, report
@@ -18,8 +19,8 @@ def table(live: Live, runs: list[dict[str, Any]]) -> SweepTable:
     """
     rows = []
     for curve in live.curves.values() if not live.instead else ():
-        rows += [SweepRow.answered(one).at({live.key: _place(x)}) for x, one in curve.answers.items()]
-    rows += [SweepRow.read(run["row"]).at({live.key: _place(run["x"])}) for run in runs if run["own"]]
+        rows += [_at(live, x, SweepRow.answered(estimate)) for x, estimate in curve.answers.items()]
+    rows += [_at(live, run["x"], SweepRow.read(run["row"])) for run in runs if run["own"]]
     if not rows:
         raise SimulationError("there is no answer of this circuit yet to be drawn: run 'ideal' or 'spice' first")
     places = sorted({row.varied[live.key] for row in rows})
@@ -27,6 +28,11 @@ def table(live: Live, runs: list[dict[str, Any]]) -> SweepTable:
     about["command"] = ["explore"]
     points = [places.index(row.varied[live.key]) for row in rows]
     return SweepTable((Axis(live.key, tuple(places)),), tuple(rows), points, False, about)
+
+
+def _at(live: Live, x: float, row: SweepRow) -> SweepRow:
+    """The row of a point on the page's axis."""
+    return dataclasses.replace(row, varied={live.key: _place(x)})
 
 
 def _place(x: float) -> float:

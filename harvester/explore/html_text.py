@@ -92,7 +92,7 @@ def headline(live: Live, runs: Sequence[dict[str, Any]], why: str = "", beside: 
         told += "" if found.known or found.error is None else " of what is known of its error"
         share = [] if found.share is None else [f"{100.0 * found.share:.3g} % of the possible"]
         more = "".join(f", {escape(plain(one))}" for one in (*share, *beside))
-        return _large(number, told, f"mean power by <b>{escape(found.engine)}</b>{more}")
+        return _large(number, told, f"mean power by <b>{escape(found.engine)}</b>{more}", live.at)
     if live.instead:
         by = plain(why) if why else "The curves are those of a resistor in its place."
         known = "The circuit's power is not known." if why else "Computing the circuit's power ..."
@@ -103,10 +103,10 @@ def headline(live: Live, runs: Sequence[dict[str, Any]], why: str = "", beside: 
     )
 
 
-def _large(number: str, told: str, by: str) -> str:
-    """A number in large letters, its error beside it, and below it whose it is."""
+def _large(number: str, told: str, by: str, at: float) -> str:
+    """A number in large letters, its error beside it, below it whose it is; the page's code has the place ``at``."""
     head = f'{escape(plain(number))} <span class="error95">{escape(plain(told))}</span>'
-    return f'<div class="power">{head}</div><div class="by">{by}</div>'
+    return f'<div class="power" data-at="{at!r}">{head}</div><div class="by">{by}</div>'
 
 
 def _number(value: float, unit: str, error: float | None) -> tuple[str, str]:

@@ -28,6 +28,8 @@ from harvester.explore.widgets import column, field, flow, words
 from harvester.presentation.diagnostic import Diagnostic
 from harvester.presentation.glossary import GLOSSARY
 
+PLOT_AFTER = 120  # ms until the plot of another axis is drawn: the circuit's power is shown before
+
 
 class Explorer:
     """The page of one user."""
@@ -49,10 +51,12 @@ class Explorer:
         self.headline, self.answers, self.warnings = map(words, ("headline", "answers", "warnings"))
         others = ("meaning", "difference", "path-told", "life")
         self.meaning, self.difference, self.path_told, self.life = map(words, others)
+        self._choosing_axis = False
         self.axis = field(pn.widgets.Select, "axis", options=["load.resistance"], width=210, margin=0)
-        self.axis.param.watch(lambda _: self.changed(""), "value")
+        self.axis.param.watch(lambda _: None if self._choosing_axis else self.changed(""), "value")
         self.plot = pn.pane.Bokeh(None, sizing_mode="stretch_width", height=380, margin=0, stylesheets=[CHART])
         self.power: PowerPlot | None = None
+        self._plot_comes: Any = None  # the callback that draws a plot of another axis
         self.paths = PathPlots()
         self.runs = RunPanel(self._point, self._draw, self.soon)
         self.pin = PinBar(self._pin, self._unpin)
@@ -113,7 +117,9 @@ class Explorer:
         load = [key for key in (RESISTANCE, PARAMETER + "R", "nondimensional.mu") if key in options]
         if self.axis.options != options:
             key = self.axis.value if self.axis.value in options else [*load, *options][0]
+            self._choosing_axis = True
             self.axis.param.update(options=options, value=key)
+            self._choosing_axis = False
         key = self.axis.value
         return key, self.draft.value(key), self.knobs.slide_of(key)
 
@@ -191,15 +197,34 @@ class Explorer:
         """Draw what is known, and say it in all its words where the knobs have ``rested``."""
         if self.live is None:
             return
-        asked = self._asked
-        if self.power is None or (self.power.key, self.power.slide) != (asked.key, asked.slide):
-            self.power = PowerPlot(asked.key, asked.slide)
-            self.plot.object = self.power.plot
-        pinned = None
+        self._draw_words(rested)
+        asked, document = self._asked, self.document
+        if self.power is not None and (self.power.key, self.power.slide) == (asked.key, asked.slide):
+            self._draw_curves()
+        elif self.power is None or document is None or document.session_context is None:
+            self._draw_new_plot()
+        elif self._plot_comes is None:  # it takes longer than the power that is to be shown first
+            self._plot_comes = document.add_timeout_callback(self._draw_postponed_plot, PLOT_AFTER)
+
+    def _draw_postponed_plot(self) -> None:
+        """Draw the curves in a plot of the present axis, all in one message to the browser."""
+        self._plot_comes = None
+        with pn.io.hold(self.document):
+            self._draw_new_plot()
+
+    def _draw_new_plot(self) -> None:
+        """Draw the curves in a plot of the present axis."""
+        self.power = PowerPlot(self._asked.key, self._asked.slide)
+        self.plot.object = self.power.plot
+        self._draw_curves()
+
+    def _draw_curves(self) -> None:
+        """Draw the curves, the runs and the pinned design."""
+        assert self.live is not None and self.power is not None, "what is drawn"
+        asked, pinned = self._asked, None
         if self.pinned and self.pinned[1].key == asked.key:
             pinned = pinned_curve(self.pinned[1], self.runs.drawn(self.pinned[0], asked.key))
         self.power.show(self.live, self.runs.drawn(asked.tables, asked.key), pinned)
-        self._draw_words(rested)
 
     def _draw_words(self, rested: bool = True) -> None:
         if self.live is None:

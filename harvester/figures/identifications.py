@@ -42,7 +42,7 @@ def identification(found: IdentifiedShape, title: str | None) -> Plot:
             low.plot(curve.x[kept], curve.residual[kept], **_POINTS)
             low.axhline(0.0, color="0.1", linewidth=0.6)
             low.set_ylim(-5.0, 5.0)
-            low.set_ylabel("residual/noise")
+            low.set_ylabel("residual\nover noise", fontsize=8)
             low.set_xlabel(curve.x_label)
         for spare in range(len(curves), across * down):
             for row in (0, 1):

@@ -1,5 +1,6 @@
 """The figure of frequency responses: power, voltage, displacement and phases against the frequency."""
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -157,20 +158,25 @@ _PARTS: Any = (lambda f, v: f, lambda f, v: v.value, lambda f, v: v.known_error9
 
 def _phases(axes: Axes, curves: Sequence[Curve], hertz: float, physical: bool) -> None:
     """Draw the voltage's phase."""
+    known = [0.0]
     for answer, direction, look in curves:
         points = answer.sweep(direction)
         f = np.array([p.frequency for p in points]) / hertz
-        axes.plot(*_unbroken(f, [p.voltage_phase for p in points]), **look | {"label": "_"})
-    axes.set_ylim(-95.0, 275.0)
-    axes.set_yticks([-90.0, 0.0, 90.0, 180.0, 270.0])
+        phases = _unwrapped([p.voltage_phase for p in points])
+        axes.plot(f, phases, **look | {"label": "_"})
+        known += phases[np.isfinite(phases)].tolist()
+    low, high = 90.0 * math.floor(min(known) / 90.0), 90.0 * math.ceil(max(known) / 90.0)
+    axes.set_ylim(low - 5.0, high + 5.0)
+    axes.set_yticks(np.arange(low, high + 1.0, 90.0 * math.ceil((high - low) / 540.0)))
     axes.set_ylabel(f"phase of the voltage\nto the {'base' if physical else 'drive'} (°)")
 
 
-def _unbroken(f: Floats, phases: Sequence[float | None]) -> tuple[Floats, Floats]:
-    """Phases from -90 to 270 degrees, with a gap where they go once around; nan where they are not known."""
-    y = np.mod(np.array([np.nan if p is None else p for p in phases]) + 90.0, 360.0) - 90.0
-    jumps = np.flatnonzero(np.abs(np.diff(y)) > 180.0) + 1
-    return np.insert(f, jumps, np.nan), np.insert(y, jumps, np.nan)
+def _unwrapped(phases: Sequence[float | None]) -> Floats:
+    """Phases in degrees without jumps, their first from -90 to 270; nan where they are not known."""
+    y = np.array([np.nan if p is None else p for p in phases])
+    known = np.isfinite(y)
+    y[known] = np.unwrap(np.mod(y[known] + 90.0, 360.0) - 90.0, period=360.0)
+    return y
 
 
 def _bandwidths(top: Axes, curves: Sequence[Curve], hertz: float) -> None:

@@ -17,7 +17,7 @@ from harvester.uncertainty.controls import controlled_entries
 from harvester.uncertainty.value import Value, mean_and_error
 
 CHANGE, LEAST = 0.05, 1e-3  # of a key, up and down: by less where it could not be so large, and not below
-TRAJECTORIES = 128
+TRAJECTORIES, FEW = 128, 32  # of an ensemble; at least, where a budget has no time for so many
 MEAN = 0.2  # of the budget that a burn-in leaves, for the mean power at most
 ROOT = np.random.SeedSequence(11)
 
@@ -54,10 +54,10 @@ def elasticities(
         model = Compiled().model(scene)
         return Trajectories(scene.equations, count, ROOT, h, circuit=model.circuit, controlled=True)
 
-    deadline = math.inf if budget is None else time.monotonic() + budget
     first = trajectories(problem, None, TRAJECTORIES)
     compile_pair(first)
     begin = time.monotonic()
+    deadline = math.inf if budget is None else begin + budget
     burn_in(first, budget)
     settled, unit, now = first.time, problem.scales.frequency, time.monotonic()
     share = min(max(MEAN * (deadline - now) / (now - begin), LEAST_SHARE), 1.0)
@@ -65,8 +65,9 @@ def elasticities(
     seconds = 4.0 * (time.monotonic() - now) / share  # that a key takes
     by_key = dict[str, tuple[float, Value]]()
     known = [(*pair, change) for pair in keys_with_elements(problem) if (change := _largest_change(problem, *pair))]
-    part = 1.0 if time.monotonic() + len(known) * seconds < deadline else 0.5
-    count, seconds = round(part * TRAJECTORIES), part * seconds
+    part = max(deadline - time.monotonic(), 0.0) / (len(known) * seconds)  # of what all keys take
+    count = round(min(max(part, FEW / TRAJECTORIES), 1.0) * TRAJECTORIES / FEW) * FEW
+    seconds *= count / TRAJECTORIES
 
     def at(key: str, value: float) -> tuple[Moments, float]:
         """The moments with another value of a key, and the unit of the load's power."""

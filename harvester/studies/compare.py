@@ -5,6 +5,7 @@ Long because the comparison of engines and that of paths share their scene and t
 
 import contextlib
 import dataclasses
+import time
 from collections.abc import Sequence
 from typing import Any, ClassVar, Unpack
 
@@ -184,7 +185,8 @@ def compare(
         has the folder for compare.csv, compare.png and provenance.json; ``out``, ``formats`` and ``progress`` alone.
     options
         of the engines, as of `run`: ``within``, ``seed``, ``trajectories``, ...; each engine takes those that it has.
-        A ``budget`` is for all together: each engine gets its share of what those before it left, without compilation.
+        A ``budget`` is for all together: each engine gets its share of what those before it left, those that
+        refused in the end, too, without compilation of those that answered.
 
     Returns
     -------
@@ -213,16 +215,19 @@ def compare(
     budget = number(next((engine.budget for engine in chosen if isinstance(engine, Request)), None))
     estimates: list[Estimate] = []
     refused: dict[str, HarvesterError] = {}
-    total, done = sum(engine.share_of_time for engine in chosen) + PATHS, 0.0
+    total, done, spent = sum(engine.share_of_time for engine in chosen) + PATHS, 0.0, 0.0
     with working(execution.progress) as progress:
         for engine in chosen:
             part = PartOfProgress(progress, done / total, engine.share_of_time / total, engine.NAME)
             part.step(0.0)
+            begin = time.perf_counter()
             try:
-                left = None if budget is None else budget - sum(estimate.seconds for estimate in estimates)
+                left = None if budget is None else budget - spent
                 estimates.append(_with_share(engine, left, total - done).run(problem, part.step))
+                spent += estimates[-1].seconds
             except (CannotServeError, MissingProgramError, SimulationError) as error:
                 refused[engine.NAME] = error
+                spent += time.perf_counter() - begin
             done += engine.share_of_time
         if not estimates:
             raise list(refused.values())[-1]

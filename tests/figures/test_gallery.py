@@ -72,11 +72,25 @@ PICTURES = {
     ).plot(DEVICE),
     "compare": comparison,
     "cost": cost,
+    "node": lambda: hv.node("examples/bimorph_packets.toml").plot(DEVICE),
+    "identify": lambda: hv.identify(
+        ["examples/bench_bounce.csv", "examples/bench_impedance.csv"], known={"mass": "40 g"}
+    ).plot(DEVICE),
+    "densities": lambda: hv.densities(PLATE).plot(DEVICE),
+    "sweep of a netlist": lambda: hv.sweep(
+        BRIDGE, vary={"load.parameters.R": "100k:3M:4"}, engines=[hv.Ideal(trajectories=64, duration=50.0)]
+    ).plot(DEVICE),
+    "compare of a netlist": lambda: hv.compare(
+        BRIDGE, engines=[hv.Ideal(trajectories=64, duration=50.0), hv.Compiled(trajectories=64, duration=50.0)]
+    ).plot(DEVICE),
     "motion": lambda: hv.motion(PLATE, duration=20.0).plot(DEVICE),
 }
 
 
-@pytest.fixture(scope="module", params=PICTURES)
+BY_NGSPICE = {"compare of a netlist": [pytest.mark.ngspice]}  # which judges compiled circuits
+
+
+@pytest.fixture(scope="module", params=[pytest.param(name, marks=BY_NGSPICE.get(name, [])) for name in PICTURES])
 def picture(request):
     """A picture as it is drawn."""
     figure = PICTURES[request.param]()

@@ -7,7 +7,7 @@ import numpy as np
 from harvester import figures
 from harvester.engines.protocol import AnyScene
 from harvester.equations.problem import Problem
-from harvester.errors import names_arguments
+from harvester.errors import InputError, names_arguments
 from harvester.machine.execution import DEFAULT, Execution, as_in_version_0_1, calls_with_fraction
 from harvester.machine.progress import PartOfProgress, working
 from harvester.presentation.diagnostic import Diagnostic, note, warning
@@ -85,7 +85,9 @@ class Stability(TableResult):
         return Table(columns, "The edge of stability")
 
     def plot(self, title: str | None = "") -> "figures.Plot":
-        """The region of stability in the plane (mu, D22)."""
+        """The region of stability in the plane (mu, D22); raises InputError where that was not computed."""
+        if not self.region:
+            raise InputError("`plot` must have a region of stability, which only `stability` with `out` computes")
         return figures.region([edge.mu for edge in self.region], self.region, title)
 
 
