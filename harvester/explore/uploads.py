@@ -10,7 +10,7 @@ from harvester.errors import InputError, shown
 from harvester.explore.draft import MOST_KNOBS, PARAMETER, Draft
 from harvester.machine import files
 from harvester.records.cleaning import clean
-from harvester.studies.record import look
+from harvester.studies.record import record_spectra
 
 KINDS = (".toml", ".csv", ".cir")
 MOST_BYTES = 50_000_000  # of all that a session has been given
@@ -73,7 +73,7 @@ def _record(draft: Draft, path: Path, axis: str) -> list[str]:
     if not draft.physical:
         raise InputError("a record must go with a scene in SI units, but this one is nondimensional")
     try:
-        found = look(clean(str(path), axis or None, None))
+        found = record_spectra(clean(str(path), axis or None, None))
     except InputError as error:
         raise InputError(str(error).replace("FILE", path.name).replace("--axis", "the field 'axis'")) from None
     cleaned = path.with_name(f"{path.stem}_clean.csv") if not path.stem.endswith("_clean") else path
