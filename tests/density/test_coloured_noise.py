@@ -20,7 +20,7 @@ from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.errors import SimulationError
 from harvester.linear.transfer import gains
-from harvester.studies.counted_path import counted_passage, longer
+from harvester.studies.counted_path import counted_passage, longer_path
 from tests.support.systems import changed, scene
 
 LINEAR = Equations(c1=-0.1, beta=0.3, mu=0.7, coloured=0.02, correlation_time=0.7)
@@ -57,7 +57,7 @@ def test_first_passages_and_impacts_beside_an_elastic_stop_are_those_of_a_path()
     """The rate of first passages, and the impacts a unit of time harder than some speeds."""
     setting, found = solved(CUBIC, 1)
     problem = Problem.of(scene(CUBIC))
-    path = longer(hv.motion(problem), problem, 1)
+    path = longer_path(hv.motion(problem), problem, 1)
     level = 2.2 * math.sqrt(found.means[NAMES.index("displacement_squared")])
     counted = counted_passage(path.time, path.displacement, level, 20.0)
     told = 1.0 / displacement_rate(CUBIC, setting, level, 0, 1)
@@ -78,7 +78,7 @@ def test_first_passages_and_impacts_beside_an_elastic_stop_are_those_of_a_path()
 def test_hops_between_wells_are_those_of_a_path():
     told = hv.densities(scene(WELLS), within=0.01).hop_rate
     problem = Problem.of(scene(WELLS))
-    path = longer(hv.motion(problem), problem, 2)
+    path = longer_path(hv.motion(problem), problem, 2)
     sides = path.displacement[np.abs(path.displacement) > 0.9] > 0.0
     hops, spent = int(np.sum(sides[1:] != sides[:-1])), float(path.time[-1])
     assert hops > 100

@@ -19,7 +19,7 @@ from harvester.linear.level_crossings import peaks
 from harvester.linear.transfer import gains
 from harvester.mechanics.kernels.noise import gaussian_grid
 from harvester.mechanics.kernels.path import trace
-from harvester.studies.counted_path import counted_passage, longer, voltage_plane
+from harvester.studies.counted_path import counted_passage, longer_path, voltage_plane
 from tests.support.systems import PAPER, changed, linear, linear_v2, scene
 
 WELLS = Equations(c1=-0.5, n1=0.025, linear=-1.0, alpha=1.0)
@@ -184,7 +184,7 @@ def test_passages_and_joint_density_of_a_path_are_those_of_a_linear_scene():
     """Displacements, whose passages the density knows, and the Gaussian density of displacement and voltage."""
     eqs = linear(0.3, 0.7, c=0.1)
     problem, (px, pv) = Problem.of(scene(eqs)), peaks(eqs)
-    path = longer(hv.motion(problem), problem, 3)
+    path = longer_path(hv.motion(problem), problem, 3)
     setting = settled(eqs, 20.0)
     for level in (2.0, 2.5):
         told = 1.0 / displacement_rate(eqs, setting, level * px.deviation, 1, 6)
@@ -219,7 +219,7 @@ def test_a_study_has_all_of_it_in_units():
     assert found.hop_rate is None and found.level == 6.0
     passage = found.first_passage_time
     problem = Problem.of(hv.load("examples/plate_with_stop.toml"))
-    other = longer(hv.motion(problem), problem, 9)
+    other = longer_path(hv.motion(problem), problem, 9)
     at = np.flatnonzero(np.abs(other.voltage) > 6.0)
     until = other.time[at[np.searchsorted(at, np.arange(at[-1]))]] - other.time[: at[-1]]  # from every place on
     assert abs(passage.value - until.mean()) < 1.5 * passage.known_error95

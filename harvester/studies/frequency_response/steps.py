@@ -118,13 +118,9 @@ def response_journal(out: Path, about: Mapping[str, Any], resume: bool, total: i
         try:
             yield ResponseJournal(journal, rows or [])
         except BaseException as error:
-            done = journal.count()
-            if not done:
+            if not journal.count():
                 journal.remove()
             elif isinstance(error, KeyboardInterrupt):
-                raise KeyboardInterrupt(
-                    f"interrupted: {done} of {total} points are in {str(out)!r}; the same command with `resume` goes "
-                    "on from there"
-                ) from None
+                raise journal.interrupted(f"{total} points") from None
             raise
         journal.remove()

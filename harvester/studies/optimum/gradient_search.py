@@ -25,6 +25,7 @@ from harvester.presentation.diagnostic import note, warning
 from harvester.studies.optimum.evaluations import Evaluation, SpentError, Surface, flatness, local_maxima, served
 from harvester.studies.optimum.ranges import problem_at, spread
 from harvester.studies.optimum.search_result import Peak, SearchResult
+from harvester.uncertainty.value import Value
 
 SCAN = {1: 9, 2: 17, 3: 33, 4: 65}
 STARTS = 2
@@ -104,10 +105,8 @@ class GradientSearch:
         surface.points.append(Evaluation(u, self.engine.NAME, stage, None, answer))
         surface.progress.step(min(1.0 - surface.left / surface.budget, 1.0))
         stretch = np.array([r.slope(float(x)) for r, x in zip(surface.ranges, u, strict=True)])
-        if not errors:
-            slopes = np.array([gradient.elasticity(r.key) for r in surface.ranges])
-            return Slopes(u, answer.mean_power.value, stretch * slopes, np.zeros(len(u)))
-        known = [gradient.with_error(r.key) for r in surface.ranges]
+        keys = [r.key for r in surface.ranges]
+        known = [gradient.with_error(k) if errors else Value(gradient.elasticity(k), bias=0.0) for k in keys]
         slopes, error = (np.array([getattr(value, part) for value in known]) for part in ("value", "bias"))
         return Slopes(u, answer.mean_power.value, stretch * slopes, np.abs(stretch) * error)
 

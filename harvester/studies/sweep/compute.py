@@ -71,10 +71,7 @@ def compute_table(
         except KeyboardInterrupt:
             if folder is None:
                 raise
-            raise KeyboardInterrupt(
-                f"interrupted: {journal.count()} of {len(points) * len(names)} rows are in {str(execution.out)!r}; "
-                "the same command with `resume` goes on from there"
-            ) from None
+            raise journal.interrupted(f"{len(points) * len(names)} rows") from None
 
 
 def _answers(todo: Iterator[Task], execution: Execution, budget: float | None, rows: int) -> Done:

@@ -167,6 +167,11 @@ class Journal:
         """How many rows there are."""
         return int(self._execute("SELECT count(*) FROM rows").fetchone()[0])
 
+    def interrupted(self, whole: str) -> KeyboardInterrupt:
+        """What ^C raises, with how many of the ``whole``, such as "9 points", are done, and how to go on."""
+        done = f"{self.count()} of {whole} are in {str(self.path.parent)!r}"
+        return KeyboardInterrupt(f"interrupted: {done}; the same command with `resume` goes on from there")
+
     def close(self) -> None:
         """Let go of the folder; the file stays."""
         self._disconnect()

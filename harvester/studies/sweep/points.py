@@ -6,7 +6,6 @@ import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -41,21 +40,19 @@ def read_axis(text: str) -> Axis:
 
     Raises InputError for a key that no scene has, or values that it cannot take.
     """
-    key, equals, values = text.partition("=")
+    key, equals, written = text.partition("=")
     if not equals:
         raise invalid("`vary`", "be KEY=FROM:TO:COUNT or KEY=A,B,C", text)
     key = ".".join(split_key(key))
-    parts = values.split(":")
+    parts = written.split(":")
     if len(parts) == 1:
-        return Axis(key, tuple(read_value(key, part) for part in values.split(",")))
+        return Axis(key, tuple(read_value(key, part) for part in written.split(",")))
     if len(parts) != 3 or not re.fullmatch("[0-9]{1,6}", parts[2]) or not 1 <= int(parts[2]) <= MOST_POINTS:
         raise invalid("`vary`", f"be KEY=FROM:TO:COUNT with a whole COUNT between 1 and {MOST_POINTS}", text)
     low, high, count = read_value(key, parts[0]), read_value(key, parts[1]), int(parts[2])
-    if min(low, high) > 0.0 and max(low, high) >= 10.0 * min(low, high):
-        grid = np.geomspace(low, high, count)
-    else:
-        grid = np.linspace(low, high, count)
-    return Axis(key, tuple(float(v) for v in grid))
+    by_ratio = Axis(key, (low, high)).logarithmic
+    values = np.geomspace(low, high, count) if by_ratio else np.linspace(low, high, count)
+    return Axis(key, tuple(map(float, values)))
 
 
 def axis_of(key: str, values: str | Sequence[float | str]) -> Axis:
@@ -108,17 +105,10 @@ class Points:
     def __len__(self) -> int:
         return math.prod(self.shape)
 
-    @cached_property
-    def _strides(self) -> tuple[int, ...]:
-        return tuple(math.prod(self.shape[k + 1 :]) for k in range(len(self.axes)))
-
     def values(self, point: int) -> tuple[float, ...]:
         """The keys' values at a point."""
-        if self.listed:
-            return tuple(a.values[point] for a in self.axes)
-        return tuple(
-            a.values[point // stride % len(a.values)] for a, stride in zip(self.axes, self._strides, strict=True)
-        )
+        indices = [point] * len(self.axes) if self.listed else map(int, np.unravel_index(point, self.shape))
+        return tuple(a.values[k] for a, k in zip(self.axes, indices, strict=True))
 
     def varied(self, point: int) -> dict[str, float]:
         """The keys and their values at a point."""

@@ -98,6 +98,10 @@ class SweepRow:
         known = {name: dataclasses.replace(v, unit=units[name]) for name, v in values.items() if v is not None}
         return dataclasses.replace(self, **known) if any(values[name].unit != units[name] for name in known) else self
 
+    def at(self, varied: Mapping[str, float]) -> "SweepRow":
+        """The row at values of the varied keys."""
+        return dataclasses.replace(self, varied=varied)
+
 
 def columns_of(keys: Sequence[str], rows: Sequence[SweepRow], units: AnswerUnits) -> Table:
     """The rows as a table: all that sweep.csv says."""

@@ -1,7 +1,6 @@
 """One error for one value: what `run` says of it is what a sweep and a comparison print, write and draw."""
 
 import csv
-import dataclasses
 import io
 import re
 
@@ -31,7 +30,7 @@ def estimate(power, engine="spice"):
 
 
 def table(power):
-    rows = tuple(dataclasses.replace(SweepRow.answered(estimate(power)), varied={R: x}) for x in (1e5, 1e6))
+    rows = tuple(SweepRow.answered(estimate(power)).at({R: x}) for x in (1e5, 1e6))
     return SweepTable((Axis(R, (1e5, 1e6)),), rows, (0, 1), False, provenance(PLATE, engines={"spice": {}}))
 
 
