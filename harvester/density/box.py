@@ -39,8 +39,7 @@ def potential(eqs: Equations, frame: ModeFrame, x: Floats) -> Floats:
     pull = force(eqs, x) - beta * ((1.0 - frame.slope) * x - frame.offset)
     steps = np.diff(x)
     energy = np.concatenate([[0.0], -np.cumsum(0.5 * steps * (pull[1:] + pull[:-1]))])
-    above: Floats = energy - energy.min()
-    return above
+    return np.asarray(energy - energy.min())
 
 
 def extent(eqs: Equations, frame: ModeFrame, tail: float, below: float, above: float, warmth: float) -> Box:

@@ -105,14 +105,12 @@ def stationary(factors: Factors) -> Floats:
     right[0, factors.pin] = factors.chains[0][1].integrals(factors.pin)
     p = factors.solve(right)
     mass = float(np.einsum("eij,eij->", p[0], integrals(form)))
-    density: Floats = p / mass
-    return density
+    return np.asarray(p / mass)
 
 
 def integrals(form: WeakForm) -> Floats:
     """The integral of each shape function: shape (x-elements, nodes in x, nodes in v)."""
-    whole: Floats = form.x_mass.sum(axis=1)[:, :, None] * form.over_v(form.v_mass)
-    return whole
+    return np.asarray(form.x_mass.sum(axis=1)[:, :, None] * form.over_v(form.v_mass))
 
 
 def pinned(form: WeakForm, x: float) -> int:

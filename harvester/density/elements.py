@@ -25,8 +25,7 @@ def _barycentric_weights(degree: int) -> Floats:
     nodes = lobatto_nodes(degree)
     differences = nodes[:, None] - nodes
     np.fill_diagonal(differences, 1.0)
-    weights: Floats = 1.0 / differences.prod(axis=1)
-    return weights
+    return np.asarray(1.0 / differences.prod(axis=1))
 
 
 def shape_values(degree: int, points: Floats) -> Floats:
@@ -35,8 +34,7 @@ def shape_values(degree: int, points: Floats) -> Floats:
     hit: NDArray[np.bool_] = np.abs(away) < 1e-15
     terms = _barycentric_weights(degree) / np.where(hit, 1.0, away)
     at_node = np.any(hit, axis=1, keepdims=True)
-    values: Floats = np.where(at_node, hit, terms / terms.sum(axis=1, keepdims=True))
-    return values
+    return np.asarray(np.where(at_node, hit, terms / terms.sum(axis=1, keepdims=True)))
 
 
 @cache
@@ -52,8 +50,7 @@ def _derivative_matrix(degree: int) -> Floats:
 
 def shape_slopes(degree: int, points: Floats) -> Floats:
     """Derivatives of `shape_values` at points of [-1, 1]."""
-    slopes: Floats = shape_values(degree, points) @ _derivative_matrix(degree)
-    return slopes
+    return np.asarray(shape_values(degree, points) @ _derivative_matrix(degree))
 
 
 @dataclass(frozen=True)

@@ -25,5 +25,4 @@ def impact_flux(breaks: Floats, degree: int, restitution: float, way: float) -> 
     weight = (half[:, None] * weights).ravel() * w
     hit = evaluated(breaks, degree, way * w)
     left = evaluated(breaks, degree, -way * restitution * w)
-    matrix: Floats = left.T @ (weight[:, None] * hit)
-    return matrix
+    return np.asarray(left.T @ (weight[:, None] * hit))

@@ -39,13 +39,11 @@ class Marginals:
     def velocity(self, v: Floats) -> Floats:
         """The density of the velocity, shape (n,)."""
         line = np.einsum("eij,ei->j", self.p[0], self.form.x_mass.sum(axis=1))
-        density: Floats = self._across(v) @ line
-        return density
+        return np.asarray(self._across(v) @ line)
 
     def phase_plane(self, x: Floats, v: Floats) -> Floats:
         """The density of displacement and velocity, shape (n, m)."""
-        density: Floats = self._at(self.p[0], x) @ self._across(v).T
-        return density
+        return np.asarray(self._at(self.p[0], x) @ self._across(v).T)
 
     def voltage(self, voltage: Floats, terms: int | None = None) -> Floats:
         """The density of the voltage, shape (n,); that of the displacement where no load takes any charge.
@@ -77,8 +75,7 @@ class Marginals:
     def impacts(self, speeds: Floats, way: float = -1.0) -> Floats:
         """The impacts a unit of time and a unit of speed at the lower stop (``way`` -1) or the upper, shape (n,)."""
         wall = self.p[0, 0, 0] if way < 0.0 else self.p[0, -1, -1]
-        density: Floats = speeds * (self._across(way * speeds) @ wall)
-        return density
+        return np.asarray(speeds * (self._across(way * speeds) @ wall))
 
     def _at(self, values: Floats, x: Floats) -> Floats:
         """Values on the nodes in x, shape (elements, nodes, ...) at some places, shape (n, ...)."""
@@ -87,14 +84,12 @@ class Marginals:
         left, right = breaks[element], breaks[element + 1]
         local = shape_values(degree, (2.0 * x - left - right) / (right - left))
         inside = (x >= breaks[0]) & (x <= breaks[-1])
-        at_places: Floats = np.einsum("pn,pn...->p...", local * inside[:, None], values[element])
-        return at_places
+        return np.asarray(np.einsum("pn,pn...->p...", local * inside[:, None], values[element]))
 
     def _across(self, v: Floats) -> Floats:
         breaks = self.form.mesh.v_breaks
         inside = (v >= breaks[0]) & (v <= breaks[-1])
-        shapes: Floats = evaluated(breaks, self.form.mesh.degree, v) * inside[:, None]
-        return shapes
+        return np.asarray(evaluated(breaks, self.form.mesh.degree, v) * inside[:, None])
 
     def _in_voltage(self, voltage: Floats) -> Floats:
         """The sum of the modes at the Gauss points in x and some voltages, shape (m, n)."""

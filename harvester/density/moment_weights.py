@@ -52,8 +52,7 @@ class MomentWeights:
             return a * self.of(x + 1, v) + m * self.of(x, v) + s * self.of(x, v, 1)
         squares = a * a * self.of(x + 2, v) + 2.0 * a * m * self.of(x + 1, v) + m * m * self.of(x, v)
         mixed = 2.0 * s * (a * self.of(x + 1, v, 1) + m * self.of(x, v, 1))
-        whole: Floats = squares + mixed + s * s * (self.of(x, v) + np.sqrt(2.0) * self.of(x, v, 2))
-        return whole
+        return np.asarray(squares + mixed + s * s * (self.of(x, v) + np.sqrt(2.0) * self.of(x, v, 2)))
 
     def voltage_squared(self) -> Floats:
         """The weights of E[V^2], V = x - y; of E[x^2] where no load lets the voltage leave the displacement."""

@@ -123,8 +123,7 @@ class WeakForm:
 
     def over_v(self, matrix: Floats) -> Floats:
         """The weights of the integral over v, and over coloured noise, of a density times what a matrix has."""
-        total: Floats = matrix[: self.v_nodes].sum(axis=0)
-        return total
+        return np.asarray(matrix[: self.v_nodes].sum(axis=0))
 
     @property
     def shape(self) -> tuple[int, int, int, int]:
@@ -151,8 +150,7 @@ class WeakForm:
             block += np.einsum("ab,ij->aibj", self.x_mass[element], self.v_colour)
         block[0, :, 0, :] += self.low_end if element == 0 else self.v_down
         block[-1, :, -1, :] += self.high_end if element == self.shape[1] - 1 else -self.v_up
-        whole: Floats = block.reshape(nx * nv, nx * nv)
-        return whole
+        return np.asarray(block.reshape(nx * nv, nx * nv))
 
     def mass_block(self, element: int) -> Floats:
         """The integrals of products of shape functions of one x-element."""
