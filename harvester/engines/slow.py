@@ -86,23 +86,23 @@ class Slow(Request, Engine):
         problem, cut = self._parted(scene)
         begin = time.perf_counter()
         with compilation():
-            found = slow_power(problem, cut)
-        scales, power = problem.scales, found.power
-        how = "slow_circuit_alone" if found.apart else "run_directly"
-        told = [note(how, direct=found.direct, separation=found.separation)]
-        if found.changed > SETTLED:
-            told.append(warning("slow_circuit_unsettled", seconds=found.duration, share=found.changed))
+            solution = slow_power(problem, cut)
+        scales, power = problem.scales, solution.power
+        how = "slow_circuit_alone" if solution.apart else "run_directly"
+        diagnostics = [note(how, direct=solution.direct, separation=solution.separation)]
+        if solution.changed > SETTLED:
+            diagnostics.append(warning("slow_circuit_unsettled", seconds=solution.duration, share=solution.changed))
         if (within := number(self.within)) is not None and power.known_error95 > within * power.value:
-            told.append(warning("steady_within", within=within, error=power.known_error95 / power.value))
-        details = {"duration": found.duration, "step": found.slow_step, **found.load}
+            diagnostics.append(warning("steady_within", within=within, error=power.known_error95 / power.value))
+        details = {"duration": solution.duration, "step": solution.slow_step, **solution.load}
         return estimate(
             self.NAME,
             problem,
-            found.square.scaled(scales.volts**-2),
+            solution.square.scaled(scales.volts**-2),
             power.scaled(1.0 / scales.watts),
-            told,
+            diagnostics,
             time.perf_counter() - begin,
-            found.steps,
+            solution.steps,
             details,
         )
 
