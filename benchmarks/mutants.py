@@ -255,7 +255,7 @@ storage-of-a-parameter: test_netlist.py -k charging
 - resistance is None or capacitance is None else resistance * capacitance
 + resistance is None or capacitance is None else capacitance
 names-of-its-own: test_netlist.py -k own_hides
-- for name in re.findall(r"[\w.]+", line.text)} - own
+- for name in re.findall(r"[\w.]+", line.text)} - known
 + for name in re.findall(r"[\w.]+", line.text)}
 random-source: test_netlist.py -k refused
 - external|port|trnoise|trrandom|
@@ -275,8 +275,8 @@ reverse-currents: test_rectifiers.py -k reverse_currents
 
 [engines]
 the-longest-step: test_steady.py -k phasor
-- values = [float(getattr(one, name)) for one in three]
-+ values = 3 * [float(getattr(self.found[0, tenths], name))]
+- values = [float(getattr(response, name)) for response in three]
++ values = 3 * [float(getattr(self.responses[0, tenths], name))]
 no-motion-comes-back: test_products.py -k recorded
 - return math.hypot(sections[-1, 0] - there[0], sections[-1, 1] - there[1]) < way
 + return math.hypot(sections[-1, 0] - there[0], sections[-1, 1] - there[1]) < 0.0
@@ -296,11 +296,11 @@ gain-of-pairs: test_control_variate.py -k split
 - math.sqrt(unexplained) + math.sqrt((1.0 - unexplained) * cost_ratio)
 + math.sqrt(unexplained) + math.sqrt(cost_ratio)
 residual-of-the-power: test_spice_runs.py
-- residual=found.residual * size**2
-+ residual=found.residual * size
+- residual=square.residual * size**2
++ residual=square.residual * size
 spread-of-the-ensemble: test_spice_runs.py
-- (found.value.stderr or 0.0) ** 2 - found.residual / now, 0.0)
-+ (found.value.stderr or 0.0) ** 2, 0.0)
+- (power.value.stderr or 0.0) ** 2 - power.residual / now, 0.0)
++ (power.value.stderr or 0.0) ** 2, 0.0)
 error-of-runs-alone: test_spice_runs.py
 - Value(mean, math.sqrt(variance / len(entries)), self._step_bias
 + Value(mean, math.sqrt(variance) / len(entries), self._step_bias

@@ -8,6 +8,7 @@ import itertools
 import math
 import time
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -17,7 +18,7 @@ from harvester.arrays import Floats
 from harvester.cosimulation.lockstep.energy_ledger import EnergyLedger, ledger_of
 from harvester.cosimulation.ngspice.locate_libngspice import find_library
 from harvester.cosimulation.probe_series import means_of_probes, vectors_of
-from harvester.cosimulation.worker_pool import map_in_workers, start_beforehand, worker_count
+from harvester.cosimulation.worker_pool import ahead, map_in_workers, worker_count
 from harvester.equations.coefficients import Equations
 from harvester.equations.scales import Scales
 from harvester.errors import UnboundedResponseError
@@ -234,16 +235,16 @@ def _with_resistor(device: CoupledDevice) -> CoupledDevice:
     return dataclasses.replace(device, load=load_circuit(Load(resistance=resistance)), probes=())
 
 
-def compile_beforehand(device: CoupledDevice) -> None:
-    """Start a worker that compiles what runs beside a compiled circuit need, while this process compiles the rest."""
+@contextmanager
+def compiled_beforehand(device: CoupledDevice) -> Iterator[None]:
+    """A worker compiles what runs beside a compiled circuit need, while this process compiles the rest in the block."""
     from harvester.circuits.substeps import follow
 
     start = (device.eqs.resting_places[0], 0.0, 0.0, 0.0)
     given = _with_resistor(device), np.random.SeedSequence(0), 4 * device.stride, 0.0, True, math.inf, 1, start
-    if follow.is_cached:
-        start_beforehand((_measure, given))
-    else:
-        follow.elsewhere = start_beforehand((_compile_follow, ()), (_measure, given))
+    with ahead((_compile_follow, ()), (_measure, given)) as first:
+        follow.elsewhere = first or follow.elsewhere
+        yield
 
 
 def _compile_follow() -> None:

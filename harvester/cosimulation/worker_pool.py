@@ -75,7 +75,7 @@ def map_in_workers(function: Callable[..., T], arguments: Sequence[tuple[Any, ..
     if here is not None and here.trusted:
         yield from _in_this_process(function, arguments, here)
         return
-    wait_for_those_ahead()
+    _wait_for_those_ahead()
     waiting = deque(enumerate(arguments))
     done: dict[int, Future[T]] = {}
     following = 0
@@ -97,32 +97,34 @@ def map_in_workers(function: Callable[..., T], arguments: Sequence[tuple[Any, ..
             following += 1
 
 
-def start_beforehand(*jobs: tuple[Callable[..., Any], tuple[Any, ...]]) -> "Future[Any] | None":
+@contextmanager
+def ahead(*jobs: tuple[Callable[..., Any], tuple[Any, ...]]) -> "Iterator[Future[Any] | None]":
     """Start jobs, one after the other, in a worker process that others will use, while this one compiles; the first.
 
     What they compile is in the cache afterwards, and what they give or raise is left aside.  None, and no job, on one
-    core, without a cache, in a process that runs ngspice itself, and beside workers that run already.
+    core, without a cache, in a process that runs ngspice itself, and beside workers that run already.  An error in the
+    block ends the process.
     """
     if worker_count() == 1 or _here.get() is not None or _idle or _ahead or folders.cache_folder() is None:
-        return None
+        yield None
+        return
     process = _new()
     futures = [processes.submit_to_one(deque([process]), _new, *job)[0] for job in jobs]
     _ahead.append((process, futures))
-    return futures[0]
+    try:
+        yield futures[0]
+    except BaseException:
+        _ahead.clear()
+        processes.kill(process)
+        raise
 
 
-def wait_for_those_ahead() -> None:
-    """Wait for the jobs of `start_beforehand`, after which their processes are idle ones."""
+def _wait_for_those_ahead() -> None:
+    """Wait for the jobs that went `ahead`, after which their process is an idle one."""
     while _ahead:
         process, futures = _ahead.popleft()
         wait(futures)
         _free_or_kill(process, next((error for future in futures if (error := future.exception()) is not None), None))
-
-
-def end_those_ahead() -> None:
-    """Kill the processes of `start_beforehand` whose jobs nobody has waited for."""
-    while _ahead:
-        processes.kill(_ahead.popleft()[0])
 
 
 def _in_this_process(function: Callable[..., T], arguments: Sequence[tuple[Any, ...]], here: Here) -> Iterator[T]:

@@ -63,7 +63,7 @@ class Averaged(Formula):
         return solve_many
 
     def _estimate(self, problem: Problem, solution: Any, seconds: float) -> Estimate:
-        mean, exists = solution.mean_square_voltage, existence(problem, sampled=False)
+        mean, exists = solution.mean_square_voltage, existence(problem, is_sampled=False)
         bias = solution.bias
         if (free := free_orbits(problem.equations, solution)).any():
             bias = max(bias, float(free.sum()) * linear_error(problem.equations, solution, free))
@@ -121,8 +121,8 @@ def linear_error(eqs: Equations, law: "TwoScale", free: Floats) -> float:
     try:
         if moment_growth(linear, int(MEAN)) >= 0.0:
             return lost
-        found = law if linear == eqs else solve(linear)
-        return 1.2 * abs(exact(linear).value / found.mean_square_voltage - 1.0)
+        solution = law if linear == eqs else solve(linear)
+        return 1.2 * abs(exact(linear).value / solution.mean_square_voltage - 1.0)
     except SimulationError:
         return lost
 

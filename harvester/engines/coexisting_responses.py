@@ -56,24 +56,25 @@ def steady_responses(
         fine = attractors(finer)
     except SimulationError:
         return ()
-    scale, places, found = model.factor * problem.units.watts, sections(finer), []
-    for one in fine:
-        power = _power(one, rough, model.name).scaled(scale).with_unknown(unknown)
-        middle = one.members[np.argsort(one.entries(model.name))[len(one.members) // 2]]
-        x, v, voltage, stored, phase = map(float, places[:, middle])
-        response = SteadyResponse(power, len(one.members) / finer.count, one.turns or None, one.chaotic, engine)
-        found.append(SearchedResponse(response, (x, v, voltage, stored), phase))
-    return tuple(found)
+    scale, positions, candidates = model.factor * problem.units.watts, sections(finer), []
+    for attractor in fine:
+        power = _power(attractor, rough, model.name).scaled(scale).with_unknown(unknown)
+        members, periods = attractor.members, attractor.turns or None
+        middle = members[np.argsort(attractor.entries(model.name))[len(members) // 2]]
+        x, v, voltage, stored, phase = map(float, positions[:, middle])
+        response = SteadyResponse(power, len(members) / finer.count, periods, attractor.chaotic, engine)
+        candidates.append(SearchedResponse(response, (x, v, voltage, stored), phase))
+    return tuple(candidates)
 
 
-def _power(one: "Attractor", rough: "list[Attractor]", name: str) -> Value:
+def _power(attractor: "Attractor", rough: "list[Attractor]", name: str) -> Value:
     """The mean of a response, with its errors; ``rough`` are the responses at twice the step."""
-    entries = one.entries(name)
-    sampled = float(entries.std(ddof=1)) / math.sqrt(len(entries)) if len(entries) > 1 else 0.0
-    stderr = None if one.turns else sampled
-    same = next((other for other in rough if other.like(one)), None)
+    entries = attractor.entries(name)
+    spread_of_mean = float(entries.std(ddof=1)) / math.sqrt(len(entries)) if len(entries) > 1 else 0.0
+    stderr = None if attractor.turns else spread_of_mean
+    same = next((other for other in rough if other.like(attractor)), None)
     mean = float(entries.mean())
     if same is None:
         return Value(mean, stderr, unknown=STEP)
-    spread = half95(sampled) if one.turns else 0.0  # that of the places of impacts in a step
+    spread = half95(spread_of_mean) if attractor.turns else 0.0  # that of the places of impacts in a step
     return Value(mean, stderr, abs(float(same.entries(name).mean()) - mean) / 3.0 + spread)

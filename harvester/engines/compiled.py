@@ -91,16 +91,16 @@ class Compiled(Ensemble):
             assert problem.circuit is not None, "refusal checks this"
             circuit = compiled_circuit(problem.circuit, problem.scales, TOLERANCE)
             check_watched(problem, circuit, self.probe, self.ledger)
-        sampled = not problem.equations.is_steady or problem.equations.modes is not None
-        if sampled or (self.trajectories, self.duration) != (None, None):
+        is_sampled = not problem.equations.is_steady or problem.equations.modes is not None
+        if is_sampled or (self.trajectories, self.duration) != (None, None):
             return super().run(problem, progress), None
         existence(problem)
-        answer, found = steady_answer(self, self.NAME, problem, near, judged)
+        answer, response = steady_answer(self, self.NAME, problem, near, judged)
         if answer is not None:
-            if watches and found is not None:
-                paths = period_paths(problem, found, circuit, self.ledger)
+            if watches and response is not None:
+                paths = period_paths(problem, response, circuit, self.ledger)
                 answer = with_watched(answer, problem, circuit, paths, self.probe, self.ledger)
-            return answer, found
+            return answer, response
         if near is not None:
             return self.run_from(problem, None, progress, judged)
         answer = super().run(problem, progress)
@@ -133,8 +133,8 @@ class Compiled(Ensemble):
             return {}, self.MODEL_NOTE
         assert trajectories.circuit is not None, "that of the netlist"
         settling, starts = settled_starts(pair, trajectories.circuit.memory, LONGEST, self.seed)
-        found = difference_from_ngspice(problem, trajectories.h, starts, settling, self)
-        return found, "difference_measured" if found else self.MODEL_NOTE
+        difference = difference_from_ngspice(problem, trajectories.h, starts, settling, self)
+        return difference, "difference_measured" if difference else self.MODEL_NOTE
 
     def looked_into(self, answer: Estimate, problem: Problem, pair: "RichardsonPair") -> Estimate:
         """The answer with the probes and elements that are asked for, along paths from settled states."""
@@ -147,7 +147,7 @@ class Compiled(Ensemble):
         paths = sampled_paths(problem, pair, circuit, self.seed, self.ledger)
         return with_watched(answer, problem, circuit, paths, self.probe, self.ledger)
 
-    def doubt(self, pair: "RichardsonPair") -> Diagnostic | None:
+    def pair_diagnostic(self, pair: "RichardsonPair") -> Diagnostic | None:
         """A warning where steps of the circuit did not converge, so that it was held for a while."""
         steps, failed = pair.trajectories.own_sums
         return warning("circuit_not_converged", share=float(failed / steps)) if failed else None

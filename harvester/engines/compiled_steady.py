@@ -30,15 +30,15 @@ JUDGED = 0.5  # of a budget, that ngspice may take
 
 @dataclass
 class CompiledPeriods:
-    """A response at steps that are halved, ``found``; ``differences`` are ngspice's, relative, by quantities."""
+    """A response at steps that are halved, ``responses``; ``differences`` are ngspice's, relative, by quantities."""
 
-    found: "list[CircuitPeriod]" = field(default_factory=list)
+    responses: "list[CircuitPeriod]" = field(default_factory=list)
     differences: dict[str, float] = field(default_factory=dict)
 
     def value(self, name: str) -> Value:
         """The ``power`` (W), ``square`` (V^2) or ``displacement`` with its errors of step, settling and model."""
-        values = [float(getattr(one, name)) for one in self.found]
-        last, left = self.found[-1], self.found[-1].left[0 if name == "power" else 1]
+        values = [float(getattr(response, name)) for response in self.responses]
+        last, left = self.responses[-1], self.responses[-1].left[0 if name == "power" else 1]
         value, step = limit(values) if len(values) > 2 else (values[-1], None)
         bias = None if step is None else step + left * abs(last.power if name == "power" else value)
         if name not in self.differences:
@@ -63,20 +63,21 @@ def steady_answer(
         return None, None
     if judged:
         deadline = math.inf if budget is None else time.monotonic() + JUDGED * budget
-        periods.differences = _differences(options, problem, periods.found[0], deadline)
-    last, power = periods.found[-1], periods.value("power")
+        periods.differences = _differences(options, problem, periods.responses[0], deadline)
+    last, power = periods.responses[-1], periods.value("power")
     details = {"step": last.path.h / problem.units.frequency, "response_periods": float(last.turns)}
     details |= motion_details(problem, periods.value, last)
-    told = [
+    diagnostics = [
         note("comes_back", periods=last.turns, from_before=near is not None),
         note("steady_difference") if periods.differences else warning("compiled_circuit"),
         note("others_not_sought") if linear_growth(problem.equations) is None else None,
         None if within is None else missed(within, power),
     ]
     v2 = periods.value("square").scaled(problem.scales.volts**-2)
-    seconds, steps = time.perf_counter() - begin - compiling.seconds, sum(one.steps for one in periods.found)
+    steps = sum(response.steps for response in periods.responses)
+    seconds = time.perf_counter() - begin - compiling.seconds
     watts = power.scaled(1.0 / problem.scales.watts)
-    return estimate(name, problem, v2, watts, told, seconds, steps, details), last
+    return estimate(name, problem, v2, watts, diagnostics, seconds, steps, details), last
 
 
 def _periods(
@@ -91,34 +92,34 @@ def _periods(
     h, halvings = steps_in_period(eqs, options.step(problem.units.frequency))
     enough, periods = min(max(SETTLED * within, FINEST), ROUGHEST), CompiledPeriods()
     for k in range(max(halvings, 2) + 1):
-        found = periodic_response(circuit, eqs, h / 2**k, enough, near)
-        if found is None:
+        response = periodic_response(circuit, eqs, h / 2**k, enough, near)
+        if response is None:
             return None
-        periods.found.append(found)
-        near, power = found, periods.value("power")
+        periods.responses.append(response)
+        near, power = response, periods.value("power")
         if k >= 2 and (power.bias or 0.0) <= within * abs(power.value):
             break
     return periods
 
 
 def _differences(
-    options: MonteCarloOptions, problem: Problem, found: "CircuitPeriod", deadline: float
+    options: MonteCarloOptions, problem: Problem, response: "CircuitPeriod", deadline: float
 ) -> dict[str, float]:
-    """How far ngspice's response at the same step is from the one ``found``; empty where it gives none in time."""
+    """How far ngspice's response at the same step is from ``response``; empty where it gives none in time."""
     steady = to_be_found(options, problem, RELTOL)
     steady.deadline = deadline
     try:
-        if not steady.begin(None, _origin(problem, found)):
+        if not steady.begin(None, _origin(problem, response)):
             return {}
     except (CircuitError, MissingProgramError, OutOfTimeError):
         return {}
-    judge = steady.found[0, 0]
+    judge = steady.responses[0, 0]
     names = ("power", "square", "displacement", "peak_displacement", "peak_voltage")
-    both = {one: (float(getattr(judge, one)), float(getattr(found, one))) for one in names}
-    return {one: abs(high - low) / low for one, (high, low) in both.items() if low > 0.0}
+    both = {name: (float(getattr(judge, name)), float(getattr(response, name))) for name in names}
+    return {name: abs(high - low) / low for name, (high, low) in both.items() if low > 0.0}
 
 
-def _origin(problem: Problem, found: "CircuitPeriod") -> "Origin":
+def _origin(problem: Problem, response: "CircuitPeriod") -> "Origin":
     """Where ngspice's way begins: in the middle of the kick of the state that was found."""
     from harvester.circuits.compiled_circuit import compiled_circuit
     from harvester.cosimulation.poincare_sections import CoupledState, Origin
@@ -128,10 +129,10 @@ def _origin(problem: Problem, found: "CircuitPeriod") -> "Origin":
     from harvester.mechanics.kernels.equation_of_motion import kick
 
     assert problem.circuit is not None, "the engine serves netlists"
-    path, c = found.path, coefficients(problem.equations)
-    voltages = compiled_circuit(problem.circuit, problem.scales).voltages(found.state)
+    path, c = response.path, coefficients(problem.equations)
+    voltages = compiled_circuit(problem.circuit, problem.scales).voltages(response.state)
     assert path.shaking is not None, "the drive is steady"
-    place, a = float(path.samples[-1, 1]), float(path.shaking[-1])
-    ends = [interpreted(kick)(State(found.x, one, place), 0.0, 0.5 * path.h, c, a) for one in (0.0, 1.0)]
-    v = float((found.v - ends[0]) / (ends[1] - ends[0]))
-    return Origin(CoupledState(found.x, v, in_ngspice(voltages)), 0.0, found.turns)
+    voltage, a = float(path.samples[-1, 1]), float(path.shaking[-1])
+    ends = [interpreted(kick)(State(response.x, speed, voltage), 0.0, 0.5 * path.h, c, a) for speed in (0.0, 1.0)]
+    v = float((response.v - ends[0]) / (ends[1] - ends[0]))
+    return Origin(CoupledState(response.x, v, in_ngspice(voltages)), 0.0, response.turns)

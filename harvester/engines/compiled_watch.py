@@ -41,13 +41,13 @@ def sampled_paths(
     from harvester.mechanics.kernels.noise import child, three_point_grid
 
     eqs, h = problem.equations, pair.trajectories.h
-    found: list[CircuitPath] = []
-    kicks, (_, starts) = math.ceil(AVERAGED / h), settled_starts(pair, circuit.memory, AVERAGED, seed)
+    paths: list[CircuitPath] = []
+    n_steps, (_, starts) = math.ceil(AVERAGED / h), settled_starts(pair, circuit.memory, AVERAGED, seed)
     for root, start in zip(np.random.SeedSequence([seed, 6]).spawn(PATHS), starts, strict=False):
-        shaking = forcing(eqs, h, kicks, np.random.default_rng(child(root, 1)))
-        given = eqs, three_point_grid(root, kicks), h, 1, start[:2], start[4], shaking
-        found.append(_traced(circuit, given, ledger and len(found) < OF_ELEMENTS))
-    return found
+        shaking = forcing(eqs, h, n_steps, np.random.default_rng(child(root, 1)))
+        given = eqs, three_point_grid(root, n_steps), h, 1, start[:2], start[4], shaking
+        paths.append(_traced(circuit, given, ledger and len(paths) < OF_ELEMENTS))
+    return paths
 
 
 def _traced(circuit: "CompiledCircuit", given: "Given", log: bool, kicked: bool = False) -> "CircuitPath":
@@ -57,13 +57,13 @@ def _traced(circuit: "CompiledCircuit", given: "Given", log: bool, kicked: bool 
 
 
 def period_paths(
-    problem: Problem, found: "CircuitPeriod", circuit: "CompiledCircuit", ledger: bool
+    problem: Problem, response: "CircuitPeriod", circuit: "CompiledCircuit", ledger: bool
 ) -> "list[CircuitPath]":
     """The path of a periodic response, once around; a ``ledger`` asks for own steps."""
-    path = found.path
+    path = response.path
     assert path.shaking is not None, "the drive is steady"
     still = np.zeros(len(path.shaking) - 1)
-    given = problem.equations, still, path.h, 1, (found.x, found.v), found.state, path.shaking
+    given = problem.equations, still, path.h, 1, (response.x, response.v), response.state, path.shaking
     return [_traced(circuit, given, ledger, kicked=True)]
 
 
@@ -105,13 +105,13 @@ def with_watched(
     for name in powers[0]:
         if name not in ("rload", "csmooth"):
             whole = name.partition(".")[0]
-            taken[whole] = taken.get(whole, 0.0) + np.array([one[name] for one in powers]) / unit
+            taken[whole] = taken.get(whole, 0.0) + np.array([power[name] for power in powers]) / unit
     details = dict(answer.details)
     for name, entries in taken.items():
-        one = value(entries)
-        details[f"{PART}{name}"] = one.value
-        if one.stderr is not None:
-            details[f"{PART}{name}_stderr"] = one.normal_stderr
+        mean = value(entries)
+        details[f"{PART}{name}"] = mean.value
+        if mean.stderr is not None:
+            details[f"{PART}{name}_stderr"] = mean.normal_stderr
     said = note("elements_along_paths", paths=len(powers), time=window * problem.units.frequency)
     return dataclasses.replace(answer, details=details, diagnostics=(*answer.diagnostics, said))
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from harvester.engines.power_slopes import PowerSlopes
 
 # The relative error that is aimed at where none is asked for, that of coloured noise, and that at many points.
-USUAL, COLOURED, SWEPT = 1e-5, 1e-3, 1e-2
+WITHIN, COLOURED, SWEPT = 1e-5, 1e-3, 1e-2
 LONGEST = 120.0  # seconds of a budget under coloured noise, where none is given
 REFUSED = 0.02  # the relative error above which there is no answer
 
@@ -88,11 +88,11 @@ class Density(Request, Engine):
         from harvester.density.refine import LIGHTEST, refined
 
         check_bounded(problem.equations)
-        exists = existence(problem, sampled=False)
+        exists = existence(problem, is_sampled=False)
         tail = LIGHTEST if exists.tail is None else exists.tail.lowest
-        usual, longest = (USUAL, None) if problem.equations.coloured is None else (COLOURED, LONGEST)
+        tolerance, longest = (WITHIN, None) if problem.equations.coloured is None else (COLOURED, LONGEST)
         budget = number(self.budget) or longest
-        answer = refined(problem.equations, number(self.within) or usual, budget, progress, tail)
+        answer = refined(problem.equations, number(self.within) or tolerance, budget, progress, tail)
         if not answer.share <= REFUSED:
             raise SimulationError(refusal("density_not_resolved", error=answer.share, **answer.parts))
         return exists, answer

@@ -39,7 +39,7 @@ def driven_motion(problem: Problem, model: "Model", pair: "RichardsonPair") -> d
     size, periods = round(period / trajectories.h), math.ceil(pair.burn_in / period) + 2 * MULTIPLES
     if 4 * size * periods > MOST_STEPS:
         return {}
-    found = []
+    motions = []
     for n in (size, 2 * size, 4 * size):
         shaking = forcing(eqs, period / n, n)
         assert shaking is not None, "it is driven"
@@ -50,9 +50,9 @@ def driven_motion(problem: Problem, model: "Model", pair: "RichardsonPair") -> d
         mean = pair.mean("V2")[0]
         if abs(now - mean) >= SAME * mean or abs(now - before) >= SETTLED * before:  # also where there is no voltage
             return {}
-        found.append([(x[1].std(), 0.0), peak(x[1]), peak(voltage[1])])
+        motions.append([(x[1].std(), 0.0), peak(x[1]), peak(voltage[1])])
     details, scales = dict[str, float](), (units.length, units.length, units.volts)
-    for name, values, unit in zip((DISPLACEMENT, *PEAKS), zip(*found, strict=True), scales, strict=True):
-        value, error = limit([float(one) for one, _ in values])
+    for name, values, unit in zip((DISPLACEMENT, *PEAKS), zip(*motions, strict=True), scales, strict=True):
+        value, error = limit([float(level) for level, _ in values])
         details |= {name: value * unit, f"{name}_bias": (error + values[-1][1]) * unit}
     return details

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from harvester.mechanics.ensemble.richardson import RichardsonPair
     from harvester.mechanics.ensemble.trajectories import Trajectories
 
-TOLD = 0.5  # seconds of compilation that are worth a word
+LONG_COMPILATION = 0.5  # seconds of compilation that are worth a word
 AT_ONCE = 0.5  # of the seconds that are left: other programs may begin to take theirs meanwhile
 
 
@@ -119,7 +119,7 @@ class Ensemble(MonteCarloOptions, Engine):
         """What is said of the model's error: a warning where it is not known."""
         return (warning if code == self.MODEL_NOTE else note)(code) if code else None
 
-    def doubt(self, pair: "RichardsonPair") -> Diagnostic | None:
+    def pair_diagnostic(self, pair: "RichardsonPair") -> Diagnostic | None:
         """What the trajectories say against their means; None where nothing."""
         return None
 
@@ -141,8 +141,8 @@ class Ensemble(MonteCarloOptions, Engine):
             and may_have_several(problem)
             and (self.budget, self.trajectories, self.duration) == (None, None, None)
         )
-        found = steady_responses(problem, setup.model, self.seed, self.NAME, self.UNKNOWN) if searched else ()
-        responses = tuple(one.response for one in found)
+        candidates = steady_responses(problem, setup.model, self.seed, self.NAME, self.UNKNOWN) if searched else ()
+        responses = tuple(candidate.response for candidate in candidates)
         steady, moments = problem.equations.is_steady, sampler.pair.moments
         agreed = sampling.agreement(moments, setup.model.name, responses) if steady else None
         diagnostics, within = [exists.warning, accumulation(problem.equations), *setup.diagnostics], number(self.within)
@@ -155,7 +155,7 @@ class Ensemble(MonteCarloOptions, Engine):
             diagnostics.append(obstacle)
         errors, remark = self.model_errors(problem, sampler.pair, setup.budget_begin)
         between = None if setup.trajectories.hopping is None else note("between_wells")
-        diagnostics += [self._remark(remark), between, agreed, self.doubt(sampler.pair)]
+        diagnostics += [self._remark(remark), between, agreed, self.pair_diagnostic(sampler.pair)]
         if problem.equations.mu is None and setup.model.circuit is None:
             diagnostics.append(warning("open_circuit"))
         exact = agreed is not None and agreed.severity == "note"
@@ -282,9 +282,9 @@ class EnsembleSampler:
         """The numbers of the run, and where the equations have no circuit, its power balance."""
         pair, setup = self.pair, self.setup
         times = {"step": pair.trajectories.h, "burn_in": pair.burn_in, "duration": pair.duration}
-        details: dict[str, float] = {name: one / setup.unit for name, one in times.items()}
+        details: dict[str, float] = {name: time / setup.unit for name, time in times.items()}
         details["trajectories"] = setup.trajectories.count
-        if setup.compilation_seconds > TOLD:
+        if setup.compilation_seconds > LONG_COMPILATION:
             details["compilation_seconds"] = setup.compilation_seconds
         details |= driven_motion(setup.problem, setup.model, pair)
         if setup.model.circuit is None:

@@ -78,9 +78,9 @@ def _motion(problem: Problem, x2: float) -> dict[str, float]:
     eqs, units = problem.equations, problem.units
     if eqs.record is not None or eqs.density is not None:
         return {}
-    found = {DISPLACEMENT: math.sqrt(x2) * units.length}
+    motion = {DISPLACEMENT: math.sqrt(x2) * units.length}
     if eqs.drive is not None and not eqs.is_random:
         assert eqs.drive_frequency is not None, "Scene checks this"
         x, voltage = abs(eqs.drive) * np.abs(amplitudes(eqs, eqs.drive_frequency))
-        found |= dict(zip(PEAKS, (float(x) * units.length, float(voltage) * units.volts), strict=True))
-    return found | {f"{name}_bias": 0.0 for name in found}
+        motion |= dict(zip(PEAKS, (float(x) * units.length, float(voltage) * units.volts), strict=True))
+    return motion | {f"{name}_bias": 0.0 for name in motion}

@@ -34,16 +34,16 @@ class Formula(Request, Engine):
 
         def checked(scene: AnyScene) -> Problem:
             problem = served(type(self), scene)
-            existence(problem, sampled=False)
+            existence(problem, is_sampled=False)
             return problem
 
         problems = [answer_or_error(checked, scene) for scene in scenes]
         solve = self._theory()
         begin = time.perf_counter()
-        eqs = [one.equations for one in problems if isinstance(one, Problem)]
+        eqs = [problem.equations for problem in problems if isinstance(problem, Problem)]
         solved = iter(solve(eqs))
         seconds = (time.perf_counter() - begin) / max(len(eqs), 1)
-        return [self._answer(one, next(solved), seconds) if isinstance(one, Problem) else one for one in problems]
+        return [self._answer(item, next(solved), seconds) if isinstance(item, Problem) else item for item in problems]
 
     def _theory(self) -> Callable[[list[Equations]], Sequence[Any]]:
         """The function that solves many equations, an error in the place of each that has no solution."""

@@ -110,8 +110,8 @@ class Ideal(Ensemble):
 
         budget = number(self.budget)
         deadline = math.inf if budget is None else begin + budget
-        found = difference_from_compiled(problem, pair, deadline) if self.judged else {}
-        return found, "ideal_difference" if found else self.MODEL_NOTE
+        difference = difference_from_compiled(problem, pair, deadline) if self.judged else {}
+        return difference, "ideal_difference" if difference else self.MODEL_NOTE
 
 
 def _slow_switching(problem: Problem) -> tuple[Diagnostic, ...]:

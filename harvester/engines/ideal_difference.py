@@ -51,31 +51,31 @@ def difference_from_compiled(problem: Problem, pair: "RichardsonPair", deadline:
         if slowest > LONGEST:
             return {}
         count = round(max(COUNT * min(TIME / slowest, 1.0), FEWEST))
-        own, compilation_seconds = compiled_beside(settled, circuit, min(count, settled.count), settled.seed)
-        n, given = own.blocks, (settled.eqs, own.count, settled.seed, settled.h, None, settled.circuit, False)
+        compiled, compilation_seconds = compiled_beside(settled, circuit, min(count, settled.count), settled.seed)
+        n, given = compiled.blocks, (settled.eqs, compiled.count, settled.seed, settled.h, None, settled.circuit, False)
         now = settled.state[:n].copy(), settled.filter[:n].copy(), settled.words[:n].copy()
         twin = Trajectories(*given, settled.controlled, now)
-        if own.time:
-            twin.run(own.time)
-        own.filter[:], own.words[:] = twin.filter, twin.words
+        if compiled.time:
+            twin.run(compiled.time)
+        compiled.filter[:], compiled.words[:] = twin.filter, twin.words
         begin = time.perf_counter()
-        for one in (own, twin):
-            one.run(slowest)
+        for trajectories in (compiled, twin):
+            trajectories.run(slowest)
         each = time.perf_counter() - begin
         if begin + (SETTLING + AVERAGED) * each > deadline + compilation_seconds:
             return {}
-        for one in (own, twin):
-            one.run((SETTLING - 1.0) * slowest)
-        high, low = (one.run(AVERAGED * slowest) for one in (own, twin))
+        for trajectories in (compiled, twin):
+            trajectories.run((SETTLING - 1.0) * slowest)
+        high, low = (trajectories.run(AVERAGED * slowest) for trajectories in (compiled, twin))
     except HarvesterError:
         return {}
-    failed = own.own_sums[1]  # steps that did not converge
+    failed = compiled.own_sums[1]  # steps that did not converge
     return {} if failed else {name: _largest(name, high, low) for name in ("V2", "load")}
 
 
 def _largest(name: str, high: Moments, low: Moments) -> float:
     """The relative difference of a moment at 95 %, by the better of two ways to use controls, and that of the judge."""
-    (mine, its), size = (getattr(one, name) for one in (high, low)), float(getattr(low, name).mean())
+    (mine, its), size = (getattr(moments, name) for moments in (high, low)), float(getattr(low, name).mean())
     ways = [mine - its]
     if high.controls is not None and low.controls is not None:
         ways = [controlled_entries(mine - its, high.controls - low.controls)]
@@ -91,12 +91,12 @@ def _of_periods(circuit: "CompiledCircuit", problem: Problem, pair: "RichardsonP
     from harvester.circuits.circuit_period import periodic_response
 
     eqs, scales, h = problem.equations, problem.scales, pair.trajectories.h
-    found = [] if eqs.modes else [periodic_response(circuit, eqs, part * h, SETTLED) for part in FINE]
-    moments = [(one.power, one.square, *one.left) for one in found if one]
+    responses = [] if eqs.modes else [periodic_response(circuit, eqs, part * h, SETTLED) for part in FINE]
+    moments = [(response.power, response.square, *response.left) for response in responses if response]
     if len(moments) < len(FINE):
         return {}
     (rough, _), (fine, left) = np.reshape(moments, (2, 2, 2))
     its = np.array([(eqs.beta or 0.0) * pair.mean("load")[0] * scales.watts, pair.mean("V2")[0] * scales.volts**2])
     with np.errstate(divide="ignore", invalid="ignore"):
         off = np.abs(fine / its - 1.0) + np.abs(fine - rough) / its + left + JUDGE
-    return {name: float(one) for name, one, size in zip(("load", "V2"), off, its, strict=True) if size > 0.0}
+    return {name: float(share) for name, share, size in zip(("load", "V2"), off, its, strict=True) if size > 0.0}

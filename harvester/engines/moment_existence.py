@@ -27,8 +27,8 @@ class MomentExistence:
         return warning("within_not_promised", within=within, unknown=self.unknown) if self.unknown else None
 
 
-def existence(problem: Problem, sampled: bool = True) -> MomentExistence:
-    """What is known before the run; ``sampled`` means need a finite variance too.
+def existence(problem: Problem, is_sampled: bool = True) -> MomentExistence:
+    """What is known before the run; ``is_sampled``: means need a finite variance too.
 
     Of a mass that nothing but its stiffness shakes, which comes to rest or grows, nothing is said.
 
@@ -49,7 +49,7 @@ def existence(problem: Problem, sampled: bool = True) -> MomentExistence:
         raise InfiniteMeanError(refusal("mean_infinite", **law))
     if tail.moment_may_diverge(MEAN):
         return MomentExistence(tail, warning("mean_may_be_infinite", **law), RARE_MOTIONS)
-    if sampled and tail.moment_may_diverge(VARIANCE):
+    if is_sampled and tail.moment_may_diverge(VARIANCE):
         surely = tail.moment_diverges(VARIANCE)
         return MomentExistence(tail, warning("variance_missing", surely=surely, **law), RARE_MOTIONS)
     return MomentExistence(tail)

@@ -46,10 +46,10 @@ class PowerSlopes:
     def _coarse(self) -> dict[str, float]:
         return self._gradient(self.answer.coarser)
 
-    def _gradient(self, found: Solution) -> dict[str, float]:
+    def _gradient(self, solution: Solution) -> dict[str, float]:
         """The derivatives of ln E[V^2] in all coefficients."""
-        slopes = gradient(self.problem.equations, found, self.answer.setting)
-        return {name: one / float(found.means[0]) for name, one in slopes.items()}
+        slopes = gradient(self.problem.equations, solution, self.answer.setting)
+        return {name: slope / float(solution.means[0]) for name, slope in slopes.items()}
 
     def elasticity(self, key: str) -> float:
         """D ln P/d ln key at the key's value, which is not 0."""
@@ -97,12 +97,12 @@ def _slopes(problem: Problem, key: str) -> dict[str, float]:
 
     def differences(step: float) -> dict[str, float]:
         (more, log_more), (less, log_less) = at(step), at(-step)
-        found = {
+        slopes = {
             field: (getattr(more, field) - getattr(less, field)) / (2.0 * step)
-            for field, one in vars(problem.equations).items()
-            if isinstance(one, float)
+            for field, coefficient in vars(problem.equations).items()
+            if isinstance(coefficient, float)
         }
-        return found | {"": (log_more - log_less) / (2.0 * step)}
+        return slopes | {"": (log_more - log_less) / (2.0 * step)}
 
     wide, narrow = differences(STEP), differences(0.5 * STEP)
     return {field: (4.0 * narrow[field] - wide[field]) / 3.0 for field in wide}

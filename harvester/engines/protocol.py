@@ -105,8 +105,8 @@ def needs_known_effects(problem: Problem, engine: type[Engine], unserved: frozen
 
 def unknown_effects(problem: Problem, unserved: frozenset[str], who: str, instead: str) -> Diagnostic | None:
     """Why ``who`` cannot serve a scene with effects that it does not know; None where it knows all."""
-    found = [name for name in problem.effects if name in unserved]
-    return refusal("unknown_effects", who=who, effects=" and ".join(found), instead=instead) if found else None
+    unknown = [name for name in problem.effects if name in unserved]
+    return refusal("unknown_effects", who=who, effects=" and ".join(unknown), instead=instead) if unknown else None
 
 
 def needs_one_mode(problem: Problem, engine: str) -> Diagnostic | None:
@@ -152,9 +152,9 @@ def impossible_power(problem: Problem, power: Value, bound: PowerBound | None) -
     return None
 
 
-def _not_yet_said(told: Sequence[Diagnostic], power: Value) -> list[Diagnostic]:
-    """A warning that a part of the power's error is not known, unless another was ``told`` that says so."""
-    said = has(told, *UNSETTLED, *ERROR_TOLD)
+def _not_yet_said(diagnostics: Sequence[Diagnostic], power: Value) -> list[Diagnostic]:
+    """A warning that a part of the power's error is not known, unless one of the ``diagnostics`` says so."""
+    said = has(diagnostics, *UNSETTLED, *ERROR_TOLD)
     return [warning("error_unknown", part=power.unknown)] if power.unknown and not said else []
 
 
@@ -178,13 +178,13 @@ def estimate(
     join = join_change(eqs)
     if power is None:  # E[P] = beta mu E[V^2] (paper, Eq. 31)
         power = v2.scaled((eqs.beta or 0.0) * (eqs.mu or 0.0))
-    v2, power = (one.with_model(join) for one in (v2, power))
-    told = [one for one in diagnostics if one is not None]
-    gives = has(told, "netlist_gives")
+    v2, power = (mean.with_model(join) for mean in (v2, power))
+    remarks = [diagnostic for diagnostic in diagnostics if diagnostic is not None]
+    gives = has(remarks, "netlist_gives")
     bound = None if gives else power_bound(problem)
     impossible = None if gives else impossible_power(problem, power, bound)
-    told += [] if impossible is None else [impossible]
-    told += _not_yet_said(told, power)
+    remarks += [] if impossible is None else [impossible]
+    remarks += _not_yet_said(remarks, power)
     of_scene = [*unusual_values(problem.scene), *(() if shocks is None else shocks.diagnostics)]
     return Estimate(
         engine=engine,
@@ -195,7 +195,7 @@ def estimate(
         effects=problem.effects if problem.netlist is None else (*problem.effects, "netlist"),
         seconds=seconds,
         steps=steps,
-        diagnostics=(*of_scene, *told),
+        diagnostics=(*of_scene, *remarks),
         details=details or {},
         samples=samples,
         power_samples=None if power_samples is None else power_samples * units.watts,

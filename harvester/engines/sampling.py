@@ -80,12 +80,12 @@ def affordable(steady: bool, circuit: "IdealCircuit | OwnCircuit | None", within
     """
     from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
 
-    own = circuit is not None and not isinstance(circuit, IdealCircuit)
-    if steady or (own if within is None else within >= LOOSE):
-        return (FEW_OWN if own else FEWEST) if steady else LEAST
+    is_compiled = circuit is not None and not isinstance(circuit, IdealCircuit)
+    if steady or (is_compiled if within is None else within >= LOOSE):
+        return (FEW_OWN if is_compiled else FEWEST) if steady else LEAST
     share = 1.0
     if circuit is not None:
-        share = min(CHARGING / circuit.memory, 1.0) / (SLOWER if own else 1.0)
+        share = min(CHARGING / circuit.memory, 1.0) / (SLOWER if is_compiled else 1.0)
     if within is not None:
         share *= min(PURSUING / TRAJECTORIES * max(FINE / within, 1.0) ** 2, 1.0)
     return max(round(share * TRAJECTORIES), FEWEST)
@@ -183,14 +183,15 @@ def agreement(moments: "Moments", name: str = "V2", responses: "tuple[SteadyResp
     in a step impacts and switchings lie.
     """
     of = {"V2": "E[V^2]", "load": "the load's power"}
-    name = max(("V2", name), key=lambda one: np.ptp(getattr(moments, one)) / (getattr(moments, one).max() or 1.0))
-    values = getattr(moments, name)
+    entries = {moment: getattr(moments, moment) for moment in ("V2", name)}
+    name = max(entries, key=lambda moment: np.ptp(entries[moment]) / (entries[moment].max() or 1.0))
+    values = entries[name]
     low, high = values.min(), values.max()
     if high - low <= UNLIKE * high:
         return note("starts_agree") if high - low <= ALIKE * high else None
     if len(responses) == 1 and responses[0].periods:
         return None
-    low, high = (float(one / values.mean()) for one in (low, high))
+    low, high = (float(mean / values.mean()) for mean in (low, high))
     return warning("starts_differ", of=of[name], low=low, high=high)
 
 
@@ -202,8 +203,8 @@ def power_balance(moments: "Moments", eqs: Equations) -> tuple[float, float]:
     if not (eqs.is_shaken or eqs.is_random):
         return 0.0, 0.0
     with np.errstate(invalid="ignore", divide="ignore"):
-        found = mean_and_error(moments.balance(eqs))
-    return found if np.isfinite(found).all() else (0.0, 0.0)
+        balance = mean_and_error(moments.balance(eqs))
+    return balance if np.isfinite(balance).all() else (0.0, 0.0)
 
 
 def power_balance_bias(pair: "RichardsonPair", eqs: Equations) -> float:

@@ -206,14 +206,14 @@ def engines(which: Sequence[Named], **options: Any) -> list[Engine]:
     InputError for an option that none of them has, which would be ignored.
     """
     which = [which] if isinstance(which, str | Engine) else which
-    kinds = [_kind(one) for one in which]
+    kinds = [_kind(named) for named in which]
     given = {name: value for name, value in options.items() if value is not None}
     for name in given:
         _check_option(name, kinds)
     made = []
-    for one, kind in zip(which, kinds, strict=True):
-        own: Any = {name: value for name, value in given.items() if name in _options(kind)}
-        made.append(kind(**own) if isinstance(one, str) else dataclasses.replace(one, **own))  # type: ignore[type-var]
+    for named, kind in zip(which, kinds, strict=True):
+        its_options: Any = {name: value for name, value in given.items() if name in _options(kind)}
+        made.append(kind(**its_options) if isinstance(named, str) else dataclasses.replace(named, **its_options))  # type: ignore[type-var]
     return made
 
 

@@ -86,23 +86,23 @@ class Slow(Request, Engine):
         problem, cut = self._parted(scene)
         begin = time.perf_counter()
         with compilation():
-            result = slow_power(problem, cut)
-        scales, power = problem.scales, result.power
-        how = "slow_circuit_alone" if result.scales_apart else "run_directly"
-        diagnostics = [note(how, direct=result.direct, separation=result.separation)]
-        if result.changed > SETTLED:
-            diagnostics.append(warning("slow_circuit_unsettled", seconds=result.duration, share=result.changed))
+            solution = slow_power(problem, cut)
+        scales, power = problem.scales, solution.power
+        how = "slow_circuit_alone" if solution.scales_apart else "run_directly"
+        diagnostics = [note(how, direct=solution.direct, separation=solution.separation)]
+        if solution.changed > SETTLED:
+            diagnostics.append(warning("slow_circuit_unsettled", seconds=solution.duration, share=solution.changed))
         if (within := number(self.within)) is not None and power.known_error95 > within * power.value:
             diagnostics.append(warning("steady_within", within=within, error=power.known_error95 / power.value))
-        details = {"duration": result.duration, "step": result.slow_step, **result.load}
+        details = {"duration": solution.duration, "step": solution.slow_step, **solution.load}
         return estimate(
             self.NAME,
             problem,
-            result.square.scaled(scales.volts**-2),
+            solution.square.scaled(scales.volts**-2),
             power.scaled(1.0 / scales.watts),
             diagnostics,
             time.perf_counter() - begin,
-            result.steps,
+            solution.steps,
             details,
         )
 

@@ -11,7 +11,7 @@ import harvester as hv
 from harvester.circuits import substeps
 from harvester.circuits.compiled_circuit import TYPICAL, CompiledCircuit
 from harvester.cosimulation import worker_pool
-from harvester.cosimulation.runs import CoupledDevice, compile_beforehand
+from harvester.cosimulation.runs import CoupledDevice, compiled_beforehand
 from harvester.equations.problem import Problem
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels import compiled
@@ -45,8 +45,9 @@ def test_a_circuit_waits_for_the_compilation_in_another_process_and_is_the_same(
 
     job = Slow()
     job.set_result(None)
-    later = compiled.LaterFunction(substeps.follow.function, substeps.follow._compiled)
+    later = compiled.LaterFunction(substeps.follow._compiled, substeps.follow.function)
     later.elsewhere = job
+    monkeypatch.setattr(compiled.LaterFunction, "is_cached", False)
     monkeypatch.setattr("harvester.circuits.compiled_circuit.follow", later)
     assert np.array_equal(moments(), before)  # the call without a step has changed nothing
     assert job.asked and not later.waits and later.address
@@ -58,19 +59,19 @@ def test_a_worker_goes_ahead_where_there_are_several_cores_and_is_used_or_ended(
     monkeypatch.setattr(worker_pool, "_idle", type(worker_pool._idle)())
     circuit = CompiledCircuit(problem.circuit, problem.scales)
     device = CoupledDevice(problem.equations, problem.scales, problem.circuit, TYPICAL, 2, ideal=circuit)
-    compile_beforehand(device)
-    ((process, futures),) = worker_pool._ahead
+    with compiled_beforehand(device):
+        ((process, futures),) = worker_pool._ahead
     assert list(worker_pool.map_in_workers(abs, [(-1,)])) == [1]
     assert not worker_pool._ahead and futures[-1].result().steps > 0 and process in worker_pool._idle
-    compile_beforehand(device)
-    assert not worker_pool._ahead  # beside workers that run already
+    with compiled_beforehand(device):
+        assert not worker_pool._ahead  # beside workers that run already
     worker_pool._idle.clear()
-    compile_beforehand(device)
-    ((other, _),) = worker_pool._ahead
-    worker_pool.end_those_ahead()
+    with pytest.raises(ZeroDivisionError), compiled_beforehand(device):
+        ((other, _),) = worker_pool._ahead
+        raise ZeroDivisionError
     assert not worker_pool._ahead
     with pytest.raises(RuntimeError):
         other.submit(abs, 1)
     monkeypatch.setattr(worker_pool, "worker_count", lambda: 1)
-    compile_beforehand(device)
-    assert not worker_pool._ahead
+    with compiled_beforehand(device):
+        assert not worker_pool._ahead

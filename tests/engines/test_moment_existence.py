@@ -66,7 +66,7 @@ def test_what_may_be_missing():
     lost = existence(Problem.of(device(0.07, restitution=0.95)))
     assert lost.warning.code == "variance_missing" and lost.warning.numbers["surely"]
     assert lost.unknown == "motions too large and rare for a sample"
-    assert existence(Problem.of(device(0.07, restitution=0.95)), sampled=False).warning is None
+    assert existence(Problem.of(device(0.07, restitution=0.95)), is_sampled=False).warning is None
     plate = hv.load("examples/plate_bridge.toml")
     shaken = dataclasses.replace(plate.excitation, stiffness_noise=0.009)
     bridge = dataclasses.replace(plate, excitation=shaken)

@@ -53,10 +53,10 @@ def cheap_circuit(
     if ideal is not None and not (closely and ideal.hysteresis is not None):
         return ideal, ideal, False
     try:
-        found = compiled_circuit(load, scales)
+        compiled = compiled_circuit(load, scales)
     except InputError:
         return ideal, ideal, False
-    return found, ideal or found, short
+    return compiled, ideal or compiled, short
 
 
 def _bears_compiled(eqs: Equations) -> bool:
@@ -134,13 +134,13 @@ def _compiled_beside(
     from harvester.mechanics.kernels.noise import child
 
     settled = twin.trajectories
-    own, compilation_seconds = compiled_beside(
+    compiled, compilation_seconds = compiled_beside(
         settled, circuit, affordable(False, circuit, LOOSE), child(settled.seed, 4)
     )
-    own.run(SETTLING * max(memory(settled, twin.moments, twin.duration), charging_time))
+    compiled.run(SETTLING * max(memory(settled, twin.moments, twin.duration), charging_time))
     spent = time.perf_counter() - begin - compilation_seconds
-    duration = first_duration(own.time, spent, None if budget is None else SHARE * budget)
-    return RichardsonPair(own, duration, budget, twin), compilation_seconds
+    duration = first_duration(compiled.time, spent, None if budget is None else SHARE * budget)
+    return RichardsonPair(compiled, duration, budget, twin), compilation_seconds
 
 
 def settled_starts(
@@ -157,9 +157,9 @@ def settled_starts(
     slowest = max(memory(pilot, pair.moments, pair.duration), charging_time)
     rng = np.random.default_rng(np.random.SeedSequence([seed, 3]))
     states = rng.permutation(np.moveaxis(pilot.state, 1, 2).reshape(-1, pilot.state.shape[1]))
-    own = isinstance(pilot.circuit, CompiledCircuit)  # which has more states than x, x', V and that of Csmooth
-    further = 4 if own else 5 if pilot.modes is not None else None  # where the states of several modes go on
-    starts: list[Start] = [(*map(float, one[:4]), *([one[further:]] if further else [])) for one in states]
+    is_compiled = isinstance(pilot.circuit, CompiledCircuit)  # which has more states than x, x', V and that of Csmooth
+    circuit_at = 4 if is_compiled else 5 if pilot.modes is not None else None  # where the states of several modes go on
+    starts: list[Start] = [(*map(float, state[:4]), *([state[circuit_at:]] if circuit_at else [])) for state in states]
     return min(MEMORIES * slowest, from_rest), starts
 
 

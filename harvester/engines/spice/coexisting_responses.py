@@ -40,14 +40,14 @@ def with_others(
     if engine.refusal(problem) is not None:
         return _with_remark(answer, note("others_not_sought"))
     begin = time.perf_counter()
-    found = steady_responses(problem, engine.model(problem), engine.seed, engine.NAME, engine.UNKNOWN)
-    if not found:
+    candidates = steady_responses(problem, engine.model(problem), engine.seed, engine.NAME, engine.UNKNOWN)
+    if not candidates:
         answer = _with_remark(answer, warning("search_not_settled"))
-    elif steady is not None and [one.response.periods for one in found] == [steady.last.turns]:
-        only = dataclasses.replace(found[0].response, mean_power=answer.mean_power, engine=NAME)
+    elif steady is not None and [candidate.response.periods for candidate in candidates] == [steady.last.turns]:
+        only = dataclasses.replace(candidates[0].response, mean_power=answer.mean_power, engine=NAME)
         answer = _with_remark(answer, note("no_other_response", engine=engine.NAME), only)
     else:
-        responses = _continued(options, problem, reltol, steady, answer.mean_power, found)
+        responses = _continued(options, problem, reltol, steady, answer.mean_power, candidates)
         numbers = {"responses": len(responses), "from_rest": steady is not None}
         answer = _with_remark(answer, warning("several_responses", engine=engine.NAME, **numbers), *responses)
     return dataclasses.replace(answer, seconds=answer.seconds + time.perf_counter() - begin)
@@ -64,15 +64,16 @@ def _continued(
     reltol: float,
     rest: Steady | None,
     mean_power: Value,
-    found: tuple[SearchedResponse, ...],
+    candidates: tuple[SearchedResponse, ...],
 ) -> tuple[SteadyResponse, ...]:
-    """The responses of ngspice that those ``found`` lead to, the most frequent first; that of ``rest`` is known.
+    """The responses of ngspice that the ``candidates`` lead to, the most frequent first; that of ``rest`` is known.
 
     One that leads to none which comes back keeps its own mean.  Those that lead to the same share their starts.
     """
-    ends = [_continued_from(options, problem, reltol, one) for one in found]
+    ends = [_continued_from(options, problem, reltol, candidate) for candidate in candidates]
     reached: list[tuple[SteadyResponse | None, Steady]] = [] if rest is None else [(None, rest)]
-    reached += [(one.response, end) for one, end in zip(found, ends, strict=True) if isinstance(end, Steady)]
+    pairs = zip(candidates, ends, strict=True)
+    reached += [(candidate.response, end) for candidate, end in pairs if isinstance(end, Steady)]
     responses = []
     for same in _alike(reached):
         steady = same[0][1]  # that of rest, where it is among them
@@ -84,10 +85,10 @@ def _continued(
         remark = "" if shares else str(note("only_from_rest"))
         remark = str(note("lead_together", responses=len(shares))) if len(shares) > 1 else remark
         responses.append(SteadyResponse(power, sum(shares), steady.last.turns, False, NAME, remark))
-    for one, end in zip(found, ends, strict=True):
+    for candidate, end in zip(candidates, ends, strict=True):
         if not isinstance(end, Steady):
-            responses.append(dataclasses.replace(one.response, note=str(end)))
-    return tuple(sorted(responses, key=lambda one: -one.share_of_starts))
+            responses.append(dataclasses.replace(candidate.response, note=str(end)))
+    return tuple(sorted(responses, key=lambda response: -response.share_of_starts))
 
 
 def _alike(reached: list[tuple[SteadyResponse | None, Steady]]) -> list[list[tuple[SteadyResponse | None, Steady]]]:
@@ -98,22 +99,23 @@ def _alike(reached: list[tuple[SteadyResponse | None, Steady]]) -> list[list[tup
         return [reached] if reached else []
     numbers = linked(np.array([_means(steady) for _, steady in reached]))
     return [
-        [one for one, its in zip(reached, numbers, strict=True) if its == number] for number in dict.fromkeys(numbers)
+        [entry for entry, its in zip(reached, numbers, strict=True) if its == number]
+        for number in dict.fromkeys(numbers)
     ]
 
 
 def _continued_from(
-    options: MonteCarloOptions, problem: Problem, reltol: float, found: SearchedResponse
+    options: MonteCarloOptions, problem: Problem, reltol: float, candidate: SearchedResponse
 ) -> Steady | Diagnostic:
     """The periodic response of ngspice from a state of one without it, or why there is none."""
     from harvester.cosimulation.poincare_sections import CoupledState, Origin
 
-    x, v, voltage, stored = found.state
+    x, v, voltage, stored = candidate.state
     volts = problem.scales.volts
     section = CoupledState(x, v, across=(voltage * volts, stored * volts))
     steady = to_be_found(options, problem, reltol)
     try:
-        comes_back = steady.begin(None, Origin(section, found.phase, found.response.periods or 1))
+        comes_back = steady.begin(None, Origin(section, candidate.phase, candidate.response.periods or 1))
     except CircuitError as error:
         return note("not_followed", error=str(error))
     return steady if comes_back else note("does_not_come_back")
@@ -121,5 +123,5 @@ def _continued_from(
 
 def _means(steady: Steady) -> list[float]:
     """The means of V^2, x^2 and x (nondimensional) of a response at the longest step."""
-    one = steady.found[0, 0]
-    return [one.square, float(np.mean(one.wave[:, 0] ** 2)), float(np.mean(one.wave[:, 0]))]
+    response = steady.responses[0, 0]
+    return [response.square, float(np.mean(response.wave[:, 0] ** 2)), float(np.mean(response.wave[:, 0]))]

@@ -44,21 +44,21 @@ def difference_from_ngspice(
     assert problem.circuit is not None, "a compiled circuit is that of a netlist"
     circuit, budget = compiled_circuit(problem.circuit, problem.scales), number(options.budget)
     device = CoupledDevice(problem.equations, problem.scales, problem.circuit, h, 1, reltol=RELTOL, ideal=circuit)
-    kicks = math.ceil((settling + AVERAGED) / h)
+    n_steps = math.ceil((settling + AVERAGED) / h)
     seeds = np.random.SeedSequence([options.seed, 5]).spawn(RUNS)
     deadline = math.inf if budget is None else time.monotonic() + SHARE * budget
-    jobs = [(device, seed, kicks, settling, deadline, start) for seed, start in zip(seeds, starts, strict=False)]
-    done, found = [], dict[str, float]()
+    jobs = [(device, seed, n_steps, settling, deadline, start) for seed, start in zip(seeds, starts, strict=False)]
+    done, differences = [], dict[str, float]()
     for half in (jobs[: RUNS // 2], jobs[RUNS // 2 :]):
         try:
             done += list(map_in_workers(same_motion_means, half))
         except (CircuitError, MissingProgramError, OutOfTimeError):
             return {}
         for name in done[0]:
-            high, low = np.array([one[name] for one in done]).T
+            high, low = np.array([means[name] for means in done]).T
             off = Value(*mean_and_error(high - low), dof=len(done) - 1.0)
             if low.mean() > 0.0:
-                found[name] = (abs(off.value) + off.sampling95) / float(low.mean())
-        if found.get("load", 1.0) < enough:
+                differences[name] = (abs(off.value) + off.sampling95) / float(low.mean())
+        if differences.get("load", 1.0) < enough:
             break
-    return found
+    return differences

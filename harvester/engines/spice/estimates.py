@@ -12,7 +12,7 @@ from harvester.engines.moment_existence import MomentExistence
 from harvester.engines.options import MonteCarloOptions, number
 from harvester.engines.protocol import estimate
 from harvester.engines.sampling import agreement, mean_with_errors, power_balance
-from harvester.engines.spice.ledger import gives_power, ledger_doubts, ledger_entries
+from harvester.engines.spice.ledger import gives_power, ledger_entries, ledger_remarks
 from harvester.engines.spice.probed_answer import Watch, with_sampled_probes
 from harvester.engines.spice.runs import Runs
 from harvester.engines.spice.setup import SpiceSetup, stand_in
@@ -38,24 +38,24 @@ def sampled_estimate(
     step, burn_in = setup.device.h / unit, setup.settling / unit
     details = {"step": step, "burn_in": burn_in, "duration": runs.n_steps * step - burn_in}
     details |= {"trajectories": len(runs.done)} | runs.details() | {"warm_up_seconds": runs.warm_up_seconds}
-    doubts, moments = runs.doubts(), runs.moments()
+    remarks, moments = runs.remarks(), runs.moments()
     if setup.resistive and eqs.stop_stiffness is None and eqs.modes is None:  # what the balance holds for
         details["power_balance"], details["power_balance_stderr"] = power_balance(moments, eqs)
     else:
         watts = problem.scales.watts / problem.units.watts
         load_bias = (runs.power().value.bias or 0.0) * problem.units.watts
-        details |= ledger_entries([one.ledger for one in runs.done], watts, load_bias)
+        details |= ledger_entries([run.ledger for run in runs.done], watts, load_bias)
     agreed = agreement(moments) if eqs.is_steady else None
     exact = agreed is not None and agreed.severity == "note"
     v2, power = (
-        dataclasses.replace(one.value, stderr=None)
+        dataclasses.replace(controlled.value, stderr=None)
         if exact
-        else one.value.with_unknown(exists.unknown).with_unknown(setup.unknown)
-        for one in (runs.mean_square_voltage(), runs.power())
+        else controlled.value.with_unknown(exists.unknown).with_unknown(setup.unknown)
+        for controlled in (runs.mean_square_voltage(), runs.power())
     )
     known = setup.biases(runs.tolerance is not None, runs.followed)
-    diagnostics = [*setup.diagnostics, *said, exists.warning, *doubts, known, agreed, stand_in(problem)]
-    seconds, steps = setup.seconds + runs.seconds, sum(one.steps for one in (*runs.done, *runs.coarse))
+    diagnostics = [*setup.diagnostics, *said, exists.warning, *remarks, known, agreed, stand_in(problem)]
+    seconds, steps = setup.seconds + runs.seconds, sum(run.steps for run in (*runs.done, *runs.coarse))
     answer = estimate(name, problem, v2, power, diagnostics, seconds, steps, details, moments.V2)
     return with_sampled_probes(answer, problem, watch, runs) if watch.all else answer
 
@@ -65,14 +65,14 @@ def steady_estimate(
 ) -> Estimate:
     """The answer that a periodic response gives, with its energy ledger, after so many ``seconds`` with compilation."""
     units, last, within = problem.units, steady.last, number(options.within)
-    watts, everything = units.watts / problem.scales.watts, steady.found.values()
+    watts, everything = units.watts / problem.scales.watts, steady.responses.values()
     power, square = steady.value("power"), steady.value("square")
     if power.value + power.known_error95 < 0.0:
         raise gives_power(-power.value)
     details = {"step": steady.first.h / 2**steady.finest / units.frequency}
     details |= motion_details(problem, steady.value, steady.last) | {
         "response_periods": last.turns,
-        "ngspice_periods": sum(one.periods for one in everything),
+        "ngspice_periods": sum(response.periods for response in everything),
     }
     if steady.unknown is None:
         parts = ("step_error", "tolerance_error", "settling_error")
@@ -81,7 +81,7 @@ def steady_estimate(
         [last.ledger], 1.0 / watts, power.known_error95 * watts
     )
     diagnostics = [
-        *ledger_doubts(2 * [last.ledger]),
+        *ledger_remarks(2 * [last.ledger]),
         *record_doubts(problem.equations),
         None if within is None else missed(within, power),
         note("comes_back", periods=last.turns, from_before=steady.continued),
@@ -90,7 +90,7 @@ def steady_estimate(
         stand_in(problem),
     ]
     v2, power = square.scaled(problem.scales.volts**-2), power.scaled(1.0 / problem.scales.watts)
-    seconds, steps = seconds - steady.warm_up_seconds, sum(one.steps for one in everything)
+    seconds, steps = seconds - steady.warm_up_seconds, sum(response.steps for response in everything)
     return estimate(name, problem, v2, power, diagnostics, seconds, steps, details)
 
 
@@ -107,17 +107,17 @@ def motion_details(
 
     ``value`` gives a quantity of the ``last`` of the responses at steps that are halved.
     """
-    units, found = problem.units, dict[str, float]()
+    units, details = problem.units, dict[str, float]()
     names = "displacement", "peak_displacement", "peak_voltage"
     scales = units.length, units.length, units.volts
-    between = 0.0, *(one for _, one in last.peaks)
+    between = 0.0, *(peak for _, peak in last.peaks)
     for key, name, scale, more in zip((DISPLACEMENT, *PEAKS), names, scales, between, strict=True):
-        one = value(name)
-        found[key] = one.value * scale
-        if one.bias is not None and not one.unknown:
-            found[f"{key}_bias"] = (one.bias + (one.model or 0.0) + more) * scale
-    phases = (phase_to_base(one, problem.equations, problem.physical) for one in last.harmonics)
-    return found | dict(zip(PHASES, phases, strict=True))
+        mean = value(name)
+        details[key] = mean.value * scale
+        if mean.bias is not None and not mean.unknown:
+            details[f"{key}_bias"] = (mean.bias + (mean.model or 0.0) + more) * scale
+    phases = (phase_to_base(harmonic, problem.equations, problem.physical) for harmonic in last.harmonics)
+    return details | dict(zip(PHASES, phases, strict=True))
 
 
 def partial_answer(

@@ -26,7 +26,7 @@ def ledger_entries(ledgers: "list[EnergyLedger]", watts: float, load_bias: float
     whole = mean_ledger(ledgers)
     entries = {f"ledger_{name}": value / watts for name, value in vars(whole).items()}
     for name in vars(whole) if len(ledgers) > 1 else ():
-        mean, stderr = mean_and_error(np.array([getattr(one, name) for one in ledgers]) / watts)
+        mean, stderr = mean_and_error(np.array([getattr(ledger, name) for ledger in ledgers]) / watts)
         if stderr > 0.0:
             entries[f"ledger_{name}_stderr"] = Value(mean, stderr, dof=len(ledgers) - 1.0).normal_stderr
     known = {"ledger_load_bias": load_bias} if load_bias else {}
@@ -38,19 +38,19 @@ def gives_power(watts: float) -> SimulationError:
     return SimulationError(f"Rload of the netlist must be above 0 and take power, but gives {watts:.3g} W")
 
 
-def ledger_doubts(ledgers: "list[EnergyLedger]") -> list[Diagnostic]:
+def ledger_remarks(ledgers: "list[EnergyLedger]") -> list[Diagnostic]:
     """Warnings of ledgers that do not close, and of a netlist that gives energy, or goes on storing it.
 
     Each beyond the errors of several runs.
     """
-    residual, error = mean_and_error(np.array([one.residual for one in ledgers]))
+    residual, error = mean_and_error(np.array([ledger.residual for ledger in ledgers]))
     sums_up = open_balance(Value(residual, error, dof=len(ledgers) - 1.0))
-    found = [] if sums_up is None else [sums_up]
-    load = abs(float(np.mean([one.load for one in ledgers])))
-    given, error = mean_and_error(-np.array([one.circuit for one in ledgers]))
+    remarks = [] if sums_up is None else [sums_up]
+    load = abs(float(np.mean([ledger.load for ledger in ledgers])))
+    given, error = mean_and_error(-np.array([ledger.circuit for ledger in ledgers]))
     if given - SURE * error > GIVEN * load:
-        found.append(warning("netlist_gives", share=given / load))
-    stored, error = mean_and_error(np.array([one.stored for one in ledgers]))
+        remarks.append(warning("netlist_gives", share=given / load))
+    stored, error = mean_and_error(np.array([ledger.stored for ledger in ledgers]))
     if stored - SURE * error > STORED * load:
-        found.append(warning("netlist_stores", share=stored / load))
-    return found
+        remarks.append(warning("netlist_stores", share=stored / load))
+    return remarks

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.engines.spice.ledger import gives_power, ledger_doubts
+from harvester.engines.spice.ledger import gives_power, ledger_remarks
 from harvester.engines.spice.setup import SpiceSetup
 from harvester.equations.impact_order import step_order
 from harvester.presentation.diagnostic import Diagnostic
@@ -50,16 +50,16 @@ class RunMeans:
 
     def mean_square_voltage(self) -> Controlled:
         """E[V^2], nondimensional."""
-        return self._estimate("V2", np.concatenate([one.moments.V2 for one in self.done]), 1.0)
+        return self._estimate("V2", np.concatenate([run.moments.V2 for run in self.done]), 1.0)
 
     def power(self) -> Controlled:
         """E[P], nondimensional: of the load resistor beta mu E[V^2], of a netlist what Rload takes in ngspice."""
         device = self.setup.device
         beta, mu = device.eqs.beta or 0.0, device.eqs.mu or 0.0
         if self.setup.resistive:
-            found, size = self.mean_square_voltage(), beta * mu
-            return dataclasses.replace(found, value=found.value.scaled(size), residual=found.residual * size**2)
-        high = np.concatenate([one.load_power for one in self.done]) / device.scales.watts
+            square, size = self.mean_square_voltage(), beta * mu
+            return dataclasses.replace(square, value=square.value.scaled(size), residual=square.residual * size**2)
+        high = np.concatenate([run.load_power for run in self.done]) / device.scales.watts
         return self._estimate("load", high, beta)
 
     def _estimate(self, name: str, high: Floats, factor: float) -> Controlled:
@@ -71,15 +71,15 @@ class RunMeans:
             mean, variance = float(entries.mean()), float(entries.var(ddof=1))
             value = Value(mean, math.sqrt(variance / len(entries)), self._step_bias(name, mean), dof=len(entries) - 1.0)
             return Controlled(self._with_tolerance(value, name), variance, 0.0, 0.0)
-        low = factor * np.concatenate([getattr(one.control, name) for one in self.done])
+        low = factor * np.concatenate([getattr(run.control, name) for run in self.done])
         mean_of_low = Value(*pair.mean(name), pair.largest_bias(name)).scaled(factor)
         if self.setup.short:
-            found = differing(high, low, mean_of_low, self.setup.difference[name])
+            estimate = differing(high, low, mean_of_low, self.setup.difference[name])
         elif explained is None:
-            found = controlled(high, low, mean_of_low, controls, self.blocks)
+            estimate = controlled(high, low, mean_of_low, controls, self.blocks)
         else:
-            found = explained_and_controlled(high, low, mean_of_low, factor * explained, self.blocks)
-        return dataclasses.replace(found, value=self._with_tolerance(found.value, name))
+            estimate = explained_and_controlled(high, low, mean_of_low, factor * explained, self.blocks)
+        return dataclasses.replace(estimate, value=self._with_tolerance(estimate.value, name))
 
     def _step_bias(self, name: str, mean: float) -> float | None:
         """The bias of the step of a mean, by the cheap model or by runs at twice the step; None where none tells it."""
@@ -97,7 +97,7 @@ class RunMeans:
         With a circuit of ideal elements, which has the same ones, that is their sum with the weights that explain that
         circuit's moment: its many trajectories know them better than the runs' few blocks.
         """
-        known = [one.moments.controls for one in self.done if one.moments.controls is not None]
+        known = [run.moments.controls for run in self.done if run.moments.controls is not None]
         if not known:
             return None, None
         controls, pair = np.vstack(known), self.setup.pair
@@ -116,7 +116,7 @@ class RunMeans:
 
     def moments(self) -> "Moments":
         """Of all ngspice runs, one entry each."""
-        first, *others = (one.moments for one in self.done)
+        first, *others = (run.moments for run in self.done)
         return sum(others, first).averaged(self.blocks)
 
     def details(self) -> dict[str, float]:
@@ -124,15 +124,15 @@ class RunMeans:
         pair = self.setup.pair
         if not self.paired or pair is None:
             return {}
-        found = self.power()
+        power = self.power()
         return {
-            "control_weight": found.weight,
-            "control_correlation": found.correlation,
+            "control_weight": power.weight,
+            "control_correlation": power.correlation,
             "ensemble_trajectories": float(pair.trajectories.count),
             "ensemble_steps": float(pair.steps),
         }
 
-    def doubts(self) -> list[Diagnostic]:
+    def remarks(self) -> list[Diagnostic]:
         """Warnings of a netlist that gives energy, or goes on storing it.
 
         Raises SimulationError where the load gives power, beyond its error.
@@ -140,7 +140,7 @@ class RunMeans:
         power = self.power().value
         if power.value + power.known_error95 < 0.0:
             raise gives_power(-power.value * self.setup.device.scales.watts)
-        return ledger_doubts([one.ledger for one in self.done])
+        return ledger_remarks([run.ledger for run in self.done])
 
 
 def largest_step_bias(
@@ -156,18 +156,18 @@ def largest_step_bias(
     blocks = len(fine[0].load_power)
     rough, ours = (_entries(name, several, watts) for several in (coarse, fine))
     entries = controlled_entries(rough - ours, _side_by_side(fine, coarse), blocks) / (2.0**order - 1.0)
-    found = Value(*mean_and_error(entries), dof=len(entries) - 1.0)
-    return abs(found.value) + found.sampling95
+    bias = Value(*mean_and_error(entries), dof=len(entries) - 1.0)
+    return abs(bias.value) + bias.sampling95
 
 
 def _entries(name: str, several: "Sequence[TrajectoryMeans]", watts: float) -> Floats:
     """One entry a block of every run, nondimensional."""
     if name == "load":
-        return np.concatenate([one.load_power for one in several]) / watts
-    return np.concatenate([one.moments.V2 for one in several])
+        return np.concatenate([run.load_power for run in several]) / watts
+    return np.concatenate([run.moments.V2 for run in several])
 
 
 def _side_by_side(*both: "Sequence[TrajectoryMeans]") -> Floats | None:
     """The controls of all, those of each member in columns of its own; None where there are none."""
-    columns = [[one.moments.controls for one in several if one.moments.controls is not None] for several in both]
+    columns = [[run.moments.controls for run in several if run.moments.controls is not None] for several in both]
     return np.hstack([np.vstack(several) for several in columns]) if all(columns) else None

@@ -47,9 +47,9 @@ def watch_of(problem: Problem, probe: str | Sequence[str], ledger: bool) -> Watc
         raise InputError("`ledger` must go with a netlist, whose elements it tells, but the load is a resistance")
     assert problem.circuit is not None, "the engine refuses an open circuit"
     parts = element_powers(problem.circuit) if ledger else {}
-    found = tuple((name, tuple(some)) for name, some in parts.items())
+    of_elements = tuple((name, tuple(some)) for name, some in parts.items())
     names = [probe] if isinstance(probe, str) else probe
-    return Watch(read_probes(names, problem.circuit), found)
+    return Watch(read_probes(names, problem.circuit), of_elements)
 
 
 def with_probes(
@@ -59,15 +59,15 @@ def with_probes(
 
     ``window`` is the time that they cover, in the scene's unit.
     """
-    probes, details, places = {}, dict(answer.details), iter(columns)
+    probes, details, of_probes = {}, dict(answer.details), iter(columns)
     for probe in watch.probes:
-        scale, found = 1.0 / problem.in_circuit(probe.unit), next(places)
+        scale, means_of = 1.0 / problem.in_circuit(probe.unit), next(of_probes)
         unit = probe.unit if problem.physical else ""
-        mean, least, largest = (found[column].scaled(scale) for column in (MEAN, LEAST, LARGEST))
-        probes[probe.name] = ProbeMeans(unit, window, mean, found[SQUARE].root().scaled(scale), least, largest)
+        mean, least, largest = (means_of[column].scaled(scale) for column in (MEAN, LEAST, LARGEST))
+        probes[probe.name] = ProbeMeans(unit, window, mean, means_of[SQUARE].root().scaled(scale), least, largest)
     watts, taken = problem.in_circuit("W"), 0.0
     for name, some in watch.parts:
-        means = [next(places)[MEAN] for _ in some]
+        means = [next(of_probes)[MEAN] for _ in some]
         value = sum(mean.value for mean in means) / watts
         details[f"{PART}{name}"] = value
         if all(mean.error95 is not None for mean in means):  # errors of several may be of one sign
@@ -75,9 +75,9 @@ def with_probes(
         taken += value
     if watch.parts and "ledger_circuit" in details:
         details["ledger_circuit_rest"] = details["ledger_circuit"] - taken
-    unknown = dict.fromkeys(one.mean.unknown for one in probes.values() if one.mean.unknown)
-    told = [warning("error_unknown", ", ".join(probes), part=part) for part in unknown]
-    return dataclasses.replace(answer, details=details, probes=probes, diagnostics=(*answer.diagnostics, *told))
+    unknown = dict.fromkeys(probe.mean.unknown for probe in probes.values() if probe.mean.unknown)
+    warnings = [warning("error_unknown", ", ".join(probes), part=part) for part in unknown]
+    return dataclasses.replace(answer, details=details, probes=probes, diagnostics=(*answer.diagnostics, *warnings))
 
 
 def with_sampled_probes(answer: Estimate, problem: Problem, watch: Watch, runs: "Runs") -> Estimate:
@@ -91,12 +91,12 @@ def with_sampled_probes(answer: Estimate, problem: Problem, watch: Watch, runs: 
 
     from harvester.cosimulation.same_motion import sizes_of_probes
 
-    rows = np.array([one.probed for one in runs.done])
+    rows = np.array([run.probed for run in runs.done])
     mean, bias = rows.mean(axis=0), np.zeros((len(watch.all), 4))
     unknown = " and ".join([STEP] * (not runs.followed) + [TOLERANCE] * (runs.probed_tolerance is None))
     if not unknown:
         assert runs.probed_tolerance is not None, "it is known"
-        coarse = np.array([one.probed for one in runs.coarse])
+        coarse = np.array([run.probed for run in runs.coarse])
         low = 1.0 / (2.0 ** step_order(problem.equations) - 1.0)
         change = (coarse - rows[: len(coarse)]) * np.array([low, low, 1.0, 1.0])
         spread = stdtrit(len(coarse) - 1.0, 0.975) * change.std(axis=0, ddof=1) / math.sqrt(len(coarse))
@@ -123,8 +123,8 @@ def _steady_value(steady: "Steady", probe: int, column: int) -> Value:
     """One number of a periodic response; see `harvester.engines.spice.steady.Steady.errors`."""
 
     def at(halvings: int, tenths: int) -> float | None:
-        found = steady.found.get((halvings, tenths))
-        return None if found is None or found.probed is None else float(found.probed[probe, column])
+        response = steady.responses.get((halvings, tenths))
+        return None if response is None or response.probed is None else float(response.probed[probe, column])
 
     finest, tenths = steady.finest, steady.tenths
     values = [value for k in range(finest - 2, finest + 1) if (value := at(k, tenths)) is not None]

@@ -88,8 +88,8 @@ class Runs(RunMeans):
         starts = setup.starts and [setup.starts[(before + k) % len(setup.starts)] for k in range(count)]
         given = setup.device, seeds, self.n_steps, setup.settling, self.paired, self.deadline, self.blocks, starts
         try:
-            for k, one in enumerate(worker.measure_in_workers(*given)):
-                self.done.append(one)
+            for k, means in enumerate(worker.measure_in_workers(*given)):
+                self.done.append(means)
                 if self.progress is not None:
                     self.progress((k + 1) / count)
             self._run_coarse(seeds, starts)
@@ -98,11 +98,11 @@ class Runs(RunMeans):
         self.ngspice_seconds += time.perf_counter() - begin
         self.seconds += time.perf_counter() - begin
 
-    def _stop_early(self, asked: int, error: OutOfTimeError) -> None:
+    def _stop_early(self, requested: int, error: OutOfTimeError) -> None:
         """Use the runs that have ended, or raise the error where they are fewer than two."""
         ended = len(self.done)
         alone = self.paired and 2 <= ended < fewest_pairs(LOOSE, self.blocks)
-        said = warning("runs_ended", ended=ended, asked=asked, paired=alone)
+        said = warning("runs_ended", ended=ended, asked=requested, paired=alone)
         if ended < 2:
             error.args = (f"{error}; {said}, and 2 are needed",)
             raise error
@@ -152,8 +152,8 @@ class Runs(RunMeans):
                 raise
             setup.diagnostics.append(warning("tolerance_not_measured", error=str(error)))
         else:
-            self.tolerance = {name: max(abs(one[name]) for one, _ in both) for name in both[0][0]}
-            self.probed_tolerance = np.max([np.abs(one) for _, one in both], axis=0)
+            self.tolerance = {name: max(abs(difference[name]) for difference, _ in both) for name in both[0][0]}
+            self.probed_tolerance = np.max([np.abs(difference) for _, difference in both], axis=0)
         self.seconds += time.perf_counter() - begin
 
     def extend(self, duration: float) -> None:
@@ -182,15 +182,15 @@ class Runs(RunMeans):
 
         Less than a pair is asked for as one, where nothing else is.
         """
-        found = self.power()
-        variance = target.variance(found.value)
+        power = self.power()
+        variance = target.variance(power.value)
         if variance == 0.0:  # a larger ensemble knows the bias no better: it was asked for before the first run
-            return self._too_large_a_bias(found.value, target)
-        pairs, longer = self.effort(found, variance)
+            return self._too_large_a_bias(power.value, target)
+        pairs, longer = self.effort(power, variance)
         seconds = pairs * self.cost + longer * self.rate
         share = min(target.seconds_left / seconds, 1.0)
         if share < 0.02:
-            return warning("target_missed", **target.shortfall(found.value))
+            return warning("target_missed", **target.shortfall(power.value))
         if pairs >= 1.0 or longer <= 0.0:
             self.run_batch(max(2 * round(0.5 * share * pairs), 2))
         if longer > 0.0:
@@ -207,15 +207,15 @@ class Runs(RunMeans):
             return warning("needs_smaller_dt", within=target.within)
         return warning("target_missed", **target.shortfall(value))
 
-    def effort(self, found: Controlled, variance: float) -> tuple[float, float]:
+    def effort(self, power: Controlled, variance: float) -> tuple[float, float]:
         """(further runs, further time of the cheap model) for a variance of the power, as cheap as may be."""
         now, pair = float(len(self.done)), self.setup.pair
         if not self.paired or pair is None:
-            return added_effort(now, found.residual / variance), 0.0
-        spread = max((found.value.stderr or 0.0) ** 2 - found.residual / now, 0.0) * pair.duration
-        runs, duration = split(variance, found.residual, self.cost, spread, self.rate)
-        dof = found.value.dof and min(max(runs, now), 1e6) - 2.0  # of more runs, whose quantile is smaller
-        ratio = (found.value.quantile / dataclasses.replace(found.value, dof=dof).quantile) ** 2
+            return added_effort(now, power.residual / variance), 0.0
+        spread = max((power.value.stderr or 0.0) ** 2 - power.residual / now, 0.0) * pair.duration
+        runs, duration = split(variance, power.residual, self.cost, spread, self.rate)
+        dof = power.value.dof and min(max(runs, now), 1e6) - 2.0  # of more runs, whose quantile is smaller
+        ratio = (power.value.quantile / dataclasses.replace(power.value, dof=dof).quantile) ** 2
         runs, duration = runs / ratio, duration / ratio
         more = added_effort(now, runs) if runs > now else 0.0
         return more, added_effort(pair.duration, duration) if duration > pair.duration or more == 0.0 else 0.0

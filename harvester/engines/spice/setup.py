@@ -2,6 +2,7 @@
 
 import math
 import time
+from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
@@ -55,8 +56,8 @@ class SpiceSetup:
         """The same, with a capacitance from each node to ground, of the piezo's (0: none), which is told."""
         if not shunt:
             return self
-        told = warning("shunted", share=shunt, capacitance=shunt * self.device.scales.capacitance)
-        return replace(self, device=replace(self.device, shunt=shunt), diagnostics=[*self.diagnostics, told])
+        diagnostic = warning("shunted", share=shunt, capacitance=shunt * self.device.scales.capacitance)
+        return replace(self, device=replace(self.device, shunt=shunt), diagnostics=[*self.diagnostics, diagnostic])
 
     @property
     def short(self) -> bool:
@@ -107,8 +108,8 @@ class SpiceSetup:
         from harvester.mechanics.ensemble.trajectories import MOST_STEPS
 
         if duration > MOST_STEPS * self.device.h:
-            found = f"{duration / self.device.h:.3g} steps"
-            raise invalid("`duration`", f"be at most {MOST_STEPS:.0e} steps", found)
+            length = f"{duration / self.device.h:.3g} steps"
+            raise invalid("`duration`", f"be at most {MOST_STEPS:.0e} steps", length)
         device, repeat = self.device, self.device.eqs.shaking_period
         whole = math.lcm(device.stride, 2) if repeat is None else round(repeat / device.h)
         return math.ceil((self.settling + duration) / device.h / whole - 1e-6) * whole
@@ -134,27 +135,9 @@ def set_up(
 
     MissingProgramError when ngspice is not installed.
     """
-    from harvester.cosimulation.worker_pool import end_those_ahead
-
-    try:
-        return _set_up(problem, options, reltol, gaussian, settled, probes)
-    except BaseException:
-        end_those_ahead()
-        raise
-
-
-def _set_up(
-    problem: Problem,
-    options: MonteCarloOptions,
-    reltol: float,
-    gaussian: bool,
-    settled: bool,
-    probes: tuple[Probe, ...],
-) -> SpiceSetup:
-    """`set_up`, beside a worker that compiles."""
     from harvester.circuits.compiled_circuit import TYPICAL, CompiledCircuit
     from harvester.cosimulation.ngspice.locate_libngspice import find_library
-    from harvester.cosimulation.runs import CoupledDevice, compile_beforehand
+    from harvester.cosimulation.runs import CoupledDevice, compiled_beforehand
     from harvester.mechanics.ensemble.burn_in import CHARGING_TIMES
 
     find_library()
@@ -165,11 +148,11 @@ def _set_up(
     ideal, twin, short = cheap_circuit(problem, options, charging, settled and not probes)
     ngspice_rule = unknown_to(RULE).isdisjoint(problem.effects) and eqs.mu is not None
     begin = time.perf_counter()
-    if isinstance(ideal, CompiledCircuit):
-        compile_beforehand(CoupledDevice(eqs, scales, circuit, TYPICAL, 2, ideal=ideal))
-    pilot, compilation_seconds = pilot_of(problem, options, twin, ngspice_rule)
-    begin += compilation_seconds  # which are not counted
-    diagnostics = _burn_in(pilot, problem, number(options.budget))
+    device = CoupledDevice(eqs, scales, circuit, TYPICAL, 2, ideal=ideal)
+    with compiled_beforehand(device) if isinstance(ideal, CompiledCircuit) else nullcontext():
+        pilot, compilation_seconds = pilot_of(problem, options, twin, ngspice_rule)
+        begin += compilation_seconds  # which are not counted
+        diagnostics = _burn_in(pilot, problem, number(options.budget))
     from_rest = _whole_periods(max(_settled_after(pilot), min(charging, LONGEST_CHARGING)), repeat)
     if charging > LONGEST_CHARGING:
         diagnostics.append(warning("charging_cut_short", time=from_rest / unit, storage=circuit.storage))
@@ -222,8 +205,8 @@ def _difference(
     if starts is None:
         return {}
     enough = NEAR * (number(options.within) or LOOSE)
-    found = difference_from_ngspice(problem, h, starts, settling, options, HALF * enough)
-    return found if found.get("load", 1.0) < enough else {}
+    difference = difference_from_ngspice(problem, h, starts, settling, options, HALF * enough)
+    return difference if difference.get("load", 1.0) < enough else {}
 
 
 def _settled_after(pilot: "Trajectories") -> float:

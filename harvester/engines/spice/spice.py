@@ -139,18 +139,18 @@ class Spice(MonteCarloOptions, Engine):
 
         Raises MissingProgramError, which is no fault of a scene.
         """
-        found, near = list[Estimate | HarvesterError](), None
+        answers, near = list[Estimate | HarvesterError](), None
         for scene in scenes:
             try:
                 problem = Problem.of(scene)
                 answer, near = self._run(problem, near if self.continues(problem) else None)
-                found.append(answer)
+                answers.append(answer)
             except MissingProgramError:
                 raise
             except HarvesterError as error:
-                found.append(error)
+                answers.append(error)
                 near = None
-        return found
+        return answers
 
     def _run(
         self, problem: Problem, near: Steady | None, progress: Progress | None = None
@@ -166,8 +166,8 @@ class Spice(MonteCarloOptions, Engine):
         self, scene: AnyScene, near: "Neighbour | None", progress: Progress | None = None, judged: bool = True
     ) -> "tuple[Estimate, Neighbour | None]":
         """As `run_near`, and where the response of the longest step begins."""
-        found, steady = self.run_near(scene, near, progress)
-        return found, None if steady is None else steady.found[0, 0]
+        answer, steady = self.run_near(scene, near, progress)
+        return answer, None if steady is None else steady.responses[0, 0]
 
     def run_near(
         self, scene: AnyScene, near: "Steady | Neighbour | None", progress: Progress | None = None
@@ -183,8 +183,8 @@ class Spice(MonteCarloOptions, Engine):
         if one_mode and problem.equations.is_steady and self.trajectories is None and self.duration is None:
             steady = steady_response(self, problem, self.reltol, progress, watch.all, near)
             if steady is not None:
-                found = steady_estimate(self, self.NAME, problem, steady, time.perf_counter() - begin)
-                return with_steady_probes(found, problem, watch, steady) if watch.all else found, steady
+                answer = steady_estimate(self, self.NAME, problem, steady, time.perf_counter() - begin)
+                return with_steady_probes(answer, problem, watch, steady) if watch.all else answer, steady
             said.append(note("not_periodic"))
         searched, code = time.perf_counter() - begin, machine_code()
         setup = set_up(problem, self, self.reltol, self.gaussian, self.SETTLED and not self.alone, watch.all)

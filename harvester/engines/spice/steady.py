@@ -39,7 +39,7 @@ LITTLE, NEIGHBOURS = 0.02, 8  # of the error asked for: a tolerance's part that 
 class Steady:
     """A periodic response at several steps and tolerances of ngspice.
 
-    ``found`` has it by how often the step was halved and the tolerance divided by ten.  The mean is that of the
+    ``responses`` has it by how often the step was halved and the tolerance divided by ten.  The mean is that of the
     tolerance ``tenths``, at the last three steps there are for it; the finest of them is there for the next tolerance,
     too.  ``first`` is the device of the longest step, which may be halved ``halvings`` times, and of the largest
     tolerance; ``within`` is the relative error to work towards; ``unknown`` says why the error is not known, where it
@@ -52,7 +52,7 @@ class Steady:
     halvings: int
     deadline: float
     within: float = WITHIN
-    found: "dict[tuple[int, int], PeriodicResponse]" = field(default_factory=dict)
+    responses: "dict[tuple[int, int], PeriodicResponse]" = field(default_factory=dict)
     tenths: int = 0
     unknown: Diagnostic | None = None
     continued: bool = False
@@ -74,12 +74,12 @@ class Steady:
     @property
     def finest(self) -> int:
         """How often the step was halved, at most, at the tolerance that counts."""
-        return max(halvings for halvings, tenths in self.found if tenths == self.tenths)
+        return max(halvings for halvings, tenths in self.responses if tenths == self.tenths)
 
     @property
     def last(self) -> "PeriodicResponse":
         """The response at the finest step."""
-        return self.found[self.finest, self.tenths]
+        return self.responses[self.finest, self.tenths]
 
     def begin(self, near: "Neighbour | None", origin: "Origin | None" = None) -> bool:
         """Find the response from ``origin`` (None: rest), or the one that ``near`` leads to; whether one comes back.
@@ -100,16 +100,16 @@ class Steady:
             self.first = dataclasses.replace(self.first, trapezoidal=trapezoidal)
             given = self.first, origin, self.deadline, self.enough, start_near
             try:
-                found = next(map_in_workers(periodic_response, [given]))
+                response = next(map_in_workers(periodic_response, [given]))
             except OutOfTimeError as error:
                 error.so_far = error.so_far or so_far
                 raise
             except CircuitError as error:  # it may be a state on the way that ngspice cannot begin with: a run tells
                 so_far = error.so_far
                 continue
-            if found is not None:
-                self.found[0, 0] = found
-            return found is not None
+            if response is not None:
+                self.responses[0, 0] = response
+            return response is not None
         return False
 
     def continue_to(self, settings: list[tuple[int, int]]) -> None:
@@ -127,7 +127,7 @@ class Steady:
                 if response is None:
                     self.unknown = _unknown("lost")
                     return
-                self.found[setting] = response
+                self.responses[setting] = response
         except OutOfTimeError:
             self.unknown = _unknown("budget")
         except CircuitError as error:
@@ -138,11 +138,11 @@ class Steady:
 
         Without such a neighbour it is the last one here.
         """
-        there = None if self.near is None else self.near.found.get(setting)
+        there = None if self.near is None else self.near.responses.get(setting)
         if there is None or self.near is None:
             return self.last
-        since, now = self.near.found[0, 0], self.found[0, 0]
-        if there.turns != now.turns or max(abs(one.phase - now.phase) for one in (there, since)) > SAME_PHASE:
+        since, now = self.near.responses[0, 0], self.responses[0, 0]
+        if there.turns != now.turns or max(abs(near.phase - now.phase) for near in (there, since)) > SAME_PHASE:
             return self.last
         if there.section.nodes.keys() != now.section.nodes.keys():
             return self.last
@@ -163,12 +163,13 @@ class Steady:
     def errors(self, name: str) -> tuple[float, tuple[float, float, float]]:
         """The ``power``, ``square`` or ``displacement``, and its errors: of step, ngspice's tolerance and settling."""
         finest, tenths = self.finest, self.tenths
-        three = [self.found[k, tenths] for k in range(finest - 2, finest + 1)]
-        values = [float(getattr(one, name)) for one in three]
+        three = [self.responses[k, tenths] for k in range(finest - 2, finest + 1)]
+        values = [float(getattr(response, name)) for response in three]
         value, step = limit(values)
-        lefts = [float(one.left[0 if name == "power" else 1]) * abs(v) for one, v in zip(three, values, strict=True)]
+        which = 0 if name == "power" else 1
+        lefts = [float(response.left[which]) * abs(v) for response, v in zip(three, values, strict=True)]
         left = (4.0 * lefts[-1] + lefts[-2]) / 3.0  # as the limit weighs them
-        tighter = self.found.get((finest, tenths + 1))
+        tighter = self.responses.get((finest, tenths + 1))
         change = 0.0 if tighter is None else float(getattr(tighter, name)) - values[-1]
         tolerance = self.remains * abs(change) if self.reused is None else self.reused[0] * abs(value)
         return value + change, (step, tolerance, left)
@@ -192,7 +193,7 @@ class Steady:
         self.continue_to([(2, 0), (2, 1)])
         if self.unknown:
             return None
-        rough, fine = (self.found[2, tenths].power for tenths in (0, 1))
+        rough, fine = (self.responses[2, tenths].power for tenths in (0, 1))
         if (
             self.remains * abs(fine - rough) < BORNE * self.within * abs(fine)
             or self.first.reltol * TENTH**2 < TIGHTEST
@@ -205,11 +206,11 @@ class Steady:
         """Halve the step, or go on to the next tolerance, whichever makes the larger error; whether there is one."""
         _, (step, tolerance, _) = self.errors("power")
         finest, tenths = self.finest, self.tenths
-        before, finer = dict(self.found), finest < self.halvings
-        tighter = (finest, tenths + 1) in self.found
+        before, finer = dict(self.responses), finest < self.halvings
+        tighter = (finest, tenths + 1) in self.responses
         if tighter and self.first.reltol * TENTH ** (tenths + 2) > TIGHTEST and (tolerance > step or not finer):
             top = min(finest + (step > 0.25 * tolerance), self.halvings)
-            row = [(k, tenths + 1) for k in range(top - 2, top + 1) if (k, tenths + 1) not in self.found]
+            row = [(k, tenths + 1) for k in range(top - 2, top + 1) if (k, tenths + 1) not in self.responses]
             self.continue_to([*row, (top, tenths + 2)])
             tenths += 1
         elif finer:
@@ -217,7 +218,7 @@ class Steady:
         else:
             return False
         if self.unknown:  # what was known before is known all the same
-            self.found, self.unknown = before, None
+            self.responses, self.unknown = before, None
             return False
         self.tenths = tenths
         return True

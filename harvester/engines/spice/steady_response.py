@@ -57,7 +57,7 @@ def steady_response(
         steady.deadline = time.monotonic() + max(budget - start, RUNNING * budget)
     if isinstance(near, Steady):
         steady.near, near.near = near, None  # of a long way no more is kept
-    if not steady.begin(near.found[0, 0] if isinstance(near, Steady) else near):
+    if not steady.begin(near.responses[0, 0] if isinstance(near, Steady) else near):
         return None if near is None else steady_response(options, problem, reltol, progress, probes)
     steady.make_precise(progress)
     return steady
@@ -80,7 +80,7 @@ def steps_in_period(eqs: Equations, dt: float | None) -> tuple[float, int]:
 
     period = eqs.shaking_period
     if dt is None:
-        dt = STEP / typical_frequency(eqs, max(place**2 for place in eqs.resting_places))
+        dt = STEP / typical_frequency(eqs, max(position**2 for position in eqs.resting_places))
         return whole_steps(dt, period), HALVINGS
     h = whole_steps(dt, period)
     assert period is not None, "the drive is steady"

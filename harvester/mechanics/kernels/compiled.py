@@ -17,7 +17,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Future, wait
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -186,7 +186,7 @@ def c_function(signature: Any, later: bool = False) -> Callable[[Callable[..., A
         with _own_cache(function) as cached:
             return numba.cfunc(signature, cache=cached, **COMPILER, **FLAGS)(function)
 
-    return (lambda function: LaterFunction(function, compiled)) if later else compiled
+    return partial(LaterFunction, compiled) if later else compiled
 
 
 class LaterFunction:
@@ -195,10 +195,10 @@ class LaterFunction:
     ``elsewhere`` is a job of another process that compiles it meanwhile, for the cache that both share.
     """
 
-    def __init__(self, function: Callable[..., Any], compiled: Callable[[Callable[..., Any]], Any]) -> None:
+    def __init__(self, compiled: Callable[[Callable[..., Any]], Any], function: Callable[..., Any]) -> None:
         self.function, self._compiled, self._lock = function, compiled, threading.Lock()
-        self.elsewhere: Future[Any] | None = None
-        self._address: int | None = None
+        self._address, self.elsewhere = 0, Future[Any]()
+        self.elsewhere.set_result(None)
 
     @property
     def is_cached(self) -> bool:
@@ -209,15 +209,14 @@ class LaterFunction:
     @property
     def waits(self) -> bool:
         """Whether another process is still at it."""
-        return self._address is None and self.elsewhere is not None and not self.elsewhere.done()
+        return not (self._address or self.elsewhere.done() or self.is_cached)
 
     @property
     def address(self) -> int:
         """The address, which threads ask for side by side and one makes."""
         with self._lock:
-            if self._address is None:
-                if self.elsewhere is not None:
-                    wait([self.elsewhere], LONGEST_WAIT)  # where it fails there, it is compiled here
+            if not self._address:
+                wait([self.elsewhere] * self.waits, LONGEST_WAIT)  # where it fails there, it is compiled here
                 self._address = int(self._compiled(self.function).address)
             return self._address
 
