@@ -18,18 +18,18 @@ def table(live: Live, runs: list[dict[str, Any]]) -> SweepTable:
     """
     rows = []
     for curve in live.curves.values() if not live.instead else ():
-        rows += [SweepRow.answered(one).at({live.key: _place(x)}) for x, one in curve.answers.items()]
-    rows += [SweepRow.read(run["row"]).at({live.key: _place(run["x"])}) for run in runs if run["own"]]
+        rows += [SweepRow.answered(estimate).at({live.key: _rounded(x)}) for x, estimate in curve.answers.items()]
+    rows += [SweepRow.read(run["row"]).at({live.key: _rounded(run["x"])}) for run in runs if run["own"]]
     if not rows:
         raise SimulationError("there is no answer of this circuit yet to be drawn: run 'ideal' or 'spice' first")
-    places = sorted({row.varied[live.key] for row in rows})
-    about = provenance(live.problem, points="grid", vary={live.key: places}, engines={row.engine: {} for row in rows})
+    values = sorted({row.varied[live.key] for row in rows})
+    about = provenance(live.problem, points="grid", vary={live.key: values}, engines={row.engine: {} for row in rows})
     about["command"] = ["explore"]
-    points = [places.index(row.varied[live.key]) for row in rows]
-    return SweepTable((Axis(live.key, tuple(places)),), tuple(rows), points, False, about)
+    points = [values.index(row.varied[live.key]) for row in rows]
+    return SweepTable((Axis(live.key, tuple(values)),), tuple(rows), points, False, about)
 
 
-def _place(x: float) -> float:
+def _rounded(x: float) -> float:
     """A value of the key with the digits by which a run is found on a curve."""
     return float(f"{x:.9g}")
 
