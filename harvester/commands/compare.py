@@ -42,5 +42,5 @@ def compare(output: Output, lifetime: str | None, engines: tuple[str, ...], **op
         result,
         ("compare.csv", "compare.png", "provenance.json"),
         lambda report: report.of_comparison(scene, result, seed, largest),
-        further={"extremes": largest} if largest else {},
+        beside={"extremes": largest} if largest else {},
     )

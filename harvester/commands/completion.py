@@ -25,7 +25,7 @@ def scene_keys(context: click.Context, parameter: click.Parameter, incomplete: s
     """The keys of scene files, with what each means; after the = there is nothing to offer."""
     from harvester.scene.keys import keys
 
-    return _starting(incomplete, {f"{one.table}.{one.name}": one.meaning for one in keys()})
+    return _starting(incomplete, {f"{key.table}.{key.name}": key.meaning for key in keys()})
 
 
 def example_names(context: click.Context, parameter: click.Parameter, incomplete: str) -> Items:

@@ -64,4 +64,4 @@ def design(output: Output, circuits: str | None, chips: str | None, **options: A
 
 
 def _names(text: str | None) -> list[str] | None:
-    return None if text is None else [one.strip() for one in text.split(",") if one.strip()]
+    return None if text is None else [part.strip() for part in text.split(",") if part.strip()]

@@ -81,10 +81,10 @@ def examine_netlist(file: str) -> Iterator[str]:
     from harvester.scene.load import Load
     from harvester.scene.toml import load as load_scene
 
-    asked = Load(netlist=file if "/" in file else f"./{file}") if file.endswith(".cir") else load_scene(file).load
-    if asked is None or asked.netlist is None:
+    load = Load(netlist=file if "/" in file else f"./{file}") if file.endswith(".cir") else load_scene(file).load
+    if load is None or load.netlist is None:
         raise InputError(f"`file` must be a netlist, FILE.cir, or a scene with one, but {shown(file)} has none")
-    parts = {part.name: part for part in parts_of(load_circuit(asked, CAPACITANCE))}
+    parts = {part.name: part for part in parts_of(load_circuit(load, CAPACITANCE))}
     served = 0
     for name, why in unserved_parts(parts):
         served += not why

@@ -28,9 +28,9 @@ def examples(name: str | None, out: str | None, as_json: bool) -> None:
     if name is None:
         if out is not None:
             raise InputError("NAME must be given with --out, but is left out: 'harvester examples' lists them")
-        titles = {one: tomllib.loads(path.read_text()).get("title", "") for one, path in scenes.items()}
+        titles = {scene_name: tomllib.loads(path.read_text()).get("title", "") for scene_name, path in scenes.items()}
         width = max(map(len, titles))
-        lines = [f"{one:<{width}}  {title}" for one, title in titles.items()]
+        lines = [f"{scene_name:<{width}}  {title}" for scene_name, title in titles.items()]
         click.echo(json.dumps(titles) if as_json else "\n".join(lines))
         return
     if name not in scenes:

@@ -24,6 +24,6 @@ def export(path: str, out: str, name: str | None, duration: str | None, seed: in
     from harvester.devices.export import export as write
     from harvester.scene.toml import load
 
-    found = write(load(path), out, name, duration, seed)
-    click.echo(f"subcircuit {found}: the first lines of the file say how it is used")
+    subcircuit = write(load(path), out, name, duration, seed)
+    click.echo(f"subcircuit {subcircuit}: the first lines of the file say how it is used")
     click.echo(f"written: {out}")

@@ -62,18 +62,18 @@ def identify(
         folder(path.parent)
         check(path, force)
     page = report_file(report, None if path is None else str(path.parent))
-    found = study(names, pairs_of("--known", known, "be KEY=VALUE, such as mass='12 g'"))
+    result = study(names, pairs_of("--known", known, "be KEY=VALUE, such as mass='12 g'"))
     title = "Identified from " + ", ".join(Path(name).name for name in names)
-    echo_answer(found, as_json)
+    echo_answer(result, as_json)
     if path is not None:
         from harvester import figures
 
-        scene_file.write(path, found, title, force)
-        figures.save(found.plot(title), path.parent, f"{path.stem}_fit")
+        scene_file.write(path, result, title, force)
+        figures.save(result.plot(title), path.parent, f"{path.stem}_fit")
         if not as_json:
             click.echo(f"written: {path}, {path.with_name(path.stem + '_fit.png').name}, {NAME}")
-            if scene_file.is_whole(found):
+            if scene_file.is_whole(result):
                 echo(f"next: harvester run {path}   (after its shaking and load)")
             else:
                 echo(f"note: {note('scene_not_whole', files=' '.join(names))}")
-    save_report(page, lambda report: report.of_identification(found, title), quiet=as_json)
+    save_report(page, lambda report: report.of_identification(result, title), quiet=as_json)

@@ -94,18 +94,18 @@ def new(
     if netlist is not None:
         netlist = _netlist(netlist, path)
     named = pairs_of("--parameter", parameters, "be NAME=VALUE, such as R='1 Mohm'")
-    higher_modes = () if made is None else made.higher_modes
-    problem = write(path, scene_tables(texts, title or "", netlist, named, higher_modes), force)
-    found = meaning(problem)
-    words = _words(problem, [*_on_geometry(beam, made, problem), *found.remarks], file)
-    lines = next_lines(problem, file, found.facts)
+    upper_modes = () if made is None else made.higher_modes
+    problem = write(path, scene_tables(texts, title or "", netlist, named, upper_modes), force)
+    interpretation = meaning(problem)
+    words = _words(problem, [*_on_geometry(beam, made, problem), *interpretation.remarks], file)
+    lines = next_lines(problem, file, interpretation.facts)
     if as_json:
-        numbers = {name: value for name, value, _, _ in found.numbers}
-        answer = {"file": file, "scene": problem.scene.tables(), "numbers": numbers, **found.facts}
+        numbers = {name: value for name, value, _, _ in interpretation.numbers}
+        answer = {"file": file, "scene": problem.scene.tables(), "numbers": numbers, **interpretation.facts}
         click.echo(json.dumps({**answer, "words": words, "next": lines}, allow_nan=False))
         return
     written = [f"written: {file}", f"written: {path.with_name(NAME)}"]
-    echo("\n".join([*written, "", *found.table(), "", *words, "", *(f"next: {line}" for line in lines)]))
+    echo("\n".join([*written, "", *interpretation.table(), "", *words, "", *(f"next: {line}" for line in lines)]))
 
 
 def _from_geometry(beam: Any, modes: int, texts: dict[str, str]) -> Any:
@@ -131,8 +131,8 @@ def _on_geometry(beam: Any, made: Any, problem: "Problem") -> "list[Diagnostic]"
 
 def _words(problem: "Problem", remarks: "Sequence[Diagnostic]", file: str) -> list[str]:
     """The remarks in sentences, and how the best load is found where they do not say it."""
-    words = [typed(f"warning: {one}" if one.severity == "warning" else one.line) for one in remarks]
-    if not any(one.about in ("load", "best load") for one in remarks):
+    words = [typed(f"warning: {remark}" if remark.severity == "warning" else remark.line) for remark in remarks]
+    if not any(remark.about in ("load", "best load") for remark in remarks):
         whose = "a netlist's is " if problem.netlist is not None else ""
         words.append(f"best load: {whose}found by: {_optimise(problem, file)}")
     return words

@@ -74,8 +74,8 @@ def optimise(output: Output, engine: str | None, within: float | None, budget: f
     from harvester.studies.optimum import optimise as study
     from harvester.studies.optimum.ranges import varied
 
-    scene, aim, points = output.scene, _aim(options), options.pop("points")
-    kind, circuits = study.kind_of_search(**aim), varied(aim["vary"])[0]
+    scene, objective, points = output.scene, _objective_of(options), options.pop("points")
+    kind, circuits = study.kind_of_search(**objective), varied(objective["vary"])[0]
     which: Any
     if kind == "devices":
         which = selection.engine(engine or formula(Problem(scene)).NAME, within=within, **options)
@@ -89,15 +89,15 @@ def optimise(output: Output, engine: str | None, within: float | None, budget: f
     whole = seconds * max(len(circuits), 1)
     with Bar("optimise", at_most=True, shorter="a shorter --budget", budget=whole) as bar:
         execution = output.execution(bar)
-        asked: Any = {"within": within or 0.01, "budget": seconds, "points": points, "execution": execution}
-        answer: Any = study.optimise(scene, engine=which, **aim, **asked)
+        limits: Any = {"within": within or 0.01, "budget": seconds, "points": points, "execution": execution}
+        answer: Any = study.optimise(scene, engine=which, **objective, **limits)
     written = [f"{answer.FILE}.csv", f"{answer.FILE}.png", "provenance.json"]
     of_circuits = ["circuits.csv", *(f"{Path(name).stem}/" for name in circuits)]
     files = of_circuits if circuits else written
     output.show(answer, files, lambda report: report.of_search(scene, answer, options["seed"]))
 
 
-def _aim(options: dict[str, Any]) -> dict[str, Any]:
+def _objective_of(options: dict[str, Any]) -> dict[str, Any]:
     """What is varied and what is good, taken out of the options; with --over, --vary is what --spread is now."""
     vary, over, spread = (options.pop(name) for name in ("vary", "over", "spread"))
     if over:
@@ -105,6 +105,6 @@ def _aim(options: dict[str, Any]) -> dict[str, Any]:
         vary, spread = (*over, *circuits), (*spread, *(text for text in vary if text not in circuits))
     if not vary:
         raise InputError("Missing option '--vary'. (such as --vary load.resistance=1k:10M)")
-    old = [one for one in (options.pop("share"), options.pop("pareto")) if one is not None]
-    found = {name: options.pop(name) for name in ("constraints", "lifetime")}
-    return found | {"vary": vary, "spread": spread, "objective": [*options.pop("objective"), *old] or "mean_power"}
+    old = [option for option in (options.pop("share"), options.pop("pareto")) if option is not None]
+    conditions = {name: options.pop(name) for name in ("constraints", "lifetime")}
+    return conditions | {"vary": vary, "spread": spread, "objective": [*options.pop("objective"), *old] or "mean_power"}

@@ -29,12 +29,12 @@ def time_of(name: str) -> Callable[[str], float]:
 
 def pairs_of(option: str, texts: Sequence[str], must: str) -> dict[str, str]:
     """The values by name of texts NAME=VALUE, which is what each ``must`` be; InputError for a name given twice."""
-    found = [tuple(part.strip() for part in text.partition("=")) for text in texts]
-    for text, (name, equals, value) in zip(texts, found, strict=True):
+    pairs = [tuple(part.strip() for part in text.partition("=")) for text in texts]
+    for text, (name, equals, value) in zip(texts, pairs, strict=True):
         if not (name and equals and value):
             raise invalid(option, must, text)
-    named_once([name for name, _, _ in found], option)
-    return {name: value for name, _, value in found}
+    named_once([name for name, _, _ in pairs], option)
+    return {name: value for name, _, value in pairs}
 
 
 def _form(text: str) -> str:

@@ -31,7 +31,7 @@ def paper(
     with Bar("paper") as bar:
         drawn = study.draw(numbers, Execution(out=out, formats=vector, progress=bar))
     if as_json:
-        echo_json({"figures": [one.as_json() for one in drawn]})
+        echo_json({"figures": [figure.as_json() for figure in drawn]})
     elif out is None:
         echo("\n".join(map(str, drawn)))
     else:

@@ -90,16 +90,16 @@ def record(
             raise InputError(f"--out must be another file than the record itself, but is {shown(out)}")
     page = report_file(report, None if path is None else str(path.parent))
     with naming(file):
-        found = record_spectra(clean(file, axis, rate, Part(begin, end, longest)), mass, stroke)
-    text = "" if path is None else found.text()
-    title = f"{Path(file).name}, axis {found.record.axis}"
-    echo_answer(found, as_json)
+        answer = record_spectra(clean(file, axis, rate, Part(begin, end, longest)), mass, stroke)
+    text = "" if path is None else answer.text()
+    title = f"{Path(file).name}, axis {answer.record.axis}"
+    echo_answer(answer, as_json)
     if path is not None:
         from harvester import figures
 
         files.write(path, text)
-        figures.save(found.plot(title), path.parent, path.stem)
+        figures.save(answer.plot(title), path.parent, path.stem)
         if not as_json:
             click.echo(f"written: {path}, {path.with_suffix('.png').name}")
             echo(f'next: [excitation] acceleration_file = "{path.name}" in a scene file beside it')
-    save_report(page, lambda report: report.of_record(found, title), quiet=as_json)
+    save_report(page, lambda report: report.of_record(answer, title), quiet=as_json)

@@ -62,7 +62,7 @@ def save_report(
         return
     from harvester import report
 
-    found = page(report)
-    report.write(file, found if scene is None else report.titled(found, scene))
+    made = page(report)
+    report.write(file, made if scene is None else report.titled(made, scene))
     if not quiet:
         click.echo(f"report: {file}")

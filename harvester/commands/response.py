@@ -70,9 +70,9 @@ def response(
     frequencies = study.frequencies(problem, sweep)
     rows = study.rows_of(problem, chosen, len(frequencies), points)
     with RowsBar("response", rows, shorter="fewer frequencies in --sweep", warms_up=True) as bar:
-        for diagnostic in HarmonicDrive(problem).diagnostics(frequencies):  # before minutes go by
-            bar.notice(f"warning: {typed(str(diagnostic))}")
-        asked: Any = {"out": output.out, "vector": output.formats, "vary": points, "engines": chosen, **options}
-        answer = study.draw(scene, sweep, seed=seed, report=bar.row, report_reused=bar.skip, **asked)
+        for remark in HarmonicDrive(problem).diagnostics(frequencies):  # before minutes go by
+            bar.notice(f"warning: {typed(str(remark))}")
+        settings: Any = {"out": output.out, "vector": output.formats, "vary": points, "engines": chosen, **options}
+        answer = study.draw(scene, sweep, seed=seed, report=bar.row, report_reused=bar.skip, **settings)
     files = ("response.csv", "response.png", "provenance.json")
     output.show(answer, files, lambda report: report.of_response(scene, answer, seed))

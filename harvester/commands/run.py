@@ -69,22 +69,22 @@ def run(
         check_extremes(scene, lifetime)
     with Bar(chosen.NAME, shorter="" if options.get("budget") else "--budget") as bar, formula_meanwhile(scene, chosen):
         answer = chosen.run(scene, bar.tell)
-    further: dict[str, Any] = {}
+    beside: dict[str, Any] = {}
     if lifetime is not None:
-        further["extremes"] = extremes(scene, lifetime=lifetime, seed=options["seed"])
+        beside["extremes"] = extremes(scene, lifetime=lifetime, seed=options["seed"])
         if chosen.has_first_passages:
-            further["extremes_by_first_passages"] = extremes(scene, lifetime=lifetime, passages=True)
+            beside["extremes_by_first_passages"] = extremes(scene, lifetime=lifetime, passages=True)
     if sensitivity:
         from harvester.presentation.diagnostic import warning
         from harvester.studies.sensitivity import sensitivity as sensitivities
 
         left = None if budget is None else max(budget - answer.seconds, LEAST)
         try:
-            further["sensitivity"] = sensitivities(scene, budget=left)
+            beside["sensitivity"] = sensitivities(scene, budget=left)
         except SimulationError as error:
             if left is None:
                 raise
-            doubt = warning("no_sensitivity", left=left, why=str(error))
-            answer = dataclasses.replace(answer, diagnostics=(*answer.diagnostics, doubt))
-    about = options["seed"], further.get("extremes"), further.get("sensitivity")
-    output.show(answer, (), lambda report: report.of_run(scene, answer, *about), further=further)
+            missing = warning("no_sensitivity", left=left, why=str(error))
+            answer = dataclasses.replace(answer, diagnostics=(*answer.diagnostics, missing))
+    about = options["seed"], beside.get("extremes"), beside.get("sensitivity")
+    output.show(answer, (), lambda report: report.of_run(scene, answer, *about), beside=beside)

@@ -53,20 +53,24 @@ class Output:
         page: "Callable[[Any], Page]",
         *,
         text: str | None = None,
-        further: Mapping[str, Any] | None = None,
+        beside: Mapping[str, Any] | None = None,
     ) -> None:
         """Print an answer and the ``written`` files of the folder, a figure in all its forms, and save its page.
 
-        ``further`` answers stand below it, in JSON by their names; ``text`` is what is printed in place of its own.
+        ``beside`` are answers that stand below it, in JSON by their names; ``text`` is printed in place of its own.
         ``page`` makes the page with `harvester.report`.
         """
         from harvester.presentation.plain import plain
 
-        further = further or {}
+        beside = beside or {}
         if self.as_json:
-            echo_json(answer.as_json() | {name: plain(one) for name, one in further.items()})
+            echo_json(answer.as_json() | {name: plain(result) for name, result in beside.items()})
         else:
-            below = (one for some in further.values() for one in (some if isinstance(some, list) else [some]))
+            below = (
+                result
+                for results in beside.values()
+                for result in (results if isinstance(results, list) else [results])
+            )
             echo("\n".join([str(answer) if text is None else text, *map(str, below)]))
         if self.out is not None and not self.as_json:
             echo_written(self.out, *(form for name in written for form in self._forms(name)))
@@ -127,19 +131,23 @@ def _command(study: Study) -> Command:
         from harvester.report.result import of_result
 
         function = study.run()
-        tells = "progress" in inspect.signature(function).parameters
-        with Bar(study.name, known=tells, shorter=study.shorter) as bar:
-            found = function(output.scene, **options, **({"progress": bar.tell} if tells else {}))
-        picture = found.plot(None) if hasattr(found, "plot") else None
-        output.show(found, (), lambda _: of_result(output.scene, study.name, found, picture))
+        has_progress = "progress" in inspect.signature(function).parameters
+        with Bar(study.name, known=has_progress, shorter=study.shorter) as bar:
+            result = function(output.scene, **options, **({"progress": bar.tell} if has_progress else {}))
+        picture = result.plot(None) if hasattr(result, "plot") else None
+        output.show(result, (), lambda _: of_result(output.scene, study.name, result, picture))
 
     compute.__doc__, compute.__name__ = study.summary, study.name
-    asked = [
+    options = [
         cloup.option(
-            "--" + one.name.replace("_", "-"), type=one.type, default=one.default, show_default=True, help=one.help
+            "--" + option.name.replace("_", "-"),
+            type=option.type,
+            default=option.default,
+            show_default=True,
+            help=option.help,
         )
-        for one in study.options
+        for option in study.options
     ]
     shown = cloup.option_group("Output", report_option, json_option)(compute)
     example = f"harvester {study.name} mine.toml {study.example}".rstrip()
-    return study_command(example)(cloup.option_group("What to compute", *asked)(shown))
+    return study_command(example)(cloup.option_group("What to compute", *options)(shown))

@@ -100,10 +100,10 @@ def _stated(path: str, scene: "Scene") -> "ScenesSpreads":
     from harvester.machine import files
     from harvester.scene.toml import MOST_BYTES
 
-    found = spreads_of(files.read(path, "scene", MOST_BYTES).decode(errors="replace"), scene)
-    if not found.vary:
+    spreads = spreads_of(files.read(path, "scene", MOST_BYTES).decode(errors="replace"), scene)
+    if not spreads.vary:
         raise InputError(
             "`vary` must be given for one key or more where the scene file has no intervals of 'harvester identify', "
             "but is left out"
         )
-    return found
+    return spreads

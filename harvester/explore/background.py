@@ -14,17 +14,17 @@ from harvester.machine.processes import SAFE
 from harvester.machine.system import this_system
 
 PATIENCE, LOOK = 2.0, 0.02  # seconds that processes get to end by themselves; between two looks at them
-Told = Callable[[dict[str, Any]], None]
+Listener = Callable[[dict[str, Any]], None]
 
 
 class Background:
-    """A run in a process ``group`` of its own; ``told`` gets each JSON object that it says, in a thread of its own.
+    """A run in a process ``group`` of its own; ``listener`` gets each JSON object that it says, in a thread of its own.
 
     The last one has ``answer``, ``error`` or ``cancelled``.
     """
 
-    def __init__(self, tables: dict[str, Any], engine: str, within: str, told: Told) -> None:
-        self._told, self._cancelled = told, False
+    def __init__(self, tables: dict[str, Any], engine: str, within: str, listener: Listener) -> None:
+        self._listener, self._cancelled = listener, False
         self._process = subprocess.Popen(
             [sys.executable, "-m", "harvester.explore.job", engine, within],
             stdin=subprocess.PIPE,
@@ -58,13 +58,13 @@ class Background:
                     if not isinstance(said, dict) or self._cancelled:
                         continue
                     ended = ended or "answer" in said or "error" in said
-                    self._told(said)
+                    self._listener(said)
             self._end_group()
         status = self._process.returncode
         if self._cancelled:
-            self._told({"cancelled": True})
+            self._listener({"cancelled": True})
         elif not ended:
-            self._told({"error": f"the run ended without an answer (status {status})"})
+            self._listener({"error": f"the run ended without an answer (status {status})"})
 
     def _end_group(self) -> None:
         """Wait until the processes that the run started have ended, which free what they share, and kill those left."""

@@ -12,10 +12,10 @@ from harvester.uncertainty.value import amount
 PACKETS = "packets an hour"  # this fact of a design is known once its node was followed
 
 
-def of_path(scene: Scene, found: dict[str, Any]) -> dict[str, str]:
+def of_path(scene: Scene, path: dict[str, Any]) -> dict[str, str]:
     """The largest displacement, voltage and, where the scene has it, strain of a path of `in_worker.path`."""
-    length, volt = ("m", "V") if found["physical"] else ("", "")
-    far, high = (max(map(abs, found[name])) for name in ("x", "V"))
+    length, volt = ("m", "V") if path["physical"] else ("", "")
+    far, high = (max(map(abs, path[name])) for name in ("x", "V"))
     known = {"largest displacement": amount(far, length), "largest voltage": amount(high, volt)}
     strain = scene.piezo.strain_per_displacement if scene.piezo else None
     return known | ({} if strain is None else {"largest strain": f"{1e6 * strain * far:.4g} microstrain"})
@@ -31,7 +31,8 @@ def of_chip(details: dict[str, float], values: dict[str, float]) -> list[tuple[s
     """The rows of a chip: what engine `slow` tells of its load and store, and its thresholds among the ``values``."""
     known = [(GLOSSARY[name], details[name]) for name in details if name.startswith(("load_on", "store_"))]
     rows = [
-        (term.label, f"{100.0 * one:.3g} %" if term.kind == "share" else amount(one, term.kind)) for term, one in known
+        (term.label, f"{100.0 * value:.3g} %" if term.kind == "share" else amount(value, term.kind))
+        for term, value in known
     ]
     return rows + [(name, amount(values[key], "V")) for key, name in _THRESHOLDS.items() if key in values]
 
@@ -43,12 +44,12 @@ def of_coil(problem: Problem) -> dict[str, str]:
     return {} if quality is None else {"quality of the coil": f"{quality:.2g}"}
 
 
-def sentence(found: dict[str, Any], sizes: dict[str, str]) -> str:
+def sentence(path: dict[str, Any], sizes: dict[str, str]) -> str:
     """A path and its sizes in words."""
-    hits = "" if found["impacts"] is None else f", {found['impacts']} impacts since rest"
+    hits = "" if path["impacts"] is None else f", {path['impacts']} impacts since rest"
     words = ", ".join(f"{name} {size}" for name, size in sizes.items())
-    told = f"the last 12 periods of one path by {found['engine']}{hits}: {words}; a path is no mean"
-    return "; ".join((told, *found["not_drawn"]))
+    text = f"the last 12 periods of one path by {path['engine']}{hits}: {words}; a path is no mean"
+    return "; ".join((text, *path["not_drawn"]))
 
 
 class Beside:
@@ -64,10 +65,10 @@ class Beside:
     def add(self, tables: dict[str, Any], facts: dict[str, str], pinned: dict[str, Any] | None) -> None:
         """Keep facts of a design, and of others only those of the pinned one."""
         design, kept = _design(tables), None if pinned is None else _design(pinned)
-        self._known = {name: one for name, one in self._known.items() if name in (design, kept)}
+        self._known = {name: known for name, known in self._known.items() if name in (design, kept)}
         self._known[design] = self._known.get(design, {}) | facts
 
 
 def _design(tables: dict[str, Any]) -> str:
     """What identifies a design, but for its title."""
-    return json.dumps({name: one for name, one in tables.items() if name != "title"}, sort_keys=True)
+    return json.dumps({name: entries for name, entries in tables.items() if name != "title"}, sort_keys=True)

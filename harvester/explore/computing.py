@@ -26,11 +26,11 @@ RESTED = 0.3  # seconds without a change before more is computed than a knob nee
 HASTE = 8.0  # the same, of the power of a circuit
 FIRST = 0.15  # seconds that the power of a circuit may take before the formulas' curves begin to compete with it
 KEPT = 200  # designs whose power is remembered, the last ones
-ALONG = 9  # places of a circuit's curve
+CURVE_POINTS = 9  # places of a circuit's curve
 PATIENCE = 60.0  # seconds that a path may take after it is overtaken: kernels may be compiled meanwhile
 
 
-class Wanted(NamedTuple):
+class Request(NamedTuple):
     """What is to be computed: the draft, its scene, that as tables, and the key, its value and range on the axis."""
 
     draft: Draft
@@ -44,15 +44,15 @@ class Wanted(NamedTuple):
 class Shown(Protocol):
     """What is done with the answers, on the server's thread: see `harvester.explore.page.Explorer`."""
 
-    def show(self, asked: Wanted, found: Live, serving: dict[str, Diagnostic | None], rested: bool) -> None:
+    def show(self, request: Request, snapshot: Live, serving: dict[str, Diagnostic | None], rested: bool) -> None:
         """Draw what the formulas say; in all its words where the knobs have ``rested``."""
         ...
 
-    def show_power(self, asked: Wanted, found: dict[str, Any]) -> None:
+    def show_power(self, request: Request, answer: dict[str, Any]) -> None:
         """Draw and say what the circuit itself gives; ``error``: why that is not known."""
         ...
 
-    def mean(self, text: str, doubts: list[str]) -> None:
+    def mean(self, text: str, warnings: list[str]) -> None:
         """Say what the numbers mean."""
         ...
 
@@ -64,11 +64,11 @@ class Shown(Protocol):
         """Say how it stands with the path."""
         ...
 
-    def show_path(self, asked: Wanted, found: dict[str, Any]) -> None:
+    def show_path(self, request: Request, path: dict[str, Any]) -> None:
         """Draw a path."""
         ...
 
-    def show_life(self, asked: Wanted, found: dict[str, Any]) -> None:
+    def show_life(self, request: Request, life: dict[str, Any]) -> None:
         """Say how the node lives; ``error``: why that is not known."""
         ...
 
@@ -79,19 +79,19 @@ class Computing:
     def __init__(self, page: Shown, soon: Callable[[Callable[[], None]], None]) -> None:
         self._page, self._soon = page, soon
         self._ended = threading.Event()
-        self._told: Live | None = None  # the last answer that the page has
+        self._shown: Live | None = None  # the last answer that the page has
         self._fine: tuple[Any, dict[str, PowerCurve]] | None = None  # the last fine curves, and what they are of
         self._circuit: Any = None  # the circuit and the axis whose power was asked for last
         self._at_once: dict[str, dict[str, Any]] = {}  # what circuits give, by their designs as JSON
-        self._along: Any = None  # the circuit and the axis whose curve is drawn
-        self._live_work: Newest[Wanted] = Newest(POOL, self._compute)
-        self._path_work: Newest[Wanted] = Newest(POOL, self._trace)
-        self._power_work: Newest[Wanted] = Newest(POOL, self._power)
-        self._fine_work: Newest[Wanted] = Newest(POOL, self._fine_power)  # in another process: holds up no quick one
+        self._curve_of: Any = None  # the circuit and the axis whose curve is drawn
+        self._live_work: Newest[Request] = Newest(POOL, self._compute)
+        self._path_work: Newest[Request] = Newest(POOL, self._trace)
+        self._power_work: Newest[Request] = Newest(POOL, self._power)
+        self._fine_work: Newest[Request] = Newest(POOL, self._fine_power)  # in another process: holds up no quick one
 
-    def ask(self, wanted: Wanted) -> None:
+    def ask(self, request: Request) -> None:
         """Compute all of it anew; what was asked for before is given up."""
-        self._live_work.ask(wanted)
+        self._live_work.ask(request)
 
     def close(self) -> None:
         """End the work."""
@@ -99,129 +99,131 @@ class Computing:
         for work in (self._live_work, self._path_work, self._power_work, self._fine_work):
             work.close()
 
-    def _compute(self, asked: Wanted, overtaken: Callable[[], bool]) -> None:
+    def _compute(self, request: Request, overtaken: Callable[[], bool]) -> None:
         """In a thread: the curves, coarse, and when the knobs rest, fine; each where nothing newer waits.
 
         A knob that is the axis itself moves the working point along a curve that is known.
         """
         try:
-            same = (without(asked.tables, asked.key), asked.key, asked.slide)
+            same = (without(request.tables, request.key), request.key, request.slide)
             curves = self._fine[1] if self._fine and self._fine[0] == same else None
-            where = asked.scene, asked.key, asked.at, asked.slide
-            found = None
-            if self._circuit != (asked.tables, same) and "netlist" in asked.tables.get("load", {}):
-                self._circuit = asked.tables, same
-                self._tell(asked, Live(Problem(asked.scene), asked.key, asked.at, True), rested=False, more=True)
-                self._power_work.ask(asked)
+            where = request.scene, request.key, request.at, request.slide
+            if self._circuit != (request.tables, same) and "netlist" in request.tables.get("load", {}):
+                self._circuit = request.tables, same
+                self._show(
+                    request, Live(Problem(request.scene), request.key, request.at, True), rested=False, more=True
+                )
+                self._power_work.ask(request)
                 if not self._live_work.rests(FIRST):
                     return
-            found = live(*where, False, curves=curves, first=True)  # the best formula's, long before the others'
-            self._tell(asked, found, rested=False, more=True)
+            snapshot = live(*where, False, curves=curves, first=True)  # the best formula's, long before the others'
+            self._show(request, snapshot, rested=False, more=True)
             if not self._live_work.rests(PAUSED):
                 return
-            found = live(*where, False, overtaken, curves=curves, known=found)
-            self._tell(asked, found, rested=False)
+            snapshot = live(*where, False, overtaken, curves=curves, known=snapshot)
+            self._show(request, snapshot, rested=False)
             if not self._live_work.rests(RESTED):
                 return
             if curves is None:
-                found = live(*where, True, overtaken)
-            if found is None:
+                snapshot = live(*where, True, overtaken)
+            if snapshot is None:
                 return
-            self._tell(asked, found, rested=True)
-            self._fine = (same, found.curves)
-            self._path_work.ask(asked)
+            self._show(request, snapshot, rested=True)
+            self._fine = (same, snapshot.curves)
+            self._path_work.ask(request)
         except Exception as error:  # any is one line on the page
             self._soon(functools.partial(self._page.fail, str(named(error))))
 
-    def _tell(self, asked: Wanted, found: Live | None, rested: bool, more: bool = False) -> None:
+    def _show(self, request: Request, snapshot: Live | None, rested: bool, more: bool = False) -> None:
         """Hand what the formulas say to the page; where ``more`` is to come, with the others' curves as they were."""
-        if found is not None:
-            if more and self._told is not None and (self._told.key, self._told.instead) == (found.key, found.instead):
-                known = [name for name in self._told.curves if name not in found.curves and name not in found.refused]
-                shown = {name: self._told.curves[name] for name in known}
-                found = dataclasses.replace(found, curves={**shown, **found.curves}, earlier=frozenset(known))
-            self._told = found
-            self._soon(functools.partial(self._page.show, asked, found, refusals(found.problem), rested))
+        if snapshot is not None:
+            shown = self._shown
+            if more and shown is not None and (shown.key, shown.instead) == (snapshot.key, snapshot.instead):
+                here = {*snapshot.curves, *snapshot.refused}
+                earlier = {name: curve for name, curve in shown.curves.items() if name not in here}
+                snapshot = dataclasses.replace(snapshot, curves=earlier | snapshot.curves, earlier=frozenset(earlier))
+            self._shown = snapshot
+            self._soon(functools.partial(self._page.show, request, snapshot, refusals(snapshot.problem), rested))
 
-    def _trace(self, asked: Wanted, overtaken: Callable[[], bool]) -> None:
+    def _trace(self, request: Request, overtaken: Callable[[], bool]) -> None:
         """In a thread: what the numbers mean, and one path of the scene, from a process of its own."""
         if not self._path_work.rests(RESTED):
             return
         try:
-            self._soon(functools.partial(self._page.mean, *html_text.meanings(Problem(asked.scene))))
+            self._soon(functools.partial(self._page.mean, *html_text.meanings(Problem(request.scene))))
         except HarvesterError as error:
             self._soon(functools.partial(self._page.mean, html_text.problem_line(str(error)), []))
         if overtaken():
             return
         self._soon(lambda: self._page.say_of_path("computing a path ... (what is new here is compiled first)"))
-        found = self._elsewhere(in_worker.path, asked, overtaken, PATIENCE)
-        if found is not None and "error" in found:
-            self._soon(functools.partial(self._page.say_of_path, f"no path: {found['error']}"))
-        elif found is not None and not overtaken():
-            self._soon(functools.partial(self._page.show_path, asked, found))
-        if not overtaken() and "node" in asked.tables:
-            life = self._elsewhere(in_worker.life, asked, overtaken, PATIENCE)
+        path = self._elsewhere(in_worker.path, request, overtaken, PATIENCE)
+        if path is not None and "error" in path:
+            self._soon(functools.partial(self._page.say_of_path, f"no path: {path['error']}"))
+        elif path is not None and not overtaken():
+            self._soon(functools.partial(self._page.show_path, request, path))
+        if not overtaken() and "node" in request.tables:
+            life = self._elsewhere(in_worker.life, request, overtaken, PATIENCE)
             if life is not None and not overtaken():
-                self._soon(functools.partial(self._page.show_life, asked, life))
-        self._foresee(asked, overtaken)
+                self._soon(functools.partial(self._page.show_life, request, life))
+        self._foresee(request, overtaken)
 
-    def _power(self, asked: Wanted, overtaken: Callable[[], bool]) -> None:
+    def _power(self, request: Request, overtaken: Callable[[], bool]) -> None:
         """In a thread: what the circuit itself gives, at once, from a process."""
-        found = self._power_at_once(asked, overtaken, HASTE)
-        if found is not None and "error" not in found:
-            self._soon(functools.partial(self._page.show_power, asked, found))
-        self._fine_work.ask(asked)
+        answer = self._power_at_once(request, overtaken, HASTE)
+        if answer is not None and "error" not in answer:
+            self._soon(functools.partial(self._page.show_power, request, answer))
+        self._fine_work.ask(request)
 
-    def _power_at_once(self, asked: Wanted, overtaken: Callable[[], bool], patience: float) -> dict[str, Any] | None:
+    def _power_at_once(self, request: Request, overtaken: Callable[[], bool], patience: float) -> dict[str, Any] | None:
         """What the circuit gives, from memory where it was asked for before; None once that is overtaken."""
-        name, how = json.dumps(asked.tables, sort_keys=True), in_worker.QUICK
-        found = self._at_once.get(name) or self._elsewhere(in_worker.power, asked, overtaken, patience, *how)
-        if found is not None:  # that it is not known, too: to try it again takes seconds
-            self._at_once[name] = found
+        name, how = json.dumps(request.tables, sort_keys=True), in_worker.QUICK
+        answer = self._at_once.get(name) or self._elsewhere(in_worker.power, request, overtaken, patience, *how)
+        if answer is not None:  # that it is not known, too: to try it again takes seconds
+            self._at_once[name] = answer
         for old in [*self._at_once][:-KEPT]:
             self._at_once.pop(old, None)
-        return found
+        return answer
 
-    def _foresee(self, asked: Wanted, overtaken: Callable[[], bool]) -> None:
+    def _foresee(self, request: Request, overtaken: Callable[[], bool]) -> None:
         """What the other circuits would give, which is there at once where one of them is chosen."""
-        for name in circuits.names() if asked.draft.physical else ():
-            draft = asked.draft.copy()
+        for name in circuits.names() if request.draft.physical else ():
+            draft = request.draft.copy()
             if overtaken() or self._ended.is_set():
                 return
             draft.choose(None if name == "resistor" else name)
             if name == "bridge":
                 refusals(draft.scene())  # which loads what circuits need, .4 s, in this process
-            self._power_at_once(asked._replace(tables=draft.tables()), overtaken, PATIENCE)
+            self._power_at_once(request._replace(tables=draft.tables()), overtaken, PATIENCE)
 
-    def _fine_power(self, asked: Wanted, overtaken: Callable[[], bool]) -> None:
+    def _fine_power(self, request: Request, overtaken: Callable[[], bool]) -> None:
         """In a thread: the same when the knobs rest, finely and along the axis."""
         if not self._fine_work.rests(RESTED):
             return
-        found = self._elsewhere(in_worker.power, asked, overtaken, HASTE, *in_worker.FINE)
-        if found is None:
+        answer = self._elsewhere(in_worker.power, request, overtaken, HASTE, *in_worker.FINE)
+        if answer is None:
             return
-        self._soon(functools.partial(self._page.show_power, asked, found))
-        same = (without(asked.tables, asked.key), asked.key, asked.slide)
-        for place in () if "error" in found or self._along == same else grid(asked.slide, ALONG):
+        self._soon(functools.partial(self._page.show_power, request, answer))
+        same = (without(request.tables, request.key), request.key, request.slide)
+        for value in () if "error" in answer or self._curve_of == same else grid(request.slide, CURVE_POINTS):
             if overtaken() or self._ended.is_set():
                 return
-            there = asked._replace(tables=at_place(asked.tables, asked.key, float(place)), at=float(place))
-            found = self._elsewhere(in_worker.power, there, overtaken, HASTE, *in_worker.ALONG)
-            if found is not None and "error" not in found:
-                self._soon(functools.partial(self._page.show_power, there, found))
-        self._along = same
+            point = request._replace(tables=at_place(request.tables, request.key, float(value)), at=float(value))
+            answer = self._elsewhere(in_worker.power, point, overtaken, HASTE, *in_worker.COARSE)
+            if answer is not None and "error" not in answer:
+                self._soon(functools.partial(self._page.show_power, point, answer))
+        self._curve_of = same
 
     def _elsewhere(
         self,
         function: Callable[..., dict[str, Any]],
-        asked: Wanted,
+        request: Request,
         overtaken: Callable[[], bool],
         patience: float,
         *how: float,
     ) -> dict[str, Any] | None:
         """What a function of `in_worker` gives; ``error`` why it does not, None where it was overtaken."""
         try:
-            return in_worker.elsewhere(function, (asked.tables, *how), overtaken, self._ended.is_set, patience)
+            return in_worker.elsewhere(function, (request.tables, *how), overtaken, self._ended.is_set, patience)
         except Exception as error:
             return {"error": str(named(error))}
 

@@ -23,19 +23,19 @@ def table(live: Live, runs: list[dict[str, Any]]) -> SweepTable:
     rows += [_at(live, run["x"], SweepRow.read(run["row"])) for run in runs if run["own"]]
     if not rows:
         raise SimulationError("there is no answer of this circuit yet to be drawn: run 'ideal' or 'spice' first")
-    places = sorted({row.varied[live.key] for row in rows})
-    about = provenance(live.problem, points="grid", vary={live.key: places}, engines={row.engine: {} for row in rows})
+    values = sorted({row.varied[live.key] for row in rows})
+    about = provenance(live.problem, points="grid", vary={live.key: values}, engines={row.engine: {} for row in rows})
     about["command"] = ["explore"]
-    points = [places.index(row.varied[live.key]) for row in rows]
-    return SweepTable((Axis(live.key, tuple(places)),), tuple(rows), points, False, about)
+    points = [values.index(row.varied[live.key]) for row in rows]
+    return SweepTable((Axis(live.key, tuple(values)),), tuple(rows), points, False, about)
 
 
 def _at(live: Live, x: float, row: SweepRow) -> SweepRow:
     """The row of a point on the page's axis."""
-    return dataclasses.replace(row, varied={live.key: _place(x)})
+    return dataclasses.replace(row, varied={live.key: _rounded(x)})
 
 
-def _place(x: float) -> float:
+def _rounded(x: float) -> float:
     """A value of the key with the digits by which a run is found on a curve."""
     return float(f"{x:.9g}")
 

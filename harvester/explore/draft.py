@@ -92,8 +92,8 @@ class Draft:
         elif key == "load.supplies":
             self.load["supplies"] = value
         elif isinstance(value, dict):
-            for name, one in value.items():
-                self._take(f"{key}.{name}", one, raw.get(name) if isinstance(raw, dict) else None)
+            for name, entry in value.items():
+                self._take(f"{key}.{name}", entry, raw.get(name) if isinstance(raw, dict) else None)
         elif key.partition(".")[2] in FILES:
             self.files[key] = value
         elif key in WORDS:
@@ -116,8 +116,8 @@ class Draft:
         circuit = load_circuit(load, self.value("piezo.capacitance") if self.physical else None)
         named, self.untouched = {circuit.own_name(name) for name in load.parameters}, {}
         for name, value in (circuit.values | circuit.elements).items():
-            told = name in circuit.values or len(self.untouched) + len(named) < MOST_KNOBS
-            if told and value != 0.0 and name != "Cp" and name.lower() not in named:
+            has_knob = name in circuit.values or len(self.untouched) + len(named) < MOST_KNOBS
+            if has_knob and value != 0.0 and name != "Cp" and name.lower() not in named:
                 self.untouched[PARAMETER + name] = exactly(PARAMETER + name, value)
         self.texts |= self.untouched
 
@@ -146,12 +146,12 @@ class Draft:
 
     def _modal(self) -> ModalParameters | None:
         """The device without what shakes, stops and loads it; None where it is wrong or nondimensional."""
-        found: dict[str, dict[str, Any]] = {"oscillator": {}, "piezo": {}}
+        tables: dict[str, dict[str, Any]] = {"oscillator": {}, "piezo": {}}
         for table, name in (key.split(".", 1) for key in self.present_keys()):
-            if table in found:
-                found[table][name] = self.texts[f"{table}.{name}"]
+            if table in tables:
+                tables[table][name] = self.texts[f"{table}.{name}"]
         try:
-            return modal_parameters(Oscillator(**found["oscillator"]), Piezo(**found["piezo"]))
+            return modal_parameters(Oscillator(**tables["oscillator"]), Piezo(**tables["piezo"]))
         except InputError:
             return None
 
@@ -195,27 +195,27 @@ class Draft:
 
     def present_keys(self) -> list[str]:
         """The keys with a number that the scene has, in the order of the page."""
-        found = [key for e in self.effects if self.has(e) for key in e.keys if key in self.texts]
-        found = [*dict.fromkeys(found)]
+        keys = [key for e in self.effects if self.has(e) for key in e.keys if key in self.texts]
+        keys = [*dict.fromkeys(keys)]
         if self.netlist is not None:
-            return found + self.parameters
-        return found + [RESISTANCE] * (self.physical and RESISTANCE in self.texts and self.loaded)
+            return keys + self.parameters
+        return keys + [RESISTANCE] * (self.physical and RESISTANCE in self.texts and self.loaded)
 
     def tables(self) -> dict[str, Any]:
         """The scene as the nested tables of a scene file; InputError where a record is wanted and none is there."""
-        found: dict[str, Any] = {"title": self.title} if self.title else {}
+        tables: dict[str, Any] = {"title": self.title} if self.title else {}
         if not self.physical:
-            found["nondimensional"] = {}
+            tables["nondimensional"] = {}
         for key in (key for effect in self.effects if self.has(effect) for key in effect.keys):
             table, name = key.split(".", 1)
             if (value := self._in_file(key)) is not None:
-                found.setdefault(table, {})[name] = value
+                tables.setdefault(table, {})[name] = value
         if self.netlist is not None:
             values = {key.removeprefix(PARAMETER): in_file(key, self.texts[key]) for key in self._named()}
-            found["load"] = {"netlist": self.netlist, **self.load} | ({"parameters": values} if values else {})
+            tables["load"] = {"netlist": self.netlist, **self.load} | ({"parameters": values} if values else {})
         elif self.physical and self.loaded and RESISTANCE in self.texts:
-            found["load"] = {"resistance": in_file(RESISTANCE, self.texts[RESISTANCE])}
-        return found | self.beside | (self.carried if self.netlist is not None else {})
+            tables["load"] = {"resistance": in_file(RESISTANCE, self.texts[RESISTANCE])}
+        return tables | self.beside | (self.carried if self.netlist is not None else {})
 
     def _in_file(self, key: str) -> Any:
         """What a scene file has for a key; None where it has no text."""
@@ -224,7 +224,7 @@ class Draft:
                 raise InputError(f"{key} must be a CSV file, but none is open: open one under 'Open and save'")
             return self.files[key]
         if key == HARMONICS:
-            return [one.strip() for one in self.words[key].split(",")]
+            return [part.strip() for part in self.words[key].split(",")]
         if key in WORDS:
             return self.words[key]
         return in_file(key, self.texts[key]) if key in self.texts else None
@@ -238,7 +238,7 @@ class Draft:
         import tomli_w
 
         tables = self.tables()
-        for table, name in (("load", "netlist"), *(("excitation", one) for one in FILES)):
+        for table, name in (("load", "netlist"), *(("excitation", record) for record in FILES)):
             path = tables.get(table, {}).get(name)
             if path and "/" in path:
                 tables[table][name] = f"./{Path(path).name}" if name == "netlist" else Path(path).name
@@ -266,14 +266,14 @@ def first() -> Draft:
 
 def differences(before: Mapping[str, Any], after: Mapping[str, Any]) -> list[tuple[str, str, str]]:
     """The keys in which two scenes' `Draft.tables` differ, each with both texts ("absent" where it is not there)."""
-    flat = [dict(_flat(one)) for one in (before, after)]
+    flat = [dict(_flat(tables)) for tables in (before, after)]
     names = dict.fromkeys([*flat[0], *flat[1]])
     rows = [(name, str(flat[0].get(name, "absent")), str(flat[1].get(name, "absent"))) for name in names]
     return [row for row in rows if row[1] != row[2] and row[0] != "title"]
 
 
 def _flat(tables: Mapping[str, Any], above: str = "") -> list[tuple[str, Any]]:
-    found: list[tuple[str, Any]] = []
+    entries: list[tuple[str, Any]] = []
     for name, value in tables.items():
-        found += _flat(value, f"{above}{name}.") if isinstance(value, dict) else [(above + name, value)]
-    return found
+        entries += _flat(value, f"{above}{name}.") if isinstance(value, dict) else [(above + name, value)]
+    return entries

@@ -68,32 +68,32 @@ PHYSICAL = (
 )
 
 
-def _one(table: str, label: str, *names: str, choice: str = "", needs: str = "") -> EffectCard:
+def _card(table: str, label: str, *names: str, choice: str = "", needs: str = "") -> EffectCard:
     return EffectCard(table, label, tuple(f"nondimensional.{name}" for name in names), choice, needs)
 
 
 NONDIMENSIONAL = (
-    _one("oscillator", "linear damping", "c1"),
-    _one("oscillator", "damping of x^2", "c2"),
-    _one("oscillator", "damping of x^4", "c3"),
-    _one("oscillator", "cubic spring", "alpha"),
-    _one("oscillator", "quadratic spring", "alpha2"),
-    _one("oscillator", "sign of the linear spring", "linear"),
-    _one("piezo", "coupling", "beta"),
-    _one("stop", "rigid stop", "restitution", choice="stop"),
-    _one("stop", "compliant stop", "stop_stiffness", choice="stop"),
-    _one("stop", "damping of the compliant stop", "stop_damping", needs="compliant stop"),
-    _one("stop", "at a distance from rest", "gap", needs="stop"),
-    _one("stop", "second stop opposite", "opposite_restitution", "opposite_gap", needs="rigid stop"),
-    _one("excitation", "external noise", "D11", choice="noise"),
-    _one("excitation", "size of the external noise", "eps1", needs="noise"),
-    _one("excitation", "parametric noise", "D22", choice="parametric"),
-    _one("excitation", "size of the parametric noise", "eps2", needs="parametric"),
-    _one("excitation", "correlation of the two noises", "D12", needs="parametric"),
-    _one("excitation", "harmonic", "drive", "drive_frequency", choice="shaking"),
-    _one("excitation", "coloured noise", "correlation_time", choice="shaking", needs="noise"),
-    _one("excitation", "noise of a band", "centre_frequency", "bandwidth", choice="shaking", needs="noise"),
-    _one("load", "load resistance", "mu"),
+    _card("oscillator", "linear damping", "c1"),
+    _card("oscillator", "damping of x^2", "c2"),
+    _card("oscillator", "damping of x^4", "c3"),
+    _card("oscillator", "cubic spring", "alpha"),
+    _card("oscillator", "quadratic spring", "alpha2"),
+    _card("oscillator", "sign of the linear spring", "linear"),
+    _card("piezo", "coupling", "beta"),
+    _card("stop", "rigid stop", "restitution", choice="stop"),
+    _card("stop", "compliant stop", "stop_stiffness", choice="stop"),
+    _card("stop", "damping of the compliant stop", "stop_damping", needs="compliant stop"),
+    _card("stop", "at a distance from rest", "gap", needs="stop"),
+    _card("stop", "second stop opposite", "opposite_restitution", "opposite_gap", needs="rigid stop"),
+    _card("excitation", "external noise", "D11", choice="noise"),
+    _card("excitation", "size of the external noise", "eps1", needs="noise"),
+    _card("excitation", "parametric noise", "D22", choice="parametric"),
+    _card("excitation", "size of the parametric noise", "eps2", needs="parametric"),
+    _card("excitation", "correlation of the two noises", "D12", needs="parametric"),
+    _card("excitation", "harmonic", "drive", "drive_frequency", choice="shaking"),
+    _card("excitation", "coloured noise", "correlation_time", choice="shaking", needs="noise"),
+    _card("excitation", "noise of a band", "centre_frequency", "bandwidth", choice="shaking", needs="noise"),
+    _card("load", "load resistance", "mu"),
 )
 
 
@@ -108,11 +108,11 @@ def effects(physical: bool) -> tuple[EffectCard, ...]:
     """
     listed = PHYSICAL if physical else NONDIMENSIONAL
     known = {key for effect in listed for key in effect.keys}
-    others = [one for one in keys() if (one.table == "nondimensional") != physical and one.table not in AWAY]
+    others = [key for key in keys() if (key.table == "nondimensional") != physical and key.table not in AWAY]
     cards = {"nondimensional": "oscillator", "opposite_stop": "stop"}
-    named = {f"{one.table}.{one.name}": one for one in others}
-    rest = [(cards.get(one.table, one.table), one.meaning, (key,)) for key, one in named.items() if key not in known]
-    return listed + tuple(EffectCard(*one) for one in rest)
+    named = {f"{key.table}.{key.name}": key for key in others}
+    rest = [(cards.get(key.table, key.table), key.meaning, (name,)) for name, key in named.items() if name not in known]
+    return listed + tuple(EffectCard(*fields) for fields in rest)
 
 
 def present(effect: EffectCard, on: set[EffectCard]) -> bool:

@@ -28,5 +28,5 @@ def first_text(key: str, modal: ModalParameters | None) -> str:
         f0 = modal.frequency / (2.0 * math.pi)
         first = {"bandwidth": 0.2 * f0, "correlation_time": 0.1 / f0}.get(name, f0)
         return written(key, float(f"{first:.3g}"))
-    example = next(one.example for one in keys() if f"{one.table}.{one.name}" == key)
+    example = next(known.example for known in keys() if f"{known.table}.{known.name}" == key)
     return normal(key, example.strip("\"'"))

@@ -33,7 +33,7 @@ def plain(text: str) -> str:
 
 def table(heads: Sequence[str], rows: Iterable[Sequence[str]], kind: str = "") -> str:
     """A table; cells are texts, which are escaped."""
-    head = "".join(f"<th>{escape(one)}</th>" for one in heads)
+    head = "".join(f"<th>{escape(name)}</th>" for name in heads)
     body = "".join("<tr>" + "".join(f"<td>{escape(plain(cell))}</td>" for cell in row) + "</tr>" for row in rows)
     return f'<table class="{kind}">{f"<thead><tr>{head}</tr></thead>" if heads else ""}<tbody>{body}</tbody></table>'
 
@@ -45,7 +45,7 @@ def problem_line(text: str) -> str:
 
 def without_knobs(tables: Iterable[str]) -> str:
     """That tables of the scene have no knobs on the page."""
-    names = " and ".join("[[mode]]" if one == "mode" else f"[{one}]" for one in tables)
+    names = " and ".join("[[mode]]" if table == "mode" else f"[{table}]" for table in tables)
     return f'<div class="by">{escape(names)} of the scene counts as its file has it: there are no knobs for it.</div>'
 
 
@@ -69,16 +69,16 @@ def power_here(live: Live, runs: Sequence[dict[str, Any]]) -> Power | None:
 
     A circuit's power is never that of a resistor in its place: None until a run has it.
     """
-    found, unit = best(live.here), "W" if live.problem.physical else ""
-    own = [run for run in runs if run["own"]]
-    if own and (found is None or not ENGINES[found.engine].is_exact or live.instead):
-        one = own[-1]
-        error = one["error"] if one["known"] or one["error"] else None
-        return Power(one["engine"], one["y"], error, one["known"], one["share"], unit)
-    if found is None or live.instead:
+    estimate, unit = best(live.here), "W" if live.problem.physical else ""
+    here = [run for run in runs if run["own"]]
+    if here and (estimate is None or not ENGINES[estimate.engine].is_exact or live.instead):
+        last = here[-1]
+        error = last["error"] if last["known"] or last["error"] else None
+        return Power(last["engine"], last["y"], error, last["known"], last["share"], unit)
+    if estimate is None or live.instead:
         return None
-    value = found.mean_power
-    return Power(found.engine, value.value, value.error95, True, found.share_of_possible, unit)
+    value = estimate.mean_power
+    return Power(estimate.engine, value.value, value.error95, True, estimate.share_of_possible, unit)
 
 
 def headline(live: Live, runs: Sequence[dict[str, Any]], why: str = "", beside: Sequence[str] = ()) -> str:
@@ -86,13 +86,13 @@ def headline(live: Live, runs: Sequence[dict[str, Any]], why: str = "", beside: 
 
     Where it is not known the page says so, and ``why``, or that it is being computed.
     """
-    found = power_here(live, runs)
-    if found is not None:
-        number, told = _number(found.value, found.unit, found.error)
-        told += "" if found.known or found.error is None else " of what is known of its error"
-        share = [] if found.share is None else [f"{100.0 * found.share:.3g} % of the possible"]
-        more = "".join(f", {escape(plain(one))}" for one in (*share, *beside))
-        return _large(number, told, f"mean power by <b>{escape(found.engine)}</b>{more}", live.at)
+    power = power_here(live, runs)
+    if power is not None:
+        number, error = _number(power.value, power.unit, power.error)
+        error += "" if power.known or power.error is None else " of what is known of its error"
+        share = [] if power.share is None else [f"{100.0 * power.share:.3g} % of the possible"]
+        more = "".join(f", {escape(plain(fact))}" for fact in (*share, *beside))
+        return _large(number, error, f"mean power by <b>{escape(power.engine)}</b>{more}", live.at)
     if live.instead:
         by = plain(why) if why else "The curves are those of a resistor in its place."
         known = "The circuit's power is not known." if why else "Computing the circuit's power ..."
@@ -103,9 +103,9 @@ def headline(live: Live, runs: Sequence[dict[str, Any]], why: str = "", beside: 
     )
 
 
-def _large(number: str, told: str, by: str, at: float) -> str:
+def _large(number: str, error: str, by: str, at: float) -> str:
     """A number in large letters, its error beside it, below it whose it is; the page's code has the place ``at``."""
-    head = f'{escape(plain(number))} <span class="error95">{escape(plain(told))}</span>'
+    head = f'{escape(plain(number))} <span class="error95">{escape(plain(error))}</span>'
     return f'<div class="power" data-at="{at!r}">{head}</div><div class="by">{by}</div>'
 
 
@@ -123,46 +123,46 @@ def _number(value: float, unit: str, error: float | None) -> tuple[str, str]:
 
 def answers(live: Live, runs: Sequence[dict[str, Any]]) -> str:
     """The working point by every engine that answered, with all parts of the error; and why others did not."""
-    rows = [_row(one, " (a resistor)" * live.instead) for one in live.here.values()]
+    rows = [_row(estimate, " (a resistor)" * live.instead) for estimate in live.here.values()]
     rows += [(run["engine"], run["text"], run["voltage"]) for run in runs if run["own"]]
-    found = table(("engine", "mean power", "mean square voltage"), rows, "answers") if rows else ""
+    html = table(("engine", "mean power", "mean square voltage"), rows, "answers") if rows else ""
     reasons = [(name, live.refused[name]) for name in FORMULAS if name in live.refused]
     if reasons:
         items = "".join(f"<li>{escape(plain(reason))}</li>" for _, reason in reasons)
-        found += f'<ul class="refused">{items}</ul>'
-    return found
+        html += f'<ul class="refused">{items}</ul>'
+    return html
 
 
-def _row(one: Estimate, instead: str) -> tuple[str, str, str]:
-    units = one.unit_names
+def _row(estimate: Estimate, instead: str) -> tuple[str, str, str]:
+    units = estimate.unit_names
     return (
-        one.engine + instead,
-        one.mean_power.format(units.power),
-        one.mean_square_voltage.format(units.mean_square_voltage),
+        estimate.engine + instead,
+        estimate.mean_power.format(units.power),
+        estimate.mean_square_voltage.format(units.mean_square_voltage),
     )
 
 
 def warnings(live: Live, runs: Sequence[dict[str, Any]], more: Sequence[str] = ()) -> str:
     """The warnings of all answers, each once."""
-    found = [f"{one.engine}: {word}" for one in live.here.values() for word in one.warnings]
-    found += [f"{run['engine']}: {word}" for run in runs if run["own"] for word in run["warnings"]]
-    found += more
-    items = "".join(f"<li>{escape(plain(one))}</li>" for one in dict.fromkeys(found))
+    sentences = [f"{estimate.engine}: {word}" for estimate in live.here.values() for word in estimate.warnings]
+    sentences += [f"{run['engine']}: {word}" for run in runs if run["own"] for word in run["warnings"]]
+    sentences += more
+    items = "".join(f"<li>{escape(plain(sentence))}</li>" for sentence in dict.fromkeys(sentences))
     return f'<ul class="warnings">{items}</ul>' if items else ""
 
 
-def life(found: dict[str, Any]) -> str:
+def life(answer: dict[str, Any]) -> str:
     """How the node lives, as `in_worker.life` tells it, or why that is not known (``error``); or a chip."""
-    if "error" in found:
-        return f'<div class="by">The node: {escape(plain(found["error"]))}</div>'
-    remarks = "".join(f"<li>{escape(plain(one))}</li>" for one in found["remarks"])
-    return table(found.get("heads", ("the node", "in a day")), found["rows"], "life") + f"<ul>{remarks}</ul>"
+    if "error" in answer:
+        return f'<div class="by">The node: {escape(plain(answer["error"]))}</div>'
+    remarks = "".join(f"<li>{escape(plain(remark))}</li>" for remark in answer["remarks"])
+    return table(answer.get("heads", ("the node", "in a day")), answer["rows"], "life") + f"<ul>{remarks}</ul>"
 
 
 def meanings(problem: Problem) -> tuple[str, list[str]]:
     """What the scene's numbers mean, as HTML, and the warnings among it."""
     if not problem.physical:
-        known = {f"{one.table}.{one.name}": one.meaning for one in keys()}
+        known = {f"{key.table}.{key.name}": key.meaning for key in keys()}
         rows = [
             (name, f"{value:.4g}", known.get(f"nondimensional.{name}", ""))
             for name, value in problem.scene.tables()["nondimensional"].items()
@@ -170,12 +170,14 @@ def meanings(problem: Problem) -> tuple[str, list[str]]:
         return table((), rows, "numbers"), []
     from harvester.devices.interpretation import meaning
 
-    found = meaning(problem)
-    rows = [(name, Value(value).format(unit), what) for name, value, unit, what in found.numbers]
-    doubts = [str(one) for one in found.remarks if one.severity == "warning"]
-    told = [one.line for one in found.remarks if one.severity == "note" and one.code not in SERVING]
-    paragraphs = "".join(f"<p>{escape(plain(one[:1].upper() + one[1:]))}</p>" for one in told)
-    return paragraphs + table((), rows, "numbers"), doubts
+    interpretation = meaning(problem)
+    rows = [(name, Value(value).format(unit), what) for name, value, unit, what in interpretation.numbers]
+    warnings = [str(remark) for remark in interpretation.remarks if remark.severity == "warning"]
+    notes = [
+        remark.line for remark in interpretation.remarks if remark.severity == "note" and remark.code not in SERVING
+    ]
+    paragraphs = "".join(f"<p>{escape(plain(note[:1].upper() + note[1:]))}</p>" for note in notes)
+    return paragraphs + table((), rows, "numbers"), warnings
 
 
 def difference(
@@ -186,18 +188,18 @@ def difference(
 ) -> str:
     """Two designs side by side: the keys in which they differ, their powers, and what is known ``beside`` of each."""
     cells = [(name.replace("load.parameters.", "").replace(".", ": ").replace("_", " "), *rest) for name, *rest in rows]
-    cells.append(("mean power", _told(before), _told(after)))
+    cells.append(("mean power", _with_error(before), _with_error(after)))
     if before and after and (before.share is not None or after.share is not None):
         cells.append(("of the possible", _share(before), _share(after)))
     if before and after and before.value > 0.0 and before.unit == after.unit:
         cells.append(("ratio of the powers", "1", f"{after.value / before.value:.4g}"))
     unknown = "not computed yet"
-    cells += [(name, *(one.get(name, unknown) for one in beside)) for name in {**beside[0], **beside[1]}]
+    cells += [(name, *(facts.get(name, unknown) for facts in beside)) for name in {**beside[0], **beside[1]}]
     same = "" if rows else "<p>The present design is the pinned one: turn a knob.</p>"
     return same + table(("", "pinned", "now"), cells, "difference")
 
 
-def _told(power: Power | None) -> str:
+def _with_error(power: Power | None) -> str:
     """A power with its error and its engine."""
     if power is None:
         return "not computed yet"

@@ -13,7 +13,7 @@ from harvester.machine import processes
 PERIODS = 12.0  # that are drawn
 MOST = 1500  # points that are drawn
 # What the power of a circuit is computed to, and the seconds for that: at once, in the end, and along a curve.
-QUICK, FINE, ALONG = (0.05, 0.05), (0.01, 10.0), (0.05, 1.0)
+QUICK, FINE, COARSE = (0.05, 0.05), (0.01, 10.0), (0.05, 1.0)
 FEW = 64  # trajectories at once: their start is most of what they take
 IDLE = 300.0  # seconds after which a worker without work ends
 
@@ -33,21 +33,23 @@ def path(tables: dict[str, Any]) -> dict[str, Any]:
     from harvester.studies.motion import motion
 
     problem = Problem(Scene(**tables))
-    found = motion(problem, default_sampler(problem), duration=2.0 * math.pi * PERIODS / problem.units.frequency)
-    last = found.time > found.time[-1] - found.shown
+    trace = motion(problem, default_sampler(problem), duration=2.0 * math.pi * PERIODS / problem.units.frequency)
+    last = trace.time > trace.time[-1] - trace.shown
     every = max(1, -(-int(last.sum()) // MOST))
-    drawn = (found.time, found.displacement, found.velocity, found.voltage)
-    t, x, v, voltage = (one[last][::every] for one in drawn)
+    drawn = (trace.time, trace.displacement, trace.velocity, trace.voltage)
+    t, x, v, voltage = (series[last][::every] for series in drawn)
     return {
         "t": (t - t[0]).tolist(),
         "x": x.tolist(),
         "v": v.tolist(),
         "V": voltage.tolist(),
-        "stops": list(found.stops),
-        "physical": found.physical,
-        "impacts": found.number_of_impacts,
-        "not_drawn": [str(one) for one in found.diagnostics if one.code in ("stop_not_drawn", "ball_not_drawn")],
-        "engine": found.engine,
+        "stops": list(trace.stops),
+        "physical": trace.physical,
+        "impacts": trace.number_of_impacts,
+        "not_drawn": [
+            str(remark) for remark in trace.diagnostics if remark.code in ("stop_not_drawn", "ball_not_drawn")
+        ],
+        "engine": trace.engine,
     }
 
 
@@ -66,7 +68,7 @@ def power(tables: dict[str, Any], within: float, seconds: float) -> dict[str, An
     from harvester.scene.scene import Scene
 
     problem = Problem(Scene(**tables))
-    kinds = sorted((one for one in ENGINES.values() if one.needs_netlist), key=lambda one: not one.by_mean_current)
+    kinds = sorted((kind for kind in ENGINES.values() if kind.needs_netlist), key=lambda kind: not kind.by_mean_current)
     refusals = []
     for kind in kinds:
         refused = kind.refusal(problem)
@@ -74,12 +76,12 @@ def power(tables: dict[str, Any], within: float, seconds: float) -> dict[str, An
             refusals.append(refused)
             continue
         if not kind.by_mean_current:
-            aim = {"trajectories": FEW} if (within, seconds) == QUICK else {"within": within}  # else: "not reached"
-            asked = engine(kind.NAME, budget=seconds, **aim)
-            found = (asked.at_many_points if within > FINE[0] else asked).run(problem)  # that of few words first
+            options = {"trajectories": FEW} if (within, seconds) == QUICK else {"within": within}  # else: "not reached"
+            chosen = engine(kind.NAME, budget=seconds, **options)
+            estimate = (chosen.at_many_points if within > FINE[0] else chosen).run(problem)  # that of few words first
         else:  # it has no such options, but a quick way and a whole one
-            found = Slow().quick(problem) if within > FINE[0] else Slow().run(problem)
-        return {"engine": kind.NAME} | told_of(found)
+            estimate = Slow().quick(problem) if within > FINE[0] else Slow().run(problem)
+        return {"engine": kind.NAME} | told_of(estimate)
     raise CannotServeError(refusals[0])
 
 
@@ -93,15 +95,15 @@ def life(tables: dict[str, Any]) -> dict[str, Any]:
     from harvester.scene.scene import Scene
     from harvester.studies.node import node
 
-    found = node(Scene(**tables))
-    first = found.first_packet
+    answer = node(Scene(**tables))
+    first = answer.first_packet
     short = {
-        PACKETS: f"{found.packets_per_hour.value:.4g}",
-        "runs": f"{100.0 * found.share_running.value:.4g} % of the day",
+        PACKETS: f"{answer.packets_per_hour.value:.4g}",
+        "runs": f"{100.0 * answer.share_running.value:.4g} % of the day",
         "awake after": "no packet in a day" if first is None else f"{first.value:.4g} s",
     }
-    told = sheet(found)
-    return {"rows": told.rows, "remarks": [*told.warnings, *told.notes], "short": short}
+    page = sheet(answer)
+    return {"rows": page.rows, "remarks": [*page.warnings, *page.notes], "short": short}
 
 
 def elsewhere(

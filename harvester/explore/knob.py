@@ -36,15 +36,15 @@ class Knob:
         self._quiet = False
         self.slide: Slide = slide(self.key, self._value() or 1.0)
         name, unit = key.rpartition(".")[2].replace("_", " "), unit_on_page(key)
-        told = f"{meaning_of(key)} ({unit})" if unit else meaning_of(key)
+        description = f"{meaning_of(key)} ({unit})" if unit else meaning_of(key)
         style = f"knob-{key.replace('.', '-')}"
-        look = {"description": told, "width": 128, "margin": (0, 6, 2, 0)}
+        look = {"description": description, "width": 128, "margin": (0, 6, 2, 0)}
         self.field = field(QuickField, "field", style, name=name, value=draft.texts.get(key, ""), **look)
         self.slider = QuickSlider(
             name="",
             start=0,
             end=STEPS,
-            value=self.slide.place(self._value() or 1.0),
+            value=self.slide.position(self._value() or 1.0),
             show_value=False,
             tooltips=False,
             sizing_mode="stretch_width",
@@ -69,7 +69,7 @@ class Knob:
             if not self.slide.holds(value):
                 self.slide = slide(self.key, value)
             self.field.value = self.draft.texts[self.key]
-            self.slider.value = self.slide.place(value)
+            self.slider.value = self.slide.position(value)
         self._quiet = False
 
     def _typed(self, event: Any) -> None:
@@ -108,8 +108,8 @@ class WordKnob:
             "margin": (2, 8, 5, 0),
         }
         kind: Any = pn.widgets.Select if key == PROFILE else pn.widgets.TextInput
-        own = {"options": [*PROFILES]} if key == PROFILE else {"description": meaning_of(key)}
-        self.view = field(kind, "word", f"knob-{key.replace('.', '-')}", value=self._word(), **own | options)
+        choices = {"options": [*PROFILES]} if key == PROFILE else {"description": meaning_of(key)}
+        self.view = field(kind, "word", f"knob-{key.replace('.', '-')}", value=self._word(), **choices | options)
         self.view.param.watch(self._chosen, "value")
 
     def _word(self) -> str:

@@ -33,13 +33,13 @@ class Knobs:
         self._load = column()
         cards = [self._card(table) for table in _CARDS]
         if draft.beside:
-            told = html_text.without_knobs(draft.beside)
-            cards.insert(0, words("beside", told, sizing_mode=None, margin=(5, 10)))
+            text = html_text.without_knobs(draft.beside)
+            cards.insert(0, words("beside", text, sizing_mode=None, margin=(5, 10)))
         self.view = column(*cards)
         self.refresh()
 
     def _card(self, table: str) -> Any:
-        inside: list[Any] = [self._block(one) for one in self.draft.effects if one.table == table]
+        inside: list[Any] = [self._block(effect) for effect in self.draft.effects if effect.table == table]
         if table == "load" and self.draft.physical:
             inside = [self._circuits(), self._load, *inside]
             self._fill_load()
@@ -156,7 +156,7 @@ class Knobs:
         self._quiet = True
         for effect in self._blocks:
             self._refresh_effect(effect)
-        for knob in (one for some in self.knobs.values() for one in some):
+        for knob in (knob for knobs in self.knobs.values() for knob in knobs):
             knob.refresh()
         self._mark_circuit()
         self._quiet = False
@@ -176,7 +176,7 @@ class Knobs:
             self._fill(effect)
         if effect in self.switches:
             self.switches[effect].value = here
-        panes = [one for one in self._bodies[effect].objects if isinstance(one, pn.pane.HTML)]
+        panes = [pane for pane in self._bodies[effect].objects if isinstance(pane, pn.pane.HTML)]
         files = [key for key in effect.keys if key.partition(".")[2] in FILES]
         for pane, key in zip(panes, files, strict=False):
             name = self.draft.files.get(key, "").rpartition("/")[2] or "none yet: open a CSV file above"

@@ -18,7 +18,7 @@ from harvester.scene.scene import Scene
 
 # The formulas, that which is nearest to the truth first.
 FORMULAS: dict[str, type[Engine]] = {
-    name: kind for name, kind in sorted(ENGINES.items(), key=lambda one: -one[1].LOOK.trust) if kind.is_formula
+    name: kind for name, kind in sorted(ENGINES.items(), key=lambda entry: -entry[1].LOOK.trust) if kind.is_formula
 }
 # Points of a curve that are computed while a knob turns, and after that; `PEAKED` where a closed form has peaks that a
 # coarse grid would miss, as under a harmonic drive.
@@ -93,20 +93,20 @@ def live(
     problem = Problem(scene)
     base, key_of_base = _without_netlist(problem, key)
     if base is None:
-        refused = {name: str(one.refusal(problem)) for name, one in FORMULAS.items()}
+        refused = {name: str(formula.refusal(problem)) for name, formula in FORMULAS.items()}
         return Live(problem, key, at, False, refused=refused)
     before = (known.curves, known.here, known.refused) if known is not None else ({}, {}, {})
-    found = Live(problem, key, at, problem.netlist is not None, *map(dict, before))  # type: ignore[arg-type]
-    found.curves.update(curves or {})
+    snapshot = Live(problem, key, at, problem.netlist is not None, *map(dict, before))  # type: ignore[arg-type]
+    snapshot.curves.update(curves or {})
     for name, engine in FORMULAS.items():
-        if name in found.here or name in found.refused:
+        if name in snapshot.here or name in snapshot.refused:
             continue
-        places = grid(slide, _count(engine, problem, fine, first)) if curves is None else None
-        if not _add(found, name, engine, base, key_of_base, places, slide, overtaken):
+        values = grid(slide, _count(engine, problem, fine, first)) if curves is None else None
+        if not _add(snapshot, name, engine, base, key_of_base, values, slide, overtaken):
             return None
-        if first and found.here:
-            return found
-    return found
+        if first and snapshot.here:
+            return snapshot
+    return snapshot
 
 
 def _count(engine: type[Engine], problem: Problem, fine: bool, first: bool) -> int:
@@ -117,32 +117,32 @@ def _count(engine: type[Engine], problem: Problem, fine: bool, first: bool) -> i
 
 
 def _add(
-    found: Live,
+    snapshot: Live,
     name: str,
     engine: type[Engine],
     scene: Scene,
     key: str,
-    places: Floats | None,
+    values: Floats | None,
     slide: Slide,
     overtaken: Callable[[], bool],
 ) -> bool:
-    """Add an engine's answer at the working point and its curve through ``places``, or why it has none.
+    """Add an engine's answer at the working point and its curve through ``values`` of the key, or why it has none.
 
     Whether it was not overtaken meanwhile.
     """
     if (reason := engine.refusal(Problem(scene))) is not None:
-        found.refused[name] = str(reason)
+        snapshot.refused[name] = str(reason)
         return True
-    answers = _answers(engine(), scene, key, np.empty(0) if places is None else places, overtaken)
+    answers = _answers(engine(), scene, key, np.empty(0) if values is None else values, overtaken)
     if answers is None:
         return False
-    here, along = answers
+    here, curve = answers
     if isinstance(here, Estimate):
-        found.here[name] = here
+        snapshot.here[name] = here
     else:
-        found.refused[name] = str(here)
-    if len(along) > 1:
-        found.curves[name] = _curve(along, slide)
+        snapshot.refused[name] = str(here)
+    if len(curve) > 1:
+        snapshot.curves[name] = _curve(curve, slide)
     return True
 
 
@@ -164,25 +164,26 @@ def best(here: dict[str, Estimate]) -> Estimate | None:
 
 
 def _answers(
-    engine: Engine, scene: Scene, key: str, places: Floats, overtaken: Callable[[], bool]
+    engine: Engine, scene: Scene, key: str, values: Floats, overtaken: Callable[[], bool]
 ) -> tuple[Estimate | HarvesterError, dict[float, Estimate]] | None:
-    """The answer to the scene as it stands, and those at the places where there are any, in their order.
+    """The answer to the scene as it stands, and those at the values where there are any, in their order.
 
-    The first places are computed together with the scene, for hardly more than it alone.  None once it is overtaken.
+    The first values are computed together with the scene, for hardly more than it alone.  None once it is overtaken.
     """
     at_once = AT_ONCE if engine.is_exact else AT_ONCE // 8
     here: list[Estimate | HarvesterError] = []
-    found: dict[float, Estimate] = {}
-    for begin in range(0, max(len(places), 1), at_once):
+    estimates: dict[float, Estimate] = {}
+    for begin in range(0, max(len(values), 1), at_once):
         if overtaken():
             return None
-        some = {float(x): one for x in places[begin : begin + at_once] if (one := _varied(scene, key, x)) is not None}
+        each = {float(x): _varied(scene, key, x) for x in values[begin : begin + at_once]}
+        some = {x: varied for x, varied in each.items() if varied is not None}
         alone = [] if here else [scene]
         answers = engine.run_many([*alone, *some.values()])
         here += answers[: len(alone)]
         at_places = zip(some, answers[len(alone) :], strict=True)
-        found |= {x: answer for x, answer in at_places if isinstance(answer, Estimate)}
-    return here[0], found
+        estimates |= {x: answer for x, answer in at_places if isinstance(answer, Estimate)}
+    return here[0], estimates
 
 
 def _varied(scene: Scene, key: str, value: float) -> Scene | None:
@@ -196,8 +197,8 @@ def _varied(scene: Scene, key: str, value: float) -> Scene | None:
 def _curve(answers: dict[float, Estimate], slide: Slide) -> PowerCurve:
     """The smooth curve through the points."""
     x = np.array([*answers])
-    power = np.array([one.mean_power.value for one in answers.values()])
-    error = np.array([one.mean_power.known_error95 for one in answers.values()])
+    power = np.array([estimate.mean_power.value for estimate in answers.values()])
+    error = np.array([estimate.mean_power.known_error95 for estimate in answers.values()])
     across = Slide(*_ends(x), True, slide.sign) if slide.by_ratio else Slide(x[0], x[-1], False)
     fine = np.union1d(grid(across, DRAWN), x) if len(x) < DRAWN else x
     middle, low, high = (

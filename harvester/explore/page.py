@@ -15,7 +15,7 @@ import panel as pn
 from harvester.errors import HarvesterError, InputError
 from harvester.explore import html_text
 from harvester.explore.beside import CHIP, PACKETS, Beside, of_chip, of_coil, of_path, sentence
-from harvester.explore.computing import Computing, Wanted
+from harvester.explore.computing import Computing, Request
 from harvester.explore.draft import PARAMETER, RESISTANCE, Draft, differences
 from harvester.explore.knobs import Knobs
 from harvester.explore.live import Live
@@ -40,9 +40,9 @@ class Explorer:
         self._ended = threading.Event()
         self.folder = tempfile.TemporaryDirectory(prefix="harvester-explore-")
         self.live: Live | None = None
-        self._wanted: Wanted | None = None
+        self._request: Request | None = None
         self.pinned: tuple[dict[str, Any], Live] | None = None
-        self._doubts: list[str] = []
+        self._warnings: list[str] = []
         self._beside = Beside()
         self._answered: dict[str, Any] = {}  # the design that the table of answers is of; paler of another one
         self._unknown: tuple[dict[str, Any], str] = ({}, "")  # a design, and why the power of its circuit is not known
@@ -106,8 +106,8 @@ class Explorer:
             self.error.object = html_text.problem_line(str(wrong))
             return
         self.error.object = ""
-        self._wanted = Wanted(self.draft.copy(), scene, self.draft.tables(), key, at, slide)
-        self._computing.ask(self._wanted)
+        self._request = Request(self.draft.copy(), scene, self.draft.tables(), key, at, slide)
+        self._computing.ask(self._request)
 
     def _axis(self) -> tuple[str, float, Slide]:
         """The key of the axis, its value and its range; the load where the key that was chosen is gone."""
@@ -131,22 +131,22 @@ class Explorer:
         """Say how it stands with the path."""
         self.path_told.object = f'<div class="by">{escape(html_text.plain(text))}</div>'
 
-    def show_path(self, asked: Wanted, found: dict[str, Any]) -> None:
+    def show_path(self, request: Request, path: dict[str, Any]) -> None:
         """Draw a path, and say beside the power how far it went."""
-        self.paths.show(found)
-        sizes = of_path(asked.scene, found)
-        self.say_of_path(sentence(found, sizes))
-        self._known_beside(asked, {f"{name} of a path": size for name, size in sizes.items()})
+        self.paths.show(path)
+        sizes = of_path(request.scene, path)
+        self.say_of_path(sentence(path, sizes))
+        self._known_beside(request, {f"{name} of a path": size for name, size in sizes.items()})
 
-    def show_life(self, asked: Wanted, found: dict[str, Any]) -> None:
+    def show_life(self, request: Request, life: dict[str, Any]) -> None:
         """Say how the node lives of the device, as a table and beside the power."""
-        self.life.object = html_text.life(found)
-        if "error" not in found:
-            self._known_beside(asked, found["short"])
+        self.life.object = html_text.life(life)
+        if "error" not in life:
+            self._known_beside(request, life["short"])
 
-    def _known_beside(self, asked: Wanted, facts: dict[str, str]) -> None:
+    def _known_beside(self, request: Request, facts: dict[str, str]) -> None:
         """Keep what is known beside the power of a design, of those that are shown, and say it."""
-        self._beside.add(asked.tables, facts, self.pinned[0] if self.pinned else None)
+        self._beside.add(request.tables, facts, self.pinned[0] if self.pinned else None)
         self._draw_words()
 
     def soon(self, action: Callable[[], None]) -> None:
@@ -161,36 +161,36 @@ class Explorer:
 
         document.add_next_tick_callback(act)
 
-    def show(self, asked: Wanted, found: Live, serving: dict[str, Diagnostic | None], rested: bool) -> None:
+    def show(self, request: Request, snapshot: Live, serving: dict[str, Diagnostic | None], rested: bool) -> None:
         """Draw what the formulas say, and let those engines be run that serve the scene.
 
         Tables make the browser lay out the whole page anew, and wait until the knobs have ``rested``.
         """
-        self.live, self._asked = found, asked
-        self._beside.add(asked.tables, of_coil(found.problem), self.pinned[0] if self.pinned else None)
+        self.live, self._drawn = snapshot, request
+        self._beside.add(request.tables, of_coil(snapshot.problem), self.pinned[0] if self.pinned else None)
         self.runs.serve(serving)
         self._draw(rested)
 
-    def show_power(self, asked: Wanted, found: dict[str, Any]) -> None:
+    def show_power(self, request: Request, answer: dict[str, Any]) -> None:
         """Draw and say what the circuit itself gives; ``error``: why that is not known."""
-        if "error" in found:
-            self._unknown = asked.tables, found["error"]
+        if "error" in answer:
+            self._unknown = request.tables, answer["error"]
         else:
-            self.runs.add(found["engine"], (asked.tables, asked.key, asked.at), found)
-            if asked.tables == self._asked.tables and CHIP in found["answer"]["details"]:
-                self._show_chip(asked, found["answer"]["details"])
+            self.runs.add(answer["engine"], (request.tables, request.key, request.at), answer)
+            if request.tables == self._drawn.tables and CHIP in answer["answer"]["details"]:
+                self._show_chip(request, answer["answer"]["details"])
         self._draw()
 
-    def _show_chip(self, asked: Wanted, details: dict[str, float]) -> None:
+    def _show_chip(self, request: Request, details: dict[str, float]) -> None:
         """Show how a chip's load and store live, as a table and beside the power."""
         circuit = self.live.problem.circuit if self.live is not None else None
         rows = of_chip(details, {} if circuit is None else circuit.values)
         self.life.object = html_text.life({"heads": ("the chip", ""), "rows": rows, "remarks": []})
-        self._beside.add(asked.tables, dict(rows[:2]), self.pinned[0] if self.pinned else None)
+        self._beside.add(request.tables, dict(rows[:2]), self.pinned[0] if self.pinned else None)
 
-    def mean(self, text: str, doubts: list[str]) -> None:
+    def mean(self, text: str, warnings: list[str]) -> None:
         """Say what the numbers mean."""
-        self.meaning.object, self._doubts = text, doubts
+        self.meaning.object, self._warnings = text, warnings
         self._draw_words()
 
     def _draw(self, rested: bool = True) -> None:
@@ -198,8 +198,8 @@ class Explorer:
         if self.live is None:
             return
         self._draw_words(rested)
-        asked, document = self._asked, self.document
-        if self.power is not None and (self.power.key, self.power.slide) == (asked.key, asked.slide):
+        request, document = self._drawn, self.document
+        if self.power is not None and (self.power.key, self.power.slide) == (request.key, request.slide):
             self._draw_curves()
         elif self.power is None or document is None or document.session_context is None:
             self._draw_new_plot()
@@ -214,57 +214,57 @@ class Explorer:
 
     def _draw_new_plot(self) -> None:
         """Draw the curves in a plot of the present axis."""
-        self.power = PowerPlot(self._asked.key, self._asked.slide)
+        self.power = PowerPlot(self._drawn.key, self._drawn.slide)
         self.plot.object = self.power.plot
         self._draw_curves()
 
     def _draw_curves(self) -> None:
         """Draw the curves, the runs and the pinned design."""
         assert self.live is not None and self.power is not None, "what is drawn"
-        asked, pinned = self._asked, None
-        if self.pinned and self.pinned[1].key == asked.key:
-            pinned = pinned_curve(self.pinned[1], self.runs.drawn(self.pinned[0], asked.key))
-        self.power.show(self.live, self.runs.drawn(asked.tables, asked.key), pinned)
+        request, pinned = self._drawn, None
+        if self.pinned and self.pinned[1].key == request.key:
+            pinned = pinned_curve(self.pinned[1], self.runs.drawn(self.pinned[0], request.key))
+        self.power.show(self.live, self.runs.drawn(request.tables, request.key), pinned)
 
     def _draw_words(self, rested: bool = True) -> None:
         if self.live is None:
             return
-        runs = self._runs_at(self._asked.tables, self.live)
+        runs = self._runs_at(self._drawn.tables, self.live)
         tables, why = self._unknown
-        beside = self._beside.of(self._asked.tables)
-        told = [f"{name} {fact}" for name, fact in beside.items()]
-        self.headline.object = html_text.headline(self.live, runs, why if tables == self._asked.tables else "", told)
-        stale = not rested and self._answered != self._asked.tables
+        beside = self._beside.of(self._drawn.tables)
+        facts = [f"{name} {fact}" for name, fact in beside.items()]
+        self.headline.object = html_text.headline(self.live, runs, why if tables == self._drawn.tables else "", facts)
+        stale = not rested and self._answered != self._drawn.tables
         if self.answers.styles != (shade := {"opacity": "0.35" if stale else "1"}):
             self.answers.styles = shade
         if not rested:
             return
-        self._answered = self._asked.tables
+        self._answered = self._drawn.tables
         self.answers.object = html_text.answers(self.live, runs)
         if not beside.get(PACKETS) and not beside.get(GLOSSARY[CHIP].label):
             waiting = '<div class="by">Computing how the node lives ...</div>'
-            self.life.object = waiting if "node" in self._asked.tables else ""
+            self.life.object = waiting if "node" in self._drawn.tables else ""
         self.files.show_link()
-        self.warnings.object = html_text.warnings(self.live, runs, self._doubts)
+        self.warnings.object = html_text.warnings(self.live, runs, self._warnings)
         self.difference.object = ""
         if self.pinned is None:
             return
         tables, before = self.pinned
         was = html_text.power_here(before, self._runs_at(tables, before))
-        rows, known = differences(tables, self._asked.tables), (self._beside.of(tables), beside)
+        rows, known = differences(tables, self._drawn.tables), (self._beside.of(tables), beside)
         self.difference.object = html_text.difference(rows, was, html_text.power_here(self.live, runs), known)
 
     def _runs_at(self, tables: dict[str, Any], live: Live) -> list[dict[str, Any]]:
         """The runs at the working point of a design."""
-        return [one for one in self.runs.shown(tables, live.key) if one["x"] == live.at]
+        return [run for run in self.runs.shown(tables, live.key) if run["x"] == live.at]
 
     def _point(self) -> tuple[dict[str, Any], str, float] | None:
         """The working point for a run in the background: what the knobs say, be it drawn yet or not."""
-        return None if self._wanted is None else (self._wanted.tables, self._wanted.key, self._wanted.at)
+        return None if self._request is None else (self._request.tables, self._request.key, self._request.at)
 
     def _pin(self) -> None:
         if self.live is not None:
-            self.pinned = (self._asked.tables, self.live)
+            self.pinned = (self._drawn.tables, self.live)
             self.pin.show(True)
             self._draw()
 
@@ -275,7 +275,7 @@ class Explorer:
 
     def shown_runs(self) -> list[dict[str, Any]]:
         """The runs over the key of the axis."""
-        return self.runs.shown(self._asked.tables, self._asked.key)
+        return self.runs.shown(self._drawn.tables, self._drawn.key)
 
     def close(self) -> None:
         """End all that belongs to the page."""

@@ -22,11 +22,11 @@ _MARKERS = {"o": "circle", "s": "square", "D": "diamond", "*": "star", "X": "x",
 _MARKERS |= {"h": "hex", "v": "inverted_triangle", "p": "hex_dot"}
 _DASH = 1.5  # a dash, in those of matplotlib
 _INK, _GRID, _GHOST = "#3a434d", "#e6e9ec", "#9aa4af"
-_OWN, _REFERENCE = {"line_width": 2.4, "line_alpha": 1.0}, {"line_width": 1.2, "line_alpha": 0.5}
+_NEAREST, _REFERENCE = {"line_width": 2.4, "line_alpha": 1.0}, {"line_width": 1.2, "line_alpha": 0.5}
 _EARLIER = 0.3  # opacity of a curve that is of the knobs' place before, until it is computed anew
 _ENDS = (1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)  # of the axis of power, times a power of ten
 JOINED = 3  # points of one design that are joined
-_TICKS = """
+_TICK_FORMAT = """
 const size = Math.abs(tick);
 if (size == 0) return "0";
 const names = {"-15": "f", "-12": "p", "-9": "n", "-6": "µ", "-3": "m", "0": "", "3": "k", "6": "M", "9": "G"};
@@ -70,7 +70,7 @@ class PowerPlot:
         name, unit = key.rpartition(".")[2].replace("_", " "), unit_on_page(key).replace("ohm", "Ω")
         self.plot.xaxis.axis_label = f"{name} ({unit})" if unit else name
         if by_ratio:
-            self.plot.xaxis.formatter = CustomJSTickFormatter(code=_TICKS)
+            self.plot.xaxis.formatter = CustomJSTickFormatter(code=_TICK_FORMAT)
         self.power = 0
         self.ghost = self.plot.line(
             "x", "y", source=_nothing("ghost", "xy"), color=_GHOST, line_width=3, line_dash=[1, 4], line_cap="round"
@@ -115,7 +115,7 @@ class PowerPlot:
 
     def show(self, live: Live, runs: list[dict[str, Any]], pinned: tuple[Floats, Floats] | None) -> None:
         """Draw the curves, the runs (x, y, error, engine, own) and the pinned design's (x, y), all in one unit."""
-        tops = [float(one.power.max()) for one in live.curves.values()] + [run["y"] + run["error"] for run in runs]
+        tops = [float(curve.power.max()) for curve in live.curves.values()] + [run["y"] + run["error"] for run in runs]
         tops += [float(pinned[1].max())] if pinned else []
         self.power = engineering(tops)
         unit = f"{SYMBOLS[self.power].replace('u', 'µ')}W" if live.problem.physical else ""
@@ -125,7 +125,7 @@ class PowerPlot:
         self._show_curves(live, pinned, scaled)
         self._show_runs(runs, scaled)
         self.here.location = live.at
-        top = max((one for one in tops if math.isfinite(one)), default=0.0)
+        top = max(filter(math.isfinite, tops), default=0.0)
         self.plot.y_range.end = axis_end(top / scaled, self.plot.y_range.end)
 
     def _show_curves(self, live: Live, pinned: tuple[Floats, Floats] | None, scaled: float) -> None:
@@ -134,7 +134,7 @@ class PowerPlot:
         for engine in FORMULAS:
             curve = None if live.instead and engine != best else live.curves.get(engine)
             _put(self.curves[engine].data_source, _columns(curve, scaled))
-            look = _REFERENCE if live.instead else _OWN
+            look = _REFERENCE if live.instead else _NEAREST
             faint = {"line_alpha": _EARLIER} if engine in live.earlier else {}
             self.curves[engine].glyph.update(**look | faint)
             self.items[engine].visible = curve is not None
@@ -151,8 +151,8 @@ class PowerPlot:
             data = {"x": np.array([run["x"] for run in mine]), "y": y, "low": y - error, "high": y + error}
             lists = {name: column.tolist() for name, column in data.items()}
             _put(self.curves[engine].data_source, lists | {"alpha": [1.0 if run["own"] else 0.3 for run in mine]})
-            own = sorted((run["x"], run["y"] / scaled) for run in mine if run["own"])
-            drawn = own if len(own) >= JOINED else []
+            points = sorted((run["x"], run["y"] / scaled) for run in mine if run["own"])
+            drawn = points if len(points) >= JOINED else []
             _put(self.joined[engine].data_source, {"x": [x for x, _ in drawn], "y": [y for _, y in drawn]})
             self.items[engine].visible = bool(mine)
 
@@ -197,8 +197,8 @@ def pinned_curve(live: Live, runs: list[dict[str, Any]]) -> tuple[Floats, Floats
     if not live.instead:
         curve = next((live.curves[name] for name in FORMULAS if name in live.curves), None)
         return None if curve is None else (curve.x, curve.power)
-    own = sorted((run["x"], run["y"]) for run in runs if run["own"])
-    return (np.array([x for x, _ in own]), np.array([y for _, y in own])) if own else None
+    points = sorted((run["x"], run["y"]) for run in runs if run["own"])
+    return (np.array([x for x, _ in points]), np.array([y for _, y in points])) if points else None
 
 
 class PathPlots:
@@ -235,6 +235,6 @@ class PathPlots:
                 ends.update(start=low - room * (values is not drawn["t"]), end=high + room * (values is not drawn["t"]))
         self.orbit.xaxis.axis_label, self.orbit.yaxis.axis_label = named("displacement", "x"), named("velocity", "v")
         self.voltage.xaxis.axis_label, self.voltage.yaxis.axis_label = named("time", "t"), named("voltage", "V")
-        for stop, place in zip(self.stops, [*path["stops"], math.nan, math.nan], strict=False):
-            stop.visible = math.isfinite(place)
-            stop.location = place / 10.0 ** scales["x"] if math.isfinite(place) else 0.0
+        for stop, position in zip(self.stops, [*path["stops"], math.nan, math.nan], strict=False):
+            stop.visible = math.isfinite(position)
+            stop.location = position / 10.0 ** scales["x"] if math.isfinite(position) else 0.0

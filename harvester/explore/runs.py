@@ -38,7 +38,7 @@ class RunPanel:
         choice: dict[str, Any] = {"options": ["5%", "2%", "1%", "0.5%"], "value": "2%"}
         self.within = field(pn.widgets.Select, "within", **choice, width=76, margin=(4, 10, 4, 4))
         self.buttons, self.cancels, self.bars = {}, {}, {}
-        self.why, self.told = (words(name, margin=(0, 0, 2, 2)) for name in ("why-not", "run-told"))
+        self.why, self.outcome = (words(name, margin=(0, 0, 2, 2)) for name in ("why-not", "run-told"))
         for engine in SAMPLERS:
             self.buttons[engine] = self._button(f"Run {engine}", engine, "run", self._start)
             self.cancels[engine] = self._button("Cancel", engine, "cancel", self._cancel)
@@ -47,7 +47,7 @@ class RunPanel:
             self.bars[engine] = field(pn.indicators.Progress, f"bar-{engine}", value=0, max=100, **look)
         parts = [part for e in SAMPLERS for part in (self.buttons[e], self.bars[e], self.cancels[e])]
         label = words("within-what", "within", sizing_mode=None, margin=(10, 0, 4, 6))
-        self.view = column(flow(*parts, label, self.within), self.why, self.told)
+        self.view = column(flow(*parts, label, self.within), self.why, self.outcome)
 
     def _button(self, name: str, engine: str, kind: str, action: Callable[[str], None]) -> Any:
         return button(name, f"{kind}-{engine}", lambda: action(engine), right=6)
@@ -59,8 +59,8 @@ class RunPanel:
         ]
         without = [name for name in SAMPLERS if name not in refusals]
         reasons += [f"{' and '.join(without)}: for a load that is a netlist, such as a bridge"] * bool(without)
-        said = "".join(f"<li>{escape(plain(one))}</li>" for one in reasons)
-        self.why.object = f"<details><summary>Why some are grey</summary><ul>{said}</ul></details>" if reasons else ""
+        items = "".join(f"<li>{escape(plain(reason))}</li>" for reason in reasons)
+        self.why.object = f"<details><summary>Why some are grey</summary><ul>{items}</ul></details>" if reasons else ""
         for engine in SAMPLERS:
             known = engine in refusals and refusals[engine] is None
             self.buttons[engine].disabled = engine in self._running or not known
@@ -70,11 +70,11 @@ class RunPanel:
         if point is None or engine in self._running:
             return
         self._begun[engine] = point
-        self.told.object = ""
+        self.outcome.object = ""
         self._show(engine, running=True)
-        told = self._soon
+        on_page = self._soon
         self._running[engine] = Background(
-            point[0], engine, self.within.value, lambda said: told(lambda: self._take(engine, said))
+            point[0], engine, self.within.value, lambda said: on_page(lambda: self._take(engine, said))
         )
 
     def _cancel(self, engine: str) -> None:
@@ -96,18 +96,18 @@ class RunPanel:
         if "answer" in said:
             self.add(engine, self._begun[engine], said)
         elif "error" in said:
-            self.told.object = f'<div class="error">{escape(engine)}: {escape(plain(said["error"]))}</div>'
+            self.outcome.object = f'<div class="error">{escape(engine)}: {escape(plain(said["error"]))}</div>'
         else:
-            self.told.object = f'<div class="by">{escape(engine)} was cancelled.</div>'
+            self.outcome.object = f'<div class="by">{escape(engine)} was cancelled.</div>'
         self._changed()
 
     def add(self, engine: str, begun: tuple[dict[str, Any], str, float], said: dict[str, Any]) -> None:
         """Take the answer of a run in the place of that of the same point, unless that is known better."""
         new = _point(engine, begun, said)
         same = ("engine", "key", "x", "rest")
-        before = [one for one in self.points if all(one[name] == new[name] for name in same)]
-        best = min([*before, new], key=lambda one: (not one["settled"], float(one["error"]) or math.inf))
-        self.points = [one for one in self.points if one not in before] + [best]
+        before = [run for run in self.points if all(run[name] == new[name] for name in same)]
+        best = min([*before, new], key=lambda run: (not run["settled"], float(run["error"]) or math.inf))
+        self.points = [run for run in self.points if run not in before] + [best]
 
     def shown(self, tables: dict[str, Any], key: str) -> list[dict[str, Any]]:
         """The points over a key; ``own`` says that one is of this very design but for the key."""
@@ -120,8 +120,8 @@ class RunPanel:
 
     def close(self) -> None:
         """Kill all runs."""
-        for one in [*self._running.values()]:
-            one.cancel()
+        for run in [*self._running.values()]:
+            run.cancel()
 
 
 def _point(engine: str, begun: tuple[dict[str, Any], str, float], said: dict[str, Any]) -> dict[str, Any]:

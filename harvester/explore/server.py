@@ -52,7 +52,7 @@ class Server:
         template = (Path(__file__).parent / "page.html").read_text()
 
         def page() -> Any:
-            held = [one.decode(errors="replace") for one in pn.state.session_args.get("scene", [])]
+            held = [value.decode(errors="replace") for value in pn.state.session_args.get("scene", [])]
             error = ""
             try:
                 draft = links.opened(held[0]) if held else first()
@@ -127,14 +127,14 @@ def free_port(port: int, host: str = HOST) -> int:
         raise InputError(f"{must}, but was '{host}'") from None
     if address.is_unspecified:
         raise InputError(f"{must}, but was '{host}', which is all of them: the page answers to one")
-    with socket.socket(socket.AF_INET6 if address.version == 6 else socket.AF_INET) as one:
-        one.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    with socket.socket(socket.AF_INET6 if address.version == 6 else socket.AF_INET) as listener:
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
-            one.bind((host, port))
+            listener.bind((host, port))
         except OSError as error:
             if error.errno == errno.EADDRNOTAVAIL:
                 raise InputError(f"{must}, but was '{host}', which is none") from None
             raise InputError(
                 f"`port` must be free, but {port} is not: {error.strerror}; leave it out for any that is"
             ) from None
-        return int(one.getsockname()[1])
+        return int(listener.getsockname()[1])

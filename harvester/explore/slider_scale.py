@@ -19,14 +19,14 @@ class Slide:
     by_ratio: bool
     sign: float = 1.0
 
-    def value(self, place: int) -> float:
+    def value(self, position: int) -> float:
         """The value at a place, of three digits."""
-        share = place / STEPS
+        share = position / STEPS
         if self.by_ratio:
             return self.sign * float(f"{self.low * (self.high / self.low) ** share:.3g}")
         return float(f"{self.low + (self.high - self.low) * share:.4g}")
 
-    def place(self, value: float) -> int:
+    def position(self, value: float) -> int:
         """The place that is nearest to a value; an end for a value outside."""
         if self.by_ratio:
             size = max(self.sign * value, self.low)

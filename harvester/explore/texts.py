@@ -28,7 +28,7 @@ def meaning_of(key: str) -> str:
         return _MEASURED[key][1]
     if key.startswith(_PARAMETERS):
         return _OWN_MEANING.get(key.removeprefix(_PARAMETERS), "parameter of the netlist")
-    return next((one.meaning for one in keys() if f"{one.table}.{one.name}" == key), "")
+    return next((known.meaning for known in keys() if f"{known.table}.{known.name}" == key), "")
 
 
 def unit_on_page(key: str) -> str:
@@ -47,12 +47,12 @@ def written(key: str, value: float, like: str = "") -> str:
     """A value in SI units as a text, in the unit of the text ``like`` where that is one of its own, such as g^2/Hz."""
     unit = unit_on_page(key)
     kind = key_kind(*split_key(key))
-    own = (split_unit(like) or (0.0, ""))[1]
-    if kind is not None and own and own not in _with_prefixes(unit):
-        factor, power = kind.scale(own)
+    like_unit = (split_unit(like) or (0.0, ""))[1]
+    if kind is not None and like_unit and like_unit not in _with_prefixes(unit):
+        factor, power = kind.scale(like_unit)
         if factor:
             number = value / factor if power == 1 else math.copysign(math.sqrt(abs(value) / factor), value)
-            return f"{number:.6g}{'' if own == '%' else ' '}{own}"
+            return f"{number:.6g}{'' if like_unit == '%' else ' '}{like_unit}"
     if unit == "kg":
         return prefixed(1e3 * value, "g") if abs(value) < 1.0 else f"{value:.6g} kg"
     return prefixed(value, unit) if unit in _PREFIXED else f"{value:.6g} {unit}".rstrip()

@@ -66,16 +66,16 @@ class FilesBar:
         self.chooser = field(pn.widgets.FileInput, "open", **kinds, **look)
         look = {"name": "column to use", "placeholder": "x, y, z or a column", "width": 190, "margin": (0, 0, 6, 0)}
         self.axis = field(pn.widgets.TextInput, "record-axis", **look)
-        self.told = words("open-told")
+        self.outcome = words("open-told")
         self.chooser.param.watch(lambda _: self._opened(), "value")
         title = words("open-what", "Open a scene (.toml), a record (.csv) or a netlist (.cir)")
-        self.open = column(title, self.chooser, self.axis, self.told, margin=(0, 0, 10, 0))
+        self.open = column(title, self.chooser, self.axis, self.outcome, margin=(0, 0, 10, 0))
         self.failed = words("save-told")
         files = {
             "scene.toml": ("Scene (TOML)", lambda: self._page.draft.toml().encode()),
-            "figure.png": ("Figure (PNG)", lambda: downloads.figure(*self._found(), "png")),
-            "figure.svg": ("Figure (SVG)", lambda: downloads.figure(*self._found(), "svg")),
-            "report.html": ("Report (HTML)", lambda: downloads.page(*self._found()).encode()),
+            "figure.png": ("Figure (PNG)", lambda: downloads.figure(*self._shown(), "png")),
+            "figure.svg": ("Figure (SVG)", lambda: downloads.figure(*self._shown(), "svg")),
+            "report.html": ("Report (HTML)", lambda: downloads.page(*self._shown()).encode()),
         }
         self.buttons = [self._download(name, label, make) for name, (label, make) in files.items()]
         self.link = words("link", margin=(2, 0, 4, 0))
@@ -90,7 +90,7 @@ class FilesBar:
             else f'<a href="?scene={held}">Link to this design</a>'
         )
 
-    def _found(self) -> tuple[Live, list[dict[str, Any]]]:
+    def _shown(self) -> tuple[Live, list[dict[str, Any]]]:
         if self._page.live is None:
             raise InputError("there is nothing to save yet: the scene has no answer")
         return self._page.live, self._page.shown_runs()
@@ -124,7 +124,7 @@ class FilesBar:
         if not contents:
             return
         contents, names = (contents, names) if isinstance(contents, list) else ([contents], [names])
-        self.told.object = '<div class="by">reading ...</div>'
+        self.outcome.object = '<div class="by">reading ...</div>'
         draft, axis = self._page.draft, self.axis.value.strip()
         POOL.submit(self._read, draft, names, contents, axis)
 
@@ -132,13 +132,13 @@ class FilesBar:
         """Read the files in a thread of its own, so that no other page waits; then the page takes them."""
         try:
             paths = uploads.keep(self._folder, names, contents)
-            found, told = uploads.take(draft, paths, axis)
+            changed, messages = uploads.take(draft, paths, axis)
         except Exception as error:
             line = problem_line(str(named(error)).replace(f"{self._folder}{os.sep}", ""))
-            self._page.soon(lambda: self.told.param.update(object=line))
+            self._page.soon(lambda: self.outcome.param.update(object=line))
             return
-        self._page.soon(lambda: self._taken(found, told))
+        self._page.soon(lambda: self._taken(changed, messages))
 
-    def _taken(self, draft: Draft, told: list[str]) -> None:
-        self.told.object = "".join(f'<div class="by">{escape(one)}</div>' for one in told)
+    def _taken(self, draft: Draft, messages: list[str]) -> None:
+        self.outcome.object = "".join(f'<div class="by">{escape(message)}</div>' for message in messages)
         self._page.replace(draft)

@@ -22,7 +22,7 @@ def keep(folder: Path, names: list[str], contents: list[bytes]) -> list[Path]:
 
     Raises InputError for a name that is none of a plain file of `KINDS`, and for too many bytes.
     """
-    held = sum(one.stat().st_size for one in folder.iterdir())
+    held = sum(file.stat().st_size for file in folder.iterdir())
     if held + sum(map(len, contents)) > MOST_BYTES:
         raise InputError(f"the files of a page must have at most {MOST_BYTES // 1_000_000} MB together, but have more")
     kept = []
@@ -42,23 +42,23 @@ def take(draft: Draft, paths: list[Path], axis: str) -> tuple[Draft, list[str]]:
     ``axis`` is that of a record with several columns, empty for the only one.  Raises InputError in one line for what
     cannot be used; the draft that was given stays as it was.
     """
-    draft, told = draft.copy(), list[str]()
-    for path in sorted(paths, key=lambda one: KINDS.index(one.suffix.lower())):
+    draft, messages = draft.copy(), list[str]()
+    for path in sorted(paths, key=lambda file: KINDS.index(file.suffix.lower())):
         match path.suffix.lower():
             case ".toml":
                 draft = _scene(path)
-                told.append(f"scene {path.name}")
-            case ".csv" if any(Path(one).name == path.name for one in draft.files.values()):
-                told.append(f"record {path.name}")  # that of the scene, which has its own reader
+                messages.append(f"scene {path.name}")
+            case ".csv" if any(Path(record).name == path.name for record in draft.files.values()):
+                messages.append(f"record {path.name}")  # that of the scene, which has its own reader
             case ".csv":
-                told += _record(draft, path, axis)
+                messages += _record(draft, path, axis)
             case _:
                 draft.own_netlist(str(path))
-                told.append(f"netlist {path.name}")
+                messages.append(f"netlist {path.name}")
     if (count := sum(key.startswith(PARAMETER) for key in draft.texts)) > MOST_KNOBS:
         raise InputError(f"a netlist must have at most {MOST_KNOBS} parameters, each a knob here, but has {count}")
     draft.scene()
-    return draft, told
+    return draft, messages
 
 
 def _scene(path: Path) -> Draft:
@@ -73,16 +73,16 @@ def _record(draft: Draft, path: Path, axis: str) -> list[str]:
     if not draft.physical:
         raise InputError("a record must go with a scene in SI units, but this one is nondimensional")
     try:
-        found = record_spectra(clean(str(path), axis or None, None))
+        report = record_spectra(clean(str(path), axis or None, None))
     except InputError as error:
         raise InputError(str(error).replace("FILE", path.name).replace("--axis", "the field 'axis'")) from None
     cleaned = path.with_name(f"{path.stem}_clean.csv") if not path.stem.endswith("_clean") else path
-    files.write(cleaned, found.text(), "file")
+    files.write(cleaned, report.text(), "file")
     draft.files["excitation.acceleration_file"] = str(cleaned)
-    recorded = next(one for one in draft.effects if one.keys == ("excitation.acceleration_file",))
+    recorded = next(effect for effect in draft.effects if effect.keys == ("excitation.acceleration_file",))
     draft.switch(recorded, True)
-    for one in draft.effects:
-        if one.choice == "noise":
-            draft.switch(one, False)
-    rms = f"rms {found.record.rms:.4g} m/s^2, {len(found.record.values)} samples"
-    return [f"record {path.name}: {rms}", *map(str, (*found.record.notes, *found.record.warnings))]
+    for effect in draft.effects:
+        if effect.choice == "noise":
+            draft.switch(effect, False)
+    rms = f"rms {report.record.rms:.4g} m/s^2, {len(report.record.values)} samples"
+    return [f"record {path.name}: {rms}", *map(str, (*report.record.notes, *report.record.warnings))]

@@ -13,7 +13,7 @@ _SEEN = 0.01  # of a value: a shorter bar is hidden by its mark
 def charging(answer: ChargingShape, title: str | None) -> Plot:
     """Draw the voltage over time; of several runs also the share that has reached the target, and the store's power."""
     of, several = answer.unit_names, answer.stderr is not None
-    known = [one for one in answer.levels if one.power is not None]
+    known = [level for level in answer.levels if level.power is not None]
     time = scale("time from empty", of.time, answer.t)
     volt = scale(_called(answer), answer.unit, [*answer.quantiles[1], answer.target])
     panels = 1 + several + bool(known)
@@ -36,9 +36,9 @@ def charging(answer: ChargingShape, title: str | None) -> Plot:
         if known:
             _draw_power(others[0], answer, volt.factor, volt.label)
         entitle(figure, title, f"How long until {amount(answer.target, answer.unit)}?")
-        powers = [one.power for one in known if one.power is not None]
+        powers = [level.power for level in known if level.power is not None]
         errors = [*powers, *([answer.time] if answer.time is not None else [])]
-        seen = any(one.known_error95 > _SEEN * abs(one.value) for one in errors)
+        seen = any(number.known_error95 > _SEEN * abs(number.value) for number in errors)
         legend(figure, "Bars: 95 % sampling and step, as far as they are known." if seen else "")
     return figure
 
@@ -53,15 +53,15 @@ def _draw_voltage(curve: Any, answer: ChargingShape, time: Scale, volt: Scale) -
     """Draw the probe over time with its band, the target, and when it is reached."""
     t, several = answer.t / time.factor, answer.stderr is not None
     if several:
-        low, high = (one / volt.factor for one in answer.quantiles)
+        low, high = (quantile / volt.factor for quantile in answer.quantiles)
         curve.fill_between(t, low, high, color=_PALE, linewidth=0, label="5 to 95 % of the runs")
     curve.plot(t, answer.voltage / volt.factor, color=_INK, label="mean" if several else "the run")
     look: dict[str, Any] = {"color": _TARGET, "linewidth": 1.0, "linestyle": (0, (5, 2))}
     curve.axhline(answer.target / volt.factor, **look, label="target")
     if answer.time is not None:
         error, at = answer.time.known_error95 / time.factor, answer.time.value / time.factor
-        y, told = answer.target / volt.factor, amount(answer.time.value, answer.unit_names.time)
-        label = f"{'mean time to the target' if several else 'reached after'}: {told}"
+        y, reached = answer.target / volt.factor, amount(answer.time.value, answer.unit_names.time)
+        label = f"{'mean time to the target' if several else 'reached after'}: {reached}"
         curve.errorbar([at], [y], xerr=[error], fmt="o", color=_TARGET, zorder=4, label=label)
     curve.set_xlim(0.0, t[-1])
     curve.set_ylim(min(0.0, float(answer.quantiles[0].min()) / volt.factor), None)
@@ -71,15 +71,15 @@ def _draw_voltage(curve: Any, answer: ChargingShape, time: Scale, volt: Scale) -
 
 def _draw_power(axes: Any, answer: ChargingShape, factor: float, label: str) -> None:
     """Draw the mean power between the levels against the voltage midway."""
-    middles, values = [], []
+    middles, powers = [], []
     below = 0.0
-    for one in answer.levels:
-        if one.power is not None:
-            middles.append(0.5 * (below + one.voltage) / factor)
-            values.append(one.power)
-        below = one.voltage
-    watt = scale("power into the store", answer.unit_names.power, [one.value for one in values])
-    heights, errors = ([getattr(one, name) / watt.factor for one in values] for name in ("value", "known_error95"))
+    for level in answer.levels:
+        if level.power is not None:
+            middles.append(0.5 * (below + level.voltage) / factor)
+            powers.append(level.power)
+        below = level.voltage
+    watt = scale("power into the store", answer.unit_names.power, [power.value for power in powers])
+    heights, errors = ([getattr(power, name) / watt.factor for power in powers] for name in ("value", "known_error95"))
     axes.errorbar(middles, heights, errors, fmt=".-", color=_POWER, linewidth=1.0)
     axes.set_xlabel(label)
     axes.set_ylabel(watt.label)

@@ -19,13 +19,13 @@ def cosimulation(path: Table, title: str | None) -> Plot:
     thin = slice(None, None, max(1, len(t) // _MOST))
     with styled():
         figure, axes = new(len(columns), 1, (WIDTH, 1.3 * len(columns) + 0.6))
-        for here, one in zip(axes, columns, strict=True):
-            values = np.asarray(one.cells, dtype=float)
-            own = scale(one.head, one.unit, values)
-            here.plot(t[thin] / of_time.factor, values[thin] / own.factor, color=_INK, linewidth=0.8)
-            here.set_ylabel(broken(own.label, 16))
+        for here, column in zip(axes, columns, strict=True):
+            values = np.asarray(column.cells, dtype=float)
+            its_scale = scale(column.head, column.unit, values)
+            here.plot(t[thin] / of_time.factor, values[thin] / its_scale.factor, color=_INK, linewidth=0.8)
+            here.set_ylabel(broken(its_scale.label, 16))
             here.set_xlim(t[0] / of_time.factor, t[-1] / of_time.factor)
-            here.tick_params(labelbottom=one is columns[-1])
+            here.tick_params(labelbottom=column is columns[-1])
         axes[-1].set_xlabel(of_time.label)
         entitle(figure, title, "A model and its circuit over time")
     return figure

@@ -14,43 +14,43 @@ _INK, _PALE = "#661100", "0.8"
 _LEAST = 1e-5  # of the peak: where a density ends on the picture
 
 
-def densities(found: DensitiesShape, title: str | None) -> Plot:
+def densities(result: DensitiesShape, title: str | None) -> Plot:
     """Draw the densities of displacement and voltage, alone and together, impact speeds and the voltage's spectrum."""
-    u, path = found.unit_names, found.path
+    u, path = result.unit_names, result.path
     settled = path.time >= 0.25 * path.time[-1]
     impacts = path.impacts[path.impacts[:, 0] >= 0.25 * path.time[-1]]
-    panels = 3 + sum(one is not None for one in (found.voltage_plane, found.impact_speed, found.spectrum))
+    panels = 3 + sum(part is not None for part in (result.voltage_plane, result.impact_speed, result.spectrum))
     rows = -(-panels // 2)
     with styled():
         figure, grid = new(rows, 2, (WIDTH, 0.6 + 2.4 * rows))
-        places = iter(grid.ravel())
-        curve = next(places)
-        _curve(curve, "displacement", u.length, found.displacement, found.displacement_density)
-        _histogram(curve, path.displacement[settled], scale("", u.length, found.displacement).factor)
-        curve = next(places)
-        _curve(curve, "voltage", u.voltage, found.voltage, found.voltage_density)
-        _histogram(curve, path.voltage[settled], scale("", u.voltage, found.voltage).factor)
-        x, v = found.displacement[::4], found.velocity[::4]
-        _plane(next(places), found.phase_plane, ("displacement", u.length, x), ("velocity", u.speed, v))
-        if found.voltage_plane is not None:
-            axes = ("displacement", u.length, found.plane_displacement), ("voltage", u.voltage, found.plane_voltage)
-            _plane(next(places), found.voltage_plane, *axes)
-        if found.impact_speed is not None and found.impact_density is not None:
-            curve, rate = next(places), float(np.trapezoid(found.impact_density, found.impact_speed))
-            _curve(curve, "impact speed", u.speed, found.impact_speed, found.impact_density / rate)
+        panels_left = iter(grid.ravel())
+        curve = next(panels_left)
+        _curve(curve, "displacement", u.length, result.displacement, result.displacement_density)
+        _histogram(curve, path.displacement[settled], scale("", u.length, result.displacement).factor)
+        curve = next(panels_left)
+        _curve(curve, "voltage", u.voltage, result.voltage, result.voltage_density)
+        _histogram(curve, path.voltage[settled], scale("", u.voltage, result.voltage).factor)
+        x, v = result.displacement[::4], result.velocity[::4]
+        _plane(next(panels_left), result.phase_plane, ("displacement", u.length, x), ("velocity", u.speed, v))
+        if result.voltage_plane is not None:
+            axes = ("displacement", u.length, result.plane_displacement), ("voltage", u.voltage, result.plane_voltage)
+            _plane(next(panels_left), result.voltage_plane, *axes)
+        if result.impact_speed is not None and result.impact_density is not None:
+            curve, rate = next(panels_left), float(np.trapezoid(result.impact_density, result.impact_speed))
+            _curve(curve, "impact speed", u.speed, result.impact_speed, result.impact_density / rate)
             if len(impacts) > 1:
-                factor = scale("", u.speed, found.impact_speed).factor
+                factor = scale("", u.speed, result.impact_speed).factor
                 counts, edges = np.histogram(np.abs(impacts[:, 1]) / factor, bins=40, density=True)
                 curve.stairs(counts, edges, fill=True, color=_PALE, zorder=0)
-        if found.frequency is not None and found.spectrum is not None:
-            curve = next(places)
-            curve.loglog(found.frequency, found.spectrum, color=_INK, linewidth=1.2)
+        if result.frequency is not None and result.spectrum is not None:
+            curve = next(panels_left)
+            curve.loglog(result.frequency, result.spectrum, color=_INK, linewidth=1.2)
             for axis in (curve.xaxis, curve.yaxis):
-                axis.set_major_formatter(lambda tick, _: f"{tick:g}")
+                axis.set_major_formatter(lambda number, _: f"{number:g}")
                 axis.set_minor_formatter("")
             curve.set_xlabel(f"frequency ({u.frequency or 'of the resonance'})")
             curve.set_ylabel(f"voltage density ({'V²/Hz' if u.frequency else 'nondimensional'})")
-        for unused in places:
+        for unused in panels_left:
             unused.remove()
         entitle(figure, title, "How is the motion distributed?")
         legend(
@@ -78,7 +78,7 @@ def _histogram(here: Any, values: Floats, factor: float) -> None:
 
 def _plane(here: Any, density: Floats, *axes: tuple[str, str, Any]) -> None:
     """Draw the density of two quantities as colours."""
-    of_x, of_y = (scale(*one) for one in axes)
+    of_x, of_y = (scale(*axis) for axis in axes)
     x, y = axes[0][2] / of_x.factor, axes[1][2] / of_y.factor
     here.pcolormesh(x, y, np.maximum(density, 0.0).T, cmap="viridis", rasterized=True, shading="nearest")
     here.grid(visible=False)

@@ -52,13 +52,13 @@ def _errors(here: Axes, answer: EstimateShape) -> None:
     }
     by = abs(power.value) / 100.0
     colour = look_of(answer.engine).colour
-    for place, (name, error) in enumerate(parts.items()):
+    for row, (name, error) in enumerate(parts.items()):
         if error is None or by == 0.0:
             absent = "none, or not known" if power.error95 is None else "none"
             text = absent if error is None else "the power is 0"
-            here.annotate(text, (0.0, place), (4, 0), textcoords="offset points", va="center", fontsize=9, color="0.35")
+            here.annotate(text, (0.0, row), (4, 0), textcoords="offset points", va="center", fontsize=9, color="0.35")
         else:
-            here.barh(place, error / by, 0.6, color=colour, edgecolor=INK, linewidth=0.6, hatch=_HATCHES[name])
+            here.barh(row, error / by, 0.6, color=colour, edgecolor=INK, linewidth=0.6, hatch=_HATCHES[name])
     here.set_yticks(range(len(parts)), [*parts])
     here.set_ylim(len(parts) - 0.5, -0.5)
     here.set_xlim(0.0, None if here.containers else 1.0)
@@ -89,7 +89,7 @@ def _powers(powers: Axes, estimates: Sequence[EstimateShape]) -> None:
     """Draw each engine's mean power with its error, and write both beside it."""
     values = [e.mean_power.value for e in estimates]
     x = scale("mean power", estimates[0].unit_names.power, values)
-    for place, answer in enumerate(estimates):
+    for row, answer in enumerate(estimates):
         look: dict[str, Any] = {"color": look_of(answer.engine).colour, "marker": look_of(answer.engine).marker}
         bars: dict[str, Any] = {
             "markersize": 6,
@@ -100,10 +100,10 @@ def _powers(powers: Axes, estimates: Sequence[EstimateShape]) -> None:
             "zorder": 3,
         }
         error = answer.mean_power.known_error95 / x.factor
-        powers.errorbar(answer.mean_power.value / x.factor, place, xerr=error or None, **look, **bars)
+        powers.errorbar(answer.mean_power.value / x.factor, row, xerr=error or None, **look, **bars)
         left = _relative_place(answer.mean_power.value, values) > 0.6
         where: dict[str, Any] = {"xytext": (-9 if left else 9, 9), "ha": "right" if left else "left"}
-        at = (answer.mean_power.value / x.factor, place)
+        at = (answer.mean_power.value / x.factor, row)
         text = _with_error(answer.mean_power.scaled(1.0 / x.factor))
         powers.annotate(text, at, textcoords="offset points", va="center", fontsize=9, **where)
     powers.set_yticks(range(len(estimates)), [_label(e) for e in estimates])
@@ -118,8 +118,8 @@ def _with_error(power: Value) -> str:
     error = power.error95
     if error is None or error < _SEEN * abs(power.value):
         return f"{power.value:.4g}"
-    places = max(0, 1 - math.floor(math.log10(error)))
-    return f"{power.value:.{places}f} ± {error:.{places}f}"
+    digits = max(0, 1 - math.floor(math.log10(error)))
+    return f"{power.value:.{digits}f} ± {error:.{digits}f}"
 
 
 def _path(panel: Axes, path: PathShape) -> None:
@@ -139,7 +139,7 @@ def _path(panel: Axes, path: PathShape) -> None:
     }
     for label, (values, look) in curves.items():
         panel.plot(t, values[shown] / volt.factor, label=label, **look)
-    errors = [percent(one, 1.0) for one in (path.decoupled_rms_error, path.spice_rms_error)]
+    errors = [percent(error, 1.0) for error in (path.decoupled_rms_error, path.spice_rms_error)]
     panel.set_title(f"One path {path.title}: RMS error {errors[0]} published, {errors[1]} ngspice")
     panel.set_ylabel(volt.label.replace(" (", "\n("))
     panel.set_xlim(t[0], t[-1])
@@ -185,12 +185,12 @@ def cost(points: Iterable[tuple[str, float, float, bool]], title: str | None) ->
 
 def _cost_of(here: Axes, engine: str, points: Sequence[tuple[str, float, float]]) -> Label:
     """Draw the points of an engine, (what it lacks, seconds, error in percent), and return the label of its line."""
-    own = sorted((s, e) for lacks, s, e in points if not lacks)
-    poorer = [(s, e) for lacks, s, e in points if lacks]
-    best = [one for k, one in enumerate(own) if all(one[1] < other[1] for other in own[:k])]
+    whole = sorted((s, e) for missing, s, e in points if not missing)
+    poorer = [(s, e) for missing, s, e in points if missing]
+    best = [point for k, point in enumerate(whole) if all(point[1] < other[1] for other in whole[:k])]
     look: dict[str, Any] = {"color": look_of(engine).colour, "marker": look_of(engine).marker, "zorder": 3}
     if poorer:
         here.plot(*zip(*poorer, strict=True), **look, linestyle="none", markersize=4, fillstyle="none")
-    here.plot(*zip(*own, strict=True), **look, linestyle="none", markersize=4.5, alpha=0.45)
+    here.plot(*zip(*whole, strict=True), **look, linestyle="none", markersize=4.5, alpha=0.45)
     here.plot(*zip(*best, strict=True), **look, linewidth=1.2, markersize=6, markeredgecolor=INK)
-    return Label(engine, look_of(engine).colour, np.array([*best[::-1], *own]))
+    return Label(engine, look_of(engine).colour, np.array([*best[::-1], *whole]))

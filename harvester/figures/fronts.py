@@ -12,8 +12,8 @@ LEAST = 1e-6  # of the power: an error that can be seen
 
 def front(answer: FrontShape, title: str | None) -> Plot:
     """Draw the power of each design against its other quantity, joined in their order."""
-    x = scale(answer.quantity.replace("_", " "), answer.unit, [one.quantity for one in answer.points])
-    y = scale("largest mean power", answer.unit_names.power, [one.mean_power.value for one in answer.points])
+    x = scale(answer.quantity.replace("_", " "), answer.unit, [point.quantity for point in answer.points])
+    y = scale("largest mean power", answer.unit_names.power, [point.mean_power.value for point in answer.points])
     at, heights, bars, wide = _numbers(answer.points, x.factor, y.factor)
     seen = max(bars) > LEAST * max(map(abs, heights))
     with styled():
@@ -37,11 +37,11 @@ def _numbers(designs: Sequence[FrontPointShape], x: float, y: float) -> tuple[li
     """The quantities, powers, and errors of powers and of quantities of designs, in units of ``x`` and ``y``."""
     rows = [
         (
-            one.quantity / x,
-            one.mean_power.value / y,
-            one.mean_power.known_error95 / y,
-            (one.quantity_error95 or 0.0) / x,
+            design.quantity / x,
+            design.mean_power.value / y,
+            design.mean_power.known_error95 / y,
+            (design.quantity_error95 or 0.0) / x,
         )
-        for one in designs
+        for design in designs
     ]
     return tuple(map(list, zip(*rows, strict=True)))

@@ -14,9 +14,9 @@ _LINE: dict[str, Any] = {"linewidth": 1.0, "color": "0.1"}
 MOST = 6  # measurements that are drawn
 
 
-def identification(found: IdentifiedShape, title: str | None) -> Plot:
+def identification(result: IdentifiedShape, title: str | None) -> Plot:
     """Draw sizes, phases and ring-downs with their fits, and each one's residual over its noise."""
-    curves = found.curves()[: 2 * MOST]
+    curves = result.curves()[: 2 * MOST]
     across = 2 if len(curves) > 1 else 1
     down = -(-len(curves) // across)
     with styled():

@@ -66,7 +66,7 @@ def _covered(box: Bbox, inside: Bbox, taken: Floats, boxes: Sequence[Bbox]) -> f
     wide = box.padded(2.0)
     data = np.sum((taken > wide.min).all(axis=1) & (taken < wide.max).all(axis=1))
     outside = box.x0 < inside.x0 or box.x1 > inside.x1 or box.y0 < inside.y0 or box.y1 > inside.y1
-    return float(data + 1e3 * sum(wide.overlaps(one) for one in boxes) + 1e4 * outside)
+    return float(data + 1e3 * sum(wide.overlaps(other) for other in boxes) + 1e4 * outside)
 
 
 def _drawn(axes: Axes) -> Floats:
@@ -74,15 +74,15 @@ def _drawn(axes: Axes) -> Floats:
     paths = [(line.get_xydata(), line.get_transform(), line.get_linestyle() != "None") for line in axes.lines]
     for bars in axes.collections:
         if hasattr(bars, "get_segments"):
-            paths += [(one, bars.get_transform(), True) for one in bars.get_segments()]
-    found = [np.empty((0, 2))]
+            paths += [(segment, bars.get_transform(), True) for segment in bars.get_segments()]
+    positions = [np.empty((0, 2))]
     for data, transform, joined in paths:
         points = transform.transform(np.asarray(data, dtype=float).reshape(-1, 2))
         points = points[np.isfinite(points).all(axis=1)]
-        found.append(points)
+        positions.append(points)
         if joined and len(points) > 1:
             steps = np.hypot(*np.diff(points, axis=0).T)
             length = np.append(0.0, np.cumsum(steps))
             every = np.linspace(0.0, length[-1], min(int(length[-1] / _EVERY) + 2, 20_000))
-            found.append(np.stack([np.interp(every, length, points[:, k]) for k in (0, 1)], axis=1))
-    return np.concatenate(found)
+            positions.append(np.stack([np.interp(every, length, points[:, k]) for k in (0, 1)], axis=1))
+    return np.concatenate(positions)

@@ -20,7 +20,7 @@ _BINS = 80  # of a density
 _STILL = 1e-9  # relative differences of a quantity that stands still
 _ROUNDING = 1e-12  # of the terminals' voltage
 _GOLDEN = 0.6180339887498949  # multiples of it, less whole numbers, lie evenly without a period
-_OWN = ("displacement", "voltage", "acceleration", "velocity", "time")  # attributes of a path that are drawn
+_ATTRIBUTES = ("displacement", "voltage", "acceleration", "velocity", "time")  # attributes of a path that are drawn
 _ROUND = [1, 2, 2.5, 5, 10]  # times a power of ten: steps between ticks
 
 
@@ -40,10 +40,10 @@ class _Drawn:
         u, probes = path.unit_names, list(path.probes)[:_PROBES]
         units = {"displacement": u.length, "voltage": u.voltage, "acceleration": u.acceleration}
         units |= {"velocity": u.speed, "time": u.time}
-        names = {name: name for name in (*_OWN, *probes)} | {"acceleration": "base acceleration"}
+        names = {name: name for name in (*_ATTRIBUTES, *probes)} | {"acceleration": "base acceleration"}
         names["acceleration"] += " but its white noise" if path.hides_noise else ""
         units |= {name: path.probe_units[name] for name in probes}
-        values = {name: array for name in _OWN if (array := getattr(path, name)) is not None}
+        values = {name: array for name in _ATTRIBUTES if (array := getattr(path, name)) is not None}
         values |= {name: _but_rounding(path.probes[name], path, units[name] == u.voltage) for name in probes}
         last = path.time >= path.time[-1] - path.shown
         parts = {name: array[last] for name, array in values.items()} | {"time": path.time[-1:]}

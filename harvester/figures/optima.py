@@ -27,7 +27,7 @@ _FINE = 2001  # places of a range
 class _Evaluations:
     """Evaluations as arrays: places and keys' values (n, keys), powers and errors (n,) in units of the axis."""
 
-    places: Floats
+    positions: Floats
     x: Floats
     power: Floats
     error: Floats
@@ -36,19 +36,19 @@ class _Evaluations:
     @classmethod
     def of(cls, some: Sequence[EvaluationShape], keys: Sequence[BestKeyShape], unit: float) -> "_Evaluations":
         """Those of an answer; powers are divided by ``unit``."""
-        powers = [one.power for one in some if one.power is not None]
-        values = [[key.range.value(float(u)) for key, u in zip(keys, one.u, strict=True)] for one in some]
+        powers = [evaluation.power for evaluation in some if evaluation.power is not None]
+        values = [[key.range.value(float(u)) for key, u in zip(keys, evaluation.u, strict=True)] for evaluation in some]
         parts = ("value", "known_error95", "normal_stderr")
         power, error, sampling = (np.array([getattr(v, name) for v in powers]) / unit for name in parts)
-        places = np.array([one.u for one in some]).reshape(-1, len(keys))
-        return cls(places, np.array(values).reshape(-1, len(keys)), power, error, sampling)
+        positions = np.array([evaluation.u for evaluation in some]).reshape(-1, len(keys))
+        return cls(positions, np.array(values).reshape(-1, len(keys)), power, error, sampling)
 
     @property
     def fills_a_plane(self) -> bool:
         """Whether a map can be drawn through them."""
-        if self.places.shape[1] != 2 or len(self.places) <= 3:
+        if self.positions.shape[1] != 2 or len(self.positions) <= 3:
             return False
-        return bool(np.linalg.matrix_rank(self.places - self.places[0], 1e-6) == 2)
+        return bool(np.linalg.matrix_rank(self.positions - self.positions[0], 1e-6) == 2)
 
     @property
     def bars(self) -> Floats | None:
@@ -64,22 +64,22 @@ def optimum(answer: OptimumShape, title: str | None) -> Plot:
     powers = [p.power.value for p in answer.own_points if p.power is not None]
     y = scale("mean power", answer.estimate.unit_names.power, powers)
     sound, left = _sound(answer)
-    found = _Evaluations.of(sound, answer.keys, y.factor)
-    plane = found.fills_a_plane
+    evaluations = _Evaluations.of(sound, answer.keys, y.factor)
+    plane = evaluations.fills_a_plane
     with styled():
         figure, axes = new(1, 1 if plane else len(answer.keys), (WIDTH, 4.4), squeeze=False, sharey=True)
         if plane:
-            _plane(axes[0, 0], answer, found, y.label)
+            _plane(axes[0, 0], answer, evaluations, y.label)
         else:
             for number, here in enumerate(axes[0]):
-                _panel(here, answer, number, found, y.factor)
+                _panel(here, answer, number, evaluations, y.factor)
             if len(answer.keys) == 1:
-                _local_fit(axes[0, 0], answer.keys[0], found, look_of(answer.engine).colour)
+                _local_fit(axes[0, 0], answer.keys[0], evaluations, look_of(answer.engine).colour)
             axes[0, 0].set_ylabel(y.label)
-        names = [quantity(one.range.key)[0].split(" = ")[0] for one in answer.keys]
+        names = [quantity(best.range.key)[0].split(" = ")[0] for best in answer.keys]
         question = f"Which {' and '.join(names)} {'gives' if len(names) == 1 else 'give'} the most power?"
         entitle(figure, title, question if len(names) < 3 else "Where is the most power?")
-        notes = [_MAP if plane else _BARS if found.bars is not None else ""]
+        notes = [_MAP if plane else _BARS if evaluations.bars is not None else ""]
         notes += [f"Not drawn: {left} evaluations not settled, cut off or without an error."] if left else []
         legend(figure, " ".join(notes).strip())
     return figure
@@ -87,9 +87,9 @@ def optimum(answer: OptimumShape, title: str | None) -> Plot:
 
 def _sound(answer: OptimumShape) -> tuple[list[EvaluationShape], int]:
     """The engine's evaluations that have an answer: those that are sound, or all where none is; how many are left."""
-    own = [p for p in answer.own_points if p.power is not None]
-    sound = [p for p in own if p.is_sound] or own
-    return sound, len(own) - len(sound)
+    known = [p for p in answer.own_points if p.power is not None]
+    sound = [p for p in known if p.is_sound] or known
+    return sound, len(known) - len(sound)
 
 
 def _star(answer: OptimumShape) -> str:
@@ -97,9 +97,9 @@ def _star(answer: OptimumShape) -> str:
     return "optimum" if answer.scanned else "highest so far: the scan was cut short"
 
 
-def _panel(here: Axes, answer: OptimumShape, number: int, found: _Evaluations, unit: float) -> None:
+def _panel(here: Axes, answer: OptimumShape, number: int, evaluations: _Evaluations, unit: float) -> None:
     """Draw the evaluations against one key, whatever the values of the others."""
-    key, x = answer.keys[number], found.x[:, number]
+    key, x = answer.keys[number], evaluations.x[:, number]
     by = mark(here.xaxis, key.range.key, [key.range.low, key.range.high], key.range.logarithmic)
     if np.ptp([*x, key.value]) < 1e-6 * abs(key.value):  # all at one place: no width that an axis could have
         here.set_xlim(key.range.low / by, key.range.high / by)
@@ -110,38 +110,38 @@ def _panel(here: Axes, answer: OptimumShape, number: int, found: _Evaluations, u
         here.set_xlabel(broken(here.get_xlabel(), 22))
     style: dict[str, Any] = {"color": colour, "marker": "o", "markersize": 3, "linestyle": "none"}
     style |= {"markeredgecolor": INK, "markeredgewidth": 0.4, "ecolor": colour, "elinewidth": 0.8}
-    here.errorbar(x / by, found.power, found.bars, **style, label=f"evaluations by {answer.engine}")
+    here.errorbar(x / by, evaluations.power, evaluations.bars, **style, label=f"evaluations by {answer.engine}")
     best = answer.estimate.mean_power
     here.errorbar(
         key.value / by, best.value / unit, best.known_error95 / unit or None, color=INK, label=_star(answer), **_STAR
     )
 
 
-def _local_fit(here: Axes, key: BestKeyShape, found: _Evaluations, colour: str) -> None:
+def _local_fit(here: Axes, key: BestKeyShape, evaluations: _Evaluations, colour: str) -> None:
     """Draw the parabola through the evaluations about the best value, and its band."""
-    if not len(found.places):
+    if not len(evaluations.positions):
         return
     side = np.linspace(0.0, 1.0, _FINE)
     near = float(np.interp(key.value, [key.range.value(float(u)) for u in side], side))
-    fitted = local_fit(found.places[:, 0], found.power, found.sampling, near)
+    fitted = local_fit(evaluations.positions[:, 0], evaluations.power, evaluations.sampling, near)
     if fitted is None:
         return
     u, line, half = fitted
     by = mark(here.xaxis, key.range.key, [key.range.low, key.range.high], key.range.logarithmic)
-    x = np.array([key.range.value(float(one)) for one in u]) / by
+    x = np.array([key.range.value(float(position)) for position in u]) / by
     here.fill_between(x, line - half, line + half, color=colour, alpha=0.25, linewidth=0, zorder=1.4)
     here.plot(x, line, color=INK, linewidth=1.6, zorder=4, label="local fit, with its 95 % band")
 
 
-def _plane(here: Axes, answer: OptimumShape, found: _Evaluations, label: str) -> None:
+def _plane(here: Axes, answer: OptimumShape, evaluations: _Evaluations, label: str) -> None:
     """Draw a smooth map over two keys, made as they were searched: by ratio where the axis is logarithmic."""
-    one, two = answer.keys
-    ranges = zip((here.xaxis, here.yaxis), (one.range, two.range), strict=True)
+    first, second = answer.keys
+    ranges = zip((here.xaxis, here.yaxis), (first.range, second.range), strict=True)
     by = [mark(axis, r.key, [r.low, r.high], r.logarithmic) for axis, r in ranges]
-    x, power = found.x / by, found.power
+    x, power = evaluations.x / by, evaluations.power
     side = np.linspace(0.0, 1.0, _GRID)
     u = np.stack(np.meshgrid(side, side), axis=-1)
-    surface = smooth(found.places, power, found.sampling, u.reshape(-1, 2)).reshape(_GRID, _GRID)
+    surface = smooth(evaluations.positions, power, evaluations.sampling, u.reshape(-1, 2)).reshape(_GRID, _GRID)
     surface = np.clip(surface, power.min(), power.max())  # a spline may overshoot
     across, up = (np.array([k.range.value(float(v)) for v in side]) / b for k, b in zip(answer.keys, by, strict=True))
     filled = here.pcolormesh(across, up, surface, cmap="viridis", shading="gouraud", rasterized=True)
@@ -158,7 +158,7 @@ def _plane(here: Axes, answer: OptimumShape, found: _Evaluations, label: str) ->
         for k, b in zip(answer.keys, by, strict=True)
     ]
     look = _STAR | {"label": _star(answer), "color": "#D55E00", "markeredgecolor": "white", "capsize": 3}
-    here.errorbar(one.value / by[0], two.value / by[1], spans[1], spans[0], **look)
+    here.errorbar(first.value / by[0], second.value / by[1], spans[1], spans[0], **look)
     here.grid(visible=False)
     here.set_xlim(across[0], across[-1])
     here.set_ylim(up[0], up[-1])

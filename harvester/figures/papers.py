@@ -94,8 +94,8 @@ def region(mu: Sequence[float], edges: Sequence[TheoriesShape], title: str | Non
         marks: dict[str, Any] = {"color": look_of("ensemble").colour, "markeredgecolor": INK, "ecolor": INK}
         marks |= {"linestyle": "none", "marker": "s", "zorder": 3.5, "label": "ensemble (Monte Carlo)"}
         known = [(m, e.ensemble, e.ensemble_error95) for m, e in zip(mu, edges, strict=True)]
-        places, noises, errors = np.array([one for one in known if np.isfinite(one[2])]).reshape(-1, 3).T
-        here.errorbar(places, noises / y.factor, errors / y.factor, **marks)
+        positions, noises, errors = np.array([row for row in known if np.isfinite(row[2])]).reshape(-1, 3).T
+        here.errorbar(positions, noises / y.factor, errors / y.factor, **marks)
         logarithm(here.xaxis)
         here.set_ylim(0.0, top / y.factor)
         here.set_xlabel("time-constant ratio μ = 1/(R Cp ω0) (nondimensional)")

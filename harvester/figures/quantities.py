@@ -78,16 +78,16 @@ def mark(axis: Axis, key: str, values: Any, logarithmic: bool) -> float:
         axis.set_label_text(f"{name} ({written(unit) or NONDIMENSIONAL})")
         logarithm(axis, unit in _PREFIXED)
         return 1.0
-    found = scale(name, unit, values)
-    axis.set_label_text(found.label)
-    return found.factor
+    of_axis = scale(name, unit, values)
+    axis.set_label_text(of_axis.label)
+    return of_axis.factor
 
 
 def logarithm(axis: Axis, prefixes: bool = False) -> None:
     """Make an axis logarithmic, with ticks 1 k, 10 k, 1 M (``prefixes``), or .001, .1, 100 and 10⁻⁵."""
     getattr(axis.axes, f"set_{axis.axis_name}scale")("log")  # type: ignore[attr-defined]
-    axis.set_major_formatter(_Ticks(prefixes))
-    axis.set_minor_formatter(_Ticks(prefixes))
+    axis.set_major_formatter(_TickFormat(prefixes))
+    axis.set_minor_formatter(_TickFormat(prefixes))
 
 
 def plain(value: float) -> str:
@@ -114,7 +114,7 @@ def broken(label: str, most: int) -> str:
     return label if len(label) <= most else "\n".join([*textwrap.wrap(name, most), f"({unit}"] if unit else [label])
 
 
-class _Ticks(Formatter):
+class _TickFormat(Formatter):
     """Ticks of a logarithmic axis: at the decades, and also at 2 and 5 where it has at most two of them."""
 
     def __init__(self, prefixes: bool) -> None:

@@ -10,25 +10,25 @@ _LINE = "#0072B2"
 MOST = 20_000  # points of the curve over time
 
 
-def record(found: RecordShape, title: str | None) -> Plot:
+def record(answer: RecordShape, title: str | None) -> Plot:
     """Draw a record's acceleration, Welch's density, the spectrogram and the rms by octave."""
-    one = found.record
+    cleaned = answer.record
     with styled():
         figure, grid = new(2, 2, (WIDTH, 5.6))
         over, density, colours, bars = grid.ravel()
-        step = max(1, len(one.values) // MOST)
-        over.plot(one.times[::step], one.values[::step], color=_LINE, linewidth=0.5)
+        step = max(1, len(cleaned.values) // MOST)
+        over.plot(cleaned.times[::step], cleaned.values[::step], color=_LINE, linewidth=0.5)
         over.set_xlabel("time (s)")
         over.set_ylabel("acceleration (m/s²)")
-        shown = (found.f > 0.0) & (found.density > 0.0)
-        density.loglog(found.f[shown], found.density[shown], color=_LINE, linewidth=1.0)
+        shown = (answer.f > 0.0) & (answer.density > 0.0)
+        density.loglog(answer.f[shown], answer.density[shown], color=_LINE, linewidth=1.0)
         density.set_xlabel("frequency (Hz)")
         density.set_ylabel("density ((m/s²)²/Hz), Welch")
-        top = float(found.spectrogram.max())
-        floor = np.maximum(found.spectrogram, 1e-8 * top)
+        top = float(answer.spectrogram.max())
+        floor = np.maximum(answer.spectrogram, 1e-8 * top)
         picture = colours.pcolormesh(
-            found.spectrogram_t,
-            found.spectrogram_f,
+            answer.spectrogram_t,
+            answer.spectrogram_f,
             floor,
             norm=LogNorm(1e-6 * top, top),
             cmap="viridis",
@@ -38,9 +38,9 @@ def record(found: RecordShape, title: str | None) -> Plot:
         colours.set_xlabel("time (s)")
         colours.set_ylabel("frequency (Hz)")
         figure.colorbar(picture, ax=colours, label="(m/s²)²/Hz", format="%.0e")
-        centres = [np.sqrt(b.low * b.high) for b in found.bands]
-        values = [b.rms.value for b in found.bands]
-        errors = [b.rms.sampling95 for b in found.bands]
+        centres = [np.sqrt(b.low * b.high) for b in answer.bands]
+        values = [b.rms.value for b in answer.bands]
+        errors = [b.rms.sampling95 for b in answer.bands]
         bars.bar(range(len(values)), values, 0.7, yerr=errors, color=_LINE, ecolor="0.2", capsize=2)
         bars.set_xticks(range(len(values)), [f"{c:.3g}" for c in centres], rotation=60)
         bars.set_xlabel("centre of the octave (Hz)")
@@ -48,5 +48,5 @@ def record(found: RecordShape, title: str | None) -> Plot:
         for axes in (density,):
             axes.xaxis.set_major_formatter(lambda x, _: f"{x:g}")
             axes.yaxis.set_major_formatter(lambda y, _: f"{y:.0e}")
-        entitle(figure, title, f"What does the record hold? Axis {one.axis}")
+        entitle(figure, title, f"What does the record hold? Axis {cleaned.axis}")
     return figure

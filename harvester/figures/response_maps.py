@@ -27,20 +27,20 @@ def response_map(answers: Sequence[ResponseShape], title: str | None, per_g: boo
 
     ``per_g``: the power over the square of the base's amplitude.
     """
-    answers = sorted(answers, key=lambda one: next(iter(one.varied.values())))
+    answers = sorted(answers, key=lambda answer: next(iter(answer.varied.values())))
     (key,) = answers[0].varied
     at, powers = _common(answers, per_g)
     units = answers[0].unit_names
     name = ("mean power per g²", "W/g^2") if per_g else ("mean power", units.power)
     power = scale(*name, [*powers.values()])
     hertz = scale("drive frequency" if units.frequency else "drive frequency Ω", units.frequency, at)
-    norm = _colours([one / power.factor for one in powers.values()])
-    shown = [*powers] if any(one.hysteresis for one in answers) else [*powers][:1]
+    norm = _colours([values / power.factor for values in powers.values()])
+    shown = [*powers] if any(answer.hysteresis for answer in answers) else [*powers][:1]
     with styled():
         size = (WIDTH, 4.2) if len(shown) == 1 else (WIDTH, 3.9)
         figure, axes = new(1, len(shown), size, squeeze=False, sharey=True)
         for number, (panel, direction) in enumerate(zip(axes[0], shown, strict=True)):
-            height = _heights(panel, key, np.array([one.varied[key] for one in answers]))
+            height = _heights(panel, key, np.array([answer.varied[key] for answer in answers]))
             values = powers[direction] / power.factor
             f = np.array(at) / hertz.factor
             drawn = panel.pcolormesh(f, height, values, norm=norm, cmap="viridis", shading="nearest")
@@ -70,8 +70,8 @@ def _bar(bar: Colorbar, by_ratio: bool) -> None:
 
 def _colours(powers: Sequence[Floats]) -> Normalize:
     """Colours that go by ratio where powers differ by `DECADES` or more."""
-    top = max(float(one.max()) for one in powers)
-    least = min(float(one[one > 0.0].min(initial=np.inf)) for one in powers)
+    top = max(float(power.max()) for power in powers)
+    least = min(float(power[power > 0.0].min(initial=np.inf)) for power in powers)
     low = max(least, top / DEEPEST)
     return LogNorm(low, top) if top > DECADES * low else Normalize(0.0, top or 1.0)
 

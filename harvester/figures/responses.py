@@ -41,7 +41,7 @@ def response(answers: Sequence[ResponseShape], title: str | None, per_g: bool = 
     """
     if is_map(answers):
         return response_map(answers, title, per_g)
-    curves = [one for place, answer in enumerate(answers) for one in _curves(answer, place, answers)]
+    curves = [curve for answer in answers for curve in _curves(answer, answers)]
     units = answers[0].unit_names
     points = [p for a, d, _ in curves for p in a.sweep(d)]
     frequency = "drive frequency" if units.frequency else "drive frequency Ω"
@@ -52,41 +52,41 @@ def response(answers: Sequence[ResponseShape], title: str | None, per_g: bool = 
     with styled():
         rows, columns = (2, 2) if panels > 2 else (2, 1)
         figure, axes = new(rows, columns, (WIDTH, 5.4), sharex=True, squeeze=False)
-        places = list(axes.flat)
-        for place, (name, words, unit, power) in zip(places, sizes, strict=False):
-            _sizes(place, curves, name, words, unit, hertz.factor, power)
+        all_panels = list(axes.flat)
+        for panel, (name, words, unit, power) in zip(all_panels, sizes, strict=False):
+            _sizes(panel, curves, name, words, unit, hertz.factor, power)
         alone = curves if len(answers) == 1 and not per_g else []
-        _bandwidths(places[0], alone, hertz.factor)
+        _bandwidths(all_panels[0], alone, hertz.factor)
         if turned:
-            _phases(places[len(sizes)], curves, hertz.factor, bool(units.frequency))
-        _close(places, panels, columns, broken(hertz.label, 30))
+            _phases(all_panels[len(sizes)], curves, hertz.factor, bool(units.frequency))
+        _close(all_panels, panels, columns, broken(hertz.label, 30))
         entitle(figure, title, "Mean power against the drive frequency")
         legend(figure, _note(curves, len(answers)))
-        write_labels(places[0], [_peak(a, d, look, hertz.factor) for a, d, look in alone])
+        write_labels(all_panels[0], [_peak(a, d, look, hertz.factor) for a, d, look in alone])
     return figure
 
 
 def _quantities(points: Sequence[DriveShape], units: AnswerUnits, per_g: bool) -> list[tuple[str, str, str, int]]:
     """What has a panel of its own: its name, words and unit, and the power of the level that it is divided by."""
-    found = [
+    sizes = [
         ("mean_power", "mean power", units.power, 2 * per_g),
         ("voltage_rms", "RMS voltage", units.voltage, +per_g),
     ]
     if any(p.displacement_rms is not None for p in points):
-        found.append(("displacement_rms", "RMS displacement", units.length, +per_g))
-    return found
+        sizes.append(("displacement_rms", "RMS displacement", units.length, +per_g))
+    return sizes
 
 
-def _close(places: Sequence[Any], panels: int, columns: int, label: str) -> None:
+def _close(all_panels: Sequence[Any], panels: int, columns: int, label: str) -> None:
     """Take away the panels that are empty, and label the lowest of each column."""
-    for place in places[panels:]:
-        place.remove()
-    for place in places[max(0, panels - columns) : panels]:
-        place.set_xlabel(label)
-        place.tick_params(labelbottom=True)
+    for panel in all_panels[panels:]:
+        panel.remove()
+    for panel in all_panels[max(0, panels - columns) : panels]:
+        panel.set_xlabel(label)
+        panel.tick_params(labelbottom=True)
 
 
-def _curves(answer: ResponseShape, place: int, answers: Sequence[ResponseShape]) -> list[Curve]:
+def _curves(answer: ResponseShape, answers: Sequence[ResponseShape]) -> list[Curve]:
     """The curves of one of several responses: one where its directions are alike, with their looks."""
     values = list(dict.fromkeys(_values(a) for a in answers))
     if (number := values.index(_values(answer))) >= MOST_CURVES:
@@ -94,7 +94,7 @@ def _curves(answer: ResponseShape, place: int, answers: Sequence[ResponseShape])
     directions = list(answer.directions)
     alike = len(directions) > 1 and all(_alike(answer, name) for name in ("mean_power", "voltage_rms"))
     engines = list(dict.fromkeys(a.engine for a in answers))
-    found = []
+    curves = []
     for direction in directions[:1] if alike else directions:
         look = dict(_LOOKS[direction]) | {"label": _WORDS[direction]}
         if alike:
@@ -104,30 +104,33 @@ def _curves(answer: ResponseShape, place: int, answers: Sequence[ResponseShape])
             look |= _among_others(answer.engine, values, number, len(engines) > 1, way)
         points = len(answer.sweep(direction))
         look["markersize"] = 0 if points >= _FEW else 3 if points < _MANY else 2
-        found.append((answer, direction, look))
-    return found
+        curves.append((answer, direction, look))
+    return curves
 
 
 def _among_others(engine: str, values: Sequence[str], number: int, engines: bool, direction: str) -> dict[str, Any]:
     """The look of one of several responses: its colour by the value or the engine, its marker by the engine."""
     words = [values[number]] if len(values) > 1 else []
     words += ([engine] if engines else []) + ([direction] if direction else [])
-    own = look_of(engine)
-    look = {"label": ", ".join(words), "color": own.colour}
+    engine_look = look_of(engine)
+    look = {"label": ", ".join(words), "color": engine_look.colour}
     if len(values) > 1:
         look["color"] = colour(number, min(len(values), MOST_CURVES))
     if engines:
-        look |= {"marker": own.marker, "markerfacecolor": "white" if own.line == "none" else look["color"]}
+        look |= {
+            "marker": engine_look.marker,
+            "markerfacecolor": "white" if engine_look.line == "none" else look["color"],
+        }
     return look
 
 
 def _values(answer: ResponseShape) -> str:
     """The values of the varied keys in words."""
-    told = []
+    words = []
     for key, value in answer.varied.items():
         name, unit = quantity(key)
-        told.append(f"{name.split(' = ')[0]} {amount(value, '' if unit == 'SI' else unit)}")
-    return ", ".join(told)
+        words.append(f"{name.split(' = ')[0]} {amount(value, '' if unit == 'SI' else unit)}")
+    return ", ".join(words)
 
 
 def _over(answer: ResponseShape, power: int) -> float:
@@ -144,7 +147,7 @@ def _sizes(axes: Axes, curves: Sequence[Curve], name: str, words: str, unit: str
         values = [(p.frequency, getattr(p, name)) for p in answer.sweep(direction)]
         known = [(f, v) for f, v in values if v is not None]
         over = _over(answer, per_g)
-        f, y, error = (np.array([one(f, v) for f, v in known]) for one in _PARTS)
+        f, y, error = (np.array([part(f, v) for f, v in known]) for part in _PARTS)
         drawn.append((f, y / over, error / over, look))
     y_scale = scale(words, unit, np.concatenate([y for _, y, _, _ in drawn]))
     for f, y, error, look in drawn:

@@ -130,10 +130,10 @@ def legend(figure: Figure, note: str = "", more: Iterable[Any] = ()) -> None:
     columns = math.ceil(len(named) / math.ceil(len(named) / columns)) if named else 1  # rows of equal length
     across = int(14.0 * figure.get_figwidth())
     with styled():
-        found = figure.legend(
+        made = figure.legend(
             [*named.values()], [*named], loc="outside lower center", ncols=columns, title=textwrap.fill(note, across)
         )
-        found.get_title().set_multialignment("center")
+        made.get_title().set_multialignment("center")
 
 
 def curve(axes: Axes, x: Floats, y: Floats, error: Floats, style: dict[str, Any], dot: str = "o") -> None:

@@ -45,12 +45,12 @@ class Levels:
         """The mean powers of some rows in units of ``unit``."""
         values = [row.mean_power for row in rows]
         power, sampling, whole = (
-            np.array([np.nan if one is None else getattr(one, name) for one in values]) / unit
+            np.array([np.nan if mean is None else getattr(mean, name) for mean in values]) / unit
             for name in ("value", "sampling95", "known_error95")
         )
-        sampled = np.array([one is not None and one.stderr is not None for one in values], dtype=bool)
+        is_sampled = np.array([mean is not None and mean.stderr is not None for mean in values], dtype=bool)
         sampling, rest = np.nan_to_num(sampling), np.nan_to_num(whole - sampling)
-        return Levels(power, sampling, np.where(sampled, rest, 0.0), np.where(sampled, 0.0, rest))
+        return Levels(power, sampling, np.where(is_sampled, rest, 0.0), np.where(is_sampled, 0.0, rest))
 
     @property
     def has_band(self) -> bool:
@@ -60,30 +60,30 @@ class Levels:
     def over(self, base: "Levels") -> "Levels":
         """These powers over others at the same points, with the errors of both; the ``model`` is that of these."""
         ratio = _quotient(self.power, base.power)
-        own, other = (_quotient(one.sampling, one.power) for one in (self, base))
+        over_this, over_base = (_quotient(levels.sampling, levels.power) for levels in (self, base))
         size = np.abs(ratio)
-        sampling = size * np.hypot(np.nan_to_num(own), np.nan_to_num(other))
-        step = size * sum(np.nan_to_num(np.abs(_quotient(one.step, one.power))) for one in (self, base))
+        sampling = size * np.hypot(np.nan_to_num(over_this), np.nan_to_num(over_base))
+        step = size * sum(np.nan_to_num(np.abs(_quotient(levels.step, levels.power))) for levels in (self, base))
         model = size * np.nan_to_num(np.abs(_quotient(self.model, self.power)))
         return Levels(ratio, np.nan_to_num(sampling), np.nan_to_num(step), np.nan_to_num(model))
 
 
 def groups(table: SweepShape) -> dict[str, dict[str, Rows]]:
     """Sort rows along the drawn axis into curves: for each value of the other keys, and each engine."""
-    along = table.along
-    others = () if table.listed else tuple(axis for axis in table.axes if axis.key != along.key)
-    found: dict[tuple[float, ...], dict[str, Rows]] = {}
+    curve_axis = table.along
+    others = () if table.listed else tuple(axis for axis in table.axes if axis.key != curve_axis.key)
+    grouped: dict[tuple[float, ...], dict[str, Rows]] = {}
     for row in table.rows:
-        found.setdefault(tuple(row.varied[a.key] for a in others), {}).setdefault(row.engine, []).append(row)
+        grouped.setdefault(tuple(row.varied[a.key] for a in others), {}).setdefault(row.engine, []).append(row)
     curves = {}
-    for group, of_engine in found.items():
-        told = []
+    for group, of_engine in grouped.items():
+        words = []
         for a, value in zip(others, group, strict=True):
             name, unit = quantity(a.key)
-            told.append(f"{name.split(' = ')[0]} {amount(value, '' if unit == 'SI' else unit)}")
+            words.append(f"{name.split(' = ')[0]} {amount(value, '' if unit == 'SI' else unit)}")
         for rows in of_engine.values():
-            rows.sort(key=lambda row: row.varied[along.key])
-        curves[", ".join(told)] = {name: rows[:: -(-len(rows) // MOST_SHOWN)] for name, rows in of_engine.items()}
+            rows.sort(key=lambda row: row.varied[curve_axis.key])
+        curves[", ".join(words)] = {name: rows[:: -(-len(rows) // MOST_SHOWN)] for name, rows in of_engine.items()}
     return curves
 
 
@@ -107,9 +107,9 @@ def style(engine: str, table: SweepShape, number: int, groups: int, points: int)
     return look
 
 
-def legend_lines(found: dict[str, Any], engines: list[str], points: int) -> list[Line2D]:
+def legend_lines(curves: dict[str, Any], engines: list[str], points: int) -> list[Line2D]:
     """The legend entries where there are several values of the other keys: the engines in ink, then each value."""
-    if len(found) < 2:
+    if len(curves) < 2:
         return []
     entries = []
     for engine in engines:
@@ -120,8 +120,8 @@ def legend_lines(found: dict[str, Any], engines: list[str], points: int) -> list
         entries.append(Line2D([], [], markerfacecolor="none", **look))
     marks: dict[str, Any] = {"linestyle": "none", "markersize": 4.5}
     return entries + [
-        Line2D([], [], color=colour(n, len(found)), marker=_MARKS[n], label=label, **marks)
-        for n, label in enumerate(found)
+        Line2D([], [], color=colour(n, len(curves)), marker=_MARKS[n], label=label, **marks)
+        for n, label in enumerate(curves)
     ]
 
 

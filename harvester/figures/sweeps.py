@@ -22,10 +22,10 @@ def sweep(table: SweepShape, title: str | None) -> Plot:
     Below, with several engines, the power over that of an engine that samples, at the same point.  A list of points of
     several keys is markers without a line.  Of a long curve every n-th point is drawn, at most `MOST_SHOWN`.
     """
-    along = table.along
+    curve_axis = table.along
     engines = list(table.engines)
-    found = groups(table)
-    shown = dict(list(found.items())[:MOST_CURVES])
+    curves_of = groups(table)
+    shown = dict(list(curves_of.items())[:MOST_CURVES])
     several = len(engines) > 1
     reference = max(engines, key=lambda engine: look_of(engine).trust)
     known = np.array([row.mean_power.value for row in table.rows if row.mean_power is not None])
@@ -35,17 +35,17 @@ def sweep(table: SweepShape, title: str | None) -> Plot:
             1 + several, 1, (WIDTH, 5.6 if several else 4.2), squeeze=False, **(ratio if several else {})
         )
         top, low = axes[0, 0], axes[-1, 0]
-        x_scale = mark(low.xaxis, along.key, along.values, along.logarithmic)
+        x_scale = mark(low.xaxis, curve_axis.key, curve_axis.values, curve_axis.logarithmic)
         y_scale = scale("mean power", table.unit_names.power, known)
-        for place, curves in enumerate(shown.values()):
+        for number, curves in enumerate(shown.values()):
             for engine, rows in curves.items():
-                look = style(engine, table, place, len(shown), len(rows))
-                x = np.array([row.varied[along.key] for row in rows]) / x_scale
+                look = style(engine, table, number, len(shown), len(rows))
+                x = np.array([row.varied[curve_axis.key] for row in rows]) / x_scale
                 levels = Levels.of(rows, y_scale.factor)
                 _draw(top, engine, x, levels, look | ({"label": "_"} if len(shown) > 1 else {}))
                 _failed(top, x, levels.power, look["color"])
             if several:
-                _ratios(low, table, curves, reference, x_scale, (place, len(shown)))
+                _ratios(low, table, curves, reference, x_scale, (number, len(shown)))
         top.set_ylabel(broken(y_scale.label, 44))
         if len(known) and 0.0 < 5.0 * known.min() < known.max() < 1e9 * known.min():
             logarithm(top.yaxis)
@@ -53,8 +53,8 @@ def sweep(table: SweepShape, title: str | None) -> Plot:
             low.set_ylabel(f"power over\nthat of {reference}")
             low.axhline(1.0, color="0.6", linewidth=0.8, zorder=0)
             _widen(low)
-        entitle(figure, title, f"Mean power against {quantity(along.key)[0].split(' = ')[0]}")
-        legend(figure, _note(table, len(found)), legend_lines(shown, engines, len(along.values)))
+        entitle(figure, title, f"Mean power against {quantity(curve_axis.key)[0].split(' = ')[0]}")
+        legend(figure, _note(table, len(curves_of)), legend_lines(shown, engines, len(curve_axis.values)))
     return figure
 
 
@@ -82,7 +82,7 @@ def _failed(axes: Axes, x: Floats, power: Floats, colour: Any) -> None:
 
 
 def _ratios(
-    low: Axes, table: SweepShape, curves: dict[str, Rows], reference: str, x_scale: float, place: tuple[int, int]
+    low: Axes, table: SweepShape, curves: dict[str, Rows], reference: str, x_scale: float, position: tuple[int, int]
 ) -> None:
     """Draw each engine's mean power over the reference's at the same point, with the errors of both.
 
@@ -97,7 +97,7 @@ def _ratios(
         here = [row for row in rows if at(row) in base]
         if not here:
             continue
-        look = style(engine, table, *place, len(here)) | {"label": "_"}
+        look = style(engine, table, *position, len(here)) | {"label": "_"}
         x = np.array([row.varied[table.along.key] for row in here]) / x_scale
         ratio = Levels.of(here, 1.0).over(Levels.of([base[at(row)] for row in here], 1.0))
         if engine != reference:

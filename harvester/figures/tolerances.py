@@ -23,7 +23,7 @@ def tolerance(answer: ToleranceShape, title: str | None) -> Plot:
         if len(answer.spreads) == 1:
             figure, axes = new(1, 2, (WIDTH, 3.8), sharey=True, width_ratios=[1.0, 1.5])
             _histogram(axes[0], answer, power, "horizontal")
-            _along(axes[1], answer, power)
+            _over_key(axes[1], answer, power)
         else:
             heights = [2.2, 0.9 + 0.52 * keys] if keys else [1.0]
             size = (WIDTH, 1.2 + sum(heights))
@@ -58,7 +58,7 @@ def _histogram(here: Axes, answer: ToleranceShape, unit: Scale, way: str) -> Non
         here.set_ylabel("devices")
 
 
-def _along(here: Axes, answer: ToleranceShape, unit: Scale) -> None:
+def _over_key(here: Axes, answer: ToleranceShape, unit: Scale) -> None:
     """Draw the power over the one key, with its error, and where 5 to 95 % of the devices are."""
     key = answer.spreads[0].key
     order = np.argsort(answer.samples[:, 0])
@@ -78,7 +78,7 @@ def _tornado(here: Axes, answer: ToleranceShape, unit: Scale) -> None:
     """Draw where 5 to 95 % of the powers are with one key alone, and the powers at the key's own 5 and 95 % points."""
     bars = list(reversed(answer.tornado))
     for k, bar in enumerate(bars):
-        low, high = (one / unit.factor for one in bar.quantiles)
+        low, high = (quantile / unit.factor for quantile in bar.quantiles)
         first = k == len(bars) - 1
         here.barh(k, high - low, left=low, color=_BAR, height=0.55, label="this key alone: 5 to 95 %" if first else "_")
         for side, form in ((0, "<"), (1, ">")):

@@ -37,8 +37,8 @@ class Diagnostic:
 
     def as_json(self) -> dict[str, Any]:
         """The diagnostic as data, with its sentence."""
-        own = {"code": self.code, "severity": self.severity, "about": self.about}
-        return own | {"numbers": dict(self.numbers), "message": str(self)}
+        facts = {"code": self.code, "severity": self.severity, "about": self.about}
+        return facts | {"numbers": dict(self.numbers), "message": str(self)}
 
     @property
     def line(self) -> str:
@@ -67,13 +67,13 @@ def refusal(code: str, about: str = "", /, **numbers: Number) -> Diagnostic:
 
 def without_repeats(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
     """Each remark once, in the order of the first of each."""
-    found: list[Diagnostic] = []
-    for one in diagnostics:
-        if one not in found:
-            found.append(one)
-    return found
+    unique: list[Diagnostic] = []
+    for diagnostic in diagnostics:
+        if diagnostic not in unique:
+            unique.append(diagnostic)
+    return unique
 
 
 def has(diagnostics: Iterable[Diagnostic], *codes: str) -> bool:
     """Whether one of the codes is among them."""
-    return any(one.code in codes for one in diagnostics)
+    return any(diagnostic.code in codes for diagnostic in diagnostics)

@@ -29,13 +29,13 @@ class EngineLook:
 
     def style(self) -> dict[str, Any]:
         """The arguments of matplotlib for its curve."""
-        found: dict[str, Any] = {"color": self.colour, "linestyle": self.line, "zorder": self.order}
-        found |= {"label": self.label}
+        keywords: dict[str, Any] = {"color": self.colour, "linestyle": self.line, "zorder": self.order}
+        keywords |= {"label": self.label}
         if self.width is not None:
-            found["linewidth"] = self.width
+            keywords["linewidth"] = self.width
         if self.line == "none":
-            found["marker"] = self.marker
-        return found
+            keywords["marker"] = self.marker
+        return keywords
 
 
 LOOKS: dict[str, EngineLook] = {}

@@ -12,7 +12,7 @@ def table(title: str, head: Sequence[str], rows: Iterable[Sequence[str]], notes:
     cells = "".join(
         "<tr>" + "".join(f'<td style="{_CELL}">{escape(cell)}</td>' for cell in row) + "</tr>" for row in rows
     )
-    heads = "".join(f'<th style="{_CELL}">{escape(one)}</th>' for one in head)
+    heads = "".join(f'<th style="{_CELL}">{escape(text)}</th>' for text in head)
     top = f"<thead><tr>{heads}</tr></thead>" if head else ""
     below = "".join(f"<div>{escape(note)}</div>" for note in notes)
     return f"<div><table><caption>{escape(title)}</caption>{top}<tbody>{cells}</tbody></table>{below}</div>"
@@ -20,4 +20,4 @@ def table(title: str, head: Sequence[str], rows: Iterable[Sequence[str]], notes:
 
 def warnings(some: Iterable[str]) -> list[str]:
     """Warnings as notes that say that they are warnings."""
-    return [f"warning: {one}" for one in some]
+    return [f"warning: {text}" for text in some]

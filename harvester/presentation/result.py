@@ -63,15 +63,17 @@ class Result:
 
     def __post_init__(self) -> None:
         """Give each of its values the unit that the glossary has for its name, and its parts the units of the whole."""
-        own = str(getattr(self, "unit", ""))
-        for name, one in vars(self).items():
-            for part in one.values() if isinstance(one, dict) else one if isinstance(one, tuple) else (one,):
+        result_unit = str(getattr(self, "unit", ""))
+        for name, content in vars(self).items():
+            for part in (
+                content.values() if isinstance(content, dict) else content if isinstance(content, tuple) else (content,)
+            ):
                 if isinstance(part, Result) and not hasattr(part, "physical") and hasattr(self, "physical"):
                     object.__setattr__(part, "physical", self.physical)
                     part.__post_init__()
-            if isinstance(one, Value) and not one.unit:
-                unit = unit_of(term(name), self.unit_names, own)
-                object.__setattr__(self, name, dataclasses.replace(one, unit=unit))
+            if isinstance(content, Value) and not content.unit:
+                unit = unit_of(term(name), self.unit_names, result_unit)
+                object.__setattr__(self, name, dataclasses.replace(content, unit=unit))
 
     def __eq__(self, other: object) -> bool:
         return type(self) is type(other) and same(self, other)
@@ -86,16 +88,16 @@ class Result:
     @property
     def warnings(self) -> tuple[Diagnostic, ...]:
         """The diagnostics that doubt it."""
-        return tuple(one for one in getattr(self, "diagnostics", ()) if one.severity == "warning")
+        return tuple(remark for remark in getattr(self, "diagnostics", ()) if remark.severity == "warning")
 
     @property
     def notes(self) -> tuple[Diagnostic, ...]:
         """The diagnostics that explain it."""
-        return tuple(one for one in getattr(self, "diagnostics", ()) if one.severity == "note")
+        return tuple(remark for remark in getattr(self, "diagnostics", ()) if remark.severity == "note")
 
     def field_names(self) -> list[str]:
         """The names of its fields and derived properties, in order, but for the diagnostics and ``physical``."""
-        fields = [one.name for one in dataclasses.fields(self)]
+        fields = [field.name for field in dataclasses.fields(self)]
         return [name for name in (*fields, *self.DERIVED) if name not in HANDLED | self.INTERNAL]
 
     def shown_names(self) -> list[str]:
@@ -106,20 +108,20 @@ class Result:
         """The object that ``--json`` prints."""
         names = [name for name in self.field_names() if name not in self.NOT_IN_JSON]
         names = [name for name in names if name not in self.OPTIONAL or getattr(self, name)]
-        found = {self.JSON_NAMES.get(name, name): plain(getattr(self, name)) for name in names}
+        entries = {self.JSON_NAMES.get(name, name): plain(getattr(self, name)) for name in names}
         if hasattr(self, "diagnostics"):
-            found["warnings"] = [one.line for one in self.warnings]
-            found["reason"] = "; ".join(one.line for one in self.notes)
-            found["diagnostics"] = [one.as_json() for one in self.diagnostics]
-        return found
+            entries["warnings"] = [remark.line for remark in self.warnings]
+            entries["reason"] = "; ".join(remark.line for remark in self.notes)
+            entries["diagnostics"] = [remark.as_json() for remark in self.diagnostics]
+        return entries
 
     @property
     def table(self) -> Table:
         """Its numbers and texts as one row."""
-        own = str(getattr(self, "unit", ""))
-        cells = {name: one for name in self.field_names() if isinstance(one := getattr(self, name), Cell)}
-        units = {name: unit_of(term(name), self.unit_names, own) for name in cells}
-        return Table(tuple(Column(name, [one], units[name]) for name, one in cells.items()))
+        result_unit = str(getattr(self, "unit", ""))
+        cells = {name: content for name in self.field_names() if isinstance(content := getattr(self, name), Cell)}
+        units = {name: unit_of(term(name), self.unit_names, result_unit) for name in cells}
+        return Table(tuple(Column(name, [content], units[name]) for name, content in cells.items()))
 
     def to_pandas(self) -> "pandas.DataFrame":
         """Its `table` as a data frame: numbers in SI units (nondimensional scene: without units), nan for none.
@@ -137,8 +139,8 @@ class Result:
 
     def __repr__(self) -> str:
         parts = [f"{name}={_short(self, name)}" for name in self.SHORT if getattr(self, name, None) is not None]
-        doubts = len(self.warnings)
-        parts += [f"{doubts} warning{'s' * (doubts > 1)}"] if doubts else []
+        count = len(self.warnings)
+        parts += [f"{count} warning{'s' * (count > 1)}"] if count else []
         return f"{type(self).__name__}({', '.join(parts)})"
 
     def _repr_html_(self) -> str:
@@ -156,9 +158,9 @@ class TableResult(Result):
 
 def _short(result: Result, name: str) -> str:
     """One name's content in a short repr: numbers with their unit, of what is long its size."""
-    one = getattr(result, name)
-    if isinstance(one, Value | float) and not isinstance(one, bool):
-        return quantity(one, term(name), unit_of(term(name), result.unit_names, str(getattr(result, "unit", ""))))
-    if isinstance(one, str | int | bool):
-        return repr(one)
-    return f"<{len(one)}>" if hasattr(one, "__len__") else f"<{type(one).__name__}>"
+    content = getattr(result, name)
+    if isinstance(content, Value | float) and not isinstance(content, bool):
+        return quantity(content, term(name), unit_of(term(name), result.unit_names, str(getattr(result, "unit", ""))))
+    if isinstance(content, str | int | bool):
+        return repr(content)
+    return f"<{len(content)}>" if hasattr(content, "__len__") else f"<{type(content).__name__}>"

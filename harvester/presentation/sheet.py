@@ -56,60 +56,68 @@ class Sheet:
         inner = indent + "  "
         lines = [indent + self.head] if self.head else []
         lines += columns([list(row) for row in self.rows], inner) if self.rows else []
-        for one in self.tables:
-            lines += [inner + one.title] * bool(one.title) + one.lines(inner + "  ")
+        for table in self.tables:
+            lines += [inner + table.title] * bool(table.title) + table.lines(inner + "  ")
         lines += [line for part in self.parts for line in part.lines(inner)]
         return lines + [inner + remark for remark in self.remarks()]
 
     def remarks(self) -> list[str]:
         """Its notes and warnings, each with the word for it."""
-        return [f"note: {one}" for one in self.notes] + [f"warning: {one}" for one in self.warnings]
+        return [f"note: {table}" for table in self.notes] + [f"warning: {table}" for table in self.warnings]
 
     def html(self) -> str:
         """A fragment of HTML, every text escaped."""
-        found = html.table(self.head, (), self.rows, self.remarks())
-        return found + "".join(one._repr_html_() for one in self.tables) + "".join(one.html() for one in self.parts)
+        rows, tables = (
+            html.table(self.head, (), self.rows, self.remarks()),
+            (table._repr_html_() for table in self.tables),
+        )
+        return "".join((rows, *tables, *(part.html() for part in self.parts)))
 
 
-def sheet(result: Presentable, head: str | None = None, units: AnswerUnits | None = None, own: str = "") -> Sheet:
+def sheet(
+    result: Presentable, head: str | None = None, units: AnswerUnits | None = None, result_unit: str = ""
+) -> Sheet:
     """The sheet of a result; ``head`` replaces what it says of engine, seconds and steps.
 
-    ``units`` and ``own`` are those of the result that it is a part of, where it does not know its own.
+    ``units`` and ``result_unit`` are those of the result that it is a part of, where it does not know its own.
     """
     units = result.unit_names if units is None or hasattr(result, "physical") else units
-    found = Sheet(_head(result) if head is None else head)
+    page = Sheet(_head(result) if head is None else head)
     remarks = getattr(result, "diagnostics", ())
-    found.notes = [one.line for one in remarks if one.severity == "note"]
-    found.warnings = [one.line for one in remarks if one.severity == "warning"]
+    page.notes = [remark.line for remark in remarks if remark.severity == "note"]
+    page.warnings = [remark.line for remark in remarks if remark.severity == "warning"]
     for name in result.shown_names():
         if name not in IN_THE_HEAD:
-            _add(found, name, getattr(result, name), units, str(getattr(result, "unit", own)))
-    return found
+            _add(page, name, getattr(result, name), units, str(getattr(result, "unit", result_unit)))
+    return page
 
 
-def _add(found: Sheet, name: str, one: Any, units: AnswerUnits, own: str) -> None:
+def _add(page: Sheet, name: str, content: Any, units: AnswerUnits, result_unit: str) -> None:
     """Put one field on the sheet, as its type asks for."""
-    if isinstance(one, Table):
-        found.tables.append(one)
-    elif _is_result(one):
-        found.parts.append(sheet(one, term(name).label, units, own))
-    elif isinstance(one, Mapping):
-        for key, part in with_companions(one).items():
+    if isinstance(content, Table):
+        page.tables.append(content)
+    elif _is_result(content):
+        page.parts.append(sheet(content, term(name).label, units, result_unit))
+    elif isinstance(content, Mapping):
+        for key, part in with_companions(content).items():
             if _is_result(part):
-                found.parts.append(sheet(part, str(key), units, own))
+                page.parts.append(sheet(part, str(key), units, result_unit))
             else:
-                found.rows += _rows(str(key), part, units, own)
-    elif isinstance(one, tuple) and one and all(map(_is_result, one)):
-        found.tables.append(table_of(one, term(name).label, units, own))
+                page.rows += _rows(str(key), part, units, result_unit)
+    elif isinstance(content, tuple) and content and all(map(_is_result, content)):
+        page.tables.append(table_of(content, term(name).label, units, result_unit))
     else:
-        found.rows += _rows(name, one, units, own)
+        page.rows += _rows(name, content, units, result_unit)
 
 
-def table_of(results: Sequence[Presentable], title: str, units: AnswerUnits, own: str = "") -> Table:
+def table_of(results: Sequence[Presentable], title: str, units: AnswerUnits, result_unit: str = "") -> Table:
     """Results of one type as the rows of a table; units as of `unit_of`."""
     names = results[0].shown_names()
-    made = [Column(name, [getattr(one, name) for one in results], unit_of(term(name), units, own)) for name in names]
-    return Table(tuple(one for one in made if any(cell not in (None, "") for cell in one.cells)), title)
+    columns_of = [
+        Column(name, [getattr(result, name) for result in results], unit_of(term(name), units, result_unit))
+        for name in names
+    ]
+    return Table(tuple(column for column in columns_of if any(cell not in (None, "") for cell in column.cells)), title)
 
 
 def with_companions(numbers: Mapping[Any, Any]) -> dict[str, Any]:
@@ -117,55 +125,59 @@ def with_companions(numbers: Mapping[Any, Any]) -> dict[str, Any]:
 
     Without the former, and with the latter 0, it is a closed form.
     """
-    found: dict[str, Any] = {}
-    for name, one in numbers.items():
+    numbers_with_errors: dict[str, Any] = {}
+    for name, number in numbers.items():
         companions = [numbers.get(of) for of in (f"{name}_stderr", f"{name}_bias", f"{ERROR_OF}{name}")]
         stem = str(name).removesuffix("_stderr").removesuffix("_bias")
         if str(name).startswith(ERROR_OF) or (stem != name and stem in numbers):
             continue
         stderr, bias, whole = companions
-        found[str(name)] = one
-        if isinstance(one, float | int) and (stderr is not None or bias is not None):
-            found[str(name)] = Value(float(one), stderr, bias, 0.0 if stderr is None and bias == 0.0 else None)
-        elif isinstance(one, float | int) and whole is not None:
-            found[str(name)] = WholeError(float(one), whole)
-    return found
+        numbers_with_errors[str(name)] = number
+        if isinstance(number, float | int) and (stderr is not None or bias is not None):
+            numbers_with_errors[str(name)] = Value(
+                float(number), stderr, bias, 0.0 if stderr is None and bias == 0.0 else None
+            )
+        elif isinstance(number, float | int) and whole is not None:
+            numbers_with_errors[str(name)] = WholeError(float(number), whole)
+    return numbers_with_errors
 
 
-def mapping_rows(numbers: Mapping[Any, Any], units: AnswerUnits, own: str = "") -> list[tuple[str, str]]:
+def mapping_rows(numbers: Mapping[Any, Any], units: AnswerUnits, result_unit: str = "") -> list[tuple[str, str]]:
     """The rows of numbers by their names."""
-    return [row for name, one in with_companions(numbers).items() for row in _rows(name, one, units, own)]
+    return [
+        row for name, content in with_companions(numbers).items() for row in _rows(name, content, units, result_unit)
+    ]
 
 
-def _rows(name: str, one: Any, units: AnswerUnits, own: str) -> Iterator[tuple[str, str]]:
+def _rows(name: str, content: Any, units: AnswerUnits, result_unit: str) -> Iterator[tuple[str, str]]:
     """The row of a number, a value or a text; none of what is absent, and of arrays."""
     about = term(name)
-    text = _text(one, about, unit_of(about, units, own))
+    text = _text(content, about, unit_of(about, units, result_unit))
     if text:
         yield about.label, text
 
 
-def _text(one: Any, about: Term, unit: str) -> str:
+def _text(content: Any, about: Term, unit: str) -> str:
     """A number, a value or a text, several texts, or the two ends of a range as people read them; else empty."""
-    if isinstance(one, bool):
-        return "yes" if one else "no"
-    if isinstance(one, Value | float | int):
-        return quantity(one, about, unit)
-    if isinstance(one, WholeError):
-        error = f" +- {percent(one.error95, one.value)} (95 %)" if one.value else ""
-        return quantity(one.value, about, unit) + error
-    if isinstance(one, str):
-        return one
-    if isinstance(one, tuple) and all(isinstance(part, str) for part in one):
-        return ", ".join(one)
-    if isinstance(one, tuple) and len(one) == 2 and all(isinstance(part, float) for part in one):
-        return " to ".join(quantity(part, about, unit) for part in one)
+    if isinstance(content, bool):
+        return "yes" if content else "no"
+    if isinstance(content, Value | float | int):
+        return quantity(content, about, unit)
+    if isinstance(content, WholeError):
+        error = f" +- {percent(content.error95, content.value)} (95 %)" if content.value else ""
+        return quantity(content.value, about, unit) + error
+    if isinstance(content, str):
+        return content
+    if isinstance(content, tuple) and all(isinstance(part, str) for part in content):
+        return ", ".join(content)
+    if isinstance(content, tuple) and len(content) == 2 and all(isinstance(part, float) for part in content):
+        return " to ".join(quantity(part, about, unit) for part in content)
     return ""
 
 
-def quantity(one: Value | float, about: Term, unit: str) -> str:
+def quantity(number: Value | float, about: Term, unit: str) -> str:
     """A number with its unit, and with its errors where it has them."""
-    value = one if isinstance(one, Value) else Value(float(one))
+    value = number if isinstance(number, Value) else Value(float(number))
     if about.kind == "share":
         return f"{value.scaled(100.0).format()} %"
     if about.kind == "clock":
@@ -178,17 +190,17 @@ def quantity(one: Value | float, about: Term, unit: str) -> str:
     return value.format(unit)
 
 
-def unit_of(about: Term, units: AnswerUnits, own: str = "") -> str:
-    """The unit of a kind: of the scene, the result's ``own``, or the kind itself where it is no quantity of a scene."""
+def unit_of(about: Term, units: AnswerUnits, result_unit: str = "") -> str:
+    """The unit of a kind: of the scene, the result's, or the kind itself where it is no quantity of a scene."""
     if about.kind == "own":
-        return own
+        return result_unit
     if about.kind in AnswerUnits.__dataclass_fields__:
         return str(getattr(units, about.kind))
     return "" if about.kind in ("share", "clock") else about.kind
 
 
-def _is_result(one: Any) -> TypeGuard[Presentable]:
-    return hasattr(one, "shown_names")
+def _is_result(content: Any) -> TypeGuard[Presentable]:
+    return hasattr(content, "shown_names")
 
 
 def _head(result: Presentable) -> str:

@@ -103,28 +103,28 @@ class Table:
     first: tuple[str, ...] = ()  # names of plain columns that stand before the others in files
 
     def __post_init__(self) -> None:
-        assert len({len(one.cells) for one in self.columns}) <= 1, [len(one.cells) for one in self.columns]
+        assert len({len(column.cells) for column in self.columns}) <= 1, [len(column.cells) for column in self.columns]
 
     def __len__(self) -> int:
         return len(self.columns[0].cells) if self.columns else 0
 
     def __getitem__(self, name: str) -> "Sequence[Cell] | Floats":
-        return next(one.cells for one in self.columns if one.name == name)
+        return next(column.cells for column in self.columns if column.name == name)
 
     def cells_or_none(self, name: str) -> "Sequence[Cell] | Floats":
         """The cells of a column, each None where there is no such column."""
-        return next((one.cells for one in self.columns if one.name == name), [None] * len(self))
+        return next((column.cells for column in self.columns if column.name == name), [None] * len(self))
 
     def plain(self) -> dict[str, list[Any]]:
         """All columns without `Value`, by name."""
-        found = {name: cells for column in self.columns for name, cells in column.plain().items()}
-        return {name: found[name] for name in self.first} | found
+        cells_of = {name: cells for column in self.columns for name, cells in column.plain().items()}
+        return {name: cells_of[name] for name in self.first} | cells_of
 
     def as_json(self) -> list[dict[str, Any]]:
         """One object a row."""
         from harvester.presentation.plain import plain
 
-        names = [one.name for one in self.columns]
+        names = [column.name for column in self.columns]
         return [dict(zip(names, map(plain, row), strict=True)) for row in zip(*self._cells(), strict=True)]
 
     def csv(self, units: bool = False) -> str:
@@ -134,11 +134,12 @@ class Table:
     def csv_lines(self, units: bool = False) -> Iterator[str]:
         """The lines of a CSV file: nine digits, and an empty cell where there is nothing."""
         of = {name: column for column in self.columns for name in column.plain()}
-        found = {name: map(repr, cells) if of[name].exact else cells for name, cells in self.plain().items()}
+        cells_of = {name: map(repr, cells) if of[name].exact else cells for name, cells in self.plain().items()}
         heads = [
-            f"{name} ({of[name].unit})" if units and of[name].unit and name == of[name].name else name for name in found
+            f"{name} ({of[name].unit})" if units and of[name].unit and name == of[name].name else name
+            for name in cells_of
         ]
-        return csv_lines(heads, zip(*found.values(), strict=True))
+        return csv_lines(heads, zip(*cells_of.values(), strict=True))
 
     def npz(self) -> bytes:
         """The bytes of an NPZ file (numpy.load): an array for each column, and ``units``, their names and units."""
@@ -157,18 +158,18 @@ class Table:
     def to_xarray(self) -> "xarray.Dataset":
         """A dataset over the columns of ``index`` (over the rows where there are none); units are attributes."""
         frame = self.to_pandas()
-        found = (frame.set_index(list(self.index)) if self.index else frame.rename_axis("row")).to_xarray()
+        dataset = (frame.set_index(list(self.index)) if self.index else frame.rename_axis("row")).to_xarray()
         for column in self.columns:
             for name in column.plain():
-                found[name].attrs = {"long_name": column.head} | (
+                dataset[name].attrs = {"long_name": column.head} | (
                     {"units": unit} if (unit := _unit(column, name)) else {}
                 )
-        return found  # type: ignore[no-any-return]
+        return dataset  # type: ignore[no-any-return]
 
     def shown(self) -> tuple[list[str], list[list[str]]]:
         """The heads, and the rows as texts."""
-        found = [one for column in self.columns for one in column.shown().items()]
-        return [head for head, _ in found], [list(row) for row in zip(*(cells for _, cells in found), strict=True)]
+        shown = [shown_column for column in self.columns for shown_column in column.shown().items()]
+        return [head for head, _ in shown], [list(row) for row in zip(*(cells for _, cells in shown), strict=True)]
 
     def lines(self, indent: str = "", elsewhere: str = "") -> list[str]:
         """The lines of a terminal: of a long table the first and the last rows; ``elsewhere`` names who has all."""
@@ -186,7 +187,7 @@ class Table:
         return "\n".join(([self.title] if self.title else []) + self.lines())
 
     def __repr__(self) -> str:
-        return f"Table({len(self)} rows: {', '.join(one.name for one in self.columns)})"
+        return f"Table({len(self)} rows: {', '.join(column.name for column in self.columns)})"
 
     def _repr_html_(self) -> str:
         from harvester.presentation import html
@@ -195,18 +196,18 @@ class Table:
         return html.table(self.title, head, body)
 
     def _cells(self) -> "list[Sequence[Cell] | Floats]":
-        return [one.cells for one in self.columns]
+        return [column.cells for column in self.columns]
 
     def head(self, rows: int) -> "Table":
         """Its first rows."""
         return self.rows(range(min(rows, len(self))))
 
-    def rows(self, places: Sequence[int]) -> "Table":
+    def rows(self, indices: Sequence[int]) -> "Table":
         """Some of its rows."""
 
         def chosen(column: Column) -> Column:
-            units = [column.units[k] for k in places] if column.units else ()
-            return replace(column, cells=[column.cells[k] for k in places], units=units)
+            units = [column.units[k] for k in indices] if column.units else ()
+            return replace(column, cells=[column.cells[k] for k in indices], units=units)
 
         return replace(self, columns=tuple(map(chosen, self.columns)))
 

@@ -44,7 +44,7 @@ def of_run(
         caption_of = "Elasticity of the mean power in each key, the largest first"
         said = signs("; ".join(map(str, sensitivity.diagnostics)))
         tables.append(replace(text_table(sensitivity.table), caption=caption_of, note=said))
-    found = Section(
+    section = Section(
         "Answer",
         drawings=[drawing(answer.plot(None), f"Bars: {_spoken(answer)}", caption)],
         tables=tables,
@@ -52,15 +52,15 @@ def of_run(
     )
     seed_text = seed if answer.mean_power.stderr is not None else f"{seed} (nothing was sampled)"
     kind = f"run, engine {answer.engine}"
-    return scene_page(problem, kind, engines.lead(answer), found, provenance(problem), seed=seed_text)
+    return scene_page(problem, kind, engines.lead(answer), section, provenance(problem), seed=seed_text)
 
 
-def _largest(found: Extremes | None) -> list[TextTable]:
+def _largest(extremes: Extremes | None) -> list[TextTable]:
     """The table of the largest values over a lifetime; none where they were not asked for."""
-    if found is None:
+    if extremes is None:
         return []
-    caption = f"Largest over a lifetime of {amount(found.lifetime, found.unit_names.time)}"
-    return [replace(text_table(found.table), caption=caption, note=signs(found.method))]
+    caption = f"Largest over a lifetime of {amount(extremes.lifetime, extremes.unit_names.time)}"
+    return [replace(text_table(extremes.table), caption=caption, note=signs(extremes.method))]
 
 
 def of_comparison(scene: Scene | Problem, result: Comparison, seed: int, largest: Sequence[Extremes] = ()) -> Page:
@@ -75,7 +75,7 @@ def of_comparison(scene: Scene | Problem, result: Comparison, seed: int, largest
         "Mean power of each engine with its error."
         + (" Below, the voltage of one path from three sources." if result.paths else ""),
     )
-    found = Section(
+    section = Section(
         "Engines side by side",
         drawings=[figure],
         tables=[
@@ -84,25 +84,26 @@ def of_comparison(scene: Scene | Problem, result: Comparison, seed: int, largest
             engines.reasons(result.estimates),
             *engines.refusals(result.refused),
             *map(text_table, sheet(result).tables[1:]),
-            *(table for one in largest for table in _largest(one)),
+            *(table for extremes in largest for table in _largest(extremes)),
         ],
         warnings=engines.warnings(result.estimates),
     )
     lead = [f"{e.engine}: {line[0].lower()}{line[1:]}" for e in result.estimates for line in engines.lead(e)[:1]]
     lead.append(_agreement(result))
     about = provenance(problem)
-    return scene_page(problem, "compare", lead, found, about, seed=seed, reference=result.reference.engine)
+    return scene_page(problem, "compare", lead, section, about, seed=seed, reference=result.reference.engine)
 
 
 def _agreement(result: Comparison) -> str:
     """Which engines agree with the reference within the errors that both state."""
-    reference, others = result.reference, [one for one in result.estimates if one is not result.reference]
+    reference = result.reference
+    others = [estimate for estimate in result.estimates if estimate is not reference]
     words = []
-    for one in others:
-        away = one.mean_power.value - reference.mean_power.value
-        within = one.mean_power.known_error95 + reference.mean_power.known_error95
+    for estimate in others:
+        away = estimate.mean_power.value - reference.mean_power.value
+        within = estimate.mean_power.known_error95 + reference.mean_power.known_error95
         off = f"differs by {share(away, reference.mean_power.value)}"
-        words.append(f"{one.engine} {'agrees within the errors' if abs(away) <= within else off}")
+        words.append(f"{estimate.engine} {'agrees within the errors' if abs(away) <= within else off}")
     return f"Against {reference.engine}: {'; '.join(words)}" if words else "Nothing to compare with"
 
 

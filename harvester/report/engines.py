@@ -27,18 +27,18 @@ def table(estimates: Sequence[Estimate]) -> TextTable:
     heads = ["engine", "mean power", "sampling, 95 %", "step", "model", "together"]
     heads += ["mean square voltage", "seconds", "steps"]
     rows = []
-    for one in estimates:
-        power = one.mean_power
+    for estimate in estimates:
+        power = estimate.mean_power
         errors = (power.bias, power.model)
         rows.append(
             [
-                one.engine,
-                first(power, one.unit_names.power),
+                estimate.engine,
+                first(power, estimate.unit_names.power),
                 "none" if power.stderr is None else share(power.sampling95, power.value),
                 *(share(error, power.value) for error in (*errors, power.error95)),
-                first(one.mean_square_voltage, one.unit_names.mean_square_voltage),
-                two_digits(one.seconds),
-                signs(f"{one.steps:.3g}") if one.steps else "-",
+                first(estimate.mean_square_voltage, estimate.unit_names.mean_square_voltage),
+                two_digits(estimate.seconds),
+                signs(f"{estimate.steps:.3g}") if estimate.steps else "-",
             ]
         )
     note = (
@@ -50,7 +50,7 @@ def table(estimates: Sequence[Estimate]) -> TextTable:
 
 def reasons(estimates: Sequence[Estimate]) -> TextTable:
     """The table of what each engine says of its errors: why one is missing, or how that of its model is known."""
-    rows = [[one.engine, signs(one.reason) or _own(one)] for one in estimates]
+    rows = [[estimate.engine, signs(estimate.reason) or _known_parts(estimate)] for estimate in estimates]
     return TextTable("What the errors are, or why there is none", ["engine", "reason"], rows)
 
 
@@ -72,7 +72,7 @@ def details(estimate: Estimate) -> list[TextTable]:
 
 def warnings(estimates: Sequence[Estimate]) -> list[str]:
     """The warnings of all answers, each with its engine's name."""
-    return [f"{one.engine}: {signs(str(word))}" for one in estimates for word in one.warnings]
+    return [f"{estimate.engine}: {signs(str(word))}" for estimate in estimates for word in estimate.warnings]
 
 
 def first(value: Value, unit: str) -> str:
@@ -83,8 +83,9 @@ def first(value: Value, unit: str) -> str:
     return f"{number} {rest.rpartition(') ')[2]}".strip() if unit else number
 
 
-def _own(one: Estimate) -> str:
-    has = [n for n, e in (("sampling", one.mean_power.stderr), ("step", one.mean_power.bias)) if e is not None]
+def _known_parts(estimate: Estimate) -> str:
+    power = estimate.mean_power
+    has = [name for name, error in (("sampling", power.stderr), ("step", power.bias)) if error is not None]
     if not has:
         return NONE
     measured = f"errors of {' and '.join(has)} are measured in this run"

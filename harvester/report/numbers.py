@@ -14,9 +14,9 @@ def amount(number: float, unit: str) -> str:
     return signs(value.amount(number, unit))
 
 
-def with_errors(one: value.Value, unit: str) -> str:
+def with_errors(number: value.Value, unit: str) -> str:
     """A value with each of its errors named."""
-    return signs(one.format(unit))
+    return signs(number.format(unit))
 
 
 def share(error: float | None, of: float) -> str:

@@ -20,12 +20,12 @@ def of_response(scene: Scene | Problem, answer: FrequencyResponses, seed: int) -
     caption = "Mean power, RMS voltage, RMS displacement and phase against the drive frequency."
     points = dataclasses.replace(answer.table, title="Points")
     answers = []
-    for one in answer.curves:
-        for direction in one.directions:
-            peak, of = one.peak(direction), one.unit_names
+    for curve in answer.curves:
+        for direction in curve.directions:
+            peak, of = curve.peak(direction), curve.unit_names
             most = with_errors(peak.mean_power, of.power)
             where = f"at {amount(peak.frequency, of.frequency)}, {direction}"
-            answers.append(f"{one.engine}: largest mean power {most} {where}")
+            answers.append(f"{curve.engine}: largest mean power {most} {where}")
     return of_result(scene, "response", answer, answer.plot(None), caption, (points,), answers[:MOST], seed=seed)
 
 

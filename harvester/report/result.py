@@ -33,23 +33,23 @@ def of_result(
 
     ``answers`` lead it, where the rows of its sheet do not say what was asked for.
     """
-    problem, found = Problem.of(scene), sheet(result)
-    lead = [*map(signs, answers), signs(found.head), *(signs(f"{name}: {text}") for name, text in found.rows)]
+    problem, page = Problem.of(scene), sheet(result)
+    lead = [*map(signs, answers), signs(page.head), *(signs(f"{name}: {text}") for name, text in page.rows)]
     drawings = [] if figure is None else [drawing(figure, f"{caption} {'. '.join(lead)}.", caption)]
     section = Section(
         "What was found",
-        texts=[f"{note[0].upper()}{note[1:]}." for note in map(signs, found.notes)],
+        texts=[f"{note[0].upper()}{note[1:]}." for note in map(signs, page.notes)],
         drawings=drawings,
-        tables=[*_tables(found), *map(text_table, tables)],
-        warnings=[signs(one) for one in found.warnings],
+        tables=[*_tables(page), *map(text_table, tables)],
+        warnings=[signs(warning) for warning in page.warnings],
     )
     return scene_page(problem, kind, lead, section, provenance(problem), **made)
 
 
-def _tables(found: Sheet) -> Iterator[TextTable]:
+def _tables(page: Sheet) -> Iterator[TextTable]:
     """The tables of a sheet, and of its parts."""
-    yield from map(text_table, found.tables)
-    for part in found.parts:
+    yield from map(text_table, page.tables)
+    for part in page.parts:
         if part.rows:
             rows = [[name, signs(text)] for name, text in part.rows]
             yield TextTable(part.head, ["what", "value"], rows, (1,))
@@ -82,9 +82,8 @@ def _is_one(cells: list[str]) -> bool:
 
 def _are_numbers(cells: list[str]) -> bool:
     """Whether a column is set right: numbers, and no sentence."""
-    return (
-        any(one[:1].isdigit() or one[:1] in ("-", "") for one in cells) and max(map(len, cells), default=0) <= SENTENCE
-    )
+    has_numbers = any(cell[:1].isdigit() or cell[:1] in ("-", "") for cell in cells)
+    return has_numbers and max(map(len, cells), default=0) <= SENTENCE
 
 
 def _referred(cells: list[str], notes: list[str]) -> list[str]:

@@ -16,7 +16,7 @@ from harvester.scene.scene_writer import as_written, written
 
 
 def scene_page(
-    problem: Problem, kind: str, lead: Sequence[str], found: Section, about: dict[str, Any], text: str = "", **made: Any
+    problem: Problem, kind: str, lead: Sequence[str], first: Section, about: dict[str, Any], text: str = "", **made: Any
 ) -> Page:
     """The page of what was found for a scene: the findings, the scene and its effects, and what made them.
 
@@ -26,7 +26,7 @@ def scene_page(
         title=problem.scene.title,
         kind=kind,
         lead=lead,
-        sections=[found, scene_section(problem, text), effects_section(problem)],
+        sections=[first, scene_section(problem, text), effects_section(problem)],
         command=command_line(about),
         about=made_by(about, **made),
     )
@@ -46,7 +46,8 @@ def scene_section(problem: Problem, text: str = "") -> Section:
 def effects_section(problem: Problem) -> Section:
     """The section of the effects that are present, and those that are absent (not computed, rather than zero)."""
     present = [*problem.effects, *([] if problem.netlist is None else ["netlist"])]
-    words = EFFECTS | {one.name: one.name.replace("_", " ") for one in effects.EFFECTS if one.name not in EFFECTS}
+    others = [effect.name for effect in effects.EFFECTS if effect.name not in EFFECTS]
+    words = EFFECTS | {name: name.replace("_", " ") for name in others}
     absent = [name for name in words if name not in present]
     tables = [
         TextTable(caption, ["effect", "what it is"], [[name, words[name]] for name in names])
@@ -95,7 +96,7 @@ def _keys(scene: Scene) -> TextTable:
 
 def _key(table: str, name: str, value: Any) -> list[list[str]]:
     if isinstance(value, dict):
-        return [[f"{table}.{name}.{part}", signs(f"{one:.5g} (SI)")] for part, one in value.items()]
+        return [[f"{table}.{name}.{part}", signs(f"{entry:.5g} (SI)")] for part, entry in value.items()]
     shown = written(table, name, value)
     if isinstance(shown, float):
         return [[f"{table}.{name}", amount(shown, unit_of(f"{table}.{name}"))]]

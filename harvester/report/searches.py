@@ -24,7 +24,7 @@ def of_search(scene: Scene | Problem, answer: Optimum | ParetoFront, seed: int) 
         caption = f"What was evaluated with {next(iter(answer.ranked))}, {which}, and its optimum."
     else:
         tables = (highest(answer),)
-        answers = [f"{one.key}: {_interval(one)}" for one in answer.keys]
+        answers = [f"{key.key}: {_interval(key)}" for key in answer.keys]
     kind = f"optimise, engine {answer.engine}"
     return of_result(scene, kind, answer, answer.plot(None), caption, tables, answers, seed=seed)
 
@@ -41,9 +41,9 @@ def highest(answer: Optimum) -> Table:
     """The places of the largest powers that the engine itself evaluated, as far as they differ in print."""
     known = [(p.power, p) for p in answer.own_points if p.power is not None]
     known.sort(key=lambda pair: -pair[0].value)
-    places = [[key.range.value(float(u)) for key, u in zip(answer.keys, p.u, strict=True)] for _, p in known]
-    columns = [Column(key.key, [place[k] for place in places], key.unit) for k, key in enumerate(answer.keys)]
+    values = [[key.range.value(float(u)) for key, u in zip(answer.keys, p.u, strict=True)] for _, p in known]
+    columns = [Column(key.key, [row[k] for row in values], key.unit) for k, key in enumerate(answer.keys)]
     columns.append(Column("mean_power", [power for power, _ in known], answer.unit_names.power))
-    found = Table(tuple(columns), f"the highest of what {answer.engine} evaluated")
-    rows = dict(reversed([(tuple(row), k) for k, row in enumerate(found.shown()[1])]))  # the first of those alike
-    return found.rows(sorted(rows.values())[:BEST])
+    evaluated = Table(tuple(columns), f"the highest of what {answer.engine} evaluated")
+    rows = dict(reversed([(tuple(row), k) for k, row in enumerate(evaluated.shown()[1])]))  # the first of those alike
+    return evaluated.rows(sorted(rows.values())[:BEST])

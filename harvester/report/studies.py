@@ -27,14 +27,14 @@ def of_cost(scene: Scene | Problem, cost: Cost, seed: int, budget: float) -> Pag
     problem = Problem.of(scene)
     reached = [(target, *cost.fastest(target)) for target in TARGETS]
     lead = [f"Within {100 * target:g} %: {name} in {clock(seconds)}" for target, name, seconds in reached if seconds]
-    found = sheet(cost)
+    page = sheet(cost)
     section = Section(
         "What accuracy costs",
         texts=[
             f"Errors are relative to the power of {cost.reference} at a step of zero, "
             f"{with_errors(cost.power, cost.unit_names.power)}. Total: sampling at 95 % + step + model, unknown parts "
             "at their upper bound.",
-            *map(signs, found.notes),
+            *map(signs, page.notes),
         ],
         drawings=[
             drawing(
@@ -44,10 +44,10 @@ def of_cost(scene: Scene | Problem, cost: Cost, seed: int, budget: float) -> Pag
             )
         ],
         tables=[
-            *map(text_table, found.tables),
+            *map(text_table, page.tables),
             text_table(errors_of([row for row in cost.rows if not row.error], "All settings")),
         ],
-        warnings=[signs(line) for line in found.warnings],
+        warnings=[signs(line) for line in page.warnings],
     )
     lead = lead or ["No engine is known to reach 10 % in the time given."]
     made: dict[str, Any] = {"seed": seed, "budget": f"{budget:g} s", "reference": cost.reference}
@@ -64,14 +64,14 @@ def of_sweep(scene: Scene | Problem, table: SweepTable) -> Page:
         f"Mean power against {keys}. {'. '.join(best)}.",
         f"Mean power against {table.along.key}, engine by engine.",
     )
-    found = sheet(table)
+    page = sheet(table)
     failed = sum(bool(row.error) for row in table.rows)
     section = Section(
         "Sweep",
         texts=[f"{failed} of {len(table.rows)} rows failed; the table says why."] if failed else [],
         drawings=[figure],
         tables=[text_table(_summary(table)), text_table(_points(table, failed > 0))],
-        warnings=[signs(line) for line in found.warnings],
+        warnings=[signs(line) for line in page.warnings],
     )
     base = f"Where the points start from; each has its own {keys}."
     seed = ", ".join(map(str, sorted(seeds))) or "nothing was sampled"
@@ -81,7 +81,8 @@ def of_sweep(scene: Scene | Problem, table: SweepTable) -> Page:
 def _best(table: SweepTable, engine: str) -> str:
     """The largest power in the rows of an engine, with its error, and where it is."""
     row, power = max(
-        ((row, row.mean_power) for row in table.of(engine) if row.mean_power is not None), key=lambda one: one[1].value
+        ((row, row.mean_power) for row in table.of(engine) if row.mean_power is not None),
+        key=lambda pair: pair[1].value,
     )
     where = ", ".join(f"{key} = {amount(value, unit_of(key))}" for key, value in row.varied.items())
     error = error_in_percent(power)
@@ -99,7 +100,7 @@ def _summary(table: SweepTable) -> Table:
             Column("points", [len(mine) for mine in rows.values()]),
             Column("failed", [sum(bool(row.error) for row in mine) for mine in rows.values()]),
             Column("with warnings", [sum(bool(row.warnings) for row in mine) for mine in rows.values()]),
-            Column("error, 95 %, at most", [error_in_percent(one) for one in worst]),
+            Column("error, 95 %, at most", [error_in_percent(error) for error in worst]),
             Column("seconds", [sum(row.seconds or 0.0 for row in mine) for mine in rows.values()]),
         ),
         "Engines",
@@ -113,14 +114,14 @@ def _relative_error(power: Value) -> float:
 def _points(table: SweepTable, failures: bool) -> Table:
     """All rows, with the errors of both means."""
     shown = (*table.keys, "engine", "mean_power", "mean_square_voltage", "seconds", *["error"] * failures)
-    columns = {one.name: one for one in table.table.columns}
+    columns = {column.name: column for column in table.table.columns}
     return Table(tuple(columns[name] for name in shown), "Points")
 
 
 def of_paper(drawn: list[PaperFigure]) -> Page:
     """The page of the paper's figures: each one, how far both theories are from the Monte Carlo, and all parameters."""
     about = origin()
-    sections = [_section(one) for one in drawn]
+    sections = [_section(figure) for figure in drawn]
     parameters = Section(
         "Parameters",
         texts=["As the paper's text prints them. What it leaves open is assumed, and stands in each figure's title."],
@@ -129,17 +130,17 @@ def of_paper(drawn: list[PaperFigure]) -> Page:
     return Page(
         title="The paper's figures: its theory, ours, and Monte Carlo of the coupled equations",
         kind="paper",
-        lead=[f"{one.title}: {clock(one.seconds)}" for one in drawn],
+        lead=[f"{figure.title}: {clock(figure.seconds)}" for figure in drawn],
         sections=[*sections, parameters],
         command=command_line(about),
         about=made_by(about, seed="fixed for each figure"),
     )
 
 
-def _section(one: PaperFigure) -> Section:
+def _section(published: PaperFigure) -> Section:
     rows = []
-    for panel in dict.fromkeys(p.panel for p in one.points):
-        points = [p for p in one.points if p.panel == panel]
+    for panel in dict.fromkeys(p.panel for p in published.points):
+        points = [p for p in published.points if p.panel == panel]
         theories = (_off(points, name) for name in ("published", "averaged", "density"))
         rows.append([signs(panel), str(len(points)), *theories, _noise(points)])
     heads = ["panel", "points", "published off by", "averaged off by", "density off by", "Monte Carlo, 95 %"]
@@ -148,9 +149,9 @@ def _section(one: PaperFigure) -> Section:
         " value of the panel."
     )
     summary = "; ".join(f"{row[0]}: published off by up to {row[2]}, averaged by {row[3]}" for row in rows)
-    figure = drawing(figures.paper(one.points, None), f"{one.title}. {summary}.", one.title)
+    figure = drawing(figures.paper(published.points, None), f"{published.title}. {summary}.", published.title)
     table = TextTable("How far the theories are off", heads, rows, range(1, 6), note)
-    return Section(f"Figure {one.number}", drawings=[figure], tables=[table])
+    return Section(f"Figure {published.number}", drawings=[figure], tables=[table])
 
 
 def _size(points: list[FigurePoint]) -> float:
@@ -159,7 +160,7 @@ def _size(points: list[FigurePoint]) -> float:
 
 def _off(points: list[FigurePoint], name: str) -> str:
     both = [(getattr(p, name), p.ensemble) for p in points]
-    far = [abs(value - sampled) for value, sampled in both if value is not None]
+    far = [abs(value - ensemble) for value, ensemble in both if value is not None]
     return share(max(far), _size(points)) if far else "not solved"
 
 

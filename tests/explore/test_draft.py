@@ -122,7 +122,7 @@ def test_another_circuit():
 def test_sliders(key, value):
     """A value in the middle is found again to three digits, ends are ends, and more to the right is more in size."""
     one = slide(key, value)
-    assert one.value(one.place(value)) == pytest.approx(value, rel=2e-2)
+    assert one.value(one.position(value)) == pytest.approx(value, rel=2e-2)
     values = [abs(one.value(place)) for place in range(STEPS + 1)]
     assert values == sorted(values)
     assert one.holds(value)

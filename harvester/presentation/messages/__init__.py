@@ -21,12 +21,12 @@ Message: TypeAlias = str | Callable[..., str]
 @cache
 def catalogue() -> Mapping[str, Message]:
     """All messages by their codes; a code stands in one file only."""
-    found: dict[str, Message] = {}
+    messages: dict[str, Message] = {}
     for file in iter_modules(__path__):
         some: dict[str, Message] = getattr(import_module(f"{__name__}.{file.name}"), "MESSAGES", {})
-        assert not found.keys() & some.keys(), found.keys() & some.keys()
-        found |= some
-    return found
+        assert not messages.keys() & some.keys(), messages.keys() & some.keys()
+        messages |= some
+    return messages
 
 
 def sentence(code: str, numbers: Mapping[str, float | int | str | bool | None]) -> str:

@@ -33,10 +33,10 @@ def _stop_at_rest(rate: float | None) -> str:
 
 
 def _stop_under_noise(how: str, rms: float, distance: float, is_open: bool, rate: float | None) -> str:
-    found = f"hit {how}: without it the displacement is {amount(rms, 'm')} (RMS, linear), "
-    found += f"and it is {amount(distance, 'm')} away"
-    found += ", in open circuit" if is_open else ""
-    return found if rate is None else f"{found}; it would be reached {rate:.2g} times a second"
+    sentence = f"hit {how}: without it the displacement is {amount(rms, 'm')} (RMS, linear), "
+    sentence += f"and it is {amount(distance, 'm')} away"
+    sentence += ", in open circuit" if is_open else ""
+    return sentence if rate is None else f"{sentence}; it would be reached {rate:.2g} times a second"
 
 
 def _stop_under_drive(peak: float, distance: float, is_noisy: bool) -> str:

@@ -93,12 +93,12 @@ def _slow_switching(seconds: float, share: float, worse: float, physical: bool) 
 
 def power_law(exponent: float, lowest: float, highest: float | None) -> str:
     """The law of large amplitudes, with the ends of its exponent; ``highest`` None: infinite."""
-    told = f"q = {exponent:.2g} (from {max(lowest, 0.0):.2g} to {highest or 0.0:.2g})"
+    law = f"q = {exponent:.2g} (from {max(lowest, 0.0):.2g} to {highest or 0.0:.2g})"
     if highest is None:
-        told = f"q = {max(lowest, 0.0):.2g} or more"
+        law = f"q = {max(lowest, 0.0):.2g} or more"
     elif highest == lowest:
-        told = f"q = {exponent:.3g}"
-    return f"noise of the stiffness makes large amplitudes A as likely as A^-(1 + q), {told}"
+        law = f"q = {exponent:.3g}"
+    return f"noise of the stiffness makes large amplitudes A as likely as A^-(1 + q), {law}"
 
 
 def _variance_missing(surely: bool, **law: float) -> str:
@@ -114,17 +114,17 @@ def _unserved_effects(engine: str, effects: str, linear_only: bool, linear: bool
 
 
 def _slow_circuit(constant: float, frequency: float | None) -> str:
-    told = f"{constant:.3g}/w0" if frequency is None else f"{constant:.3g} s, where w0 is {frequency:.4g} rad/s,"
+    time = f"{constant:.3g}/w0" if frequency is None else f"{constant:.3g} s, where w0 is {frequency:.4g} rad/s,"
     return (
-        f"the cause is the time constant R C = {told} of load and storage capacitor, which a mean must outlast: a "
+        f"the cause is the time constant R C = {time} of load and storage capacitor, which a mean must outlast: a "
         "smaller capacitor that still outlasts the mass's periods gives nearly the same mean power, sooner"
     )
 
 
 def _unknown_effects(who: str, effects: str, instead: str) -> str:
     words = effects.split(" ")  # a damping is named by its key, of which damping_v has no word that is shorter
-    told = " ".join(one if one.startswith("damping_") else one.replace("_", " ") for one in words)
-    return f"{who} cannot model {told}: use {instead}"
+    effects_named = " ".join(word if word.startswith("damping_") else word.replace("_", " ") for word in words)
+    return f"{who} cannot model {effects_named}: use {instead}"
 
 
 EXACT = "'exact', which serves all linear scenes"
