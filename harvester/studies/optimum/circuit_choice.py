@@ -195,13 +195,13 @@ def best_circuit(
         except SimulationError as error:  # what the user asked is in order: this circuit has no answer
             answers[name] = error
     optima = {name: answers[name] for name in scenes}
-    answer = CircuitChoice.of(optima, time.perf_counter() - begin, coil_warnings(scenes, vary))
+    answer = CircuitChoice.of(optima, time.perf_counter() - begin, compare_coils(scenes, vary))
     if folder is not None:
         folder.table("circuits", answer.table.csv())
     return answer
 
 
-def coil_warnings(scenes: Mapping[str, Scene], vary: Vary) -> tuple[Diagnostic, ...]:
+def compare_coils(scenes: Mapping[str, Scene], vary: Vary) -> tuple[Diagnostic, ...]:
     """A warning where the coils of some circuits ring `UNLIKE` times as well as those of others, and none is varied."""
     if any(r.key.rpartition(".")[2] in ("L", "Rcoil", "Rcore") for r in varied(vary)[1]):
         return ()

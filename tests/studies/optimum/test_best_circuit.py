@@ -46,13 +46,13 @@ def test_coils_of_different_quality_are_told():
     given = hv.load(BRIDGE)
     scenes = {name: given.with_load(netlist=name) for name in ("bridge", "parallel_sshi", "sece")}
     over = {"load.parameters.R": ("300k", "3M")}
-    (said,) = circuit_choice.coil_warnings(scenes, over)
+    (said,) = circuit_choice.compare_coils(scenes, over)
     wave = math.sqrt(2.0 / given.piezo.capacitance)
     assert f"sece {1.0 / (200.0 / wave + wave / 500e3):.2g}" in str(said) and "bridge" not in str(said)
-    assert circuit_choice.coil_warnings(scenes, over | {"load.parameters.L": ("10m", "1")}) == ()
+    assert circuit_choice.compare_coils(scenes, over | {"load.parameters.L": ("10m", "1")}) == ()
     same = {"L": 0.0105, "Rcoil": 11.9, "Rcore": 510e3}
     alike = {name: given.with_load(netlist=name, parameters=same) for name in ("parallel_sshi", "sece")}
-    assert circuit_choice.coil_warnings(alike, over) == ()
+    assert circuit_choice.compare_coils(alike, over) == ()
 
 
 @pytest.mark.slow
