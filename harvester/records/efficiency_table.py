@@ -4,7 +4,7 @@ import numpy as np
 
 from harvester.errors import InputError
 from harvester.quantities.kinds import CURRENT, VOLTAGE_FROM_0
-from harvester.records.csv_table import CsvColumn, read_table
+from harvester.records.csv_table import read_table
 from harvester.records.record_files import no_column, numbers, read_once
 
 KEY = "chip.efficiency_table"
@@ -20,15 +20,11 @@ def read_efficiencies(path: str) -> Efficiencies:
     return read_once(_efficiencies, path)
 
 
-def _named(word: str, column: CsvColumn) -> bool:
-    return word in column.words
-
-
 def _efficiencies(path: str) -> Efficiencies:
     table = read_table(path, KEY)
-    _, volts = numbers(table, KEY, lambda column: _named("voltage", column), "input voltage", VOLTAGE_FROM_0)
-    _, amperes = numbers(table, KEY, lambda column: _named("current", column), "input current", CURRENT)
-    columns = table.find(lambda column: _named("efficiency", column))
+    _, volts = numbers(table, KEY, lambda column: "voltage" in column.words, "input voltage", VOLTAGE_FROM_0)
+    _, amperes = numbers(table, KEY, lambda column: "current" in column.words, "input current", CURRENT)
+    columns = table.find(lambda column: "efficiency" in column.words)
     if not columns:
         raise no_column(table, KEY, "efficiency", CURRENT)
     shares = columns[0].values / (100.0 if columns[0].stated == "%" else 1.0)

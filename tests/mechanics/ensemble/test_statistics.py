@@ -181,6 +181,15 @@ def test_burn_in_forgets_the_start(name):
     assert min(times) > 4 * memory
 
 
+def test_burn_in_lasts_ten_times_the_memory():
+    """Of the energy, that of 1/(c + beta mu/(1 + mu^2)) here: after one such time a third of the start is left."""
+    eqs = changed(linear(1e-3, 1.0), c1=-1e-2)
+    for seed in range(16):
+        many = Trajectories(eqs, 128, np.random.SeedSequence([seed, 7]))
+        assert burn_in(many) == []
+        assert many.time > 8 / (0.01 + 0.0005)
+
+
 # Coverage
 
 
