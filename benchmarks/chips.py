@@ -17,6 +17,7 @@ import harvester as hv
 from harvester.circuits.compiled_circuit import CompiledCircuit
 from harvester.cosimulation.runs import CoupledDevice, new_drive, run_in_this_process
 from harvester.equations.problem import Problem
+from harvester.errors import CircuitError
 from harvester.mechanics.kernels.forcing import forcing
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -57,7 +58,7 @@ def main() -> None:
             try:
                 drive = run_in_this_process(device, new_drive(device, noise, 0.0, shaking))
                 break
-            except hv.CircuitError as error:
+            except CircuitError as error:
                 print(f"{name:8} ngspice at {reltol:g}: {str(error)[:90]}", flush=True)
         else:
             continue
