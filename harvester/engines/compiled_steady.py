@@ -100,8 +100,7 @@ def _periods(
     for k in range(halvings + 1):
         if progress is not None:
             progress(k / (halvings + 2.0))
-        response = periodic_response(circuit, eqs, h / 2**k, enough, near)
-        if response is None:
+        if (response := periodic_response(circuit, eqs, h / 2**k, enough, near)) is None:
             return None
         periods.responses.append(response)
         near, power = response, periods.value("power")
