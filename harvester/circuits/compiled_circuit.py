@@ -266,8 +266,7 @@ class CompiledCircuit:
 def compiled_circuit(load: LoadCircuit, scales: Scales, tolerance: float = TOLERANCE) -> CompiledCircuit:
     """The compiled circuit of a load, which is made once for each load and device; raises as `CompiledCircuit`."""
     key = repr((load, scales, tolerance))
-    circuit = _MADE.get(key)
-    if circuit is None:
+    if (circuit := _MADE.get(key)) is None:
         if len(_MADE) >= MOST_KEPT:
             _MADE.clear()
         circuit = _MADE[key] = CompiledCircuit(load, scales, tolerance=tolerance)

@@ -77,8 +77,7 @@ class _Reader:
         self.tokens: list[str] = []
         rest = text.strip().strip("'\"").lower()
         while rest.strip():
-            token = _TOKEN.match(rest)
-            if token is None:
+            if (token := _TOKEN.match(rest)) is None:
                 raise self._unread(rest.strip()[:20])
             self.tokens.append(token[0].strip())
             rest = rest[token.end() :]

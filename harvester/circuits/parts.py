@@ -163,8 +163,7 @@ def _inside(
             yield from _called(name, text, bodies, path, node, values, common, scope)
             continue
         count = _node_count(name, words, scope)
-        match = re.match(r"\S+" + r"[\s(,]+([^\s(),]+)" * count, text)
-        if match is None:
+        if (match := re.match(r"\S+" + r"[\s(,]+([^\s(),]+)" * count, text)) is None:
             raise InputError(f"netlist element {path}{name} must have {count} nodes, but is {text[:60]!r}")
         rest = text[match.end() :].lstrip(") ,") if name[0] != "b" else text[match.end() :]
         yield CircuitPart(path + name, tuple(map(node, match.groups())), rest.strip(), values, scope, path, outer)
@@ -175,9 +174,7 @@ def _node_count(name: str, words: list[str], models: Mapping[str, ModelCard]) ->
     count = NODES.get(name[0], 0)
     if name[0] == "q" and len(words) > 4 and words[3] not in models and words[4] in models:
         return 4
-    if name[0] == "m" and len(words) > 3 and words[3] in models:
-        return 3
-    return count
+    return 3 if name[0] == "m" and len(words) > 3 and words[3] in models else count
 
 
 def _called(name, text, bodies, path, node, values, common, models):

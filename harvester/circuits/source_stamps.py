@@ -92,8 +92,7 @@ def _tree(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart], t
 
 def behavioural(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) -> None:
     """Add a B source."""
-    match = re.match(r"([vi])\s*=(.*)$", part.rest, re.DOTALL)
-    if match is None:
+    if (match := re.match(r"([vi])\s*=(.*)$", part.rest, re.DOTALL)) is None:
         raise unserved(part, "must begin with I= or V=")
     tree = _tree(part, system, parts, re.sub(r"\btc[12]=\S+", "", match[2]))
     _function(part, system, match[1], tree)

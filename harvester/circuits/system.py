@@ -92,8 +92,7 @@ class System:
         """The row of a voltage from a to b, which as a column is that of a current from a to b."""
         row: Row = {}
         for name, sign in ((a, 1.0), (b, -1.0)):
-            index = self.node(name)
-            if index is not None:
+            if (index := self.node(name)) is not None:
                 row[index] = row.get(index, 0.0) + sign
         return {k: v for k, v in row.items() if v != 0.0}
 

@@ -238,8 +238,12 @@ def _with_resistor(device: CoupledDevice) -> CoupledDevice:
 @contextmanager
 def compiled_beforehand(device: CoupledDevice) -> Iterator[None]:
     """A worker compiles what runs beside a compiled circuit need, while this process compiles the rest in the block."""
+    from harvester.circuits.compiled_circuit import CompiledCircuit
     from harvester.circuits.substeps import follow
 
+    if not isinstance(device.ideal, CompiledCircuit):
+        yield
+        return
     start = (device.eqs.resting_places[0], 0.0, 0.0, 0.0)
     given = _with_resistor(device), np.random.SeedSequence(0), 4 * device.stride, 0.0, True, math.inf, 1, start
     with ahead((_compile_follow, ()), (_measure, given)) as first:

@@ -24,8 +24,8 @@ T = TypeVar("T")
 
 BARE = "ngspice", ".spiceinit"  # a folder, and the file of commands there
 IDLE = 60.0  # seconds after which a process without a job ends
-_idle = processes.idle_processes()
-_ahead: deque[tuple[loky.ProcessPoolExecutor, list[Future[Any]]]] = deque()
+idle_workers = processes.idle_processes()
+workers_ahead: deque[tuple[loky.ProcessPoolExecutor, list[Future[Any]]]] = deque()
 
 
 @dataclass
@@ -85,7 +85,7 @@ def map_in_workers(function: Callable[..., T], arguments: Sequence[tuple[Any, ..
         if not waiting:
             return None
         number, given = waiting.popleft()
-        return number, *processes.submit_to_one(_idle, _new, function, given)
+        return number, *processes.submit_to_one(idle_workers, _new, function, given)
 
     for number, job, process in processes.completed(start, worker_count()):
         done[number] = job
@@ -105,24 +105,30 @@ def ahead(*jobs: tuple[Callable[..., Any], tuple[Any, ...]]) -> "Iterator[Future
     core, without a cache, in a process that runs ngspice itself, and beside workers that run already.  An error in the
     block ends the process.
     """
-    if worker_count() == 1 or _here.get() is not None or _idle or _ahead or folders.cache_folder() is None:
+    if (
+        worker_count() == 1
+        or _here.get() is not None
+        or idle_workers
+        or workers_ahead
+        or folders.cache_folder() is None
+    ):
         yield None
         return
     process = _new()
     futures = [processes.submit_to_one(deque([process]), _new, *job)[0] for job in jobs]
-    _ahead.append((process, futures))
+    workers_ahead.append((process, futures))
     try:
         yield futures[0]
     except BaseException:
-        _ahead.clear()
+        workers_ahead.clear()
         processes.kill(process)
         raise
 
 
 def _wait_for_those_ahead() -> None:
     """Wait for the jobs that went `ahead`, after which their process is an idle one."""
-    while _ahead:
-        process, futures = _ahead.popleft()
+    while workers_ahead:
+        process, futures = workers_ahead.popleft()
         wait(futures)
         _free_or_kill(process, next((error for future in futures if (error := future.exception()) is not None), None))
 
@@ -146,10 +152,10 @@ def _new() -> loky.ProcessPoolExecutor:
 
 def _free_or_kill(process: loky.ProcessPoolExecutor, error: BaseException | None) -> None:
     """Keep the process of a job that ended for the next job; kill it after a failure of its ngspice."""
-    if isinstance(error, BrokenProcessPool | CircuitError) or len(_idle) >= worker_count():
+    if isinstance(error, BrokenProcessPool | CircuitError) or len(idle_workers) >= worker_count():
         processes.kill(process)
     else:
-        _idle.append(process)
+        idle_workers.append(process)
 
 
 def _result(job: Future[T]) -> T:

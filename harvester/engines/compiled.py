@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from harvester.mechanics.ensemble.trajectories import Trajectories
 
 LONGEST = 1e3  # nondimensional: what runs beside ngspice leave out at most
+LONGEST_SAMPLING = 120.0  # s, of a response that never comes back, where no accuracy and no budget are given
 
 
 @names_arguments
@@ -95,7 +96,7 @@ class Compiled(Ensemble):
         if is_sampled or (self.trajectories, self.duration) != (None, None):
             return super().run(problem, progress), None
         existence(problem)
-        answer, response = steady_answer(self, self.NAME, problem, near, judged)
+        answer, response = steady_answer(self, self.NAME, problem, near, judged, progress)
         if answer is not None:
             if watches and response is not None:
                 paths = period_paths(problem, response, circuit, self.ledger)
@@ -103,7 +104,9 @@ class Compiled(Ensemble):
             return answer, response
         if near is not None:
             return self.run_from(problem, None, progress, judged)
-        answer = super().run(problem, progress)
+        patient = (self.within, self.budget) != (None, None)
+        bounded = self if patient else dataclasses.replace(self, budget=LONGEST_SAMPLING)
+        answer = super(Compiled, bounded).run(problem, progress)
         return dataclasses.replace(answer, diagnostics=(*answer.diagnostics, note("not_periodic"))), None
 
     def pilot(self, problem: Problem, trajectories: "Trajectories") -> "Trajectories":

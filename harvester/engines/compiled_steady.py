@@ -1,13 +1,12 @@
 """Engine `compiled` under a steady drive: the periodic response at several steps, and ngspice's from there."""
 
-import math
 import time
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from harvester.answers.estimate import Estimate
 from harvester.engines.options import MonteCarloOptions, number
-from harvester.engines.protocol import estimate
+from harvester.engines.protocol import Progress, estimate
 from harvester.engines.spice.estimates import missed, motion_details
 from harvester.engines.spice.steady import FINEST, ROUGHEST, SETTLED, WITHIN
 from harvester.engines.spice.steady_response import steps_in_period, to_be_found
@@ -26,6 +25,7 @@ if TYPE_CHECKING:
 RELTOL = 1e-5  # of ngspice, which is the judge here
 TOLERANCE = 2e-3  # of a circuit's step: with the usual 0.03 switches act at a little other times each period
 JUDGED = 0.5  # of a budget, that ngspice may take
+PATIENCE, AGAIN = 30.0, 3.0  # s, and times what the response took: how long ngspice may take without a budget
 
 
 @dataclass
@@ -47,23 +47,28 @@ class CompiledPeriods:
 
 
 def steady_answer(
-    options: MonteCarloOptions, name: str, problem: Problem, near: "CircuitStart | None" = None, judged: bool = True
+    options: MonteCarloOptions,
+    name: str,
+    problem: Problem,
+    near: "CircuitStart | None" = None,
+    judged: bool = True,
+    progress: Progress | None = None,
 ) -> "tuple[Estimate | None, CircuitPeriod | None]":
     """The answer of a periodic response from rest, or ``near`` that of a drive close by, and where it is; None: none.
 
     With ``judged``, ngspice goes on from the response at the longest step to its own, and what they differ by is the
-    error of the model.
+    error of the model; without a budget for `PATIENCE` or `AGAIN` times what the response took.
     """
     from harvester.mechanics.kernels.compiled import compilation
 
     within, begin, budget = number(options.within), time.perf_counter(), number(options.budget)
     with compilation() as compiling:
-        periods = _periods(options, problem, near, within or WITHIN)
+        periods = _periods(options, problem, near, within or WITHIN, progress)
     if periods is None:
         return None, None
     if judged:
-        deadline = math.inf if budget is None else time.monotonic() + JUDGED * budget
-        periods.differences = _differences(options, problem, periods.responses[0], deadline)
+        patience = max(PATIENCE, AGAIN * (time.perf_counter() - begin)) if budget is None else JUDGED * budget
+        periods.differences = _differences(options, problem, periods.responses[0], time.monotonic() + patience)
     last, power = periods.responses[-1], periods.value("power")
     details = {"step": last.path.h / problem.units.frequency, "response_periods": float(last.turns)}
     details |= motion_details(problem, periods.value, last)
@@ -81,7 +86,7 @@ def steady_answer(
 
 
 def _periods(
-    options: MonteCarloOptions, problem: Problem, near: "CircuitStart | None", within: float
+    options: MonteCarloOptions, problem: Problem, near: "CircuitStart | None", within: float, progress: Progress | None
 ) -> CompiledPeriods | None:
     """The response at steps that are halved until their error is below the target; None where none comes back."""
     from harvester.circuits.circuit_period import periodic_response
@@ -91,9 +96,11 @@ def _periods(
     eqs, circuit = problem.equations, compiled_circuit(problem.circuit, problem.scales, TOLERANCE)
     h, halvings = steps_in_period(eqs, options.step(problem.units.frequency))
     enough, periods = min(max(SETTLED * within, FINEST), ROUGHEST), CompiledPeriods()
-    for k in range(max(halvings, 2) + 1):
-        response = periodic_response(circuit, eqs, h / 2**k, enough, near)
-        if response is None:
+    halvings = max(halvings, 2)
+    for k in range(halvings + 1):
+        if progress is not None:
+            progress(k / (halvings + 2.0))
+        if (response := periodic_response(circuit, eqs, h / 2**k, enough, near)) is None:
             return None
         periods.responses.append(response)
         near, power = response, periods.value("power")

@@ -119,11 +119,13 @@ def with_watched(
 def check_watched(problem: Problem, circuit: "CompiledCircuit", probe: Sequence[str], ledger: bool) -> None:
     """Raise InputError for what is not there, or compiled circuits do not tell, before anything is computed."""
     from harvester.circuits.probed_path import probed
+    from harvester.mechanics.kernels.compiled import compilation
     from harvester.mechanics.kernels.forcing import forcing
 
     if problem.equations.modes is not None:
         raise InputError("`probe` and `ledger` must go with engine 'spice' for a device of several modes")
     eqs, h = problem.equations, 1e-3
     shaking = forcing(eqs, h, 1, np.random.default_rng(0))
-    path = circuit.trace(eqs, np.zeros(1), h, start=(eqs.resting_places[0], 0.0), shaking=shaking, keep=True)
+    with compilation():
+        path = circuit.trace(eqs, np.zeros(1), h, start=(eqs.resting_places[0], 0.0), shaking=shaking, keep=True)
     probed(circuit, path, watch_of(problem, probe, ledger).probes)

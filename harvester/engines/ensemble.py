@@ -147,8 +147,7 @@ class Ensemble(MonteCarloOptions, Engine):
         agreed = sampling.agreement(moments, setup.model.name, responses) if steady else None
         diagnostics, within = [exists.warning, accumulation(problem.equations), *setup.diagnostics], number(self.within)
         if within is not None:
-            obstacle = exists.obstacle(within)
-            if obstacle is None:
+            if (obstacle := exists.obstacle(within)) is None:
                 target = Target(within, number(self.budget), setup.budget_begin)
                 obstacle = sampling.refine(sampler, target)
                 diagnostics.append(sampler.effort(within))

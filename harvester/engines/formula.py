@@ -58,8 +58,7 @@ class Formula(Request, Engine):
         if isinstance(solution, HarvesterError):
             return solution
         answer = self._estimate(problem, solution, seconds)
-        within = number(self.within)
-        if within is None:
+        if (within := number(self.within)) is None:
             return answer
         power = answer.mean_power
         if power.model is not None and power.known_error95 <= within * abs(power.value):

@@ -278,8 +278,7 @@ def _lone_resistance(load: list[Line], header: Header, values: dict[str, float])
 def _smoothing_nodes(load: list[Line]) -> tuple[str, ...]:
     """The nodes of the capacitor Csmooth, in lower case."""
     for line in load:
-        match = re.match(r"csmooth[\s(]+([^\s(),]+)[\s,]+([^\s(),]+)", line.text.lower())
-        if match is not None:
+        if (match := re.match(r"csmooth[\s(]+([^\s(),]+)[\s,]+([^\s(),]+)", line.text.lower())) is not None:
             return match.groups()
     return ()
 

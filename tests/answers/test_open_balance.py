@@ -7,7 +7,7 @@ import harvester as hv
 from harvester.answers.open_balance import open_balance
 from harvester.cosimulation.lockstep.energy_ledger import EnergyLedger
 from harvester.engines.sampling import power_balance
-from harvester.engines.spice.ledger import ledger_doubts
+from harvester.engines.spice.ledger import ledger_remarks
 from harvester.equations.coefficients import Equations
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from tests.support.models import Motion, Oscillator
@@ -47,8 +47,8 @@ def test_ledgers_of_several_runs():
     """Their mean counts, by the spread between them."""
     whole = [EnergyLedger(input=1.0, damping=0.5, load=0.5 + d) for d in (-0.02, 0.02, 0.01, -0.01)]
     lost = [EnergyLedger(input=1.0, damping=0.5, load=0.4 + d) for d in (-0.02, 0.02, 0.01, -0.01)]
-    assert [one.code for one in ledger_doubts(whole)] == []
-    assert [one.code for one in ledger_doubts(lost)] == ["open_balance"]
+    assert [one.code for one in ledger_remarks(whole)] == []
+    assert [one.code for one in ledger_remarks(lost)] == ["open_balance"]
 
 
 @pytest.mark.ngspice

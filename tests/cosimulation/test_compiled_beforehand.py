@@ -45,7 +45,7 @@ def test_a_circuit_waits_for_the_compilation_in_another_process_and_is_the_same(
 
     job = Slow()
     job.set_result(None)
-    later = compiled.LaterFunction(substeps.follow._compiled, substeps.follow.function)
+    later = compiled.LaterFunction(substeps.follow.compiled, substeps.follow.function)
     later.elsewhere = job
     monkeypatch.setattr(compiled.LaterFunction, "is_cached", False)
     monkeypatch.setattr("harvester.circuits.compiled_circuit.follow", later)
@@ -56,22 +56,22 @@ def test_a_circuit_waits_for_the_compilation_in_another_process_and_is_the_same(
 @pytest.mark.ngspice
 def test_a_worker_goes_ahead_where_there_are_several_cores_and_is_used_or_ended(problem, monkeypatch):
     monkeypatch.setattr(worker_pool, "worker_count", lambda: 2)
-    monkeypatch.setattr(worker_pool, "_idle", type(worker_pool._idle)())
+    monkeypatch.setattr(worker_pool, "idle_workers", type(worker_pool.idle_workers)())
     circuit = CompiledCircuit(problem.circuit, problem.scales)
     device = CoupledDevice(problem.equations, problem.scales, problem.circuit, TYPICAL, 2, ideal=circuit)
     with compiled_beforehand(device):
-        ((process, futures),) = worker_pool._ahead
+        ((process, futures),) = worker_pool.workers_ahead
     assert list(worker_pool.map_in_workers(abs, [(-1,)])) == [1]
-    assert not worker_pool._ahead and futures[-1].result().steps > 0 and process in worker_pool._idle
+    assert not worker_pool.workers_ahead and futures[-1].result().steps > 0 and process in worker_pool.idle_workers
     with compiled_beforehand(device):
-        assert not worker_pool._ahead  # beside workers that run already
-    worker_pool._idle.clear()
+        assert not worker_pool.workers_ahead  # beside workers that run already
+    worker_pool.idle_workers.clear()
     with pytest.raises(ZeroDivisionError), compiled_beforehand(device):
-        ((other, _),) = worker_pool._ahead
+        ((other, _),) = worker_pool.workers_ahead
         raise ZeroDivisionError
-    assert not worker_pool._ahead
+    assert not worker_pool.workers_ahead
     with pytest.raises(RuntimeError):
         other.submit(abs, 1)
     monkeypatch.setattr(worker_pool, "worker_count", lambda: 1)
     with compiled_beforehand(device):
-        assert not worker_pool._ahead
+        assert not worker_pool.workers_ahead

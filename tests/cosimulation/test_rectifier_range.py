@@ -42,7 +42,7 @@ def rectifier(name, resistance=1e6, smoothing=1e-7):
 
 def measured(dev, kicks=600):
     """From rest: mean power of Rload, and mean power that the mass gives to the circuit, in watt."""
-    one = next(worker.measure_in_workers(dev, [SEED], kicks=kicks, burn_in=0.0))
+    one = next(worker.measure_in_workers(dev, [SEED], n_steps=kicks, burn_in=0.0))
     taken = dev.eqs.beta * float(one.moments.vV.mean()) * dev.scales.watts
     load = float(one.load_power[0])
     assert np.isfinite([load, taken]).all()

@@ -84,3 +84,23 @@ def test_the_frequency_response_is_ngspices():
         assert here.mean_power.value == pytest.approx(there.mean_power.value, rel=2e-3)
         assert here.displacement_rms.value == pytest.approx(there.displacement_rms.value, rel=1e-3)
         assert here.voltage_phase == pytest.approx(there.voltage_phase, abs=0.2)
+
+
+@pytest.mark.ngspice
+def test_ngspice_has_no_more_than_its_patience_and_the_way_there_is_shown(monkeypatch):
+    for name in ("PATIENCE", "AGAIN"):
+        monkeypatch.setattr(f"harvester.engines.compiled_steady.{name}", 0.0)
+    scene, fractions = hv.load("examples/plate_harmonic.toml").with_load(netlist="bridge"), []
+    answer = hv.Compiled().run(scene, fractions.append)
+    assert answer.mean_power.model is None and "compiled_circuit" in {word.code for word in answer.diagnostics}
+    assert fractions[0] == 0.0 and np.all(np.diff(fractions) > 0.0) and fractions[-1] < 1.0
+
+
+@pytest.mark.slow
+def test_sampling_that_nobody_bounds_is_refused_where_it_would_take_minutes(monkeypatch):
+    """Parallel SSHI whose store takes 750 periods to charge: going from period to period does not come near enough."""
+    monkeypatch.setattr("harvester.engines.compiled.LONGEST_SAMPLING", 2.0)
+    load = {"netlist": "parallel_sshi", "parameters": {"R": "272 kohm", "C": "47 uF"}}
+    scene = hv.load("examples/bimorph_sensor.toml").with_load(**load)
+    with pytest.raises(hv.SimulationError, match="`budget` of more than"):
+        hv.Compiled().run(scene)

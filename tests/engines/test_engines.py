@@ -65,7 +65,7 @@ def test_identities_in_spice():
     for eqs in (PAPER, changed(linear(1.25, 1.0), restitution=0.96)):
         device = set_up(Problem(scene(eqs)), hv.Spice(dt=0.05)).device
         seeds = [np.random.SeedSequence([5, k]) for k in range(16)]
-        runs = list(worker.measure_in_workers(device, seeds, kicks=16_000, burn_in=400.0))
+        runs = list(worker.measure_in_workers(device, seeds, n_steps=16_000, burn_in=400.0))
         moments = runs[0].moments
         for one in runs[1:]:
             moments = moments + one.moments

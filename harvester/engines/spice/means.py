@@ -83,8 +83,7 @@ class RunMeans:
 
     def _step_bias(self, name: str, mean: float) -> float | None:
         """The bias of the step of a mean, by the cheap model or by runs at twice the step; None where none tells it."""
-        relative = self.setup.relative_bias(name)
-        if relative is not None:
+        if (relative := self.setup.relative_bias(name)) is not None:
             return abs(relative * mean)
         if not self.followed:
             return None

@@ -2,7 +2,6 @@
 
 import math
 import time
-from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
@@ -135,7 +134,7 @@ def set_up(
 
     MissingProgramError when ngspice is not installed.
     """
-    from harvester.circuits.compiled_circuit import TYPICAL, CompiledCircuit
+    from harvester.circuits.compiled_circuit import TYPICAL
     from harvester.cosimulation.ngspice.locate_libngspice import find_library
     from harvester.cosimulation.runs import CoupledDevice, compiled_beforehand
     from harvester.mechanics.ensemble.burn_in import CHARGING_TIMES
@@ -148,8 +147,8 @@ def set_up(
     ideal, twin, short = cheap_circuit(problem, options, charging, settled and not probes)
     ngspice_rule = unknown_to(RULE).isdisjoint(problem.effects) and eqs.mu is not None
     begin = time.perf_counter()
-    device = CoupledDevice(eqs, scales, circuit, TYPICAL, 2, ideal=ideal)
-    with compiled_beforehand(device) if isinstance(ideal, CompiledCircuit) else nullcontext():
+    device = CoupledDevice(eqs, scales, circuit, TYPICAL, 2, ideal=ideal, ngspice_rule=ngspice_rule, probes=probes)
+    with compiled_beforehand(device):
         pilot, compilation_seconds = pilot_of(problem, options, twin, ngspice_rule)
         begin += compilation_seconds  # which are not counted
         diagnostics = _burn_in(pilot, problem, number(options.budget))
@@ -164,18 +163,7 @@ def set_up(
     burn_in, starts = from_rest, None
     if settled and ideal is not None and pair is not None and eqs.is_shaken_by_white_noise:
         burn_in, starts = settled_starts(pair, time_constant, from_rest, options.seed)
-    device = CoupledDevice(
-        eqs,
-        scales,
-        circuit,
-        pilot.h,
-        _stride(pilot),
-        reltol=reltol,
-        gaussian=gaussian,
-        ideal=ideal,
-        ngspice_rule=ngspice_rule,
-        probes=probes,
-    )
+    device = replace(device, h=pilot.h, stride=_stride(pilot), reltol=reltol, gaussian=gaussian)
     unknown = "" if pilot.hopping is None else WELLS
     seconds = time.perf_counter() - begin
     known = device, burn_in, diagnostics, pair, seconds, starts, from_rest, unknown

@@ -181,8 +181,7 @@ class Spice(MonteCarloOptions, Engine):
         said: list[Diagnostic | None] = []
         one_mode = problem.equations.modes is None  # the search for a periodic response is of one
         if one_mode and problem.equations.is_steady and self.trajectories is None and self.duration is None:
-            steady = steady_response(self, problem, self.reltol, progress, watch.all, near)
-            if steady is not None:
+            if (steady := steady_response(self, problem, self.reltol, progress, watch.all, near)) is not None:
                 answer = steady_estimate(self, self.NAME, problem, steady, time.perf_counter() - begin)
                 return with_steady_probes(answer, problem, watch, steady) if watch.all else answer, steady
             said.append(note("not_periodic"))

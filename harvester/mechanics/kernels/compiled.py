@@ -196,7 +196,7 @@ class LaterFunction:
     """
 
     def __init__(self, compiled: Callable[[Callable[..., Any]], Any], function: Callable[..., Any]) -> None:
-        self.function, self._compiled, self._lock = function, compiled, threading.Lock()
+        self.function, self.compiled, self._lock = function, compiled, threading.Lock()
         self._address, self.elsewhere = 0, Future[Any]()
         self.elsewhere.set_result(None)
 
@@ -217,7 +217,7 @@ class LaterFunction:
         with self._lock:
             if not self._address:
                 wait([self.elsewhere] * self.waits, LONGEST_WAIT)  # where it fails there, it is compiled here
-                self._address = int(self._compiled(self.function).address)
+                self._address = int(self.compiled(self.function).address)
             return self._address
 
 

@@ -263,7 +263,7 @@ def test_bridge_in_lock_step():
     eqs = Equations(beta=0.05, c1=-0.05, n1=0.01)
     bridge = load_circuit(Load(netlist="bridge", parameters={"R": 1.5e6, "C": 1e-6}))
     one = worker.CoupledDevice(eqs, WEAK, bridge, 0.1, 4)
-    measured = next(worker.measure_in_workers(one, [SEED], kicks=20_000, burn_in=400.0))
+    measured = next(worker.measure_in_workers(one, [SEED], n_steps=20_000, burn_in=400.0))
     taken = eqs.beta * measured.moments.vV.mean() * WEAK.watts
     assert 0.93 * taken < measured.load_power < taken
 

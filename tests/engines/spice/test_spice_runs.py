@@ -94,7 +94,7 @@ def test_runs_alone_pay_for_all():
 def test_what_the_ledgers_tell(ledger, told):
     runs = made_up()
     runs.done = [SimpleNamespace(**vars(one), ledger=ledger) for one in runs.done]
-    assert [one[: len(word)] for one, word in zip(map(str, runs.doubts()), told, strict=True)] == told
+    assert [one[: len(word)] for one, word in zip(map(str, runs.remarks()), told, strict=True)] == told
 
 
 def ended(count):
