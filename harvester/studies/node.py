@@ -46,6 +46,7 @@ CHIP_KEYS = {"ratio": "input_ratio", "own": "own_current", "rise": "start_voltag
 APART, DIRECT = 0.05, 200.0  # of the current: a difference above which a direct run is made; of how many time constants
 ROUNDING, SPARED = 1e-9, 0.9  # of a number; packets over those of the interval, below which energy is spared
 DAY, HOUR, MOST_DAYS = 86400.0, 3600.0, 366.0
+MOST_VOLTS = 1e3  # of a clamp: one above leaves a rectifier's voltage as it is
 
 
 class NodeResult(TableResult):
@@ -265,6 +266,7 @@ def _measure(problem: Problem, storage: Storage, chip: Chip | None, wake: float,
 
     tracking = chip if chip is not None and chip.ratio is not None else None
     top = None if tracking else storage.battery_voltage or storage.clamp_voltage
+    top = top if (top or math.inf) < MOST_VOLTS else None
     farads = INPUT if tracking else storage.farads
     with compilation():
         if problem.equations.record is None:
@@ -352,8 +354,8 @@ def _live(
         off = 0.0 if both is None else float(read(both[0]) - read(both[1]))
         step, *model, sampling = (one if one > ROUNDING * abs(found) else 0.0 for one in changes)
         total = late + abs(off) + sum(model) + bound95(0.0, sampling)
-        in_others = known.by_step is table and total > 0.0  # under noise the step's error is in that of the elements
-        return Value(found + off, bias=None if in_others else step, model=total, unknown=known.unknown)
+        # Under noise the step's error is in that of the elements; where nothing changes a number all are 0.
+        return Value(found + off, bias=step if step or not total else None, model=total, unknown=known.unknown)
 
     def running(one: NodeCourse) -> float:
         packet = sum(seconds for _, seconds in node.states)

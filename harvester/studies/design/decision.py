@@ -126,6 +126,8 @@ def _asked(circuits: Sequence[str] | None, chips: Sequence[str] | None, problem:
     for one in chips or ():
         if one not in of_netlists:
             raise unknown("chip of `chips`", one, of_netlists)
+    if not (circuits or chips):
+        raise InputError("`circuits` or `chips` must name one to choose from, but there is none")
     return tuple(dict.fromkeys((*(circuits or ()), *(chips or ()))))
 
 
