@@ -59,11 +59,11 @@ def read_need(scene: Scene, needs: str | None, wake: float | str | None, limit: 
 
 
 def _limits(scene: Scene, texts: Sequence[str]) -> tuple[Limit, ...]:
-    found = tuple(parse(one, quantities={name: QUANTITIES[name] for name in _LIMITED}) for one in texts)
+    limits = tuple(parse(text, quantities={name: QUANTITIES[name] for name in _LIMITED}) for text in texts)
     steady = scene.excitation is not None and scene.excitation.frequency is not None
-    if not steady and any(one.quantity == "peak_displacement" for one in found):
+    if not steady and any(limit.quantity == "peak_displacement" for limit in limits):
         raise InputError("a limit of peak_displacement under noise is for 'harvester tolerance' with `lifetime`")
-    return found
+    return limits
 
 
 def _read(argument: str, text: str, kind: Kind) -> float:
