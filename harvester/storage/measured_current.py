@@ -31,6 +31,7 @@ from harvester.storage.rectifier_cut import STORE, held_rectifier, is_plain_stor
 VOLTAGES = 12
 RUNS = 512  # under noise, at each voltage
 JUDGE = 5e-3  # twice what compiled circuits differ by from ngspice at most (docs/compiled.md)
+CUT_OFF = 0.01  # of the largest current: more at the last voltage goes on beyond it, as that of a doubler
 HELD = 1e7  # of a store that is held, over the piezo's capacitance
 FADED = 6.0  # time constants of the mass after which its transients are forgotten; after a step of the ladder
 STEPPED = 3.0  # so many, under noise
@@ -195,12 +196,19 @@ def measured(
     rectifier, eqs, scales = Rectifier(problem), problem.equations, problem.scales
     h = step_from_rest(eqs) if h is None else h
     volts = np.linspace(0.0, open_voltage(problem, h, seed) if top is None else top, count)
+
+    def wider(currents: Currents) -> Currents:
+        """The same, or up to twice the voltage where the open circuit's is one that still gets a current."""
+        last = float(currents.best.current[-1])
+        ends = top is not None or last < CUT_OFF * float(currents.best.current.max())
+        return currents if ends else measured(problem, 2.0 * float(volts[-1]), h, seed, count)
+
     if not eqs.is_steady:
         circuit = rectifier.fast(rectifier.held)
         runs = Trajectories(eqs, RUNS, np.random.SeedSequence([seed, 11]), h, circuit=circuit)
         table = measured_current(HeldRuns(runs, circuit, rectifier.held, scales), eqs, volts)
-        return Currents(table, table, runs.steps)
+        return wider(Currents(table, table, runs.steps))
     paths = [HeldPath(problem, rectifier.compiled(rectifier.held), factor * h) for factor in (1.0, 2.0)]
     fine, coarse = (measured_current(path, eqs, volts) for path in paths)
     steps, peak = sum(path.steps for path in paths), max(path.peak for path in paths) * scales.length
-    return Currents(fine.extrapolated(coarse), fine, steps, peak)
+    return wider(Currents(fine.extrapolated(coarse), fine, steps, peak))

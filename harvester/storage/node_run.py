@@ -74,16 +74,14 @@ def branches_of(storage: Storage) -> Floats:
     return np.array([2.0 / storage.diffusion_resistance * ones, farads, (storage.initial_voltage or 0.0) * ones])
 
 
-def _top_of(
-    current: RectifiedCurrent | RecordedCurrent, storage: Storage, node: SensorNode, chip: Chip | None
-) -> float:
+def _top_of(current: RectifiedCurrent | RecordedCurrent, storage: Storage, chip: Chip | None) -> float:
     """The voltage that a store does not exceed."""
     if storage.battery_voltage is not None:
         return storage.battery_voltage
     highest = float(current.voltages[-1])
     if chip is not None:
         highest = min(highest, chip.most) if chip.ratio is None else chip.full
-    highest = max(highest, node.wake_voltage, storage.initial_voltage or 0.0)
+    highest = max(highest, storage.initial_voltage or 0.0)
     return min(highest, storage.clamp_voltage or math.inf)
 
 
@@ -111,7 +109,7 @@ class NodeRun:
     def __init__(
         self, current: RectifiedCurrent | RecordedCurrent, storage: Storage, node: SensorNode, chip: Chip | None = None
     ) -> None:
-        self.top = _top_of(current, storage, node, chip)
+        self.top = _top_of(current, storage, chip)
         if chip is not None:  # the node begins where the chip's output does
             wake, stop = max(node.wake_voltage, chip.rise), max(node.stop_voltage, chip.fall)
             node = replace(node, wake_voltage=wake, stop_voltage=stop)

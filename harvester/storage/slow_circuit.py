@@ -31,7 +31,7 @@ from harvester.uncertainty.value import bound95
 
 DIRECT, COMPARED = 25.0, 10.0  # time constants of the mass, at most; of charges whose stores are held
 FAINT = 0.1  # of the largest current: less does not bring a store further in the time of the comparison
-SLICES, JUDGED = 32, 128  # of the time under noise; runs of a compiled circuit there
+SLICES, JUDGED = 32, 64  # of the time under noise; runs of a compiled circuit there
 EARLY, LATE = 0.5, 0.95  # of the voltage at the end of the direct run
 POINTS = 2048  # of the table that the kernel reads
 TOLERANCE = 3e-3  # of a charge's size: what the two orders of a step may differ by
@@ -137,7 +137,7 @@ def noise_check(
     held = rectifier.held
     unit, last = time_constant(eqs), float(times[-1]) * scales.frequency
     root, h, steps = np.random.SeedSequence([seed, 11]), step_from_rest(eqs), 0
-    fast, count = rectifier.fast(held), RUNS if rectifier.ideal else JUDGED
+    fast, count = rectifier.fast(held), RUNS if rectifier.ideal else 2 * JUDGED
 
     def charges(
         circuit: Elements, count: int, span: tuple[float, float], free: float = 0.0, twice: bool = False

@@ -56,7 +56,7 @@ def tracked_input(problem: Problem, table: RectifiedCurrent, chip: Chip, seed: i
     if law.held < chip.least or not float(table.at(np.array(law.held))) > 0.0:
         return None
     rectifier = law.rectifier
-    count = RUNS if rectifier.ideal else JUDGED
+    count = RUNS if rectifier.ideal else 2 * JUDGED
     direct, mean = law.energies(count), law.energies(count, follows=False)
     changes, level = direct - mean, float(mean.mean())
     error = bound95(0.0, float(changes.std(ddof=1)) / math.sqrt(len(changes))) / level
@@ -116,7 +116,7 @@ class _Law:
 
         The power is a mean over `STARTED` vibrations.
         """
-        chip, (held, _) = self.chip, self._runs(RUNS if self.rectifier.ideal else JUDGED, False, False)
+        chip, (held, _) = self.chip, self._runs(RUNS if self.rectifier.ideal else 2 * JUDGED, False, False)
         count = STARTED + math.ceil(DIRECT * self.unit / (2.0 * math.pi))
         held.advance(chip.cold_voltage, FADED * self.unit)
         power, taken = np.zeros(held.runs.count), np.zeros((2, held.runs.count))

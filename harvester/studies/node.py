@@ -43,9 +43,11 @@ STORE_KEYS = {key: key for key in _OF_STORE}
 _VOLTAGES, _CURRENTS = ("wake_voltage", "stop_voltage"), ("sleep_current", "stopped_current")
 NODE_KEYS = {key: key for key in ("interval", *_VOLTAGES, *_CURRENTS, "efficiency", "lost_share", "low_interval")}
 CHIP_KEYS = {"ratio": "input_ratio", "own": "own_current", "rise": "start_voltage", "fall": "stop_voltage"}
-APART, DIRECT = 0.05, 200.0  # of the current: a difference above which a direct run is made; of how many time constants
+LARGEST_SEPARATION = 0.05  # of the current: a difference above which a direct run is made
+DIRECT = 200.0  # time constants of that run
 ROUNDING, SPARED = 1e-9, 0.9  # of a number; packets over those of the interval, below which energy is spared
 DAY, HOUR, MOST_DAYS = 86400.0, 3600.0, 366.0
+MOST_VOLTS = 1e3  # of a clamp: one above leaves a rectifier's voltage as it is
 
 
 class NodeResult(TableResult):
@@ -217,26 +219,26 @@ def node(scene: AnyScene, *, days: float = 1.0, seed: int = 0) -> NodeResult:
     known = _measure(problem, storage, chip, max(consumer.wake_voltage, chip.rise if chip else 0.0), seed)
     parts = storage, consumer, known.chip or chip
     direct = _directly(problem, known, parts, days * DAY)
-    found = _live(known, parts, days, power_bound(problem), direct)
-    every = *unusual_values(problem.scene), *found.diagnostics, *_remarks(problem, known, direct, chip)
-    told = tuple(one for one in every if one.code != "node_left_out")
-    return dataclasses.replace(found, seconds=time.perf_counter() - begin, diagnostics=told)
+    result = _live(known, parts, days, power_bound(problem), direct)
+    every = *unusual_values(problem.scene), *result.diagnostics, *_remarks(problem, known, direct, chip)
+    diagnostics = tuple(diagnostic for diagnostic in every if diagnostic.code != "node_left_out")
+    return dataclasses.replace(result, seconds=time.perf_counter() - begin, diagnostics=diagnostics)
 
 
 def _remarks(problem: Problem, known: "_Known", direct: NodeCourse | None, chip: Chip | None) -> list[Diagnostic]:
     """What is to be said of how the numbers were found."""
-    told, table = list[Diagnostic](), problem.scene.chip
+    diagnostics, table = list[Diagnostic](), problem.scene.chip
     if problem.equations.is_random:
-        told.append(note("node_of_mean_current"))
+        diagnostics.append(note("node_of_mean_current"))
     if direct is not None:
-        told.append(note("run_directly", direct=direct.end, separation=known.separation))
-    elif known.separation > APART:
-        told.append(warning("scales_not_apart", separation=known.separation))
+        diagnostics.append(note("run_directly", direct=direct.end, separation=known.separation))
+    elif known.separation > LARGEST_SEPARATION:
+        diagnostics.append(warning("scales_not_apart", separation=known.separation))
     if known.unknown:
-        told.append(warning("error_unknown", part=known.unknown))
+        diagnostics.append(warning("error_unknown", part=known.unknown))
     if chip is not None and table is not None and table.name is not None:
-        told.append(note("chip_by_its_sheet", table.name, source=chip.source, assumed=chip.assumed))
-    return told
+        diagnostics.append(note("chip_by_its_sheet", table.name, source=chip.source, assumed=chip.assumed))
+    return diagnostics
 
 
 @dataclass(frozen=True)
@@ -265,12 +267,13 @@ def _measure(problem: Problem, storage: Storage, chip: Chip | None, wake: float,
 
     tracking = chip if chip is not None and chip.ratio is not None else None
     top = None if tracking else storage.battery_voltage or storage.clamp_voltage
+    top = top if (top or math.inf) < MOST_VOLTS else None
     farads = INPUT if tracking else storage.farads
     with compilation():
         if problem.equations.record is None:
             return _of_alike_shaking(problem, tracking, farads, top, wake, seed)
-        found = recorded(problem, farads or None, top)
-    return _Known(found.best, found.rough, found.steps, found.separation, found.elements)
+        currents = recorded(problem, farads or None, top)
+    return _Known(currents.best, currents.rough, currents.steps, currents.separation, currents.elements)
 
 
 def _of_alike_shaking(
@@ -320,7 +323,7 @@ def _directly(
     from harvester.storage.measured_current import time_constant
 
     run = NodeRun(known.table, *parts)
-    if known.separation <= APART or problem.equations.drive is None or not can_run(run):
+    if known.separation <= LARGEST_SEPARATION or problem.equations.drive is None or not can_run(run):
         return None
     with compilation():
         unit = time_constant(problem.equations) / problem.scales.frequency
@@ -347,34 +350,34 @@ def _live(
 
     def value(read: Callable[[NodeCourse], float], late: float = 0.0) -> Value:
         """A number with what each variant changes."""
-        found = float(read(base))
-        changes = (abs(read(one) - found) for one in courses)
+        number = float(read(base))
+        changes = (abs(read(course) - number) for course in courses)
         off = 0.0 if both is None else float(read(both[0]) - read(both[1]))
-        step, *model, sampling = (one if one > ROUNDING * abs(found) else 0.0 for one in changes)
+        step, *model, sampling = (change if change > ROUNDING * abs(number) else 0.0 for change in changes)
         total = late + abs(off) + sum(model) + bound95(0.0, sampling)
-        in_others = known.by_step is table and total > 0.0  # under noise the step's error is in that of the elements
-        return Value(found + off, bias=None if in_others else step, model=total, unknown=known.unknown)
+        # Under noise the step's error is in that of the elements; where nothing changes a number all are 0.
+        return Value(number + off, bias=step if step or not total else None, model=total, unknown=known.unknown)
 
-    def running(one: NodeCourse) -> float:
+    def running(course: NodeCourse) -> float:
         packet = sum(seconds for _, seconds in node.states)
-        return 0.0 if one.first is None else min(one.ran / (one.end - one.first + packet), 1.0)
+        return 0.0 if course.first is None else min(course.ran / (course.end - course.first + packet), 1.0)
 
     first = None
-    if all(one.first is not None for one in (base, *courses, *(both or ()))):
-        first = value(lambda one: one.first or 0.0, known.late if both is None else 0.0)
+    if all(course.first is not None for course in (base, *courses, *(both or ()))):
+        first = value(lambda course: course.first or 0.0, known.late if both is None else 0.0)
     limits = _limit if storage.battery_voltage is None else _limit_with_battery
-    limit, told = limits(run, base, seconds)
+    limit, limit_note = limits(run, base, seconds)
     helps = _helps(table, parts, seconds, base.packets)
     fewest, most_packets = _of_hours(base, seconds) if isinstance(table, RecordedCurrent) else (None, None)
     most = max(helps, key=lambda key: helps[key], default="")
     change = [note("node_change_helps", most, gain=helps[most])] if most and helps[most] > LITTLE else []
     return NodeResult(
         days=days,
-        packets_per_hour=value(lambda one: one.packets / one.end * HOUR),
+        packets_per_hour=value(lambda course: course.packets / course.end * HOUR),
         share_running=value(running),
         first_packet=first,
         brown_outs=base.brown_outs / seconds * HOUR,
-        harvested=value(lambda one: (one.given - one.clamped) / one.end),
+        harvested=value(lambda course: (course.given - course.clamped) / course.end),
         needed=run.needed,
         limit=limit,
         bound=bound,
@@ -389,7 +392,7 @@ def _live(
         most=most_packets,
         packets_lost=base.lost / seconds * HOUR if node.lost_share else None,
         **_intervals((base, *courses, *(both or ())), value),
-        diagnostics=(told, *change),
+        diagnostics=(limit_note, *change),
     )
 
 
@@ -402,8 +405,8 @@ def _variants(
     """
     table, (storage, node, chip) = known.table, parts
     courses = [
-        base if one is table else NodeRun(one, *parts).course(seconds)
-        for one in (known.by_step, table.halved(), table.scaled(1.0 - less), table.shifted())
+        base if current is table else NodeRun(current, *parts).course(seconds)
+        for current in (known.by_step, table.halved(), table.scaled(1.0 - less), table.shifted())
     ]
     for other in (
         () if chip is None else (chip.narrower(), *([chip.charging_by(1.0 - chip.spread)] if chip.spread else ()))
@@ -416,12 +419,12 @@ def _intervals(
     courses: tuple[NodeCourse, ...], value: Callable[[Callable[[NodeCourse], float]], Value]
 ) -> dict[str, Any]:
     """The times between packets; empty where any of the courses has none."""
-    if any(one.packets < 2 for one in courses):
+    if any(course.packets < 2 for course in courses):
         return {}
     return {
-        "interval_median": value(lambda one: one.interval(0.5)),
-        "interval_95": value(lambda one: one.interval(0.95)),
-        "interval_longest": value(lambda one: one.interval(1.0)),
+        "interval_median": value(lambda course: course.interval(0.5)),
+        "interval_95": value(lambda course: course.interval(0.95)),
+        "interval_longest": value(lambda course: course.interval(1.0)),
     }
 
 
@@ -443,9 +446,9 @@ def _helps(
 
     All are of the same shaking, so that what sampling does to them is alike.
     """
-    found: dict[str, float] = {}
+    gain_of: dict[str, float] = {}
     if not packets:
-        return found
+        return gain_of
 
     def gain(current: RectifiedCurrent | RecordedCurrent, *others: Any) -> float:
         return NodeRun(current, *others).course(seconds).packets / packets - 1.0
@@ -461,9 +464,9 @@ def _helps(
                     gains.append(gain(table, *(*parts[:k], other, *parts[k + 1 :])))
                 except InputError:  # such as an efficiency above 1, or a chip's thresholds in another order
                     continue
-            found[f"{name}.{said}"] = max(gains)
-    found["current"] = max(gain(table.scaled(1.0 + CHANGE), *parts), 0.0)
-    return found
+            gain_of[f"{name}.{said}"] = max(gains)
+    gain_of["current"] = max(gain(table.scaled(1.0 + CHANGE), *parts), 0.0)
+    return gain_of
 
 
 def _limit(run: NodeRun, course: NodeCourse, seconds: float) -> tuple[str, Diagnostic]:

@@ -57,7 +57,7 @@ def test_the_netlists_own_elements_give_the_current_of_ideal_ones(tmp_path):
     t = np.arange(0.0, 4.0, 0.002)
     _, problem = table_of(on_record(tmp_path, t, 1.5 * np.sin(2 * math.pi * 46.0 * t)))
     volts, grid, rectifier = np.linspace(0.0, 5.0, 64), grid_of(problem)._replace(windows=4), Rectifier(problem)
-    circuits = (one(rectifier.held) for one in (rectifier.fast, rectifier.own))
+    circuits = (one(rectifier.held) for one in (rectifier.fast, rectifier.compiled))
     ideal, own = (windows_of(problem, one, volts, grid)[0] for one in circuits)
     assert np.abs(own[1:] / ideal[1:] - 1.0).max() < 0.002
 

@@ -22,6 +22,9 @@ from tests.support.paths import EXAMPLES
 SCENE = EXAMPLES / "bimorph_packets.toml"
 
 
+PAIR = "bridge", "doubler"
+
+
 def changed(**keys):
     scene = hv.load(SCENE)
     tables = {}
@@ -60,6 +63,16 @@ def test_a_weak_vibration_never_wakes_it():
     found = hv.node(changed(excitation__acceleration_amplitude=0.4), days=0.1)
     assert found.limit == "wake_voltage" and found.first_packet is None and found.packets_per_hour.value == 0.0
     assert "below the wake voltage" in str(found)
+    storage = dataclasses.replace(changed().storage, clamp_voltage=None)
+    far = hv.node(dataclasses.replace(changed(node__wake_voltage=1e6), storage=storage), days=0.1)
+    assert far.limit == "wake_voltage" and far.share_of_possible < 0.2  # a grid of volts up to 1e6 gave 34
+
+
+def test_a_doubler_without_a_clamp_charges_to_twice_the_voltage():
+    storage = dataclasses.replace(changed().storage, clamp_voltage=None, leakage_resistance=None)
+    scene = dataclasses.replace(changed(node__wake_voltage=1e3), storage=storage)
+    volts = [hv.node(dataclasses.replace(scene, load=hv.Netlist(name)), days=0.2).voltage[-1] for name in PAIR]
+    assert 1.5 < volts[1] / volts[0] < 2.1
 
 
 def test_a_store_too_small_for_a_packet():

@@ -119,8 +119,8 @@ class ChargingResult(TableResult):
     @property
     def strongest(self) -> Level | None:
         """The level on whose way the store takes the most power; None where that is not known."""
-        known = [one for one in self.levels if one.power is not None]
-        return max(known, key=lambda one: one.power.value if one.power else 0.0) if known else None
+        known = [level for level in self.levels if level.power is not None]
+        return max(known, key=lambda level: level.power.value if level.power else 0.0) if known else None
 
     @property
     def lower_bound(self) -> Value | None:
@@ -147,7 +147,7 @@ class ChargingResult(TableResult):
     def table(self) -> Table:
         """The curve: mean and quantiles of the probe over time, and the share of the runs that have arrived."""
         known = [self.voltage, *self.quantiles]
-        names = [f"{self.probe}_{one}" for one in ("mean", "low", "high")]
+        names = [f"{self.probe}_{column}" for column in ("mean", "low", "high")]
         columns = [Column(name, cells, self.unit) for name, cells in zip(names, known, strict=True)]
         columns = [Column("time", self.t, self.unit_names.time), *columns, Column("share_arrived", self.arrived)]
         if self.stderr is not None:
@@ -161,6 +161,6 @@ class ChargingResult(TableResult):
 
     def as_json(self) -> dict[str, Any]:
         """The object that ``--json`` prints: its fields, with the quantiles beside the mean time."""
-        found = super().as_json()
-        time = found["time"] or {"value": None, "stderr": None}
-        return found | {"time": time | {"low": self.low, "high": self.high}}
+        fields = super().as_json()
+        time = fields["time"] or {"value": None, "stderr": None}
+        return fields | {"time": time | {"low": self.low, "high": self.high}}

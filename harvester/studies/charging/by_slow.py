@@ -23,7 +23,7 @@ from harvester.studies.charging.side_by_side import charge_side_by_side
 from harvester.uncertainty.value import bound95
 
 RUNS = 512  # direct ones under noise
-APART = 30.0  # time constants of the mass: a charge that takes less is not slow
+SLOW_FROM = 30.0  # time constants of the mass: a charge that takes less is not slow
 DIRECT = 25.0  # time constants of the mass of the direct run, at most
 LARGE = 1000.0  # times the piezo's capacitance: a store that is charged slowly without being asked for
 
@@ -75,14 +75,14 @@ def charge_slowly(runs: ChargeRuns) -> Passages:
     begin = time.perf_counter()
     with compilation():
         if not is_plain_store(problem.circuit):
-            found = _behind_a_rectifier(runs)
+            fields = _behind_a_rectifier(runs)
         elif problem.equations.is_steady:
-            found = _steady(runs)
+            fields = _steady(runs)
         else:
-            found = _random(runs)
+            fields = _random(runs)
     runs.tell(1.0)
-    found["seconds"] = time.perf_counter() - begin
-    return Passages(levels=runs.levels, end=runs.duration, capacitance=problem.circuit.smoothing or 0.0, **found)
+    fields["seconds"] = time.perf_counter() - begin
+    return Passages(levels=runs.levels, end=runs.duration, capacitance=problem.circuit.smoothing or 0.0, **fields)
 
 
 def _steady(runs: ChargeRuns) -> dict[str, Any]:
@@ -101,9 +101,9 @@ def _steady(runs: ChargeRuns) -> dict[str, Any]:
     volts, curve = reached(table, top, *store)
     check = direct_check(problem, both, volts, curve, duration, runs.h)
 
-    def at(one: RectifiedCurrent) -> Floats:
-        found = times_to(levels, one, *store) + check.late
-        return np.where(found > duration, math.inf, found)
+    def at(current: RectifiedCurrent) -> Floats:
+        times_at = times_to(levels, current, *store) + check.late
+        return np.where(times_at > duration, math.inf, times_at)
 
     times = at(table)
     at_times = np.linspace(0.0, min(duration, 1.05 * float(curve[-1])), SAMPLES)
@@ -134,8 +134,8 @@ def _random(runs: ChargeRuns) -> dict[str, Any]:
     table, _, steps, _ = measured(problem, top, runs.h, runs.seed)
     mean = times_to(levels, table, *store)
     end = min(runs.duration, LONGER * float(mean[-1]))
-    found = [random_paths(table, *store, top, end, runs.count, runs.seed, coarse) for coarse in (False, True)]
-    times, coarse = (np.array([first_passages(t, v, levels) for v in paths]) for t, paths in found)
+    paths_by_step = [random_paths(table, *store, top, end, runs.count, runs.seed, coarse) for coarse in (False, True)]
+    times, coarse = (np.array([first_passages(t, v, levels) for v in paths]) for t, paths in paths_by_step)
     at, unit = np.linspace(0.0, end, SAMPLES), time_constant(problem.equations) / scales.frequency
     remarks, both = _not_apart(float(mean[-1]), unit), None
     if Rectifier(problem).ideal is not None and not remarks:
@@ -145,7 +145,7 @@ def _random(runs: ChargeRuns) -> dict[str, Any]:
         both, slow = direct.time_to(level), times[:, level]
     free = None if both else circuit.smoothing
     elements, separation, more = noise_check(problem, table, reached(table, top, *store), free, runs.seed)
-    model = np.array([bound95(0.0, one) for one in error_of_times(levels, table, *store)])
+    model = np.array([bound95(0.0, stderr) for stderr in error_of_times(levels, table, *store)])
     model += _finite(times_to(levels, table.halved(), *store) - mean) + (JUDGE + elements + separation) * _finite(mean)
     if both is not None:
         late = both.value - float(slow.mean())
@@ -155,7 +155,7 @@ def _random(runs: ChargeRuns) -> dict[str, Any]:
         "times": times,
         "coarse": coarse,
         "at": at,
-        "curves": np.array([np.interp(at, found[0][0], v) for v in found[0][1]]),
+        "curves": np.array([np.interp(at, paths_by_step[0][0], v) for v in paths_by_step[0][1]]),
         "steps": steps + more,
         "counted": 1.0 / (math.sqrt(2.0) - 1.0),
         "notes": tuple(remarks),
@@ -178,20 +178,20 @@ def _behind_a_rectifier(runs: ChargeRuns) -> dict[str, Any]:
     assert cut is not None, "the refusal checks this"
     table, rough, steps, _ = measured(problem)
     slow, unit = SlowCircuit(circuit, cut, scales), time_constant(problem.equations) / scales.frequency
-    paths = [slow.run(one, runs.duration, unit / FINER, stride=4) for one in (table, rough, table.halved())]
-    times, coarse, other = (first_passages(one.t, one.store, levels) for one in paths)
-    found = [afterwards(one.t, one.store, float(levels[-1])) for one in paths[:2]]
+    paths = [slow.run(current, runs.duration, unit / FINER, stride=4) for current in (table, rough, table.halved())]
+    times, coarse, other = (first_passages(path.t, path.store, levels) for path in paths)
+    parts_after = [afterwards(path.t, path.store, float(levels[-1])) for path in paths[:2]]
     at = np.linspace(0.0, runs.duration, SAMPLES)
     return {
         "times": times[None],
         "coarse": coarse[None],
         "at": at,
         "curves": np.interp(at, paths[0].t, paths[0].store)[None],
-        "steps": steps + sum(one.steps for one in paths),
+        "steps": steps + sum(path.steps for path in paths),
         "unknown": TIME_SCALES,
         "notes": tuple(_not_apart(float(times[-1]), unit)),
         "model": _finite(other - times) + JUDGE * _finite(times),
-        "after": ([found[0]], [found[1]]) if runs.whole else None,
+        "after": ([parts_after[0]], [parts_after[1]]) if runs.whole else None,
     }
 
 
@@ -202,4 +202,4 @@ def _finite(changes: Floats) -> Floats:
 
 def _not_apart(seconds: float, unit: float) -> list[Diagnostic]:
     """A warning where charging does not take long beside the mass' own transients."""
-    return [warning("charge_not_slow", seconds=seconds, transients=unit)] if seconds < APART * unit else []
+    return [warning("charge_not_slow", seconds=seconds, transients=unit)] if seconds < SLOW_FROM * unit else []

@@ -44,13 +44,13 @@ def charge_in_ngspice(runs: ChargeRuns) -> Passages:
         lengths = lengths_of_runs(end, whole)
         runs.tell(0.0)
         for length in lengths:
-            told = _part(runs, past / sum(lengths), length / sum(lengths))
-            found = _runs(device, replace(runs, whole=whole and length == end, progress=told), length)
-            steps, past = steps + found.steps, past + length
-            if found.reached == 1.0 and not whole:
+            progress = _part(runs, past / sum(lengths), length / sum(lengths))
+            passages = _runs(device, replace(runs, whole=whole and length == end, progress=progress), length)
+            steps, past = steps + passages.steps, past + length
+            if passages.reached == 1.0 and not whole:
                 break
-        unknown = SHUNT if shunt else found.unknown
-        return replace(found, steps=steps, seconds=time.perf_counter() - begin, unknown=unknown)
+        unknown = SHUNT if shunt else passages.unknown
+        return replace(passages, steps=steps, seconds=time.perf_counter() - begin, unknown=unknown)
 
     if runs.h is not None:
         return at_step(runs.h)
@@ -93,23 +93,23 @@ def _runs(device: "CoupledDevice", runs: ChargeRuns, length: float) -> Passages:
     from harvester.mechanics.kernels.noise import child
 
     levels, s, unit = runs.levels, device.scales, 2 * device.stride
-    kicks = max(math.ceil(length / (device.h * unit) - 1e-6), 1) * unit
+    n_steps = max(math.ceil(length / (device.h * unit) - 1e-6), 1) * unit
     end = length / s.frequency
-    finer = min(max(round(kicks / device.stride / (SAMPLES - 1)), 1), FINER) if runs.whole else 1
+    finer = min(max(round(n_steps / device.stride / (SAMPLES - 1)), 1), FINER) if runs.whole else 1
     at = np.linspace(0.0, end, (SAMPLES - 1) * finer + 1)
     root = np.random.SeedSequence([runs.seed, 9])
     seeds = [child(root, k) for k in range(runs.count)]
     pairs: list[tuple[ChargeRun, ChargeRun]] = []
     after: tuple[list[Afterwards], list[Afterwards]] = [], []
-    for pair in charges_in_workers(device, seeds, kicks, levels, at, runs.anywhere, math.inf):
-        for some, one in zip(after, pair, strict=True):
-            some.append(afterwards(at, one.curve, float(levels[-1])))
-        fine, coarser = (replace(one, curve=one.curve[::finer].copy()) for one in pair)
+    for pair in charges_in_workers(device, seeds, n_steps, levels, at, runs.anywhere, math.inf):
+        for runs_after, run in zip(after, pair, strict=True):
+            runs_after.append(afterwards(at, run.curve, float(levels[-1])))
+        fine, coarser = (replace(run, curve=run.curve[::finer].copy()) for run in pair)
         pairs.append((fine, coarser))
         runs.tell(len(pairs) / runs.count)
     times, coarse = (np.array([pair[k].passages for pair in pairs]) for k in (0, 1))
     times[times > end], coarse[coarse > end] = math.inf, math.inf
-    steps = sum(one.steps for pair in pairs for one in pair)
+    steps = sum(run.steps for pair in pairs for run in pair)
     curves = np.array([pair[0].curve for pair in pairs])
     smoothing, looked = pairs[0][0].smoothing, after if runs.whole else None
     return Passages(levels, times, coarse, at[::finer], curves, end, smoothing, steps, 0.0, after=looked)

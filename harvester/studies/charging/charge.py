@@ -140,14 +140,14 @@ def charge(
         name = choose_engine(problem, seen, None, slowly=False)[0]
         again, direct = count_of_runs(trajectories, name, steady), min(real, LONGER * passages.at[-1])
         passages = _passages(name, dataclasses.replace(runs, count=again, duration=direct))
-    found = _answer(problem, passages, name, seen, target, reason, not chosen)
+    charging = _answer(problem, passages, name, seen, target, reason, not chosen)
     if folder is not None:
-        asked = {"trajectories": trajectories, "seed": seed, "probe": probe, "engine": engine, "duration": duration}
-        asked |= {"anywhere": anywhere, "dt": dt}
-        about = provenance(problem, to=to, runs=found.runs, chosen_engine=found.engine, **asked)
-        folder.table("levels", found.ladder.csv(units=True))
-        folder.save("charge", found.table.csv(units=True), found.plot(problem.scene.name), about)
-    return found
+        arguments = {"trajectories": trajectories, "seed": seed, "probe": probe, "engine": engine, "duration": duration}
+        arguments |= {"anywhere": anywhere, "dt": dt}
+        about = provenance(problem, to=to, runs=charging.runs, chosen_engine=charging.engine, **arguments)
+        folder.table("levels", charging.ladder.csv(units=True))
+        folder.save("charge", charging.table.csv(units=True), charging.plot(problem.scene.name), about)
+    return charging
 
 
 def _passages(engine: str, runs: ChargeRuns) -> Passages:
@@ -220,7 +220,7 @@ def _answer(
         steps=passages.steps,
         diagnostics=(
             *unusual_values(problem.scene),
-            *_doubts(problem, passages, clock, by_default, runs),
+            *_diagnostics(problem, passages, clock, by_default, runs),
             *([] if reason is None else [reason]),
             *passages.notes,
             *_known(engine, runs),
@@ -237,19 +237,19 @@ def _known(engine: str, runs: int) -> list[Diagnostic]:
     return [*([note("one_run_is_all")] if runs == 1 else []), note("error_of_charging")]
 
 
-def _doubts(problem: Problem, passages: Passages, clock: float, by_default: bool, runs: int) -> list[Diagnostic]:
+def _diagnostics(problem: Problem, passages: Passages, clock: float, by_default: bool, runs: int) -> list[Diagnostic]:
     """What to beware of."""
-    found, unit = [], " s" if problem.physical else ""
+    diagnostics, unit = [], " s" if problem.physical else ""
     if passages.reached < 1.0:
         height = float(passages.curves[:, -1].mean()) / float(passages.levels[-1])
         known: dict[str, Any] = {"runs": runs, "time": passages.end * clock, "unit": unit, "by_default": by_default}
-        found.append(warning("target_not_reached", share=1.0 - passages.reached, height=height, **known))
+        diagnostics.append(warning("target_not_reached", share=1.0 - passages.reached, height=height, **known))
     record = problem.equations.record
     if record is not None and passages.end * problem.scales.frequency > record.period * (1.0 + 1e-6):
-        found.append(warning("record_repeats", period=record.period / problem.units.frequency, unit=unit))
+        diagnostics.append(warning("record_repeats", period=record.period / problem.units.frequency, unit=unit))
     records = runs // passages.together
     if records < runs and records < FEW:
-        found.append(warning("few_records", records=records, together=passages.together))
+        diagnostics.append(warning("few_records", records=records, together=passages.together))
     elif 1 < runs < FEW:
-        found.append(warning("few_runs", runs=runs))
-    return found
+        diagnostics.append(warning("few_runs", runs=runs))
+    return diagnostics

@@ -155,26 +155,26 @@ class Passages:
         """
         if self.after is None:
             return None
-        fine, coarse = (np.array([one.share for one in some]) for some in self.after)
+        fine, coarse = (np.array([after.share for after in runs_after]) for runs_after in self.after)
         if not (np.isfinite(fine).all() and np.isfinite(coarse).all()):
             return None
-        found = self.mean(fine, coarse)
+        share = self.mean(fine, coarse)
         if len(fine) > 1:
-            return found
-        return replace(found, bias=(found.bias or 0.0) + self.after[0][0].error)
+            return share
+        return replace(share, bias=(share.bias or 0.0) + self.after[0][0].error)
 
     def rises(self) -> float | None:
         """How often a run rises through the target, on average; None where that was not looked at."""
-        return None if self.after is None else float(np.mean([one.rises for one in self.after[0]]))
+        return None if self.after is None else float(np.mean([after.rises for after in self.after[0]]))
 
     def quantile(self, share: float, level: int = -1) -> float | None:
         """The time by which that share of the runs has reached a level; None where it is after the end."""
         ordered = np.sort(self.times[:, level])
-        place = share * (len(ordered) - 1)
-        low, high = float(ordered[math.floor(place)]), float(ordered[math.ceil(place)])
+        position = share * (len(ordered) - 1)
+        low, high = float(ordered[math.floor(position)]), float(ordered[math.ceil(position)])
         if not math.isfinite(high):
             return None
-        return low + (place - math.floor(place)) * (high - low)
+        return low + (position - math.floor(position)) * (high - low)
 
     def power_between(self, level: int, joules: float) -> Value | None:
         """The mean power (W) that takes the store up by ``joules`` to a level from the one below it.

@@ -26,12 +26,12 @@ def choose_engine(
     """The engine's name, and why it is that one where it was not chosen: not `Slow` unless ``slowly``."""
     if engine is not None and engine not in ENGINES:
         raise unknown("engine", engine, ENGINES)
-    asked = engine is not None and ENGINES[engine].by_mean_current
-    if asked or (engine is None and slowly and charges_slowly(problem)):
+    by_request = engine is not None and ENGINES[engine].by_mean_current
+    if by_request or (engine is None and slowly and charges_slowly(problem)):
         slow = refusal_of_slow(problem, probe)
         if slow is None:
             return Slow.NAME, None
-        if asked:
+        if by_request:
             raise CannotServeError(slow)
     if engine is not None:
         served(ENGINES[engine], problem)
@@ -96,10 +96,10 @@ def time_watched(duration: str | float | None, problem: Problem, slow: bool) -> 
         storage = (problem.circuit.storage if problem.circuit else None) or math.inf
         charged = CHARGED * storage * problem.scales.frequency
         return min(max(charged, SHORTEST), longest) / unit, False
-    found = read_time("duration", duration, problem)
-    if not least <= found * unit <= most:
+    watched = read_time("duration", duration, problem)
+    if not least <= watched * unit <= most:
         raise invalid("`duration`", f"be between {least / unit:.3g} and {most / unit:.3g}", duration)
-    return found, True
+    return watched, True
 
 
 def read_step(dt: str | float | None, problem: Problem) -> float | None:

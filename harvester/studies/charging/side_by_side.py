@@ -17,7 +17,7 @@ from harvester.studies.charging.passages import SAMPLES, ChargeRuns, Passages
 if TYPE_CHECKING:
     from harvester.mechanics.ensemble.trajectories import Trajectories
 
-_MODELS: dict[str, type[Ensemble]] = {one.NAME: one for one in (Ideal, Compiled)}
+_MODELS: dict[str, type[Ensemble]] = {engine.NAME: engine for engine in (Ideal, Compiled)}
 FINEST, PARTS = 0.4, 200  # nondimensional time between two looks at first; later, parts of the time that has passed
 
 
@@ -69,7 +69,7 @@ def charge_side_by_side(runs: ChargeRuns, engine: str = Ideal.NAME) -> Passages:
 
 
 def _watch(
-    runs: "Trajectories", levels: Floats, end: float, apart: float, progress: Progress
+    runs: "Trajectories", levels: Floats, end: float, interval: float, progress: Progress
 ) -> tuple[Floats, Floats, Floats]:
     """Go on to the time ``end``, or until all have reached the last level: times, voltages (times, runs), passages.
 
@@ -78,7 +78,7 @@ def _watch(
     times = np.full((len(levels), runs.count), math.inf)
     t, u = [0.0], [np.zeros(runs.count)]
     while runs.time < end and not np.isfinite(times[-1]).all():
-        runs.run(min(apart * max(FINEST, runs.time / PARTS), max(end - runs.time, FINEST)))
+        runs.run(min(interval * max(FINEST, runs.time / PARTS), max(end - runs.time, FINEST)))
         now = runs.state[:, 3].ravel().copy()
         for level, value in enumerate(levels):
             new = np.flatnonzero((now >= value) & np.isinf(times[level]))

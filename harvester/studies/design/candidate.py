@@ -43,8 +43,8 @@ class Candidate:
 
     def scene(self, scene: Scene, needed: DesignNeed, farads: float | None = None) -> Scene:
         """The scene with this circuit, the load that takes the power needed, and a store."""
-        own = self.parameters | {"R": needed.load} | ({} if farads is None else {"C": farads})
-        return dataclasses.replace(scene, load=Load(netlist=self.circuit, parameters=own), storage=None, node=None)
+        values = self.parameters | {"R": needed.load} | ({} if farads is None else {"C": farads})
+        return dataclasses.replace(scene, load=Load(netlist=self.circuit, parameters=values), storage=None, node=None)
 
 
 @dataclass(frozen=True)
@@ -63,19 +63,19 @@ class Given:
 
     def unmet(self, needed: DesignNeed) -> list[str]:
         """What it does not meet of a requirement, each as it was written with what was found."""
-        found = []
+        unmet_needs = []
         if self.power.value < needed.power:
-            found.append(f"{needed.needs}, but {amount(self.power.value, 'W')}")
+            unmet_needs.append(f"{needed.needs}, but {amount(self.power.value, 'W')}")
         if needed.wake is not None and not self.wake <= needed.wake:
             what = "never" if math.isinf(self.wake) else f"after {amount(self.wake, 's')}"
-            found.append(f"awake in {needed.wake_written}, but {what}")
+            unmet_needs.append(f"awake in {needed.wake_written}, but {what}")
         values = {"mean_power": self.power.value, "peak_displacement": self.displacement}
-        for one in needed.limits:
-            value = values[one.quantity]
-            if value is not None and not bool(one.met(np.array(value))):
-                unit = "W" if one.quantity == "mean_power" else "m"
-                found.append(f"{one.written}, but {amount(value, unit)}")
-        return found
+        for limit in needed.limits:
+            value = values[limit.quantity]
+            if value is not None and not bool(limit.met(np.array(value))):
+                unit = "W" if limit.quantity == "mean_power" else "m"
+                unmet_needs.append(f"{limit.written}, but {amount(value, unit)}")
+        return unmet_needs
 
 
 def candidates(scene: Scene, circuit: str, needed: DesignNeed) -> list[Candidate]:
@@ -90,8 +90,8 @@ def candidates(scene: Scene, circuit: str, needed: DesignNeed) -> list[Candidate
         if levels is None:
             raise CannotServeError(refusal("chip_without_output", chip=circuit, voltage=needed.voltage))
         values = (needed.voltage, *levels, chip.full)
-        own = dict(zip(chip.names, values, strict=False))
-        return [Candidate(circuit, None, own, Supply(needed.voltage, chip, *levels))]
+        settings = dict(zip(chip.names, values, strict=False))
+        return [Candidate(circuit, None, settings, Supply(needed.voltage, chip, *levels))]
     bare = Candidate(circuit, None, {}, Supply(needed.voltage))
     problem = Problem(bare.scene(scene, needed))
     reason = refusal_of_slow(problem, Probe(STORE, "V"), records=True)
@@ -127,17 +127,17 @@ def evaluate(candidate: Candidate, scene: Scene, needed: DesignNeed, farads: flo
     if problem.equations.record is not None:
         return _on_record(candidate, scene, needed)
     with compilation():
-        found = measured(problem, supply.top, seed=seed, count=count)
-    table = found.best
+        currents = measured(problem, supply.top, seed=seed, count=count)
+    table = currents.best
     power = supply.power(table, needed.power)
     known = Value(
         power,
         stderr=None if table.stderr is None else abs(supply.power(table.shifted(), needed.power) - power),
-        bias=abs(supply.power(found.rough, needed.power) - power),
+        bias=abs(supply.power(currents.rough, needed.power) - power),
         model=_of_chip(supply, table, needed.power, power) + JUDGE * power,
         unknown=IDEAL_ELEMENTS if table.stderr is not None and Rectifier(problem).ideal else "",
     )
-    return Given(known, supply.wake(table, farads), found.displacement, found.steps)
+    return Given(known, supply.wake(table, farads), currents.displacement, currents.steps)
 
 
 def _of_chip(supply: Supply, table: RectifiedCurrent | RecordedCurrent, needed: float, power: float) -> float:
@@ -165,20 +165,20 @@ def _on_record(candidate: Candidate, scene: Scene, needed: DesignNeed) -> Given:
     node = SensorNode(wake_voltage=wakes, stop_voltage=0.9 * wakes, interval=1.0, currents=(0.0,), durations=(INSTANT,))
     chip = supply.chip and replace(supply.chip, rise=supply.rise, fall=supply.fall)
     with compilation():
-        found = recorded(Problem(whole), top=supply.top)
-    powers = supply.powers(found.best, needed.power)
+        currents = recorded(Problem(whole), top=supply.top)
+    powers = supply.powers(currents.best, needed.power)
     power = max(float(powers.mean()), 0.0)
     known = Value(
         power,
-        bias=abs(supply.power(found.rough, needed.power) - power),
-        model=(found.separation + found.elements) * power + _of_chip(supply, found.best, needed.power, power),
+        bias=abs(supply.power(currents.rough, needed.power) - power),
+        model=(currents.separation + currents.elements) * power + _of_chip(supply, currents.best, needed.power, power),
     )
-    ahead = np.cumsum(np.tile(powers - needed.power, 2)) * found.best.length
+    ahead = np.cumsum(np.tile(powers - needed.power, 2)) * currents.best.length
     kept = float((np.maximum.accumulate(ahead) - ahead).max()) if power > needed.power else 0.0
     store = Storage(capacitance=capacitance(needed, scene, kept))
     with compilation():
-        first = NodeRun(found.best, store, node, chip).course(LONGEST).first
-    return Given(known, math.inf if first is None else first, None, found.steps, kept)
+        first = NodeRun(currents.best, store, node, chip).course(LONGEST).first
+    return Given(known, math.inf if first is None else first, None, currents.steps, kept)
 
 
 def capacitance(needed: DesignNeed, scene: Scene, kept: float = 0.0) -> float:
@@ -194,7 +194,7 @@ def capacitance(needed: DesignNeed, scene: Scene, kept: float = 0.0) -> float:
         least = max(least, 2.0 * WIDE * needed.packet / (needed.voltage**2 - needed.stop**2))
     least = max(least, 2.0 * WIDE * kept / (needed.voltage**2 - (needed.stop or LOW * needed.voltage) ** 2))
     series = between(SERIES, SMALLEST, LARGEST)
-    return next((one for one in series if one >= least), series[-1])
+    return next((capacitor for capacitor in series if capacitor >= least), series[-1])
 
 
 def nominal(scene: Scene, circuit: str, needed: DesignNeed, farads: float, seed: int) -> tuple[Candidate, Given]:
@@ -202,13 +202,14 @@ def nominal(scene: Scene, circuit: str, needed: DesignNeed, farads: float, seed:
 
     Raises CannotServeError where every coil is saturated, and as `candidates` and `evaluate`.
     """
-    some = [one for one in candidates(scene, circuit, needed) if not saturates(one, scene)]
-    if not some:
+    usable = [candidate for candidate in candidates(scene, circuit, needed) if not saturates(candidate, scene)]
+    if not usable:
         raise CannotServeError(refusal("coils_saturate", voltage=needed.voltage))
     if scene.excitation is not None and scene.excitation.acceleration_file is not None:
-        every = [evaluate(one, scene, needed, farads, seed, MANY) for one in some]
-        most = int(np.argmax([one.power.value for one in every]))
-        return some[most], every[most]
-    rough = [evaluate(one, scene, needed, farads, seed, 2).power.value if len(some) > 1 else 0.0 for one in some]
-    best = some[int(np.argmax(rough))]
+        every = [evaluate(candidate, scene, needed, farads, seed, MANY) for candidate in usable]
+        most = int(np.argmax([given.power.value for given in every]))
+        return usable[most], every[most]
+    several = len(usable) > 1
+    rough = [evaluate(part, scene, needed, farads, seed, 2).power.value if several else 0.0 for part in usable]
+    best = usable[int(np.argmax(rough))]
     return best, evaluate(best, scene, needed, farads, seed, MANY)

@@ -33,6 +33,7 @@ from harvester.studies.tolerance.spreads import spreads as read_spreads
 from harvester.uncertainty.value import amount
 
 CIRCUITS = ("bridge", "doubler", "series_sshi", "parallel_sshi")
+Outcomes = Mapping[str, tuple[Candidate, Given]]  # by the circuit's name
 MOST_SHARES = 3  # circuits of most power whose share of devices is computed, beside the simplest
 
 
@@ -95,21 +96,21 @@ def design(
     needed = read_need(device, needs, wake, limit)
     spreads = read_spreads(spread, device, "spread") if spread else ()
     folder, begin = OutputFolder.of(execution), time.perf_counter()
-    names = _asked(circuits, chips, problem)
+    names = _names(circuits, chips, problem)
     farads = capacitance(needed, device)
-    found, told = _nominal(device, names, needed, farads, seed, execution)
-    meeting = {name: one for name, one in found.items() if not one[1].unmet(needed)}
+    candidates, left_out = _nominal(device, names, needed, farads, seed, execution)
+    meeting = {name: candidate for name, candidate in candidates.items() if not candidate[1].unmet(needed)}
     if not meeting:
-        raise InputError(_nearest(found, needed, problem, told))
+        raise InputError(_nearest(candidates, needed, problem, left_out))
     shares = _shares(device, meeting, needed, farads, spreads, seed, execution) if spreads else {}
     order = _order(meeting, shares)
-    chosen, best = found[order[0]]
+    chosen, best = candidates[order[0]]
     farads = capacitance(needed, device, best.kept)
     check = note("design_check", needed=needed.load, whole=needed.voltage**2 / best.power.value)
-    remarks = [*told, note("design_by_share" if spreads else "design_simplest"), check]
+    remarks = [*left_out, note("design_by_share" if spreads else "design_simplest"), check]
     if chosen.coil is not None:
         remarks.append(warning("detector_not_counted", chosen.circuit))
-    result = _result(problem, needed, farads, found, order, shares, (*unusual_values(device), *remarks))
+    result = _result(problem, needed, farads, candidates, order, shares, (*unusual_values(device), *remarks))
     result = dataclasses.replace(result, seconds=time.perf_counter() - begin)
     if folder is not None:
         folder.table("design", result.table.csv())
@@ -118,14 +119,16 @@ def design(
     return result
 
 
-def _asked(circuits: Sequence[str] | None, chips: Sequence[str] | None, problem: Problem) -> tuple[str, ...]:
+def _names(circuits: Sequence[str] | None, chips: Sequence[str] | None, problem: Problem) -> tuple[str, ...]:
     """The names of circuits and chips to choose from; InputError for a chip that there is not."""
     of_netlists = [name for name, chip in CHIPS.items() if chip.netlist == name]  # the others are tables for a node
     if circuits is None and chips is None:
         return CIRCUITS if problem.equations.drive is None else (*CIRCUITS, *of_netlists)
-    for one in chips or ():
-        if one not in of_netlists:
-            raise unknown("chip of `chips`", one, of_netlists)
+    for chip_name in chips or ():
+        if chip_name not in of_netlists:
+            raise unknown("chip of `chips`", chip_name, of_netlists)
+    if not (circuits or chips):
+        raise InputError("`circuits` or `chips` must name one to choose from, but there is none")
     return tuple(dict.fromkeys((*(circuits or ()), *(chips or ()))))
 
 
@@ -136,7 +139,7 @@ def _nominal(
 
     Raises InputError where none gives anything.
     """
-    found, told = dict[str, tuple[Candidate, Given]](), list[Diagnostic]()
+    candidates, left_out = dict[str, tuple[Candidate, Given]](), list[Diagnostic]()
 
     def given(name: str) -> tuple[Candidate, Given] | Diagnostic:
         try:
@@ -145,21 +148,21 @@ def _nominal(
             return note("circuit_left_out", name, why=str(error))
 
     with ThreadPoolExecutor(cores()) as pool:
-        for k, (name, one) in enumerate(zip(names, pool.map(given, names), strict=True)):
+        for k, (name, outcome) in enumerate(zip(names, pool.map(given, names), strict=True)):
             execution.progress.step(0.3 * k / len(names), name)
-            if isinstance(one, Diagnostic):
-                told.append(one)
+            if isinstance(outcome, Diagnostic):
+                left_out.append(outcome)
             else:
-                found[name] = one
-    if not found:
-        why = "; ".join(f"{one.about}: {one.numbers['why']}" for one in told)
+                candidates[name] = outcome
+    if not candidates:
+        why = "; ".join(f"{reason.about}: {reason.numbers['why']}" for reason in left_out)
         raise InputError(f"`circuits` must have one that can be measured, but none can ({why})")
-    return found, told
+    return candidates, left_out
 
 
 def _shares(
     device: Scene,
-    meeting: Mapping[str, tuple[Candidate, Given]],
+    meeting: Outcomes,
     needed: DesignNeed,
     farads: float,
     spreads: Sequence[PartSpread],
@@ -168,25 +171,25 @@ def _shares(
 ) -> dict[str, ShareInterval]:
     """The share of devices that meet everything, of the simplest circuit and of those of most power."""
     by_power = sorted(meeting, key=lambda name: -meeting[name][1].power.value)[:MOST_SHARES]
-    wanted = [name for name in meeting if name in by_power or name == next(iter(meeting))]
-    found = {}
-    for k, name in enumerate(wanted):
+    compared = [name for name in meeting if name in by_power or name == next(iter(meeting))]
+    share_of = {}
+    for k, name in enumerate(compared):
         candidate = meeting[name][0]
 
-        def told(share: float, k: int = k, name: str = name) -> None:
-            execution.progress.step(0.3 + 0.7 * (k + share) / len(wanted), name)
+        def report_share(share: float, k: int = k, name: str = name) -> None:
+            execution.progress.step(0.3 + 0.7 * (k + share) / len(compared), name)
 
-        found[name] = share_met(candidate, device, needed, farads, spreads, seed, told)
-    return found
+        share_of[name] = share_met(candidate, device, needed, farads, spreads, seed, report_share)
+    return share_of
 
 
-def _order(meeting: Mapping[str, tuple[Candidate, Given]], shares: Mapping[str, ShareInterval]) -> list[str]:
+def _order(meeting: Outcomes, shares: Mapping[str, ShareInterval]) -> list[str]:
     """The circuits that meet everything, the one to choose first, then the runner-up."""
     if not shares:
         first, *others = meeting
         return [first, *sorted(others, key=lambda name: -meeting[name][1].power.value)]
-    best = max(shares.values(), key=lambda one: one.value)
-    alike = [name for name, one in shares.items() if one.value >= (best.low or 0.0)]
+    best = max(shares.values(), key=lambda share: share.value)
+    alike = [name for name, share in shares.items() if share.value >= (best.low or 0.0)]
     others = [name for name in meeting if name != alike[0]]
     return [alike[0], *sorted(others, key=lambda name: -shares[name].value if name in shares else 1.0)]
 
@@ -195,14 +198,14 @@ def _result(
     problem: Problem,
     needed: DesignNeed,
     farads: float,
-    found: Mapping[str, tuple[Candidate, Given]],
+    candidates: Outcomes,
     order: Sequence[str],
     shares: Mapping[str, ShareInterval],
-    told: Sequence[Diagnostic],
+    diagnostics: Sequence[Diagnostic],
 ) -> DesignResult:
     """The decision, without its seconds."""
-    chosen, best = found[order[0]]
-    asked = [needed.needs, *([f"awake in {needed.wake_written}"] if needed.wake is not None else [])]
+    chosen, best = candidates[order[0]]
+    requirements = [needed.needs, *([f"awake in {needed.wake_written}"] if needed.wake is not None else [])]
     return DesignResult(
         circuit=chosen.circuit,
         coil=chosen.coil,
@@ -213,38 +216,37 @@ def _result(
         wake=best.wake,
         largest_displacement=best.displacement,
         met=shares.get(chosen.circuit),
-        verdict=dict.fromkeys([*asked, *(one.written for one in needed.limits)], True),
+        verdict=dict.fromkeys([*requirements, *(limit.written for limit in needed.limits)], True),
         runner_up=order[1] if len(order) > 1 else None,
         bound=power_bound(problem),
         candidates=tuple(
             DesignCandidate(
                 circuit=name,
-                coil=found[name][0].coil,
-                available=found[name][1].power,
+                coil=candidates[name][0].coil,
+                available=candidates[name][1].power,
                 share_met=shares[name].value if name in shares else None,
-                wake=found[name][1].wake if math.isfinite(found[name][1].wake) else None,
+                wake=candidates[name][1].wake if math.isfinite(candidates[name][1].wake) else None,
                 meets=name in order,
             )
-            for name in (*order, *(one for one in found if one not in order))
+            for name in (*order, *(other for other in candidates if other not in order))
         ),
         scene=chosen.scene(problem.scene, needed, farads),
         seconds=0.0,
-        steps=sum(one.steps for _, one in found.values()),
-        diagnostics=tuple(told),
+        steps=sum(given.steps for _, given in candidates.values()),
+        diagnostics=tuple(diagnostics),
     )
 
 
-def _nearest(
-    found: Mapping[str, tuple[Candidate, Given]], needed: DesignNeed, problem: Problem, told: Sequence[Diagnostic]
-) -> str:
+def _nearest(candidates: Outcomes, needed: DesignNeed, problem: Problem, left_out: Sequence[Diagnostic]) -> str:
     """The one line that says that no circuit meets everything, and which comes nearest."""
-    name = min(found, key=lambda one: (len(found[one][1].unmet(needed)), -found[one][1].power.value))
-    candidate, best = found[name]
+    by_unmet = {name: (len(given.unmet(needed)), -given.power.value) for name, (_, given) in candidates.items()}
+    name = min(by_unmet, key=lambda circuit: by_unmet[circuit])
+    candidate, best = candidates[name]
     with_coil = "" if candidate.coil is None else f" with {candidate.coil}"
     bound = power_bound(problem)
     most = "" if bound is None else f"; no device of this mass takes more than {amount(bound.value, 'W')}"
-    out = f" (left out: {', '.join(one.about for one in told)})" if told else ""
+    out = f" (left out: {', '.join(reason.about for reason in left_out)})" if left_out else ""
     return (
-        f"`needs`, `wake` and `limit` must be met by a circuit, but none of {', '.join(found)}{out} does: nearest is "
-        f"{name}{with_coil}, asked for {'; '.join(best.unmet(needed))}{most}"
+        f"`needs`, `wake` and `limit` must be met by a circuit, but none of {', '.join(candidates)}{out} does: nearest "
+        f"is {name}{with_coil}, asked for {'; '.join(best.unmet(needed))}{most}"
     )

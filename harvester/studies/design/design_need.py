@@ -12,6 +12,7 @@ from harvester.studies.tolerance.device_limits import QUANTITIES, Limit, parse
 POWER = Kind("a power (W)", "W", "'40 uW'", above=0.0)
 _FORM = re.compile(r"\s*(.+?)\s+at\s+(.+?)\s*")
 _LIMITED = ("mean_power", "peak_displacement")
+MOST_VOLTS = 1000.0
 
 
 @dataclass(frozen=True)
@@ -51,18 +52,18 @@ def read_need(scene: Scene, needs: str | None, wake: float | str | None, limit: 
     if match is None:
         raise invalid("`needs`", "be POWER at VOLTAGE, such as '40 uW at 3.3 V'", needs)
     volts = _read("needs", match[2], VOLTAGE)
-    if not volts > 0.0:
-        raise invalid("the voltage of `needs`", "be above 0", volts)
+    if not 0.0 < volts <= MOST_VOLTS:
+        raise invalid("the voltage of `needs`", f"be above 0 and at most {MOST_VOLTS:g}", volts)
     watts, written = _read("needs", match[1], POWER), " ".join(needs.split())
     return DesignNeed(watts, volts, seconds, limits, written, wake_written)
 
 
 def _limits(scene: Scene, texts: Sequence[str]) -> tuple[Limit, ...]:
-    found = tuple(parse(one, quantities={name: QUANTITIES[name] for name in _LIMITED}) for one in texts)
+    limits = tuple(parse(text, quantities={name: QUANTITIES[name] for name in _LIMITED}) for text in texts)
     steady = scene.excitation is not None and scene.excitation.frequency is not None
-    if not steady and any(one.quantity == "peak_displacement" for one in found):
+    if not steady and any(limit.quantity == "peak_displacement" for limit in limits):
         raise InputError("a limit of peak_displacement under noise is for 'harvester tolerance' with `lifetime`")
-    return found
+    return limits
 
 
 def _read(argument: str, text: str, kind: Kind) -> float:

@@ -30,51 +30,51 @@ def share_met(
     farads: float,
     spreads: Sequence[PartSpread],
     seed: int,
-    told: ProgressCallback,
+    progress: ProgressCallback,
 ) -> ShareInterval:
     """The share of devices of the ``spreads`` that meet what is ``needed``; one that has no answer does not."""
     alone = len(spreads) == 1 and spreads[0].kind != "measured"
     u = np.linspace(0.0, 1.0, NODES)[:, None] if alone else sobol_points(SAMPLES, len(spreads), seed)
     devices = [
-        scene.varied({one.key: float(value) for one, value in zip(spreads, values, strict=True)})
+        scene.varied({part.key: float(value) for part, value in zip(spreads, values, strict=True)})
         for values in values_at(spreads, u)
     ]
     rows = []
     with ThreadPoolExecutor(cores()) as pool:
-        for row in pool.map(lambda device: _found(candidate, device, needed, farads, seed), devices):
+        for row in pool.map(lambda device: _given(candidate, device, needed, farads, seed), devices):
             rows.append(row)
-            told(len(rows) / len(u))
-    found = np.array(rows)
+            progress(len(rows) / len(u))
+    given = np.array(rows)
     if not alone:
-        met = int(_met(found, needed).sum())
+        met = int(_met(given, needed).sum())
         return ShareInterval(met / len(u), *wilson(met, len(u)))
-    share, rough = (_by_curve(u[::step, 0], found[::step], needed) for step in (1, 2))
+    share, rough = (_by_curve(u[::step, 0], given[::step], needed) for step in (1, 2))
     error = abs(share - rough) + 1.0 / FINE
     return ShareInterval(share, max(share - error, 0.0), min(share + error, 1.0))
 
 
-def _found(candidate: Candidate, device: Scene, needed: DesignNeed, farads: float, seed: int) -> list[float]:
+def _given(candidate: Candidate, device: Scene, needed: DesignNeed, farads: float, seed: int) -> list[float]:
     """Power (W), one over the time to wake (1/s) and displacement (m, 0 where not known) of one device."""
     try:
-        one = evaluate(candidate, device, needed, farads, seed, MANY if candidate.supply.top is None else FEW)
+        given = evaluate(candidate, device, needed, farads, seed, MANY if candidate.supply.top is None else FEW)
     except HarvesterError:
         return [0.0, 0.0, np.inf]
-    return [one.power.value, 1.0 / one.wake, one.displacement or 0.0]
+    return [given.power.value, 1.0 / given.wake, given.displacement or 0.0]
 
 
-def _met(found: Floats, needed: DesignNeed) -> Floats:
-    """Which rows of `_found` meet everything."""
-    power, speed, displacement = found.T
+def _met(given: Floats, needed: DesignNeed) -> Floats:
+    """Which rows of `_given` meet everything."""
+    power, speed, displacement = given.T
     good = power >= needed.power
     if needed.wake is not None:
         good &= speed * needed.wake >= 1.0
-    for one in needed.limits:
-        good &= one.met(power if one.quantity == "mean_power" else displacement)
+    for limit in needed.limits:
+        good &= limit.met(power if limit.quantity == "mean_power" else displacement)
     return np.asarray(good)
 
 
-def _by_curve(u: Floats, found: Floats, needed: DesignNeed) -> float:
+def _by_curve(u: Floats, given: Floats, needed: DesignNeed) -> float:
     from scipy.interpolate import PchipInterpolator
 
-    finite = np.minimum(found, 1e30)
+    finite = np.minimum(given, 1e30)
     return float(_met(PchipInterpolator(u, finite)(np.linspace(0.0, 1.0, FINE)), needed).mean())
