@@ -7,6 +7,7 @@ import functools
 import inspect
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -66,12 +67,8 @@ class Output:
         if self.as_json:
             echo_json(answer.as_json() | {name: plain(result) for name, result in beside.items()})
         else:
-            below = (
-                result
-                for results in beside.values()
-                for result in (results if isinstance(results, list) else [results])
-            )
-            echo("\n".join([str(answer) if text is None else text, *map(str, below)]))
+            below = (part if isinstance(part, list) else [part] for part in beside.values())
+            echo("\n".join([str(answer) if text is None else text, *map(str, chain.from_iterable(below))]))
         if self.out is not None and not self.as_json:
             echo_written(self.out, *(form for name in written for form in self._forms(name)))
         save_report(self.page, page, quiet=self.as_json, scene=self.path)
@@ -141,10 +138,8 @@ def _command(study: Study) -> Command:
     options = [
         cloup.option(
             "--" + option.name.replace("_", "-"),
-            type=option.type,
-            default=option.default,
+            **{name: getattr(option, name) for name in ("type", "default", "help")},
             show_default=True,
-            help=option.help,
         )
         for option in study.options
     ]

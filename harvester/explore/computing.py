@@ -26,7 +26,7 @@ RESTED = 0.3  # seconds without a change before more is computed than a knob nee
 HASTE = 8.0  # the same, of the power of a circuit
 FIRST = 0.15  # seconds that the power of a circuit may take before the formulas' curves begin to compete with it
 KEPT = 200  # designs whose power is remembered, the last ones
-CURVE_POINTS = 9  # places of a circuit's curve
+CURVE_POINTS = 9  # of a circuit's curve, none at an end, where half of its mark would be cut off
 PATIENCE = 60.0  # seconds that a path may take after it is overtaken: kernels may be compiled meanwhile
 
 
@@ -204,7 +204,7 @@ class Computing:
             return
         self._soon(functools.partial(self._page.show_power, request, answer))
         same = (without(request.tables, request.key), request.key, request.slide)
-        for value in () if "error" in answer or self._curve_of == same else grid(request.slide, CURVE_POINTS):
+        for value in () if "error" in answer or self._curve_of == same else grid(request.slide, CURVE_POINTS + 2)[1:-1]:
             if overtaken() or self._ended.is_set():
                 return
             point = request._replace(tables=at_place(request.tables, request.key, float(value)), at=float(value))

@@ -204,19 +204,15 @@ class Explorer:
         elif self.power is None or document is None or document.session_context is None:
             self._draw_new_plot()
         elif self._plot_comes is None:  # it takes longer than the power that is to be shown first
-            self._plot_comes = document.add_timeout_callback(self._draw_postponed_plot, PLOT_AFTER)
-
-    def _draw_postponed_plot(self) -> None:
-        """Draw the curves in a plot of the present axis, all in one message to the browser."""
-        self._plot_comes = None
-        with pn.io.hold(self.document):
-            self._draw_new_plot()
+            self._plot_comes = document.add_timeout_callback(self._draw_new_plot, PLOT_AFTER)
 
     def _draw_new_plot(self) -> None:
-        """Draw the curves in a plot of the present axis."""
+        """Draw the curves in a plot of the present axis, all in one message to the browser."""
+        self._plot_comes = None
         self.power = PowerPlot(self._drawn.key, self._drawn.slide)
-        self.plot.object = self.power.plot
-        self._draw_curves()
+        with pn.io.hold(self.document):
+            self.plot.object = self.power.plot
+            self._draw_curves()
 
     def _draw_curves(self) -> None:
         """Draw the curves, the runs and the pinned design."""

@@ -63,23 +63,19 @@ class Sheet:
 
     def remarks(self) -> list[str]:
         """Its notes and warnings, each with the word for it."""
-        return [f"note: {table}" for table in self.notes] + [f"warning: {table}" for table in self.warnings]
+        return [f"note: {text}" for text in self.notes] + [f"warning: {text}" for text in self.warnings]
 
     def html(self) -> str:
         """A fragment of HTML, every text escaped."""
-        rows, tables = (
-            html.table(self.head, (), self.rows, self.remarks()),
-            (table._repr_html_() for table in self.tables),
-        )
+        rows = html.table(self.head, (), self.rows, self.remarks())
+        tables = (table._repr_html_() for table in self.tables)
         return "".join((rows, *tables, *(part.html() for part in self.parts)))
 
 
-def sheet(
-    result: Presentable, head: str | None = None, units: AnswerUnits | None = None, result_unit: str = ""
-) -> Sheet:
+def sheet(result: Presentable, head: str | None = None, units: AnswerUnits | None = None, unit: str = "") -> Sheet:
     """The sheet of a result; ``head`` replaces what it says of engine, seconds and steps.
 
-    ``units`` and ``result_unit`` are those of the result that it is a part of, where it does not know its own.
+    ``units`` and ``unit`` are those of the result that it is a part of, where it does not know its own.
     """
     units = result.unit_names if units is None or hasattr(result, "physical") else units
     page = Sheet(_head(result) if head is None else head)
@@ -88,36 +84,34 @@ def sheet(
     page.warnings = [remark.line for remark in remarks if remark.severity == "warning"]
     for name in result.shown_names():
         if name not in IN_THE_HEAD:
-            _add(page, name, getattr(result, name), units, str(getattr(result, "unit", result_unit)))
+            _add(page, name, getattr(result, name), units, str(getattr(result, "unit", unit)))
     return page
 
 
-def _add(page: Sheet, name: str, content: Any, units: AnswerUnits, result_unit: str) -> None:
+def _add(page: Sheet, name: str, content: Any, units: AnswerUnits, unit: str) -> None:
     """Put one field on the sheet, as its type asks for."""
     if isinstance(content, Table):
         page.tables.append(content)
     elif _is_result(content):
-        page.parts.append(sheet(content, term(name).label, units, result_unit))
+        page.parts.append(sheet(content, term(name).label, units, unit))
     elif isinstance(content, Mapping):
         for key, part in with_companions(content).items():
             if _is_result(part):
-                page.parts.append(sheet(part, str(key), units, result_unit))
+                page.parts.append(sheet(part, str(key), units, unit))
             else:
-                page.rows += _rows(str(key), part, units, result_unit)
+                page.rows += _rows(str(key), part, units, unit)
     elif isinstance(content, tuple) and content and all(map(_is_result, content)):
-        page.tables.append(table_of(content, term(name).label, units, result_unit))
+        page.tables.append(table_of(content, term(name).label, units, unit))
     else:
-        page.rows += _rows(name, content, units, result_unit)
+        page.rows += _rows(name, content, units, unit)
 
 
-def table_of(results: Sequence[Presentable], title: str, units: AnswerUnits, result_unit: str = "") -> Table:
+def table_of(results: Sequence[Presentable], title: str, units: AnswerUnits, unit: str = "") -> Table:
     """Results of one type as the rows of a table; units as of `unit_of`."""
     names = results[0].shown_names()
-    columns_of = [
-        Column(name, [getattr(result, name) for result in results], unit_of(term(name), units, result_unit))
-        for name in names
-    ]
-    return Table(tuple(column for column in columns_of if any(cell not in (None, "") for cell in column.cells)), title)
+    cells = {name: [getattr(result, name) for result in results] for name in names}
+    known = {name: some for name, some in cells.items() if any(cell not in (None, "") for cell in some)}
+    return Table(tuple(Column(name, known[name], unit_of(term(name), units, unit)) for name in known), title)
 
 
 def with_companions(numbers: Mapping[Any, Any]) -> dict[str, Any]:
@@ -125,34 +119,30 @@ def with_companions(numbers: Mapping[Any, Any]) -> dict[str, Any]:
 
     Without the former, and with the latter 0, it is a closed form.
     """
-    numbers_with_errors: dict[str, Any] = {}
+    joined: dict[str, Any] = {}
     for name, number in numbers.items():
         companions = [numbers.get(of) for of in (f"{name}_stderr", f"{name}_bias", f"{ERROR_OF}{name}")]
         stem = str(name).removesuffix("_stderr").removesuffix("_bias")
         if str(name).startswith(ERROR_OF) or (stem != name and stem in numbers):
             continue
         stderr, bias, whole = companions
-        numbers_with_errors[str(name)] = number
+        joined[str(name)] = number
         if isinstance(number, float | int) and (stderr is not None or bias is not None):
-            numbers_with_errors[str(name)] = Value(
-                float(number), stderr, bias, 0.0 if stderr is None and bias == 0.0 else None
-            )
+            joined[str(name)] = Value(float(number), stderr, bias, 0.0 if stderr is None and bias == 0.0 else None)
         elif isinstance(number, float | int) and whole is not None:
-            numbers_with_errors[str(name)] = WholeError(float(number), whole)
-    return numbers_with_errors
+            joined[str(name)] = WholeError(float(number), whole)
+    return joined
 
 
-def mapping_rows(numbers: Mapping[Any, Any], units: AnswerUnits, result_unit: str = "") -> list[tuple[str, str]]:
+def mapping_rows(numbers: Mapping[Any, Any], units: AnswerUnits, unit: str = "") -> list[tuple[str, str]]:
     """The rows of numbers by their names."""
-    return [
-        row for name, content in with_companions(numbers).items() for row in _rows(name, content, units, result_unit)
-    ]
+    return [row for name, content in with_companions(numbers).items() for row in _rows(name, content, units, unit)]
 
 
-def _rows(name: str, content: Any, units: AnswerUnits, result_unit: str) -> Iterator[tuple[str, str]]:
+def _rows(name: str, content: Any, units: AnswerUnits, unit: str) -> Iterator[tuple[str, str]]:
     """The row of a number, a value or a text; none of what is absent, and of arrays."""
     about = term(name)
-    text = _text(content, about, unit_of(about, units, result_unit))
+    text = _text(content, about, unit_of(about, units, unit))
     if text:
         yield about.label, text
 
@@ -190,10 +180,10 @@ def quantity(number: Value | float, about: Term, unit: str) -> str:
     return value.format(unit)
 
 
-def unit_of(about: Term, units: AnswerUnits, result_unit: str = "") -> str:
+def unit_of(about: Term, units: AnswerUnits, unit: str = "") -> str:
     """The unit of a kind: of the scene, the result's, or the kind itself where it is no quantity of a scene."""
     if about.kind == "own":
-        return result_unit
+        return unit
     if about.kind in AnswerUnits.__dataclass_fields__:
         return str(getattr(units, about.kind))
     return "" if about.kind in ("share", "clock") else about.kind
