@@ -37,9 +37,11 @@ class Request:
     FINEST: ClassVar[float] = 1e-5  # the least ``within`` that may be asked for
 
     def __post_init__(self) -> None:
+        given = self.within
         within, _ = _read_positive(self, "within", fraction), _read_positive(self, "budget", seconds)
         if within is not None and not self.FINEST <= within < 1.0:
-            raise invalid("`within`", f"be between {100.0 * self.FINEST:g}% and 100%", f"{within:.3g}")
+            shown = given if isinstance(given, str) else f"{within:.3g}"
+            raise invalid("`within`", f"be between {100.0 * self.FINEST:g}% and 100%", shown)
         if not isinstance(self.seed, Integral) or self.seed < 0:
             raise invalid("`seed`", "be a whole number of at least 0", self.seed)
 

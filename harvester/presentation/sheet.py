@@ -128,7 +128,8 @@ def with_companions(numbers: Mapping[Any, Any]) -> dict[str, Any]:
         stderr, bias, whole = companions
         joined[str(name)] = number
         if isinstance(number, float | int) and (stderr is not None or bias is not None):
-            joined[str(name)] = Value(float(number), stderr, bias, 0.0 if stderr is None and bias == 0.0 else None)
+            closed = stderr is None and bias == 0.0
+            joined[str(name)] = Value(float(number), stderr, None if closed else bias, 0.0 if closed else None)
         elif isinstance(number, float | int) and whole is not None:
             joined[str(name)] = WholeError(float(number), whole)
     return joined

@@ -159,9 +159,14 @@ TILT = Kind("an angle in degrees", "", "15", least=0.0, most=90.0)
 STRAIN_OF = Kind("a strain a displacement (1/m)", "1/m", "2.5", above=0.0)
 CAPACITANCE = Kind("a clamped capacitance (F)", "F", "'50.2 nF'", above=0.0, typical=(1e-14, 1e-3))
 RESISTANCE = Kind("a load resistance (ohm)", "ohm", "'1 Mohm'", above=0.0, typical=(1e-2, 1e13))
-ACCELERATION = Kind("an acceleration (m/s^2)", "m/s^2", "'0.1 g'", least=0.0, gravity=True)
+ACCELERATION = Kind("an acceleration (m/s^2)", "m/s^2", "'0.1 g'", least=0.0, gravity=True, typical=(1e-9, 1e6))
 ACCELERATION_PSD = Kind(
-    "a one-sided acceleration density ((m/s^2)^2/Hz)", "(m/s^2)^2/Hz", "'0.01 g^2/Hz'", least=0.0, gravity=True
+    "a one-sided acceleration density ((m/s^2)^2/Hz)",
+    "(m/s^2)^2/Hz",
+    "'0.01 g^2/Hz'",
+    least=0.0,
+    typical=(1e-18, 1e8),
+    gravity=True,
 )
 FREQUENCY = Kind("a frequency (Hz)", "Hz", "'3.2 Hz'", above=0.0)
 VOLTAGE = Kind("a voltage (V)", "V", "'3.3 V'")
@@ -174,7 +179,7 @@ CURRENT = Kind("a current (A)", "A", "'4 mA'", least=0.0)
 ENERGY = Kind("an energy (J)", "J", "'200 uJ'", above=0.0)
 SHARE = Kind("a share", "", "0.85", above=0.0, most=1.0)
 TIME = Kind("a time (s)", "s", "'50 ms'", above=0.0)
-QUALITY = Kind("a quality factor", "", "125", above=0.0)
+QUALITY = Kind("a quality factor", "", "125", above=0.0, typical=(0.1, 1e8))
 NUMBER = Kind("a number", "", "0.05")
 NUMBER_FROM_0 = Kind("a number", "", "0.05", least=0.0)
 NUMBER_ABOVE_0 = Kind("a number", "", "1.5", above=0.0)

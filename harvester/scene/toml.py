@@ -1,6 +1,7 @@
 """Scenes from scene files (TOML), and what is wrong with a file in one line."""
 
 import difflib
+import re
 import tomllib
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,6 +13,7 @@ from harvester.scene.load import is_path
 from harvester.scene.physical import FILES
 from harvester.scene.scene import Scene
 
+_NO_DIGIT = re.compile(r"""^([^"'#]*[=,\[]\s*)(\.\d+)""", re.MULTILINE)  # restitution = .9
 MOST_BYTES = 16384  # of a scene file; a scene takes less than a thousand
 
 
@@ -44,7 +46,9 @@ def loads(text: str, folder: Path | None = None) -> Scene:
     try:
         tables = tomllib.loads(text)
     except (ValueError, RecursionError) as error:  # no TOML; a number too long for Python; nested too deep
-        raise InputError(f"scene must be TOML, but {str(error).splitlines()[0]}") from None
+        short = _NO_DIGIT.search(text)
+        hint = f": write 0{short[2]} for {short[2]}" if short else ""
+        raise InputError(f"scene must be TOML, but {str(error).splitlines()[0]}{hint}") from None
     files_of = {"load": ("netlist",), "excitation": FILES, "node": ("trace",), "chip": ("efficiency_table",)}
     for table, keys in files_of.items():
         given: Any = tables.get(table)
@@ -106,6 +110,6 @@ def load(path: str | Path) -> Scene:
         hint = f": did you mean {beside[near[0]]!r}?" if near else ": 'harvester new FILE.toml' makes one"
         raise InputError(f"scene must be a file, but there is no {shown(name)}{hint}") from None
     try:
-        return loads(data.decode(), path.parent)
+        return loads(data.decode("utf-8-sig"), path.parent)  # some editors begin a text with a mark
     except UnicodeDecodeError:
         raise InputError(f"scene must be UTF-8 text, but {shown(name)} is not") from None

@@ -187,6 +187,7 @@ MASS = "oscillator.mass must be a mass (kg), such as '40 g', above 0, "
         ("\x00", "scene must be TOML, but Invalid statement (at line 1, column 1)"),
         ("a = " + "9" * 5000, "scene must be TOML, but Exceeds the limit "),
         ("a = " + "[" * 5000, "scene must be TOML, but maximum recursion depth exceeded"),
+        ("[stop]\nrestitution = .9", "scene must be TOML, but Invalid value (at line 2, column 15): write 0.9 for .9"),
         (PLATE + PLATE, "scene must be TOML, but Cannot declare ('oscillator',) twice"),
         ("x" * 5000 + " = 1", "unknown scene table 'xxxxx"),
     ],
@@ -208,6 +209,11 @@ def test_what_is_no_scene_file(tmp_path, content, line):
     path.mkdir() if content is None else path.write_bytes(content)
     with pytest.raises(InputError, match=f"^{re.escape(line + repr(str(path)))}"):
         load(path)
+
+
+def test_a_file_may_begin_with_the_mark_of_an_editor(tmp_path):
+    (tmp_path / "a.toml").write_bytes(b"\xef\xbb\xbf" + PLATE.encode())
+    assert hv.load(tmp_path / "a.toml") == hv.loads(PLATE)
 
 
 def test_a_pipe_or_a_device(tmp_path):

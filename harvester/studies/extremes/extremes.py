@@ -27,6 +27,7 @@ from harvester.studies.extremes.levels import (
 )
 from harvester.uncertainty.value import Value, amount
 
+LONGEST = 1e30  # of a lifetime, in s or in 1/w0
 WITHIN = 1e-3  # of the density whose first passages are asked for
 
 
@@ -206,8 +207,9 @@ def has_lifetime(problem: Problem) -> bool:
 def read_lifetime(lifetime: float | str, problem: Problem) -> float:
     """A lifetime of `SHORTEST` cycles or more, in seconds or in 1/w0; raises InputError for another."""
     span = reading("`lifetime`", time, lifetime) if isinstance(lifetime, str) else float(lifetime)
-    if not 0.0 < span < 1e30:
-        raise invalid("`lifetime`", "be a time above 0, such as '5 years'", lifetime)
+    if not 0.0 < span < LONGEST:
+        must = f"be a time above 0 and below {LONGEST:g} (s, or 1/w0), such as '5 years'"
+        raise invalid("`lifetime`", must, lifetime)
     if isinstance(span, Seconds) and not problem.physical:
         raise InputError(f"`lifetime` must be a number of 1/w0 for a nondimensional scene, but is {shown(lifetime)}")
     least = 2.0 * math.pi * SHORTEST / problem.units.frequency
