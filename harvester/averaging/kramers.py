@@ -31,7 +31,7 @@ def hopping_rates(eqs: Equations) -> tuple[float, float] | None:
     """The rates, in w0, at which the mass leaves the left of two wells, and the right one; None where not known.
 
     The damping is that of small motions in a well, the load's included.  That its voltage raises the barrier is left
-    out, so that rates come out up to three times too high at a coupling of `WEAK`, beyond which they are not told.
+    out, so that rates come out up to three times too high at a coupling of `WEAK`, beyond which they are not given.
     """
     rests, tops = eqs.resting_places, barriers(eqs)
     simple = unknown_to(HOPPING).isdisjoint(eqs.effects)

@@ -225,7 +225,7 @@ class WeakForm:
         return made
 
     def to_lower(self, q: Floats, j: int) -> Floats:
-        """The transpose of `from_lower`: what mode j is told by those above, in the adjoint equations."""
+        """The transpose of `from_lower`: what mode j receives from those above, in the adjoint equations."""
         received = np.zeros(q.shape[1:])
         if j + 1 < self.modes:
             above, root = q[j + 1], np.sqrt(j + 1.0)

@@ -139,7 +139,7 @@ def noise_of(y: Floats) -> float:
 def start(t: Floats, y: Floats, frequency: float | None = None, quality: float | None = None) -> Bounce:
     """Starting values: the best of several fits to more and more of the path, from the best points of a grid.
 
-    ``frequency`` (Hz) and ``quality`` are those that other measurements tell.
+    ``frequency`` (Hz) and ``quality`` are those that other measurements give.
 
     Raises InputError where there are too few samples in a swing.
     """

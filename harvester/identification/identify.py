@@ -105,7 +105,7 @@ def _from_first_flight(data: Measurement) -> Measurement:
 
 
 def _alone(measurements: list[Measurement]) -> tuple[list[Measurement], str]:
-    """Ring-downs in one state tell no coupling: they are fitted as if in short circuit; the state in words."""
+    """Ring-downs in one state do not show the coupling: they are fitted as if in short circuit; the state in words."""
     loads = {data.load for data in measurements if isinstance(data, Decay)}
     if len(loads) == 1 and loads != {SHORT} and all(isinstance(data, Decay) for data in measurements):
         state = measurements[0].state

@@ -208,7 +208,7 @@ def _refuse_clipped(values: Floats, warnings: list[Diagnostic]) -> None:
 
 
 def _without_drift(values: Floats, spacing: float, notes: list[Diagnostic]) -> Floats:
-    """The values without their mean and a straight line, of which what matters is told."""
+    """The values without their mean and a straight line; each is noted where it is large."""
     t = spacing * (np.arange(len(values)) - 0.5 * (len(values) - 1))
     offset, slope = float(values.mean()), float(t @ values / (t @ t))
     rest = values - offset - slope * t

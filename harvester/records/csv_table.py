@@ -111,7 +111,7 @@ class CsvTable:
         return ",".join(column.head for column in self.columns)
 
     def find(self, predicate: Callable[[CsvColumn], bool]) -> list[CsvColumn]:
-        """The columns that are wanted."""
+        """The columns for which the predicate holds."""
         return [column for column in self.columns if predicate(column)]
 
 

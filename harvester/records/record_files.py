@@ -143,7 +143,7 @@ def _density(path: str) -> TabulatedDensity:
 def numbers(
     table: CsvTable, key: str, predicate: Callable[[CsvColumn], bool], name: str, kind: Kind
 ) -> tuple[CsvColumn, Floats]:
-    """The first column that is wanted, and its numbers in SI units."""
+    """The first column for which ``predicate`` holds, and its numbers in SI units."""
     columns = table.find(predicate)
     if not columns:
         raise no_column(table, key, name, kind)

@@ -25,7 +25,7 @@ def ascending(time: Floats, values: Floats, notes: list[Diagnostic]) -> tuple[Fl
     """Times that ascend but for jitter: those that are missing come from their neighbours, a coarse clock's are spread.
 
     A coarse clock tells the rate from the row where its stamp first changes to that where it last does: at each of the
-    two the clock may be up to one row late.  ``time`` in s and ``values`` have shape (n,); what was mended is told in
+    two the clock may be up to one row late.  ``time`` in s and ``values`` have shape (n,); what was mended is added to
     ``notes``.  Raises InputError for too few times, times that go back, and a clock that hardly changes.
     """
     known = np.isfinite(time)

@@ -15,15 +15,7 @@ import math
 from harvester.cosimulation.lockstep.state import DURING, IMPACT, KICK, TINY, note_impact
 from harvester.mechanics.kernels.compiled import inlined
 from harvester.mechanics.kernels.equation_of_motion import meeting, push, spring
-from harvester.mechanics.kernels.offset_stops import lower_stop
-
-
-@inlined
-def stop_at(side, c):
-    """Where the stop of a side is: 1 for the stop, -1 for the opposite one."""
-    if c.high is not None and side < 0.0:
-        return c.high
-    return lower_stop(c)
+from harvester.mechanics.kernels.offset_stops import wall_of
 
 
 @inlined
@@ -36,7 +28,7 @@ def plan_impact(s, V, a, c):
     ratio = c.r
     if c.r_high is not None and s.v > 0.0:
         s.side, ratio = -1.0, c.r_high
-    edge = stop_at(s.side, c)
+    edge = wall_of(s.side, c)
     y, u = max(s.side * (s.x - edge), 0.0), s.side * s.v
     pull = 0.0 if c.gap is None else s.side * spring(edge, c)
     shaking = 0.0 if a is None else s.side * a
@@ -78,9 +70,9 @@ def chord(s, target, c):
     if s.flown == 0:
         if target != s.meet:
             return s.before
-        return (stop_at(s.side, c) - s.x) / (target - s.phase)
+        return (wall_of(s.side, c) - s.x) / (target - s.phase)
     left = since_impact(s, target)
-    x = stop_at(s.side, c) + s.side * max(left * (s.up + 0.5 * s.pressing * left), 0.0)
+    x = wall_of(s.side, c) + s.side * max(left * (s.up + 0.5 * s.pressing * left), 0.0)
     return (x - s.x) / (target - s.phase)
 
 
@@ -95,7 +87,7 @@ def velocity_in_flight(s, phase, back):
 @inlined
 def impact(s, impacts, c):
     """Make the planned impact: the mass is at the stop, and the impact on record and in the ledger."""
-    s.x = stop_at(s.side, c)
+    s.x = wall_of(s.side, c)
     note_impact(s, impacts, s.n_steps * s.h + s.meet, s.side * s.speed)
     s.flown = 1
     if s.measuring == DURING:
@@ -125,5 +117,5 @@ def velocity_at_kick(s):
 @inlined
 def between_stops(x, c):
     """Return x, or the place of the stop behind which rounding, or a narrow gap, has put it."""
-    x = max(x, stop_at(1.0, c))
+    x = max(x, wall_of(1.0, c))
     return x if c.high is None else min(x, c.high)

@@ -155,7 +155,7 @@ def memory(trajectories: Trajectories, window: Moments, length: float, hops: Hop
 
     Without noise that of a small transient (`slowest_transient`), so that `CORRELATION_TIMES` of it leave `TRANSIENTS`
     times as many.  Between unlike wells also that of x, which sees hops however rare: trajectories begin in each of
-    the wells.  With ``hops``: of what is not their work.
+    the wells.  With ``hops``, what hops do is left out.
     """
     eqs, circuit = trajectories.eqs, trajectories.circuit
     if not eqs.is_random:

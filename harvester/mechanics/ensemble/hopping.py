@@ -38,7 +38,7 @@ class Hopping:
     stayed: NDArray[np.bool_]
 
     def less_well_means(self, values: Floats) -> Floats:
-        """Values of the trajectories that ``stayed`` where they began, of all, less their mean in each well."""
+        """The values of the trajectories that ``stayed`` in their well, each less the mean of its well."""
         well, kept = self.began[self.stayed], values[self.stayed]
         means = np.bincount(well, kept) / np.maximum(np.bincount(well), 1)
         return np.asarray(kept - means[well])

@@ -59,9 +59,9 @@ def lower_stop(c):
 
 
 @forced
-def wall_of(speed, c):
-    """Where the mass met a stop, from the speed there as of `Impacts`."""
-    if c.high is not None and speed < 0.0:
+def wall_of(side, c):
+    """Where a stop is: the opposite one where ``side``, as the speed of `Impacts` there, is below 0; else the lower."""
+    if c.high is not None and side < 0.0:
         return c.high
     return lower_stop(c)
 
