@@ -306,6 +306,29 @@ def test_a_chip_without_a_netlist_does_what_its_law_does_with_the_rectifier_itse
     assert abs(slow.ran - direct.ran) < (found.share_running.error95 + 0.03 * found.share_running.value) * 20.0
 
 
+# When the netlist's store has the voltage (s) under noise, and 95 % errors: benchmarks/chips_under_noise.py, `spice`.
+NOISY = [("ltc3588", "10 uF", 4.9, 0.681, 0.088), ("bq25570", "2.2 uF", 2.9, 1.36, 0.194)]
+
+
+@pytest.mark.statistics
+@pytest.mark.parametrize(
+    "chip, store, volts, seconds, error",
+    [
+        NOISY[0],
+        pytest.param(
+            *NOISY[1], marks=pytest.mark.thorough("test_under_noise_a_chip_starts_when_its_netlist_does_in_ngspice")
+        ),
+    ],
+)
+def test_under_noise_a_chip_starts_when_its_netlist_does_in_ngspice(chip, store, volts, seconds, error):
+    scene = waiting(chip, "0.1 g", store)
+    own = scene.chip.replace(start_voltage=volts, stop_voltage=2.4)
+    noise = hv.Excitation(acceleration_psd="0.002 g^2/Hz")
+    first = hv.node(dataclasses.replace(scene, chip=own, excitation=noise), days=0.001).first_packet
+    assert abs(first.value - 1e-3 - seconds) < 4.0 * stderr_of95(math.hypot(first.error95, error))
+    assert first.error95 < 0.15 * seconds
+
+
 def shaken(chip, density, store=1.0):
     """A scene of the same noise, whose store is filled so far that the chip is past its cold start."""
     scene = waiting(chip, "0.1 g", store, 1e-9)
