@@ -51,9 +51,9 @@ class Explorer:
         self.headline, self.answers, self.warnings = map(words, ("headline", "answers", "warnings"))
         others = ("meaning", "difference", "path-told", "life")
         self.meaning, self.difference, self.path_told, self.life = map(words, others)
-        self._choosing_axis = False
         self.axis = field(pn.widgets.Select, "axis", options=["load.resistance"], width=210, margin=0)
-        self.axis.param.watch(lambda _: None if self._choosing_axis else self.changed(""), "value")
+        # Not where the key is gone with a circuit: `_axis` chooses another on the way to what is asked for then.
+        self.axis.param.watch(lambda event: self.changed("") if event.old in self.axis.options else None, "value")
         self.plot = pn.pane.Bokeh(None, sizing_mode="stretch_width", height=380, margin=0, stylesheets=[CHART])
         self.power: PowerPlot | None = None
         self._plot_comes: Any = None  # the callback that draws a plot of another axis
@@ -117,9 +117,7 @@ class Explorer:
         load = [key for key in (RESISTANCE, PARAMETER + "R", "nondimensional.mu") if key in options]
         if self.axis.options != options:
             key = self.axis.value if self.axis.value in options else [*load, *options][0]
-            self._choosing_axis = True
             self.axis.param.update(options=options, value=key)
-            self._choosing_axis = False
         key = self.axis.value
         return key, self.draft.value(key), self.knobs.slide_of(key)
 
