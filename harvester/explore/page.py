@@ -15,7 +15,7 @@ import panel as pn
 from harvester.errors import HarvesterError, InputError
 from harvester.explore import html_text
 from harvester.explore.beside import CHIP, PACKETS, Beside, of_chip, of_coil, of_path, sentence
-from harvester.explore.computing import Computing, Request
+from harvester.explore.computing import Computing, PageRequest
 from harvester.explore.draft import PARAMETER, RESISTANCE, Draft, differences
 from harvester.explore.knobs import Knobs
 from harvester.explore.live import Live
@@ -40,7 +40,7 @@ class Explorer:
         self._ended = threading.Event()
         self.folder = tempfile.TemporaryDirectory(prefix="harvester-explore-")
         self.live: Live | None = None
-        self._request: Request | None = None
+        self._request: PageRequest | None = None
         self.pinned: tuple[dict[str, Any], Live] | None = None
         self._warnings: list[str] = []
         self._beside = Beside()
@@ -106,7 +106,7 @@ class Explorer:
             self.error.object = html_text.problem_line(str(wrong))
             return
         self.error.object = ""
-        self._request = Request(self.draft.copy(), scene, self.draft.tables(), key, at, slide)
+        self._request = PageRequest(self.draft.copy(), scene, self.draft.tables(), key, at, slide)
         self._computing.ask(self._request)
 
     def _axis(self) -> tuple[str, float, Slide]:
@@ -129,20 +129,20 @@ class Explorer:
         """Say how it stands with the path."""
         self.path_told.object = f'<div class="by">{escape(html_text.plain(text))}</div>'
 
-    def show_path(self, request: Request, path: dict[str, Any]) -> None:
+    def show_path(self, request: PageRequest, path: dict[str, Any]) -> None:
         """Draw a path, and say beside the power how far it went."""
         self.paths.show(path)
         sizes = of_path(request.scene, path)
         self.say_of_path(sentence(path, sizes))
         self._known_beside(request, {f"{name} of a path": size for name, size in sizes.items()})
 
-    def show_life(self, request: Request, life: dict[str, Any]) -> None:
+    def show_life(self, request: PageRequest, life: dict[str, Any]) -> None:
         """Say how the node lives of the device, as a table and beside the power."""
         self.life.object = html_text.life(life)
         if "error" not in life:
             self._known_beside(request, life["short"])
 
-    def _known_beside(self, request: Request, facts: dict[str, str]) -> None:
+    def _known_beside(self, request: PageRequest, facts: dict[str, str]) -> None:
         """Keep what is known beside the power of a design, of those that are shown, and say it."""
         self._beside.add(request.tables, facts, self.pinned[0] if self.pinned else None)
         self._draw_words()
@@ -159,7 +159,7 @@ class Explorer:
 
         document.add_next_tick_callback(act)
 
-    def show(self, request: Request, snapshot: Live, serving: dict[str, Diagnostic | None], rested: bool) -> None:
+    def show(self, request: PageRequest, snapshot: Live, serving: dict[str, Diagnostic | None], rested: bool) -> None:
         """Draw what the formulas say, and let those engines be run that serve the scene.
 
         Tables make the browser lay out the whole page anew, and wait until the knobs have ``rested``.
@@ -169,7 +169,7 @@ class Explorer:
         self.runs.serve(serving)
         self._draw(rested)
 
-    def show_power(self, request: Request, answer: dict[str, Any]) -> None:
+    def show_power(self, request: PageRequest, answer: dict[str, Any]) -> None:
         """Draw and say what the circuit itself gives; ``error``: why that is not known."""
         if "error" in answer:
             self._unknown = request.tables, answer["error"]
@@ -179,7 +179,7 @@ class Explorer:
                 self._show_chip(request, answer["answer"]["details"])
         self._draw()
 
-    def _show_chip(self, request: Request, details: dict[str, float]) -> None:
+    def _show_chip(self, request: PageRequest, details: dict[str, float]) -> None:
         """Show how a chip's load and store live, as a table and beside the power."""
         circuit = self.live.problem.circuit if self.live is not None else None
         rows = of_chip(details, {} if circuit is None else circuit.values)
