@@ -30,7 +30,7 @@ CURVE_POINTS = 9  # of a circuit's curve, none at an end, where half of its mark
 PATIENCE = 60.0  # seconds that a path may take after it is overtaken: kernels may be compiled meanwhile
 
 
-class Request(NamedTuple):
+class PageRequest(NamedTuple):
     """What is to be computed: the draft, its scene, that as tables, and the key, its value and range on the axis."""
 
     draft: Draft
@@ -44,11 +44,11 @@ class Request(NamedTuple):
 class Shown(Protocol):
     """What is done with the answers, on the server's thread: see `harvester.explore.page.Explorer`."""
 
-    def show(self, request: Request, snapshot: Live, serving: dict[str, Diagnostic | None], rested: bool) -> None:
+    def show(self, request: PageRequest, snapshot: Live, serving: dict[str, Diagnostic | None], rested: bool) -> None:
         """Draw what the formulas say; in all its words where the knobs have ``rested``."""
         ...
 
-    def show_power(self, request: Request, answer: dict[str, Any]) -> None:
+    def show_power(self, request: PageRequest, answer: dict[str, Any]) -> None:
         """Draw and say what the circuit itself gives; ``error``: why that is not known."""
         ...
 
@@ -64,11 +64,11 @@ class Shown(Protocol):
         """Say how it stands with the path."""
         ...
 
-    def show_path(self, request: Request, path: dict[str, Any]) -> None:
+    def show_path(self, request: PageRequest, path: dict[str, Any]) -> None:
         """Draw a path."""
         ...
 
-    def show_life(self, request: Request, life: dict[str, Any]) -> None:
+    def show_life(self, request: PageRequest, life: dict[str, Any]) -> None:
         """Say how the node lives; ``error``: why that is not known."""
         ...
 
@@ -84,12 +84,14 @@ class Computing:
         self._circuit: Any = None  # the circuit and the axis whose power was asked for last
         self._at_once: dict[str, dict[str, Any]] = {}  # what circuits give, by their designs as JSON
         self._curve_of: Any = None  # the circuit and the axis whose curve is drawn
-        self._live_work: Newest[Request] = Newest(POOL, self._compute)
-        self._path_work: Newest[Request] = Newest(POOL, self._trace)
-        self._power_work: Newest[Request] = Newest(POOL, self._power)
-        self._fine_work: Newest[Request] = Newest(POOL, self._fine_power)  # in another process: holds up no quick one
+        self._live_work: Newest[PageRequest] = Newest(POOL, self._compute)
+        self._path_work: Newest[PageRequest] = Newest(POOL, self._trace)
+        self._power_work: Newest[PageRequest] = Newest(POOL, self._power)
+        self._fine_work: Newest[PageRequest] = Newest(
+            POOL, self._fine_power
+        )  # in another process: holds up no quick one
 
-    def ask(self, request: Request) -> None:
+    def ask(self, request: PageRequest) -> None:
         """Compute all of it anew; what was asked for before is given up."""
         self._live_work.ask(request)
 
@@ -99,7 +101,7 @@ class Computing:
         for work in (self._live_work, self._path_work, self._power_work, self._fine_work):
             work.close()
 
-    def _compute(self, request: Request, overtaken: Callable[[], bool]) -> None:
+    def _compute(self, request: PageRequest, overtaken: Callable[[], bool]) -> None:
         """In a thread: the curves, coarse, and when the knobs rest, fine; each where nothing newer waits.
 
         A knob that is the axis itself moves the working point along a curve that is known.
@@ -134,7 +136,7 @@ class Computing:
         except Exception as error:  # any is one line on the page
             self._soon(functools.partial(self._page.fail, str(named(error))))
 
-    def _show(self, request: Request, snapshot: Live | None, rested: bool, more: bool = False) -> None:
+    def _show(self, request: PageRequest, snapshot: Live | None, rested: bool, more: bool = False) -> None:
         """Hand what the formulas say to the page; where ``more`` is to come, with the others' curves as they were."""
         if snapshot is not None:
             shown = self._shown
@@ -145,7 +147,7 @@ class Computing:
             self._shown = snapshot
             self._soon(functools.partial(self._page.show, request, snapshot, refusals(snapshot.problem), rested))
 
-    def _trace(self, request: Request, overtaken: Callable[[], bool]) -> None:
+    def _trace(self, request: PageRequest, overtaken: Callable[[], bool]) -> None:
         """In a thread: what the numbers mean, and one path of the scene, from a process of its own."""
         if not self._path_work.rests(RESTED):
             return
@@ -167,14 +169,16 @@ class Computing:
                 self._soon(functools.partial(self._page.show_life, request, life))
         self._foresee(request, overtaken)
 
-    def _power(self, request: Request, overtaken: Callable[[], bool]) -> None:
+    def _power(self, request: PageRequest, overtaken: Callable[[], bool]) -> None:
         """In a thread: what the circuit itself gives, at once, from a process."""
         answer = self._power_at_once(request, overtaken, HASTE)
         if answer is not None and "error" not in answer:
             self._soon(functools.partial(self._page.show_power, request, answer))
         self._fine_work.ask(request)
 
-    def _power_at_once(self, request: Request, overtaken: Callable[[], bool], patience: float) -> dict[str, Any] | None:
+    def _power_at_once(
+        self, request: PageRequest, overtaken: Callable[[], bool], patience: float
+    ) -> dict[str, Any] | None:
         """What the circuit gives, from memory where it was asked for before; None once that is overtaken."""
         name, how = json.dumps(request.tables, sort_keys=True), in_worker.QUICK
         answer = self._at_once.get(name) or self._elsewhere(in_worker.power, request, overtaken, patience, *how)
@@ -184,7 +188,7 @@ class Computing:
             self._at_once.pop(old, None)
         return answer
 
-    def _foresee(self, request: Request, overtaken: Callable[[], bool]) -> None:
+    def _foresee(self, request: PageRequest, overtaken: Callable[[], bool]) -> None:
         """What the other circuits would give, which is there at once where one of them is chosen."""
         for name in circuits.names() if request.draft.physical else ():
             draft = request.draft.copy()
@@ -195,7 +199,7 @@ class Computing:
                 refusals(draft.scene())  # which loads what circuits need, .4 s, in this process
             self._power_at_once(request._replace(tables=draft.tables()), overtaken, PATIENCE)
 
-    def _fine_power(self, request: Request, overtaken: Callable[[], bool]) -> None:
+    def _fine_power(self, request: PageRequest, overtaken: Callable[[], bool]) -> None:
         """In a thread: the same when the knobs rest, finely and along the axis."""
         if not self._fine_work.rests(RESTED):
             return
@@ -216,7 +220,7 @@ class Computing:
     def _elsewhere(
         self,
         function: Callable[..., dict[str, Any]],
-        request: Request,
+        request: PageRequest,
         overtaken: Callable[[], bool],
         patience: float,
         *how: float,

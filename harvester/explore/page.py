@@ -15,7 +15,7 @@ import panel as pn
 from harvester.errors import HarvesterError, InputError
 from harvester.explore import html_text
 from harvester.explore.beside import CHIP, PACKETS, Beside, of_chip, of_coil, of_path, sentence
-from harvester.explore.computing import Computing, Request
+from harvester.explore.computing import Computing, PageRequest
 from harvester.explore.draft import PARAMETER, RESISTANCE, Draft, differences
 from harvester.explore.knobs import Knobs
 from harvester.explore.live import Live
@@ -40,7 +40,7 @@ class Explorer:
         self._ended = threading.Event()
         self.folder = tempfile.TemporaryDirectory(prefix="harvester-explore-")
         self.live: Live | None = None
-        self._request: Request | None = None
+        self._request: PageRequest | None = None
         self.pinned: tuple[dict[str, Any], Live] | None = None
         self._warnings: list[str] = []
         self._beside = Beside()
@@ -51,9 +51,9 @@ class Explorer:
         self.headline, self.answers, self.warnings = map(words, ("headline", "answers", "warnings"))
         others = ("meaning", "difference", "path-told", "life")
         self.meaning, self.difference, self.path_told, self.life = map(words, others)
-        self._choosing_axis = False
         self.axis = field(pn.widgets.Select, "axis", options=["load.resistance"], width=210, margin=0)
-        self.axis.param.watch(lambda _: None if self._choosing_axis else self.changed(""), "value")
+        # Not where the key is gone with a circuit: `_axis` chooses another on the way to what is asked for then.
+        self.axis.param.watch(lambda event: self.changed("") if event.old in self.axis.options else None, "value")
         self.plot = pn.pane.Bokeh(None, sizing_mode="stretch_width", height=380, margin=0, stylesheets=[CHART])
         self.power: PowerPlot | None = None
         self._plot_comes: Any = None  # the callback that draws a plot of another axis
@@ -106,7 +106,7 @@ class Explorer:
             self.error.object = html_text.problem_line(str(wrong))
             return
         self.error.object = ""
-        self._request = Request(self.draft.copy(), scene, self.draft.tables(), key, at, slide)
+        self._request = PageRequest(self.draft.copy(), scene, self.draft.tables(), key, at, slide)
         self._computing.ask(self._request)
 
     def _axis(self) -> tuple[str, float, Slide]:
@@ -117,9 +117,7 @@ class Explorer:
         load = [key for key in (RESISTANCE, PARAMETER + "R", "nondimensional.mu") if key in options]
         if self.axis.options != options:
             key = self.axis.value if self.axis.value in options else [*load, *options][0]
-            self._choosing_axis = True
             self.axis.param.update(options=options, value=key)
-            self._choosing_axis = False
         key = self.axis.value
         return key, self.draft.value(key), self.knobs.slide_of(key)
 
@@ -131,20 +129,20 @@ class Explorer:
         """Say how it stands with the path."""
         self.path_told.object = f'<div class="by">{escape(html_text.plain(text))}</div>'
 
-    def show_path(self, request: Request, path: dict[str, Any]) -> None:
+    def show_path(self, request: PageRequest, path: dict[str, Any]) -> None:
         """Draw a path, and say beside the power how far it went."""
         self.paths.show(path)
         sizes = of_path(request.scene, path)
         self.say_of_path(sentence(path, sizes))
         self._known_beside(request, {f"{name} of a path": size for name, size in sizes.items()})
 
-    def show_life(self, request: Request, life: dict[str, Any]) -> None:
+    def show_life(self, request: PageRequest, life: dict[str, Any]) -> None:
         """Say how the node lives of the device, as a table and beside the power."""
         self.life.object = html_text.life(life)
         if "error" not in life:
             self._known_beside(request, life["short"])
 
-    def _known_beside(self, request: Request, facts: dict[str, str]) -> None:
+    def _known_beside(self, request: PageRequest, facts: dict[str, str]) -> None:
         """Keep what is known beside the power of a design, of those that are shown, and say it."""
         self._beside.add(request.tables, facts, self.pinned[0] if self.pinned else None)
         self._draw_words()
@@ -161,7 +159,7 @@ class Explorer:
 
         document.add_next_tick_callback(act)
 
-    def show(self, request: Request, snapshot: Live, serving: dict[str, Diagnostic | None], rested: bool) -> None:
+    def show(self, request: PageRequest, snapshot: Live, serving: dict[str, Diagnostic | None], rested: bool) -> None:
         """Draw what the formulas say, and let those engines be run that serve the scene.
 
         Tables make the browser lay out the whole page anew, and wait until the knobs have ``rested``.
@@ -171,7 +169,7 @@ class Explorer:
         self.runs.serve(serving)
         self._draw(rested)
 
-    def show_power(self, request: Request, answer: dict[str, Any]) -> None:
+    def show_power(self, request: PageRequest, answer: dict[str, Any]) -> None:
         """Draw and say what the circuit itself gives; ``error``: why that is not known."""
         if "error" in answer:
             self._unknown = request.tables, answer["error"]
@@ -181,7 +179,7 @@ class Explorer:
                 self._show_chip(request, answer["answer"]["details"])
         self._draw()
 
-    def _show_chip(self, request: Request, details: dict[str, float]) -> None:
+    def _show_chip(self, request: PageRequest, details: dict[str, float]) -> None:
         """Show how a chip's load and store live, as a table and beside the power."""
         circuit = self.live.problem.circuit if self.live is not None else None
         rows = of_chip(details, {} if circuit is None else circuit.values)

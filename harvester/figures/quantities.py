@@ -2,6 +2,7 @@
 
 import math
 import textwrap
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -106,6 +107,14 @@ def amount(value: float, unit: str) -> str:
         return f"{plain(value)} {written(unit)}".rstrip()
     of = scale("", unit, [value])
     return f"{value / of.factor:.4g} {of.label[2:-1]}"
+
+
+def values_in_words(values: Iterable[tuple[str, float]]) -> str:
+    """Scene keys with their values as an entry of a legend: "restitution coefficient r 0.9, load resistance 1 MΩ"."""
+    known = ((*quantity(key), value) for key, value in values)
+    return ", ".join(
+        f"{name.split(' = ')[0]} {amount(value, '' if unit == 'SI' else unit)}" for name, unit, value in known
+    )
 
 
 def broken(label: str, most: int) -> str:

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 
 from harvester.arrays import Floats
 from harvester.figures.labels import Label, write_labels
-from harvester.figures.quantities import amount, broken, quantity, scale
+from harvester.figures.quantities import amount, broken, scale, values_in_words
 from harvester.figures.response_maps import is_map, response_map
 from harvester.figures.shapes import DriveShape, ResponseShape
 from harvester.figures.style import MOST_BARS, WIDTH, Plot, curve, entitle, legend, new, styled
@@ -117,20 +117,14 @@ def _among_others(engine: str, values: Sequence[str], number: int, engines: bool
     if len(values) > 1:
         look["color"] = colour(number, min(len(values), MOST_CURVES))
     if engines:
-        look |= {
-            "marker": engine_look.marker,
-            "markerfacecolor": "white" if engine_look.line == "none" else look["color"],
-        }
+        fill = "white" if engine_look.line == "none" else look["color"]
+        look |= {"marker": engine_look.marker, "markerfacecolor": fill}
     return look
 
 
 def _values(answer: ResponseShape) -> str:
     """The values of the varied keys in words."""
-    words = []
-    for key, value in answer.varied.items():
-        name, unit = quantity(key)
-        words.append(f"{name.split(' = ')[0]} {amount(value, '' if unit == 'SI' else unit)}")
-    return ", ".join(words)
+    return values_in_words(answer.varied.items())
 
 
 def _over(answer: ResponseShape, power: int) -> float:

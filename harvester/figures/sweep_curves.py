@@ -12,7 +12,7 @@ import numpy as np
 from matplotlib.lines import Line2D
 
 from harvester.arrays import Floats
-from harvester.figures.quantities import amount, quantity
+from harvester.figures.quantities import values_in_words
 from harvester.figures.shapes import SweepRowShape, SweepShape
 from harvester.figures.style import INK, paler
 from harvester.presentation.engine_look import look as look_of
@@ -77,13 +77,10 @@ def groups(table: SweepShape) -> dict[str, dict[str, Rows]]:
         grouped.setdefault(tuple(row.varied[a.key] for a in others), {}).setdefault(row.engine, []).append(row)
     curves = {}
     for group, of_engine in grouped.items():
-        words = []
-        for a, value in zip(others, group, strict=True):
-            name, unit = quantity(a.key)
-            words.append(f"{name.split(' = ')[0]} {amount(value, '' if unit == 'SI' else unit)}")
+        words = values_in_words((axis.key, value) for axis, value in zip(others, group, strict=True))
         for rows in of_engine.values():
             rows.sort(key=lambda row: row.varied[curve_axis.key])
-        curves[", ".join(words)] = {name: rows[:: -(-len(rows) // MOST_SHOWN)] for name, rows in of_engine.items()}
+        curves[words] = {name: rows[:: -(-len(rows) // MOST_SHOWN)] for name, rows in of_engine.items()}
     return curves
 
 

@@ -38,7 +38,7 @@ def of_result(
     drawings = [] if figure is None else [drawing(figure, f"{caption} {'. '.join(lead)}.", caption)]
     section = Section(
         "What was found",
-        texts=[f"{note[0].upper()}{note[1:]}." for note in map(signs, page.notes)],
+        texts=[f"{note if '.' in note.split()[0] else note[0].upper() + note[1:]}." for note in map(signs, page.notes)],
         drawings=drawings,
         tables=[*_tables(page), *map(text_table, tables)],
         warnings=[signs(warning) for warning in page.warnings],
