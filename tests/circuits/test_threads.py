@@ -4,11 +4,15 @@ import sys
 from concurrent.futures import ThreadPoolExecutor
 from threading import Barrier
 
+import numpy as np
 import pytest
 
 import harvester as hv
 from harvester.circuits import newton
-from tests.support.netlists import compiled
+from harvester.equations.problem import Problem
+from harvester.errors import UnboundedResponseError
+from harvester.mechanics.ensemble.trajectories import Trajectories
+from tests.support.netlists import compiled, on_plate
 
 THREADS = 8
 
@@ -46,3 +50,12 @@ def test_a_damaged_source_in_the_cache_is_written_anew(tmp_path, monkeypatch):
     path.write_text("solve = 13\n")
     assert newton.compiled_source.__wrapped__(text) == 12
     assert path.read_text() == text
+
+
+def test_a_circuit_that_gives_power_ends_a_long_run_early(tmp_path):
+    """Trajectories are looked at between pieces, where ^C is heard, too: to its end this run would take an hour."""
+    scene = on_plate(tmp_path, "Rload p n 100k\nC1 p n 1n\nR9 p n -5k")
+    problem = Problem.of(scene)
+    many = Trajectories(problem.equations, 128, np.random.SeedSequence(1), 0.01, circuit=compiled(scene))
+    with pytest.raises(UnboundedResponseError, match="it left the finite numbers"):
+        many.run(1e6)

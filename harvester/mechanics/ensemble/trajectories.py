@@ -7,6 +7,7 @@ Long because loads of three kinds have kernels of their own.
 """
 
 import math
+import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -38,7 +39,9 @@ from harvester.mechanics.modes.modal_batch import RESISTOR_ROWS, ModalMotion
 
 SHORTEST, LONGEST = 1e-6, 1e3  # steps
 MOST_OF_A_PERIOD = 2e6  # steps
+LARGEST = 1e100  # of a state with a circuit: what is above grows without bound, by steps that take ever longer
 MOST_STEPS = 1e10  # of one trajectory in one go
+PIECE = 4096  # steps of a trajectory with a circuit of its own between two looks whether it is given up
 
 Progress = Callable[[float], None]  # called with the nondimensional time times trajectories that a block has done
 
@@ -187,18 +190,30 @@ class Trajectories:
         begin = self._boundary() if self.controlled else np.empty(0)
         schedule = Schedule(samples, self.stride, self.doublings, self.ngspice_rule and self.time > 0.0)
         update = update_of(eqs, self.h, self.ngspice_rule)
+        piece, given_up = max(1, PIECE // self.stride), threading.Event()
 
         def block(k: int) -> None:
             batch = self._batch(k, sums[k], None if noise is None else noise[k])
             if kernels is not None:
-                kernels.advance(batch, self.state[k], schedule, self.h, eqs, self.shakers[k])
+                for done in range(0, samples, piece):
+                    part = schedule._replace(samples=min(piece, samples - done))
+                    kernels.advance(batch, self.state[k], part, self.h, eqs, self.shakers[k])
+                    if not np.abs(self.state[k]).max() < LARGEST:
+                        self.state[k] = math.nan
+                    if given_up.is_set() or math.isnan(self.state[k, 0, 0]):
+                        break
             else:
                 advance(batch, schedule, self.h, self.circuit, self._coefficients, self.shakers[k], update)
             if progress is not None:
                 progress(samples * time * BATCH)
 
         with ThreadPoolExecutor(cores()) as pool:
-            list(pool.map(block, range(self.blocks)))
+            try:
+                list(pool.map(block, range(self.blocks)))
+            except BaseException:  # ^C: the threads end after their piece
+                given_up.set()
+                pool.shutdown(wait=False, cancel_futures=True)
+                raise
         elapsed = samples * time
         self.time += elapsed
         self.steps += samples * self.stride * self.count
