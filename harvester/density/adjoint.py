@@ -47,8 +47,7 @@ def adjoint(factors: Factors, right: Floats) -> Floats:
         return from_above(right)
 
     def preconditioned(z: Floats) -> Floats:
-        q = from_above(z.reshape(form.shape))
-        return z + form.to_higher(q).ravel()
+        return z + form.to_higher(from_above(z.reshape(form.shape))).ravel()
 
     n = right.size
     operator = LinearOperator((n, n), matvec=preconditioned, dtype=np.float64)

@@ -66,8 +66,7 @@ def first_passage(form: WeakForm, x: float) -> float:
     """
     factors, masses, loss = Factors(form, pinned(form, x)), integrals(form), form.loss()
     right = np.zeros(form.shape)
-    share = factors.chains[0][1].integrals(factors.pin or 0)
-    right[0, factors.pin] = share
+    right[0, factors.pin] = factors.chains[0][1].integrals(factors.pin or 0)
     s = factors.solve(right)
     q, before = s / np.vdot(masses, s[0]), np.inf
     for _ in range(ROUNDS):
@@ -101,8 +100,7 @@ def times_voltage(form: WeakForm, p: Floats) -> Floats:
     mesh, frame = form.mesh, form.frame
     in_x = quadrature(mesh.x_breaks, mesh.degree, mesh.degree + 3)
     voltage = in_x.points if form.modes == 1 else (1.0 - frame.slope) * in_x.points - frame.offset
-    weighted = products(in_x.weights * voltage, in_x.values, in_x.values)
-    made: Floats = weighted @ p @ form.v_mass.T
+    made: Floats = products(in_x.weights * voltage, in_x.values, in_x.values) @ p @ form.v_mass.T
     if form.modes > 1:  # z He_k/sqrt(k!) = sqrt(k + 1) He_(k+1)/sqrt((k+1)!) + sqrt(k) He_(k-1)/sqrt((k-1)!)
         root = frame.scale * np.sqrt(np.arange(1.0, form.modes))[:, None, None, None]
         mass = form.mass(p)

@@ -148,8 +148,7 @@ class Ensemble(MonteCarloOptions, Engine):
         diagnostics, within = [exists.warning, accumulation(problem.equations), *setup.diagnostics], number(self.within)
         if within is not None:
             if (obstacle := exists.obstacle(within)) is None:
-                target = Target(within, number(self.budget), setup.budget_begin)
-                obstacle = sampling.refine(sampler, target)
+                obstacle = sampling.refine(sampler, Target(within, number(self.budget), setup.budget_begin))
                 diagnostics.append(sampler.effort(within))
             diagnostics.append(obstacle)
         errors, remark = self.model_errors(problem, sampler.pair, setup.budget_begin)

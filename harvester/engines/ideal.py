@@ -145,5 +145,4 @@ def _with_cause(error: SimulationError, problem: Problem) -> SimulationError:
     if storage is None or storage < LONG * 2.0 * math.pi / w0:
         return error
     numbers = (storage, w0) if problem.physical else (storage * w0, None)
-    cause = note("slow_circuit", constant=numbers[0], frequency=numbers[1])
-    return type(error)(f"{error}; {cause}")
+    return type(error)(f"{error}; {note('slow_circuit', constant=numbers[0], frequency=numbers[1])}")

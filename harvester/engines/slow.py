@@ -94,7 +94,6 @@ class Slow(Request, Engine):
             diagnostics.append(warning("slow_circuit_unsettled", seconds=solution.duration, share=solution.changed))
         if (within := number(self.within)) is not None and power.known_error95 > within * power.value:
             diagnostics.append(warning("steady_within", within=within, error=power.known_error95 / power.value))
-        details = {"duration": solution.duration, "step": solution.slow_step, **solution.load}
         return estimate(
             self.NAME,
             problem,
@@ -103,7 +102,7 @@ class Slow(Request, Engine):
             diagnostics,
             time.perf_counter() - begin,
             solution.steps,
-            details,
+            {"duration": solution.duration, "step": solution.slow_step, **solution.load},
         )
 
     def quick(self, scene: AnyScene) -> Estimate:

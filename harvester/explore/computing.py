@@ -235,5 +235,4 @@ class Computing:
 def at_place(tables: dict[str, Any], key: str, value: float) -> dict[str, Any]:
     """The tables of a scene with another value of a key."""
     first, *rest = key.split(".", 1)
-    inside = tables.get(first, {})
-    return {**tables, first: at_place(inside, rest[0], value) if rest else value}
+    return {**tables, first: at_place(tables.get(first, {}), rest[0], value) if rest else value}

@@ -112,8 +112,7 @@ class Record:
         """The values at any times, without the frequencies above pi/h that a grid of steps h cannot carry."""
         from scipy.interpolate import CubicSpline
 
-        needed = min(len(self.values), math.ceil(self.period / h))
-        fine = self.at_even_times(_FINER * needed, math.pi / h)
+        fine = self.at_even_times(_FINER * min(len(self.values), math.ceil(self.period / h)), math.pi / h)
         whole = np.linspace(0.0, self.period, len(fine) + 1)
         return np.asarray(CubicSpline(whole, np.append(fine, fine[0]), bc_type="periodic")(np.mod(times, self.period)))
 

@@ -207,8 +207,7 @@ def charging_current(chip: Chip, table: RectifiedCurrent | RecordedCurrent, volt
     cold = np.array([np.interp(chip.cold_voltage, table.voltages, window) for window in current]) * chip.cold_voltage
     started = np.where(cold >= max(chip.cold_power, 0.0), chip.cold_efficiency * np.maximum(cold, 0.0), 0.0)
     power = np.where(volts < chip.hand_over, started[:, None], tracked_power(chip, table)[:, None])
-    quiescent = np.where(volts < chip.hand_over, 0.0, chip.own)
-    return np.asarray(power / np.maximum(volts, LOW) - quiescent)
+    return np.asarray(power / np.maximum(volts, LOW) - np.where(volts < chip.hand_over, 0.0, chip.own))
 
 
 def _time(table: RectifiedCurrent, volts: float, farads: float) -> float:

@@ -232,8 +232,7 @@ def compare(
         if not estimates:
             raise list(refused.values())[-1]
         progress.step(done / total, "paths")
-        drawn = _has_paths(chosen, refused)
-        paths = tuple(_paths(problem, seed)) if drawn else ()
+        paths = tuple(_paths(problem, seed)) if _has_paths(chosen, refused) else ()
     result = Comparison(tuple(estimates), {name: str(error) for name, error in refused.items()}, paths)
     if folder is not None:
         folder.save("compare", result.table.csv(), result.plot(problem.scene.name), provenance(problem, seed=seed))

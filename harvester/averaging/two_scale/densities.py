@@ -100,8 +100,7 @@ def _kinetic(x: Floats, law: TwoScale) -> Floats:
 
 def _with_ends(values: Floats, phi: Floats) -> Floats:
     """The values at the Gauss points and, by the polynomial through them, at 0 and pi/2: shape (n, N + 2)."""
-    n = len(phi)
-    basis = [np.polynomial.legendre.Legendre.basis(j, domain=[0.0, 0.5 * np.pi]) for j in range(n)]
+    basis = [np.polynomial.legendre.Legendre.basis(j, domain=[0.0, 0.5 * np.pi]) for j in range(len(phi))]
     inside = np.array([b(phi) for b in basis])
     ends = np.array([b(np.array([0.0, 0.5 * np.pi])) for b in basis])
     both = values @ np.linalg.solve(inside, ends)

@@ -136,8 +136,7 @@ def _remarks(engine: str, rows: Sequence[SweepRow]) -> Iterator[Diagnostic]:
     several = [row.responses for row in rows if row.responses is not None]
     failed = [row.error for row in rows if row.error]
     if warned:
-        first = str(warned[0])
-        yield warning("warned_at_points", engine, count=len(warned), total=len(rows), first=first)
+        yield warning("warned_at_points", engine, count=len(warned), total=len(rows), first=str(warned[0]))
     if more := [count for count in several if count > 1]:
         yield warning("several_responses_at_points", engine, count=len(more), total=len(several), most=max(more))
     if failed:
