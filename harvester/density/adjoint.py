@@ -75,9 +75,7 @@ def gradient(eqs: Equations, solution: Solution, setting: Setting, index: int = 
 
     result = {}
     for name in (field.name for field in fields(eqs) if isinstance(getattr(eqs, field.name), float)):
-        size = setting.box.reach if name in ("gap", "opposite_gap") else abs(getattr(eqs, name))
-        if size == 0.0:
-            size = 1.0
+        size = (setting.box.reach if name in ("gap", "opposite_gap") else abs(getattr(eqs, name))) or 1.0
         wide, narrow = ((changed(name, h) - changed(name, -h)) / (2.0 * h) for h in (STEP * size, 0.5 * STEP * size))
         result[name] = (4.0 * narrow - wide) / 3.0
     return result

@@ -2,8 +2,8 @@
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, ClassVar
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from harvester.engines.protocol import estimate
 from harvester.equations.coefficients import Equations
 from harvester.equations.effects import AVERAGED, unknown_to
 from harvester.equations.problem import Problem
-from harvester.errors import SimulationError, names_arguments
+from harvester.errors import SimulationError
 from harvester.presentation.diagnostic import note, warning
 from harvester.presentation.engine_look import EngineLook
 from harvester.uncertainty.value import Value
@@ -28,8 +28,6 @@ DOUBTFUL = 0.05  # estimated model error that brings a warning
 LEAST_RESTITUTION = 0.3  # of the scenes by which the estimate was made
 
 
-@names_arguments
-@dataclass(frozen=True, kw_only=True)
 class Averaged(Formula):
     """Impact-aware averaging: E[V^2], E[P] = beta mu E[V^2], and its own error.
 
@@ -52,10 +50,10 @@ class Averaged(Formula):
         without external noise, or where the response grows without bound.
     """
 
-    NAME: ClassVar[str] = "averaged"
-    LOOK: ClassVar[EngineLook] = EngineLook("averaged (impact-aware)", "#009E73", "P", order=3.1, trust=1)
-    next_fidelity: ClassVar[str | None] = "ensemble"
-    UNSERVED: ClassVar[frozenset[str]] = unknown_to(AVERAGED)
+    NAME = "averaged"
+    LOOK = EngineLook("averaged (impact-aware)", "#009E73", "P", order=3.1, trust=1)
+    next_fidelity = "ensemble"
+    UNSERVED = unknown_to(AVERAGED)
 
     def _theory(self) -> Callable[[list[Equations]], Sequence[Any]]:
         from harvester.averaging.two_scale.law import solve_many

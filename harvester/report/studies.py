@@ -142,7 +142,8 @@ def _section(published: PaperFigure) -> Section:
     for panel in dict.fromkeys(p.panel for p in published.points):
         points = [p for p in published.points if p.panel == panel]
         theories = (_off(points, name) for name in ("published", "averaged", "density"))
-        rows.append([signs(panel), str(len(points)), *theories, _noise(points)])
+        noise = share(max(p.ensemble_error95 for p in points), _size(points))
+        rows.append([signs(panel), str(len(points)), *theories, noise])
     heads = ["panel", "points", "published off by", "averaged off by", "density off by", "Monte Carlo, 95 %"]
     note = (
         "Largest differences from the Monte Carlo, and its widest 95 % half-interval, relative to the largest"
@@ -162,7 +163,3 @@ def _off(points: list[FigurePoint], name: str) -> str:
     both = [(getattr(p, name), p.ensemble) for p in points]
     far = [abs(value - ensemble) for value, ensemble in both if value is not None]
     return share(max(far), _size(points)) if far else "not solved"
-
-
-def _noise(points: list[FigurePoint]) -> str:
-    return share(max(p.ensemble_error95 for p in points), _size(points))

@@ -104,17 +104,17 @@ class NodeResult(TableResult):
     ('limit', 'packets_per_hour')
     """
 
-    DERIVED: ClassVar[tuple[str, ...]] = ("day_fewest", "day_median", "day_most", "share_of_possible", "table")
-    NOT_SHOWN: ClassVar[frozenset[str]] = frozenset({"bound", "limit", "helps", "table"})
-    NOT_IN_JSON: ClassVar[frozenset[str]] = frozenset({"table"})
-    OPTIONAL: ClassVar[frozenset[str]] = frozenset(
+    DERIVED = ("day_fewest", "day_median", "day_most", "share_of_possible", "table")
+    NOT_SHOWN = frozenset({"bound", "limit", "helps", "table"})
+    NOT_IN_JSON = frozenset({"table"})
+    OPTIONAL = frozenset(
         {
             *("bound", "share_of_possible", "fewest", "most", "packets_lost", "day_fewest", "day_median", "day_most"),
             *("interval_median", "interval_95", "interval_longest"),
         }
     )
-    INTERNAL: ClassVar[frozenset[str]] = frozenset({"t", "voltage", "thresholds", "days_packets"})
-    SHORT: ClassVar[tuple[str, ...]] = ("limit", "packets_per_hour")
+    INTERNAL = frozenset({"t", "voltage", "thresholds", "days_packets"})
+    SHORT = ("limit", "packets_per_hour")
     engine: ClassVar[str] = "slow"
 
     days: float

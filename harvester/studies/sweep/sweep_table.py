@@ -46,12 +46,12 @@ class SweepTable(TableResult):
     ['averaged', 'averaged']
     """
 
-    DERIVED: ClassVar[tuple[str, ...]] = ("engines", "vary", "table", "powers")
-    INTERNAL: ClassVar[frozenset[str]] = frozenset({"axes", "rows", "points", "listed", "about"})
-    NOT_SHOWN: ClassVar[frozenset[str]] = frozenset({"engines", "vary", "table"})
-    NOT_IN_JSON: ClassVar[frozenset[str]] = frozenset({"powers"})
+    DERIVED = ("engines", "vary", "table", "powers")
+    INTERNAL = frozenset({"axes", "rows", "points", "listed", "about"})
+    NOT_SHOWN = frozenset({"engines", "vary", "table"})
+    NOT_IN_JSON = frozenset({"powers"})
     JSON_NAMES: ClassVar[dict[str, str]] = {"table": "rows"}
-    SHORT: ClassVar[tuple[str, ...]] = ("vary", "engines", "rows")
+    SHORT = ("vary", "engines", "rows")
 
     axes: tuple[Axis, ...]
     rows: tuple[SweepRow, ...] = ()
