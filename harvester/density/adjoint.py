@@ -64,8 +64,7 @@ def gradient(eqs: Equations, solution: Solution, setting: Setting, index: int = 
     form, p, mean = solution.form, solution.p, float(solution.means[index])
     masses = np.zeros(form.shape)
     masses[0] = integrals(form)
-    weights = functionals(eqs, form)[index].reshape(form.shape)
-    q = adjoint(solution.factors, weights - mean * masses)
+    q = adjoint(solution.factors, functionals(eqs, form)[index].reshape(form.shape) - mean * masses)
 
     def changed(name: str, step: float) -> float:
         other = replace(eqs, **{name: getattr(eqs, name) + step})
@@ -93,6 +92,5 @@ def _moved(mesh: Mesh, before: Equations, after: Equations) -> Mesh:
     new_low, new_high = after.stops
     if np.isinf(low):
         return mesh
-    x = mesh.x_breaks
     stretch = (new_high - new_low) / (high - low) if np.isfinite(high) else 1.0
-    return replace(mesh, x_breaks=new_low + stretch * (x - low))
+    return replace(mesh, x_breaks=new_low + stretch * (mesh.x_breaks - low))

@@ -121,7 +121,7 @@ def probed(eqs: Equations, within: float, resolution: int, pace: Pace) -> Probed
         on = mesh(eqs, setting.box, RESOLUTIONS[resolution])
         base = solution(eqs, setting, on, modes, pace)
         if fewer is None:
-            fewer = base if few else solution(eqs, setting, base.form.mesh, base.form.modes - 2)
+            fewer = _with_fewer(eqs, setting, base, few)
         if off is None:
             wider = solution(eqs, setting, on.widened(eqs, setting.box.reach, WIDER), modes, pace)
             off = np.abs(base.means - wider.means)
@@ -162,6 +162,11 @@ def _coloured(eqs: Equations, probe: Probed, within: float, pace: Pace) -> Answe
         before, best = best, solution(eqs, setting, base.form.mesh, probe.modes, pace)
         off = np.abs(best.means - before.means)
     return Answer(best.means, mesh_error, probe.modes_error + off, probe.box_error, best, finer, setting)
+
+
+def _with_fewer(eqs: Equations, setting: Setting, base: Solution, few: int) -> Solution:
+    """The solution with two modes fewer; the same where ``few`` modes are exact."""
+    return base if few else solution(eqs, setting, base.form.mesh, base.form.modes - 2)
 
 
 def _still_valid(base: Solution, more: int, off: Floats, room: float) -> tuple[Solution | None, Floats | None]:

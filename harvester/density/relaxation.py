@@ -84,8 +84,7 @@ def voltage_spectrum(solution: Solution, frequencies: Sequence[float] | Floats) 
     """The two-sided density of the voltage over the angular frequency, shape (n,)."""
     form, p = solution.form, solution.p
     weights = voltage_weights(form)
-    mean = float(np.vdot(weights, p))
-    right = -(times_voltage(form, p) - mean * form.mass(p)).astype(complex)
+    right = -(times_voltage(form, p) - float(np.vdot(weights, p)) * form.mass(p)).astype(complex)
     return np.array([2.0 * np.vdot(weights, Factors(form, None, 1j * w).solve(right)).real for w in frequencies])
 
 

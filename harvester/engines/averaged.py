@@ -9,6 +9,7 @@ import numpy as np
 
 from harvester.answers.estimate import Estimate
 from harvester.arrays import Floats
+from harvester.averaging.stability.power_law_tail import MEAN, PowerTail, moment_growth
 from harvester.engines.formula import Formula
 from harvester.engines.moment_existence import existence
 from harvester.engines.protocol import estimate
@@ -21,7 +22,6 @@ from harvester.presentation.engine_look import EngineLook
 from harvester.uncertainty.value import Value
 
 if TYPE_CHECKING:
-    from harvester.averaging.stability.power_law_tail import PowerTail
     from harvester.averaging.two_scale.law import TwoScale
 
 DOUBTFUL = 0.05  # estimated model error that brings a warning
@@ -105,7 +105,6 @@ def linear_error(eqs: Equations, law: "TwoScale", free: Floats) -> float:
     are the linear scene's stiffness and damping.  A fifth is added, because springs and damping that are not linear
     change the error a little.  Where that scene grows without bound it is 1, and with a stop, which bounds it, 0.
     """
-    from harvester.averaging.stability.power_law_tail import MEAN, moment_growth
     from harvester.averaging.two_scale.law import solve
     from harvester.linear.solve import solve as exact
 

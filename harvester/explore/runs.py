@@ -54,9 +54,7 @@ class RunPanel:
 
     def serve(self, refusals: dict[str, Diagnostic | None]) -> None:
         """Let those engines be run that serve the scene, and say below why the others are greyed."""
-        reasons = [
-            f"{name}: {refused}" for name, refused in refusals.items() if name in SAMPLERS and refused is not None
-        ]
+        reasons = [f"{name}: {why}" for name, why in refusals.items() if name in SAMPLERS and why is not None]
         without = [name for name in SAMPLERS if name not in refusals]
         reasons += [f"{' and '.join(without)}: for a load that is a netlist, such as a bridge"] * bool(without)
         items = "".join(f"<li>{escape(plain(reason))}</li>" for reason in reasons)
@@ -72,9 +70,8 @@ class RunPanel:
         self._begun[engine] = point
         self.outcome.object = ""
         self._show(engine, running=True)
-        on_page = self._soon
         self._running[engine] = Background(
-            point[0], engine, self.within.value, lambda said: on_page(lambda: self._take(engine, said))
+            point[0], engine, self.within.value, lambda said: self._soon(lambda: self._take(engine, said))
         )
 
     def _cancel(self, engine: str) -> None:

@@ -189,9 +189,8 @@ class TabulatedDensity:
                 f"{LINES:g} lines in it take more than {MOST_SAMPLES} steps, but these take {count} of {h:.2g}/w0: "
                 "give a longer `dt`, a larger `within`, or for shaking of one frequency an acceleration_amplitude"
             )
-        period = count * h
         lines = np.arange(1, (count + 1) // 2)
-        powers = np.diff(self.below(np.append(0.0, lines + 0.5) / period))
+        powers = np.diff(self.below(np.append(0.0, lines + 0.5) / (count * h)))
         series = np.zeros(count // 2 + 1, complex)
         if not powers.any():
             raise InputError(

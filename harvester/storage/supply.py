@@ -82,8 +82,7 @@ class Supply:
         if self.chip is None:
             return _time(table, self.voltage, farads)
         if self.chip.ratio is None:
-            quiescent = self.chip.low_own or self.chip.own
-            return _time(table.scaled(1.0, -quiescent), self.rise, farads)
+            return _time(table.scaled(1.0, -(self.chip.low_own or self.chip.own)), self.rise, farads)
         cold, warm = self.chip.cold_voltage, float(self._charging(table)[0]) - self.rise * self.chip.own
         came = cold * float(table.at(np.array(cold)))
         start = self.chip.cold_efficiency * came

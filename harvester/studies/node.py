@@ -21,6 +21,7 @@ from harvester.engines.protocol import AnyScene
 from harvester.equations.power_bound import PowerBound, power_bound
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, InputError, invalid, names_arguments
+from harvester.mechanics.kernels.compiled import compilation
 from harvester.netlists.probes import STORE, Probe
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.presentation.messages.unknown_parts import TIME_SCALES
@@ -29,10 +30,10 @@ from harvester.presentation.table import Column, Table
 from harvester.scene.plausibility import unusual_values
 from harvester.scene.sensor_node import SensorNode, Storage
 from harvester.storage.bought_parts import Chip
-from harvester.storage.measured_current import JUDGE
+from harvester.storage.measured_current import JUDGE, Rectifier, measured, time_constant
 from harvester.storage.node_run import AGAIN, NodeCourse, NodeRun
-from harvester.storage.recorded_current import RecordedCurrent
-from harvester.storage.rectified_current import RectifiedCurrent
+from harvester.storage.recorded_current import RecordedCurrent, recorded
+from harvester.storage.rectified_current import RectifiedCurrent, reached
 from harvester.storage.supply import INPUT, chip_of
 from harvester.studies.charging.by_slow import refusal_of_slow
 from harvester.uncertainty.value import Value, bound95
@@ -262,9 +263,6 @@ class _Known:
 
 def _measure(problem: Problem, storage: Storage, chip: Chip | None, wake: float, seed: int) -> _Known:
     """The rectifier's current of the scene, up to the clamp or the open circuit."""
-    from harvester.mechanics.kernels.compiled import compilation
-    from harvester.storage.recorded_current import recorded
-
     tracking = chip if chip is not None and chip.ratio is not None else None
     top = None if tracking else storage.battery_voltage or storage.clamp_voltage
     top = top if (top or math.inf) < MOST_VOLTS else None
@@ -283,8 +281,6 @@ def _of_alike_shaking(
 
     A battery holds its voltage as the measurement does; under noise a chip's law is run beside the mean currents.
     """
-    from harvester.storage.measured_current import Rectifier, measured
-    from harvester.storage.rectified_current import reached
     from harvester.storage.slow_circuit import direct_check, noise_check
     from harvester.storage.tracked_input import tracked_input
 
@@ -318,9 +314,7 @@ def _directly(
     problem: Problem, known: _Known, parts: tuple[Storage, SensorNode, Chip | None], seconds: float
 ) -> NodeCourse | None:
     """The direct run where the store is not slow beside the vibration; None where it is, and where there is none."""
-    from harvester.mechanics.kernels.compiled import compilation
     from harvester.storage.direct_node import can_run, direct_course
-    from harvester.storage.measured_current import time_constant
 
     run = NodeRun(known.table, *parts)
     if known.separation <= LARGEST_SEPARATION or problem.equations.drive is None or not can_run(run):

@@ -80,8 +80,7 @@ def velocity_density(v: Floats, law: TwoScale, stop: bool) -> Floats:
 
 def _velocities(law: TwoScale) -> tuple[Floats, float]:
     """Midpoints of steps from 0 to the fastest speed: an even function's integral, to the precision of its values."""
-    fastest = float(np.sqrt(2.0 * _kinetic(np.zeros(1), law)[0, -1]))
-    dv = fastest / _POINTS
+    dv = float(np.sqrt(2.0 * _kinetic(np.zeros(1), law)[0, -1])) / _POINTS
     return np.asarray((np.arange(_POINTS) + 0.5) * dv, dtype=np.float64), dv
 
 
