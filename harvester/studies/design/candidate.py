@@ -18,8 +18,7 @@ from harvester.scene.scene import Scene
 from harvester.scene.sensor_node import SensorNode, Storage
 from harvester.storage.bought_parts import CHIPS, COILS, BoughtCoil
 from harvester.storage.measured_current import JUDGE, Rectifier, measured
-from harvester.storage.recorded_current import RecordedCurrent, recorded
-from harvester.storage.rectified_current import RectifiedCurrent
+from harvester.storage.recorded_current import AnyCurrent, recorded
 from harvester.storage.supply import Supply
 from harvester.studies.charging.by_slow import refusal_of_slow
 from harvester.studies.design.design_need import DesignNeed
@@ -138,7 +137,7 @@ def evaluate(candidate: Candidate, scene: Scene, needed: DesignNeed, farads: flo
     return Given(known, supply.wake(table, farads), currents.displacement, currents.steps)
 
 
-def _of_chip(supply: Supply, table: RectifiedCurrent | RecordedCurrent, needed: float, power: float) -> float:
+def _of_chip(supply: Supply, table: AnyCurrent, needed: float, power: float) -> float:
     """The error (W) of a power by the voltages that were measured, and by a chip's efficiencies; 0 without a chip."""
     if supply.chip is None:
         return 0.0
