@@ -5,7 +5,6 @@ the mass is not linear.
 """
 
 from dataclasses import field, replace
-from typing import ClassVar
 
 from harvester import figures
 from harvester.arrays import Floats
@@ -23,7 +22,7 @@ class SteadyResponse(Result):
     quasi-periodic.  The mean is that of ``engine``; ``note`` says what another engine finds there.
     """
 
-    SHORT: ClassVar[tuple[str, ...]] = ("mean_power", "periods", "share_of_starts")
+    SHORT = ("mean_power", "periods", "share_of_starts")
 
     mean_power: Value
     share_of_starts: float
@@ -99,13 +98,11 @@ class Estimate(Result):
     ('averaged', ('linear_damping', 'external_noise', 'back_coupling', 'resistive_load'))
     """
 
-    SHORT: ClassVar[tuple[str, ...]] = ("engine", "mean_power", "mean_square_voltage")
-    DERIVED: ClassVar[tuple[str, ...]] = ("event_rate", "energy_per_event", "share_of_possible")
-    NOT_SHOWN: ClassVar[frozenset[str]] = frozenset({"nondimensional", "event_rate", "bound"})
-    OPTIONAL: ClassVar[frozenset[str]] = frozenset(
-        {"event_rate", "energy_per_event", "responses", "probes", "bound", "share_of_possible"}
-    )
-    INTERNAL: ClassVar[frozenset[str]] = frozenset({"samples", "power_samples", "events"})
+    SHORT = ("engine", "mean_power", "mean_square_voltage")
+    DERIVED = ("event_rate", "energy_per_event", "share_of_possible")
+    NOT_SHOWN = frozenset({"nondimensional", "event_rate", "bound"})
+    OPTIONAL = frozenset({"event_rate", "energy_per_event", "responses", "probes", "bound", "share_of_possible"})
+    INTERNAL = frozenset({"samples", "power_samples", "events"})
 
     engine: str
     physical: bool

@@ -170,7 +170,6 @@ class Solver:
     def _text(self, inputs: int, switches: int, charges: int, solution: list[str]) -> str:
         """The source of the solver."""
         n = self.n
-        tests = ["            if not (" + test + "):\n                done = False" for test in self._tests]
         lines = [
             f"    y, r, Y = carray(y_at, {n}), carray(r_at, {n}), carray(Y_at, ({n}, {n}))",
             f"    b = carray(work_at, {n * n + n})",
@@ -183,7 +182,7 @@ class Solver:
             *self._lines,
             "        if whole:",
             "            done = True",
-            *tests,
+            *["            if not (" + test + "):\n                done = False" for test in self._tests],
             "            if done:",
             *(f"                {line}" for line in self._last),
             *(f"                y[{k}] = z{k}" for k in range(n)),

@@ -122,8 +122,7 @@ def parts_of(load: LoadCircuit) -> list[CircuitPart]:
 
     Raises InputError for values that cannot be computed, and subcircuits called with too few nodes.
     """
-    lines = [Line("load", text) for text in load.text.splitlines() if text]
-    bodies, outside = split_subcircuits("load", lines)
+    bodies, outside = split_subcircuits("load", [Line("load", text) for text in load.text.splitlines() if text])
     first, second = load.terminals
     values = _parameters(outside, {})
     models = _models(outside, values, {})

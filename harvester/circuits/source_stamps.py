@@ -94,8 +94,7 @@ def behavioural(part: CircuitPart, system: System, parts: Mapping[str, CircuitPa
     """Add a B source."""
     if (match := re.match(r"([vi])\s*=(.*)$", part.rest, re.DOTALL)) is None:
         raise unserved(part, "must begin with I= or V=")
-    tree = _tree(part, system, parts, re.sub(r"\btc[12]=\S+", "", match[2]))
-    _function(part, system, match[1], tree)
+    _function(part, system, match[1], _tree(part, system, parts, re.sub(r"\btc[12]=\S+", "", match[2])))
 
 
 def _function(part: CircuitPart, system: System, kind: str, tree: Node) -> None:

@@ -84,8 +84,7 @@ def _inductor(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart
             _coupling(coupling, system, parts)
             other = parts[names[1] if names[0] == part.name else names[0]]
             factor = coupling.number(coupling.words[-1])
-            mutual = factor * math.sqrt(abs(inductance * _inductance(other)))
-            flux[system.branch(other.name)] = mutual
+            flux[system.branch(other.name)] = factor * math.sqrt(abs(inductance * _inductance(other)))
     volts = 1.0 / math.sqrt(max(abs(inductance), 1e-15) * system.capacitance)  # of a coil that rings with the piezo
     system.add_charge(part.name, {branch: -1.0}, flux, volts, inductance * part.options.get("ic", 0.0))
 

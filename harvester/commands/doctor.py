@@ -9,7 +9,7 @@ import cloup
 from harvester.commands.help import command
 from harvester.commands.messages import echo, echo_json
 from harvester.commands.options import json_option
-from harvester.errors import InputError, shown
+from harvester.errors import CircuitError, InputError, MissingProgramError, shown
 
 OPTIONAL = {  # package: the extra that brings it, and what uses it
     "panel": ("explore", "'harvester explore'"),
@@ -97,7 +97,6 @@ def examine_netlist(file: str) -> Iterator[str]:
 def _ngspice() -> Iterator[Requirement]:
     """The parts of ngspice: the shared library, which is loaded, and the program."""
     from harvester.cosimulation.ngspice.locate_libngspice import REMEDY, find_library
-    from harvester.errors import CircuitError, MissingProgramError
 
     try:
         library = find_library()

@@ -92,8 +92,7 @@ def optimise(output: Output, engine: str | None, within: float | None, budget: f
         limits: Any = {"within": within or 0.01, "budget": seconds, "points": points, "execution": execution}
         answer: Any = study.optimise(scene, engine=which, **objective, **limits)
     written = [f"{answer.FILE}.csv", f"{answer.FILE}.png", "provenance.json"]
-    of_circuits = ["circuits.csv", *(f"{Path(name).stem}/" for name in circuits)]
-    files = of_circuits if circuits else written
+    files = ["circuits.csv", *(f"{Path(name).stem}/" for name in circuits)] if circuits else written
     output.show(answer, files, lambda report: report.of_search(scene, answer, options["seed"]))
 
 

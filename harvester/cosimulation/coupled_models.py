@@ -8,7 +8,7 @@ import tempfile
 from collections.abc import Sequence
 from dataclasses import field
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
@@ -77,12 +77,12 @@ class Cosimulation(TableResult):
     ['duration', 'number_of_events', 'ranges']
     """
 
-    DERIVED: ClassVar[tuple[str, ...]] = ("duration", "number_of_events", "ranges")
-    NOT_SHOWN: ClassVar[frozenset[str]] = frozenset(
+    DERIVED = ("duration", "number_of_events", "ranges")
+    NOT_SHOWN = frozenset(
         {"time", "state", "voltage", "current", "load_power", "probes", "probe_units", "events", "compilation_seconds"}
     )
-    NOT_IN_JSON: ClassVar[frozenset[str]] = frozenset({"ranges"})
-    SHORT: ClassVar[tuple[str, ...]] = ("duration", "step", "mean_power", "ledger_residual", "number_of_events")
+    NOT_IN_JSON = frozenset({"ranges"})
+    SHORT = ("duration", "step", "mean_power", "ledger_residual", "number_of_events")
 
     time: Floats
     state: dict[str, Floats]

@@ -77,8 +77,7 @@ def check_model(model: Any, start: Any, h: float) -> None:
             have = ", ".join(EVENTS) if name in EVENTS else ", ".join(NEEDED)
             raise InputError(f"`model` must have the functions {have}, but {shown(type(model).__name__)} has no {name}")
     if not is_named_tuple(start) or not all(map(math.isfinite, start)):
-        example = "be a NamedTuple of finite numbers, such as State(x=0.0, v=0.0)"
-        raise invalid("`start`", example, start)
+        raise invalid("`start`", "be a NamedTuple of finite numbers, such as State(x=0.0, v=0.0)", start)
     _check_state("drift", _called(model, "drift", "state, h", start, h), start)
     _check_state("kick", _called(model, "kick", "state, h, reaction, noise", start, h, 0.0, 0.0), start)
     source = _called(model, "source", "state", start)
@@ -100,8 +99,7 @@ def _called(model: Any, name: str, signature: str, *arguments: Any) -> Any:
     try:
         inspect.signature(function).bind(*arguments)
     except TypeError:
-        taken = str(inspect.signature(function))
-        raise invalid(f"`model.{name}`", f"take ({signature})", taken) from None
+        raise invalid(f"`model.{name}`", f"take ({signature})", str(inspect.signature(function))) from None
     return function(*arguments)
 
 

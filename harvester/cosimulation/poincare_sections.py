@@ -48,8 +48,7 @@ def comes_back_after(motion: Floats, size: float) -> int:
     """After how many sections the last of many (x, x'), of a motion of that size, come back; 0 where they do not."""
     last = motion[-MULTIPLES:]
     for turns in range(1, MULTIPLES + 1):
-        away = np.linalg.norm(last - motion[-MULTIPLES - turns : -turns], axis=1)
-        if np.max(away) < NEAR * size:
+        if np.max(np.linalg.norm(last - motion[-MULTIPLES - turns : -turns], axis=1)) < NEAR * size:
             return turns
     return 0
 
@@ -71,9 +70,8 @@ def quiet_kick(velocity: Floats) -> tuple[int, int]:
 
 def unkicked(drive: Drive, a: float) -> float:
     """The velocity in the middle of a drive's last kick, where another drive begins; a kick is linear in it."""
-    state = drive.state[0]
     x, voltage, v = drive.samples[-1, [0, 1, 3]]
-    half, c = 0.5 * float(state.h), drive.coefficients
+    half, c = 0.5 * float(drive.state[0].h), drive.coefficients
     at_rest, at_speed = (interpreted(kick)(State(x, speed, voltage), 0.0, half, c, a) for speed in (0.0, 1.0))
     return float((v - at_rest) / (at_speed - at_rest))
 

@@ -3,7 +3,7 @@
 The port of a piezo is the table of scenes, `harvester.scene.physical.Piezo`.
 """
 
-from typing import Annotated, ClassVar
+from typing import Annotated
 
 from harvester.quantities.kinds import Kind
 from harvester.scene.physical import Piezo
@@ -27,7 +27,7 @@ class Coil(SceneTable):
     Coil(coupling=10.0, resistance=100.0, inductance=0.02)
     """
 
-    TABLE: ClassVar[str] = "coil"
+    TABLE = "coil"
     coupling: Annotated[Number, TRANSDUCTION, "e.m.f. per velocity, which is force per current"]
     resistance: Annotated[OptNumber, RESISTANCE_OF_COIL, "of the winding"] = NONE
     inductance: Annotated[OptNumber, INDUCTANCE, "of the winding"] = NONE

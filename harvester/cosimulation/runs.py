@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from harvester.arrays import Floats
+from harvester.cosimulation.lockstep.drive import Drive
 from harvester.cosimulation.lockstep.energy_ledger import EnergyLedger, ledger_of
 from harvester.cosimulation.ngspice.locate_libngspice import find_library
 from harvester.cosimulation.probe_series import means_of_probes, vectors_of
@@ -37,7 +38,6 @@ Start = tuple[Any, ...]
 
 if TYPE_CHECKING:
     from harvester.circuits.compiled_circuit import CompiledCircuit
-    from harvester.cosimulation.lockstep.drive import Drive
     from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
 
 
@@ -108,8 +108,6 @@ def new_drive(
 
     The energy ledger begins at the nondimensional time ``burn_in``; ``shaking`` as of `Drive`.
     """
-    from harvester.cosimulation.lockstep.drive import Drive
-
     scales, free = device.scales, not device.load.linear
     step = device.h, device.stride
     return Drive(device.eqs, scales.volts, scales.frequency, noise, *step, start, free, burn_in, shaking)

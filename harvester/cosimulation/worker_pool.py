@@ -105,13 +105,8 @@ def ahead(*jobs: tuple[Callable[..., Any], tuple[Any, ...]]) -> "Iterator[Future
     core, without a cache, in a process that runs ngspice itself, and beside workers that run already.  An error in the
     block ends the process.
     """
-    if (
-        worker_count() == 1
-        or _here.get() is not None
-        or idle_workers
-        or workers_ahead
-        or folders.cache_folder() is None
-    ):
+    alone = worker_count() == 1 or _here.get() is not None or folders.cache_folder() is None
+    if alone or idle_workers or workers_ahead:
         yield None
         return
     process = _new()

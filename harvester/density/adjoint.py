@@ -47,8 +47,7 @@ def adjoint(factors: Factors, right: Floats) -> Floats:
         return from_above(right)
 
     def preconditioned(z: Floats) -> Floats:
-        q = from_above(z.reshape(form.shape))
-        return z + form.to_higher(q).ravel()
+        return z + form.to_higher(from_above(z.reshape(form.shape))).ravel()
 
     n = right.size
     operator = LinearOperator((n, n), matvec=preconditioned, dtype=np.float64)
@@ -65,8 +64,7 @@ def gradient(eqs: Equations, solution: Solution, setting: Setting, index: int = 
     form, p, mean = solution.form, solution.p, float(solution.means[index])
     masses = np.zeros(form.shape)
     masses[0] = integrals(form)
-    weights = functionals(eqs, form)[index].reshape(form.shape)
-    q = adjoint(solution.factors, weights - mean * masses)
+    q = adjoint(solution.factors, functionals(eqs, form)[index].reshape(form.shape) - mean * masses)
 
     def changed(name: str, step: float) -> float:
         other = replace(eqs, **{name: getattr(eqs, name) + step})
@@ -76,9 +74,7 @@ def gradient(eqs: Equations, solution: Solution, setting: Setting, index: int = 
 
     result = {}
     for name in (field.name for field in fields(eqs) if isinstance(getattr(eqs, field.name), float)):
-        size = setting.box.reach if name in ("gap", "opposite_gap") else abs(getattr(eqs, name))
-        if size == 0.0:
-            size = 1.0
+        size = (setting.box.reach if name in ("gap", "opposite_gap") else abs(getattr(eqs, name))) or 1.0
         wide, narrow = ((changed(name, h) - changed(name, -h)) / (2.0 * h) for h in (STEP * size, 0.5 * STEP * size))
         result[name] = (4.0 * narrow - wide) / 3.0
     return result
@@ -96,6 +92,5 @@ def _moved(mesh: Mesh, before: Equations, after: Equations) -> Mesh:
     new_low, new_high = after.stops
     if np.isinf(low):
         return mesh
-    x = mesh.x_breaks
     stretch = (new_high - new_low) / (high - low) if np.isfinite(high) else 1.0
-    return replace(mesh, x_breaks=new_low + stretch * (x - low))
+    return replace(mesh, x_breaks=new_low + stretch * (mesh.x_breaks - low))

@@ -37,8 +37,7 @@ def potential(eqs: Equations, frame: ModeFrame, x: Floats) -> Floats:
     """The energy of the mean force on the mass, 0 at its lowest on a grid of x in ascending order."""
     beta = 0.0 if eqs.mu is None else eqs.beta or 0.0
     pull = force(eqs, x) - beta * ((1.0 - frame.slope) * x - frame.offset)
-    steps = np.diff(x)
-    energy = np.concatenate([[0.0], -np.cumsum(0.5 * steps * (pull[1:] + pull[:-1]))])
+    energy = np.concatenate([[0.0], -np.cumsum(0.5 * np.diff(x) * (pull[1:] + pull[:-1]))])
     return np.asarray(energy - energy.min())
 
 
@@ -183,8 +182,7 @@ def _eased(before: Box, after: Box) -> Box:
 
 def _alike(before: Setting, after: Setting) -> bool:
     old, new = before.box, after.box
-    length = new.high - new.low
-    ends = abs(old.low - new.low) + abs(old.high - new.high) < STILL * length
+    ends = abs(old.low - new.low) + abs(old.high - new.high) < STILL * (new.high - new.low)
     scale = after.frame.scale
     frame = abs(math.log(before.frame.scale / scale)) < STILL
     tilt = abs(before.frame.slope - after.frame.slope) * math.sqrt(new.speed**2 / 50.0) < STILL * scale

@@ -104,8 +104,7 @@ def stationary(factors: Factors) -> Floats:
     right = np.zeros(form.shape)
     right[0, factors.pin] = factors.chains[0][1].integrals(factors.pin)
     p = factors.solve(right)
-    mass = float(np.einsum("eij,eij->", p[0], integrals(form)))
-    return np.asarray(p / mass)
+    return np.asarray(p / float(np.einsum("eij,eij->", p[0], integrals(form))))
 
 
 def integrals(form: WeakForm) -> Floats:

@@ -35,8 +35,7 @@ def displacement_rate(eqs: Equations, setting: Setting, level: float, resolution
     x = np.linspace(*ends, 2001)
     energy = potential(eqs, setting.frame, x)
     lost = low < -level, high > level
-    least = min(float(energy[end]) for end, loses in zip((0, -1), lost, strict=True) if loses)
-    tail = least / warmth + BEYOND
+    tail = min(float(energy[end]) for end, loses in zip((0, -1), lost, strict=True) if loses) / warmth + BEYOND
     if tail > HIGHEST:
         return 0.0
     reached = np.flatnonzero(energy <= tail * warmth)  # an end that is so much higher is never passed

@@ -24,5 +24,4 @@ def impact_flux(breaks: Floats, degree: int, restitution: float, way: float) -> 
     w = (ends[:-1, None] + half[:, None] * (1.0 + on_unit)).ravel()
     weight = (half[:, None] * weights).ravel() * w
     hit = evaluated(breaks, degree, way * w)
-    left = evaluated(breaks, degree, -way * restitution * w)
-    return np.asarray(left.T @ (weight[:, None] * hit))
+    return np.asarray(evaluated(breaks, degree, -way * restitution * w).T @ (weight[:, None] * hit))

@@ -38,8 +38,7 @@ class Marginals:
 
     def velocity(self, v: Floats) -> Floats:
         """The density of the velocity, shape (n,)."""
-        line = np.einsum("eij,ei->j", self.p[0], self.form.x_mass.sum(axis=1))
-        return np.asarray(self._across(v) @ line)
+        return np.asarray(self._across(v) @ np.einsum("eij,ei->j", self.p[0], self.form.x_mass.sum(axis=1)))
 
     def phase_plane(self, x: Floats, v: Floats) -> Floats:
         """The density of displacement and velocity, shape (n, m)."""

@@ -66,8 +66,7 @@ def first_passage(form: WeakForm, x: float) -> float:
     """
     factors, masses, loss = Factors(form, pinned(form, x)), integrals(form), form.loss()
     right = np.zeros(form.shape)
-    share = factors.chains[0][1].integrals(factors.pin or 0)
-    right[0, factors.pin] = share
+    right[0, factors.pin] = factors.chains[0][1].integrals(factors.pin or 0)
     s = factors.solve(right)
     q, before = s / np.vdot(masses, s[0]), np.inf
     for _ in range(ROUNDS):
@@ -85,8 +84,7 @@ def voltage_spectrum(solution: Solution, frequencies: Sequence[float] | Floats) 
     """The two-sided density of the voltage over the angular frequency, shape (n,)."""
     form, p = solution.form, solution.p
     weights = voltage_weights(form)
-    mean = float(np.vdot(weights, p))
-    right = -(times_voltage(form, p) - mean * form.mass(p)).astype(complex)
+    right = -(times_voltage(form, p) - float(np.vdot(weights, p)) * form.mass(p)).astype(complex)
     return np.array([2.0 * np.vdot(weights, Factors(form, None, 1j * w).solve(right)).real for w in frequencies])
 
 
@@ -101,8 +99,7 @@ def times_voltage(form: WeakForm, p: Floats) -> Floats:
     mesh, frame = form.mesh, form.frame
     in_x = quadrature(mesh.x_breaks, mesh.degree, mesh.degree + 3)
     voltage = in_x.points if form.modes == 1 else (1.0 - frame.slope) * in_x.points - frame.offset
-    weighted = products(in_x.weights * voltage, in_x.values, in_x.values)
-    made: Floats = weighted @ p @ form.v_mass.T
+    made: Floats = products(in_x.weights * voltage, in_x.values, in_x.values) @ p @ form.v_mass.T
     if form.modes > 1:  # z He_k/sqrt(k!) = sqrt(k + 1) He_(k+1)/sqrt((k+1)!) + sqrt(k) He_(k-1)/sqrt((k-1)!)
         root = frame.scale * np.sqrt(np.arange(1.0, form.modes))[:, None, None, None]
         mass = form.mass(p)

@@ -109,9 +109,7 @@ def lumped(beam: Beam, modes: int = 1) -> Lumped:
     first = bendings[0]
     sigma = first.sigma
     surface = 0.5 * hs + hp - axis
-    strain = (
-        surface * 2.0 * (first.root / length) ** 2 * first.norm * sigma
-    )  # the shape's curvature there is -2 (k/L)^2
+    strain = surface * 2.0 * (first.root / length) ** 2 * first.norm * sigma  # the shape's curvature: -2 (k/L)^2
     higher_modes = tuple(
         BeamMode(math.sqrt(mode.w2) / TURN, vartheta * mode.slope * sigma, mode.sigma / sigma, mode.tip / first.tip)
         for mode in bendings[1:]

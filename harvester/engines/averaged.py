@@ -2,34 +2,32 @@
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, ClassVar
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from harvester.answers.estimate import Estimate
 from harvester.arrays import Floats
+from harvester.averaging.stability.power_law_tail import MEAN, PowerTail, moment_growth
 from harvester.engines.formula import Formula
 from harvester.engines.moment_existence import existence
 from harvester.engines.protocol import estimate
 from harvester.equations.coefficients import Equations
 from harvester.equations.effects import AVERAGED, unknown_to
 from harvester.equations.problem import Problem
-from harvester.errors import SimulationError, names_arguments
+from harvester.errors import SimulationError
 from harvester.presentation.diagnostic import note, warning
 from harvester.presentation.engine_look import EngineLook
 from harvester.uncertainty.value import Value
 
 if TYPE_CHECKING:
-    from harvester.averaging.stability.power_law_tail import PowerTail
     from harvester.averaging.two_scale.law import TwoScale
 
 DOUBTFUL = 0.05  # estimated model error that brings a warning
 LEAST_RESTITUTION = 0.3  # of the scenes by which the estimate was made
 
 
-@names_arguments
-@dataclass(frozen=True, kw_only=True)
 class Averaged(Formula):
     """Impact-aware averaging: E[V^2], E[P] = beta mu E[V^2], and its own error.
 
@@ -52,10 +50,10 @@ class Averaged(Formula):
         without external noise, or where the response grows without bound.
     """
 
-    NAME: ClassVar[str] = "averaged"
-    LOOK: ClassVar[EngineLook] = EngineLook("averaged (impact-aware)", "#009E73", "P", order=3.1, trust=1)
-    next_fidelity: ClassVar[str | None] = "ensemble"
-    UNSERVED: ClassVar[frozenset[str]] = unknown_to(AVERAGED)
+    NAME = "averaged"
+    LOOK = EngineLook("averaged (impact-aware)", "#009E73", "P", order=3.1, trust=1)
+    next_fidelity = "ensemble"
+    UNSERVED = unknown_to(AVERAGED)
 
     def _theory(self) -> Callable[[list[Equations]], Sequence[Any]]:
         from harvester.averaging.two_scale.law import solve_many
@@ -107,7 +105,6 @@ def linear_error(eqs: Equations, law: "TwoScale", free: Floats) -> float:
     are the linear scene's stiffness and damping.  A fifth is added, because springs and damping that are not linear
     change the error a little.  Where that scene grows without bound it is 1, and with a stop, which bounds it, 0.
     """
-    from harvester.averaging.stability.power_law_tail import MEAN, moment_growth
     from harvester.averaging.two_scale.law import solve
     from harvester.linear.solve import solve as exact
 

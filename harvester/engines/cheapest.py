@@ -1,8 +1,6 @@
 """No engine asked for, but an accuracy: the cheapest one that is known to reach it."""
 
 import dataclasses
-from dataclasses import dataclass
-from typing import ClassVar
 
 from harvester.answers.estimate import Estimate
 from harvester.engines.averaged import Averaged
@@ -14,14 +12,12 @@ from harvester.engines.options import MonteCarloOptions, number
 from harvester.engines.protocol import AnyScene, Engine, Progress
 from harvester.engines.spice.spice import Spice
 from harvester.equations.problem import Problem
-from harvester.errors import HarvesterError, InputError, names_arguments
+from harvester.errors import HarvesterError, InputError
 from harvester.presentation.diagnostic import note
 
 FINER_THAN_SAMPLING = 1e-4  # relative errors at which the density itself is cheaper than any sample
 
 
-@names_arguments
-@dataclass(frozen=True, kw_only=True)
 class Cheapest(MonteCarloOptions, Engine):
     """`Exact` where that serves, `Averaged` where its own error allows it, else `Ensemble`; for a netlist `Spice`.
 
@@ -48,8 +44,8 @@ class Cheapest(MonteCarloOptions, Engine):
         of the engine that was chosen.
     """
 
-    NAME: ClassVar[str] = "cheapest"
-    chooses: ClassVar[bool] = True
+    NAME = "cheapest"
+    chooses = True
 
     def run(self, scene: AnyScene, progress: Progress | None = None) -> Estimate:
         """The stationary mean square voltage and mean power of a scene."""

@@ -1,8 +1,7 @@
 """Engine `compiled`: Monte Carlo with the netlist as a compiled circuit."""
 
 import dataclasses
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING
 
 from harvester.answers.estimate import Estimate
 from harvester.engines.ensemble import Ensemble
@@ -11,7 +10,6 @@ from harvester.engines.options import number
 from harvester.engines.protocol import AnyScene, Progress, needs_circuit, needs_compiled_circuit, served
 from harvester.engines.sampling import Model
 from harvester.equations.problem import Problem
-from harvester.errors import names_arguments
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.presentation.engine_look import EngineLook
 from harvester.presentation.messages.unknown_parts import COMPILED_CIRCUIT
@@ -25,8 +23,6 @@ LONGEST = 1e3  # nondimensional: what runs beside ngspice leave out at most
 LONGEST_SAMPLING = 120.0  # s, of a response that never comes back, where no accuracy and no budget are given
 
 
-@names_arguments
-@dataclass(frozen=True, kw_only=True)
 class Compiled(Ensemble):
     """The coupled equations with the netlist as a compiled circuit.
 
@@ -54,17 +50,17 @@ class Compiled(Ensemble):
     probe: tuple[str, ...] = ()
     ledger: bool = False
 
-    NAME: ClassVar[str] = "compiled"
-    LOOK: ClassVar[EngineLook] = EngineLook(
+    NAME = "compiled"
+    LOOK = EngineLook(
         "compiled circuit (ensemble)", "#E69F00", "h", (0, (3, 1, 1, 1)), width=2.5, order=2.6, paler=0.3, trust=3
     )
-    takes_netlists: ClassVar[bool] = True
-    needs_netlist: ClassVar[bool] = True
-    next_fidelity: ClassVar[str | None] = "spice"
-    MODEL_NOTE: ClassVar[str] = "compiled_circuit"
-    SEARCHES: ClassVar[bool] = False
-    follows_periods: ClassVar[bool] = True
-    UNKNOWN: ClassVar[str] = COMPILED_CIRCUIT
+    takes_netlists = True
+    needs_netlist = True
+    next_fidelity = "spice"
+    MODEL_NOTE = "compiled_circuit"
+    SEARCHES = False
+    follows_periods = True
+    UNKNOWN = COMPILED_CIRCUIT
 
     @classmethod
     def refusal(cls, problem: Problem) -> Diagnostic | None:

@@ -2,8 +2,8 @@
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, ClassVar, Self
+from dataclasses import replace
+from typing import TYPE_CHECKING, Self
 
 from harvester.answers.estimate import Estimate
 from harvester.engines.moment_existence import MomentExistence, existence
@@ -13,7 +13,7 @@ from harvester.equations.bounds import check_bounded
 from harvester.equations.effects import DENSITY, unknown_to
 from harvester.equations.impact_order import accumulation
 from harvester.equations.problem import Problem
-from harvester.errors import SimulationError, names_arguments
+from harvester.errors import SimulationError
 from harvester.presentation.diagnostic import Diagnostic, note, refusal, warning
 from harvester.presentation.engine_look import EngineLook
 from harvester.uncertainty.value import Value
@@ -28,8 +28,6 @@ LONGEST = 120.0  # seconds of a budget under coloured noise, where none is given
 REFUSED = 0.02  # the relative error above which there is no answer
 
 
-@names_arguments
-@dataclass(frozen=True, kw_only=True)
 class Density(Request, Engine):
     """The stationary Fokker-Planck equation of the fully coupled motion.
 
@@ -53,15 +51,13 @@ class Density(Request, Engine):
         where the response grows without bound, or the density cannot be resolved.
     """
 
-    NAME: ClassVar[str] = "density"
-    LOOK: ClassVar[EngineLook] = EngineLook(
-        "density (no sampling)", "#661100", "v", (0, (6, 1, 1, 1)), order=3.2, trust=4
-    )
-    has_gradient: ClassVar[bool] = True
-    is_resolved: ClassVar[bool] = True
-    has_first_passages: ClassVar[bool] = True
-    share_of_time: ClassVar[float] = 0.3
-    FINEST: ClassVar[float] = 1e-9
+    NAME = "density"
+    LOOK = EngineLook("density (no sampling)", "#661100", "v", (0, (6, 1, 1, 1)), order=3.2, trust=4)
+    has_gradient = True
+    is_resolved = True
+    has_first_passages = True
+    share_of_time = 0.3
+    FINEST = 1e-9
 
     @property
     def at_many_points(self) -> Self:

@@ -22,7 +22,6 @@ from harvester.engines.protocol import AnyScene, Engine, Progress, estimate, nee
 from harvester.engines.sampling import Model
 from harvester.equations.impact_order import accumulation
 from harvester.equations.problem import Problem
-from harvester.errors import names_arguments
 from harvester.machine.folders import machine_code
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.presentation.engine_look import EngineLook
@@ -59,8 +58,6 @@ class EnsembleSetup:
         return self.problem.units.frequency
 
 
-@names_arguments
-@dataclass(frozen=True, kw_only=True)
 class Ensemble(MonteCarloOptions, Engine):
     """Monte Carlo of the fully coupled equations (Eq. 2) with the exact RC update.
 
@@ -86,12 +83,10 @@ class Ensemble(MonteCarloOptions, Engine):
         where no stationary response exists.
     """
 
-    NAME: ClassVar[str] = "ensemble"
-    LOOK: ClassVar[EngineLook] = EngineLook(
-        "ensemble (exact RC)", "#666666", "s", width=4.0, order=2.0, paler=0.6, trust=4
-    )
-    samples: ClassVar[bool] = True
-    has_frequency_response: ClassVar[bool] = True
+    NAME = "ensemble"
+    LOOK = EngineLook("ensemble (exact RC)", "#666666", "s", width=4.0, order=2.0, paler=0.6, trust=4)
+    samples = True
+    has_frequency_response = True
     TRAJECTORIES: ClassVar[int] = sampling.TRAJECTORIES
     SEARCHES: ClassVar[bool] = True  # for other responses to a steady drive, from many starts
     MODEL_NOTE: ClassVar[str] = ""  # the code of a warning why an error of the model is not stated
@@ -148,8 +143,7 @@ class Ensemble(MonteCarloOptions, Engine):
         diagnostics, within = [exists.warning, accumulation(problem.equations), *setup.diagnostics], number(self.within)
         if within is not None:
             if (obstacle := exists.obstacle(within)) is None:
-                target = Target(within, number(self.budget), setup.budget_begin)
-                obstacle = sampling.refine(sampler, target)
+                obstacle = sampling.refine(sampler, Target(within, number(self.budget), setup.budget_begin))
                 diagnostics.append(sampler.effort(within))
             diagnostics.append(obstacle)
         errors, remark = self.model_errors(problem, sampler.pair, setup.budget_begin)

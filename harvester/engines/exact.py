@@ -2,8 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
@@ -13,15 +12,12 @@ from harvester.engines.protocol import estimate
 from harvester.equations.coefficients import Equations
 from harvester.equations.effects import LINEAR, unknown_to
 from harvester.equations.problem import Problem
-from harvester.errors import names_arguments
 from harvester.linear.transfer import amplitudes
 from harvester.presentation.diagnostic import note, warning
 from harvester.presentation.engine_look import EngineLook
 from harvester.uncertainty.value import Value
 
 
-@names_arguments
-@dataclass(frozen=True, kw_only=True)
 class Exact(Formula):
     """The stationary E[V^2] and E[P] of a linear scene, whose only error is rounding.
 
@@ -43,13 +39,11 @@ class Exact(Formula):
         where the response grows without bound.
     """
 
-    NAME: ClassVar[str] = "exact"
-    LOOK: ClassVar[EngineLook] = EngineLook(
-        "exact (linear, closed form)", "#000000", "*", (0, (1, 2)), order=3.3, trust=5
-    )
-    is_exact: ClassVar[bool] = True
-    has_frequency_response: ClassVar[bool] = True
-    UNSERVED: ClassVar[frozenset[str]] = unknown_to(LINEAR)
+    NAME = "exact"
+    LOOK = EngineLook("exact (linear, closed form)", "#000000", "*", (0, (1, 2)), order=3.3, trust=5)
+    is_exact = True
+    has_frequency_response = True
+    UNSERVED = unknown_to(LINEAR)
 
     def _theory(self) -> Callable[[list[Equations]], Sequence[Any]]:
         from harvester.linear.solve import solve_many

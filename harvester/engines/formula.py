@@ -3,7 +3,6 @@
 import dataclasses
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from harvester.answers.estimate import Estimate
@@ -16,12 +15,11 @@ from harvester.errors import HarvesterError, answer_or_error
 from harvester.presentation.diagnostic import Diagnostic, warning
 
 
-@dataclass(frozen=True, kw_only=True)
 class Formula(Request, Engine):
     """The base of `Exact` and the theories: they sample nothing, so that any seed and budget give the same answer."""
 
-    is_formula: ClassVar[bool] = True
-    share_of_time: ClassVar[float] = 0.02
+    is_formula = True
+    share_of_time = 0.02
     UNSERVED: ClassVar[frozenset[str]]  # effects that the theory does not know
 
     @classmethod

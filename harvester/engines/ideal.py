@@ -2,8 +2,7 @@
 
 import dataclasses
 import math
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar, Self
+from typing import TYPE_CHECKING, Self
 
 from harvester.answers.estimate import Estimate
 from harvester.engines.ensemble import Ensemble
@@ -11,7 +10,7 @@ from harvester.engines.options import number
 from harvester.engines.protocol import AnyScene, Progress, needs_circuit
 from harvester.engines.sampling import Model
 from harvester.equations.problem import Problem
-from harvester.errors import SimulationError, names_arguments
+from harvester.errors import SimulationError
 from harvester.presentation.diagnostic import Diagnostic, note, refusal, warning
 from harvester.presentation.engine_look import EngineLook
 from harvester.presentation.messages.unknown_parts import IDEAL_ELEMENTS
@@ -24,8 +23,6 @@ LONG = 1000.0  # periods of the mass
 SLOW, WORSE = 0.02, 4.0  # of half a period: a switching that is told; what it may change of the power, over that
 
 
-@names_arguments
-@dataclass(frozen=True, kw_only=True)
 class Ideal(Ensemble):
     """The coupled equations with a load circuit that is piecewise linear.
 
@@ -48,15 +45,13 @@ class Ideal(Ensemble):
         where no stationary response exists.
     """
 
-    NAME: ClassVar[str] = "ideal"
-    LOOK: ClassVar[EngineLook] = EngineLook(
-        "ideal circuit (ensemble)", "#CC79A7", "D", (0, (1, 1)), width=3.0, order=2.5, paler=0.3, trust=2
-    )
-    takes_netlists: ClassVar[bool] = True
-    needs_netlist: ClassVar[bool] = True
-    next_fidelity: ClassVar[str | None] = "spice"
-    MODEL_NOTE: ClassVar[str] = "ideal_elements"
-    UNKNOWN: ClassVar[str] = IDEAL_ELEMENTS
+    NAME = "ideal"
+    LOOK = EngineLook("ideal circuit (ensemble)", "#CC79A7", "D", (0, (1, 1)), width=3.0, order=2.5, paler=0.3, trust=2)
+    takes_netlists = True
+    needs_netlist = True
+    next_fidelity = "spice"
+    MODEL_NOTE = "ideal_elements"
+    UNKNOWN = IDEAL_ELEMENTS
 
     judged: bool = True
 
@@ -145,5 +140,4 @@ def _with_cause(error: SimulationError, problem: Problem) -> SimulationError:
     if storage is None or storage < LONG * 2.0 * math.pi / w0:
         return error
     numbers = (storage, w0) if problem.physical else (storage * w0, None)
-    cause = note("slow_circuit", constant=numbers[0], frequency=numbers[1])
-    return type(error)(f"{error}; {cause}")
+    return type(error)(f"{error}; {note('slow_circuit', constant=numbers[0], frequency=numbers[1])}")

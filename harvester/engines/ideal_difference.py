@@ -61,8 +61,7 @@ def difference_from_compiled(problem: Problem, pair: "RichardsonPair", deadline:
         begin = time.perf_counter()
         for trajectories in (compiled, twin):
             trajectories.run(slowest)
-        each = time.perf_counter() - begin
-        if begin + (SETTLING + AVERAGED) * each > deadline + compilation_seconds:
+        if begin + (SETTLING + AVERAGED) * (time.perf_counter() - begin) > deadline + compilation_seconds:
             return {}
         for trajectories in (compiled, twin):
             trajectories.run((SETTLING - 1.0) * slowest)

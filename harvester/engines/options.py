@@ -4,9 +4,9 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from numbers import Integral
-from typing import ClassVar
+from typing import ClassVar, dataclass_transform
 
-from harvester.errors import InputError, invalid, reading
+from harvester.errors import InputError, invalid, names_arguments, reading
 from harvester.quantities.units import Seconds, fraction, seconds, time
 
 
@@ -16,9 +16,10 @@ def number(value: float | str | None) -> float | None:
     return value
 
 
+@dataclass_transform(kw_only_default=True, frozen_default=True)
 @dataclass(frozen=True, kw_only=True)
 class Request:
-    """Options of every engine.
+    """Options of every engine: what derives from it is such a dataclass, which answers a misspelt keyword too.
 
     within
         relative total error of the mean power to reach (sampling at 95 % plus bias), such as .01 or "1%"; None: one
@@ -36,6 +37,9 @@ class Request:
 
     FINEST: ClassVar[float] = 1e-5  # the least ``within`` that may be asked for
 
+    def __init_subclass__(cls) -> None:
+        names_arguments(dataclass(frozen=True, kw_only=True)(cls))
+
     def __post_init__(self) -> None:
         given = self.within
         within, _ = _read_positive(self, "within", fraction), _read_positive(self, "budget", seconds)
@@ -46,7 +50,6 @@ class Request:
             raise invalid("`seed`", "be a whole number of at least 0", self.seed)
 
 
-@dataclass(frozen=True, kw_only=True)
 class MonteCarloOptions(Request):
     """Options of the engines that sample.
 

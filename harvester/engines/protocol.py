@@ -35,9 +35,7 @@ class Engine:
     is_exact: ClassVar[bool] = False  # its only error is rounding
     samples: ClassVar[bool] = False  # means over trajectories, so that more of them make the error smaller
     has_gradient: ClassVar[bool] = False  # of the power in the keys of a scene, without noise: run_with_slopes
-    is_resolved: ClassVar[bool] = (
-        False  # samples nothing, and states the error of its resolution, which `within` asks for
-    )
+    is_resolved: ClassVar[bool] = False  # samples nothing; states the error of its resolution, for which is `within`
     has_first_passages: ClassVar[bool] = False  # of a displacement: their rate, without sampling
     takes_netlists: ClassVar[bool] = False
     needs_netlist: ClassVar[bool] = False  # serves nothing else

@@ -1,8 +1,7 @@
 """Engine `published`: the paper's stochastic averaging, its misprints corrected."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 from harvester.answers.estimate import Estimate
 from harvester.engines.formula import Formula
@@ -10,14 +9,11 @@ from harvester.engines.protocol import estimate
 from harvester.equations.coefficients import Equations
 from harvester.equations.effects import PUBLISHED, unknown_to
 from harvester.equations.problem import Problem
-from harvester.errors import names_arguments
 from harvester.presentation.diagnostic import note, warning
 from harvester.presentation.engine_look import EngineLook
 from harvester.uncertainty.value import Value
 
 
-@names_arguments
-@dataclass(frozen=True, kw_only=True)
 class Published(Formula):
     """The paper's stochastic averaging, misprints corrected: E[V^2] of Eq. 30 and E[P] = beta mu E[V^2] of Eq. 31.
 
@@ -39,10 +35,10 @@ class Published(Formula):
         without external noise, or where the response grows without bound.
     """
 
-    NAME: ClassVar[str] = "published"
-    LOOK: ClassVar[EngineLook] = EngineLook("published averaging", "#D55E00", "X", (0, (5, 2)), order=3.2)
-    next_fidelity: ClassVar[str | None] = "ensemble"
-    UNSERVED: ClassVar[frozenset[str]] = unknown_to(PUBLISHED)
+    NAME = "published"
+    LOOK = EngineLook("published averaging", "#D55E00", "X", (0, (5, 2)), order=3.2)
+    next_fidelity = "ensemble"
+    UNSERVED = unknown_to(PUBLISHED)
 
     def _theory(self) -> Callable[[list[Equations]], Sequence[Any]]:
         from harvester.averaging.published.stationary import mean_square_voltages

@@ -1,8 +1,7 @@
 """Engine `slow`: the mean power of a chip behind a rectifier, from the rectifier's mean current at a held voltage."""
 
 import time
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING
 
 from harvester.answers.estimate import Estimate
 from harvester.engines.options import Request, number
@@ -18,7 +17,6 @@ from harvester.engines.protocol import (
 )
 from harvester.equations.bounds import check_bounded
 from harvester.equations.problem import Problem
-from harvester.errors import names_arguments
 from harvester.presentation.diagnostic import Diagnostic, note, refusal, warning
 from harvester.presentation.engine_look import EngineLook
 from harvester.presentation.messages.unknown_parts import COMPILED_CIRCUIT
@@ -30,8 +28,6 @@ if TYPE_CHECKING:
 SETTLED = 0.02  # of the mean power: a change from part to part that is told
 
 
-@names_arguments
-@dataclass(frozen=True, kw_only=True)
 class Slow(Request, Engine):
     """The circuit behind the rectifier over minutes, fed by the rectifier's mean current (``harvester.storage``).
 
@@ -53,14 +49,12 @@ class Slow(Request, Engine):
         where the response grows without bound.
     """
 
-    NAME: ClassVar[str] = "slow"
-    LOOK: ClassVar[EngineLook] = EngineLook(
-        "slow circuit, mean current of the rectifier", "#8C6D31", "p", (0, (5, 1)), order=2.5, trust=2
-    )
-    takes_netlists: ClassVar[bool] = True
-    needs_netlist: ClassVar[bool] = True
-    by_mean_current: ClassVar[bool] = True
-    next_fidelity: ClassVar[str | None] = "spice"
+    NAME = "slow"
+    LOOK = EngineLook("slow circuit, mean current of the rectifier", "#8C6D31", "p", (0, (5, 1)), order=2.5, trust=2)
+    takes_netlists = True
+    needs_netlist = True
+    by_mean_current = True
+    next_fidelity = "spice"
 
     @classmethod
     def refusal(cls, problem: Problem) -> Diagnostic | None:
@@ -94,7 +88,6 @@ class Slow(Request, Engine):
             diagnostics.append(warning("slow_circuit_unsettled", seconds=solution.duration, share=solution.changed))
         if (within := number(self.within)) is not None and power.known_error95 > within * power.value:
             diagnostics.append(warning("steady_within", within=within, error=power.known_error95 / power.value))
-        details = {"duration": solution.duration, "step": solution.slow_step, **solution.load}
         return estimate(
             self.NAME,
             problem,
@@ -103,7 +96,7 @@ class Slow(Request, Engine):
             diagnostics,
             time.perf_counter() - begin,
             solution.steps,
-            details,
+            {"duration": solution.duration, "step": solution.slow_step, **solution.load},
         )
 
     def quick(self, scene: AnyScene) -> Estimate:

@@ -27,6 +27,7 @@ HASTE = 8.0  # the same, of the power of a circuit
 FIRST = 0.15  # seconds that the power of a circuit may take before the formulas' curves begin to compete with it
 KEPT = 200  # designs whose power is remembered, the last ones
 CURVE_POINTS = 9  # of a circuit's curve, none at an end, where half of its mark would be cut off
+Overtaken = Callable[[], bool]  # whether a newer request waits
 PATIENCE = 60.0  # seconds that a path may take after it is overtaken: kernels may be compiled meanwhile
 
 
@@ -87,9 +88,8 @@ class Computing:
         self._live_work: Newest[PageRequest] = Newest(POOL, self._compute)
         self._path_work: Newest[PageRequest] = Newest(POOL, self._trace)
         self._power_work: Newest[PageRequest] = Newest(POOL, self._power)
-        self._fine_work: Newest[PageRequest] = Newest(
-            POOL, self._fine_power
-        )  # in another process: holds up no quick one
+        # In another process, which holds up no quick one.
+        self._fine_work: Newest[PageRequest] = Newest(POOL, self._fine_power)
 
     def ask(self, request: PageRequest) -> None:
         """Compute all of it anew; what was asked for before is given up."""
@@ -101,7 +101,7 @@ class Computing:
         for work in (self._live_work, self._path_work, self._power_work, self._fine_work):
             work.close()
 
-    def _compute(self, request: PageRequest, overtaken: Callable[[], bool]) -> None:
+    def _compute(self, request: PageRequest, overtaken: Overtaken) -> None:
         """In a thread: the curves, coarse, and when the knobs rest, fine; each where nothing newer waits.
 
         A knob that is the axis itself moves the working point along a curve that is known.
@@ -112,9 +112,8 @@ class Computing:
             where = request.scene, request.key, request.at, request.slide
             if self._circuit != (request.tables, same) and "netlist" in request.tables.get("load", {}):
                 self._circuit = request.tables, same
-                self._show(
-                    request, Live(Problem(request.scene), request.key, request.at, True), rested=False, more=True
-                )
+                blank = Live(Problem(request.scene), request.key, request.at, True)
+                self._show(request, blank, rested=False, more=True)
                 self._power_work.ask(request)
                 if not self._live_work.rests(FIRST):
                     return
@@ -147,7 +146,7 @@ class Computing:
             self._shown = snapshot
             self._soon(functools.partial(self._page.show, request, snapshot, refusals(snapshot.problem), rested))
 
-    def _trace(self, request: PageRequest, overtaken: Callable[[], bool]) -> None:
+    def _trace(self, request: PageRequest, overtaken: Overtaken) -> None:
         """In a thread: what the numbers mean, and one path of the scene, from a process of its own."""
         if not self._path_work.rests(RESTED):
             return
@@ -169,16 +168,14 @@ class Computing:
                 self._soon(functools.partial(self._page.show_life, request, life))
         self._foresee(request, overtaken)
 
-    def _power(self, request: PageRequest, overtaken: Callable[[], bool]) -> None:
+    def _power(self, request: PageRequest, overtaken: Overtaken) -> None:
         """In a thread: what the circuit itself gives, at once, from a process."""
         answer = self._power_at_once(request, overtaken, HASTE)
         if answer is not None and "error" not in answer:
             self._soon(functools.partial(self._page.show_power, request, answer))
         self._fine_work.ask(request)
 
-    def _power_at_once(
-        self, request: PageRequest, overtaken: Callable[[], bool], patience: float
-    ) -> dict[str, Any] | None:
+    def _power_at_once(self, request: PageRequest, overtaken: Overtaken, patience: float) -> dict[str, Any] | None:
         """What the circuit gives, from memory where it was asked for before; None once that is overtaken."""
         name, how = json.dumps(request.tables, sort_keys=True), in_worker.QUICK
         answer = self._at_once.get(name) or self._elsewhere(in_worker.power, request, overtaken, patience, *how)
@@ -188,7 +185,7 @@ class Computing:
             self._at_once.pop(old, None)
         return answer
 
-    def _foresee(self, request: PageRequest, overtaken: Callable[[], bool]) -> None:
+    def _foresee(self, request: PageRequest, overtaken: Overtaken) -> None:
         """What the other circuits would give, which is there at once where one of them is chosen."""
         for name in circuits.names() if request.draft.physical else ():
             draft = request.draft.copy()
@@ -199,7 +196,7 @@ class Computing:
                 refusals(draft.scene())  # which loads what circuits need, .4 s, in this process
             self._power_at_once(request._replace(tables=draft.tables()), overtaken, PATIENCE)
 
-    def _fine_power(self, request: PageRequest, overtaken: Callable[[], bool]) -> None:
+    def _fine_power(self, request: PageRequest, overtaken: Overtaken) -> None:
         """In a thread: the same when the knobs rest, finely and along the axis."""
         if not self._fine_work.rests(RESTED):
             return
@@ -221,7 +218,7 @@ class Computing:
         self,
         function: Callable[..., dict[str, Any]],
         request: PageRequest,
-        overtaken: Callable[[], bool],
+        overtaken: Overtaken,
         patience: float,
         *how: float,
     ) -> dict[str, Any] | None:
@@ -235,5 +232,4 @@ class Computing:
 def at_place(tables: dict[str, Any], key: str, value: float) -> dict[str, Any]:
     """The tables of a scene with another value of a key."""
     first, *rest = key.split(".", 1)
-    inside = tables.get(first, {})
-    return {**tables, first: at_place(inside, rest[0], value) if rest else value}
+    return {**tables, first: at_place(tables.get(first, {}), rest[0], value) if rest else value}

@@ -31,13 +31,8 @@ def table(live: Live, runs: list[dict[str, Any]]) -> SweepTable:
 
 
 def _at(live: Live, x: float, row: SweepRow) -> SweepRow:
-    """The row of a point on the page's axis."""
-    return dataclasses.replace(row, varied={live.key: _rounded(x)})
-
-
-def _rounded(x: float) -> float:
-    """A value of the key with the digits by which a run is found on a curve."""
-    return float(f"{x:.9g}")
+    """The row of a point on the page's axis, with the digits by which a run is found on a curve."""
+    return dataclasses.replace(row, varied={live.key: float(f"{x:.9g}")})
 
 
 def figure(live: Live, runs: list[dict[str, Any]], form: str) -> bytes:

@@ -70,14 +70,12 @@ class Draft:
     @classmethod
     def read(cls, path: str | Path) -> "Draft":
         """The draft of a scene file, its values as they are written there; raises as `harvester.load`."""
-        scene = load(path)
-        return cls(scene, tomllib.loads(files.read(path, "scene", MOST_BYTES).decode()))
+        return cls(load(path), tomllib.loads(files.read(path, "scene", MOST_BYTES).decode()))
 
     @classmethod
     def of_text(cls, text: str, folder: Path) -> "Draft":
         """The draft of a scene file's text, whose netlist and records must be in ``folder``; raises as `loads`."""
-        scene = loads(text, folder)
-        return cls(scene, tomllib.loads(text))
+        return cls(loads(text, folder), tomllib.loads(text))
 
     @property
     def effects(self) -> tuple[EffectCard, ...]:
@@ -260,8 +258,7 @@ def _taken(tables: dict[str, Any]) -> dict[str, Any]:
 
 def first() -> Draft:
     """The draft that a page begins with where no scene is given."""
-    tables = tomllib.loads(FIRST)
-    return Draft(loads(FIRST), tables)
+    return Draft(loads(FIRST), tomllib.loads(FIRST))
 
 
 def differences(before: Mapping[str, Any], after: Mapping[str, Any]) -> list[tuple[str, str, str]]:

@@ -173,9 +173,7 @@ def meanings(problem: Problem) -> tuple[str, list[str]]:
     interpretation = meaning(problem)
     rows = [(name, Value(value).format(unit), what) for name, value, unit, what in interpretation.numbers]
     warnings = [str(remark) for remark in interpretation.remarks if remark.severity == "warning"]
-    notes = [
-        remark.line for remark in interpretation.remarks if remark.severity == "note" and remark.code not in SERVING
-    ]
+    notes = [note.line for note in interpretation.remarks if note.severity == "note" and note.code not in SERVING]
     paragraphs = "".join(f"<p>{escape(plain(note[:1].upper() + note[1:]))}</p>" for note in notes)
     return paragraphs + table((), rows, "numbers"), warnings
 

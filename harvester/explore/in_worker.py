@@ -46,9 +46,7 @@ def path(tables: dict[str, Any]) -> dict[str, Any]:
         "stops": list(trace.stops),
         "physical": trace.physical,
         "impacts": trace.number_of_impacts,
-        "not_drawn": [
-            str(remark) for remark in trace.diagnostics if remark.code in ("stop_not_drawn", "ball_not_drawn")
-        ],
+        "not_drawn": [str(note) for note in trace.diagnostics if note.code in ("stop_not_drawn", "ball_not_drawn")],
         "engine": trace.engine,
     }
 

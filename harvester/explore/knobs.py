@@ -1,6 +1,5 @@
 """The knobs of the page: for every key a field and a slider, for every effect a switch, in a card for each table."""
 
-import functools
 from html import escape
 from typing import Any
 
@@ -102,14 +101,11 @@ class Knobs:
                 css_classes=["circuit", f"circuit-{name}"],
                 stylesheets=[PICTURE],
             )
-            button.on_click(functools.partial(self._picked, name))
+            button.on_click(lambda _, name=name: self._choose(None if name == "resistor" else name))
             self.pictures[name] = button
         return flow(*self.pictures.values(), margin=(2, 0, 6, 0))
 
-    def _picked(self, name: str, _: Any) -> None:
-        self._chosen(None if name == "resistor" else name)
-
-    def _chosen(self, netlist: str | None) -> None:
+    def _choose(self, netlist: str | None) -> None:
         if netlist == self.draft.netlist and self.draft.loaded:
             return
         try:

@@ -16,6 +16,7 @@ from harvester.presentation.diagnostic import Diagnostic
 
 SAMPLERS = tuple(name for name, kind in ENGINES.items() if kind.samples)
 POINTS = tuple(name for name, kind in ENGINES.items() if kind.samples or kind.by_mean_current)  # drawn as points
+Point = tuple[dict[str, Any], str, float]  # tables of a design, and a key with its value
 
 
 class RunPanel:
@@ -26,15 +27,12 @@ class RunPanel:
     """
 
     def __init__(
-        self,
-        point: Callable[[], tuple[dict[str, Any], str, float] | None],
-        changed: Callable[[], None],
-        soon: Callable[[Callable[[], None]], None],
+        self, point: Callable[[], Point | None], changed: Callable[[], None], soon: Callable[[Callable[[], None]], None]
     ) -> None:
         self._point, self._changed, self._soon = point, changed, soon
         self.points: list[dict[str, Any]] = []
         self._running: dict[str, Background] = {}
-        self._begun: dict[str, tuple[dict[str, Any], str, float]] = {}
+        self._begun: dict[str, Point] = {}
         choice: dict[str, Any] = {"options": ["5%", "2%", "1%", "0.5%"], "value": "2%"}
         self.within = field(pn.widgets.Select, "within", **choice, width=76, margin=(4, 10, 4, 4))
         self.buttons, self.cancels, self.bars = {}, {}, {}
@@ -54,9 +52,7 @@ class RunPanel:
 
     def serve(self, refusals: dict[str, Diagnostic | None]) -> None:
         """Let those engines be run that serve the scene, and say below why the others are greyed."""
-        reasons = [
-            f"{name}: {refused}" for name, refused in refusals.items() if name in SAMPLERS and refused is not None
-        ]
+        reasons = [f"{name}: {why}" for name, why in refusals.items() if name in SAMPLERS and why is not None]
         without = [name for name in SAMPLERS if name not in refusals]
         reasons += [f"{' and '.join(without)}: for a load that is a netlist, such as a bridge"] * bool(without)
         items = "".join(f"<li>{escape(plain(reason))}</li>" for reason in reasons)
@@ -72,9 +68,8 @@ class RunPanel:
         self._begun[engine] = point
         self.outcome.object = ""
         self._show(engine, running=True)
-        on_page = self._soon
         self._running[engine] = Background(
-            point[0], engine, self.within.value, lambda said: on_page(lambda: self._take(engine, said))
+            point[0], engine, self.within.value, lambda said: self._soon(lambda: self._take(engine, said))
         )
 
     def _cancel(self, engine: str) -> None:
@@ -101,7 +96,7 @@ class RunPanel:
             self.outcome.object = f'<div class="by">{escape(engine)} was cancelled.</div>'
         self._changed()
 
-    def add(self, engine: str, begun: tuple[dict[str, Any], str, float], said: dict[str, Any]) -> None:
+    def add(self, engine: str, begun: Point, said: dict[str, Any]) -> None:
         """Take the answer of a run in the place of that of the same point, unless that is known better."""
         new = _point(engine, begun, said)
         same = ("engine", "key", "x", "rest")
@@ -124,7 +119,7 @@ class RunPanel:
             run.cancel()
 
 
-def _point(engine: str, begun: tuple[dict[str, Any], str, float], said: dict[str, Any]) -> dict[str, Any]:
+def _point(engine: str, begun: Point, said: dict[str, Any]) -> dict[str, Any]:
     """A run's answer as a point of the picture; ``error`` is what is known of its 95 % error, ``known`` if all is."""
     tables, key, at = begun
     power = said["answer"]["mean_power"]

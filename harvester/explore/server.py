@@ -79,8 +79,7 @@ class Server:
             start=False,
             verbose=False,
         )
-        guarded = Guard(self._server._tornado, token, hosts)
-        self._server._http.request_callback = guarded
+        self._server._http.request_callback = Guard(self._server._tornado, token, hosts)
         quieten(token)
         self.url = f"http://{hosts[0]}/{token}/"
 

@@ -131,8 +131,7 @@ class FilesBar:
     def _read(self, draft: Draft, names: list[str], contents: list[bytes], axis: str) -> None:
         """Read the files in a thread of its own, so that no other page waits; then the page takes them."""
         try:
-            paths = uploads.keep(self._folder, names, contents)
-            changed, messages = uploads.take(draft, paths, axis)
+            changed, messages = uploads.take(draft, uploads.keep(self._folder, names, contents), axis)
         except Exception as error:
             line = problem_line(str(named(error)).replace(f"{self._folder}{os.sep}", ""))
             self._page.soon(lambda: self.outcome.param.update(object=line))

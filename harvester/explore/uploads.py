@@ -22,8 +22,7 @@ def keep(folder: Path, names: list[str], contents: list[bytes]) -> list[Path]:
 
     Raises InputError for a name that is none of a plain file of `KINDS`, and for too many bytes.
     """
-    held = sum(file.stat().st_size for file in folder.iterdir())
-    if held + sum(map(len, contents)) > MOST_BYTES:
+    if sum(file.stat().st_size for file in folder.iterdir()) + sum(map(len, contents)) > MOST_BYTES:
         raise InputError(f"the files of a page must have at most {MOST_BYTES // 1_000_000} MB together, but have more")
     kept = []
     for name, content in zip(names, contents, strict=True):

@@ -81,8 +81,7 @@ def _drawn(axes: Axes) -> Floats:
         points = points[np.isfinite(points).all(axis=1)]
         positions.append(points)
         if joined and len(points) > 1:
-            steps = np.hypot(*np.diff(points, axis=0).T)
-            length = np.append(0.0, np.cumsum(steps))
+            length = np.append(0.0, np.cumsum(np.hypot(*np.diff(points, axis=0).T)))
             every = np.linspace(0.0, length[-1], min(int(length[-1] / _EVERY) + 2, 20_000))
             positions.append(np.stack([np.interp(every, length, points[:, k]) for k in (0, 1)], axis=1))
     return np.concatenate(positions)

@@ -47,8 +47,7 @@ def scale(name: str, unit: str, values: Any) -> Scale:
     exponent = math.floor(math.log10(largest)) if largest > 0.0 else 0
     if unit in _PREFIXED:
         power = min(max(3 * (exponent // 3), -15), 9)
-        prefix = SYMBOLS[power].replace("u", "µ")
-        return Scale(10.0**power, f"{name} ({prefix}{written(unit)})")
+        return Scale(10.0**power, f"{name} ({SYMBOLS[power].replace('u', 'µ')}{written(unit)})")
     power = exponent if exponent < -2 or exponent > 4 else 0
     factor = [f"10{str(power).translate(_SUPERSCRIPT)}"] if power else []
     if unit:

@@ -25,11 +25,10 @@ def record(answer: RecordShape, title: str | None) -> Plot:
         density.set_xlabel("frequency (Hz)")
         density.set_ylabel("density ((m/s²)²/Hz), Welch")
         top = float(answer.spectrogram.max())
-        floor = np.maximum(answer.spectrogram, 1e-8 * top)
         picture = colours.pcolormesh(
             answer.spectrogram_t,
             answer.spectrogram_f,
-            floor,
+            np.maximum(answer.spectrogram, 1e-8 * top),
             norm=LogNorm(1e-6 * top, top),
             cmap="viridis",
             rasterized=True,

@@ -127,11 +127,6 @@ def _values(answer: ResponseShape) -> str:
     return values_in_words(answer.varied.items())
 
 
-def _over(answer: ResponseShape, power: int) -> float:
-    """What is divided by: the level in g to a power."""
-    return (answer.level or 1.0) ** power
-
-
 def _sizes(axes: Axes, curves: Sequence[Curve], name: str, words: str, unit: str, hertz: float, per_g: int) -> None:
     """Draw one quantity of all curves, over the level to the power of ``per_g``."""
     if per_g:
@@ -140,7 +135,7 @@ def _sizes(axes: Axes, curves: Sequence[Curve], name: str, words: str, unit: str
     for answer, direction, look in curves:
         values = [(p.frequency, getattr(p, name)) for p in answer.sweep(direction)]
         known = [(f, v) for f, v in values if v is not None]
-        over = _over(answer, per_g)
+        over = (answer.level or 1.0) ** per_g
         f, y, error = (np.array([part(f, v) for f, v in known]) for part in _PARTS)
         drawn.append((f, y / over, error / over, look))
     y_scale = scale(words, unit, np.concatenate([y for _, y, _, _ in drawn]))

@@ -115,10 +115,6 @@ def _widen(low: Axes) -> None:
         low.set_ylim(min(near, 0.99), max(far, 1.01))
 
 
-def _shows(power: Value) -> bool:
-    return power.known_error95 > VISIBLE * abs(power.value)
-
-
 def _note(table: SweepShape, groups: int) -> str:
     """The note under the legend: what the error bars are, what is not shown, what failed."""
     notes = list(_error_notes(table, groups))
@@ -139,7 +135,7 @@ def _error_notes(table: SweepShape, groups: int) -> Iterator[str]:
         points = Counter(engine for engine, _ in powers)
         what = "Bars" if max(points.values()) <= MOST_BARS * groups else "Bands"
         yield f"{what}: 95 % intervals of sampling, and step; of a ratio, those of both."
-    stated = _engines(powers, lambda power: power.stderr is None and _shows(power))
+    stated = _engines(powers, lambda p: p.stderr is None and p.known_error95 > VISIBLE * abs(p.value))
     if stated and not (table.listed and len(table.axes) > 1):
         yield f"Pale band: the error stated by {stated}."
     if unknown := _engines(powers, lambda power: power.error95 is None):

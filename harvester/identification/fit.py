@@ -220,9 +220,8 @@ def _best_start(
     def cost(values: dict[str, float]) -> float:
         return float(np.sum(np.log1p(_weighted({**values, **fixed}, several, kept, noise) ** 2)))
 
-    ranked = sorted(starts, key=cost)[:4]
     ends = []
-    for begin in ranked:
+    for begin in sorted(starts, key=cost)[:4]:
         p = logs(names, begin)
         try:
             end = least_squares(

@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
@@ -59,10 +58,10 @@ class IdentificationResult(TableResult):
     True
     """
 
-    DERIVED: ClassVar[tuple[str, ...]] = ("table",)
-    INTERNAL: ClassVar[frozenset[str]] = frozenset({"names", "missing", "correlations", "fit"})
-    NOT_SHOWN: ClassVar[frozenset[str]] = frozenset({"parameters"})
-    SHORT: ClassVar[tuple[str, ...]] = ("parameters", "points", "residual_rms")
+    DERIVED = ("table",)
+    INTERNAL = frozenset({"names", "missing", "correlations", "fit"})
+    NOT_SHOWN = frozenset({"parameters"})
+    SHORT = ("parameters", "points", "residual_rms")
 
     parameters: tuple[Parameter, ...]
     missing: tuple[tuple[str, str], ...]

@@ -51,8 +51,7 @@ def pattern(off: Floats, x: Floats, relative: float, of_time: bool) -> Pattern |
     if abs(correlation) * math.sqrt(len(off)) < CERTAIN:
         return None
     if of_time:
-        even = np.linspace(x[0], x[-1], len(x))
-        lines = np.abs(np.fft.rfft(np.interp(even, x, off) * np.hanning(len(x))))
+        lines = np.abs(np.fft.rfft(np.interp(np.linspace(x[0], x[-1], len(x)), x, off) * np.hanning(len(x))))
         return Pattern(correlation, float(np.argmax(lines) / (x[-1] - x[0])))
     smooth = np.convolve(off, np.ones(RUN) / RUN, "same")
     return Pattern(correlation, float(x[np.argmax(np.abs(smooth))]))

@@ -99,5 +99,4 @@ def decay(device: Device, t: Floats, y: Floats, load: float, weights: Floats) ->
     if len(s) == 3 and len(slow) and -slow[-1].real * (t[-1] - t[0]) > 0.1:  # slower ones are the constant
         columns.append(np.exp(np.maximum(slow[-1].real * t, -700.0)))
     basis = np.array(columns).T
-    coefficients = np.linalg.lstsq(basis * weights[:, None], y * weights, rcond=1e-12)[0]
-    return np.asarray(basis @ coefficients)
+    return np.asarray(basis @ np.linalg.lstsq(basis * weights[:, None], y * weights, rcond=1e-12)[0])

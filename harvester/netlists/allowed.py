@@ -123,8 +123,7 @@ def check_size(subcircuits: dict[str, list[Line]], load: str) -> None:
 
 def _called_by(line: Line) -> str:
     """The name of the subcircuit that an X line calls."""
-    plain = [token for token in joined(line.text).lower().split() if "=" not in token and token != "params:"]
-    return plain[-1]
+    return [token for token in joined(line.text).lower().split() if "=" not in token and token != "params:"][-1]
 
 
 def with_parts(lines: list[Line], folder: Path) -> list[Line]:

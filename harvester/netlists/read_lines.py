@@ -181,8 +181,7 @@ def _count_of_nodes(kind: str, tokens: list[str], models: Set[str]) -> int:
     """How many nodes an element of a kind has."""
     words = [word.lower() for word in tokens]
     if kind == "x":
-        plain = next((k for k, word in enumerate(words) if "=" in word or word == "params:"), len(words))
-        return plain - 2
+        return next((k for k, word in enumerate(words) if "=" in word or word == "params:"), len(words)) - 2
     if kind == "q":  # a model as its fifth word makes the fourth its substrate
         return 4 if len(words) > 5 and words[4] not in models and words[5] in models else NODES[kind]
     if kind == "m":

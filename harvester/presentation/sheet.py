@@ -108,8 +108,7 @@ def _add(page: Sheet, name: str, content: Any, units: AnswerUnits, unit: str) ->
 
 def table_of(results: Sequence[Presentable], title: str, units: AnswerUnits, unit: str = "") -> Table:
     """Results of one type as the rows of a table; units as of `unit_of`."""
-    names = results[0].shown_names()
-    cells = {name: [getattr(result, name) for result in results] for name in names}
+    cells = {name: [getattr(result, name) for result in results] for name in results[0].shown_names()}
     known = {name: some for name, some in cells.items() if any(cell not in (None, "") for cell in some)}
     return Table(tuple(Column(name, known[name], unit_of(term(name), units, unit)) for name in known), title)
 

@@ -125,7 +125,10 @@ class Table:
         from harvester.presentation.plain import plain
 
         names = [column.name for column in self.columns]
-        return [dict(zip(names, map(plain, row), strict=True)) for row in zip(*self._cells(), strict=True)]
+        return [
+            dict(zip(names, map(plain, row), strict=True))
+            for row in zip(*(column.cells for column in self.columns), strict=True)
+        ]
 
     def csv(self, units: bool = False) -> str:
         """The text of a CSV file; with ``units``, these stand in brackets in its heads."""
@@ -194,9 +197,6 @@ class Table:
 
         head, body = (self if len(self) <= MOST_ROWS else self._ends()).shown()
         return html.table(self.title, head, body)
-
-    def _cells(self) -> "list[Sequence[Cell] | Floats]":
-        return [column.cells for column in self.columns]
 
     def head(self, rows: int) -> "Table":
         """Its first rows."""

@@ -51,8 +51,7 @@ class CsvColumn:
     @property
     def words(self) -> tuple[str, ...]:
         """The words of its name in small letters: "Acc_X (mg)" has "acc" and "x"."""
-        name = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", self.name)
-        return tuple(re.findall(r"[^\W_\d]+|\d+", name.lower()))
+        return tuple(re.findall(r"[^\W_\d]+|\d+", re.sub(r"(?<=[a-z])(?=[A-Z])", " ", self.name).lower()))
 
     @property
     def name(self) -> str:
@@ -120,8 +119,7 @@ def read_table(path: str | Path, argument: str, most: int = MOST_BYTES) -> CsvTa
 
     Raises InputError in one line for a file that cannot be read, is no text, or has no row of numbers.
     """
-    data = files.read(path, argument, most)
-    text = decoded(data, path, argument)
+    text = decoded(files.read(path, argument, most), path, argument)
     if (widest := most_cells(text)) > MOST_COLUMNS:
         raise InputError(f"{argument} must have at most {MOST_COLUMNS} columns, but {shown(str(path))} has {widest}")
     rows = layout(text)
@@ -216,8 +214,7 @@ def _seconds(cells: "object", key: str) -> Floats:
     import pandas as pd
 
     texts = pd.Series(cells).str.replace(",", ".", regex=False).str.replace("Z", "", regex=False)
-    dated = texts.str.contains(r"\d[T ]\d", regex=True).any()
-    if dated:
+    if texts.str.contains(r"\d[T ]\d", regex=True).any():
         first = str(texts[texts.str.contains(r"\d[T ]\d", regex=True)].iloc[0])
         if re.match(r"\d\d\.\d\d\.\d{4}", first):  # each with a fraction of a second or without
             texts = texts.str.replace(r"[T ]+", " ", regex=True)

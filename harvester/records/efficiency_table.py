@@ -35,5 +35,4 @@ def _efficiencies(path: str) -> Efficiencies:
             f"{KEY} must have voltages and currents above 0 and efficiencies above 0, up to 1 (or 100 %), but row "
             f"{row + 1} has {volts[row]:g} V, {amperes[row]:g} A and {shares[row]:g}"
         )
-    rows = sorted(zip(volts.tolist(), amperes.tolist(), shares.tolist(), strict=True))
-    return tuple(rows)
+    return tuple(sorted(zip(volts.tolist(), amperes.tolist(), shares.tolist(), strict=True)))

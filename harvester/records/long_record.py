@@ -200,8 +200,7 @@ def long_record(path: str, argument: str, columns: Columns, whole: Callable[[], 
         if not (steps > 0.0).all():
             row = count + int(np.argmin(steps > 0.0)) + 1
             raise InputError(f"{argument} must have ascending times, but row {row} does not: {MEND}")
-        straight = np.linspace(times[0], times[-1], len(times))
-        uneven = max(uneven, float(np.abs(times - straight).max()))
+        uneven = max(uneven, float(np.abs(times - np.linspace(times[0], times[-1], len(times))).max()))
         ends += [(count, float(times[0])), (count + len(times) - 1, float(times[-1]))]
         blocks.append(block)
         count, square = count + len(times), square + float((values[bool(block.repeated) :] ** 2).sum())

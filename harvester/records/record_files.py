@@ -43,9 +43,8 @@ def is_frequency(column: CsvColumn) -> bool:
 
 def is_acceleration(column: CsvColumn) -> bool:
     """Whether a column is named as an acceleration, by an axis, or as a channel of a logger."""
-    words = set(column.words)
     axes = {axis + letter for axis in ("a", "acc", "accel", "") for letter in AXES} | {"ch", "channel", "kanal"}
-    return bool(words & (_ACCELERATIONS | axes)) and not is_time(column)
+    return bool(set(column.words) & (_ACCELERATIONS | axes)) and not is_time(column)
 
 
 def _is_density(column: CsvColumn) -> bool:

@@ -112,8 +112,7 @@ class Record:
         """The values at any times, without the frequencies above pi/h that a grid of steps h cannot carry."""
         from scipy.interpolate import CubicSpline
 
-        needed = min(len(self.values), math.ceil(self.period / h))
-        fine = self.at_even_times(_FINER * needed, math.pi / h)
+        fine = self.at_even_times(_FINER * min(len(self.values), math.ceil(self.period / h)), math.pi / h)
         whole = np.linspace(0.0, self.period, len(fine) + 1)
         return np.asarray(CubicSpline(whole, np.append(fine, fine[0]), bc_type="periodic")(np.mod(times, self.period)))
 
@@ -190,9 +189,8 @@ class TabulatedDensity:
                 f"{LINES:g} lines in it take more than {MOST_SAMPLES} steps, but these take {count} of {h:.2g}/w0: "
                 "give a longer `dt`, a larger `within`, or for shaking of one frequency an acceleration_amplitude"
             )
-        period = count * h
         lines = np.arange(1, (count + 1) // 2)
-        powers = np.diff(self.below(np.append(0.0, lines + 0.5) / period))
+        powers = np.diff(self.below(np.append(0.0, lines + 0.5) / (count * h)))
         series = np.zeros(count // 2 + 1, complex)
         if not powers.any():
             raise InputError(

@@ -64,14 +64,13 @@ def of_sweep(scene: Scene | Problem, table: SweepTable) -> Page:
         f"Mean power against {keys}. {'. '.join(best)}.",
         f"Mean power against {table.along.key}, engine by engine.",
     )
-    page = sheet(table)
     failed = sum(bool(row.error) for row in table.rows)
     section = Section(
         "Sweep",
         texts=[f"{failed} of {len(table.rows)} rows failed; the table says why."] if failed else [],
         drawings=[figure],
         tables=[text_table(_summary(table)), text_table(_points(table, failed > 0))],
-        warnings=[signs(line) for line in page.warnings],
+        warnings=[signs(line) for line in sheet(table).warnings],
     )
     base = f"Where the points start from; each has its own {keys}."
     seed = ", ".join(map(str, sorted(seeds))) or "nothing was sampled"
@@ -121,7 +120,6 @@ def _points(table: SweepTable, failures: bool) -> Table:
 def of_paper(drawn: list[PaperFigure]) -> Page:
     """The page of the paper's figures: each one, how far both theories are from the Monte Carlo, and all parameters."""
     about = origin()
-    sections = [_section(figure) for figure in drawn]
     parameters = Section(
         "Parameters",
         texts=["As the paper's text prints them. What it leaves open is assumed, and stands in each figure's title."],
@@ -131,7 +129,7 @@ def of_paper(drawn: list[PaperFigure]) -> Page:
         title="The paper's figures: its theory, ours, and Monte Carlo of the coupled equations",
         kind="paper",
         lead=[f"{figure.title}: {clock(figure.seconds)}" for figure in drawn],
-        sections=[*sections, parameters],
+        sections=[*[_section(figure) for figure in drawn], parameters],
         command=command_line(about),
         about=made_by(about, seed="fixed for each figure"),
     )
@@ -142,7 +140,8 @@ def _section(published: PaperFigure) -> Section:
     for panel in dict.fromkeys(p.panel for p in published.points):
         points = [p for p in published.points if p.panel == panel]
         theories = (_off(points, name) for name in ("published", "averaged", "density"))
-        rows.append([signs(panel), str(len(points)), *theories, _noise(points)])
+        noise = share(max(p.ensemble_error95 for p in points), _size(points))
+        rows.append([signs(panel), str(len(points)), *theories, noise])
     heads = ["panel", "points", "published off by", "averaged off by", "density off by", "Monte Carlo, 95 %"]
     note = (
         "Largest differences from the Monte Carlo, and its widest 95 % half-interval, relative to the largest"
@@ -162,7 +161,3 @@ def _off(points: list[FigurePoint], name: str) -> str:
     both = [(getattr(p, name), p.ensemble) for p in points]
     far = [abs(value - ensemble) for value, ensemble in both if value is not None]
     return share(max(far), _size(points)) if far else "not solved"
-
-
-def _noise(points: list[FigurePoint]) -> str:
-    return share(max(p.ensemble_error95 for p in points), _size(points))

@@ -31,8 +31,7 @@ def can_run(run: NodeRun) -> bool:
     """
     store, node, chip = run.storage, run.node, run.chip
     parts = (store.battery_voltage, store.diffusion_capacitance, node.lost_share, node.low_interval)
-    looks = chip is None or chip.ratio is None or chip.look > 0.0
-    return looks and all(part is None for part in parts)
+    return (chip is None or chip.ratio is None or chip.look > 0.0) and all(part is None for part in parts)
 
 
 @dataclass

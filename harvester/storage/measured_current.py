@@ -158,9 +158,8 @@ def measured_current(held: HeldPath | HeldRuns, eqs: Equations, voltages: Floats
         charges, square, seconds = held.advance(float(volts), (1.0 if eqs.is_steady else MEASURED) * unit)
         charges = charges.reshape(-1, held.together).mean(axis=1)
         current = charges.mean() / seconds
-        count = len(charges)
-        spread = float(charges.var(ddof=1)) if count > 1 else 0.0
-        stderr = math.sqrt(spread / count) / seconds
+        spread = float(charges.var(ddof=1)) if len(charges) > 1 else 0.0
+        stderr = math.sqrt(spread / len(charges)) / seconds
         rows.append([current, stderr, spread * held.together / seconds, square, settled.mean() - current * first])
     current, stderr, density, square, excess = np.array(rows).T
     lag = np.zeros(len(voltages))

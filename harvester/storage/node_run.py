@@ -19,8 +19,8 @@ from harvester.arrays import Floats
 from harvester.scene.sensor_node import SensorNode, Storage
 from harvester.storage.bought_parts import Chip
 from harvester.storage.node_kernel import BINS, COUNTS, END, FIRST, HOUR, INTERVALS, POINTS, SEEN, follow_node
-from harvester.storage.recorded_current import RecordedCurrent
-from harvester.storage.rectified_current import RectifiedCurrent, times_to
+from harvester.storage.recorded_current import AnyCurrent, RecordedCurrent
+from harvester.storage.rectified_current import times_to
 from harvester.storage.supply import charging_current, output_efficiency
 
 GRID, ROUGH, FEWEST = 4000, 400, 100  # voltages of a state's table; of one in each window, and of one in many
@@ -74,7 +74,7 @@ def branches_of(storage: Storage) -> Floats:
     return np.array([2.0 / storage.diffusion_resistance * ones, farads, (storage.initial_voltage or 0.0) * ones])
 
 
-def _top_of(current: RectifiedCurrent | RecordedCurrent, storage: Storage, chip: Chip | None) -> float:
+def _top_of(current: AnyCurrent, storage: Storage, chip: Chip | None) -> float:
     """The voltage that a store does not exceed."""
     if storage.battery_voltage is not None:
         return storage.battery_voltage
@@ -85,7 +85,7 @@ def _top_of(current: RectifiedCurrent | RecordedCurrent, storage: Storage, chip:
     return min(highest, storage.clamp_voltage or math.inf)
 
 
-def _late(current: RectifiedCurrent | RecordedCurrent, storage: Storage, node: SensorNode, chip: Chip | None) -> float:
+def _late(current: AnyCurrent, storage: Storage, node: SensorNode, chip: Chip | None) -> float:
     """How much later (s) a store wakes the node than I(V) alone tells: the mass rings up from rest, the current lags.
 
     Of a chip that holds its input this is the ring-up into an empty store, and half of its first look: what the input's
@@ -106,9 +106,7 @@ def _late(current: RectifiedCurrent | RecordedCurrent, storage: Storage, node: S
 class NodeRun:
     """A node on a store, whose charging current is a table; with a ``chip`` that is what the chip makes of it."""
 
-    def __init__(
-        self, current: RectifiedCurrent | RecordedCurrent, storage: Storage, node: SensorNode, chip: Chip | None = None
-    ) -> None:
+    def __init__(self, current: AnyCurrent, storage: Storage, node: SensorNode, chip: Chip | None = None) -> None:
         self.top = _top_of(current, storage, chip)
         if chip is not None:  # the node begins where the chip's output does
             wake, stop = max(node.wake_voltage, chip.rise), max(node.stop_voltage, chip.fall)

@@ -27,7 +27,7 @@ from harvester.mechanics.kernels.shaking import filter_of, of_batch
 from harvester.mechanics.kernels.step_size import step_from_rest
 from harvester.mechanics.kernels.trajectory_batch import BATCH, IDEAL_SUMS, Batch, Schedule, advance
 from harvester.storage.measured_current import FADED, HELD, JUDGE, Elements, Rectifier, store_row, time_constant
-from harvester.storage.rectified_current import MeanCurrent
+from harvester.storage.rectified_current import MeanCurrent, RectifiedCurrent
 
 VOLTAGES = 16
 BATCHES = 2  # side by side
@@ -42,6 +42,9 @@ class RecordedCurrent(MeanCurrent):
     """The mean ``current`` (A), shape (windows, n), in windows of a ``length`` (s), at ``voltages`` (V) from 0 on."""
 
     length: float
+
+
+AnyCurrent = RectifiedCurrent | RecordedCurrent
 
 
 class RecordGrid(NamedTuple):

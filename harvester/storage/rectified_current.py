@@ -155,5 +155,4 @@ def random_paths(
             v + begun * np.interp(v, volts, drift) * length + begun * np.interp(v, volts, spread) * kick * dt**0.5
         )
         paths.append(v)
-    t = np.linspace(0.0, end, len(paths))
-    return t, np.array(paths).T
+    return np.linspace(0.0, end, len(paths)), np.array(paths).T

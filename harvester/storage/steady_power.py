@@ -103,9 +103,8 @@ def slow_power(problem: Problem, cut: Cut) -> SlowPower:
         direct, twice = (_direct(problem, LONGER * direct.seconds, factor) for factor in (1.0, 2.0))
         power, square = (_of_direct(direct, twice, name) for name in ("square", "piezo"))
         changed, steps = 0.0, steps + direct.steps + twice.steps
-    ohm = circuit.circuit.resistance
     return SlowPower(
-        power=replace(power, model=(power.model or 0.0) + changed).scaled(1.0 / ohm),
+        power=replace(power, model=(power.model or 0.0) + changed).scaled(1.0 / circuit.circuit.resistance),
         square=square,
         changed=changed / max(power.value, 1e-300),
         separation=abs(separation) / max(power.value, 1e-300),

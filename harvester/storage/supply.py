@@ -27,7 +27,7 @@ from harvester.errors import InputError, invalid, unknown
 from harvester.records.efficiency_table import read_efficiencies
 from harvester.scene.sensor_node import HarvestingChip
 from harvester.storage.bought_parts import CHIPS, Chip
-from harvester.storage.recorded_current import RecordedCurrent
+from harvester.storage.recorded_current import AnyCurrent
 from harvester.storage.rectified_current import RectifiedCurrent, times_to
 
 FINE, SOME = 400, 1024  # voltages of a search, and windows at once
@@ -56,11 +56,11 @@ class Supply:
         assert self.chip is not None, "asked of a chip"
         return output_efficiency(self.chip, power / self.voltage)
 
-    def power(self, table: RectifiedCurrent | RecordedCurrent, needed: float) -> float:
+    def power(self, table: AnyCurrent, needed: float) -> float:
         """The mean power (W) that is there at the voltage; a chip's efficiency is that at the power ``needed``."""
         return max(float(self.powers(table, needed).mean()), 0.0)
 
-    def powers(self, table: RectifiedCurrent | RecordedCurrent, needed: float) -> Floats:
+    def powers(self, table: AnyCurrent, needed: float) -> Floats:
         """The same in each window of a record, shape (windows,); of shaking that always is alike in one."""
         if self.chip is None:
             return np.asarray(self.voltage * np.atleast_2d(table.at(np.array([self.voltage])))[:, 0])
@@ -72,7 +72,7 @@ class Supply:
             return np.asarray(self.efficiency(needed) * volts[k] * current[:, k] * float(mean[-1] > 0.0))
         return self.efficiency(needed) * (self._charging(table) - self.chip.full * self.chip.own)
 
-    def _charging(self, table: RectifiedCurrent | RecordedCurrent) -> Floats:
+    def _charging(self, table: AnyCurrent) -> Floats:
         """The power (W) that a chip which tracks puts into its store, in each window."""
         assert self.chip is not None, "asked of a chip"
         return tracked_power(self.chip, table)
@@ -82,8 +82,7 @@ class Supply:
         if self.chip is None:
             return _time(table, self.voltage, farads)
         if self.chip.ratio is None:
-            quiescent = self.chip.low_own or self.chip.own
-            return _time(table.scaled(1.0, -quiescent), self.rise, farads)
+            return _time(table.scaled(1.0, -(self.chip.low_own or self.chip.own)), self.rise, farads)
         cold, warm = self.chip.cold_voltage, float(self._charging(table)[0]) - self.rise * self.chip.own
         came = cold * float(table.at(np.array(cold)))
         start = self.chip.cold_efficiency * came
@@ -164,7 +163,7 @@ def charging_efficiency(chip: Chip, volts: Floats, amperes: Floats) -> Floats:
     return np.asarray(both[k, every] + part * (both[k + 1, every] - both[k, every]))
 
 
-def tracked_power(chip: Chip, table: RectifiedCurrent | RecordedCurrent) -> Floats:
+def tracked_power(chip: Chip, table: AnyCurrent) -> Floats:
     """The power (W) into the store in the windows of a record, or in one of shaking that always is alike.
 
     What the input is held at is what the last look found.
@@ -199,7 +198,7 @@ def input_without_load(chip: Chip, voltages: Floats, current: Floats) -> Floats:
     return np.asarray(fine[reached.argmax(axis=1)])
 
 
-def charging_current(chip: Chip, table: RectifiedCurrent | RecordedCurrent, volts: Floats) -> Floats:
+def charging_current(chip: Chip, table: AnyCurrent, volts: Floats) -> Floats:
     """The current (A) into a store at its ``volts``, shape (n,), of a record with its windows, less the chip's own."""
     if chip.ratio is None:
         return np.asarray(table.at(volts)) - chip.own
@@ -207,8 +206,7 @@ def charging_current(chip: Chip, table: RectifiedCurrent | RecordedCurrent, volt
     cold = np.array([np.interp(chip.cold_voltage, table.voltages, window) for window in current]) * chip.cold_voltage
     started = np.where(cold >= max(chip.cold_power, 0.0), chip.cold_efficiency * np.maximum(cold, 0.0), 0.0)
     power = np.where(volts < chip.hand_over, started[:, None], tracked_power(chip, table)[:, None])
-    quiescent = np.where(volts < chip.hand_over, 0.0, chip.own)
-    return np.asarray(power / np.maximum(volts, LOW) - quiescent)
+    return np.asarray(power / np.maximum(volts, LOW) - np.where(volts < chip.hand_over, 0.0, chip.own))
 
 
 def _time(table: RectifiedCurrent, volts: float, farads: float) -> float:

@@ -55,13 +55,11 @@ def tracked_input(problem: Problem, table: RectifiedCurrent, chip: Chip, seed: i
     law = _Law(problem, table, chip, opened, seed)
     if law.held < chip.least or not float(table.at(np.array(law.held))) > 0.0:
         return None
-    rectifier = law.rectifier
-    count = RUNS if rectifier.ideal else 2 * JUDGED
-    direct, mean = law.energies(count), law.energies(count, follows=False)
+    direct, mean = law.energies(law.count), law.energies(law.count, follows=False)
     changes, level = direct - mean, float(mean.mean())
     error = bound95(0.0, float(changes.std(ddof=1)) / math.sqrt(len(changes))) / level
     elements = change_at_95(law.energies(JUDGED, twice=True), direct)
-    if rectifier.ideal:
+    if law.rectifier.ideal:
         elements += change_at_95(law.energies(JUDGED, compiled=True), direct)
     cold, cold_error = law.cold_share() if chip.cold_power > 0.0 else (1.0, 0.0)
     return TrackedInput(float(changes.mean()) / level, error + cold_error, elements, cold, law.steps)
@@ -73,6 +71,7 @@ class _Law:
     def __init__(self, problem: Problem, table: RectifiedCurrent, chip: Chip, opened: float, seed: int) -> None:
         self.problem, self.table, self.chip, self.opened = problem, table, chip, opened
         self.rectifier, self.held, self.steps = Rectifier(problem), (chip.ratio or 1.0) * opened, 0
+        self.count = RUNS if self.rectifier.ideal else 2 * JUDGED
         self.unit, self.w0 = time_constant(problem.equations), problem.scales.frequency
         self.root = np.random.SeedSequence([seed, 15])
         self.rest = (chip.period - chip.look) * self.w0  # nondimensional time between looks
@@ -116,7 +115,7 @@ class _Law:
 
         The power is a mean over `STARTED` vibrations.
         """
-        chip, (held, _) = self.chip, self._runs(RUNS if self.rectifier.ideal else 2 * JUDGED, False, False)
+        chip, (held, _) = self.chip, self._runs(self.count, False, False)
         count = STARTED + math.ceil(DIRECT * self.unit / (2.0 * math.pi))
         held.advance(chip.cold_voltage, FADED * self.unit)
         power, taken = np.zeros(held.runs.count), np.zeros((2, held.runs.count))

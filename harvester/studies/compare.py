@@ -49,10 +49,10 @@ class PathComparison(Result):
     of the moment.  Their errors are relative differences in the RMS.
     """
 
-    INTERNAL: ClassVar[frozenset[str]] = frozenset({"t", "x", "spice", "exact", "decoupled"})
-    DERIVED: ClassVar[tuple[str, ...]] = ("spice_rms_error", "decoupled_rms_error")
+    INTERNAL = frozenset({"t", "x", "spice", "exact", "decoupled"})
+    DERIVED = ("spice_rms_error", "decoupled_rms_error")
     JSON_NAMES: ClassVar[dict[str, str]] = {"title": "scene"}
-    SHORT: ClassVar[tuple[str, ...]] = ("title", *DERIVED)
+    SHORT = ("title", *DERIVED)
 
     title: str
     t: Floats
@@ -92,12 +92,12 @@ class Comparison(TableResult):
     (True, 1.0)
     """
 
-    DERIVED: ClassVar[tuple[str, ...]] = ("answers", "table", "reference_engine", "engines")
-    INTERNAL: ClassVar[frozenset[str]] = frozenset({"estimates"})
-    NOT_SHOWN: ClassVar[frozenset[str]] = frozenset({"refused", "reference_engine", "engines"})
-    NOT_IN_JSON: ClassVar[frozenset[str]] = frozenset({"answers", "table"})
+    DERIVED = ("answers", "table", "reference_engine", "engines")
+    INTERNAL = frozenset({"estimates"})
+    NOT_SHOWN = frozenset({"refused", "reference_engine", "engines"})
+    NOT_IN_JSON = frozenset({"answers", "table"})
     JSON_NAMES: ClassVar[dict[str, str]] = {"reference_engine": "reference"}
-    SHORT: ClassVar[tuple[str, ...]] = ("reference_engine", "estimates", "refused")
+    SHORT = ("reference_engine", "estimates", "refused")
 
     estimates: tuple[Estimate, ...]
     refused: dict[str, str]
@@ -232,8 +232,7 @@ def compare(
         if not estimates:
             raise list(refused.values())[-1]
         progress.step(done / total, "paths")
-        drawn = _has_paths(chosen, refused)
-        paths = tuple(_paths(problem, seed)) if drawn else ()
+        paths = tuple(_paths(problem, seed)) if _has_paths(chosen, refused) else ()
     result = Comparison(tuple(estimates), {name: str(error) for name, error in refused.items()}, paths)
     if folder is not None:
         folder.save("compare", result.table.csv(), result.plot(problem.scene.name), provenance(problem, seed=seed))

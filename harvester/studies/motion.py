@@ -76,13 +76,11 @@ class Motion(TableResult):
     (True, 0)
     """
 
-    DERIVED: ClassVar[tuple[str, ...]] = ("duration", "number_of_impacts", "ranges")
-    NOT_SHOWN: ClassVar[frozenset[str]] = frozenset(
-        {"stops", "shown", "hides_noise", "probes", "probe_units", "ranges"}
-    )
-    NOT_IN_JSON: ClassVar[frozenset[str]] = frozenset({"ranges"})
+    DERIVED = ("duration", "number_of_impacts", "ranges")
+    NOT_SHOWN = frozenset({"stops", "shown", "hides_noise", "probes", "probe_units", "ranges"})
+    NOT_IN_JSON = frozenset({"ranges"})
     RENAMED: ClassVar[dict[str, str]] = {"t": "time", "x": "displacement", "v": "velocity"}
-    SHORT: ClassVar[tuple[str, ...]] = ("engine", "duration", "step", "number_of_impacts")
+    SHORT = ("engine", "duration", "step", "number_of_impacts")
 
     time: Floats
     displacement: Floats

@@ -21,6 +21,7 @@ from harvester.engines.protocol import AnyScene
 from harvester.equations.power_bound import PowerBound, power_bound
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, InputError, invalid, names_arguments
+from harvester.mechanics.kernels.compiled import compilation
 from harvester.netlists.probes import STORE, Probe
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.presentation.messages.unknown_parts import TIME_SCALES
@@ -29,10 +30,10 @@ from harvester.presentation.table import Column, Table
 from harvester.scene.plausibility import unusual_values
 from harvester.scene.sensor_node import SensorNode, Storage
 from harvester.storage.bought_parts import Chip
-from harvester.storage.measured_current import JUDGE
+from harvester.storage.measured_current import JUDGE, Rectifier, measured, time_constant
 from harvester.storage.node_run import AGAIN, NodeCourse, NodeRun
-from harvester.storage.recorded_current import RecordedCurrent
-from harvester.storage.rectified_current import RectifiedCurrent
+from harvester.storage.recorded_current import AnyCurrent, RecordedCurrent, recorded
+from harvester.storage.rectified_current import reached
 from harvester.storage.supply import INPUT, chip_of
 from harvester.studies.charging.by_slow import refusal_of_slow
 from harvester.uncertainty.value import Value, bound95
@@ -48,6 +49,7 @@ DIRECT = 200.0  # time constants of that run
 ROUNDING, SPARED = 1e-9, 0.9  # of a number; packets over those of the interval, below which energy is spared
 DAY, HOUR, MOST_DAYS = 86400.0, 3600.0, 366.0
 MOST_VOLTS = 1e3  # of a clamp: one above leaves a rectifier's voltage as it is
+Parts = tuple[Storage, SensorNode, Chip | None]  # what stands behind the rectifier
 
 
 class NodeResult(TableResult):
@@ -104,17 +106,17 @@ class NodeResult(TableResult):
     ('limit', 'packets_per_hour')
     """
 
-    DERIVED: ClassVar[tuple[str, ...]] = ("day_fewest", "day_median", "day_most", "share_of_possible", "table")
-    NOT_SHOWN: ClassVar[frozenset[str]] = frozenset({"bound", "limit", "helps", "table"})
-    NOT_IN_JSON: ClassVar[frozenset[str]] = frozenset({"table"})
-    OPTIONAL: ClassVar[frozenset[str]] = frozenset(
+    DERIVED = ("day_fewest", "day_median", "day_most", "share_of_possible", "table")
+    NOT_SHOWN = frozenset({"bound", "limit", "helps", "table"})
+    NOT_IN_JSON = frozenset({"table"})
+    OPTIONAL = frozenset(
         {
             *("bound", "share_of_possible", "fewest", "most", "packets_lost", "day_fewest", "day_median", "day_most"),
             *("interval_median", "interval_95", "interval_longest"),
         }
     )
-    INTERNAL: ClassVar[frozenset[str]] = frozenset({"t", "voltage", "thresholds", "days_packets"})
-    SHORT: ClassVar[tuple[str, ...]] = ("limit", "packets_per_hour")
+    INTERNAL = frozenset({"t", "voltage", "thresholds", "days_packets"})
+    SHORT = ("limit", "packets_per_hour")
     engine: ClassVar[str] = "slow"
 
     days: float
@@ -250,8 +252,8 @@ class _Known:
     gives on the same noise; None for any other.
     """
 
-    table: RectifiedCurrent | RecordedCurrent
-    by_step: RectifiedCurrent | RecordedCurrent
+    table: AnyCurrent
+    by_step: AnyCurrent
     steps: int
     separation: float = 0.0
     elements: float = JUDGE
@@ -262,9 +264,6 @@ class _Known:
 
 def _measure(problem: Problem, storage: Storage, chip: Chip | None, wake: float, seed: int) -> _Known:
     """The rectifier's current of the scene, up to the clamp or the open circuit."""
-    from harvester.mechanics.kernels.compiled import compilation
-    from harvester.storage.recorded_current import recorded
-
     tracking = chip if chip is not None and chip.ratio is not None else None
     top = None if tracking else storage.battery_voltage or storage.clamp_voltage
     top = top if (top or math.inf) < MOST_VOLTS else None
@@ -283,8 +282,6 @@ def _of_alike_shaking(
 
     A battery holds its voltage as the measurement does; under noise a chip's law is run beside the mean currents.
     """
-    from harvester.storage.measured_current import Rectifier, measured
-    from harvester.storage.rectified_current import reached
     from harvester.storage.slow_circuit import direct_check, noise_check
     from harvester.storage.tracked_input import tracked_input
 
@@ -314,13 +311,9 @@ def _of_alike_shaking(
     return _Known(table, rough, steps + check.steps, separation, late=late)
 
 
-def _directly(
-    problem: Problem, known: _Known, parts: tuple[Storage, SensorNode, Chip | None], seconds: float
-) -> NodeCourse | None:
+def _directly(problem: Problem, known: _Known, parts: Parts, seconds: float) -> NodeCourse | None:
     """The direct run where the store is not slow beside the vibration; None where it is, and where there is none."""
-    from harvester.mechanics.kernels.compiled import compilation
     from harvester.storage.direct_node import can_run, direct_course
-    from harvester.storage.measured_current import time_constant
 
     run = NodeRun(known.table, *parts)
     if known.separation <= LARGEST_SEPARATION or problem.equations.drive is None or not can_run(run):
@@ -330,13 +323,7 @@ def _directly(
         return direct_course(problem, run, min(seconds, DIRECT * unit))
 
 
-def _live(
-    known: _Known,
-    parts: tuple[Storage, SensorNode, Chip | None],
-    days: float,
-    bound: PowerBound | None,
-    direct: NodeCourse | None,
-) -> NodeResult:
+def _live(known: _Known, parts: Parts, days: float, bound: PowerBound | None, direct: NodeCourse | None) -> NodeResult:
     """The result, with the errors that the current's own bring, and the chip's efficiency.
 
     What a ``direct`` run differs by from the slow one of its time is added, and is an error, too: all that the slow one
@@ -396,9 +383,7 @@ def _live(
     )
 
 
-def _variants(
-    known: _Known, parts: tuple[Storage, SensorNode, Chip | None], base: NodeCourse, seconds: float, less: float
-) -> list[NodeCourse]:
+def _variants(known: _Known, parts: Parts, base: NodeCourse, seconds: float, less: float) -> list[NodeCourse]:
     """The courses whose differences from the ``base`` are its errors: that of the step first, that of sampling last.
 
     ``less`` is by what part the current may be lower.
@@ -436,12 +421,7 @@ def _of_hours(course: NodeCourse, seconds: float) -> tuple[int | None, int | Non
     return (int(whole.min()), int(whole.max())) if len(whole) else (None, None)
 
 
-def _helps(
-    table: RectifiedCurrent | RecordedCurrent,
-    parts: tuple[Storage, SensorNode, Chip | None],
-    seconds: float,
-    packets: int,
-) -> dict[str, float]:
+def _helps(table: AnyCurrent, parts: Parts, seconds: float, packets: int) -> dict[str, float]:
     """The relative gain in packets of a change of each key that can be changed; empty where there are none to gain.
 
     All are of the same shaking, so that what sampling does to them is alike.
@@ -450,7 +430,7 @@ def _helps(
     if not packets:
         return gain_of
 
-    def gain(current: RectifiedCurrent | RecordedCurrent, *others: Any) -> float:
+    def gain(current: AnyCurrent, *others: Any) -> float:
         return NodeRun(current, *others).course(seconds).packets / packets - 1.0
 
     for k, (name, keys) in enumerate((("storage", STORE_KEYS), ("node", NODE_KEYS), ("chip", CHIP_KEYS))):

@@ -10,7 +10,7 @@ import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
@@ -90,9 +90,9 @@ class FigurePoint(region.Measured):
 class PaperFigure(TableResult):
     """A figure that was computed: its number, its title with what was assumed, its points and the seconds they took."""
 
-    INTERNAL: ClassVar[frozenset[str]] = frozenset({"points"})
-    DERIVED: ClassVar[tuple[str, ...]] = ("table",)
-    SHORT: ClassVar[tuple[str, ...]] = ("number", "points", "seconds")
+    INTERNAL = frozenset({"points"})
+    DERIVED = ("table",)
+    SHORT = ("number", "points", "seconds")
 
     number: str
     title: str

@@ -51,8 +51,7 @@ class RecordAnswer:
 
     def text(self) -> str:
         """The clean record as the CSV file that a scene reads; raises InputError where that would be too large."""
-        t = np.round(self.record.times, 12)
-        rows = zip(t, self.record.values, strict=True)
+        rows = zip(np.round(self.record.times, 12), self.record.values, strict=True)
         text = "".join(csv_lines(["time (s)", "acceleration (m/s^2)"], rows))
         if len(text) > MOST_BYTES:
             raise InputError(
@@ -106,8 +105,7 @@ def record_spectra(record: CleanRecord, mass: float | None = None, stroke: float
     if stroke is not None and not stroke > 0.0:
         raise invalid("`stroke`", "be above 0", stroke)
     n = len(record.values)
-    length = max(8, min(n, 2 * n // (SEGMENTS + 1)))
-    f, density = welch(record.values, record.rate, nperseg=length)
+    f, density = welch(record.values, record.rate, nperseg=max(8, min(n, 2 * n // (SEGMENTS + 1))))
     short = max(8, min(n, n // 60 if n >= 1200 else n // 8))
     sf, st, grid = spectrogram(record.values, record.rate, nperseg=short, noverlap=short // 2)
     possible = None

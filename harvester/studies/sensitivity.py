@@ -52,9 +52,9 @@ class Sensitivity(TableResult):
     'nondimensional.D11'
     """
 
-    DERIVED: ClassVar[tuple[str, ...]] = ("table",)
-    NOT_SHOWN: ClassVar[frozenset[str]] = frozenset({"keys", "units", "values", "elasticities"})
-    NOT_IN_JSON: ClassVar[frozenset[str]] = frozenset({"keys", "units", "values", "elasticities"})
+    DERIVED = ("table",)
+    NOT_SHOWN = frozenset({"keys", "units", "values", "elasticities"})
+    NOT_IN_JSON = frozenset({"keys", "units", "values", "elasticities"})
     JSON_NAMES: ClassVar[dict[str, str]] = {"table": "sensitivity"}
 
     engine: str

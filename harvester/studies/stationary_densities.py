@@ -6,7 +6,7 @@ Long because the result and its function explain their arrays and arguments to u
 import math
 import time
 from collections.abc import Callable
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
@@ -88,11 +88,11 @@ class Densities(TableResult):
     1.0
     """
 
-    NOT_SHOWN: ClassVar[frozenset[str]] = frozenset({"path", "level"})
-    NOT_IN_JSON: ClassVar[frozenset[str]] = frozenset(
+    NOT_SHOWN = frozenset({"path", "level"})
+    NOT_IN_JSON = frozenset(
         {"path", "phase_plane", "plane_displacement", "plane_voltage", "voltage_plane", "voltage_plane_stderr"}
     )
-    SHORT: ClassVar[tuple[str, ...]] = ("engine", "displacement_rms", "voltage_rms", "hop_rate", "first_passage_time")
+    SHORT = ("engine", "displacement_rms", "voltage_rms", "hop_rate", "first_passage_time")
 
     engine: str
     displacement_mean: Value

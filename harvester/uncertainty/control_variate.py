@@ -111,6 +111,5 @@ def split(variance: float, residual: float, pair_cost: float, spread: float, tim
 
 def _degrees_of_freedom(errors: Floats, dofs: tuple[float, float]) -> float:
     """Degrees of freedom of a sum of independent errors (Welch and Satterthwaite)."""
-    total = float((errors**2).sum())
     parts = sum(error**4 / dof for error, dof in zip(errors, dofs, strict=True))
-    return total**2 / parts if parts > 0.0 else 1e6
+    return float((errors**2).sum()) ** 2 / parts if parts > 0.0 else 1e6

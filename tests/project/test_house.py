@@ -19,7 +19,7 @@ from tests.support.paths import ROOT
 # What may only fall: a number of tests/support/house.py, the most that it may be today, and what it is to become.
 # Whoever lowers a number writes it here; `python -m tests.support.house NAME` prints the places.
 BOUNDS = [
-    ("lines of code", 41298, 23500),
+    ("lines of code", 41278, 23500),
     ("functions above 15 branches", 1, 1),
     ("functions above 12 parameters", 0, 0),
     ("base names of several files", 8, 8),
@@ -27,7 +27,7 @@ BOUNDS = [
     ("1.96 outside uncertainty", 0, 0),
     ("sentences read by code", 0, 0),
     ("words made outside messages", 0, 0),
-    ("vague names", 1557, 0),
+    ("vague names", 14, 0),
 ]
 
 EXAMPLES = sorted((ROOT / "examples").glob("*.toml"))

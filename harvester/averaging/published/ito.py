@@ -57,8 +57,7 @@ def drift(A: Floats, eqs: Equations) -> Floats:
 
 def intensities(eqs: Equations) -> tuple[Floats, Floats, Floats]:
     """The noise intensities N1, N2 and N12 that the averaged amplitude feels; of N12 nothing without a stop."""
-    n12 = or_zero(None if eqs.restitution is None else eqs.n12)
-    return or_zero(eqs.n1), or_zero(eqs.n2), n12
+    return or_zero(eqs.n1), or_zero(eqs.n2), or_zero(None if eqs.restitution is None else eqs.n12)
 
 
 def diffusion(A: Floats, eqs: Equations) -> tuple[Floats, Floats, Floats]:

@@ -23,9 +23,8 @@ from harvester.averaging.published.orbit import G, G_inverse, K, amplitude_throu
 from harvester.equations.coefficients import Equations
 from harvester.errors import SimulationError, UnboundedResponseError
 
-_PHI = np.asarray(
-    (np.arange(16) + 0.5) * (0.5 * math.pi / 16), dtype=np.float64
-)  # a quarter of the orbit; the rest mirrors it
+# A quarter of the orbit; the rest mirrors it.
+_PHI = np.asarray((np.arange(16) + 0.5) * (0.5 * math.pi / 16), dtype=np.float64)
 _WIDEST = (math.log(1e-20), math.log(1e10))  # of ln A
 _AMPLITUDES, _SEARCH = 2001, 321  # of a density that is looked at; in looking for it
 _ENOUGH = 801  # amplitudes for E[V^2], to 2e-6
@@ -126,10 +125,9 @@ def _mean_square_voltages(scenes: list[Equations]) -> list[float | SimulationErr
     law, unbounded = _densities(eqs, len(scenes), _ENOUGH)
     V2 = voltage_on_orbit(law.A, eqs)
     unbounded |= law.mass[:, -1] * V2[:, -1] > 1e-6 * (law.mass * V2).max(axis=-1)
-    means = law.mean(V2)
     return [
         UnboundedResponseError(_UNBOUNDED) if lost or not math.isfinite(value) else float(value)
-        for value, lost in zip(means, unbounded, strict=True)
+        for value, lost in zip(law.mean(V2), unbounded, strict=True)
     ]
 
 

@@ -84,8 +84,7 @@ def _with_slow_voltage(eqs: Equations, m: Floats, n2: Floats, r: Floats) -> tupl
     log_r, g = np.sqrt(w2) / math.pi * log(r), 4.0 * beta / (math.pi**2 * w2)
     bare = decoupled(damping, w2, n2, r)
     # The kink of the voltage at an impact changes the speed there: kappa = q/((1 + m^2) w).
-    q = m_coth(np.sqrt(ratio2))
-    kappa2 = (q / (1.0 + ratio2)) ** 2 / w2
+    kappa2 = (m_coth(np.sqrt(ratio2)) / (1.0 + ratio2)) ** 2 / w2
     s = bare - log_r * beta * kappa2 - n * (beta * pushed(ratio2) - (w2 - 1.0))
     loss, weak = log_r - 0.5 * damping - 5.0 / 3.0 * n, np.where(g < 1.0, g, 0.5)
 

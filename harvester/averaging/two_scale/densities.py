@@ -80,8 +80,7 @@ def velocity_density(v: Floats, law: TwoScale, stop: bool) -> Floats:
 
 def _velocities(law: TwoScale) -> tuple[Floats, float]:
     """Midpoints of steps from 0 to the fastest speed: an even function's integral, to the precision of its values."""
-    fastest = float(np.sqrt(2.0 * _kinetic(np.zeros(1), law)[0, -1]))
-    dv = fastest / _POINTS
+    dv = float(np.sqrt(2.0 * _kinetic(np.zeros(1), law)[0, -1])) / _POINTS
     return np.asarray((np.arange(_POINTS) + 0.5) * dv, dtype=np.float64), dv
 
 
@@ -100,8 +99,7 @@ def _kinetic(x: Floats, law: TwoScale) -> Floats:
 
 def _with_ends(values: Floats, phi: Floats) -> Floats:
     """The values at the Gauss points and, by the polynomial through them, at 0 and pi/2: shape (n, N + 2)."""
-    n = len(phi)
-    basis = [np.polynomial.legendre.Legendre.basis(j, domain=[0.0, 0.5 * np.pi]) for j in range(n)]
+    basis = [np.polynomial.legendre.Legendre.basis(j, domain=[0.0, 0.5 * np.pi]) for j in range(len(phi))]
     inside = np.array([b(phi) for b in basis])
     ends = np.array([b(np.array([0.0, 0.5 * np.pi])) for b in basis])
     both = values @ np.linalg.solve(inside, ends)

@@ -66,8 +66,7 @@ def _bears_compiled(eqs: Equations) -> bool:
 
 def _tells_paths_apart(eqs: Equations) -> bool:
     """Whether two models of a circuit soon go paths of their own on the same white noise, as beside a stop."""
-    stops = eqs.restitution is not None or eqs.stop_stiffness is not None
-    return stops and eqs.is_shaken_by_white_noise
+    return eqs.has_stop and eqs.is_shaken_by_white_noise
 
 
 def pilot_of(

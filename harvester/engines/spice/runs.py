@@ -187,8 +187,7 @@ class Runs(RunMeans):
         if variance == 0.0:  # a larger ensemble knows the bias no better: it was asked for before the first run
             return self._too_large_a_bias(power.value, target)
         pairs, longer = self.effort(power, variance)
-        seconds = pairs * self.cost + longer * self.rate
-        share = min(target.seconds_left / seconds, 1.0)
+        share = min(target.seconds_left / (pairs * self.cost + longer * self.rate), 1.0)
         if share < 0.02:
             return warning("target_missed", **target.shortfall(power.value))
         if pairs >= 1.0 or longer <= 0.0:

@@ -155,9 +155,8 @@ def set_up(
     from_rest = _whole_periods(max(_settled_after(pilot), min(charging, LONGEST_CHARGING)), repeat)
     if charging > LONGEST_CHARGING:
         diagnostics.append(warning("charging_cut_short", time=from_rest / unit, storage=circuit.storage))
-    serves = eqs.mu is not None or ideal is not None
     pair, time_constant = None, charging / CHARGING_TIMES
-    if serves:
+    if eqs.mu is not None or ideal is not None:
         pair, begin = cheap_model(pilot, ideal, from_rest, time_constant, options, begin)
     pilot = pilot if pair is None else pair.trajectories
     burn_in, starts = from_rest, None

@@ -4,7 +4,6 @@ import dataclasses
 import math
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 from harvester.answers.estimate import Estimate
@@ -28,7 +27,6 @@ from harvester.errors import (
     MissingProgramError,
     OutOfTimeError,
     invalid,
-    names_arguments,
 )
 from harvester.machine.folders import machine_code
 from harvester.presentation.diagnostic import Diagnostic, note, refusal
@@ -46,8 +44,6 @@ RUNNING = 0.5  # of what the burn-in leaves, for the runs at least: their proces
 SHUNTS = 0.0, 1e-5, 1e-4, 0.0
 
 
-@names_arguments
-@dataclass(frozen=True, kw_only=True)
 class Spice(MonteCarloOptions, Engine):
     """The fully coupled equations, the electrical side a netlist in ngspice in lock-step with the mass.
 
@@ -93,14 +89,14 @@ class Spice(MonteCarloOptions, Engine):
     probe: tuple[str, ...] = ()
     ledger: bool = False
 
-    NAME: ClassVar[str] = "spice"
-    LOOK: ClassVar[EngineLook] = EngineLook("SPICE (ngspice)", "#0072B2", "o", "none", order=4.0, trust=3)
-    samples: ClassVar[bool] = True
-    takes_netlists: ClassVar[bool] = True
-    runs_ngspice: ClassVar[bool] = True
-    has_frequency_response: ClassVar[bool] = True
-    follows_periods: ClassVar[bool] = True
-    share_of_time: ClassVar[float] = 2.0
+    NAME = "spice"
+    LOOK = EngineLook("SPICE (ngspice)", "#0072B2", "o", "none", order=4.0, trust=3)
+    samples = True
+    takes_netlists = True
+    runs_ngspice = True
+    has_frequency_response = True
+    follows_periods = True
+    share_of_time = 2.0
     TRAJECTORIES: ClassVar[int] = TRAJECTORIES
 
     def __post_init__(self) -> None:

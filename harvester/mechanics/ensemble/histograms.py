@@ -62,8 +62,7 @@ class Histogram:
     def add(self, values: Floats) -> None:
         """Count values, shape (m k,): k of each group, the groups one after the other."""
         rows = np.ascontiguousarray(values.reshape(len(self.counts), -1))
-        bins = self.counts.shape[1]
-        _count(rows, self.edges[0], bins / (self.edges[-1] - self.edges[0]), self.counts)
+        _count(rows, self.edges[0], self.counts.shape[1] / (self.edges[-1] - self.edges[0]), self.counts)
         self.values_a_group += rows.shape[1]
 
     def density(self) -> HistogramDensity:

@@ -40,8 +40,7 @@ class Hopping:
     def less_well_means(self, values: Floats) -> Floats:
         """The values of the trajectories that ``stayed`` in their well, each less the mean of its well."""
         well, kept = self.began[self.stayed], values[self.stayed]
-        means = np.bincount(well, kept) / np.maximum(np.bincount(well), 1)
-        return np.asarray(kept - means[well])
+        return np.asarray(kept - (np.bincount(well, kept) / np.maximum(np.bincount(well), 1))[well])
 
     def mean(self, entries: Floats, together: int = 1) -> Value:
         """The mean of one entry a trajectory: half-way between the wells, with half of their distance in its error.

@@ -184,6 +184,5 @@ def _run(
         raise SimulationError(
             "a trajectory of the linearised motion stops dead: lambda is minus infinity; give a restitution above 0"
         )
-    steps_a_round = draws if coarse else 2 * draws
-    made = steps_a_round * (before + after) * blocks * BATCH
+    made = (draws if coarse else 2 * draws) * (before + after) * blocks * BATCH
     return logs.ravel() / (after * time), np.moveaxis(pushes, 1, 2).reshape(-1, 3) / (after * time), made

@@ -148,8 +148,7 @@ def machine(frequency: float, harmonics: Sequence[float], level: float) -> Recor
     if not any(harmonics) or len(harmonics) > MOST_LINES:
         must = f"have 1 to {MOST_LINES} accelerations, some of them above 0"
         raise invalid("excitation.harmonics", must, list(harmonics))
-    angles = _angles(len(harmonics))
-    values = np.sin(angles) @ np.array(harmonics)
+    values = np.sin(_angles(len(harmonics))) @ np.array(harmonics)
     return Record(1.0 / (frequency * len(values)), level * values, exact=True)
 
 

@@ -1,6 +1,6 @@
 """The answer of a charging study: the time to a voltage and its spread, the curve, and the power on the way."""
 
-from typing import Any, ClassVar
+from typing import Any
 
 from harvester import figures
 from harvester.arrays import Floats
@@ -20,7 +20,7 @@ class Level(Result):
     have; ``power`` is the mean from the level before, None where a run never gets there or the probe is not the store.
     """
 
-    SHORT: ClassVar[tuple[str, ...]] = ("voltage", "time")
+    SHORT = ("voltage", "time")
 
     voltage: float
     energy: float | None
@@ -85,11 +85,11 @@ class ChargingResult(TableResult):
     (1.0, True)
     """
 
-    DERIVED: ClassVar[tuple[str, ...]] = ("lower_bound", "energy", "power_to_target", "strongest")
-    NOT_SHOWN: ClassVar[frozenset[str]] = frozenset({"unit", "duration", "levels", "at_least"})
-    NOT_IN_JSON: ClassVar[frozenset[str]] = frozenset({"unit", "low", "high", *DERIVED})
-    INTERNAL: ClassVar[frozenset[str]] = frozenset({"t", "voltage", "stderr", "quantiles", "arrived"})
-    SHORT: ClassVar[tuple[str, ...]] = ("engine", "probe", "target", "time", "reached")
+    DERIVED = ("lower_bound", "energy", "power_to_target", "strongest")
+    NOT_SHOWN = frozenset({"unit", "duration", "levels", "at_least"})
+    NOT_IN_JSON = frozenset({"unit", "low", "high", *DERIVED})
+    INTERNAL = frozenset({"t", "voltage", "stderr", "quantiles", "arrived"})
+    SHORT = ("engine", "probe", "target", "time", "reached")
 
     engine: str
     probe: str

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from harvester.arrays import Floats
+from harvester.circuits.compiled_circuit import compiled_circuit
 from harvester.engines import Slow
 from harvester.engines.protocol import needs_one_mode
 from harvester.equations.coefficients import Equations
@@ -15,8 +16,9 @@ from harvester.errors import InputError
 from harvester.netlists.probes import STORE, Probe
 from harvester.presentation.diagnostic import Diagnostic, note, refusal, warning
 from harvester.presentation.messages.unknown_parts import TIME_SCALES
-from harvester.storage.measured_current import JUDGE
-from harvester.storage.rectified_current import RectifiedCurrent
+from harvester.storage.measured_current import JUDGE, Rectifier, measured, time_constant
+from harvester.storage.rectified_current import RectifiedCurrent, reached, times_to
+from harvester.storage.rectifier_cut import cut_behind_rectifier, is_plain_store
 from harvester.studies.charging.afterwards import afterwards
 from harvester.studies.charging.passages import SAMPLES, ChargeRuns, Passages
 from harvester.studies.charging.side_by_side import charge_side_by_side
@@ -30,9 +32,7 @@ LARGE = 1000.0  # times the piezo's capacitance: a store that is charged slowly 
 
 def refusal_of_slow(problem: Problem, probe: Probe, records: bool = False) -> Diagnostic | None:
     """Why a charge cannot be computed from the rectifier's mean current, also of ``records``; None where it can."""
-    from harvester.circuits.compiled_circuit import compiled_circuit
     from harvester.circuits.idealised import ideal_circuit
-    from harvester.storage.rectifier_cut import is_plain_store
 
     eqs, circuit = problem.equations, problem.circuit
     if circuit is None or circuit.smoothing is None or probe.name != STORE:
@@ -68,7 +68,6 @@ def charge_slowly(runs: ChargeRuns) -> Passages:
     Raises UnboundedResponseError where the motion grows without bound.
     """
     from harvester.mechanics.kernels.compiled import compilation
-    from harvester.storage.rectifier_cut import is_plain_store
 
     problem = runs.problem
     assert problem.circuit is not None, "the refusal checks this"
@@ -87,9 +86,6 @@ def charge_slowly(runs: ChargeRuns) -> Passages:
 
 def _steady(runs: ChargeRuns) -> dict[str, Any]:
     """One run under a drive."""
-    from harvester.circuits.compiled_circuit import compiled_circuit
-    from harvester.storage.measured_current import measured, time_constant
-    from harvester.storage.rectified_current import reached, times_to
     from harvester.storage.slow_circuit import direct_check
 
     problem, levels, duration = runs.problem, runs.levels, runs.duration
@@ -121,10 +117,8 @@ def _steady(runs: ChargeRuns) -> dict[str, Any]:
 
 def _random(runs: ChargeRuns) -> dict[str, Any]:
     """Many runs under noise."""
-    from harvester.circuits.compiled_circuit import compiled_circuit
     from harvester.cosimulation.charging import first_passages
-    from harvester.storage.measured_current import Rectifier, measured, time_constant
-    from harvester.storage.rectified_current import LONGER, error_of_times, random_paths, reached, times_to
+    from harvester.storage.rectified_current import LONGER, error_of_times, random_paths
     from harvester.storage.slow_circuit import noise_check
 
     problem, levels = runs.problem, runs.levels
@@ -166,8 +160,6 @@ def _random(runs: ChargeRuns) -> dict[str, Any]:
 def _behind_a_rectifier(runs: ChargeRuns) -> dict[str, Any]:
     """One run of a chip under a drive."""
     from harvester.cosimulation.charging import first_passages
-    from harvester.storage.measured_current import measured, time_constant
-    from harvester.storage.rectifier_cut import cut_behind_rectifier
     from harvester.storage.slow_circuit import SlowCircuit
     from harvester.storage.steady_power import FINER
 

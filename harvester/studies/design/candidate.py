@@ -8,6 +8,7 @@ import numpy as np
 
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError
+from harvester.mechanics.kernels.compiled import compilation
 from harvester.netlists.probes import STORE, Probe
 from harvester.presentation.diagnostic import refusal
 from harvester.presentation.messages.unknown_parts import IDEAL_ELEMENTS
@@ -16,9 +17,8 @@ from harvester.scene.load import Load
 from harvester.scene.scene import Scene
 from harvester.scene.sensor_node import SensorNode, Storage
 from harvester.storage.bought_parts import CHIPS, COILS, BoughtCoil
-from harvester.storage.measured_current import JUDGE
-from harvester.storage.recorded_current import RecordedCurrent
-from harvester.storage.rectified_current import RectifiedCurrent
+from harvester.storage.measured_current import JUDGE, Rectifier, measured
+from harvester.storage.recorded_current import AnyCurrent, recorded
 from harvester.storage.supply import Supply
 from harvester.studies.charging.by_slow import refusal_of_slow
 from harvester.studies.design.design_need import DesignNeed
@@ -120,9 +120,6 @@ def evaluate(candidate: Candidate, scene: Scene, needed: DesignNeed, farads: flo
 
     Raises HarvesterError where the current cannot be measured.
     """
-    from harvester.mechanics.kernels.compiled import compilation
-    from harvester.storage.measured_current import Rectifier, measured
-
     problem, supply = Problem(candidate.scene(scene, needed)), candidate.supply
     if problem.equations.record is not None:
         return _on_record(candidate, scene, needed)
@@ -140,7 +137,7 @@ def evaluate(candidate: Candidate, scene: Scene, needed: DesignNeed, farads: flo
     return Given(known, supply.wake(table, farads), currents.displacement, currents.steps)
 
 
-def _of_chip(supply: Supply, table: RectifiedCurrent | RecordedCurrent, needed: float, power: float) -> float:
+def _of_chip(supply: Supply, table: AnyCurrent, needed: float, power: float) -> float:
     """The error (W) of a power by the voltages that were measured, and by a chip's efficiencies; 0 without a chip."""
     if supply.chip is None:
         return 0.0
@@ -153,9 +150,7 @@ def _on_record(candidate: Candidate, scene: Scene, needed: DesignNeed) -> Given:
 
     The time scales are compared on a store that hardly moves, as what takes the power keeps the voltage.
     """
-    from harvester.mechanics.kernels.compiled import compilation
     from harvester.storage.node_run import NodeRun
-    from harvester.storage.recorded_current import recorded
 
     supply, whole = candidate.supply, candidate.scene(scene, needed)
     if supply.chip is not None:

@@ -4,7 +4,6 @@ The rectifier's mean current of each circuit is measured at a held store (`harve
 is there at the voltage needed and how long an empty store takes to it.
 """
 
-import dataclasses
 import math
 import time
 from collections.abc import Mapping, Sequence
@@ -107,11 +106,10 @@ def design(
     chosen, best = candidates[order[0]]
     farads = capacitance(needed, device, best.kept)
     check = note("design_check", needed=needed.load, whole=needed.voltage**2 / best.power.value)
-    remarks = [*left_out, note("design_by_share" if spreads else "design_simplest"), check]
+    remarks = [*unusual_values(device), *left_out, note("design_by_share" if spreads else "design_simplest"), check]
     if chosen.coil is not None:
         remarks.append(warning("detector_not_counted", chosen.circuit))
-    result = _result(problem, needed, farads, candidates, order, shares, (*unusual_values(device), *remarks))
-    result = dataclasses.replace(result, seconds=time.perf_counter() - begin)
+    result = _result(problem, needed, farads, candidates, order, shares, remarks, begin)
     if folder is not None:
         folder.table("design", result.table.csv())
         files.write(folder.path / "design.toml", as_written(result.scene))
@@ -135,10 +133,7 @@ def _names(circuits: Sequence[str] | None, chips: Sequence[str] | None, problem:
 def _nominal(
     device: Scene, names: Sequence[str], needed: DesignNeed, farads: float, seed: int, execution: Execution
 ) -> tuple[dict[str, tuple[Candidate, Given]], list[Diagnostic]]:
-    """What each circuit gives of the scene itself, and those that were left out, with why.
-
-    Raises InputError where none gives anything.
-    """
+    """What each circuit gives of the scene itself, and which are left out; InputError where none gives anything."""
     candidates, left_out = dict[str, tuple[Candidate, Given]](), list[Diagnostic]()
 
     def given(name: str) -> tuple[Candidate, Given] | Diagnostic:
@@ -202,8 +197,9 @@ def _result(
     order: Sequence[str],
     shares: Mapping[str, ShareInterval],
     diagnostics: Sequence[Diagnostic],
+    begin: float,
 ) -> DesignResult:
-    """The decision, without its seconds."""
+    """The decision, of a study that went on since the time ``begin`` of `time.perf_counter`."""
     chosen, best = candidates[order[0]]
     requirements = [needed.needs, *([f"awake in {needed.wake_written}"] if needed.wake is not None else [])]
     return DesignResult(
@@ -231,7 +227,7 @@ def _result(
             for name in (*order, *(other for other in candidates if other not in order))
         ),
         scene=chosen.scene(problem.scene, needed, farads),
-        seconds=0.0,
+        seconds=time.perf_counter() - begin,
         steps=sum(given.steps for _, given in candidates.values()),
         diagnostics=tuple(diagnostics),
     )

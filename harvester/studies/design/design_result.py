@@ -33,7 +33,7 @@ class DesignCandidate(Result):
     ('circuit', 'available')
     """
 
-    SHORT: ClassVar[tuple[str, ...]] = ("circuit", "available")
+    SHORT = ("circuit", "available")
 
     circuit: str
     coil: str | None
@@ -86,13 +86,13 @@ class DesignResult(TableResult):
     ('circuit', 'available')
     """
 
-    DERIVED: ClassVar[tuple[str, ...]] = (*("share_of_possible", "share_met", "share_met_between"), "table")
-    NOT_SHOWN: ClassVar[frozenset[str]] = frozenset({"bound", "met", "table"})
-    NOT_IN_JSON: ClassVar[frozenset[str]] = frozenset({"share_met", "share_met_between", "table"})
+    DERIVED = (*("share_of_possible", "share_met", "share_met_between"), "table")
+    NOT_SHOWN = frozenset({"bound", "met", "table"})
+    NOT_IN_JSON = frozenset({"share_met", "share_met_between", "table"})
     JSON_NAMES: ClassVar[dict[str, str]] = {"met": "yield"}
-    OPTIONAL: ClassVar[frozenset[str]] = frozenset({"bound", "share_of_possible"})
-    INTERNAL: ClassVar[frozenset[str]] = frozenset({"scene"})
-    SHORT: ClassVar[tuple[str, ...]] = ("circuit", "available")
+    OPTIONAL = frozenset({"bound", "share_of_possible"})
+    INTERNAL = frozenset({"scene"})
+    SHORT = ("circuit", "available")
     engine: ClassVar[str] = "slow"
 
     circuit: str

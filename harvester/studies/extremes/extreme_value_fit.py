@@ -107,8 +107,7 @@ class Tail:
 def fit(maxima: Floats, seed: int = 0) -> Tail:
     """The tail of blocks whose largest values are ``maxima``, shape (blocks,)."""
     rng, count = np.random.default_rng(seed), len(maxima)
-    drawn = rng.integers(0, count, (RESAMPLED, count))
-    y = np.sort(np.vstack([maxima, maxima[drawn]]) ** 2, axis=1)
+    y = np.sort(np.vstack([maxima, maxima[rng.integers(0, count, (RESAMPLED, count))]]) ** 2, axis=1)
     rank = np.arange(count)
     b0 = y.mean(axis=1)
     b1 = (y * rank / (count - 1)).mean(axis=1)

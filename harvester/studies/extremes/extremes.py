@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import replace
-from typing import Any, ClassVar
+from typing import Any
 
 from harvester.engines.protocol import AnyScene, served
 from harvester.equations.impact_order import accumulation
@@ -56,10 +56,10 @@ class Extremes(TableResult):
     '1.82'
     """
 
-    DERIVED: ClassVar[tuple[str, ...]] = ("method", "table")
-    NOT_SHOWN: ClassVar[frozenset[str]] = frozenset({"lifetime", "levels", "method"})
-    NOT_IN_JSON: ClassVar[frozenset[str]] = frozenset({"levels", "table"})
-    SHORT: ClassVar[tuple[str, ...]] = ("lifetime", "levels", "impact_rate")
+    DERIVED = ("method", "table")
+    NOT_SHOWN = frozenset({"lifetime", "levels", "method"})
+    NOT_IN_JSON = frozenset({"levels", "table"})
+    SHORT = ("lifetime", "levels", "impact_rate")
 
     lifetime: float
     levels: dict[str, dict[float, Value]]

@@ -93,8 +93,7 @@ def _steady(before: "Trajectories", problem: Problem, engine: Ensemble) -> "Rich
     while h is not None:
         trajectories = before.continued(eqs, h)
         moments, _ = until_steady(trajectories)
-        frequency = typical_frequency(eqs, moments.mean("x2")[0], moments.mean("v2")[0])
-        h = shorter_step(trajectories.h, frequency)
+        h = shorter_step(trajectories.h, typical_frequency(eqs, moments.mean("x2")[0], moments.mean("v2")[0]))
     return RichardsonPair(trajectories, trajectories.time)
 
 

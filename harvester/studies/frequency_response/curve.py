@@ -3,7 +3,7 @@
 import itertools
 from collections.abc import Callable, Mapping
 from dataclasses import field, replace
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -33,9 +33,9 @@ class Failure(NamedTuple):
 class DirectionPeak(Result):
     """The largest power of one direction, where it is, and the half-power bandwidth there (None: beyond the sweep)."""
 
-    NOT_IN_JSON: ClassVar[frozenset[str]] = frozenset({"direction"})
-    NOT_SHOWN: ClassVar[frozenset[str]] = frozenset({"points"})
-    SHORT: ClassVar[tuple[str, ...]] = ("direction", "peak_frequency", "peak_power")
+    NOT_IN_JSON = frozenset({"direction"})
+    NOT_SHOWN = frozenset({"points"})
+    SHORT = ("direction", "peak_frequency", "peak_power")
 
     direction: str
     peak_power: Value
@@ -76,11 +76,11 @@ class FrequencyResponse(TableResult):
     (6, [])
     """
 
-    DERIVED: ClassVar[tuple[str, ...]] = ("sweeps", "hysteresis", "peaks")
-    INTERNAL: ClassVar[frozenset[str]] = frozenset({"points", "remarks", "resolved", "level"})
-    NOT_SHOWN: ClassVar[frozenset[str]] = frozenset({"varied", "failures", "sweeps", "hysteresis"})
-    NOT_IN_JSON: ClassVar[frozenset[str]] = frozenset({"peaks"})
-    SHORT: ClassVar[tuple[str, ...]] = ("engine", "points", "peaks")
+    DERIVED = ("sweeps", "hysteresis", "peaks")
+    INTERNAL = frozenset({"points", "remarks", "resolved", "level"})
+    NOT_SHOWN = frozenset({"varied", "failures", "sweeps", "hysteresis"})
+    NOT_IN_JSON = frozenset({"peaks"})
+    SHORT = ("engine", "points", "peaks")
 
     points: tuple[ResponsePoint, ...]
     physical: bool

@@ -18,10 +18,10 @@ class ResponsePoint(Result):
     where it is not known: a phase where there is noise, or where trajectories differ.
     """
 
-    DERIVED: ClassVar[tuple[str, ...]] = ("voltage_rms",)
-    NOT_IN_JSON: ClassVar[frozenset[str]] = frozenset({"direction", "mean_square_voltage"})
+    DERIVED = ("voltage_rms",)
+    NOT_IN_JSON = frozenset({"direction", "mean_square_voltage"})
     JSON_NAMES: ClassVar[dict[str, str]] = {"spread": "spread_of_trajectories"}
-    SHORT: ClassVar[tuple[str, ...]] = ("direction", "frequency", "mean_power")
+    SHORT = ("direction", "frequency", "mean_power")
 
     direction: str
     frequency: float

@@ -1,6 +1,6 @@
 """Several frequency responses side by side: of several values of scene keys, such as loads, and by several engines."""
 
-from typing import Any, ClassVar
+from typing import Any
 
 from harvester import figures
 from harvester.presentation.answer_units import AnswerUnits
@@ -28,9 +28,9 @@ class FrequencyResponses(TableResult):
     [({'nondimensional.mu': 0.5}, 1.0), ({'nondimensional.mu': 2.0}, 1.0)]
     """
 
-    DERIVED: ClassVar[tuple[str, ...]] = ("engine", "peaks")
-    INTERNAL: ClassVar[frozenset[str]] = frozenset({"curves"})
-    SHORT: ClassVar[tuple[str, ...]] = ("engine", "curves")
+    DERIVED = ("engine", "peaks")
+    INTERNAL = frozenset({"curves"})
+    SHORT = ("engine", "curves")
 
     curves: tuple[FrequencyResponse, ...]
 

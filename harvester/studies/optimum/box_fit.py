@@ -89,8 +89,7 @@ def _usable(rounds: list[list[Evaluation]], least: int) -> list[int]:
 def _covariance(points: list[Evaluation]) -> Floats:
     """The covariance of the powers of a design, shape (m, m): from the trajectories where they share their noise."""
     answers = [p.answer for p in points if isinstance(p.answer, Estimate)]
-    samples = [a.power_samples for a in answers]
-    known = [s for s in samples if s is not None]
+    known = [s for s in [a.power_samples for a in answers] if s is not None]
     if len(known) == len(points) and len({p.seed for p in points}) == len({len(s) for s in known}) == 1:
         return np.asarray(np.cov(np.array(known)) / len(known[0]))
     return np.diag([(a.mean_power.stderr or 0.0) ** 2 for a in answers])

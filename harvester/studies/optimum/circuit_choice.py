@@ -49,11 +49,11 @@ class CircuitChoice(Optimum, kw_only=True):
     harvester.errors.InputError: `vary` must be load.netlist=A,B,... with two circuits or more, but is ['bridge']
     """
 
-    DERIVED: ClassVar[tuple[str, ...]] = ("best", "alike", "unfinished", "unscanned", "unsound", "circuits")
-    NOT_SHOWN: ClassVar[frozenset[str]] = frozenset({"peaks", "scanned", "optima", *DERIVED[:-1]})
-    NOT_IN_JSON: ClassVar[frozenset[str]] = frozenset({"peaks", "scanned", "circuits"})
+    DERIVED = ("best", "alike", "unfinished", "unscanned", "unsound", "circuits")
+    NOT_SHOWN = frozenset({"peaks", "scanned", "optima", *DERIVED[:-1]})
+    NOT_IN_JSON = frozenset({"peaks", "scanned", "circuits"})
     JSON_NAMES: ClassVar[dict[str, str]] = {"optima": "circuits"}
-    SHORT: ClassVar[tuple[str, ...]] = ("best", *Optimum.SHORT)
+    SHORT = ("best", *Optimum.SHORT)
     RENAMED: ClassVar[dict[str, str]] = {"found": "ranked"}
 
     optima: dict[str, Optimum | HarvesterError] = field(default_factory=dict)

@@ -133,10 +133,8 @@ def local_maxima(u: Floats, power: Floats) -> list[int]:
 
     if len(u) < 3:
         return [int(np.argmax(power))]
-    count = min(2 * u.shape[1] + 1, len(u))
-    _, near = cKDTree(u).query(u, count)
-    peaks = [k for k in range(len(u)) if power[k] >= power[near[k]].max()]
-    return sorted(peaks, key=lambda k: -power[k])
+    _, near = cKDTree(u).query(u, min(2 * u.shape[1] + 1, len(u)))
+    return sorted([k for k in range(len(u)) if power[k] >= power[near[k]].max()], key=lambda k: -power[k])
 
 
 def flatness(power: Floats) -> Diagnostic | None:

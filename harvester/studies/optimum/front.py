@@ -36,8 +36,7 @@ def front(request: SearchRequest, points: int, progress: Progress) -> ParetoFron
     request, progress = with_counted_peaks(request, progress)
     *bounds, second = robust_of(request).limits
     quantity, sign = second.quantity, second.sign
-    each = dataclasses.replace(request, budget=request.budget / (points + 1))
-    search = _Search(each, progress, points + 1)
+    search = _Search(dataclasses.replace(request, budget=request.budget / (points + 1)), progress, points + 1)
     most = search.best()
     end = search.extreme(sign)
     best, designs, warnings = end.quantity, [most], list[Diagnostic]()

@@ -27,8 +27,8 @@ CUT_SHORT = ("budget_spent", "search_cut_short", "interval_rough")  # the budget
 class OptimalKey(Result):
     """A key's best value and its interval (None: see `Optimum.why`); ``boundary`` is the end of the range there."""
 
-    INTERNAL: ClassVar[frozenset[str]] = frozenset({"range"})
-    SHORT: ClassVar[tuple[str, ...]] = ("key", "value", "low95", "high95")
+    INTERNAL = frozenset({"range"})
+    SHORT = ("key", "value", "low95", "high95")
 
     range: Range
     value: float
@@ -91,11 +91,9 @@ class Optimum(TableResult, kw_only=True):
     DERIVED: ClassVar[tuple[str, ...]] = (
         *("mean_power", "evaluation_count", "evaluations", "failed", "key_table", "other_peaks", "flat", "no_interval"),
     )
-    INTERNAL: ClassVar[frozenset[str]] = frozenset({"estimate", "points", "keys"})
-    NOT_SHOWN: ClassVar[frozenset[str]] = frozenset(
-        {"peaks", "scanned", "evaluations", "failed", "flat", "no_interval"}
-    )
-    NOT_IN_JSON: ClassVar[frozenset[str]] = frozenset({"key_table", "other_peaks"})
+    INTERNAL = frozenset({"estimate", "points", "keys"})
+    NOT_SHOWN = frozenset({"peaks", "scanned", "evaluations", "failed", "flat", "no_interval"})
+    NOT_IN_JSON = frozenset({"key_table", "other_peaks"})
     JSON_NAMES: ClassVar[dict[str, str]] = {"evaluation_count": "evaluations", "evaluations": "evaluations_by_engine"}
 
     engine: str

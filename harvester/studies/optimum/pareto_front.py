@@ -61,11 +61,11 @@ class ParetoFront(TableResult):
     """
 
     FILE: ClassVar[str] = "pareto"  # the name of its files
-    DERIVED: ClassVar[tuple[str, ...]] = ("aim", "designs")
-    INTERNAL: ClassVar[frozenset[str]] = frozenset({"points", "alike", "sign"})
-    NOT_SHOWN: ClassVar[frozenset[str]] = frozenset({"quantity", "aim"})
-    NOT_IN_JSON: ClassVar[frozenset[str]] = frozenset({"designs"})
-    SHORT: ClassVar[tuple[str, ...]] = ("engine", "quantity", "aim", "points")
+    DERIVED = ("aim", "designs")
+    INTERNAL = frozenset({"points", "alike", "sign"})
+    NOT_SHOWN = frozenset({"quantity", "aim"})
+    NOT_IN_JSON = frozenset({"designs"})
+    SHORT = ("engine", "quantity", "aim", "points")
 
     engine: str
     quantity: str

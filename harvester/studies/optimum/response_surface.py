@@ -147,9 +147,8 @@ class Fit:
     def surely_on_face(self) -> Flags:
         """The keys on a face beyond doubt: the power grows towards the face, at 95 %."""
         rows = self._gradient_rows(self.best)
-        gradient = rows @ self.coefficients
         error = np.sqrt(np.maximum(np.diag(rows @ self._covariance @ rows.T), 0.0))
-        return np.asarray(self.on_face & (self.faces * gradient > half95(error)))
+        return np.asarray(self.on_face & (self.faces * (rows @ self.coefficients) > half95(error)))
 
     @cached_property
     def resolution(self) -> float:

@@ -12,7 +12,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
@@ -70,8 +70,8 @@ class Robust(Engine):
     lifetime: float | None = None
     counted: PlacePeaks | None = None
 
-    NAME: ClassVar[str] = "robust"
-    is_formula: ClassVar[bool] = True
+    NAME = "robust"
+    is_formula = True
 
     @property
     def path_seed(self) -> int:

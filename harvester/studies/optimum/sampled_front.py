@@ -45,8 +45,7 @@ def sampled_front(
     years = lifetime_of([*bounds, second], lifetime, problem)
     if reason := request.engine.refusal(problem):
         raise InputError(reason)
-    search = Search.begin(request, progress)
-    surface, engine = search.surface, request.engine
+    surface, engine = Search.begin(request, progress).surface, request.engine
     if getattr(engine, "trajectories", None) is None:
         engine = with_options(engine, within=request.within)
     sound, others = list[FrontPoint](), list[FrontPoint]()

@@ -64,8 +64,7 @@ class SampledSearch:
     def new_seed(self) -> int:
         """A seed that no evaluation has had."""
         self.seeds += 1
-        root = [getattr(self.engine, "seed", 0), self.seeds]
-        return int(np.random.SeedSequence(root).generate_state(1)[0])
+        return int(np.random.SeedSequence([getattr(self.engine, "seed", 0), self.seeds]).generate_state(1)[0])
 
     def find(self) -> SearchResult:
         """Find the peaks, best first.
@@ -225,8 +224,7 @@ class SampledSearch:
                 break
             if inside and fit.misfit_dominates:
                 width = np.where(fit.surely_on_face, 1.0, 0.6) * width
-            best = np.clip(u + width * fit.best, 0.0, 1.0)
-            u = np.where((width >= 0.5) & fit.flat, 0.5, best)
+            u = np.where((width >= 0.5) & fit.flat, 0.5, np.clip(u + width * fit.best, 0.0, 1.0))
         return peak_of_box(fit, bias, u, width), None
 
     def _sample_box(self, u: Floats, width: Floats) -> tuple[Fit, Floats]:

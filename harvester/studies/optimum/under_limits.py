@@ -64,17 +64,11 @@ class RobustOptimum(Optimum, kw_only=True):
     ['mean_square_voltage']
     """
 
-    DERIVED: ClassVar[tuple[str, ...]] = (*Optimum.DERIVED, "limit_table", "limit_values", "straddled", "met")
-    INTERNAL: ClassVar[frozenset[str]] = Optimum.INTERNAL | {"outcome", "peaks", "limits"}
-    NOT_SHOWN: ClassVar[frozenset[str]] = Optimum.NOT_SHOWN | {
-        *("share", "binds", "limited_peaks", "limit_values", "straddled", "met")
-    }
-    NOT_IN_JSON: ClassVar[frozenset[str]] = Optimum.NOT_IN_JSON | {"limit_table"}
-    JSON_NAMES: ClassVar[dict[str, str]] = Optimum.JSON_NAMES | {
-        "share": "for",
-        "limit_values": "limits",
-        "limited_peaks": "peaks",
-    }
+    DERIVED = (*Optimum.DERIVED, "limit_table", "limit_values", "straddled", "met")
+    INTERNAL = Optimum.INTERNAL | {"outcome", "peaks", "limits"}
+    NOT_SHOWN = Optimum.NOT_SHOWN | {*("share", "binds", "limited_peaks", "limit_values", "straddled", "met")}
+    NOT_IN_JSON = Optimum.NOT_IN_JSON | {"limit_table"}
+    JSON_NAMES = Optimum.JSON_NAMES | {"share": "for", "limit_values": "limits", "limited_peaks": "peaks"}
     RENAMED: ClassVar[dict[str, str]] = {"place": "outcome"}
 
     share: float | None

@@ -49,12 +49,12 @@ class Stability(TableResult):
     'unstable'
     """
 
-    DERIVED: ClassVar[tuple[str, ...]] = ("verdict", "averaged_exponent")
-    NOT_SHOWN: ClassVar[frozenset[str]] = frozenset({"averaged", "model", "region"})
-    NOT_IN_JSON: ClassVar[frozenset[str]] = frozenset({"averaged_exponent"})
-    OPTIONAL: ClassVar[frozenset[str]] = frozenset({"region"})
+    DERIVED = ("verdict", "averaged_exponent")
+    NOT_SHOWN = frozenset({"averaged", "model", "region"})
+    NOT_IN_JSON = frozenset({"averaged_exponent"})
+    OPTIONAL = frozenset({"region"})
     JSON_NAMES: ClassVar[dict[str, str]] = {"model": "averaged_model_bias"}
-    SHORT: ClassVar[tuple[str, ...]] = ("verdict", "ensemble")
+    SHORT = ("verdict", "ensemble")
 
     physical: bool
     published: float

@@ -29,8 +29,7 @@ class Measured:
     @property
     def ensemble_error95(self) -> float:
         """The half-width of its 95 % sampling interval."""
-        finite = math.isfinite(self.ensemble_stderr)
-        return Value(0.0, self.ensemble_stderr).sampling95 if finite else math.inf
+        return Value(0.0, self.ensemble_stderr).sampling95 if math.isfinite(self.ensemble_stderr) else math.inf
 
 
 @dataclass(frozen=True)

@@ -66,8 +66,7 @@ def compute_table(
         sweep.begin()
         todo = tasks(scene, points, engines, lambda point, engine_index: not journal.has(point, engine_index))
         try:
-            last = sweep.fill(_answers(todo, execution, budget, sweep.rows_that_sample))
-            return sweep.finished(last)
+            return sweep.finished(sweep.fill(_answers(todo, execution, budget, sweep.rows_that_sample)))
         except KeyboardInterrupt:
             if folder is None:
                 raise

@@ -46,12 +46,12 @@ class SweepTable(TableResult):
     ['averaged', 'averaged']
     """
 
-    DERIVED: ClassVar[tuple[str, ...]] = ("engines", "vary", "table", "powers")
-    INTERNAL: ClassVar[frozenset[str]] = frozenset({"axes", "rows", "points", "listed", "about"})
-    NOT_SHOWN: ClassVar[frozenset[str]] = frozenset({"engines", "vary", "table"})
-    NOT_IN_JSON: ClassVar[frozenset[str]] = frozenset({"powers"})
+    DERIVED = ("engines", "vary", "table", "powers")
+    INTERNAL = frozenset({"axes", "rows", "points", "listed", "about"})
+    NOT_SHOWN = frozenset({"engines", "vary", "table"})
+    NOT_IN_JSON = frozenset({"powers"})
     JSON_NAMES: ClassVar[dict[str, str]] = {"table": "rows"}
-    SHORT: ClassVar[tuple[str, ...]] = ("vary", "engines", "rows")
+    SHORT = ("vary", "engines", "rows")
 
     axes: tuple[Axis, ...]
     rows: tuple[SweepRow, ...] = ()
@@ -136,8 +136,7 @@ def _remarks(engine: str, rows: Sequence[SweepRow]) -> Iterator[Diagnostic]:
     several = [row.responses for row in rows if row.responses is not None]
     failed = [row.error for row in rows if row.error]
     if warned:
-        first = str(warned[0])
-        yield warning("warned_at_points", engine, count=len(warned), total=len(rows), first=first)
+        yield warning("warned_at_points", engine, count=len(warned), total=len(rows), first=str(warned[0]))
     if more := [count for count in several if count > 1]:
         yield warning("several_responses_at_points", engine, count=len(more), total=len(several), most=max(more))
     if failed:

@@ -87,8 +87,7 @@ def linear_law(request: ToleranceRequest, engine: Any, progress: Progress) -> To
     missed = float(np.quantile(np.abs(second), MOST)) / p0
     off = missed + beyond + (middle.mean_power.known_error95 / p0)
     per_square = np.array([_change_of_ratio(scene, x0, k) for k in range(len(keys))])
-    v0 = middle.mean_square_voltage.value
-    voltage = v0 * (1.0 + (x - x0) @ (slopes / p0 - per_square))
+    voltage = middle.mean_square_voltage.value * (1.0 + (x - x0) @ (slopes / p0 - per_square))
     half = np.maximum(np.abs(edges - x0[:, None]).max(axis=1), np.abs(x - x0).max(axis=0))
     linear = exponents(len(keys), 1)
     unexplained = float(second.var() / max((first + second).var(), 1e-300))

@@ -166,8 +166,7 @@ def _part(table: SweepTable, begin: int, end: int) -> SweepTable:
 
 def _outside(computed: Floats, many: Floats) -> list[Diagnostic]:
     """A warning where many samples lie beyond all that were computed, where a polynomial knows nothing."""
-    beyond = ((many < computed.min(axis=0)) | (many > computed.max(axis=0))).any(axis=1)
-    share = float(beyond.mean())
+    share = float(((many < computed.min(axis=0)) | (many > computed.max(axis=0))).any(axis=1).mean())
     return [warning("samples_outside", share=share)] if share > OUTSIDE * computed.shape[1] else []
 
 

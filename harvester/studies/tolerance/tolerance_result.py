@@ -86,25 +86,25 @@ class ToleranceResult(TableResult):
     ('exact', 'nondimensional.c1')
     """
 
-    DERIVED: ClassVar[tuple[str, ...]] = (
+    DERIVED = (
         *("mean", "standard_deviation", "error_from", "no_sensitivity", "sample_count"),
         *("distribution", "limit_table", "key_table"),
     )
-    INTERNAL: ClassVar[frozenset[str]] = frozenset(
+    INTERNAL = frozenset(
         {"spreads", "samples", "power", "voltage", "quantiles", "voltages", "limits", "met_each", "tornado"}
         | {"nominal", "peaks_off"}
     )
-    NOT_SHOWN: ClassVar[frozenset[str]] = frozenset(
+    NOT_SHOWN = frozenset(
         {"met", "sensitivity", "unexplained", "failed", "mean", "standard_deviation", "error_from", "no_sensitivity"}
     )
-    NOT_IN_JSON: ClassVar[frozenset[str]] = frozenset({"distribution", "limit_table", "key_table"})
+    NOT_IN_JSON = frozenset({"distribution", "limit_table", "key_table"})
     JSON_NAMES: ClassVar[dict[str, str]] = {
         "off": "relative_error95",
         "met": "yield",
         "unexplained": "surface_unexplained",
         "sample_count": "samples",
     }
-    SHORT: ClassVar[tuple[str, ...]] = ("engine", "mean", "standard_deviation", "sample_count")
+    SHORT = ("engine", "mean", "standard_deviation", "sample_count")
 
     engine: str
     spreads: tuple[PartSpread, ...]

@@ -48,12 +48,12 @@ class Cost(TableResult):
     ``reference`` names the finest engine, ``power`` is its mean power.
     """
 
-    DERIVED: ClassVar[tuple[str, ...]] = ("mean_power", "front", "seconds_needed", "table")
-    INTERNAL: ClassVar[frozenset[str]] = frozenset({"rows"})
-    NOT_SHOWN: ClassVar[frozenset[str]] = frozenset({"power", "refused", "table"})
-    NOT_IN_JSON: ClassVar[frozenset[str]] = frozenset({"mean_power", "front"})
+    DERIVED = ("mean_power", "front", "seconds_needed", "table")
+    INTERNAL = frozenset({"rows"})
+    NOT_SHOWN = frozenset({"power", "refused", "table"})
+    NOT_IN_JSON = frozenset({"mean_power", "front"})
     JSON_NAMES: ClassVar[dict[str, str]] = {"table": "rows"}
-    SHORT: ClassVar[tuple[str, ...]] = ("reference", "power", "rows")
+    SHORT = ("reference", "power", "rows")
 
     rows: tuple[CostRow, ...]
     reference: str

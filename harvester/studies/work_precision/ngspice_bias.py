@@ -3,20 +3,17 @@
 import math
 import time
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from harvester.arrays import Floats
 from harvester.engines import Spice
 from harvester.engines.sampling import Model
+from harvester.engines.spice.runs import Runs
 from harvester.equations.problem import Problem
 from harvester.studies.work_precision.bias import Bias
 from harvester.studies.work_precision.richardson_ladder import RichardsonLadder
 from harvester.uncertainty.value import Value
-
-if TYPE_CHECKING:
-    from harvester.engines.spice.runs import Runs
 
 TOLERANCES = (1e-5, 1e-4, 1e-3)  # ngspice's reltol, finest first, tenfold apart
 
@@ -42,7 +39,6 @@ def ngspice_bias(
     """
     from harvester.cosimulation.same_motion import ORDER
     from harvester.engines.spice.means import FEWEST
-    from harvester.engines.spice.runs import Runs
     from harvester.engines.spice.setup import set_up
     from harvester.uncertainty.control_variate import controlled
 
@@ -70,7 +66,7 @@ def ngspice_bias(
     )
 
 
-def _high(runs: "Runs", model: Model) -> Floats:
+def _high(runs: Runs, model: Model) -> Floats:
     """The moment that the power is made of, as ngspice has it, one entry a run."""
     if model.circuit is None:
         return np.array([run.moments.V2[0] for run in runs.done])
