@@ -190,8 +190,7 @@ class Trajectories:
         begin = self._boundary() if self.controlled else np.empty(0)
         schedule = Schedule(samples, self.stride, self.doublings, self.ngspice_rule and self.time > 0.0)
         update = update_of(eqs, self.h, self.ngspice_rule)
-        piece = samples if self.own_circuit is None else max(1, PIECE // self.stride)
-        given_up = threading.Event()
+        piece, given_up = max(1, PIECE // self.stride) if self.own_circuit else samples, threading.Event()
 
         def block(k: int) -> None:
             batch = self._batch(k, sums[k], None if noise is None else noise[k])
