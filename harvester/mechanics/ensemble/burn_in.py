@@ -3,7 +3,7 @@
 Windows of doubled length follow each other until the means of E[x^2], E[x'^2] and E[V^2] in two neighbours agree within
 two standard errors, and until these times have gone by: `LOAD_TIMES` time constants of the load (1/mu; with a circuit,
 `CHARGING_TIMES` of its capacitor, kappa/mu, and its power agrees too) and `CORRELATION_TIMES` correlation times of the
-energy, of V^2 and of the load's power, estimated from the same window.  With a compiled circuit the last may be shorter.
+energy, of V^2 and of the load's power, estimated from the same window.  The last one may be shorter.
 
 Between unlike wells these times are those of x, too, which sees hops.  Where hops are so rare that this would take too
 long, the burn-in ends when all else is forgotten (`harvester.mechanics.ensemble.hopping`).
@@ -109,17 +109,9 @@ def until_steady(
             if not steady:
                 raise _not_stationary(trajectories)
             return now, [_cut_short(trajectories, load, response)]
-        length, before = _next_window(trajectories, length, max(load, response) if same else None), means
-
-
-def _next_window(trajectories: Trajectories, length: float, end: float | None) -> float:
-    """The length of the window after one of a ``length``: double, or shorter where an ``end`` is known that is near.
-
-    That is where a circuit's own kernel makes steps a thousand times as dear, and two windows agreed already.
-    """
-    if trajectories.own_circuit is None or end is None:
-        return 2.0 * length
-    return min(max(end - trajectories.time, SHORTEST * length), 2.0 * length)
+        is_dear = same and trajectories.own_circuit is not None  # then no longer than its store needs
+        left = max(load, response) - trajectories.time if is_dear else 2.0 * length
+        length, before = min(2.0 * length, max(left, SHORTEST * length)), means
 
 
 def _agree(means: Moments, before: Moments | None, *names: str) -> bool:
