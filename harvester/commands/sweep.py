@@ -65,13 +65,13 @@ def sweep(
     where = read_points(points) if points is not None else grid([read_axis(text) for text in varied])
     within = options["within"]
     default = selection.default_engines(scene) if within is None else [selection.default_engine(scene, within=within)]
-    names = engines or tuple(default)
+    names, stand_ins = selection.for_circuit(scene, engines or default)
     budget = options["budget"]
     shorter = EFFORT if budget is None else ""
     chosen = selection.engines(names, **options)
     with client_of(scheduler) as executor, RowsBar("sweep", shorter=shorter, warms_up=True) as bar:
         execution = output.execution(bar, workers=workers, executor=executor, resume=resume)
-        table = compute_table(scene, where, chosen, execution, budget)
+        table = compute_table(scene, where, chosen, execution, budget, stand_ins)
     text = None
     if not output.as_json:
         elsewhere = "sweep.csv" if output.out else ""

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, TypeAlias
 
 from harvester.engines.protocol import AnyScene
-from harvester.engines.selection import Named, default_engines
+from harvester.engines.selection import Named, default_engines, for_circuit
 from harvester.engines.selection import engines as engines_of
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, names_arguments
@@ -73,9 +73,9 @@ def sweep(
         raise InputError("`vary` must have a scene key, such as {'load.resistance': '1k:10M:25'}, but has none")
     axes = [axis_of(key, some) for key, some in vary.items()] if isinstance(vary, Mapping) else vary
     problem = Problem.of(scene)
-    chosen = engines_of(default_engines(problem) if engines is None else engines)
+    named, stand_ins = for_circuit(problem, default_engines(problem) if engines is None else engines)
     points = axes if isinstance(axes, Points) else grid(axes)
-    return compute_table(problem.scene, points, chosen, execution)
+    return compute_table(problem.scene, points, engines_of(named), execution, in_place_of=stand_ins)
 
 
 def _varied(vary: Any, over: Any, values: Values | None) -> Any:
