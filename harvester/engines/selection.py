@@ -191,20 +191,6 @@ def default_engines(scene: AnyScene) -> list[str]:
     return [*(name for name in (Ideal.NAME,) if default == Spice.NAME and name in all_of_them), default]
 
 
-def for_circuit(scene: AnyScene, which: Sequence[Named]) -> tuple[list[Named], dict[str, list[str]]]:
-    """Engines whose answers stand in one figure, and for each that is in place of formulas the names of these.
-
-    No formula knows a netlist: in their place is the circuit of ideal elements, `Ideal`, else `Compiled`.
-    """
-    problem, which = Problem.of(scene), [which] if isinstance(which, str | Engine) else list(which)
-    formulas = [kind.NAME for kind in map(_kind, which) if kind.is_formula and problem.netlist is not None]
-    instead = [kind.NAME for kind in (Ideal, Compiled) if formulas and kind.refusal(problem) is None][:1]
-    if not instead:
-        return which, {}
-    others = [named for named in which if _kind(named).NAME not in formulas]
-    return [*({*instead} - {_kind(named).NAME for named in others}), *others], {instead[0]: formulas}
-
-
 def engine(which: Named, **options: Any) -> Engine:
     """An engine by its name, with its options; an engine is given back with the options replaced.
 

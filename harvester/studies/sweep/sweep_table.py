@@ -101,10 +101,8 @@ class SweepTable(TableResult):
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
         """Of each engine the first warning, how many points have several responses, and why the first point failed."""
-        in_place_of = self.about.get("in_place_of", {}).items()
-        stand_ins = [
-            note("stands_for_formulas", name, formulas=" and ".join(formulas)) for name, formulas in in_place_of
-        ]
+        in_place = self.about.get("in_place_of", {}).items()
+        stand_ins = [note("stands_for_formulas", name, formulas=" and ".join(those)) for name, those in in_place]
         return (*stand_ins, *(remark for name in self.engines for remark in _remarks(name, self.of(name))))
 
     def of(self, engine: str) -> list[SweepRow]:

@@ -9,10 +9,11 @@ import pytest
 
 import harvester as hv
 from harvester import engines, figures
-from harvester.engines import selection
+from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, InputError, SimulationError
 from harvester.presentation.diagnostic import has
 from harvester.studies.sweep.points import read_axis
+from harvester.studies.sweep.sweep import for_circuit
 from tests.support.paths import EXAMPLES
 from tests.support.sweeps import swept, telling
 
@@ -170,7 +171,7 @@ def test_the_ideal_circuit_stands_for_formulas(harvester):
     ],
 )
 def test_what_stands_for_a_formula(name, asked, computed, formulas):
-    assert selection.for_circuit(EXAMPLES / f"{name}.toml", asked) == (computed, formulas)
+    assert for_circuit(Problem.of(EXAMPLES / f"{name}.toml"), asked) == (computed, formulas)
 
 
 @pytest.mark.parametrize(
