@@ -136,8 +136,7 @@ def _command(study: Study) -> Command:
         has_progress = "progress" in inspect.signature(function).parameters
         with Bar(study.name, known=has_progress, shorter=study.shorter) as bar:
             result = function(output.scene, **options, **({"progress": bar.tell} if has_progress else {}))
-        picture = result.plot(None) if hasattr(result, "plot") else None
-        output.show(result, (), lambda _: of_result(output.scene, study.name, result, picture))
+        output.show(result, (), lambda _: of_result(output.scene, study.name, result))
 
     compute.__doc__, compute.__name__ = study.summary, study.name
     options = [
