@@ -1,6 +1,7 @@
 """The kernel of a compiled circuit that a mean current feeds, in place of a piezo that vibrates.
 
-The current i into the node ``p`` follows a table of the voltage u there with a lag: i' = (I(u) - i)/tau(u).
+The current i into the node ``p`` follows a table of the voltage u there with a lag: tau i' = I(u) - i + sqrt(S(u)) xi,
+where xi is white noise of density 1, or absent.
 """
 
 import math
@@ -11,12 +12,13 @@ from harvester.mechanics.kernels.compiled import kernel
 
 
 @kernel
-def feed(circuit, state, room, table, top, h, delay, charge, stride, out):
+def feed(circuit, state, room, table, top, h, delay, charge, stride, variates, out):
     """Fill ``out``, shape (n, 5), every ``stride`` steps of h (s): V of ``p``, store and load, and two integrals.
 
-    ``table``, shape (3, points), has I (A), tau (s) and the piezo's mean square voltage at even voltages up to ``top``;
-    the current begins after ``delay`` (s); ``charge`` (C) is the unit of charges.  The integrals are of the squared
-    voltages of load and piezo.  Returns the circuit's steps, and those that failed.
+    ``table``, shape (4, points), has I (A), tau (s), the piezo's mean square voltage and S (A^2 s) at even voltages up
+    to ``top``; ``variates`` of xi are normal, one a step, or none.  The current begins after ``delay`` (s); ``charge``
+    (C) is the unit of charges.  The integrals are of the squared voltages of load and piezo.  Returns the circuit's
+    steps, and those that failed.
     """
     current, last, steps, failed, square, piezo, before = 0.0, len(state) - DID, 0.0, 0.0, 0.0, 0.0, 0.0
     finest, at = table.shape[1] - 1, circuit.voltages_at
@@ -31,7 +33,11 @@ def feed(circuit, state, room, table, top, h, delay, charge, stride, out):
         lag = table[1, i] + part * (table[1, i + 1] - table[1, i])
         old = current
         if k * h >= delay:
-            current = mean + (current - mean) * math.exp(-h / max(lag, 1e-9 * h))
+            kept = math.exp(-h / max(lag, 1e-9 * h))
+            current = mean + (current - mean) * kept
+            if len(variates):
+                density = table[3, i] + part * (table[3, i + 1] - table[3, i])
+                current += math.sqrt(max(density, 0.0) * (1.0 - kept * kept) / (2.0 * lag)) * variates[k]
         given = 0.5 * (old + current) * h
         advance(circuit.address, circuit.record, state, room, 0.0, given / charge, given / charge, 1.0, 1.0, 1)
         square += state[last]

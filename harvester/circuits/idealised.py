@@ -63,6 +63,12 @@ def ideal_circuit(circuit: LoadCircuit, scales: Scales) -> IdealCircuit | None:
     return circuit_of(hysteresis=hysteresis, sece=sece)
 
 
+def ideal_bridge(saturation: float, emission: float, scales: Scales) -> IdealCircuit:
+    """A bridge of diodes of a saturation current (A) and an emission coefficient, with a store of Cp and no load."""
+    leak = saturation / (scales.capacitance * scales.volts * scales.frequency)
+    return IdealCircuit(0.0, 1.0, emission * THERMAL / scales.volts, leak, 2.0 * leak, bridge=True)
+
+
 def switching_time(circuit: LoadCircuit, scales: Scales) -> float:
     """Seconds of a switching, which ideal elements do at once: pi sqrt(L Cp), of SECE half of it; 0 without a coil."""
     inductance = circuit.values.get("L", 0.0) if circuit.topology in TOPOLOGIES else 0.0

@@ -123,11 +123,18 @@ def _switch(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart])
         system.functions.append(Function(operation("*", share, system.input(row)), row))
 
 
+def diode_law(part: CircuitPart) -> tuple[float, float]:
+    """Saturation current (A) and emission coefficient of a diode; raises as `CircuitPart.model`."""
+    model = part.model(("d",), _DIODE)
+    return model.value("is", "js", default=1e-14) * part.area, model.value("n", default=1.0)
+
+
 def _diode(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) -> None:
     known, area = (model := part.model(("d",), _DIODE)).value, part.area
     anode, cathode = part.nodes[:2]
     anode = behind(system, anode, f"{part.name}#internal", known("rs") / area)
-    saturation, thermal = known("is", "js", default=1e-14) * area, known("n", default=1.0) * junctions.THERMAL
+    saturation, emission = diode_law(part)
+    thermal = emission * junctions.THERMAL
     breakdown, reverse = math.inf, known("nbv", default=known("n", default=1.0)) * junctions.THERMAL
     if "bv" in model.values:
         ibv = known("ibv", default=1e-3) * area

@@ -1,9 +1,12 @@
 """Engine `slow`: the mean power of a chip behind a rectifier, from the rectifier's mean current at a held voltage."""
 
 import time
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from harvester.answers.estimate import Estimate
+from harvester.engines.compiled import Compiled
+from harvester.engines.moment_existence import existence
 from harvester.engines.options import Request, number
 from harvester.engines.protocol import (
     AnyScene,
@@ -16,6 +19,7 @@ from harvester.engines.protocol import (
     served,
 )
 from harvester.equations.bounds import check_bounded
+from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.presentation.diagnostic import Diagnostic, note, refusal, warning
 from harvester.presentation.engine_look import EngineLook
@@ -24,6 +28,7 @@ from harvester.uncertainty.value import Value
 
 if TYPE_CHECKING:
     from harvester.storage.rectifier_cut import Cut
+    from harvester.storage.steady_power import SlowPower
 
 SETTLED = 0.02  # of the mean power: a change from part to part that is told
 
@@ -44,7 +49,7 @@ class Slow(Request, Engine):
     ------
     CannotServeError
         for a load without a bridge of diodes at the electrodes, elements that no compiled circuit has, and shaking
-        other than a harmonic drive.
+        other than a harmonic drive, or than white or coloured noise of a mass with one resting place.
     UnboundedResponseError
         where the response grows without bound.
     """
@@ -63,8 +68,8 @@ class Slow(Request, Engine):
 
         if (without := needs_one_mode(problem, cls.NAME) or needs_circuit(problem, cls.NAME)) is not None:
             return without
-        if problem.equations.drive is None or problem.equations.is_random:
-            return refusal("needs_a_drive", cls.NAME, engine=cls.NAME)
+        if not _serves_shaking(problem.equations):
+            return refusal("needs_drive_or_noise", cls.NAME, engine=cls.NAME)
         if (other := needs_compiled_circuit(problem, cls.NAME)) is not None:
             return other
         assert problem.circuit is not None
@@ -75,15 +80,19 @@ class Slow(Request, Engine):
     def run(self, scene: AnyScene, progress: Progress | None = None) -> Estimate:
         """The mean power over the time of the slow run but for its first quarter, in which it settles."""
         from harvester.mechanics.kernels.compiled import compilation
+        from harvester.storage.noisy_power import noisy_power
         from harvester.storage.steady_power import slow_power
 
         problem, cut = self._parted(scene)
+        is_random, known = problem.equations.is_random, existence(problem)
         begin = time.perf_counter()
         with compilation():
-            solution = slow_power(problem, cut)
-        scales, power = problem.scales, solution.power
+            solution = noisy_power(problem, cut, self.seed) if is_random else slow_power(problem, cut)
+        if is_random and not solution.scales_apart:
+            return self._directly(problem, solution, progress)
+        scales, power = problem.scales, solution.power.with_unknown(known.unknown)
         how = "slow_circuit_alone" if solution.scales_apart else "run_directly"
-        diagnostics = [note(how, direct=solution.direct, separation=solution.separation)]
+        diagnostics = [note(how, direct=solution.direct, separation=solution.separation), known.warning]
         if solution.changed > SETTLED:
             diagnostics.append(warning("slow_circuit_unsettled", seconds=solution.duration, share=solution.changed))
         if (within := number(self.within)) is not None and power.known_error95 > within * power.value:
@@ -98,6 +107,13 @@ class Slow(Request, Engine):
             solution.steps,
             {"duration": solution.duration, "step": solution.slow_step, **solution.load},
         )
+
+    def _directly(self, problem: Problem, solution: "SlowPower", progress: Progress | None) -> Estimate:
+        """Under noise the mean power over as long as the slow run was, after as long a burn-in, of both together."""
+        seconds = solution.duration * problem.scales.frequency / problem.units.frequency
+        direct = Compiled(seed=self.seed, duration=seconds).run(problem, progress)
+        how = note("run_directly", direct=solution.duration, separation=solution.separation)
+        return replace(direct, engine=self.NAME, diagnostics=(how, *direct.diagnostics))
 
     def quick(self, scene: AnyScene) -> Estimate:
         """The same in .1 to .2 s, off by a few per cent, and none of its errors is known.
@@ -124,3 +140,11 @@ class Slow(Request, Engine):
         cut = cut_behind_rectifier(problem.circuit)
         assert cut is not None, "refusal checks this"
         return problem, cut
+
+
+def _serves_shaking(eqs: Equations) -> bool:
+    """Whether it is a drive alone, or noise alone whose mean current does not wait for hops between wells."""
+    if not eqs.is_random:
+        return eqs.drive is not None
+    known = eqs.drive is None and eqs.record is None and eqs.density is None
+    return known and eqs.is_shaken and len(eqs.resting_places) == 1

@@ -16,7 +16,7 @@ from harvester.arrays import Floats
 from harvester.circuits.circuit_batch import MASS_ROWS
 from harvester.circuits.circuit_path import CircuitPath
 from harvester.circuits.compiled_circuit import CompiledCircuit
-from harvester.circuits.idealised import ideal_circuit
+from harvester.circuits.idealised import ideal_bridge, ideal_circuit
 from harvester.equations.bounds import growth_near
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
@@ -26,7 +26,8 @@ from harvester.mechanics.kernels.forcing import forcing
 from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
 from harvester.mechanics.kernels.step_size import step_from_rest, whole_steps
 from harvester.storage.rectified_current import RectifiedCurrent
-from harvester.storage.rectifier_cut import STORE, held_rectifier, is_plain_store, with_store
+from harvester.storage.rectifier_cut import STORE, cut_behind_rectifier, held_rectifier, is_plain_store, with_store
+from harvester.uncertainty.value import mean_and_error
 
 VOLTAGES = 12
 RUNS = 512  # under noise, at each voltage
@@ -61,8 +62,11 @@ class Rectifier:
 
     @cached_property
     def ideal(self) -> IdealCircuit | None:
-        """The circuit of ideal elements."""
-        return ideal_circuit(self.load, self.scales) if is_plain_store(self.load) else None
+        """The circuit of ideal elements, also of a bridge of four diodes alike with a chip behind it."""
+        if is_plain_store(self.load):
+            return ideal_circuit(self.load, self.scales)
+        cut = cut_behind_rectifier(self.load)
+        return None if cut is None or (law := cut.diode) is None else ideal_bridge(*law, self.scales)
 
     def compiled(self, farads: float) -> CompiledCircuit:
         """That of the netlist's own elements; raises as `CompiledCircuit`."""
@@ -105,15 +109,15 @@ class HeldPath:
         self.peak = max(self.peak, float(np.abs(path.samples[:, 0]).max()))
         return path
 
-    def advance(self, volts: float, duration: float) -> tuple[Floats, float, float]:
-        """Go on for whole periods: the charge (C), shape (1,), the mean square of the piezo's V (V^2), and seconds."""
+    def advance(self, volts: float, duration: float) -> tuple[Floats, Floats, float]:
+        """Go on for whole periods: charge (C) and mean square of the piezo's V (V^2), shape (1,) each, and seconds."""
         period, held = self.eqs.shaking_period, self.farads * volts
         assert period is not None, "a drive has one"
         n_steps = round(period / self.h) * max(1, math.ceil(duration / period))
         shaking, self.state[self.at] = forcing(self.eqs, self.h, n_steps), held
         assert shaking is not None, "a drive"
         path = self.go_on(np.zeros(n_steps), shaking, math.gcd(n_steps, 4))
-        square = float(np.mean(path.voltages[:, 0] ** 2))
+        square = np.mean(path.voltages[:, :1] ** 2, axis=0)
         return np.array([self.state[self.at] - held]), square, n_steps * self.h / self.scales.frequency
 
 
@@ -124,7 +128,7 @@ class HeldRuns:
         self.runs, self.scales, self.farads, self.together = runs, scales, farads, runs.together
         self._circuit, (self._row, self._unit) = circuit, store_row(circuit, farads, scales)
 
-    def advance(self, volts: Floats | float | None, duration: float) -> tuple[Floats, float, float]:
+    def advance(self, volts: Floats | float | None, duration: float) -> tuple[Floats, Floats, float]:
         """Go on: charges (C) of the runs, as `HeldPath.advance`; the store has what it had where ``volts`` is None.
 
         Voltages of its own for each run have the shape (blocks, BATCH).
@@ -137,7 +141,7 @@ class HeldRuns:
         moments = self.runs.run(duration)
         charges = ((store - before) * self._unit).ravel()
         seconds = (self.runs.time - begin) / self.scales.frequency
-        return charges, float(moments.V2.mean()) * self.scales.volts**2, seconds
+        return charges, moments.V2 * self.scales.volts**2, seconds
 
 
 def open_voltage(problem: Problem, h: float, seed: int = 0) -> float:
@@ -155,21 +159,27 @@ def measured_current(held: HeldPath | HeldRuns, eqs: Equations, voltages: Floats
     for k, volts in enumerate(voltages):
         settling = FADED if k == 0 or eqs.is_steady else STEPPED
         settled, _, first = held.advance(float(volts), settling * unit)
-        charges, square, seconds = held.advance(float(volts), (1.0 if eqs.is_steady else MEASURED) * unit)
-        charges = charges.reshape(-1, held.together).mean(axis=1)
-        current = charges.mean() / seconds
-        spread = float(charges.var(ddof=1)) if len(charges) > 1 else 0.0
-        stderr = math.sqrt(spread / len(charges)) / seconds
-        rows.append([current, stderr, spread * held.together / seconds, square, settled.mean() - current * first])
-    current, stderr, density, square, excess = np.array(rows).T
+        charges, squares, seconds = held.advance(float(volts), (1.0 if eqs.is_steady else MEASURED) * unit)
+        (charge, error), (square, unsure) = (_over_runs(entries, held.together) for entries in (charges, squares))
+        density = len(charges) * error**2 / seconds
+        rows.append(
+            [charge / seconds, error / seconds, density, square, settled.mean() - charge / seconds * first, unsure]
+        )
+    current, stderr, density, square, excess, square_error = np.array(rows).T
     lag = np.zeros(len(voltages))
     if eqs.is_steady:
         steps = current[:-1] - current[1:]
         lag[1:] = np.divide(excess[1:], steps, out=np.zeros(len(steps)), where=np.abs(steps) > 0.01 * current.max())
         lag[0] = lag[1]
-    return RectifiedCurrent(
-        np.asarray(voltages), current, None if eqs.is_steady else stderr, density, square, lag, -float(excess[0])
-    )
+    sampling = None if eqs.is_steady else stderr
+    ring_up = -float(excess[0])
+    return RectifiedCurrent(np.asarray(voltages), current, sampling, density, square, lag, ring_up, square_error)
+
+
+def _over_runs(values: Floats, together: int) -> tuple[float, float]:
+    """The mean over runs, ``together`` of which are on one record, and its standard error; 0 of one run."""
+    mean, error = mean_and_error(values.reshape(-1, together).mean(axis=1))
+    return mean, error if math.isfinite(error) else 0.0
 
 
 class Currents(NamedTuple):

@@ -71,13 +71,14 @@ class MeanCurrent:
 class RectifiedCurrent(MeanCurrent):
     """The table of shaking that always is alike, of columns in SI units, shape (n,) each.
 
-    ``square`` is the mean square of the piezo's voltage; ``lag`` is in s.
+    ``square`` is the mean square of the piezo's voltage, with the standard error ``square_error``; ``lag`` is in s.
     """
 
     density: Floats
     square: Floats
     lag: Floats
     ring_up: float
+    square_error: Floats | None = None
     length: ClassVar[float] = math.inf
 
     def slope(self, volts: Floats) -> Floats:

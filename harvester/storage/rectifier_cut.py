@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from harvester.circuits.parts import CircuitPart, parts_of
+from harvester.circuits.stamps import diode_law
 from harvester.netlists.load_circuit import LoadCircuit
 
 STORE, LOAD = "csmooth", "rload"
@@ -22,6 +23,17 @@ class Cut:
     rectifier: tuple[CircuitPart, ...]
     behind: tuple[CircuitPart, ...]
     rails: tuple[str, str]
+
+    @property
+    def diode(self) -> tuple[float, float] | None:
+        """Saturation current (A) and emission coefficient of the rectifier's diodes; None where they are not alike."""
+        laws = {diode_law(part) for part in self.rectifier}
+        return laws.pop() if len(laws) == 1 else None
+
+    @property
+    def store_is_at_rails(self) -> bool:
+        """Whether the store is what the rectifier charges, and not behind a converter."""
+        return any(part.name == STORE and set(part.nodes[:2]) == set(self.rails) for part in self.behind)
 
     def held(self, farads: float) -> list[CircuitPart]:
         """The rectifier with a capacitance between its rails that hardly changes its voltage."""

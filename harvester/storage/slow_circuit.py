@@ -1,8 +1,9 @@
 """What is behind a rectifier, over hours: the rest of the netlist as a compiled circuit, fed by the mean current.
 
-    i' = (I(u) - i)/tau(u)        u: the voltage between the rectifier's rails
+    tau i' = I(u) - i + sqrt(S(u)) xi        u: the voltage between the rectifier's rails
 
-The current follows I(u) with the lag that was measured, from 0 at rest.  Steps are those of the slow circuit, many
+The current follows I(u) with the lag that was measured, from 0 at rest; under noise it may fluctuate, with the spectral
+density that was measured at frequency zero (xi: white noise of density 1).  Steps are those of the slow circuit, many
 vibrations of the fast one may pass in each; within a step the circuit chooses its own.
 
 How far apart the time scales are `direct_check` tells: mass and circuit together from rest, beside the slow store;
@@ -42,7 +43,8 @@ SMALL = 50.0  # what is left between the rails of the piezo's capacitance: this 
 class SlowPath:
     """The slow circuit over time, shape (n,): s, V of the rails, the store and the load, and integrals up to then.
 
-    ``square`` is that of the load's squared voltage (V^2 s), ``piezo`` that of the piezo's mean square voltage.
+    ``square`` is that of the load's squared voltage (V^2 s), ``piezo`` that of the piezo's mean square voltage; ``end``
+    is the circuit's last state.
     """
 
     t: Floats
@@ -53,6 +55,7 @@ class SlowPath:
     piezo: Floats
     steps: int
     failed: int
+    end: Floats
 
 
 class SlowCircuit:
@@ -65,19 +68,35 @@ class SlowCircuit:
         self.scales = replace(scales, coupling=scales.coupling / SMALL, capacitance=scales.capacitance / SMALL)
         self.circuit = CompiledCircuit(load, self.scales, cut.slow(), tolerance)
 
-    def run(self, current: RectifiedCurrent, duration: float, seconds: float, stride: int = 1) -> SlowPath:
-        """From empty and at rest for a ``duration`` in s, every ``stride`` of its steps of ``seconds``."""
+    def run(
+        self,
+        current: RectifiedCurrent,
+        duration: float,
+        seconds: float,
+        stride: int = 1,
+        variates: Floats | None = None,
+        start: Floats | None = None,
+    ) -> SlowPath:
+        """With the mass at rest at first for a ``duration`` in s, every ``stride`` of its steps of ``seconds``.
+
+        The current fluctuates by normal ``variates``, one a step; None: it does not.  The circuit begins in the state
+        ``start``; None: empty.
+        """
         rows = math.ceil(duration / (seconds * stride) - 1e-9)
         top = float(current.voltages[-1])
         volts = np.linspace(0.0, top, POINTS)
-        table = np.array([current.at(volts), current.column_at("lag", volts), current.column_at("square", volts)])
+        table = np.array(
+            [current.at(volts), *(current.column_at(name, volts) for name in ("lag", "square", "density"))]
+        )
         out = np.empty((rows, 5))
-        circuit, state = self.circuit.for_kernels(seconds * self.scales.frequency), self.circuit.rest
+        circuit = self.circuit.for_kernels(seconds * self.scales.frequency)
+        state = self.circuit.rest if start is None else start.copy()
         room = np.empty((ROOMS, circuit.length))
         charge = self.scales.capacitance * self.scales.volts
-        steps, failed = feed(circuit, state, room, table, top, seconds, current.delay, charge, stride, out)
+        normal = np.empty(0) if variates is None else variates
+        steps, failed = feed(circuit, state, room, table, top, seconds, current.delay, charge, stride, normal, out)
         t = seconds * stride * np.arange(1.0, rows + 1.0)
-        return SlowPath(t, out[:, 0], out[:, 1], out[:, 2], out[:, 3], out[:, 4], int(steps), int(failed))
+        return SlowPath(t, out[:, 0], out[:, 1], out[:, 2], out[:, 3], out[:, 4], int(steps), int(failed), state)
 
 
 class DirectCheck(NamedTuple):

@@ -76,13 +76,7 @@ def slow_power(problem: Problem, cut: Cut) -> SlowPower:
     circuit = SlowCircuit(problem.circuit, cut, scales)
     unit = time_constant(problem.equations) / scales.frequency
     h = unit / FINER
-    duration = min(_first_duration(circuit, table, unit), MOST * h)
-    while True:
-        path = circuit.run(table, duration, h, stride=4)
-        first, last = (_power(path.t, path.square, *part) for part in _parts(duration))
-        if abs(first - last) <= SETTLED * last or 2.0 * duration > MOST * h:
-            break
-        duration *= 2.0
+    path, duration, changed = settled_path(circuit, table, unit)
     ends = duration / 4.0, duration
     rougher = SlowCircuit(problem.circuit, cut, scales, ROUGHER * TOLERANCE)
     less = table.scaled(1.0 - JUDGE)
@@ -91,14 +85,14 @@ def slow_power(problem: Problem, cut: Cut) -> SlowPower:
 
     def known(name: str) -> tuple[Value, float]:
         """The mean of an integral of the path, corrected, and by how much."""
-        mean, twice, *changed = (_power(run.t, getattr(run, name), *ends) for run in (path, base, *others))
+        mean, twice, *changed = (mean_rate(run.t, getattr(run, name), *ends) for run in (path, base, *others))
         by_step, by_voltages, by_judge = (abs(mean_of_other - twice) for mean_of_other in changed)
         off = _off(direct, path, mean, name)
         model = by_voltages + by_judge + JUDGE * mean + abs(off)
         return Value(mean + off, bias=by_step + abs(twice - mean), model=model), off
 
     (power, separation), (square, _) = known("square"), known("piezo")
-    changed, steps = abs(first - last), measuring + direct.steps
+    steps = measuring + direct.steps
     if not (scales_apart := abs(separation) <= LARGEST_SEPARATION * power.value):
         direct, twice = (_direct(problem, LONGER * direct.seconds, factor) for factor in (1.0, 2.0))
         power, square = (_of_direct(direct, twice, name) for name in ("square", "piezo"))
@@ -118,6 +112,21 @@ def slow_power(problem: Problem, cut: Cut) -> SlowPower:
     )
 
 
+def settled_path(circuit: SlowCircuit, table: RectifiedCurrent, unit: float) -> tuple[SlowPath, float, float]:
+    """The slow circuit until its mean power changes no more, how long that is (s), and its last change (V^2).
+
+    The ``unit`` is the mass's time constant (s).
+    """
+    h = unit / FINER
+    duration = min(first_duration(circuit, table, unit), MOST * h)
+    while True:
+        path = circuit.run(table, duration, h, stride=4)
+        first, last = (mean_rate(path.t, path.square, *part) for part in _parts(duration))
+        if abs(first - last) <= SETTLED * last or 2.0 * duration > MOST * h:
+            return path, duration, abs(first - last)
+        duration *= 2.0
+
+
 def quick_power(problem: Problem, cut: Cut) -> tuple[float, float, SlowPath]:
     """Mean power (W), mean square of the piezo's voltage, and the path; soon.
 
@@ -128,21 +137,24 @@ def quick_power(problem: Problem, cut: Cut) -> tuple[float, float, SlowPath]:
     """
     assert problem.circuit is not None
     scales, h = problem.scales, step_from_rest(problem.equations)
-    rectifier = Rectifier(problem)
-    held = HeldPath(problem, rectifier.compiled(rectifier.held), h)
-    table = measured_current(held, problem.equations, np.linspace(0.0, open_voltage(problem, h), QUICK_VOLTAGES))
+    rectifier, eqs = Rectifier(problem), problem.equations
+    if eqs.is_random:
+        table = measured(problem, count=QUICK_VOLTAGES).best
+    else:
+        held = HeldPath(problem, rectifier.compiled(rectifier.held), h)
+        table = measured_current(held, eqs, np.linspace(0.0, open_voltage(problem, h), QUICK_VOLTAGES))
     circuit = SlowCircuit(problem.circuit, cut, scales, QUICK_TOLERANCE * TOLERANCE)
     unit = time_constant(problem.equations) / scales.frequency
     slow = unit / FINER * QUICK_STEP
-    longest = min(_first_duration(circuit, table, unit), MOST / QUICK_STEP * slow)
+    longest = min(first_duration(circuit, table, unit), MOST / QUICK_STEP * slow)
     duration = QUICK_PART * longest
     while True:
         path = circuit.run(table, duration, slow)
-        first, last = (_power(path.t, path.square, *part) for part in _parts(duration))
+        first, last = (mean_rate(path.t, path.square, *part) for part in _parts(duration))
         if duration >= longest or abs(first - last) < QUICK_SETTLED * last:
             break
         duration = min(2.0 * duration, longest)
-    mean, square = (_power(path.t, integral, duration / 4.0, duration) for integral in (path.square, path.piezo))
+    mean, square = (mean_rate(path.t, integral, duration / 4.0, duration) for integral in (path.square, path.piezo))
     return mean / circuit.circuit.resistance, square, path
 
 
@@ -162,7 +174,7 @@ def of_load(path: SlowPath) -> dict[str, float]:
     }
 
 
-def _first_duration(circuit: SlowCircuit, table: RectifiedCurrent, unit: float) -> float:
+def first_duration(circuit: SlowCircuit, table: RectifiedCurrent, unit: float) -> float:
     """How long (s) the first slow run is, with a ``unit`` of the mass's time constant: some charges of the store."""
     farads = sum(1.0 / volts for name, _, _, volts in circuit.circuit.system.charges if name == STORE)
     return max(FIRST * unit, CHARGES * farads * float(table.voltages[-1]) / max(float(table.current[0]), 1e-30))
@@ -172,7 +184,7 @@ def _parts(duration: float) -> tuple[tuple[float, float], tuple[float, float]]:
     return (duration / 4.0, 0.625 * duration), (0.625 * duration, duration)
 
 
-def _power(t: Floats, integral: Floats, begin: float, end: float) -> float:
+def mean_rate(t: Floats, integral: Floats, begin: float, end: float) -> float:
     """The mean rate of an integral between two times, weighted by Hann's window: whole cycles need not fit."""
     middle, rates = 0.5 * (t[1:] + t[:-1]), np.diff(integral) / np.diff(t)
     weights = np.where((middle > begin) & (middle < end), np.sin(np.pi * (middle - begin) / (end - begin)) ** 2, 0.0)
@@ -205,7 +217,7 @@ def _of_direct(direct: _Direct, coarse: _Direct, name: str) -> Value:
     """The mean rate of an integral by a direct run, and by another of twice the step."""
     end = direct.seconds
     mean, twice, first, last = (
-        _power(run.t, getattr(run, name), *part)
+        mean_rate(run.t, getattr(run, name), *part)
         for run, part in (
             (direct, (end / 4.0, end)),
             (coarse, (end / 4.0, end)),
@@ -222,7 +234,7 @@ def _off(direct: _Direct, slow: SlowPath, mean: float, name: str) -> float:
     ``mean``.
     """
     part = direct.seconds / 4.0, direct.seconds
-    slow_mean, direct_mean = (_power(run.t, getattr(run, name), *part) for run in (slow, direct))
+    slow_mean, direct_mean = (mean_rate(run.t, getattr(run, name), *part) for run in (slow, direct))
     if max(direct_mean, slow_mean) > 1e-3 * mean:
         return direct_mean - slow_mean
     full, slowly = (float(np.interp(direct.seconds, run.t, run.store)) for run in (direct, slow))

@@ -158,7 +158,8 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "needs_compiled_circuit": "engine {engine!r} must have a netlist of elements that it knows, but {why}: use engine 'spice'",
     "needs_ideal_circuit": "engine {engine!r} must have one of the netlists {known}, but the load is {netlist!r}: use "
     "engine 'spice'",
-    "needs_a_drive": "engine {engine!r} must have a harmonic drive alone, but the shaking is another: use engine 'spice'",
+    "needs_drive_or_noise": "engine {engine!r} must have a harmonic drive alone, or white or coloured noise alone and one "
+    "resting place, but has not: use engine 'spice'",
     "needs_chip": "engine {engine!r} must have a bridge of diodes at the electrodes and a chip behind it, but has not: "
     "use engine 'spice'",
     "needs_load": "engine {engine!r} must have a load, but the circuit is open: use engine 'ensemble'",
