@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 
 from harvester.arrays import Floats
 from harvester.figures.labels import Label, write_labels
-from harvester.figures.quantities import NONDIMENSIONAL, logarithm, scale
+from harvester.figures.quantities import Scale, logarithm, scale
 from harvester.figures.shapes import EstimateShape, PathShape
 from harvester.figures.style import INK, WIDTH, Plot, entitle, legend, new, styled
 from harvester.presentation.engine_look import look as look_of
@@ -59,9 +59,7 @@ def _errors(here: Axes, answer: EstimateShape) -> None:
     here.set_ylim(len(parts) - 0.5, -0.5)
     here.set_xlim(0.0, None if here.containers else 1.0)
     here.set_xlabel("error of the mean power (%)")
-    x = scale("", answer.unit_names.power, [power.value])
-    unit = x.label[2:-1].removesuffix(NONDIMENSIONAL).removesuffix(", ")
-    here.set_title(f"{_with_error(power.scaled(1.0 / x.factor))} {unit}: what its error is made of")
+    here.set_title(f"{in_words(power, answer.unit_names.power)}: what its error is made of")
     here.grid(visible=False, axis="y")
 
 
@@ -88,15 +86,12 @@ def _powers(powers: Axes, estimates: Sequence[EstimateShape]) -> None:
     values = [e.mean_power.value for e in estimates]
     x = scale("mean power", estimates[0].unit_names.power, values)
     for row, answer in enumerate(estimates):
-        look: dict[str, Any] = {"color": look_of(answer.engine).colour, "marker": look_of(answer.engine).marker}
+        look: Any = {"color": look_of(answer.engine).colour, "marker": look_of(answer.engine).marker}
         bars: dict[str, Any] = {"markersize": 6, "markeredgecolor": INK, "ecolor": INK, "capsize": 3, "zorder": 3}
-        error = answer.mean_power.known_error95 / x.factor
-        powers.errorbar(answer.mean_power.value / x.factor, row, xerr=error or None, linestyle="none", **look, **bars)
-        left = _relative_place(answer.mean_power.value, values) > 0.6
-        where: dict[str, Any] = {"xytext": (-9 if left else 9, 9), "ha": "right" if left else "left"}
-        at = (answer.mean_power.value / x.factor, row)
-        text = _with_error(answer.mean_power.scaled(1.0 / x.factor))
-        powers.annotate(text, at, textcoords="offset points", va="center", fontsize=9, **where)
+        power, left = answer.mean_power.scaled(1.0 / x.factor), _relative_place(answer.mean_power.value, values) > 0.6
+        powers.errorbar(power.value, row, xerr=power.known_error95 or None, linestyle="none", **look, **bars)
+        where: dict[str, Any] = {"xytext": (-9 if left else 9, 9), "ha": "right" if left else "left", "fontsize": 9}
+        powers.annotate(_with_error(power), (power.value, row), textcoords="offset points", va="center", **where)
     powers.set_yticks(range(len(estimates)), [_label(e) for e in estimates])
     powers.set_ylim(len(estimates) - 0.5, -0.7)
     powers.margins(x=0.1)
@@ -107,10 +102,16 @@ def _powers(powers: Axes, estimates: Sequence[EstimateShape]) -> None:
 def _with_error(power: Value) -> str:
     """A power with its whole error to two digits; without one where it is not known, or cannot be seen beside it."""
     error = power.error95
-    if error is None or error < _SEEN * abs(power.value):
+    if error is None or error <= _SEEN * abs(power.value):
         return f"{power.value:.4g}"
     digits = max(0, 1 - math.floor(math.log10(error)))
     return f"{power.value:.{digits}f} ± {error:.{digits}f}"
+
+
+def in_words(power: Value, unit: str) -> str:
+    """A power with its whole error and its unit, such as "8.27 ± 0.23 µW"."""
+    of = scale("", unit, [power.value]) if unit else Scale(1.0, "( )")
+    return f"{_with_error(power.scaled(1.0 / of.factor))} {of.label[2:-1]}".rstrip()
 
 
 def _path(panel: Axes, path: PathShape) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from harvester.arrays import Floats
+from harvester.figures.engines import in_words
 from harvester.figures.quantities import amount, broken, mark, quantity, scale
 from harvester.figures.shapes import BestKeyShape, EvaluationShape, OptimumShape
 from harvester.figures.smoothing import local_fit, smooth
@@ -95,9 +96,9 @@ def _sound(answer: OptimumShape) -> tuple[list[EvaluationShape], int]:
 def _star(answer: OptimumShape) -> str:
     """What the star is, with its numbers: no optimum where most of the range was never looked at."""
     what = "optimum" if answer.scanned else "highest so far: the scan was cut short"
-    power, unit = answer.estimate.mean_power.value, answer.estimate.unit_names.power
+    power = in_words(answer.estimate.mean_power, answer.estimate.unit_names.power)
     values = (amount(best.value, quantity(best.range.key)[1].replace("SI", "")) for best in answer.keys)
-    return f"{what}\n{amount(power, unit)} at {', '.join(values)}"
+    return f"{what}\n{power} at {', '.join(values)}"
 
 
 def _panel(here: Axes, answer: OptimumShape, number: int, evaluations: _Evaluations, unit: float) -> None:
