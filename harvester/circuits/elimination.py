@@ -45,25 +45,27 @@ def pivots(samples: Floats, pattern: Bools) -> list[tuple[int, int]]:
 def lines_of(order: list[tuple[int, int]], pattern: Bools, limits: Sequence[Sequence[str]]) -> list[str]:
     """The lines that solve a z = b from variables a{row}_{column} and b{row} for z{column}; ``safe`` tells if they did.
 
-    ``limits`` are the arguments' texts of the largest factors, by the equations that are subtracted from and that are
-    subtracted, shape (n, n).
+    Each variable but ``safe`` is assigned once, which is far less work for the compiler.  ``limits`` are the arguments'
+    texts of the largest factors, by the equations that are subtracted from and that are subtracted, shape (n, n).
     """
-    full, lines = pattern.copy(), ["safe = True"]
+    lines, right = ["safe = True"], [f"b{i}" for i in range(len(pattern))]
+    names = {(i, j): f"a{i}_{j}" for i, j in np.argwhere(pattern).tolist()}
     for k, (row, column) in enumerate(order):
         later = order[k + 1 :]
-        lines.append(f"d{row} = 1.0 / a{row}_{column}")
+        lines.append(f"d{row} = 1.0 / {names[row, column]}")
         for other, _ in later:
-            if not full[other, column]:
+            if (other, column) not in names:
                 continue
-            lines += [f"f = a{other}_{column} * d{row}", f"safe = safe and abs(f) < {limits[other][row]}"]
-            for _, right in later:
-                if full[row, right]:
-                    mark = "-=" if full[other, right] else "= -"
-                    lines.append(f"a{other}_{right} {mark} f * a{row}_{right}")
-                    full[other, right] = True
-            lines.append(f"b{other} -= f * b{row}")
+            f = f"f{other}_{row}"
+            lines += [f"{f} = {names[other, column]} * d{row}", f"safe &= abs({f}) < {limits[other][row]}"]
+            for _, j in later:
+                if (row, j) in names:
+                    before, names[other, j] = names.get((other, j), ""), f"a{other}_{j}_{row}"
+                    lines.append(f"{names[other, j]} = {before} - {f} * {names[row, j]}")
+            lines.append(f"b{other}_{row} = {right[other]} - {f} * {right[row]}")
+            right[other] = f"b{other}_{row}"
     for k in range(len(order) - 1, -1, -1):
         row, column = order[k]
-        known = "".join(f" - a{row}_{right} * z{right}" for _, right in order[k + 1 :] if full[row, right])
-        lines.append(f"z{column} = (b{row}{known}) * d{row}")
+        known = "".join(f" - {names[row, j]} * z{j}" for _, j in order[k + 1 :] if (row, j) in names)
+        lines.append(f"z{column} = ({right[row]}{known}) * d{row}")
     return lines

@@ -62,7 +62,7 @@ class Solver:
         writer = Writer([f"w{k}" for k in range(len(system.inputs))], indent=8 * " ")
         self._row = {k: i for i, k in enumerate(reduction.rows)}
         self._column = {k: i for i, k in enumerate(reduction.columns)}
-        self._before, self._tests, self._last, self._stamps, self._after = (list[str]() for _ in range(5))
+        self._before, self._tests, self._last, self._stamps, self._after, self._ends = (list[str]() for _ in range(6))
         self._right: dict[int, list[str]] = {i: [f"r[{i}]"] for i in range(self.n)}
         self._slopes: list[tuple[Row, Row, int, bool]] = []  # of each: where it enters, its input, its function
         self._terms: dict[tuple[int, int], list[str]] = {}
@@ -74,50 +74,51 @@ class Solver:
             ]
             tolerance = writer.argument(SMALL * volts / impedance)
             self._add(f"{k}", f"I{k}", {junction.input: f"G{k}"}, junction.rows, tolerance)
-            self._stamps += [f"X{k}, C{k} = x{k}, c{k}"]
-            self._before += [f"X{k}, C{k} = 0.0, 0.0"]
-            self._last += [f"q[{k}] = X{k} + C{k}*(v{junction.input} - u{junction.input})"]
+            self._before.append(f"Q{k} = 0.0")
+            self._ends.append(f"Q{k} = x{k} + c{k}*(v{junction.input} - u{junction.input})")
+            self._last.append(f"q[{k}] = Q{k}")
         for k, two in enumerate(system.functions, len(system.diodes)):
             value, slopes = writer.write(two.tree)
             is_voltage = all(i in system.owners for i in two.rows)
             size = 1.0 if is_voltage else 1e-2 / impedance
             self._add(f"{k}", value, slopes, two.rows, writer.argument(SMALL * size))
         self._write_inputs(writer, impedance)
-        self._before += [f"z{i} = 0.0" for i in range(self.n)]
         solution = self._elimination(writer, impedance, [reduction.stage(tau).admittances for tau in taus])
         self.arguments, self._lines = writer.constants, writer.lines
         self.work = self.n * self.n + self.n
-        self.text = self._text(len(system.inputs), len(system.switches), len(system.diodes), solution)
+        self.text = self._text(len(system.switches), len(system.diodes), solution)
 
     def _write_inputs(self, writer: Writer, impedance: float) -> None:
         """Add the lines that go on from a solution to the inputs: those of junctions are limited."""
         for k, (row, junction) in enumerate(self.reduction.system.inputs):
-            self._before += [f"w{k} = {self._at(row, 'y[{}]')}", f"v{k} = u{k} = w{k}"]
-            self._after += [f"u{k}, v{k} = w{k}, {self._at(row, 'z{}')}"]
+            self._before.append(f"w{k} = {self._at(row, 'y[{}]')}")
+            self._after += [f"u{k} = w{k}", f"v{k} = {self._at(row, 'b[{}]')}"]
             if junction is None:
-                self._after.append(f"w{k} = v{k}")
+                self._after.append(f"w{k} = v{k} + held * (u{k} - v{k})")
                 continue
             knees = (_knee(n, junction.saturation, impedance) for n in (junction.thermal, junction.reverse))
             given = junction.thermal, next(knees), min(junction.breakdown, 1e30), junction.reverse, next(knees)
-            self._after.append(f"w{k} = limited(v{k}, w{k}, {', '.join(map(writer.argument, given))})")
-            self._tests.append(f"w{k} == v{k}")
+            self._after += [
+                f"l{k} = limited(v{k}, u{k}, {', '.join(map(writer.argument, given))})",
+                f"w{k} = l{k} + held * (u{k} - l{k})",
+                f"near &= w{k} == v{k}",
+            ]
 
     def _add(self, name: str, value: str, slopes: dict[int, str], rows: Row, tolerance: str) -> None:
-        """Add a function to the tests and to the matrix: its tangent is F + sum of F_k (w_k - u_k)."""
-        tangent = _sum([f"F{name}", *(f"F{name}_{k}*(w{k} - u{k})" for k in slopes)])
-        self._before += [f"F{name} = 0.0", *(f"F{name}_{k} = 0.0" for k in slopes)]
-        self._tests.append(f"abs({value} - ({tangent})) <= RELATIVE*abs({value}) + {tolerance}")
-        self._stamps += [f"F{name} = {value}", *(f"F{name}_{k} = {slope}" for k, slope in slopes.items())]
-        self._stamps += [f"e{name} = " + _sum([f"F{name}", *(f"-F{name}_{k}*w{k}" for k in slopes)])]
+        """Add a function F to the tests and to the matrix: its tangent is F + sum of F_k (w_k - u_k)."""
+        self._before.append(f"T{name} = 0.0")
+        self._ends.append(f"T{name} = " + _sum([value, *(f"{slope}*(w{k} - u{k})" for k, slope in slopes.items())]))
+        self._tests.append(f"abs({value} - T{name}) <= RELATIVE*abs({value}) + {tolerance}")
+        self._stamps.append(f"e{name} = " + _sum([value, *(f"-{slope}*w{k}" for k, slope in slopes.items())]))
         for i, weight in rows.items():
             self._right[self._row[i]].append(_times(-weight, f"e{name}"))
         is_current = not any(i in self.reduction.system.owners for i in rows)
-        for k in slopes:
+        for k, slope in slopes.items():
             row, _ = self.reduction.system.inputs[k]
             self._slopes.append((rows, row, len(self._tests), is_current))
             for (i, weight), (j, factor) in itertools.product(rows.items(), row.items()):
                 entry = self._row[i], self._column[j]
-                self._terms.setdefault(entry, []).append(_times(weight * factor, f"F{name}_{k}"))
+                self._terms.setdefault(entry, []).append(_times(weight * factor, slope))
 
     def _samples(self, impedance: float, linear: list[Floats]) -> Floats:
         """Matrices as iterations meet them, with equations of like size: derivatives that are zero, small and large."""
@@ -134,10 +135,10 @@ class Solver:
         return np.array(matrices)
 
     def _elimination(self, writer: Writer, impedance: float, linear: list[Floats]) -> list[str]:
-        """The lines that solve the equations of an iteration for z0, z1, ..."""
+        """The lines that solve the equations of an iteration for b[0], b[1], ..."""
         n, entries = self.n, dict[tuple[int, int], list[str]]()
         for i, j in np.argwhere(np.any(linear, axis=0)).tolist():
-            entries[i, j] = [f"Y[{i}, {j}]"]
+            entries[i, j] = [f"Y[{i * n + j}]"]
         for entry, terms in self._terms.items():
             entries[entry] = entries.get(entry, []) + terms
         pattern = np.zeros((n, n), dtype=bool)
@@ -148,51 +149,49 @@ class Solver:
         limit = {of: writer.argument(LARGEST * size) for of, size in sizes.items()}
         limits = [[limit[a - b] for b in voltages] for a in voltages]
         order = pivots(self._samples(impedance, linear), pattern)
-        right = {i: _sum(terms) for i, terms in self._right.items()}
         return [
             *(f"a{i}_{j} = {_sum(terms)}" for (i, j), terms in entries.items()),
-            *(f"b{i} = {text}" for i, text in right.items()),
+            *(f"b{i} = {_sum(terms)}" for i, terms in self._right.items()),
             *lines_of(order, pattern, limits),
-            "if not safe:",
-            f"    for k in range({n * n + n}):",
+            "if safe:",
+            *(f"    b[{k}] = z{k}" for k in range(n)),
+            "else:",
+            f"    for k in range({n}, {n * n + n}):",
             "        b[k] = 0.0",
-            *(f"    b[{i}] = {text}" for i, text in right.items()),
-            *(f"    J[{i}, {j}] = {_sum(terms)}" for (i, j), terms in entries.items()),
-            f"    if not solve_dense(J, b, {n}):",
+            *(f"    b[{i}] = b{i}" for i in range(n)),
+            *(f"    b[{n + i * n + j}] = a{i}_{j}" for i, j in entries),
+            f"    if not solve_dense(b[{n} :].reshape(({n}, {n})), b, {n}):",
             "        return -1",
-            *(f"    z{k} = b[{k}]" for k in range(n)),
         ]
 
     def _at(self, row: Row, name: str) -> str:
         """The text of an input, from the unknowns by their ``name``."""
         return _sum([_times(value, name.format(self._column[k])) for k, value in row.items()])
 
-    def _text(self, inputs: int, switches: int, charges: int, solution: list[str]) -> str:
+    def _text(self, switches: int, charges: int, solution: list[str]) -> str:
         """The source of the solver."""
         n = self.n
         lines = [
-            f"    y, r, Y = carray(y_at, {n}), carray(r_at, {n}), carray(Y_at, ({n}, {n}))",
-            f"    b = carray(work_at, {n * n + n})",
-            f"    J = b[{n} :].reshape(({n}, {n}))",
+            f"    y, r, Y = carray(y_at, {n}), carray(r_at, {n}), carray(Y_at, {n * n})",
+            f"    b, q = carray(work_at, {n * n + n}), carray(q_at, {max(charges, 1)})",
             f"    p, s = carray(p_at, {max(len(self.arguments), 1)}), carray(s_at, {max(switches, 1)})",
-            f"    q = carray(q_at, {max(charges, 1)})",
             *(f"    {line}" for line in self._before),
-            "    whole = False",
+            "    near = False",
             "    for iteration in range(MOST_ITERATIONS):",
             *self._lines,
-            "        if whole:",
+            "        if near:",
             "            done = True",
-            *["            if not (" + test + "):\n                done = False" for test in self._tests],
+            *(f"            done &= {test}" for test in self._tests),
             "            if done:",
             *(f"                {line}" for line in self._last),
-            *(f"                y[{k}] = z{k}" for k in range(n)),
+            *(f"                y[{k}] = b[{k}]" for k in range(n)),
             "                return iteration",
             *(f"        {line}" for line in self._stamps),
             *(f"        {line}" for line in solution),
+            f"        near = iteration < DAMPED or iteration % {EACH} == 0",
+            f"        held = 0.0 if near else {HELD}",
             *(f"        {line}" for line in self._after),
-            f"        whole = iteration < DAMPED or iteration % {EACH} == 0",
-            f"        held = 0.0 if whole else {HELD}",
-            *(f"        w{k} += held * (u{k} - w{k})" for k in range(inputs)),
+            *(f"        {line}" for line in self._ends),
             "    return -1",
         ]
         return _HEAD + "\n".join(lines) + "\n"

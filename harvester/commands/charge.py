@@ -29,7 +29,7 @@ from harvester.commands.study import Output, output_options, study_command
         help="store (the capacitor Csmooth), v(NODE), v(NODE,NODE), i(ELEMENT) or p(ELEMENT) of the netlist.",
     ),
     engine_option(
-        "ideal, compiled, slow or spice.  Default: slow for a large store, else ideal where it serves, else spice."
+        "ideal, compiled, slow or spice.  Default: slow for a large store, else ideal if it can, else spice."
     ),
     cloup.option(
         "--duration",

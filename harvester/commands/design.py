@@ -17,9 +17,7 @@ from harvester.commands.study import Output, study_command
 )
 @cloup.option_group(
     "What it must do",
-    cloup.option(
-        "--needs", metavar="TEXT", help="POWER at VOLTAGE, such as '40 uW at 3.3 V'.  Default: what [node] takes."
-    ),
+    cloup.option("--needs", metavar="TEXT", help="POWER at VOLTAGE, such as '40 uW at 3.3 V'.  Default: [node]'s."),
     cloup.option("--wake", metavar="TIME", help="How long an empty store may take to that voltage, such as '10 s'."),
     cloup.option(
         "--limit",
@@ -46,7 +44,9 @@ from harvester.commands.study import Output, study_command
 )
 @cloup.option_group(
     "Output",
-    cloup.option("--out", help="Folder for design.toml (the scene with what was chosen), design.csv and a report."),
+    cloup.option(
+        "--out", help="Folder for design.toml (the scene with what was chosen), design.csv, design.png and a report."
+    ),
     report_option,
     json_option,
 )
@@ -59,7 +59,7 @@ def design(output: Output, circuits: str | None, chips: str | None, **options: A
     options |= {"circuits": _names(circuits), "chips": _names(chips)}
     with Bar("design") as bar:
         answer = study(output.scene, execution=output.execution(bar), **options)
-    files = ("design.toml", "design.csv", "provenance.json")
+    files = ("design.toml", "design.csv", "design.png", "provenance.json")
     output.show(answer, files, lambda _: of_result(answer.scene, "design", answer))
 
 

@@ -31,10 +31,7 @@ def geometry_options(command: Callable[..., Any]) -> Callable[..., Any]:
         cloup.option("--bimorph", is_flag=True, help="A piezo layer on both sides of the substrate."),
         cloup.option("--unimorph", is_flag=True, help="A piezo layer on one side."),
         cloup.option("--parallel", is_flag=True, help="Bimorph: the layers in parallel.  Default: in series."),
-        *(
-            cloup.option("--" + name.replace("_", "-"), name, metavar="VALUE", help=help_)
-            for name, help_ in SIZES.items()
-        ),
+        *(cloup.option("--" + key.replace("_", "-"), key, metavar="VALUE", help=text) for key, text in SIZES.items()),
         cloup.option("--modes", type=int, metavar="N", help="Bending modes, 1 to 4.  Default: the first alone."),
         cloup.option("--piezo", metavar="NAME", help=f"One of {', '.join(PIEZOS)}."),
         cloup.option("--substrate", metavar="NAME", help=f"One of {', '.join(SUBSTRATES)}."),

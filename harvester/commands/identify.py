@@ -27,9 +27,7 @@ from harvester.errors import InputError, invalid
 )
 @cloup.option_group(
     "What to compute",
-    cloup.option(
-        "--known", multiple=True, metavar="KEY=VALUE", help="A key that is known, such as mass='12 g'; repeatable."
-    ),
+    cloup.option("--known", multiple=True, metavar="KEY=VALUE", help="A known key, such as mass='12 g'; repeatable."),
 )
 @cloup.option_group(
     "Output",

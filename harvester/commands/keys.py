@@ -24,9 +24,7 @@ from harvester.errors import InputError
 @cloup.option_group(
     "Output",
     json_option,
-    cloup.option(
-        "--schema", is_flag=True, help="Print the JSON schema of scene files, by which editors complete them."
-    ),
+    cloup.option("--schema", is_flag=True, help="Print the JSON schema of scenes, by which editors complete them."),
     cloup.option("--out", metavar="FILE", help="With --schema: write it to this file, such as harvester.schema.json."),
 )
 def keys(what: str | None, as_json: bool, schema: bool, out: str | None) -> None:

@@ -26,10 +26,10 @@ def typed(text: str) -> str:
     return _ARGUMENT.sub(lambda m: "--" + m[1].replace("_", "-"), text).replace("`FILE`", "FILE")
 
 
-def echo(text: str) -> None:
-    """Print a text of the library, with its warnings in colour on a terminal."""
-    text = typed(text)
-    click.echo(_WARNING.sub(lambda m: m[1] + click.style(m[2], fg="yellow", bold=True), text), color=coloured())
+def echo(text: str, err: bool = False, nl: bool = True) -> None:
+    """Print a text of the library, on stderr with ``err``, with its warnings in colour on a terminal."""
+    text = _WARNING.sub(lambda m: m[1] + click.style(m[2], fg="yellow", bold=True), typed(text))
+    click.echo(text, err=err, nl=nl, color=coloured())
 
 
 def echo_json(answer: dict[str, Any]) -> None:

@@ -137,8 +137,6 @@ def sampling(command: Callable[..., Any], whole: str = "", unset: str = "unlimit
             metavar="TIME",
             help="Step, such as 1ms or .001 (nondimensional scene: a number of 1/w0).  Default: from the scene.",
         ),
-        cloup.option(
-            "--alone", is_flag=True, default=None, help="spice: ngspice runs only, from rest, and their plain mean."
-        ),
+        cloup.option("--alone", is_flag=True, default=None, help="spice: ngspice alone, from rest, and a plain mean."),
     )
     return accuracy(effort(command))

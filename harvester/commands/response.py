@@ -31,16 +31,12 @@ from harvester.commands.study import Output, output_options, study_command
 @output_options(
     "Folder for response.csv, response.png and provenance.json.",
     cloup.option("--per-g", is_flag=True, help="Draw power, voltage and displacement over the base's amplitude in g."),
-    cloup.option(
-        "--resume", is_flag=True, help="Keep the frequencies that an interrupted run of the same response did."
-    ),
+    cloup.option("--resume", is_flag=True, help="Keep the frequencies that an interrupted run of it did."),
     needs_out=("per_g", "resume"),
 )
 @cloup.option_group(
     "Accuracy",
-    cloup.option(
-        "--budget", type=duration, metavar="TIME", help="Time that a point by engine spice may take.  Default: 20s."
-    ),
+    cloup.option("--budget", type=duration, metavar="TIME", help="Time of a point by engine spice.  Default: 20s."),
     seed_option,
 )
 def response(

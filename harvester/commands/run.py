@@ -37,9 +37,7 @@ SHARE, SHORT = 0.3, 5.0  # of a budget, for the power itself, which has all of a
 )
 @cloup.option_group(
     "Limits",
-    cloup.option(
-        "--lifetime", metavar="TIME", help="Also the largest displacement, voltage and impact in that time: '5 years'."
-    ),
+    cloup.option("--lifetime", metavar="TIME", help="Also the largest displacement, voltage and impact in '5 years'."),
     cloup.option(
         "--sensitivity",
         is_flag=True,

@@ -5,6 +5,7 @@ A study without a file of its own here gets its whole command from its entry in 
 
 import functools
 import inspect
+import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain
@@ -104,9 +105,13 @@ def study_command(*examples: str, reported: bool = False) -> Callable[[Callable[
             vector: tuple[str, ...] = (),
             **options: Any,
         ) -> None:
+            from harvester.scene.plausibility import unusual_values
             from harvester.scene.toml import load
 
             scene = load(path)
+            if sys.stderr.isatty():  # who waits for the answer, which has them too, learns of them at once
+                odd = (line for line in unusual_values(scene) if line.severity == "warning")
+                echo("".join(f"warning: {line}\n" for line in odd), err=True, nl=False)
             page = report_file(HERE if reported and report is None and out is not None else report, out)
             study(Output(scene, path, out, vector, page, as_json), **options)
 
@@ -131,8 +136,7 @@ def _command(study: Study) -> Command:
         has_progress = "progress" in inspect.signature(function).parameters
         with Bar(study.name, known=has_progress, shorter=study.shorter) as bar:
             result = function(output.scene, **options, **({"progress": bar.tell} if has_progress else {}))
-        picture = result.plot(None) if hasattr(result, "plot") else None
-        output.show(result, (), lambda _: of_result(output.scene, study.name, result, picture))
+        output.show(result, (), lambda _: of_result(output.scene, study.name, result))
 
     compute.__doc__, compute.__name__ = study.summary, study.name
     options = [

@@ -24,9 +24,7 @@ resume_needs_out = cloup.constraint(
 @cloup.option_group(
     "Where",
     keys_option("--vary", "varied", help_="KEY=FROM:TO:COUNT or KEY=A,B,C; repeatable: a grid."),
-    cloup.option(
-        "--points", metavar="FILE.csv", help="Instead of --vary: a list, scene keys first, then a point a line."
-    ),
+    cloup.option("--points", metavar="FILE.csv", help="Not --vary but a list: scene keys, then a point a line."),
     constraint=one_grid.rephrased(help="one of the two"),
 )
 @cloup.option_group(
@@ -56,22 +54,24 @@ def sweep(
     """Mean power over a range of one or several scene keys, by one or several engines."""
     from harvester.commands.progress import EFFORT, RowsBar
     from harvester.engines import selection
+    from harvester.equations.problem import Problem
     from harvester.presentation.sheet import sheet
     from harvester.studies.sweep.cluster import client_of
     from harvester.studies.sweep.compute import compute_table
     from harvester.studies.sweep.points import grid, read_axis, read_points
+    from harvester.studies.sweep.sweep import for_circuit
 
     scene = output.scene
     where = read_points(points) if points is not None else grid([read_axis(text) for text in varied])
     within = options["within"]
     default = selection.default_engines(scene) if within is None else [selection.default_engine(scene, within=within)]
-    names = engines or tuple(default)
+    names, stand_ins = for_circuit(Problem.of(scene), engines or default)
     budget = options["budget"]
     shorter = EFFORT if budget is None else ""
     chosen = selection.engines(names, **options)
     with client_of(scheduler) as executor, RowsBar("sweep", shorter=shorter, warms_up=True) as bar:
         execution = output.execution(bar, workers=workers, executor=executor, resume=resume)
-        table = compute_table(scene, where, chosen, execution, budget)
+        table = compute_table(scene, where, chosen, execution, budget, stand_ins)
     text = None
     if not output.as_json:
         elsewhere = "sweep.csv" if output.out else ""

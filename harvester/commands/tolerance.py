@@ -54,12 +54,7 @@ if TYPE_CHECKING:
         "Default: 512 by formulas, else 24 a key and 24 more.  first-order: none but a few; the power goes linearly "
         "with each key, by the gradient of engine density.",
     ),
-    cloup.option(
-        "--checks",
-        type=int,
-        metavar="N",
-        help="Samples that a dearer engine checks.  Default: 8, by ngspice 4; 0: none.",
-    ),
+    cloup.option("--checks", type=int, metavar="N", help="Samples a dearer engine checks.  Default: 8 (spice: 4)."),
     cloup.option(
         "--within",
         type=percent,

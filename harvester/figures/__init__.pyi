@@ -9,6 +9,7 @@ from .engines import estimate as estimate
 from .fronts import front as front
 from .identifications import identification as identification
 from .motions import motion as motion
+from .nodes import design as design
 from .nodes import node as node
 from .optima import optimum as optimum
 from .papers import paper as paper

@@ -53,9 +53,9 @@ def densities(result: DensitiesShape, title: str | None) -> Plot:
         for unused in panels_left:
             unused.remove()
         entitle(figure, title, "How is the motion distributed?")
-        legend(
-            figure, "Lines, velocity over displacement: the density itself. Grey, voltage over displacement: counted."
-        )
+        how = "Lines and velocity over displacement: engine density. Grey bars"
+        counted = " and voltage over displacement" if result.voltage_plane is not None else ""
+        legend(figure, f"{how}{counted}: counted along one sampled path.")
     return figure
 
 

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 
 from harvester.arrays import Floats
 from harvester.figures.labels import Label, write_labels
-from harvester.figures.quantities import logarithm, scale
+from harvester.figures.quantities import NONDIMENSIONAL, logarithm, scale
 from harvester.figures.shapes import EstimateShape, PathShape
 from harvester.figures.style import INK, WIDTH, Plot, entitle, legend, new, styled
 from harvester.presentation.engine_look import look as look_of
@@ -45,11 +45,7 @@ def estimate(answer: EstimateShape, title: str | None) -> Plot:
 def _errors(here: Axes, answer: EstimateShape) -> None:
     """Draw the errors of sampling, step and model as a bar each."""
     power = answer.mean_power
-    parts = {
-        "sampling, 95 %": None if power.stderr is None else power.sampling95,
-        "step": power.bias,
-        "model, estimated": power.model,
-    }
+    parts = {"sampling, 95 %": power.stderr and power.sampling95, "step": power.bias, "model, estimated": power.model}
     by = abs(power.value) / 100.0
     colour = look_of(answer.engine).colour
     for row, (name, error) in enumerate(parts.items()):
@@ -63,7 +59,9 @@ def _errors(here: Axes, answer: EstimateShape) -> None:
     here.set_ylim(len(parts) - 0.5, -0.5)
     here.set_xlim(0.0, None if here.containers else 1.0)
     here.set_xlabel("error of the mean power (%)")
-    here.set_title(f"What the error of {answer.engine} is made of")
+    x = scale("", answer.unit_names.power, [power.value])
+    unit = x.label[2:-1].removesuffix(NONDIMENSIONAL).removesuffix(", ")
+    here.set_title(f"{_with_error(power.scaled(1.0 / x.factor))} {unit}: what its error is made of")
     here.grid(visible=False, axis="y")
 
 
@@ -91,16 +89,9 @@ def _powers(powers: Axes, estimates: Sequence[EstimateShape]) -> None:
     x = scale("mean power", estimates[0].unit_names.power, values)
     for row, answer in enumerate(estimates):
         look: dict[str, Any] = {"color": look_of(answer.engine).colour, "marker": look_of(answer.engine).marker}
-        bars: dict[str, Any] = {
-            "markersize": 6,
-            "markeredgecolor": INK,
-            "ecolor": INK,
-            "capsize": 3,
-            "linestyle": "none",
-            "zorder": 3,
-        }
+        bars: dict[str, Any] = {"markersize": 6, "markeredgecolor": INK, "ecolor": INK, "capsize": 3, "zorder": 3}
         error = answer.mean_power.known_error95 / x.factor
-        powers.errorbar(answer.mean_power.value / x.factor, row, xerr=error or None, **look, **bars)
+        powers.errorbar(answer.mean_power.value / x.factor, row, xerr=error or None, linestyle="none", **look, **bars)
         left = _relative_place(answer.mean_power.value, values) > 0.6
         where: dict[str, Any] = {"xytext": (-9 if left else 9, 9), "ha": "right" if left else "left"}
         at = (answer.mean_power.value / x.factor, row)

@@ -35,13 +35,6 @@ def front(answer: FrontShape, title: str | None) -> Plot:
 
 def _numbers(designs: Sequence[FrontPointShape], x: float, y: float) -> tuple[list[float], ...]:
     """The quantities, powers, and errors of powers and of quantities of designs, in units of ``x`` and ``y``."""
-    rows = [
-        (
-            design.quantity / x,
-            design.mean_power.value / y,
-            design.mean_power.known_error95 / y,
-            (design.quantity_error95 or 0.0) / x,
-        )
-        for design in designs
-    ]
+    powers = [(point.mean_power.value / y, point.mean_power.known_error95 / y) for point in designs]
+    rows = [(p.quantity / x, *power, (p.quantity_error95 or 0.0) / x) for p, power in zip(designs, powers, strict=True)]
     return tuple(map(list, zip(*rows, strict=True)))

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
+from harvester.figures.quantities import scale
 from harvester.figures.shapes import IdentifiedShape
 from harvester.figures.style import WIDTH, Plot, entitle, legend, new, styled
 
@@ -20,23 +21,23 @@ def identification(result: IdentifiedShape, title: str | None) -> Plot:
     across = 2 if len(curves) > 1 else 1
     down = -(-len(curves) // across)
     with styled():
-        figure, grid = new(
-            2 * down, across, (WIDTH, 1.0 + 2.4 * down), squeeze=False, gridspec_kw={"height_ratios": [2.4, 1.0] * down}
-        )
+        figure, grid = new(2 * down, across, (WIDTH, 1.0 + 2.4 * down), squeeze=False, height_ratios=[2.4, 1.0] * down)
         for n, curve in enumerate(curves):
             top, low = grid[2 * (n // across)][n % across], grid[2 * (n // across) + 1][n % across]
             kept = curve.kept > 0.0
-            top.plot(curve.x[kept], curve.measured[kept], **_POINTS, label="measured")
+            of = scale(curve.label.partition(" (")[0], curve.label.partition(" (")[2][:-1], curve.measured)
+            measured, fitted = curve.measured / of.factor, curve.fitted / of.factor
+            top.plot(curve.x[kept], measured[kept], **_POINTS, label="measured")
             if not kept.all():
-                top.plot(curve.x[~kept], curve.measured[~kept], **_OUT, label="left out as an outlier")
+                top.plot(curve.x[~kept], measured[~kept], **_OUT, label="left out as an outlier")
             order = np.argsort(curve.x)
-            top.plot(curve.x[order], curve.fitted[order], **_LINE, label="fit")
+            top.plot(curve.x[order], fitted[order], **_LINE, label="fit")
             if curve.logarithmic:
                 top.set_yscale("log")
                 top.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0), numticks=8))
                 top.yaxis.set_major_formatter(FuncFormatter(lambda y, _: f"{y:g}"))
                 top.yaxis.set_minor_formatter(NullFormatter())
-            top.set_ylabel(curve.label)
+            top.set_ylabel(of.label)
             top.set_title(curve.name, fontsize=9, loc="left")
             top.tick_params(labelbottom=False)
             low.plot(curve.x[kept], curve.residual[kept], **_POINTS)
@@ -48,5 +49,5 @@ def identification(result: IdentifiedShape, title: str | None) -> Plot:
             for row in (0, 1):
                 grid[2 * (spare // across) + row][spare % across].set_axis_off()
         entitle(figure, title, "Do the fitted parameters explain the measurements?")
-        legend(figure, "Residuals show only noise: the model fits.")
+        legend(figure, "Where the residuals show only noise, the model fits.")
     return figure

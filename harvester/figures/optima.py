@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from harvester.arrays import Floats
-from harvester.figures.quantities import broken, mark, quantity, scale
+from harvester.figures.quantities import amount, broken, mark, quantity, scale
 from harvester.figures.shapes import BestKeyShape, EvaluationShape, OptimumShape
 from harvester.figures.smoothing import local_fit, smooth
 from harvester.figures.style import INK, WIDTH, Plot, entitle, legend, new, styled
@@ -93,8 +93,11 @@ def _sound(answer: OptimumShape) -> tuple[list[EvaluationShape], int]:
 
 
 def _star(answer: OptimumShape) -> str:
-    """The name of the star: no optimum where most of the range was never looked at."""
-    return "optimum" if answer.scanned else "highest so far: the scan was cut short"
+    """What the star is, with its numbers: no optimum where most of the range was never looked at."""
+    what = "optimum" if answer.scanned else "highest so far: the scan was cut short"
+    power, unit = answer.estimate.mean_power.value, answer.estimate.unit_names.power
+    values = (amount(best.value, quantity(best.range.key)[1].replace("SI", "")) for best in answer.keys)
+    return f"{what}\n{amount(power, unit)} at {', '.join(values)}"
 
 
 def _panel(here: Axes, answer: OptimumShape, number: int, evaluations: _Evaluations, unit: float) -> None:
@@ -105,7 +108,7 @@ def _panel(here: Axes, answer: OptimumShape, number: int, evaluations: _Evaluati
         here.set_xlim(key.range.low / by, key.range.high / by)
     colour = look_of(answer.engine).colour
     if key.low95 is not None and key.high95 is not None:
-        here.axvspan(key.low95 / by, key.high95 / by, color="0.88", zorder=0, label="interval of the best value")
+        here.axvspan(key.low95 / by, key.high95 / by, color="0.88", zorder=0, label="95 % interval of the best value")
     if len(answer.keys) > 1:
         here.set_xlabel(broken(here.get_xlabel(), 22))
     style: dict[str, Any] = {"color": colour, "marker": "o", "markersize": 3, "linestyle": "none"}

@@ -31,9 +31,7 @@ def sweep(table: SweepShape, title: str | None) -> Plot:
     known = np.array([row.mean_power.value for row in table.rows if row.mean_power is not None])
     with styled():
         ratio: dict[str, Any] = {"sharex": True, "height_ratios": [2.2, 1]}
-        figure, axes = new(
-            1 + several, 1, (WIDTH, 5.6 if several else 4.2), squeeze=False, **(ratio if several else {})
-        )
+        figure, axes = new(1 + several, 1, (WIDTH, 4.2 + 1.4 * several), squeeze=False, **(ratio if several else {}))
         top, low = axes[0, 0], axes[-1, 0]
         x_scale = mark(low.xaxis, curve_axis.key, curve_axis.values, curve_axis.logarithmic)
         y_scale = scale("mean power", table.unit_names.power, known)
@@ -134,7 +132,7 @@ def _error_notes(table: SweepShape, groups: int) -> Iterator[str]:
     if any(power.stderr is not None for _, power in powers):
         points = Counter(engine for engine, _ in powers)
         what = "Bars" if max(points.values()) <= MOST_BARS * groups else "Bands"
-        yield f"{what}: 95 % intervals of sampling, and step; of a ratio, those of both."
+        yield f"{what}: 95 % of sampling, and step{'; of a ratio, of both' if len(table.engines) > 1 else ''}."
     stated = _engines(powers, lambda p: p.stderr is None and p.known_error95 > VISIBLE * abs(p.value))
     if stated and not (table.listed and len(table.axes) > 1):
         yield f"Pale band: the error stated by {stated}."

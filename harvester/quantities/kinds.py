@@ -41,7 +41,8 @@ class Kind:
             return f"{text}, between {self.least:g} and {self.most:g}"
         if self.least > -math.inf:
             return f"{text}, at least {self.least:g}"
-        return text if self.above == -math.inf else f"{text}, above {self.above:g}"
+        most = f" and at most {self.most:g}" * (self.most < math.inf)
+        return text if self.above == -math.inf else f"{text}, above {self.above:g}{most}"
 
     def read(self, value: object) -> float:
         """The value in SI units, from a number or from a text with a unit; ValueError (``must ...``) for another.

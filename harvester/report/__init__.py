@@ -1,13 +1,10 @@
 """Reports: what a command found, in one HTML file with all that is needed to trust it and to do it again."""
 
 from harvester.report.answers import of_comparison, of_run
-from harvester.report.identification import of_identification
+from harvester.report.measurements import of_identification, of_record
 from harvester.report.page import Page, html, titled, write
-from harvester.report.printed import of_charge, of_motion, of_response, of_stability
-from harvester.report.record import of_record
-from harvester.report.searches import of_search
+from harvester.report.printed import of_charge, of_motion, of_response, of_search, of_stability, of_tolerance
 from harvester.report.studies import of_cost, of_paper, of_sweep
-from harvester.report.tolerances import of_tolerance
 
 __all__ = [
     "Page",

@@ -1,10 +1,10 @@
 """The page of any result: its sheet's rows lead, its tables and remarks stand in their places."""
 
+import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from harvester import figures
 from harvester.equations.problem import Problem
 from harvester.presentation.sheet import Presentable, Sheet, sheet
 from harvester.presentation.table import Table
@@ -23,19 +23,21 @@ def of_result(
     scene: Scene | Problem,
     kind: str,
     result: Presentable,
-    figure: "figures.Plot | None" = None,
     caption: str = "",
     tables: tuple[Table, ...] = (),
     answers: Sequence[str] = (),
     **made: Any,
 ) -> Page:
-    """The page of what a study found for a scene, with ``tables`` beside its own; ``made`` says how.
+    """The page of what a study found for a scene, with its figure, and ``tables`` beside its own; ``made`` says how.
 
-    ``answers`` lead it, where the rows of its sheet do not say what was asked for.
+    ``answers`` lead it, where the rows of its sheet do not say what was asked for; what it took stands last.
     """
     problem, page = Problem.of(scene), sheet(result)
-    lead = [*map(signs, answers), signs(page.head), *(signs(f"{name}: {text}") for name, text in page.rows)]
-    drawings = [] if figure is None else [drawing(figure, f"{caption} {'. '.join(lead)}.", caption)]
+    rows = [f"{name}: {text}" for name, text in page.rows]
+    took = hasattr(result, "seconds")
+    lead = list(map(signs, (*answers, *[page.head] * (not took), *rows, *[page.head] * took)))
+    plot = getattr(result, "plot", None) if getattr(result, "region", True) else None  # `stability` draws that alone
+    drawings = [] if plot is None else [drawing(plot(None), f"{caption} {'. '.join(lead)}.", caption)]
     section = Section(
         "What was found",
         texts=[f"{note if '.' in note.split()[0] else note[0].upper() + note[1:]}." for note in map(signs, page.notes)],
@@ -87,8 +89,15 @@ def _are_numbers(cells: list[str]) -> bool:
 
 
 def _referred(cells: list[str], notes: list[str]) -> list[str]:
-    """Cells of a column, with a number for each sentence that several of them have; the ``notes`` get the sentences."""
-    many = [text for text, count in Counter(cells).items() if count > 1 and len(text) > SENTENCE]
-    known = {text: f"[{len(notes) + k + 1}]" for k, text in enumerate(many)}
-    notes += [f"{number} {text}." for text, number in known.items()]
-    return [known.get(text, text) for text in cells]
+    """Cells of a column, with a number for each sentence that several of them have; the ``notes`` get the sentences.
+
+    Sentences that differ in their numbers alone are one, which stands there with those of the first.
+    """
+    kinds = {text: re.sub(r"\d[\d.e+-]*", "#", text) for text in dict.fromkeys(cells) if len(text) > SENTENCE}
+    variants, many = Counter(kinds.values()), Counter(kinds.get(text) for text in cells)
+    known = dict[str, str]()
+    for text, kind in kinds.items():
+        if kind not in known and many[kind] > 1:
+            known[kind] = f"[{len(notes) + 1}]"
+            notes.append(f"{known[kind]} {text}{' (elsewhere with other numbers)' * (variants[kind] > 1)}.")
+    return [known.get(kinds.get(text, ""), text) for text in cells]

@@ -78,9 +78,8 @@ def made_by(about: dict[str, Any], **more: Any) -> dict[str, str]:
     rows = {name.replace("_", " "): str(value) for name, value in more.items()}
     rows["date"] = about["when"]
     rows["machine"] = f"{machine['processor']}, {machine['cores']} cores, {machine['system']}"
-    rows["versions"] = ", ".join(
-        f"{name} {version or '(not installed)'}" for name, version in about["versions"].items()
-    )
+    versions = about["versions"].items()
+    rows["versions"] = ", ".join(f"{name} {version or '(not installed)'}" for name, version in versions)
     if "scene_digest" in about:
         rows["digest of the scene"] = about["scene_digest"]
     return rows
@@ -96,7 +95,8 @@ def _keys(scene: Scene) -> TextTable:
 
 def _key(table: str, name: str, value: Any) -> list[list[str]]:
     if isinstance(value, dict):
-        return [[f"{table}.{name}.{part}", signs(f"{entry:.5g} (SI)")] for part, entry in value.items()]
+        units = {part: unit_of(f"{table}.{name}.{part}") or "(SI)" for part in value}
+        return [[f"{table}.{name}.{part}", amount(entry, units[part])] for part, entry in value.items()]
     shown = written(table, name, value)
     if isinstance(shown, float):
         return [[f"{table}.{name}", amount(shown, unit_of(f"{table}.{name}"))]]

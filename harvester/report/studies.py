@@ -79,10 +79,8 @@ def of_sweep(scene: Scene | Problem, table: SweepTable) -> Page:
 
 def _best(table: SweepTable, engine: str) -> str:
     """The largest power in the rows of an engine, with its error, and where it is."""
-    row, power = max(
-        ((row, row.mean_power) for row in table.of(engine) if row.mean_power is not None),
-        key=lambda pair: pair[1].value,
-    )
+    known = [(row, row.mean_power) for row in table.of(engine) if row.mean_power is not None]
+    row, power = max(known, key=lambda pair: pair[1].value)
     where = ", ".join(f"{key} = {amount(value, unit_of(key))}" for key, value in row.varied.items())
     error = error_in_percent(power)
     return f"{engine}: largest {amount(power.value, table.unit_names.power)} (error, 95 %: {error}) at {where}"

@@ -1,5 +1,6 @@
 """All keys of a scene file, with unit, meaning and example, read off the scene's dataclasses; and their values."""
 
+import difflib
 import functools
 
 from harvester.errors import InputError, invalid, reading, shown, unknown
@@ -95,6 +96,9 @@ def split_key(key: str) -> tuple[str, str]:
             raise unknown(f"[[{table}]] key", name, key_names(TABLES[table]))
         return table, f"{number}.{name}"
     if table not in TABLES:
+        bare = {} if name else {key for of in TABLES.values() for key in key_names(of)}
+        if difflib.get_close_matches(table[:120], bare):
+            raise unknown("scene key", table, bare)
         raise unknown("scene table", table, TABLES)
     names = [written.replace("parameters", "parameters.R") for written in key_names(TABLES[table])]
     if name not in names and not (table == "load" and name.startswith("parameters.")):

@@ -34,8 +34,9 @@ class Load(SceneTable):
 
     def __post_init__(self) -> None:
         if (self.resistance is None) == (self.netlist is None):
-            which = "neither is" if self.resistance is None else "both are"
-            raise InputError(f"load must have either resistance or netlist, but {which} given")
+            both = "both are given: the resistance of a netlist is a parameter, such as load.parameters.R"
+            which = "neither is given" if self.resistance is None else both
+            raise InputError(f"load must have either resistance or netlist, but {which}")
         if self.netlist is not None and not (self.netlist.strip() and self.netlist.isprintable()):
             raise invalid("load.netlist", "be the name of a netlist or a path", self.netlist)
         if self.parameters and self.netlist is None:

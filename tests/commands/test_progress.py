@@ -185,6 +185,13 @@ def test_on_a_terminal(args, tmp_path):
 
 
 @pytest.mark.slow
+def test_a_terminal_that_does_not_know_its_size_has_a_bar(tmp_path):
+    """Its size is 0 lines of 0 columns, for which no bar was drawn."""
+    status, screen = on_terminal(*COMMANDS[3], cwd=tmp_path, size=(0, 0))
+    assert status == 0 and LEFT.search(screen)
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("args", [COMMANDS[0], ("motion", PLATE, "--out", "out")], ids=lambda args: args[0])
 def test_quiet_in_a_pipe(args, tmp_path, monkeypatch, harvester):
     monkeypatch.chdir(tmp_path)

@@ -2,6 +2,7 @@
 
 import dataclasses
 import itertools
+import tempfile
 
 import numpy as np
 import pytest
@@ -18,6 +19,7 @@ from harvester.uncertainty.value import Value
 from tests.support.colours import EYES, distance
 
 R, STOP, MU = "load.resistance", "stop.restitution", "nondimensional.mu"
+SENSOR = "examples/bimorph_sensor.toml"
 PLATE, BRIDGE = "examples/plate_with_stop.toml", "examples/plate_bridge.toml"
 DRIVEN = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.2, beta=0.05, mu=1.0, drive=1.0, drive_frequency=1.0))
 SMALL, PHONE = 7.0, 390  # points, and pixels of a phone's width
@@ -54,6 +56,13 @@ def cost():
     return Cost(tuple(rows), "ensemble", Value(8e-6), {}).plot(DEVICE)
 
 
+def region():
+    """Where rest of the paper's scene is stable, which `stability` computes into a folder only."""
+    with tempfile.TemporaryDirectory() as out:
+        found = hv.stability("examples/paper_figure3.toml", trajectories=64, execution=hv.Execution(out=out))
+    return found.plot(DEVICE)
+
+
 PICTURES = {
     "run": lambda: hv.Averaged().run(hv.load(PLATE)).plot(DEVICE),
     "sweep": lambda: hv.sweep(PLATE, vary={R: "10k:10M:9"}, engines=["published", "averaged"]).plot(DEVICE),
@@ -82,6 +91,13 @@ PICTURES = {
     ).plot(DEVICE),
     "compare of a netlist": lambda: hv.compare(
         BRIDGE, engines=[hv.Ideal(trajectories=64, duration=50.0), hv.Compiled(trajectories=64, duration=50.0)]
+    ).plot(DEVICE),
+    "design": lambda: hv.design(
+        SENSOR, needs="130 uW at 3.3 V", spread="frequency=2Hz", circuits=["bridge", "doubler"]
+    ).plot(DEVICE),
+    "stability": region,
+    "front": lambda: hv.optimise(
+        PLATE, vary={R: ("10k", "10M")}, engine="averaged", objective="voltage_rms", points=5
     ).plot(DEVICE),
     "motion": lambda: hv.motion(PLATE, duration=20.0).plot(DEVICE),
 }

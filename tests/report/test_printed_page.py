@@ -5,7 +5,7 @@ import pytest
 import harvester as hv
 from harvester import report
 from harvester.presentation.table import Column, Table
-from harvester.report.result import text_table
+from harvester.report.result import of_result, text_table
 from tests.support.browser import CHROMIUM, DESKTOP, PHONE, chromium
 
 PLATE = "examples/plate_with_stop.toml"
@@ -22,13 +22,17 @@ CUT = """() => [...document.querySelectorAll(".wide, pre")].filter((one) => one.
 
 @pytest.fixture(scope="module")
 def pages():
-    """Five pages: of many columns, of tolerances, of several engines, of a sweep, and of a search."""
+    """Seven pages: of many columns, of tolerances, of engines, of a sweep, of a search, of circuits, of a node."""
     response = hv.responses(DRIVEN, [3.0, 4.0, 4.5, 5.0, 6.0])
     scattered = hv.tolerance(PLATE, vary={"load.resistance": "10%", "stop.restitution": "3%"}, engine="averaged")
     compared = hv.compare(PLATE, engines=["published", "averaged"])
     swept = hv.sweep(PLATE, vary={"load.resistance": "1k:10M:13"}, engines=["published", "averaged"])
     searched = hv.optimise(PLATE, vary={"load.resistance": "1k:10M"}, engine="averaged")
+    designed = hv.design("examples/bimorph_sensor.toml", needs="40 uW at 3.3 V", circuits=["bridge", "parallel_sshi"])
+    node = "examples/bimorph_packets.toml"
     return {
+        "design": report.html(of_result(designed.scene, "design", designed)),
+        "node": report.html(of_result(hv.load(node), "node", hv.node(node))),
         "sweep": report.html(report.of_sweep(hv.load(PLATE), swept)),
         "optimise": report.html(report.of_search(hv.load(PLATE), searched, 1)),
         "response": report.html(report.of_response(hv.load(DRIVEN), response, 1)),
@@ -61,6 +65,10 @@ def test_nothing_is_wider_than_the_page(pages):
 @pytest.mark.slow
 def test_the_answer_leads_the_page(pages):
     assert "largest mean power" in pages["response"].partition("<nav")[0]
+    leads = {name: pages[name].partition('<ul class="lead">')[2].split("<li>")[1] for name in ("design", "node")}
+    assert leads["design"].startswith("circuit: bridge") and leads["node"].startswith("days: 1")
+    assert "packets an hour: 359.9" in pages["node"].partition("<nav")[0]
+    assert "272.25 kΩ" in pages["design"] and pages["design"].count("<img") == pages["node"].count("<img") == 1
     assert "Median mean power" in pages["tolerance"].partition("<nav")[0]
     assert "Against published: averaged differs by 5.8 %" in pages["compare"].partition("<nav")[0]
     assert "1 warning below: read before use." in pages["compare"]
@@ -79,3 +87,14 @@ def test_a_sentence_of_many_cells_is_said_once():
     assert shown.heads == ["load.resistance", "error"]
     assert [row[1] for row in shown.rows] == ["[2]"] * (rows - 1) + [""]
     assert shown.note == f"In every row: engine averaged. [2] {why}."
+
+
+def test_sentences_that_differ_in_their_numbers_are_said_once():
+    late = [f"no density in a budget of {1.9 - k / 10:.2f} s, as it takes about 8.1 s" for k in range(3)]
+    columns = (
+        Column("load.resistance", [1e3, 1e4, 1e5, 1e6], "ohm"),
+        Column("error", [*late, "other, and alone " * 3]),
+    )
+    shown = text_table(Table(columns, "points"))
+    assert [row[1] for row in shown.rows] == ["[1]"] * 3 + ["other, and alone " * 3]
+    assert shown.note == f"[1] {late[0]} (elsewhere with other numbers)."

@@ -288,7 +288,7 @@ def test_changes():
     [
         ("load.resistence", 1.0, "unknown [load] key 'resistence': did you mean 'resistance'?"),
         ("lod.resistance", 1.0, "unknown scene table 'lod': did you mean 'load'?"),
-        ("resistanc", 1.0, "unknown scene table 'resistanc': it must be one of oscillator, "),
+        ("resistanc", 1.0, "unknown scene key 'resistanc': did you mean 'resistance'?"),
         ("gap", 1.0, "key 'gap' must be given with its table, but several have it: stop.gap, opposite_stop.gap, nond"),
         ("load", 1.0, "unknown [load] key '': it must be one of resistance, netlist, "),
         ("stop.restitution", 2.0, "stop.restitution must be a restitution coefficient"),

@@ -145,7 +145,7 @@ def test_what_is_missing_is_said():
     scene = hv.load(SCENE)
     with pytest.raises(hv.InputError, match=r"\[storage\] must be given with \[node\]"):
         dataclasses.replace(scene, storage=None)
-    with pytest.raises(hv.InputError, match=r"must have the tables \[storage\] and \[node\]"):
+    with pytest.raises(hv.InputError, match=r"must have the tables \[storage\] and \[node\], but lacks \[node\]"):
         hv.node(dataclasses.replace(scene, node=None))
     with pytest.raises(hv.InputError, match="`days` must be above 0"):
         hv.node(scene, days=-1.0)
@@ -177,6 +177,8 @@ def test_a_known_chip_says_what_of_it_is_assumed():
     "keys, said",
     [
         ({"name": "bq2557"}, "did you mean 'bq25570'"),
+        ({"input_ratio": 0.8}, "chip.start_voltage must be given for a chip of your own"),
+        ({"start_voltage": 3.0, "stop_voltage": 2.0, "input_ratio": 2.0}, "above 0 and at most 1, but is 2"),
         ({"start_voltage": 3.0}, "chip.stop_voltage must be given"),
         ({"start_voltage": 2.0, "stop_voltage": 3.0}, "must be above stop_voltage, 3 V"),
         ({"start_voltage": 3.0, "stop_voltage": 2.0, "input_ratio": 0.5}, "chip.full_voltage must be given"),

@@ -77,7 +77,7 @@ def folder(path):
     for name in ("examples", "netlists"):
         shutil.copytree(ROOT / name, path / name)
     (path / "benchmarks").mkdir()
-    for name in ("published.py", "predictions.py"):
+    for name in ("published.py", "predictions.py", "viaduct.py"):
         shutil.copy(ROOT / "benchmarks" / name, path / "benchmarks")
     for table in (ROOT / "benchmarks").glob("*.csv"):
         shutil.copy(table, path / "benchmarks")

@@ -11,13 +11,14 @@ import termios
 import time
 
 
-def on_terminal(*args, answers=(), env=None, cwd=None, timeout=60.0):
+def on_terminal(*args, answers=(), env=None, cwd=None, timeout=60.0, size=(40, 100)):
     """Run the program with stdin, stdout and stderr on a pty; returns exit status and what the screen was sent.
 
     ``answers`` are typed one after another, each when the program has been silent after a question (": ").
+    ``size`` are lines and columns, both 0 on a terminal that does not know them.
     """
     master, slave = pty.openpty()
-    fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("HHHH", 40, 100, 0, 0))  # without a size no bar is drawn
+    fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("HHHH", *size, 0, 0))
     full = {**os.environ, "TERM": "xterm", **(env or {})}
     if "NO_COLOR" not in (env or {}):
         full.pop("NO_COLOR", None)

@@ -24,7 +24,7 @@ LONGEST_COMPILED = 4e3  # where a compiled circuit goes beside
 CLOSE = 0.02  # a target below which circuits that switch go beside their compiled circuit
 MEMORIES = 2.0  # time constants of the slowest change, of a burn-in from settled states
 TWINS = 0.2  # of a target, for the step: a circuit that switches costs hardly more at a smaller one
-FIRST = 0.5  # of the burn-in, that a compiled circuit averages over at first
+FIRST = 0.25  # of the burn-in, that a compiled circuit averages over at first
 SHARE = 0.5  # of the budget, for the cheap model at most: the rest is for ngspice
 
 

@@ -3,7 +3,7 @@
 Windows of doubled length follow each other until the means of E[x^2], E[x'^2] and E[V^2] in two neighbours agree within
 two standard errors, and until these times have gone by: `LOAD_TIMES` time constants of the load (1/mu; with a circuit,
 `CHARGING_TIMES` of its capacitor, kappa/mu, and its power agrees too) and `CORRELATION_TIMES` correlation times of the
-energy, of V^2 and of the load's power, estimated from the same window.
+energy, of V^2 and of the load's power, estimated from the same window.  The last one may be shorter.
 
 Between unlike wells these times are those of x, too, which sees hops.  Where hops are so rare that this would take too
 long, the burn-in ends when all else is forgotten (`harvester.mechanics.ensemble.hopping`).
@@ -24,6 +24,7 @@ from harvester.records.records import Record
 from harvester.uncertainty.value import two_digits
 
 FIRST_WINDOW = 32.0  # time units: about five periods
+SHORTEST = 0.25  # of the window before: one that ends a burn-in
 LONGEST = 2e5  # time units: the burn-in ends here whatever the data say
 LOAD_TIMES = 5.0  # time constants of the load
 CHARGING_TIMES = 6.0  # time constants of a smoothing capacitor
@@ -108,7 +109,9 @@ def until_steady(
             if not steady:
                 raise _not_stationary(trajectories)
             return now, [_cut_short(trajectories, load, response)]
-        length, before = 2.0 * length, means
+        is_dear = same and trajectories.own_circuit is not None  # then no longer than its store needs
+        left = max(load, response) - trajectories.time if is_dear else 2.0 * length
+        length, before = min(2.0 * length, max(left, SHORTEST * length)), means
 
 
 def _agree(means: Moments, before: Moments | None, *names: str) -> bool:

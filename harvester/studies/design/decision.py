@@ -113,6 +113,7 @@ def design(
     if folder is not None:
         folder.table("design", result.table.csv())
         files.write(folder.path / "design.toml", as_written(result.scene))
+        folder.figure("design", result.plot())
         folder.provenance(provenance(problem, needs=needed.needs, wake=needed.wake_written, circuits=list(names)))
     return result
 
@@ -206,6 +207,7 @@ def _result(
         circuit=chosen.circuit,
         coil=chosen.coil,
         settings=chosen.parameters,
+        power_needed=needed.power,
         load_resistance=needed.load,
         capacitor=farads,
         available=best.power,

@@ -2,6 +2,7 @@
 
 from typing import ClassVar
 
+from harvester import figures
 from harvester.equations.power_bound import PowerBound
 from harvester.presentation.diagnostic import Diagnostic
 from harvester.presentation.result import Result, TableResult
@@ -52,6 +53,8 @@ class DesignResult(TableResult):
         the name of the netlist, and that of the coil; None without one.
     settings
         the netlist's parameters, in SI units, beside load and capacitor.
+    power_needed
+        the power needed (W).
     load_resistance
         the resistance (ohm) that takes the power needed at the voltage needed.
     capacitor
@@ -98,6 +101,7 @@ class DesignResult(TableResult):
     circuit: str
     coil: str | None
     settings: dict[str, float]
+    power_needed: float
     load_resistance: float
     capacitor: float
     available: Value
@@ -133,3 +137,7 @@ class DesignResult(TableResult):
     def table(self) -> Table:
         """The candidates."""
         return table_of(self.candidates, "", self.unit_names)
+
+    def plot(self, title: str | None = "") -> "figures.Plot":
+        """Draw what each circuit gives beside what is needed, as a matplotlib figure."""
+        return figures.design(self, self.scene.title if title == "" else title)

@@ -7,9 +7,10 @@ import io
 import itertools
 import json
 import time
+import types
 from array import array
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -38,14 +39,19 @@ MOST_BYTES = 1_000_000_000  # of a file of an earlier sweep
 
 
 def compute_table(
-    scene: Scene, points: Points, engines: Sequence[Engine], execution: Execution = DEFAULT, budget: float | None = None
+    scene: Scene,
+    points: Points,
+    engines: Sequence[Engine],
+    execution: Execution = DEFAULT,
+    budget: float | None = None,
+    in_place_of: Mapping[str, Sequence[str]] = types.MappingProxyType({}),
 ) -> SweepTable:
     """Run every engine at every point; write sweep.csv, sweep.nc, sweep.png and provenance.json where there is `out`.
 
     Each finished point is in sweep.journal at once; `resume` keeps those of an earlier run of the same sweep and
     computes the others, also those that failed.  A point that fails is a row with its error.  Whoever computes, the
     answers are the same, but for their seconds, and for what a budget makes of these.  The progress is told the rows of
-    each engine.  A ``budget`` (s) is that of all rows together.
+    each engine.  A ``budget`` (s) is that of all rows together; ``in_place_of``: for which formulas an engine stands.
 
     Raises InputError for a point that no scene can be, before anything is computed, an option that no engine takes, a
     folder that cannot be written, or an earlier sweep that was another one; KeyboardInterrupt at ^C, with a text that
@@ -57,6 +63,7 @@ def compute_table(
     points.check(scene)
     vary = {axis.key: list(axis.values) for axis in points.axes}
     about = provenance_with_engines(scene, engines, points="list" if points.listed else "grid", vary=vary)
+    about |= {"in_place_of": in_place_of} if in_place_of else {}
     folder = OutputFolder.of(execution)
     with (
         contextlib.closing(execution.progress),

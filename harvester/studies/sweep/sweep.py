@@ -4,7 +4,9 @@ import warnings
 from collections.abc import Mapping, Sequence
 from typing import Any, TypeAlias
 
-from harvester.engines.protocol import AnyScene
+from harvester.engines.compiled import Compiled
+from harvester.engines.ideal import Ideal
+from harvester.engines.protocol import AnyScene, Engine
 from harvester.engines.selection import Named, default_engines
 from harvester.engines.selection import engines as engines_of
 from harvester.equations.problem import Problem
@@ -42,7 +44,8 @@ def sweep(
         of the one before.
     engines
         engines or their names; by default `Exact` for a linear scene, for a netlist `Spice` beside
-        `Ideal`, else all that serve it, `Density` under white noise only.
+        `Ideal`, else all that serve it, `Density` under white noise only.  For a netlist `Ideal`, else `Compiled`, is
+        computed in place of formulas.
     execution
         who computes, how progress is shown, and the folder for sweep.csv, sweep.nc, sweep.png and provenance.json;
         without a folder nothing is left on the disk.
@@ -73,9 +76,24 @@ def sweep(
         raise InputError("`vary` must have a scene key, such as {'load.resistance': '1k:10M:25'}, but has none")
     axes = [axis_of(key, some) for key, some in vary.items()] if isinstance(vary, Mapping) else vary
     problem = Problem.of(scene)
-    chosen = engines_of(default_engines(problem) if engines is None else engines)
+    named, stand_ins = for_circuit(problem, default_engines(problem) if engines is None else engines)
     points = axes if isinstance(axes, Points) else grid(axes)
-    return compute_table(problem.scene, points, chosen, execution)
+    return compute_table(problem.scene, points, engines_of(named), execution, in_place_of=stand_ins)
+
+
+def for_circuit(problem: Problem, which: Sequence[Named]) -> tuple[Sequence[Named], dict[str, list[str]]]:
+    """Engines whose answers stand in one figure, and for each that is in place of formulas the names of these.
+
+    No formula knows a netlist: in their place is the circuit of ideal elements, `Ideal`, else `Compiled`.
+    """
+    which = [which] if isinstance(which, str | Engine) else which
+    known = dict(zip(which, engines_of(which), strict=True))
+    formulas = [engine.NAME for engine in known.values() if engine.is_formula and problem.netlist is not None]
+    instead = [kind.NAME for kind in (Ideal, Compiled) if formulas and kind.refusal(problem) is None][:1]
+    if not instead:
+        return which, {}
+    others = [named for named, engine in known.items() if not engine.is_formula]
+    return [*({*instead} - {known[named].NAME for named in others}), *others], {instead[0]: formulas}
 
 
 def _varied(vary: Any, over: Any, values: Values | None) -> Any:

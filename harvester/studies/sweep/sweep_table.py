@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from harvester import figures
-from harvester.presentation.diagnostic import Diagnostic, warning
+from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.presentation.glossary import term
 from harvester.presentation.result import TableResult
 from harvester.presentation.sheet import unit_of
@@ -101,7 +101,9 @@ class SweepTable(TableResult):
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
         """Of each engine the first warning, how many points have several responses, and why the first point failed."""
-        return tuple(remark for name in self.engines for remark in _remarks(name, self.of(name)))
+        in_place = self.about.get("in_place_of", {}).items()
+        stand_ins = [note("stands_for_formulas", name, formulas=" and ".join(those)) for name, those in in_place]
+        return (*stand_ins, *(remark for name in self.engines for remark in _remarks(name, self.of(name))))
 
     def of(self, engine: str) -> list[SweepRow]:
         """The rows of an engine."""

@@ -9,8 +9,11 @@ import pytest
 
 import harvester as hv
 from harvester import engines, figures
+from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, InputError, SimulationError
+from harvester.presentation.diagnostic import has
 from harvester.studies.sweep.points import read_axis
+from harvester.studies.sweep.sweep import for_circuit
 from tests.support.paths import EXAMPLES
 from tests.support.sweeps import swept, telling
 
@@ -139,8 +142,36 @@ def test_every_point_fails(tmp_path):
 def test_no_engine_serves(tmp_path):
     bridge = PLATE.with_load(hv.Load(netlist="bridge"))
     with pytest.raises(CannotServeError, match="use engine 'spice'") as caught:
-        swept(bridge, [read_axis("load.parameters.R=1k,2k")], engines=[hv.Published()], out=tmp_path)
+        swept(bridge, [read_axis("load.parameters.R=1k,2k")], engines=[hv.Ensemble()], out=tmp_path)
     assert caught.value.exit_status == 2
+
+
+def test_the_ideal_circuit_stands_for_formulas(harvester):
+    """No formula knows a bridge: its figure has the ideal circuit beside SPICE, with its label, and a note says so."""
+    scene = EXAMPLES / "plate_bridge.toml"
+    args = ("--engine", "published", "--engine", "averaged", "--trajectories", "64", "--duration", "20", "--json")
+    status, out, _ = harvester("sweep", str(scene), "--vary", "load.parameters.R=1M,2M", *args)
+    told = json.loads(out)
+    assert (status, {row["engine"] for row in told["rows"]}) == (0, {"ideal"})
+    assert "computed in place of published and averaged" in str(told["diagnostics"])
+    table = hv.sweep(
+        scene, vary={"load.parameters.R": [1e6, 2e6]}, engines=["averaged", hv.Ideal(trajectories=64, duration=20.0)]
+    )
+    assert table.engines == ["ideal"] and has(table.diagnostics, "stands_for_formulas")
+    assert "ideal circuit (ensemble)" in [text.get_text() for one in table.plot().legends for text in one.get_texts()]
+
+
+@pytest.mark.parametrize(
+    ("name", "asked", "computed", "formulas"),
+    [
+        ("plate_bridge", ["averaged", "spice"], ["ideal", "spice"], {"ideal": ["averaged"]}),
+        ("plate_bridge", ["exact", "spice", "ideal"], ["spice", "ideal"], {"ideal": ["exact"]}),
+        ("bimorph_board", ["published", "spice"], ["compiled", "spice"], {"compiled": ["published"]}),
+        ("plate_with_stop", ["averaged", "spice"], ["averaged", "spice"], {}),
+    ],
+)
+def test_what_stands_for_a_formula(name, asked, computed, formulas):
+    assert for_circuit(Problem.of(EXAMPLES / f"{name}.toml"), asked) == (computed, formulas)
 
 
 @pytest.mark.parametrize(
