@@ -106,18 +106,22 @@ class CompiledCircuit:
         return charges + len(self.system.diodes), len(self.reduction.columns), len(self.system.switches), charges
 
     @property
+    def switches_at(self) -> int:
+        """Where the switches stand in a state."""
+        return sum(self.sizes[:2])
+
+    @property
     def voltages_at(self) -> int:
         """Where the voltages of piezo, store and load stand in a state."""
-        ns, n, switches, charges = self.sizes
-        return ns + n + switches + charges + 1
+        return sum(self.sizes) + 1
 
     @property
     def rest(self) -> Floats:
         """The state of the circuit without voltages, but for those that the netlist begins with."""
-        ns, n, switches, charges = self.sizes
+        *_, switches, charges = self.sizes
         state = np.zeros(self.voltages_at + N_VOLTAGES + switches + DID)
         state[:charges] = self.system.starts
-        state[ns + n : ns + n + switches] = [switch.closed for switch in self.system.switches]
+        state[self.switches_at : self.switches_at + switches] = [switch.closed for switch in self.system.switches]
         return state
 
     @property

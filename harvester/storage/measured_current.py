@@ -195,12 +195,17 @@ class Currents(NamedTuple):
 
 
 def measured(
-    problem: Problem, top: float | None = None, h: float | None = None, seed: int = 0, count: int = VOLTAGES
+    problem: Problem,
+    top: float | None = None,
+    h: float | None = None,
+    seed: int = 0,
+    count: int = VOLTAGES,
+    runs: int = RUNS,
 ) -> Currents:
     """I(V) of a problem's rectifier with a held store, at ``count`` voltages from 0 to ``top`` or the open circuit's.
 
     Under a drive it is extrapolated from two steps of the compiled circuit.  Under noise it is that of the circuit of
-    ideal elements where there is one, and of the scene's step alone.
+    ideal elements where there is one, and of the scene's step alone, by so many ``runs``.
     """
     rectifier, eqs, scales = Rectifier(problem), problem.equations, problem.scales
     h = step_from_rest(eqs) if h is None else h
@@ -214,9 +219,9 @@ def measured(
 
     if not eqs.is_steady:
         circuit = rectifier.fast(rectifier.held)
-        runs = Trajectories(eqs, RUNS, np.random.SeedSequence([seed, 11]), h, circuit=circuit)
-        table = measured_current(HeldRuns(runs, circuit, rectifier.held, scales), eqs, volts)
-        return wider(Currents(table, table, runs.steps))
+        many = Trajectories(eqs, runs, np.random.SeedSequence([seed, 11]), h, circuit=circuit)
+        table = measured_current(HeldRuns(many, circuit, rectifier.held, scales), eqs, volts)
+        return wider(Currents(table, table, many.steps))
     paths = [HeldPath(problem, rectifier.compiled(rectifier.held), factor * h) for factor in (1.0, 2.0)]
     fine, coarse = (measured_current(path, eqs, volts) for path in paths)
     steps, peak = sum(path.steps for path in paths), max(path.peak for path in paths) * scales.length

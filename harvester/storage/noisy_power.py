@@ -1,7 +1,7 @@
 """The mean power of a chip's load under noise: from the rectifier's mean current, and from how that fluctuates.
 
-The current is measured behind ideal diodes where those of the rectifier are alike, at `VOLTAGES` up to where the slow
-circuit goes.  That runs until its mean power changes no more, and again in `PAIRS` of runs whose current fluctuates,
+The current is measured behind ideal diodes where those of the rectifier are alike, up to where the slow circuit goes.
+That runs until its mean power changes no more, and again in `PAIRS` of runs whose current fluctuates,
 the second as the mirror image of the first, with the measured spectral density and the correlation time of the mass's
 energy.  What they differ by from the run without is added, and counts as an error.
 
@@ -12,8 +12,6 @@ held store on the same noise, whose mean is known from many more, take most of t
 """
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -25,7 +23,7 @@ from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.step_size import step_from_rest
 from harvester.storage.measured_current import JUDGE, RUNS, HeldRuns, Rectifier, measured, time_constant
 from harvester.storage.rectified_current import RectifiedCurrent, reached
-from harvester.storage.rectifier_cut import STORE, Cut
+from harvester.storage.rectifier_cut import Cut
 from harvester.storage.slow_circuit import JUDGED, TOLERANCE, SlowCircuit, SlowPath, noise_check
 from harvester.storage.steady_power import (
     FINER,
@@ -40,46 +38,16 @@ from harvester.storage.steady_power import (
 from harvester.uncertainty.control_variate import controlled
 from harvester.uncertainty.value import Value, mean_and_error
 
-VOLTAGES, WIDER = 48, 1.25  # of the second measurement of the current; times the highest voltage of the slow run
+MANY, WIDER = 8 * RUNS, 1.25  # runs with a held store; times the highest voltage of the slow run
 PAIRS, ROUGHER = 6, 4.0  # of fluctuating runs; times the slow step and the tolerance there
 DIRECT = 50.0  # time constants of the mass of the direct run
-MANY = 8 * RUNS  # of the runs with a held store
 LEAST = 0.1  # of the rectifier's energy: what a chip passes on at least, for the part that it differs by
 
 
-@dataclass(frozen=True)
-class NoisyCurrent:
-    """The current into a chip under noise, corrected, with what was run to find it.
+def noisy_power(problem: Problem, cut: Cut, seed: int) -> SlowPower:
+    """The stationary mean power of the load behind a cut, under noise; see `SlowPower`.
 
-    ``path`` has the mean current, ``paths`` the fluctuating one, consecutive two as mirror images.  ``elements`` and
-    ``separation`` are relative errors of the current at 95 %, of which ``gain`` is the correction; ``direct`` is how
-    long (s) mass and circuit ran together.
-    """
-
-    table: RectifiedCurrent
-    rough: SlowCircuit
-    path: SlowPath
-    paths: list[SlowPath]
-    duration: float
-    changed: float
-    slow_step: float
-    elements: float
-    separation: float
-    gain: float
-    direct: float
-    steps: int
-
-    def sampling(self, errors: Floats, values: Floats, weights: Floats) -> float:
-        """The relative standard error of a mean along the path, of independent ``errors`` at the table's voltages."""
-        late = self.path.t > 0.25 * self.path.t[-1]
-        volts = self.table.voltages
-        knots = np.array([np.interp(self.path.rails[late], volts, unit) for unit in np.eye(len(volts))])
-        shares = knots @ weights[late]
-        return float(math.sqrt(np.sum((shares * errors) ** 2)) / max(abs(np.dot(shares, values)), 1e-300))
-
-
-def noisy_current(problem: Problem, cut: Cut, seed: int) -> NoisyCurrent:
-    """The current of a problem under noise, and the slow circuit's course with it.
+    Where the time scales are not apart its ``scales_apart`` is False, and it has no direct run in its place.
 
     Raises as `harvester.storage.steady_power.slow_power`.
     """
@@ -88,147 +56,89 @@ def noisy_current(problem: Problem, cut: Cut, seed: int) -> NoisyCurrent:
     circuit, rough = (
         SlowCircuit(problem.circuit, cut, problem.scales, factor * TOLERANCE) for factor in (1.0, ROUGHER)
     )
-    h = unit / FINER
-    table, _, steps, _ = measured(problem, seed=seed)
-    top = WIDER * float(rough.run(table, first_duration(rough, table, unit), ROUGHER * h).rails.max())
-    if Rectifier(problem).ideal and top < table.voltages[-1]:
-        table, _, more, _ = measured(problem, top, seed=seed, count=VOLTAGES)
-        steps += more
-    table = replace(table, lag=np.full(len(table.voltages), 0.5 * unit))
+    step, count = ROUGHER * unit / FINER, MANY if Rectifier(problem).ideal else RUNS
+    first = measured(problem, seed=seed).best
+    top = WIDER * float(rough.run(first, first_duration(rough, first, unit), step).rails.max())
+    table, _, steps, _ = measured(problem, min(top, float(first.voltages[-1])), seed=seed, runs=count)
+    table = table.lagging(0.5 * unit)
     path, duration, changed = settled_path(circuit, table, unit)
-    paths = fluctuating(rough, table, min(duration, FIRST * unit), ROUGHER * h, seed)
-    farads = sum(1.0 / volts for name, _, _, volts in circuit.circuit.system.charges if name == STORE)
-    charge = reached(table, float(path.rails.max()), farads)
+    paths = _fluctuating(rough, table, min(duration, FIRST * unit), step, seed, PAIRS * [rough.circuit.rest])
+    charge = reached(table, float(path.rails.max()), problem.circuit.smoothing or 0.0)
     elements, _, more = noise_check(problem, table, charge, None, seed)
-    beside = _Beside(problem, rough, table, DIRECT * unit, seed)
-    gain, unsure, direct = beside.gain(paths, farads)
-    return NoisyCurrent(
-        table=table,
-        rough=rough,
-        path=path,
-        paths=paths,
-        duration=duration,
-        changed=changed,
-        slow_step=h,
-        elements=elements,
-        separation=abs(gain) + unsure,
-        gain=gain,
-        direct=DIRECT * unit,
-        steps=steps + more + direct,
-    )
+    gain, direct = _gain(problem, rough, table, paths, DIRECT * unit, seed)
+    less = JUDGE + elements + abs(gain.value) + gain.sampling95
+    currents = table, table.halved(), table.scaled(1.0 - less), table.shifted()
+    others = [rough.run(current, duration, step) for current in currents]
+    ends, shorter = ((end / 4.0, end) for end in (duration, float(paths[0].t[-1])))
 
+    def known(name: str, stderr: float = 0.0) -> tuple[Value, float]:
+        """The mean of an integral of the path with its errors, and by how much fluctuations change it."""
+        mean, base, *changed = (mean_rate(run.t, getattr(run, name), *ends) for run in (path, *others))
+        by_voltages, by_less, by_sampling = (other - base for other in changed)
+        short, *changes = (mean_rate(run.t, getattr(run, name), *shorter) for run in (others[0], *paths))
+        change, spread = mean_and_error((np.array(changes) - short).reshape(-1, 2).mean(axis=1))
+        model = abs(by_voltages) + abs(by_less) + JUDGE * mean + abs(change)
+        errors = math.hypot(stderr, by_sampling, spread)
+        return Value(mean + change - gain.value * by_less / less, errors, abs(base - mean), model), abs(change)
 
-def fluctuating(
-    circuit: SlowCircuit,
-    table: RectifiedCurrent,
-    duration: float,
-    seconds: float,
-    seed: int,
-    starts: Sequence[Floats | None] = PAIRS * (None,),
-) -> list[SlowPath]:
-    """A pair of fluctuating runs from each of the ``starts``, mirror images of each other."""
-    rng = np.random.default_rng(np.random.SeedSequence([seed, 16]))
-    paths = []
-    for start in starts:
-        normal = rng.standard_normal(math.ceil(duration / seconds))
-        paths += [circuit.run(table, duration, seconds, 1, sign * normal, start) for sign in (1.0, -1.0)]
-    return paths
-
-
-class _Beside:
-    """Mass and circuit together for so many ``seconds``, beside the slow circuit with a ``table``."""
-
-    def __init__(self, problem: Problem, slow: SlowCircuit, table: RectifiedCurrent, seconds: float, seed: int) -> None:
-        assert problem.circuit is not None
-        self.problem, self.slow, self.table, self.seconds, self.seed = problem, slow, table, seconds, seed
-        self.whole, self.h = compiled_circuit(problem.circuit, problem.scales), step_from_rest(problem.equations)
-        self.root = np.random.SeedSequence([seed, 11])
-
-    def gain(self, paths: list[SlowPath], farads: float) -> tuple[float, float, int]:
-        """By what part more load and store gain than from the slow circuit, its sampling at 95 %, and the steps.
-
-        Both begin with the mass at rest and the circuit as at the end of the ``paths``.
-        """
-        step = paths[0].t[0]
-        slow = fluctuating(self.slow, self.table, self.seconds, step, self.seed, [path.end for path in paths])
-        before = np.repeat([path.store[-1] for path in paths], 2)
-        load = np.array([path.square[-1] for path in slow]) / self.whole.resistance
-        ends = np.array([path.store[-1] for path in slow])
-        gained = (load + 0.5 * farads * (ends**2 - before**2)).reshape(-1, 2).mean(axis=1)
-        passed = [float(np.mean(path.rails * self.table.at(path.rails))) * self.seconds for path in slow]
-        which = np.arange(JUDGED) % len(paths)
-        direct, steps = self._directly([paths[k] for k in which], farads)
-        held, more = self._held(float(np.mean([path.rails.mean() for path in slow])))
-        low, (mean, error) = held[:JUDGED], mean_and_error(held[JUDGED:])
-        off = controlled(direct - gained[which], low, Value(mean, error)).value
-        scale = max(float(gained.mean()), LEAST * float(np.mean(passed)), 1e-300)
-        return off.value / scale, off.sampling95 / scale, steps + more
-
-    def _directly(self, paths: list[SlowPath], farads: float) -> tuple[Floats, int]:
-        """What load and store gain (J) in each of the direct runs, which begin where the ``paths`` end."""
-        eqs, scales = self.problem.equations, self.problem.scales
-        runs = Trajectories(eqs, len(paths), self.root, self.h, circuit=self.whole)
-        rows, ends = runs.state[0, MASS_ROWS:], np.array([path.end for path in paths]).T
-        for k, (name, *_) in enumerate(self.slow.circuit.system.charges):
-            if name != "piezo":
-                rows[self.whole.charge_at(name)] = ends[k]
-        (ns, n, switches, _), (its_ns, its_n, *_) = self.whole.sizes, self.slow.circuit.sizes
-        rows[ns + n : ns + n + switches] = ends[its_ns + its_n : its_ns + its_n + switches]
-        moments = runs.run(self.seconds * scales.frequency)
-        load = (eqs.beta or 0.0) * moments.load * scales.watts * runs.time / scales.frequency
-        before, store = np.array([path.store[-1] for path in paths]), rows[self.whole.voltages_at + 1]
-        return load + 0.5 * farads * (store**2 - before**2), runs.steps
-
-    def _held(self, volts: float) -> tuple[Floats, int]:
-        """The charges (C) that a store gains which is held, the first of them on the noise of the direct runs."""
-        rectifier = Rectifier(self.problem)
-        circuit, count = rectifier.fast(rectifier.held), MANY if rectifier.ideal else 3 * JUDGED
-        runs = Trajectories(self.problem.equations, count, self.root, self.h, circuit=circuit)
-        stores = HeldRuns(runs, circuit, rectifier.held, self.problem.scales)
-        return stores.advance(volts, self.seconds * self.problem.scales.frequency)[0], runs.steps
-
-
-def noisy_power(problem: Problem, cut: Cut, seed: int) -> SlowPower:
-    """The stationary mean power of the load behind a cut, under noise; see `SlowPower`.
-
-    Where the time scales are not apart its ``scales_apart`` is False, and it has no direct run in its place.
-    """
-    known = noisy_current(problem, cut, seed)
-    circuit, table, path = known.rough, known.table, known.path
-    ends, shorter = ((end / 4.0, end) for end in (known.duration, float(known.paths[0].t[-1])))
-    less = JUDGE + known.elements + known.separation
-    base, halved, lower = (
-        circuit.run(current, known.duration, ROUGHER * known.slow_step)
-        for current in (table, table.halved(), table.scaled(1.0 - less))
-    )
-    assert table.stderr is not None and table.square_error is not None, "of noise"
-    current_error = known.sampling(table.stderr, table.current, path.rails)
-    square_error = known.sampling(table.square_error, table.square, np.ones(len(path.t)))
-
-    def value(name: str, own: float) -> tuple[Value, float]:
-        """The mean of an integral of the path, with the relative standard error of its ``own``, and its fluctuation."""
-        mean, before, by_voltages, by_less = (
-            mean_rate(run.t, getattr(run, name), *ends) for run in (path, base, halved, lower)
-        )
-        slope, short = (by_less - before) / less, mean_rate(base.t, getattr(base, name), *shorter)
-        changes = np.array([mean_rate(run.t, getattr(run, name), *shorter) - short for run in known.paths])
-        change, spread = mean_and_error(changes.reshape(-1, 2).mean(axis=1))
-        stderr = math.hypot(spread, slope * current_error, own * mean)
-        model = abs(by_voltages - before) + abs(slope) * less + JUDGE * mean + abs(change)
-        return Value(mean + change - slope * known.gain, stderr, abs(before - mean), model), abs(change)
-
-    (power, fluctuates), (square, _) = value("square", 0.0), value("piezo", square_error)
-    apart = max(abs(known.gain), fluctuates / max(power.value, 1e-300))
+    assert table.square_error is not None, "of noise"
+    power, change = known("square")
+    square, _ = known("piezo", float(table.column_at("square_error", path.rails).mean()))
+    off = max(abs(gain.value), change / max(power.value, 1e-300))
     return SlowPower(
-        power=replace(power, model=(power.model or 0.0) + known.changed).scaled(1.0 / circuit.circuit.resistance),
+        power=power.scaled(1.0 / circuit.circuit.resistance),
         square=square,
-        changed=known.changed / max(power.value, 1e-300),
-        separation=max(known.separation, apart),
-        scales_apart=apart <= LARGEST_SEPARATION,
-        direct=known.direct,
-        duration=known.duration,
-        slow_step=known.slow_step,
-        steps=known.steps + sum(run.steps for run in (path, base, halved, lower, *known.paths)),
+        changed=changed / max(power.value, 1e-300),
+        separation=max(off, abs(gain.value) + gain.sampling95),
+        scales_apart=off <= LARGEST_SEPARATION,
+        direct=DIRECT * unit,
+        duration=duration,
+        slow_step=unit / FINER,
+        steps=steps + more + direct + sum(run.steps for run in (path, *others, *paths)),
         current=table,
         load=of_load(path),
     )
+
+
+def _fluctuating(
+    circuit: SlowCircuit, table: RectifiedCurrent, duration: float, step: float, seed: int, starts: list[Floats]
+) -> list[SlowPath]:
+    """A pair of fluctuating runs from each of the ``starts``, mirror images of each other."""
+    rng = np.random.default_rng(np.random.SeedSequence([seed, 16]))
+    variates = rng.standard_normal((len(starts), 1, math.ceil(duration / step))) * np.array([[1.0], [-1.0]])
+    pairs = zip(starts, variates, strict=True)
+    return [circuit.run(table, duration, step, 1, normal, start) for start, pair in pairs for normal in pair]
+
+
+def _gain(
+    problem: Problem, circuit: SlowCircuit, table: RectifiedCurrent, paths: list[SlowPath], seconds: float, seed: int
+) -> tuple[Value, int]:
+    """By what part more load and store gain from mass and circuit together than from the slow circuit, and the steps.
+
+    Both go on for so many ``seconds`` from the ends of the ``paths``, with the mass at rest at first.
+    """
+    assert problem.circuit is not None
+    eqs, scales, farads = problem.equations, problem.scales, problem.circuit.smoothing or 0.0
+    whole, h, root = compiled_circuit(problem.circuit, scales), step_from_rest(eqs), np.random.SeedSequence([seed, 11])
+    slow = _fluctuating(circuit, table, seconds, float(paths[0].t[0]), seed, [path.end for path in paths])
+    full = np.array([0.5 * farads * path.store[-1] ** 2 for path in paths])
+    ends = np.array([path.square[-1] / whole.resistance + 0.5 * farads * path.store[-1] ** 2 for path in slow])
+    gained = ends.reshape(-1, 2).mean(axis=1) - full
+    passed = seconds * float(np.mean([path.rails * table.at(path.rails) for path in slow]))
+    runs, which = Trajectories(eqs, JUDGED, root, h, circuit=whole), np.arange(JUDGED) % len(paths)
+    rows, states = runs.state[0, MASS_ROWS:], np.array([paths[k].end for k in which]).T
+    for k, (name, *_) in enumerate(circuit.circuit.system.charges):
+        if name != "piezo":
+            rows[whole.charge_at(name)] = states[k]
+    to, switches, since = whole.switches_at, len(whole.system.switches), circuit.circuit.switches_at
+    rows[to : to + switches] = states[since : since + switches]
+    load = (eqs.beta or 0.0) * runs.run(seconds * scales.frequency).load * scales.watts * runs.time / scales.frequency
+    direct = load + 0.5 * farads * rows[whole.voltages_at + 1] ** 2 - (full + gained)[which]
+    rectifier = Rectifier(problem)
+    held = rectifier.fast(rectifier.held)
+    many = Trajectories(eqs, MANY if rectifier.ideal else 3 * JUDGED, root, h, circuit=held)
+    volts = float(np.mean([path.rails.mean() for path in slow]))
+    charges = HeldRuns(many, held, rectifier.held, scales).advance(volts, seconds * scales.frequency)[0]
+    mean = Value(*mean_and_error(charges[JUDGED:]))
+    off = controlled(direct, charges[:JUDGED], mean).value
+    return off.scaled(1.0 / max(float(gained.mean()), LEAST * passed, 1e-300)), runs.steps + many.steps

@@ -100,6 +100,10 @@ class RectifiedCurrent(MeanCurrent):
         """The same of a current that follows the voltage with its lag; 0 where there is none."""
         return max(self.start - float(self.lag[0]), 0.0) if self.current[0] > 0.0 else 0.0
 
+    def lagging(self, seconds: float) -> "RectifiedCurrent":
+        """The table of a current that follows all voltages after so much."""
+        return replace(self, lag=np.full(len(self.voltages), seconds))
+
     def later(self, seconds: float) -> "RectifiedCurrent":
         """The table of a mass that rings up by so much more."""
         return replace(self, ring_up=self.ring_up + seconds * float(self.current[0]))

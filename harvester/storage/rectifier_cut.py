@@ -30,11 +30,6 @@ class Cut:
         laws = {diode_law(part) for part in self.rectifier}
         return laws.pop() if len(laws) == 1 else None
 
-    @property
-    def store_is_at_rails(self) -> bool:
-        """Whether the store is what the rectifier charges, and not behind a converter."""
-        return any(part.name == STORE and set(part.nodes[:2]) == set(self.rails) for part in self.behind)
-
     def held(self, farads: float) -> list[CircuitPart]:
         """The rectifier with a capacitance between its rails that hardly changes its voltage."""
         return [*self.rectifier, _element(STORE, self.rails, repr(farads)), _element(LOAD, self.rails, NO_LOAD)]

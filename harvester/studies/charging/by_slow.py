@@ -15,7 +15,6 @@ from harvester.equations.problem import Problem
 from harvester.errors import InputError
 from harvester.netlists.probes import STORE, Probe
 from harvester.presentation.diagnostic import Diagnostic, note, refusal, warning
-from harvester.presentation.messages.unknown_parts import TIME_SCALES
 from harvester.storage.measured_current import JUDGE, Rectifier, measured, time_constant
 from harvester.storage.rectified_current import RectifiedCurrent, reached, times_to
 from harvester.storage.rectifier_cut import cut_behind_rectifier, is_plain_store
@@ -47,7 +46,9 @@ def refusal_of_slow(problem: Problem, probe: Probe, records: bool = False) -> Di
         compiled_circuit(circuit, problem.scales)
     except InputError as error:
         return refusal("needs_compiled_circuit", Slow.NAME, engine=Slow.NAME, why=str(error))
-    return None if is_plain_store(circuit) else Slow.refusal(problem)
+    if is_plain_store(circuit):
+        return None
+    return refusal("slow_shaking") if eqs.is_random else Slow.refusal(problem)
 
 
 def _serves_shaking(eqs: Equations, records: bool) -> bool:
@@ -160,7 +161,7 @@ def _random(runs: ChargeRuns) -> dict[str, Any]:
 def _behind_a_rectifier(runs: ChargeRuns) -> dict[str, Any]:
     """One run of a chip under a drive."""
     from harvester.cosimulation.charging import first_passages
-    from harvester.storage.slow_circuit import SlowCircuit
+    from harvester.storage.slow_circuit import SlowCircuit, direct_check
     from harvester.storage.steady_power import FINER
 
     problem, levels = runs.problem, runs.levels
@@ -171,18 +172,21 @@ def _behind_a_rectifier(runs: ChargeRuns) -> dict[str, Any]:
     table, rough, steps, _ = measured(problem)
     slow, unit = SlowCircuit(circuit, cut, scales), time_constant(problem.equations) / scales.frequency
     paths = [slow.run(current, runs.duration, unit / FINER, stride=4) for current in (table, rough, table.halved())]
-    times, coarse, other = (first_passages(path.t, path.store, levels) for path in paths)
+    end = int(paths[0].store.argmax()) + 1
+    risen = np.maximum.accumulate(paths[0].store[:end]), paths[0].t[:end]
+    check = direct_check(problem, compiled_circuit(circuit, scales), *risen, runs.duration, runs.h)
+    times, coarse, other = (first_passages(path.t, path.store, levels) + check.late for path in paths)
     parts_after = [afterwards(path.t, path.store, float(levels[-1])) for path in paths[:2]]
-    at = np.linspace(0.0, runs.duration, SAMPLES)
+    at, separation = np.linspace(0.0, runs.duration, SAMPLES), abs(check.late) + check.error
+    alone = note("slow_charge_of_chip", direct=check.seconds, change=check.late)
     return {
         "times": times[None],
         "coarse": coarse[None],
         "at": at,
-        "curves": np.interp(at, paths[0].t, paths[0].store)[None],
-        "steps": steps + sum(path.steps for path in paths),
-        "unknown": TIME_SCALES,
-        "notes": tuple(_not_apart(float(times[-1]), unit)),
-        "model": _finite(other - times) + JUDGE * _finite(times),
+        "curves": np.interp(at, paths[0].t + check.late, paths[0].store, left=0.0)[None],
+        "steps": steps + check.steps + sum(path.steps for path in paths),
+        "notes": (alone, *_not_apart(float(times[-1]), unit)),
+        "model": _finite(other - times) + (JUDGE + separation / check.seconds) * _finite(times),
         "after": ([parts_after[0]], [parts_after[1]]) if runs.whole else None,
     }
 

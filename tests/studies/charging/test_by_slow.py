@@ -63,3 +63,26 @@ def test_a_circuit_with_transistors():
     found, judge = (hv.charge(scene, to="1 V", engine=name) for name in ("slow", "spice"))
     assert has(found.warnings, "charge_not_slow")
     assert abs(found.time.value - judge.time.value) < found.time.known_error95 + judge.time.error95
+
+
+# When the store of a chip's netlist has 4.9 V (LTC3588) or 2.9 V (BQ25570), by ngspice in lock-step, with its whole
+# error (s), `charge --engine spice` on 25 November 2026.
+CHIPS = [
+    ("ltc3588", "0.15 g", "10 uF", 0.70536, 0.0003),
+    ("ltc3588", "0.3 g", "10 uF", 0.32484, 0.0002),
+    ("ltc3588", "0.15 g", "47 uF", 3.07577, 0.0008),
+    ("bq25570", "0.1 g", "2.2 uF", 1.8383, 0.0557),
+    ("bq25570", "0.07 g", "2.2 uF", 2.6192, 0.0037),
+]
+
+
+@pytest.mark.parametrize("chip, acceleration, store, seconds, error", CHIPS)
+def test_a_chip_charges_its_store_as_in_ngspice(chip, acceleration, store, seconds, error):
+    """What taking the time scales apart does is measured: the error is whole, and holds what ngspice says."""
+    scene = hv.load(EXAMPLES / f"bimorph_{chip}.toml").vary("excitation.acceleration_amplitude", acceleration)
+    scene = scene.vary("load.parameters.C", store).vary("load.parameters.Cout", "10 uF")
+    volts = 4.9 if chip == "ltc3588" else 2.9
+    found = hv.charge(scene, to=volts, engine="slow", duration=2.0 * seconds)
+    assert has(found.notes, "slow_charge_of_chip") and not found.time.unknown
+    assert abs(found.time.value - seconds) < found.time.error95 + error
+    assert found.time.error95 < 0.1 * seconds
