@@ -19,8 +19,6 @@ from harvester.equations.bounds import check_bounded
 from harvester.equations.problem import Problem
 from harvester.presentation.diagnostic import Diagnostic, note, refusal, warning
 from harvester.presentation.engine_look import EngineLook
-from harvester.presentation.messages.unknown_parts import COMPILED_CIRCUIT
-from harvester.uncertainty.value import Value
 
 if TYPE_CHECKING:
     from harvester.storage.rectifier_cut import Cut
@@ -100,7 +98,7 @@ class Slow(Request, Engine):
         )
 
     def quick(self, scene: AnyScene) -> Estimate:
-        """The same in .1 to .2 s, off by a few per cent, and none of its errors is known.
+        """The same in some hundredths of a second, off by a few per cent.
 
         Raises as `run`.
         """
@@ -109,10 +107,8 @@ class Slow(Request, Engine):
         problem, cut = self._parted(scene)
         begin = time.perf_counter()
         power, square, path = quick_power(problem, cut)
-        scales, seconds = problem.scales, time.perf_counter() - begin
-        v2 = Value(square / scales.volts**2, unknown=COMPILED_CIRCUIT)
-        value = Value(power, unknown=COMPILED_CIRCUIT).scaled(1.0 / scales.watts)
-        return estimate(self.NAME, problem, v2, value, [], seconds, path.steps, of_load(path))
+        v2, power = square.scaled(problem.scales.volts**-2), power.scaled(1.0 / problem.scales.watts)
+        return estimate(self.NAME, problem, v2, power, [], time.perf_counter() - begin, path.steps, of_load(path))
 
     def _parted(self, scene: AnyScene) -> "tuple[Problem, Cut]":
         """The problem, and its circuit cut behind the rectifier; raises as `run`."""
