@@ -120,7 +120,7 @@ class Journal:
                 "error95": power.known_error95,
                 "whole": power.error95 is not None,
             }
-            found |= {"missed": any("`within`" in one for one in answer.warnings), "step": answer.details["step"]}
+            found |= {"missed": any("within" in one.numbers for one in answer.warnings), "step": answer.details["step"]}
             found |= {"seconds": time.perf_counter() - begin, "process seconds": time.process_time() - busy}
             JOURNAL.parent.mkdir(exist_ok=True)
             with JOURNAL.open("a") as file:

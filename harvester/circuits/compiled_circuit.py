@@ -6,6 +6,7 @@ Long because it is all that others see of a circuit: its sizes, its states, its 
 import dataclasses
 import math
 from collections.abc import Sequence
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -76,10 +77,14 @@ class CompiledCircuit:
         across = self.system.across
         read_out = [across("p", "0"), across(*store.nodes[:2]) if store is not None else {}, across(*rload.nodes[:2])]
         self.reduction = Reduction(self.system, read_out, self._tau(TYPICAL))
-        impedance = TYPICAL / (scales.frequency * scales.capacitance)
-        taus = [self._tau(TYPICAL) / 2**k for k in (0, LEVELS // 2, LEVELS)]
-        self.solver = Solver(self.reduction, impedance, scales.volts, taus)
         self._arrays: dict[float, tuple[Any, ...]] = {}
+
+    @cached_property
+    def solver(self) -> Solver:
+        """The solver of its equations, which is written when it is first needed."""
+        impedance = TYPICAL / (self.scales.frequency * self.scales.capacitance)
+        taus = [self._tau(TYPICAL) / 2**k for k in (0, LEVELS // 2, LEVELS)]
+        return Solver(self.reduction, impedance, self.scales.volts, taus)
 
     @property
     def has_coils(self) -> bool:

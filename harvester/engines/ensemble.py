@@ -22,7 +22,6 @@ from harvester.engines.protocol import AnyScene, Engine, Progress, estimate, nee
 from harvester.engines.sampling import Model
 from harvester.equations.impact_order import accumulation
 from harvester.equations.problem import Problem
-from harvester.machine.folders import machine_code
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.presentation.engine_look import EngineLook
 from harvester.uncertainty.target import Target, added_effort, best_factor
@@ -168,7 +167,7 @@ class Ensemble(MonteCarloOptions, Engine):
         """Trajectories that are compiled, have their step, and have burnt in."""
         from harvester.mechanics.ensemble.richardson import compile_pair
         from harvester.mechanics.ensemble.trajectories import Trajectories
-        from harvester.mechanics.kernels.compiled import compilation
+        from harvester.mechanics.kernels.compiled import compilation, machine_code
 
         model, unit = self.model(problem), problem.units.frequency
         seed = np.random.SeedSequence(self.seed)

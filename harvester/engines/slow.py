@@ -23,8 +23,6 @@ from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.presentation.diagnostic import Diagnostic, note, refusal, warning
 from harvester.presentation.engine_look import EngineLook
-from harvester.presentation.messages.unknown_parts import COMPILED_CIRCUIT
-from harvester.uncertainty.value import Value
 
 if TYPE_CHECKING:
     from harvester.storage.rectifier_cut import Cut
@@ -116,7 +114,7 @@ class Slow(Request, Engine):
         return replace(direct, engine=self.NAME, diagnostics=(how, *direct.diagnostics))
 
     def quick(self, scene: AnyScene) -> Estimate:
-        """The same in .1 to .2 s, off by a few per cent, and none of its errors is known.
+        """The same in some hundredths of a second, off by a few per cent.
 
         Raises as `run`.
         """
@@ -125,10 +123,8 @@ class Slow(Request, Engine):
         problem, cut = self._parted(scene)
         begin = time.perf_counter()
         power, square, path = quick_power(problem, cut)
-        scales, seconds = problem.scales, time.perf_counter() - begin
-        v2 = Value(square / scales.volts**2, unknown=COMPILED_CIRCUIT)
-        value = Value(power, unknown=COMPILED_CIRCUIT).scaled(1.0 / scales.watts)
-        return estimate(self.NAME, problem, v2, value, [], seconds, path.steps, of_load(path))
+        v2, power = square.scaled(problem.scales.volts**-2), power.scaled(1.0 / problem.scales.watts)
+        return estimate(self.NAME, problem, v2, power, [], time.perf_counter() - begin, path.steps, of_load(path))
 
     def _parted(self, scene: AnyScene) -> "tuple[Problem, Cut]":
         """The problem, and its circuit cut behind the rectifier; raises as `run`."""

@@ -13,11 +13,11 @@ from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError, named
 from harvester.explore import circuits, html_text, in_worker
 from harvester.explore.draft import Draft
+from harvester.explore.in_worker import Job, Overtaken
 from harvester.explore.latest_request import Newest
 from harvester.explore.live import Live, PowerCurve, grid, live
 from harvester.explore.runs import without
 from harvester.explore.slider_scale import Slide
-from harvester.presentation.diagnostic import Diagnostic
 from harvester.scene.scene import Scene
 
 POOL = ThreadPoolExecutor(32, "explore")  # of all users, most of them waiting; the server's own thread only hands on
@@ -27,7 +27,6 @@ HASTE = 8.0  # the same, of the power of a circuit
 FIRST = 0.15  # seconds that the power of a circuit may take before the formulas' curves begin to compete with it
 KEPT = 200  # designs whose power is remembered, the last ones
 CURVE_POINTS = 9  # of a circuit's curve, none at an end, where half of its mark would be cut off
-Overtaken = Callable[[], bool]  # whether a newer request waits
 PATIENCE = 60.0  # seconds that a path may take after it is overtaken: kernels may be compiled meanwhile
 
 
@@ -45,8 +44,11 @@ class PageRequest(NamedTuple):
 class Shown(Protocol):
     """What is done with the answers, on the server's thread: see `harvester.explore.page.Explorer`."""
 
-    def show(self, request: PageRequest, snapshot: Live, serving: dict[str, Diagnostic | None], rested: bool) -> None:
-        """Draw what the formulas say; in all its words where the knobs have ``rested``."""
+    def show(self, request: PageRequest, snapshot: Live, rested: bool) -> None:
+        """Draw what the formulas say; in all its words where the knobs have ``rested``.
+
+        Without ``serving`` it is that of a circuit whose power is to be drawn first.
+        """
         ...
 
     def show_power(self, request: PageRequest, answer: dict[str, Any]) -> None:
@@ -112,26 +114,23 @@ class Computing:
             where = request.scene, request.key, request.at, request.slide
             if self._circuit != (request.tables, same) and "netlist" in request.tables.get("load", {}):
                 self._circuit = request.tables, same
-                blank = Live(Problem(request.scene), request.key, request.at, True)
-                self._show(request, blank, rested=False, more=True)
                 self._power_work.ask(request)
+                self._show(request, Live(Problem(request.scene), request.key, request.at, True), False, more=True)
                 if not self._live_work.rests(FIRST):
                     return
             snapshot = live(*where, False, curves=curves, first=True)  # the best formula's, long before the others'
-            self._show(request, snapshot, rested=False, more=True)
+            self._show(request, snapshot, False, more=True)
             if not self._live_work.rests(PAUSED):
                 return
             snapshot = live(*where, False, overtaken, curves=curves, known=snapshot)
-            self._show(request, snapshot, rested=False)
+            self._show(request, snapshot, False)
             if not self._live_work.rests(RESTED):
                 return
-            if curves is None:
-                snapshot = live(*where, True, overtaken)
-            if snapshot is None:
-                return
-            self._show(request, snapshot, rested=True)
-            self._fine = (same, snapshot.curves)
-            self._path_work.ask(request)
+            snapshot = live(*where, True, overtaken) if curves is None else snapshot
+            if snapshot is not None:
+                self._show(request, snapshot, True)
+                self._fine = (same, snapshot.curves)
+                self._path_work.ask(request)
         except Exception as error:  # any is one line on the page
             self._soon(functools.partial(self._page.fail, str(named(error))))
 
@@ -144,7 +143,7 @@ class Computing:
                 earlier = {name: curve for name, curve in shown.curves.items() if name not in here}
                 snapshot = dataclasses.replace(snapshot, curves=earlier | snapshot.curves, earlier=frozenset(earlier))
             self._shown = snapshot
-            self._soon(functools.partial(self._page.show, request, snapshot, refusals(snapshot.problem), rested))
+            self._soon(functools.partial(self._page.show, request, snapshot, rested))
 
     def _trace(self, request: PageRequest, overtaken: Overtaken) -> None:
         """In a thread: what the numbers mean, and one path of the scene, from a process of its own."""
@@ -170,15 +169,18 @@ class Computing:
 
     def _power(self, request: PageRequest, overtaken: Overtaken) -> None:
         """In a thread: what the circuit itself gives, at once, from a process."""
-        answer = self._power_at_once(request, overtaken, HASTE)
+        answer = self._power_at_once(request, overtaken, HASTE, True)
         if answer is not None and "error" not in answer:
             self._soon(functools.partial(self._page.show_power, request, answer))
         self._fine_work.ask(request)
 
-    def _power_at_once(self, request: PageRequest, overtaken: Overtaken, patience: float) -> dict[str, Any] | None:
+    def _power_at_once(
+        self, request: PageRequest, overtaken: Overtaken, patience: float, first: bool
+    ) -> dict[str, Any] | None:
         """What the circuit gives, from memory where it was asked for before; None once that is overtaken."""
         name, how = json.dumps(request.tables, sort_keys=True), in_worker.QUICK
-        answer = self._at_once.get(name) or self._elsewhere(in_worker.power, request, overtaken, patience, *how)
+        given = in_worker.power, request, overtaken, patience, *how
+        answer = self._at_once.get(name) or self._elsewhere(*given, first=first)
         if answer is not None:  # that it is not known, too: to try it again takes seconds
             self._at_once[name] = answer
         for old in [*self._at_once][:-KEPT]:
@@ -194,7 +196,8 @@ class Computing:
             draft.choose(None if name == "resistor" else name)
             if name == "bridge":
                 refusals(draft.scene())  # which loads what circuits need, .4 s, in this process
-            self._power_at_once(request._replace(tables=draft.tables()), overtaken, PATIENCE)
+            resistor = "netlist" not in request.tables.get("load", {})  # then the first process has nothing else to do
+            self._power_at_once(request._replace(tables=draft.tables()), overtaken, PATIENCE, resistor)
 
     def _fine_power(self, request: PageRequest, overtaken: Overtaken) -> None:
         """In a thread: the same when the knobs rest, finely and along the axis."""
@@ -215,16 +218,11 @@ class Computing:
         self._curve_of = same
 
     def _elsewhere(
-        self,
-        function: Callable[..., dict[str, Any]],
-        request: PageRequest,
-        overtaken: Overtaken,
-        patience: float,
-        *how: float,
+        self, job: Job, request: PageRequest, overtaken: Overtaken, patience: float, *how: float, first: bool = False
     ) -> dict[str, Any] | None:
         """What a function of `in_worker` gives; ``error`` why it does not, None where it was overtaken."""
         try:
-            return in_worker.elsewhere(function, (request.tables, *how), overtaken, self._ended.is_set, patience)
+            return in_worker.elsewhere(job, (request.tables, *how), overtaken, self._ended.is_set, patience, first)
         except Exception as error:
             return {"error": str(named(error))}
 

@@ -3,12 +3,21 @@
 What they compile holds nobody up.
 """
 
+import math
 import time
 from collections.abc import Callable
 from concurrent.futures import wait
+from functools import partial
 from typing import Any
 
+from harvester.engines.selection import ENGINES, default_sampler, engine
+from harvester.engines.slow import Slow
+from harvester.equations.problem import Problem
+from harvester.errors import CannotServeError
+from harvester.explore.job import told_of
 from harvester.machine import processes
+from harvester.machine.system import this_system
+from harvester.scene.scene import Scene
 
 PERIODS = 12.0  # that are drawn
 MOST = 1500  # points that are drawn
@@ -16,6 +25,10 @@ MOST = 1500  # points that are drawn
 QUICK, FINE, COARSE = (0.05, 0.05), (0.01, 10.0), (0.05, 1.0)
 FEW = 64  # trajectories at once: their start is most of what they take
 IDLE = 300.0  # seconds after which a worker without work ends
+
+Job = Callable[..., dict[str, Any]]
+Overtaken = Callable[[], bool]  # whether a newer request waits; or the page is closed
+GIVES_WAY = 5  # the priority of what is computed in the background: the first power of a circuit passes it
 
 _idle, _quick = processes.idle_processes(), processes.idle_processes()  # for what must be there at once, the latter
 
@@ -25,24 +38,15 @@ def path(tables: dict[str, Any]) -> dict[str, Any]:
 
     Raises HarvesterError as `harvester.motion`, in the scene's own process: call `elsewhere`.
     """
-    import math
-
-    from harvester.engines.selection import default_sampler
-    from harvester.equations.problem import Problem
-    from harvester.scene.scene import Scene
     from harvester.studies.motion import motion
 
     problem = Problem(Scene(**tables))
     trace = motion(problem, default_sampler(problem), duration=2.0 * math.pi * PERIODS / problem.units.frequency)
     last = trace.time > trace.time[-1] - trace.shown
     every = max(1, -(-int(last.sum()) // MOST))
-    drawn = (trace.time, trace.displacement, trace.velocity, trace.voltage)
-    t, x, v, voltage = (series[last][::every] for series in drawn)
+    drawn = (trace.time - trace.time[last][0], trace.displacement, trace.velocity, trace.voltage)
     return {
-        "t": (t - t[0]).tolist(),
-        "x": x.tolist(),
-        "v": v.tolist(),
-        "V": voltage.tolist(),
+        **{name: series[last][::every].tolist() for name, series in zip("txvV", drawn, strict=True)},
         "stops": list(trace.stops),
         "physical": trace.physical,
         "impacts": trace.number_of_impacts,
@@ -58,29 +62,18 @@ def power(tables: dict[str, Any], within: float, seconds: float) -> dict[str, An
 
     Raises CannotServeError where none does, and HarvesterError as that one.
     """
-    from harvester.engines.selection import ENGINES, engine
-    from harvester.engines.slow import Slow
-    from harvester.equations.problem import Problem
-    from harvester.errors import CannotServeError
-    from harvester.explore.job import told_of
-    from harvester.scene.scene import Scene
-
     problem = Problem(Scene(**tables))
     kinds = sorted((kind for kind in ENGINES.values() if kind.needs_netlist), key=lambda kind: not kind.by_mean_current)
-    refusals = []
-    for kind in kinds:
-        refused = kind.refusal(problem)
-        if refused is not None:
-            refusals.append(refused)
-            continue
-        if not kind.by_mean_current:
-            options = {"trajectories": FEW} if (within, seconds) == QUICK else {"within": within}  # else: "not reached"
-            chosen = engine(kind.NAME, budget=seconds, **options)
-            estimate = (chosen.at_many_points if within > FINE[0] else chosen).run(problem)  # that of few words first
-        else:  # it has no such options, but a quick way and a whole one
-            estimate = Slow().quick(problem) if within > FINE[0] else Slow().run(problem)
-        return {"engine": kind.NAME} | told_of(estimate)
-    raise CannotServeError(refusals[0])
+    kind = next((kind for kind in kinds if kind.refusal(problem) is None), None)
+    if kind is None:
+        raise CannotServeError(kinds[0].refusal(problem))
+    if kind.by_mean_current:  # it has no such options, but a quick way and a whole one
+        estimate = Slow().quick(problem) if within > FINE[0] else Slow().run(problem)
+    else:
+        options = {"trajectories": FEW} if (within, seconds) == QUICK else {"within": within}  # else: "not reached"
+        chosen = engine(kind.NAME, budget=seconds, **options)
+        estimate = (chosen.at_many_points if within > FINE[0] else chosen).run(problem)  # that of few words first
+    return {"engine": kind.NAME} | told_of(estimate)
 
 
 def life(tables: dict[str, Any]) -> dict[str, Any]:
@@ -90,7 +83,6 @@ def life(tables: dict[str, Any]) -> dict[str, Any]:
     """
     from harvester.explore.beside import PACKETS
     from harvester.presentation.sheet import sheet
-    from harvester.scene.scene import Scene
     from harvester.studies.node import node
 
     answer = node(Scene(**tables))
@@ -105,29 +97,31 @@ def life(tables: dict[str, Any]) -> dict[str, Any]:
 
 
 def elsewhere(
-    function: Callable[..., dict[str, Any]],
-    arguments: tuple[Any, ...],
-    overtaken: Callable[[], bool],
-    ended: Callable[[], bool],
-    patience: float,
+    job: Job, arguments: tuple[Any, ...], overtaken: Overtaken, ended: Overtaken, patience: float, first: bool = False
 ) -> dict[str, Any] | None:
     """`path`, `power` or `life` in a worker process; None where that has ended, or was overtaken and out of patience.
 
-    The ``patience`` is in seconds.
+    The ``patience`` is in seconds; ``first``: in a process that others give way to.
 
-    Raises HarvesterError as the ``function``, and RuntimeError of loky's where the worker dies.
+    Raises HarvesterError as the ``job``, and RuntimeError of loky's where the worker dies.
     """
-    idle = _quick if arguments[1:] == QUICK else _idle
-    job, process = processes.submit_to_one(idle, _new, function, arguments)
+    idle, job = (_quick, job) if first else (_idle, partial(_behind, job))
+    future, process = processes.submit_to_one(idle, _new, job, arguments)
     begin = time.monotonic()
-    while not wait([job], 0.01).done:
+    while not wait([future], 0.01).done:
         if ended() or (overtaken() and time.monotonic() - begin > patience):
             processes.kill(process)
             return None
     try:
-        return job.result()
+        return future.result()
     finally:
         idle.append(process)
+
+
+def _behind(job: Job, *arguments: Any) -> dict[str, Any]:
+    """The same in a process that gives way to others."""
+    this_system.give_way(GIVES_WAY)
+    return job(*arguments)
 
 
 def _new() -> Any:

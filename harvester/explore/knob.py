@@ -40,20 +40,10 @@ class Knob:
         style = f"knob-{key.replace('.', '-')}"
         look = {"description": description, "width": 128, "margin": (0, 6, 2, 0)}
         self.field = field(QuickField, "field", style, name=name, value=draft.texts.get(key, ""), **look)
-        self.slider = QuickSlider(
-            name="",
-            start=0,
-            end=STEPS,
-            value=self.slide.position(self._value() or 1.0),
-            show_value=False,
-            tooltips=False,
-            sizing_mode="stretch_width",
-            align="end",
-            margin=(0, 8, 4, 8),
-            css_classes=["slider", style],
-            stylesheets=[SLIDER],
-            min_width=90,
-        )
+        look = {"show_value": False, "tooltips": False, "css_classes": ["slider", style], "stylesheets": [SLIDER]}
+        room = {"sizing_mode": "stretch_width", "align": "end", "margin": (0, 8, 4, 8), "min_width": 90}
+        position = self.slide.position(self._value() or 1.0)
+        self.slider = QuickSlider(name="", start=0, end=STEPS, value=position, **look, **room)
         self.field.param.watch(self._typed, "value")
         self.slider.param.watch(self._turned, "value")
         self.view = pn.Row(self.field, self.slider, sizing_mode="stretch_width", margin=(2, 0, 3, 0))

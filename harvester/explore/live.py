@@ -10,10 +10,11 @@ import numpy as np
 from harvester.answers.estimate import Estimate
 from harvester.arrays import Floats
 from harvester.engines.protocol import Engine
-from harvester.engines.selection import ENGINES
+from harvester.engines.selection import ENGINES, refusals
 from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError
 from harvester.explore.slider_scale import Slide
+from harvester.presentation.diagnostic import Diagnostic
 from harvester.scene.scene import Scene
 
 # The formulas, that which is nearest to the truth first.
@@ -51,6 +52,7 @@ class Live:
 
     ``instead`` says that the load is a netlist, which no formula knows: the curves are those of a resistor of the same
     resistance in its place.  ``earlier`` names the curves that are of the design before, until they are computed.
+    ``serving`` has why each engine cannot serve the scene, None where it can; nothing while that is not known.
     """
 
     problem: Problem
@@ -61,6 +63,7 @@ class Live:
     here: dict[str, Estimate] = field(default_factory=dict)
     refused: dict[str, str] = field(default_factory=dict)
     earlier: frozenset[str] = frozenset()
+    serving: dict[str, Diagnostic | None] = field(default_factory=dict)
 
 
 def grid(slide: Slide, count: int) -> Floats:
@@ -92,17 +95,18 @@ def live(
     """
     problem = Problem(scene)
     base, key_of_base = _without_netlist(problem, key)
+    serving = refusals(problem) if known is None else known.serving
     if base is None:
-        refused = {name: str(formula.refusal(problem)) for name, formula in FORMULAS.items()}
-        return Live(problem, key, at, False, refused=refused)
+        return Live(problem, key, at, False, refused={name: str(serving[name]) for name in FORMULAS}, serving=serving)
     before = (known.curves, known.here, known.refused) if known is not None else ({}, {}, {})
     snapshot = Live(problem, key, at, problem.netlist is not None, *map(dict, before))  # type: ignore[arg-type]
+    snapshot.serving.update(serving)
     snapshot.curves.update(curves or {})
     for name, engine in FORMULAS.items():
         if name in snapshot.here or name in snapshot.refused:
             continue
         values = grid(slide, _count(engine, problem, fine, first)) if curves is None else None
-        if not _add(snapshot, name, engine, base, key_of_base, values, slide, overtaken):
+        if not _add(snapshot, name, base, key_of_base, values, slide, overtaken):
             return None
         if first and snapshot.here:
             return snapshot
@@ -119,7 +123,6 @@ def _count(engine: type[Engine], problem: Problem, fine: bool, first: bool) -> i
 def _add(
     snapshot: Live,
     name: str,
-    engine: type[Engine],
     scene: Scene,
     key: str,
     values: Floats | None,
@@ -130,6 +133,7 @@ def _add(
 
     Whether it was not overtaken meanwhile.
     """
+    engine = FORMULAS[name]
     if (reason := engine.refusal(Problem(scene))) is not None:
         snapshot.refused[name] = str(reason)
         return True
@@ -199,18 +203,13 @@ def _curve(answers: dict[float, Estimate], slide: Slide) -> PowerCurve:
     x = np.array([*answers])
     power = np.array([estimate.mean_power.value for estimate in answers.values()])
     error = np.array([estimate.mean_power.known_error95 for estimate in answers.values()])
-    across = Slide(*_ends(x), True, slide.sign) if slide.by_ratio else Slide(x[0], x[-1], False)
+    low, high = np.sort(np.abs(x[[0, -1]])).tolist()
+    across = Slide(low, high, True, slide.sign) if slide.by_ratio else Slide(x[0], x[-1], False)
     fine = np.union1d(grid(across, DRAWN), x) if len(x) < DRAWN else x
-    middle, low, high = (
+    middle, least, most = (
         _smooth(x, values, fine, slide) for values in (power, np.maximum(power - error, 0.0), power + error)
     )
-    return PowerCurve(fine, middle, low, high, answers)
-
-
-def _ends(x: Floats) -> tuple[float, float]:
-    """The sizes of the first and of the last place, the smaller one first."""
-    low, high = sorted((abs(float(x[0])), abs(float(x[-1]))))
-    return low, high
+    return PowerCurve(fine, middle, least, most, answers)
 
 
 def _smooth(x: Floats, y: Floats, fine: Floats, slide: Slide) -> Floats:

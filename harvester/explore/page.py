@@ -25,7 +25,6 @@ from harvester.explore.runs import RunPanel
 from harvester.explore.slider_scale import Slide
 from harvester.explore.toolbar import FilesBar, PinBar
 from harvester.explore.widgets import column, field, flow, words
-from harvester.presentation.diagnostic import Diagnostic
 from harvester.presentation.glossary import GLOSSARY
 
 PLOT_AFTER = 120  # ms until the plot of another axis is drawn: the circuit's power is shown before
@@ -159,15 +158,17 @@ class Explorer:
 
         document.add_next_tick_callback(act)
 
-    def show(self, request: PageRequest, snapshot: Live, serving: dict[str, Diagnostic | None], rested: bool) -> None:
+    def show(self, request: PageRequest, snapshot: Live, rested: bool) -> None:
         """Draw what the formulas say, and let those engines be run that serve the scene.
 
-        Tables make the browser lay out the whole page anew, and wait until the knobs have ``rested``.
+        Tables make the browser lay out the whole page anew, and wait until the knobs have ``rested``.  Where it is not
+        known yet which engines serve it, the picture waits for the power of its circuit.
         """
         self.live, self._drawn = snapshot, request
         self._beside.add(request.tables, of_coil(snapshot.problem), self.pinned[0] if self.pinned else None)
-        self.runs.serve(serving)
-        self._draw(rested)
+        if snapshot.serving:
+            self.runs.serve(snapshot.serving)
+            self._draw(rested)
 
     def show_power(self, request: PageRequest, answer: dict[str, Any]) -> None:
         """Draw and say what the circuit itself gives; ``error``: why that is not known."""
@@ -177,7 +178,7 @@ class Explorer:
             self.runs.add(answer["engine"], (request.tables, request.key, request.at), answer)
             if request.tables == self._drawn.tables and CHIP in answer["answer"]["details"]:
                 self._show_chip(request, answer["answer"]["details"])
-        self._draw()
+        self._draw(self._answered == self._drawn.tables)
 
     def _show_chip(self, request: PageRequest, details: dict[str, float]) -> None:
         """Show how a chip's load and store live, as a table and beside the power."""

@@ -23,12 +23,6 @@ def cache_folder() -> Path | None:
     return private(Path(os.environ.get(VARIABLE) or platformdirs.user_cache_dir("harvester")).absolute())
 
 
-def machine_code() -> int:
-    """How many files of compiled kernels the cache holds, which are more after a compilation; 0 without a cache."""
-    folders = (cache_folder() or Path(os.devnull)).glob("kernels-*")
-    return sum(name.endswith(".nbc") for folder in folders for _, _, names in os.walk(folder) for name in names)
-
-
 def private(path: Path) -> Path | None:
     """A folder of the user, made where it is missing; None where it cannot be written; raises as `cache_folder`."""
     try:

@@ -153,13 +153,25 @@ def open_voltage(problem: Problem, h: float, seed: int = 0) -> float:
     return math.sqrt(square) * problem.scales.volts * (BEYOND_DRIVE if eqs.is_steady else BEYOND_NOISE)
 
 
-def measured_current(held: HeldPath | HeldRuns, eqs: Equations, voltages: Floats) -> RectifiedCurrent:
-    """The table at a ladder of ascending ``voltages``, the first of which is 0."""
-    unit, rows = time_constant(eqs), []
+def measured_current(
+    held: HeldPath | HeldRuns, eqs: Equations, voltages: Floats, rough: float | None = None
+) -> RectifiedCurrent:
+    """The table at a ladder of ascending ``voltages``, the first of which is 0.
+
+    ``rough``: under a drive each is held until the current changes by less than this part of the largest in a time
+    constant, and that of the last one counts.
+    """
+    unit, rows, largest = time_constant(eqs), [], 0.0
     for k, volts in enumerate(voltages):
         settling = FADED if k == 0 or eqs.is_steady else STEPPED
-        settled, _, first = held.advance(float(volts), settling * unit)
+        settled, _, first = held.advance(float(volts), (settling if rough is None else 1.0) * unit)
         charges, squares, seconds = held.advance(float(volts), (1.0 if eqs.is_steady else MEASURED) * unit)
+        largest, before = max(largest, charges[0] / seconds), settled[0] / first
+        held_for = settling * unit / held.scales.frequency
+        while rough is not None and first < held_for and abs(charges[0] / seconds - before) > rough * largest:
+            settled, first, before = settled + charges, first + seconds, charges[0] / seconds
+            charges, squares, seconds = held.advance(float(volts), unit)
+            largest = max(largest, charges[0] / seconds)
         (charge, error), (square, unsure) = (_over_runs(entries, held.together) for entries in (charges, squares))
         density = len(charges) * error**2 / seconds
         rows.append(

@@ -28,7 +28,6 @@ from harvester.errors import (
     OutOfTimeError,
     invalid,
 )
-from harvester.machine.folders import machine_code
 from harvester.presentation.diagnostic import Diagnostic, note, refusal
 from harvester.presentation.engine_look import EngineLook
 from harvester.uncertainty.target import Target
@@ -169,6 +168,8 @@ class Spice(MonteCarloOptions, Engine):
         self, scene: AnyScene, near: "Steady | Neighbour | None", progress: Progress | None = None
     ) -> tuple[Estimate, Steady | None]:
         """As `run`, and the periodic response if it has one: from rest, or on from ``near``, of a drive close by."""
+        from harvester.mechanics.kernels.compiled import machine_code
+
         problem, begin = served(type(self), scene), time.perf_counter()
         watch = watch_of(problem, self.probe, self.ledger) if self.probe or self.ledger else Watch()
         problem = problem if self.ledger else problem.plain
@@ -222,6 +223,7 @@ class Spice(MonteCarloOptions, Engine):
         Where the netlist does not bear states of ideal elements, such as beyond a breakdown, they begin at rest.
         """
         from harvester.cosimulation import runs as worker
+        from harvester.mechanics.kernels.compiled import machine_code
 
         paired = setup.pair is not None and self.PAIRING and not self.alone and problem.equations.is_random
         warm = worker.warm_up_workers(setup.device, paired)

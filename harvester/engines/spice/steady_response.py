@@ -14,7 +14,6 @@ from harvester.engines.spice.steady import FEWEST_STEPS, HALVINGS, RUNNING, WITH
 from harvester.equations.bounds import linear_growth
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
-from harvester.machine.folders import machine_code
 from harvester.netlists.probes import Probe
 
 if TYPE_CHECKING:
@@ -47,6 +46,7 @@ def steady_response(
     Raises as `harvester.cosimulation.runs.run_in_this_process`.
     """
     from harvester.cosimulation.runs import warm_up_workers
+    from harvester.mechanics.kernels.compiled import machine_code
 
     steady, budget, start = to_be_found(options, problem, reltol, probes), number(options.budget), 0.0
     if near is None:

@@ -96,6 +96,10 @@ class Posix:
         while os.getppid() == parent:
             time.sleep(LOOK)
 
+    def give_way(self, priority: int) -> None:
+        """Let this process wait for others, from a priority of 0, theirs, down to 19."""
+        os.nice(max(priority - os.nice(0), 0))
+
     def after_fork(self, function: Callable[[], None]) -> None:
         """Call a function in each program that is forked from this one."""
         os.register_at_fork(after_in_child=function)

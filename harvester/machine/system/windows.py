@@ -109,6 +109,9 @@ class Windows:
             _kernel().WaitForSingleObject(handle, _FOREVER)
             _kernel().CloseHandle(handle)
 
+    def give_way(self, priority: int) -> None:
+        """Go on as before: the priorities of Windows are others."""
+
     def after_fork(self, function: Callable[[], None]) -> None:
         """Do nothing: Windows does not fork."""
 

@@ -41,6 +41,7 @@ SHORTEST, LONGEST = 1e-6, 1e3  # steps
 MOST_OF_A_PERIOD = 2e6  # steps
 LARGEST = 1e100  # of a state with a circuit: what is above grows without bound, by steps that take ever longer
 MOST_STEPS = 1e10  # of one trajectory in one go
+SOON = 8192  # steps of blocks of trajectories that no thread is started for: a few milliseconds
 PIECE = 4096  # steps of a trajectory with a circuit of its own between two looks whether it is given up
 
 Progress = Callable[[float], None]  # called with the nondimensional time times trajectories that a block has done
@@ -207,13 +208,7 @@ class Trajectories:
             if progress is not None:
                 progress(samples * time * BATCH)
 
-        with ThreadPoolExecutor(cores()) as pool:
-            try:
-                list(pool.map(block, range(self.blocks)))
-            except BaseException:  # ^C: the threads end after their piece
-                given_up.set()
-                pool.shutdown(wait=False, cancel_futures=True)
-                raise
+        _each(block, self.blocks, samples * self.stride, given_up)
         elapsed = samples * time
         self.time += elapsed
         self.steps += samples * self.stride * self.count
@@ -313,6 +308,17 @@ class Trajectories:
         """Trajectories that go on from the present states under a drive of another frequency, at a step up to h."""
         now = self.state.copy(), self.filter.copy(), self.words.copy()
         return Trajectories(eqs, self.count, child(self.seed, 3), h, self.start, *self._kind, now)
+
+
+def _each(block: Callable[[int], None], blocks: int, steps: int, given_up: threading.Event) -> None:
+    """Call ``block`` with the number of each of the blocks, which have so many ``steps``; ``given_up``: by ^C."""
+    with ThreadPoolExecutor(cores()) as pool:
+        try:
+            list((pool.map if steps * blocks > SOON else map)(block, range(blocks)))
+        except BaseException:  # the threads end after their piece
+            given_up.set()
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
 
 
 def _modal_motion(eqs: Equations, circuit: IdealCircuit | OwnCircuit | None) -> ModalMotion | None:

@@ -1,9 +1,8 @@
 """How this package compiles: decorators over numba with one set of flags and one cache.
 
 numba's own cache looks only at the path and the time of the file of the function that it stores; here a kernel is made
-of functions from several files, so the cache folder is named by a hash of what stands in all of them, wherever they
-lie and whenever they were written.  A compiled function can also be built again from its source, interpreted or
-compiled to exactly the same arithmetic.
+of functions from several files, so the cache folder is named by a hash of what stands in all of them.  A compiled
+function can also be built again from its source, interpreted or compiled to exactly the same arithmetic.
 """
 
 import hashlib
@@ -91,6 +90,11 @@ def _cache_folder() -> str | None:
     base = folders.cache_folder()
     folder = base and folders.private(base / f"kernels-{digest.hexdigest()[:16]}")
     return None if folder is None else str(folder)
+
+
+def machine_code() -> int:
+    """How many files the cache holds for these sources, which are more after a compilation; 0 without a cache."""
+    return sum(name.endswith(".nbc") for *_, names in os.walk(_cache_folder() or os.devnull) for name in names)
 
 
 @contextmanager

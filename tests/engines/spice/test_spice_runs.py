@@ -165,7 +165,7 @@ def test_the_start_of_the_processes_is_in_the_budget(monkeypatch, files, warm, l
         found.append(given[5] - time.monotonic())
         raise CircuitError("it is enough to know the deadline")
 
-    monkeypatch.setattr(spice, "machine_code", iter(files).__next__)
+    monkeypatch.setattr("harvester.mechanics.kernels.compiled.machine_code", iter(files).__next__)
     monkeypatch.setattr(worker, "warm_up_workers", lambda *_: warm)
     monkeypatch.setattr(worker, "measure_in_workers", measure)
     setup = spice.set_up(Problem.of("examples/plate.toml"), hv.Spice())
