@@ -52,7 +52,7 @@ class Bar(tqdm):  # type: ignore[misc]
         super().__init__(total=1000, desc=what, disable=None, leave=False, bar_format=shape, file=file)
         self.ended = threading.Event()
         if not self.disable:
-            columns: int | None = self.ncols
+            columns = vars(self).get("ncols")
             if columns is not None and columns < 1:  # a terminal that does not know its size says 0
                 self.ncols, self.nrows = 79, 23
             threading.Thread(target=self._redraw, daemon=True).start()

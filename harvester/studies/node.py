@@ -210,8 +210,8 @@ def node(scene: AnyScene, *, days: float = 1.0, seed: int = 0) -> NodeResult:
     problem = Problem.of(scene)
     storage, consumer = problem.scene.storage, problem.scene.node
     if storage is None or consumer is None:
-        lacks = "[storage]" if consumer else "[node]" if storage else "both"
-        raise InputError(f"scene must have the tables [storage] and [node], but lacks {lacks}; see 'harvester keys'")
+        tables = "[storage]" if consumer else "[node]" if storage else "both"
+        raise InputError(f"scene must have the tables [storage] and [node], but lacks {tables}; see 'harvester keys'")
     if not 0.0 < days <= MOST_DAYS:
         raise invalid("`days`", f"be above 0 and at most {MOST_DAYS:g}", days)
     reason = refusal_of_slow(problem, Probe(STORE, "V"), records=True)

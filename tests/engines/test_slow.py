@@ -97,12 +97,13 @@ def test_the_store_of_a_node_behind_a_chip_has_a_voltage_when_it_has_it_in_ngspi
 
 def under_noise(chip, store, cout="10 uF"):
     """The chip's example with a store, under the noise of docs/charging.md."""
-    scene = hv.load(EXAMPLES / f"bimorph_{chip}.toml").vary("load.parameters.C", store).vary("load.parameters.Cout", cout)
+    scene = hv.load(EXAMPLES / f"bimorph_{chip}.toml").vary("load.parameters.C", store)
+    scene = scene.vary("load.parameters.Cout", cout)
     return dataclasses.replace(scene, excitation=hv.Excitation(acceleration_psd="0.002 g^2/Hz"))
 
 
 # Mean power (W) under noise by direct runs and its standard error: `run --engine compiled --trajectories 64`, of the
-# third with --duration 48s; of the first also by ngspice, `run --engine spice`, with its whole error (25 November 2026).
+# third with --duration 48s; of the first also by ngspice, `run --engine spice`, with its whole error (25 Nov 2026).
 DIRECTLY = [
     ("ltc3588", "10 uF", "10 uF", 201.3e-6, 0.8e-6),
     ("ltc3588", "100 uF", "10 uF", 202.70e-6, 0.14e-6),

@@ -109,9 +109,13 @@ def until_steady(
             if not steady:
                 raise _not_stationary(trajectories)
             return now, [_cut_short(trajectories, load, response)]
-        is_dear = same and trajectories.own_circuit is not None  # then no longer than its store needs
-        left = max(load, response) - trajectories.time if is_dear else 2.0 * length
-        length, before = min(2.0 * length, max(left, SHORTEST * length)), means
+        length, before = _next_window(trajectories, length, same, max(load, response)), means
+
+
+def _next_window(trajectories: Trajectories, length: float, same: bool, end: float) -> float:
+    """Twice the length of the last; with a compiled circuit no longer than to the ``end``, once windows agree."""
+    is_dear = same and trajectories.own_circuit is not None
+    return min(2.0 * length, max(end - trajectories.time, SHORTEST * length)) if is_dear else 2.0 * length
 
 
 def _agree(means: Moments, before: Moments | None, *names: str) -> bool:
