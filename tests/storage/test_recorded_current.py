@@ -8,28 +8,9 @@ import pytest
 
 import harvester as hv
 from harvester.equations.problem import Problem
-from harvester.mechanics.kernels.forcing import forcing
 from harvester.storage.measured_current import Rectifier, measured
 from harvester.storage.recorded_current import grid_of, recorded, windows_of
-from harvester.storage.rectifier_cut import STORE
-from tests.support.paths import EXAMPLES
-
-SCENE = hv.load(EXAMPLES / "bimorph_packets.toml")
-
-
-def on_record(folder, times, values):
-    """The scene on a record (m/s^2), without its clamp."""
-    path = folder / "record.csv"
-    rows = [f"{t:.4f},{a:.6f}" for t, a in zip(times, values, strict=True)]
-    path.write_text("\n".join(["time (s),acceleration (m/s^2)", *rows, ""]))
-    return dataclasses.replace(SCENE, excitation=hv.Excitation(acceleration_file=str(path)))
-
-
-def bursts(seconds, every, burst=20.0, rate=500.0, amplitude=1.5, frequency=46.0):
-    """A tone that lasts for ``burst`` in every ``every`` seconds, in a little noise."""
-    rng, t = np.random.default_rng(3), np.arange(int(seconds * rate)) / rate
-    tone = amplitude * np.sin(2 * math.pi * frequency * t) * (t % every < burst)
-    return t, tone + 0.05 * rng.standard_normal(len(t))
+from tests.support.bursts import SCENE, bursts, on_record, packets_directly
 
 
 def table_of(scene, farads=470e-6):
@@ -75,43 +56,6 @@ def test_windows_are_whole_samples_and_steps(tmp_path):
     record = problem.equations.record
     assert grid.steps * grid.h == pytest.approx(grid.samples * record.spacing, rel=1e-12)
     assert grid.steps % 8 == 0 and grid.windows * grid.samples <= len(record.values)
-
-
-def packets_directly(scene, seconds, slice_=0.1):
-    """Packets of a node by the mass with the netlist's own elements and its own store, which each packet lowers.
-
-    A packet takes its energy at once; sleep and leakage take theirs in each slice of time.
-    """
-    storage, node = scene.storage, scene.node
-    problem = Problem.of(dataclasses.replace(scene, storage=None, node=None))
-    scales, eqs = problem.scales, problem.equations
-    circuit = Rectifier(problem).compiled(storage.farads)
-    at, h = circuit.charge_at(STORE), 0.1
-    kicks = round(slice_ * scales.frequency / h)
-    h = slice_ * scales.frequency / kicks
-    shaking = forcing(eqs, h, kicks * round(seconds / slice_))
-    packet = sum(amperes * length for amperes, length in node.states) * node.supply_voltage / node.efficiency
-    state, start, on, due, sent = circuit.rest, (0.0, 0.0), False, 0.0, 0
-    for k in range(round(seconds / slice_)):
-        part = shaking[k * kicks : (k + 1) * kicks + 1]
-        path = circuit.trace(eqs, np.zeros(kicks), h, kicks, start, state, part)
-        x, _, _, v, _ = map(float, path.samples[-1])
-        state, start = path.state, (x, v + 0.5 * h * float(part[-1]))
-        volts = state[at] / storage.farads
-        volts -= slice_ * volts / storage.leakage_resistance / storage.farads
-        if on:
-            volts -= slice_ * node.sleep_current * node.supply_voltage / node.efficiency / volts / storage.farads
-        now = (k + 1) * slice_
-        if not on and volts >= node.wake_voltage:
-            on, due = True, now
-        if on and now >= due:
-            left = volts**2 - 2.0 * packet / storage.farads
-            on = left > node.stop_voltage**2
-            sent, due = sent + on, due + node.interval
-            volts = math.sqrt(max(left, node.stop_voltage**2))
-        on = on and volts > node.stop_voltage
-        state[at] = min(volts, storage.clamp_voltage) * storage.farads
-    return sent
 
 
 @pytest.mark.thorough("test_a_recorded_tone_gives_the_current_of_the_drive")
