@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from harvester.storage.steady_power import SlowPower
 
 SETTLED = 0.02  # of the mean power: a change from part to part that is told
+TOGETHER = 0.25  # of the time of the slow run: that of mass and circuit together, where the scales are not apart
 
 
 class Slow(Request, Engine):
@@ -107,9 +108,11 @@ class Slow(Request, Engine):
         )
 
     def _directly(self, problem: Problem, solution: "SlowPower", progress: Progress | None) -> Estimate:
-        """Under noise the mean power over as long as the slow run was, after as long a burn-in, of both together."""
-        seconds = solution.duration * problem.scales.frequency / problem.units.frequency
-        direct = Compiled(seed=self.seed, duration=seconds).run(problem, progress)
+        """Under noise the mean power of both together, over `TOGETHER` of the time of the slow run."""
+        from harvester.mechanics.kernels.trajectory_batch import BATCH
+
+        seconds = TOGETHER * solution.duration * problem.scales.frequency / problem.units.frequency
+        direct = Compiled(seed=self.seed, duration=seconds, trajectories=BATCH).run(problem, progress)
         how = note("run_directly", direct=solution.duration, separation=solution.separation)
         return replace(direct, engine=self.NAME, diagnostics=(how, *direct.diagnostics))
 
@@ -118,7 +121,8 @@ class Slow(Request, Engine):
 
         Raises as `run`.
         """
-        from harvester.storage.steady_power import of_load, quick_power
+        from harvester.storage.quick_power import quick_power
+        from harvester.storage.steady_power import of_load
 
         problem, cut = self._parted(scene)
         begin = time.perf_counter()

@@ -19,16 +19,7 @@ from harvester.arrays import Floats
 from harvester.circuits.compiled_circuit import compiled_circuit
 from harvester.equations.problem import Problem
 from harvester.mechanics.kernels.step_size import step_from_rest
-from harvester.presentation.messages.unknown_parts import COMPILED_CIRCUIT
-from harvester.storage.measured_current import (
-    JUDGE,
-    HeldPath,
-    Rectifier,
-    measured,
-    measured_current,
-    open_voltage,
-    time_constant,
-)
+from harvester.storage.measured_current import JUDGE, measured, time_constant
 from harvester.storage.rectified_current import RectifiedCurrent
 from harvester.storage.rectifier_cut import STORE, Cut
 from harvester.storage.slow_circuit import TOLERANCE, SlowCircuit, SlowPath
@@ -40,9 +31,6 @@ SETTLED, MOST = 3e-3, 4e6  # relative change of the mean power from a part of th
 DIRECT, LONGER = 150.0, 4.0  # time constants of the direct run; times that, where it takes the slow one's place
 LARGEST_SEPARATION = 0.05  # of the mean power: a difference from the direct run above which the scales are not apart
 ROUGHER = 4.0  # times the tolerance, beside slow steps of twice the length
-QUICK_VOLTAGES, QUICK_STEP, QUICK_TOLERANCE = 7, 32.0, 30.0  # of `quick_power`: voltages, times slow step and tolerance
-QUICK_PART, QUICK_SETTLED = 0.2, 0.05  # and the part of the first slow run; change of the mean power that ends it
-QUICK_LONGER, QUICK_ROUGH, QUICK_OFF = 2.0, 0.017, 0.06  # times the step; a current's last change; its whole error
 
 
 @dataclass(frozen=True)
@@ -123,56 +111,10 @@ def settled_path(circuit: SlowCircuit, table: RectifiedCurrent, unit: float) -> 
     duration = min(first_duration(circuit, table, unit), MOST * h)
     while True:
         path = circuit.run(table, duration, h, stride=4)
-        first, last = (mean_rate(path.t, path.square, *part) for part in _parts(duration))
+        first, last = (mean_rate(path.t, path.square, *part) for part in halves(duration))
         if abs(first - last) <= SETTLED * last or 2.0 * duration > MOST * h:
             return path, duration, abs(first - last)
         duration *= 2.0
-
-
-def quick_power(problem: Problem, cut: Cut) -> tuple[Value, Value, SlowPath]:
-    """Mean power (W), mean square of the piezo's voltage, and the path; soon.
-
-    The rectifier's current is measured at few voltages and at a step of twice the length, until it changes little; the
-    slow run is short where its parts agree, and its steps are coarse.  All that is off by less than `QUICK_OFF`, as 47
-    designs with two chips were, by 4 % at most.  The current is kept for other circuits behind the same rectifier.
-
-    Raises as `slow_power`.
-    """
-    assert problem.circuit is not None
-    scales, table = problem.scales, _quick_current(problem)
-    circuit = SlowCircuit(problem.circuit, cut, scales, QUICK_TOLERANCE * TOLERANCE)
-    unit = time_constant(problem.equations) / scales.frequency
-    slow = unit / FINER * QUICK_STEP
-    longest = min(first_duration(circuit, table, unit), MOST / QUICK_STEP * slow)
-    duration = QUICK_PART * longest
-    while True:
-        path = circuit.run(table, duration, slow)
-        first, last = (mean_rate(path.t, path.square, *part) for part in _parts(duration))
-        if duration >= longest or abs(first - last) < QUICK_SETTLED * last:
-            break
-        duration = min(2.0 * duration, longest)
-    means = (mean_rate(path.t, integral, duration / 4.0, duration) for integral in (path.square, path.piezo))
-    power, square = (Value(mean, unknown=COMPILED_CIRCUIT) for mean in means)
-    if not problem.equations.is_random:
-        power, square = power.with_model(QUICK_OFF), square.with_model(QUICK_OFF)
-    return power.scaled(1.0 / circuit.circuit.resistance), square, path
-
-
-def _quick_current(problem: Problem) -> RectifiedCurrent:
-    """The rectifier's current for `quick_power`; under a drive it is measured once for each rectifier and device."""
-    if problem.equations.is_random:
-        return measured(problem, count=QUICK_VOLTAGES).best
-    rectifier, eqs, h = Rectifier(problem), problem.equations, QUICK_LONGER * step_from_rest(problem.equations)
-    circuit = rectifier.compiled(rectifier.held)
-    key = repr((vars(circuit.system), eqs, problem.scales))
-    if key not in MEASURED:
-        volts = np.linspace(0.0, open_voltage(problem, h), QUICK_VOLTAGES)
-        MEASURED.clear()
-        MEASURED[key] = measured_current(HeldPath(problem, circuit, h), eqs, volts, QUICK_ROUGH)
-    return MEASURED[key]
-
-
-MEASURED: dict[str, RectifiedCurrent] = {}  # the last one
 
 
 def of_load(path: SlowPath) -> dict[str, float]:
@@ -197,7 +139,8 @@ def first_duration(circuit: SlowCircuit, table: RectifiedCurrent, unit: float) -
     return max(FIRST * unit, CHARGES * farads * float(table.voltages[-1]) / max(float(table.current[0]), 1e-30))
 
 
-def _parts(duration: float) -> tuple[tuple[float, float], tuple[float, float]]:
+def halves(duration: float) -> tuple[tuple[float, float], tuple[float, float]]:
+    """When the two halves of a run begin and end, which are compared; its first quarter is in neither."""
     return (duration / 4.0, 0.625 * duration), (0.625 * duration, duration)
 
 
@@ -238,7 +181,7 @@ def _of_direct(direct: _Direct, coarse: _Direct, name: str) -> Value:
         for run, part in (
             (direct, (end / 4.0, end)),
             (coarse, (end / 4.0, end)),
-            *((direct, part) for part in _parts(end)),
+            *((direct, part) for part in halves(end)),
         )
     )
     return Value(mean, bias=abs(twice - mean), model=abs(first - last) + JUDGE * mean)

@@ -14,6 +14,7 @@ import pytest
 import harvester as hv
 from harvester.engines.selection import default_engine
 from harvester.presentation.diagnostic import has
+from harvester.storage import noisy_power
 from tests.support.paths import EXAMPLES
 
 # Mean power (W) of whole cycles, and what ngspice itself changes by from steps of 50 us to 20 us, or by its reltol.
@@ -135,13 +136,23 @@ def test_more_chips_under_noise_take_what_they_take_in_direct_runs(chip, store, 
 
 
 @pytest.mark.thorough("test_a_chip_under_noise_takes_what_it_takes_in_direct_runs")
-def test_a_chip_whose_store_is_not_slow_under_noise_runs_directly():
-    """A store of 0.47 uF is full within two vibrations: mass and circuit run together, and the answer says so."""
+@pytest.mark.slow
+@pytest.mark.ngspice
+def test_a_chip_whose_store_is_not_slow_under_noise_runs_directly(monkeypatch):
+    """A store of 0.47 uF is full within two vibrations.
+
+    Taking the scales apart changes the power by 2 %, which its error holds; where that is more than is borne, mass and
+    circuit run together, and the answer says so.
+    """
     scene = under_noise("ltc3588", "0.47 uF")
-    found = hv.run(scene, "slow")
-    assert found.engine == "slow" and has(found.diagnostics, "run_directly")
     beside = hv.run(scene, "compiled", trajectories=64, seed=1).mean_power
-    assert abs(found.mean_power.value - beside.value) < found.mean_power.error95 + beside.error95
+    apart = hv.run(scene, "slow")
+    monkeypatch.setattr(noisy_power, "LARGEST_SEPARATION", 0.01)
+    found = hv.run(scene, "slow")
+    assert has(apart.diagnostics, "slow_circuit_alone") and not has(apart.diagnostics, "run_directly")
+    assert found.engine == "slow" and has(found.diagnostics, "run_directly")
+    for power in (apart.mean_power, found.mean_power):
+        assert abs(power.value - beside.value) < power.error95 + beside.error95
 
 
 def test_a_quick_answer_under_noise_is_near():

@@ -18,7 +18,7 @@ from harvester.explore.latest_request import Newest
 from harvester.explore.live import Live, best, engineering, live
 from harvester.explore.slider_scale import slide
 from harvester.presentation.diagnostic import warning
-from harvester.storage import steady_power
+from harvester.storage import quick_power
 from tests.support.paths import ROOT
 from tests.support.systems import BEAM
 
@@ -263,15 +263,15 @@ def test_the_first_power_of_a_circuit_is_right_wherever_its_knob_stands(circuit)
 def test_a_rectifier_is_measured_once_for_the_loads_behind_it(monkeypatch):
     """The first power of a chip at another load is the same as without what is kept, and measures no current."""
     draft = Draft.read(ROOT / "examples" / "bimorph_bq25570.toml")
-    monkeypatch.setattr(steady_power, "MEASURED", {})
+    monkeypatch.setattr(quick_power, "MEASURED", {})
     hv.Slow().quick(draft.scene())
     other = draft.scene().vary("load.parameters.R", 2e4)
     with monkeypatch.context() as nothing:
-        nothing.setattr(steady_power, "measured_current", None)
+        nothing.setattr(quick_power, "measured_current", None)
         kept = hv.Slow().quick(other).mean_power
         with pytest.raises(TypeError):
             hv.Slow().quick(other.vary("excitation.acceleration_amplitude", 3.0))
-    steady_power.MEASURED.clear()
+    quick_power.MEASURED.clear()
     assert hv.Slow().quick(other).mean_power == kept
 
 

@@ -171,7 +171,7 @@ def test_no_best_circuit_where_a_scan_was_cut_short():
     assert [row.split(",")[-2] for row in found.table.csv().splitlines()] == ["search", "complete", "scan cut short"]
     assert CircuitChoice.of({"one": dataclasses.replace(one, **cut), "two": two}, 1.0).best == "one"
     figure = found.ranked["two"].plot(None)
-    labels = [text.get_text() for legend in figure.legends for text in legend.get_texts()]
+    labels = [text.get_text().splitlines()[0] for legend in figure.legends for text in legend.get_texts()]
     assert "optimum" not in labels and "highest so far: the scan was cut short" in labels
 
 
