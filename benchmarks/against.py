@@ -138,7 +138,7 @@ def main():
     parser.add_argument("other", help="the folder of another checkout")
     parser.add_argument("scene", nargs="*", help="names of scenes, or parts of them; default: all")
     parser.add_argument("--seeds", type=int, default=4)
-    options = parser.parse_args()
+    options = parser.parse_intermixed_args()
     commit = subprocess.run(
         ["git", "rev-parse", "--short", "HEAD"], cwd=options.other, capture_output=True, text=True, check=True
     )

@@ -80,7 +80,9 @@ def _check_model(where: str, text: str) -> None:
 
 
 def check_names(subcircuits: dict[str, list[Line]], outside: list[Line]) -> None:
-    """Refuse an expression of a subcircuit that uses a name without a value, which is not ngspice's own."""
+    """Refuse two elements or models of one name, and names without a value in expressions, but for ngspice's own."""
+    for lines in (outside, *subcircuits.values()):
+        _check_once(lines)
     common = _QUANTITIES | set(set_parameters(outside))
     for body in subcircuits.values():
         known = common | {name.lower() for name in header_of(body[0]).defaults} | set(set_parameters(body))
@@ -97,6 +99,17 @@ def check_names(subcircuits: dict[str, list[Line]], outside: list[Line]) -> None
                             f"netlist {line.where} must use parameters that have a value, "
                             f"but {shown(match[0])} has none: give it on the .subckt line"
                         )
+
+
+def _check_once(lines: list[Line]) -> None:
+    """Refuse two elements, or two models, of one name: ngspice would take one of them."""
+    before: set[tuple[str, str]] = set()
+    for line in lines:
+        kind, name = ("model", line.text.lower().split()[1]) if line.word == ".model" else ("element", line.word)
+        if (kind, name) in before:
+            raise invalid(f"netlist {line.where}", f"have a name that no other {kind} has", name)
+        if name[0] != ".":
+            before.add((kind, name))
 
 
 def check_size(subcircuits: dict[str, list[Line]], load: str) -> None:

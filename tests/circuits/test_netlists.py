@@ -34,6 +34,11 @@ BAD = {
         "element m1 has a model of another level than 1, or of another tnom than 27",
     ),
     "vertical": (GOOD + "M1 p a b BSS138", "element m1 has a model of the type vdmos"),
+    "named twice": (GOOD + "D1 p a BAT54", "must have a name that no other element has, but is 'd1'"),
+    "two models": (
+        GOOD + ".model z D(Is=1n)\n.model Z D(Is=1p)",
+        "must have a name that no other model has, but is 'z'",
+    ),
     "no coil": (GOOD + "L1 p a 1m\nK1 L1 L2 0.9", "element k1 must couple two coils"),
 }
 
