@@ -46,7 +46,9 @@ def _check_line(line: Line) -> None:
     where, word = f"netlist {line.where}", line.word
     if word.startswith("."):
         if word not in DEFINITIONS + BENCH:
-            raise invalid(where, f"have only the cards {', '.join(DEFINITIONS)} (and a bench to run it by hand)", word)
+            flat = "of a flat netlist, such as KiCad's, load.terminals in a scene names the piezo's nets"
+            cards = f"have only the cards {', '.join(DEFINITIONS)} (and a bench to run it by hand; {flat})"
+            raise invalid(where, cards, word)
         if word in BENCH:
             return  # never given to ngspice; inside a subcircuit `split_subcircuits` refuses it
     elif word[0] not in _ELEMENTS:
