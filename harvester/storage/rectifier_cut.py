@@ -7,8 +7,11 @@ sees the vibration through the rectifier's current alone.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
+from harvester.circuits.idealised import ideal_bridge
 from harvester.circuits.parts import CircuitPart, parts_of
 from harvester.circuits.stamps import diode_law
+from harvester.equations.scales import Scales
+from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
 from harvester.netlists.load_circuit import LoadCircuit
 
 STORE, LOAD = "csmooth", "rload"
@@ -75,6 +78,21 @@ def is_plain_store(load: LoadCircuit) -> bool:
     """Whether the load resistor is across the store: then the store's voltage alone is slow."""
     nodes = {part.name: set(part.nodes[:2]) for part in parts_of(load) if part.name in (STORE, LOAD)}
     return len(nodes) == 2 and nodes[STORE] == nodes[LOAD]
+
+
+def plain_bridge(load: LoadCircuit, scales: Scales) -> IdealCircuit | None:
+    """The ideal circuit of a bridge of four diodes alike with a store and the load across it; None of anything else.
+
+    Raises InputError for elements that no compiled circuit has.
+    """
+    cut = cut_behind_rectifier(load)
+    if cut is None or cut.diode is None or load.smoothing is None or load.storage is None:
+        return None
+    rails = set(cut.rails)
+    if {part.name: set(part.nodes[:2]) for part in cut.behind} != {STORE: rails, LOAD: rails} or load.storage <= 0.0:
+        return None
+    kappa = load.smoothing / scales.capacitance
+    return ideal_bridge(*cut.diode, scales)._replace(kappa=kappa, mu=kappa / (load.storage * scales.frequency))
 
 
 def _element(name: str, nodes: Sequence[str], value: str) -> CircuitPart:

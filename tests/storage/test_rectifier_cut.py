@@ -2,9 +2,24 @@
 
 import pytest
 
+import harvester as hv
+from harvester.circuits.idealised import ideal_circuit
+from harvester.equations.problem import Problem
 from harvester.netlists.load_circuit import load_circuit
 from harvester.scene.load import Load
-from harvester.storage.rectifier_cut import cut_behind_rectifier, held_rectifier, is_plain_store
+from harvester.storage.rectifier_cut import cut_behind_rectifier, held_rectifier, is_plain_store, plain_bridge
+from tests.support.netlists import BRIDGE, PLATE, STORE, on_plate
+
+LAW = ".model own D(Is=2.52n N=1.752)\n"
+BOARD = BRIDGE.format("own") + STORE + LAW
+OTHERS = {
+    "a zener diode": BOARD + "D5 b a own",
+    "another capacitor": BOARD + "C2 p n 1n",
+    "unlike diodes": BOARD.replace("D4 b n own", "D4 b n BAT54"),
+    "no store": BOARD.replace("Csmooth a b 1u\n", ""),
+    "a load of its own": BOARD.replace("Rload a b", "R1 a c 1k\nRload c b"),
+    "a doubler": "D1 p a own\nD2 b p own\nCsmooth a b 1u\nC2 a n 1u\nC3 n b 1u\nRload a b 1Meg\n" + LAW,
+}
 
 
 def circuit(name):
@@ -42,3 +57,23 @@ def test_which_circuits_are_a_store_and_its_load():
 def test_a_held_store_replaces_the_netlists_own():
     values = {one.name: one.rest for one in held_rectifier(circuit("bridge"), 2.0)}
     assert values["csmooth"] == "2.0" and float(values["rload"]) == 1e15
+
+
+def bridge_of(scene):
+    problem = Problem(scene)
+    return plain_bridge(problem.circuit, problem.scales)
+
+
+def test_a_users_bridge_has_the_circuit_of_the_packages(tmp_path):
+    """The same currents of the same diodes, and the same store and load."""
+    values = {"R": 1.5e6, "C": 1e-6, "Is": 2.52e-9, "N": 1.752}
+    problem = Problem(PLATE.with_load(hv.Netlist("bridge", **values)))
+    ours, its = bridge_of(on_plate(tmp_path, BOARD)), ideal_circuit(problem.circuit, problem.scales)
+    assert its.bridge and ours.bridge
+    for name in ("mu", "kappa", "n", "leak", "loss"):
+        assert getattr(ours, name) == pytest.approx(getattr(its, name), rel=1e-12), name
+
+
+@pytest.mark.parametrize("what", OTHERS)
+def test_a_board_with_more_or_less_is_no_plain_bridge(tmp_path, what):
+    assert bridge_of(on_plate(tmp_path, OTHERS[what])) is None

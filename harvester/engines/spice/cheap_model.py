@@ -45,7 +45,7 @@ def cheap_circuit(
     assert load is not None, "the engine refuses an open circuit"
     if charging > LONGEST_CHARGING or eqs.mu is not None:
         return None, None, False
-    ideal = ideal_circuit(load, scales)
+    ideal = ideal_circuit(load, scales) or _plain_bridge(problem)
     if charging > LONGEST_COMPILED or not _bears_compiled(eqs):
         return ideal, ideal, False
     short = settled and _tells_paths_apart(eqs) and (options.trajectories, options.duration) == (None, None)
@@ -57,6 +57,19 @@ def cheap_circuit(
     except InputError:
         return ideal, ideal, False
     return compiled, ideal or compiled, short
+
+
+def _plain_bridge(problem: Problem) -> "IdealCircuit | None":
+    """That of a user's bridge with a store and the load, while its path and ngspice's stay together; None else."""
+    from harvester.storage.rectifier_cut import plain_bridge
+
+    eqs, load = problem.equations, problem.circuit
+    if load is None or eqs.has_stop or not _bears_compiled(eqs):
+        return None
+    try:
+        return plain_bridge(load, problem.scales)
+    except InputError:
+        return None
 
 
 def _bears_compiled(eqs: Equations) -> bool:

@@ -64,6 +64,15 @@ class SpiceSetup:
         return bool(self.difference)
 
     @property
+    def stays_together(self) -> bool:
+        """Whether ngspice and the cheap model go the same path from settled states: ideal diodes alone, and no stop."""
+        from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
+
+        circuit = self.device.ideal
+        is_smooth = isinstance(circuit, IdealCircuit) and circuit.hysteresis is None
+        return is_smooth and self.starts is not None and not self.device.eqs.has_stop
+
+    @property
     def settling(self) -> float:
         """What a run makes before it counts, nondimensional."""
         return 0.0 if self.short else self.burn_in
