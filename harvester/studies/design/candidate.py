@@ -44,7 +44,8 @@ class Candidate:
     def scene(self, scene: Scene, needed: DesignNeed, farads: float | None = None) -> Scene:
         """The scene with this circuit, the load that takes the power needed, and a store."""
         values = self.parameters | {"R": needed.load} | ({} if farads is None else {"C": farads})
-        return dataclasses.replace(scene, load=Load(netlist=self.circuit, parameters=values), storage=None, node=None)
+        load = Load(netlist=self.circuit, parameters=values)
+        return dataclasses.replace(scene, load=load, storage=None, node=None, chip=None)
 
 
 @dataclass(frozen=True)
