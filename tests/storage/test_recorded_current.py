@@ -71,3 +71,12 @@ def test_packets_on_bursts_are_those_of_direct_runs(tmp_path, shaking):
     assert direct > 60
     assert abs(packets - direct) < 0.05 * direct
     assert found.first_packet.known_error95 < 0.02 * found.first_packet.value
+
+
+@pytest.mark.thorough("test_a_chip_that_cannot_be_is_one_line")
+@pytest.mark.slow
+def test_of_a_chip_that_looks_at_its_input_a_record_leaves_an_error_unknown(tmp_path):
+    """Whether a look falls into a burst or between two is by chance: 80 % of the power in a direct run."""
+    scene = on_record(tmp_path, *bursts(60.0, 20.0, 8.0))
+    found = hv.node(dataclasses.replace(scene, chip=hv.HarvestingChip(name="bq25570", start_voltage=3.5)), days=0.02)
+    assert found.harvested.value > 0.0 and found.harvested.error95 is None
