@@ -176,7 +176,7 @@ def _check_durations(node: SensorNode) -> None:
     for key in ("interval", "low_interval"):
         if not longest < (getattr(node, key) or math.inf):
             most = "a packet's durations together" + (" and its retries'" if node.retries else "")
-            raise invalid(f"node.{key}", f"be longer than {most}", getattr(node, key))
+            raise invalid(f"node.{key}", f"be longer than {most}, {longest:g} s", getattr(node, key))
 
 
 @scene_table
@@ -193,7 +193,7 @@ class HarvestingChip(SceneTable):
     """
 
     TABLE: ClassVar[str] = "chip"
-    name: Annotated[str, "a chip whose data sheet is known", "'bq25570'"] | None = None
+    name: Annotated[str, "ltc3588, bq25570, adp5091, aem30940 or spv1050", "'bq25570'"] | None = None
     start_voltage: Annotated[OptNumber, VOLTAGE_FROM_0, "of the store, at which the output begins"] = NONE
     stop_voltage: Annotated[OptNumber, VOLTAGE_FROM_0, "of the store, below which the output ends"] = NONE
     full_voltage: Annotated[OptNumber, VOLTAGE_FROM_0, "of the store, at which charging ends"] = NONE

@@ -66,7 +66,7 @@ def noisy_power(problem: Problem, cut: Cut, seed: int) -> SlowPower:
     charge = reached(table, float(path.rails.max()), problem.circuit.smoothing or 0.0)
     elements, _, more = noise_check(problem, table, charge, None, seed)
     gain, direct = _gain(problem, rough, table, paths, DIRECT * unit, seed)
-    less = JUDGE + elements + abs(gain.value) + gain.sampling95
+    less = JUDGE + elements + abs(gain.value)
     currents = table, table.halved(), table.scaled(1.0 - less), table.shifted()
     others = [rough.run(current, duration, step) for current in currents]
     ends, shorter = ((end / 4.0, end) for end in (duration, float(paths[0].t[-1])))
@@ -78,7 +78,7 @@ def noisy_power(problem: Problem, cut: Cut, seed: int) -> SlowPower:
         short, *changes = (mean_rate(run.t, getattr(run, name), *shorter) for run in (others[0], *paths))
         change, spread = mean_and_error((np.array(changes) - short).reshape(-1, 2).mean(axis=1))
         model = abs(by_voltages) + abs(by_less) + JUDGE * mean + abs(change)
-        errors = math.hypot(stderr, by_sampling, spread)
+        errors = math.hypot(stderr, by_sampling, spread, gain.normal_stderr * by_less / less)
         return Value(mean + change - gain.value * by_less / less, errors, abs(base - mean), model), abs(change)
 
     assert table.square_error is not None, "of noise"

@@ -35,6 +35,7 @@ SHORTEST, PERIODS, MOST_WINDOWS = 1.0, 8.0, 20_000  # s of a window; of the reso
 PIECE = 2**22  # steps of a piece of the record
 BEYOND = 3.0  # over the largest rms of the open piezo's voltage in a window
 LOUD, JUDGED = 40, 3  # windows in which stores are compared, and ideal elements with the netlist's
+PARTS = 64  # of a window, in which a store's voltage hardly changes
 
 
 @dataclass(frozen=True)
@@ -186,22 +187,14 @@ def recorded(problem: Problem, farads: float | None = None, top: float | None = 
 
 
 def _gained(
-    problem: Problem,
-    circuit: Elements,
-    table: RecordedCurrent,
-    grid: RecordGrid,
-    store: tuple[Floats, float],
-    count: int,
-) -> tuple[Floats, slice, int]:
-    """The charges that stores at voltages (V), of a capacitance (F), gain in the loudest windows, these, and the steps.
+    problem: Problem, circuit: Elements, loud: slice, grid: RecordGrid, store: tuple[Floats, float]
+) -> tuple[Floats, int]:
+    """The charges that stores at voltages (V), of a capacitance (F), gain in ``loud`` windows, and the steps.
 
     The mass has forgotten its start by then.  Stores that are not slow beside the vibration are not held.
     """
     early, record, (volts, farads) = _early(problem, grid), problem.equations.record, store
     assert record is not None, "the caller checks"
-    most = int(np.argmax(table.current.sum(axis=1)))
-    first = min(max(most - count // 2, early), grid.windows - 1)
-    loud = slice(first, min(max(most, first) + (count + 1) // 2, grid.windows))
     windows = loud.stop - loud.start
     stores = StoreBatch(problem, circuit, volts, farads, grid.h)
     stores.begin(record.resampled(loud.start - early, early + windows, grid.samples, grid.steps), np.zeros(BATCH))
@@ -210,7 +203,14 @@ def _gained(
         stores.advance(grid.steps)
     stores.hold()
     gained = sum((stores.advance(grid.steps)[0] for _ in range(windows)), np.zeros(BATCH))
-    return gained, loud, (early + windows) * grid.steps * BATCH
+    return gained, (early + windows) * grid.steps * BATCH
+
+
+def _loudest(problem: Problem, table: RecordedCurrent, grid: RecordGrid, count: int) -> slice:
+    """The windows about the one of most current: so many at most, after those in which the mass forgets its start."""
+    most, early = int(np.argmax(table.current.sum(axis=1))), _early(problem, grid)
+    first = min(max(most - count // 2, early), grid.windows - 1)
+    return slice(first, min(max(most, first) + (count + 1) // 2, grid.windows))
 
 
 def _separation(
@@ -218,13 +218,15 @@ def _separation(
 ) -> tuple[float, int]:
     """By what part the charges differ that stores of their own capacitance gain, and the steps.
 
-    Each begins at one of the voltages in the lower half.
+    Each begins at one of the voltages in the lower half, and goes on for as long as all are below the highest.
     """
     volts = np.repeat(table.voltages[: VOLTAGES // 2], 2 * BATCH // VOLTAGES)
-    gained, loud, steps = _gained(problem, rectifier.fast(farads), table, grid, (volts, farads), LOUD)
-    v = volts.copy()
-    for row in table.current[loud]:
-        v += np.interp(v, table.voltages, row) * table.length / farads
+    count, v = LOUD, np.full(BATCH, math.inf)
+    while count and v.max() > table.voltages[-1]:
+        loud, count, v = _loudest(problem, table, grid, count), count // 2, volts.copy()
+        for row in np.repeat(table.current[loud], PARTS, axis=0):
+            v += np.interp(v, table.voltages, row) * table.length / PARTS / farads
+    gained, steps = _gained(problem, rectifier.fast(farads), loud, grid, (volts, farads))
     return _off(gained, farads * (v - volts)), steps
 
 
@@ -232,8 +234,9 @@ def _elements(problem: Problem, rectifier: Rectifier, table: RecordedCurrent, gr
     """By what part the charges differ that held stores gain behind the netlist's own elements, and the steps."""
     held = rectifier.held
     store = np.repeat(table.voltages, BATCH // VOLTAGES), held
-    (ours, _, steps), (its, _, many) = (
-        _gained(problem, circuit(held), table, grid, store, JUDGED) for circuit in (rectifier.fast, rectifier.compiled)
+    loud = _loudest(problem, table, grid, JUDGED)
+    (ours, steps), (its, many) = (
+        _gained(problem, circuit(held), loud, grid, store) for circuit in (rectifier.fast, rectifier.compiled)
     )
     return _off(ours, its), steps + many
 

@@ -70,12 +70,7 @@ class Supply:
             mean = current.mean(axis=0)
             k = int(np.argmax(volts * mean))
             return np.asarray(self.efficiency(needed) * volts[k] * current[:, k] * float(mean[-1] > 0.0))
-        return self.efficiency(needed) * (self._charging(table) - self.chip.full * self.chip.own)
-
-    def _charging(self, table: AnyCurrent) -> Floats:
-        """The power (W) that a chip which tracks puts into its store, in each window."""
-        assert self.chip is not None, "asked of a chip"
-        return tracked_power(self.chip, table)
+        return self.efficiency(needed) * (tracked_power(self.chip, table) - self.chip.full * self.chip.own)
 
     def wake(self, table: RectifiedCurrent, farads: float) -> float:
         """How long (s) an empty store of so many farads takes until the voltage is there; infinite if it never is."""
@@ -83,7 +78,7 @@ class Supply:
             return _time(table, self.voltage, farads)
         if self.chip.ratio is None:
             return _time(table.scaled(1.0, -(self.chip.low_own or self.chip.own)), self.rise, farads)
-        cold, warm = self.chip.cold_voltage, float(self._charging(table)[0]) - self.rise * self.chip.own
+        cold, warm = self.chip.cold_voltage, float(tracked_power(self.chip, table)[0]) - self.rise * self.chip.own
         came = cold * float(table.at(np.array(cold)))
         start = self.chip.cold_efficiency * came
         if min(start, warm) <= 0.0 or came < self.chip.cold_power:

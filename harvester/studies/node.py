@@ -272,8 +272,9 @@ def _measure(problem: Problem, storage: Storage, chip: Chip | None, wake: float,
     with compilation():
         if problem.equations.record is None:
             return _of_alike_shaking(problem, tracking, farads, top, wake, seed)
-        currents = recorded(problem, farads or None, top)
-    return _Known(currents.best, currents.rough, currents.steps, currents.separation, currents.elements)
+        currents = recorded(problem, None if tracking else farads or None, top)
+    known = _Known(currents.best, currents.rough, currents.steps, currents.separation, currents.elements)
+    return dataclasses.replace(known, unknown=TIME_SCALES if tracking else "")
 
 
 def _of_alike_shaking(

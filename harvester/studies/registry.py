@@ -90,7 +90,7 @@ STUDIES = (
         "node",
         "node:node",
         "node:NodeResult",
-        "Share of the time that SCENE's node runs on its store, packets an hour, and what limits it.",
+        "How long SCENE's node runs on its store, packets an hour, what limits it; its tables: harvester keys.",
         (
             Option("days", float, 1.0, "How many days from the beginning."),
             Option("seed", int, 0, "The same seed, the same noise."),

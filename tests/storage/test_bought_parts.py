@@ -6,6 +6,7 @@ import re
 import pytest
 
 from harvester.netlists.load_circuit import netlist_folder
+from harvester.scene.sensor_node import HarvestingChip
 from harvester.storage.bought_parts import CHIPS
 from harvester.storage.supply import output_efficiency
 
@@ -31,6 +32,10 @@ def test_a_circuit_has_the_parameters_of_its_part(circuit, part, name):
     ours, its = head(FOLDER / f"{circuit}.cir", circuit), head(FOLDER / "parts" / f"{part}.lib", name)
     both = ours.keys() & its.keys()
     assert len(both) > 3 and {key: ours[key] for key in both} == {key: its[key] for key in both}
+
+
+def test_the_keys_of_a_scene_name_every_chip():
+    assert set(re.findall(r"\w+\d+", HarvestingChip.__annotations__["name"].__args__[0].__metadata__[0])) == set(CHIPS)
 
 
 def test_what_a_netlist_says_in_another_form_is_what_the_file_says():

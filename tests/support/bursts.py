@@ -31,13 +31,13 @@ def tone(t):
 
 
 def truck(t):
-    """Cargo on a truck up to half the rate (MIL-STD-810, vertical) at a tenth of its level, which goes round."""
+    """Cargo on a truck up to half the rate (MIL-STD-810, vertical) at 0.3 of its level, which goes round."""
     frequencies = np.fft.rfftfreq(len(t), 1.0 / RATE)
     hertz, density = np.array(CURVES["mil-std-810-truck-vertical"].points).T
     some = np.clip(frequencies, hertz[0], hertz[-1])
     level = G**2 * 10.0 ** np.interp(np.log10(some), np.log10(hertz), np.log10(density)) * (frequencies == some)
     rng = np.random.default_rng(4)
-    return 0.1 * np.fft.irfft(
+    return 0.3 * np.fft.irfft(
         np.sqrt(level * RATE * len(t) / 2.0) * np.exp(2j * math.pi * rng.random(len(level))), len(t)
     )
 

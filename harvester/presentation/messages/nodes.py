@@ -39,8 +39,8 @@ MESSAGES = {
         f"vibration: {clock(direct)} of both together take its place"
     ),
     "scales_not_apart": lambda separation: (
-        f"mass and circuit together differ by {in_percent(separation)} of the mean power: the circuit is not slow beside the "
-        "vibration; use engine 'spice'"
+        f"mass and circuit together differ by {in_percent(separation)} of the mean power, which is counted as an error: the "
+        "store is not slow beside the vibration, as a larger one would be"
     ),
     "slow_circuit_unsettled": lambda seconds, share: (
         f"the mean power still changes by {in_percent(share)} after {clock(seconds)}"

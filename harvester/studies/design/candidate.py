@@ -11,7 +11,7 @@ from harvester.errors import CannotServeError
 from harvester.mechanics.kernels.compiled import compilation
 from harvester.netlists.probes import STORE, Probe
 from harvester.presentation.diagnostic import refusal
-from harvester.presentation.messages.unknown_parts import IDEAL_ELEMENTS
+from harvester.presentation.messages.unknown_parts import IDEAL_ELEMENTS, TIME_SCALES
 from harvester.quantities.preferred_numbers import between
 from harvester.scene.load import Load
 from harvester.scene.scene import Scene
@@ -44,7 +44,8 @@ class Candidate:
     def scene(self, scene: Scene, needed: DesignNeed, farads: float | None = None) -> Scene:
         """The scene with this circuit, the load that takes the power needed, and a store."""
         values = self.parameters | {"R": needed.load} | ({} if farads is None else {"C": farads})
-        return dataclasses.replace(scene, load=Load(netlist=self.circuit, parameters=values), storage=None, node=None)
+        load = Load(netlist=self.circuit, parameters=values)
+        return dataclasses.replace(scene, load=load, storage=None, node=None, chip=None)
 
 
 @dataclass(frozen=True)
@@ -167,6 +168,7 @@ def _on_record(candidate: Candidate, scene: Scene, needed: DesignNeed) -> Given:
         power,
         bias=abs(supply.power(currents.rough, needed.power) - power),
         model=(currents.separation + currents.elements) * power + _of_chip(supply, currents.best, needed.power, power),
+        unknown=TIME_SCALES if supply.chip and supply.chip.ratio else "",
     )
     ahead = np.cumsum(np.tile(powers - needed.power, 2)) * currents.best.length
     kept = float((np.maximum.accumulate(ahead) - ahead).max()) if power > needed.power else 0.0

@@ -173,6 +173,17 @@ def test_the_engineers_case_in_ngspice():
 
 
 @pytest.mark.slow
+def test_a_scene_with_a_node_behind_a_chip_is_a_device_like_any_other():
+    """A circuit that is tried stands without the scene's own [storage], [chip] and [node]."""
+    whole = hv.load(SCENE)
+    chip = hv.HarvestingChip(start_voltage=3.5, stop_voltage=2.4)
+    node = hv.SensorNode(wake_voltage=3.3, stop_voltage=2.0, interval=10.0, currents=(4e-3,), durations=(9e-3,))
+    whole = dataclasses.replace(whole, storage=hv.Storage(capacitance=1e-4), node=node, chip=chip)
+    with pytest.raises(hv.InputError, match="nearest is bridge"):
+        hv.design(whole, needs="10 mW at 3.3 V", circuits=["bridge"])
+
+
+@pytest.mark.slow
 def test_the_command_writes_a_scene_that_runs(harvester, tmp_path):
     asked = ("--needs", NEEDS, "--circuits", "bridge", "--chips", "ltc3588", "--json", "--out", tmp_path)
     status, said, _ = harvester("design", SCENE, *asked)
