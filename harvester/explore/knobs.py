@@ -114,17 +114,17 @@ class Knobs:
             self._changed(str(error))
             return
         self._changed("")
-        self._mark_circuit()
         document = pn.state.curdoc
         if document is None or document.session_context is None:
             self._refresh_load()
-        else:  # which takes longer than the circuit's power, that the same thread is to show
-            self._load.objects = []
+        else:  # which takes longer than the circuit's power: the browser lays out the whole page anew for each part
+            self._load.styles = {"opacity": "0.35", "pointer-events": "none"}
             document.add_timeout_callback(self._refresh_load, AFTER)
 
     def _refresh_load(self) -> None:
         """Make the knobs of another load, and show what the draft says of the others."""
         self._fill_load()
+        self._load.styles = {}
         self.refresh()
 
     def _fill_load(self) -> None:

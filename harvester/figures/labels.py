@@ -63,7 +63,7 @@ def write_labels(axes: Axes, labels: Sequence[Label]) -> None:
 
 def _covered(box: Bbox, inside: Bbox, taken: Floats, boxes: Sequence[Bbox]) -> float:
     """How much a label at a place would cover: data, other labels, and what is outside the axes."""
-    wide = box.padded(2.0)
+    wide = box.padded(4.0)
     data = np.sum((taken > wide.min).all(axis=1) & (taken < wide.max).all(axis=1))
     outside = box.x0 < inside.x0 or box.x1 > inside.x1 or box.y0 < inside.y0 or box.y1 > inside.y1
     return float(data + 1e3 * sum(wide.overlaps(other) for other in boxes) + 1e4 * outside)
