@@ -154,14 +154,10 @@ class Knobs:
             self._refresh_effect(effect)
         for knob in (knob for knobs in self.knobs.values() for knob in knobs):
             knob.refresh()
-        self._mark_circuit()
-        self._quiet = False
-
-    def _mark_circuit(self) -> None:
-        """Mark the picture of the circuit that is chosen."""
         for name, button in self.pictures.items():
             chosen = name == (self.draft.netlist or ("resistor" if self.draft.loaded else ""))
             button.css_classes = ["circuit", f"circuit-{name}", *(["chosen"] if chosen else [])]
+        self._quiet = False
 
     def _refresh_effect(self, effect: EffectCard) -> None:
         """Show whether an effect is there, its knobs, and the names of its files."""

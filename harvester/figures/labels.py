@@ -48,7 +48,7 @@ def write_labels(axes: Axes, labels: Sequence[Label]) -> None:
             written.set_in_layout(False)
             best: tuple[float, Any, Any] = (np.inf, None, None)
             for at in label.at:
-                for away in (1.0, 2.2, 4.0):
+                for away in (1.0, 2.2, 4.0, 6.0):
                     for dx, dy, across, up in _SIDES:
                         written.xy, written.xyann = tuple(at), (away * _AWAY * dx, away * _AWAY * dy)
                         written.set(ha=across, va=up)

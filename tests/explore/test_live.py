@@ -390,3 +390,13 @@ def test_the_axis_of_power_stands_while_the_curve_fits():
     assert axis_end(4.0, 10.0) == 5.0
     for top in 10.0 ** np.linspace(-3, 3, 601):
         assert 1.04 * top <= axis_end(top, 1e9) <= 1.6 * top
+
+
+def test_the_numbers_of_an_axis_of_one_and_a_half_decades_have_room_on_a_phone():
+    """None is nearer to the next than by a factor of 2: evenly spaced ones stood on top of each other at its end."""
+    for mass in (0.04, 0.016542, 1.0):
+        range_of_mass = slide("oscillator.mass", mass)
+        plot = pictures.PowerPlot("oscillator.mass", range_of_mass).plot
+        seen = [one for one in plot.xaxis[0].ticker.ticks if range_of_mass.low <= one <= range_of_mass.high]
+        assert 4 <= len(seen) <= 6
+        assert min(np.divide(seen[1:], seen[:-1])) >= 1.99
