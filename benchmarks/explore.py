@@ -54,12 +54,12 @@ CHIPS = ("bimorph_ltc3588",)
 CIRCUITS = ("bridge", "parallel_sshi", "sece", *CHIPS)
 CHOICES = {"plate_with_stop": ("bridge", "parallel_sshi", "sece"), "bimorph_ltc3588": ("bridge", "ltc3588")}
 RESTED = 20.0  # seconds: kernels of all circuits are compiled and their powers known
-HEADLINE = """(before) => {
+HEADLINE = """([at, text]) => {  // another place's; or, where a text is given, another text too, such as a circuit's
   const now = document.__deep(".headline .power");
-  const known = now && !now.classList.contains("none") && (now.innerText !== before[0] || now.dataset.at !== before[1]);
-  return known && performance.now() - window.__key;
+  const other = now && (now.dataset.at !== at || (text !== undefined && now.innerText !== text));
+  return other && !now.classList.contains("none") && performance.now() - window.__key;
 }"""
-SHOWN = "() => { const now = document.__deep('.headline .power'); return [now.innerText, now.dataset.at]; }"
+SHOWN = "() => { const now = document.__deep('.headline .power'); return [now.dataset.at, now.innerText]; }"
 REPEATS = 10
 SHARES = ("until the answer comes", "Bokeh takes it", "two frames")
 
@@ -90,7 +90,7 @@ def headlines(browser, url, name, steps):
     visit.page.evaluate("addEventListener('keydown', () => { window.__key = performance.now(); }, true)")
     times = []
     for _ in range(steps):
-        before = visit.page.evaluate(SHOWN)
+        before = visit.page.evaluate(SHOWN)[:1]  # the text changes with a finer power of the last step, too
         visit.step("load.parameters.R", to="Left")
         times.append(visit.page.wait_for_function(HEADLINE, arg=before).json_value())
     visit.page.close()

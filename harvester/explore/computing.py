@@ -114,8 +114,8 @@ class Computing:
             where = request.scene, request.key, request.at, request.slide
             if self._circuit != (request.tables, same) and "netlist" in request.tables.get("load", {}):
                 self._circuit = request.tables, same
-                self._power_work.ask(request)
                 self._show(request, Live(Problem(request.scene), request.key, request.at, True), False, more=True)
+                self._power_work.ask(request)
                 if not self._live_work.rests(FIRST):
                     return
             snapshot = live(*where, False, curves=curves, first=True)  # the best formula's, long before the others'

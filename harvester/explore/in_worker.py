@@ -56,17 +56,17 @@ def path(tables: dict[str, Any]) -> dict[str, Any]:
 
 
 def power(tables: dict[str, Any], within: float, seconds: float) -> dict[str, Any]:
-    """The power of a scene with its own circuit, by the engine without ngspice that serves it: as `told_of`, and whose.
+    """The power of a scene with its own circuit, by the cheapest engine that serves it: as `told_of`, and whose.
 
     ``within`` is the relative error to reach, ``seconds`` the time for that.
 
     Raises CannotServeError where none does, and HarvesterError as that one.
     """
     problem = Problem(Scene(**tables))
-    kinds = sorted((kind for kind in ENGINES.values() if kind.needs_netlist), key=lambda kind: not kind.by_mean_current)
+    kinds = sorted((kind for kind in ENGINES.values() if kind.needs_netlist), key=lambda kind: kind.LOOK.trust)
     kind = next((kind for kind in kinds if kind.refusal(problem) is None), None)
     if kind is None:
-        raise CannotServeError(kinds[0].refusal(problem))
+        raise CannotServeError(Slow.refusal(problem))
     if kind.by_mean_current:  # it has no such options, but a quick way and a whole one
         estimate = Slow().quick(problem) if within > FINE[0] else Slow().run(problem)
     else:

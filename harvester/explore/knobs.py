@@ -114,17 +114,17 @@ class Knobs:
             self._changed(str(error))
             return
         self._changed("")
-        self._mark_circuit()
         document = pn.state.curdoc
         if document is None or document.session_context is None:
             self._refresh_load()
-        else:  # which takes longer than the circuit's power, that the same thread is to show
-            self._load.objects = []
+        else:  # which takes longer than the circuit's power: the browser lays out the whole page anew for each part
+            self._load.styles = {"opacity": "0.35", "pointer-events": "none"}
             document.add_timeout_callback(self._refresh_load, AFTER)
 
     def _refresh_load(self) -> None:
         """Make the knobs of another load, and show what the draft says of the others."""
         self._fill_load()
+        self._load.styles = {}
         self.refresh()
 
     def _fill_load(self) -> None:
@@ -154,14 +154,10 @@ class Knobs:
             self._refresh_effect(effect)
         for knob in (knob for knobs in self.knobs.values() for knob in knobs):
             knob.refresh()
-        self._mark_circuit()
-        self._quiet = False
-
-    def _mark_circuit(self) -> None:
-        """Mark the picture of the circuit that is chosen."""
         for name, button in self.pictures.items():
             chosen = name == (self.draft.netlist or ("resistor" if self.draft.loaded else ""))
             button.css_classes = ["circuit", f"circuit-{name}", *(["chosen"] if chosen else [])]
+        self._quiet = False
 
     def _refresh_effect(self, effect: EffectCard) -> None:
         """Show whether an effect is there, its knobs, and the names of its files."""

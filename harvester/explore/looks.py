@@ -66,6 +66,7 @@ th {{ text-align: left; font-weight: 600; color: {PALE}; font-size: 12px; }}
 th, td {{ padding: 3px 10px 3px 0; border-bottom: 1px solid var(--line); vertical-align: top; background: none; }}
 td {{ overflow-wrap: anywhere; }}
 table.numbers td:first-child, table.answers td:first-child {{ white-space: nowrap; font-weight: 600; }}
+@media (max-width: 820px) {{ table.answers td:first-child {{ white-space: normal; }} }}
 table.numbers td:nth-child(2) {{ white-space: nowrap; }}
 table.difference td {{ font-size: 12.5px; }}
 p {{ margin: 4px 0 8px; }}

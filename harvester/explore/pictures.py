@@ -71,6 +71,9 @@ class PowerPlot:
         self.plot.xaxis.axis_label = f"{name} ({unit})" if unit else name
         if by_ratio:
             self.plot.xaxis.formatter = CustomJSTickFormatter(code=_TICK_FORMAT)
+            if 1.0 < math.log10(slide.high / slide.low) < 2.0:  # where Bokeh has even ones, too near at the end
+                low = math.floor(math.log10(slide.low))
+                self.plot.xaxis.ticker = [size * 10.0 ** (low + k) for k in range(4) for size in (1.0, 2.0, 5.0)]
         self.power = 0
         self.ghost = self.plot.line(
             "x", "y", source=_nothing("ghost", "xy"), color=_GHOST, line_width=3, line_dash=[1, 4], line_cap="round"

@@ -48,7 +48,7 @@ def write_labels(axes: Axes, labels: Sequence[Label]) -> None:
             written.set_in_layout(False)
             best: tuple[float, Any, Any] = (np.inf, None, None)
             for at in label.at:
-                for away in (1.0, 2.2, 4.0):
+                for away in (1.0, 2.2, 4.0, 6.0):
                     for dx, dy, across, up in _SIDES:
                         written.xy, written.xyann = tuple(at), (away * _AWAY * dx, away * _AWAY * dy)
                         written.set(ha=across, va=up)
@@ -63,7 +63,7 @@ def write_labels(axes: Axes, labels: Sequence[Label]) -> None:
 
 def _covered(box: Bbox, inside: Bbox, taken: Floats, boxes: Sequence[Bbox]) -> float:
     """How much a label at a place would cover: data, other labels, and what is outside the axes."""
-    wide = box.padded(2.0)
+    wide = box.padded(4.0)
     data = np.sum((taken > wide.min).all(axis=1) & (taken < wide.max).all(axis=1))
     outside = box.x0 < inside.x0 or box.x1 > inside.x1 or box.y0 < inside.y0 or box.y1 > inside.y1
     return float(data + 1e3 * sum(wide.overlaps(other) for other in boxes) + 1e4 * outside)

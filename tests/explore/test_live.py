@@ -300,11 +300,19 @@ def test_a_circuit_s_power_is_asked_for_before_all_else():
     work = computing.Computing(page, lambda action: action())
     work.ask(computing.PageRequest(draft, draft.scene(), draft.tables(), key, at, slide(key, at)))
     assert page.power.wait(60.0)
-    work.close()
     shown = [given for name, given in page.told if name in ("show", "show_power")]
     assert shown[0][1].instead and not shown[0][1].serving
     assert all(given[1].serving for given in shown[1:] if isinstance(given[1], Live))
     assert shown[-1][1]["engine"] == "ideal"
+    for load in (2.0 * at, at):  # the last one's power is remembered, and yet not shown before its design
+        draft.turn(key, load)
+        asked = computing.PageRequest(draft.copy(), draft.scene(), draft.tables(), key, load, slide(key, load))
+        work.ask(asked)
+        while "show_power" not in (told := [name for name, given in page.told if given[0] is asked]):
+            assert page.power.wait(60.0)
+            page.power.clear()
+        assert told[0] == "show"
+    work.close()
 
 
 def priority():
@@ -382,3 +390,13 @@ def test_the_axis_of_power_stands_while_the_curve_fits():
     assert axis_end(4.0, 10.0) == 5.0
     for top in 10.0 ** np.linspace(-3, 3, 601):
         assert 1.04 * top <= axis_end(top, 1e9) <= 1.6 * top
+
+
+def test_the_numbers_of_an_axis_of_one_and_a_half_decades_have_room_on_a_phone():
+    """None is nearer to the next than by a factor of 2: evenly spaced ones stood on top of each other at its end."""
+    for mass in (0.04, 0.016542, 1.0):
+        range_of_mass = slide("oscillator.mass", mass)
+        plot = pictures.PowerPlot("oscillator.mass", range_of_mass).plot
+        seen = [one for one in plot.xaxis[0].ticker.ticks if range_of_mass.low <= one <= range_of_mass.high]
+        assert 4 <= len(seen) <= 6
+        assert min(np.divide(seen[1:], seen[:-1])) >= 1.99

@@ -10,6 +10,7 @@ from harvester.engines.sampling import DRAWN, FINE, KNOWN, LOOSE, affordable, fi
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.errors import InputError
+from harvester.netlists.load_circuit import LoadCircuit
 from harvester.uncertainty.target import Target, best_factor
 
 if TYPE_CHECKING:
@@ -39,13 +40,12 @@ def cheap_circuit(
     circuit minutes.
     """
     from harvester.circuits.compiled_circuit import compiled_circuit
-    from harvester.circuits.idealised import ideal_circuit
 
     eqs, scales, load = problem.equations, problem.scales, problem.circuit
     assert load is not None, "the engine refuses an open circuit"
     if charging > LONGEST_CHARGING or eqs.mu is not None:
         return None, None, False
-    ideal = ideal_circuit(load, scales) or _plain_bridge(problem)
+    ideal = _ideal_elements(problem, load)
     if charging > LONGEST_COMPILED or not _bears_compiled(eqs):
         return ideal, ideal, False
     short = settled and _tells_paths_apart(eqs) and (options.trajectories, options.duration) == (None, None)
@@ -59,13 +59,14 @@ def cheap_circuit(
     return compiled, ideal or compiled, short
 
 
-def _plain_bridge(problem: Problem) -> "IdealCircuit | None":
-    """That of a user's bridge with a store and the load, while its path and ngspice's stay together; None else."""
+def _ideal_elements(problem: Problem, load: LoadCircuit) -> "IdealCircuit | None":
+    """The circuit of ideal elements: of the package's netlists, and of a user's bridge while paths stay together."""
+    from harvester.circuits.idealised import ideal_circuit
     from harvester.storage.rectifier_cut import plain_bridge
 
-    eqs, load = problem.equations, problem.circuit
-    if load is None or eqs.has_stop or not _bears_compiled(eqs):
-        return None
+    ideal = ideal_circuit(load, problem.scales)
+    if ideal is not None or problem.equations.has_stop or not _bears_compiled(problem.equations):
+        return ideal
     try:
         return plain_bridge(load, problem.scales)
     except InputError:
