@@ -330,7 +330,7 @@ def netlists(draw):
     """The text of a file that is a netlist, nearly one, or none."""
 
     def line():
-        names = {"k": st.integers(1, 3), "v": st.sampled_from(VALUES), "w": st.sampled_from(WORDS)}
+        names = {"k": st.integers(1, 30), "v": st.sampled_from(VALUES), "w": st.sampled_from(WORDS)}
         names |= dict.fromkeys("ab", st.sampled_from(["p", "n", "a", "0", "x.y", "gnd"]))
         return draw(st.sampled_from(LINES)).format(**{name: draw(value) for name, value in names.items()})
 
