@@ -17,10 +17,8 @@ STEPS = 2_000_000  # of all trajectories alone, unless a duration is given
 PATIENCE = 3e7  # steps of all ngspice runs together: a minute to some minutes
 SHORTEST = 30.0  # s: in a smaller budget a few runs may not end; steps are counted for this
 STEPS_A_SECOND = 1e5  # that a budget counts for: of a netlist on a slow machine
-WINDOWS, TOGETHER = (
-    3.0,
-    0.5,
-)  # burn-ins that a trajectory goes on for, paired or towards a target; on one path with its pair
+WINDOWS = 3.0  # burn-ins that a trajectory goes on for, paired or towards a target
+TOGETHER = 0.5  # the same where it stays on one path with its pair
 SHORT, SHORT_RUNS = 8.0, 64  # nondimensional duration of short runs, and how many there are at first
 BLOCKS = 5.0  # that it goes on for at least from settled states, where the burn-in is short
 
