@@ -32,7 +32,6 @@ Cu u 0 1 ic=0
 Bx x 0 V={x}
 Bpiezo q 0 V={volts!r}*v(x)
 Cp q p {capacitance!r} ic={first!r}
-Xload p 0 {name} {parameters}
 {text}
 .options method=gear maxord=2 reltol={reltol!r}
 .save @r.xload.rload[p]
@@ -85,8 +84,6 @@ def powers(problem, settle, windows, length, step, reltol, timeout=120.0):
         volts=volts,
         first=volts * rest / LENGTH,
         capacitance=scene.piezo.capacitance,
-        name=load.name,
-        parameters=" ".join(f"{key}={value!r}" for key, value in load.parameters.items()),
         text=load.text,
         reltol=reltol,
         step=step,

@@ -135,7 +135,8 @@ def by_ngspice(scene: hv.Scene, steps: int, reltol: float, settled: float = 6.0)
         "theta": p.coupling, "Cp": p.capacitance, "force": o.mass * e.acceleration_amplitude, "f": e.frequency,
     }  # fmt: skip
     subcircuit = re.search(r"^\.subckt.*?^\.ends[^\n]*", text, re.DOTALL | re.MULTILINE)[0]
-    return mean_power(device, load.netlist, load.parameters, subcircuit, wait, reltol, steps)
+    given = " ".join(f"{key}={value!r}" for key, value in load.parameters.items())
+    return mean_power(device, f"Xload p 0 {load.netlist} {given}\n{subcircuit}", wait, reltol, steps)
 
 
 @dataclass(frozen=True)

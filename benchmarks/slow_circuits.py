@@ -14,6 +14,7 @@ import numpy as np
 
 import harvester as hv
 from harvester.equations.problem import Problem
+from harvester.netlists.part import by_name
 
 DECK = """whole device
 Vbase b0 0 SIN(0 {force!r} {f!r} 0 0 90)
@@ -24,8 +25,7 @@ Etransformer b3 b4 p 0 {theta!r}
 Vspeed b4 0 0
 Ftransformer 0 p Vspeed {theta!r}
 Cp p 0 {Cp!r}
-Xload p 0 {name} {parameters}
-Bint 0 eint I=1e-3*(v(xload.{load_plus})-v(xload.{load_minus}))^2/{ohm!r}
+Bint 0 eint I=1e-3*(v({load_plus})-v({load_minus}))^2/{ohm!r}
 Cint eint 0 1e-3
 Rint eint 0 1e15
 {text}
@@ -33,9 +33,9 @@ Rint eint 0 1e15
 .control
 set width=250
 set nobreak
-save time v(xload.{plus}) v(xload.{minus}) v(eint)
+save time v({plus}) v({minus}) v(eint)
 tran 1e-3 {end!r} 0 {step!r} uic
-print col time v(xload.{plus})-v(xload.{minus}) v(eint)
+print col time v({plus})-v({minus}) v(eint)
 .endc
 .end
 """
@@ -45,7 +45,7 @@ def ngspice_alone(problem, seconds, step, reltol):
     """Times (s), the store's voltage, and the energy that the load has taken (J)."""
     device, shaking, load = problem.scene.modal, problem.scene.excitation, problem.circuit
     plus, minus = load.smoothing_nodes
-    load_plus, load_minus = re.search(r"(?m)^rload\s+(\S+)\s+(\S+)", load.text.lower()).groups()
+    load_plus, load_minus = by_name(load.parts)["rload"].nodes
     deck = DECK.format(
         force=device.mass * shaking.acceleration_amplitude,
         f=shaking.frequency,
@@ -54,8 +54,6 @@ def ngspice_alone(problem, seconds, step, reltol):
         compliance=1.0 / device.stiffness,
         theta=device.coupling,
         Cp=device.capacitance,
-        name=load.name,
-        parameters=" ".join(f"{key}={value!r}" for key, value in load.parameters.items()),
         text=load.text,
         reltol=reltol,
         plus=plus,

@@ -59,7 +59,7 @@ def alone(device, load, periods, reltol, steps, method):
     given = device | {"force": device["M"] * G * device["g"]}
     begin = time.perf_counter()
     try:
-        power = mean_power(given, load.name, load.parameters, load.text, periods - 2, reltol, steps, method)
+        power = mean_power(given, load.text, periods - 2, reltol, steps, method)
     except SystemExit:
         return None
     return power, time.perf_counter() - begin

@@ -16,7 +16,6 @@ Etransformer b3 b4 p 0 {theta!r}
 Vspeed b4 0 0
 Ftransformer 0 p Vspeed {theta!r}
 Cp p 0 {Cp!r}
-Xload p 0 {name} {parameters}
 {text}
 .options method={method} reltol={reltol!r}
 .save @r.xload.rload[p]
@@ -29,18 +28,17 @@ meas tran power AVG @r.xload.rload[p]
 """
 
 
-def mean_power(device, name, parameters, text, periods, reltol, steps, method="gear maxord=2"):
+def mean_power(device, text, periods, reltol, steps, method="gear maxord=2"):
     """Mean power (W) of the load in two periods of the drive, after so many from rest.
 
-    device: M (kg), k (N/m), c (N s/m), theta (N/V), Cp (F), force (N) and f (Hz).  The load is the subcircuit ``name``
-    of the ``text`` with these ``parameters``; ``steps`` are those of a period at least.
+    device: M (kg), k (N/m), c (N s/m), theta (N/V), Cp (F), force (N) and f (Hz).  The ``text`` is that of the load
+    between p and 0; ``steps`` are those of a period at least.
 
     Raises SystemExit where ngspice fails.
     """
     period = 1.0 / device["f"]
-    given = device | {"compliance": 1.0 / device["k"], "name": name, "text": text, "reltol": reltol}
+    given = device | {"compliance": 1.0 / device["k"], "text": text, "reltol": reltol}
     given["method"] = method
-    given["parameters"] = " ".join(f"{key}={value!r}" for key, value in parameters.items())
     times = {"step": period / steps, "begin": periods * period, "end": (periods + 2) * period}
     deck = MESH.format(**given, **times)
     done = subprocess.run(["ngspice", "-b", "/dev/stdin"], input=deck, capture_output=True, text=True, check=False)

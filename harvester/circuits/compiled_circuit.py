@@ -16,8 +16,8 @@ from harvester.circuits.circuit_batch import MASS_ROWS, MORE_SUMS, advance_circu
 from harvester.circuits.circuit_path import CircuitPath, trace_circuit
 from harvester.circuits.modes_with_circuit import advance_modal_circuit, modal_circuit_mid_drift
 from harvester.circuits.newton import Solver
-from harvester.circuits.parts import CircuitPart, parts_of
 from harvester.circuits.reduction import Reduction
+from harvester.circuits.semiconductors import ROOM
 from harvester.circuits.solvability import check_parts, check_size
 from harvester.circuits.stamps import stamp, value_of
 from harvester.circuits.substeps import CIRCUIT, DID, GAMMA, LEVELS, N_VOLTAGES, KernelCircuit, follow
@@ -29,6 +29,7 @@ from harvester.mechanics.kernels.moments import Moments, from_path
 from harvester.mechanics.kernels.shaking import Filter
 from harvester.mechanics.kernels.trajectory_batch import Batch, Schedule
 from harvester.netlists.load_circuit import LoadCircuit
+from harvester.netlists.part import CircuitPart, UnservedError, by_name
 
 TYPICAL = 0.1  # nondimensional step: which pivots a reduction takes is decided there
 TOLERANCE, RINGING = 0.03, 0.002  # of a charge's size: what the two orders of a step may differ by; with coils
@@ -68,14 +69,16 @@ class CompiledCircuit:
         tolerance: float = TOLERANCE,
     ) -> None:
         self.load, self.scales, self.tolerance = load, scales, tolerance
-        parts = {part.name: part for part in (parts_of(load) if elements is None else elements)}
+        parts = by_name(load.parts if elements is None else elements)
+        if any(value != ROOM for value in load.settings.values()):
+            raise UnservedError(f"netlist {load.name} sets a temperature other than {ROOM:g} degrees Celsius")
         check_parts(parts.values())
         check_size(parts.values())
         self.system = system_of(parts, scales.capacitance)
         rload, store = parts["rload"], parts.get("csmooth")
-        self.resistance = value_of(rload, "r", "resistance")
+        self.resistance = value_of(rload)
         across = self.system.across
-        read_out = [across("p", "0"), across(*store.nodes[:2]) if store is not None else {}, across(*rload.nodes[:2])]
+        read_out = [across("p", "0"), across(*store.nodes) if store is not None else {}, across(*rload.nodes)]
         self.reduction = Reduction(self.system, read_out, self._tau(TYPICAL))
         self._arrays: dict[float, tuple[Any, ...]] = {}
 

@@ -8,9 +8,11 @@ computed once; of c ? a : b only the branch taken is computed.
 
 from dataclasses import dataclass, field
 
-from harvester.circuits.expression import Node
+from harvester.netlists.expression_tree import Node
 
 Derivatives = dict[int, str]  # the name of each derivative by the number of its input
+LARGEST_EXPONENT = 227.9559242064523  # ln(1e99), beyond which ngspice's exp does not grow
+_AGAINST_ZERO = {"gt": ">", "lt": "<", "ge": ">=", "le": "<=", "eq": "==", "ne": "!="}
 
 
 @dataclass
@@ -34,7 +36,8 @@ class Writer:
         if node.operation == "state":
             return f"s[{node.index}]", {}
         if node not in self._known:
-            self._known[node] = self._branches(node) if node.operation == "?" else self._operation(node)
+            write = {"?": self._branches, "pwl": self._table}.get(node.operation, self._operation)
+            self._known[node] = write(node)
         return self._known[node]
 
     def line(self, text: str) -> str:
@@ -63,6 +66,15 @@ class Writer:
                 product = inner if by_this == "1.0" else by_this if inner == "1.0" else f"{by_this}*{inner}"
                 total.setdefault(index, []).append(product)
         return value, {k: some[0] if some == ["1.0"] else self.line(" + ".join(some)) for k, some in total.items()}
+
+    def _table(self, node: Node) -> tuple[str, Derivatives]:
+        """A table, whose points are arguments one after the other."""
+        x, inner = self.write(node.arguments[0])
+        first, points = len(self.constants), len(node.arguments) // 2
+        self.constants += [argument.value for argument in node.arguments[1:]]
+        value = self.line(f"table_at({x}, p, {first}, {points})")
+        slope = self.line(f"table_slope({x}, p, {first}, {points})")
+        return value, {k: slope if name == "1.0" else self.line(f"{slope}*{name}") for k, name in inner.items()}
 
     def _branches(self, node: Node) -> tuple[str, Derivatives]:
         condition, outer, branches = self.write(node.arguments[0])[0], self.indent, []
@@ -95,7 +107,6 @@ def _rule(operation: str, a: str, b: str) -> tuple[str, list[str | None]]:
         "-": (f"{a} - {b}", ["1.0", "-1.0"]),
         "*": (f"{a} * {b}", [b, a]),
         "/": (f"{a} / fudged({b})", [f"1.0 / fudged({b})", f"-$z / fudged({b})"]),
-        "%": (f"math.fmod({a}, {b})", ["1.0", None]),
         "and": (f"1.0 if {a} != 0.0 and {b} != 0.0 else 0.0", [None, None]),
         "or": (f"1.0 if {a} != 0.0 or {b} != 0.0 else 0.0", [None, None]),
         "min": (f"min({a}, {b})", [f"1.0 if {a} < {b} else 0.0", f"0.0 if {a} < {b} else 1.0"]),
@@ -112,24 +123,30 @@ def _rule(operation: str, a: str, b: str) -> tuple[str, list[str | None]]:
         "negative": (f"-{a}", "-1.0"),
         "not": (f"1.0 if {a} == 0.0 else 0.0", None),
         "abs": (f"abs({a})", f"1.0 if {a} >= 0.0 else -1.0"),
-        "exp": (f"math.exp(min({a}, 500.0))", "$z"),
+        "exp": (f"math.exp(min({a}, {LARGEST_EXPONENT!r}))", "$z"),
         "ln": (f"math.log(max({a}, 1e-300))", f"1.0 / max({a}, 1e-300)"),
         "log10": (f"math.log10(max({a}, 1e-300))", f"0.4342944819032518 / max({a}, 1e-300)"),
         "sqrt": (f"math.sqrt(max({a}, 0.0))", "0.5 / max($z, 1e-150)"),
         "sin": (f"math.sin({a})", f"math.cos({a})"),
         "cos": (f"math.cos({a})", f"-math.sin({a})"),
         "tan": (f"math.tan({a})", "1.0 + $z * $z"),
+        "asin": (f"math.asin(min(max({a}, -1.0), 1.0))", f"1.0 / math.sqrt(max(1.0 - {a} * {a}, 1e-300))"),
+        "acos": (f"math.acos(min(max({a}, -1.0), 1.0))", f"-1.0 / math.sqrt(max(1.0 - {a} * {a}, 1e-300))"),
+        "asinh": (f"math.asinh({a})", f"1.0 / math.sqrt({a} * {a} + 1.0)"),
+        "acosh": (f"math.acosh(max({a}, 1.0))", f"1.0 / math.sqrt(max({a} * {a} - 1.0, 1e-300))"),
+        "atanh": (f"math.atanh(min(max({a}, -ALMOST), ALMOST))", f"1.0 / max(1.0 - {a} * {a}, 1e-300)"),
         "atan": (f"math.atan({a})", f"1.0 / (1.0 + {a} * {a})"),
         "tanh": (f"math.tanh({a})", "1.0 - $z * $z"),
         "sinh": (f"math.sinh({a})", f"math.cosh({a})"),
         "cosh": (f"math.cosh({a})", f"math.sinh({a})"),
-        "u": (f"1.0 if {a} > 0.0 else 0.0", None),
+        "u": (f"0.5 if {a} == 0.0 else 1.0 if {a} > 0.0 else 0.0", None),
+        "u2": (f"min(max({a}, 0.0), 1.0)", f"1.0 if 0.0 < {a} < 1.0 else 0.0"),
         "uramp": (f"max({a}, 0.0)", f"1.0 if {a} > 0.0 else 0.0"),
-        "sign": (f"math.copysign(1.0, {a}) if {a} != 0.0 else 0.0", None),
+        "sgn": (f"math.copysign(1.0, {a}) if {a} != 0.0 else 0.0", None),
+        **{f"{word}0": (f"1.0 if {a} {sign} 0.0 else 0.0", None) for word, sign in _AGAINST_ZERO.items()},
         "floor": (f"math.floor({a})", None),
         "ceil": (f"math.ceil({a})", None),
-        "int": (f"math.trunc({a})", None),
-        "nint": (f"math.floor({a} + 0.5)", None),
+        "nint": (f"float(round({a}))", None),
     }
     text, slope = unary[operation]
     return text, [slope]

@@ -35,7 +35,8 @@ from numba import carray
 
 from harvester.circuits.junctions import diode
 from harvester.circuits.newton_parts import (
-    DAMPED, MOST_ITERATIONS, RELATIVE, SIGNATURE, fudged, limited, power_slope, solve_dense,
+    ALMOST, DAMPED, MOST_ITERATIONS, RELATIVE, SIGNATURE, fudged, limited, power_slope, solve_dense, table_at,
+    table_slope,
 )
 from harvester.mechanics.kernels.compiled import c_function
 

@@ -8,6 +8,7 @@ from harvester.mechanics.kernels.compiled import inlined
 
 MOST_ITERATIONS = 60
 DAMPED = 12  # iterations after which most go a part of the way only, as they may go round between two branches
+ALMOST = 1.0 - 1e-15  # below 1, as far as an inverse function is computed
 LARGEST = 1e9  # factor of an elimination, in equations of like size
 RELATIVE = 1e-6  # of a current or voltage, that its function and its tangent may differ by
 _POINTER = types.CPointer(types.float64)
@@ -36,6 +37,33 @@ def limited(v, w, thermal, knee, breakdown, reverse, reverse_knee):
 def power_slope(a, b):
     """The derivative of |a|^b by a, over b."""
     return math.copysign(max(abs(a), 1e-300) ** (b - 1.0), a)
+
+
+@inlined
+def table_segment(x, p, first, points):
+    """Which segment of a table x0, y0, x1, y1, ... that begins at p[first] x is in; the first and last go on."""
+    low, high = 0, points - 2
+    while low < high:
+        middle = (low + high + 1) // 2
+        if x < p[first + 2 * middle]:
+            high = middle - 1
+        else:
+            low = middle
+    return first + 2 * low
+
+
+@inlined
+def table_slope(x, p, first, points):
+    """The slope of a table at x."""
+    k = table_segment(x, p, first, points)
+    return (p[k + 3] - p[k + 1]) / (p[k + 2] - p[k])
+
+
+@inlined
+def table_at(x, p, first, points):
+    """The value of a table at x."""
+    k = table_segment(x, p, first, points)
+    return p[k + 1] + (p[k + 3] - p[k + 1]) / (p[k + 2] - p[k]) * (x - p[k])
 
 
 @inlined

@@ -14,13 +14,14 @@ import numpy as np
 from harvester.arrays import Floats
 from harvester.circuits.circuit_path import CircuitPath
 from harvester.circuits.compiled_circuit import CompiledCircuit
-from harvester.circuits.expression import Node, value_of
 from harvester.circuits.junctions import diode
-from harvester.circuits.parts import CircuitPart, parts_of
-from harvester.circuits.stamps import stamp
+from harvester.circuits.stamps import stamp, value_of
 from harvester.circuits.system import System
 from harvester.errors import InputError
 from harvester.mechanics.kernels.compiled import interpreted
+from harvester.netlists.expression_tree import Node
+from harvester.netlists.folding import constant_of
+from harvester.netlists.part import CircuitPart, by_name
 from harvester.netlists.probes import Probe
 
 
@@ -35,7 +36,7 @@ def probed(circuit: CompiledCircuit, path: CircuitPath, probes: tuple[Probe, ...
         return np.empty((0, len(path.samples)))
     assert path.states is not None, "a path that is probed keeps its states"
     unknowns, system = circuit.unknowns(path.states), circuit.system
-    parts = {part.name: part for part in parts_of(circuit.load)}
+    parts = by_name(circuit.load.parts)
     none = np.zeros(len(unknowns))
     series = {"time": none}
 
@@ -46,8 +47,7 @@ def probed(circuit: CompiledCircuit, path: CircuitPath, probes: tuple[Probe, ...
         if f"i({part.name})" in system.unknowns:
             return unknowns[:, system.unknowns[f"i({part.name})"]]
         if part.kind == "r":
-            conductance = part.options.get("m", 1.0) / (part.number(part.words[0]) if part.words else np.inf)
-            return (voltage(part.nodes[0]) - voltage(part.nodes[1])) * conductance
+            return (voltage(part.nodes[0]) - voltage(part.nodes[1])) / value_of(part)
         raise InputError(
             f"`probe` must go with engine 'spice' for the current or power of {part.name}: engine 'compiled' tells "
             "those of resistors, coils and sources of voltage, and all voltages"
@@ -55,8 +55,7 @@ def probed(circuit: CompiledCircuit, path: CircuitPath, probes: tuple[Probe, ...
 
     for probe in probes:
         for name in (probe.plus, probe.minus):
-            node = name.removeprefix("xload.")
-            series[name] = voltage("0" if node == circuit.load.ground else node) if name else none
+            series[name] = voltage(name) if name else none
         if probe.factor:
             element = probe.factor.partition(".xload.")[2].partition("[")[0]
             series[probe.factor] = current(parts[element])
@@ -86,7 +85,7 @@ def powers_of_elements(circuit: CompiledCircuit, states: Floats) -> dict[str, Fl
     whole, y, powers = circuit.system, circuit.unknowns(states), dict[str, Floats]()
     ns, n, many, _ = circuit.sizes
     w, switched = y @ whole.vectors([row for row, _ in whole.inputs]).T, states[:, ns + n : ns + n + many]
-    parts, before = {part.name: part for part in parts_of(circuit.load)}, 0
+    parts, before = by_name(circuit.load.parts), 0
     for part in parts.values():
         alone = System(whole.capacitance, dict(whole.unknowns), inputs=[*whole.inputs], owners=dict(whole.owners))
         alone.switches = whole.switches[:before]
@@ -113,4 +112,4 @@ def _value(tree: Node, w: Floats, switches: Floats) -> Floats:
         leaves = {"input": w, "state": switches}
         return leaves[tree.operation][:, tree.index] if tree.operation in leaves else np.full(len(w), tree.value)
     values = (_value(argument, w, switches) for argument in tree.arguments)
-    return np.asarray(np.vectorize(partial(value_of, tree.operation), otypes=[float])(*values))
+    return np.asarray(np.vectorize(partial(constant_of, tree.operation), otypes=[float])(*values))

@@ -2,11 +2,11 @@
 
 from collections.abc import Iterable, Iterator
 
-from harvester.circuits.parts import CircuitPart, UnservedError, parts_of
-from harvester.circuits.stamps import stamp, value_of
+from harvester.circuits.stamps import stamp
 from harvester.circuits.system import System
 from harvester.errors import InputError
 from harvester.netlists.load_circuit import LoadCircuit
+from harvester.netlists.part import INSIDE, CircuitPart, UnservedError
 
 MOST_NODES = 150
 _NO_PATH = "ik"  # kinds that connect no nodes: a current source forces its current through the others
@@ -33,12 +33,8 @@ class _Groups:
 
 
 def check_solvable(load: LoadCircuit) -> None:
-    """As `check_parts`, whatever engine computes the circuit; what cannot be read here is left to ngspice."""
-    try:
-        parts = parts_of(load)
-    except InputError:
-        return
-    check_parts(parts)
+    """As `check_parts`, whatever engine computes the circuit."""
+    check_parts(load.parts)
 
 
 def check_size(parts: Iterable[CircuitPart]) -> None:
@@ -53,7 +49,7 @@ def check_size(parts: Iterable[CircuitPart]) -> None:
 
 
 def check_parts(parts: Iterable[CircuitPart]) -> None:
-    """Raise InputError for elements without a path to the piezo, loops of sources of voltage, and an Rload of 0."""
+    """Raise InputError for elements without a path to the piezo, loops of sources of voltage."""
     paths, sources = _Groups(), _Groups()
     paths.join("p", "0")
     parts = list(parts)
@@ -74,24 +70,14 @@ def check_parts(parts: Iterable[CircuitPart]) -> None:
         for node in part.nodes:
             if paths.of(node) != paths.of("0"):
                 raise InputError(
-                    f"{part.where} must have a path to the piezo, but its node {node!r} has none: connect it by an "
-                    "element"
+                    f"{part.where} must have a path to the piezo, but its node {node.removeprefix(INSIDE)!r} has none: "
+                    "connect it by an element"
                 )
-        if part.name == "rload" and _is_shorted(part):
-            raise InputError("netlist element rload must be above 0 ohm, but is 0, where no power goes to it")
-
-
-def _is_shorted(resistor: CircuitPart) -> bool:
-    """Whether a resistance is 0; a value that cannot be read here is left to ngspice."""
-    try:
-        return value_of(resistor, "r", "resistance") == 0.0
-    except InputError:
-        return False
 
 
 def sets_voltage(part: CircuitPart) -> bool:
     """Whether an element is a source of voltage."""
-    return part.kind in _SOURCES or (part.kind == "b" and part.rest.startswith("v"))
+    return part.kind in _SOURCES or (part.kind == "b" and part.form == "v")
 
 
 def unserved_parts(parts: dict[str, CircuitPart], capacitance: float = 1e-8) -> Iterator[tuple[str, str]]:

@@ -4,12 +4,10 @@ An element, a model's parameter or a form of an element that is not among them r
 """
 
 import math
-import re
 from collections.abc import Callable, Mapping
 
 from harvester.circuits import junctions
-from harvester.circuits.expression import Node, constant, operation
-from harvester.circuits.parts import CircuitPart, unserved
+from harvester.circuits.semiconductors import area_of, model_of
 from harvester.circuits.source_stamps import (
     behavioural,
     controlled_current,
@@ -21,9 +19,14 @@ from harvester.circuits.source_stamps import (
 from harvester.circuits.system import GMIN, Function, Junction, Row, Switch, System
 from harvester.circuits.transistors import Layer, add_junction, behind, bipolar, jfet, mosfet
 from harvester.errors import InputError
+from harvester.netlists.expression_tree import Node, constant, operation
+from harvester.netlists.load_circuit import effective_value
+from harvester.netlists.part import CircuitPart, unserved
 
 LEAST_RESISTANCE = 1e-3  # ohm, which ngspice takes for 0
-_DIODE = {"is", "js", "n", "rs", "cjo", "cj0", "cj", "vj", "pb", "m", "mj", "tt", "bv", "ibv", "fc", "nbv"}
+LEAST_SATURATION = 1e-28  # A, which ngspice takes for less, and for what is below 0
+STEEPEST = 0.9  # the largest grading coefficient of a diode
+_DIODE = {"is", "n", "rs", "cjo", "vj", "m", "tt", "bv", "ibv", "fc", "nbv", "area", "pj"}
 
 
 def stamp(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) -> None:
@@ -33,39 +36,29 @@ def stamp(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) -
     """
     if part.kind not in _STAMPS:
         raise unserved(part, "is an element of a kind that compiled circuits do not have")
-    if part.kind in "rcldqjm" and {"temp", "dtemp"} & part.options.keys():
-        raise unserved(part, "has a temperature of its own")
     _STAMPS[part.kind](part, system, parts)
 
 
-def value_of(part: CircuitPart, *names: str) -> float:
-    """The value of a resistor, capacitor or coil."""
-    options = part.options
-    for name in names:
-        if name in options:
-            return options[name]
-    words = part.words
-    if not words:
-        raise unserved(part, "has no value that is a number")
-    if re.match(r"[a-z_]", words[0]):
-        if words[0] in part.models:
-            raise unserved(part, "has a model, which compiled circuits know for diodes, transistors and switches only")
-        if words[0] not in part.values:
-            raise unserved(part, f"has a value that is no number: {words[0]}")
-    if "v(" in part.rest or "i(" in part.rest:
+def value_of(part: CircuitPart) -> float:
+    """The value of a resistor, capacitor or inductor, all that are side by side."""
+    if (value := effective_value(part)) is not None:
+        return value
+    if part.form:
         raise unserved(part, "has a value that depends on voltages or currents")
-    return part.number(words[0])
+    if part.number is None:
+        raise unserved(
+            part, "has a model for its value, which compiled circuits know for semiconductors and switches only"
+        )
+    raise unserved(part, "has a temperature of its own")
 
 
 def _resistor(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) -> None:
-    resistance = value_of(part, "r", "resistance") or LEAST_RESISTANCE
-    row = system.across(*part.nodes[:2])
-    system.add(row, row, part.options.get("m", 1.0) / resistance)
+    row = system.across(*part.nodes)
+    system.add(row, row, 1.0 / (value_of(part) or LEAST_RESISTANCE))
 
 
 def _capacitor(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) -> None:
-    capacitance = value_of(part, "c", "capacitance") * part.options.get("m", 1.0)
-    row = system.across(*part.nodes[:2])
+    capacitance, row = value_of(part), system.across(*part.nodes)
     if capacitance != 0.0 and row:
         charge = {k: v * capacitance for k, v in row.items()}
         start = capacitance * part.options.get("ic", 0.0)
@@ -74,49 +67,38 @@ def _capacitor(part: CircuitPart, system: System, parts: Mapping[str, CircuitPar
 
 def _inductor(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) -> None:
     branch = system.branch(part.name)
-    voltage = system.across(*part.nodes[:2])
+    voltage = system.across(*part.nodes)
     system.add(voltage, {branch: 1.0})
     system.add({branch: 1.0}, voltage)
-    inductance = _inductance(part)
+    inductance = value_of(part)
     flux: Row = {branch: inductance}
     for coupling in parts.values():
-        if coupling.kind == "k" and part.name in (names := _coupled(coupling)):
-            _coupling(coupling, system, parts)
-            other = parts[names[1] if names[0] == part.name else names[0]]
-            factor = coupling.number(coupling.words[-1])
-            flux[system.branch(other.name)] = factor * math.sqrt(abs(inductance * _inductance(other)))
-    volts = 1.0 / math.sqrt(max(abs(inductance), 1e-15) * system.capacitance)  # of a coil that rings with the piezo
+        if coupling.kind == "k" and part.name in coupling.others:
+            other = parts[next(name for name in coupling.others if name != part.name)]
+            factor = coupling.number or 0.0
+            flux[system.branch(other.name)] = factor * math.sqrt(abs(inductance * value_of(other)))
+    volts = 1.0 / math.sqrt(max(abs(inductance), 1e-15) * system.capacitance)  # of one that rings with the piezo
     system.add_charge(part.name, {branch: -1.0}, flux, volts, inductance * part.options.get("ic", 0.0))
 
 
-def _inductance(part: CircuitPart) -> float:
-    return value_of(part, "l", "inductance") / part.options.get("m", 1.0)
-
-
-def _coupled(part: CircuitPart) -> tuple[str, str]:
-    """The names of the two coils that a K element couples."""
-    words = part.words
-    if len(words) != 3:
-        raise unserved(part, "must name two coils and a factor")
-    return part.path + words[0], part.path + words[1]
-
-
 def _coupling(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) -> None:
-    for name in _coupled(part):
-        if name not in parts:
-            raise InputError(f"{part.where} must couple two coils of its subcircuit, but {name!r} is none")
+    """Nothing: the inductors that it couples have it in their fluxes."""
 
 
 def _switch(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) -> None:
-    words, by_current = part.words, part.kind == "w"
-    model = part.model(("csw",) if by_current else ("sw",), {"ron", "roff", "vt", "vh", "it", "ih"})
-    control = current_of(part, words[0], system, parts) if by_current else system.across(*map(part.node, words[:2]))
+    by_current = part.kind == "w"
+    model = model_of(part, ("csw",) if by_current else ("sw",), {"ron", "roff", "vt", "vh", "it", "ih"})
+    control = current_of(part.others[0], system) if by_current else system.across(*part.nodes[2:])
     threshold, width = (model.values.get(key, 0.0) for key in (("it", "ih") if by_current else ("vt", "vh")))
     if width < 0.0:
         raise unserved(part, "has a negative hysteresis")
+    if 0.0 in (model.values.get("ron"), model.values.get("roff")):
+        raise InputError(f"{part.where} must have a model whose Ron and Roff are not 0")
     closed, opened = 1.0 / model.values.get("ron", 1.0), 1.0 / model.values.get("roff", 1.0 / GMIN)
     row = system.across(*part.nodes[:2])
-    system.switches.append(Switch(control, threshold + width, threshold - width, "on" in words[1:]))
+    on, off = threshold + width, threshold - width
+    closed_at_first = on < 0.0 or (off <= 0.0 and part.word == "on")  # ngspice begins with all voltages at 0
+    system.switches.append(Switch(control, on, off, closed_at_first))
     state = Node("state", index=len(system.switches) - 1)
     share = operation("+", constant(opened), operation("*", state, constant(closed - opened)))
     if row:
@@ -124,23 +106,24 @@ def _switch(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart])
 
 
 def diode_law(part: CircuitPart) -> tuple[float, float]:
-    """Saturation current (A) and emission coefficient of a diode; raises as `CircuitPart.model`."""
-    model = part.model(("d",), _DIODE)
-    return model.value("is", "js", default=1e-14) * part.area, model.value("n", default=1.0)
+    """Saturation current (A) and emission coefficient of a diode; raises as `model_of`."""
+    model = model_of(part, ("d",), _DIODE)
+    saturation = model.value("is", default=1e-14) * area_of(part)
+    return max(saturation, LEAST_SATURATION), model.value("n", default=1.0)
 
 
 def _diode(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) -> None:
-    known, area = (model := part.model(("d",), _DIODE)).value, part.area
+    known, area = (model := model_of(part, ("d",), _DIODE)).value, area_of(part)
     anode, cathode = part.nodes[:2]
     anode = behind(system, anode, f"{part.name}#internal", known("rs") / area)
     saturation, emission = diode_law(part)
     thermal = emission * junctions.THERMAL
     breakdown, reverse = math.inf, known("nbv", default=known("n", default=1.0)) * junctions.THERMAL
     if "bv" in model.values:
-        ibv = known("ibv", default=1e-3) * area
+        ibv = known("ibv", default=1e-3) * part.multiplicity  # not times the area, at level 1
         breakdown = junctions.breakdown_voltage(saturation, reverse, model.values["bv"], ibv)
     layer = Layer(
-        known("cjo", "cj0", "cj") * area, known("vj", "pb", default=1.0), known("m", "mj", default=0.5),
+        known("cjo") * area, known("vj", default=1.0), min(known("m", default=0.5), STEEPEST),
         min(known("fc", default=0.5), 0.95), known("tt"),
     )  # fmt: skip
     add_junction(system, system.across(anode, cathode), Junction(thermal, saturation, breakdown, reverse), layer)

@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.circuits.expression import Node, input_of
+from harvester.netlists.expression_tree import Node, input_of
 
 GMIN = 1e-12  # S, which ngspice puts beside every junction
 Row = dict[int, float]  # coefficients by the number of the unknown, or of the equation

@@ -21,11 +21,13 @@ import math
 from collections.abc import Mapping
 from dataclasses import astuple, dataclass
 
-from harvester.circuits.expression import Node, constant, read
 from harvester.circuits.junctions import THERMAL
-from harvester.circuits.parts import CircuitPart, ModelCard, unserved
+from harvester.circuits.semiconductors import area_of, model_of
 from harvester.circuits.system import GMIN, Diode, Function, Junction, Row, System
 from harvester.errors import InputError
+from harvester.netlists.expression import SOURCES, read
+from harvester.netlists.expression_tree import Node, constant, with_leaves
+from harvester.netlists.part import CircuitPart, ModelCard, unserved
 
 _BIPOLAR = {
     *("is", "bf", "nf", "vaf", "va", "ikf", "ik", "ise", "ne", "br", "nr", "var", "vb", "ikr", "isc", "nc", "rb"),
@@ -41,6 +43,16 @@ _FIELD = """vds < 0 ? -(backward > 0 ? beta*(1 - slope*vds)*(backward < -vds ? h
                                         : -vds*(2*half*backward + half*vds)) : 0)
     : (forward > 0 ? beta*(1 + slope*vds)*(forward < vds ? half*forward*forward
                                         : vds*(2*half*forward - half*vds)) : 0)"""
+
+
+def _tree(text: str, names: Mapping[str, float | Node]) -> Node:
+    """The tree of one of the models' own formulas, of trees and numbers by their names."""
+
+    def leaf(node: Node) -> Node:
+        value = names[node.names[0]]
+        return value if isinstance(value, Node) else constant(value)
+
+    return with_leaves(read(text, "a model", SOURCES), leaf)
 
 
 @dataclass(frozen=True)
@@ -101,9 +113,11 @@ _SIDES = {"be": _Side("e", "f", "bf", 100.0, "ise", 1.5), "bc": _Side("c", "r", 
 
 def bipolar(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) -> None:
     """Add a bipolar transistor of Gummel and Poon."""
-    model, area = part.model(("npn", "pnp"), _BIPOLAR), part.area
+    model, area = model_of(part, ("npn", "pnp"), _BIPOLAR), area_of(part)
     known, p_type = model.value, model.kind == "pnp"
     nodes = zip("cbe", part.nodes[:3], strict=True)
+    if {"areab", "areac"} & part.options.keys():
+        raise unserved(part, "has an area of its base or collector")
     c, b, e = (behind(system, node, f"{part.name}#{pin}", known(f"r{pin}") / area) for pin, node in nodes)
     rows = {"be": _across(system, b, e, p_type), "bc": _across(system, b, c, p_type)}
     if not all(rows.values()):
@@ -118,13 +132,13 @@ def bipolar(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart])
     early = known("vaf", "va"), known("var", "vb")
     knees = known("ikf", "ik") * area, known("ikr") * area
     names |= {name: 1.0 / v if v else 0.0 for name, v in zip("ghkl", (*early, *knees), strict=True)}
-    names["q"] = read("1/(1 - bc*g - be*h)", part.where, names) if any(early) else constant(1.0)
+    names["q"] = _tree("1/(1 - bc*g - be*h)", names) if any(early) else constant(1.0)
     if any(knees):
-        names["q"] = read("q*(1 + sqrt(max(1 + 4*q*(f*k + r*l), 0)))/2", part.where, names)
+        names["q"] = _tree("q*(1 + sqrt(max(1 + 4*q*(f*k + r*l), 0)))/2", names)
     row = _across(system, c, e, p_type)
     if row:
         system.add(row, row, GMIN)
-        system.functions.append(Function(read("(f - r)/q", part.where, names), row))
+        system.functions.append(Function(_tree("(f - r)/q", names), row))
 
 
 def _layer(model: ModelCard, side: _Side, area: float, transit: float) -> Layer:
@@ -138,7 +152,9 @@ def _base_junction(
     part: CircuitPart, system: System, model: ModelCard, row: Row, side: _Side, area: float
 ) -> tuple[Node, Node]:
     """Add a junction of a bipolar transistor with its leakage: its voltage, and the current that it controls."""
-    known, saturation = model.value, model.value("is", default=1e-16) * area
+    known = model.value
+    again = part.options.get("area", 1.0) if side.letter == "c" else 1.0  # by which ngspice multiplies Is twice there
+    saturation = known("is", default=1e-16) * area * again
     thermal, gain = known(f"n{side.direction}", default=1.0) * THERMAL, known(side.gain, default=side.usual_gain)
     inside = known("xcjc", default=1.0) if side.letter == "c" else 1.0
     v = system.input(row, Junction(thermal, saturation))
@@ -150,14 +166,14 @@ def _base_junction(
             system, v, row, Junction(known(f"n{side.letter}", default=side.usual_leak) * THERMAL, leaked), Layer()
         )
     names: dict[str, float | Node] = {"v": v, "n": thermal, "i": saturation}
-    return v, read("v > -3*n ? i*(exp(v/n) - 1) : -i", part.where, names)
+    return v, _tree("v > -3*n ? i*(exp(v/n) - 1) : -i", names)
 
 
 def mosfet(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) -> None:
     """Add a MOSFET of Shichman and Hodges."""
     if len(part.nodes) < 4:
         raise unserved(part, "has a model of the type vdmos, a vertical MOSFET")
-    model = part.model(("nmos", "pmos"), _MOSFET)
+    model = model_of(part, ("nmos", "pmos"), _MOSFET)
     known, p_type, options = model.value, model.kind == "pmos", part.options
     many, width = options.get("m", 1.0), options.get("w", 1e-4)
     length = options.get("l", 1e-4) - 2.0 * known("ld")
@@ -184,7 +200,7 @@ def mosfet(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) 
 
 def jfet(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) -> None:
     """Add a JFET of Shichman and Hodges."""
-    model, area = part.model(("njf", "pjf"), _JFET), part.area
+    model, area = model_of(part, ("njf", "pjf"), _JFET), area_of(part)
     known, p_type = model.value, model.kind == "pjf"
     d, g, s = part.nodes[:3]
     d, s = (behind(system, node, f"{part.name}#{pin}", known(f"r{pin}") / area) for node, pin in ((d, "d"), (s, "s")))
@@ -217,9 +233,9 @@ def _add_channel(
     names = {**names, "vds": leaf(d, s), "gs": leaf(g, s), "gd": leaf(g, d)}
     for name, gate, body in (("forward", "gs", "bs"), ("backward", "gd", "bd")):
         here = {**names, "vg": names[gate], "vb": names.get(body, constant(0.0))}
-        names[name] = read(f"vg - vto {raised}", part.where, here)
+        names[name] = _tree(f"vg - vto {raised}", here)
     system.add(row, row, GMIN)
-    system.functions.append(Function(read(_FIELD, part.where, names), row))
+    system.functions.append(Function(_tree(_FIELD, names), row))
 
 
 def _add_capacitor(system: System, name: str, row: Row, capacitance: float) -> None:

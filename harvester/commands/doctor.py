@@ -75,16 +75,16 @@ def examine() -> Iterator[Requirement]:
 
 def examine_netlist(file: str) -> Iterator[str]:
     """One line for each element of a netlist: whether compiled circuits have it, and why not."""
-    from harvester.circuits.parts import parts_of
     from harvester.circuits.solvability import check_parts, check_size, unserved_parts
     from harvester.netlists.load_circuit import load_circuit
+    from harvester.netlists.part import by_name
     from harvester.scene.load import Load
     from harvester.scene.toml import load as load_scene
 
     load = Load(netlist=file if "/" in file else f"./{file}") if file.endswith(".cir") else load_scene(file).load
     if load is None or load.netlist is None:
         raise InputError(f"`file` must be a netlist, FILE.cir, or a scene with one, but {shown(file)} has none")
-    parts = {part.name: part for part in parts_of(load_circuit(load, CAPACITANCE))}
+    parts = by_name(load_circuit(load, CAPACITANCE).parts)
     served = 0
     for name, why in unserved_parts(parts):
         served += not why

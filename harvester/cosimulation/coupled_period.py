@@ -98,12 +98,11 @@ class _Path:
             after, drive = self.run(section_of(y, names, s.volts), turns * self.size)
             return flat(after, s.volts), self.means(drive)
 
-        outer = dict(zip(load.terminals, ("p", ""), strict=True)) | {"0": "", "gnd": ""}
         slow = np.zeros((4, 2 + len(names)))
         slow[0, 0] = slow[1, 1] = slow[2, 2 + names.index("p")] = 1.0
         for node, sign in zip(load.smoothing_nodes, (1.0, -1.0), strict=False):
-            if (name := outer.get(node, f"xload.{node}")) in names:
-                slow[3, 2 + names.index(name)] += sign
+            if node in names:
+                slow[3, 2 + names.index(node)] += sign
         stored = self.farads * s.volts**2 * s.frequency / (turns * self.size * self.device.h)
         swing = np.array([[0.0, 0.0, 1.0]] * 2 + [[0.0, s.volts**-2, 0.0]] * 2)
         return Settling(turn, slow, np.array([0, 0, 1, 1]), flat(section, s.volts), known, stored, stale, swing=swing)

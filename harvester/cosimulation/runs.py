@@ -177,7 +177,7 @@ def nodes_of(device: CoupledDevice, start: Start) -> dict[str, float]:
 
 def in_ngspice(voltages: dict[str, float]) -> dict[str, float]:
     """Voltages of a compiled circuit's nodes by the names that ngspice has for them; it finds those of junctions."""
-    return {name if name == "p" else f"xload.{name}": value for name, value in voltages.items() if "#" not in name}
+    return {name: value for name, value in voltages.items() if "#" not in name}
 
 
 def _blocks(drive: "Drive", burn_in: float, blocks: int, new: Floats | None) -> tuple[Floats, Floats]:

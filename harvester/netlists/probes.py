@@ -9,14 +9,13 @@ A node or an element inside a called subcircuit x1 is x1.a, or x1.d2.
 """
 
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from harvester.arrays import Floats
 from harvester.errors import InputError, invalid, unknown
 from harvester.netlists.load_circuit import LoadCircuit
-from harvester.netlists.read_lines import GROUND, NODES, Line
-from harvester.netlists.subcircuits import header_of, joined, split_subcircuits
+from harvester.netlists.part import GROUND, INSIDE, PIEZO, CircuitPart, by_name
 
 STORE = "store"
 FORM = "be store, v(NODE), v(NODE,NODE), i(ELEMENT) or p(ELEMENT)"
@@ -24,55 +23,6 @@ MANY = 100
 # The names of currents in ngspice, where they are not `i`, and kinds whose power ngspice itself knows.
 _CURRENTS = {"d": "id", "i": "current", "q": "ic", "m": "id", "j": "id"}
 _OF_NGSPICE = "qmj"
-
-
-@dataclass(frozen=True)
-class Element:
-    """An element: its name and nodes in lower case, those in a subcircuit x1 as ``x1.d2``; ground is ``0``."""
-
-    name: str
-    nodes: tuple[str, ...]
-
-    @property
-    def kind(self) -> str:
-        """The letter of its kind: d is a diode."""
-        return self.name.rpartition(".")[2][0]
-
-    @property
-    def part(self) -> str:
-        """The name of the element of the load circuit itself that it is, or that it is in."""
-        return self.name.partition(".")[0]
-
-
-def elements(load: LoadCircuit) -> list[Element]:
-    """The elements of a load circuit in their order; couplings of coils, which take nothing, are left out."""
-    lines = [Line("load", text) for text in load.text.splitlines()]
-    bodies, _ = split_subcircuits("load", [line for line in lines if line.text])
-    return list(_inside(bodies[load.name.lower()], bodies, "", {}))
-
-
-def _inside(body: list[Line], bodies: dict[str, list[Line]], path: str, outer: dict[str, str]) -> Iterator[Element]:
-    """The elements of one call of a subcircuit; ``outer`` are the nodes without, by the name of the terminal."""
-
-    def node(name: str) -> str:
-        return "0" if name in GROUND else outer.get(name, path + name)
-
-    for line in body:
-        text = joined(line.text.lower())
-        name, *call = text.split()
-        if name[0] in NODES:
-            words = text.replace("(", " ").replace(")", " ").replace(",", " ").split()[1:]
-            yield Element(path + name, tuple(map(node, words[: NODES[name[0]]])))
-        elif name[0] == "x":
-            call = [word for word in call if "=" not in word and word != "params:"]
-            inner = bodies[call[-1]]
-            terminals = [name.lower() for name in header_of(inner[0]).terminals]
-            if len(call) != len(terminals) + 1:
-                raise InputError(
-                    f"netlist: '{line.text}' must give {len(terminals)} nodes to {call[-1]}, but gives {len(call) - 1}"
-                )
-            there = dict(zip(terminals, map(node, call[:-1]), strict=True))
-            yield from _inside(inner, bodies, f"{path}{name}.", there)
 
 
 @dataclass(frozen=True)
@@ -115,24 +65,23 @@ def read_probes(texts: Iterable[str], load: LoadCircuit) -> tuple[Probe, ...]:
     distinct = {text.strip().lower(): None for text in texts}
     if len(distinct) > MANY:
         raise invalid("`probe`", f"be given at most {MANY} times", len(distinct))
-    there = elements(load)
-    return tuple(_read(text, load, there) for text in distinct)
+    return tuple(_read(text, load) for text in distinct)
 
 
 def element_powers(load: LoadCircuit) -> dict[str, list[Probe]]:
     """The power that each element of a load circuit takes, by its name: of a called subcircuit, all that is in it.
 
-    Rload and Csmooth, which are not a part of the circuit's losses, and transmission lines, whose power ngspice does
-    not tell, are left out.
+    Rload and Csmooth, which are not a part of the circuit's losses, couplings of inductors, which take nothing, and
+    transmission lines, whose power ngspice does not tell, are left out.
     """
     parts: dict[str, list[Probe]] = {}
-    for element in elements(load):
-        if element.name not in ("rload", "csmooth") and element.kind != "t":
-            parts.setdefault(element.part, []).append(_of_element("p", element.name, element, load))
+    for part in load.parts:
+        if part.name not in ("rload", "csmooth") and part.kind not in "kt":
+            parts.setdefault(part.name.partition(".")[0], []).append(_of_element("p", part.name, part))
     return parts
 
 
-def _read(text: str, load: LoadCircuit, there: list[Element]) -> Probe:
+def _read(text: str, load: LoadCircuit) -> Probe:
     if text == STORE:
         return _store(load)
     name = r"([\w.+/~-]+)"
@@ -142,16 +91,15 @@ def _read(text: str, load: LoadCircuit, there: list[Element]) -> Probe:
     kind, first, second = match.groups()
     name = f"{kind}({first}{',' + second if second else ''})"
     if kind == "v":
-        nodes = {node for element in there for node in element.nodes} | {*load.terminals, *GROUND}
-        plus, minus = (_vector(_node(name, nodes, load), load) for name in (first, second or "0"))
+        plus, minus = (_vector(_node(name, load)) for name in (first, second or "0"))
         return Probe(name, "V", plus, minus)
-    named = {element.name: element for element in there}
+    named = {name: part for name, part in by_name(load.parts).items() if part.kind != "k"}
     first = load.renamed.get(first, first)
     if first == "load" and "load" not in named:
         first = "rload"
     if first not in named:
         raise unknown(f"element of netlist {load.name}", first, named)
-    return _of_element(kind, name, named[first], load)
+    return _of_element(kind, name, named[first])
 
 
 def _store(load: LoadCircuit) -> Probe:
@@ -161,33 +109,35 @@ def _store(load: LoadCircuit) -> Probe:
             f"`probe` store must be the capacitor Csmooth of the netlist, but {load.name} has none: name a node or an "
             "element, such as p(load)"
         )
-    plus, minus = (_vector(node, load) for node in load.smoothing_nodes)
+    plus, minus = map(_vector, load.smoothing_nodes)
     return Probe(STORE, "V", plus, minus)
 
 
-def _node(name: str, nodes: set[str], load: LoadCircuit) -> str:
-    """The node of a name, which may be that of a flat netlist's net, with or without its slash."""
-    for candidate in (name, load.nets.get(name), load.nets.get(f"/{name}")):
-        if candidate in nodes:
+def _node(name: str, load: LoadCircuit) -> str:
+    """The node of a name: that of a terminal, of a flat netlist's net, with or without its slash, or one inside."""
+    if name in GROUND:
+        return load.ground
+    there = {node for part in load.parts for node in part.nodes} | {PIEZO, "0"}
+    for candidate in (load.names.get(name), load.names.get(f"/{name}"), INSIDE + name):
+        if candidate in there:
             return candidate
-    raise unknown(f"node of netlist {load.name}", name, sorted(nodes))
+    inside = [node.removeprefix(INSIDE) for node in there if node.startswith(INSIDE)]
+    raise unknown(f"node of netlist {load.name}", name, sorted({*inside, *load.names, *GROUND}))
 
 
-def _of_element(kind: str, name: str, element: Element, load: LoadCircuit) -> Probe:
+def _of_element(kind: str, name: str, part: CircuitPart) -> Probe:
     """The probe of an element's current (``kind`` i) or power (p)."""
-    path = f"@{element.kind}.xload.{element.name}"
-    if element.kind == "t":
+    if part.kind == "t":
         raise invalid("`probe`", "be of an element whose current ngspice tells, not a transmission line", name)
+    current = f"@{part.in_ngspice}[{_CURRENTS.get(part.kind, 'i')}]"
     if kind == "i":
-        return Probe(name, "A", factor=f"{path}[{_CURRENTS.get(element.kind, 'i')}]")
-    if element.kind in _OF_NGSPICE:
-        return Probe(name, "W", factor=f"{path}[p]")
-    plus, minus = (_vector(node, load) for node in element.nodes)
-    return Probe(name, "W", plus, minus, f"{path}[{_CURRENTS.get(element.kind, 'i')}]")
+        return Probe(name, "A", factor=current)
+    if part.kind in _OF_NGSPICE:
+        return Probe(name, "W", factor=f"@{part.in_ngspice}[p]")
+    plus, minus = map(_vector, part.nodes[:2])
+    return Probe(name, "W", plus, minus, current)
 
 
-def _vector(node: str, load: LoadCircuit) -> str:
-    """The vector of a node of the load in the whole circuit, where its second terminal is ground."""
-    ground = f"xload.{load.ground}" if load.ground else ""
-    outer = {load.terminals[0]: "p", load.terminals[1]: ""} | dict.fromkeys(GROUND, ground)
-    return outer.get(node, f"xload.{node}")
+def _vector(node: str) -> str:
+    """The vector of a node of the whole circuit; the second terminal is ground, which has none."""
+    return "" if node == "0" else node

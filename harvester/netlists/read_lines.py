@@ -1,22 +1,13 @@
-"""A netlist's lines and words: continued lines joined, comments taken out, included files in place.
-
-Of a line's words it says which are numbers, as ngspice writes them, and which of an element's are its nodes.
-"""
+"""A netlist's lines: continued lines joined, comments taken out, included files in place, up to the line .end."""
 
 import re
-from collections.abc import Iterator, Set
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 from harvester.errors import InputError, invalid, unknown
 from harvester.machine import files
-from harvester.quantities.units import PREFIXES
 
-# How many of the first words after an element's name are nodes that its current passes, by the letter of its kind.
-NODES = dict.fromkeys("rclvibdswefgh", 2) | {"j": 3, "q": 3, "m": 4, "t": 4}
-GROUND = ("0", "gnd")
-_SUFFIXES = {"meg" if prefix == "M" else prefix.lower(): power for prefix, power in PREFIXES.items()}
-_NO_CONTROL_NODES = ("poly", "value", "table", "vol", "cur", "{", "'")  # forms of E and G sources
 MOST_BYTES = 262_144  # of a netlist with all that it includes
 KNOWN = (".subckt", ".model", ".param", ".include", ".inc", ".lib")  # one of which every file of a netlist has
 FLAT = (".title", ".end")  # or one of these, a flat netlist
@@ -105,6 +96,9 @@ def _joined_lines(path: Path, left: list[int], included: bool) -> list[Line]:
         text = re.split(r";|//|(?:^|[\s,])\$", raw)[0].strip()
         if not text or text.startswith("*") or (number == 1 and not included and not text.startswith(".")):
             continue  # the first line of a netlist is its title
+        if text.lower() == ".end" and not included:
+            lines.append(Line(where, text))
+            break  # as ngspice does
         if text.startswith("+"):
             if not lines:
                 raise InputError(f"netlist {where} must begin with + only to continue a line, but there is none")
@@ -153,42 +147,3 @@ def _included_file(text: str, line: Line, path: Path, root: Path, chain: tuple[P
     if target in chain:
         raise invalid(f"netlist {line.where}", "include no file within itself", name)
     return target
-
-
-def ngspice_number(text: str) -> float | None:
-    """A number as ngspice writes it (2.2k, 5Meg, 1u); None for anything else."""
-    match = re.fullmatch(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?)(meg|[tgkmunpf])?[a-z]*", text.strip().lower())
-    return None if match is None else float(match[1]) * 10.0 ** _SUFFIXES[match[2] or ""]
-
-
-def net_of(name: str) -> str:
-    """The name of a net in lower case; ground is 0."""
-    return "0" if name.lower() in GROUND else name.lower()
-
-
-def places_of_nodes(line: Line, tokens: list[str], models: Set[str]) -> range:
-    """Which words of an element are its nodes, those that only control it included; ``models`` are the names of models.
-
-    Raises InputError where it has too few words.
-    """
-    count = _count_of_nodes(line.word[0], tokens, models)
-    if len(tokens) <= count:
-        raise invalid(f"netlist {line.where}", f"give {count} nodes to {tokens[0][:20]}", line.text[:60])
-    return range(1, count + 1)
-
-
-def _count_of_nodes(kind: str, tokens: list[str], models: Set[str]) -> int:
-    """How many nodes an element of a kind has."""
-    words = [word.lower() for word in tokens]
-    if kind == "x":
-        return next((k for k, word in enumerate(words) if "=" in word or word == "params:"), len(words)) - 2
-    if kind == "q":  # a model as its fifth word makes the fourth its substrate
-        return 4 if len(words) > 5 and words[4] not in models and words[5] in models else NODES[kind]
-    if kind == "m":
-        return 3 if len(words) > 4 and words[4] in models else 4
-    return 4 if kind in "egs" and _names_a_node(words[3:4]) else NODES.get(kind, 0)
-
-
-def _names_a_node(word: list[str]) -> bool:
-    """Whether the fourth word of an E, G or S is a node that controls it, and no other form's beginning."""
-    return bool(word) and not word[0].startswith(_NO_CONTROL_NODES) and "=" not in word[0]

@@ -4,18 +4,19 @@ The rectifier is what touches the piezo's electrodes: diodes that lead to two no
 sees the vibration through the rectifier's current alone.
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 from harvester.circuits.idealised import ideal_bridge
-from harvester.circuits.parts import CircuitPart, parts_of
 from harvester.circuits.stamps import diode_law
 from harvester.equations.scales import Scales
 from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
+from harvester.netlists.expression_tree import constant
 from harvester.netlists.load_circuit import LoadCircuit
+from harvester.netlists.part import CircuitPart
 
 STORE, LOAD = "csmooth", "rload"
-NO_LOAD = "1e15"  # ohm
+NO_LOAD = 1e15  # ohm
 ELECTRODES = frozenset({"p", "0"})
 
 
@@ -35,23 +36,23 @@ class Cut:
 
     def held(self, farads: float) -> list[CircuitPart]:
         """The rectifier with a capacitance between its rails that hardly changes its voltage."""
-        return [*self.rectifier, _element(STORE, self.rails, repr(farads)), _element(LOAD, self.rails, NO_LOAD)]
+        return [*self.rectifier, _element(STORE, self.rails, farads), _element(LOAD, self.rails, NO_LOAD)]
 
     def slow(self) -> list[CircuitPart]:
         """What is behind the rails, with the rails in place of the electrodes."""
         names = dict(zip(self.rails, ("p", "0"), strict=True))
-        return [_renamed(part, names) for part in self.behind]
+        return [part.renamed(names) for part in self.behind]
 
 
 def cut_behind_rectifier(load: LoadCircuit) -> Cut | None:
     """The circuit cut behind its rectifier; None where what touches the electrodes is no bridge of diodes."""
-    parts = parts_of(load)
+    parts = load.parts
     rectifier = tuple(part for part in parts if ELECTRODES & set(part.nodes))
     behind = tuple(part for part in parts if part not in rectifier)
     if [part.kind for part in rectifier] != 4 * ["d"]:
         return None
     positive, negative = _far_nodes(rectifier, 1), _far_nodes(rectifier, 0)  # at cathodes, and at anodes
-    seen = {part.node(name) for part in behind for name in _read(part)}
+    seen = {node for part in behind for node in part.nodes_read}
     if (len(positive), len(negative)) != (1, 1) or ELECTRODES & (positive | negative | seen) or positive == negative:
         return None
     return Cut(rectifier, behind, (positive.pop(), negative.pop()))
@@ -64,19 +65,19 @@ def _far_nodes(diodes: Sequence[CircuitPart], end: int) -> set[str]:
 
 def with_store(parts: Sequence[CircuitPart], farads: float) -> list[CircuitPart]:
     """The elements with another store, and no load."""
-    new = {STORE: repr(farads), LOAD: NO_LOAD}
+    new = {STORE: farads, LOAD: NO_LOAD}
     return [_element(part.name, part.nodes, new[part.name]) if part.name in new else part for part in parts]
 
 
 def held_rectifier(load: LoadCircuit, farads: float) -> list[CircuitPart]:
     """The rectifier with a store of ``farads``, and no load: what is behind that of a chip is left out."""
     cut = cut_behind_rectifier(load)
-    return with_store(parts_of(load), farads) if cut is None or is_plain_store(load) else cut.held(farads)
+    return with_store(load.parts, farads) if cut is None or is_plain_store(load) else cut.held(farads)
 
 
 def is_plain_store(load: LoadCircuit) -> bool:
     """Whether the load resistor is across the store: then the store's voltage alone is slow."""
-    nodes = {part.name: set(part.nodes[:2]) for part in parts_of(load) if part.name in (STORE, LOAD)}
+    nodes = {part.name: set(part.nodes) for part in load.parts if part.name in (STORE, LOAD)}
     return len(nodes) == 2 and nodes[STORE] == nodes[LOAD]
 
 
@@ -89,27 +90,11 @@ def plain_bridge(load: LoadCircuit, scales: Scales) -> IdealCircuit | None:
     if cut is None or cut.diode is None or load.smoothing is None or load.storage is None:
         return None
     rails = set(cut.rails)
-    if {part.name: set(part.nodes[:2]) for part in cut.behind} != {STORE: rails, LOAD: rails} or load.storage <= 0.0:
+    if {part.name: set(part.nodes) for part in cut.behind} != {STORE: rails, LOAD: rails} or load.storage <= 0.0:
         return None
     kappa = load.smoothing / scales.capacitance
     return ideal_bridge(*cut.diode, scales)._replace(kappa=kappa, mu=kappa / (load.storage * scales.frequency))
 
 
-def _element(name: str, nodes: Sequence[str], value: str) -> CircuitPart:
-    return CircuitPart(name, (nodes[0], nodes[1]), value, {}, {}, "", {})
-
-
-def _renamed(part: CircuitPart, names: Mapping[str, str]) -> CircuitPart:
-    """The element with other names of some nodes, also where its expressions name them."""
-    outer = {inside: names.get(node, node) for inside, node in part.outer.items()}
-    local = {node.removeprefix(part.path): new for node, new in names.items() if node.startswith(part.path)}
-    return replace(part, nodes=tuple(names.get(node, node) for node in part.nodes), outer={**local, **outer})
-
-
-def _read(part: CircuitPart) -> set[str]:
-    """The names of nodes in an element's expressions."""
-    import re
-
-    if part.kind not in "be":
-        return set()
-    return {name for pair in re.findall(r"v\(([^()]*)\)", part.rest) for name in re.split(r"[\s,]+", pair) if name}
+def _element(name: str, nodes: Sequence[str], value: float) -> CircuitPart:
+    return CircuitPart(name, (nodes[0], nodes[1]), constant(value), kind=name[0])

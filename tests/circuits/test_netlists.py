@@ -7,9 +7,9 @@ from threading import Barrier
 import pytest
 
 import harvester as hv
-from harvester.circuits.parts import parts_of
 from harvester.circuits.solvability import unserved_parts
 from harvester.equations.problem import Problem
+from harvester.netlists.part import by_name
 from tests.support.netlists import BRIDGE, STORE, compiled, on_plate
 
 GOOD = BRIDGE.format("BAT54") + STORE
@@ -19,16 +19,16 @@ BAD = {
     "sources in a loop": (GOOD + "V1 a m 1\nE1 m b a b 2\nB1 a b V=3", "element b1 must not close a loop of sources"),
     "across the piezo": (GOOD + "V1 p m 1\nV2 m n 2", "element v2 must not set the piezo's voltage"),
     "current source": (GOOD + "I1 q 0 1u", "element i1 must have a path to the piezo, but its node 'q' has none"),
-    "no load": (GOOD.replace("1.5Meg", "{1-1}"), "element rload must be above 0 ohm, but is 0"),
+    "no load": (GOOD.replace("1.5Meg", "{1-1}"), "board.cir line 8 must be above 0, for rload, but is 0.0"),
     "too large": (
         GOOD + "\n".join(f"R{k} x{k} x{k + 1} 1k" for k in range(200)) + "\nRend x0 p 1k",
         "is the first beyond 150 nodes",
     ),
-    "unknown function": (GOOD + "B1 a b I=bessel(v(a))", "element b1 must use functions that compiled circuits know"),
+    "unknown function": (GOOD + "B1 a b I=bessel(v(a))", "unknown function of netlist board.cir line 9 'bessel'"),
     "time": (GOOD + "B1 a b I=1u*sin(time)", "element b1 depends on the time"),
     "changing source": (GOOD + "V1 c b SIN(0 1 50)\nR1 c a 1Meg", "element v1 is a source that changes with time"),
     "transmission line": (GOOD + "T1 p n a b Z0=50 Td=1n", "element t1 is an element of a kind"),
-    "no model": (GOOD + "D9 p a nothing", "element d9 must name a model of the netlist, but 'nothing' is none"),
+    "no model": (GOOD + "D9 p a nothing", "board.cir line 9 must name a model of the netlist, but 'nothing' is none"),
     "level": (
         GOOD + "M1 p a b b x\n.model x NMOS(Level=3 Vto=1)",
         "element m1 has a model of another level than 1, or of another tnom than 27",
@@ -39,7 +39,7 @@ BAD = {
         GOOD + ".model z D(Is=1n)\n.model Z D(Is=1p)",
         "must have a name that no other model has, but is 'z'",
     ),
-    "no coil": (GOOD + "L1 p a 1m\nK1 L1 L2 0.9", "element k1 must couple two coils"),
+    "no coil": (GOOD + "L1 p a 1m\nK1 L1 L2 0.9", "element k1 must couple two inductors"),
 }
 
 
@@ -78,7 +78,7 @@ def test_a_netlist_without_a_solution_is_refused_by_every_engine_in_the_same_lin
 )
 def test_the_netlists_of_the_package_are_served(name):
     circuit = Problem.of(hv.load("examples/plate_bridge.toml").with_load(netlist=name)).circuit
-    parts = {part.name: part for part in parts_of(circuit)}
+    parts = by_name(circuit.parts)
     assert [why for _, why in unserved_parts(parts) if why] == []
 
 

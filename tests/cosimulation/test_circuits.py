@@ -13,8 +13,8 @@ from functools import cache
 import pytest
 
 from harvester.netlists.load_circuit import load_circuit, netlist_folder
-from harvester.scene.load import Load
 from harvester.scene.toml import load
+from tests.support.netlists import original
 
 pytestmark = pytest.mark.ngspice
 
@@ -36,8 +36,8 @@ def measured(name, resistance, charged, voc=VOC, w=W, settling=30, **more):
     """
     period = 2 * math.pi / w
     given = {"R": resistance, **({} if name == "resistor" else {"C": 12 * period / resistance}), **more}
-    circuit = load_circuit(Load(netlist=name, parameters=given))
-    plus, minus = re.search(r"^Rload (\w+) (\w+) ", circuit.text, re.M).groups()
+    text = original(name)
+    plus, minus = re.search(r"^Rload (\w+) (\w+) ", text, re.M).groups()
     at = {"p": "v(p)", "n": "0"}
     first, second = (at.get(node, f"v(xload.{node})") for node in (plus, minus))
     begin, end = settling * period, (settling + 10) * period
@@ -45,8 +45,8 @@ def measured(name, resistance, charged, voc=VOC, w=W, settling=30, **more):
         "a piezo at a fixed displacement amplitude",
         f"Vdrive drive 0 SIN(0 {voc!r} {w / (2 * math.pi)!r})",
         f"Cp drive p {CP!r}",
-        f"Xload p 0 {circuit.name} " + " ".join(f"{k}={v!r}" for k, v in given.items()),
-        re.sub(r"^Csmooth .*", rf"\g<0> IC={charged!r}", circuit.text, flags=re.M),
+        f"Xload p 0 {name} " + " ".join(f"{k}={v!r}" for k, v in given.items()),
+        re.sub(r"^Csmooth .*", rf"\g<0> IC={charged!r}", text, flags=re.M),
         f".options method=gear maxord=2 reltol={TOLERANCE.get(name, 1e-4)}",
         f".save {first} {second if second != '0' else ''} @r.xload.rload[p]",
         f".tran {period / 63!r} {end!r} 0 {period / 63!r} uic",

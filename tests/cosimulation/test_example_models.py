@@ -111,7 +111,6 @@ def magnet_in_ngspice(module, end):
     """Voltage of the store and displacement at the ``end`` by ngspice alone: a mass is a capacitor, a spring a coil."""
     d, coil = module.Harvester(), module.COIL
     circuit = load_circuit(module.BRIDGE)
-    given = " ".join(f"{name}={value!r}" for name, value in circuit.parameters.items())
     deck = f"""the whole device
 Bforce 0 u I={d.m * d.a!r}*cos({d.w!r}*time)
 Cmass u 0 {d.m!r} ic=0
@@ -122,7 +121,6 @@ Vsense drive c1 0
 Freaction u 0 Vsense {coil.coupling!r}
 Rcoil c1 c2 {coil.resistance!r}
 Lcoil c2 p {coil.inductance!r} ic=0
-Xload p 0 {circuit.name} {given}
 {circuit.text}
 .options method=gear maxord=2 reltol=1e-6 abstol=1e-10 vntol=1e-8 chgtol=1e-12
 .tran 2e-5 {end!r} 0 2e-5 uic

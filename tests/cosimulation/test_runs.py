@@ -27,12 +27,13 @@ GOOD = load_circuit(Load(resistance=1e6))
 
 
 def circuit(*lines):
-    return LoadCircuit("mine", "\n".join([".subckt mine p n", "Rload p n 1Meg", *lines, ".ends"]))
+    """A circuit that ngspice gets as these lines, whatever a netlist could hold."""
+    return LoadCircuit("mine", 2 * GOOD.parts, "\n".join(["r.xload.rload p 0 1Meg", "c.xload.c0 p 0 1p", *lines]))
 
 
-REFUSED = circuit("D1 p n nosuch")
-FATAL = LoadCircuit("broken", ".subckt broken p n\nRload p n 0 0 0 nonsense={\n.ends")
-HANG = circuit("Bfast x n V=sin(1e12*time)", "Rfast x y 1", "Cfast y n 1p")  # steps of a tenth of a picosecond
+REFUSED = circuit("d.xload.d1 p 0 nosuch")
+FATAL = LoadCircuit("broken", 2 * GOOD.parts, "r.xload.rload p 0 {nothing}")
+HANG = circuit("Bfast x 0 V=sin(1e12*time)", "Rfast x y 1", "Cfast y 0 1p")  # steps of a tenth of a picosecond
 
 
 def device(load, **more):

@@ -9,7 +9,7 @@ import pytest
 import harvester as hv
 from harvester.equations.problem import Problem
 from harvester.errors import InputError
-from harvester.netlists.load_circuit import load_circuit
+from harvester.netlists.load_circuit import load_circuit, netlist_folder
 from harvester.netlists.probes import read_probes
 from harvester.scene.load import Load
 from tests.support.paths import EXAMPLES
@@ -45,21 +45,32 @@ def refusal(tmp_path, text=BOARD, terminals=PINS, **keys):
     return said
 
 
-def test_a_board_is_a_subcircuit_with_a_ground_of_its_own(tmp_path):
+def lines_of(circuit):
+    """The lines that ngspice gets, without what all names begin with."""
+    return circuit.text.replace("xload.", "").splitlines()
+
+
+def test_a_board_has_a_ground_of_its_own(tmp_path):
     circuit = board(tmp_path)
-    assert circuit.text.splitlines() == [
-        ".subckt flat_board p n C=10u R=100k",
-        "D1 p net_d1_k DIODE",
-        "D2 n net_d1_k DIODE",
-        "D3 board_ground p DIODE",
-        "D4 board_ground n DIODE",
-        "Csmooth net_d1_k board_ground {C}",
-        "Rload net_d1_k board_ground {R}",
-        ".ends flat_board",
-        ".model DIODE D(Is=1n)",
+    assert lines_of(circuit) == [
+        "d.d1 p net_d1_k model1",
+        "d.d2 0 net_d1_k model1",
+        "d.d3 board_ground p model1",
+        "d.d4 board_ground 0 model1",
+        "c.csmooth net_d1_k board_ground 1e-05",
+        "r.rload net_d1_k board_ground 100000.0",
+        ".model model1 d(is=1e-09)",
     ]
-    assert (circuit.storage, circuit.smoothing_nodes) == (pytest.approx(1.0), ("net_d1_k", "board_ground"))
+    assert circuit.values == {"C": 1e-5, "R": 1e5}
+    assert circuit.storage == pytest.approx(1.0)
+    assert circuit.smoothing_nodes == ("xload.net_d1_k", "xload.board_ground")
     assert board(tmp_path, parameters={"R": 1e4}).storage == pytest.approx(0.1)
+
+
+def test_a_boards_own_parameter_called_r_is_not_the_load(tmp_path):
+    text = BOARD.replace("R1 ", ".param R=10k\nR7 /PZ_P /PZ_N {R}\nR1 ")
+    values = {part.name: part.number for part in board(tmp_path, text, resistor="R1", parameters={"R": 5e3}).parts}
+    assert (values["r7"], values["rload"]) == (1e4, 5e3)
 
 
 def test_probes_by_the_boards_own_names(tmp_path):
@@ -69,23 +80,23 @@ def test_probes_by_the_boards_own_names(tmp_path):
     assert (one.plus, one.minus) == (two.plus, two.minus) == (four.plus, four.minus)
     assert (one.plus, one.minus) == ("xload.out", "xload.board_ground")
     assert three.factor == "@r.xload.rload[i]"
-    with pytest.raises(InputError, match="did you mean 'out'"):
+    with pytest.raises(InputError, match="did you mean '/out'"):
         read_probes(["v(/OUTT)"], circuit)
 
 
 def test_nets_that_differ_in_signs_only_stay_apart(tmp_path):
     text = BOARD.replace("C1 Net-_D1-K_ GND", "R2 Net-_D1-K_ Net-(D1-K) 1k\nC1 Net-(D1-K) GND")
-    lines = board(tmp_path, text, resistor="R1").text.splitlines()
-    assert "R2 net_d1_k net_d1_k_2 1k" in lines
-    assert "Csmooth net_d1_k_2 board_ground {C}" in lines
+    lines = lines_of(board(tmp_path, text, resistor="R1"))
+    assert "r.r2 net_d1_k net_d1_k_2 1000.0" in lines
+    assert "c.csmooth net_d1_k_2 board_ground 1e-05" in lines
 
 
 def test_a_ground_that_is_an_electrode_stays_ground(tmp_path):
     text = ".title t\nD1 /IN out DIODE\nR1 out GND 1k\nR2 /IN 0 1Meg\nB1 x 0 V=v(out)*2\nR3 x 0 1k\n"
     text += ".model DIODE D(Is=1n)\n.end\n"
     circuit = board(tmp_path, text, ("/IN", "GND"), resistor="R1")
-    assert circuit.ground == ""
-    assert "B1 x n V=v(out,n)*2" in circuit.text.splitlines()
+    assert circuit.ground == "0"
+    assert "b.b1 x 0 v=(v(out) * 2.0)" in lines_of(circuit)
 
 
 def test_vendors_subcircuits_get_the_boards_ground(tmp_path):
@@ -96,21 +107,17 @@ def test_vendors_subcircuits_get_the_boards_ground(tmp_path):
         ".subckt PLAIN a b\nR1 a b 1k\n.ends\n"
     )
     text = BOARD.replace(".model", "XU1 /PZ_P Net-_D1-K_ GND OUTER\nX2 /PZ_P GND PLAIN\n" + inner + ".model", 1)
-    lines = board(tmp_path, text).text.splitlines()
-    assert "XU1 p net_d1_k board_ground board_ground OUTER" in lines
-    assert ".subckt OUTER in out gnd_pin board_ground" in lines
-    assert "X1 in out gnd_pin board_ground INNER" in lines
-    assert ".subckt INNER a b c board_ground PARAMS: g=1" in lines
-    assert "B1 b board_ground I=v(a,board_ground)*{g}*1u" in lines
-    assert "E1 d board_ground a c 2" in lines
-    assert "X2 p board_ground PLAIN" in lines
-    assert ".subckt PLAIN a b" in lines
+    lines = lines_of(board(tmp_path, text))
+    assert "b.xu1.x1.b1 net_d1_k board_ground i=((v(p,board_ground) * 1.0) * 1e-06)" in lines
+    assert "e.xu1.x1.e1 xu1.x1.d board_ground p board_ground 2.0" in lines
+    assert "r.xu1.r1 p board_ground 1000.0" in lines
+    assert "r.x2.r1 p board_ground 1000.0" in lines
 
 
 def test_supplies_are_ideal_sources(tmp_path):
     text = BOARD.replace("R1 ", "R2 +3V3 Net-_D1-K_ 1Meg\nR1 ")
-    lines = board(tmp_path, text, resistor="R1", supplies={"+3v3": "3.3 V"}).text.splitlines()
-    assert "Vsupply1 3v3 board_ground 3.3" in lines
+    lines = lines_of(board(tmp_path, text, resistor="R1", supplies={"+3v3": "3.3 V"}))
+    assert "v.vsupply1 3v3 board_ground dc 3.3" in lines
 
 
 @pytest.mark.parametrize(
@@ -138,7 +145,9 @@ def test_supplies_are_ideal_sources(tmp_path):
         (".save all", ".lib ../models.lib typ", {}, "line 2 must include a file in the netlist's folder"),
         (".save all", ".lib board.cir typ", {}, "a file with sections, but board.cir has none: .include it"),
         (".save all", ".lib typ", {}, "line 2 must name a file and a section of it"),
-        (".save all", "E1 x 0 POLY(1) /PZ_P 0 0 1", {}, "line 2 must give its polynomial as a B source"),
+        (".save all", "E1 x 0 TABLE {v(/PZ_P)} (0,0) (1,1)", {}, "line 2 must write its table or transfer function"),
+        (".save all", ".options rshunt=1Meg", {}, "unknown option in netlist board.cir line 2 'rshunt'"),
+        (".save all", ".ic v(nowhere)=1", {}, "unknown net of .ic in netlist board.cir 'nowhere'"),
         (".save all", "XU1 /PZ_P 0 NOWHERE", {}, "line 2 must call a subcircuit of this netlist"),
         (".title KiCad schematic", "*#shell touch x", {}, "must run no command"),
     ],
@@ -180,9 +189,9 @@ def test_sections_of_a_library(tmp_path):
         ".lib common\n.model DIODE D(Is=5n)\n.endl\n"
     )
     text = BOARD.replace(".model DIODE D(Is=1n)", ".lib 'models.lib' {}")
-    assert board(tmp_path, text.format("FAST")).text.splitlines()[-1] == ".model DIODE D(Is=1p)"
+    assert board(tmp_path, text.format("FAST")).text.splitlines()[-1] == ".model model1 d(is=1e-12)"
     assert "did you mean 'fast'" in refusal(tmp_path, text.format("fastt"))
-    assert board(tmp_path, text.format("slow")).text.splitlines()[-1] == ".model DIODE D(Is=5n)"
+    assert board(tmp_path, text.format("slow")).text.splitlines()[-1] == ".model model1 d(is=5e-09)"
     (tmp_path / "models.lib").write_text(".lib slow\n.lib models.lib slow\n.endl\n")
     assert "include no section within itself" in refusal(tmp_path, text.format("slow"))
 
@@ -201,14 +210,10 @@ def test_the_board_in_ngspice_is_the_flat_netlist():
     raw = re.sub(r"(?m)^(\.include|\.save|\.probe|\.tran|\.end|\.title).*\n", "", raw)
     parts = (EXAMPLES / "board_parts.lib").read_text() + ".model BAT54 D(Is=0.1u N=1 Rs=0.28 Cjo=12p M=0.3 Tt=5n)\n"
     parts = parts.replace(" gnd", " low")
-    models = "\n".join(
-        line
-        for line in Problem(hv.load(EXAMPLES / "bimorph_board.toml")).circuit.text.splitlines()
-        if "2N3904 N" in line
-    )
+    library = (netlist_folder() / "parts" / "transistors.lib").read_text()
+    models = re.search(r"(?m)^\.model 2N3904 .*\n(?:\+.*\n)*", library)[0]
     flat = f"Vd drive net_PZ_N SIN(0 8 46)\nCp drive net_PZ_P 41n\nVvcc VCC 0 3\n{raw}{parts}{models}\n"
-    circuit = Problem(hv.load(EXAMPLES / "bimorph_board.toml")).circuit
-    ours = f"Vd drive 0 SIN(0 8 46)\nCp drive p 41n\nXload p 0 {circuit.name}\n{circuit.text}\n"
+    ours = f"Vd drive 0 SIN(0 8 46)\nCp drive p 41n\n{Problem(hv.load(EXAMPLES / 'bimorph_board.toml')).circuit.text}\n"
     for text, load in ((flat, "@r4[p]"), (ours, "@r.xload.rload[p]")):
         deck = (
             f"a board\n{text}.options method=gear reltol=1e-4\n.save {load}\n.tran 0.2m 2 0 0.2m uic\n.control\nrun\n"
@@ -222,3 +227,23 @@ def test_the_board_in_ngspice_is_the_flat_netlist():
         power.append(float(found[1]))
     assert power[1] == pytest.approx(power[0], rel=0.02)
     assert power[0] > 10e-6
+
+
+def test_what_a_board_begins_with(tmp_path):
+    """An .ic card and IC= of a capacitor are the same; the latter goes first."""
+    by_card = board(tmp_path, BOARD.replace(".model", ".ic v(Net-_D1-K_)=2\n.model", 1))
+    by_key = board(tmp_path, BOARD.replace("GND 10u", "GND 10u IC=2"))
+    assert by_card.text == by_key.text
+    both = board(tmp_path, BOARD.replace("GND 10u", "GND 10u IC=1").replace(".model", ".ic v(Net-_D1-K_)=2\n.model", 1))
+    assert "ic=1.0" in both.text
+    assert "ic=2.0" not in both.text
+
+
+def test_temperatures_of_a_board(tmp_path):
+    assert board(tmp_path, BOARD.replace(".save all", ".options temp=85 reltol=1e-3")).settings == {"temp": 85.0}
+    assert board(tmp_path, BOARD.replace(".save all", ".temp {80+5}")).settings == {"temp": 85.0}
+
+
+def test_a_global_node_is_one_in_all_subcircuits(tmp_path):
+    text = BOARD.replace(".save all", ".global VCC\nR8 VCC 0 1k\nX1 /PZ_P leak\n.subckt leak a\nR1 a VCC 1Meg\n.ends")
+    assert "r.x1.r1 p vcc 1000000.0" in lines_of(board(tmp_path, text, resistor="R1"))

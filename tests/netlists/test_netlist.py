@@ -5,8 +5,9 @@ import os
 import pytest
 
 from harvester.errors import InputError
+from harvester.netlists.expression import plain_number
 from harvester.netlists.load_circuit import load_circuit, netlist_folder
-from harvester.netlists.read_lines import MOST_BYTES, ngspice_number
+from harvester.netlists.read_lines import MOST_BYTES
 from harvester.scene.load import Load
 
 GOOD = """* mine
@@ -43,15 +44,19 @@ def test_a_resistance_is_the_resistor_netlist():
 @pytest.mark.parametrize("name", sorted(p.stem for p in netlist_folder().glob("*.cir")))
 def test_every_shipped_netlist_is_read(name):
     circuit = load_circuit(Load(netlist=name))
-    assert circuit.text.lower().startswith(f".subckt {name} p n")
-    assert f"\n.ends {name}" in circuit.text.lower()
+    assert (circuit.name, circuit.topology) == (name, name)
+    assert "{" not in circuit.text
     assert circuit.resistance == (1e6 if name == "resistor" else None)
 
 
 def test_only_the_subcircuit_of_a_file_is_used(tmp_path):
     circuit = given(tmp_path, GOOD + "Vbench x 0 1\n.options interp\n.tran 1 1\n.print tran @r1[p]\n.end\n", R=2e6)
-    assert circuit.text.splitlines()[0] == ".subckt mine p n R=1Meg C=1u"
-    assert circuit.text.splitlines()[-1] == ".ends"
+    assert circuit.text.splitlines() == [
+        "d.xload.d1 p xload.a model1",
+        "r.xload.rload xload.a 0 2000000.0",
+        "c.xload.csmooth xload.a 0 1e-06",
+        ".model model1 d(is=1e-09)",
+    ]
     assert circuit.parameters == {"R": 2e6}
     assert not circuit.linear
 
@@ -65,9 +70,11 @@ def test_a_netlist_named_resistor_is_not_the_resistor(tmp_path):
     [
         ("+ ohms=5k\nRload n p {ohms}", 2e6),
         ("Rload p 0 47k ; nothing else", 47e3),
-        ("+ ohms=5k\nRload p n {2*ohms}", None),
+        ("+ ohms=5k\nRload p n {2*ohms}", 4e6),
         ("Rload p n 1k\nR2 p n 1k", None),
-        ("Rload p n 1k tc1=0.01", None),
+        ("Rload p n 1k tc1=0.01", 1e3),
+        ("Rload p n 1k tc1=0.01 dtemp=10", None),
+        ("Rload p n 6k m=2", 3e3),
         ("Rload p n 1k\nD1 p n diode\n.model diode D(Is=1n)", None),
     ],
 )
@@ -84,21 +91,26 @@ def test_what_the_subcircuit_uses_comes_along(tmp_path):
     )
     (tmp_path / "more.lib").write_text(".subckt inner a b\nR1 a b 1k\n* c\n+ tc1=0\n.ends\n.subckt unused a b\n.ends\n")
     text = 'a title\n.include "parts/diodes.lib"\n.subckt mine p n\nD1 p a fast\nX1 a b inner\nRload b n 1k\n.ends\n'
-    lines = given(tmp_path, text).text.splitlines()
-    assert lines[:5] == [".subckt mine p n", "D1 p a fast", "X1 a b inner", "Rload b n 1k", ".ends"]
-    assert lines[5:] == [
-        ".subckt inner a b",
-        "R1 a b 1k tc1=0",
-        ".ends",
-        ".model fast D(Is={leak})",
-        ".param leak=1n other=1",
+    assert given(tmp_path, text).text.splitlines() == [
+        "d.xload.d1 p xload.a model1",
+        "r.xload.x1.r1 xload.a xload.b 1000.0 tc1=0.0",
+        "r.xload.rload xload.b 0 1000.0",
+        ".model model1 d(is=1e-09)",
     ]
 
 
+def test_what_nobody_uses_is_not_read(tmp_path):
+    """A library may have what this program does not know, as long as the load does not name it."""
+    more = ".model x filesource\n.subckt far a b\nA1 a b x\n.ends\n.func f(x) {f(x)+f(x)}\n.param q={nothing}\n"
+    more = more.replace("A1 a b x", "R1 a b 1k 2k 3k")
+    assert given(tmp_path, GOOD + more).text == given(tmp_path, GOOD).text
+
+
 def test_a_parameter_of_its_own_hides_one_outside(tmp_path):
-    """The subcircuit's R is its own, so a .param R beside it stays out; one that it takes from outside comes along."""
-    assert ".param" not in given(tmp_path, GOOD + ".param R=5\n").text
-    assert given(tmp_path, GOOD.replace("R=1Meg", "") + ".param R=5\n").text.endswith(".param R=5")
+    """The subcircuit's R is its own; one that it takes from outside has the value there."""
+    assert given(tmp_path, GOOD + ".param R=5\n").values["R"] == 1e6
+    outside = given(tmp_path, GOOD.replace("R=1Meg", "") + ".param R=5\n")
+    assert [part.number for part in outside.parts if part.name == "rload"] == [5.0]
 
 
 def test_the_capacitance_of_the_piezo_is_the_default_of_cp(tmp_path):
@@ -166,7 +178,7 @@ HOSTILE = [
     (".MODEL t\n+ File_Source(x=1)", "file_source"),
     (".model cider numd level=1", "numd"),
     (".model cider\n+ nbjt level=1", "nbjt"),
-    ("D1 p n diode ic.file=x", "file"),
+    ("D2 p n diode ic.file=x", "file"),
     ("V1 p n pwl file=x", "file"),
     ("V1 p n PWLFILE x", "pwlfile"),
     ("B1 p n V=file2d(1)", "file2d"),
@@ -185,7 +197,7 @@ HOSTILE = [
     (".global p", ".global"),
     (".temp 27", ".temp"),
     (".if (1)", ".if"),
-    (".func f(x) {{f(x)+f(x)}}", ".func"),
+    (".func f(x) {{f(x)+f(x)}}\nR1 p n {{f(1)}}", "call no function f in itself"),
     (".title x", ".title"),
     (".\ninclude x", "."),
     # sources that would speak for the mass, or draw numbers without a seed
@@ -244,7 +256,6 @@ def test_the_text_of_another_file_is_never_shown(tmp_path, text):
         (".control\n" + GOOD, ".control"),
         (GOOD + ".control\nshell true\n.endc\n", ".control"),
         (GOOD + ".include ../outside.lib\n", "folder"),
-        (GOOD + ".model x filesource\n", "filesource"),
         ("* t\n+ x\n" + GOOD, "+"),
         (GOOD.encode() + b"\xff\xfe", "utf-8"),
         (b"\x7fELF\x00", "printable"),
@@ -304,7 +315,9 @@ def test_includes_count_towards_the_size(tmp_path):
         ("{R}", "'R", "quotes"),
         ("{R}", "R='R*(1+abs(v(a)))'", "constant resistance"),
         ("{R}", "R={R*time}", "constant resistance"),
-        ("R=1Meg", "R=1Meg name=2", "'name'"),
+        ("R=1Meg", "R=1Meg m=2", "no parameter m"),
+        ("R=1Meg", "R=1Meg sin=2", "'sin'"),
+        ("R=1Meg", "R=1Meg R=2Meg", "give r once"),
     ],
 )
 def test_a_circuit_that_is_no_load_is_refused(tmp_path, old, new, why):
@@ -317,7 +330,7 @@ def test_ground_may_take_the_second_terminals_place(tmp_path):
 
 def test_a_parameter_without_default_takes_the_scenes_value(tmp_path):
     text = GOOD.replace("R=1Meg C=1u", "params: C=1u R")
-    assert given(tmp_path, text, r=2e6).text.splitlines()[0] == ".subckt mine p n params: C=1u R=2000000.0"
+    assert given(tmp_path, text, r=2e6).values == {"C": 1e-6, "R": 2e6}
 
 
 def test_unknown_names_have_their_nearest_match(tmp_path):
@@ -336,7 +349,7 @@ def test_unknown_names_have_their_nearest_match(tmp_path):
     [("5Meg", 5e6), ("1u", 1e-6), ("2.2k", 2200.0), ("1e-9", 1e-9), ("1F", 1e-15), ("{R}", None), ("", None)],
 )
 def test_numbers_of_ngspice(text, value):
-    assert ngspice_number(text) == (None if value is None else pytest.approx(value))
+    assert plain_number(text) == (None if value is None else pytest.approx(value))
 
 
 def test_charging_time_of_the_smoothing_capacitor():

@@ -3,7 +3,6 @@
 import pytest
 
 import harvester as hv
-from harvester.circuits.parts import parts_of
 from harvester.netlists.load_circuit import load_circuit
 from tests.support.netlists import BRIDGE, written
 from tests.support.paths import ROOT
@@ -13,7 +12,7 @@ BODY = BRIDGE.format("BAT54") + "R7 a c 10k\nCsmooth c b 1u\nL1 c d 5\nRload d b
 
 def values(load):
     """The values of the elements of a load, by their names."""
-    return {part.name: part.number(part.words[0]) for part in parts_of(load_circuit(load)) if part.kind in "rcl"}
+    return {part.name: part.number for part in load_circuit(load).parts if part.kind in "rcl"}
 
 
 def test_an_element_is_a_parameter_by_its_name(tmp_path):

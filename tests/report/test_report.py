@@ -328,7 +328,7 @@ def test_what_a_user_gives_is_text(tmp_path):
     page = checked(text)
     assert page.text.count(NASTY) == 2  # title and heading, and in no tag
     assert page.text.count("alert(1)") == 3  # the scene file escapes it its own way
-    assert "Rload" in page.text
+    assert "rload" in page.text
     assert "<script" not in text and "onerror=alert(2)>" not in text
 
 

@@ -25,14 +25,13 @@ def both(name):
     text, (plus, minus), end, step = CASES[name]
     one = hv.loads(text)
     problem = Problem.of(one)
-    circuit, given = problem.circuit, problem.circuit.parameters
+    circuit = problem.circuit
     exported = part(problem, "device")
     options = re.search(r"^\*   (\.options .*)$", exported, re.MULTILINE)[1]
     if name == "chip":  # as the file says for a circuit that switches
         options = options.replace("reltol=1e-5", "reltol=1e-4")
-    values = " ".join(f"{key}={value!r}" for key, value in given.items())
     lines = ["bench", exported, circuit.text, "Xbase acc device_base", "Xdevice p 0 acc x device"]
-    lines += [f"Xload p 0 {circuit.name} {values}", options, f".save v(p) v(xload.{plus}) v(xload.{minus})"]
+    lines += [options, f".save v(p) v(xload.{plus}) v(xload.{minus})"]
     lines += [f".tran {max(step, 5e-5)} {end} 0 {step} uic", ".control", "set nobreak", "set width=150", "run"]
     lines += ["linearize v(p) " + f"v(xload.{plus}) v(xload.{minus})"]
     lines += [f"print col time v(p) v(xload.{plus})-v(xload.{minus})", ".endc", ".end"]

@@ -78,18 +78,6 @@ def place(name, node, text=""):
     return f"{name}:{node.lineno}: {text or ast.unparse(node)[:100]}"
 
 
-def lines_of_code():
-    """Lines that hold more than blanks, comments and docstrings."""
-    silent = defaultdict(set)
-    for name, node in walked(ast.Expr):
-        if isinstance(node.value, ast.Constant):
-            silent[name].update(range(node.lineno, node.end_lineno + 1))
-    for name in parsed():
-        for number, line in enumerate((ROOT / name).read_text().splitlines(), 1):
-            if line.strip() and not line.lstrip().startswith("#") and number not in silent[name]:
-                yield f"{name}:{number}: {line}"
-
-
 def functions_of_many_branches():
     """Functions and methods with a cyclomatic complexity above 15, as radon counts it."""
     for name, tree in parsed().items():
@@ -279,7 +267,6 @@ def vague_names():
 
 
 MEASURES = {
-    "lines of code": lines_of_code,
     "functions above 15 branches": functions_of_many_branches,
     "functions above 12 parameters": functions_of_many_parameters,
     "base names of several files": names_of_several_files,

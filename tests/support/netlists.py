@@ -3,6 +3,7 @@
 import harvester as hv
 from harvester.circuits.compiled_circuit import CompiledCircuit
 from harvester.equations.problem import Problem
+from harvester.netlists.load_circuit import netlist_folder
 
 PLATE = hv.Scene(
     oscillator=hv.Oscillator(mass="40 g", stiffness=16.0, damping=6.4e-3),
@@ -18,6 +19,15 @@ def written(folder, body, name="board"):
     path = folder / f"{name}.cir"
     path.write_text(f"* a board\n.subckt {name} p n\n{body}\n.ends {name}\n")
     return str(path)
+
+
+def original(name):
+    """The text of one of the package's subcircuits and of all parts as it stands in the files, for ngspice alone."""
+    folder = netlist_folder()
+    lines = (folder / f"{name}.cir").read_text().splitlines()
+    first = next(k for k, line in enumerate(lines) if line.startswith(f".subckt {name} "))
+    last = next(k for k, line in enumerate(lines) if line.startswith(f".ends {name}"))
+    return "\n".join([*lines[first : last + 1], *(path.read_text() for path in sorted(folder.glob("parts/*.lib")))])
 
 
 def on_plate(folder, body, name="board"):

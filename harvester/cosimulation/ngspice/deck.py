@@ -1,15 +1,15 @@
 """The whole circuit that ngspice runs: the piezo, the load, the integration rule, and the vectors that are saved."""
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from harvester.cosimulation.lockstep.state import VECTORS
 from harvester.mechanics.kernels.ngspice_rule import rule_weight
+from harvester.netlists.for_ngspice import lines_for_ngspice
 from harvester.netlists.load_circuit import LoadCircuit
 
 REST = (0.0, 0.0, 0.0)
-TEMPERATURE = "temp=27 tnom=27"  # of all parts and of their models' parameters, in degrees Celsius
+TEMPERATURES = {"temp": 27.0, "tnom": 27.0}  # of all parts and of their models' parameters, in degrees Celsius
 SOME_CAPACITANCE = 1e-4  # F: times the signal's size the charge that the tolerances of a coil's circuit go by
 CURRENT, FLUX = 1e-3, 1e-7  # of a coil: A of a volt at node z, and the capacitor (F) that has the flux
 ROUNDING = 1e-11  # of a voltage: the last digits of a difference of two nodes, over the least usual tolerance
@@ -109,10 +109,8 @@ def whole_deck(
     `build_deck`.
     """
     step, duration = times
-    parameters = " ".join(f"{name}={value!r}" for name, value in sorted(load.parameters.items()))
-    elements = [".title harvester", *source, f"Xload p 0 {load.name} {parameters}".rstrip()]
-    outer = dict(zip(load.terminals, ("p", "0"), strict=True)) | {"0": "0", "gnd": "0"}
-    smooth = [outer.get(node, f"xload.{node}") for node in load.smoothing_nodes] or ["", ""]
+    elements = [".title harvester", *source]
+    smooth = load.smoothing_nodes or ("", "")
     vectors = ("time", "p", "@r.xload.rload[p]", "vdrive#branch", *smooth)
     if nodes:
         elements.append(".ic " + " ".join(f"v({name})={value!r}" for name, value in nodes.items()))
@@ -121,10 +119,10 @@ def whole_deck(
     if keeps:
         saved = ["all", "@r.xload.rload[p]"]
     saved = list(dict.fromkeys([*saved, *(name if name.startswith("@") else f"v({name})" for name in probes)]))
-    text = re.sub(r"(?im)^(csmooth\b.*)$", rf"\1 ic={charge!r}", load.text) if charge else load.text
+    temperatures = "".join(f" {name}={value!r}" for name, value in (TEMPERATURES | load.settings).items())
     cards = [
-        text,
-        f"{options} {TEMPERATURE}",
+        "\n".join(lines_for_ngspice(load.parts, {"csmooth": charge})) if charge else load.text,
+        f"{options}{temperatures}",
         f".save {' '.join(saved)}",
         f".tran {step!r} {duration!r} 0 {step!r} uic",
         ".end",

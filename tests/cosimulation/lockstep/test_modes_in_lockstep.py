@@ -94,8 +94,6 @@ def _one_netlist(scene, begin, end, step):
             f"Vspeed{k} e{k} 0 0",
             f"Fpiezo{k} 0 p Vspeed{k} {coupling!r}",
         ]
-    values = " ".join(f"{key}={value!r}" for key, value in circuit.parameters.items())
-    lines += [f"Xload p 0 {circuit.name} {values}"]
     lines += [".options method=trap reltol=1e-6 abstol=1e-14 vntol=1e-9 chgtol=1e-17"]
     lines += [".save @r.xload.rload[p]", f".tran {step} {end} {begin} {step} uic", ".control", "run"]
     lines += [f"meas tran found AVG @r.xload.rload[p] from={begin} to={end}", ".endc", ".end"]

@@ -98,7 +98,6 @@ def whole(load, drive):
         f"Rdamping a b {-EQS.c1 * s.mass * s.frequency / s.coupling**2!r}",
         f"Cspring b p {s.coupling**2 / stiffness!r}",
         f"Cp p 0 {s.capacitance!r}",
-        f"Xload p 0 {circuit.name} " + " ".join(f"{k}={v!r}" for k, v in circuit.parameters.items()),
         circuit.text,
         ".options method=gear maxord=2 reltol=1e-6 abstol=1e-14 vntol=1e-8 chgtol=1e-17",
         ".save v(p) @r.xload.rload[p]",

@@ -57,7 +57,6 @@ Etransformer b3 b4 p 0 1e-3
 Vspeed b4 0 0
 Ftransformer 0 p Vspeed 1e-3
 Cp p 0 50.2e-9
-Xload p 0 bridge R=1e9 C=1e-6
 {text}
 .options method=gear maxord=2 reltol=1e-6
 .tran 1m 8 0 1m uic

@@ -1,0 +1,112 @@
+"""Cards of a bench or a board: which a netlist may have, and what of them holds for the circuit."""
+
+import re
+from dataclasses import dataclass, field
+
+from harvester.errors import invalid, unknown
+from harvester.netlists.expression_tree import Node
+from harvester.netlists.read_lines import Line
+from harvester.netlists.words import Words
+
+DEFINITIONS = (".subckt", ".ends", ".model", ".param", ".func", ".include")  # cards that a load circuit may have
+PARAMETERS = (".param", ".params", ".parameter")
+BENCH = (".tran", ".options", ".option", ".opt", ".temp", ".print", ".plot", ".meas", ".measure", ".save", ".ic",
+         ".nodeset", ".title", ".end")  # fmt: skip
+BOARD = (*BENCH, ".probe", ".op", ".ac", ".dc", ".global")  # what a schematic has beside its elements
+# Options that act on how ngspice computes or what it prints: this program sets those that matter itself.
+_NUMERICAL = frozenset(
+    [
+        "reltol",
+        "abstol",
+        "vntol",
+        "chgtol",
+        "trtol",
+        "pivtol",
+        "pivrel",
+        "itl1",
+        "itl2",
+        "itl3",
+        "itl4",
+        "itl5",
+        "itl6",
+        "method",
+        "maxord",
+        "xmu",
+        "interp",
+        "savecurrents",
+        "noacct",
+        "acct",
+        "list",
+        "node",
+        "nopage",
+        "noinit",
+        "nomod",
+        "opts",
+        "numdgt",
+        "cptime",
+        "limpts",
+        "lvltim",
+        "post",
+        "probe",
+        "filetype",
+        "plotwinsize",
+        "warn",
+        "noopiter",
+        "steps",
+        "srcsteps",
+        "keepopinfo",
+        "seedinfo",
+        "autostop",
+        "minbreak",
+        "maxwarns",
+        "klu",
+        "sparse",
+        "rawfile",
+        "",
+        "acout",
+        "rawfmt",
+        "measdgt",
+    ]
+)
+TEMPERATURES = ("temp", "tnom")
+_VOLTAGE = re.compile(r"v\(\s*([^\s(),]+)\s*\)\s*=\s*(\{[^}]*\}|'[^']*'|[^\s,]+)")
+
+
+@dataclass
+class Settings:
+    """What cards set for the whole circuit.
+
+    ``options`` are the temperatures (``temp``, ``tnom``), ``initial`` the voltages of .ic cards by the nodes' names,
+    and ``everywhere`` the names of nodes that .global cards make one in all subcircuits.
+    """
+
+    options: dict[str, Node] = field(default_factory=dict)
+    initial: dict[str, Node] = field(default_factory=dict)
+    everywhere: set[str] = field(default_factory=set)
+
+    def add(self, line: Line, board: bool, inside: bool) -> None:
+        """Take from a card what holds for the circuit; refuse one that is not known, or stands inside a subcircuit."""
+        where, word = f"netlist {line.where}", line.word
+        if word not in (BOARD if board else BENCH) or (inside and not board):
+            flat = "of a flat netlist, such as KiCad's, load.terminals in a scene names the piezo's nets"
+            bench = "inside" if inside else f"(and a bench to run it by hand; {flat})"
+            raise invalid(where, f"have only the cards {', '.join(DEFINITIONS)} {bench}", word)
+        text = line.text.lower()[len(word) :]
+        if word in (".options", ".option", ".opt"):
+            self._add_options(Words(line, text))
+        elif word == ".temp":
+            self.options["temp"] = Words(line, text).number(text.strip() or "{")
+        elif word == ".global":
+            self.everywhere |= set(text.split())
+        elif word == ".ic" and board:
+            if _VOLTAGE.sub("", text).strip(" ,"):
+                raise invalid(where, "give voltages of nodes, as in .ic v(out)=2", line.text[:60])
+            self.initial |= {node: Words(line, text).number(value) for node, value in _VOLTAGE.findall(text)}
+
+    def _add_options(self, words: Words) -> None:
+        """Take the temperatures of an .options card; refuse what changes a circuit in another way."""
+        for key in (*words.pairs, *words.alone):
+            if key in TEMPERATURES and key in words.pairs:
+                self.options[key] = words.number(words.pairs[key])
+            elif key not in _NUMERICAL:
+                raise unknown(f"option in {words.where}", key, sorted(_NUMERICAL | set(TEMPERATURES)))

@@ -1,0 +1,206 @@
+"""A netlist as it is read, once: subcircuits with their elements, models, parameters and functions, and its settings.
+
+Everything else reads this: which circuit is the load (`harvester.netlists.load_circuit`), what a board's nets are
+(`harvester.netlists.flat`), and the elements with their values (`harvester.netlists.written_out`).  The text itself
+goes no further: what ngspice gets is written from what was understood.
+
+Lines of a subcircuit that nobody calls, and models that nobody names, are not read beyond their names.
+"""
+
+import re
+from collections.abc import Iterable, Set
+from dataclasses import dataclass, field, replace
+from functools import cache, cached_property
+from pathlib import Path
+
+from harvester.errors import invalid
+from harvester.netlists.cards import BOARD, DEFINITIONS, PARAMETERS, Settings
+from harvester.netlists.element_lines import Element, read_element
+from harvester.netlists.expression import BRACES, SOURCES
+from harvester.netlists.expression_tree import Node
+from harvester.netlists.model_lines import WrittenModel, model_name, read_model
+from harvester.netlists.read_lines import Line, read_lines
+from harvester.netlists.words import Words, assignments, parameter_value
+
+_RESERVED = frozenset({*BRACES.functions, *SOURCES.constants, "pwl", "time", "temper", "hertz"})
+_ELEMENTS = "rclkdqjmswvibefghtx"
+_CHARACTERS = re.compile(r"[\w\s.,:+\-*/^=<>!?&|(){}\[\]'\"%~#]*", re.ASCII)
+
+
+@dataclass
+class Body:
+    """The lines of a subcircuit, or those outside of all: name, terminals, parameters with their defaults, and lines.
+
+    The default None is that of a parameter that the scene must give.
+    """
+
+    name: str = ""
+    terminals: tuple[str, ...] = ()
+    defaults: dict[str, Node | None] = field(default_factory=dict)
+    spelling: dict[str, str] = field(default_factory=dict)  # of the parameters, by their names in lower case
+    line: Line = field(default_factory=lambda: Line("", ".subckt"))
+    lines: list[Line] = field(default_factory=list)
+    cards: dict[str, Line] = field(default_factory=dict)  # of models, by name
+    parameters: dict[str, Node] = field(default_factory=dict)
+    functions: dict[str, tuple[tuple[str, ...], str]] = field(default_factory=dict)
+    known: Set[str] = frozenset()  # names of all models that its elements may name
+
+    @cached_property
+    def elements(self) -> list[Element]:
+        """Its elements; raises as `read_element`, and InputError for two of one name."""
+        elements: dict[str, Element] = {}
+        for line in self.lines:
+            if line.word in elements:
+                raise invalid(f"netlist {line.where}", "have a name that no other element has", line.word)
+            elements[line.word] = read_element(line, self.known)
+        return list(elements.values())
+
+    @cache  # noqa: B019, as a netlist is read once
+    def model(self, name: str) -> WrittenModel | None:
+        """A model of its own; raises as `read_model`."""
+        return read_model(self.cards[name]) if name in self.cards else None
+
+    def __hash__(self) -> int:
+        return id(self)
+
+    def add(self, line: Line) -> None:
+        """Add a line that is no card of the bench."""
+        where = f"netlist {line.where}"
+        if line.word == ".model":
+            if (name := model_name(line)) in self.cards:
+                raise invalid(where, "have a name that no other model has", name)
+            self.cards[name] = line
+        elif line.word in PARAMETERS:
+            for name, tree in assignments(line.text.lower()[len(line.word) :], where).items():
+                if name in self.parameters:
+                    raise invalid(where, f"set {name} once, of which ngspice takes the last", name)
+                self.parameters[_free(name, where)] = tree
+        elif line.word == ".func":
+            match = re.match(r"\.func\s+(\w+)\s*\(([^()]*)\)\s*=?\s*(.*)$", line.text.lower(), re.DOTALL)
+            if match is None:
+                raise invalid(where, "define a function, as .func f(x) {2*x}", line.text[:60])
+            name, names = _free(match[1], where), tuple(name.strip() for name in match[2].split(",") if name.strip())
+            if name in self.functions or name in SOURCES.functions:
+                raise invalid(where, "define a function that there is not yet", name)
+            self.functions[name] = names, match[3].strip().strip("{}'\"")
+        else:
+            self.lines.append(line)
+
+
+def _free(name: str, where: str) -> str:
+    """A name that ngspice does not take for one of its own."""
+    if name in _RESERVED:
+        raise invalid(where, "give names that ngspice does not take for its own", name)
+    return name
+
+
+@dataclass
+class ParsedNetlist:
+    """A netlist: what is outside of its subcircuits, these by their names, and what holds for all."""
+
+    file: str
+    outside: Body = field(default_factory=Body)
+    subcircuits: dict[str, Body] = field(default_factory=dict)
+    settings: Settings = field(default_factory=Settings)
+
+
+def read_netlist(path: Path, library: Path | None = None, board: bool = False) -> ParsedNetlist:
+    """The netlist of a file with what it includes, and with the parts of a ``library`` (a folder) that it may name.
+
+    ``board`` says that the elements outside of subcircuits are the circuit; else they are a bench, which stays out.
+
+    Raises InputError, in one line, for what no netlist here may have.
+    """
+    lines = list(read_lines(path))
+    if not board and not any(line.word in (".subckt", ".ends") for line in lines):
+        must = "hold a subcircuit, .subckt to .ends, or be a flat one whose two piezo nets load.terminals names"
+        raise invalid(f"netlist {path.name}", must, "neither")
+    netlist = _parsed(path.name, lines, board)
+    if library is not None:
+        _add_parts(netlist, _parts(library))
+    known = frozenset(netlist.outside.cards)
+    for body in (netlist.outside, *netlist.subcircuits.values()):
+        body.known = known | frozenset(body.cards)
+    return netlist
+
+
+def part_names(library: Path) -> list[str]:
+    """The names of all parts of a library, in lower case."""
+    parts = _parts(library)
+    return sorted([*parts.outside.cards, *parts.subcircuits])
+
+
+@cache
+def _parts(library: Path) -> ParsedNetlist:
+    lines = [line for path in sorted(library.glob("*.lib")) for line in read_lines(path)]
+    return _parsed("parts", lines, board=False)
+
+
+def _add_parts(netlist: ParsedNetlist, parts: ParsedNetlist) -> None:
+    """Add the parts that a netlist does not define itself: one is there under its name, model or subcircuit."""
+    defined = netlist.outside.cards.keys() | netlist.subcircuits.keys()
+    netlist.outside.cards |= {name: line for name, line in parts.outside.cards.items() if name not in defined}
+    for name, body in parts.subcircuits.items():
+        if name not in defined:
+            netlist.subcircuits[name] = replace(body)
+
+
+def _parsed(file: str, lines: Iterable[Line], board: bool) -> ParsedNetlist:
+    """The netlist of lines."""
+    netlist = ParsedNetlist(file)
+    current: Body | None = None
+    for line in lines:
+        if line.word not in BOARD:  # whose text goes nowhere
+            _check_characters(line)
+        if line.word == ".subckt":
+            if current is not None:
+                raise invalid(f"netlist {line.where}", "begin no subcircuit inside another", line.text[:60])
+            current = _header(line)
+            if current.name.lower() in netlist.subcircuits:
+                raise invalid(f"netlist {line.where}", "have a subcircuit name of its own", current.name.lower())
+            netlist.subcircuits[current.name.lower()] = current
+        elif line.word == ".ends":
+            if current is None:
+                raise invalid(f"netlist {line.where}", "end a subcircuit", ".ends without .subckt")
+            current = None
+        elif line.word.startswith(".") and line.word not in (*DEFINITIONS, *PARAMETERS):
+            netlist.settings.add(line, board, inside=current is not None)
+        elif current is not None or board or line.word.startswith("."):
+            (current or netlist.outside).add(line)
+    if current is not None:
+        raise invalid(f"netlist {file}", "hold a subcircuit, .subckt to .ends", "no end")
+    return netlist
+
+
+def _check_characters(line: Line) -> None:
+    """Refuse a line that begins with no element's letter, and signs that no netlist needs."""
+    where = f"netlist {line.where}"
+    if not line.word.startswith(".") and line.word[0] not in _ELEMENTS:
+        raise invalid(where, f"begin with a card or one of the elements {_ELEMENTS.upper()}", line.word)
+    if not _CHARACTERS.fullmatch(line.text):
+        wrong = next(letter for letter in line.text if not _CHARACTERS.fullmatch(letter))
+        raise invalid(where, "have no such character outside a comment", wrong)
+    if line.text.count("{") != line.text.count("}") or line.text.count("'") % 2 or line.text.count('"') % 2:
+        raise invalid(where, "close its braces and quotes", line.text[:60])
+
+
+def _header(line: Line) -> Body:
+    """A subcircuit from its .subckt line."""
+    where = f"netlist {line.where}"
+    spelt = Words(line, line.text[len(line.word) :])
+    words = Words(line, line.text.lower()[len(line.word) :])
+    if not words.alone:
+        raise invalid(where, "have a name", line.text[:60])
+    mark = words.alone.index("params:") if "params:" in words.alone else len(words.alone)
+    plain, wanting = words.alone[:mark], words.alone[mark + 1 :]
+    spelling = {name.lower(): name for name in (*spelt.alone, *spelt.pairs)}
+    defaults: dict[str, Node | None] = {key: parameter_value(text, where) for key, text in words.pairs.items()}
+    defaults |= dict.fromkeys(wanting)
+    for name in defaults:
+        _free(name, where)
+        if name == "m":
+            must = "have no parameter m, by which ngspice counts how many are side by side"
+            raise invalid(where, must, line.text[:60])
+    if len(set(plain[1:])) < len(plain) - 1:
+        raise invalid(where, "name each terminal once", line.text[:60])
+    return Body(spelt.alone[0], tuple(plain[1:]), defaults, {key: spelling[key] for key in defaults}, line)
