@@ -27,7 +27,7 @@ from tests.support.ngspice_oracle import CAPACITANCE, LEAK, LONGEST_STEP, SECOND
 GAMMA = 1.0 - math.sqrt(0.5)
 TOLERANCE = 1e-4  # of a charge's largest size, which the two orders of a step may differ by
 SHORTEST = 1e-9  # of SECONDS
-MOST_STEPS = 60_000
+MOST_STEPS = 100_000
 LEAST = 1e-2  # V, the least size of a charge
 DEVICE = Scales(0.04, 2.0 * math.pi * 47.0, 1e-3, 1e-3 * 6.0 * CAPACITANCE / 1e-6, CAPACITANCE)
 _BINARY = ("+", "-", "*", "/", "%", "and", "or", "<", ">", "<=", ">=", "==", "!=", "min", "max", "pow", "pwr", "power")
@@ -448,8 +448,11 @@ def followed(c, waves, longest, end, tolerance, z, switches):
     return load, piezo, count, 0
 
 
-def by_machine(circuit, tolerance=TOLERANCE):
-    """The answer of a circuit's equations, with the oracle's current and the leak beside them."""
+def by_machine(circuit, tolerance=TOLERANCE, longest=LONGEST_STEP * 4.0):
+    """The answer of a circuit's equations, with the oracle's current and the leak beside them.
+
+    A step is of at most ``longest`` seconds, and its two orders differ by ``tolerance`` of a charge at most.
+    """
     reduction, system = circuit.reduction, circuit.system
     constants, codes, functions, needs = [], [], [], []
     for function in system.functions:
@@ -489,7 +492,7 @@ def by_machine(circuit, tolerance=TOLERANCE):
         voltages,
     )
     starts, waves = np.array(system.starts, dtype=float), np.array(amplitudes())
-    load, piezo, _, failed = followed(machine, waves, LONGEST_STEP * 4.0, SECONDS, tolerance, starts, switches)
+    load, piezo, _, failed = followed(machine, waves, longest, SECONDS, tolerance, starts, switches)
     if failed:
         return Answer(why="MACHINE " + ("a step did not converge" if failed == 1 else "too many steps"))
     return Answer(float(load / SECONDS / circuit.resistance), math.sqrt(piezo / SECONDS))

@@ -50,23 +50,23 @@ def amplitudes():
     return [(VOLTS * v * CAPACITANCE * 2.0 * math.pi * f, f, math.radians(p)) for v, f, p in DRIVE]
 
 
-def bench(calls, first, second, load):
+def bench(calls, first, second, load, step):
     """The lines around a netlist whose piezo is between two nodes, and the vectors that tell its voltage and power."""
     lines = [f"Cpiezo_oracle {first} {second} {CAPACITANCE!r}", f"Rpiezo_oracle {first} {second} {LEAK!r}"]
     for k, (amplitude, f, phase) in enumerate(amplitudes()):
         wave = f"sin(0 {amplitude!r} {f!r} 0 0 {math.degrees(phase)!r})"
         lines.append(f"Ipiezo_oracle{k} {second} {first} dc 0 {wave}")
     vectors = [f"v({node.lower()})" for node in (first, second) if node != "0"] + [load]
-    run = f".tran {LONGEST_STEP!r} {SECONDS!r} 0 {LONGEST_STEP!r} uic"
+    run = f".tran {step!r} {SECONDS!r} 0 {step!r} uic"
     return [*calls, *lines, _OPTIONS, run, f".save {' '.join(vectors)}"], vectors
 
 
-def bench_of(text, terminals=None, resistor="Rload"):
+def bench_of(text, terminals=None, resistor="Rload", step=LONGEST_STEP):
     """The bench of a netlist: of a subcircuit with Rload, or of a flat one between two nets, whose load has a name."""
     if terminals is not None:
-        return bench([], *terminals, f"@{resistor.lower()}[p]")
+        return bench([], *terminals, f"@{resistor.lower()}[p]", step)
     name = subcircuit_of(text)
-    return bench([f"Xoracle p_oracle 0 {name}"], "p_oracle", "0", "@r.xoracle.rload[p]")
+    return bench([f"Xoracle p_oracle 0 {name}"], "p_oracle", "0", "@r.xoracle.rload[p]", step)
 
 
 def subcircuit_of(text):
@@ -173,8 +173,8 @@ class Oracle:
             os._exit(0)
         return 0
 
-    def __call__(self, text, terminals=None, resistor="Rload"):
-        """ngspice's answer to a netlist's text."""
+    def __call__(self, text, terminals=None, resistor="Rload", step=LONGEST_STEP):
+        """ngspice's answer to a netlist's text, with steps of at most ``step`` seconds."""
         reading, writing = os.pipe()
         child = os.fork()
         if child == 0:
@@ -185,7 +185,7 @@ class Oracle:
                 quiet = os.open(os.devnull, os.O_WRONLY)
                 os.dup2(quiet, 1)
                 os.dup2(quiet, 2)
-                _tell(writing, self._run(text, terminals, resistor))
+                _tell(writing, self._run(text, terminals, resistor, step))
             finally:
                 os._exit(1)
         os.close(writing)
@@ -215,9 +215,9 @@ class Oracle:
                 return said
             said += part
 
-    def _run(self, text, terminals, resistor):
+    def _run(self, text, terminals, resistor, step):
         """Run a netlist in this process, which ends behind it."""
-        lines, names = bench_of(text, terminals, resistor)
+        lines, names = bench_of(text, terminals, resistor, step)
         deck = ["* oracle", *lines, *text.splitlines(), ".end"]
         array = (ctypes.c_char_p * (len(deck) + 1))(*[line.encode() for line in deck], None)
         if self._spice.ngSpice_Circ(array):
