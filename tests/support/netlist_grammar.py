@@ -17,7 +17,7 @@ ODD = 0.12  # share of netlists with an odd construct
 SUFFIXES = {"t": 12, "g": 9, "meg": 6, "k": 3, "": 0, "m": -3, "u": -6, "n": -9, "p": -12}
 UNITS = {"r": ("ohm", "", "", "o"), "c": ("F", "", "", ""), "l": ("H", "", ""), "v": ("V", "", ""), "": ("",)}
 NODES = ("a", "b", "c", "x1", "mid", "OUT", "n2", "7", "net_3", "p", "n")
-NAMES = ("g", "k", "gain", "r0", "q", "width", "K2", "vt0", "temp", "c", "e", "m2", "Rx")
+NAMES = ("g", "k", "gain", "r0", "q", "width", "K2", "vt0", "temp", "c", "m2", "Rx")
 BRACE_ONE = ("abs", "sqrt", "exp", "ln", "log", "log10", "sqr", "int", "nint", "floor", "ceil", "sgn", "sin", "cos",
              "tanh", "atan", "arctan", "cosh")  # fmt: skip
 SOURCE_ONE = ("abs", "sin", "cos", "tanh", "atan", "u", "uramp", "u2", "sgn", "floor", "ceil", "nint", "sinh", "asinh")
@@ -499,7 +499,7 @@ class _Writer:
     def parameters(self, scope, count, values=True):
         """Add .param lines to a scope: literals, expressions of others, some set twice or after use."""
         for _ in range(count):
-            name = "temper" if self.odd and self.maybe(0.1) else self.one(*NAMES)
+            name = self.one("temper", "e") if self.odd and self.maybe(0.2) else self.one(*NAMES)
             value = self.rng.choice((1e5, 2.2e5, 1e-8, 3.0, 0.5, 2.0, 4.7e4))
             known = scope.parameters.pop(name.lower(), None)  # no parameter is an expression of itself
             text = (
