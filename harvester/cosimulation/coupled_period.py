@@ -30,7 +30,7 @@ from harvester.equations.bounds import linear_growth
 from harvester.equations.coefficients import check_one_mode
 from harvester.errors import CircuitError
 from harvester.mechanics.kernels.forcing import forcing
-from harvester.mechanics.periodic import ALIKE, MULTIPLES, NOISY, REACHED, STALE, WORTH, Secants, Settling
+from harvester.mechanics.periodic import ALIKE, MULTIPLES, NOISY, REACHED, STALE, WORTH, Secants, Settling, periods_to_settle
 
 FIRST = 4  # oscillations from rest before the way is shortened
 LONGEST, WANDERS = 60, 5  # the same of a mass that is not linear; times so many at most, until it is near a response
@@ -106,7 +106,9 @@ class _Path:
                 slow[3, 2 + names.index(name)] += sign
         stored = self.farads * s.volts**2 * s.frequency / (turns * self.size * self.device.h)
         swing = np.array([[0.0, 0.0, 1.0]] * 2 + [[0.0, s.volts**-2, 0.0]] * 2)
-        return Settling(turn, slow, np.array([0, 0, 1, 1]), flat(section, s.volts), known, stored, stale, swing=swing)
+        slowest = periods_to_settle(self.device.eqs, turns)
+        known_of_it = known, stored, stale, swing, slowest
+        return Settling(turn, slow, np.array([0, 0, 1, 1]), flat(section, s.volts), *known_of_it)
 
     def periods(self, oscillations: float, least: int = 1) -> int:
         """Periods of the drive that hold so many oscillations of the mass; a record's may hold many."""
@@ -144,11 +146,12 @@ class _Path:
         sections, section, drive = self.unbroken(section_of(settled.state, names, scales.volts), turns, 1 + MEASURED)
         residual = sections[-1] - sections[-2]
         way, less = settled.left(residual)
-        if settled.residual_norm(residual) + settled.size(settled.slow @ way) > most:
+        doubt = settled.doubt(residual)
+        if settled.residual_norm(residual) + settled.size(settled.slow @ way) + doubt > most:
             settled.state = flat(section, scales.volts)
             return None
         power, square, _ = means = self.means(drive)
-        left = SURE * np.abs(less) / np.maximum(means, 1e-300)
+        left = SURE * (np.abs(less) / np.maximum(means, 1e-300) + doubt)
         ledger = ledger_of(drive.state[0], scales, drive.smoothing, self.device.load.linear)
         probed = means_of_probes(self.device.probes, drive) if self.device.probes else None
         wave = drive.kicked[-turns * self.size :, [0, 2]]
@@ -226,7 +229,7 @@ def _settled(
     """The response near a section; None where there is none that comes back, and holds unless it ``surely`` does."""
     names = list(section.nodes)
     settled = path.settling(section, turns, known, STALE if fresh else ALIKE)
-    if fresh and settled.reach(ROUGHLY):
+    if fresh and settled.reach(ROUGHLY) and not settled.probed:
         settled.probe()
     guessed = surely and settled.reach(path.enough, guess=True)
     if guessed and (response := path.measured(settled, names, turns, path.enough)):
