@@ -1,9 +1,9 @@
 """The periodic response of a mass and a load circuit to a steady drive: one path of ngspice, from period to period.
 
-A period is one short run of ngspice that begins with the node voltages and the motion of a `CoupledState`, where the
-last one ended; `harvester.mechanics.periodic` goes from there to the one that comes back.  The coils of the packaged
-netlists carry no current there, as it lies midway between the turns of the motion; for a circuit that remembers more
-than its node voltages the response does not come back in the unbroken run that measures it, and is not taken.
+A period is one short run of ngspice that begins with the node voltages, the coils' currents and the motion of a
+`CoupledState`, where the last one ended; `harvester.mechanics.periodic` goes from there to the one that comes back.
+For a circuit that remembers more the response does not come back in the unbroken run that measures it, and is not
+taken.  Initial conditions of its elements are those of a run from rest, and no period begins with them.
 """
 
 import dataclasses
@@ -13,6 +13,7 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.cosimulation.lockstep.drive import Drive
+from harvester.cosimulation.load_memory import COIL, feeds_nothing, stores, without_initial_conditions
 from harvester.cosimulation.lockstep.energy_ledger import ledger_of
 from harvester.cosimulation.periodic_responses import Known, Neighbour, PeriodicResponse, later_half
 from harvester.cosimulation.poincare_sections import (
@@ -49,6 +50,7 @@ class _Path:
     """
 
     def __init__(self, device: CoupledDevice, phase: float, deadline: float, enough: float) -> None:
+        device = dataclasses.replace(device, load=without_initial_conditions(device.load))
         self.device, self.deadline, self.enough, self.steps, self.mass_steps = device, deadline, enough, 0, 0
         self.farads = 0.0  # of Csmooth
         self.known: list[Known] = []  # of the runs that ended
@@ -59,9 +61,12 @@ class _Path:
         self.shaking = forcing(device.eqs, device.h, self.size)
 
     def run(
-        self, section: CoupledState, n_steps: int, since: int = 0, stride: int | None = None
+        self, section: CoupledState, n_steps: int, since: int = 0, stride: int | None = None, earlier: int = 0
     ) -> tuple[CoupledState, Drive]:
-        """Go on for so many kicks, with means from the kick ``since`` on: the section there, and the finished drive."""
+        """Go on for so many kicks, with means from the kick ``since`` on: the section there, and the finished drive.
+
+        It keeps the nodes of so many kicks ``earlier``, too.
+        """
         device, s = self.device, self.device.scales
         assert self.shaking is not None
         check_one_mode(device.eqs)
@@ -72,8 +77,10 @@ class _Path:
         shaking = self.shaking[at % self.size]
         smooth = device.eqs.stop_stiffness is None
         given = s.volts, s.frequency, np.zeros(n_steps), *grid, start, not device.load.linear, covered, shaking, smooth
+        drive = Drive(device.eqs, *given)
+        drive.earlier = earlier
         try:
-            drive = run_in_this_process(device, Drive(device.eqs, *given), self.deadline, section.nodes)
+            run_in_this_process(device, drive, self.deadline, section.nodes)
         except CircuitError as error:
             error.so_far = later_half([*self.known, *([error.so_far] if error.so_far else [])])
             raise
@@ -98,17 +105,36 @@ class _Path:
             after, drive = self.run(section_of(y, names, s.volts), turns * self.size)
             return flat(after, s.volts), self.means(drive)
 
-        outer = dict(zip(load.terminals, ("p", ""), strict=True)) | {"0": "", "gnd": ""}
-        slow = np.zeros((4, 2 + len(names)))
-        slow[0, 0] = slow[1, 1] = slow[2, 2 + names.index("p")] = 1.0
-        for node, sign in zip(load.smoothing_nodes, (1.0, -1.0), strict=False):
-            if (name := outer.get(node, f"xload.{node}")) in names:
-                slow[3, 2 + names.index(name)] += sign
+        slow = self._slow_parts(names)
         stored = self.farads * s.volts**2 * s.frequency / (turns * self.size * self.device.h)
-        swing = np.array([[0.0, 0.0, 1.0]] * 2 + [[0.0, s.volts**-2, 0.0]] * 2)
-        slowest = periods_to_settle(self.device.eqs, turns)
-        known_of_it = known, stored, stale, swing, slowest
-        return Settling(turn, slow, np.array([0, 0, 1, 1]), flat(section, s.volts), *known_of_it)
+        swing = np.array([[0.0, 0.0, 1.0]] * 2 + [[0.0, s.volts**-2, 0.0]] * (len(slow) - 2))
+        groups = np.array([0, 0] + [1] * (len(slow) - 2))
+        known_of_it = known, stored, stale, swing, periods_to_settle(self.device.eqs, turns)
+        return Settling(turn, slow, groups, flat(section, s.volts), *known_of_it)
+
+    def _slow_parts(self, names: list[str]) -> Floats:
+        """What the circuit and the mass remember, shape (n, 2 + nodes): x, x', V, and the voltage of Csmooth last.
+
+        Of a user's own circuit also the voltages of other capacitors, and the coils' currents over w0 Cp.
+        """
+        load, s = self.device.load, self.device.scales
+        outer = dict(zip(load.terminals, ("p", ""), strict=True)) | {"0": "", "gnd": ""}
+        pairs = [load.smoothing_nodes]
+        if load.topology is None:
+            both = {load.smoothing_nodes, load.smoothing_nodes[::-1], load.terminals, load.terminals[::-1]}
+            pairs = [*dict.fromkeys(pair for pair in stores(load, s.capacitance) if pair not in both), *pairs]
+        at = {name: 2 + k for k, name in enumerate(names)}
+        slow = [np.eye(1, 2 + len(names), k)[0] for k in (0, 1, at["p"])]
+        for pair in pairs:
+            row = np.zeros(2 + len(names))
+            for node, sign in zip(pair, (1.0, -1.0), strict=False):
+                if (name := outer.get(node, f"xload.{node}")) in at:
+                    row[at[name]] += sign
+            slow.append(row)
+        if load.topology is None:
+            coils = [k for name, k in at.items() if COIL.fullmatch(name)]
+            slow[3:3] = [np.eye(1, 2 + len(names), k)[0] / (s.frequency * s.capacitance) for k in coils]
+        return np.array(slow)
 
     def periods(self, oscillations: float, least: int = 1) -> int:
         """Periods of the drive that hold so many oscillations of the mass; a record's may hold many."""
@@ -126,7 +152,7 @@ class _Path:
         The means of the drive leave out the first turn.
         """
         size = turns * self.size
-        end, drive = self.run(section, times * size, size, size)
+        end, drive = self.run(section, times * size, size, size, size)
         x, v = drive.samples[:, 0], drive.samples[:, 3]
         return np.column_stack([x, v, drive.samples[:, 1], drive.charge / self.device.scales.volts]), end, drive
 
@@ -144,7 +170,9 @@ class _Path:
         """
         scales = self.device.scales
         sections, section, drive = self.unbroken(section_of(settled.state, names, scales.volts), turns, 1 + MEASURED)
-        residual = sections[-1] - sections[-2]
+        changed = [drive.nodes[name] - drive.nodes_earlier[name] for name in names]
+        residual = settled.slow[:, 2:] @ np.array(changed) / scales.volts
+        residual[:2] = sections[-1, :2] - sections[-2, :2]
         way, less = settled.left(residual)
         doubt = settled.doubt(residual)
         if settled.residual_norm(residual) + settled.size(settled.slow @ way) + doubt > most:
@@ -178,7 +206,8 @@ def periodic_response(
     None where it does not come back, even after some periods.  Raises as `run_in_this_process`.
     """
     path = _Path(device, origin.phase if near is None else near.phase, deadline, enough)
-    has_own_energy = device.load.topology is None and not device.load.linear  # which may feed what grows
+    load = device.load  # whose own energy may feed what grows
+    has_own_energy = load.topology is None and not load.linear and not feeds_nothing(load)
     linear = linear_growth(device.eqs) is not None and not has_own_energy
     section, known = (origin.section, None) if near is None else (near.section, near.secants)
     path.farads = 0.0 if near is None else near.farads

@@ -22,12 +22,14 @@ if TYPE_CHECKING:
 
 def is_the_only_one(options: MonteCarloOptions, problem: Problem) -> bool:
     """Whether the response is periodic, and the only one: that of a linear mass, whose circuit feeds nothing."""
+    from harvester.cosimulation.load_memory import feeds_nothing
+
     if not problem.equations.is_steady or problem.equations.modes is not None:
         return False
     if (options.trajectories, options.duration) != (None, None):
         return False
     circuit, linear = problem.circuit, linear_growth(problem.equations) is not None
-    return linear and circuit is not None and (circuit.linear or circuit.topology is not None)
+    return linear and circuit is not None and (circuit.linear or circuit.topology is not None or feeds_nothing(circuit))
 
 
 def steady_response(
