@@ -131,7 +131,9 @@ def bridge(rng, device):
     periods = log_uniform(rng, 2.0, 200.0)  # that the store lasts
     farads = periods / device.frequency / ohms
     junction = float(f"{log_uniform(rng, 2e-12, 40e-12):.3g}")
-    model = f"D(Is={log_uniform(rng, 1e-9, 3e-6):.3g} N={rng.uniform(1.0, 1.9):.3g} Rs={log_uniform(rng, 0.1, 20.0):.3g}"
+    model = (
+        f"D(Is={log_uniform(rng, 1e-9, 3e-6):.3g} N={rng.uniform(1.0, 1.9):.3g} Rs={log_uniform(rng, 0.1, 20.0):.3g}"
+    )
     pairs = ("PZ1", "OUT"), ("PZ2", "OUT"), ("0", "PZ1"), ("0", "PZ2")
     diodes = [f"D{k} {a} {b} DSK" for k, (a, b) in enumerate(pairs, 1)]
     store = [f"C1 OUT 0 {farads:.4g}", f"R1 OUT 0 {ohms:.4g}"]

@@ -12,8 +12,8 @@ import math
 import numpy as np
 
 from harvester.arrays import Floats
+from harvester.cosimulation.load_elements import COIL, feeds_nothing, stores, without_initial_conditions
 from harvester.cosimulation.lockstep.drive import Drive
-from harvester.cosimulation.load_memory import COIL, feeds_nothing, stores, without_initial_conditions
 from harvester.cosimulation.lockstep.energy_ledger import ledger_of
 from harvester.cosimulation.periodic_responses import Known, Neighbour, PeriodicResponse, later_half
 from harvester.cosimulation.poincare_sections import (
@@ -31,7 +31,17 @@ from harvester.equations.bounds import linear_growth
 from harvester.equations.coefficients import check_one_mode
 from harvester.errors import CircuitError
 from harvester.mechanics.kernels.forcing import forcing
-from harvester.mechanics.periodic import ALIKE, MULTIPLES, NOISY, REACHED, STALE, WORTH, Secants, Settling, periods_to_settle
+from harvester.mechanics.periodic import (
+    ALIKE,
+    MULTIPLES,
+    NOISY,
+    REACHED,
+    STALE,
+    WORTH,
+    Secants,
+    Settling,
+    periods_to_settle,
+)
 
 FIRST = 4  # oscillations from rest before the way is shortened
 LONGEST, WANDERS = 60, 5  # the same of a mass that is not linear; times so many at most, until it is near a response
@@ -99,7 +109,7 @@ class _Path:
         self, section: CoupledState, turns: int, known: Secants | None = None, stale: float = STALE
     ) -> Settling:
         """The map of so many periods, on x, x' and the node voltages in units of the voltage scale."""
-        names, s, load = list(section.nodes), self.device.scales, self.device.load
+        names, s = list(section.nodes), self.device.scales
 
         def turn(y: Floats) -> tuple[Floats, Floats]:
             after, drive = self.run(section_of(y, names, s.volts), turns * self.size)

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.cosimulation.load_memory import COIL
+from harvester.cosimulation.load_elements import COIL, without_needless_resistances
 from harvester.cosimulation.lockstep.drive import Drive
 from harvester.cosimulation.lockstep.energy_ledger import EnergyLedger, ledger_of
 from harvester.cosimulation.ngspice.locate_libngspice import find_library
@@ -137,7 +137,8 @@ def run_in_this_process(
         drive.currents = {name: current for name, current in nodes.items() if COIL.fullmatch(name)}
         nodes = {name: voltage for name, voltage in nodes.items() if name not in drive.currents}
     given = *whole, device.reltol, nodes, vectors, device.trapezoidal, keeps
-    deck = build_deck(device.load, scales.capacitance, *given, device.shunt * scales.capacitance)
+    load = without_needless_resistances(device.load, 1.0 / (scales.frequency * scales.capacitance))
+    deck = build_deck(load, scales.capacitance, *given, device.shunt * scales.capacitance)
     checked_ngspice().run_driven(deck, drive, device.patience, deadline)
     if not np.isfinite(drive.samples).all():
         raise UnboundedResponseError("the response grows without bound: it left the finite numbers; add damping")

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.cosimulation.load_memory import COIL
+from harvester.cosimulation.load_elements import COIL
 from harvester.cosimulation.lockstep.drive import Drive
 from harvester.cosimulation.lockstep.model_drive import ModelDrive
 from harvester.cosimulation.lockstep.state import DURING, STATE, VECTORS
@@ -193,7 +193,10 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
         self.loaded = not api.ngSpice_Circ(ffi.new("char *[]", [*lines, ffi.NULL]))
         begin = [f"alter {name.partition('#')[0]} ic = {value!r}".encode() for name, value in currents.items()]
         steps: list[Callable[[], object]]
-        steps = [lambda: [api.ngSpice_Command(command) for command in [*begin, b"run"]], lambda: self._keep(deck, earlier)]
+        steps = [
+            lambda: [api.ngSpice_Command(command) for command in [*begin, b"run"]],
+            lambda: self._keep(deck, earlier),
+        ]
         steps += [lambda: api.ngSpice_Command(b"destroy all"), lambda: api.ngSpice_Command(b"remcirc")]
         for step in steps:
             if self.loaded and not self.lost:  # a run that was given up, or a fatal error, ends all

@@ -86,6 +86,7 @@ def steady_estimate(
         None if within is None else missed(within, power),
         note("comes_back", periods=last.turns, from_before=steady.continued),
         steady.unknown or note("steady_errors"),
+        steady.shunted,
         note("tolerance_reused") if steady.unknown is None and steady.reused is not None else None,
         stand_in(problem),
     ]

@@ -4,12 +4,14 @@ Where the mass is linear and the circuit feeds nothing there is one response onl
 it is found in a few periods.
 """
 
+import dataclasses
 import math
 import time
 from typing import TYPE_CHECKING
 
 from harvester.engines.options import MonteCarloOptions, number
 from harvester.engines.protocol import Progress
+from harvester.engines.spice.setup import SHUNTS
 from harvester.engines.spice.steady import FEWEST_STEPS, HALVINGS, RUNNING, WITHIN, Steady
 from harvester.equations.bounds import linear_growth
 from harvester.equations.coefficients import Equations
@@ -22,7 +24,7 @@ if TYPE_CHECKING:
 
 def is_the_only_one(options: MonteCarloOptions, problem: Problem) -> bool:
     """Whether the response is periodic, and the only one: that of a linear mass, whose circuit feeds nothing."""
-    from harvester.cosimulation.load_memory import feeds_nothing
+    from harvester.cosimulation.load_elements import feeds_nothing
 
     if not problem.equations.is_steady or problem.equations.modes is not None:
         return False
@@ -59,10 +61,29 @@ def steady_response(
         steady.deadline = time.monotonic() + max(budget - start, RUNNING * budget)
     if isinstance(near, Steady):
         steady.near, near.near = near, None  # of a long way no more is kept
-    if not steady.begin(near.responses[0, 0] if isinstance(near, Steady) else near):
-        return None if near is None else steady_response(options, problem, reltol, progress, probes)
-    steady.make_precise(progress)
-    return steady
+    found = _found(steady, near.responses[0, 0] if isinstance(near, Steady) else near, progress)
+    return steady_response(options, problem, reltol, progress, probes) if found is None and near is not None else found
+
+
+def _found(steady: Steady, near: "Neighbour | None", progress: Progress | None) -> Steady | None:
+    """The response made precise; where ngspice does not converge, with a capacitance from each node to ground.
+
+    Where it needs more than all that are tried, it is the first one that was found; None where none was.
+    """
+    first = None
+    for shunt in SHUNTS[:-1]:
+        this = dataclasses.replace(
+            steady, first=dataclasses.replace(steady.first, shunt=shunt), responses={}, tenths=0, unknown=None
+        )
+        this.diverged = False
+        if this.begin(near):
+            this.make_precise(progress)
+            first = first or this
+            if this.unknown is None:
+                return this
+        if not this.diverged:
+            break
+    return first
 
 
 def to_be_found(options: MonteCarloOptions, problem: Problem, reltol: float, probes: tuple[Probe, ...] = ()) -> Steady:
