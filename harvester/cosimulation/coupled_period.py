@@ -270,9 +270,12 @@ def _settled(
     settled = path.settling(section, turns, known, STALE if fresh else ALIKE)
     if fresh and settled.reach(ROUGHLY) and not settled.probed:
         settled.probe()
-    guessed = surely and settled.reach(path.enough, guess=True)
+    ways_are_known = known is not None or settled.probed
+    guessed = surely and ways_are_known and settled.reach(path.enough, guess=True)
     if guessed and (response := path.measured(settled, names, turns, path.enough)):
         return response
     if not settled.reach(path.enough) or not (surely or path.returns(settled, names, turns)):
         return None
+    if surely and not (ways_are_known or settled.probed):
+        settled.learn()
     return path.measured(settled, names, turns)

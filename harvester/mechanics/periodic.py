@@ -139,10 +139,14 @@ class Settling:
     def doubt(self, residual: Floats) -> float:
         """How far f(y) may be from the fixed point for what no known change says of f(y) - y, relative to its size.
 
-        ``residual`` is as of `left`.
+        ``residual`` is as of `left`.  What changes say of it is taken away twice: once leaves a part of what they do
+        say, for none of them is believed altogether, and that part is within what `left` may be wrong by.
         """
-        changes, share = self._combination(residual)
-        return self.slowest * self.residual_norm(residual if changes is None else residual - share @ changes.residuals)
+        rest = residual
+        for _ in range(2):
+            changes, share = self._combination(rest)
+            rest = rest if changes is None else rest - share @ changes.residuals
+        return self.slowest * self.residual_norm(rest)
 
     def _combination(self, residual: Floats) -> tuple[Secants | None, Floats]:
         """The known changes, and how much of each explains the slow part of f(y) - y; None before there are any."""
