@@ -4,6 +4,8 @@ A period is one short run of ngspice that begins with the node voltages, the coi
 `CoupledState`, where the last one ended; `harvester.mechanics.periodic` goes from there to the one that comes back.
 For a circuit that remembers more the response does not come back in the unbroken run that measures it, and is not
 taken.  Initial conditions of its elements are those of a run from rest, and no period begins with them.
+
+Long because what a period carries on to the next one, and what is measured of it, are one path's.
 """
 
 import dataclasses

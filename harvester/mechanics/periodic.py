@@ -15,7 +15,9 @@ to its size.  What is left of the way is estimated by the next step of the same 
 
 That step goes only where the last periods went.  Of a change f(y) - y in any other direction nothing is known but that
 it may go on for as long as the slowest mode does, of which it may be one period's part: it counts so many times
-(`Settling.doubt`), and where that is too much, each slow part is moved by itself (`Settling.probe`).
+(`Settling.doubt`), and where that is too much, each slow part is moved by itself (`Settling.learn`).
+
+Long because the way to a fixed point and what is left of it read the same changes.
 """
 
 import contextlib

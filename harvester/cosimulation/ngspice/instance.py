@@ -3,6 +3,8 @@
 A process has one ngspice, with global state; `harvester.cosimulation.runs` keeps it out of the user's process.
 Time and the source come from the lock-step, compiled or in Python.  PySpice's own callbacks, which find their object
 through the one user pointer that ngspice keeps for all, are replaced by methods that do not use it.
+
+Long because the library has one global state, which a run's callbacks, threads and vectors share.
 """
 
 import logging
