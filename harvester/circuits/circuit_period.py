@@ -180,10 +180,10 @@ def periodic_response(
         means.append(way.means(path))
     residual = settled.slow @ (ends[-1] - ends[0]) / MEASURED
     left, less = settled.left(residual)
-    doubt = settled.doubt(residual)
-    if settled.residual_norm(residual) + settled.size(settled.slow @ left) + doubt > COMES_BACK:
+    unexplained = settled.unexplained(residual)
+    if settled.residual_norm(residual) + settled.size(settled.slow @ left) + unexplained > COMES_BACK:
         return None
     mean, scatter = np.mean(means, axis=0), np.std(means, axis=0, ddof=1) / math.sqrt(MEASURED)
-    parts = SURE * ((np.abs(less) + scatter) / np.maximum(mean, 1e-300) + doubt)
+    parts = SURE * ((np.abs(less) + scatter) / np.maximum(mean, 1e-300) + unexplained)
     there = way.x, way.v, way.state, turns, float(mean[0]), float(mean[1]), (float(parts[0]), float(parts[1]))
     return CircuitPeriod(*there, path, way.steps)

@@ -186,12 +186,12 @@ class _Path:
         residual = settled.slow[:, 2:] @ np.array(changed) / scales.volts
         residual[:2] = sections[-1, :2] - sections[-2, :2]
         way, less = settled.left(residual)
-        doubt = settled.doubt(residual)
-        if settled.residual_norm(residual) + settled.size(settled.slow @ way) + doubt > most:
+        unexplained = settled.unexplained(residual)
+        if settled.residual_norm(residual) + settled.size(settled.slow @ way) + unexplained > most:
             settled.state = flat(section, scales.volts)
             return None
         power, square, _ = means = self.means(drive)
-        left = SURE * (np.abs(less) / np.maximum(means, 1e-300) + doubt)
+        left = SURE * (np.abs(less) / np.maximum(means, 1e-300) + unexplained)
         ledger = ledger_of(drive.state[0], scales, drive.smoothing, self.device.load.linear)
         probed = means_of_probes(self.device.probes, drive) if self.device.probes else None
         wave = drive.kicked[-turns * self.size :, [0, 2]]
@@ -218,9 +218,7 @@ def periodic_response(
     None where it does not come back, even after some periods.  Raises as `run_in_this_process`.
     """
     path = _Path(device, origin.phase if near is None else near.phase, deadline, enough)
-    load = device.load  # whose own energy may feed what grows
-    has_own_energy = load.topology is None and not load.linear and not feeds_nothing(load)
-    linear = linear_growth(device.eqs) is not None and not has_own_energy
+    linear = linear_growth(device.eqs) is not None and feeds_nothing(device.load)
     section, known = (origin.section, None) if near is None else (near.section, near.secants)
     path.farads = 0.0 if near is None else near.farads
     stays = near is not None and (not linear or near.quiet > QUIET)  # on its branch, as long as that is there
@@ -270,14 +268,13 @@ def _settled(
     """The response near a section; None where there is none that comes back, and holds unless it ``surely`` does."""
     names = list(section.nodes)
     settled = path.settling(section, turns, known, STALE if fresh else ALIKE)
-    if fresh and settled.reach(ROUGHLY) and not settled.probed:
+    if fresh and settled.reach(ROUGHLY):
         settled.probe()
-    ways_are_known = known is not None or settled.probed
-    guessed = surely and ways_are_known and settled.reach(path.enough, guess=True)
-    if guessed and (response := path.measured(settled, names, turns, path.enough)):
-        return response
+    if surely and (known is not None or settled.probed) and settled.reach(path.enough, guess=True):
+        if response := path.measured(settled, names, turns, path.enough):
+            return response
+    elif surely and settled.reach(path.enough) and not settled.probed:
+        settled.learn()
     if not settled.reach(path.enough) or not (surely or path.returns(settled, names, turns)):
         return None
-    if surely and not (ways_are_known or settled.probed):
-        settled.learn()
     return path.measured(settled, names, turns)

@@ -49,10 +49,15 @@ def stores(load: LoadCircuit, capacitance: float) -> list[tuple[str, str]]:
 
 
 def feeds_nothing(load: LoadCircuit) -> bool:
-    """Whether no more than resistors, capacitors, coils and diodes are there, and all values known and positive."""
-    elements, own = _elements(load), load.text.lower().count(".subckt") == 1
-    passive = all(words[0][0] in _PASSIVE for words in elements)
-    return own and passive and all(words[0][0] == "d" or (_value(load, words) or 0.0) > 0.0 for words in elements)
+    """Whether a circuit has no energy of its own, which may feed a motion that grows.
+
+    That is one of the package's, or of resistors, capacitors, coils and diodes alone, of positive values.
+    """
+    if load.topology is not None or load.linear:
+        return True
+    elements = _elements(load) if load.text.lower().count(".subckt") == 1 else [["further subcircuits"]]
+    positive = (words[0][0] == "d" or (_value(load, words) or 0.0) > 0.0 for words in elements)
+    return all(words[0][0] in _PASSIVE for words in elements) and all(positive)
 
 
 def _elements(load: LoadCircuit) -> list[list[str]]:

@@ -15,7 +15,7 @@ to its size.  What is left of the way is estimated by the next step of the same 
 
 That step goes only where the last periods went.  Of a change f(y) - y in any other direction nothing is known but that
 it may go on for as long as the slowest mode does, of which it may be one period's part: it counts so many times
-(`Settling.doubt`), and where that is too much, each slow part is moved by itself (`Settling.learn`).
+(`Settling.unexplained`), and where that is too much, each slow part is moved by itself (`Settling.learn`).
 
 Long because the way to a fixed point and what is left of it read the same changes.
 """
@@ -138,7 +138,7 @@ class Settling:
             return np.zeros_like(self.state), np.zeros_like(self.means)
         return share @ changes.states, share @ changes.means
 
-    def doubt(self, residual: Floats) -> float:
+    def unexplained(self, residual: Floats) -> float:
         """How far f(y) may be from the fixed point for what no known change says of f(y) - y, relative to its size.
 
         ``residual`` is as of `left`.  What changes say of it is taken away twice: once leaves a part of what they do
@@ -184,7 +184,7 @@ class Settling:
 
     def probe(self) -> None:
         """Go on from where changes of each slow part lead."""
-        self.learn()
+        self._must_learn(True)
         self.state = self.state - self.left(self.slow @ (self.state - self.begin))[0]
 
     def learn(self) -> None:
@@ -210,9 +210,9 @@ class Settling:
             values.append(value)
             del values[:-MEMORY]
 
-    def _creeps(self) -> bool:
+    def _creeps(self, since: int) -> bool:
         """Whether f(y) - y hardly changes: a slow mode, which the changes of faster ones hide, and no noise."""
-        if len(self._residuals) < 2:  # a circuit that failed on the way made it forget the others
+        if since < 2 or len(self._residuals) < 2:  # a circuit that failed on the way made it forget the others
             return False
         before, now = self._residuals[-2:]
         return self.size(now - before) < CREEPING * self.size(now)
@@ -222,6 +222,13 @@ class Settling:
         self.known = None
         for values in (self._states, self._residuals, self._means):
             del values[: len(values) - but]
+
+    def _nearer(self, reached: Floats, step: Floats) -> Floats:
+        """A shorter step from a state that was reached; none from where it is not worth a try."""
+        if self.size(self.slow @ step) >= LEAST:
+            return reached - step
+        self._forget()
+        return reached
 
     def reach(self, enough: float = REACHED, guess: bool = False) -> bool:
         """Go on to the fixed point, to ``enough`` of the state's size; whether it was reached, in `MOST` periods.
@@ -238,10 +245,7 @@ class Settling:
                 if y is reached:
                     raise
                 step *= SHORTER
-                self.state, y = reached, reached - step
-                if self.size(self.slow @ step) < LEAST:
-                    y = reached
-                    self._forget()
+                self.state, y = reached, self._nearer(reached, step)
                 continue
             residual = self.slow @ (self.state - y)
             self._keep(residual)
@@ -253,19 +257,25 @@ class Settling:
                 near = self.size(residual) + going
             else:
                 since += 1
-            if since > 1 and self._creeps():
+            if self._creeps(since):
                 self._forget(2)
                 step, best, since = self.left(residual)[0], np.inf, 0
-            known, doubt = self.secants() is not None, self.doubt(residual)
-            if guess and known and size + doubt < enough / STALE:
-                self.state = self.state - step
-                return True
-            noisy = since >= PATIENCE and near < NOISY
-            if known and (size + doubt < enough or (noisy and self.probed)):
-                self.begin, self.state = nearest
-                return True
-            if known and not self.probed and (size < enough or noisy):
-                self.learn()
-                step, best, since = self.left(residual)[0], np.inf, 0
+            if self.secants() is not None:
+                whole, noisy = size + self.unexplained(residual), since >= PATIENCE and near < NOISY
+                if guess and whole < enough / STALE:
+                    self.state = self.state - step
+                    return True
+                if whole < enough or (noisy and self.probed):
+                    self.begin, self.state = nearest
+                    return True
+                if self._must_learn(size < enough or noisy):
+                    step, best, since = self.left(residual)[0], np.inf, 0
             y = self.state - step
         return False
+
+    def _must_learn(self, seems_there: bool) -> bool:
+        """Move each slow part, once, where the way seems to end, for all that is known of it; whether it did."""
+        learns = seems_there and not self.probed
+        if learns:
+            self.learn()
+        return learns

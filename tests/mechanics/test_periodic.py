@@ -63,11 +63,11 @@ def test_a_mode_that_turns_slowly_is_not_told_by_one_change(angle):
 
 def test_what_no_change_explains_counts_for_as_long_as_the_slowest_mode_lasts():
     settled = Settling(lambda y: (y, np.ones(1)), np.eye(2), np.array([0, 0]), np.array([3.0, 4.0]), slowest=20.0)
-    assert settled.doubt(np.array([0.05, 0.0])) == pytest.approx(20.0 * 0.05 / 5.0)
+    assert settled.unexplained(np.array([0.05, 0.0])) == pytest.approx(20.0 * 0.05 / 5.0)
     along = np.array([[0.1, 0.0]])
     settled.known = Secants(along, along, np.ones((1, 1)))
-    assert settled.doubt(np.array([0.05, 0.0])) < 1e-2 * 20.0 * 0.05 / 5.0
-    assert settled.doubt(np.array([0.0, 0.05])) == pytest.approx(20.0 * 0.05 / 5.0)
+    assert settled.unexplained(np.array([0.05, 0.0])) < 1e-2 * 20.0 * 0.05 / 5.0
+    assert settled.unexplained(np.array([0.0, 0.05])) == pytest.approx(20.0 * 0.05 / 5.0)
 
 
 def test_noise_ends_the_way_where_it_lets_nothing_be_won():

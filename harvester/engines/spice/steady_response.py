@@ -31,7 +31,7 @@ def is_the_only_one(options: MonteCarloOptions, problem: Problem) -> bool:
     if (options.trajectories, options.duration) != (None, None):
         return False
     circuit, linear = problem.circuit, linear_growth(problem.equations) is not None
-    return linear and circuit is not None and (circuit.linear or circuit.topology is not None or feeds_nothing(circuit))
+    return linear and circuit is not None and feeds_nothing(circuit)
 
 
 def steady_response(
@@ -61,27 +61,27 @@ def steady_response(
         steady.deadline = time.monotonic() + max(budget - start, RUNNING * budget)
     if isinstance(near, Steady):
         steady.near, near.near = near, None  # of a long way no more is kept
-    found = _found(steady, near.responses[0, 0] if isinstance(near, Steady) else near, progress)
-    return steady_response(options, problem, reltol, progress, probes) if found is None and near is not None else found
+    response = _precise(steady, near.responses[0, 0] if isinstance(near, Steady) else near, progress)
+    if response is None and near is not None:
+        return steady_response(options, problem, reltol, progress, probes)
+    return response
 
 
-def _found(steady: Steady, near: "Neighbour | None", progress: Progress | None) -> Steady | None:
+def _precise(steady: Steady, near: "Neighbour | None", progress: Progress | None) -> Steady | None:
     """The response made precise; where ngspice does not converge, with a capacitance from each node to ground.
 
     Where it needs more than all that are tried, it is the first one that was found; None where none was.
     """
     first = None
     for shunt in SHUNTS[:-1]:
-        this = dataclasses.replace(
-            steady, first=dataclasses.replace(steady.first, shunt=shunt), responses={}, tenths=0, unknown=None
-        )
-        this.diverged = False
-        if this.begin(near):
-            this.make_precise(progress)
-            first = first or this
-            if this.unknown is None:
-                return this
-        if not this.diverged:
+        device = dataclasses.replace(steady.first, shunt=shunt)
+        tried = dataclasses.replace(steady, first=device, responses={})
+        if tried.begin(near):
+            tried.make_precise(progress)
+            first = first or tried
+            if tried.unknown is None:
+                return tried
+        if not tried.diverged:
             break
     return first
 
