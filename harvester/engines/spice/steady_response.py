@@ -70,10 +70,11 @@ def steady_response(
 def _precise(steady: Steady, near: "Neighbour | None", progress: Progress | None) -> Steady | None:
     """The response made precise; where ngspice does not converge, with a capacitance from each node to ground.
 
-    Where it needs more than all that are tried, it is the first one that was found; None where none was.
+    The package's own netlists need none: their diodes have capacitances.  Where a circuit needs more than all that are
+    tried, it is the first response that was found; None where none was.
     """
-    first = None
-    for shunt in SHUNTS[:-1]:
+    first, shunts = None, SHUNTS[:-1] if steady.first.load.topology is None else (0.0,)
+    for shunt in shunts:
         device = dataclasses.replace(steady.first, shunt=shunt)
         tried = dataclasses.replace(steady, first=device, responses={})
         if tried.begin(near):
