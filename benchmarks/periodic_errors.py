@@ -99,7 +99,7 @@ def ladder(rng, device, coils=True):
 
 
 def netlist(elements):
-    """The text of a flat netlist; resistors of 10 Gohm from each node lead what no other resistor would."""
+    """The text of a flat netlist of these elements."""
     return "\n".join(["* a ladder", *(f"{name} {a} {b} {value!r}" for name, a, b, value in elements), ".end"]) + "\n"
 
 
@@ -143,10 +143,10 @@ def bridge(rng, device):
 def row_of(name, answer, truth, other=0.0, seconds=0.0):
     """What a power is off by, with its stated error and that of the truth."""
     stated, off = answer.mean_power.known_error95, answer.mean_power.value - truth
-    known = not answer.mean_power.unknown
+    known, off = not answer.mean_power.unknown, float(off)
     periodic = any(one.code == "comes_back" for one in answer.diagnostics)
-    ratio = abs(off) / math.hypot(stated, other) if stated else math.inf
-    relative = {"off": off / truth, "stated": stated / truth, "ratio": ratio}
+    ratio = float(abs(off) / math.hypot(stated, other)) if stated else math.inf
+    relative = {"off": float(off / truth), "stated": float(stated / truth), "ratio": ratio}
     return {"case": name, **relative, "known": known, "periodic": periodic, "seconds": seconds}
 
 
@@ -201,7 +201,7 @@ def summary(name, rows):
     """How many of the rows are outside their stated error, and by how much at most."""
     told = [row for row in rows if "error" not in row and row["known"]]
     worst = max((row["ratio"] for row in told), default=math.nan)
-    outside = sum(row["ratio"] > 1.0 for row in told)
+    outside = sum(bool(row["ratio"] > 1.0) for row in told)
     refused = sum("error" in row for row in rows)
     unknown = len(rows) - len(told) - refused
     seconds = float(np.median([row["seconds"] for row in told])) if told else math.nan
