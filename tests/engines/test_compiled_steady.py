@@ -110,7 +110,7 @@ def test_sampling_that_nobody_bounds_is_refused_where_it_would_take_minutes(monk
 
 @pytest.mark.slow
 def test_a_store_that_takes_750_periods_to_charge_comes_back():
-    """By ngspice 228.2 uW at one step.  Only changes of each part tell the way of a store, a coil and a mass at once."""
+    """By ngspice 228.2 uW at one step.  Changes of each part alone tell the way of store and mass at once."""
     scene = hv.load("examples/bimorph_sensor.toml").with_load(**LONG_CHARGED)
     answer, response = hv.Compiled().run_from(scene, None, judged=False)
     assert response is not None
