@@ -61,6 +61,7 @@ bench: setup
 	$(BIN)/python benchmarks/on_demand.py
 	$(BIN)/python benchmarks/controls.py
 	$(BIN)/python benchmarks/steady.py
+	$(BIN)/python benchmarks/periodic_errors.py
 	$(BIN)/python benchmarks/published.py
 	$(BIN)/python benchmarks/second_opinion.py
 

@@ -19,7 +19,7 @@ from harvester.errors import CircuitError
 from harvester.linear.transfer import first_harmonic
 from harvester.mechanics.kernels.forcing import forcing
 from harvester.mechanics.largest_swing import Swing
-from harvester.mechanics.periodic import MULTIPLES, Settling
+from harvester.mechanics.periodic import MULTIPLES, Settling, periods_to_settle
 
 FIRST, WANDERED, TRIED = 4, 60, 5  # oscillations from rest; of a mass that is not linear, and how often
 NEAR = 0.01  # of the motion's size: a return that is seen among periods that still settle
@@ -133,7 +133,9 @@ class _Way:
         groups = np.array([0, 0] + self.charges * [1])
         swing = np.array([[0.0, 0.0, 1.0]] * 2 + [[0.0, s.volts**-2, 0.0]] * self.charges)
         stored = farads * s.volts**2 * s.frequency / (turns * self.size * self.h)
-        return Settling(partial(self.turn, turns=turns), slow, groups, self.y, stored=stored, swing=swing)
+        slowest = periods_to_settle(self.eqs, turns)
+        turn = partial(self.turn, turns=turns)
+        return Settling(turn, slow, groups, self.y, stored=stored, swing=swing, slowest=slowest)
 
     def come_near(self) -> int:
         """Go on until a mass that is not linear comes back: after how many periods, 0 where it does not."""
@@ -178,9 +180,10 @@ def periodic_response(
         means.append(way.means(path))
     residual = settled.slow @ (ends[-1] - ends[0]) / MEASURED
     left, less = settled.left(residual)
-    if settled.residual_norm(residual) + settled.size(settled.slow @ left) > COMES_BACK:
+    unexplained = settled.unexplained(residual)
+    if settled.residual_norm(residual) + settled.size(settled.slow @ left) + unexplained > COMES_BACK:
         return None
     mean, scatter = np.mean(means, axis=0), np.std(means, axis=0, ddof=1) / math.sqrt(MEASURED)
-    parts = SURE * (np.abs(less) + scatter) / np.maximum(mean, 1e-300)
+    parts = SURE * ((np.abs(less) + scatter) / np.maximum(mean, 1e-300) + unexplained)
     there = way.x, way.v, way.state, turns, float(mean[0]), float(mean[1]), (float(parts[0]), float(parts[1]))
     return CircuitPeriod(*there, path, way.steps)

@@ -1,9 +1,11 @@
 """The periodic response of a mass and a load circuit to a steady drive: one path of ngspice, from period to period.
 
-A period is one short run of ngspice that begins with the node voltages and the motion of a `CoupledState`, where the
-last one ended; `harvester.mechanics.periodic` goes from there to the one that comes back.  The coils of the packaged
-netlists carry no current there, as it lies midway between the turns of the motion; for a circuit that remembers more
-than its node voltages the response does not come back in the unbroken run that measures it, and is not taken.
+A period is one short run of ngspice that begins with the node voltages, the coils' currents and the motion of a
+`CoupledState`, where the last one ended; `harvester.mechanics.periodic` goes from there to the one that comes back.
+For a circuit that remembers more the response does not come back in the unbroken run that measures it, and is not
+taken.  Initial conditions of its elements are those of a run from rest, and no period begins with them.
+
+Long because what a period carries on to the next one, and what is measured of it, are one path's.
 """
 
 import dataclasses
@@ -12,6 +14,7 @@ import math
 import numpy as np
 
 from harvester.arrays import Floats
+from harvester.cosimulation.load_elements import COIL, feeds_nothing, stores, without_initial_conditions
 from harvester.cosimulation.lockstep.drive import Drive
 from harvester.cosimulation.lockstep.energy_ledger import ledger_of
 from harvester.cosimulation.periodic_responses import Known, Neighbour, PeriodicResponse, later_half
@@ -30,7 +33,18 @@ from harvester.equations.bounds import linear_growth
 from harvester.equations.coefficients import check_one_mode
 from harvester.errors import CircuitError
 from harvester.mechanics.kernels.forcing import forcing
-from harvester.mechanics.periodic import ALIKE, MULTIPLES, NOISY, REACHED, STALE, WORTH, Secants, Settling
+from harvester.mechanics.periodic import (
+    ALIKE,
+    MULTIPLES,
+    NOISY,
+    REACHED,
+    STALE,
+    WORTH,
+    Secants,
+    Settling,
+    periods_to_settle,
+)
+from harvester.netlists.part import PIEZO
 
 FIRST = 4  # oscillations from rest before the way is shortened
 LONGEST, WANDERS = 60, 5  # the same of a mass that is not linear; times so many at most, until it is near a response
@@ -49,6 +63,7 @@ class _Path:
     """
 
     def __init__(self, device: CoupledDevice, phase: float, deadline: float, enough: float) -> None:
+        device = dataclasses.replace(device, load=without_initial_conditions(device.load))
         self.device, self.deadline, self.enough, self.steps, self.mass_steps = device, deadline, enough, 0, 0
         self.farads = 0.0  # of Csmooth
         self.known: list[Known] = []  # of the runs that ended
@@ -59,9 +74,12 @@ class _Path:
         self.shaking = forcing(device.eqs, device.h, self.size)
 
     def run(
-        self, section: CoupledState, n_steps: int, since: int = 0, stride: int | None = None
+        self, section: CoupledState, n_steps: int, since: int = 0, stride: int | None = None, earlier: int = 0
     ) -> tuple[CoupledState, Drive]:
-        """Go on for so many kicks, with means from the kick ``since`` on: the section there, and the finished drive."""
+        """Go on for so many kicks, with means from the kick ``since`` on: the section there, and the finished drive.
+
+        It keeps the nodes of so many kicks ``earlier``, too.
+        """
         device, s = self.device, self.device.scales
         assert self.shaking is not None
         check_one_mode(device.eqs)
@@ -72,8 +90,10 @@ class _Path:
         shaking = self.shaking[at % self.size]
         smooth = device.eqs.stop_stiffness is None
         given = s.volts, s.frequency, np.zeros(n_steps), *grid, start, not device.load.linear, covered, shaking, smooth
+        drive = Drive(device.eqs, *given)
+        drive.earlier = earlier
         try:
-            drive = run_in_this_process(device, Drive(device.eqs, *given), self.deadline, section.nodes)
+            run_in_this_process(device, drive, self.deadline, section.nodes)
         except CircuitError as error:
             error.so_far = later_half([*self.known, *([error.so_far] if error.so_far else [])])
             raise
@@ -92,20 +112,41 @@ class _Path:
         self, section: CoupledState, turns: int, known: Secants | None = None, stale: float = STALE
     ) -> Settling:
         """The map of so many periods, on x, x' and the node voltages in units of the voltage scale."""
-        names, s, load = list(section.nodes), self.device.scales, self.device.load
+        names, s = list(section.nodes), self.device.scales
 
         def turn(y: Floats) -> tuple[Floats, Floats]:
             after, drive = self.run(section_of(y, names, s.volts), turns * self.size)
             return flat(after, s.volts), self.means(drive)
 
-        slow = np.zeros((4, 2 + len(names)))
-        slow[0, 0] = slow[1, 1] = slow[2, 2 + names.index("p")] = 1.0
-        for node, sign in zip(load.smoothing_nodes, (1.0, -1.0), strict=False):
-            if node in names:
-                slow[3, 2 + names.index(node)] += sign
+        slow = self._slow_parts(names)
         stored = self.farads * s.volts**2 * s.frequency / (turns * self.size * self.device.h)
-        swing = np.array([[0.0, 0.0, 1.0]] * 2 + [[0.0, s.volts**-2, 0.0]] * 2)
-        return Settling(turn, slow, np.array([0, 0, 1, 1]), flat(section, s.volts), known, stored, stale, swing=swing)
+        swing = np.array([[0.0, 0.0, 1.0]] * 2 + [[0.0, s.volts**-2, 0.0]] * (len(slow) - 2))
+        groups = np.array([0, 0] + [1] * (len(slow) - 2))
+        known_of_it = known, stored, stale, swing, periods_to_settle(self.device.eqs, turns)
+        return Settling(turn, slow, groups, flat(section, s.volts), *known_of_it)
+
+    def _slow_parts(self, names: list[str]) -> Floats:
+        """What the circuit and the mass remember, shape (n, 2 + nodes): x, x', V, and the voltage of Csmooth last.
+
+        Of a user's own circuit also the voltages of other capacitors, and the coils' currents over w0 Cp.
+        """
+        load, s = self.device.load, self.device.scales
+        pairs = [load.smoothing_nodes]
+        if load.topology is None:
+            both = {load.smoothing_nodes, load.smoothing_nodes[::-1], (PIEZO, "0"), ("0", PIEZO)}
+            pairs = [*dict.fromkeys(pair for pair in stores(load, s.capacitance) if pair not in both), *pairs]
+        at = {name: 2 + k for k, name in enumerate(names)}
+        slow = [np.eye(1, 2 + len(names), k)[0] for k in (0, 1, at["p"])]
+        for pair in pairs:
+            row = np.zeros(2 + len(names))
+            for node, sign in zip(pair, (1.0, -1.0), strict=False):
+                if node in at:
+                    row[at[node]] += sign
+            slow.append(row)
+        if load.topology is None:
+            coils = [k for name, k in at.items() if COIL.fullmatch(name)]
+            slow[3:3] = [np.eye(1, 2 + len(names), k)[0] / (s.frequency * s.capacitance) for k in coils]
+        return np.array(slow)
 
     def periods(self, oscillations: float, least: int = 1) -> int:
         """Periods of the drive that hold so many oscillations of the mass; a record's may hold many."""
@@ -123,7 +164,7 @@ class _Path:
         The means of the drive leave out the first turn.
         """
         size = turns * self.size
-        end, drive = self.run(section, times * size, size, size)
+        end, drive = self.run(section, times * size, size, size, size)
         x, v = drive.samples[:, 0], drive.samples[:, 3]
         return np.column_stack([x, v, drive.samples[:, 1], drive.charge / self.device.scales.volts]), end, drive
 
@@ -141,13 +182,16 @@ class _Path:
         """
         scales = self.device.scales
         sections, section, drive = self.unbroken(section_of(settled.state, names, scales.volts), turns, 1 + MEASURED)
-        residual = sections[-1] - sections[-2]
+        changed = [drive.nodes[name] - drive.nodes_earlier[name] for name in names]
+        residual = settled.slow[:, 2:] @ np.array(changed) / scales.volts
+        residual[:2] = sections[-1, :2] - sections[-2, :2]
         way, less = settled.left(residual)
-        if settled.residual_norm(residual) + settled.size(settled.slow @ way) > most:
+        unexplained = settled.unexplained(residual)
+        if settled.residual_norm(residual) + settled.size(settled.slow @ way) + unexplained > most:
             settled.state = flat(section, scales.volts)
             return None
         power, square, _ = means = self.means(drive)
-        left = SURE * np.abs(less) / np.maximum(means, 1e-300)
+        left = SURE * (np.abs(less) / np.maximum(means, 1e-300) + unexplained)
         ledger = ledger_of(drive.state[0], scales, drive.smoothing, self.device.load.linear)
         probed = means_of_probes(self.device.probes, drive) if self.device.probes else None
         wave = drive.kicked[-turns * self.size :, [0, 2]]
@@ -174,8 +218,7 @@ def periodic_response(
     None where it does not come back, even after some periods.  Raises as `run_in_this_process`.
     """
     path = _Path(device, origin.phase if near is None else near.phase, deadline, enough)
-    has_own_energy = device.load.topology is None and not device.load.linear  # which may feed what grows
-    linear = linear_growth(device.eqs) is not None and not has_own_energy
+    linear = linear_growth(device.eqs) is not None and feeds_nothing(device.load)
     section, known = (origin.section, None) if near is None else (near.section, near.secants)
     path.farads = 0.0 if near is None else near.farads
     stays = near is not None and (not linear or near.quiet > QUIET)  # on its branch, as long as that is there
@@ -227,9 +270,11 @@ def _settled(
     settled = path.settling(section, turns, known, STALE if fresh else ALIKE)
     if fresh and settled.reach(ROUGHLY):
         settled.probe()
-    guessed = surely and settled.reach(path.enough, guess=True)
-    if guessed and (response := path.measured(settled, names, turns, path.enough)):
-        return response
+    if surely and (known is not None or settled.probed) and settled.reach(path.enough, guess=True):
+        if response := path.measured(settled, names, turns, path.enough):
+            return response
+    elif surely and settled.reach(path.enough) and not settled.probed:
+        settled.learn()
     if not settled.reach(path.enough) or not (surely or path.returns(settled, names, turns)):
         return None
     return path.measured(settled, names, turns)

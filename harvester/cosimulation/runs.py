@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from harvester.arrays import Floats
+from harvester.cosimulation.load_elements import COIL, without_needless_resistances
 from harvester.cosimulation.lockstep.drive import Drive
 from harvester.cosimulation.lockstep.energy_ledger import EnergyLedger, ledger_of
 from harvester.cosimulation.ngspice.locate_libngspice import find_library
@@ -118,7 +119,8 @@ def run_in_this_process(
 ) -> "Drive":
     """Run ngspice with the mass in lock-step, in this process; returns the finished drive.
 
-    ``nodes`` are voltages at the beginning (V) by name; with them, or with none of them, the drive keeps the last ones.
+    ``nodes`` are voltages (V) and coils' currents (A) at the beginning by name; with them, or with none of them, the
+    drive keeps the last ones.
 
     Raises CircuitError when ngspice refuses the circuit, does not converge or comes no further; OutOfTimeError where it
     has not ended at the ``deadline`` of `time.monotonic`; UnboundedResponseError when the motion left the finite
@@ -131,8 +133,12 @@ def run_in_this_process(
     x, _, voltage, charge = (scales.volts * quantity for quantity in drive.start[:4])
     whole = device.h / scales.frequency, drive.duration, (x, voltage, charge), scales.volts
     keeps = len(drive.start) == 4
+    if nodes is not None:
+        drive.currents = {name: current for name, current in nodes.items() if COIL.fullmatch(name)}
+        nodes = {name: voltage for name, voltage in nodes.items() if name not in drive.currents}
     given = *whole, device.reltol, nodes, vectors, device.trapezoidal, keeps
-    deck = build_deck(device.load, scales.capacitance, *given, device.shunt * scales.capacitance)
+    load = without_needless_resistances(device.load, 1.0 / (scales.frequency * scales.capacitance))
+    deck = build_deck(load, scales.capacitance, *given, device.shunt * scales.capacitance)
     checked_ngspice().run_driven(deck, drive, device.patience, deadline)
     if not np.isfinite(drive.samples).all():
         raise UnboundedResponseError("the response grows without bound: it left the finite numbers; add damping")

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from harvester.arrays import Floats
+from harvester.arrays import Complexes, Floats
 from harvester.errors import InputError, shown
 from harvester.identification import bounce
 from harvester.identification.fit import device
@@ -16,6 +16,7 @@ from harvester.identification.models import Device, base_response, impedance
 
 QUALITIES = (6.0, 20.0, 60.0, 200.0, 700.0)
 BETAS = (0.003, 0.03, 0.2, 0.8)
+SURELY = 0.5  # of `_turning`: what neither noise nor a weak resonance has
 BOUNCE = ("restitution", "gap", "x0", "v0", "zero")  # parameters that only a ring-down against a stop has
 
 
@@ -147,8 +148,12 @@ def _strongest(t: Floats, y: Floats) -> float:
 def _capacitances(measurements: Sequence[Measurement], f0: float) -> list[float]:
     """Capacitances: of the impedance away from resonance, else such as loads tell apart."""
     for data in sorted((m for m in measurements if isinstance(m, Impedance)), key=lambda m: not m.clamped):
-        middle = float(np.median((1.0 / data.z).imag / (2.0 * math.pi * data.f)))
-        if not middle > 0.0:
+        admittance = 1.0 / data.z
+        apparent = admittance.imag / (2.0 * math.pi * data.f)
+        middle, turning = float(np.median(apparent)), _turning(admittance)
+        if not middle > 0.0 and turning < 0.0 and (apparent > 0.0).any():  # mostly between two far resonances
+            middle = float(np.median(apparent[apparent > 0.0]))
+        if not middle > 0.0 or turning > SURELY:
             raise InputError(
                 f"FILE {shown(data.name)} must have a reactance, or phase, that is negative away from resonance, as a "
                 "capacitance has, but at most frequencies it is positive: turn its sign round"
@@ -157,6 +162,16 @@ def _capacitances(measurements: Sequence[Measurement], f0: float) -> list[float]
     loads = [m.load for m in measurements if not isinstance(m, Impedance) and m.load not in (SHORT, OPEN)]
     middle = 1.0 / (2.0 * math.pi * f0 * math.exp(float(np.mean(np.log(loads)))))
     return [middle * factor for factor in (0.03, 0.2, 1.0, 5.0, 30.0)]
+
+
+def _turning(admittance: Complexes) -> float:
+    """How an admittance, shape (n,), goes round as the frequency rises: from -1, clockwise, to 1.
+
+    That of a resonance goes round clockwise in the plane of conductance and susceptance, whatever it stands beside, and
+    with a susceptance of the wrong sign the other way: the area that it encloses, over all that it is the sum of.
+    """
+    areas = (admittance.conj() * np.roll(admittance, -1)).imag
+    return float(areas.sum() / max(np.abs(areas).sum(), 1e-300))
 
 
 def _loss(measurements: Sequence[Measurement]) -> float:

@@ -12,15 +12,24 @@ Of a state y only the slow parts ``slow`` @ y count in a residual, and each grou
 (nodes between diodes, say) goes along.  Where the way ends, what a period changes in a store that holds the energy of
 many periods is told relative to what flows through it in one, for so far is its state from the fixed point's, relative
 to its size.  What is left of the way is estimated by the next step of the same rule.
+
+That step goes only where the last periods went.  Of a change f(y) - y in any other direction nothing is known but that
+it may go on for as long as the slowest mode does, of which it may be one period's part: it counts so many times
+(`Settling.unexplained`), and where that is too much, each slow part is moved by itself (`Settling.learn`).
+
+Long because the way to a fixed point and what is left of it read the same changes.
 """
 
 import contextlib
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from harvester.arrays import Floats
+from harvester.equations.bounds import growth_near
+from harvester.equations.coefficients import Equations
 from harvester.errors import CircuitError
 
 MULTIPLES = 8  # periods of the drive that a periodic response may take
@@ -38,7 +47,21 @@ EXPLAINED = 0.3  # of the change of f(y) - y: the change of y that explains it
 # another step, of one's own, and what ngspice's tolerance makes in any, relative to the state
 STALE, ALIKE, CURVED, NOISE = 0.1, 0.03, 0.01, 1e-4
 CREEPING = 0.1  # of f(y) - y: what it changes by in a period where only a slow mode is left
+LONGEST = 100.0  # periods that the slowest mode is taken to last, at most
 QUIETER = 0.1  # of f(y) - y itself: that noise is no larger than this, for a slow mode changes little in a period
+
+
+def periods_to_settle(eqs: Equations, turns: int) -> float:
+    """Times ``turns`` periods of the drive that small motions of the mass last: 1/(1 - e^-q) if these leave e^-q.
+
+    Where they do not die out, it is `LONGEST`.
+    """
+    period = eqs.shaking_period
+    assert period is not None, "the drive is steady"
+    rate = -max(growth_near(eqs, x) for x in eqs.resting_places or [0.0])
+    left = math.expm1(-max(rate, 0.0) * turns * period)
+    return min(-1.0 / left, LONGEST) if left < 0.0 else LONGEST
+
 
 Turn = Callable[[Floats], tuple[Floats, Floats]]  # a state -> the state a period later, and the means over that period
 
@@ -60,7 +83,8 @@ class Settling:
     ``state`` is the last f(y), shape (size,), ``begin`` the y that led there, and ``means`` those of its period;
     ``known`` is what another way found, and ``stale`` the part of it that is not believed.  The last slow part,
     squared and times ``stored``, is an energy in units of the first mean over a period; ``swing`` @ means, shape (n,),
-    are squares of sizes over a period, which at a state near 0 count in place of those of the state.
+    are squares of sizes over a period, which at a state near 0 count in place of those of the state; ``slowest`` is the
+    number of periods that the slowest mode takes, apart from a store; ``probed`` whether each slow part was moved.
     """
 
     turn: Turn
@@ -71,8 +95,10 @@ class Settling:
     stored: float = 0.0
     stale: float = STALE
     swing: Floats | None = None
+    slowest: float = 1.0
     means: Floats = field(default_factory=lambda: np.zeros(0))
     begin: Floats = field(default_factory=lambda: np.zeros(0))
+    probed: bool = False
     _states: list[Floats] = field(default_factory=list)
     _residuals: list[Floats] = field(default_factory=list)
     _means: list[Floats] = field(default_factory=list)
@@ -107,9 +133,28 @@ class Settling:
 
         ``residual`` is the slow part of f(y) - y, shape (n,).
         """
-        changes = self.secants()
+        changes, share = self._combination(residual)
         if changes is None:
             return np.zeros_like(self.state), np.zeros_like(self.means)
+        return share @ changes.states, share @ changes.means
+
+    def unexplained(self, residual: Floats) -> float:
+        """How far f(y) may be from the fixed point for what no known change says of f(y) - y, relative to its size.
+
+        ``residual`` is as of `left`.  What changes say of it is taken away twice: once leaves a part of what they do
+        say, for none of them is believed altogether, and that part is within what `left` may be wrong by.
+        """
+        rest = residual
+        for _ in range(2):
+            changes, share = self._combination(rest)
+            rest = rest if changes is None else rest - share @ changes.residuals
+        return self.slowest * self.residual_norm(rest)
+
+    def _combination(self, residual: Floats) -> tuple[Secants | None, Floats]:
+        """The known changes, and how much of each explains the slow part of f(y) - y; None before there are any."""
+        changes = self.secants()
+        if changes is None:
+            return None, np.zeros(0)
         weights = self._weights()
         columns = (weights * changes.residuals).T
         known = 0 if self.known is None else len(self.known.states)
@@ -119,8 +164,7 @@ class Settling:
         curved = np.where(np.arange(columns.shape[1]) < known, self.stale, CURVED)
         penalty = curved * np.linalg.norm(columns, axis=0) + noise
         system = np.vstack([columns, np.diag(penalty)])
-        share = np.linalg.lstsq(system, np.append(weights * residual, np.zeros(len(penalty))), rcond=None)[0]
-        return share @ changes.states, share @ changes.means
+        return changes, np.linalg.lstsq(system, np.append(weights * residual, np.zeros(len(penalty))), rcond=None)[0]
 
     def secants(self, worth: float = 0.0) -> Secants | None:
         """What was known, and after it the changes between this way's last periods; None before there are any.
@@ -139,6 +183,11 @@ class Settling:
         return Secants(*both) if both and len(both[0]) else None
 
     def probe(self) -> None:
+        """Go on from where changes of each slow part lead."""
+        self._must_learn(True)
+        self.state = self.state - self.left(self.slow @ (self.state - self.begin))[0]
+
+    def learn(self) -> None:
         """Change each slow part by `PROBED` of its group's size, one after the other, to know the way from here on.
 
         A period is so smooth a map that this tells its derivative to a part of about `CURVED`.
@@ -153,7 +202,7 @@ class Settling:
         if derivatives:
             self._forget(1)
             self.known, self.stale = Secants(*(np.array(entries) for entries in zip(*derivatives, strict=True))), CURVED
-        self.state = after - self.left(self.slow @ (after - y))[0]
+        self.probed = True
 
     def _keep(self, residual: Floats) -> None:
         """Keep the last period, whose f(y) - y has this slow part, for the combinations to come."""
@@ -161,9 +210,9 @@ class Settling:
             values.append(value)
             del values[:-MEMORY]
 
-    def _creeps(self) -> bool:
+    def _creeps(self, since: int) -> bool:
         """Whether f(y) - y hardly changes: a slow mode, which the changes of faster ones hide, and no noise."""
-        if len(self._residuals) < 2:  # a circuit that failed on the way made it forget the others
+        if since < 2 or len(self._residuals) < 2:  # a circuit that failed on the way made it forget the others
             return False
         before, now = self._residuals[-2:]
         return self.size(now - before) < CREEPING * self.size(now)
@@ -174,13 +223,20 @@ class Settling:
         for values in (self._states, self._residuals, self._means):
             del values[: len(values) - but]
 
+    def _nearer(self, reached: Floats, step: Floats) -> Floats:
+        """A shorter step from a state that was reached; none from where it is not worth a try."""
+        if self.size(self.slow @ step) >= LEAST:
+            return reached - step
+        self._forget()
+        return reached
+
     def reach(self, enough: float = REACHED, guess: bool = False) -> bool:
         """Go on to the fixed point, to ``enough`` of the state's size; whether it was reached, in `MOST` periods.
 
         With ``guess``, it ends as soon as what the last periods say is left may bring it there, and goes that way.
         """
         y, best, since, step = self.state, np.inf, 0, np.zeros_like(self.state)
-        nearest, near = self.state, np.inf
+        nearest, near = (self.state, self.state), np.inf
         for _ in range(MOST):
             reached = self.state
             try:
@@ -189,10 +245,7 @@ class Settling:
                 if y is reached:
                     raise
                 step *= SHORTER
-                self.state, y = reached, reached - step
-                if self.size(self.slow @ step) < LEAST:
-                    y = reached
-                    self._forget()
+                self.state, y = reached, self._nearer(reached, step)
                 continue
             residual = self.slow @ (self.state - y)
             self._keep(residual)
@@ -200,18 +253,29 @@ class Settling:
             going = self.size(self.slow @ step)
             size = self.residual_norm(residual) + going
             if size < NEARER * best:
-                best, nearest, since = size, self.state, 0
+                best, nearest, since = size, (y, self.state), 0
                 near = self.size(residual) + going
             else:
                 since += 1
-            if since > 1 and self._creeps():
+            if self._creeps(since):
                 self._forget(2)
                 step, best, since = self.left(residual)[0], np.inf, 0
-            if guess and self.secants() is not None and size < enough / STALE:
-                self.state = self.state - step
-                return True
-            if self.secants() is not None and (size < enough or (since >= PATIENCE and near < NOISY)):
-                self.state = nearest
-                return True
+            if self.secants() is not None:
+                whole, noisy = size + self.unexplained(residual), since >= PATIENCE and near < NOISY
+                if guess and whole < enough / STALE:
+                    self.state = self.state - step
+                    return True
+                if whole < enough or (noisy and self.probed):
+                    self.begin, self.state = nearest
+                    return True
+                if self._must_learn(size < enough or noisy):
+                    step, best, since = self.left(residual)[0], np.inf, 0
             y = self.state - step
         return False
+
+    def _must_learn(self, seems_there: bool) -> bool:
+        """Move each slow part, once, where the way seems to end, for all that is known of it; whether it did."""
+        learns = seems_there and not self.probed
+        if learns:
+            self.learn()
+        return learns

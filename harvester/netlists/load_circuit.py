@@ -188,6 +188,11 @@ def Netlist(name: str, /, **parameters: float | str) -> Load:  # noqa: N802, as 
     return load
 
 
+def with_parts(load: LoadCircuit, parts: tuple[CircuitPart, ...]) -> LoadCircuit:
+    """The circuit with other elements in place of its own, of the same names and nodes."""
+    return replace(load, parts=parts, text="\n".join(lines_for_ngspice(parts)))
+
+
 def effective_value(part: CircuitPart) -> float | None:
     """The resistance, capacitance or inductance of an element, all that are side by side; None where it has none.
 

@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from harvester.errors import escaped
+from harvester.quantities.kinds import ACCELERATION_PSD
 from harvester.quantities.units import is_unit
 
 DELIMITERS = ("\t", ";", ",", "|", " ")
@@ -126,12 +127,19 @@ def _header(
     last = tuple(rows[-1])
     above = tuple(lines[: len(rows) - 1])
     if len(rows) > 1 and len(rows[-2]) == count and all(_is_unit_cell(cell) for cell in last):
-        return tuple(rows[-2]), tuple(cell.strip("()[]{} ") for cell in last), above[:-1]
+        return tuple(rows[-2]), tuple(map(_without_brackets, last)), above[:-1]
     return last, blank, above
 
 
 def _is_unit_cell(cell: str) -> bool:
-    bare = cell.strip("()[]{} ")
+    bare = _without_brackets(cell)
     if len(bare) > LONGEST_NUMBER:
         return False
-    return bare in ("", "-", "1") or is_unit(bare) or bool(re.fullmatch(r"[munµ]?[gG]", bare))
+    known = is_unit(bare) or ACCELERATION_PSD.scale(bare)[0] is not None
+    return bare in ("", "-", "1") or known or bool(re.fullmatch(r"[munµ]?[gG]", bare))
+
+
+def _without_brackets(cell: str) -> str:
+    """A unit without the brackets around it: (g) is g, while those of (m/s^2)^2/Hz belong to it."""
+    bare = cell.strip("()[]{} ")
+    return cell.strip() if bare.count("(") != bare.count(")") else bare

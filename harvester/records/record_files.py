@@ -21,6 +21,7 @@ from harvester.records.records import Record, TabulatedDensity
 
 _T = TypeVar("_T")
 FEWEST = 16  # rows of a record
+STEP = 1e-9  # of a frequency: the width of a density's step
 RECORD = "excitation.acceleration_file"
 AXES = ("x", "y", "z")
 _TIMES = frozenset(("time", "t", "timestamp", "timestamps", "datetime", "date", "elapsed", "seconds", "sec"))
@@ -48,7 +49,9 @@ def is_acceleration(column: CsvColumn) -> bool:
 
 
 def _is_density(column: CsvColumn) -> bool:
-    return bool(_DENSITIES & set(column.words)) or column.head.strip("[]() ").lower() in ("g2/hz", "g^2/hz")
+    """Whether a column is named as a density, or has the unit of one of an acceleration, whatever its name."""
+    named = bool(_DENSITIES & set(column.words)) or column.head.strip("[]() ").lower() in ("g2/hz", "g^2/hz")
+    return named or (column.stated != "" and column.in_si(ACCELERATION_PSD) is not None)
 
 
 def times(table: CsvTable, key: str) -> Floats | None:
@@ -132,11 +135,19 @@ def _density(path: str) -> TabulatedDensity:
     column, values = numbers(table, key, _is_density, "psd", ACCELERATION_PSD)
     check_numbers(table, frequency, f, key)
     check_numbers(table, column, values, key)
+    f = _with_steps(f)
     if len(f) < 2 or not (f[0] > 0.0 and (np.diff(f) > 0.0).all()):
         raise InputError(f"{key} must have two ascending frequencies above 0 or more, but has not")
     if not (values >= 0.0).all() or not values.any():
         raise InputError(f"{key} must have densities of at least 0, and some above, but has not")
     return TabulatedDensity(f, values)
+
+
+def _with_steps(f: Floats) -> Floats:
+    """Frequencies of which two in a row may be equal, where a density steps: the second one is a little higher."""
+    stepped = f.copy()
+    stepped[1:][np.diff(f) == 0.0] *= 1.0 + STEP
+    return stepped
 
 
 def numbers(

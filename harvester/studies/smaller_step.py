@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import TypeVar
 
-from harvester.engines.spice.spice import SHUNTS
+from harvester.engines.spice.setup import SHUNTS
 from harvester.equations.problem import Problem
 from harvester.errors import ConvergenceError
 from harvester.presentation.diagnostic import Diagnostic, note, warning

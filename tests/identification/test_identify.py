@@ -290,6 +290,20 @@ def test_a_reactance_of_the_wrong_sign(tmp_path):
         hv.identify(name)
 
 
+@pytest.mark.parametrize("low, high", [(81.0, 94.0), (83.0, 93.0)])
+def test_a_sweep_mostly_between_two_far_resonances(tmp_path, low, high):
+    """Of 84 and 91 Hz, between which the reactance is a coil's; of the wrong sign it is refused all the same."""
+    f, beta = np.linspace(low, high, 200), (91.0 / 84.0) ** 2 - 1.0
+    s, w0 = 2j * np.pi * f, 2.0 * np.pi * 84.0
+    z = 1.0 / (s * 47e-9 * (1.0 - 0.01j + beta * w0**2 / (s**2 + s * w0 / 60.0 + w0**2)))
+    z *= 1.0 + 1e-3 * np.random.default_rng(1).standard_normal(len(f))
+    found = hv.identify(bench.write(tmp_path / "z.csv", "f (Hz),R (ohm),X (ohm)", f, z.real, z.imag))
+    assert found["short_circuit_frequency"].value == pytest.approx(84.0, rel=1e-4)
+    assert found["piezo.capacitance"].value == pytest.approx(47e-9, rel=2e-3)
+    with pytest.raises(hv.InputError, match="turn its sign round"):
+        hv.identify(bench.write(tmp_path / "z.csv", "f (Hz),R (ohm),X (ohm)", f, z.real, -z.imag))
+
+
 def test_options_that_cannot_be(harvester, tmp_path):
     os.mkfifo(tmp_path / "pipe")
     assert "is not: it is a pipe or a device" in harvester("identify", tmp_path / "pipe")[2]

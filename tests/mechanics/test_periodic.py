@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from harvester.errors import CircuitError
-from harvester.mechanics.periodic import MOST, Settling
+from harvester.mechanics.periodic import MOST, Secants, Settling
 
 SLOW = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]])
 GROUPS = np.array([0, 0, 1])
@@ -43,6 +43,31 @@ def test_what_is_left_is_told_from_what_the_last_periods_did():
     state, change = settled.left(SLOW @ (after - off))
     assert state[:3] == pytest.approx(after[:3] - fixed, rel=1e-2)
     assert 0.4 < change[0] / (means[0] - fixed[2] ** 2) < 2.5  # a square, from periods farther off
+
+
+@pytest.mark.parametrize("angle", [0.05, 0.1, 0.3])
+def test_a_mode_that_turns_slowly_is_not_told_by_one_change(angle):
+    """It loses 7 % a period: one change says where it goes now, not where it turns to, and the way seemed over."""
+    fixed, (c, s) = np.array([1.0, -0.5]), (np.cos(angle), np.sin(angle))
+
+    def turn(y):
+        new = fixed + 0.93 * np.array([[c, -s], [s, c]]) @ (y - fixed)
+        return new, np.array([new[0] ** 2])
+
+    for begin in np.linspace(0.0, 6.0, 13):
+        aside = 3e-4 * np.array([np.cos(begin), np.sin(begin)])
+        settled = Settling(turn, np.eye(2), np.array([0, 0]), fixed + aside, slowest=14.0)
+        assert settled.reach(1e-4)
+        assert np.linalg.norm(settled.state - fixed) < 1e-4 * np.linalg.norm(fixed)
+
+
+def test_what_no_change_explains_counts_for_as_long_as_the_slowest_mode_lasts():
+    settled = Settling(lambda y: (y, np.ones(1)), np.eye(2), np.array([0, 0]), np.array([3.0, 4.0]), slowest=20.0)
+    assert settled.unexplained(np.array([0.05, 0.0])) == pytest.approx(20.0 * 0.05 / 5.0)
+    along = np.array([[0.1, 0.0]])
+    settled.known = Secants(along, along, np.ones((1, 1)))
+    assert settled.unexplained(np.array([0.05, 0.0])) < 1e-2 * 20.0 * 0.05 / 5.0
+    assert settled.unexplained(np.array([0.0, 0.05])) == pytest.approx(20.0 * 0.05 / 5.0)
 
 
 def test_noise_ends_the_way_where_it_lets_nothing_be_won():

@@ -132,3 +132,25 @@ def test_control_characters_in_names_are_shown(tmp_path):
     path = tmp_path / "a.csv"
     path.write_text("Time (s),\x1b[31mz\u202e (g)\n" + body())
     assert read_table(path, "FILE").heads == "Time (s),\\x1b[31mz\\u202e (g)"
+
+
+@pytest.mark.parametrize(
+    "text, rms",
+    [
+        ("Frequency (Hz),Amplitude (g^2/Hz)\n20,0.01\n80,0.05\n350,0.05\n2000,0.01\n", 6.92030892086149 * 9.80665),
+        ("Frequency;PSD\nHz;(m/s^2)^2/Hz\n10;10\n100;10\n300;0,51\n500;5\n2000;5\n", 96.5651501276714),
+        ("f (Hz),PSD (g^2/Hz)\n5,.02\n20,.02\n20,.005\n200,.005\n200,.001\n500,.001\n", 1.5**0.5 * 9.80665),
+    ],
+    ids=["named by its unit alone", "a row of units", "steps"],
+)
+def test_densities_as_standards_and_engines_write_them(tmp_path, text, rms):
+    path = tmp_path / "psd.csv"
+    path.write_text(text)
+    assert read_density(str(path)).rms == pytest.approx(rms, rel=1e-8)
+
+
+def test_three_equal_frequencies_are_no_step(tmp_path):
+    path = tmp_path / "psd.csv"
+    path.write_text("f (Hz),PSD (g^2/Hz)\n5,.02\n20,.02\n20,.01\n20,.005\n200,.005\n")
+    with pytest.raises(InputError, match="ascending frequencies"):
+        read_density(str(path))

@@ -76,7 +76,12 @@ class Drive:
     smoothing
         capacitance of the load's Csmooth (F) once the run is over, 0 without one.
     nodes
-        voltage (V) of each node at the last kick once the run is over, where its deck says to keep them.
+        voltage (V) of each node and current (A) of each coil at the last kick once the run is over, where its deck says
+        to keep them.
+    currents
+        of coils (A) at the beginning, by the names of their vectors.
+    earlier, nodes_earlier
+        what ``nodes`` were so many kicks before the last one; empty for 0.
     series
         vectors of ngspice by name at all accepted points, and their ``time`` (s), where its deck has probes.
     """
@@ -96,6 +101,7 @@ class Drive:
         smooth: bool = False,
     ) -> None:
         self.smoothing, self.nodes, self.series = 0.0, dict[str, float](), dict[str, Floats]()
+        self.currents, self.earlier, self.nodes_earlier = dict[str, float](), 0, dict[str, float]()
         count = len(noise) // stride
         self.noise = np.ascontiguousarray(noise[: count * stride])
         self.shaking = forcing(eqs, h, len(noise)) if shaking is None else np.ascontiguousarray(shaking)

@@ -3,6 +3,8 @@
 A process has one ngspice, with global state; `harvester.cosimulation.runs` keeps it out of the user's process.
 Time and the source come from the lock-step, compiled or in Python.  PySpice's own callbacks, which find their object
 through the one user pointer that ngspice keeps for all, are replaced by methods that do not use it.
+
+Long because the library has one global state, which a run's callbacks, threads and vectors share.
 """
 
 import logging
@@ -11,7 +13,7 @@ import os
 import threading
 import time
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -19,6 +21,7 @@ from typing import Any
 import numpy as np
 
 from harvester.arrays import Floats
+from harvester.cosimulation.load_elements import COIL
 from harvester.cosimulation.lockstep.drive import Drive
 from harvester.cosimulation.lockstep.model_drive import ModelDrive
 from harvester.cosimulation.lockstep.state import DURING, STATE, VECTORS
@@ -48,8 +51,8 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
         self.failure = ""  # the last one, in words
         self.vectors: tuple[str, ...] = ()  # of the present run, in the order of VECTORS
         self.smoothing = 0.0  # its capacitance Csmooth, F
-        self.names: list[str] = []  # of its nodes
-        self.nodes: dict[str, float] = {}  # their voltages at its last kick, V
+        self.names: list[str] = []  # of its nodes and of its coils' branches
+        self.nodes: dict[str, float] = {}  # their voltages at its last kick, V, and currents, A
         self.series: dict[str, Floats] = {}  # the time (s) and the probes' vectors at its accepted points
         super().__init__(send_data=True)
 
@@ -75,7 +78,8 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
     def _send_init_data(self, data: Any, ident: int, user: Any) -> int:
         """Note where the vectors that the lock-step reads stand among those of the coming run."""
         names = [ffi_string_utf8(data.vecs[i].vecname).lower() for i in range(data.veccount)]
-        self.names = [name for name in names if name != "time" and name[:1] != "@" and not name.endswith("#branch")]
+        voltages = [name for name in names if name != "time" and name[:1] != "@" and not name.endswith("#branch")]
+        self.names = voltages + [name for name in names if COIL.fullmatch(name)]
         for what, name in zip(VECTORS, self.vectors, strict=True):
             self.state[f"{what}_index"] = names.index(name) if name in names else -1
         return 0
@@ -139,10 +143,12 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
                 compiled_callbacks.pattern_of(drive.coefficients), drive.shaking is not None
             ).address
         self.vectors, self.loaded, self.smoothing, self.nodes = deck.vectors, False, 0.0, {}
+        self.nodes_earlier: dict[str, float] = {}
         self.series = {}
         self.messages.clear()
         self._stdout.clear()  # PySpice's own list, which grows for ever
-        run = threading.Thread(target=self._run, args=(deck,), daemon=True)
+        currents, earlier = (drive.currents, drive.earlier) if isinstance(drive, Drive) else ({}, 0)
+        run = threading.Thread(target=self._run, args=(deck, currents, earlier), daemon=True)
         left = seconds = deadline - time.monotonic()
         run.start()
         before, now = {"n_steps": -math.inf}, self._progress()
@@ -161,6 +167,8 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
             raise CircuitError(diagnostics.why_given_up(end, drive.duration, step, patience))
         drive.state[:] = self.state
         drive.smoothing, drive.nodes, drive.series = self.smoothing, self.nodes, self.series
+        if isinstance(drive, Drive):
+            drive.nodes_earlier = self.nodes_earlier
         if not self.loaded:
             raise CircuitError(diagnostics.why_refused(self.messages))
         if end < drive.duration * (1 - 1e-6):
@@ -179,29 +187,43 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
             return None
         return float(now["load"]) / covered, float(now["square"]) / covered, covered
 
-    def _run(self, deck: Deck) -> None:
-        """Give ngspice the circuit, run it, and make ngspice forget it."""
+    def _run(self, deck: Deck, currents: Mapping[str, float], earlier: int) -> None:
+        """Give ngspice the circuit, run it, and make ngspice forget it; coils begin with ``currents`` (A)."""
         api = self._ngspice_shared
         api.ngSpice_Command(b"unset cshunt_value")  # a deck's option cshunt would hold for all that follow it
         lines = [ffi.new("char[]", line.encode()) for line in [*deck.text.splitlines(), ""]]
         self.loaded = not api.ngSpice_Circ(ffi.new("char *[]", [*lines, ffi.NULL]))
-        steps = [lambda: api.ngSpice_Command(b"run"), lambda: self._keep(deck)]
+        begin = [f"alter {name.partition('#')[0]} ic = {value!r}".encode() for name, value in currents.items()]
+        steps: list[Callable[[], object]]
+        steps = [
+            lambda: [api.ngSpice_Command(command) for command in [*begin, b"run"]],
+            lambda: self._keep(deck, earlier),
+        ]
         steps += [lambda: api.ngSpice_Command(b"destroy all"), lambda: api.ngSpice_Command(b"remcirc")]
         for step in steps:
             if self.loaded and not self.lost:  # a run that was given up, or a fatal error, ends all
                 step()
 
-    def _keep(self, deck: Deck) -> None:
-        """Keep of a finished run what outlives it: Csmooth's capacitance, the last nodes' voltages, and the probes."""
+    def _keep(self, deck: Deck, earlier: int) -> None:
+        """Keep of a finished run what outlives it: Csmooth's capacitance, the last nodes' voltages, and the probes.
+
+        The nodes are those so many kicks ``earlier``, too.
+        """
         if deck.smoothing:
             vector = self._ngspice_shared.ngGet_Vec_Info(b"@c.xload.csmooth[capacitance]")
             self.smoothing = float(vector.v_realdata[0]) if vector and vector.v_length else 0.0
         last = float(self.state["noise_size"][0] * self.state["h"][0] / self.state["w0"][0])
         if deck.keeps and self.state["t"][0] > last:
-            at = int(np.argmin(np.abs(self._vector("time") - last)))
-            self.nodes = {name: float(self._vector(name)[at]) for name in self.names}
+            self.nodes = self._nodes_at(last)
+            before = earlier * float(self.state["h"][0] / self.state["w0"][0])
+            self.nodes_earlier = self._nodes_at(last - before) if earlier else {}
         if deck.probes and self.state["t"][0] > 0.0:
             self.series = {name: self._vector(name).copy() for name in ("time", *deck.probes)}
+
+    def _nodes_at(self, time: float) -> dict[str, float]:
+        """Voltages of the nodes and currents of the coils at the accepted point that is nearest to a time (s)."""
+        at = int(np.argmin(np.abs(self._vector("time") - time)))
+        return {name: float(self._vector(name)[at]) for name in self.names}
 
     def _vector(self, name: str) -> Floats:
         """A vector of the present run, which ngspice keeps until the run is forgotten."""

@@ -78,7 +78,7 @@ def steady_estimate(
         parts = ("step_error", "tolerance_error", "settling_error")
         details |= {part: error * watts for part, error in zip(parts, steady.errors("power")[1], strict=True)}
     details |= {"warm_up_seconds": steady.warm_up_seconds} | ledger_entries(
-        [last.ledger], 1.0 / watts, power.known_error95 * watts
+        [last.ledger], 1.0 / watts, (power.known_error95 + abs(power.value - last.ledger.load)) * watts
     )
     diagnostics = [
         *ledger_remarks(2 * [last.ledger]),
@@ -86,6 +86,7 @@ def steady_estimate(
         None if within is None else missed(within, power),
         note("comes_back", periods=last.turns, from_before=steady.continued),
         steady.unknown or note("steady_errors"),
+        steady.shunted,
         note("tolerance_reused") if steady.unknown is None and steady.reused is not None else None,
         stand_in(problem),
     ]

@@ -16,7 +16,7 @@ from harvester.engines.spice.estimates import partial_answer, sampled_estimate, 
 from harvester.engines.spice.first_batch import TRAJECTORIES, first_batch
 from harvester.engines.spice.probed_answer import Watch, watch_of, with_steady_probes
 from harvester.engines.spice.runs import Runs
-from harvester.engines.spice.setup import SpiceSetup, set_up
+from harvester.engines.spice.setup import SHUNTS, SpiceSetup, set_up
 from harvester.engines.spice.steady import Steady
 from harvester.engines.spice.steady_response import is_the_only_one, steady_response
 from harvester.equations.problem import Problem
@@ -37,10 +37,6 @@ if TYPE_CHECKING:
 
 GRACE, SLACK = 1.1, 1.0  # all may last so many times the `budget`, and so many seconds more
 RUNNING = 0.5  # of what the burn-in leaves, for the runs at least: their processes take some seconds to start
-# Capacitances from each node to ground that are tried in turn where ngspice does not converge, of the piezo's: diodes
-# without one of their own leave a node between them that nothing holds while both block.  The last try is that of a
-# netlist which bears none of them: an answer without one, whose tolerance could not be measured.
-SHUNTS = 0.0, 1e-5, 1e-4, 0.0
 
 
 class Spice(MonteCarloOptions, Engine):

@@ -2,8 +2,11 @@
 
 The response is found once, from rest or from a neighbouring one, and followed to steps of a half and a quarter and to a
 tenth of ngspice's tolerance; ngspice integrates by the trapezoidal rule, or by Gear's where that does not converge.
+Where neither does, each node has a capacitance to ground, which is halved with the first tenth of the tolerance.
 What the step changes is extrapolated where it falls as the order says (`harvester.uncertainty.richardson`), what the
 tolerance changes is added; what both may still change, and what settling further would, is the error.
+
+Long because the way to smaller steps and tolerances, and the error of where it ends, read the same responses.
 """
 
 import dataclasses
@@ -11,8 +14,8 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from harvester.engines.protocol import Progress
-from harvester.errors import CircuitError, OutOfTimeError
-from harvester.presentation.diagnostic import Diagnostic, note
+from harvester.errors import CircuitError, ConvergenceError, OutOfTimeError
+from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.presentation.messages.unknown_parts import STEP_AND_TOLERANCE
 from harvester.uncertainty.richardson import limit
 from harvester.uncertainty.value import Value
@@ -45,7 +48,7 @@ class Steady:
     tolerance; ``within`` is the relative error to work towards; ``unknown`` says why the error is not known, where it
     is not; ``continued`` that it comes from that of a scene a little different, and not from rest: from ``before``, at
     the longest step.  Of that scene ``near`` has the other steps, and ``reused`` is the relative error of the
-    tolerance that was measured so many neighbours ago.
+    tolerance that was measured so many neighbours ago.  ``diverged`` says that some run did not converge.
     """
 
     first: "CoupledDevice"
@@ -60,6 +63,7 @@ class Steady:
     before: "CoupledState | None" = None
     reused: tuple[float, int] | None = None
     warm_up_seconds: float = 0.0
+    diverged: bool = False
 
     @property
     def enough(self) -> float:
@@ -68,8 +72,11 @@ class Steady:
 
     @property
     def remains(self) -> float:
-        """Of the change to a tenth of the tolerance, what may remain there; Gear's damping falls more slowly."""
-        return REMAINS if self.first.trapezoidal else 1.0
+        """Of the change to a tenth of the tolerance, what may remain there.
+
+        Gear's damping falls more slowly, and of what capacitances from each node to ground do, half remains.
+        """
+        return REMAINS if self.first.trapezoidal and not self.first.shunt else 1.0
 
     @property
     def finest(self) -> int:
@@ -105,7 +112,7 @@ class Steady:
                 error.so_far = error.so_far or so_far
                 raise
             except CircuitError as error:  # it may be a state on the way that ngspice cannot begin with: a run tells
-                so_far = error.so_far
+                so_far, self.diverged = error.so_far, self.diverged or isinstance(error, ConvergenceError)
                 continue
             if response is not None:
                 self.responses[0, 0] = response
@@ -120,7 +127,7 @@ class Steady:
         jobs = []
         for halvings, tenths in settings:
             h, reltol = self.first.h / 2**halvings, self.first.reltol * TENTH**tenths
-            device = dataclasses.replace(self.first, h=h, reltol=reltol)
+            device = dataclasses.replace(self.first, h=h, reltol=reltol, shunt=self.first.shunt / 2**tenths)
             jobs.append((device, self._guess((halvings, tenths)), self.deadline, self.enough))
         try:
             for setting, response in zip(settings, map_in_workers(same_response, jobs), strict=True):
@@ -131,6 +138,7 @@ class Steady:
         except OutOfTimeError:
             self.unknown = _unknown("budget")
         except CircuitError as error:
+            self.diverged = self.diverged or isinstance(error, ConvergenceError)
             self.unknown = _unknown("circuit", str(error))
 
     def _guess(self, setting: tuple[int, int]) -> "PeriodicResponse":
@@ -148,6 +156,13 @@ class Steady:
             return self.last
         section = there.section.moved(since.section, now.section)
         return dataclasses.replace(there, section=section, secants=now.secants)
+
+    @property
+    def shunted(self) -> Diagnostic | None:
+        """The warning that each node has a capacitance to ground; None where it has none."""
+        if not (shunt := self.first.shunt):
+            return None
+        return warning("shunted_response", share=shunt, capacitance=shunt * self.first.scales.capacitance)
 
     def reusable(self) -> tuple[float, int] | None:
         """What a neighbour may take for the relative error of its tolerance; None where it must measure that."""

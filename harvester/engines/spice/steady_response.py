@@ -4,12 +4,14 @@ Where the mass is linear and the circuit feeds nothing there is one response onl
 it is found in a few periods.
 """
 
+import dataclasses
 import math
 import time
 from typing import TYPE_CHECKING
 
 from harvester.engines.options import MonteCarloOptions, number
 from harvester.engines.protocol import Progress
+from harvester.engines.spice.setup import SHUNTS
 from harvester.engines.spice.steady import FEWEST_STEPS, HALVINGS, RUNNING, WITHIN, Steady
 from harvester.equations.bounds import linear_growth
 from harvester.equations.coefficients import Equations
@@ -22,12 +24,14 @@ if TYPE_CHECKING:
 
 def is_the_only_one(options: MonteCarloOptions, problem: Problem) -> bool:
     """Whether the response is periodic, and the only one: that of a linear mass, whose circuit feeds nothing."""
+    from harvester.cosimulation.load_elements import feeds_nothing
+
     if not problem.equations.is_steady or problem.equations.modes is not None:
         return False
     if (options.trajectories, options.duration) != (None, None):
         return False
     circuit, linear = problem.circuit, linear_growth(problem.equations) is not None
-    return linear and circuit is not None and (circuit.linear or circuit.topology is not None)
+    return linear and circuit is not None and feeds_nothing(circuit)
 
 
 def steady_response(
@@ -57,10 +61,30 @@ def steady_response(
         steady.deadline = time.monotonic() + max(budget - start, RUNNING * budget)
     if isinstance(near, Steady):
         steady.near, near.near = near, None  # of a long way no more is kept
-    if not steady.begin(near.responses[0, 0] if isinstance(near, Steady) else near):
-        return None if near is None else steady_response(options, problem, reltol, progress, probes)
-    steady.make_precise(progress)
-    return steady
+    response = _precise(steady, near.responses[0, 0] if isinstance(near, Steady) else near, progress)
+    if response is None and near is not None:
+        return steady_response(options, problem, reltol, progress, probes)
+    return response
+
+
+def _precise(steady: Steady, near: "Neighbour | None", progress: Progress | None) -> Steady | None:
+    """The response made precise; where ngspice does not converge, with a capacitance from each node to ground.
+
+    The package's own netlists need none: their diodes have capacitances.  Where a circuit needs more than all that are
+    tried, it is the first response that was found; None where none was.
+    """
+    first, shunts = None, SHUNTS[:-1] if steady.first.load.topology is None else (0.0,)
+    for shunt in shunts:
+        device = dataclasses.replace(steady.first, shunt=shunt)
+        tried = dataclasses.replace(steady, first=device, responses={})
+        if tried.begin(near):
+            tried.make_precise(progress)
+            first = first or tried
+            if tried.unknown is None:
+                return tried
+        if not tried.diverged:
+            break
+    return first
 
 
 def to_be_found(options: MonteCarloOptions, problem: Problem, reltol: float, probes: tuple[Probe, ...] = ()) -> Steady:

@@ -92,6 +92,8 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "step_bias_not_measured": "the bias of the step could not be measured: {error}",
     "shunted": "ngspice did not converge: it does with {capacitance:.2g} F from each node to ground, {share:g} of the "
     "piezo's; what that changes was measured by twice as much, together with what the tolerance does",
+    "shunted_response": "ngspice did not converge: it does with {capacitance:.2g} F from each node to ground, {share:g} "
+    "of the piezo's; what that changes was measured by half as much, together with what the tolerance does",
     "tolerance_not_measured": "what ngspice's tolerance does could not be measured: {error}",
     "mean_while_settling": _mean_while_settling,
     "ngspice_left_out": _ngspice_left_out,
