@@ -110,6 +110,7 @@ class Solver:
         self._ends.append(f"T{name} = " + _sum([value, *(f"{slope}*(w{k} - u{k})" for k, slope in slopes.items())]))
         self._tests.append(f"abs({value} - T{name}) <= RELATIVE*abs({value}) + {tolerance}")
         self._stamps.append(f"e{name} = " + _sum([value, *(f"-{slope}*w{k}" for k, slope in slopes.items())]))
+        rows = self.reduction.equations.of(rows)
         for i, weight in rows.items():
             self._right[self._row[i]].append(_times(-weight, f"e{name}"))
         is_current = not any(i in self.reduction.system.owners for i in rows)

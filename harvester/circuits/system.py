@@ -68,7 +68,8 @@ class System:
 
     capacitance: float  # of the piezo, F
     unknowns: dict[str, int] = field(default_factory=dict)
-    conductances: dict[tuple[int, int], float] = field(default_factory=dict)
+    conductances: list[tuple[Row, Row, float]] = field(default_factory=list)  # products of a column and a row in G
+    leaks: list[Row] = field(default_factory=list)  # those of its rows that are only beside junctions
     sources: Row = field(default_factory=dict)
     charges: list[tuple[str, Row, Row, float]] = field(default_factory=list)  # name, column of P, row of Z, volts of 1
     starts: list[float] = field(default_factory=list)  # of the charges
@@ -98,9 +99,12 @@ class System:
 
     def add(self, rows: Row, columns: Row, value: float = 1.0) -> None:
         """Add a product of a column of equations and a row of unknowns to G."""
-        for i, a in rows.items():
-            for j, b in columns.items():
-                self.conductances[i, j] = self.conductances.get((i, j), 0.0) + a * b * value
+        self.conductances.append((rows, columns, value))
+
+    def add_leak(self, row: Row, value: float = GMIN) -> None:
+        """Add a conductance (S) beside a junction, which connects no nodes that the junction leaves apart."""
+        self.conductances.append((row, row, value))
+        self.leaks.append(row)
 
     def add_source(self, rows: Row, value: float) -> None:
         """Add constants to the right side."""
@@ -122,13 +126,6 @@ class System:
     def size(self) -> int:
         """The number of unknowns."""
         return len(self.unknowns)
-
-    def dense(self, entries: dict[tuple[int, int], float]) -> Floats:
-        """A matrix over all unknowns."""
-        matrix = np.zeros((self.size, self.size))
-        for (i, j), value in entries.items():
-            matrix[i, j] = value
-        return matrix
 
     def vectors(self, rows: Sequence[Row]) -> Floats:
         """Rows over all unknowns, shape (len(rows), size)."""

@@ -67,7 +67,7 @@ def add_junction(system: System, row: Row, limits: Junction, layer: Layer, shunt
     """Add a junction across a ``row`` of voltages, with a ``shunt`` (S) beside it; the leaf of its voltage."""
     if not row:
         return constant(0.0)
-    system.add(row, row, shunt)
+    system.add_leak(row, shunt)
     v = system.input(row, limits)
     _add_current(system, v, row, limits, layer)
     return v
@@ -123,7 +123,7 @@ def bipolar(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart])
         names["q"] = read("q*(1 + sqrt(max(1 + 4*q*(f*k + r*l), 0)))/2", part.where, names)
     row = _across(system, c, e, p_type)
     if row:
-        system.add(row, row, GMIN)
+        system.add_leak(row)
         system.functions.append(Function(read("(f - r)/q", part.where, names), row))
 
 
@@ -142,7 +142,7 @@ def _base_junction(
     thermal, gain = known(f"n{side.direction}", default=1.0) * THERMAL, known(side.gain, default=side.usual_gain)
     inside = known("xcjc", default=1.0) if side.letter == "c" else 1.0
     v = system.input(row, Junction(thermal, saturation))
-    system.add(row, row, GMIN / gain)
+    system.add_leak(row, GMIN / gain)
     layer = _layer(model, side, inside * area, gain * known(f"t{side.direction}"))
     _add_current(system, v, row, Junction(thermal, saturation / gain), layer)
     if leaked := known(side.leak) * area:
@@ -218,7 +218,7 @@ def _add_channel(
     for name, gate, body in (("forward", "gs", "bs"), ("backward", "gd", "bd")):
         here = {**names, "vg": names[gate], "vb": names.get(body, constant(0.0))}
         names[name] = read(f"vg - vto {raised}", part.where, here)
-    system.add(row, row, GMIN)
+    system.add_leak(row)
     system.functions.append(Function(read(_FIELD, part.where, names), row))
 
 
