@@ -1,15 +1,66 @@
-"""Groups of nodes that hang together by linear elements and float: only junctions and functions lead elsewhere.
+"""Groups of nodes that float: what they get as a whole is the sum of their equations, taken before numbers are rounded.
 
-The rails of a bridge are such a group.  The equations of its nodes have a store's C/tau, which is 1e16 times what leaks
-through blocked diodes.  What the group gets as a whole is the sum of its equations, in which linear elements cancel;
-taken before numbers are rounded, it stands in place of one of them.
+The rails of a bridge are such a group.  The equations of its nodes have a store's C/tau, which is up to 1e16 times what
+leaks through blocked diodes, so that rounding hides where the rails are.  In the sum all that connects nodes of the
+group cancels; it stands in place of one of their equations.  Groups are nested: what the store connects, what series
+resistances of devices do, too, what all capacitors do, and what all linear elements do.
 """
+
+from collections.abc import Iterable, Iterator
 
 from harvester.circuits.system import Row, System
 
 
-def floating_groups(system: System) -> list[list[int]]:
-    """The unknowns of the nodes of each group that floats, those of two nodes and more."""
+class Equations:
+    """The equations of a system, in which ``sums`` stand in place of those of some nodes: the nodes of each."""
+
+    def __init__(self, system: System) -> None:
+        entering = [*(diode.rows for diode in system.diodes), *(function.rows for function in system.functions)]
+        seen = {k for row, _ in system.inputs for k in row}
+        entered = {k for row in entering for k in row}
+        nodes = [k for k in range(system.size) if k not in system.owners]
+        self.sums = {k: frozenset([k]) for k in nodes}
+        for columns in _nested(system):
+            for group in _floating(system, columns):
+                heads = [k for k in group if self.sums[k] <= group and self._is_largest(k, group)]
+                first = max(heads, key=lambda k: (k in entered, k in seen, -k))  # one that is kept in any case
+                self.sums[first] = group
+        self.sums = {k: group for k, group in self.sums.items() if len(group) > 1}
+
+    def _is_largest(self, k: int, group: frozenset[int]) -> bool:
+        """Whether the sum at a node is in no other one of the group."""
+        return not any(self.sums[k] < self.sums[other] for other in group)
+
+    def of(self, column: Row) -> Row:
+        """What enters the equations where a ``column`` enters those of nodes."""
+        entering = dict(column)
+        for first, group in self.sums.items():
+            entering[first] = sum(value for k, value in column.items() if k in group)
+        return {k: value for k, value in entering.items() if value != 0.0}
+
+
+def _nested(system: System) -> Iterator[list[Row]]:
+    """The columns by which elements enter the equations: those of the strongest ones, and each time of more."""
+    leaks, series = ({id(row) for row in rows} for rows in (system.leaks, system.series))
+    coils = {k for _, column, _, _ in system.charges for k in column if k in system.owners}
+    sources, conductances, inner = list[Row](), list[Row](), list[Row]()
+    for column, row, _ in system.conductances:
+        if id(column) in series:
+            inner.append(column)
+        elif row.keys() <= system.owners.keys() and coils.isdisjoint(row):
+            sources.append(column)
+        elif id(column) not in leaks:
+            conductances.append(column)
+    store = [column for name, column, _, _ in system.charges if name == "csmooth"]
+    capacitors = [column for _, column, _, _ in system.charges]
+    yield store
+    yield store + inner
+    yield capacitors + sources + inner
+    yield capacitors + sources + inner + conductances
+
+
+def _floating(system: System, columns: Iterable[Row]) -> list[frozenset[int]]:
+    """The groups of nodes, of two and more, that elements connect with each other but not with ground."""
     ground = system.size
     parent = list(range(ground + 1))
 
@@ -18,39 +69,14 @@ def floating_groups(system: System) -> list[list[int]]:
             k = parent[k]
         return k
 
-    leaks = {id(row) for row in system.leaks}
-    columns = [rows for rows, _, _ in system.conductances if id(rows) not in leaks]
-    for column in (*columns, *(column for _, column, _, _ in system.charges)):
+    for column in columns:
         nodes = [k for k in column if k not in system.owners]
-        if not nodes:
-            continue
         if sum(column[k] for k in nodes) != 0.0:
             nodes.append(ground)
         for k in nodes[1:]:
             parent[of(k)] = of(nodes[0])
-    groups = dict[int, list[int]]()
+    groups = dict[int, set[int]]()
     for k in range(ground):
         if k not in system.owners and of(k) != of(ground):
-            groups.setdefault(of(k), []).append(k)
-    return [group for group in groups.values() if len(group) > 1]
-
-
-class Equations:
-    """The equations of a system, in which the ``sums`` of groups that float stand in place of one of each group's."""
-
-    def __init__(self, system: System) -> None:
-        entering = [*(diode.rows for diode in system.diodes), *(function.rows for function in system.functions)]
-        seen = {k for row, _ in system.inputs for k in row}
-        entered = {k for row in entering for k in row}
-        self.sums = dict[int, frozenset[int]]()
-        for group in floating_groups(system):
-            if not entered.isdisjoint(group):  # among its nodes one that is kept in any case
-                first = max(group, key=lambda k: ((k in entered) + (k in seen), k in entered, -k))
-                self.sums[first] = frozenset(group)
-
-    def of(self, column: Row) -> Row:
-        """What enters the equations where a ``column`` enters those of nodes."""
-        entering = dict(column)
-        for first, group in self.sums.items():
-            entering[first] = sum(value for k, value in column.items() if k in group)
-        return {k: value for k, value in entering.items() if value != 0.0}
+            groups.setdefault(of(k), set()).add(k)
+    return [frozenset(group) for group in groups.values() if len(group) > 1]

@@ -69,7 +69,8 @@ class System:
     capacitance: float  # of the piezo, F
     unknowns: dict[str, int] = field(default_factory=dict)
     conductances: list[tuple[Row, Row, float]] = field(default_factory=list)  # products of a column and a row in G
-    leaks: list[Row] = field(default_factory=list)  # those of its rows that are only beside junctions
+    leaks: list[Row] = field(default_factory=list)  # those of its columns that are only beside junctions
+    series: list[Row] = field(default_factory=list)  # those of its columns that are of resistances within devices
     sources: Row = field(default_factory=dict)
     charges: list[tuple[str, Row, Row, float]] = field(default_factory=list)  # name, column of P, row of Z, volts of 1
     starts: list[float] = field(default_factory=list)  # of the charges

@@ -60,6 +60,7 @@ def behind(system: System, node: str, inner: str, resistance: float) -> str:
         return node
     row = system.across(node, inner)
     system.add(row, row, 1.0 / resistance)
+    system.series.append(row)
     return inner
 
 
