@@ -79,6 +79,7 @@ class System:
     diodes: list[Diode] = field(default_factory=list)  # which also have a charge each
     switches: list[Switch] = field(default_factory=list)
     owners: dict[int, str] = field(default_factory=dict)  # of the unknowns that are currents: their elements
+    elements: dict[str, tuple[int, int]] = field(default_factory=dict)  # how many diodes and functions there are then
 
     def node(self, name: str) -> int | None:
         """The number of a node's voltage; None for ground."""
@@ -122,6 +123,12 @@ class System:
         if (row, junction) not in self.inputs:
             self.inputs.append((row, junction))
         return input_of(self.inputs.index((row, junction)))
+
+    def element_of(self, k: int) -> str:
+        """The element of a function by its number: those of diodes come first."""
+        of_diodes = k < len(self.diodes)
+        count = k if of_diodes else k - len(self.diodes)
+        return next(name for name, many in self.elements.items() if many[0 if of_diodes else 1] > count)
 
     @property
     def size(self) -> int:
