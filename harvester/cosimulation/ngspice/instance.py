@@ -36,6 +36,7 @@ with warnings.catch_warnings():
     from PySpice.Spice.NgSpice.Shared import NgSpiceShared, ffi, ffi_string_utf8
 
 SLOWEST = 1.0  # kicks a second of a run that gets anywhere
+LOOK, TINY = 5.0, 1e-9  # s between looks; of a step: shorter ones all the time between two looks lead nowhere
 
 
 class Ngspice(NgSpiceShared):  # type: ignore[misc]
@@ -145,11 +146,16 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
         run = threading.Thread(target=self._run, args=(deck,), daemon=True)
         left = seconds = deadline - time.monotonic()
         run.start()
-        before, now = {"n_steps": -math.inf}, self._progress()
-        while run.is_alive() and left > 0.0 and now["n_steps"] - before["n_steps"] >= SLOWEST * min(patience, 1e9):
-            before = now
-            run.join(min(patience, left, threading.TIMEOUT_MAX))
-            now, left = self._progress(), deadline - time.monotonic()
+        step, since = float(drive.state["h"][0] / drive.state["w0"][0]), time.monotonic()
+        before = looked = now = self._progress()
+        hopeless = slow = False
+        while run.is_alive() and left > 0.0 and not (hopeless or slow):
+            run.join(min(patience, LOOK, left))
+            looked, now, left = now, self._progress(), deadline - time.monotonic()
+            hopeless = 0.0 < now["t"] - looked["t"] < TINY * step * (now["accepted"] - looked["accepted"])
+            if time.monotonic() - since >= patience:
+                slow = now["n_steps"] - before["n_steps"] < SLOWEST * patience
+                before, since = now, time.monotonic()
         end, stuck = now["t"], run.is_alive()
         self.lost = self.lost or stuck
         if stuck and left <= 0.0:
@@ -157,8 +163,9 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
             error.so_far = self._so_far()
             raise error
         if stuck:
-            step = (end - before["t"]) / max(now["accepted"] - before["accepted"], 1)
-            raise CircuitError(diagnostics.why_given_up(end, drive.duration, step, patience))
+            made = (end - looked["t"]) / max(now["accepted"] - looked["accepted"], 1)
+            kind = ConvergenceError if hopeless else CircuitError
+            raise kind(diagnostics.why_given_up(end, drive.duration, made, LOOK if hopeless else patience))
         drive.state[:] = self.state
         drive.smoothing, drive.nodes, drive.series = self.smoothing, self.nodes, self.series
         if not self.loaded:

@@ -15,7 +15,7 @@ from harvester.engines.sampling import agreement, mean_with_errors, power_balanc
 from harvester.engines.spice.ledger import gives_power, ledger_entries, ledger_remarks
 from harvester.engines.spice.probed_answer import Watch, with_sampled_probes
 from harvester.engines.spice.runs import Runs
-from harvester.engines.spice.setup import SpiceSetup, stand_in
+from harvester.engines.spice.setup import SpiceSetup, shunted, stand_in
 from harvester.engines.spice.steady import Steady
 from harvester.equations.problem import Problem
 from harvester.errors import OutOfTimeError
@@ -86,6 +86,7 @@ def steady_estimate(
         None if within is None else missed(within, power),
         note("comes_back", periods=last.turns, from_before=steady.continued),
         steady.unknown or note("steady_errors"),
+        shunted(steady.first) if steady.first.shunt else None,
         note("tolerance_reused") if steady.unknown is None and steady.reused is not None else None,
         stand_in(problem),
     ]

@@ -55,8 +55,13 @@ class SpiceSetup:
         """The same, with a capacitance from each node to ground, of the piezo's (0: none), which is told."""
         if not shunt:
             return self
-        diagnostic = warning("shunted", share=shunt, capacitance=shunt * self.device.scales.capacitance)
-        return replace(self, device=replace(self.device, shunt=shunt), diagnostics=[*self.diagnostics, diagnostic])
+        device = replace(self.device, shunt=shunt)
+        return replace(self, device=device, diagnostics=[*self.diagnostics, shunted(device)])
+
+
+def shunted(device: "CoupledDevice") -> Diagnostic:
+    """The warning that ngspice has a capacitance from each node to ground, without which it does not converge."""
+    return warning("shunted", share=device.shunt, capacitance=device.shunt * device.scales.capacitance)
 
     @property
     def short(self) -> bool:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from harvester.engines.protocol import Progress
-from harvester.errors import CircuitError, OutOfTimeError
+from harvester.errors import CircuitError, ConvergenceError, OutOfTimeError
 from harvester.presentation.diagnostic import Diagnostic, note
 from harvester.presentation.messages.unknown_parts import STEP_AND_TOLERANCE
 from harvester.uncertainty.richardson import limit
@@ -27,6 +27,7 @@ HALVINGS, TIGHTEST = 4, 0.9e-7  # of the first step at most, and the smallest to
 BORNE = 0.7  # of the error that is asked for: what the tolerance may make while the step is still halved
 TENTH = 0.1  # of the tolerance, to see what it does
 REMAINS = 0.5  # of that change, at a tenth of the tolerance: of an error as reltol^(2/3), doubled
+SHUNT = 1e-5  # from each node to ground, of the piezo's capacitance, where ngspice does not converge without
 RUNNING = 0.5  # of the budget, for the runs at least: their processes take some seconds to start
 SETTLED = 0.1  # of the error that is asked for: what settling may leave, relative to the response's size
 ROUGHEST, FINEST = 3e-4, 1e-6  # the same, of the response's size
@@ -96,8 +97,11 @@ class Steady:
             if before is not None and before.nodes.keys() == near.section.nodes.keys():
                 ahead = dataclasses.replace(near, section=near.section.moved(before, near.section))
             self.continued, self.before = True, near.section
-        for trapezoidal, start_near in ((True, ahead), (False, near)):
-            self.first = dataclasses.replace(self.first, trapezoidal=trapezoidal)
+        needed = False  # a shunt, which is of use where ngspice does not converge
+        for trapezoidal, start_near, shunt in ((True, ahead, 0.0), (False, near, 0.0), (True, near, SHUNT)):
+            if shunt and not needed:
+                break
+            self.first = dataclasses.replace(self.first, trapezoidal=trapezoidal, shunt=shunt)
             given = self.first, origin, self.deadline, self.enough, start_near
             try:
                 response = next(map_in_workers(periodic_response, [given]))
@@ -105,7 +109,7 @@ class Steady:
                 error.so_far = error.so_far or so_far
                 raise
             except CircuitError as error:  # it may be a state on the way that ngspice cannot begin with: a run tells
-                so_far = error.so_far
+                so_far, needed = error.so_far, needed or isinstance(error, ConvergenceError)
                 continue
             if response is not None:
                 self.responses[0, 0] = response
@@ -120,7 +124,8 @@ class Steady:
         jobs = []
         for halvings, tenths in settings:
             h, reltol = self.first.h / 2**halvings, self.first.reltol * TENTH**tenths
-            device = dataclasses.replace(self.first, h=h, reltol=reltol)
+            shunt = self.first.shunt * (2.0 if tenths > self.tenths else 1.0)  # what it changes goes with the tolerance
+            device = dataclasses.replace(self.first, h=h, reltol=reltol, shunt=shunt)
             jobs.append((device, self._guess((halvings, tenths)), self.deadline, self.enough))
         try:
             for setting, response in zip(settings, map_in_workers(same_response, jobs), strict=True):
@@ -131,6 +136,9 @@ class Steady:
         except OutOfTimeError:
             self.unknown = _unknown("budget")
         except CircuitError as error:
+            if isinstance(error, ConvergenceError) and not self.first.shunt:
+                self.first = dataclasses.replace(self.first, shunt=SHUNT)
+                return self.continue_to(settings)
             self.unknown = _unknown("circuit", str(error))
 
     def _guess(self, setting: tuple[int, int]) -> "PeriodicResponse":
