@@ -6,30 +6,24 @@ group cancels; it stands in place of one of their equations.  Groups are nested:
 resistances of devices do, too, what all capacitors do, and what all linear elements do.
 """
 
+import itertools
 from collections.abc import Iterable, Iterator
 
 from harvester.circuits.system import Row, System
 
 
-class Equations:
+class SummedEquations:
     """The equations of a system, in which ``sums`` stand in place of those of some nodes: the nodes of each."""
 
     def __init__(self, system: System) -> None:
-        entering = [*(diode.rows for diode in system.diodes), *(function.rows for function in system.functions)]
-        seen = {k for row, _ in system.inputs for k in row}
-        entered = {k for row in entering for k in row}
-        nodes = [k for k in range(system.size) if k not in system.owners]
-        self.sums = {k: frozenset([k]) for k in nodes}
-        for columns in _nested(system):
-            for group in _floating(system, columns):
-                heads = [k for k in group if self.sums[k] <= group and self._is_largest(k, group)]
-                first = max(heads, key=lambda k: (k in entered, k in seen, -k))  # one that is kept in any case
-                self.sums[first] = group
-        self.sums = {k: group for k, group in self.sums.items() if len(group) > 1}
-
-    def _is_largest(self, k: int, group: frozenset[int]) -> bool:
-        """Whether the sum at a node is in no other one of the group."""
-        return not any(self.sums[k] < self.sums[other] for other in group)
+        seen = set[int]().union(*(row for row, _ in system.inputs))
+        entered = set[int]().union(*(diode.rows for diode in system.diodes), *(f.rows for f in system.functions))
+        sums = {k: frozenset([k]) for k in range(system.size) if k not in system.owners}
+        for group in itertools.chain.from_iterable(_floating(system, columns) for columns in _nested(system)):
+            heads = (k for k in group if not any(sums[k] < sums[other] for other in group))
+            first = max(heads, key=lambda k: (k in entered, k in seen, -k))  # one that is kept in any case
+            sums[first] = group
+        self.sums = {k: group for k, group in sums.items() if len(group) > 1}
 
     def of(self, column: Row) -> Row:
         """What enters the equations where a ``column`` enters those of nodes."""

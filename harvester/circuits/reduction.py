@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.circuits.floating import Equations
+from harvester.circuits.floating import SummedEquations
 from harvester.circuits.system import Row, System
 from harvester.errors import InputError
 
@@ -43,7 +43,7 @@ class Reduction:
     """
 
     def __init__(self, system: System, read: list[Row], tau: float) -> None:
-        self.system, self.equations, n = system, Equations(system), system.size
+        self.system, self.equations, n = system, SummedEquations(system), system.size
         self.G = np.zeros((n, n))
         for rows, columns, value in system.conductances:
             for (i, a), (j, b) in itertools.product(self.equations.of(rows).items(), columns.items()):

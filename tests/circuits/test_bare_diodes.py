@@ -16,7 +16,7 @@ from scipy.integrate import solve_ivp
 
 import harvester as hv
 from harvester.circuits.compiled_circuit import CompiledCircuit
-from harvester.circuits.floating import Equations
+from harvester.circuits.floating import SummedEquations
 from harvester.circuits.junctions import THERMAL, diode
 from harvester.equations.problem import Problem
 from harvester.mechanics.ensemble.trajectories import Trajectories
@@ -97,7 +97,8 @@ def test_no_step_fails_behind_other_rectifiers(tmp_path, name):
         body = OTHERS[name].format(farads="100u", card=f"(Is={saturation} {more})")
         scene = driven(tmp_path, body)
         rectifier = Rectifier(Problem.of(scene))
-        assert after_jumps(scene, rectifier.compiled(rectifier.held), [2.0, 7.0, 0.0, 5.0]) == 5 * [0], (saturation, more)
+        held = rectifier.compiled(rectifier.held)
+        assert after_jumps(scene, held, [2.0, 7.0, 0.0, 5.0]) == 5 * [0], (saturation, more)
 
 
 def test_what_rails_get_as_a_whole_has_nothing_of_the_store(tmp_path):
@@ -105,7 +106,7 @@ def test_what_rails_get_as_a_whole_has_nothing_of_the_store(tmp_path):
     problem = Problem.of(driven(tmp_path, BARE.format(farads="100u", card="")))
     rectifier = Rectifier(problem)
     reduction = rectifier.compiled(rectifier.held).reduction
-    (head,) = Equations(reduction.system).sums
+    (head,) = SummedEquations(reduction.system).sums
     summed = reduction.stage(1e-5).admittances[reduction.rows.index(head)]
     expected = {"p": -2e-12, "a": 2e-12, "b": 2e-12}
     names = list(reduction.system.unknowns)

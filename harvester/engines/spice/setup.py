@@ -58,11 +58,6 @@ class SpiceSetup:
         device = replace(self.device, shunt=shunt)
         return replace(self, device=device, diagnostics=[*self.diagnostics, shunted(device)])
 
-
-def shunted(device: "CoupledDevice") -> Diagnostic:
-    """The warning that ngspice has a capacitance from each node to ground, without which it does not converge."""
-    return warning("shunted", share=device.shunt, capacitance=device.shunt * device.scales.capacitance)
-
     @property
     def short(self) -> bool:
         """Whether runs take a compiled circuit on from its states: beside a stop its path and ngspice's soon part."""
@@ -228,3 +223,8 @@ def stand_in(problem: Problem) -> Diagnostic | None:
     s = problem.scales
     numbers = {"mass": s.mass, "frequency": s.frequency, "capacitance": s.capacitance, "coupling": s.coupling}
     return None if problem.physical else note("stand_in", **numbers)
+
+
+def shunted(device: "CoupledDevice") -> Diagnostic:
+    """The warning that ngspice has a capacitance from each node to ground, without which it does not converge."""
+    return warning("shunted", share=device.shunt, capacitance=device.shunt * device.scales.capacitance)

@@ -25,8 +25,7 @@ if TYPE_CHECKING:
 WITHIN = 1e-3  # relative error that is worked towards where none is asked for
 HALVINGS, TIGHTEST = 4, 0.9e-7  # of the first step at most, and the smallest tolerance
 BORNE = 0.7  # of the error that is asked for: what the tolerance may make while the step is still halved
-TENTH = 0.1  # of the tolerance, to see what it does
-REMAINS = 0.5  # of that change, at a tenth of the tolerance: of an error as reltol^(2/3), doubled
+TENTH, REMAINS = 0.1, 0.5  # of the tolerance, to see what it does; of that change: an error as reltol^(2/3), doubled
 SHUNT = 1e-5  # from each node to ground, of the piezo's capacitance, where ngspice does not converge without
 RUNNING = 0.5  # of the budget, for the runs at least: their processes take some seconds to start
 SETTLED = 0.1  # of the error that is asked for: what settling may leave, relative to the response's size
@@ -97,10 +96,8 @@ class Steady:
             if before is not None and before.nodes.keys() == near.section.nodes.keys():
                 ahead = dataclasses.replace(near, section=near.section.moved(before, near.section))
             self.continued, self.before = True, near.section
-        needed = False  # a shunt, which is of use where ngspice does not converge
-        for trapezoidal, start_near, shunt in ((True, ahead, 0.0), (False, near, 0.0), (True, near, SHUNT)):
-            if shunt and not needed:
-                break
+        tries = [(True, ahead, 0.0), (False, near, 0.0)]
+        for trapezoidal, start_near, shunt in tries:
             self.first = dataclasses.replace(self.first, trapezoidal=trapezoidal, shunt=shunt)
             given = self.first, origin, self.deadline, self.enough, start_near
             try:
@@ -109,7 +106,9 @@ class Steady:
                 error.so_far = error.so_far or so_far
                 raise
             except CircuitError as error:  # it may be a state on the way that ngspice cannot begin with: a run tells
-                so_far, needed = error.so_far, needed or isinstance(error, ConvergenceError)
+                so_far = error.so_far
+                if isinstance(error, ConvergenceError):
+                    tries[2:] = [(True, near, SHUNT)]
                 continue
             if response is not None:
                 self.responses[0, 0] = response
@@ -124,14 +123,14 @@ class Steady:
         jobs = []
         for halvings, tenths in settings:
             h, reltol = self.first.h / 2**halvings, self.first.reltol * TENTH**tenths
-            shunt = self.first.shunt * (2.0 if tenths > self.tenths else 1.0)  # what it changes goes with the tolerance
+            shunt = self.first.shunt * (2.0 if tenths > self.tenths else 1.0)  # what it does goes with the tolerance
             device = dataclasses.replace(self.first, h=h, reltol=reltol, shunt=shunt)
             jobs.append((device, self._guess((halvings, tenths)), self.deadline, self.enough))
         try:
             for setting, response in zip(settings, map_in_workers(same_response, jobs), strict=True):
                 if response is None:
                     self.unknown = _unknown("lost")
-                    return
+                    return None
                 self.responses[setting] = response
         except OutOfTimeError:
             self.unknown = _unknown("budget")
