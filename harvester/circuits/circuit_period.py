@@ -154,10 +154,20 @@ class _Way:
 def periodic_response(
     circuit: CompiledCircuit, eqs: Equations, h: float, enough: float, near: CircuitStart | None = None
 ) -> CircuitPeriod | None:
-    """The response from rest, or near another one, at steps of h; None where none comes back.
+    """The response from rest, or near another one, at steps of h; None where none comes back, or steps do not converge.
 
     What is left of the way there is below ``enough`` of the state's size.
     """
+    try:
+        return _response(circuit, eqs, h, enough, near)
+    except CircuitError:
+        return None
+
+
+def _response(
+    circuit: CompiledCircuit, eqs: Equations, h: float, enough: float, near: CircuitStart | None
+) -> CircuitPeriod | None:
+    """As `periodic_response`; raises CircuitError where steps of the circuit do not converge."""
     way, turns = _Way(circuit, eqs, h, near), 1 if near is None else near.turns
     if linear_growth(eqs) is None:
         turns = way.come_near() if near is None else near.turns
@@ -167,15 +177,14 @@ def periodic_response(
         natural = 2.0 * math.pi / (way.size * way.h)
         way.run(max(math.ceil(FIRST * min(natural, 1.0)), 1))
     settled = way.settling(turns)
-    try:
-        if not settled.reach(enough):
-            return None
-        way.turn(settled.state, turns)
-    except CircuitError:
+    if not settled.reach(enough):
         return None
+    way.turn(settled.state, turns)
     ends, means = [way.y], list[Floats]()
     for _ in range(MEASURED):
         path = way.run(turns, 1)
+        if path.failed:
+            return None
         ends.append(way.y)
         means.append(way.means(path))
     residual = settled.slow @ (ends[-1] - ends[0]) / MEASURED

@@ -14,6 +14,7 @@ import numpy as np
 from harvester.arrays import Floats
 from harvester.circuits.circuit_batch import MASS_ROWS, MORE_SUMS, advance_circuit, circuit_mid_drift
 from harvester.circuits.circuit_path import CircuitPath, trace_circuit
+from harvester.circuits.converged import check_converged
 from harvester.circuits.modes_with_circuit import advance_modal_circuit, modal_circuit_mid_drift
 from harvester.circuits.newton import Solver
 from harvester.circuits.reduction import Reduction
@@ -46,6 +47,7 @@ def system_of(parts: dict[str, CircuitPart], capacitance: float) -> System:
     system.add_charge("piezo", across, {k: v * capacitance for k, v in across.items()}, 1.0 / capacitance)
     for part in parts.values():
         stamp(part, system, parts)
+        system.elements[part.name] = len(system.diodes), len(system.functions)
     return system
 
 
@@ -158,9 +160,22 @@ class CompiledCircuit:
         kicked: bool = False,
         keep: bool = False,
     ) -> CircuitPath:
-        """One trajectory on a noise path, from rest or a ``state`` of the circuit; see `trace_circuit`."""
+        """One trajectory on a noise path, from rest or a ``state`` of the circuit; see `trace_circuit`.
+
+        Raises CircuitError where too many steps do not converge.
+        """
         state = self.rest if state is None else state
-        return trace_circuit(eqs, self.for_kernels(h), state, noise, h, stride, start, shaking, kicked, keep)
+        path = trace_circuit(eqs, self.for_kernels(h), state, noise, h, stride, start, shaking, kicked, keep)
+        self.check(path.steps, path.failed, path.state)
+        return path
+
+    def check(self, steps: float, failed: float, state: Floats) -> None:
+        """Raise CircuitError where too many of so many steps ``failed``, before the ``state`` or states, (..., n)."""
+        check_converged(self.system, steps, failed, state[..., -1])
+
+    def check_sums(self, sums: Floats, state: Floats) -> None:
+        """As `check`, of sums as a batch has them, without those of ideal circuits, and states with all their rows."""
+        self.check(sums[-2], sums[-1], np.moveaxis(state[:, MASS_ROWS : self.rows], 1, -1))
 
     def with_own_steps(self, path: CircuitPath, given: tuple[Any, ...], kicked: bool = False) -> CircuitPath:
         """The path that `trace` made of what is ``given``, with the log of the circuit's own steps."""

@@ -107,10 +107,11 @@ class Solver:
 
     def _add(self, name: str, value: str, slopes: dict[int, str], rows: Row, tolerance: str) -> None:
         """Add a function F to the tests and to the matrix: its tangent is F + sum of F_k (w_k - u_k)."""
-        self._before.append(f"T{name} = 0.0")
+        self._before += [f"T{name} = 0.0", f"ok{len(self._tests)} = True"]
         self._ends.append(f"T{name} = " + _sum([value, *(f"{slope}*(w{k} - u{k})" for k, slope in slopes.items())]))
         self._tests.append(f"abs({value} - T{name}) <= RELATIVE*abs({value}) + {tolerance}")
         self._stamps.append(f"e{name} = " + _sum([value, *(f"-{slope}*w{k}" for k, slope in slopes.items())]))
+        rows = self.reduction.equations.of(rows)
         for i, weight in rows.items():
             self._right[self._row[i]].append(_times(-weight, f"e{name}"))
         is_current = not any(i in self.reduction.system.owners for i in rows)
@@ -181,9 +182,8 @@ class Solver:
             "    for iteration in range(MOST_ITERATIONS):",
             *self._lines,
             "        if near:",
-            "            done = True",
-            *(f"            done &= {test}" for test in self._tests),
-            "            if done:",
+            *(f"            ok{k} = {test}" for k, test in enumerate(self._tests)),
+            f"            if {' & '.join(map('ok{}'.format, range(len(self._tests)))) or 'True'}:",
             *(f"                {line}" for line in self._last),
             *(f"                y[{k}] = b[{k}]" for k in range(n)),
             "                return iteration",
@@ -193,6 +193,7 @@ class Solver:
             f"        held = 0.0 if near else {HELD}",
             *(f"        {line}" for line in self._after),
             *(f"        {line}" for line in self._ends),
+            *(line for k in range(len(self._tests)) for line in (f"    if not ok{k}:", f"        return {-2 - k}")),
             "    return -1",
         ]
         return _HEAD + "\n".join(lines) + "\n"

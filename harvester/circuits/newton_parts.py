@@ -12,7 +12,8 @@ ALMOST = 1.0 - 1e-15  # below 1, as far as an inverse function is computed
 LARGEST = 1e9  # factor of an elimination, in equations of like size
 RELATIVE = 1e-6  # of a current or voltage, that its function and its tangent may differ by
 _POINTER = types.CPointer(types.float64)
-# y, right side, Y, arguments, states of switches, charges, workspace; 1/tau: iterations, -1 where they do not converge
+# y, right side, Y, arguments, states of switches, charges, workspace; 1/tau: iterations; where they do not converge -2
+# less the number of the first function that is not near its tangent, and -1 where there is none such
 SIGNATURE = types.int64(*7 * [_POINTER], types.float64)
 
 

@@ -94,7 +94,7 @@ def powers_of_elements(circuit: CompiledCircuit, states: Floats) -> dict[str, Fl
         currents = [(_value(function.tree, w, switched), function.rows) for function in alone.functions]
         currents += [(_static(w[:, diode.input], diode.arguments), diode.rows) for diode in alone.diodes]
         currents += [(np.full(len(y), -1.0), alone.sources)]
-        currents += [(value * y[:, j], {i: 1.0}) for (i, j), value in alone.conductances.items()]
+        currents += [(value * (y @ alone.vectors([row])[0]), rows) for rows, row, value in alone.conductances]
         taken = [current * a * y[:, i] for current, rows in currents for i, a in rows.items() if i not in alone.owners]
         if taken:
             powers[part.name] = np.sum(taken, axis=0)

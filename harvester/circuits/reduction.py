@@ -13,11 +13,14 @@ These are admittances: ports of a bridge float, so that impedances would be infi
 the topology, and on values only where one of them is zero.
 """
 
+import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from harvester.arrays import Floats
+from harvester.circuits.floating import SummedEquations
 from harvester.circuits.system import Row, System
 from harvester.errors import InputError
 
@@ -40,15 +43,18 @@ class Reduction:
     """
 
     def __init__(self, system: System, read: list[Row], tau: float) -> None:
-        self.system, n = system, system.size
-        self.G = system.dense(system.conductances)
-        self.P = system.vectors([column for _, column, _, _ in system.charges]).T
+        self.system, self.equations, n = system, SummedEquations(system), system.size
+        self.G = np.zeros((n, n))
+        for rows, columns, value in system.conductances:
+            for (i, a), (j, b) in itertools.product(self.equations.of(rows).items(), columns.items()):
+                self.G[i, j] += a * b * value
+        self.P = self._entering([column for _, column, _, _ in system.charges])
         self.Z = system.vectors([row for _, _, row, _ in system.charges])
         entering = [*(diode.rows for diode in system.diodes), *(function.rows for function in system.functions)]
-        self.A = system.vectors(entering).T
+        self.A = self._entering(entering)
         self.W = system.vectors([row for row, _ in system.inputs])
-        self.s = system.vectors([system.sources])[0]
-        self.b = system.vectors([{system.unknowns["p"]: 1.0}])[0]
+        self.s = self._entering([system.sources])[:, 0]
+        self.b = self._entering([{system.unknowns["p"]: 1.0}])[:, 0]
         self.read = system.vectors(read)
         self.entered = np.abs(self.A).sum(axis=1) > 0.0
         self.control = system.vectors([switch.control for switch in system.switches])
@@ -58,6 +64,10 @@ class Reduction:
         self.rows, self.columns = self._kept(self.matrix(tau), self.entered, seen)
         self.gone_rows = [k for k in range(n) if k not in self.rows]
         self.gone_columns = [k for k in range(n) if k not in self.columns]
+
+    def _entering(self, columns: Sequence[Row]) -> Floats:
+        """Columns of what enters the equations of nodes, shape (equations, columns)."""
+        return self.system.vectors([self.equations.of(column) for column in columns]).T
 
     def matrix(self, tau: float) -> Floats:
         """The linear part of a stage's equations."""

@@ -26,7 +26,7 @@ IMPACT = 6  # level of the steps in which an impact is averaged: a rectifier see
 GIVEN_UP = 1 << (LEVELS - 5)  # shortest steps that are left out where one does not converge
 FADING = 2e-4  # of a charge's size, a step
 N_VOLTAGES = 3  # quantities that are told beside the charges: voltages of the piezo, the store and the load
-DID = 3  # numbers of what a drift did
+DID = 4  # numbers of what a drift did, and of what did not converge last
 ROOMS = 7  # rows of the workspace
 NEVER = 1e300  # the error of a step that did not converge
 
@@ -137,20 +137,23 @@ def error_of(c, volts, s, first, second, sizes):
 def step(c, level, s, u, y, switches, sizes, room, volts, thresholds):
     """Try a step of two stages from the charges s: its error, and the load's voltage after the first stage.
 
-    The charges at its end are in the second row of ``room``, what is told in the fourth.
+    The charges at its end are in the second row of ``room``, what is told in the fourth.  The third number is below 0
+    where a stage does not converge: what the solver returned.
     """
     middle, end, new, r, work, between = room[0], room[1], room[3], room[4], room[5], room[6]
-    if stage(c, level, s, u, y, switches, middle, new, r, work) < 0:
-        return NEVER, 0.0
+    iterations = stage(c, level, s, u, y, switches, middle, new, r, work)
+    if iterations < 0:
+        return NEVER, 0.0, iterations
     load_voltage = new[2]
     for k in range(c.ns):
         between[k] = s[k] + (1.0 - GAMMA) / GAMMA * (middle[k] - s[k])
-    if stage(c, level, between, u, y, switches, end, new, r, work) < 0:
-        return NEVER, load_voltage
+    iterations = stage(c, level, between, u, y, switches, end, new, r, work)
+    if iterations < 0:
+        return NEVER, load_voltage, iterations
     error = error_of(c, volts, s, middle, end, sizes)
     if error < NEVER and switched(thresholds, new, switches):
-        return max(error, 4.0), load_voltage
-    return error, load_voltage
+        return max(error, 4.0), load_voltage, iterations
+    return error, load_voltage, iterations
 
 
 @inlined
@@ -181,8 +184,9 @@ def follow(circuit_at, state_at, room_at, x, x1, wall, first, h, whole):
     """Advance a circuit by a drift: all of a step h, or the first half of one where ``whole`` is 0.
 
     A state is its charges, the unknowns that functions read, the switches, the sizes of the linear charges (V) with the
-    level, what is told (the voltages of piezo, store and load, and the switches' controls), and what this drift did:
-    the integral of the load's squared voltage (V^2 s), the steps, and those of them that failed.
+    level, what is told (the voltages of piezo, store and load, and the switches' controls), what this drift did: the
+    integral of the load's squared voltage (V^2 s), the steps, and those of them that failed; and what the solver
+    returned for the last one that failed, of any drift.
     """
     c = carray(circuit_at, 1)[0]
     ns, n, nz = c.ns, c.n, c.nz
@@ -213,12 +217,13 @@ def follow(circuit_at, state_at, room_at, x, x1, wall, first, h, whole):
         u = c.charge * (here - before) / seconds
         copy(trial[:n], y)
         steps += 1
-        error, load_voltage = step(c, level, s, u, trial, switches, sizes, room, volts, thresholds)
+        error, load_voltage, iterations = step(c, level, s, u, trial, switches, sizes, room, volts, thresholds)
         if error > 1.0 and level < LEVELS - 1:
             level = min(level + (2 if error > 16.0 else 1), LEVELS - 1)
             continue
         if not error < NEVER:
             failed += 1  # what does not converge at the shortest step is left as it was for a while, and told
+            state[length - 1] = iterations
             at = min((at // GIVEN_UP + 1) * GIVEN_UP, total)
             before = position_at(at * unit, x, x1, wall, first, h)
             continue
@@ -235,5 +240,5 @@ def follow(circuit_at, state_at, room_at, x, x1, wall, first, h, whole):
         if error < 0.04:
             level = max(level - (2 if error < 0.0025 else 1), 0)
     sizes[nz] = level
-    state[length - 3], state[length - 2], state[length - 1] = square, steps, failed
+    state[length - DID], state[length - DID + 1], state[length - DID + 2] = square, steps, failed
     return steps

@@ -68,7 +68,9 @@ class System:
 
     capacitance: float  # of the piezo, F
     unknowns: dict[str, int] = field(default_factory=dict)
-    conductances: dict[tuple[int, int], float] = field(default_factory=dict)
+    conductances: list[tuple[Row, Row, float]] = field(default_factory=list)  # products of a column and a row in G
+    leaks: list[Row] = field(default_factory=list)  # those of its columns that are only beside junctions
+    series: list[Row] = field(default_factory=list)  # those of its columns that are of resistances within devices
     sources: Row = field(default_factory=dict)
     charges: list[tuple[str, Row, Row, float]] = field(default_factory=list)  # name, column of P, row of Z, volts of 1
     starts: list[float] = field(default_factory=list)  # of the charges
@@ -77,6 +79,7 @@ class System:
     diodes: list[Diode] = field(default_factory=list)  # which also have a charge each
     switches: list[Switch] = field(default_factory=list)
     owners: dict[int, str] = field(default_factory=dict)  # of the unknowns that are currents: their elements
+    elements: dict[str, tuple[int, int]] = field(default_factory=dict)  # how many diodes and functions there are then
 
     def node(self, name: str) -> int | None:
         """The number of a node's voltage; None for ground."""
@@ -98,9 +101,12 @@ class System:
 
     def add(self, rows: Row, columns: Row, value: float = 1.0) -> None:
         """Add a product of a column of equations and a row of unknowns to G."""
-        for i, a in rows.items():
-            for j, b in columns.items():
-                self.conductances[i, j] = self.conductances.get((i, j), 0.0) + a * b * value
+        self.conductances.append((rows, columns, value))
+
+    def add_leak(self, row: Row, value: float = GMIN) -> None:
+        """Add a conductance (S) beside a junction, which connects no nodes that the junction leaves apart."""
+        self.conductances.append((row, row, value))
+        self.leaks.append(row)
 
     def add_source(self, rows: Row, value: float) -> None:
         """Add constants to the right side."""
@@ -118,17 +124,16 @@ class System:
             self.inputs.append((row, junction))
         return input_of(self.inputs.index((row, junction)))
 
+    def element_of(self, k: int) -> str:
+        """The element of a function by its number: those of diodes come first."""
+        of_diodes = k < len(self.diodes)
+        count = k if of_diodes else k - len(self.diodes)
+        return next(name for name, many in self.elements.items() if many[0 if of_diodes else 1] > count)
+
     @property
     def size(self) -> int:
         """The number of unknowns."""
         return len(self.unknowns)
-
-    def dense(self, entries: dict[tuple[int, int], float]) -> Floats:
-        """A matrix over all unknowns."""
-        matrix = np.zeros((self.size, self.size))
-        for (i, j), value in entries.items():
-            matrix[i, j] = value
-        return matrix
 
     def vectors(self, rows: Sequence[Row]) -> Floats:
         """Rows over all unknowns, shape (len(rows), size)."""

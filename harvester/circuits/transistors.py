@@ -72,6 +72,7 @@ def behind(system: System, node: str, inner: str, resistance: float) -> str:
         return node
     row = system.across(node, inner)
     system.add(row, row, 1.0 / resistance)
+    system.series.append(row)
     return inner
 
 
@@ -79,7 +80,7 @@ def add_junction(system: System, row: Row, limits: Junction, layer: Layer, shunt
     """Add a junction across a ``row`` of voltages, with a ``shunt`` (S) beside it; the leaf of its voltage."""
     if not row:
         return constant(0.0)
-    system.add(row, row, shunt)
+    system.add_leak(row, shunt)
     v = system.input(row, limits)
     _add_current(system, v, row, limits, layer)
     return v
@@ -137,7 +138,7 @@ def bipolar(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart])
         names["q"] = _tree("q*(1 + sqrt(max(1 + 4*q*(f*k + r*l), 0)))/2", names)
     row = _across(system, c, e, p_type)
     if row:
-        system.add(row, row, GMIN)
+        system.add_leak(row)
         system.functions.append(Function(_tree("(f - r)/q", names), row))
 
 
@@ -158,7 +159,7 @@ def _base_junction(
     thermal, gain = known(f"n{side.direction}", default=1.0) * THERMAL, known(side.gain, default=side.usual_gain)
     inside = known("xcjc", default=1.0) if side.letter == "c" else 1.0
     v = system.input(row, Junction(thermal, saturation))
-    system.add(row, row, GMIN / gain)
+    system.add_leak(row, GMIN / gain)
     layer = _layer(model, side, inside * area, gain * known(f"t{side.direction}"))
     _add_current(system, v, row, Junction(thermal, saturation / gain), layer)
     if leaked := known(side.leak) * area:
@@ -234,7 +235,7 @@ def _add_channel(
     for name, gate, body in (("forward", "gs", "bs"), ("backward", "gd", "bd")):
         here = {**names, "vg": names[gate], "vb": names.get(body, constant(0.0))}
         names[name] = _tree(f"vg - vto {raised}", here)
-    system.add(row, row, GMIN)
+    system.add_leak(row)
     system.functions.append(Function(_tree(_FIELD, names), row))
 
 

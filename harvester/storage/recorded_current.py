@@ -106,6 +106,8 @@ class StoreBatch:
         else:
             update = update_of(self.eqs, self.h, False)
             advance(batch, schedule, self.h, self.circuit, coefficients(self.eqs), self._shaker, update)
+        if isinstance(self.circuit, CompiledCircuit):
+            self.circuit.check_sums(self.sums[len(IDEAL_SUMS) :].sum(axis=1), self.state[None])
         gained = self.state[self._row] * self._unit - before
         return gained, self.sums[1] / schedule.samples * self.scales.volts**2
 

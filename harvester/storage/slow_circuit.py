@@ -81,6 +81,8 @@ class SlowCircuit:
 
         The current fluctuates by normal ``variates``, one a step; None: it does not.  The circuit begins in the state
         ``start``; None: empty.
+
+        Raises CircuitError where too many of the circuit's steps fail.
         """
         rows = math.ceil(duration / (seconds * stride) - 1e-9)
         top = float(current.voltages[-1])
@@ -95,6 +97,7 @@ class SlowCircuit:
         charge = self.scales.capacitance * self.scales.volts
         normal = np.empty(0) if variates is None else variates
         steps, failed = feed(circuit, state, room, table, top, seconds, current.delay, charge, stride, normal, out)
+        self.circuit.check(steps, failed, state)
         t = seconds * stride * np.arange(1.0, rows + 1.0)
         return SlowPath(t, out[:, 0], out[:, 1], out[:, 2], out[:, 3], out[:, 4], int(steps), int(failed), state)
 

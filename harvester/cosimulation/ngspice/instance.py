@@ -39,6 +39,7 @@ with warnings.catch_warnings():
     from PySpice.Spice.NgSpice.Shared import NgSpiceShared, ffi, ffi_string_utf8
 
 SLOWEST = 1.0  # kicks a second of a run that gets anywhere
+LOOK, TINY = 5.0, 1e-9  # s between looks; of a step: shorter ones all the time between two looks lead nowhere
 
 
 class Ngspice(NgSpiceShared):  # type: ignore[misc]
@@ -149,22 +150,18 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
         self._stdout.clear()  # PySpice's own list, which grows for ever
         currents, earlier = (drive.currents, drive.earlier) if isinstance(drive, Drive) else ({}, 0)
         run = threading.Thread(target=self._run, args=(deck, currents, earlier), daemon=True)
-        left = seconds = deadline - time.monotonic()
+        seconds = deadline - time.monotonic()
         run.start()
-        before, now = {"n_steps": -math.inf}, self._progress()
-        while run.is_alive() and left > 0.0 and now["n_steps"] - before["n_steps"] >= SLOWEST * min(patience, 1e9):
-            before = now
-            run.join(min(patience, left, threading.TIMEOUT_MAX))
-            now, left = self._progress(), deadline - time.monotonic()
-        end, stuck = now["t"], run.is_alive()
+        error = self._wait(run, TINY * float(drive.state["h"][0] / drive.state["w0"][0]), patience, deadline)
+        end, stuck = float(self.state["t"][0]), run.is_alive()
         self.lost = self.lost or stuck
-        if stuck and left <= 0.0:
-            error = OutOfTimeError(diagnostics.why_out_of_time(end, drive.duration, seconds))
-            error.so_far = self._so_far()
-            raise error
-        if stuck:
-            step = (end - before["t"]) / max(now["accepted"] - before["accepted"], 1)
-            raise CircuitError(diagnostics.why_given_up(end, drive.duration, step, patience))
+        if stuck and error is None:
+            late = OutOfTimeError(diagnostics.why_out_of_time(end, drive.duration, seconds))
+            late.so_far = self._so_far()
+            raise late
+        if stuck and error is not None:
+            kind, step, waited = error
+            raise kind(diagnostics.why_given_up(end, drive.duration, step, waited))
         drive.state[:] = self.state
         drive.smoothing, drive.nodes, drive.series = self.smoothing, self.nodes, self.series
         if isinstance(drive, Drive):
@@ -174,6 +171,27 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
         if end < drive.duration * (1 - 1e-6):
             kind = ConvergenceError if diagnostics.no_step_was_small_enough(self.messages) else CircuitError
             raise kind(diagnostics.why_stopped(self.messages, end, drive.duration))
+
+    def _wait(
+        self, run: threading.Thread, tiny: float, patience: float, deadline: float
+    ) -> tuple[type[CircuitError], float, float] | None:
+        """Wait for a run until it ends, or the deadline; why it is given up where it gets nowhere.
+
+        That is the error, the step (s) of its last points, and the time (s) waited; steps below ``tiny`` lead nowhere.
+        """
+        since = time.monotonic()
+        before = now = self._progress()
+        while run.is_alive() and (left := deadline - time.monotonic()) > 0.0:
+            run.join(min(patience, LOOK, left))
+            looked, now = now, self._progress()
+            step = (now["t"] - looked["t"]) / max(now["accepted"] - looked["accepted"], 1.0)
+            if 0.0 < step < tiny:
+                return ConvergenceError, step, min(patience, LOOK)
+            if time.monotonic() - since >= patience:
+                if now["n_steps"] - before["n_steps"] < SLOWEST * patience:
+                    return CircuitError, step, patience
+                before, since = now, time.monotonic()
+        return None
 
     def _progress(self) -> dict[str, float]:
         """How far the present run has come: time (s), kicks, and accepted steps."""

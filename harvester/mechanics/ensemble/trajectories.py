@@ -177,7 +177,8 @@ class Trajectories:
     def run(self, duration: float, progress: Progress | None = None) -> Moments:
         """Advance all trajectories by ``duration`` (rounded to whole samples, and periods of a drive) and average.
 
-        Raises UnboundedResponseError when a trajectory leaves the finite numbers.
+        Raises UnboundedResponseError when a trajectory leaves the finite numbers, CircuitError where too many steps of
+        a circuit fail.
         """
         if duration > MOST_STEPS * self.h:
             raise invalid("`duration`", f"be at most {MOST_STEPS:.0e} steps", f"{duration / self.h:.3g} steps")
@@ -218,6 +219,8 @@ class Trajectories:
                 f"at a step of {self.h:.3g}/w0; {remedy(self.eqs, self.h)}"
             )
         self.own_sums = self.own_sums + sums[:, len(IDEAL_SUMS) :].sum(axis=(0, 2))
+        if self.own_circuit is not None:
+            self.own_circuit.check_sums(self.own_sums, self.state)
         moments = from_sums(sums, samples, elapsed, self._loss_unit, eqs.mu)
         if noise is None:
             return moments

@@ -227,6 +227,8 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "between_wells": "the error of the model is half the distance between the wells",
     "circuit_not_converged": "a share of {share:.1g} of the circuit's steps did not converge, in which it was held as it was: "
     "the mean may be wrong; use engine 'spice'",
+    "circuit_fails": "a share of {share:.1g} of the circuit's steps did not converge, at netlist element {elements}: give "
+    "it a series resistance or a capacitance, or use engine 'spice'",
     "compiled_circuit": "the difference from ngspice is not measured: compare with 'spice'",
     "difference_measured": "the error of the model is what runs of ngspice on the same motion differ by at most (95 %)",
     "steady_difference": "the error of the model is how far ngspice's own response at the same step is from this one",

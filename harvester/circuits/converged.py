@@ -1,0 +1,26 @@
+"""A step that does not converge is no answer: where too many fail, the answer is refused, and the element is named."""
+
+import numpy as np
+
+from harvester.arrays import Floats
+from harvester.circuits.system import System
+from harvester.errors import CircuitError
+from harvester.presentation.diagnostic import refusal
+
+MOST = 1e-3  # of the steps, that may fail
+
+
+def check_converged(system: System, steps: float, failed: float, returned: Floats) -> None:
+    """Raise CircuitError where more than `MOST` of so many steps ``failed``.
+
+    ``returned`` is what the solver returned where steps failed last (`harvester.circuits.newton_parts.SIGNATURE`), of
+    any shape; 0 where none did.  The elements that it tells are named, and all that have a function where it tells
+    none.
+    """
+    if not failed > MOST * steps:
+        return
+    functions = sorted({round(-2.0 - code) for code in np.unique(returned) if code <= -2.0})
+    many = len(system.diodes) + len(system.functions)
+    names = dict.fromkeys(system.element_of(k) for k in functions or range(many))
+    share = float(failed / max(steps, 1.0))
+    raise CircuitError(str(refusal("circuit_fails", share=share, elements=", ".join(names))))
