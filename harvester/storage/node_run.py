@@ -106,15 +106,16 @@ def _late(current: AnyCurrent, storage: Storage, node: SensorNode, chip: Chip | 
 class NodeRun:
     """A node on a store, whose charging current is a table; with a ``chip`` that is what the chip makes of it."""
 
-    def __init__(self, current: AnyCurrent, storage: Storage, node: SensorNode, chip: Chip | None = None) -> None:
-        self.top = _top_of(current, storage, chip)
+    def __init__(
+        self, current: AnyCurrent, storage: Storage, node: SensorNode, chip: Chip | None = None, points: int = GRID
+    ) -> None:
+        self.current, self.top = current, _top_of(current, storage, chip)
         if chip is not None:  # the node begins where the chip's output does
             wake, stop = max(node.wake_voltage, chip.rise), max(node.stop_voltage, chip.fall)
             node = replace(node, wake_voltage=wake, stop_voltage=stop)
         self.storage, self.node, self.chip = storage, node, chip
         self.late = _late(current, storage, node, chip)
         self.length = current.length if isinstance(current, RecordedCurrent) else 0.0
-        points = GRID
         if isinstance(current, RecordedCurrent):
             points = max(min(ROUGH, MOST_POINTS // len(current.current)), FEWEST)
         self.volts = np.linspace(0.0, self.top, points + 1)
@@ -143,6 +144,12 @@ class NodeRun:
             return np.full(len(self.volts), amperes)
         share = node.efficiency or (1.0 if self.chip is None else output_efficiency(self.chip, amperes))
         return amperes * node.supply_voltage / share / np.maximum(self.volts, 1e-3 * self.top)
+
+    @property
+    def farads(self) -> float:
+        """The capacitance (F) of the store, or what a battery's charge is over its voltage."""
+        store = self.storage
+        return store.farads if store.battery_voltage is None else (store.battery_charge or 0.0) / self.top
 
     @property
     def needed(self) -> float:

@@ -15,7 +15,7 @@ from harvester.equations.problem import Problem
 from harvester.errors import InputError
 from harvester.netlists.probes import STORE, Probe
 from harvester.presentation.diagnostic import Diagnostic, note, refusal, warning
-from harvester.storage.measured_current import JUDGE, Rectifier, measured, time_constant
+from harvester.storage.measured_current import JUDGE, measured, time_constant
 from harvester.storage.rectified_current import RectifiedCurrent, reached, times_to
 from harvester.storage.rectifier_cut import cut_behind_rectifier, is_plain_store
 from harvester.studies.charging.afterwards import afterwards
@@ -118,6 +118,7 @@ def _steady(runs: ChargeRuns) -> dict[str, Any]:
 
 def _random(runs: ChargeRuns) -> dict[str, Any]:
     """Many runs under noise."""
+    from harvester.circuits.idealised import ideal_circuit
     from harvester.cosimulation.charging import first_passages
     from harvester.storage.rectified_current import LONGER, error_of_times, random_paths
     from harvester.storage.slow_circuit import noise_check
@@ -133,7 +134,7 @@ def _random(runs: ChargeRuns) -> dict[str, Any]:
     times, coarse = (np.array([first_passages(t, v, levels) for v in paths]) for t, paths in paths_by_step)
     at, unit = np.linspace(0.0, end, SAMPLES), time_constant(problem.equations) / scales.frequency
     remarks, both = _not_apart(float(mean[-1]), unit), None
-    if Rectifier(problem).ideal is not None and not remarks:
+    if ideal_circuit(circuit, scales) is not None and not remarks:
         level = int(np.searchsorted(mean, min(DIRECT * unit, float(mean[-1]))))
         watched = LONGER * float(mean[level])
         direct = charge_side_by_side(ChargeRuns(problem, levels[: level + 1], watched, RUNS, runs.seed, runs.h))
