@@ -14,7 +14,7 @@ Long because courses, their means and the spread of these are of one design.
 import copy
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -133,6 +133,7 @@ def mean_course(courses: "tuple[NodeCourse, ...] | list[NodeCourse]") -> NodeCou
     intervals = np.hstack([course.intervals for course in courses])
     mean = NodeCourse(**means, t=courses[0].t, volts=courses[0].volts)
     mean.intervals = intervals[:, np.argsort(intervals[0], kind="stable")]
+    mean.last = None if any(course.last is None for course in courses) else max(course.last or 0.0 for course in courses)
     mean.first = None if None in firsts else float(np.mean([first for first in firsts if first is not None]))
     return mean
 
@@ -141,6 +142,15 @@ def lived(run: NodeRun, rough: NodeRun, seconds: float, noise: Fluctuations) -> 
     """What a run does in so many seconds under noise; ``rough`` is the same with a table of `POINTS`."""
     end = min(noise.seconds, seconds)
     short = rough.course(end)
-    mean = short if end == seconds else run.course(seconds)
     courses = [noisy_course(rough, noise, k, end) for k in range(len(noise.variates))]
+    mean = short if end == seconds else run.course(seconds)
+    if short is not mean:  # in a short course a packet more or less counts for many
+        short, *courses = (with_a_part(course, run.node.interval) for course in (short, *courses))
     return Lived(mean, short, tuple(mean_course(courses[k::GROUPS]) for k in range(GROUPS)))
+
+
+def with_a_part(course: NodeCourse, interval: float) -> NodeCourse:
+    """A course whose packets grow evenly over their interval; the last has half of one before it, on average."""
+    if course.last is None:
+        return course
+    return replace(course, packets=course.packets - 0.5 + min((course.end - course.last) / interval, 1.0))

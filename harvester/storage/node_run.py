@@ -18,7 +18,7 @@ import numpy as np
 from harvester.arrays import Floats
 from harvester.scene.sensor_node import SensorNode, Storage
 from harvester.storage.bought_parts import Chip
-from harvester.storage.node_kernel import BINS, COUNTS, END, FIRST, HOUR, INTERVALS, POINTS, SEEN, follow_node
+from harvester.storage.node_kernel import BINS, COUNTS, END, FIRST, HOUR, INTERVALS, LAST, POINTS, SEEN, follow_node
 from harvester.storage.recorded_current import AnyCurrent, RecordedCurrent
 from harvester.storage.rectified_current import times_to
 from harvester.storage.supply import charging_current, output_efficiency
@@ -35,7 +35,7 @@ class NodeCourse:
     """What happened: seconds that it ran, packets that arrived and that were lost, the time of the first, V over time.
 
     ``given`` and ``clamped`` are the energies (J) that came from the rectifier and that the clamp took.  Points of the
-    course are up to where it repeats itself.  ``hours`` has the packets of each hour, evenly from there on.
+    course are up to where it repeats itself.  ``last`` is the time of the last packet.  ``hours`` has the packets of each hour, evenly from there on.
     ``intervals`` are the mean times (s) between packets in bins, and how many there were, shape (2, n), ascending.
     """
 
@@ -44,6 +44,7 @@ class NodeCourse:
     lost: int = 0
     brown_outs: int = 0
     first: float | None = None
+    last: float | None = None
     given: float = 0.0
     clamped: float = 0.0
     end: float = 0.0
@@ -185,6 +186,7 @@ class NodeRun:
             lost=round(lost),
             brown_outs=round(brown_outs),
             first=float(counts[FIRST]) or None,
+            last=float(counts[LAST]) or None,
             given=given,
             clamped=clamped,
             end=end,

@@ -26,7 +26,7 @@ from harvester.mechanics.kernels.intervals import update_of
 from harvester.mechanics.kernels.shaking import filter_of, of_batch
 from harvester.mechanics.kernels.step_size import step_from_rest
 from harvester.mechanics.kernels.trajectory_batch import BATCH, IDEAL_SUMS, Batch, Schedule, advance
-from harvester.storage.measured_current import FADED, HELD, JUDGE, Elements, Rectifier, store_row, time_constant
+from harvester.storage.measured_current import FADED, HELD, Elements, Rectifier, store_row, time_constant
 from harvester.storage.rectified_current import MeanCurrent, RectifiedCurrent
 
 VOLTAGES = 16
@@ -151,7 +151,7 @@ class Recorded(NamedTuple):
     """I(V, t), the same of the scene's step, and how many steps they took.
 
     ``separation`` is by what part the charges differ that stores of their own capacitance gain, ``elements`` by what
-    part they do behind the netlist's own elements, and those by ngspice's.
+    part they do behind the netlist's own elements, and those by ngspice's; ``unknown`` says what of that is not known.
     """
 
     best: RecordedCurrent
@@ -159,9 +159,12 @@ class Recorded(NamedTuple):
     separation: float
     elements: float
     steps: int
+    unknown: str = ""
 
 
-def recorded(problem: Problem, farads: float | None = None, top: float | None = None) -> Recorded:
+def recorded(
+    problem: Problem, farads: float | None = None, top: float | None = None, working: float | None = None
+) -> Recorded:
     """I(V, t) of a record, extrapolated from two steps, up to ``top`` (V) or a voltage that the piezo hardly reaches.
 
     It is that of ideal elements where the netlist has such ones, which are judged by its own.  In the loudest windows a
@@ -183,7 +186,13 @@ def recorded(problem: Problem, farads: float | None = None, top: float | None = 
         steps += more
     separation, many = _separation(problem, rectifier, tables[0], grid, farads or rectifier.held)
     off, more = _elements(problem, rectifier, tables[0], grid) if rectifier.ideal else (0.0, 0)
-    return Recorded(tables[0].extrapolated(tables[1]), tables[0], separation, off + JUDGE, steps + many + more)
+    loud, early, record = _loudest(problem, tables[0], grid, 1), _early(problem, grid), problem.equations.record
+    assert record is not None, "the caller checks"
+    samples = record.resampled(loud.start - early, early + loud.stop - loud.start, grid.samples, grid.steps)
+    piece, volts = Piece(samples, early * grid.steps, grid.h), min(working or 0.5 * top, top)
+    judge, unknown = error_of_circuit(problem, volts, piece=piece)
+    every = steps + many + more
+    return Recorded(tables[0].extrapolated(tables[1]), tables[0], separation, off + judge, every, unknown)
 
 
 def _gained(

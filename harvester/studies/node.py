@@ -31,11 +31,12 @@ from harvester.scene.plausibility import unusual_values
 from harvester.scene.sensor_node import SensorNode, Storage
 from harvester.storage.bought_parts import Chip
 from harvester.storage.fluctuating_node import CLOSE, FEWEST, MOST, POINTS, Fluctuations, Lived, fluctuations, lived
+from harvester.storage.held_in_ngspice import error_of_circuit
 from harvester.storage.measured_current import JUDGE, Rectifier, measured, time_constant
 from harvester.storage.node_run import AGAIN, NodeCourse, NodeRun
 from harvester.storage.recorded_current import AnyCurrent, RecordedCurrent, recorded
-from harvester.storage.rectified_current import reached
-from harvester.storage.supply import INPUT, chip_of
+from harvester.storage.rectified_current import RectifiedCurrent, reached
+from harvester.storage.supply import INPUT, chip_of, input_without_load
 from harvester.studies.charging.by_slow import refusal_of_slow
 from harvester.uncertainty.value import Value
 
@@ -238,6 +239,7 @@ class _Effort:
     seed: int
     runs: int = 1
     checks: int = 1
+    judge: tuple[float, str] | None = None  # of the circuit, where it is known from before
 
 
 @dataclass(frozen=True)
@@ -276,7 +278,7 @@ def _found(problem: Problem, parts: Parts, days: float, seed: int) -> _Found:
             return _Found(result, known, direct, "model")
         if effort.runs > 1 and spent + FURTHER * took > BUDGET:
             return _Found(result, known, direct, "time")
-        effort = _Effort(seed, FURTHER * effort.runs, checks)
+        effort = _Effort(seed, FURTHER * effort.runs, checks, known.judge)
 
 
 def _remarks(problem: Problem, found: _Found, chip: Chip | None) -> list[Diagnostic]:
@@ -304,7 +306,7 @@ class _Known:
 
     They are that of taking the time scales apart and that of the ``elements``; ``late`` is by how much the first packet
     may be later or sooner (s).  ``chip`` is one that holds its input, by what its law
-    gives on the same noise; None for any other.
+    gives on the same noise; None for any other.  The ``judge`` is `error_of_circuit`, of which the elements are a part.
     """
 
     table: AnyCurrent
@@ -315,6 +317,7 @@ class _Known:
     late: float = 0.0
     unknown: str = ""
     chip: Chip | None = None
+    judge: tuple[float, str] | None = None
 
 
 def _measure(problem: Problem, storage: Storage, chip: Chip | None, wake: float, effort: _Effort) -> _Known:
@@ -325,9 +328,14 @@ def _measure(problem: Problem, storage: Storage, chip: Chip | None, wake: float,
     farads = INPUT if tracking else storage.farads
     if problem.equations.record is None:
         return _of_alike_shaking(problem, tracking, farads, top, wake, effort)
-    currents = recorded(problem, None if tracking else farads or None, top)
+    currents = recorded(problem, None if tracking else farads or None, top, None if tracking else wake)
     known = _Known(currents.best, currents.rough, currents.steps, currents.separation, currents.elements)
-    return dataclasses.replace(known, unknown=TIME_SCALES if tracking else "")
+    return dataclasses.replace(known, unknown=_both(TIME_SCALES if tracking else "", currents.unknown))
+
+
+def _both(*parts: str) -> str:
+    """Parts of an error that are not known."""
+    return " and ".join(filter(None, parts))
 
 
 def _of_alike_shaking(
@@ -348,28 +356,41 @@ def _of_alike_shaking(
     else:
         table, rough, steps, _ = measured(problem, top)
     last = float(table.voltages[-1])
+    judge = effort.judge or error_of_circuit(problem, _working(table, tracking, wake if farads else last), seed)
+    elements, unknown = judge
+    known = _Known(table, rough, steps, 0.0, elements, unknown=unknown, judge=judge)
     if tracking is not None and noise:
         law = tracked_input(problem, table, tracking, seed)
         if law is None:
-            return _Known(table, rough, steps, unknown=TIME_SCALES)
-        known = _Known(table, rough, steps + law.steps, law.error, JUDGE + law.elements)
-        return dataclasses.replace(known, chip=law.correct(tracking))
+            return dataclasses.replace(known, unknown=_both(TIME_SCALES, unknown))
+        more = {"steps": steps + law.steps, "separation": law.error, "elements": elements + law.elements}
+        return dataclasses.replace(known, chip=law.correct(tracking), **more)
     if not farads:
         path, free = (np.full(2, last), np.array([0.0, DAY])), None
     else:
         path, free = reached(table, last if tracking else min(wake, last), farads), farads
     if noise:
-        elements, separation, more = noise_check(problem, table, path, free, seed, effort.checks)
-        return _Known(table, rough, steps + more, separation, JUDGE + elements)
+        off, separation, more_steps = noise_check(problem, table, path, free, seed, effort.checks)
+        every = {"steps": steps + more_steps, "separation": separation, "elements": elements + off}
+        return dataclasses.replace(known, **every)
     if free is None:
-        return _Known(table, rough, steps)
+        return known
     check = direct_check(problem, Rectifier(problem).compiled(farads), *path, DAY)
     separation, late = (abs(check.late) + check.error) / check.seconds, check.error
     if tracking is not None:
         late += abs(check.late) + 0.5 * tracking.look
     else:
         table, rough = table.later(check.late), rough.later(check.late)
-    return _Known(table, rough, steps + check.steps, separation, late=late)
+    steps += check.steps
+    return dataclasses.replace(known, table=table, by_step=rough, steps=steps, separation=separation, late=late)
+
+
+def _working(table: RectifiedCurrent, tracking: Chip | None, volts: float) -> float:
+    """The rectifier's voltage (V) that a store is to come to, or that a ``tracking`` chip holds its input at."""
+    if tracking is None:
+        return min(volts, float(table.voltages[-1]))
+    opened = min(float(input_without_load(tracking, table.voltages, table.current[None])[0]), tracking.most)
+    return (tracking.ratio or 1.0) * opened
 
 
 def _directly(problem: Problem, known: _Known, parts: Parts, seconds: float) -> NodeCourse | None:
@@ -453,7 +474,7 @@ def _live(
     seen = base.mean if whole.end < seconds else whole
     return NodeResult(
         days=days,
-        packets_per_hour=value(lambda course: course.packets / course.end * HOUR),
+        packets_per_hour=value(lambda course: course.packets / course.end * HOUR, most=HOUR / node.interval),
         share_running=value(running, most=1.0),
         first_packet=first,
         brown_outs=max(base.number(lambda course: course.brown_outs / course.end * HOUR), 0.0),
