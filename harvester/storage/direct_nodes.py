@@ -19,11 +19,20 @@ from harvester.storage.measured_current import Rectifier, store_row
 from harvester.storage.node_run import NodeRun
 
 SLICES = 8  # of a vibration
-STATE, LEFT, RAN, PACKETS, BROWN_OUTS, GIVEN, CLAMPED, FIRST, ROWS = range(9)  # of what each node does
+STATE, LEFT, PACKETS, RAN, BROWN_OUTS, GIVEN, CLAMPED, FIRST, ROWS = range(9)  # of what each node does
 
 
 @kernel
-def take_slices(volts, lanes, drawn, leak, durations, stops, levels, now):
+def take_slices(
+    volts: Floats,
+    lanes: Floats,
+    drawn: Floats,
+    leak: float,
+    durations: Floats,
+    stops: Floats,
+    levels: Floats,
+    now: float,
+) -> None:
     """Let nodes take what they take in a slice from their stores at ``volts``, which is changed, shape (n,).
 
     ``lanes``, shape (`ROWS`, n), is what they do, with the number of a state or -1, and the seconds of it that are
@@ -117,5 +126,5 @@ def direct_nodes(
         take_slices(volts, lanes, drawn, leak, durations, stops, levels, now)
         store[:] = storage.farads * volts.reshape(store.shape) / unit
         now += slice_
-    done = (lanes[row] for row in (PACKETS, RAN, BROWN_OUTS, GIVEN, CLAMPED, FIRST))
-    return DirectNodes(*done, volts, now, runs.steps)
+    packets, ran, brown_outs, given, clamped, first = lanes[PACKETS:]
+    return DirectNodes(packets, ran, brown_outs, given, clamped, first, volts, now, runs.steps)

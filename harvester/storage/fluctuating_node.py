@@ -46,7 +46,7 @@ class Fluctuations:
     @property
     def seconds(self) -> float:
         """How long a course is."""
-        return self.length * self.variates.shape[1]
+        return self.length * int(self.variates.shape[1])
 
     def few(self) -> "Fluctuations":
         """One course of each group."""
@@ -133,7 +133,8 @@ def mean_course(courses: "tuple[NodeCourse, ...] | list[NodeCourse]") -> NodeCou
     intervals = np.hstack([course.intervals for course in courses])
     mean = NodeCourse(**means, t=courses[0].t, volts=courses[0].volts)
     mean.intervals = intervals[:, np.argsort(intervals[0], kind="stable")]
-    mean.last = None if any(course.last is None for course in courses) else max(course.last or 0.0 for course in courses)
+    lasts = [course.last for course in courses if course.last is not None]
+    mean.last = max(lasts, default=None)
     mean.first = None if None in firsts else float(np.mean([first for first in firsts if first is not None]))
     return mean
 

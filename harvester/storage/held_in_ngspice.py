@@ -1,9 +1,9 @@
 """What a rectifier's mean current differs by from ngspice's while the store is held, where a netlist is a user's own.
 
 At two voltages on the way to the working voltage the compiled rectifier and ngspice's go on from one state of mass and
-circuit, with the same shaking.  Their stores, which are so large that they are held, gain charges that differ by a part.
-Each has its own motion; where noise throws the mass at a stop, paths part at impacts, and both move as the compiled
-rectifier lets the mass move (`harvester.cosimulation.same_motion`).
+circuit, with the same shaking.  Their stores, which are so large that they are held, gain charges that differ by a
+part.  Each has its own motion; where noise throws the mass at a stop, paths part at impacts, and both move as the
+compiled rectifier lets the mass move (as `harvester.cosimulation.same_motion`).
 
 The netlists of this package are compared in tests, and `JUDGE` is what those found.
 """
@@ -12,14 +12,12 @@ import dataclasses
 import math
 import re
 import time
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from harvester.arrays import Floats
 from harvester.circuits.compiled_circuit import CompiledCircuit, compiled_circuit
-from harvester.cosimulation.runs import CoupledDevice, new_drive, nodes_of, run_in_this_process
-from harvester.cosimulation.worker_pool import map_in_workers
 from harvester.equations.problem import Problem
 from harvester.errors import CircuitError, ConvergenceError, MissingProgramError, OutOfTimeError
 from harvester.mechanics.kernels.forcing import forcing
@@ -30,6 +28,9 @@ from harvester.presentation.messages.unknown_parts import COMPILED_CIRCUIT
 from harvester.storage.measured_current import FADED, JUDGE, time_constant
 from harvester.storage.rectifier_cut import LOAD, NO_LOAD, STORE, cut_behind_rectifier, is_plain_store
 from harvester.uncertainty.value import Value, mean_and_error
+
+if TYPE_CHECKING:
+    from harvester.cosimulation.runs import CoupledDevice
 
 PARTS = 0.5, 0.9  # of the working voltage
 RUNS = 8  # under noise, at each voltage; half of them where these show a difference below `JUDGE`
@@ -43,7 +44,7 @@ FAINT = 0.05  # of the largest current: a difference is told as a part of no les
 
 
 class Piece(NamedTuple):
-    """A piece of a record: its ``samples`` at steps of ``h``, in the first so many ``steps`` of which the mass settles."""
+    """A piece of a record: its ``samples`` at steps of ``h``, the mass settles in the first so many ``steps``."""
 
     samples: Floats
     steps: int
@@ -66,14 +67,18 @@ def error_of_circuit(problem: Problem, volts: float, seed: int = 0, piece: Piece
 
 def current_difference(problem: Problem, volts: float, seed: int = 0, piece: Piece | None = None) -> float | None:
     """The largest relative difference from ngspice at the two voltages, at 95 %; None where it is not known."""
+    from harvester.cosimulation.runs import CoupledDevice
+    from harvester.cosimulation.worker_pool import map_in_workers
+
     eqs, scales = problem.equations, problem.scales
     assert problem.circuit is not None, "what has a rectifier is a circuit"
     if eqs.modes is not None or (eqs.record is not None and piece is None):
         return None
-    load, h = held_load(problem.circuit, HELD * scales.capacitance), whole_steps(step_from_rest(eqs), eqs.shaking_period)
-    h = h if piece is None else piece.h
+    load = held_load(problem.circuit, HELD * scales.capacitance)
+    h = whole_steps(step_from_rest(eqs), eqs.shaking_period) if piece is None else piece.h
     device = CoupledDevice(eqs, scales, load, h, 1, reltol=RELTOL, ideal=compiled_circuit(load, scales))
-    deadline, seeds = time.monotonic() + PATIENCE, np.random.SeedSequence([seed, 19]).spawn(RUNS if eqs.is_random else 1)
+    seeds = np.random.SeedSequence([seed, 19]).spawn(RUNS if eqs.is_random else 1)
+    deadline = time.monotonic() + PATIENCE
     gains, half = np.empty((len(PARTS), 0, 2)), (len(seeds) + 1) // 2
     for some in (seeds[:half], seeds[half:]):
         jobs = [(device, each, part * volts, deadline, piece) for part in PARTS for each in some]
@@ -100,9 +105,11 @@ def _at_95(pairs: Floats, least: float) -> float:
 
 
 def _gains(
-    device: CoupledDevice, seed: np.random.SeedSequence, volts: float, deadline: float, piece: Piece | None
+    device: "CoupledDevice", seed: np.random.SeedSequence, volts: float, deadline: float, piece: Piece | None
 ) -> tuple[float, float]:
     """The voltages (V) that a held store gains in ngspice and in the compiled circuit, in this process."""
+    from harvester.cosimulation.runs import new_drive, nodes_of, run_in_this_process
+
     eqs, h, circuit = device.eqs, device.h, device.ideal
     assert isinstance(circuit, CompiledCircuit), "of a compiled circuit"
     if piece is None:

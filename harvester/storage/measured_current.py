@@ -221,8 +221,9 @@ def measured(
 ) -> Currents:
     """I(V) of a problem's rectifier with a held store, at ``count`` voltages from 0 to ``top`` or the open circuit's.
 
-    They are closer to each other at the bottom with a ``power`` above 1.  Under a drive it is extrapolated from two steps of the compiled circuit.  Under noise it is that of the circuit of
-    ideal elements where there is one, and of the scene's step alone, by so many ``runs``.
+    They are closer to each other at the bottom with a ``power`` above 1.  Under a drive it is
+    extrapolated from two steps of the compiled circuit.  Under noise it is that of the circuit of ideal elements where
+    there is one, and of the scene's step alone, by so many ``runs``.
     """
     rectifier, eqs, scales = Rectifier(problem), problem.equations, problem.scales
     h = step_from_rest(eqs) if h is None else h

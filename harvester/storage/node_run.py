@@ -35,14 +35,15 @@ class NodeCourse:
     """What happened: seconds that it ran, packets that arrived and that were lost, the time of the first, V over time.
 
     ``given`` and ``clamped`` are the energies (J) that came from the rectifier and that the clamp took.  Points of the
-    course are up to where it repeats itself.  ``last`` is the time of the last packet.  ``hours`` has the packets of each hour, evenly from there on.
-    ``intervals`` are the mean times (s) between packets in bins, and how many there were, shape (2, n), ascending.
+    course are up to where it repeats itself.  ``hours`` has the packets of each hour, evenly from there on.
+    ``intervals`` are the mean times (s) between packets in bins, and how many there were, shape (2, n), ascending;
+    ``last`` is the time of the last packet.  Of the mean of several courses numbers are no whole ones.
     """
 
     ran: float = 0.0
-    packets: int = 0
-    lost: int = 0
-    brown_outs: int = 0
+    packets: float = 0
+    lost: float = 0
+    brown_outs: float = 0
     first: float | None = None
     last: float | None = None
     given: float = 0.0

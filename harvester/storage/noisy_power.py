@@ -81,7 +81,8 @@ def noisy_power(problem: Problem, cut: Cut, seed: int) -> SlowPower:
         change, spread = mean_and_error((np.array(changes) - short).reshape(-1, 2).mean(axis=1))
         model = abs(by_voltages) + abs(by_less) + judge * mean + abs(change)
         errors = math.hypot(stderr, by_sampling, spread, gain.normal_stderr * by_less / less)
-        return Value(mean + change - gain.value * by_less / less, errors, abs(base - mean), model, unknown=unknown), abs(change)
+        corrected = mean + change - gain.value * by_less / less
+        return Value(corrected, errors, abs(base - mean), model, unknown=unknown), abs(change)
 
     assert table.square_error is not None, "of noise"
     power, change = known("square")

@@ -26,6 +26,7 @@ from harvester.mechanics.kernels.intervals import update_of
 from harvester.mechanics.kernels.shaking import filter_of, of_batch
 from harvester.mechanics.kernels.step_size import step_from_rest
 from harvester.mechanics.kernels.trajectory_batch import BATCH, IDEAL_SUMS, Batch, Schedule, advance
+from harvester.storage.held_in_ngspice import Piece, error_of_circuit
 from harvester.storage.measured_current import FADED, HELD, Elements, Rectifier, store_row, time_constant
 from harvester.storage.rectified_current import MeanCurrent, RectifiedCurrent
 
@@ -169,7 +170,8 @@ def recorded(
 
     It is that of ideal elements where the netlist has such ones, which are judged by its own.  In the loudest windows a
     store of ``farads`` (None: a held one) that is not held gains what it should, too, but for what taking the time
-    scales apart changes.
+    scales apart changes.  That of a user's own netlist is compared with ngspice, too, on the way to the ``working``
+    voltage (V) of the store; None: to half of the highest.
 
     Raises as `CompiledCircuit`.
     """
@@ -189,8 +191,8 @@ def recorded(
     loud, early, record = _loudest(problem, tables[0], grid, 1), _early(problem, grid), problem.equations.record
     assert record is not None, "the caller checks"
     samples = record.resampled(loud.start - early, early + loud.stop - loud.start, grid.samples, grid.steps)
-    piece, volts = Piece(samples, early * grid.steps, grid.h), min(working or 0.5 * top, top)
-    judge, unknown = error_of_circuit(problem, volts, piece=piece)
+    piece, highest = Piece(samples, early * grid.steps, grid.h), float(tables[0].voltages[-1])
+    judge, unknown = error_of_circuit(problem, min(working or 0.5 * highest, highest), piece=piece)
     every = steps + many + more
     return Recorded(tables[0].extrapolated(tables[1]), tables[0], separation, off + judge, every, unknown)
 

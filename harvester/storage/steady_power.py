@@ -5,8 +5,8 @@ current at twice the step and at half of the voltages, by slow steps of twice th
 a direct run of mass and circuit from rest, on the same shaking, of `DIRECT` time constants of the mass.  What that
 differs by is added to the mean (two levels), and is the error of the separation of time scales.  Where it differs by
 more than `LARGEST_SEPARATION` a longer direct run takes the slow one's place.  What compiled circuits differ by from
-ngspice (`error_of_circuit`) is taken of the rectifier's current, for what the slow circuit makes of it, and of the power
-again.
+ngspice (`error_of_circuit`) is taken of the rectifier's current, for what the slow circuit makes of it, and of the
+power again.
 """
 
 import math
@@ -176,7 +176,7 @@ def _direct(problem: Problem, seconds: float, factor: float = 1.0) -> _Direct:
 
 
 def _of_direct(direct: _Direct, coarse: _Direct, name: str, judge: float) -> Value:
-    """The mean rate of an integral by a direct run, and by another of twice the step; ``judge``: ngspice's difference."""
+    """The mean rate of an integral by a direct run, and by another of twice the step; ``judge``: beside ngspice."""
     end = direct.seconds
     mean, twice, first, last = (
         mean_rate(run.t, getattr(run, name), *part)

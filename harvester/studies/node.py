@@ -1,7 +1,8 @@
 """How a sensor node lives of a device: the share of the time that it runs, packets an hour, and what limits it.
 
 The rectifier's current at a held voltage is measured once, of a record in each of its windows (`harvester.storage`);
-then days of store, chip and node are one equation of the store's voltage (`harvester.storage.node_run`).
+then days of store, chip and node are one equation of the store's voltage (`harvester.storage.node_run`), under noise
+with a current that fluctuates as it was measured (`harvester.storage.fluctuating_node`).
 
 Long because the result explains its fields to users.
 """
@@ -24,20 +25,18 @@ from harvester.errors import CannotServeError, InputError, invalid, names_argume
 from harvester.mechanics.kernels.compiled import compilation
 from harvester.netlists.probes import STORE, Probe
 from harvester.presentation.diagnostic import Diagnostic, note, warning
-from harvester.presentation.messages.unknown_parts import TIME_SCALES
 from harvester.presentation.result import TableResult
 from harvester.presentation.table import Column, Table
 from harvester.scene.plausibility import unusual_values
 from harvester.scene.sensor_node import SensorNode, Storage
 from harvester.storage.bought_parts import Chip
 from harvester.storage.fluctuating_node import CLOSE, FEWEST, MOST, POINTS, Fluctuations, Lived, fluctuations, lived
-from harvester.storage.held_in_ngspice import error_of_circuit
-from harvester.storage.measured_current import JUDGE, Rectifier, measured, time_constant
+from harvester.storage.measured_current import time_constant
 from harvester.storage.node_run import AGAIN, NodeCourse, NodeRun
-from harvester.storage.recorded_current import AnyCurrent, RecordedCurrent, recorded
-from harvester.storage.rectified_current import RectifiedCurrent, reached
-from harvester.storage.supply import INPUT, chip_of, input_without_load
+from harvester.storage.recorded_current import AnyCurrent, RecordedCurrent
+from harvester.storage.supply import chip_of
 from harvester.studies.charging.by_slow import refusal_of_slow
+from harvester.studies.node_current import Effort, Known, measure_current
 from harvester.uncertainty.value import Value
 
 CHANGE, LITTLE = 0.1, 1e-3  # of a key, to see which helps; gains below are none
@@ -49,13 +48,11 @@ CHIP_KEYS = {"ratio": "input_ratio", "own": "own_current", "rise": "start_voltag
 LARGEST_SEPARATION = 0.05  # of the current: a difference above which a direct run is made
 DIRECT = 200.0  # time constants of that run
 ROUNDING, SPARED = 1e-9, 0.9  # of a number; packets over those of the interval, below which energy is spared
-VOLTAGES, CLOSER = 24, 2.0  # under noise, and the power by which they are closer at the bottom
-FEWER, RUNS, OF_ELEMENTS = 12, 1024, 64  # voltages of a rectifier without ideal elements; runs at each at first, and its
 USEFUL, OF_MOST = 0.05, 0.01  # of the packets, and of those of the interval: an error that is small enough
 BUDGET, FURTHER = 20.0, 4  # s, that runs go on for a smaller error; times as many each time
-SAMPLED, MUCH = 0.3, 0.02  # of the error, that sampling must be for more runs; of the current: errors to run further for
+SAMPLED = 0.3  # of the error, that sampling must be at least for more runs
+MUCH = 0.02  # of the current: errors that are checked by more runs
 DAY, HOUR, MOST_DAYS = 86400.0, 3600.0, 366.0
-MOST_VOLTS = 1e3  # of a clamp: one above leaves a rectifier's voltage as it is
 Parts = tuple[Storage, SensorNode, Chip | None]  # what stands behind the rectifier
 
 
@@ -187,7 +184,7 @@ def node(scene: AnyScene, *, days: float = 1.0, seed: int = 0) -> NodeResult:
 
     The load's netlist says how the piezo's voltage is rectified; [storage] stands for its store, [node] for what comes
     behind, [chip] for what is between.  The shaking goes on as it is for all ``days``, and a record is repeated; under
-    noise the mean current counts, not how it fluctuates.
+    noise the current fluctuates as it was measured, and packets are those of the mean of many such nodes.
 
     Parameters
     ----------
@@ -233,21 +230,11 @@ def node(scene: AnyScene, *, days: float = 1.0, seed: int = 0) -> NodeResult:
 
 
 @dataclass(frozen=True)
-class _Effort:
-    """The seed of runs under noise, and how many times as many as at first there are of the current and its checks."""
-
-    seed: int
-    runs: int = 1
-    checks: int = 1
-    judge: tuple[float, str] | None = None  # of the circuit, where it is known from before
-
-
-@dataclass(frozen=True)
 class _Found:
     """A result with what it was found from, and why its error is as large as it is under noise ("": it is small)."""
 
     result: NodeResult
-    known: "_Known"
+    known: Known
     direct: NodeCourse | None
     why: str
 
@@ -258,12 +245,12 @@ def _found(problem: Problem, parts: Parts, days: float, seed: int) -> _Found:
     The first go, which compiles, is not counted.
     """
     storage, consumer, chip = parts
-    wake, effort, spent = max(consumer.wake_voltage, chip.rise if chip else 0.0), _Effort(seed), 0.0
+    wake, effort, spent = max(consumer.wake_voltage, chip.rise if chip else 0.0), Effort(seed), 0.0
     bound, unit = power_bound(problem), time_constant(problem.equations) / problem.scales.frequency
     while True:
         begin = time.perf_counter()
         with compilation():
-            known = _measure(problem, storage, chip, wake, effort)
+            known = measure_current(problem, storage, chip, wake, effort)
         parts = storage, consumer, known.chip or chip
         with compilation():
             direct = _directly(problem, known, parts, days * DAY)
@@ -278,7 +265,7 @@ def _found(problem: Problem, parts: Parts, days: float, seed: int) -> _Found:
             return _Found(result, known, direct, "model")
         if effort.runs > 1 and spent + FURTHER * took > BUDGET:
             return _Found(result, known, direct, "time")
-        effort = _Effort(seed, FURTHER * effort.runs, checks, known.judge)
+        effort = Effort(seed, FURTHER * effort.runs, checks, known.judge)
 
 
 def _remarks(problem: Problem, found: _Found, chip: Chip | None) -> list[Diagnostic]:
@@ -300,100 +287,7 @@ def _remarks(problem: Problem, found: _Found, chip: Chip | None) -> list[Diagnos
     return diagnostics
 
 
-@dataclass(frozen=True)
-class _Known:
-    """The rectifier's current, its variants whose changes are its errors, and its relative errors.
-
-    They are that of taking the time scales apart and that of the ``elements``; ``late`` is by how much the first packet
-    may be later or sooner (s).  ``chip`` is one that holds its input, by what its law
-    gives on the same noise; None for any other.  The ``judge`` is `error_of_circuit`, of which the elements are a part.
-    """
-
-    table: AnyCurrent
-    by_step: AnyCurrent
-    steps: int
-    separation: float = 0.0
-    elements: float = JUDGE
-    late: float = 0.0
-    unknown: str = ""
-    chip: Chip | None = None
-    judge: tuple[float, str] | None = None
-
-
-def _measure(problem: Problem, storage: Storage, chip: Chip | None, wake: float, effort: _Effort) -> _Known:
-    """The rectifier's current of the scene, up to the clamp or the open circuit."""
-    tracking = chip if chip is not None and chip.ratio is not None else None
-    top = None if tracking else storage.battery_voltage or storage.clamp_voltage
-    top = top if (top or math.inf) < MOST_VOLTS else None
-    farads = INPUT if tracking else storage.farads
-    if problem.equations.record is None:
-        return _of_alike_shaking(problem, tracking, farads, top, wake, effort)
-    currents = recorded(problem, None if tracking else farads or None, top, None if tracking else wake)
-    known = _Known(currents.best, currents.rough, currents.steps, currents.separation, currents.elements)
-    return dataclasses.replace(known, unknown=_both(TIME_SCALES if tracking else "", currents.unknown))
-
-
-def _both(*parts: str) -> str:
-    """Parts of an error that are not known."""
-    return " and ".join(filter(None, parts))
-
-
-def _of_alike_shaking(
-    problem: Problem, tracking: Chip | None, farads: float, top: float | None, wake: float, effort: _Effort
-) -> _Known:
-    """The same of shaking that always is alike: of a store of ``farads``, 0 for a battery, or a ``tracking`` chip's.
-
-    A battery holds its voltage as the measurement does; under noise a chip's law is run beside the mean currents.
-    """
-    from harvester.storage.slow_circuit import direct_check, noise_check
-    from harvester.storage.tracked_input import tracked_input
-
-    seed, noise = effort.seed, problem.equations.is_random
-    if noise:
-        count, runs = (VOLTAGES, RUNS) if Rectifier(problem).ideal else (FEWER, OF_ELEMENTS)
-        runs *= effort.runs
-        table, rough, steps, _ = measured(problem, top, seed=seed, count=count, runs=runs, power=CLOSER)
-    else:
-        table, rough, steps, _ = measured(problem, top)
-    last = float(table.voltages[-1])
-    judge = effort.judge or error_of_circuit(problem, _working(table, tracking, wake if farads else last), seed)
-    elements, unknown = judge
-    known = _Known(table, rough, steps, 0.0, elements, unknown=unknown, judge=judge)
-    if tracking is not None and noise:
-        law = tracked_input(problem, table, tracking, seed)
-        if law is None:
-            return dataclasses.replace(known, unknown=_both(TIME_SCALES, unknown))
-        more = {"steps": steps + law.steps, "separation": law.error, "elements": elements + law.elements}
-        return dataclasses.replace(known, chip=law.correct(tracking), **more)
-    if not farads:
-        path, free = (np.full(2, last), np.array([0.0, DAY])), None
-    else:
-        path, free = reached(table, last if tracking else min(wake, last), farads), farads
-    if noise:
-        off, separation, more_steps = noise_check(problem, table, path, free, seed, effort.checks)
-        every = {"steps": steps + more_steps, "separation": separation, "elements": elements + off}
-        return dataclasses.replace(known, **every)
-    if free is None:
-        return known
-    check = direct_check(problem, Rectifier(problem).compiled(farads), *path, DAY)
-    separation, late = (abs(check.late) + check.error) / check.seconds, check.error
-    if tracking is not None:
-        late += abs(check.late) + 0.5 * tracking.look
-    else:
-        table, rough = table.later(check.late), rough.later(check.late)
-    steps += check.steps
-    return dataclasses.replace(known, table=table, by_step=rough, steps=steps, separation=separation, late=late)
-
-
-def _working(table: RectifiedCurrent, tracking: Chip | None, volts: float) -> float:
-    """The rectifier's voltage (V) that a store is to come to, or that a ``tracking`` chip holds its input at."""
-    if tracking is None:
-        return min(volts, float(table.voltages[-1]))
-    opened = min(float(input_without_load(tracking, table.voltages, table.current[None])[0]), tracking.most)
-    return (tracking.ratio or 1.0) * opened
-
-
-def _directly(problem: Problem, known: _Known, parts: Parts, seconds: float) -> NodeCourse | None:
+def _directly(problem: Problem, known: Known, parts: Parts, seconds: float) -> NodeCourse | None:
     """The direct run where the store is not slow beside the vibration; None where it is, and where there is none."""
     from harvester.storage.direct_node import can_run, direct_course
 
@@ -404,7 +298,7 @@ def _directly(problem: Problem, known: _Known, parts: Parts, seconds: float) -> 
     return direct_course(problem, run, min(seconds, DIRECT * unit))
 
 
-def _fluctuations(known: _Known, parts: Parts, unit: float, seconds: float, seed: int) -> Fluctuations:
+def _fluctuations(known: Known, parts: Parts, unit: float, seconds: float, seed: int) -> Fluctuations:
     """How the current fluctuates, in so many courses as give the packets well enough."""
     run = NodeRun(known.table, *parts, points=POINTS)
     each = FEWEST
@@ -418,7 +312,7 @@ def _fluctuations(known: _Known, parts: Parts, unit: float, seconds: float, seed
 
 
 def _live(
-    known: _Known,
+    known: Known,
     parts: Parts,
     days: float,
     bound: PowerBound | None,
@@ -435,7 +329,7 @@ def _live(
     base = _course(table, parts, seconds, noise)
     both = None if direct is None else (direct, run.course(direct.end))
     less = known.elements + (known.separation if direct is None else 0.0)
-    lives = _variants(known, parts, base, less, lambda *other: _course(*other, seconds, noise))
+    lives = _variants(known, parts, base, less, lambda current, other: _course(current, other, seconds, noise))
 
     def known_value(read: Callable[[Lived], float], off: float = 0.0, late: float = 0.0, error: float = 0.0) -> Value:
         """A number with what each variant changes, and the standard error of its courses."""
@@ -506,7 +400,7 @@ def _course(current: AnyCurrent, parts: Parts, seconds: float, noise: Fluctuatio
 
 
 def _variants(
-    known: _Known, parts: Parts, base: Lived, less: float, live: Callable[[AnyCurrent, Parts], Lived]
+    known: Known, parts: Parts, base: Lived, less: float, live: Callable[[AnyCurrent, Parts], Lived]
 ) -> list[Lived]:
     """The courses whose differences from the ``base`` are its errors: that of the step first, that of sampling last.
 
@@ -554,7 +448,7 @@ def _helps(table: AnyCurrent, parts: Parts, seconds: float, noise: Fluctuations 
         return gain_of
 
     def gain(current: AnyCurrent, *others: Any) -> float:
-        return packets_of(current, others) / packets - 1.0  # type: ignore[arg-type]
+        return packets_of(current, others) / packets - 1.0
 
     for k, (name, keys) in enumerate((("storage", STORE_KEYS), ("node", NODE_KEYS), ("chip", CHIP_KEYS))):
         for key, said in keys.items():

@@ -15,8 +15,8 @@ from harvester.equations.problem import Problem
 from harvester.errors import InputError
 from harvester.netlists.probes import STORE, Probe
 from harvester.presentation.diagnostic import Diagnostic, note, refusal, warning
-from harvester.storage.measured_current import measured, time_constant
 from harvester.storage.held_in_ngspice import error_of_circuit
+from harvester.storage.measured_current import measured, time_constant
 from harvester.storage.rectified_current import RectifiedCurrent, reached, times_to
 from harvester.storage.rectifier_cut import cut_behind_rectifier, is_plain_store
 from harvester.studies.charging.afterwards import afterwards
