@@ -59,7 +59,7 @@ def fluctuations(run: NodeRun, unit: float, seconds: float, seed: int, each: int
     came = max(float(current[run.volts <= wake].mean()), 1e-30)
     length = max(unit, run.farads * wake / came / OF_CHARGE)
     count = min(max(math.ceil(INTERVALS * run.node.interval / length), WINDOWS), MOST_WINDOWS)
-    length = max(length, INTERVALS * run.node.interval / count)
+    length = min(max(length, INTERVALS * run.node.interval / count), seconds)
     count = max(min(count, math.ceil(seconds / length)), 1)
     rng = np.random.default_rng(np.random.SeedSequence([seed, 18]))
     return Fluctuations(length, rng.standard_normal((GROUPS * each, count)))

@@ -275,7 +275,7 @@ def _remarks(problem: Problem, found: _Found, chip: Chip | None) -> list[Diagnos
         diagnostics.append(note("node_of_fluctuating_current"))
     if found.why:
         packets = found.result.packets_per_hour
-        diagnostics.append(warning(f"node_error_by_{found.why}", error=packets.known_error95, seconds=BUDGET))
+        diagnostics.append(note(f"node_error_by_{found.why}", error=packets.known_error95, seconds=BUDGET))
     if direct is not None:
         diagnostics.append(note("run_directly", direct=direct.end, separation=known.separation))
     elif known.separation > LARGEST_SEPARATION:
@@ -334,8 +334,8 @@ def _live(
     def known_value(read: Callable[[Lived], float], off: float = 0.0, late: float = 0.0, error: float = 0.0) -> Value:
         """A number with what each variant changes, and the standard error of its courses."""
         number = read(base)
-        changes = (abs(read(life) - number) for life in lives)
-        step, *model, sampling = (change if change > ROUNDING * abs(number) else 0.0 for change in changes)
+        changes = (*(abs(read(life) - number) for life in lives), error)
+        step, *model, sampling, error = (change if change > ROUNDING * abs(number) else 0.0 for change in changes)
         total, stderr = late + abs(off) + sum(model), math.hypot(sampling, error)
         # Under noise the step's error is in that of the elements; where nothing changes a number all are 0.
         bias = step if step or not (total or stderr) else None
@@ -365,10 +365,11 @@ def _live(
     fewest, most_packets = _of_hours(base.mean, seconds) if isinstance(table, RecordedCurrent) else (None, None)
     most = max(helps, key=lambda key: helps[key], default="")
     change = [note("node_change_helps", most, gain=helps[most])] if most and helps[most] > LITTLE else []
-    seen = base.mean if whole.end < seconds else whole
+    seen, packets = base.mean if whole.end < seconds else whole, value(_rate, most=HOUR / node.interval)
+    each = packets.value / _rate(seen) if noise is not None and seen is base.mean and seen.packets else 1.0
     return NodeResult(
         days=days,
-        packets_per_hour=value(lambda course: course.packets / course.end * HOUR, most=HOUR / node.interval),
+        packets_per_hour=packets,
         share_running=value(running, most=1.0),
         first_packet=first,
         brown_outs=max(base.number(lambda course: course.brown_outs / course.end * HOUR), 0.0),
@@ -382,13 +383,18 @@ def _live(
         seconds=0.0,
         steps=known.steps,
         helps=helps,
-        days_packets=seen.hours[: math.floor(days + ROUNDING) * 24].reshape(-1, 24).sum(axis=1).round(6),
+        days_packets=each * seen.hours[: math.floor(days + ROUNDING) * 24].reshape(-1, 24).sum(axis=1).round(6),
         fewest=fewest,
         most=most_packets,
         packets_lost=base.number(lambda course: course.lost / course.end * HOUR) if node.lost_share else None,
         **_intervals(every, between),
         diagnostics=(limit_note, *change),
     )
+
+
+def _rate(course: NodeCourse) -> float:
+    """Packets an hour."""
+    return course.packets / course.end * HOUR
 
 
 def _course(current: AnyCurrent, parts: Parts, seconds: float, noise: Fluctuations | None) -> Lived:
