@@ -2,7 +2,8 @@
 
     i(V) = I(V) + sqrt(S(V)/L) xi      in each window of a length L, with xi normal and new in each
 
-S is the spectral density of the current at frequency zero.  What the mass remembers fades in less than a window, and
+S is the spectral density of the current at frequency zero.  How the current goes within a window is not known: what
+windows of twice the length, with the same charge, change of a number is its error.  What the mass remembers fades in less than a window, and
 a window is short beside what the store takes to the wake voltage.  Courses are as long as so many windows; what days
 do beyond that the mean current says (two levels): the number of long ones is
 
@@ -48,6 +49,12 @@ class Fluctuations:
         """How long a course is."""
         return self.length * int(self.variates.shape[1])
 
+    def coarser(self) -> "Fluctuations":
+        """The same in windows of twice the length, with the same charge in each."""
+        count = self.variates.shape[1] // 2
+        pairs = self.variates.reshape(-1, count, 2)
+        return Fluctuations(2.0 * self.length, pairs.sum(axis=2) / math.sqrt(2.0))
+
     def few(self) -> "Fluctuations":
         """One course of each group."""
         return Fluctuations(self.length, self.variates[:GROUPS])
@@ -60,7 +67,7 @@ def fluctuations(run: NodeRun, unit: float, seconds: float, seed: int, each: int
     length = max(unit, run.farads * wake / came / OF_CHARGE)
     count = min(max(math.ceil(INTERVALS * run.node.interval / length), WINDOWS), MOST_WINDOWS)
     length = min(max(length, INTERVALS * run.node.interval / count), seconds)
-    count = max(min(count, math.ceil(seconds / length)), 1)
+    count = 2 * math.ceil(0.5 * min(count, seconds / length))
     rng = np.random.default_rng(np.random.SeedSequence([seed, 18]))
     return Fluctuations(length, rng.standard_normal((GROUPS * each, count)))
 

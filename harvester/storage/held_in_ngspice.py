@@ -38,7 +38,7 @@ SETTLING, AVERAGED = (3.0, 1.0), 4.0  # time constants of the mass, after those 
 # under a drive, and under noise, where both begin nearly settled
 HELD = 1e5  # of the store, over the piezo's capacitance: more would be lost in the digits of ngspice's voltage
 RELTOL = 1e-5  # of ngspice, which is the judge here
-PATIENCE = 30.0  # s, for all runs
+PATIENCE = 60.0  # s, for all runs
 SHUNTS = 0.0, 1e-5, 1e-4  # of the piezo's capacitance, from each node to ground, where ngspice does not converge
 FAINT = 0.05  # of the largest current: a difference is told as a part of no less
 

@@ -330,6 +330,8 @@ def _live(
     both = None if direct is None else (direct, run.course(direct.end))
     less = known.elements + (known.separation if direct is None else 0.0)
     lives = _variants(known, parts, base, less, lambda current, other: _course(current, other, seconds, noise))
+    if noise is not None:
+        lives.insert(1, _course(table, parts, seconds, noise.coarser()))
 
     def known_value(read: Callable[[Lived], float], off: float = 0.0, late: float = 0.0, error: float = 0.0) -> Value:
         """A number with what each variant changes, and the standard error of its courses."""

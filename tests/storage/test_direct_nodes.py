@@ -12,7 +12,7 @@ from harvester.storage.measured_current import measured
 from harvester.storage.node_run import NodeRun
 from tests.support.own_board import noisy_node
 
-C, PACKET = 1e-4, 5e-3 * 0.02
+C, PACKET = 1e-4, 5e-3 * 0.018
 
 
 @pytest.mark.slow
