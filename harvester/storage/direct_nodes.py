@@ -25,7 +25,7 @@ STATE, LEFT, PACKETS, RAN, BROWN_OUTS, GIVEN, CLAMPED, FIRST, ROWS = range(9)  #
 @kernel
 def take_slices(
     volts: Floats,
-    lanes: Floats,
+    records: Floats,
     drawn: Floats,
     leak: float,
     durations: Floats,
@@ -35,8 +35,9 @@ def take_slices(
 ) -> None:
     """Let nodes take what they take in a slice from their stores at ``volts``, which is changed, shape (n,).
 
-    ``lanes``, shape (`ROWS`, n), is what they do, with the number of a state or -1, and the seconds of it that are
-    left; ``drawn`` are currents (A) at even voltages up to the top, the last of a node that waits.  ``levels`` are the
+    ``records``, shape (`ROWS`, n), is what they do, with the number of a state or -1, and the seconds of it that are
+    left; ``drawn`` are currents (A) at even voltages up to the top, the last of a node that waits, which
+    the last of the ``stops`` is below.  ``levels`` are the
     wake voltage, the top, the capacitance, and the length of a slice (s), which begins ``now``.
     """
     wake, top, farads, slice_ = levels
@@ -44,37 +45,37 @@ def take_slices(
     for j in range(len(volts)):
         rest, v = slice_, volts[j]
         while rest > 0.0:
-            state = int(lanes[STATE, j])
+            state = int(records[STATE, j])
             if state < 0 and v >= wake:
-                state, lanes[LEFT, j] = 0, durations[0]
-            step = rest if state < 0 else min(rest, lanes[LEFT, j])
+                state, records[LEFT, j] = 0, durations[0]
+            step = min(rest, records[LEFT, j] if state >= 0 else rest)
             position = min(max(v / top, 0.0), 1.0) * finest
             k = min(int(position), finest - 1)
-            row = drawn[state] if state >= 0 else drawn[last + 1]
+            row = drawn[state]
             amperes = row[k] + (position - k) * (row[k + 1] - row[k]) + v * leak
             new = v - step * amperes / farads
-            if state >= 0 and v > stops[state] > new:  # it stops there
+            if v > stops[state] > new:  # it stops there
                 step *= (v - stops[state]) / (v - new)
                 new = stops[state]
             v, rest = new, rest - step
             if v > top:
-                lanes[CLAMPED, j] += farads * (v - top) * top
+                records[CLAMPED, j] += farads * (v - top) * top
                 v = top
             v = max(v, 0.0)
             if state >= 0:
-                lanes[LEFT, j] -= step
-                lanes[RAN, j] += step
+                records[LEFT, j] -= step
+                records[RAN, j] += step
                 if v <= stops[state]:
                     state = -1
-                    lanes[BROWN_OUTS, j] += 1.0
-                elif lanes[LEFT, j] <= 1e-12:
+                    records[BROWN_OUTS, j] += 1.0
+                elif records[LEFT, j] <= 1e-12:
                     if state == last - 1:
-                        lanes[PACKETS, j] += 1.0
-                        if lanes[FIRST, j] == 0.0:
-                            lanes[FIRST, j] = now + slice_ - rest
+                        records[PACKETS, j] += 1.0
+                        if records[FIRST, j] == 0.0:
+                            records[FIRST, j] = now + slice_ - rest
                     state = 0 if state == last else state + 1
-                    lanes[LEFT, j] = durations[state]
-            lanes[STATE, j] = state
+                    records[LEFT, j] = durations[state]
+            records[STATE, j] = state
         volts[j] = v
 
 
@@ -109,22 +110,22 @@ def direct_nodes(
     circuit = rectifier.compiled(storage.farads) if compiled else rectifier.fast(storage.farads)
     runs = Trajectories(eqs, count, np.random.SeedSequence([seed, 17]), step_from_rest(eqs), circuit=circuit)
     row, unit = store_row(circuit, storage.farads, scales)
-    store, own = runs.state[:, row], 0.0 if chip is None else chip.own
-    volts, lanes = np.full(runs.count, storage.initial_voltage or 0.0), np.zeros((ROWS, runs.count))
-    lanes[STATE] = -1.0
+    store, chip_current = runs.state[:, row], 0.0 if chip is None else chip.own
+    volts, records = np.full(runs.count, storage.initial_voltage or 0.0), np.zeros((ROWS, runs.count))
+    records[STATE] = -1.0
     store[:] = storage.farads * volts.reshape(store.shape) / unit
     drawn, durations = np.array([*run.drawn, run.waiting]), np.array([duration for _, duration in run.states])
-    stops = np.array([run.stop_of(amperes) for amperes in run.drawn])
+    stops = np.array([*(run.stop_of(amperes) for amperes in run.drawn), -math.inf])
     leak, now = 1.0 / (storage.leakage_resistance or math.inf), 0.0
     while now < seconds:
         begin = runs.time
         runs.run(2.0 * math.pi / SLICES)
         slice_ = (runs.time - begin) / scales.frequency
-        before, volts = volts, store.ravel() * (unit / storage.farads) - own * slice_ / storage.farads
-        lanes[GIVEN] += storage.farads * (volts - before) * 0.5 * (volts + before)
+        before, volts = volts, store.ravel() * (unit / storage.farads) - chip_current * slice_ / storage.farads
+        records[GIVEN] += storage.farads * (volts - before) * 0.5 * (volts + before)
         levels = np.array([run.node.wake_voltage, run.top, storage.farads, slice_])
-        take_slices(volts, lanes, drawn, leak, durations, stops, levels, now)
+        take_slices(volts, records, drawn, leak, durations, stops, levels, now)
         store[:] = storage.farads * volts.reshape(store.shape) / unit
         now += slice_
-    packets, ran, brown_outs, given, clamped, first = lanes[PACKETS:]
+    packets, ran, brown_outs, given, clamped, first = records[PACKETS:]
     return DirectNodes(packets, ran, brown_outs, given, clamped, first, volts, now, runs.steps)

@@ -3,7 +3,8 @@
     i(V) = I(V) + sqrt(S(V)/L) xi      in each window of a length L, with xi normal and new in each
 
 S is the spectral density of the current at frequency zero.  How the current goes within a window is not known: what
-windows of twice the length, with the same charge, change of a number is its error.  What the mass remembers fades in less than a window, and
+windows of twice the length, with the same charge, change of a number is its error.  What the mass remembers fades in
+less than a window, and
 a window is short beside what the store takes to the wake voltage.  Courses are as long as so many windows; what days
 do beyond that the mean current says (two levels): the number of long ones is
 

@@ -49,8 +49,8 @@ LARGEST_SEPARATION = 0.05  # of the current: a difference above which a direct r
 DIRECT = 200.0  # time constants of that run
 ROUNDING, SPARED = 1e-9, 0.9  # of a number; packets over those of the interval, below which energy is spared
 USEFUL, OF_MOST = 0.05, 0.01  # of the packets, and of those of the interval: an error that is small enough
-BUDGET, FURTHER = 20.0, 4  # s, that runs go on for a smaller error; times as many each time
-SAMPLED = 0.3  # of the error, that sampling must be at least for more runs
+BUDGET, TIMES_AS_MANY = 20.0, 4  # s, that runs go on for a smaller error; times as many each time
+SAMPLING_SHARE = 0.3  # of the error, that sampling must be at least for more runs
 MUCH = 0.02  # of the current: errors that are checked by more runs
 DAY, HOUR, MOST_DAYS = 86400.0, 3600.0, 366.0
 Parts = tuple[Storage, SensorNode, Chip | None]  # what stands behind the rectifier
@@ -223,14 +223,14 @@ def node(scene: AnyScene, *, days: float = 1.0, seed: int = 0) -> NodeResult:
         raise CannotServeError(reason)
     begin, table = time.perf_counter(), problem.scene.chip
     chip = None if table is None else chip_of(table, consumer.supply_voltage)
-    found = _found(problem, (storage, consumer, chip), days, seed)
-    every = *unusual_values(problem.scene), *found.result.diagnostics, *_remarks(problem, found, chip)
+    outcome = _outcome(problem, (storage, consumer, chip), days, seed)
+    every = *unusual_values(problem.scene), *outcome.result.diagnostics, *_remarks(problem, outcome, chip)
     diagnostics = tuple(diagnostic for diagnostic in every if diagnostic.code != "node_left_out")
-    return dataclasses.replace(found.result, seconds=time.perf_counter() - begin, diagnostics=diagnostics)
+    return dataclasses.replace(outcome.result, seconds=time.perf_counter() - begin, diagnostics=diagnostics)
 
 
 @dataclass(frozen=True)
-class _Found:
+class _Outcome:
     """A result with what it was found from, and why its error is as large as it is under noise ("": it is small)."""
 
     result: NodeResult
@@ -239,7 +239,7 @@ class _Found:
     why: str
 
 
-def _found(problem: Problem, parts: Parts, days: float, seed: int) -> _Found:
+def _outcome(problem: Problem, parts: Parts, days: float, seed: int) -> _Outcome:
     """The result; under noise by more runs while these make an error smaller that is not small enough, in `BUDGET`.
 
     The first go, which compiles, is not counted.
@@ -259,23 +259,23 @@ def _found(problem: Problem, parts: Parts, days: float, seed: int) -> _Found:
         packets, took = result.packets_per_hour, time.perf_counter() - begin
         error, spent = packets.known_error95, spent + took * (effort.runs > 1)
         if noise is None or error <= max(USEFUL * packets.value, OF_MOST * HOUR / consumer.interval):
-            return _Found(result, known, direct, "")
-        checks = effort.checks * (FURTHER if known.elements + known.separation > MUCH else 1)
-        if checks == effort.checks and packets.sampling95 < SAMPLED * error:
-            return _Found(result, known, direct, "model")
-        if effort.runs > 1 and spent + FURTHER * took > BUDGET:
-            return _Found(result, known, direct, "time")
-        effort = Effort(seed, FURTHER * effort.runs, checks, known.judge)
+            return _Outcome(result, known, direct, "")
+        checks = effort.checks * (TIMES_AS_MANY if known.elements + known.separation > MUCH else 1)
+        if checks == effort.checks and packets.sampling95 < SAMPLING_SHARE * error:
+            return _Outcome(result, known, direct, "model")
+        if effort.runs > 1 and spent + TIMES_AS_MANY * took > BUDGET:
+            return _Outcome(result, known, direct, "time")
+        effort = Effort(seed, TIMES_AS_MANY * effort.runs, checks, known.judge)
 
 
-def _remarks(problem: Problem, found: _Found, chip: Chip | None) -> list[Diagnostic]:
+def _remarks(problem: Problem, outcome: _Outcome, chip: Chip | None) -> list[Diagnostic]:
     """What is to be said of how the numbers were found."""
-    diagnostics, table, known, direct = list[Diagnostic](), problem.scene.chip, found.known, found.direct
+    diagnostics, table, known, direct = list[Diagnostic](), problem.scene.chip, outcome.known, outcome.direct
     if problem.equations.is_random:
         diagnostics.append(note("node_of_fluctuating_current"))
-    if found.why:
-        packets = found.result.packets_per_hour
-        diagnostics.append(note(f"node_error_by_{found.why}", error=packets.known_error95, seconds=BUDGET))
+    if outcome.why:
+        packets = outcome.result.packets_per_hour
+        diagnostics.append(note(f"node_error_by_{outcome.why}", error=packets.known_error95, seconds=BUDGET))
     if direct is not None:
         diagnostics.append(note("run_directly", direct=direct.end, separation=known.separation))
     elif known.separation > LARGEST_SEPARATION:
@@ -311,6 +311,57 @@ def _fluctuations(known: Known, parts: Parts, unit: float, seconds: float, seed:
         each *= 2
 
 
+@dataclass(frozen=True)
+class _Reading:
+    """How numbers are read of courses: of the ``base``, with what each of the ``lives`` changes.
+
+    The first of these is that of another step, the last that of sampling.  ``both`` are a direct course and that of the
+    mean current that is as long.
+    """
+
+    base: Lived
+    lives: list[Lived]
+    both: tuple[NodeCourse, NodeCourse] | None
+    unknown: str
+
+    @property
+    def courses(self) -> list[NodeCourse]:
+        """All of them."""
+        return [course for life in (self.base, *self.lives) for course in life.every] + list(self.both or ())
+
+    def known_value(
+        self, read: Callable[[Lived], float], off: float = 0.0, late: float = 0.0, error: float = 0.0
+    ) -> Value:
+        """A number with what each variant changes, and the standard error of its courses."""
+        number = read(self.base)
+        changes = (*(abs(read(life) - number) for life in self.lives), error)
+        step, *model, sampling, error = (change if change > ROUNDING * abs(number) else 0.0 for change in changes)
+        total, stderr = late + abs(off) + sum(model), math.hypot(sampling, error)
+        # Under noise the step's error is in that of the elements; where nothing changes a number all are 0.
+        bias = step if step or not (total or stderr) else None
+        return Value(number + off, stderr or None, bias, total, unknown=self.unknown)
+
+    def value(self, read: Callable[[NodeCourse], float], late: float = 0.0, most: float = math.inf) -> Value:
+        """The same of what is read of a course, which is no more than the ``most``."""
+        off = 0.0 if self.both is None else float(read(self.both[0]) - read(self.both[1]))
+        return self.known_value(lambda life: min(life.number(read), most), off, late, self.base.error(read))
+
+    def between(self, share: float) -> Value:
+        """The times between packets that a share of all is not above."""
+
+        def read(course: NodeCourse) -> float:
+            return course.interval(share)
+
+        off = 0.0 if self.both is None else read(self.both[0]) - read(self.both[1])
+        return self.known_value(lambda life: life.quantile(share), off, 0.0, self.base.error(read))
+
+    def first(self, late: float) -> Value | None:
+        """The time of the first packet, which may be later or sooner; None where a course has none."""
+        if any(course.first is None for course in self.courses):
+            return None
+        return self.value(lambda course: course.first or 0.0, late)
+
+
 def _live(
     known: Known,
     parts: Parts,
@@ -332,50 +383,29 @@ def _live(
     lives = _variants(known, parts, base, less, lambda current, other: _course(current, other, seconds, noise))
     if noise is not None:
         lives.insert(1, _course(table, parts, seconds, noise.coarser()))
-
-    def known_value(read: Callable[[Lived], float], off: float = 0.0, late: float = 0.0, error: float = 0.0) -> Value:
-        """A number with what each variant changes, and the standard error of its courses."""
-        number = read(base)
-        changes = (*(abs(read(life) - number) for life in lives), error)
-        step, *model, sampling, error = (change if change > ROUNDING * abs(number) else 0.0 for change in changes)
-        total, stderr = late + abs(off) + sum(model), math.hypot(sampling, error)
-        # Under noise the step's error is in that of the elements; where nothing changes a number all are 0.
-        bias = step if step or not (total or stderr) else None
-        return Value(number + off, stderr or None, bias, total, unknown=known.unknown)
-
-    def value(read: Callable[[NodeCourse], float], late: float = 0.0, most: float = math.inf) -> Value:
-        """The same of what is read of a course, which is no more than the ``most``."""
-        off = 0.0 if both is None else float(read(both[0]) - read(both[1]))
-        return known_value(lambda life: min(life.number(read), most), off, late, base.error(read))
-
-    def between(share: float) -> Value:
-        """The times between packets that a share of all is not above."""
-        off = 0.0 if both is None else both[0].interval(share) - both[1].interval(share)
-        return known_value(lambda life: life.quantile(share), off, 0.0, base.error(lambda one: one.interval(share)))
+    reading = _Reading(base, lives, both, known.unknown)
 
     def running(course: NodeCourse) -> float:
         packet = sum(seconds for _, seconds in node.states)
         return 0.0 if course.first is None else min(course.ran / (course.end - course.first + packet), 1.0)
 
-    every, first, whole = [course for life in (base, *lives) for course in life.every], None, base.whole
-    every += both or ()
-    if all(course.first is not None for course in every):
-        first = value(lambda course: course.first or 0.0, known.late if both is None else 0.0)
+    every, whole = reading.courses, base.whole
+    first = reading.first(known.late if both is None else 0.0)
     limits = _limit if storage.battery_voltage is None else _limit_with_battery
     limit, limit_note = limits(run, whole if storage.battery_voltage is None else base.mean, whole.end)
     helps = _helps(table, parts, seconds, noise)
     fewest, most_packets = _of_hours(base.mean, seconds) if isinstance(table, RecordedCurrent) else (None, None)
     most = max(helps, key=lambda key: helps[key], default="")
     change = [note("node_change_helps", most, gain=helps[most])] if most and helps[most] > LITTLE else []
-    seen, packets = base.mean if whole.end < seconds else whole, value(_rate, most=HOUR / node.interval)
+    seen, packets = base.mean if whole.end < seconds else whole, reading.value(_rate, most=HOUR / node.interval)
     each = packets.value / _rate(seen) if noise is not None and seen is base.mean and seen.packets else 1.0
     return NodeResult(
         days=days,
         packets_per_hour=packets,
-        share_running=value(running, most=1.0),
+        share_running=reading.value(running, most=1.0),
         first_packet=first,
         brown_outs=max(base.number(lambda course: course.brown_outs / course.end * HOUR), 0.0),
-        harvested=value(lambda course: (course.given - course.clamped) / course.end),
+        harvested=reading.value(lambda course: (course.given - course.clamped) / course.end),
         needed=run.needed,
         limit=limit,
         bound=bound,
@@ -389,7 +419,7 @@ def _live(
         fewest=fewest,
         most=most_packets,
         packets_lost=base.number(lambda course: course.lost / course.end * HOUR) if node.lost_share else None,
-        **_intervals(every, between),
+        **_intervals(every, reading.between),
         diagnostics=(limit_note, *change),
     )
 

@@ -126,7 +126,7 @@ def evaluate(candidate: Candidate, scene: Scene, needed: DesignNeed, farads: flo
         return _on_record(candidate, scene, needed)
     with compilation():
         currents = measured(problem, supply.top, seed=seed, count=count)
-    table, own = currents.best, problem.circuit
+    table, circuit = currents.best, problem.circuit
     power = supply.power(table, needed.power)
     known = Value(
         power,
@@ -134,7 +134,7 @@ def evaluate(candidate: Candidate, scene: Scene, needed: DesignNeed, farads: flo
         bias=abs(supply.power(currents.rough, needed.power) - power),
         model=_of_chip(supply, table, needed.power, power) + JUDGE * power,
         unknown=IDEAL_ELEMENTS if table.stderr is not None and Rectifier(problem).ideal else "",
-    ).with_unknown("" if own is None or own.topology is not None else COMPILED_CIRCUIT)
+    ).with_unknown("" if circuit is None or circuit.topology is not None else COMPILED_CIRCUIT)
     return Given(known, supply.wake(table, farads), currents.displacement, currents.steps)
 
 
