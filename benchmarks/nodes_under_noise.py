@@ -3,7 +3,7 @@
     python benchmarks/nodes_under_noise.py SCENE [SEEDS]
 
 SCENE is `bridge` (the package's), `board` (a user's own four diodes, compared with ngspice) or `stop` (such a board
-behind a mass with a stop).  Direct are 256 nodes of 300 s on a noise of their own, behind ideal diodes, from which the
+behind a mass with a stop).  Direct are 128 nodes of 200 s on a noise of their own, behind ideal diodes, from which the
 board's differ little (`tests/storage/test_direct_nodes.py`).  Each number is compared by its z-score, with the whole
 error over 1.96 and the sampling of the direct count.
 """
@@ -21,7 +21,7 @@ from harvester.storage.node_run import NodeRun
 from harvester.uncertainty.value import mean_and_error, stderr_of95
 from tests.support.own_board import noisy_node
 
-SECONDS, COUNT, DAY, HOUR = 300.0, 256, 86400.0, 3600.0
+SECONDS, COUNT, DAY, HOUR = 200.0, 128, 86400.0, 3600.0
 WEAK = hv.Excitation(acceleration_psd="0.0002 g^2/Hz")
 SCENES = {
     "bridge": lambda: noisy_node(load=hv.Netlist("bridge")),
