@@ -189,7 +189,7 @@ def Netlist(name: str, /, **parameters: float | str) -> Load:  # noqa: N802, as 
 
 
 def with_parts(load: LoadCircuit, parts: tuple[CircuitPart, ...]) -> LoadCircuit:
-    """The circuit with other elements in place of its own, of the same names and nodes."""
+    """The circuit with other elements in place of its own."""
     return replace(load, parts=parts, text="\n".join(lines_for_ngspice(parts)))
 
 

@@ -83,7 +83,10 @@ class _Consumer:
             step = rest if self.state is None else min(rest, self.left)
             drawn = run.waiting if self.state is None else run.drawn[self.state]
             leak = volts / (run.storage.leakage_resistance or math.inf)
-            volts -= step * (run.at(drawn, volts) + leak) / run.storage.farads
+            less, stop = step * (run.at(drawn, volts) + leak) / run.storage.farads, self._stop(stops)
+            if volts > stop > volts - less:  # it stops there
+                step, less = step * (volts - stop) / less, volts - stop
+            volts -= less
             rest, now = rest - step, now + step
             if volts > run.top:
                 course.clamped += run.storage.farads * (volts - run.top) * run.top
@@ -93,6 +96,10 @@ class _Consumer:
                 course.ran += step
                 self._go_on(volts, now, stops)
         return volts
+
+    def _stop(self, stops: list[float]) -> float:
+        """The voltage at which the node stops now; below all where it is off."""
+        return -math.inf if self.state is None else stops[self.state]
 
     def _go_on(self, volts: float, now: float, stops: list[float]) -> None:
         """Stop the node, or begin its next state."""

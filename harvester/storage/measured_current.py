@@ -62,11 +62,15 @@ class Rectifier:
 
     @cached_property
     def ideal(self) -> IdealCircuit | None:
-        """The circuit of ideal elements, also of a bridge of four diodes alike with a chip behind it."""
-        if is_plain_store(self.load):
-            return ideal_circuit(self.load, self.scales)
+        """The circuit of ideal elements, also of a bridge of four diodes of a user's own, and with a chip behind it.
+
+        Diodes that are not alike are taken as alike: what that changes is measured with all that ideal elements leave
+        out.
+        """
+        if is_plain_store(self.load) and (known := ideal_circuit(self.load, self.scales)) is not None:
+            return known
         cut = cut_behind_rectifier(self.load)
-        return None if cut is None or (law := cut.diode) is None else ideal_bridge(*law, self.scales)
+        return None if cut is None or not cut.like[0] > 0.0 else ideal_bridge(*cut.like, self.scales)
 
     def compiled(self, farads: float) -> CompiledCircuit:
         """That of the netlist's own elements; raises as `CompiledCircuit`."""
@@ -213,21 +217,23 @@ def measured(
     seed: int = 0,
     count: int = VOLTAGES,
     runs: int = RUNS,
+    power: float = 1.0,
 ) -> Currents:
     """I(V) of a problem's rectifier with a held store, at ``count`` voltages from 0 to ``top`` or the open circuit's.
 
-    Under a drive it is extrapolated from two steps of the compiled circuit.  Under noise it is that of the circuit of
-    ideal elements where there is one, and of the scene's step alone, by so many ``runs``.
+    They are closer to each other at the bottom with a ``power`` above 1.  Under a drive it is
+    extrapolated from two steps of the compiled circuit.  Under noise it is that of the circuit of ideal elements where
+    there is one, and of the scene's step alone, by so many ``runs``.
     """
     rectifier, eqs, scales = Rectifier(problem), problem.equations, problem.scales
     h = step_from_rest(eqs) if h is None else h
-    volts = np.linspace(0.0, open_voltage(problem, h, seed) if top is None else top, count)
+    volts = np.linspace(0.0, 1.0, count) ** power * (open_voltage(problem, h, seed) if top is None else top)
 
     def wider(currents: Currents) -> Currents:
         """The same, or up to twice the voltage where the open circuit's is one that still gets a current."""
         last = float(currents.best.current[-1])
         ends = top is not None or last < CUT_OFF * float(currents.best.current.max())
-        return currents if ends else measured(problem, 2.0 * float(volts[-1]), h, seed, count)
+        return currents if ends else measured(problem, 2.0 * float(volts[-1]), h, seed, count, runs, power)
 
     if not eqs.is_steady:
         circuit = rectifier.fast(rectifier.held)

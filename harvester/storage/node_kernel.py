@@ -90,7 +90,9 @@ def follow_state(store, drawn, v, duration, threshold, side, course):
         for j in range(many):
             branches[2, j] += step / 6.0 * (rates[1, j] + 2.0 * (rates[2, j] + rates[3, j]) + rates[4, j])
         middle = 0.5 * (v + min(new, top))
-        counts[GIVEN] += row[min(int(middle * scale), finest)] * (middle if held == 0.0 else held) * step
+        k = min(int(middle * scale), finest - 1)
+        came = row[k] + (middle * scale - k) * (row[k + 1] - row[k])
+        counts[GIVEN] += came * (middle if held == 0.0 else held) * step
         if new > top:
             counts[CLAMPED] += farads * (new - top) * top
             new = top

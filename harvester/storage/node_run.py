@@ -18,7 +18,7 @@ import numpy as np
 from harvester.arrays import Floats
 from harvester.scene.sensor_node import SensorNode, Storage
 from harvester.storage.bought_parts import Chip
-from harvester.storage.node_kernel import BINS, COUNTS, END, FIRST, HOUR, INTERVALS, POINTS, SEEN, follow_node
+from harvester.storage.node_kernel import BINS, COUNTS, END, FIRST, HOUR, INTERVALS, LAST, POINTS, SEEN, follow_node
 from harvester.storage.recorded_current import AnyCurrent, RecordedCurrent
 from harvester.storage.rectified_current import times_to
 from harvester.storage.supply import charging_current, output_efficiency
@@ -36,14 +36,16 @@ class NodeCourse:
 
     ``given`` and ``clamped`` are the energies (J) that came from the rectifier and that the clamp took.  Points of the
     course are up to where it repeats itself.  ``hours`` has the packets of each hour, evenly from there on.
-    ``intervals`` are the mean times (s) between packets in bins, and how many there were, shape (2, n), ascending.
+    ``intervals`` are the mean times (s) between packets in bins, and how many there were, shape (2, n), ascending;
+    ``last`` is the time of the last packet.  Of the mean of several courses numbers are no whole ones.
     """
 
     ran: float = 0.0
-    packets: int = 0
-    lost: int = 0
-    brown_outs: int = 0
+    packets: float = 0
+    lost: float = 0
+    brown_outs: float = 0
     first: float | None = None
+    last: float | None = None
     given: float = 0.0
     clamped: float = 0.0
     end: float = 0.0
@@ -106,15 +108,16 @@ def _late(current: AnyCurrent, storage: Storage, node: SensorNode, chip: Chip | 
 class NodeRun:
     """A node on a store, whose charging current is a table; with a ``chip`` that is what the chip makes of it."""
 
-    def __init__(self, current: AnyCurrent, storage: Storage, node: SensorNode, chip: Chip | None = None) -> None:
-        self.top = _top_of(current, storage, chip)
+    def __init__(
+        self, current: AnyCurrent, storage: Storage, node: SensorNode, chip: Chip | None = None, points: int = GRID
+    ) -> None:
+        self.current, self.top = current, _top_of(current, storage, chip)
         if chip is not None:  # the node begins where the chip's output does
             wake, stop = max(node.wake_voltage, chip.rise), max(node.stop_voltage, chip.fall)
             node = replace(node, wake_voltage=wake, stop_voltage=stop)
         self.storage, self.node, self.chip = storage, node, chip
         self.late = _late(current, storage, node, chip)
         self.length = current.length if isinstance(current, RecordedCurrent) else 0.0
-        points = GRID
         if isinstance(current, RecordedCurrent):
             points = max(min(ROUGH, MOST_POINTS // len(current.current)), FEWEST)
         self.volts = np.linspace(0.0, self.top, points + 1)
@@ -143,6 +146,12 @@ class NodeRun:
             return np.full(len(self.volts), amperes)
         share = node.efficiency or (1.0 if self.chip is None else output_efficiency(self.chip, amperes))
         return amperes * node.supply_voltage / share / np.maximum(self.volts, 1e-3 * self.top)
+
+    @property
+    def farads(self) -> float:
+        """The capacitance (F) of the store, or what a battery's charge is over its voltage."""
+        store = self.storage
+        return store.farads if store.battery_voltage is None else (store.battery_charge or 0.0) / self.top
 
     @property
     def needed(self) -> float:
@@ -178,6 +187,7 @@ class NodeRun:
             lost=round(lost),
             brown_outs=round(brown_outs),
             first=float(counts[FIRST]) or None,
+            last=float(counts[LAST]) or None,
             given=given,
             clamped=clamped,
             end=end,

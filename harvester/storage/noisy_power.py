@@ -21,7 +21,8 @@ from harvester.circuits.compiled_circuit import compiled_circuit
 from harvester.equations.problem import Problem
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.step_size import step_from_rest
-from harvester.storage.measured_current import JUDGE, RUNS, HeldRuns, Rectifier, measured, time_constant
+from harvester.storage.held_in_ngspice import error_of_circuit
+from harvester.storage.measured_current import RUNS, HeldRuns, Rectifier, measured, time_constant
 from harvester.storage.rectified_current import RectifiedCurrent, reached
 from harvester.storage.rectifier_cut import Cut
 from harvester.storage.slow_circuit import JUDGED, TOLERANCE, SlowCircuit, SlowPath, noise_check
@@ -66,7 +67,8 @@ def noisy_power(problem: Problem, cut: Cut, seed: int) -> SlowPower:
     charge = reached(table, float(path.rails.max()), problem.circuit.smoothing or 0.0)
     elements, _, more = noise_check(problem, table, charge, None, seed)
     gain, direct = _gain(problem, rough, table, paths, DIRECT * unit, seed)
-    less = JUDGE + elements + abs(gain.value)
+    judge, unknown = error_of_circuit(problem, float(path.rails.max()), seed)
+    less = judge + elements + abs(gain.value)
     currents = table, table.halved(), table.scaled(1.0 - less), table.shifted()
     others = [rough.run(current, duration, step) for current in currents]
     ends, shorter = ((end / 4.0, end) for end in (duration, float(paths[0].t[-1])))
@@ -77,9 +79,10 @@ def noisy_power(problem: Problem, cut: Cut, seed: int) -> SlowPower:
         by_voltages, by_less, by_sampling = (other - base for other in changed)
         short, *changes = (mean_rate(run.t, getattr(run, name), *shorter) for run in (others[0], *paths))
         change, spread = mean_and_error((np.array(changes) - short).reshape(-1, 2).mean(axis=1))
-        model = abs(by_voltages) + abs(by_less) + JUDGE * mean + abs(change)
+        model = abs(by_voltages) + abs(by_less) + judge * mean + abs(change)
         errors = math.hypot(stderr, by_sampling, spread, gain.normal_stderr * by_less / less)
-        return Value(mean + change - gain.value * by_less / less, errors, abs(base - mean), model), abs(change)
+        corrected = mean + change - gain.value * by_less / less
+        return Value(corrected, errors, abs(base - mean), model, unknown=unknown), abs(change)
 
     assert table.square_error is not None, "of noise"
     power, change = known("square")

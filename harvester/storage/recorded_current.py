@@ -26,7 +26,8 @@ from harvester.mechanics.kernels.intervals import update_of
 from harvester.mechanics.kernels.shaking import filter_of, of_batch
 from harvester.mechanics.kernels.step_size import step_from_rest
 from harvester.mechanics.kernels.trajectory_batch import BATCH, IDEAL_SUMS, Batch, Schedule, advance
-from harvester.storage.measured_current import FADED, HELD, JUDGE, Elements, Rectifier, store_row, time_constant
+from harvester.storage.held_in_ngspice import Piece, error_of_circuit
+from harvester.storage.measured_current import FADED, HELD, Elements, Rectifier, store_row, time_constant
 from harvester.storage.rectified_current import MeanCurrent, RectifiedCurrent
 
 VOLTAGES = 16
@@ -153,7 +154,7 @@ class Recorded(NamedTuple):
     """I(V, t), the same of the scene's step, and how many steps they took.
 
     ``separation`` is by what part the charges differ that stores of their own capacitance gain, ``elements`` by what
-    part they do behind the netlist's own elements, and those by ngspice's.
+    part they do behind the netlist's own elements, and those by ngspice's; ``unknown`` says what of that is not known.
     """
 
     best: RecordedCurrent
@@ -161,14 +162,18 @@ class Recorded(NamedTuple):
     separation: float
     elements: float
     steps: int
+    unknown: str = ""
 
 
-def recorded(problem: Problem, farads: float | None = None, top: float | None = None) -> Recorded:
+def recorded(
+    problem: Problem, farads: float | None = None, top: float | None = None, working: float | None = None
+) -> Recorded:
     """I(V, t) of a record, extrapolated from two steps, up to ``top`` (V) or a voltage that the piezo hardly reaches.
 
     It is that of ideal elements where the netlist has such ones, which are judged by its own.  In the loudest windows a
     store of ``farads`` (None: a held one) that is not held gains what it should, too, but for what taking the time
-    scales apart changes.
+    scales apart changes.  That of a user's own netlist is compared with ngspice, too, on the way to the ``working``
+    voltage (V) of the store; None: to half of the highest.
 
     Raises as `CompiledCircuit`.
     """
@@ -185,7 +190,13 @@ def recorded(problem: Problem, farads: float | None = None, top: float | None = 
         steps += more
     separation, many = _separation(problem, rectifier, tables[0], grid, farads or rectifier.held)
     off, more = _elements(problem, rectifier, tables[0], grid) if rectifier.ideal else (0.0, 0)
-    return Recorded(tables[0].extrapolated(tables[1]), tables[0], separation, off + JUDGE, steps + many + more)
+    loud, early, record = _loudest(problem, tables[0], grid, 1), _early(problem, grid), problem.equations.record
+    assert record is not None, "the caller checks"
+    samples = record.resampled(loud.start - early, early + loud.stop - loud.start, grid.samples, grid.steps)
+    piece, highest = Piece(samples, early * grid.steps, grid.h), float(tables[0].voltages[-1])
+    judge, unknown = error_of_circuit(problem, min(working or 0.5 * highest, highest), piece=piece)
+    every = steps + many + more
+    return Recorded(tables[0].extrapolated(tables[1]), tables[0], separation, off + judge, every, unknown)
 
 
 def _gained(

@@ -7,6 +7,8 @@ sees the vibration through the rectifier's current alone.
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from harvester.circuits.idealised import ideal_bridge
 from harvester.circuits.stamps import diode_law
 from harvester.equations.scales import Scales
@@ -33,6 +35,12 @@ class Cut:
         """Saturation current (A) and emission coefficient of the rectifier's diodes; None where they are not alike."""
         laws = {diode_law(part) for part in self.rectifier}
         return laws.pop() if len(laws) == 1 else None
+
+    @property
+    def like(self) -> tuple[float, float]:
+        """The same of diodes alike that stand for them all: the geometric mean of each."""
+        saturation, emission = np.exp(np.log([diode_law(part) for part in self.rectifier]).mean(axis=0))
+        return float(saturation), float(emission)
 
     def held(self, farads: float) -> list[CircuitPart]:
         """The rectifier with a capacitance between its rails that hardly changes its voltage."""

@@ -142,7 +142,12 @@ def change_at_95(other: Floats, base: Floats) -> float:
 
 
 def noise_check(
-    problem: Problem, table: RectifiedCurrent, path: tuple[Floats, Floats], farads: float | None, seed: int
+    problem: Problem,
+    table: RectifiedCurrent,
+    path: tuple[Floats, Floats],
+    farads: float | None,
+    seed: int,
+    times_as_many: int = 1,
 ) -> tuple[float, float, int]:
     """The errors of a mean current as parts of it, and the steps: of charges on the same noise, from rest.
 
@@ -151,7 +156,7 @@ def noise_check(
     elements in place of ideal ones.  One that goes along its first `DIRECT` time constants is compared with a store of
     ``farads`` that takes its own way (two levels; None: not done).  Each difference counts as a whole, with its
     sampling at 95 %: those of step and elements together, and that of a store that is not held.  Voltages at which the
-    ``table`` has next to no current are left out, unless all are such ones.
+    ``table`` has next to no current are left out, unless all are such ones.  Runs are ``times_as_many`` as usual.
     """
     rectifier, scales, eqs = Rectifier(problem), problem.scales, problem.equations
     strong = table.at(path[0]) > FAINT * table.current.max()
@@ -159,7 +164,8 @@ def noise_check(
     held = rectifier.held
     unit, last = time_constant(eqs), float(times[-1]) * scales.frequency
     root, h, steps = np.random.SeedSequence([seed, 11]), step_from_rest(eqs), 0
-    fast, count = rectifier.fast(held), RUNS if rectifier.ideal else 2 * JUDGED
+    judged = times_as_many * JUDGED
+    fast, count = rectifier.fast(held), times_as_many * RUNS if rectifier.ideal else 2 * judged
 
     def charges(
         circuit: Elements, count: int, span: tuple[float, float], free: float = 0.0, twice: bool = False
@@ -178,7 +184,7 @@ def noise_check(
     base = charges(fast, count, whole)
     elements, separation = change_at_95(charges(fast, count, whole, twice=True), base), 0.0
     if rectifier.ideal:
-        elements += change_at_95(charges(rectifier.compiled(held), JUDGED, whole), base)
+        elements += change_at_95(charges(rectifier.compiled(held), judged, whole), base)
     if farads is not None:
         first = min(DIRECT * unit / last, 1.0), min(DIRECT * unit, last)
         free = charges(rectifier.fast(farads), count, first, free=farads)

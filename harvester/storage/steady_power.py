@@ -5,8 +5,8 @@ current at twice the step and at half of the voltages, by slow steps of twice th
 a direct run of mass and circuit from rest, on the same shaking, of `DIRECT` time constants of the mass.  What that
 differs by is added to the mean (two levels), and is the error of the separation of time scales.  Where it differs by
 more than `LARGEST_SEPARATION` a longer direct run takes the slow one's place.  What compiled circuits differ by from
-ngspice, at most `JUDGE`, is taken of the rectifier's current, for what the slow circuit makes of it, and of the power
-again.
+ngspice (`error_of_circuit`) is taken of the rectifier's current, for what the slow circuit makes of it, and of the
+power again.
 """
 
 import math
@@ -19,7 +19,8 @@ from harvester.arrays import Floats
 from harvester.circuits.compiled_circuit import compiled_circuit
 from harvester.equations.problem import Problem
 from harvester.mechanics.kernels.step_size import step_from_rest
-from harvester.storage.measured_current import JUDGE, measured, time_constant
+from harvester.storage.held_in_ngspice import error_of_circuit
+from harvester.storage.measured_current import measured, time_constant
 from harvester.storage.rectified_current import RectifiedCurrent
 from harvester.storage.rectifier_cut import STORE, Cut
 from harvester.storage.slow_circuit import TOLERANCE, SlowCircuit, SlowPath
@@ -69,7 +70,8 @@ def slow_power(problem: Problem, cut: Cut) -> SlowPower:
     path, duration, changed = settled_path(circuit, table, unit)
     ends = duration / 4.0, duration
     rougher = SlowCircuit(problem.circuit, cut, scales, ROUGHER * TOLERANCE)
-    less = table.scaled(1.0 - JUDGE)
+    judge, unknown = error_of_circuit(problem, float(path.rails.max()))
+    less = table.scaled(1.0 - judge)
     base, *others = (rougher.run(current, duration, 2.0 * h, 2) for current in (table, rough, table.halved(), less))
     direct = _direct(problem, min(DIRECT * unit, duration))
 
@@ -78,14 +80,14 @@ def slow_power(problem: Problem, cut: Cut) -> SlowPower:
         mean, twice, *changed = (mean_rate(run.t, getattr(run, name), *ends) for run in (path, base, *others))
         by_step, by_voltages, by_judge = (abs(mean_of_other - twice) for mean_of_other in changed)
         off = _off(direct, path, mean, name)
-        model = by_voltages + by_judge + JUDGE * mean + abs(off)
-        return Value(mean + off, bias=by_step + abs(twice - mean), model=model), off
+        model = by_voltages + by_judge + judge * mean + abs(off)
+        return Value(mean + off, bias=by_step + abs(twice - mean), model=model, unknown=unknown), off
 
     (power, separation), (square, _) = known("square"), known("piezo")
     steps = measuring + direct.steps
     if not (scales_apart := abs(separation) <= LARGEST_SEPARATION * power.value):
         direct, twice = (_direct(problem, LONGER * direct.seconds, factor) for factor in (1.0, 2.0))
-        power, square = (_of_direct(direct, twice, name) for name in ("square", "piezo"))
+        power, square = (_of_direct(direct, twice, name, judge).with_unknown(unknown) for name in ("square", "piezo"))
         changed, steps = 0.0, steps + direct.steps + twice.steps
     return SlowPower(
         power=replace(power, model=(power.model or 0.0) + changed).scaled(1.0 / circuit.circuit.resistance),
@@ -173,8 +175,8 @@ def _direct(problem: Problem, seconds: float, factor: float = 1.0) -> _Direct:
     return _Direct(t, path.voltages[:, 1], path.square, np.cumsum(path.voltages[:, 0] ** 2) * each, seconds, path.steps)
 
 
-def _of_direct(direct: _Direct, coarse: _Direct, name: str) -> Value:
-    """The mean rate of an integral by a direct run, and by another of twice the step."""
+def _of_direct(direct: _Direct, coarse: _Direct, name: str, judge: float) -> Value:
+    """The mean rate of an integral by a direct run, and by another of twice the step; ``judge``: beside ngspice."""
     end = direct.seconds
     mean, twice, first, last = (
         mean_rate(run.t, getattr(run, name), *part)
@@ -184,7 +186,7 @@ def _of_direct(direct: _Direct, coarse: _Direct, name: str) -> Value:
             *((direct, part) for part in halves(end)),
         )
     )
-    return Value(mean, bias=abs(twice - mean), model=abs(first - last) + JUDGE * mean)
+    return Value(mean, bias=abs(twice - mean), model=abs(first - last) + judge * mean)
 
 
 def _off(direct: _Direct, slow: SlowPath, mean: float, name: str) -> float:

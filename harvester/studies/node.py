@@ -1,7 +1,8 @@
 """How a sensor node lives of a device: the share of the time that it runs, packets an hour, and what limits it.
 
 The rectifier's current at a held voltage is measured once, of a record in each of its windows (`harvester.storage`);
-then days of store, chip and node are one equation of the store's voltage (`harvester.storage.node_run`).
+then days of store, chip and node are one equation of the store's voltage (`harvester.storage.node_run`), under noise
+with a current that fluctuates as it was measured (`harvester.storage.fluctuating_node`).
 
 Long because the result explains its fields to users.
 """
@@ -24,19 +25,19 @@ from harvester.errors import CannotServeError, InputError, invalid, names_argume
 from harvester.mechanics.kernels.compiled import compilation
 from harvester.netlists.probes import STORE, Probe
 from harvester.presentation.diagnostic import Diagnostic, note, warning
-from harvester.presentation.messages.unknown_parts import TIME_SCALES
 from harvester.presentation.result import TableResult
 from harvester.presentation.table import Column, Table
 from harvester.scene.plausibility import unusual_values
 from harvester.scene.sensor_node import SensorNode, Storage
 from harvester.storage.bought_parts import Chip
-from harvester.storage.measured_current import JUDGE, Rectifier, measured, time_constant
+from harvester.storage.fluctuating_node import CLOSE, FEWEST, MOST, POINTS, Fluctuations, Lived, fluctuations, lived
+from harvester.storage.measured_current import time_constant
 from harvester.storage.node_run import AGAIN, NodeCourse, NodeRun
-from harvester.storage.recorded_current import AnyCurrent, RecordedCurrent, recorded
-from harvester.storage.rectified_current import reached
-from harvester.storage.supply import INPUT, chip_of
+from harvester.storage.recorded_current import AnyCurrent, RecordedCurrent
+from harvester.storage.supply import chip_of
 from harvester.studies.charging.by_slow import refusal_of_slow
-from harvester.uncertainty.value import Value, bound95
+from harvester.studies.node_current import Effort, Known, measure_current
+from harvester.uncertainty.value import Value
 
 CHANGE, LITTLE = 0.1, 1e-3  # of a key, to see which helps; gains below are none
 _OF_STORE = ("capacitance", "leakage_resistance", "esr", "clamp_voltage", "diffusion_capacitance")
@@ -47,8 +48,11 @@ CHIP_KEYS = {"ratio": "input_ratio", "own": "own_current", "rise": "start_voltag
 LARGEST_SEPARATION = 0.05  # of the current: a difference above which a direct run is made
 DIRECT = 200.0  # time constants of that run
 ROUNDING, SPARED = 1e-9, 0.9  # of a number; packets over those of the interval, below which energy is spared
+USEFUL, OF_MOST = 0.05, 0.01  # of the packets, and of those of the interval: an error that is small enough
+BUDGET, TIMES_AS_MANY = 20.0, 4  # s, that runs go on for a smaller error; times as many each time
+SAMPLING_SHARE = 0.3  # of the error, that sampling must be at least for more runs
+MUCH = 0.02  # of the current: errors that are checked by more runs
 DAY, HOUR, MOST_DAYS = 86400.0, 3600.0, 366.0
-MOST_VOLTS = 1e3  # of a clamp: one above leaves a rectifier's voltage as it is
 Parts = tuple[Storage, SensorNode, Chip | None]  # what stands behind the rectifier
 
 
@@ -180,7 +184,7 @@ def node(scene: AnyScene, *, days: float = 1.0, seed: int = 0) -> NodeResult:
 
     The load's netlist says how the piezo's voltage is rectified; [storage] stands for its store, [node] for what comes
     behind, [chip] for what is between.  The shaking goes on as it is for all ``days``, and a record is repeated; under
-    noise the mean current counts, not how it fluctuates.
+    noise the current fluctuates as it was measured, and packets are those of the mean of many such nodes.
 
     Parameters
     ----------
@@ -219,20 +223,59 @@ def node(scene: AnyScene, *, days: float = 1.0, seed: int = 0) -> NodeResult:
         raise CannotServeError(reason)
     begin, table = time.perf_counter(), problem.scene.chip
     chip = None if table is None else chip_of(table, consumer.supply_voltage)
-    known = _measure(problem, storage, chip, max(consumer.wake_voltage, chip.rise if chip else 0.0), seed)
-    parts = storage, consumer, known.chip or chip
-    direct = _directly(problem, known, parts, days * DAY)
-    result = _live(known, parts, days, power_bound(problem), direct)
-    every = *unusual_values(problem.scene), *result.diagnostics, *_remarks(problem, known, direct, chip)
+    outcome = _outcome(problem, (storage, consumer, chip), days, seed)
+    every = *unusual_values(problem.scene), *outcome.result.diagnostics, *_remarks(problem, outcome, chip)
     diagnostics = tuple(diagnostic for diagnostic in every if diagnostic.code != "node_left_out")
-    return dataclasses.replace(result, seconds=time.perf_counter() - begin, diagnostics=diagnostics)
+    return dataclasses.replace(outcome.result, seconds=time.perf_counter() - begin, diagnostics=diagnostics)
 
 
-def _remarks(problem: Problem, known: "_Known", direct: NodeCourse | None, chip: Chip | None) -> list[Diagnostic]:
+@dataclass(frozen=True)
+class _Outcome:
+    """A result with what it was found from, and why its error is as large as it is under noise ("": it is small)."""
+
+    result: NodeResult
+    known: Known
+    direct: NodeCourse | None
+    why: str
+
+
+def _outcome(problem: Problem, parts: Parts, days: float, seed: int) -> _Outcome:
+    """The result; under noise by more runs while these make an error smaller that is not small enough, in `BUDGET`.
+
+    The first go, which compiles, is not counted.
+    """
+    storage, consumer, chip = parts
+    wake, effort, spent = max(consumer.wake_voltage, chip.rise if chip else 0.0), Effort(seed), 0.0
+    bound, unit = power_bound(problem), time_constant(problem.equations) / problem.scales.frequency
+    while True:
+        begin = time.perf_counter()
+        with compilation():
+            known = measure_current(problem, storage, chip, wake, effort)
+        parts = storage, consumer, known.chip or chip
+        with compilation():
+            direct = _directly(problem, known, parts, days * DAY)
+        noise = _fluctuations(known, parts, unit, days * DAY, seed) if problem.equations.is_random else None
+        result = _live(known, parts, days, bound, direct, noise)
+        packets, took = result.packets_per_hour, time.perf_counter() - begin
+        error, spent = packets.known_error95, spent + took * (effort.runs > 1)
+        if noise is None or error <= max(USEFUL * packets.value, OF_MOST * HOUR / consumer.interval):
+            return _Outcome(result, known, direct, "")
+        checks = effort.checks * (TIMES_AS_MANY if known.elements + known.separation > MUCH else 1)
+        if checks == effort.checks and packets.sampling95 < SAMPLING_SHARE * error:
+            return _Outcome(result, known, direct, "model")
+        if effort.runs > 1 and spent + TIMES_AS_MANY * took > BUDGET:
+            return _Outcome(result, known, direct, "time")
+        effort = Effort(seed, TIMES_AS_MANY * effort.runs, checks, known.judge)
+
+
+def _remarks(problem: Problem, outcome: _Outcome, chip: Chip | None) -> list[Diagnostic]:
     """What is to be said of how the numbers were found."""
-    diagnostics, table = list[Diagnostic](), problem.scene.chip
+    diagnostics, table, known, direct = list[Diagnostic](), problem.scene.chip, outcome.known, outcome.direct
     if problem.equations.is_random:
-        diagnostics.append(note("node_of_mean_current"))
+        diagnostics.append(note("node_of_fluctuating_current"))
+    if outcome.why:
+        packets = outcome.result.packets_per_hour
+        diagnostics.append(note(f"node_error_by_{outcome.why}", error=packets.known_error95, seconds=BUDGET))
     if direct is not None:
         diagnostics.append(note("run_directly", direct=direct.end, separation=known.separation))
     elif known.separation > LARGEST_SEPARATION:
@@ -244,175 +287,180 @@ def _remarks(problem: Problem, known: "_Known", direct: NodeCourse | None, chip:
     return diagnostics
 
 
-@dataclass(frozen=True)
-class _Known:
-    """The rectifier's current, its variants whose changes are its errors, and its relative errors.
-
-    They are that of taking the time scales apart and that of the ``elements``; ``late`` is by how much the first packet
-    may be later or sooner (s).  ``chip`` is one that holds its input, by what its law
-    gives on the same noise; None for any other.
-    """
-
-    table: AnyCurrent
-    by_step: AnyCurrent
-    steps: int
-    separation: float = 0.0
-    elements: float = JUDGE
-    late: float = 0.0
-    unknown: str = ""
-    chip: Chip | None = None
-
-
-def _measure(problem: Problem, storage: Storage, chip: Chip | None, wake: float, seed: int) -> _Known:
-    """The rectifier's current of the scene, up to the clamp or the open circuit."""
-    tracking = chip if chip is not None and chip.ratio is not None else None
-    top = None if tracking else storage.battery_voltage or storage.clamp_voltage
-    top = top if (top or math.inf) < MOST_VOLTS else None
-    farads = INPUT if tracking else storage.farads
-    with compilation():
-        if problem.equations.record is None:
-            return _of_alike_shaking(problem, tracking, farads, top, wake, seed)
-        currents = recorded(problem, None if tracking else farads or None, top)
-    known = _Known(currents.best, currents.rough, currents.steps, currents.separation, currents.elements)
-    return dataclasses.replace(known, unknown=TIME_SCALES if tracking else "")
-
-
-def _of_alike_shaking(
-    problem: Problem, tracking: Chip | None, farads: float, top: float | None, wake: float, seed: int
-) -> _Known:
-    """The same of shaking that always is alike: of a store of ``farads``, 0 for a battery, or a ``tracking`` chip's.
-
-    A battery holds its voltage as the measurement does; under noise a chip's law is run beside the mean currents.
-    """
-    from harvester.storage.slow_circuit import direct_check, noise_check
-    from harvester.storage.tracked_input import tracked_input
-
-    table, rough, steps, _ = measured(problem, top, seed=seed)
-    last, noise = float(table.voltages[-1]), table.stderr is not None
-    if tracking is not None and noise:
-        law = tracked_input(problem, table, tracking, seed)
-        if law is None:
-            return _Known(table, rough, steps, unknown=TIME_SCALES)
-        known = _Known(table, rough, steps + law.steps, law.error, JUDGE + law.elements)
-        return dataclasses.replace(known, chip=law.correct(tracking))
-    if not farads:
-        path, free = (np.full(2, last), np.array([0.0, DAY])), None
-    else:
-        path, free = reached(table, last if tracking else min(wake, last), farads), farads
-    if noise:
-        elements, separation, more = noise_check(problem, table, path, free, seed)
-        return _Known(table, rough, steps + more, separation, JUDGE + elements)
-    if free is None:
-        return _Known(table, rough, steps)
-    check = direct_check(problem, Rectifier(problem).compiled(farads), *path, DAY)
-    separation, late = (abs(check.late) + check.error) / check.seconds, check.error
-    if tracking is not None:
-        late += abs(check.late) + 0.5 * tracking.look
-    else:
-        table, rough = table.later(check.late), rough.later(check.late)
-    return _Known(table, rough, steps + check.steps, separation, late=late)
-
-
-def _directly(problem: Problem, known: _Known, parts: Parts, seconds: float) -> NodeCourse | None:
+def _directly(problem: Problem, known: Known, parts: Parts, seconds: float) -> NodeCourse | None:
     """The direct run where the store is not slow beside the vibration; None where it is, and where there is none."""
     from harvester.storage.direct_node import can_run, direct_course
 
     run = NodeRun(known.table, *parts)
     if known.separation <= LARGEST_SEPARATION or problem.equations.drive is None or not can_run(run):
         return None
-    with compilation():
-        unit = time_constant(problem.equations) / problem.scales.frequency
-        return direct_course(problem, run, min(seconds, DIRECT * unit))
+    unit = time_constant(problem.equations) / problem.scales.frequency
+    return direct_course(problem, run, min(seconds, DIRECT * unit))
 
 
-def _live(known: _Known, parts: Parts, days: float, bound: PowerBound | None, direct: NodeCourse | None) -> NodeResult:
+def _fluctuations(known: Known, parts: Parts, unit: float, seconds: float, seed: int) -> Fluctuations:
+    """How the current fluctuates, in so many courses as give the packets well enough."""
+    run = NodeRun(known.table, *parts, points=POINTS)
+    each = FEWEST
+    while True:
+        noise = fluctuations(run, unit, seconds, seed, each)
+        some = lived(run, run, noise.seconds, noise)
+        packets = some.number(lambda course: course.packets)
+        if each >= MOST or some.error(lambda course: course.packets) <= CLOSE * packets:
+            return noise
+        each *= 2
+
+
+@dataclass(frozen=True)
+class _Reading:
+    """How numbers are read of courses: of the ``base``, with what each of the ``lives`` changes.
+
+    The first of these is that of another step, the last that of sampling.  ``both`` are a direct course and that of the
+    mean current that is as long.
+    """
+
+    base: Lived
+    lives: list[Lived]
+    both: tuple[NodeCourse, NodeCourse] | None
+    unknown: str
+
+    @property
+    def courses(self) -> list[NodeCourse]:
+        """All of them."""
+        return [course for life in (self.base, *self.lives) for course in life.every] + list(self.both or ())
+
+    def known_value(
+        self, read: Callable[[Lived], float], off: float = 0.0, late: float = 0.0, error: float = 0.0
+    ) -> Value:
+        """A number with what each variant changes, and the standard error of its courses."""
+        number = read(self.base)
+        changes = (*(abs(read(life) - number) for life in self.lives), error)
+        step, *model, sampling, error = (change if change > ROUNDING * abs(number) else 0.0 for change in changes)
+        total, stderr = late + abs(off) + sum(model), math.hypot(sampling, error)
+        # Under noise the step's error is in that of the elements; where nothing changes a number all are 0.
+        bias = step if step or not (total or stderr) else None
+        return Value(number + off, stderr or None, bias, total, unknown=self.unknown)
+
+    def value(self, read: Callable[[NodeCourse], float], late: float = 0.0, most: float = math.inf) -> Value:
+        """The same of what is read of a course, which is no more than the ``most``."""
+        off = 0.0 if self.both is None else float(read(self.both[0]) - read(self.both[1]))
+        return self.known_value(lambda life: min(life.number(read), most), off, late, self.base.error(read))
+
+    def between(self, share: float) -> Value:
+        """The times between packets that a share of all is not above."""
+
+        def read(course: NodeCourse) -> float:
+            return course.interval(share)
+
+        off = 0.0 if self.both is None else read(self.both[0]) - read(self.both[1])
+        return self.known_value(lambda life: life.quantile(share), off, 0.0, self.base.error(read))
+
+    def first(self, late: float) -> Value | None:
+        """The time of the first packet, which may be later or sooner; None where a course has none."""
+        if any(course.first is None for course in self.courses):
+            return None
+        return self.value(lambda course: course.first or 0.0, late)
+
+
+def _live(
+    known: Known,
+    parts: Parts,
+    days: float,
+    bound: PowerBound | None,
+    direct: NodeCourse | None,
+    noise: Fluctuations | None = None,
+) -> NodeResult:
     """The result, with the errors that the current's own bring, and the chip's efficiency.
 
     What a ``direct`` run differs by from the slow one of its time is added, and is an error, too: all that the slow one
-    leaves out.
+    leaves out.  Under ``noise`` all are of currents that fluctuate alike.
     """
     seconds, table, (storage, node, _) = days * DAY, known.table, parts
     run = NodeRun(table, *parts)
-    base = run.course(seconds)
+    base = _course(table, parts, seconds, noise)
     both = None if direct is None else (direct, run.course(direct.end))
-    courses = _variants(known, parts, base, seconds, known.elements + (known.separation if direct is None else 0.0))
-
-    def value(read: Callable[[NodeCourse], float], late: float = 0.0) -> Value:
-        """A number with what each variant changes."""
-        number = float(read(base))
-        changes = (abs(read(course) - number) for course in courses)
-        off = 0.0 if both is None else float(read(both[0]) - read(both[1]))
-        step, *model, sampling = (change if change > ROUNDING * abs(number) else 0.0 for change in changes)
-        total = late + abs(off) + sum(model) + bound95(0.0, sampling)
-        # Under noise the step's error is in that of the elements; where nothing changes a number all are 0.
-        return Value(number + off, bias=step if step or not total else None, model=total, unknown=known.unknown)
+    less = known.elements + (known.separation if direct is None else 0.0)
+    lives = _variants(known, parts, base, less, lambda current, other: _course(current, other, seconds, noise))
+    if noise is not None:
+        lives.insert(1, _course(table, parts, seconds, noise.coarser()))
+    reading = _Reading(base, lives, both, known.unknown)
 
     def running(course: NodeCourse) -> float:
         packet = sum(seconds for _, seconds in node.states)
         return 0.0 if course.first is None else min(course.ran / (course.end - course.first + packet), 1.0)
 
-    first = None
-    if all(course.first is not None for course in (base, *courses, *(both or ()))):
-        first = value(lambda course: course.first or 0.0, known.late if both is None else 0.0)
+    every, whole = reading.courses, base.whole
+    first = reading.first(known.late if both is None else 0.0)
     limits = _limit if storage.battery_voltage is None else _limit_with_battery
-    limit, limit_note = limits(run, base, seconds)
-    helps = _helps(table, parts, seconds, base.packets)
-    fewest, most_packets = _of_hours(base, seconds) if isinstance(table, RecordedCurrent) else (None, None)
+    limit, limit_note = limits(run, whole if storage.battery_voltage is None else base.mean, whole.end)
+    helps = _helps(table, parts, seconds, noise)
+    fewest, most_packets = _of_hours(base.mean, seconds) if isinstance(table, RecordedCurrent) else (None, None)
     most = max(helps, key=lambda key: helps[key], default="")
     change = [note("node_change_helps", most, gain=helps[most])] if most and helps[most] > LITTLE else []
+    seen, packets = base.mean if whole.end < seconds else whole, reading.value(_rate, most=HOUR / node.interval)
+    each = packets.value / _rate(seen) if noise is not None and seen is base.mean and seen.packets else 1.0
     return NodeResult(
         days=days,
-        packets_per_hour=value(lambda course: course.packets / course.end * HOUR),
-        share_running=value(running),
+        packets_per_hour=packets,
+        share_running=reading.value(running, most=1.0),
         first_packet=first,
-        brown_outs=base.brown_outs / seconds * HOUR,
-        harvested=value(lambda course: (course.given - course.clamped) / course.end),
+        brown_outs=max(base.number(lambda course: course.brown_outs / course.end * HOUR), 0.0),
+        harvested=reading.value(lambda course: (course.given - course.clamped) / course.end),
         needed=run.needed,
         limit=limit,
         bound=bound,
         thresholds=(run.node.wake_voltage, run.node.stop_voltage),
-        t=base.t,
-        voltage=base.volts,
+        t=seen.t,
+        voltage=seen.volts,
         seconds=0.0,
         steps=known.steps,
         helps=helps,
-        days_packets=base.hours[: math.floor(days + ROUNDING) * 24].reshape(-1, 24).sum(axis=1).round(6),
+        days_packets=each * seen.hours[: math.floor(days + ROUNDING) * 24].reshape(-1, 24).sum(axis=1).round(6),
         fewest=fewest,
         most=most_packets,
-        packets_lost=base.lost / seconds * HOUR if node.lost_share else None,
-        **_intervals((base, *courses, *(both or ())), value),
+        packets_lost=base.number(lambda course: course.lost / course.end * HOUR) if node.lost_share else None,
+        **_intervals(every, reading.between),
         diagnostics=(limit_note, *change),
     )
 
 
-def _variants(known: _Known, parts: Parts, base: NodeCourse, seconds: float, less: float) -> list[NodeCourse]:
+def _rate(course: NodeCourse) -> float:
+    """Packets an hour."""
+    return course.packets / course.end * HOUR
+
+
+def _course(current: AnyCurrent, parts: Parts, seconds: float, noise: Fluctuations | None) -> Lived:
+    """What a node does with a current; also where that fluctuates."""
+    run = NodeRun(current, *parts)
+    if noise is None:
+        return Lived(run.course(seconds))
+    return lived(run, NodeRun(current, *parts, points=POINTS), seconds, noise)
+
+
+def _variants(
+    known: Known, parts: Parts, base: Lived, less: float, live: Callable[[AnyCurrent, Parts], Lived]
+) -> list[Lived]:
     """The courses whose differences from the ``base`` are its errors: that of the step first, that of sampling last.
 
-    ``less`` is by what part the current may be lower.
+    ``less`` is by what part the current may be lower; ``live`` gives what a node does.
     """
     table, (storage, node, chip) = known.table, parts
-    courses = [
-        base if current is table else NodeRun(current, *parts).course(seconds)
+    lives = [
+        base if current is table else live(current, parts)
         for current in (known.by_step, table.halved(), table.scaled(1.0 - less), table.shifted())
     ]
     for other in (
         () if chip is None else (chip.narrower(), *([chip.charging_by(1.0 - chip.spread)] if chip.spread else ()))
     ):
-        courses.insert(1, NodeRun(table, storage, node, other).course(seconds))
-    return courses
+        lives.insert(1, live(table, (storage, node, other)))
+    return lives
 
 
-def _intervals(
-    courses: tuple[NodeCourse, ...], value: Callable[[Callable[[NodeCourse], float]], Value]
-) -> dict[str, Any]:
+def _intervals(courses: list[NodeCourse], value: Callable[[float], Value]) -> dict[str, Any]:
     """The times between packets; empty where any of the courses has none."""
-    if any(course.packets < 2 for course in courses):
+    if any(len(course.intervals[0]) < 1 for course in courses):
         return {}
-    return {
-        "interval_median": value(lambda course: course.interval(0.5)),
-        "interval_95": value(lambda course: course.interval(0.95)),
-        "interval_longest": value(lambda course: course.interval(1.0)),
-    }
+    return {"interval_median": value(0.5), "interval_95": value(0.95), "interval_longest": value(1.0)}
 
 
 def _of_hours(course: NodeCourse, seconds: float) -> tuple[int | None, int | None]:
@@ -423,17 +471,22 @@ def _of_hours(course: NodeCourse, seconds: float) -> tuple[int | None, int | Non
     return (int(whole.min()), int(whole.max())) if len(whole) else (None, None)
 
 
-def _helps(table: AnyCurrent, parts: Parts, seconds: float, packets: int) -> dict[str, float]:
+def _helps(table: AnyCurrent, parts: Parts, seconds: float, noise: Fluctuations | None) -> dict[str, float]:
     """The relative gain in packets of a change of each key that can be changed; empty where there are none to gain.
 
     All are of the same shaking, so that what sampling does to them is alike.
     """
-    gain_of: dict[str, float] = {}
-    if not packets:
+    gain_of, few = dict[str, float](), None if noise is None else noise.few()
+
+    def packets_of(current: AnyCurrent, others: Parts) -> float:
+        return _course(current, others, seconds, few).number(lambda course: course.packets / course.end)
+
+    packets = packets_of(table, parts)
+    if not packets > 0.0:
         return gain_of
 
     def gain(current: AnyCurrent, *others: Any) -> float:
-        return NodeRun(current, *others).course(seconds).packets / packets - 1.0
+        return packets_of(current, others) / packets - 1.0
 
     for k, (name, keys) in enumerate((("storage", STORE_KEYS), ("node", NODE_KEYS), ("chip", CHIP_KEYS))):
         for key, said in keys.items():

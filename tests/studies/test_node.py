@@ -12,11 +12,13 @@ import harvester as hv
 from harvester.cli import cli
 from harvester.equations.problem import Problem
 from harvester.storage.direct_node import direct_course
+from harvester.storage.direct_nodes import direct_nodes
 from harvester.storage.measured_current import measured
 from harvester.storage.node_run import NodeRun
 from harvester.storage.supply import chip_of
 from harvester.storage.tracked_input import tracked_input
-from harvester.uncertainty.value import stderr_of95
+from harvester.uncertainty.value import mean_and_error, stderr_of95
+from tests.support.own_board import noisy_node
 from tests.support.paths import EXAMPLES
 
 SCENE = EXAMPLES / "bimorph_packets.toml"
@@ -397,6 +399,31 @@ def test_under_noise_a_node_wakes_when_direct_charges_of_the_netlist_do(netlist,
     slow = hv.charge(alone, to=volts, engine="slow", seed=seed).time
     for value, error in ((first.value - 1e-3, first.error95), (slow.value, slow.error95)):
         assert abs(value - direct.value) < 4.0 * stderr_of95(math.hypot(error, direct.known_error95))
+
+
+@pytest.mark.statistics
+@pytest.mark.parametrize(
+    "interval, level",
+    [
+        (5.0, "0.0005 g^2/Hz"),
+        pytest.param(
+            *(1.0, "0.002 g^2/Hz"),
+            marks=pytest.mark.thorough("test_under_noise_packets_are_as_many_as_those_of_direct_nodes"),
+        ),
+    ],
+)
+def test_under_noise_packets_are_as_many_as_those_of_direct_nodes(interval, level):
+    """The first is one that its harvest just feeds: by the mean current alone 580 +- 780 packets an hour."""
+    noise = hv.Excitation(acceleration_psd=level)
+    scene = noisy_node(node={"interval": interval}, excitation=noise, load=hv.Netlist("bridge"))
+    found, problem = hv.node(scene, days=100.0 / 86400.0), Problem.of(scene)
+    run = NodeRun(measured(problem, count=3, runs=64).best, scene.storage, scene.node)
+    direct = direct_nodes(problem, run, 100.0, 128, seed=7)
+    counted = mean_and_error(direct.packets / direct.seconds * 3600.0)
+    harvest = mean_and_error((direct.given - direct.clamped) / direct.seconds)
+    for value, (mean, error), most in ((found.packets_per_hour, counted, 0.15), (found.harvested, harvest, 0.06)):
+        assert abs(value.value - mean) < 4.0 * math.hypot(stderr_of95(value.error95), error)
+        assert 0.0 < value.error95 < most * value.value
 
 
 @pytest.mark.slow

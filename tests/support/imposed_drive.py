@@ -460,7 +460,7 @@ def by_machine(circuit, tolerance=TOLERANCE, longest=LONGEST_STEP * 4.0):
         code_of(function.tree, codes, constants)
         needs += sorted(inputs_of(function.tree))
         functions.append((first, len(codes), begin, len(needs)))
-    G = reduction.G + np.outer(reduction.b, reduction.b) / LEAK
+    G = reduction.G + np.outer(reduction.b, system.vectors([{system.unknowns["p"]: 1.0}])[0]) / LEAK
     voltages = np.array([k not in system.owners for k in range(system.size)])
     impedance = 1.0 / (2.0 * math.pi * 470.0 * CAPACITANCE)
     junctions, steps = np.zeros((len(system.inputs), 5)), np.zeros(len(system.inputs))

@@ -58,5 +58,9 @@ MESSAGES = {
         f"load {amount(needed, 'ohm')} takes what is needed at that voltage, {amount(whole, 'ohm')} all that is "
         "available: 'harvester run' and 'harvester tolerance' check it with these"
     ),
-    "node_of_mean_current": "the mean current counts; how the noise makes it fluctuate is left out",
+    "node_of_fluctuating_current": "the rectifier's current fluctuates as the noise makes it, with the spectral density that "
+    "was measured",
+    "node_error_by_model": "the error of the packets, {error:.3g} an hour, is large, and more runs do not make it smaller: "
+    "it is that of the model",
+    "node_error_by_time": "the error of the packets, {error:.3g} an hour, is large: the {seconds:g} s for more runs are over",
 }

@@ -15,7 +15,8 @@ from harvester.equations.problem import Problem
 from harvester.errors import InputError
 from harvester.netlists.probes import STORE, Probe
 from harvester.presentation.diagnostic import Diagnostic, note, refusal, warning
-from harvester.storage.measured_current import JUDGE, Rectifier, measured, time_constant
+from harvester.storage.held_in_ngspice import error_of_circuit
+from harvester.storage.measured_current import measured, time_constant
 from harvester.storage.rectified_current import RectifiedCurrent, reached, times_to
 from harvester.storage.rectifier_cut import cut_behind_rectifier, is_plain_store
 from harvester.studies.charging.afterwards import afterwards
@@ -97,6 +98,7 @@ def _steady(runs: ChargeRuns) -> dict[str, Any]:
     store = circuit.smoothing, both.resistance
     volts, curve = reached(table, top, *store)
     check = direct_check(problem, both, volts, curve, duration, runs.h)
+    judge, unknown = error_of_circuit(problem, float(volts[-1]))
 
     def at(current: RectifiedCurrent) -> Floats:
         times_at = times_to(levels, current, *store) + check.late
@@ -112,12 +114,14 @@ def _steady(runs: ChargeRuns) -> dict[str, Any]:
         "curves": np.interp(at_times, curve + check.late, volts, left=0.0)[None],
         "steps": steps + check.steps,
         "notes": (note("slow_charge", direct=check.seconds, change=check.late), *_not_apart(float(times[-1]), unit)),
-        "model": _finite(at(table.halved()) - times) + check.error + JUDGE * _finite(times),
+        "model": _finite(at(table.halved()) - times) + check.error + judge * _finite(times),
+        "unknown": unknown,
     }
 
 
 def _random(runs: ChargeRuns) -> dict[str, Any]:
     """Many runs under noise."""
+    from harvester.circuits.idealised import ideal_circuit
     from harvester.cosimulation.charging import first_passages
     from harvester.storage.rectified_current import LONGER, error_of_times, random_paths
     from harvester.storage.slow_circuit import noise_check
@@ -133,15 +137,16 @@ def _random(runs: ChargeRuns) -> dict[str, Any]:
     times, coarse = (np.array([first_passages(t, v, levels) for v in paths]) for t, paths in paths_by_step)
     at, unit = np.linspace(0.0, end, SAMPLES), time_constant(problem.equations) / scales.frequency
     remarks, both = _not_apart(float(mean[-1]), unit), None
-    if Rectifier(problem).ideal is not None and not remarks:
+    if ideal_circuit(circuit, scales) is not None and not remarks:
         level = int(np.searchsorted(mean, min(DIRECT * unit, float(mean[-1]))))
         watched = LONGER * float(mean[level])
         direct = charge_side_by_side(ChargeRuns(problem, levels[: level + 1], watched, RUNS, runs.seed, runs.h))
         both, slow = direct.time_to(level), times[:, level]
     free = None if both else circuit.smoothing
     elements, separation, more = noise_check(problem, table, reached(table, top, *store), free, runs.seed)
+    judge, unknown = error_of_circuit(problem, top, runs.seed)
     model = np.array([bound95(0.0, stderr) for stderr in error_of_times(levels, table, *store)])
-    model += _finite(times_to(levels, table.halved(), *store) - mean) + (JUDGE + elements + separation) * _finite(mean)
+    model += _finite(times_to(levels, table.halved(), *store) - mean) + (judge + elements + separation) * _finite(mean)
     if both is not None:
         late = both.value - float(slow.mean())
         times, coarse, model = times + late, coarse + late, model + both.known_error95
@@ -155,6 +160,7 @@ def _random(runs: ChargeRuns) -> dict[str, Any]:
         "counted": 1.0 / (math.sqrt(2.0) - 1.0),
         "notes": tuple(remarks),
         "model": model,
+        "unknown": unknown,
     }
 
 
@@ -178,6 +184,7 @@ def _behind_a_rectifier(runs: ChargeRuns) -> dict[str, Any]:
     times, coarse, other = (first_passages(path.t, path.store, levels) + check.late for path in paths)
     parts_after = [afterwards(path.t, path.store, float(levels[-1])) for path in paths[:2]]
     at, separation = np.linspace(0.0, runs.duration, SAMPLES), abs(check.late) + check.error
+    judge, unknown = error_of_circuit(problem, float(paths[0].rails.max()))
     alone = note("slow_charge_of_chip", direct=check.seconds, change=check.late)
     return {
         "times": times[None],
@@ -186,7 +193,8 @@ def _behind_a_rectifier(runs: ChargeRuns) -> dict[str, Any]:
         "curves": np.interp(at, paths[0].t + check.late, paths[0].store, left=0.0)[None],
         "steps": steps + check.steps + sum(path.steps for path in paths),
         "notes": (alone, *_not_apart(float(times[-1]), unit)),
-        "model": _finite(other - times) + (JUDGE + separation / check.seconds) * _finite(times),
+        "model": _finite(other - times) + (judge + separation / check.seconds) * _finite(times),
+        "unknown": unknown,
         "after": ([parts_after[0]], [parts_after[1]]) if runs.whole else None,
     }
 

@@ -11,7 +11,7 @@ from harvester.errors import CannotServeError
 from harvester.mechanics.kernels.compiled import compilation
 from harvester.netlists.probes import STORE, Probe
 from harvester.presentation.diagnostic import refusal
-from harvester.presentation.messages.unknown_parts import IDEAL_ELEMENTS, TIME_SCALES
+from harvester.presentation.messages.unknown_parts import COMPILED_CIRCUIT, IDEAL_ELEMENTS, TIME_SCALES
 from harvester.quantities.preferred_numbers import between
 from harvester.scene.load import Load
 from harvester.scene.scene import Scene
@@ -126,7 +126,7 @@ def evaluate(candidate: Candidate, scene: Scene, needed: DesignNeed, farads: flo
         return _on_record(candidate, scene, needed)
     with compilation():
         currents = measured(problem, supply.top, seed=seed, count=count)
-    table = currents.best
+    table, circuit = currents.best, problem.circuit
     power = supply.power(table, needed.power)
     known = Value(
         power,
@@ -134,7 +134,7 @@ def evaluate(candidate: Candidate, scene: Scene, needed: DesignNeed, farads: flo
         bias=abs(supply.power(currents.rough, needed.power) - power),
         model=_of_chip(supply, table, needed.power, power) + JUDGE * power,
         unknown=IDEAL_ELEMENTS if table.stderr is not None and Rectifier(problem).ideal else "",
-    )
+    ).with_unknown("" if circuit is None or circuit.topology is not None else COMPILED_CIRCUIT)
     return Given(known, supply.wake(table, farads), currents.displacement, currents.steps)
 
 

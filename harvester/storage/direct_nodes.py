@@ -1,0 +1,131 @@
+"""Many nodes under noise without mean currents: mass, rectifier and store together, with the node that empties it.
+
+What `harvester.storage.direct_node` does of one node is done here of a batch, each on a noise of its own, by the
+rectifier of ideal elements where the netlist is one.  In each slice of a vibration the store gives what the node takes
+at its voltage then.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from harvester.arrays import Floats
+from harvester.equations.problem import Problem
+from harvester.mechanics.ensemble.trajectories import Trajectories
+from harvester.mechanics.kernels.compiled import kernel
+from harvester.mechanics.kernels.step_size import step_from_rest
+from harvester.storage.measured_current import Rectifier, store_row
+from harvester.storage.node_run import NodeRun
+
+SLICES = 8  # of a vibration
+STATE, LEFT, PACKETS, RAN, BROWN_OUTS, GIVEN, CLAMPED, FIRST, ROWS = range(9)  # of what each node does
+
+
+@kernel
+def take_slices(
+    volts: Floats,
+    records: Floats,
+    drawn: Floats,
+    leak: float,
+    durations: Floats,
+    stops: Floats,
+    levels: Floats,
+    now: float,
+) -> None:
+    """Let nodes take what they take in a slice from their stores at ``volts``, which is changed, shape (n,).
+
+    ``records``, shape (`ROWS`, n), is what they do, with the number of a state or -1, and the seconds of it that are
+    left; ``drawn`` are currents (A) at even voltages up to the top, the last of a node that waits, which
+    the last of the ``stops`` is below.  ``levels`` are the
+    wake voltage, the top, the capacitance, and the length of a slice (s), which begins ``now``.
+    """
+    wake, top, farads, slice_ = levels
+    finest, last = drawn.shape[1] - 1, len(durations) - 1
+    for j in range(len(volts)):
+        rest, v = slice_, volts[j]
+        while rest > 0.0:
+            state = int(records[STATE, j])
+            if state < 0 and v >= wake:
+                state, records[LEFT, j] = 0, durations[0]
+            step = min(rest, records[LEFT, j] if state >= 0 else rest)
+            position = min(max(v / top, 0.0), 1.0) * finest
+            k = min(int(position), finest - 1)
+            row = drawn[state]
+            amperes = row[k] + (position - k) * (row[k + 1] - row[k]) + v * leak
+            new = v - step * amperes / farads
+            if v > stops[state] > new:  # it stops there
+                step *= (v - stops[state]) / (v - new)
+                new = stops[state]
+            v, rest = new, rest - step
+            if v > top:
+                records[CLAMPED, j] += farads * (v - top) * top
+                v = top
+            v = max(v, 0.0)
+            if state >= 0:
+                records[LEFT, j] -= step
+                records[RAN, j] += step
+                if v <= stops[state]:
+                    state = -1
+                    records[BROWN_OUTS, j] += 1.0
+                elif records[LEFT, j] <= 1e-12:
+                    if state == last - 1:
+                        records[PACKETS, j] += 1.0
+                        if records[FIRST, j] == 0.0:
+                            records[FIRST, j] = now + slice_ - rest
+                    state = 0 if state == last else state + 1
+                    records[LEFT, j] = durations[state]
+            records[STATE, j] = state
+        volts[j] = v
+
+
+class DirectNodes(NamedTuple):
+    """What each of some nodes did from rest in so many ``seconds``, shape (n,); ``first`` is 0 where none was sent.
+
+    ``given`` and ``clamped`` are energies (J) that came into the store, and that the clamp took.
+    """
+
+    packets: Floats
+    ran: Floats
+    brown_outs: Floats
+    given: Floats
+    clamped: Floats
+    first: Floats
+    volts: Floats
+    seconds: float
+    steps: int
+
+
+def direct_nodes(
+    problem: Problem, run: NodeRun, seconds: float, count: int, seed: int = 0, compiled: bool = False
+) -> DirectNodes:
+    """What ``count`` nodes of a run do from rest on, under noise, with a capacitor that a rectifier charges.
+
+    A chip is one whose store is at its input.  ``compiled``: with the netlist's own elements in any case.
+
+    Raises as `CompiledCircuit`.
+    """
+    rectifier, scales, eqs = Rectifier(problem), problem.scales, problem.equations
+    storage, chip = run.storage, run.chip
+    circuit = rectifier.compiled(storage.farads) if compiled else rectifier.fast(storage.farads)
+    runs = Trajectories(eqs, count, np.random.SeedSequence([seed, 17]), step_from_rest(eqs), circuit=circuit)
+    row, unit = store_row(circuit, storage.farads, scales)
+    store, chip_current = runs.state[:, row], 0.0 if chip is None else chip.own
+    volts, records = np.full(runs.count, storage.initial_voltage or 0.0), np.zeros((ROWS, runs.count))
+    records[STATE] = -1.0
+    store[:] = storage.farads * volts.reshape(store.shape) / unit
+    drawn, durations = np.array([*run.drawn, run.waiting]), np.array([duration for _, duration in run.states])
+    stops = np.array([*(run.stop_of(amperes) for amperes in run.drawn), -math.inf])
+    leak, now = 1.0 / (storage.leakage_resistance or math.inf), 0.0
+    while now < seconds:
+        begin = runs.time
+        runs.run(2.0 * math.pi / SLICES)
+        slice_ = (runs.time - begin) / scales.frequency
+        before, volts = volts, store.ravel() * (unit / storage.farads) - chip_current * slice_ / storage.farads
+        records[GIVEN] += storage.farads * (volts - before) * 0.5 * (volts + before)
+        levels = np.array([run.node.wake_voltage, run.top, storage.farads, slice_])
+        take_slices(volts, records, drawn, leak, durations, stops, levels, now)
+        store[:] = storage.farads * volts.reshape(store.shape) / unit
+        now += slice_
+    packets, ran, brown_outs, given, clamped, first = records[PACKETS:]
+    return DirectNodes(packets, ran, brown_outs, given, clamped, first, volts, now, runs.steps)

@@ -1,0 +1,157 @@
+"""What a rectifier's mean current differs by from ngspice's while the store is held, where a netlist is a user's own.
+
+At two voltages on the way to the working voltage the compiled rectifier and ngspice's go on from one state of mass and
+circuit, with the same shaking.  Their stores, which are so large that they are held, gain charges that differ by a
+part.  Each has its own motion; where noise throws the mass at a stop, paths part at impacts, and both move as the
+compiled rectifier lets the mass move (as `harvester.cosimulation.same_motion`).
+
+The netlists of this package are compared in tests, and `JUDGE` is what those found.
+"""
+
+import dataclasses
+import math
+import time
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from harvester.arrays import Floats
+from harvester.circuits.compiled_circuit import CompiledCircuit, compiled_circuit
+from harvester.equations.problem import Problem
+from harvester.errors import CircuitError, ConvergenceError, MissingProgramError, OutOfTimeError
+from harvester.mechanics.kernels.forcing import forcing
+from harvester.mechanics.kernels.noise import child, three_point_grid
+from harvester.mechanics.kernels.step_size import step_from_rest, whole_steps
+from harvester.netlists.load_circuit import LoadCircuit, with_parts
+from harvester.presentation.messages.unknown_parts import COMPILED_CIRCUIT
+from harvester.storage.measured_current import FADED, JUDGE, time_constant
+from harvester.storage.rectifier_cut import STORE, held_rectifier
+from harvester.uncertainty.value import Value, mean_and_error
+
+if TYPE_CHECKING:
+    from harvester.cosimulation.runs import CoupledDevice
+
+PARTS = 0.5, 0.9  # of the working voltage
+RUNS = 8  # under noise, at each voltage; half of them where these show a difference below `JUDGE`
+SETTLING, AVERAGED = (3.0, 1.0), 4.0  # time constants of the mass, after those in which the compiled rectifier settles:
+# under a drive, and under noise, where both begin nearly settled
+HELD = 1e5  # of the store, over the piezo's capacitance: more would be lost in the digits of ngspice's voltage
+RELTOL = 1e-5  # of ngspice, which is the judge here
+PATIENCE = 60.0  # s, for all runs
+SHUNTS = 0.0, 1e-5, 1e-4  # of the piezo's capacitance, from each node to ground, where ngspice does not converge
+FAINT = 0.05  # of the largest current: a difference is told as a part of no less
+
+
+class Piece(NamedTuple):
+    """A piece of a record: its ``samples`` at steps of ``h``, the mass settles in the first so many ``steps``."""
+
+    samples: Floats
+    steps: int
+    h: float
+
+
+def error_of_circuit(problem: Problem, volts: float, seed: int = 0, piece: Piece | None = None) -> tuple[float, str]:
+    """By what part a mean current may differ from ngspice's at 95 %, and what of that is not known ("": all is).
+
+    ``volts`` is the working voltage of the store.  Of this package's netlists it is `JUDGE`, and no less of a user's
+    own, whose difference is measured; that is not known where ngspice is missing, gives no answer, or takes longer than
+    `PATIENCE`.  Of a record a ``piece`` is run.
+    """
+    assert problem.circuit is not None, "what has a rectifier is a circuit"
+    if problem.circuit.topology is not None:
+        return JUDGE, ""
+    measured = current_difference(problem, volts, seed, piece)
+    return (JUDGE, COMPILED_CIRCUIT) if measured is None else (max(measured, JUDGE), "")
+
+
+def current_difference(problem: Problem, volts: float, seed: int = 0, piece: Piece | None = None) -> float | None:
+    """The largest relative difference from ngspice at the two voltages, at 95 %; None where it is not known."""
+    from harvester.cosimulation.runs import CoupledDevice
+    from harvester.cosimulation.worker_pool import map_in_workers
+
+    eqs, scales = problem.equations, problem.scales
+    assert problem.circuit is not None, "what has a rectifier is a circuit"
+    if eqs.modes is not None or (eqs.record is not None and piece is None):
+        return None
+    load = held_load(problem.circuit, HELD * scales.capacitance)
+    h = whole_steps(step_from_rest(eqs), eqs.shaking_period) if piece is None else piece.h
+    device = CoupledDevice(eqs, scales, load, h, 1, reltol=RELTOL, ideal=compiled_circuit(load, scales))
+    seeds = np.random.SeedSequence([seed, 19]).spawn(RUNS if eqs.is_random else 1)
+    deadline = time.monotonic() + PATIENCE
+    gains, half = np.empty((len(PARTS), 0, 2)), (len(seeds) + 1) // 2
+    for some in (seeds[:half], seeds[half:]):
+        jobs = [(device, each, part * volts, deadline, piece) for part in PARTS for each in some]
+        try:
+            more = np.array(list(map_in_workers(_gains, jobs))).reshape(len(PARTS), len(some), 2)
+        except (CircuitError, MissingProgramError, OutOfTimeError):
+            return None
+        gains = np.concatenate([gains, more], axis=1)
+        largest = float(gains[:, :, 1].mean(axis=1).max())
+        if not largest > 0.0:
+            return None
+        difference = max(_at_95(pairs, FAINT * largest) for pairs in gains)
+        if difference < JUDGE or len(gains[0]) == len(seeds):
+            break
+    return difference
+
+
+def _at_95(pairs: Floats, least: float) -> float:
+    """By what part of the second the first of pairs may differ in the mean, shape (n, 2)."""
+    off, error = mean_and_error(pairs[:, 0] - pairs[:, 1])
+    many = len(pairs) > 1
+    sampling = Value(off, error, dof=len(pairs) - 1.0).sampling95 if many else 0.0
+    return (abs(off) + sampling) / max(float(pairs[:, 1].mean()), least)
+
+
+def _gains(
+    device: "CoupledDevice", seed: np.random.SeedSequence, volts: float, deadline: float, piece: Piece | None
+) -> tuple[float, float]:
+    """The voltages (V) that a held store gains in ngspice and in the compiled circuit, in this process."""
+    from harvester.cosimulation.runs import new_drive, nodes_of, run_in_this_process
+
+    eqs, h, circuit = device.eqs, device.h, device.ideal
+    assert isinstance(circuit, CompiledCircuit), "of a compiled circuit"
+    if piece is None:
+        unit, repeat = time_constant(eqs), eqs.shaking_period
+        times = FADED, SETTLING[eqs.is_random], AVERAGED
+        first, settling, averaged = (_whole(time * unit, h, repeat) for time in times)
+        shaking = forcing(eqs, h, first + settling + averaged, np.random.default_rng(child(seed, 1)))
+    else:
+        shaking, first, settling = piece.samples, piece.steps, 1
+        averaged = len(shaking) - 1 - first - settling
+    n_steps = first + settling + averaged
+    noise = three_point_grid(seed, n_steps + n_steps % 2)[:n_steps] if eqs.is_random else np.zeros(n_steps)
+    early, late = (None, None) if shaking is None else (shaking[: first + 1], shaking[first:])
+    state, at = circuit.rest, circuit.charge_at(STORE)
+    state[at] = held = HELD * device.scales.capacitance * volts
+    before = circuit.trace(eqs, noise[:first], h, 1, (eqs.resting_places[0], 0.0), state, early)
+    state = before.state
+    state[at] = held
+    x, voltage = (float(column) for column in before.samples[-1, :2])
+    start = x, before.speed, voltage, volts / device.scales.volts, state
+    path = circuit.trace(eqs, noise[first:], h, 1, start[:2], state, late)
+    for shunt in SHUNTS:
+        drive = new_drive(device, noise[first:], 0.0, late, start)
+        if eqs.is_random and eqs.has_stop:
+            drive.kicked[:, 2] = path.samples[:, 1]
+            drive.state["follows"] = 1
+        try:
+            shunted = dataclasses.replace(device, shunt=shunt)
+            run_in_this_process(shunted, drive, deadline, nodes_of(device, start))
+            break
+        except ConvergenceError:
+            if shunt == SHUNTS[-1]:
+                raise
+    high, low = (float(store[-1] - store[settling - 1]) for store in (drive.charge, path.voltages[:, 1]))
+    return high, low
+
+
+def _whole(duration: float, h: float, repeat: float | None) -> int:
+    """Steps of h in a nondimensional duration, of whole periods where shaking has one."""
+    each = 1 if repeat is None else round(repeat / h)
+    return max(math.ceil(duration / (each * h)), 1) * each
+
+
+def held_load(load: LoadCircuit, farads: float) -> LoadCircuit:
+    """The netlist with a store of so many farads and no load; of a chip the rectifier alone."""
+    return with_parts(load, tuple(held_rectifier(load, farads)))
