@@ -19,7 +19,7 @@ from harvester.circuits.pointers import advance
 from harvester.circuits.substeps import DID
 from harvester.equations.scales import Scales
 from harvester.errors import InputError
-from harvester.mechanics.kernels.compiled import _own_cache, kernel
+from harvester.mechanics.kernels.compiled import own_cache, kernel
 from harvester.netlists.load_circuit import load_circuit
 from harvester.scene.load import Load
 from tests.support.ngspice_oracle import CAPACITANCE, LEAK, LONGEST_STEP, SECONDS, Answer, amplitudes
@@ -95,7 +95,7 @@ def inputs_of(tree):
 
 def _machine(function):
     """Compile a part of the machine, kept on disk as long as the package's own kernels are."""
-    with _own_cache(function) as cached:
+    with own_cache(function) as cached:
         return njit(cache=cached)(function)
 
 

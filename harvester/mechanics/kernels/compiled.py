@@ -98,7 +98,7 @@ def machine_code() -> int:
 
 
 @contextmanager
-def _own_cache(function: Callable[..., Any]) -> Iterator[bool]:
+def own_cache(function: Callable[..., Any]) -> Iterator[bool]:
     """Point numba at the folder of `_cache_folder` while a function is decorated; yields whether there is one."""
     folder, previous = _cache_folder(), (config.CACHE_DIR, caching.IndexDataCacheFile)
     ours = Path(function.__code__.co_filename) in compiled_sources()
@@ -176,7 +176,7 @@ def forced(function: F) -> F:
 
 def kernel(function: F) -> F:
     """Compile a function called from Python: cached on disk, free of the interpreter's lock."""
-    with _own_cache(function) as cached:
+    with own_cache(function) as cached:
         return njit(cache=cached, nogil=True, no_cfunc_wrapper=True, **COMPILER, **FLAGS)(function)  # type: ignore[no-any-return]
 
 
@@ -187,7 +187,7 @@ def c_function(signature: Any, later: bool = False) -> Callable[[Callable[..., A
     """
 
     def compiled(function: Callable[..., Any]) -> Any:
-        with _own_cache(function) as cached:
+        with own_cache(function) as cached:
             return numba.cfunc(signature, cache=cached, **COMPILER, **FLAGS)(function)
 
     return partial(LaterFunction, compiled) if later else compiled
