@@ -173,10 +173,13 @@ def test_the_powers_of_the_audit(tmp_path, monkeypatch):
 
 
 def test_readme_is_short():
-    """Its first screen shows what the program is; the paper's DOI, or that there is none."""
+    """Its first screen shows the program and the two commands that set up all; the paper's DOI, or that there is none."""
     text = (ROOT / "README.md").read_text()
     assert len(text.splitlines()) <= 90
-    assert text.index("![") < text.index("## Install") < text.index("```python")
+    assert text.index("![") < text.index("make demo") < text.index("```python")
+    first = next(block for block in pages.blocks("README.md") if block.language == "sh")
+    assert int(first.where.partition(":")[2]) < 30
+    assert pages.commands(first.text) == [["make", "demo"], ["make", "test"]]
     assert "The text at hand prints no DOI" in text
 
 
