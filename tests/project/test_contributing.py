@@ -70,7 +70,7 @@ def test_the_papers_references():
 
 def test_a_yes_of_the_checklists_has_its_place():
     """Files and pages that a row names are there; each row says yes, no, in part or open."""
-    page = (ROOT / "docs" / "checklists.md").read_text()
+    page = (ROOT / "paper" / "checklists.md").read_text()
     rows = re.findall(r"^\| (?!item|---)(.*) \| (.*) \| (.*) \|$", page, re.MULTILINE)
     assert len(rows) > 30 and {answer for _, answer, _ in rows} == {"yes", "no", "in part", "open"}
     named = re.findall(r"`([\w.]+(?:/[\w.]+)+|[\w]+\.\w+)`", page)
