@@ -18,6 +18,7 @@ ATTRIBUTES = (
     "steps?|sampling|model|tolerance|band|stiffness|voltage|current|wall|time|power|logger|density|shaking|averaging|"
     "rounding|phase|frequency|motion|force|stop|circuits?|settling|table|output|noise|acceleration|load|mean|integration"
 )
+COUNTED = "packets|samples|runs|points|times|steps|seconds|shocks|lorries|cycles|evaluations|bits"
 UNITS = "second|minute|hour|day|week|step|period|point|packet|cycle|run|line"
 PATTERNS = {
     "headless of": r"(?:^|(?<=[.!?:;|] )|(?<=[-*] ))[Oo]f\b|(?<![-\w])Of\b",
@@ -29,7 +30,7 @@ PATTERNS = {
     "is no": r"\b(?:is|are|was|were|be) (?:no|none)\b",
     "light verbs": r"\b(?:takes?|took|taken|taking|go|goes|went|gone|going|stands?|stood|serves?|served|serving)\b",
     "of-chains": rf"\b(?:{HEADS}) of (?:the |a |an |its |their )?(?:{ATTRIBUTES})\b",
-    "numbers": rf"(?<![\w.])\.\d|\d%|\w+s(?<!takes)(?<!needs)(?<!lasts) an? (?:{UNITS})\b|\b[Pp]rocessor(?:'s|s')? (?:time|seconds)|of the processor\b",
+    "numbers": rf"(?<![\w.:])\.\d|\d%|(?:\d|\b[kmun]?[sgV]|\b(?:{COUNTED})) an? (?:{UNITS})\b|\b[Pp]rocessor(?:'s|s')? (?:time|seconds)|of the processor\b",
 }
 QUOTED = re.compile(r"`[^`\n]*`|\$\$.*?\$\$|\$[^$\n]+\$|\]\([^)\s]*\)|<[^>\n]*>", re.DOTALL)
 COMMENT = re.compile(r"^\s*[*;#]\s?(.*)$|;\s(.*)$", re.MULTILINE)
@@ -39,9 +40,11 @@ def documents():
     """Each page for readers with its prose: no code, no formulas, no addresses, a cell or paragraph a line."""
     built = ROOT / "docs" / "_build"
     pages = [ROOT / name for name in ("README.md", "CONTRIBUTING.md", "SUPPORT.md", "CODE_OF_CONDUCT.md")]
-    pages += [path for path in sorted((ROOT / "docs").rglob("*.md")) if built not in path.parents]
-    pages += [ROOT / "examples" / "README.md", ROOT / "packaging" / "ngspice" / "README.md"]
-    for path in pages:
+    quoting = ROOT / "docs" / "developers" / "english.md"  # the style guide, which quotes what it advises against
+    pages += [one for one in sorted((ROOT / "docs").rglob("*.md")) if built not in one.parents and one != quoting]
+    pages += [ROOT / name / "README.md" for name in ("examples", "benchmarks", "packaging/ngspice")]
+    pages += sorted((ROOT / "paper").glob("*.md"))
+    for path in (one for one in pages if one.exists()):
         yield str(path.relative_to(ROOT)), prose(path.read_text())
 
 
