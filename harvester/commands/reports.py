@@ -31,7 +31,7 @@ report_option = cloup.option(
     flag_value=HERE,
     type=_name,
     metavar="[FILE.html]",
-    help="Write a report, one HTML file with all in it.  Default: report.html in --out, or here.",
+    help="Write a report, one HTML file with all results.  Default: report.html in --out, or here.",
 )
 
 

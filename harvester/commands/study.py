@@ -149,4 +149,4 @@ def _command(study: Study) -> Command:
     ]
     shown = cloup.option_group("Output", report_option, json_option)(compute)
     example = f"harvester {study.name} mine.toml {study.example}".rstrip()
-    return study_command(example)(cloup.option_group("What to compute", *options)(shown))
+    return study_command(example)(cloup.option_group("Computation", *options)(shown))
