@@ -155,7 +155,7 @@ def test_a_node_goes_with_its_circuit_and_not_with_the_resistor():
     assert found["short"]["packets an hour"] == f"{own.packets_per_hour.value:.4g}"
     assert found["short"]["awake after"] == f"{own.first_packet.value:.4g} s"
     told = html_text.life(found)
-    assert "packets an hour" in told and "of the possible" in told and "its interval limits it" in told
+    assert "packets an hour" in told and "of the possible" in told and "limited by its sending interval" in told
     assert "no such circuit" in html_text.life({"error": "no such circuit"})
 
 

@@ -90,7 +90,7 @@ def test_a_sentence_of_many_cells_is_said_once():
 
 
 def test_sentences_that_differ_in_their_numbers_are_said_once():
-    late = [f"no density in a budget of {1.9 - k / 10:.2f} s, as it takes about 8.1 s" for k in range(3)]
+    late = [f"no density in a budget of {1.9 - k / 10:.2f}: it needs at least about 8.1 s" for k in range(3)]
     columns = (
         Column("load.resistance", [1e3, 1e4, 1e5, 1e6], "ohm"),
         Column("error", [*late, "other, and alone " * 3]),

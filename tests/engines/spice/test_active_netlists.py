@@ -48,5 +48,5 @@ def test_power_from_a_load_below_zero_is_a_named_error(tmp_path):
 def test_power_that_the_netlist_gives_is_told(tmp_path):
     """A source of -1 uS beside the load of 2 uS gives half of what that takes; a stable negative capacitor nothing."""
     (word,) = answer(tmp_path, "Rload p n {R/2}", "R2 p n {-R}").warnings
-    assert str(word) == "the netlist gives 50% of what its load takes: that share is not harvested"
+    assert str(word) == "the netlist supplies 50% of the load power: that fraction is not harvested"
     assert answer(tmp_path, "Rload p n {R}", "C1 p n -10n").warnings == ()
