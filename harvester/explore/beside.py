@@ -9,7 +9,7 @@ from harvester.scene.scene import Scene
 from harvester.storage.bought_parts import coil_quality
 from harvester.uncertainty.value import amount
 
-PACKETS = "packets an hour"  # this fact of a design is known once its node was followed
+PACKETS = "packets per hour"  # this fact of a design is known once its node was followed
 
 
 def of_path(scene: Scene, path: dict[str, Any]) -> dict[str, str]:

@@ -90,7 +90,7 @@ def headline(live: Live, runs: Sequence[dict[str, Any]], why: str = "", beside: 
     if power is not None:
         number, error = _number(power.value, power.unit, power.error)
         error += "" if power.known or power.error is None else " of what is known of its error"
-        share = [] if power.share is None else [f"{100.0 * power.share:.3g} % of the possible"]
+        share = [] if power.share is None else [f"{100.0 * power.share:.3g} % of the upper bound"]
         more = "".join(f", {escape(plain(fact))}" for fact in (*share, *beside))
         return _large(number, error, f"mean power by <b>{escape(power.engine)}</b>{more}", live.at)
     if live.instead:
@@ -188,7 +188,7 @@ def difference(
     cells = [(name.replace("load.parameters.", "").replace(".", ": ").replace("_", " "), *rest) for name, *rest in rows]
     cells.append(("mean power", _with_error(before), _with_error(after)))
     if before and after and (before.share is not None or after.share is not None):
-        cells.append(("of the possible", _share(before), _share(after)))
+        cells.append(("of the upper bound", _share(before), _share(after)))
     if before and after and before.value > 0.0 and before.unit == after.unit:
         cells.append(("ratio of the powers", "1", f"{after.value / before.value:.4g}"))
     unknown = "not computed yet"

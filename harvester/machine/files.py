@@ -78,7 +78,7 @@ def remove(path: Path, argument: str = "out") -> None:
     try:
         path.unlink(missing_ok=True)
     except OSError as error:
-        raise InputError(f"`{argument}` must take {path.name}, but what is there stays: {error.strerror}") from None
+        raise InputError(f"`{argument}`: cannot write {path.name} over the existing one: {error.strerror}") from None
 
 
 def write(path: Path, content: str | bytes | Iterable[bytes], argument: str = "out") -> None:

@@ -62,7 +62,7 @@ def test_a_bistable_beam_has_three():
     assert sum(one.share_of_starts for one in by_power) == pytest.approx(1.0, abs=0.05)
     printed = answer.as_json()["responses"]
     assert [one["periods"] for one in printed] == [1, 1, 1] and all(one["mean_power"]["error95"] for one in printed)
-    assert "  responses\n" in str(answer) and "  mean power  error, 95 %  share of starts" in str(answer)
+    assert "  responses\n" in str(answer) and "  mean power  error, 95 %  fraction of starts" in str(answer)
     row = SweepRow.answered(answer)
     assert row.responses == 3
     found = SweepTable((), (row, SweepRow.failed("ensemble", SimulationError("no"))))
