@@ -13,7 +13,7 @@ from harvester.quantities.units import fraction, seconds, time
 
 
 def percent(text: str) -> float:
-    """Read a share such as 1% or .01."""
+    """Read a share such as 1% or 0.01."""
     return reading("`within`", fraction, text)
 
 
@@ -23,7 +23,7 @@ def duration(text: str) -> float:
 
 
 def time_of(name: str) -> Callable[[str], float]:
-    """A reader of a time with or without a unit, such as 1ms or .001, for the option of that name."""
+    """A reader of a time with or without a unit, such as 1ms or 0.001, for the option of that name."""
     return lambda text: reading(f"`{name}`", time, text)
 
 

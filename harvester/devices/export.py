@@ -36,7 +36,7 @@ from harvester.scene.physical import Stop
 STIFFER = 1e5  # stiffness of a rigid stop over the spring's: a contact of half a period/300
 LEAST_RESTITUTION = 0.01  # a contact that loses all would never end
 PERIODS = 1000.0  # of drawn noise
-FINER = 4.0  # steps of the simulator to a point of noise: V^2 within .02 %, where one step was up to .5 % off
+FINER = 4.0  # steps of the simulator to a point of noise: V^2 within 0.02 %, where one step was up to 0.5 % off
 CONTACT_STEPS = 20.0  # steps of the simulator within a contact, at least
 
 

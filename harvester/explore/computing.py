@@ -195,7 +195,7 @@ class Computing:
                 return
             draft.choose(None if name == "resistor" else name)
             if name == "bridge":
-                refusals(draft.scene())  # which loads what circuits need, .4 s, in this process
+                refusals(draft.scene())  # which loads what circuits need, 0.4 s, in this process
             resistor = "netlist" not in request.tables.get("load", {})  # then the first process has nothing else to do
             self._power_at_once(request._replace(tables=draft.tables()), overtaken, PATIENCE, resistor)
 

@@ -86,7 +86,7 @@ def styled() -> Iterator[None]:
 
 
 def new(rows: int, columns: int, size: tuple[float, float], **options: Any) -> tuple[Plot, Any]:
-    """A new figure of a size in inches and its axes, without pyplot (.2 s to load, and it keeps every figure)."""
+    """A new figure of a size in inches and its axes, without pyplot (0.2 s to load, and it keeps every figure)."""
     with styled():
         figure = Plot(figsize=size, layout="constrained")
         return figure, figure.subplots(rows, columns, **options)

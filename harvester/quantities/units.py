@@ -1,6 +1,6 @@
 """Numbers with units: "50.2 nF" is 5.02e-8 F, "0.01 g^2/Hz" an acceleration density; and the SI prefixes.
 
-pint knows the units; it loads (.3 s) only when a text carries one that is not among the usual ones.
+pint knows the units; it loads (0.3 s) only when a text carries one that is not among the usual ones.
 """
 
 import math

@@ -93,7 +93,7 @@ def sensitivity(
     scene
         a `Scene` that engine `Density` serves, or `Compiled` where it has a netlist; or the path of a scene file.
     within
-        the relative error of the power that is aimed at, such as .01; None: 1e-6, of coloured noise 1e-3.  Not with a
+        the relative error of the power that is aimed at, such as 0.01; None: 1e-6, of coloured noise 1e-3.  Not with a
         netlist.
     budget
         seconds of computing.  With a netlist, the keys that are left then are named in a warning.

@@ -165,7 +165,7 @@ def densities(
     spectrum
         at how many frequencies, from a fifth of the resonance to five times it, the voltage's density is computed.
     within
-        the relative error of the power that is aimed at, such as .001; None: 1e-4.
+        the relative error of the power that is aimed at, such as 0.001; None: 1e-4.
     seed
         of the path in the picture.
     progress

@@ -22,7 +22,7 @@ from harvester.equations.coefficients import Equations
 from harvester.mechanics.kernels.compiled import forced
 from harvester.mechanics.kernels.ngspice_rule import rule_weight
 
-SLOW = 0.5  # mu h, at most: the square is then below .0004 of E[V^2]
+SLOW = 0.5  # mu h, at most: the square is then below 0.0004 of E[V^2]
 HEAT = 0.01  # (beta h^2)^2/(1 - r^2), at most: the voltage's error then gives below 1e-4 of what an impact takes
 _TERMS = 12  # of a series in mu h, for `SLOW` to the last digit
 

@@ -58,7 +58,7 @@ class Moments:
         return controlled_entries(getattr(self, name), self.controls, together)
 
     def agrees(self, other: "Moments", name: str) -> bool:
-        """Whether one moment is the same in both, within two standard errors or .1 %."""
+        """Whether one moment is the same in both, within two standard errors or 0.1 %."""
         (mine, my_error), (theirs, their_error) = self.mean(name), other.mean(name)
         return abs(mine - theirs) <= max(2.0 * math.hypot(my_error, their_error), 1e-3 * abs(mine))
 
