@@ -39,7 +39,7 @@ def geometry_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def take(values: dict[str, Any]) -> Any:
-    """Take the beam, and how many modes, out of the values of a command; None where none of its options is given.
+    """Take the beam, and how many modes, out of the values of a command; None if none of its options is given.
 
     Raises InputError for options that do not go together, are missing, or are no lengths and masses.
     """
@@ -63,7 +63,7 @@ def take(values: dict[str, Any]) -> Any:
 
 
 def _check_layers(bimorph: bool, unimorph: bool, parallel: bool) -> None:
-    """Refuse both kinds of beam at once, and two layers in parallel where there is one."""
+    """Refuse both kinds of beam at once, and two layers in parallel if there is one."""
     if bimorph and unimorph:
         raise InputError("one of `bimorph`, `unimorph` must be left out, but both are given")
     if parallel and unimorph:

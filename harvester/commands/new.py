@@ -120,7 +120,7 @@ def _from_geometry(beam: Any, modes: int, texts: dict[str, str]) -> Any:
 
 
 def _on_geometry(beam: Any, made: Any, problem: "Problem") -> "list[Diagnostic]":
-    """What was made of the geometry, where there is one."""
+    """What was made of the geometry, if there is one."""
     if made is None:
         return []
     from harvester.devices.beam import remarks_on
@@ -130,7 +130,7 @@ def _on_geometry(beam: Any, made: Any, problem: "Problem") -> "list[Diagnostic]"
 
 
 def _words(problem: "Problem", remarks: "Sequence[Diagnostic]", file: str) -> list[str]:
-    """The remarks in sentences, and how the best load is found where they do not say it."""
+    """The remarks in sentences, and how the best load is found if they do not say it."""
     words = [typed(f"warning: {remark}" if remark.severity == "warning" else remark.line) for remark in remarks]
     if not any(remark.about in ("load", "best load") for remark in remarks):
         whose = "a netlist's is " if problem.netlist is not None else ""

@@ -102,7 +102,7 @@ def who_computes(resume: str, workers: str) -> Callable[..., Any]:
 def sampling(command: Callable[..., Any], whole: str = "", unset: str = "unlimited") -> Callable[..., Any]:
     """Add the options of the engines that sample to a command.
 
-    ``whole`` names what a budget is for, if not a run; ``unset`` is the budget where none is given.
+    ``whole`` names what a budget is for, if not a run; ``unset`` is the budget if none is given.
     """
     accuracy = cloup.option_group(
         "Accuracy",

@@ -36,9 +36,9 @@ report_option = cloup.option(
 
 
 def report_file(report: str | None, out: str | None) -> Path | None:
-    """The file of the page, None where none is wanted.
+    """The file of the page, None if none is wanted.
 
-    Raises InputError where it cannot be written.
+    Raises InputError if it cannot be written.
     """
     if report is None:
         return None

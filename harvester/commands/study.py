@@ -92,7 +92,7 @@ def output_options(out: str, *others: Any, needs_out: Sequence[str] = ()) -> Cal
 def study_command(*examples: str, reported: bool = False) -> Callable[[Callable[..., Any]], Command]:
     """Make a function of an `Output` and options a command about a SCENE, whose help ends with these examples.
 
-    ``reported`` says that what is written into a folder always has a page.
+    ``reported`` states that what is written into a folder always has a page.
     """
 
     def decorated(study: Callable[..., Any]) -> Command:

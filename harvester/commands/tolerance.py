@@ -33,7 +33,7 @@ if TYPE_CHECKING:
         "limits",
         multiple=True,
         metavar="TEXT",
-        help="A limit for good devices, such as 'mean_power > 5 uW'; also voltage_rms, mean_square_voltage; repeatable.",
+        help="A limit for good devices such as 'mean_power > 5 uW'; also voltage_rms, mean_square_voltage; repeatable.",
     ),
     cloup.option(
         "--lifetime",
@@ -90,7 +90,7 @@ def tolerance(
 
 
 def _stated(path: str, scene: "Scene") -> "ScenesSpreads":
-    """The spreads that the comments of a scene file state; InputError where there is none."""
+    """The spreads that the comments of a scene file state; InputError if there is none."""
     from harvester.identification.stated_spreads import spreads_of
     from harvester.machine import files
     from harvester.scene.toml import MOST_BYTES

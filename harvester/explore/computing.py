@@ -177,7 +177,7 @@ class Computing:
     def _power_at_once(
         self, request: PageRequest, overtaken: Overtaken, patience: float, first: bool
     ) -> dict[str, Any] | None:
-        """What the circuit gives, from memory where it was asked for before; None once that is overtaken."""
+        """What the circuit gives, from memory if it was asked for before; None once that is overtaken."""
         name, how = json.dumps(request.tables, sort_keys=True), in_worker.QUICK
         given = in_worker.power, request, overtaken, patience, *how
         answer = self._at_once.get(name) or self._elsewhere(*given, first=first)
@@ -220,7 +220,7 @@ class Computing:
     def _elsewhere(
         self, job: Job, request: PageRequest, overtaken: Overtaken, patience: float, *how: float, first: bool = False
     ) -> dict[str, Any] | None:
-        """What a function of `in_worker` gives; ``error`` why it does not, None where it was overtaken."""
+        """What a function of `in_worker` gives; ``error`` why it does not, None if it was overtaken."""
         try:
             return in_worker.elsewhere(job, (request.tables, *how), overtaken, self._ended.is_set, patience, first)
         except Exception as error:

@@ -52,8 +52,8 @@ def without_knobs(tables: Iterable[str]) -> str:
 class Power(NamedTuple):
     """The power at a working point, of the engine nearest to the truth: in W or nondimensional, as ``unit`` says.
 
-    ``error`` is what is known of its 95 % error, None where nothing is; ``known`` says that this is all of it;
-    ``share`` is that of the most that any device of this mass could take, None where no bound applies.
+    ``error`` is what is known of its 95 % error, None if nothing is; ``known`` states that this is all of it;
+    ``share`` is that of the most that any device of this mass could take, None if no bound applies.
     """
 
     engine: str
@@ -82,9 +82,9 @@ def power_here(live: Live, runs: Sequence[dict[str, Any]]) -> Power | None:
 
 
 def headline(live: Live, runs: Sequence[dict[str, Any]], why: str = "", beside: Sequence[str] = ()) -> str:
-    """The working point in large letters: its power with the whole error, and what is known ``beside`` it.
+    """The working point in large letters: its power with the total error, and what is known ``beside`` it.
 
-    Where it is not known the page says so, and ``why``, or that it is being computed.
+    Where it is not known the page reports it, and ``why``, or that it is being computed.
     """
     power = power_here(live, runs)
     if power is not None:
@@ -110,7 +110,7 @@ def _large(number: str, error: str, by: str, at: float) -> str:
 
 
 def _number(value: float, unit: str, error: float | None) -> tuple[str, str]:
-    """A value with its unit, and its whole error in the same unit, as far as it is known."""
+    """A value with its unit, and its total error in the same unit, as far as it is known."""
     power = engineering([value]) if unit else 0
     prefix = SYMBOLS[power]
     if error is None:

@@ -137,7 +137,7 @@ def legend(figure: Figure, note: str = "", more: Iterable[Any] = ()) -> None:
 
 
 def curve(axes: Axes, x: Floats, y: Floats, error: Floats, style: dict[str, Any], dot: str = "o") -> None:
-    """Draw a line or markers, with intervals y +- error where there are any.
+    """Draw a line or markers, with intervals y +- error if there are any.
 
     nan breaks the line; a point without neighbours, which no line shows, is a marker ``dot``.
     """

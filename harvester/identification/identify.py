@@ -1,6 +1,6 @@
 """The parameters of a device from measurements of one or several kinds, fitted jointly, with 95 % intervals.
 
-Where the data do not determine a parameter the answer says so, and what would: an impedance alone gives theta^2/M.
+Where the data do not determine a parameter the answer reports it, and what would: an impedance alone gives theta^2/M.
 """
 
 import dataclasses

@@ -39,17 +39,9 @@ GLOSSARY = _terms(
     fewest=("packets of an hour, at least", "", "Packets of the whole hour with the fewest, after the first packet."),
     most=("packets of an hour, at most", "", "Packets of the whole hour with the most, after the first packet."),
     interval_median=("time between packets, median", "s", "Half of the times from packet to packet are shorter."),
-    interval_95=(
-        "time between packets, 95 %",
-        "s",
-        "The time that 95 % of the times from packet to packet do not exceed.",
-    ),
+    interval_95=("time between packets, 95 %", "s", "95 % of the times from packet to packet are shorter."),
     interval_longest=("time between packets, longest", "s", "The longest time from one packet to the next."),
-    share_running=(
-        "runs, of the time",
-        "share",
-        "Duty cycle: the fraction of the time after its first packet in which it runs.",
-    ),
+    share_running=("runs, of the time", "share", "Duty cycle: the fraction of the time that it runs."),
     first_packet=("first packet after", "s", "The time of the first packet."),
     brown_outs=("brown-outs per hour", "", "How often the storage fell below the voltage at which the node stops."),
     harvested=("harvested", "W", "The mean power into the storage, beyond that of the clamp."),
@@ -62,19 +54,11 @@ GLOSSARY = _terms(
     Rcoil=("Rcoil", "ohm", "The resistance of the inductor's wire."),
     Rcore=("Rcore", "ohm", "Parallel resistance that models the inductor's core loss."),
     power_needed=("power needed", "W", "Power at the required voltage."),
-    load_resistance=(
-        "load that draws the required power",
-        "ohm",
-        "The resistance that draws the required power at that voltage.",
-    ),
+    load_resistance=("load that draws the required power", "ohm", "The resistance that draws the required power."),
     capacitor=("capacitor", "F", "The storage capacitance, from the series E6."),
     wake=("awake after", "s", "The time from an empty capacitor to the required voltage."),
     largest_displacement=("largest displacement", "m", "The largest displacement on the way to that voltage."),
-    share_met=(
-        "devices that meet all requirements",
-        "share",
-        "Yield: the fraction of the devices that meet all requirements.",
-    ),
+    share_met=("devices that meet all requirements", "share", "Yield: the fraction of such devices."),
     share_met_between=("yield, 95 %", "share", "The interval of that fraction."),
     meets=("meets everything", "", "Whether the device of the scene meets every requirement."),
     runner_up=("runner-up", "", "The second-best circuit."),
@@ -91,16 +75,8 @@ GLOSSARY = _terms(
     step=("step", "time", "The time step."),
     burn_in=("burn-in", "time", "The duration of transients, which is left out of the means."),
     duration=("duration", "time", "The averaging time of a trajectory after its burn-in."),
-    load_on=(
-        "load on, of the time",
-        "share",
-        "Duty cycle: the fraction of the time in which a chip's output is on, once settled.",
-    ),
-    load_on_after=(
-        "load first on after",
-        "s",
-        "The time at which the output is first on, from an empty storage capacitor.",
-    ),
+    load_on=("load on, of the time", "share", "Duty cycle of a chip's output, once settled."),
+    load_on_after=("load first on after", "s", "When the output is first on, from empty."),
     store_lowest=("storage voltage, lowest", "V", "The lowest voltage of the storage, once settled."),
     store_highest=("storage voltage, highest", "V", "The highest voltage of the storage, once settled."),
     trajectories=("trajectories", "", "The number of trajectories side by side."),
@@ -145,17 +121,9 @@ GLOSSARY = _terms(
     Densities=("densities without sampling", "", "Distributions of displacement, velocity, voltage and impacts."),
     displacement_mean=("displacement, mean", "length", "The mean displacement."),
     velocity_rms=("velocity rms", "speed", "The root of the mean square velocity."),
-    hop_rate=(
-        "transitions between wells, mean rate",
-        "rate",
-        "The mean number of transitions, in either direction, per unit of time.",
-    ),
+    hop_rate=("transitions between wells, mean rate", "rate", "Transitions of either direction, per unit of time."),
     first_passage_time=("first passage, mean time", "time", "The mean time until a level is first passed."),
-    largest_error=(
-        "largest error of a density",
-        "share",
-        "The change by a coarser mesh or fewer terms, over its peak.",
-    ),
+    largest_error=("largest error of a density", "share", "The change by a coarser mesh, over its peak."),
     spectrum_error=("error of the spectrum", "share", "The change of the spectrum at the resonance by a finer mesh."),
     lifetime=("lifetime", "time", "The time of use of a device."),
     evaluation_count=("evaluations", "", "The number of evaluated points, by all engines together."),
@@ -221,5 +189,5 @@ LEDGER = "ledger_"  # before the names of mean powers of the energy ledger
 
 
 def term(name: str) -> Term:
-    """What a name means; one that is not in the glossary stands for itself."""
+    """What a name means; one that is not in the glossary represents itself."""
     return GLOSSARY.get(name) or Term(name.replace("_", " "), "power" if name.startswith(LEDGER) else "")

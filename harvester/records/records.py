@@ -32,7 +32,7 @@ _FINER = 8  # points of a fine grid to one that the content needs, for cubic int
 class Record:
     """One period of a record: samples of shape (n,), ``spacing`` apart.
 
-    ``exact``: the shaking is just that Fourier series, as that of a profile, rather than what a sensor read of it.
+    ``exact``: the excitation is just that Fourier series, as that of a profile, rather than what a sensor read of it.
     ``bridged``: the last samples are those of a `bridge`.
     """
 
@@ -178,7 +178,7 @@ class TabulatedDensity:
         Gaussian, and has the whole power of a band that is narrower than that.  The period is `SPAN`, or longer so that
         `LINES` are in the narrowest band.
 
-        Raises InputError where that would be more than `MOST_SAMPLES`, or a step of h carries nothing of the density.
+        Raises InputError if that would be more than `MOST_SAMPLES`, or a step of h carries nothing of the density.
         """
         from scipy.fft import irfft
 

@@ -75,7 +75,7 @@ POINTS = {"1": 360, "2": 360, "3": 20, "4": 20, "5": 20, "6": 20, "7": 21, "8": 
 
 @dataclass(frozen=True)
 class FigurePoint(region.Measured):
-    """One point of a figure; ``ensemble`` has a standard error, ``density`` is None where it is not solved."""
+    """One point of a figure; ``ensemble`` has a standard error, ``density`` is None if it is not solved."""
 
     panel: str
     curve: str
@@ -112,7 +112,7 @@ class PaperFigure(TableResult):
 def draw(numbers: Sequence[str], execution: Execution = DEFAULT) -> list[PaperFigure]:
     """Compute figures by their numbers; into a folder write figN.csv and figN.png for each.
 
-    Raises InputError where the folder cannot be written, and for what `Execution` has for other studies.
+    Raises InputError if the folder cannot be written, and for what `Execution` has for other studies.
     """
     execution.only("paper", "out", "formats", "progress")
     folder, drawn = OutputFolder.of(execution), []

@@ -57,7 +57,10 @@ def test_engines_that_serve(example):
     ("changes", "doubts"),
     [
         ({}, []),
-        ({"capacitance": "50"}, ["piezo.capacitance is 50 F, far outside of the usual 1e-14 to 0.001 F", "is 50 nF meant?"]),
+        (
+            {"capacitance": "50"},
+            ["piezo.capacitance is 50 F, far outside of the usual 1e-14 to 0.001 F", "is 50 nF meant?"],
+        ),
         ({"capacitance": "50 mF"}, ["is 50 nF meant?"]),
         ({"mass": "40e6"}, ["oscillator.mass is 4e+07 kg, far outside of the", "is 40 g meant?"]),
         ({"capacitance": "50 pF", "mass": "1 ug", "frequency": "100 kHz", "open_circuit_frequency": "101 kHz"}, []),

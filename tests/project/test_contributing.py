@@ -64,7 +64,10 @@ def test_the_first_change(harvester, tmp_path, monkeypatch):
     (trial,) = re.findall(r"^\.venv/bin/harvester (new mine\.toml .*titanium.*)$", PAGE, re.MULTILINE)
     monkeypatch.chdir(tmp_path)
     assert harvester(*shlex.split(trial))[0] == 0
-    assert "did you mean 'titanium'?" in harvester(*shlex.split(trial.replace("titanium", "titanum").replace("mine", "other")))[2]
+    assert (
+        "did you mean 'titanium'?"
+        in harvester(*shlex.split(trial.replace("titanium", "titanum").replace("mine", "other")))[2]
+    )
     names = {}
     (test,) = [block.text for block in pages.blocks("CONTRIBUTING.md") if block.language == "python"]
     exec(test, names)

@@ -197,7 +197,7 @@ def test_the_powers_of_the_audit(tmp_path, monkeypatch):
 
 
 def test_readme_is_short():
-    """Its first screen shows the program and the two commands that set up all; the paper's DOI, or that there is none."""
+    """Its first screen shows the program and the two commands that set up all; the paper's DOI is mentioned."""
     text = (ROOT / "README.md").read_text()
     assert len(text.splitlines()) <= 90
     assert text.index("![") < text.index("make demo") < text.index("```python")

@@ -93,7 +93,9 @@ def test_first_pages_have_the_summary_of_the_predictions():
     for page in (README, index):
         text = " ".join(page.split())
         assert re.search(rf"\b{of} (?:measured )?quantities of six ", text)
-        assert re.search(rf"{inside} of {of} inside the (?:predicted )?95 % interval[;,] median deviation {off} %", text)
+        assert re.search(
+            rf"{inside} of {of} inside the (?:predicted )?95 % interval[;,] median deviation {off} %", text
+        )
 
 
 def test_each_class_has_two_devices():
@@ -172,7 +174,10 @@ def test_every_scene_and_figure_is_on_the_page():
 def test_readme_has_the_measured_device():
     """The deviations that it states are those of the page's measured rows, rounded up."""
     power, load, resonance = map(
-        float, re.search(r"power within ([\d.]+) %, best load within ([\d.]+) %, resonance within ([\d.]+) %", README).groups()
+        float,
+        re.search(
+            r"power within ([\d.]+) %, best load within ([\d.]+) %, resonance within ([\d.]+) %", README
+        ).groups(),
     )
     measured = PAGE.partition("## A measured bimorph")[2].partition("\n## ")[0]
     for what, most in [("resonance", resonance), ("best load", load), ("power at 45.6 Hz, 35 kohm, 1 g", power)]:

@@ -12,7 +12,8 @@ from tests.support.pages import FENCE
 from tests.support.paths import ROOT
 
 HEADS = (
-    "sources?|noises?|errors?|resonances?|steps?|densit(?:y|ies)|intervals?|currents?|voltages?|powers?|spectr(?:um|a)|records?"
+    "sources?|noises?|errors?|resonances?|steps?|densit(?:y|ies)|intervals?|currents?|voltages?|powers?|"
+    "spectr(?:um|a)|records?"
 )
 ATTRIBUTES = (
     "steps?|sampling|model|tolerance|band|stiffness|voltage|current|wall|time|power|logger|density|shaking|averaging|"
@@ -30,7 +31,8 @@ PATTERNS = {
     "is no": r"\b(?:is|are|was|were|be) (?:no|none)\b",
     "light verbs": r"\b(?:takes?|took|taken|taking|go|goes|went|gone|going|stands?|stood|serves?|served|serving)\b",
     "of-chains": rf"\b(?:{HEADS}) of (?:the |a |an |its |their )?(?:{ATTRIBUTES})\b",
-    "numbers": rf"(?<![\w.:])\.\d|\d%|(?:\d|\b[kmun]?[sgV]|\b(?:{COUNTED})) an? (?:{UNITS})\b|\b[Pp]rocessor(?:'s|s')? (?:time|seconds)|of the processor\b",
+    "numbers": rf"(?<![\w.:])\.\d|\d%"
+    rf"|(?:\d|\b[kmun]?[sgV]|\b(?:{COUNTED})) an? (?:{UNITS})\b|\b[Pp]rocessor(?:'s|s')? (?:time|seconds)|of the processor\b",
 }
 QUOTED = re.compile(r"`[^`\n]*`|\$\$.*?\$\$|\$[^$\n]+\$|\]\([^)\s]*\)|<[^>\n]*>", re.DOTALL)
 COMMENT = re.compile(r"^\s*[*;#]\s?(.*)$|;\s(.*)$", re.MULTILINE)
@@ -62,7 +64,10 @@ def package():
     for path in sorted((ROOT / "harvester").rglob("*.py")):
         texts = (node.value for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.Constant))
         sentences = (one for one in texts if isinstance(one, str) and " " in one)
-        yield str(path.relative_to(ROOT)), "\n".join(prose(re.sub(r"^\s*>>> .*$", "", one, flags=re.M)) for one in sentences)
+        yield (
+            str(path.relative_to(ROOT)),
+            "\n".join(prose(re.sub(r"^\s*>>> .*$", "", one, flags=re.M)) for one in sentences),
+        )
 
 
 def netlists():

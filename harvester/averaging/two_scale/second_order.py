@@ -52,7 +52,7 @@ def stated_error_distant(
 ) -> Floats:
     """Relative error that is left in E[V^2] with a stop at a distance; ``touching`` is the probability of an impact.
 
-    Orbits that meet the stop and free ones have an error each; where both are likely, there is that of a voltage which
+    Orbits that meet the stop and free ones have an error each; if both are likely, there is that of a voltage which
     remembers the other kind.  ``load`` and ``exchange`` are what the load takes and the noise brings in a cycle.  The
     constants are the least, by a linear program, that cover 131 random scenes of engine `density` 1.6 times, and a
     quarter more (`benchmarks/averaged_error.py`): a slow load with strong coupling is a spring that lets go slowly, of

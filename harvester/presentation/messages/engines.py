@@ -149,7 +149,7 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
         f"mass times half of the distance between the stops times the mean rate of change of the acceleration"
         f"{BESIDE * white}"
     ),
-    # why an engine cannot serve a scene
+    # why an engine cannot support a scene
     "needs_resistance": "engine {engine!r} needs a load resistance, but the load is netlist {netlist!r}: use "
     "engine 'spice', or 'ideal' for one of the package's netlists",
     "needs_netlist": "engine {engine!r} needs a netlist load, but this scene has none: use engine 'ensemble'",
@@ -202,7 +202,7 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "use engine 'ensemble'",
     "sticks_to_stop": "engine {engine!r} does not support coloured noise with a dissipative rigid stop: the "
     "mass comes to rest on it and has no density there: use engine 'ensemble'",
-    # moments that noise of the stiffness takes away
+    # moments that parametric noise takes away
     "grows_by_stiffness_noise": "the response grows without bound: parametric noise feeds more energy than damping "
     f"dissipates; give {LESS}",
     "mean_infinite": lambda **law: (
