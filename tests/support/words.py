@@ -32,7 +32,8 @@ PATTERNS = {
     "light verbs": r"\b(?:takes?|took|taken|taking|go|goes|went|gone|going|stands?|stood|serves?|served|serving)\b",
     "of-chains": rf"\b(?:{HEADS}) of (?:the |a |an |its |their )?(?:{ATTRIBUTES})\b",
     "numbers": rf"(?<![\w.:])\.\d|\d%"
-    rf"|(?:\d|\b[kmun]?[sgV]|\b(?:{COUNTED})) an? (?:{UNITS})\b|\b[Pp]rocessor(?:'s|s')? (?:time|seconds)|of the processor\b",
+    rf"|(?:\d|\b[kmun]?[sgV]|\b(?:{COUNTED})) an? (?:{UNITS})\b"
+    rf"|\b[Pp]rocessor(?:'s|s')? (?:time|seconds)|of the processor\b",
 }
 QUOTED = re.compile(r"`[^`\n]*`|\$\$.*?\$\$|\$[^$\n]+\$|\]\([^)\s]*\)|<[^>\n]*>", re.DOTALL)
 COMMENT = re.compile(r"^\s*[*;#]\s?(.*)$|;\s(.*)$", re.MULTILINE)
