@@ -1,11 +1,11 @@
-# make demo   power against load resistance, SPICE beside the averaged formulas: table and plot in out/
-# make check  the loop of a minute: lint, format, types, layers, and the tests without ngspice or long statistics
-# make test   what a change can break, in some minutes: lint, format, types, and all tests but the thorough ones
+# make demo   power against load resistance by formulas, Monte Carlo and SPICE: tables, plots in out/, the best load
+# make check  about a minute: lint, format, types, layers, and the tests without ngspice or long statistics
+# make test   some minutes: lint, format, types, and all tests but the thorough ones
 # make test-all   everything: also 200 seeds, the documented commands, kills, attacks, a browser, second opinions
-# make setup  what they need: system packages, .venv, the package with the versions of lock.txt; done once
-# make lock   lock.txt anew: the newest versions that pyproject.toml allows; then run make test-all
+# make setup  requirements: system packages, .venv, the package with the versions of lock.txt; done once
+# make lock   a new lock.txt: the newest versions that pyproject.toml allows; then run make test-all
 # make docs   the pages and the reference of the Python names, into docs/_build/index.html
-# make bench  performance, side by side with a reference, in one run; results in benchmarks/results/
+# make bench  performance compared with a reference, in one run; results in benchmarks/results/
 
 PYTHON ?= python3
 BIN := .venv/bin
@@ -20,12 +20,13 @@ setup: .venv/.complete
 	@touch $@
 
 demo: setup
-	@echo "The paper's device: load swept through its time-constant ratio mu = 1/(R Cp w0)."
-	$(BIN)/harvester sweep examples/paper_figure3.toml --vary nondimensional.mu=0.01:10:13 --out out/paper
+	@echo "The device of the Entropy 2026 paper: load swept through its time-constant ratio mu = 1/(R Cp w0)."
+	$(BIN)/harvester sweep examples/paper_figure3.toml --vary nondimensional.mu=0.01:10:13 --engine published --engine averaged --engine ensemble --engine spice --out out/paper
 	@echo "A published plate with a stop: load resistance from 1 kohm to 10 Mohm."
 	$(BIN)/harvester sweep examples/plate_with_stop.toml --vary load.resistance=1k:10M:13 --engine published --engine averaged --engine ensemble --engine spice --out out/plate_with_stop
 	@echo "Plots: out/paper/sweep.png (the published formula is up to four times too high)"
 	@echo "       out/plate_with_stop/sweep.png"
+	@$(BIN)/python benchmarks/demo_answer.py out/plate_with_stop/sweep.csv
 
 lint: setup
 	$(BIN)/ruff check .

@@ -233,7 +233,7 @@ def two_wells(well: float, frequency: float, q: float, gain: float) -> hv.Scene:
     """
     mass, w, capacitance = 0.03, 2.0 * math.pi * frequency, 190e-9
     return hv.Scene(
-        title="Two wells, Norenberg et al. 2025",
+        title="A bistable beam, Norenberg et al. 2025",
         oscillator=hv.Oscillator(
             mass=mass, stiffness=-0.5 * mass * w**2, cubic_stiffness=0.5 * mass * w**2 / well**2, damping=mass * w / q
         ),
@@ -307,21 +307,21 @@ def measured() -> dict[tuple[str, str], Measured]:
 
 
 def sources() -> dict[str, dict[str, str]]:
-    """What benchmarks/devices.csv says of each device: title, class, source, what was taken and what is open."""
+    """The rows of benchmarks/devices.csv: title, class, source, parameters of the source, and open parameters."""
     with (HERE / "devices.csv").open(newline="") as file:
         return {row["device"]: row for row in csv.DictReader(file)}
 
 
 def table() -> list[str]:
-    """The table of docs/validation.md: source, taken, predicted and its interval, measured, ratio, inside or not."""
+    """The table of docs/validation.md: device, predicted and its interval, measured, ratio, inside or not."""
     found = measured()
-    rows = ["| source | quantity | predicted | measured | ratio | inside |", "|---|---|---|---|---|---|"]
+    rows = ["| device | quantity | predicted | measured | ratio | inside |", "|---|---|---|---|---|---|"]
     for device, about in sources().items():
-        source = f"**{about['title']}** ({about['source']}). Taken: {about['taken']}. Open: {about['open']}"
+        title = f"**{about['title']}**"
         for one in (one for one in kept() if one.device == device and (device, one.what) in found):
             real = found[device, one.what]
             cells = [
-                source,
+                title,
                 one.what,
                 f"{one.value:.3g} ({one.low:.3g} to {one.high:.3g}) {one.unit}",
                 f"{real.value:.4g} {one.unit}",
@@ -329,7 +329,7 @@ def table() -> list[str]:
                 "yes" if real.is_inside(one) else f"no: {real.why}",
             ]
             rows.append(f"| {' | '.join(cells)} |")
-            source = ""
+            title = ""
     return rows
 
 
@@ -344,7 +344,7 @@ def summary() -> str:
 
 
 def by_device() -> list[str]:
-    """The rows of the README: a device, how many intervals hold, and measured over predicted (median, least, most)."""
+    """A row per device: how many intervals hold, and measured over predicted (median, least, most)."""
     found, rows = measured(), []
     for device, about in sources().items():
         pairs = [(one, found[device, one.what]) for one in kept() if one.device == device]
@@ -355,9 +355,16 @@ def by_device() -> list[str]:
     return rows
 
 
+def parameters() -> list[str]:
+    """A row per device: the parameters of its source, and those that the source leaves open."""
+    head = ["| device | from the source | open, with its range |", "|---|---|---|"]
+    return [*head, *(f"| {about['title']} | {about['taken']} | {about['open']} |" for about in sources().values())]
+
+
 def block() -> list[str]:
-    """The generated lines of docs/validation.md: how many intervals hold, and the table."""
-    return [f"**{summary()}.**", "", *table()]
+    """The generated lines of docs/validation.md: the summary in all and by device, the parameters, and the table."""
+    devices = ["| device | source | intervals that hold | measured over predicted |", "|---|---|---|---|", *by_device()]
+    return [f"**{summary()}.**", "", *devices, "", *table(), "", *parameters()]
 
 
 def main() -> None:

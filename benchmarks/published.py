@@ -49,7 +49,7 @@ class Row:
             self.what,
             f"{self.published:.4g} {self.unit}",
             f"{self.ours:.5g} {self.unit}",
-            f"{self.deviation:+.2%}",
+            f"{100.0 * self.deviation:+.2f} %",
             error,
         )
         return f"| {' | '.join(cell.strip() for cell in cells)} |"

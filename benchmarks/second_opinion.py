@@ -156,7 +156,7 @@ class Opinion:
 
     def __str__(self) -> str:
         numbers = f"{self.ours:<10.5g} +- {self.our_error:<9.2g} {self.theirs:<10.5g} +- {self.their_error:<9.2g}"
-        return f"{self.name:<18} {numbers} {self.ours / self.theirs - 1.0:+.2%}  z = {self.z:+.2f}"
+        return f"{self.name:<18} {numbers} {100.0 * (self.ours / self.theirs - 1.0):+.2f} %  z = {self.z:+.2f}"
 
 
 def noisy(

@@ -19,7 +19,7 @@ class GalleryWall(SphinxDirective):
         wall = nodes.container(classes=["wall"])
         for title, figure in SECTION.findall((ROOT / "examples" / "README.md").read_text()):
             link = nodes.reference("", "", refuri=f"gallery.html#{nodes.make_id(title)}", internal=True)
-            link += nodes.image(uri=figure, alt="")
+            link += nodes.image(uri=figure, alt=title)
             link += nodes.inline(text=title)
             wall += nodes.paragraph("", "", link)
         return [wall]

@@ -21,16 +21,16 @@ EXAMPLES = ROOT / "examples"
 STOPS = {  # rows of the page, and the example whose mechanics they are
     "linear, no stop": "plate",
     "rigid stop at rest": "plate_with_stop",
-    "pressed on a rigid stop, or a gap to it": "plate_preloaded",
+    "preloaded rigid stop, or rigid stop at a gap": "plate_preloaded",
     "two rigid stops": "plate_two_stops",
     "compliant stop": "plate_compliant_stop",
-    "two wells (bistable)": "plate_bistable",
+    "bistable (two wells)": "plate_bistable",
 }
 SHAKING = {
     "white noise": "plate",
-    "noise of a band": "plate_coloured",
+    "band-limited noise": "plate_coloured",
     "sinusoid": "plate_harmonic",
-    "record of a logger": "plate_recorded",
+    "recording": "plate_recorded",
     "shocks": "plate_shock",
 }
 MARK = re.compile(r"(<!-- table -->\n).*?(<!-- end -->)", re.DOTALL)
@@ -50,9 +50,9 @@ def shakings() -> dict[str, Excitation]:
     head, _ = text.split("[excitation]")
     end = text[text.index("[load]") :]
     table = '[excitation]\nacceleration_psd_file = "mil_std_810_minimum_integrity.csv"\n'
-    found["table of a density"] = loads(head + table + end, EXAMPLES).excitation
+    found["tabulated power spectral density"] = loads(head + table + end, EXAMPLES).excitation
     found["coloured noise"] = dataclasses.replace(found["white noise"], correlation_time=0.002)
-    found["white noise of the stiffness too"] = dataclasses.replace(found["white noise"], stiffness_noise=0.01)
+    found["white noise with parametric noise"] = dataclasses.replace(found["white noise"], stiffness_noise=0.01)
     return found
 
 
@@ -64,7 +64,7 @@ def table() -> str:
             cells = [", ".join(f"`{one}`" for one in serving(scene(path, excitation, bridge))) for bridge in (0, 1)]
             lifetime = "yes" if has_lifetime(Problem(scene(path, excitation, False))) else "no"
             alike.setdefault((stop, *cells, lifetime), []).append(shaking)
-    rows = ["| mechanics | shaking | resistor, or none | diode bridge | `--lifetime` |", "|---|---|---|---|---|"]
+    rows = ["| mechanics | excitation | resistor, or none | diode bridge | `--lifetime` |", "|---|---|---|---|---|"]
     rows += [f"| {stop} | {'; '.join(some)} | {' | '.join(cells)} |" for (stop, *cells), some in alike.items()]
     return "\n".join(rows) + "\n"
 

@@ -99,7 +99,7 @@ class CircuitError(SimulationError):
     """The circuit was refused by ngspice, or did not converge.
 
     ``so_far`` has what is known until then: the mean power of Rload (W), the mean square of the terminals' voltage
-    (V^2), and the seconds that these means cover; None where they had not begun.
+    (V^2), and the seconds that these means cover; None if they had not begun.
     """
 
     so_far: tuple[float, float, float] | None = None
@@ -151,7 +151,7 @@ def escaped(text: str) -> str:
 
 
 def shown(value: object) -> str:
-    """A value as an error shows it: its repr, cut where it would fill the screen."""
+    """A value as an error shows it: its repr, cut if it would fill the screen."""
     try:
         return _SHORT.repr(value)
     except ValueError:
@@ -188,7 +188,7 @@ def unknown(kind: str, name: str, known: Iterable[str], error: type[InputError] 
 
 
 def named_once(names: Sequence[str], argument: str) -> None:
-    """Raise InputError where an argument names something twice."""
+    """Raise InputError if an argument names something twice."""
     for name in names:
         if names.count(name) > 1:
             raise InputError(f"{argument} must name each only once, but names {name!r} twice")

@@ -87,9 +87,9 @@ class Estimate(Result):
     responses
         to the same steady drive, from other starts: what a search for several responses found.
     events
-        the shocks or steps, where the shaking is made of such; else None.
+        the shocks or steps, where the excitation is made of such; else None.
     bound
-        the most that any device of this mass could take of the shaking (W), and why; None where no bound applies.
+        the most that any device of this mass could take of the excitation (W), and why; None if no bound applies.
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01))
@@ -116,11 +116,11 @@ class Estimate(Result):
     details: dict[str, float] = field(default_factory=dict)
     probes: dict[str, ProbeMeans] = field(default_factory=dict)
     samples: Floats | None = field(default=None, compare=False)  # of nondimensional V^2, one a trajectory or batch
-    # Of the mean power, one a trajectory; None where it is no plain mean of them.  No part of what the answer says.
+    # Of the mean power, one a trajectory; None if it is not a plain mean of them.  No part of what the answer says.
     power_samples: Floats | None = field(default=None, compare=False)
     responses: tuple[SteadyResponse, ...] = ()  # to the same steady drive, from other starts: what a search found
-    events: Events | None = None  # the shocks or steps, where the shaking is made of such
-    bound: PowerBound | None = None  # the most that any device of this mass could take of the shaking
+    events: Events | None = None  # the shocks or steps, where the excitation is made of such
+    bound: PowerBound | None = None  # the most that any device of this mass could take of the excitation
 
     @property
     def is_sound(self) -> bool:

@@ -3,7 +3,7 @@
 from harvester.presentation.diagnostic import Diagnostic, warning
 from harvester.uncertainty.value import Value
 
-OPEN = 0.02  # share that is borne beside what the errors explain: of 23 examples ngspice alone left .9 % at most
+OPEN = 0.02  # share that is borne beside what the errors explain: of 23 examples ngspice alone left 0.9 % at most
 
 
 def open_balance(balance: Value) -> Diagnostic | None:

@@ -1,7 +1,7 @@
 """Parameter grids: many scenes at once, their coefficients as columns of one `Equations`.
 
 The formulas of this package broadcast: an amplitude array of shape (m, n) and coefficients of
-shape (m, 1) serve m scenes.  Scenes share a grid when the same effects are present in all.
+shape (m, 1) hold m scenes.  Scenes share a grid when the same effects are present in all.
 """
 
 import dataclasses
@@ -20,7 +20,7 @@ SEARCH = (161, 41, 41, 41)  # points of the grids on which two-scale averaging l
 
 
 def or_zero(coefficient: float | None) -> Floats:
-    """A coefficient, or 0 where its effect is absent."""
+    """A coefficient, or 0 if its effect is absent."""
     return np.asarray(0.0 if coefficient is None else coefficient, dtype=np.float64)
 
 
@@ -76,7 +76,7 @@ def where_the_mass_is(
     """Zoom in, from two ``ends`` of shape (scenes,), to where a law is above e^-``kept`` of its peak on either side.
 
     ``log_mass`` is the law's logarithm on a grid of shape (scenes, n), for each n of ``counts``.  Each end is one point
-    further out; the third array says which scenes have no upper end.
+    further out; the third array names which scenes have no upper end.
     """
     (low, high), rows = ends, np.arange(len(ends[0]))
     unbounded = np.zeros(len(rows), dtype=bool)

@@ -9,7 +9,7 @@ weak damping it is the energy that a turn at the barrier's height takes, g S, ov
 
     A(d) = exp[1/pi integral_0^inf ln(1 - exp(-d (z^2 + 1/4)))/(z^2 + 1/4) dz],   d = g S/T,   S = contour of x' dx
 
-which is d where that is small (Kramers' rate of weak damping) and 1 where it is large; of two wells beside each other
+which is d if that is small (Kramers' rate of weak damping) and 1 if it is large; of two wells beside each other
 it is A(d1) A(d2)/A(d1 + d2), as a mass that leaves one may come back from the other.  For U above some T.
 (Kramers, Physica 7, 284, 1940; Mel'nikov and Meshkov, J. Chem. Phys. 85, 1018, 1986.)
 """
@@ -28,7 +28,7 @@ NODES = 20_000  # of the integrals: A(d) has a layer of the width sqrt(d)
 
 
 def hopping_rates(eqs: Equations) -> tuple[float, float] | None:
-    """The rates, in w0, at which the mass leaves the left of two wells, and the right one; None where not known.
+    """The rates, in w0, at which the mass leaves the left of two wells, and the right one; None if not known.
 
     The damping is that of small motions in a well, the load's included.  That its voltage raises the barrier is left
     out, so that rates come out up to three times too high at a coupling of `WEAK`, beyond which they are not given.

@@ -15,11 +15,11 @@ from harvester.commands.study import Output, output_options, study_command
     "harvester charge shock.toml --to 1.8V --duration 0.5s --engine spice",
 )
 @cloup.option_group(
-    "What to compute",
+    "Computation",
     cloup.option(
         "--to",
         required=True,
-        help="What the probe must reach: a voltage such as 3.3V, of i(ELEMENT) a current such as 5mA, of p(ELEMENT) a "
+        help="Target of the probe: a voltage such as 3.3V, for i(ELEMENT) a current such as 5mA, for p(ELEMENT) a "
         "power (nondimensional scene: a number).",
     ),
     cloup.option(
@@ -29,17 +29,17 @@ from harvester.commands.study import Output, output_options, study_command
         help="store (the capacitor Csmooth), v(NODE), v(NODE,NODE), i(ELEMENT) or p(ELEMENT) of the netlist.",
     ),
     engine_option(
-        "ideal, compiled, slow or spice.  Default: slow for a large store, else ideal if it can, else spice."
+        "ideal, compiled, slow or spice.  Default: slow for a large capacitor, else ideal if it can, else spice."
     ),
     cloup.option(
         "--duration",
-        help="How long a run is watched, such as 60s; what it does after its arrival is told, too.  Default: until all "
-        "have arrived, at most five R C.",
+        help="Simulated time of a run, such as 60s; also reports what happens after the target is reached.  "
+        "Default: until all runs have reached it, at most five R C.",
     ),
     cloup.option(
         "--anywhere",
         is_flag=True,
-        help="Begin each run at a random place of the record, or of the drive's period.  Default: at the beginning.",
+        help="Begin each run at a random place of the recording or excitation period.  Default: at the beginning.",
     ),
 )
 @cloup.option_group(
@@ -54,7 +54,7 @@ from harvester.commands.study import Output, output_options, study_command
 )
 @output_options("Folder for charge.csv, levels.csv, charge.png and provenance.json.")
 def charge(output: Output, **options: Any) -> None:
-    """The time that SCENE's storage capacitor takes from empty to a voltage, its spread, and the power on the way."""
+    """Charge SCENE's storage capacitor from empty to a target voltage: mean time, spread and charging power."""
     from harvester.commands.progress import Bar
     from harvester.studies.charging.charge import charge as charge_of
 

@@ -19,15 +19,15 @@ from harvester.commands.study import Output, output_options, study_command
     cloup.option(
         "--lifetime",
         metavar="TIME",
-        help="Also the largest displacement, voltage, strain and impact in that time ('5 years'): by Rice's formula "
-        "for a linear scene, and counted.",
+        help="Also report the largest displacement, voltage, strain and impact in that time ('5 years'): by "
+        "Rice's formula for a linear scene, and counted.",
     ),
 )
-@cloup.option_group("What to compute", engines_option("Repeatable.  Default: every engine that can serve SCENE."))
+@cloup.option_group("Computation", engines_option("Repeatable.  Default: every engine that supports SCENE."))
 @partial(sampling, whole="all engines together")
 @output_options("Folder for compare.csv, compare.png and provenance.json.")
 def compare(output: Output, lifetime: str | None, engines: tuple[str, ...], **options: Any) -> None:
-    """Every engine that can serve SCENE, side by side, with z-scores; one path of V drawn from three sources."""
+    """Every engine that supports SCENE, side by side, with z-scores; one trajectory of V from three sources."""
     from harvester.commands.progress import EFFORT, Bar
     from harvester.studies import compare as study
     from harvester.studies.extremes.extremes import check_extremes, extremes_both_ways

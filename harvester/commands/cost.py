@@ -10,11 +10,11 @@ from harvester.commands.study import Output, output_options, study_command
 @cloup.option_group(
     "Accuracy",
     seed_option,
-    cloup.option("--budget", type=duration, metavar="TIME", default="60s", show_default=True, help="Time for it all."),
+    cloup.option("--budget", type=duration, metavar="TIME", default="60s", show_default=True, help="Total time."),
 )
 @output_options("Folder for cost.csv, cost.png and provenance.json.")
 def cost(output: Output, seed: int, budget: float) -> None:
-    """What accuracy costs: seconds and errors of every engine that can serve SCENE, at many settings."""
+    """The cost of accuracy: seconds and errors of every engine that supports SCENE, at many settings."""
     from harvester.commands.progress import Bar
     from harvester.studies.work_precision import cost as study
 

@@ -16,9 +16,9 @@ from harvester.commands.study import Output, study_command
     reported=True,
 )
 @cloup.option_group(
-    "What it must do",
+    "Requirements",
     cloup.option("--needs", metavar="TEXT", help="POWER at VOLTAGE, such as '40 uW at 3.3 V'.  Default: [node]'s."),
-    cloup.option("--wake", metavar="TIME", help="How long an empty store may take to that voltage, such as '10 s'."),
+    cloup.option("--wake", metavar="TIME", help="Longest time to charge to that voltage, such as '10 s'."),
     cloup.option(
         "--limit",
         multiple=True,
@@ -28,16 +28,16 @@ from harvester.commands.study import Output, study_command
     keys_option(
         "--spread",
         metavar="KEY=SPREAD",
-        help_="How devices or their shaking scatter, as --vary of tolerance, such as frequency=2Hz; repeatable.",
+        help_="Spread of devices or excitation, as 'tolerance --vary', such as frequency=2Hz; repeatable.",
     ),
 )
 @cloup.option_group(
-    "What to choose from",
+    "Candidates",
     cloup.option(
         "--circuits",
         metavar="A,B,...",
-        help="Netlists, the simplest first.  Default: bridge, doubler, series_sshi, parallel_sshi and, under a drive, "
-        "all chips.",
+        help="Netlists, the simplest first.  Default: bridge, doubler, series_sshi, parallel_sshi and, under a "
+        "harmonic excitation, all chips.",
     ),
     cloup.option("--chips", metavar="A,B,...", help="Chips: ltc3588, bq25570."),
     seed_option,
@@ -45,13 +45,13 @@ from harvester.commands.study import Output, study_command
 @cloup.option_group(
     "Output",
     cloup.option(
-        "--out", help="Folder for design.toml (the scene with what was chosen), design.csv, design.png and a report."
+        "--out", help="Folder for design.toml (the scene with the chosen parts), design.csv, design.png and a report."
     ),
     report_option,
     json_option,
 )
 def design(output: Output, circuits: str | None, chips: str | None, **options: Any) -> None:
-    """Which circuit, coil or chip, and capacitor meet a requirement, and how many devices do with it."""
+    """Choose the circuit, inductor or chip, and capacitor that meet a power requirement, and estimate the yield."""
     from harvester.commands.progress import Bar
     from harvester.report.result import of_result
     from harvester.studies.design.decision import design as study

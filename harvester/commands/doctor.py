@@ -24,9 +24,9 @@ CAPACITANCE = 50e-9  # F, of a netlist that asks for that of a piezo
 @cloup.argument("file", required=False, type=cloup.Path(), help="A netlist, or a scene with one.")
 @cloup.option_group("Output", json_option)
 def doctor(file: str | None, as_json: bool) -> None:
-    """What is installed, what is missing, and how to get it.
+    """Report installed and missing programs and libraries, and how to get them.
 
-    Of a netlist FILE, or a scene file, which of its elements a compiled circuit has (engine 'compiled').
+    Given a netlist or scene FILE, list the elements that engine 'compiled' supports.
     """
     if file is not None:
         lines = list(examine_netlist(file))

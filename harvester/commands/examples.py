@@ -17,13 +17,13 @@ from harvester.errors import InputError, shown, unknown
 
 @command("harvester examples", "harvester examples plate_bridge", "harvester examples plate --out mine.toml")
 @cloup.argument(
-    "name", required=False, metavar="[NAME]", shell_complete=example_names, help="The one to copy.  Default: list all."
+    "name", required=False, metavar="[NAME]", shell_complete=example_names, help="Example to copy.  Default: list all."
 )
 @cloup.option_group(
-    "Output", cloup.option("--out", metavar="FILE", help="The copy's name.  Default: NAME.toml, here."), json_option
+    "Output", cloup.option("--out", metavar="FILE", help="Name of the copy.  Default: NAME.toml."), json_option
 )
 def examples(name: str | None, out: str | None, as_json: bool) -> None:
-    """Example scenes: all of them, a line each; or a copy of one, with the files that it reads."""
+    """List the example scenes, or copy one, with the files that it reads."""
     scenes = example_scenes()
     if name is None:
         if out is not None:
@@ -43,7 +43,7 @@ def examples(name: str | None, out: str | None, as_json: bool) -> None:
 
 
 def copy(scene: Path, to: Path) -> list[Path]:
-    """Copy a scene and what it reads, all or nothing, and return the copies; InputError where a file is in the way."""
+    """Copy a scene and what it reads, all or nothing, and return the copies; InputError if a file is in the way."""
     from harvester.devices.scene_file import check
     from harvester.machine import files
     from harvester.scene.schema import DIRECTIVE, NAME, write_beside

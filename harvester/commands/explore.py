@@ -11,22 +11,20 @@ from harvester.errors import MissingProgramError
 
 @command("harvester explore", "harvester explore mine.toml", "harvester explore mine.toml --host 192.168.1.20")
 @cloup.argument(
-    "path", metavar="[SCENE]", required=False, help="A scene file to begin with.  Default: a plate against a stop."
+    "path", metavar="[SCENE]", required=False, help="A scene file to start from.  Default: a plate against a stop."
 )
 @cloup.option_group(
     "Where",
-    cloup.option(
-        "--port", type=click.IntRange(0, 65535), default=0, help="Port of the page.  Default: any that is free."
-    ),
+    cloup.option("--port", type=click.IntRange(0, 65535), default=0, help="Port of the app.  Default: any free port."),
     cloup.option(
         "--host",
         metavar="ADDRESS",
-        help="Address of this machine in a network, for a phone there: the page's address comes as a QR code, too. "
-        "Whoever has that address sees the page, and it is not encrypted.  Default: 127.0.0.1, this machine alone.",
+        help="Listen on this network address, e.g. for a phone; also prints a QR code. Whoever has that address "
+        "can use the app, and it is not encrypted.  Default: 127.0.0.1, this machine alone.",
     ),
 )
 def explore(path: str | None, port: int, host: str | None) -> None:
-    """A page in the browser: turn knobs and see the power at once."""
+    """Open an app in the browser: move sliders and see the power at once."""
     from harvester.explore.draft import Draft, first
 
     draft = first() if path is None else Draft.read(path)  # says what is wrong before anything is served

@@ -11,16 +11,16 @@ from harvester.commands.options import scene_argument, seed_option
 @scene_argument
 @cloup.option_group(
     "Output",
-    cloup.option("--out", required=True, help="The file, such as device.lib."),
-    cloup.option("--name", help="Name of the subcircuit.  Default: that of the file."),
+    cloup.option("--out", required=True, help="File to write, such as device.lib."),
+    cloup.option("--name", help="Name of the subcircuit.  Default: the file name."),
 )
 @cloup.option_group(
-    "Noise that is drawn point by point (coloured, of a band, tabulated)",
-    cloup.option("--duration", help="How long it is, such as 60s.  Default: 1000 periods."),
+    "Noise drawn point by point (coloured, band-limited, tabulated)",
+    cloup.option("--duration", help="Length, such as 60s.  Default: 1000 periods."),
     seed_option,
 )
 def export(path: str, out: str, name: str | None, duration: str | None, seed: int) -> None:
-    """SCENE's device as a part for ngspice, LTspice and KiCad: a subcircuit, and a source of the shaking."""
+    """Write SCENE's device as a part for ngspice, LTspice and KiCad: a subcircuit, and an excitation source."""
     from harvester.devices.export import export as write
     from harvester.scene.toml import load
 

@@ -41,7 +41,7 @@ def _show(scene: "Scene") -> None:
 
 
 def formula_line(scene: "Scene") -> str:
-    """The mean power by the first formula that serves the scene and knows its own error; "" where none does."""
+    """The mean power by the first formula that supports the scene and knows its own error; "" where none does."""
     from harvester.engines.selection import ENGINES
     from harvester.equations.problem import Problem
 

@@ -10,13 +10,13 @@ from harvester.devices.materials import PIEZOS, SUBSTRATES
 from harvester.errors import InputError, reading
 
 SIZES = {
-    "length": "Of the beam from clamp to end, such as 50.8 mm.",
-    "width": "Of the beam, such as 31.8 mm.",
-    "substrate_thickness": "Such as 0.14 mm.",
-    "piezo_thickness": "Of one layer, such as 0.26 mm.",
-    "tip_mass": "Such as 12 g.  Default: none.",
-    "tip_length": "Of the tip mass along the beam.  Default: a point.",
-    "tip_height": "Of the tip mass.  Default: a point.",
+    "length": "Length of the beam from clamp to tip, such as 50.8 mm.",
+    "width": "Width of the beam, such as 31.8 mm.",
+    "substrate_thickness": "Thickness of the substrate, such as 0.14 mm.",
+    "piezo_thickness": "Thickness of one layer, such as 0.26 mm.",
+    "tip_mass": "Mass at the tip, such as 12 g.  Default: none.",
+    "tip_length": "Length of the tip mass along the beam.  Default: a point.",
+    "tip_height": "Height of the tip mass.  Default: a point.",
 }
 NEEDED = ("length", "width", "substrate_thickness", "piezo_thickness")
 LONGEST = 10.0  # m: no piezo beam is longer, and 60 is one of 60 mm
@@ -39,7 +39,7 @@ def geometry_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def take(values: dict[str, Any]) -> Any:
-    """Take the beam, and how many modes, out of the values of a command; None where none of its options is given.
+    """Take the beam, and how many modes, out of the values of a command; None if none of its options is given.
 
     Raises InputError for options that do not go together, are missing, or are no lengths and masses.
     """
@@ -63,7 +63,7 @@ def take(values: dict[str, Any]) -> Any:
 
 
 def _check_layers(bimorph: bool, unimorph: bool, parallel: bool) -> None:
-    """Refuse both kinds of beam at once, and two layers in parallel where there is one."""
+    """Refuse both kinds of beam at once, and two layers in parallel if there is one."""
     if bimorph and unimorph:
         raise InputError("one of `bimorph`, `unimorph` must be left out, but both are given")
     if parallel and unimorph:

@@ -22,16 +22,16 @@ from harvester.errors import InputError, invalid
     nargs=-1,
     required=True,
     metavar="FILE...",
-    help="CSV files with named columns, each with its state behind an @ where it needs one: FILE@100k, @short, @open, "
-    "@clamped.",
+    help="CSV files with named columns, each followed by its electrical state behind an @ if it needs one: "
+    "FILE@100k, @short, @open, @clamped.",
 )
 @cloup.option_group(
-    "What to compute",
+    "Computation",
     cloup.option("--known", multiple=True, metavar="KEY=VALUE", help="A known key, such as mass='12 g'; repeatable."),
 )
 @cloup.option_group(
     "Output",
-    cloup.option("--out", metavar="SCENE", help="Scene file to write, such as mine.toml; mine_fit.png beside it."),
+    cloup.option("--out", metavar="SCENE", help="Scene file to write, such as mine.toml, with mine_fit.png."),
     cloup.option("--force", is_flag=True, help="Overwrite the scene file."),
     report_option,
     json_option,
@@ -39,7 +39,7 @@ from harvester.errors import InputError, invalid
 def identify(
     names: tuple[str, ...], known: tuple[str, ...], out: str | None, force: bool, report: str | None, as_json: bool
 ) -> None:
-    """The parameters of a device from measurements in FILEs: impedance, response per g, ring-down, with intervals.
+    """Identify a device's parameters from measurements in FILEs: impedance, response per g, ring-down, with intervals.
 
     A file holds frequency with |Z| and phase, R and X, or G and B; frequency with a voltage or displacement per g; or
     time with a voltage or displacement.  Files are fitted jointly; a ring-down that bounces gives the stop.

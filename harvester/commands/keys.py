@@ -19,7 +19,7 @@ from harvester.errors import InputError
     "harvester keys --schema --out harvester.schema.json",
 )
 @cloup.argument(
-    "what", required=False, metavar="[TABLE|KEY]", help="Such as load or load.resistance, or profile.  Default: all."
+    "what", required=False, metavar="[TABLE|KEY]", help="Such as load, load.resistance or profile.  Default: all."
 )
 @cloup.option_group(
     "Output",
@@ -28,7 +28,7 @@ from harvester.errors import InputError
     cloup.option("--out", metavar="FILE", help="With --schema: write it to this file, such as harvester.schema.json."),
 )
 def keys(what: str | None, as_json: bool, schema: bool, out: str | None) -> None:
-    """All keys of a scene file: unit, example, meaning; of 'profile' all shakings by name, with their sources."""
+    """List the keys of a scene file: unit, example, meaning; with 'profile' the vibration profiles and sources."""
     from harvester.scene import keys as scene_keys
 
     if schema:

@@ -14,13 +14,13 @@ from harvester.commands.study import Output, output_options, study_command
     "harvester motion bridge.toml --from-rest --duration 5s --probe store --probe 'v(a,b)' --out motion",
 )
 @cloup.option_group(
-    "What to compute",
+    "Computation",
     engine_option("ensemble (exact update of a load resistor), compiled or spice.  Default: for a netlist, spice."),
     cloup.option(
         "--duration",
         type=time_of("duration"),
         metavar="TIME",
-        help="Time that the plot shows, such as 2s (nondimensional scene: a number of 1/w0).",
+        help="Time shown in the plot, such as 2s (nondimensional scene: a number of 1/w0).",
     ),
     cloup.option(
         "--from-rest",
@@ -32,7 +32,7 @@ from harvester.commands.study import Output, output_options, study_command
 @output_options("Folder for motion.csv, motion.npz, motion.png and provenance.json.")
 @cloup.option_group("Accuracy", seed_option)
 def motion(output: Output, engine: str | None, probe: tuple[str, ...], **options: Any) -> None:
-    """One path of SCENE: displacement, voltage and probes over time, phase plane, density."""
+    """One trajectory of SCENE: displacement, voltage and probes over time, phase plane, probability density."""
     from harvester.commands.progress import Bar
     from harvester.engines.selection import default_sampler
     from harvester.studies.motion import motion as motion_of

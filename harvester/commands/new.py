@@ -32,7 +32,7 @@ def _datasheet_options(command: Callable[..., Any]) -> Callable[..., Any]:
     netlist = [
         cloup.option("--netlist", metavar="NAME", help="Instead: a circuit of netlists/, such as bridge, or a path."),
         cloup.option(
-            "--parameter", "parameters", multiple=True, metavar="NAME=VALUE", help="Of the netlist; repeatable."
+            "--parameter", "parameters", multiple=True, metavar="NAME=VALUE", help="A value of it; repeatable."
         ),
     ]
     for group in reversed(dict.fromkeys(field.group for field in FIELDS.values())):
@@ -59,7 +59,7 @@ def _datasheet_options(command: Callable[..., Any]) -> Callable[..., Any]:
 @geometry_options
 @cloup.option_group(
     "File and output",
-    cloup.option("--title", help="Of tables and plots."),
+    cloup.option("--title", help="Title of tables and plots."),
     cloup.option("--force", is_flag=True, help="Overwrite FILE."),
     json_option,
 )
@@ -72,9 +72,9 @@ def new(
     as_json: bool,
     **values: Any,
 ) -> None:
-    """Write the scene FILE of your device, from flags or questions, and say what its numbers mean.
+    """Write the scene FILE of your device, from options or questions, and explain its numbers.
 
-    On a terminal, what is needed and left out is asked for.  Values carry their unit, or are in SI units.
+    On a terminal, missing values are asked for.  Values carry their unit, or are in SI units.
     """
     from harvester.devices.device import missing, scene_tables
     from harvester.devices.interpretation import meaning
@@ -120,7 +120,7 @@ def _from_geometry(beam: Any, modes: int, texts: dict[str, str]) -> Any:
 
 
 def _on_geometry(beam: Any, made: Any, problem: "Problem") -> "list[Diagnostic]":
-    """What was made of the geometry, where there is one."""
+    """What was made of the geometry, if there is one."""
     if made is None:
         return []
     from harvester.devices.beam import remarks_on
@@ -130,7 +130,7 @@ def _on_geometry(beam: Any, made: Any, problem: "Problem") -> "list[Diagnostic]"
 
 
 def _words(problem: "Problem", remarks: "Sequence[Diagnostic]", file: str) -> list[str]:
-    """The remarks in sentences, and how the best load is found where they do not say it."""
+    """The remarks in sentences, and how the best load is found if they do not say it."""
     words = [typed(f"warning: {remark}" if remark.severity == "warning" else remark.line) for remark in remarks]
     if not any(remark.about in ("load", "best load") for remark in remarks):
         whose = "a netlist's is " if problem.netlist is not None else ""

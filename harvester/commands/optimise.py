@@ -13,7 +13,7 @@ from harvester.errors import InputError
 
 @study_command(
     "harvester optimise mine.toml --vary load.resistance=1k:10M",
-    "harvester optimise mine.toml --vary load.resistance=1k:10M --vary stop.restitution=.5:1 --out best",
+    "harvester optimise mine.toml --vary load.resistance=1k:10M --vary stop.restitution=0.5:1 --out best",
     "harvester optimise mine.toml --vary load.resistance=E24:100k:1M --spread piezo.capacitance=10% --objective 5%",
     'harvester optimise mine.toml --vary load.resistance=1k:10M --constraint "voltage_rms < 2 V"',
     "harvester optimise bridge.toml --vary load.netlist=bridge,parallel_sshi,sece --vary load.parameters.R=100k:10M "
@@ -22,50 +22,50 @@ from harvester.errors import InputError
     "--out front",
 )
 @cloup.option_group(
-    "What to compute",
+    "Computation",
     keys_option(
         "--vary",
-        help_="KEY=LOW:HIGH, or of a series KEY=E24:LOW:HIGH; up to 4 keys.  load.netlist=A,B,C: the best of these "
-        "circuits, scanned alike first, each with its own best values of the other keys.",
+        help_="KEY=LOW:HIGH, or from a series KEY=E24:LOW:HIGH; up to 4 keys.  load.netlist=A,B,C: the best of "
+        "these circuits, each with its own best values of the other keys.",
     ),
     engine_option(
-        "{engines}.  Default: exact for a linear scene, else ensemble; for a netlist, spice; where circuits "
-        "are compared, slow for a chip under a sinusoid."
+        "{engines}.  Default: exact for a linear scene, otherwise ensemble; for a netlist, spice; if circuits are "
+        "compared, slow for a chip under a sinusoid."
     ),
 )
 @cloup.option_group(
-    "What is good",
+    "Objective",
     cloup.option(
         "--objective",
         multiple=True,
-        metavar="AIM",
-        help="mean_power (default); a share such as 5%: the power that all but so many devices exceed; or a second aim "
-        "such as peak_displacement, to be low (voltage_rms:high: high): the most power for each of its values.",
+        metavar="OBJECTIVE",
+        help="mean_power (default); 5%: the power that 95 % of devices exceed; peak_displacement, "
+        "voltage_rms:high, ...: a second objective (minimised, or maximised with :high), for a Pareto front.",
     ),
     cloup.option(
         *("--constraint", "--limit", "constraints"),
         multiple=True,
         metavar="TEXT",
-        help="Such as 'voltage_rms < 3 V'; see tolerance.",
+        help="A limit such as 'voltage_rms < 3 V'; see tolerance.",
     ),
-    cloup.option("--lifetime", metavar="TIME", help="For peaks; see tolerance."),
+    cloup.option("--lifetime", metavar="TIME", help="Lifetime for limits on peaks; see tolerance."),
     keys_option(
         "--spread",
         metavar="KEY=SPREAD",
-        help_="How a part scatters, as --vary of tolerance; about each value; by engines of formulas.",
+        help_="Manufacturing tolerance of a key, as 'tolerance --vary', around each value.  Formula engines only.",
     ),
-    cloup.option("--points", type=int, metavar="N", help="Of a front with a second aim, at most.  Default: 9."),
+    cloup.option("--points", type=int, metavar="N", help="Largest number of designs on a Pareto front.  Default: 9."),
     cloup.option("--over", multiple=True, hidden=True, help="The name of --vary in version 0.1."),
-    cloup.option("--for", "share", hidden=True, help="A share as --objective, in version 0.1."),
-    cloup.option("--pareto", hidden=True, help="A second aim as --objective, in version 0.1."),
+    cloup.option("--for", "share", hidden=True, help="A percentage as --objective, in version 0.1."),
+    cloup.option("--pareto", hidden=True, help="A second objective as --objective, in version 0.1."),
 )
-@partial(sampling, whole="the whole search, or that of each circuit,", unset="60s")
+@partial(sampling, whole="the whole search, or the search of each circuit", unset="60s")
 @output_options("Folder for optimise.csv (all evaluations), optimise.png and provenance.json.")
 def optimise(output: Output, engine: str | None, within: float | None, budget: float | None, **options: Any) -> None:
-    """The largest mean power over one or several scene keys, and how well both are known.
+    """Find the largest mean power over one or several scene keys, with intervals.
 
     --within (default 1%) is the error of the power at the optimum, --budget (default 60s) the time for the
-    search; where circuits are compared, for that of each.
+    search; if circuits are compared, for each of them.
     """
     from harvester.commands.progress import Bar
     from harvester.engines import selection

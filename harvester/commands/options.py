@@ -13,7 +13,7 @@ from harvester.quantities.units import fraction, seconds, time
 
 
 def percent(text: str) -> float:
-    """Read a share such as 1% or .01."""
+    """Read a share such as 1% or 0.01."""
     return reading("`within`", fraction, text)
 
 
@@ -23,7 +23,7 @@ def duration(text: str) -> float:
 
 
 def time_of(name: str) -> Callable[[str], float]:
-    """A reader of a time with or without a unit, such as 1ms or .001, for the option of that name."""
+    """A reader of a time with or without a unit, such as 1ms or 0.001, for the option of that name."""
     return lambda text: reading(f"`{name}`", time, text)
 
 
@@ -49,7 +49,7 @@ scene_argument = cloup.argument(
     "path", metavar="SCENE", help="A scene file: 'harvester new FILE.toml' makes one.", shell_complete=scene_files
 )
 seed_option = cloup.option(
-    "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="The same seed, the same noise."
+    "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Random seed (same seed, same noise)."
 )
 probe_option = cloup.option(
     "--probe",
@@ -59,7 +59,7 @@ probe_option = cloup.option(
 )
 json_option = cloup.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 vector_option = cloup.option(
-    "--vector", type=_form, multiple=True, metavar="FORM", help="svg or pdf: the figure in that form too; repeatable."
+    "--vector", type=_form, multiple=True, metavar="FORM", help="Also save the figure as svg or pdf; repeatable."
 )
 
 
@@ -90,11 +90,11 @@ def who_computes(resume: str, workers: str) -> Callable[..., Any]:
         error="--workers must be left out where --scheduler is given, but both are given"
     )
     return cloup.option_group(
-        "Who computes",
+        "Workers",
         cloup.option("--resume", is_flag=True, help=resume),
         one_of(
             cloup.option("--workers", type=int, metavar="N", help=workers),
-            cloup.option("--scheduler", metavar="ADDRESS", help="Instead: a Dask scheduler, such as tcp://host:8786."),
+            cloup.option("--scheduler", metavar="ADDRESS", help="A Dask scheduler instead, such as tcp://host:8786."),
         ),
     )
 
@@ -102,7 +102,7 @@ def who_computes(resume: str, workers: str) -> Callable[..., Any]:
 def sampling(command: Callable[..., Any], whole: str = "", unset: str = "unlimited") -> Callable[..., Any]:
     """Add the options of the engines that sample to a command.
 
-    ``whole`` names what a budget is for, if not a run; ``unset`` is the budget where none is given.
+    ``whole`` names what a budget is for, if not a run; ``unset`` is the budget if none is given.
     """
     accuracy = cloup.option_group(
         "Accuracy",
@@ -110,33 +110,32 @@ def sampling(command: Callable[..., Any], whole: str = "", unset: str = "unlimit
             "--within",
             type=percent,
             metavar="PERCENT",
-            help="Error to reach in the mean power, such as 1%: sampling (95 %) plus bias.",
+            help="Target error of the mean power, such as 1%: sampling (95 %) plus bias.",
         ),
         cloup.option(
             "--budget",
             type=duration,
             metavar="TIME",
-            help=f"Time that {whole or 'it'} may take, such as 30s: the burn-in, and reaching --within.  "
-            f"Default: {unset}.",
+            help=f"Time limit for {whole or 'the run'}, such as 30s, including burn-in.  Default: {unset}.",
         ),
-        cloup.option("--seed", type=int, default=0, show_default=True, help="The same seed, the same answer."),
+        cloup.option("--seed", type=int, default=0, show_default=True, help="Random seed (same seed, same answer)."),
     )
     effort = cloup.option_group(
-        "Effort by hand (engines that sample)",
+        "Manual effort (sampling engines)",
         cloup.option(
             "--trajectories",
             type=int,
-            help="Number of trajectories.  Default: 4096, with --within 256 or more (spice: 16 and 8).",
+            help="Number of trajectories.  Default: 4096, with --within at least 256 (spice: 16 and 8).",
         ),
         cloup.option(
-            "--duration", type=time_of("duration"), metavar="TIME", help="Of a trajectory after its burn-in, as --dt."
+            "--duration", type=time_of("duration"), metavar="TIME", help="Time of a trajectory after burn-in, as --dt."
         ),
         cloup.option(
             "--dt",
             type=time_of("dt"),
             metavar="TIME",
-            help="Step, such as 1ms or .001 (nondimensional scene: a number of 1/w0).  Default: from the scene.",
+            help="Time step, such as 1ms or 0.001 (nondimensional scene: a number of 1/w0).  Default: from the scene.",
         ),
-        cloup.option("--alone", is_flag=True, default=None, help="spice: ngspice alone, from rest, and a plain mean."),
+        cloup.option("--alone", is_flag=True, default=None, help="spice: mean of plain ngspice runs from rest."),
     )
     return accuracy(effort(command))

@@ -18,7 +18,7 @@ from harvester.errors import unknown
 def paper(
     figures: tuple[str, ...], out: str | None, vector: tuple[str, ...], report: str | None, as_json: bool
 ) -> None:
-    """The paper's FIGURES 1 to 9 (default: all): published theory, ours and Monte Carlo, data and plots."""
+    """Figures 1 to 9 of the Entropy 2026 paper (default: all): its theory, ours and Monte Carlo, data and plots."""
     from harvester.commands.progress import Bar
     from harvester.machine.execution import Execution
     from harvester.studies import paper as study

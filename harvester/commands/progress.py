@@ -14,8 +14,8 @@ from tqdm import tqdm
 REDRAWN = 0.5  # seconds between two looks at the clock
 FORMAT = "{desc}: {percentage:3.0f}%|{bar}| {elapsed}, {left} left{postfix}"
 UNKNOWN = "{desc}: {elapsed}"  # where nobody knows how much there is to do
-LONG = 30.0  # seconds: what will take more says so
-SURE, ENOUGH = 3.0, 0.15  # seconds of reports, and fraction done, before their rate is told
+LONG = 30.0  # seconds: what will take more reports it
+SURE, ENOUGH = 3.0, 0.15  # seconds of reports, and fraction done, before their rate is reported
 QUICK = 10.0  # seconds after which what may spend a budget will not end at once
 EFFORT = "fewer --trajectories, a shorter --duration or a larger --within"  # of engines that sample
 MOST = 0.99  # of a bar that goes by the clock
@@ -26,7 +26,7 @@ class Bar(tqdm):  # type: ignore[misc]
 
     ``known`` is False where nobody knows how much there is to do.  ``budget`` says that the fraction is that of so many
     seconds, which ``at_most`` need not be spent.  ``shorter`` names what shortens the work, such as "--budget": with
-    it, work that will take more than half a minute says so in a line on stderr, as soon as that was measured: over
+    it, work that will take more than half a minute reports it in a line on stderr, as soon as that was measured: over
     the fraction ``enough`` of it, which is small where all parts of the work are alike.
     """
 
@@ -97,7 +97,7 @@ class Bar(tqdm):  # type: ignore[misc]
         self._show(fraction, what)
 
     def expect(self, seconds: float) -> None:
-        """Go by the clock from now on: a pilot says that the work takes about so many seconds."""
+        """Go by the clock from now on: a pilot states that the work takes about so many seconds."""
         self.seconds, self.by_clock, self.bar_format = seconds, True, FORMAT
         self._show(0.0, "")
 
@@ -214,7 +214,7 @@ class RowsBar(Bar):
         self._show(1.0 - sum(self.left_of.values()) / rows, f"{engine} {done} of {of}".strip())
 
     def _means(self) -> dict[str, float] | None:
-        """The mean seconds of a row of each engine that has rows to come; None where one has no row yet."""
+        """The mean seconds of a row of each engine that has rows to come; None if one has no row yet."""
         to_come = [name for name, left in self.left_of.items() if left]
         if not all(self.done_of[name] > 0 for name in to_come):
             return None

@@ -16,7 +16,7 @@ EMPTY = "empty: unknown"
 
 
 def ask(texts: dict[str, str], netlist: bool) -> None:
-    """Ask for what ``texts``, by field, still needs, and add it; ``netlist`` says that the load is one."""
+    """Ask for what ``texts``, by field, still needs, and add it; ``netlist`` states that the load is one."""
     click.echo("A scene of your device.  Values carry their unit; ^C leaves without a file.", err=True)
     while needed := missing(texts):
         *choices, last = needed[0]

@@ -40,26 +40,26 @@ def _seconds(text: str) -> float:
 )
 @cloup.argument("file", help="A CSV file of a logger, with a unit behind the name of each axis.")
 @cloup.option_group(
-    "What to take",
+    "Selection",
     cloup.option("--axis", help="x, y or z, or the whole name of a column.  Default: the only one."),
-    cloup.option("--from", "begin", type=_seconds, metavar="S", help="Where to begin, in s from the first row."),
-    cloup.option("--to", "end", type=_seconds, metavar="S", help="Where to end, in s from the first row."),
-    cloup.option("--longest", is_flag=True, help="Take the longest part without a gap that is too long to fill."),
+    cloup.option("--from", "begin", type=_seconds, metavar="S", help="Start, in s from the first row."),
+    cloup.option("--to", "end", type=_seconds, metavar="S", help="End, in s from the first row."),
+    cloup.option("--longest", is_flag=True, help="Select the longest part without a gap that is too long to fill."),
     cloup.option(
         "--rate",
         type=_sized("`rate`", "FREQUENCY"),
         metavar="HZ",
-        help="Of a file without times: its sampling rate.  Of one with times: resample to it, without aliasing.",
+        help="Without a time column: the sampling rate.  With one: resample to this rate (anti-aliased).",
     ),
 )
 @cloup.option_group(
-    "What a device could take of it, whatever its spring and circuit",
-    cloup.option("--mass", type=_sized("`mass`", "MASS"), metavar="KG", help="Of the device, such as 10g."),
-    cloup.option("--stroke", type=_sized("`stroke`", "GAP"), metavar="M", help="The mass's way to either side."),
+    "Upper bound of the power of any device",
+    cloup.option("--mass", type=_sized("`mass`", "MASS"), metavar="KG", help="Mass of the device, such as 10g."),
+    cloup.option("--stroke", type=_sized("`stroke`", "GAP"), metavar="M", help="Maximum travel in each direction."),
 )
 @cloup.option_group(
     "Output",
-    cloup.option("--out", metavar="CSV", help="The clean record, such as clean.csv; clean.png beside it."),
+    cloup.option("--out", metavar="CSV", help="The clean recording, such as clean.csv, and clean.png."),
     report_option,
     json_option,
 )
@@ -76,7 +76,7 @@ def record(
     report: str | None,
     as_json: bool,
 ) -> None:
-    """Make the record of a logger's FILE clean, and look at it: gaps, drift, clipping, density and rms by octave."""
+    """Clean a logger recording; report gaps, drift, clipping, power spectral density and rms per octave."""
     from harvester.machine import files
     from harvester.records.cleaning import Part, clean
     from harvester.studies.record import record_spectra

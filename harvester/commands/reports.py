@@ -31,14 +31,14 @@ report_option = cloup.option(
     flag_value=HERE,
     type=_name,
     metavar="[FILE.html]",
-    help="Write a report, one HTML file with all in it.  Default: report.html in --out, or here.",
+    help="Write a report, one HTML file with all results.  Default: report.html in --out, or here.",
 )
 
 
 def report_file(report: str | None, out: str | None) -> Path | None:
-    """The file of the page, None where none is wanted.
+    """The file of the page, None if none is wanted.
 
-    Raises InputError where it cannot be written.
+    Raises InputError if it cannot be written.
     """
     if report is None:
         return None

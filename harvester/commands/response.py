@@ -15,28 +15,28 @@ from harvester.commands.study import Output, output_options, study_command
     "harvester response mine.toml --sweep 40Hz:50Hz:41 --vary acceleration_amplitude=0.1g:1g:10 --out map",
 )
 @cloup.option_group(
-    "What to compute",
+    "Computation",
     cloup.option("--sweep", required=True, help="FROM:TO:COUNT, such as 1Hz:10Hz:60 (nondimensional scene: rad)."),
     keys_option(
         "--vary",
         "varied",
-        help_="KEY=FROM:TO:COUNT or KEY=A,B,C: a response for each value; repeatable.  Of seven values or more of one "
-        "key the figure is a map.",
+        help_="KEY=FROM:TO:COUNT or KEY=A,B,C: a response for each value; repeatable.  Seven values or more of "
+        "one key make a map.",
     ),
     engines_option(
         "exact, ensemble, ideal, compiled or spice; repeatable.  Default: exact for a linear scene, spice for a "
-        "netlist, else ensemble."
+        "netlist, otherwise ensemble."
     ),
 )
 @output_options(
     "Folder for response.csv, response.png and provenance.json.",
-    cloup.option("--per-g", is_flag=True, help="Draw power, voltage and displacement over the base's amplitude in g."),
-    cloup.option("--resume", is_flag=True, help="Keep the frequencies that an interrupted run of it did."),
+    cloup.option("--per-g", is_flag=True, help="Draw power, voltage and displacement over the base amplitude in g."),
+    cloup.option("--resume", is_flag=True, help="Keep the frequencies that an interrupted run finished."),
     needs_out=("per_g", "resume"),
 )
 @cloup.option_group(
     "Accuracy",
-    cloup.option("--budget", type=duration, metavar="TIME", help="Time of a point by engine spice.  Default: 20s."),
+    cloup.option("--budget", type=duration, metavar="TIME", help="Time limit per spice point.  Default: 20s."),
     seed_option,
 )
 def response(
@@ -48,9 +48,10 @@ def response(
     seed: int,
     **options: bool,
 ) -> None:
-    """Power, voltage, displacement and phases of a harmonically driven SCENE against the frequency.
+    """Power, voltage, displacement and phases of a harmonically excited SCENE against the frequency.
 
-    Without a netlist, and by engine ideal, swept up and then down; by engine spice each frequency from rest.
+    The frequency is swept up and then down; for a linear mass, engine spice starts every frequency from rest
+    instead.
     """
     from harvester.commands.progress import RowsBar
     from harvester.equations.problem import Problem

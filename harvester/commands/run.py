@@ -24,16 +24,16 @@ SHARE, SHORT = 0.3, 5.0  # of a budget, for the power itself, which has all of a
     "harvester run bridge.toml --probe store --probe 'i(d1)' --ledger",
 )
 @cloup.option_group(
-    "What to compute",
+    "Computation",
     engine_option(
-        "{engines}.  Default: exact for a linear "
-        "scene, else ensemble; for a netlist, spice; with --within, the cheapest that is known to reach it."
+        "{engines}.  Default: exact for a linear scene, otherwise ensemble; for a netlist, spice; with --within, "
+        "the cheapest that is known to reach it."
     ),
 )
 @cloup.option_group(
     "Inside the circuit (spice, compiled)",
     probe_option,
-    cloup.option("--ledger", is_flag=True, default=None, help="What each element of the netlist takes, too."),
+    cloup.option("--ledger", is_flag=True, default=None, help="Also report the power of each netlist element."),
 )
 @cloup.option_group(
     "Limits",
@@ -41,8 +41,8 @@ SHARE, SHORT = 0.3, 5.0  # of a budget, for the power itself, which has all of a
     cloup.option(
         "--sensitivity",
         is_flag=True,
-        help="Also how much the power changes with each key, by engine density; of a netlist also with each element, "
-        "by engine compiled.",
+        help="Also report the sensitivity of the power to every scene key (engine density) or netlist element "
+        "(engine compiled).",
     ),
 )
 @sampling
@@ -50,7 +50,7 @@ SHARE, SHORT = 0.3, 5.0  # of a budget, for the power itself, which has all of a
 def run(
     output: Output, engine: str | None, probe: tuple[str, ...], lifetime: str | None, sensitivity: bool, **options: Any
 ) -> None:
-    """Mean square voltage and mean power of one SCENE by one engine."""
+    """Mean power and mean square voltage of one SCENE by one engine."""
     from harvester.commands.progress import Bar
     from harvester.engines import selection
 

@@ -12,7 +12,7 @@ from harvester.commands.study import Output, output_options, study_command
     "Accuracy",
     seed_option,
     cloup.option(
-        "--trajectories", type=click.IntRange(2, 1_000_000), default=4096, show_default=True, help="Number of paths."
+        "--trajectories", type=click.IntRange(2, 1_000_000), default=4096, show_default=True, help="Trajectories."
     ),
 )
 @output_options("Folder for stability.csv and .png: the region of stability in the plane (mu, D22).")

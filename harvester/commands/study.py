@@ -92,7 +92,7 @@ def output_options(out: str, *others: Any, needs_out: Sequence[str] = ()) -> Cal
 def study_command(*examples: str, reported: bool = False) -> Callable[[Callable[..., Any]], Command]:
     """Make a function of an `Output` and options a command about a SCENE, whose help ends with these examples.
 
-    ``reported`` says that what is written into a folder always has a page.
+    ``reported`` states that what is written into a folder always has a page.
     """
 
     def decorated(study: Callable[..., Any]) -> Command:
@@ -149,4 +149,4 @@ def _command(study: Study) -> Command:
     ]
     shown = cloup.option_group("Output", report_option, json_option)(compute)
     example = f"harvester {study.name} mine.toml {study.example}".rstrip()
-    return study_command(example)(cloup.option_group("What to compute", *options)(shown))
+    return study_command(example)(cloup.option_group("Computation", *options)(shown))

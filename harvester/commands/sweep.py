@@ -19,26 +19,26 @@ resume_needs_out = cloup.constraint(
 
 @study_command(
     "harvester sweep mine.toml --vary load.resistance=1k:10M:25 --out sweep",
-    "harvester sweep mine.toml --vary stop.restitution=.8,.9 --vary load.resistance=1k:10M:9 --out grid",
+    "harvester sweep mine.toml --vary stop.restitution=0.8,0.9 --vary load.resistance=1k:10M:9 --out grid",
 )
 @cloup.option_group(
     "Where",
     keys_option("--vary", "varied", help_="KEY=FROM:TO:COUNT or KEY=A,B,C; repeatable: a grid."),
-    cloup.option("--points", metavar="FILE.csv", help="Not --vary but a list: scene keys, then a point a line."),
+    cloup.option("--points", metavar="FILE.csv", help="CSV list instead: scene keys, then a point per row."),
     constraint=one_grid.rephrased(help="one of the two"),
 )
 @cloup.option_group(
-    "What to compute",
+    "Computation",
     engines_option(
-        "Repeatable.  Default: exact for a linear scene, for a netlist spice beside ideal, else all that serve "
-        "SCENE (density under white noise only); with --within, see run."
+        "Repeatable.  Default: exact for a linear scene, spice and ideal for a netlist, otherwise all that "
+        "support SCENE (density under white noise only); with --within, see run."
     ),
 )
-@partial(sampling, whole="the whole sweep, shared by its points,")
+@partial(sampling, whole="the whole sweep (shared by its points)")
 @output_options("Folder for sweep.csv, sweep.nc, sweep.png and provenance.json.")
 @who_computes(
     "Keep the points that an earlier run of the same sweep finished.",
-    "Processes.  Default: one a core, if there are many points.",
+    "Number of processes.  Default: one per core, if there are many points.",
 )
 @resume_needs_out
 def sweep(

@@ -15,60 +15,60 @@ if TYPE_CHECKING:
 
 @study_command(
     "harvester tolerance mine.toml --vary piezo.capacitance=10% --vary load.resistance=E24:5% --out spread",
-    'harvester tolerance mine.toml --vary stop.restitution=.94:.98 --limit "mean_power > 5 uW"',
+    'harvester tolerance mine.toml --vary stop.restitution=0.94:0.98 --limit "mean_power > 5 uW"',
     "harvester tolerance mine.toml --vary piezo.capacitance=10% --vary oscillator.damping=normal:5% --runs first-order",
 )
 @cloup.option_group(
-    "What scatters, and what must hold",
+    "Spreads and limits",
     keys_option(
         "--vary",
         "varied",
         metavar="KEY=SPREAD",
-        help_="Repeatable.  Default: the intervals that identify wrote into SCENE.  10% or LOW:HIGH: anywhere between; "
-        "E24:5%: the nearest value of the series; normal:2% or "
-        "normal:MEAN:SD; triangular:10% or triangular:LOW:MODE:HIGH; A,B,C: measured values.",
+        help_="Spread of a key; repeatable.  10% or LOW:HIGH: uniform; E24:5%: the nearest value of the series; "
+        "normal:2% or normal:MEAN:SD; triangular:10% or triangular:LOW:MODE:HIGH; A,B,C: measured values.  "
+        "Default: the intervals that identify wrote into SCENE.",
     ),
     cloup.option(
         "--limit",
         "limits",
         multiple=True,
         metavar="TEXT",
-        help="What a good device has, such as 'mean_power > 5 uW'; also voltage_rms, mean_square_voltage; repeatable.",
+        help="A limit for good devices such as 'mean_power > 5 uW'; also voltage_rms, mean_square_voltage; repeatable.",
     ),
     cloup.option(
         "--lifetime",
         metavar="TIME",
-        help="For limits of peak_displacement, peak_voltage, peak_strain, peak_impact_speed and impact_rate: "
-        "'5 years'.",
+        help="Lifetime for limits on peak_displacement, peak_voltage, peak_strain, peak_impact_speed and "
+        "impact_rate: '5 years'.",
     ),
-    cloup.option("--correlate", multiple=True, metavar="KEY,KEY=NUMBER", help="Two keys that go together; repeatable."),
+    cloup.option("--correlate", multiple=True, metavar="KEY,KEY=NUMBER", help="Correlation of two keys; repeatable."),
 )
 @cloup.option_group(
-    "What to compute",
-    engine_option("Default: the cheapest whose own error is small against the spread."),
-    cloup.option("--samples", type=int, metavar="N", help="Devices in the distribution.  Default: 10000."),
+    "Computation",
+    engine_option("Default: the cheapest engine whose own error is small compared with the spread."),
+    cloup.option("--samples", type=int, metavar="N", help="Number of devices in the distribution.  Default: 10000."),
     cloup.option(
         "--runs",
         metavar="N",
-        help="Of them that the engine computes; a polynomial through them stands for the others.  "
-        "Default: 512 by formulas, else 24 a key and 24 more.  first-order: none but a few; the power goes linearly "
-        "with each key, by the gradient of engine density.",
+        help="Number of samples computed by the engine; a polynomial surrogate gives the rest.  Default: 512 for "
+        "formulas, otherwise 24 per key and 24 more.  first-order: linearise the power in each key with the "
+        "gradient from engine density.",
     ),
-    cloup.option("--checks", type=int, metavar="N", help="Samples a dearer engine checks.  Default: 8 (spice: 4)."),
+    cloup.option("--checks", type=int, metavar="N", help="Samples a slower engine rechecks.  Default: 8 (spice: 4)."),
     cloup.option(
         "--within",
         type=percent,
         metavar="PERCENT",
-        help="Error of the engine that checks, or of one that samples.  Default: 0.5% of a check (ngspice: 2%).",
+        help="Target error of the checking engine, or of one that samples.  Default: 0.5% for a check (ngspice: 2%).",
     ),
     seed_option,
 )
 @output_options("Folder for tolerance.csv (all samples), tolerance.png, provenance.json and the sweeps.")
-@who_computes("Keep the samples that an earlier run of the same study finished.", "Processes.  Default: one a core.")
+@who_computes("Keep the samples that an earlier run of the same study finished.", "Processes.  Default: one per core.")
 def tolerance(
     output: Output, varied: tuple[str, ...], workers: int | None, scheduler: str | None, resume: bool, **options: Any
 ) -> None:
-    """How power and voltage scatter over devices whose parts have tolerances: quantiles, yield, what matters."""
+    """Scatter of power and voltage over manufactured devices: quantiles, yield, and the influence of each part."""
     from harvester.commands.progress import Bar
     from harvester.studies.sweep.cluster import client_of
     from harvester.studies.tolerance.tolerance import tolerance as study
@@ -90,7 +90,7 @@ def tolerance(
 
 
 def _stated(path: str, scene: "Scene") -> "ScenesSpreads":
-    """The spreads that the comments of a scene file state; InputError where there is none."""
+    """The spreads that the comments of a scene file state; InputError if there is none."""
     from harvester.identification.stated_spreads import spreads_of
     from harvester.machine import files
     from harvester.scene.toml import MOST_BYTES

@@ -14,13 +14,13 @@ from harvester.errors import InputError, MissingProgramError, shown
 
 STEPS = (  # what a command does, and the command without `harvester`
     (
-        "Write down what a datasheet says. This makes the scene, a text file; what is left out is not computed.",
+        "Write the numbers of a datasheet into a scene, a text file; effects that are left out are not computed.",
         "new mine.toml --mass '40 g' --frequency '3.2 Hz' --capacitance '50.2 nF' --coupling '1e-3 N/V' "
         "--damping-ratio 0.004 --restitution 0.96 --acceleration-psd '1e-5 g^2/Hz' --resistance '1 Mohm'",
     ),
-    ("Its mean power, with the error: the default engine simulates many random paths.", "run mine.toml"),
-    ("The same from a formula, which states what it may be wrong by.", "run mine.toml --engine averaged"),
-    ("To an accuracy of your choice: the program chooses engine, step and effort.", "run mine.toml --within 0.3%"),
+    ("Its mean power, with the error: the default engine simulates many random trajectories.", "run mine.toml"),
+    ("The same from a formula, which states a bound of its own error.", "run mine.toml --engine averaged"),
+    ("To an accuracy of your choice: the program chooses engine, time step and effort.", "run mine.toml --within 0.3%"),
     (
         "The same once more with the circuit in ngspice, in lock-step with the mass.",
         "run mine.toml --engine spice --within 3%",
@@ -30,18 +30,18 @@ STEPS = (  # what a command does, and the command without `harvester`
         "sweep mine.toml --vary load.resistance=1k:10M:13 --engine averaged --engine ensemble --out sweep",
     ),
     ("The best load, with its interval.", "optimise mine.toml --vary load.resistance=1k:10M"),
-    ("What the motion looks like: motion/motion.png.", "motion mine.toml --out motion"),
-    ("One page with all of it: compare/report.html.", "compare mine.toml --within 3% --out compare --report"),
+    ("A picture of the motion: motion/motion.png.", "motion mine.toml --out motion"),
+    ("One page with all results: compare/report.html.", "compare mine.toml --within 3% --out compare --report"),
 )
 
 
 @command("harvester tour", "harvester tour --out first")
 @cloup.option_group(
     "Output",
-    cloup.option("--out", metavar="DIR", default="tour", show_default=True, help="A new folder for what it writes."),
+    cloup.option("--out", metavar="DIR", default="tour", show_default=True, help="A new folder for the output."),
 )
 def tour(out: str) -> None:
-    """The first five minutes, step by step: each command is explained, shown and run.
+    """Run the tutorial, step by step: each command is explained, shown and run.
 
     On a terminal it waits for the Enter key before each step.
     """

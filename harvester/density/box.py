@@ -46,7 +46,7 @@ def extent(eqs: Equations, frame: ModeFrame, tail: float, below: float, above: f
 
     The latter is ``below`` on the left, ``above`` on the right, and ``warmth`` of the velocity.
 
-    Raises SimulationError where there is none.
+    Raises SimulationError if there is none.
     """
     low, high = eqs.rigid_stops
     below, above = tail * below, tail * above
@@ -93,7 +93,7 @@ def first_guess(eqs: Equations, tail: float) -> Setting:
 def settled(eqs: Equations, tail: float, pace: Pace | None = None) -> Setting:
     """The box beyond which a marginal density is less than exp(-tail), and the frame of the voltage's regression.
 
-    Raises SimulationError where they do not come to stand still, or where no answer would come in a budget.
+    Raises SimulationError if they do not come to stand still, or where no answer would come in a budget.
     """
     setting, pace = first_guess(eqs, tail), pace or Pace()
     modes = 1 if eqs.mu is None else MODES

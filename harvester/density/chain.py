@@ -16,7 +16,7 @@ class Chain:
 
     Without a shift mode 0 alone is singular: its solutions are the stationary densities of any mass.  ``pin`` is the
     element whose mass is added there to its own equations, so that the solution of A p = (that element's integrals) has
-    the mass 1 in it; None where the equations are not singular.
+    the mass 1 in it; None if the equations are not singular.
     """
 
     def __init__(self, form: WeakForm, modes: range, blocks: list[Floats], pin: int | None, shift: complex = 0.0):

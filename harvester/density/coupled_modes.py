@@ -20,7 +20,7 @@ REFINEMENTS = 3
 class Factors:
     """The factors of every mode, that solve the form for any right side.
 
-    ``pin`` is the element in which the density has its mass while the equations are solved; None where they are not
+    ``pin`` is the element in which the density has its mass while the equations are solved; None if they are not
     singular.  With a ``shift`` the form is less shift times the mass matrix, and right sides are complex if it is.
     """
 

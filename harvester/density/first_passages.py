@@ -24,7 +24,7 @@ HIGHEST = 60.0  # energies of a level that is asked for
 def displacement_rate(eqs: Equations, setting: Setting, level: float, resolution: int, modes: int) -> float:
     """The rate at which |displacement| passes a level for the first time, on the mesh of one of `RESOLUTIONS`.
 
-    0 where the level is too far up to be resolved.
+    0 if the level is too far up to be resolved.
     """
     if eqs.stop_stiffness is not None and level <= (eqs.gap or 0.0):  # the compliant stop is never reached
         eqs = replace(eqs, stop_stiffness=None, stop_damping=None, gap=None)

@@ -39,7 +39,7 @@ class Pace:
         return self.budget is not None and self.needed(memory) > self.budget
 
     def check(self, memory: float) -> None:
-        """Raise SimulationError where no answer would come in the budget, as a first solution of so many bytes says."""
+        """Raise SimulationError if no answer would come in the budget, as a first solution of so many bytes says."""
         needed = self.needed(LEAST * memory)
         if self.budget is not None and needed > max(self.budget, SHORTEST):
             raise SimulationError(refusal("density_needs_time", seconds=needed, budget=self.budget))

@@ -77,7 +77,7 @@ class Answer:
 
     @property
     def error(self) -> Floats:
-        """The whole error of each mean, with that of rounding."""
+        """The total error of each mean, with that of rounding."""
         return self.mesh_error + self.modes_error + self.box_error + ROUNDING * np.abs(self.means)
 
     @property
@@ -96,7 +96,7 @@ class Answer:
 def solution(eqs: Equations, setting: Setting, on: Mesh, modes: int, pace: Pace | None = None) -> Solution:
     """The density on a mesh.
 
-    Raises SimulationError where the equations are not solved.
+    Raises SimulationError if the equations are not solved.
     """
     form = WeakForm(eqs, on, setting.frame, modes)
     with (pace or Pace()).solving(form.memory):
@@ -189,7 +189,7 @@ def refined(
     No further mesh begins that would not end within ``budget`` seconds.  Noise of the stiffness leaves amplitudes A as
     likely as A^-(1 + tail), of which a box that is a fifth wider misses less by 1.2^-(tail - 2): so much is added.
 
-    Raises SimulationError where the equations are not solved, and soon where no answer would come in the budget.
+    Raises SimulationError if the equations are not solved, and soon where no answer would come in the budget.
     """
     pace, report = Pace(budget), progress or (lambda _: None)
     beyond = SAFETY / (1.0 - (1.0 + WIDER) ** (2.0 - max(tail, 2.1))) if eqs.n2 else 1.0

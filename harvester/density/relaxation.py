@@ -35,7 +35,7 @@ ROUNDS, STILL = 60, 1e-7  # of inverse iteration, and the relative change of the
 def slowest_decay(solution: Solution) -> tuple[float, Any]:
     """The smallest rate lambda > 0 at which a density comes to rest, and that density, whose mass is 0.
 
-    By inverse iteration from the sign of x - E[x].  Raises SimulationError where that does not end: the slowest is no
+    By inverse iteration from the sign of x - E[x].  Raises SimulationError if that does not end: the slowest is no
     single, real rate.
     """
     form, factors, stationary = solution.form, solution.factors, solution.p

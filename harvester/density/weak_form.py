@@ -31,7 +31,7 @@ Gaussian.  Each p_j is a sum of p_jk He_k(q)/sqrt(k!) exp(-q^2/2)/sqrt(2 pi) in 
 
     A_j p_jk - k/tau int p_jk f + (D/tau)^(1/2) int [sqrt(k) p_{j,k-1} + sqrt(k + 1) p_{j,k+1}] f_v = 0
 
-Long because all of these equations and the matrices that stand for them are read together.
+Long because all of these equations and the matrices that represent them are read together.
 """
 
 import math

@@ -162,7 +162,7 @@ def _bendings(beam: Beam, m: float, bending: float, count: int) -> list[Bending]
 def remarks_on(beam: Beam, lumped_mode: Lumped, has_lifetime: bool) -> list[Diagnostic]:
     """What was made of the geometry, from which constants, and what was taken for granted.
 
-    ``has_lifetime`` says whether `harvester run --lifetime` serves the scene.
+    ``has_lifetime`` states whether `harvester run --lifetime` supports the scene.
     """
     peak = ": harvester run --lifetime '5 years' has the peak" if has_lifetime else ""
     ceramic, plate = materials.piezo(beam.piezo), materials.substrate(beam.substrate)

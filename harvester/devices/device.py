@@ -99,7 +99,7 @@ def scene_tables(
 
     ``higher_modes`` are those above the first, which get its mass and damping.
 
-    Raises InputError for a text that is no value, fields that do not go together, and those that are missing.
+    Raises InputError for a text that is not a value, fields that do not go together, and those that are missing.
     """
     parameters = parameters or {}
     check(texts, netlist, parameters)
@@ -133,7 +133,7 @@ def _copy(texts: Mapping[str, str], values: Mapping[str, float | str], tables: T
 
 
 def _oscillator(values: dict[str, float], written: dict[str, float | str]) -> list[Entry]:
-    """The entries of mass, stiffness and damping, the third computed from the others where it is left out."""
+    """The entries of mass, stiffness and damping, the third computed from the others if it is left out."""
     if values.get("stiffness", 1.0) <= 0.0:
         raise invalid(
             "`stiffness`",

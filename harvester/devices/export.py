@@ -36,7 +36,7 @@ from harvester.scene.physical import Stop
 STIFFER = 1e5  # stiffness of a rigid stop over the spring's: a contact of half a period/300
 LEAST_RESTITUTION = 0.01  # a contact that loses all would never end
 PERIODS = 1000.0  # of drawn noise
-FINER = 4.0  # steps of the simulator to a point of noise: V^2 within .02 %, where one step was up to .5 % off
+FINER = 4.0  # steps of the simulator to a point of noise: V^2 within 0.02 %, where one step was up to 0.5 % off
 CONTACT_STEPS = 20.0  # steps of the simulator within a contact, at least
 
 
@@ -48,7 +48,7 @@ def export(
     ``name`` is that of the subcircuit; None: that of the file.  ``duration`` (s) and ``seed`` are those of noise that
     is written point by point (coloured, of a band, tabulated); None: 1000 periods.
 
-    Raises InputError for a nondimensional scene, which is no device, a name that is none, and a file that cannot be
+    Raises InputError for a nondimensional scene, which is not a device, a name that is none, and a file that cannot be
     written; CannotServeError for noise on the stiffness.
     """
     problem = Problem.of(scene)
@@ -213,7 +213,7 @@ def _stops(problem: Problem) -> Iterator[_Contact]:
     for name, stop, side in (("stop", scene.stop, 1.0), ("opposite", scene.opposite_stop, -1.0)):
         if stop is None:
             continue
-        x = 0.0 - side * (stop.gap or 0.0)  # 0, where there is no gap, and not -0
+        x = 0.0 - side * (stop.gap or 0.0)  # 0, if there is no gap, and not -0
         if isinstance(stop, Stop) and stop.stiffness is not None:
             words = f"A compliant stop at X = {x:.10g} m: {stop.stiffness:.10g} N/m, {stop.damping or 0.0:.10g} N s/m"
             yield _Contact(name, words, x, side, stop.stiffness, stop.damping or 0.0)

@@ -98,7 +98,7 @@ def noise_share(beta: float, c: float) -> float:
 
 
 def _load(problem: Problem) -> Finding:
-    """The load and the best one, which is searched for with a formula where one serves."""
+    """The load and the best one, which is searched for with a formula if one supports the scene."""
     nothing: dict[str, Any] = {"best_load": None}
     if problem.netlist is not None:
         return [], nothing
@@ -126,7 +126,7 @@ def _load(problem: Problem) -> Finding:
 
 
 def _engines(problem: Problem) -> Finding:
-    """The engines that serve the scene."""
+    """The engines that support the scene."""
     names = engines(problem)
     about = "engines that serve it"
     served = note("engines_that_serve", about, engines=", ".join(names)) if names else note("no_engine_yet", about)

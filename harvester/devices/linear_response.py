@@ -21,7 +21,7 @@ from harvester.presentation.diagnostic import Diagnostic, note, warning
 
 MISSES = 0.1  # of the largest power: below, the drive misses the resonance
 LOW, HIGH, POINTS = 0.5, 2.0, 4001  # frequencies looked at, over the resonance in short and in open circuit
-OFTEN, SELDOM = 0.1, 1e-3  # times a period
+OFTEN, SELDOM = 0.1, 1e-3  # times per period
 
 
 def variances(eqs: Equations) -> tuple[float, float] | None:

@@ -53,5 +53,5 @@ def loop(number: int, mode: Mode, metre: float, stops: Sequence[str]) -> Iterato
 
 
 def _given(value: float | None) -> float:
-    """A participation, 1 where it is left out."""
+    """A participation, 1 if it is left out."""
     return 1.0 if value is None else value

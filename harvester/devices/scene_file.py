@@ -63,7 +63,7 @@ def _commented(line: str, comment: str) -> str:
 def check(path: Path, force: bool) -> None:
     """Refuse a file that cannot be made.
 
-    Raises InputError where it is there and not to be overwritten, or its folder is not there.
+    Raises InputError if it is there and not to be overwritten, or its folder is not there.
     """
     if path.exists() and not path.is_file():
         raise InputError(f"FILE must be a file to write, but {shown(str(path))} is a folder")
@@ -79,7 +79,7 @@ def write(path: Path, tables: Tables, force: bool) -> Problem:
     The schema that its first line names is written beside it.  A netlist from outside the file's folder is copied
     into it, because a scene reaches no file elsewhere.
 
-    Raises InputError where `check` refuses the file, where it cannot be written, and for tables that are no scene.
+    Raises InputError if `check` refuses the file, if it cannot be written, and for tables that are no scene.
     """
     check(path, force)
     content = text({**tables, "load": [_beside(entry, path.parent, force) for entry in tables["load"]]})

@@ -19,7 +19,7 @@ def check_bounded(eqs: Equations, driven: bool = False) -> None:
 
     ``driven``: by a circuit that is not in the equations, and may take energy.
 
-    Raises UnboundedResponseError where the highest term of f(x) = c3 x^4 - c2 x^2 - c1 beyond c1 is negative, where
+    Raises UnboundedResponseError if the highest term of f(x) = c3 x^4 - c2 x^2 - c1 beyond c1 is negative, where
     linear equations have an eigenvalue that grows, or where the spring's energy falls without bound on a side without
     a stop.
     """
@@ -55,7 +55,7 @@ def _check_spring(eqs: Equations) -> None:
 
 
 def linear_growth(eqs: Equations) -> float | None:
-    """The largest real part of the eigenvalues of linear equations (`growth_near`), in w0; None where any is not."""
+    """The largest real part of the eigenvalues of linear equations (`growth_near`), in w0; None if any is not."""
     is_linear = eqs.linear is None and unknown_to(LINEAR).isdisjoint(eqs.effects)
     return growth_near(eqs) if is_linear else None
 
@@ -93,7 +93,7 @@ def _flow_of_modes(modes: Modes, spring: float, friction: float, beta: float, mu
 
 
 def strongest_feed(eqs: Equations) -> float:
-    """The largest of -f(x) over all x, the rate at which friction feeds energy; 0 where it takes energy everywhere."""
+    """The largest of -f(x) over all x, the rate at which friction feeds energy; 0 if it takes energy everywhere."""
     return max(0.0, -least_friction(eqs))
 
 

@@ -135,7 +135,7 @@ class Equations:
 
     @property
     def rigid_stops(self) -> tuple[float, float]:
-        """Least and most x that the rigid stops allow; infinite where there is none.
+        """Least and most x that the rigid stops allow; infinite if there is none.
 
         Of several modes, and of a stop under a magnifier, they are those of the contact coordinate; a ball limits none.
         """
@@ -146,7 +146,7 @@ class Equations:
 
     @property
     def stops(self) -> tuple[float, float]:
-        """Places of the stops, rigid or compliant; infinite where there is none."""
+        """Places of the stops, rigid or compliant; infinite if there is none."""
         low, high = self.rigid_stops
         return (low if self.stop_stiffness is None else -(self.gap or 0.0)), high
 

@@ -31,7 +31,7 @@ TURN = 2.0 * math.pi  # rad
 def equations_at(scene: Scene, s: Scales) -> Equations:
     """The nondimensional coefficients of a scene at given scales; zero coefficients are absent effects.
 
-    InputError where a coefficient is too large to compute with.  A nondimensional scene does not need the scales.
+    InputError if a coefficient is too large to compute with.  A nondimensional scene does not need the scales.
     """
     eqs = _from_device(scene, s) if scene.nondimensional is None else _from_table(scene.nondimensional)
     for name, value in vars(eqs).items():
@@ -103,14 +103,14 @@ def _from_device(scene: Scene, s: Scales) -> Equations:
 
 
 def _given(scene: Scene, key: str) -> float | None:
-    """What a scene has for a key; None where it, or its table, is absent."""
+    """What a scene has for a key; None if it, or its table, is absent."""
     table, _, name = key.partition(".")
     value: float | None = getattr(getattr(scene, table), name, None)
     return value
 
 
 def _shaking(scene: Scene, s: Scales) -> dict[str, Any]:
-    """The coefficients of the shaking: white or filtered noise, and a drive, a record or a density."""
+    """The coefficients of the excitation: white or filtered noise, and a drive, a record or a density."""
     excitation = scene.excitation or Excitation()
     noise = scaled(excitation.acceleration_psd, 0.25 / (s.length**2 * s.frequency**3))
     acceleration = 1.0 / (s.length * s.frequency**2)

@@ -10,7 +10,7 @@ in ln u of u^a, where E[(r z)^-a] = 1, which is
 
     r^a 2 cos(pi (1 - a)/3) = 1,   a != 0
 
-with a = 2 for r = 1, and a < 0 below r = exp(-pi/sqrt 3) = .163, where infinitely many impacts end in a finite time
+with a = 2 for r = 1, and a < 0 below r = exp(-pi/sqrt 3) = 0.163, where infinitely many impacts end in a finite time
 (Cornell, Swift and Bray, Phys. Rev. Lett. 81, 1142, 1998).  A step of h resolves no speed below sqrt(h): what those
 impacts take of the energy, u^2 each, is wrong by a part of order one, and the mean by
 
@@ -23,7 +23,7 @@ from harvester.equations.coefficients import Equations
 from harvester.presentation.diagnostic import Diagnostic, note
 
 COLLAPSE = math.exp(-math.pi / math.sqrt(3.0))  # restitution coefficient below which impacts accumulate
-STRONG = 1.5  # the order at a restitution coefficient of .5: below it steps are shorter, and three tell the bias
+STRONG = 1.5  # the order at a restitution coefficient of 0.5: below it steps are shorter, and three tell the bias
 REGULAR = 2.0  # the order of the scheme where nothing lowers it
 
 
@@ -38,7 +38,7 @@ def impact_order(r: float) -> float:
     if abs(slope := math.log(r) + math.pi / math.sqrt(3.0)) < 1e-6:
         return 1.0
 
-    # Halved until no number is between: only to load SciPy's own search would take each run with a stop .3 s.
+    # Halved until no number is between: only to load SciPy's own search would take each run with a stop 0.3 s.
     low, high = (1e-9, 2.5 - 1e-12) if slope > 0.0 else (-0.5 + 1e-15, -1e-9)
     while low < (a := 0.5 * (low + high)) < high:
         beyond = a * math.log(r) + math.log(2.0 * math.cos(math.pi * (1.0 - a) / 3.0)) < 0.0

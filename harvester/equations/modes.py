@@ -35,8 +35,8 @@ ALIKE = 1e-9  # of the accelerations of a ball and its box
 class Modes:
     """The coefficients above, each of all coordinates, shape (n,); ``stiffness`` and ``damping`` beside F.
 
-    ``oscillator`` is e, None where it is (1, 0, ...).  With a ball, the last coordinate, ``pull`` is its weight,
-    -y'', 0 where its way is level; None without one.
+    ``oscillator`` is e, None if it is (1, 0, ...).  With a ball, the last coordinate, ``pull`` is its weight,
+    -y'', 0 if its way is level; None without one.
     """
 
     stiffness: tuple[float, ...]

@@ -25,9 +25,9 @@ class PowerBound(NamedTuple):
 
 
 def power_bound(problem: Problem) -> PowerBound | None:
-    """The least bound that applies to a problem; None where none does.
+    """The least bound that applies to a problem; None if none does.
 
-    None applies to noise of the stiffness, to friction that feeds energy, to a circuit with supplies, and to an
+    None applies to parametric noise, to friction that feeds energy, to a circuit with supplies, and to an
     acceleration that no friction and no pair of stops limits.
     """
     eqs, load, least = problem.equations, problem.scene.load, least_friction(problem.equations)
@@ -51,7 +51,7 @@ def power_bound(problem: Problem) -> PowerBound | None:
 
 
 def _mean_square(eqs: Equations) -> float:
-    """E[a^2] of the shaking beside white noise."""
+    """E[a^2] of the excitation beside white noise."""
     recorded = eqs.record or eqs.density
     if recorded is not None:
         return recorded.rms**2

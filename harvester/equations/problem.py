@@ -20,7 +20,7 @@ class Problem:
     ``equations`` are nondimensional, with one coefficient for each of the ``effects`` that are present; ``scales`` are
     those of the device that carries them in ngspice; ``units`` those of the scene's own units, which for a
     nondimensional scene are all 1: a time tau is tau/units.frequency, a power p is p units.watts.
-    InputError where one is too large or too small to compute with.
+    InputError if one is too large or too small to compute with.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -61,7 +61,7 @@ class Problem:
 
     @cached_property
     def events(self) -> Events | None:
-        """The shocks or steps that shake the base; None where the shaking is no sequence of events."""
+        """The shocks or steps that shake the base; None if the excitation is not a sequence of events."""
         shaking = self.scene.excitation
         return None if shaking is None or shaking.profile is None else events(self.scene)
 

@@ -19,7 +19,7 @@ from harvester.records.records import Record, TabulatedDensity
 from harvester.scene.modal_parameters import ModalParameters
 from harvester.scene.scene import Scene
 
-LEFT, SMALLEST = 1e-4, 1e-12  # of the amplitude, when the next shock comes; of an energy, which is told
+LEFT, SMALLEST = 1e-4, 1e-12  # of the amplitude, when the next shock comes; of an energy, which is reported
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ def recorded_shaking(scene: Scene) -> tuple[Record | None, TabulatedDensity | No
 
 
 def events(scene: Scene) -> Events | None:
-    """The shocks or steps of the scene's profile; None where the profile is no sequence of events."""
+    """The shocks or steps of the scene's profile; None if the profile is not a sequence of events."""
     excitation = scene.excitation
     assert excitation is not None, "the caller checks"
     if excitation.profile not in SHOCKS:

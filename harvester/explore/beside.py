@@ -9,7 +9,7 @@ from harvester.scene.scene import Scene
 from harvester.storage.bought_parts import coil_quality
 from harvester.uncertainty.value import amount
 
-PACKETS = "packets an hour"  # this fact of a design is known once its node was followed
+PACKETS = "packets per hour"  # this fact of a design is known once its node was followed
 
 
 def of_path(scene: Scene, path: dict[str, Any]) -> dict[str, str]:
@@ -38,7 +38,7 @@ def of_chip(details: dict[str, float], values: dict[str, float]) -> list[tuple[s
 
 
 def of_coil(problem: Problem) -> dict[str, str]:
-    """How well the coil of a scene's circuit rings with its piezo, where it has one: what SSHI and SECE live of."""
+    """How well the coil of a scene's circuit rings with its piezo, if it has one: what SSHI and SECE live of."""
     circuit, piezo = problem.circuit, problem.scene.piezo
     quality = coil_quality(circuit.values, problem.scene.modal.capacitance) if circuit and piezo else None
     return {} if quality is None else {"quality of the coil": f"{quality:.2g}"}

@@ -177,7 +177,7 @@ class Computing:
     def _power_at_once(
         self, request: PageRequest, overtaken: Overtaken, patience: float, first: bool
     ) -> dict[str, Any] | None:
-        """What the circuit gives, from memory where it was asked for before; None once that is overtaken."""
+        """What the circuit gives, from memory if it was asked for before; None once that is overtaken."""
         name, how = json.dumps(request.tables, sort_keys=True), in_worker.QUICK
         given = in_worker.power, request, overtaken, patience, *how
         answer = self._at_once.get(name) or self._elsewhere(*given, first=first)
@@ -195,7 +195,7 @@ class Computing:
                 return
             draft.choose(None if name == "resistor" else name)
             if name == "bridge":
-                refusals(draft.scene())  # which loads what circuits need, .4 s, in this process
+                refusals(draft.scene())  # which loads what circuits need, 0.4 s, in this process
             resistor = "netlist" not in request.tables.get("load", {})  # then the first process has nothing else to do
             self._power_at_once(request._replace(tables=draft.tables()), overtaken, PATIENCE, resistor)
 
@@ -220,7 +220,7 @@ class Computing:
     def _elsewhere(
         self, job: Job, request: PageRequest, overtaken: Overtaken, patience: float, *how: float, first: bool = False
     ) -> dict[str, Any] | None:
-        """What a function of `in_worker` gives; ``error`` why it does not, None where it was overtaken."""
+        """What a function of `in_worker` gives; ``error`` why it does not, None if it was overtaken."""
         try:
             return in_worker.elsewhere(job, (request.tables, *how), overtaken, self._ended.is_set, patience, first)
         except Exception as error:

@@ -15,7 +15,7 @@ from harvester.studies.sweep.sweep_table import SweepTable
 def table(live: Live, runs: list[dict[str, Any]]) -> SweepTable:
     """The curves of the page, and its runs of the present design, as the table of a sweep.
 
-    Raises SimulationError where there is nothing yet.
+    Raises SimulationError if there is nothing yet.
     """
     rows = []
     for curve in live.curves.values() if not live.instead else ():

@@ -83,7 +83,7 @@ class Draft:
         return effects(self.physical)
 
     def _take(self, key: str, value: Any, raw: Any) -> None:
-        """Take the value of a key, as ``raw``, the text of the file, where there is one."""
+        """Take the value of a key, as ``raw``, the text of the file, if there is one."""
         table, _, name = key.partition(".")
         if table in CARRIED:
             self.carried.setdefault(table, {})[name] = value
@@ -143,7 +143,7 @@ class Draft:
         return {key: written(key, values[key]) for key in effect.keys if key in values}
 
     def _modal(self) -> ModalParameters | None:
-        """The device without what shakes, stops and loads it; None where it is wrong or nondimensional."""
+        """The device without what shakes, stops and loads it; None if it is wrong or nondimensional."""
         tables: dict[str, dict[str, Any]] = {"oscillator": {}, "piezo": {}}
         for table, name in (key.split(".", 1) for key in self.present_keys()):
             if table in tables:
@@ -158,7 +158,7 @@ class Draft:
         return read_value(key, self.texts[key])
 
     def type(self, key: str, text: str) -> None:
-        """Take a text that was typed; InputError in one line where it is no value of the key."""
+        """Take a text that was typed; InputError in one line if it is not a value of the key."""
         if key in WORDS:
             self.words[key] = text.strip()
         else:
@@ -200,7 +200,7 @@ class Draft:
         return keys + [RESISTANCE] * (self.physical and RESISTANCE in self.texts and self.loaded)
 
     def tables(self) -> dict[str, Any]:
-        """The scene as the nested tables of a scene file; InputError where a record is wanted and none is there."""
+        """The scene as the nested tables of a scene file; InputError if a record is wanted and none is there."""
         tables: dict[str, Any] = {"title": self.title} if self.title else {}
         if not self.physical:
             tables["nondimensional"] = {}
@@ -216,7 +216,7 @@ class Draft:
         return tables | self.beside | (self.carried if self.netlist is not None else {})
 
     def _in_file(self, key: str) -> Any:
-        """What a scene file has for a key; None where it has no text."""
+        """What a scene file has for a key; None if it has no text."""
         if key.partition(".")[2] in FILES:
             if key not in self.files:
                 raise InputError(f"{key} must be a CSV file, but none is open: open one under 'Open and save'")
@@ -262,7 +262,7 @@ def first() -> Draft:
 
 
 def differences(before: Mapping[str, Any], after: Mapping[str, Any]) -> list[tuple[str, str, str]]:
-    """The keys in which two scenes' `Draft.tables` differ, each with both texts ("absent" where it is not there)."""
+    """The keys in which two scenes' `Draft.tables` differ, each with both texts ("absent" if it is not there)."""
     flat = [dict(_flat(tables)) for tables in (before, after)]
     names = dict.fromkeys([*flat[0], *flat[1]])
     rows = [(name, str(flat[0].get(name, "absent")), str(flat[1].get(name, "absent"))) for name in names]

@@ -12,7 +12,7 @@ class EffectCard:
 
     ``table`` is the card of the page that it stands in, ``keys`` are whole names such as ``stop.gap``.  Of the effects
     with the same ``choice`` one is present at most.  One that ``needs`` another, by its label or its choice, is
-    absent where that is.  A ``fixed`` one cannot be switched off.
+    absent if that is.  A ``fixed`` one cannot be switched off.
     """
 
     table: str
@@ -104,7 +104,7 @@ AWAY = ("load", "storage", "node", "chip", "mode", "magnifier", "ball")  # table
 def effects(physical: bool) -> tuple[EffectCard, ...]:
     """All effects of a physical or of a nondimensional scene, in the order of the page.
 
-    A key that is not listed above is an effect of its own, under what the key itself says that it is.
+    A key that is not listed above is an effect of its own, under what the key itself states that it is.
     """
     listed = PHYSICAL if physical else NONDIMENSIONAL
     known = {key for effect in listed for key in effect.keys}

@@ -52,8 +52,8 @@ def without_knobs(tables: Iterable[str]) -> str:
 class Power(NamedTuple):
     """The power at a working point, of the engine nearest to the truth: in W or nondimensional, as ``unit`` says.
 
-    ``error`` is what is known of its 95 % error, None where nothing is; ``known`` says that this is all of it;
-    ``share`` is that of the most that any device of this mass could take, None where no bound applies.
+    ``error`` is what is known of its 95 % error, None if nothing is; ``known`` states that this is all of it;
+    ``share`` is that of the most that any device of this mass could take, None if no bound applies.
     """
 
     engine: str
@@ -82,15 +82,15 @@ def power_here(live: Live, runs: Sequence[dict[str, Any]]) -> Power | None:
 
 
 def headline(live: Live, runs: Sequence[dict[str, Any]], why: str = "", beside: Sequence[str] = ()) -> str:
-    """The working point in large letters: its power with the whole error, and what is known ``beside`` it.
+    """The working point in large letters: its power with the total error, and what is known ``beside`` it.
 
-    Where it is not known the page says so, and ``why``, or that it is being computed.
+    Where it is not known the page reports it, and ``why``, or that it is being computed.
     """
     power = power_here(live, runs)
     if power is not None:
         number, error = _number(power.value, power.unit, power.error)
         error += "" if power.known or power.error is None else " of what is known of its error"
-        share = [] if power.share is None else [f"{100.0 * power.share:.3g} % of the possible"]
+        share = [] if power.share is None else [f"{100.0 * power.share:.3g} % of the upper bound"]
         more = "".join(f", {escape(plain(fact))}" for fact in (*share, *beside))
         return _large(number, error, f"mean power by <b>{escape(power.engine)}</b>{more}", live.at)
     if live.instead:
@@ -110,7 +110,7 @@ def _large(number: str, error: str, by: str, at: float) -> str:
 
 
 def _number(value: float, unit: str, error: float | None) -> tuple[str, str]:
-    """A value with its unit, and its whole error in the same unit, as far as it is known."""
+    """A value with its unit, and its total error in the same unit, as far as it is known."""
     power = engineering([value]) if unit else 0
     prefix = SYMBOLS[power]
     if error is None:
@@ -188,7 +188,7 @@ def difference(
     cells = [(name.replace("load.parameters.", "").replace(".", ": ").replace("_", " "), *rest) for name, *rest in rows]
     cells.append(("mean power", _with_error(before), _with_error(after)))
     if before and after and (before.share is not None or after.share is not None):
-        cells.append(("of the possible", _share(before), _share(after)))
+        cells.append(("of the upper bound", _share(before), _share(after)))
     if before and after and before.value > 0.0 and before.unit == after.unit:
         cells.append(("ratio of the powers", "1", f"{after.value / before.value:.4g}"))
     unknown = "not computed yet"

@@ -56,11 +56,11 @@ def path(tables: dict[str, Any]) -> dict[str, Any]:
 
 
 def power(tables: dict[str, Any], within: float, seconds: float) -> dict[str, Any]:
-    """The power of a scene with its own circuit, by the cheapest engine that serves it: as `told_of`, and whose.
+    """The power of a scene with its own circuit, by the cheapest engine that supports it: as `told_of`, and whose.
 
     ``within`` is the relative error to reach, ``seconds`` the time for that.
 
-    Raises CannotServeError where none does, and HarvesterError as that one.
+    Raises CannotServeError if none does, and HarvesterError as that one.
     """
     problem = Problem(Scene(**tables))
     kinds = sorted((kind for kind in ENGINES.values() if kind.needs_netlist), key=lambda kind: kind.LOOK.trust)
@@ -99,7 +99,7 @@ def life(tables: dict[str, Any]) -> dict[str, Any]:
 def elsewhere(
     job: Job, arguments: tuple[Any, ...], overtaken: Overtaken, ended: Overtaken, patience: float, first: bool = False
 ) -> dict[str, Any] | None:
-    """`path`, `power` or `life` in a worker process; None where that has ended, or was overtaken and out of patience.
+    """`path`, `power` or `life` in a worker process; None if that has ended, or was overtaken and out of patience.
 
     The ``patience`` is in seconds; ``first``: in a process that others give way to.
 

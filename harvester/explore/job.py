@@ -47,7 +47,7 @@ def _answer(tables: dict[str, Any], engine: str, within: str) -> dict[str, Any]:
 
 
 def told_of(estimate: "Estimate") -> dict[str, Any]:
-    """What a page is told of an answer."""
+    """What a page is reported of an answer."""
     from harvester.studies.sweep.rows import SweepRow
 
     units = estimate.unit_names

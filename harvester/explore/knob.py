@@ -13,7 +13,7 @@ from harvester.explore.texts import meaning_of, unit_on_page
 from harvester.explore.widgets import field
 from harvester.records.profiles.catalogue import PROFILES
 
-Changed = Callable[[str], None]  # is called with an error, "" where there is none
+Changed = Callable[[str], None]  # is called with an error, "" if there is none
 
 
 class QuickField(pn.widgets.TextInput):  # type: ignore[misc]

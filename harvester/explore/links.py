@@ -12,7 +12,7 @@ MOST_LETTERS = 20_000  # of the scene in a link
 
 
 def held(draft: Draft) -> str | None:
-    """What a link holds of a design; None where it needs files of its own, which no link has."""
+    """What a link holds of a design; None if it needs files of its own, which no link has."""
     if draft.files or "/" in (draft.netlist or ""):
         return None
     return base64.urlsafe_b64encode(zlib.compress(draft.toml().encode(), 9)).decode()

@@ -52,7 +52,7 @@ class Live:
 
     ``instead`` says that the load is a netlist, which no formula knows: the curves are those of a resistor of the same
     resistance in its place.  ``earlier`` names the curves that are of the design before, until they are computed.
-    ``serving`` has why each engine cannot serve the scene, None where it can; nothing while that is not known.
+    ``serving`` has why each engine cannot support the scene, None if it can; nothing while that is not known.
     """
 
     problem: Problem
@@ -151,7 +151,7 @@ def _add(
 
 
 def _without_netlist(problem: Problem, key: str) -> tuple[Scene | None, str]:
-    """The scene with a resistor in the place of a netlist, and the key there; None where that cannot be."""
+    """The scene with a resistor in the place of a netlist, and the key there; None if that cannot be."""
     if problem.netlist is None:
         return problem.scene, key
     resistance = problem.circuit.values.get("R") if problem.circuit else None  # refuses a netlist that is not allowed
@@ -170,7 +170,7 @@ def best(here: dict[str, Estimate]) -> Estimate | None:
 def _answers(
     engine: Engine, scene: Scene, key: str, values: Floats, overtaken: Callable[[], bool]
 ) -> tuple[Estimate | HarvesterError, dict[float, Estimate]] | None:
-    """The answer to the scene as it stands, and those at the values where there are any, in their order.
+    """The answer to the scene as it stands, and those at the values if there are any, in their order.
 
     The first values are computed together with the scene, for hardly more than it alone.  None once it is overtaken.
     """
@@ -191,7 +191,7 @@ def _answers(
 
 
 def _varied(scene: Scene, key: str, value: float) -> Scene | None:
-    """The scene with another value of a key; None where it cannot be, such as two stops without room between them."""
+    """The scene with another value of a key; None if it cannot be, such as two stops without room between them."""
     try:
         return scene.vary(key, float(value))
     except HarvesterError:
@@ -213,7 +213,7 @@ def _curve(answers: dict[float, Estimate], slide: Slide) -> PowerCurve:
 
 
 def _smooth(x: Floats, y: Floats, fine: Floats, slide: Slide) -> Floats:
-    """A cubic spline, through the logarithms where there are any: the theories' power is smooth in every key."""
+    """A cubic spline, through the logarithms if there are any: the theories' power is smooth in every key."""
     from scipy.interpolate import make_interp_spline
 
     inside, across = (np.log(np.abs(x)), np.log(np.abs(fine))) if slide.by_ratio else (x, fine)

@@ -1,6 +1,6 @@
 """One user's page: its draft, its pictures, and what happens when a knob turns.
 
-Long because every part of the page is told here of what is computed.
+Long because every part of the page is reported here of what is computed.
 """
 
 import tempfile
@@ -159,10 +159,10 @@ class Explorer:
         document.add_next_tick_callback(act)
 
     def show(self, request: PageRequest, snapshot: Live, rested: bool) -> None:
-        """Draw what the formulas say, and let those engines be run that serve the scene.
+        """Draw what the formulas say, and let those engines be run that support the scene.
 
         Tables make the browser lay out the whole page anew, and wait until the knobs have ``rested``.  Where it is not
-        known yet which engines serve it, the picture waits for the power of its circuit.
+        known yet which engines support it, the picture waits for the power of its circuit.
         """
         self.live, self._drawn = snapshot, request
         self._beside.add(request.tables, of_coil(snapshot.problem), self.pinned[0] if self.pinned else None)

@@ -166,7 +166,7 @@ def _nothing(name: str, columns: Iterable[str]) -> ColumnDataSource:
 
 
 def _put(source: ColumnDataSource, data: dict[str, Any]) -> None:
-    """Show other data, of lists; nothing is sent where they are the same."""
+    """Show other data, of lists; nothing is sent if they are the same."""
     if source.data != data:
         source.data = data
 
@@ -195,7 +195,7 @@ def _columns(curve: PowerCurve | None, scaled: float) -> dict[str, Any]:
 def pinned_curve(live: Live, runs: list[dict[str, Any]]) -> tuple[Floats, Floats] | None:
     """The power of a pinned design over the key: of the engine nearest to the truth, a circuit's by its own ``runs``.
 
-    Never the curve of a resistor in a circuit's place; None where nothing is known yet.
+    Never the curve of a resistor in a circuit's place; None if nothing is known yet.
     """
     if not live.instead:
         curve = next((live.curves[name] for name in FORMULAS if name in live.curves), None)

@@ -22,7 +22,7 @@ Point = tuple[dict[str, Any], str, float]  # tables of a design, and a key with 
 class RunPanel:
     """The buttons of a page and the points of its runs.
 
-    ``point`` gives tables, key and value of the working point, or None; ``changed`` is told when a run has ended;
+    ``point`` gives tables, key and value of the working point, or None; ``changed`` is reported when a run has ended;
     ``soon`` calls a function where the page may be changed.
     """
 
@@ -51,7 +51,7 @@ class RunPanel:
         return button(name, f"{kind}-{engine}", lambda: action(engine), right=6)
 
     def serve(self, refusals: dict[str, Diagnostic | None]) -> None:
-        """Let those engines be run that serve the scene, and say below why the others are greyed."""
+        """Let those engines be run that support the scene, and say below why the others are greyed."""
         reasons = [f"{name}: {why}" for name, why in refusals.items() if name in SAMPLERS and why is not None]
         without = [name for name in SAMPLERS if name not in refusals]
         reasons += [f"{' and '.join(without)}: for a load that is a netlist, such as a bridge"] * bool(without)
@@ -105,7 +105,7 @@ class RunPanel:
         self.points = [run for run in self.points if run not in before] + [best]
 
     def shown(self, tables: dict[str, Any], key: str) -> list[dict[str, Any]]:
-        """The points over a key; ``own`` says that one is of this very design but for the key."""
+        """The points over a key; ``own`` states that one is of this very design but for the key."""
         rest = without(tables, key)
         return [run | {"own": run["rest"] == rest} for run in self.points if run["key"] == key]
 

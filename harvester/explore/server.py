@@ -109,7 +109,7 @@ def report_failure(loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> 
 
 
 def hosts_of(host: str, port: int) -> tuple[str, ...]:
-    """What a request may name as its host: the address itself, and localhost where that is this machine's own."""
+    """What a request may name as its host: the address itself, and localhost if that is this machine's own."""
     bracketed = f"[{host}]" if ":" in host else host
     return (f"{bracketed}:{port}", *([f"localhost:{port}"] if host == HOST else []))
 
@@ -117,7 +117,7 @@ def hosts_of(host: str, port: int) -> tuple[str, ...]:
 def free_port(port: int, host: str = HOST) -> int:
     """The port itself, or any free one for 0.
 
-    Raises InputError where another program has it, and for a ``host`` that is not one address of this machine.
+    Raises InputError if another program has it, and for a ``host`` that is not one address of this machine.
     """
     must = "`host` must be an IP address of this machine, such as 192.168.1.20"
     try:

@@ -32,7 +32,7 @@ def meaning_of(key: str) -> str:
 
 
 def unit_on_page(key: str) -> str:
-    """The SI unit of a key, "" for a number; that of a netlist's parameter is told by its first letter."""
+    """The SI unit of a key, "" for a number; that of a netlist's parameter is determined by its first letter."""
     if key in _MEASURED:
         return _MEASURED[key][0]
     table, name = split_key(key)
@@ -40,11 +40,11 @@ def unit_on_page(key: str) -> str:
         return _OF_PARAMETERS.get(name.removeprefix("parameters.")[:1], "")
     kind = key_kind(table, name)
     unit = kind.unit if kind else ""
-    return "" if unit.startswith("1/") else unit  # "2.5 1/m" is no text that a scene file takes
+    return "" if unit.startswith("1/") else unit  # "2.5 1/m" is not a text that a scene file takes
 
 
 def written(key: str, value: float, like: str = "") -> str:
-    """A value in SI units as a text, in the unit of the text ``like`` where that is one of its own, such as g^2/Hz."""
+    """A value in SI units as a text, in the unit of the text ``like`` if that is one of its own, such as g^2/Hz."""
     unit = unit_on_page(key)
     kind = key_kind(*split_key(key))
     like_unit = (split_unit(like) or (0.0, ""))[1]
@@ -59,7 +59,7 @@ def written(key: str, value: float, like: str = "") -> str:
 
 
 def exactly(key: str, value: float) -> str:
-    """A value as `written`, or with all of its digits where that would lose some."""
+    """A value as `written`, or with all of its digits if that would lose some."""
     text = written(key, value)
     return text if read_value(key, text) == value else f"{value!r} {unit_on_page(key)}".rstrip()
 
@@ -74,7 +74,7 @@ def prefixed(value: float, unit: str) -> str:
 def normal(key: str, text: str) -> str:
     """A text that a scene file takes, from one as it is typed: "470k" for a resistance becomes "470 kohm".
 
-    Raises InputError for a text that is no value of the key.
+    Raises InputError for a text that is not a value of the key.
     """
     value = read_value(key, text.strip())
     kind = key_kind(*split_key(key))
@@ -83,7 +83,7 @@ def normal(key: str, text: str) -> str:
 
 
 def in_file(key: str, text: str) -> float | str:
-    """What stands in a scene file for a text of the page: the text, or a number where it has no unit."""
+    """What stands in a scene file for a text of the page: the text, or a number if it has no unit."""
     return text if (split_unit(text) or (0.0, ""))[1] else read_value(key, text)
 
 

@@ -21,7 +21,7 @@ def column(*inside: Any, **look: Any) -> Any:
 
 
 def flow(*inside: Any, **look: Any) -> Any:
-    """Parts beside each other, and below where there is no room."""
+    """Parts beside each other, and below if there is no room."""
     return pn.FlexBox(*inside, **_WIDE | look)
 
 

@@ -60,7 +60,7 @@ def densities(result: DensitiesShape, title: str | None) -> Plot:
 
 
 def _curve(here: Any, name: str, unit: str, at: Floats, density: Floats) -> None:
-    """Draw a density where it is not all but 0."""
+    """Draw a density if it is not all but 0."""
     of = scale(name, unit, at)
     shown = density > _LEAST * density.max()
     here.plot(at[shown] / of.factor, density[shown] * of.factor, color=_INK, linewidth=1.2, zorder=2)

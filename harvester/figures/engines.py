@@ -43,7 +43,7 @@ def estimate(answer: EstimateShape, title: str | None) -> Plot:
 
 
 def _errors(here: Axes, answer: EstimateShape) -> None:
-    """Draw the errors of sampling, step and model as a bar each."""
+    """Draw the sampling errors, step and model as a bar each."""
     power = answer.mean_power
     parts = {"sampling, 95 %": power.stderr and power.sampling95, "step": power.bias, "model, estimated": power.model}
     by = abs(power.value) / 100.0
@@ -64,7 +64,7 @@ def _errors(here: Axes, answer: EstimateShape) -> None:
 
 
 def comparison(estimates: Sequence[EstimateShape], curves: Sequence[PathShape], title: str | None) -> Plot:
-    """Draw each engine's power with its whole error, and V of one path from three sources, with and without the stop.
+    """Draw each engine's power with its total error, and V of one path from three sources, with and without the stop.
 
     The axis of the powers need not begin at zero: what is compared is differences and errors.
     """
@@ -100,7 +100,7 @@ def _powers(powers: Axes, estimates: Sequence[EstimateShape]) -> None:
 
 
 def _with_error(power: Value) -> str:
-    """A power with its whole error to two digits; without one where it is not known, or cannot be seen beside it."""
+    """A power with its total error to two digits; without one if it is not known, or cannot be seen beside it."""
     error = power.error95
     if error is None or error <= _SEEN * abs(power.value):
         return f"{power.value:.4g}"
@@ -109,7 +109,7 @@ def _with_error(power: Value) -> str:
 
 
 def in_words(power: Value, unit: str) -> str:
-    """A power with its whole error and its unit, such as "8.27 ± 0.23 µW"."""
+    """A power with its total error and its unit, such as "8.27 ± 0.23 µW"."""
     of = scale("", unit, [power.value]) if unit else Scale(1.0, "( )")
     return f"{_with_error(power.scaled(1.0 / of.factor))} {of.label[2:-1]}".rstrip()
 
@@ -145,7 +145,7 @@ def _relative_place(value: float, values: list[float]) -> float:
 
 
 def _label(answer: EstimateShape) -> str:
-    """The label of an engine, which says so where there is no error to draw."""
+    """The label of an engine, which reports it if there is no error to draw."""
     return answer.engine if answer.mean_power.error95 else f"{answer.engine}\n(error not known)"
 
 

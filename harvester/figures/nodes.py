@@ -35,7 +35,7 @@ def node(answer: NodeShape, title: str | None) -> Plot:
 
 
 def design(answer: DesignShape, title: str | None) -> Plot:
-    """Draw the power that each circuit gives with its whole error, beside the one needed; the chosen one is first."""
+    """Draw the power that each circuit gives with its total error, beside the one needed; the chosen one is first."""
     x = scale("power available at the voltage needed", "W", [each.available.value for each in answer.candidates])
     names = []
     with styled():

@@ -53,7 +53,7 @@ class _Evaluations:
 
     @property
     def bars(self) -> Floats | None:
-        """Their errors, where there are any and not too many to be seen."""
+        """Their errors, if there are any and not too many to be seen."""
         return self.error if self.error.any() and len(self.x) <= _MOST_BARS else None
 
 

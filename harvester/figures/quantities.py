@@ -84,7 +84,7 @@ def mark(axis: Axis, key: str, values: Any, logarithmic: bool) -> float:
 
 
 def logarithm(axis: Axis, prefixes: bool = False) -> None:
-    """Make an axis logarithmic, with ticks 1 k, 10 k, 1 M (``prefixes``), or .001, .1, 100 and 10⁻⁵."""
+    """Make an axis logarithmic, with ticks 1 k, 10 k, 1 M (``prefixes``), or 0.001, 0.1, 100 and 10⁻⁵."""
     getattr(axis.axes, f"set_{axis.axis_name}scale")("log")  # type: ignore[attr-defined]
     axis.set_major_formatter(_TickFormat(prefixes))
     axis.set_minor_formatter(_TickFormat(prefixes))
@@ -101,7 +101,7 @@ def plain(value: float) -> str:
 
 
 def amount(value: float, unit: str) -> str:
-    """A number with its unit in the one style of legends: 23.7 kΩ, 0.9, 10⁻⁵ (m/s²)²/Hz; "" is no unit."""
+    """A number with its unit in the one style of legends: 23.7 kΩ, 0.9, 10⁻⁵ (m/s²)²/Hz; "" is not a unit."""
     if unit not in _PREFIXED:
         return f"{plain(value)} {written(unit)}".rstrip()
     of = scale("", unit, [value])
@@ -123,7 +123,7 @@ def broken(label: str, most: int) -> str:
 
 
 class _TickFormat(Formatter):
-    """Ticks of a logarithmic axis: at the decades, and also at 2 and 5 where it has at most two of them."""
+    """Ticks of a logarithmic axis: at the decades, and also at 2 and 5 if it has at most two of them."""
 
     def __init__(self, prefixes: bool) -> None:
         self._engineering = EngFormatter(sep=" ") if prefixes else None

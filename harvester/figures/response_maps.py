@@ -23,7 +23,7 @@ def is_map(answers: Sequence[ResponseShape]) -> bool:
 
 
 def response_map(answers: Sequence[ResponseShape], title: str | None, per_g: bool) -> Plot:
-    """Draw a map of the power for each direction (one where they are alike), and the largest of each value as a line.
+    """Draw a map of the power for each direction (one if they are alike), and the largest of each value as a line.
 
     ``per_g``: the power over the square of the base's amplitude.
     """

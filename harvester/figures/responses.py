@@ -35,7 +35,7 @@ Curve = tuple[ResponseShape, str, dict[str, Any]]  # a response, its direction, 
 def response(answers: Sequence[ResponseShape], title: str | None, per_g: bool = False) -> Plot:
     """Draw power, RMS voltage, RMS displacement and phases, with a bar for each half-power bandwidth of one response.
 
-    Up and down are one curve where they cannot be told apart.  Several responses differ in colour; of many values of
+    Up and down are one curve if they cannot be told apart.  Several responses differ in colour; of many values of
     one key the power is drawn as a map (`response_maps`).  ``per_g``: power over the square of the base's amplitude in
     g, voltage and displacement over it.
     """
@@ -164,7 +164,7 @@ def _phases(axes: Axes, curves: Sequence[Curve], hertz: float, physical: bool) -
 
 
 def _unwrapped(phases: Sequence[float | None]) -> Floats:
-    """Phases in degrees without jumps, their first from -90 to 270; nan where they are not known."""
+    """Phases in degrees without jumps, their first from -90 to 270; nan if they are not known."""
     y = np.array([np.nan if p is None else p for p in phases])
     known = np.isfinite(y)
     y[known] = np.unwrap(np.mod(y[known] + 90.0, 360.0) - 90.0, period=360.0)
@@ -204,7 +204,7 @@ def _alike(answer: ResponseShape, name: str) -> bool:
 
 
 def _note(curves: Sequence[Curve], several: int) -> str:
-    """What the error bars are; their size where they are too small to be seen; which curves are not drawn."""
+    """What the error bars are; their size if they are too small to be seen; which curves are not drawn."""
     everything: list[Value] = [p.mean_power for a, d, _ in curves for p in a.sweep(d)]
     error, largest = max(v.known_error95 for v in everything), max(abs(v.value) for v in everything)
     shown = len({id(a) for a, _, _ in curves})

@@ -265,7 +265,7 @@ class PaperPointShape(TheoriesShape, Protocol):
 
 
 class DriveShape(Protocol):
-    """The response at one drive frequency; phases in degrees, None where they are not known."""
+    """The response at one drive frequency; phases in degrees, None if they are not known."""
 
     @property
     def frequency(self) -> float: ...
@@ -282,7 +282,7 @@ class DriveShape(Protocol):
 class ResponseShape(Protocol):
     """A frequency response in the directions "up", "down" or "from rest", and the edges of its half-power bandwidth.
 
-    ``varied`` are the scene keys that it has of its own, ``level`` is the base's amplitude in g, where there is one.
+    ``varied`` are the scene keys that it has of its own, ``level`` is the base's amplitude in g, if there is one.
     """
 
     @property
@@ -325,7 +325,7 @@ class SweepRowShape(Protocol):
 
 
 class SweepShape(Protocol):
-    """Rows of a sweep; ``listed`` says that the axes hold the values of one point after another.
+    """Rows of a sweep; ``listed`` states that the axes hold the values of one point after another.
 
     ``along`` is the axis that curves are drawn along.
     """

@@ -15,9 +15,9 @@ _REACH = (0.1, 0.35)  # of the range: how far a local fit goes at least and at m
 def local_fit(positions: Floats, values: Floats, errors: Floats, near: float) -> tuple[Floats, Floats, Floats] | None:
     """A parabola through the values at places (n,) about ``near``, and the half-width of its 95 % band.
 
-    Least squares with the weights of the ``errors`` of sampling (n,), where there are any.  The covariance of the
-    coefficients is (X' W X)^-1, larger by the misfit chi^2/(n - 3) where that is above 1.  Returns places, values and
-    half-widths, each of shape (m,); None where there are too few values.
+    Least squares with the weights of the ``errors`` of sampling (n,), if there are any.  The covariance of the
+    coefficients is (X' W X)^-1, larger by the misfit chi^2/(n - 3) if that is above 1.  Returns places, values and
+    half-widths, each of shape (m,); None if there are too few values.
     """
     distance = np.abs(positions - near)
     reach = float(np.clip(np.sort(distance)[:_ENOUGH][-1], *_REACH)) * (1.0 + 1e-9)
@@ -40,7 +40,7 @@ def smooth(positions: Floats, values: Floats, errors: Floats, at: Floats) -> Flo
     """Values at places ``at``, shape (m, keys), from those at ``places``, shape (n, keys) within 0 to 1; shape (m,).
 
     By a thin-plate spline, smoothed as a regression by Gaussian processes would: the more, the
-    larger the ``errors`` of sampling, shape (n,), are against the spread of the values.  nan where no evaluation is
+    larger the ``errors`` of sampling, shape (n,), are against the spread of the values.  nan if no evaluation is
     within a quarter of the range.
     """
     from scipy.interpolate import RBFInterpolator

@@ -86,7 +86,7 @@ def styled() -> Iterator[None]:
 
 
 def new(rows: int, columns: int, size: tuple[float, float], **options: Any) -> tuple[Plot, Any]:
-    """A new figure of a size in inches and its axes, without pyplot (.2 s to load, and it keeps every figure)."""
+    """A new figure of a size in inches and its axes, without pyplot (0.2 s to load, and it keeps every figure)."""
     with styled():
         figure = Plot(figsize=size, layout="constrained")
         return figure, figure.subplots(rows, columns, **options)
@@ -137,7 +137,7 @@ def legend(figure: Figure, note: str = "", more: Iterable[Any] = ()) -> None:
 
 
 def curve(axes: Axes, x: Floats, y: Floats, error: Floats, style: dict[str, Any], dot: str = "o") -> None:
-    """Draw a line or markers, with intervals y +- error where there are any.
+    """Draw a line or markers, with intervals y +- error if there are any.
 
     nan breaks the line; a point without neighbours, which no line shows, is a marker ``dot``.
     """

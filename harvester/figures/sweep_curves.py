@@ -31,7 +31,7 @@ class Levels:
     """Mean powers of rows and their errors, each of shape (n,), in W over the unit drawn.
 
     ``sampling`` are half the 95 % intervals of sampling and ``step`` the other errors of engines that sample;
-    ``model`` is the error that an engine without samples states of itself.  All are 0 where there is none; together
+    ``model`` is the error that an engine without samples states of itself.  All are 0 if there is none; together
     they are the error of `Value.error95`, or what is known of it.
     """
 
@@ -105,7 +105,7 @@ def style(engine: str, table: SweepShape, number: int, groups: int, points: int)
 
 
 def legend_lines(curves: dict[str, Any], engines: list[str], points: int) -> list[Line2D]:
-    """The legend entries where there are several values of the other keys: the engines in ink, then each value."""
+    """The legend entries if there are several values of the other keys: the engines in ink, then each value."""
     if len(curves) < 2:
         return []
     entries = []

@@ -105,7 +105,7 @@ def _ratios(
 
 
 def _widen(low: Axes) -> None:
-    """Choose the axis of ratios: a close look where all are near 1, else one from 0."""
+    """Choose the axis of ratios: a close look if all are near 1, else one from 0."""
     near, far = low.dataLim.y0, low.dataLim.y1
     if not (np.isfinite([near, far]).all() and near > 0.5 and far < 1.5):
         low.set_ylim(0.0, None)

@@ -123,7 +123,7 @@ def meets_stop(t: Floats, y: Floats) -> bool:
 
 
 def first_sample(t: Floats, y: Floats) -> int:
-    """From where a ring-down against a stop is fitted: its beginning, or the first impact where that is too near."""
+    """From where a ring-down against a stop is fitted: its beginning, or the first impact if that is too near."""
     at = impacts(t, y)
     return 0 if not at or at[0] >= FEWEST else at[0] + 1
 
@@ -141,7 +141,7 @@ def start(t: Floats, y: Floats, frequency: float | None = None, quality: float |
 
     ``frequency`` (Hz) and ``quality`` are those that other measurements give.
 
-    Raises InputError where there are too few samples in a swing.
+    Raises InputError if there are too few samples in a swing.
     """
     swing = frequency or _frequency(t, y)
     if len(t) / (t[-1] - t[0]) < FEWEST * swing:

@@ -38,7 +38,7 @@ class Channel:
     signless: bool = False  # an angle of a sensor with unknown sign
 
     def residuals(self, values: dict[str, float], kept: Floats) -> Floats:
-        """Measurement minus model at all points, shape (n,); ``kept`` is 0 where a point is left out."""
+        """Measurement minus model at all points, shape (n,); ``kept`` is 0 if a point is left out."""
         off = self.values - self.model(values, kept)
         if self.signless and abs(np.mean(np.exp(1j * off)[kept > 0.0]).real) > 0.0:
             off = off - (math.pi if np.mean(np.cos(off[kept > 0.0])) < 0.0 else 0.0)
@@ -160,7 +160,7 @@ def fit(
 
     ``few`` are the channels of thinned measurements, by which the starts are judged.
 
-    Raises InputError where there are fewer points than the parameters need.
+    Raises InputError if there are fewer points than the parameters need.
     """
     from scipy.optimize import least_squares
 

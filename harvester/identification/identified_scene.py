@@ -88,7 +88,7 @@ def is_whole(result: IdentificationResult) -> bool:
 def write(path: Path, result: IdentificationResult, title: str, force: bool) -> None:
     """Write the scene file, whole or not at all.
 
-    Raises InputError where the file is there and not to be overwritten, or cannot be written.
+    Raises InputError if the file is there and not to be overwritten, or cannot be written.
     """
     scene_file.check(path, force)
     content = text(result, title)

@@ -1,6 +1,6 @@
 """The parameters of a device from measurements of one or several kinds, fitted jointly, with 95 % intervals.
 
-Where the data do not determine a parameter the answer says so, and what would: an impedance alone gives theta^2/M.
+Where the data do not determine a parameter the answer reports it, and what would: an impedance alone gives theta^2/M.
 """
 
 import dataclasses
@@ -119,7 +119,7 @@ def _fit(measurements: list[Measurement], known: dict[str, float], bouncing: boo
         raise InputError("one FILE alone must be a ring-down against a stop, but several displacements are given")
     names = chosen(measurements, known, bouncing)
     if not names:
-        raise InputError("FILE must hold what `known` leaves open, but nothing is left to fit")
+        raise InputError("nothing is left to fit: `known` already gives every parameter that FILE could determine")
     others = _fit(beside, known, False).values() if bouncing and chosen(beside, known, False) else {}
     few = channels([thinned(data, 50) for data in measurements], bouncing)
     begin = starts(measurements, names, known, bouncing, others)

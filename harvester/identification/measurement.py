@@ -47,7 +47,7 @@ class _OverLoad:
 class BaseResponse(_OverLoad):
     """Voltage (V), displacement (m) or speed (m/s) per base acceleration of 1 m/s^2 at frequencies f, shape (n,).
 
-    ``phase`` (rad) is None where it was not measured; the sign of the sensor is not known.
+    ``phase`` (rad) is None if it was not measured; the sign of the sensor is not known.
     """
 
     name: str

@@ -18,7 +18,7 @@ LEAST = 1e-6  # of the size: a smaller residual is rounding
 
 
 def without_outliers(off: Floats, noise: float, x: Floats) -> Floats:
-    """1 where a residual at x is kept, 0 where it is an outlier, all of shape (n,)."""
+    """1 if a residual at x is kept, 0 if it is an outlier, all of shape (n,)."""
     order = np.argsort(x, kind="stable")
     far = np.abs(off[order]) > OUTLIER * noise
     edges = np.flatnonzero(np.diff(np.concatenate(([0], far.astype(int), [0]))))
@@ -31,14 +31,14 @@ def without_outliers(off: Floats, noise: float, x: Floats) -> Floats:
 
 @dataclass(frozen=True)
 class Pattern:
-    """A residual that is no noise: the ``correlation`` of neighbours, and where it is strongest, ``at`` (Hz)."""
+    """A residual that is no noise: the ``correlation`` of neighbours, and if it is strongest, ``at`` (Hz)."""
 
     correlation: float
     at: float
 
 
 def pattern(off: Floats, x: Floats, relative: float, of_time: bool) -> Pattern | None:
-    """The pattern of residuals at x (Hz, or s where ``of_time``), shape (n,); None where they may be noise.
+    """The pattern of residuals at x (Hz, or s where ``of_time``), shape (n,); None if they may be noise.
 
     ``relative`` is their size over that of what was measured.
     """

@@ -88,7 +88,7 @@ def poles(device: Device, load: float) -> Complexes:
 def decay(device: Device, t: Floats, y: Floats, load: float, weights: Floats) -> Floats:
     """The sum of the modes, and a constant, that is nearest to y at the times t: linear least squares, shape (n,).
 
-    ``weights`` are 0 where a point is left out.
+    ``weights`` are 0 if a point is left out.
     """
     s = poles(device, load)
     pair = s[np.argmax(np.abs(s.imag))]

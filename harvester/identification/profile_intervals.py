@@ -3,7 +3,7 @@
     S(c) = min of the weighted sum of squares over all parameters with g(p) = c
     the interval is where S(c) - S(best) <= t^2 k,  t = Student's 0.975 quantile
 
-k is 1 where the noise is what its channel's level says; where it grows with the signal, or is rare and large, the
+k is 1 if the noise is what its channel's level says; where it grows with the signal, or is rare and large, the
 residuals tell by how much more g scatters (the sandwich variance over the plain one), and k is that, never below 1.
 Along the way the other parameters follow by Gauss and Newton's steps with the Jacobian of the best fit.
 """

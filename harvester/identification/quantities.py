@@ -14,7 +14,7 @@ NEEDED = ("oscillator.mass", "oscillator.stiffness", "piezo.coupling", "piezo.ca
 class Quantity:
     """One number: its key, unit and meaning, and what it is of the parameters by name, of which it ``needs`` some.
 
-    ``above_0`` says that its interval is one of its logarithm.
+    ``above_0`` states that its interval is one of its logarithm.
     """
 
     key: str

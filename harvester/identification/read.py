@@ -38,7 +38,7 @@ _DECAYS = {
 }
 _PHASE = {"phase", "theta", "angle", "arg", "phi", "deg"}
 _LOAD = re.compile(r"(?:@|\bat\b|\bload\b|\bRL?\b)\s*[:=]?\s*(\d[\d.]*\s*[\w.Ωµ]*|short|open|clamped)", re.IGNORECASE)
-_LOAD_IN_PROSE = re.compile(  # stricter: "measured at 25 °C" is no load
+_LOAD_IN_PROSE = re.compile(  # stricter: "measured at 25 °C" is not a load
     r"\b(?:load|load resistance|RL?)\s*(?:[:=]|\bis\b)?\s*"
     r"(\d[\d.]*(?:e[+-]?\d+)?\s*[munµkMG]?(?:ohm|Ω|\u2126)|\d[\d.]*\s*[kMG](?=\s*$)|(?:short|open|clamped)\b)",
     re.IGNORECASE,
@@ -100,7 +100,7 @@ def _state(state: str, remarks: Iterable[str], key: str) -> tuple[float | None, 
 
 
 def _in_hertz(column: CsvColumn, key: str) -> Floats:
-    """A column of frequencies, in Hz where it has no unit."""
+    """A column of frequencies, in Hz if it has no unit."""
     f = column.in_si(FREQUENCY)
     if f is None and column.stated:
         raise invalid(f"{key} column {column.name!r}", "have a unit such as Hz", column.stated)
@@ -119,7 +119,7 @@ def _load(text: str, key: str) -> float:
 
 
 def _impedance(table: CsvTable, f: Floats) -> Complexes | None:
-    """The impedance of a table, from whichever pair of columns it has; None where it has none."""
+    """The impedance of a table, from whichever pair of columns it has; None if it has none."""
 
     def part(kind: Kind, *names: str) -> Floats | None:
         for column in table.columns:
@@ -151,7 +151,7 @@ def _impedance(table: CsvTable, f: Floats) -> Complexes | None:
 
 
 def _phase(table: CsvTable) -> Floats | None:
-    """The phase in rad; in degrees where it has no unit and goes beyond what radians do."""
+    """The phase in rad; in degrees if it has no unit and goes beyond what radians do."""
     for column in table.columns:
         if set(column.words) & _PHASE:
             unit = column.stated.replace("°", "deg").replace("degrees", "deg")

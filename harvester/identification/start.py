@@ -53,7 +53,7 @@ def _couples(data: Measurement) -> bool:
 
 
 def meets(data: Measurement, bouncing: bool) -> bool:
-    """Whether a measurement is the ring-down that meets the stop, of which ``bouncing`` says that there is one."""
+    """Whether a measurement is the ring-down that meets the stop, of which ``bouncing`` states that there is one."""
     return bouncing and isinstance(data, Decay) and data.of == "displacement"
 
 
@@ -175,7 +175,7 @@ def _turning(admittance: Complexes) -> float:
 
 
 def _loss(measurements: Sequence[Measurement]) -> float:
-    """The dielectric loss: what is left of the conductance where it is least."""
+    """The dielectric loss: what is left of the conductance if it is least."""
     losses = [
         float(np.quantile((1.0 / m.z).real / np.abs((1.0 / m.z).imag), 0.1))
         for m in measurements

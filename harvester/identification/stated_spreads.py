@@ -41,7 +41,7 @@ class ScenesSpreads:
 
 
 def spreads_of(text: str, scene: Scene) -> ScenesSpreads:
-    """The spreads that the text of a scene file states; empty where it states none."""
+    """The spreads that the text of a scene file states; empty if it states none."""
     intervals, derived = _intervals(text)
     vary, deviations, left_out = dict[str, str](), dict[str, float](), list[str]()
     for key, (low, high) in intervals.items():
@@ -75,7 +75,7 @@ def _intervals(text: str) -> tuple[dict[str, tuple[float, float]], dict[str, tup
 
 
 def _ends(match: "re.Match[str]") -> tuple[float, float] | None:
-    """The ends of an interval; None where they are none."""
+    """The ends of an interval; None if they are none."""
     try:
         low, high = float(match[2]), float(match[3])
     except ValueError:

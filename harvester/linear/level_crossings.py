@@ -68,7 +68,7 @@ def peaks(eqs: Equations) -> tuple[GaussianPeaks, GaussianPeaks]:
 
     From the moments of `harvester.linear.transfer.white` and V' = x' - mu V, hence E[V'^2] = E[x'^2] - mu^2 E[V^2].
 
-    Raises SimulationError where no stationary response exists, CannotServeError for several modes.
+    Raises SimulationError if no stationary response exists, CannotServeError for several modes.
     """
     check_one_mode(eqs)
     moments, n1, mu = white(eqs), eqs.n1 or 0.0, eqs.mu or 0.0

@@ -1,6 +1,6 @@
-"""What a record cannot know: the shaking beyond half its sampling rate, and that between its end and its beginning.
+"""What a record cannot know: the excitation beyond half its sampling rate, and that between its end and its beginning.
 
-Of a record that was drawn from a tabulated density it is the shaking between its lines.  All are weighed by the
+Of a record that was drawn from a tabulated density it is the excitation between its lines.  All are weighed by the
 response of the linear equations, E[V^2] = sum of |H|^2 p over the lines p of the record.
 """
 
@@ -16,7 +16,7 @@ from harvester.linear.transfer import gains
 from harvester.presentation.diagnostic import Diagnostic, warning
 from harvester.records.records import BRIDGE, Record, bridge
 
-BEYOND, JOIN = 1e-3, 5e-3  # of E[V^2], from which on it is told
+BEYOND, JOIN = 1e-3, 5e-3  # of E[V^2], from which on it is reported
 LEAST_LOSS = 1e-6  # of the linear response, so that it has a size
 FINER = 16  # times as many lines show what the lines of a density leave out
 CUTS = 8  # other ends of a record, within a period of its strongest response
@@ -42,7 +42,7 @@ def record_doubts(eqs: Equations) -> list[Diagnostic]:
 
 
 def join_change(eqs: Equations) -> float:
-    """How much E[V^2] may change, relative, by where a record ends and how it is joined; 0 where it has no bridge.
+    """How much E[V^2] may change, relative, by where a record ends and how it is joined; 0 if it has no bridge.
 
     It ends by chance: the largest change by `CUTS` ends up to a period of the strongest response before is taken,
     and that without the bridge.

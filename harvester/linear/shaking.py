@@ -23,7 +23,7 @@ NODES = (16, 12)  # of a panel, for the integral and for its error
 STEEP = 4.0  # change of the density's logarithm over a panel, at most
 BELOW, ABOVE = 40.0, 10.0  # in ln f beyond all poles: e^-40 is left at |H|^2 f, and less above at |H|^2/f
 AT_ONCE = 4096  # panels, so that a table of a million rows takes no more memory than a short one
-NEAREST = 1e-16  # pole to the axis that is told from one on it
+NEAREST = 1e-16  # pole to the axis that is reported from one on it
 TURN = 2.0 * math.pi
 
 
@@ -74,7 +74,7 @@ def _integral(eqs: Equations) -> tuple[Floats, Floats]:
 
 
 def _density(eqs: Equations, f: Floats) -> Floats:
-    """The one-sided density G of the shaking: the table's, or 4 D |F|^2 of a filter F."""
+    """The one-sided density G of the excitation: the table's, or 4 D |F|^2 of a filter F."""
     if eqs.density is not None:
         return eqs.density.at(f)
     w = TURN * f

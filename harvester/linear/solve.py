@@ -29,7 +29,7 @@ class MeanSquare(NamedTuple):
 def solve(eqs: Equations) -> MeanSquare:
     """The stationary E[V^2] of linear equations without a stop.
 
-    Raises UnboundedResponseError where nothing takes energy, or more is fed than taken.
+    Raises UnboundedResponseError if nothing takes energy, or more is fed than taken.
     """
     check_bounded(eqs)
     at_one = white(eqs)

@@ -1,4 +1,4 @@
-"""How a study is carried out, apart from what it computes: by whom, into which folder, and who is told of it."""
+"""How a study is carried out, apart from what it computes: by whom, into which folder, and who is reported of it."""
 
 import dataclasses
 import functools

@@ -1,4 +1,4 @@
-"""Files that are read only where they are files, and written whole or not at all: under another name, then renamed."""
+"""Files that are read only if they are files, and written whole or not at all: under another name, then renamed."""
 
 import contextlib
 import os
@@ -16,7 +16,7 @@ VECTOR = ("svg", "pdf")  # forms of a figure beside its .png
 def folder(path: str | Path, argument: str = "out") -> Path:
     """Make sure that a folder exists and can be written, and return it; errors name the ``argument``.
 
-    Raises InputError where it cannot be made or written.
+    Raises InputError if it cannot be made or written.
     """
     if not str(path):  # Path("") is the present folder: an unset variable of a shell
         raise invalid(f"`{argument}`", "be a folder", "")
@@ -35,7 +35,7 @@ def folder(path: str | Path, argument: str = "out") -> Path:
 def read(path: str | Path, argument: str, most: int) -> bytes:
     """Read a file of at most ``most`` bytes; errors begin with ``argument``, such as "`points`".
 
-    Raises InputError where it is no regular file, is longer, or cannot be read.
+    Raises InputError if it is not a regular file, is longer, or cannot be read.
     """
     data = read_part(path, argument, 0, most + 1)
     if len(data) > most:
@@ -48,7 +48,7 @@ def read_part(path: str | Path, argument: str, begin: int, most: int) -> bytes:
 
     Only a regular file is read: a pipe would wait for its writer, and a device such as /dev/zero has no end.
 
-    Raises InputError where it is none, or cannot be read.
+    Raises InputError if it is none, or cannot be read.
     """
     name = shown(str(path))
     try:
@@ -74,11 +74,11 @@ def check_vector(forms: Sequence[str], argument: str = "vector") -> None:
 
 
 def remove(path: Path, argument: str = "out") -> None:
-    """Remove a file, where there is one; raises InputError for what cannot be removed, such as a folder."""
+    """Remove a file, if there is one; raises InputError for what cannot be removed, such as a folder."""
     try:
         path.unlink(missing_ok=True)
     except OSError as error:
-        raise InputError(f"`{argument}` must take {path.name}, but what is there stays: {error.strerror}") from None
+        raise InputError(f"`{argument}`: cannot write {path.name} over the existing one: {error.strerror}") from None
 
 
 def write(path: Path, content: str | bytes | Iterable[bytes], argument: str = "out") -> None:
@@ -86,7 +86,7 @@ def write(path: Path, content: str | bytes | Iterable[bytes], argument: str = "o
 
     ``content`` is one piece or several.
 
-    Raises InputError where the disk or the folder does not take it; an older file of that name stays as it was.
+    Raises InputError if the disk or the folder does not take it; an older file of that name stays as it was.
     """
     if isinstance(content, str):
         content = content.encode()

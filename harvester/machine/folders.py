@@ -16,7 +16,7 @@ VARIABLE = "NUMBA_CACHE_DIR"  # of the environment: another place for the cache
 
 
 def cache_folder() -> Path | None:
-    """The folder of the cache, made where it is missing; None where none can be written.
+    """The folder of the cache, made if it is missing; None if none can be written.
 
     Raises InputError for one that another user owns or may write.
     """
@@ -24,7 +24,7 @@ def cache_folder() -> Path | None:
 
 
 def private(path: Path) -> Path | None:
-    """A folder of the user, made where it is missing; None where it cannot be written; raises as `cache_folder`."""
+    """A folder of the user, made if it is missing; None if it cannot be written; raises as `cache_folder`."""
     try:
         path.mkdir(0o700, parents=True, exist_ok=True)
         state = path.stat()
@@ -41,7 +41,7 @@ def private(path: Path) -> Path | None:
 def bare(name: str, file: str) -> str:
     """The path of a folder, in the cache or else a temporary one, that holds an empty ``file`` and nothing else.
 
-    Raises InputError where something else is there, and as `cache_folder`.
+    Raises InputError if something else is there, and as `cache_folder`.
     """
     folder = (cache_folder() or Path(_temporary().name)) / name
     try:

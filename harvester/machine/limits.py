@@ -38,7 +38,7 @@ def check_limits() -> None:
 def check_streams() -> None:
     """Put nothing in the place of closed streams, where files that are opened later would get what is printed.
 
-    Raises InputError where stdout is closed: the answer would be lost.
+    Raises InputError if stdout is closed: the answer would be lost.
     """
     while (number := os.open(os.devnull, os.O_RDWR)) <= 2:
         os.set_inheritable(number, True)

@@ -1,7 +1,7 @@
 """How far a study has come: the one protocol by which studies tell a bar, a log or whatever else listens.
 
 A study calls `Progress.start` where its work begins, `Progress.step` as it goes on, and `Progress.close` at its end,
-also where that is an error.  Work is measured in one of two ways: by the fraction that is done, where nobody can count
+also if that is an error.  Work is measured in one of two ways: by the fraction that is done, if nobody can count
 it, or in rows of one or several kinds, such as the points of each engine of a sweep.
 """
 
@@ -77,7 +77,7 @@ class CallingBack(NoProgress):
 class PartOfProgress:
     """The progress of a part of some work, which itself is measured by its fraction: from ``begin`` on, a ``share``.
 
-    Whatever the part is measured in becomes the fraction of the ``whole``, which is told ``what`` is at work.
+    Whatever the part is measured in becomes the fraction of the ``whole``, which is reported ``what`` is at work.
 
     >>> told = []
     >>> part = PartOfProgress(CallingBack(lambda done, what: told.append((done, what))), 0.5, 0.25, "spice")

@@ -15,12 +15,12 @@ PACKAGES = ("numpy", "scipy", "numba", "PySpice", "matplotlib")
 
 
 def versions() -> dict[str, str]:
-    """Versions of Python, this package and the packages that compute; '' where one is not installed."""
+    """Versions of Python, this package and the packages that compute; '' if one is not installed."""
     return {"python": platform.python_version(), "harvester": __version__} | {name: version(name) for name in PACKAGES}
 
 
 def version(package: str) -> str:
-    """The version of an installed package; '' where it is not installed."""
+    """The version of an installed package; '' if it is not installed."""
     try:
         return metadata.version(package)
     except metadata.PackageNotFoundError:

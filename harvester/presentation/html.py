@@ -19,5 +19,5 @@ def table(title: str, head: Sequence[str], rows: Iterable[Sequence[str]], notes:
 
 
 def warnings(some: Iterable[str]) -> list[str]:
-    """Warnings as notes that say that they are warnings."""
+    """Warnings as notes that state that they are warnings."""
     return [f"warning: {text}" for text in some]

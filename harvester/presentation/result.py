@@ -32,7 +32,7 @@ class Result:
     Of a result's names, its fields but for ``INTERNAL`` ones and then ``DERIVED`` properties, the text shows all but
     ``NOT_SHOWN``, JSON all but ``NOT_IN_JSON`` (under other names where ``JSON_NAMES`` has some; of those ``OPTIONAL``
     only what is there), and the short repr those of ``SHORT``; ``RENAMED`` maps names of an earlier version to today's.
-    A field ``diagnostics`` becomes the notes and warnings, ``physical`` says whether the numbers have SI units.
+    A field ``diagnostics`` becomes the notes and warnings, ``physical`` states whether the numbers have SI units.
 
     Two results are equal where all that they say is, but for the seconds of computing.
     """

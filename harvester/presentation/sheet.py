@@ -15,7 +15,7 @@ from harvester.presentation.glossary import Term, term
 from harvester.presentation.table import Column, Table
 from harvester.uncertainty.value import Value, clock, percent
 
-ERROR_OF = "error_of_"  # before the name of a number: its whole error at 95 %
+ERROR_OF = "error_of_"  # before the name of a number: its total error at 95 %
 IN_THE_HEAD = frozenset({"engine", "seconds", "steps"})
 
 
@@ -75,7 +75,7 @@ class Sheet:
 def sheet(result: Presentable, head: str | None = None, units: AnswerUnits | None = None, unit: str = "") -> Sheet:
     """The sheet of a result; ``head`` replaces what it says of engine, seconds and steps.
 
-    ``units`` and ``unit`` are those of the result that it is a part of, where it does not know its own.
+    ``units`` and ``unit`` are those of the result that it is a part of, if it does not know its own.
     """
     units = result.unit_names if units is None or hasattr(result, "physical") else units
     page = Sheet(_head(result) if head is None else head)
@@ -166,7 +166,7 @@ def _text(content: Any, about: Term, unit: str) -> str:
 
 
 def quantity(number: Value | float, about: Term, unit: str) -> str:
-    """A number with its unit, and with its errors where it has them."""
+    """A number with its unit, and with its errors if it has them."""
     value = number if isinstance(number, Value) else Value(float(number))
     if about.kind == "share":
         return f"{value.scaled(100.0).format()} %"
@@ -181,7 +181,7 @@ def quantity(number: Value | float, about: Term, unit: str) -> str:
 
 
 def unit_of(about: Term, units: AnswerUnits, unit: str = "") -> str:
-    """The unit of a kind: of the scene, the result's, or the kind itself where it is no quantity of a scene."""
+    """The unit of a kind: of the scene, the result's, or the kind itself if it is not a quantity of a scene."""
     if about.kind == "own":
         return unit
     if about.kind in AnswerUnits.__dataclass_fields__:

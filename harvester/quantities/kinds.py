@@ -47,7 +47,7 @@ class Kind:
     def read(self, value: object) -> float:
         """The value in SI units, from a number or from a text with a unit; ValueError (``must ...``) for another.
 
-        The error's ``why`` (`harvester.quantities.units.Unread`) says which part of a text was not understood.
+        The error's ``why`` (`harvester.quantities.units.Unread`) names which part of a text was not understood.
         """
         return self._checked(*self._number(value))
 

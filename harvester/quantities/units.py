@@ -1,6 +1,6 @@
 """Numbers with units: "50.2 nF" is 5.02e-8 F, "0.01 g^2/Hz" an acceleration density; and the SI prefixes.
 
-pint knows the units; it loads (.3 s) only when a text carries one that is not among the usual ones.
+pint knows the units; it loads (0.3 s) only when a text carries one that is not among the usual ones.
 """
 
 import math
@@ -17,7 +17,7 @@ _NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?)\s*(.*)", 
 # Letters, products, quotients and one-digit powers of them; a tower of powers would take pint for ever.
 _UNIT = re.compile(r"(?:[A-Za-z_µμΩ·*/()\s]|\^-?[0-9](?!\s*\^))+")
 _POWERS = {"**": "^", "²": "^2", "³": "^3", "µ": "u", "μ": "u", "Ω": "ohm", "\u2126": "ohm", "√": "rt"}
-_INFIX = re.compile(r"(\d+)([pnukKMGR])(\d+)\s*(.*)", re.DOTALL)  # 4k7: the prefix stands for the decimal point
+_INFIX = re.compile(r"(\d+)([pnukKMGR])(\d+)\s*(.*)", re.DOTALL)  # 4k7: the prefix represents the decimal point
 # Units that are often written with other capitals: "50 nf", "3.2hz", "kOhm".  Not s, m, g, N: S is siemens, G giga.
 _WORDS = {"ohm": "ohm", "ohms": "ohm", "hz": "Hz", "hertz": "Hz", "f": "F", "farad": "F", "v": "V", "volt": "V"}
 _WORD = re.compile(r"([Mm]eg|MEG|[fpnumkKMGT]?)\s?(" + "|".join(sorted(_WORDS, key=len)[::-1]) + ")", re.IGNORECASE)
@@ -64,7 +64,7 @@ def prefix_factor(prefix: str) -> float | None:
 
 @lru_cache(1000)
 def unit_factor(text: str, unit: str | None) -> float | None:
-    """How many ``unit`` (None: SI base units) one ``text`` is, or None where it is no such unit."""
+    """How many ``unit`` (None: SI base units) one ``text`` is, or None if it is no such unit."""
     factor = USUAL_UNITS.get((text, unit))
     if factor is None and len(text) <= _LONGEST:
         text = respelled(text)
@@ -139,7 +139,7 @@ def factor_by_pint(text: str, unit: str | None) -> float | None:
         if turns not in (0.0, _ANGULAR.get(unit)):
             return None
         return float(quantity.to(unit).magnitude / (2.0 * math.pi) ** turns)
-    except Exception:  # of pint, tokenize, eval, ...: text that is no unit has no common error
+    except Exception:  # of pint, tokenize, eval, ...: text that is not a unit has no common error
         return None
 
 

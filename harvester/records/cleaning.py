@@ -1,4 +1,4 @@
-"""A logger's record made clean: one axis at even times, without offset and drift; what was found is told.
+"""A logger's record made clean: one axis at even times, without offset and drift; what was found is reported.
 
 What is mended: repeated times, times too coarse for the rate, jitter, gaps of a few samples (by a cubic), the mean and
 a linear drift.  What would be guessed is refused, with the remedy: long gaps, times that go back, a clipped signal.
@@ -125,7 +125,7 @@ def clean(path: str, axis: str | None, rate: float | None, part: Part | None = N
 
 
 def _unit_of(column: CsvColumn) -> list[Diagnostic]:
-    """What to tell of the unit that times are read in, where it does not stand in brackets."""
+    """What to tell of the unit that times are read in, if it does not stand in brackets."""
     if column.stated or column.clock:
         return []
     factor, _ = column.scale(TIME) or (None, 1)
@@ -144,7 +144,7 @@ def check_sizes(column: CsvColumn, values: Floats) -> None:
 
 
 def _axis(table: CsvTable, axis: str | None) -> CsvColumn:
-    """The column of an axis, x, y or z, or of that name; the only acceleration where none is asked for."""
+    """The column of an axis, x, y or z, or of that name; the only acceleration if none is asked for."""
     columns = table.find(is_acceleration)
     if axis is not None:
         short = axis.strip().lower()
@@ -208,7 +208,7 @@ def _refuse_clipped(values: Floats, warnings: list[Diagnostic]) -> None:
 
 
 def _without_drift(values: Floats, spacing: float, notes: list[Diagnostic]) -> Floats:
-    """The values without their mean and a straight line; each is noted where it is large."""
+    """The values without their mean and a straight line; each is noted if it is large."""
     t = spacing * (np.arange(len(values)) - 0.5 * (len(values) - 1))
     offset, slope = float(values.mean()), float(t @ values / (t @ t))
     rest = values - offset - slope * t

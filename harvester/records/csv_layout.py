@@ -27,7 +27,7 @@ CLOCK = re.compile(r"(?:(\d{4}-\d\d-\d\d|\d\d\.\d\d\.\d{4})[T ]+)?\d{1,2}:\d\d:\
 
 @dataclass(frozen=True)
 class Layout:
-    """The layout of a file: ``heads`` and ``units`` have a text for each column, empty where there is none.
+    """The layout of a file: ``heads`` and ``units`` have a text for each column, empty if there is none.
 
     ``rows`` are the lines of data, ``remarks`` those of comments and of what stands above the header.
     """
@@ -41,7 +41,7 @@ class Layout:
 
 
 def layout(text: str) -> Layout | None:
-    """The layout of a text; None where no line is a row of numbers."""
+    """The layout of a text; None if no line is a row of numbers."""
     remarks = tuple(line.rstrip() for line in text.splitlines() if line.lstrip().startswith(COMMENTS))
     plain = plain_lines(text)
     looked = plain[:LOOKED_AT]

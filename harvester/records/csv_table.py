@@ -39,7 +39,7 @@ _OTHER_UNITS = (  # a name and its unit without brackets
 class CsvColumn:
     """A column as it is written: ``head`` above it, the text of a row of units, its numbers with nan where missing.
 
-    ``clock`` says that it holds times of day or dates, which became seconds from the first.
+    ``clock`` states that it holds times of day or dates, which became seconds from the first.
     """
 
     head: str
@@ -60,10 +60,10 @@ class CsvColumn:
         return (match[1] if match and match[1] else self.head).strip()
 
     def scale(self, kind: Kind) -> tuple[float, int] | None:
-        """The factor to SI and the power (`Kind.scale`) of its unit; None where it has none of that kind."""
+        """The factor to SI and the power (`Kind.scale`) of its unit; None if it has none of that kind."""
         for unit in self.candidates():
             if prefix_factor(unit) is not None and unit != kind.unit and not (kind.gravity and unit in "gG"):
-                continue  # a column named T is no tera
+                continue  # a column named T is not a tera
             factor, power = kind.scale(unit)
             if factor is not None:
                 return factor, power
@@ -71,7 +71,7 @@ class CsvColumn:
 
     @property
     def stated(self) -> str:
-        """The unit that stands in brackets or in the row of units; empty where there is none."""
+        """The unit that stands in brackets or in the row of units; empty if there is none."""
         match = _BRACKETS.fullmatch(self.head.strip())
         return self.unit or (match[2] if match else "")
 
@@ -83,7 +83,7 @@ class CsvColumn:
         return [*(m[2].replace("_", "/") for m in others if m), self.head.strip()]
 
     def in_si(self, kind: Kind) -> Floats | None:
-        """Its numbers in SI units; None where its unit is none of the kind."""
+        """Its numbers in SI units; None if its unit is none of the kind."""
         scale = self.scale(kind)
         if scale is None:
             return None
@@ -93,7 +93,7 @@ class CsvColumn:
 
 @dataclass(frozen=True, eq=False)
 class CsvTable:
-    """The columns of a file, and what it says beside them; ``bad`` are cells with a text that is no finite number.
+    """The columns of a file, and what it says beside them; ``bad`` are cells with a text that is not a finite number.
 
     Of a block of a long file ``before`` rows of data stand before its first.
     """
@@ -117,7 +117,7 @@ class CsvTable:
 def read_table(path: str | Path, argument: str, most: int = MOST_BYTES) -> CsvTable:
     """Read a CSV file; errors begin with ``argument``.
 
-    Raises InputError in one line for a file that cannot be read, is no text, or has no row of numbers.
+    Raises InputError in one line for a file that cannot be read, is not a text, or has no row of numbers.
     """
     text = decoded(files.read(path, argument, most), path, argument)
     if (widest := most_cells(text)) > MOST_COLUMNS:

@@ -55,7 +55,7 @@ def _is_density(column: CsvColumn) -> bool:
 
 
 def times(table: CsvTable, key: str) -> Floats | None:
-    """The times of a table in seconds, from its first column of times; None where it has none.
+    """The times of a table in seconds, from its first column of times; None if it has none.
 
     A column that is named as a time and has no unit is in seconds.  Raises InputError for a unit that is none of time.
     """
@@ -74,7 +74,7 @@ def times(table: CsvTable, key: str) -> Floats | None:
 
 
 def read_record(path: str) -> Record:
-    """Read the record of a CSV file, in SI units, with its `bridge` where it is no whole period; a long one in blocks.
+    """Read the record of a CSV file, in SI units, with its `bridge` if it is not a whole period; a long one in blocks.
 
     Raises InputError in one line, for a file that cannot be read or has no such columns, times that do not ascend in
     equal steps, values that are no finite numbers, or too few of them.

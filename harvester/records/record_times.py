@@ -18,7 +18,7 @@ MOST_FILLED = 0.02  # of all samples
 COARSE = 0.2  # share of repeated times from which on the clock is coarse: whole seconds, say
 SPAN, WINDOW = 16, 32  # rows that the spacing, and the places before and behind a step, are the medians over
 SIDE, SURE = 8, 2.0  # rows behind a step that tell; samples that jitter never makes, which need no such rows
-REPORTED_JITTER = 0.01  # of a spacing: jitter from which on it is told
+REPORTED_JITTER = 0.01  # of a spacing: jitter from which on it is reported
 
 
 def ascending(time: Floats, values: Floats, notes: list[Diagnostic]) -> tuple[Floats, Floats]:

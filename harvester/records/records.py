@@ -24,7 +24,7 @@ SMOOTH, KINK = 0.05, 1.5  # fourth difference to the RMS below which a join can 
 TRIES, LOOKED_AT, CHANCE = 4096, 32, 2e-3  # other joins of a record; and the share of them that may be smooth
 SPAN = 8192.0  # period of a record made from a density, in units of 1/w0
 LINES = 12.0  # of such a record in the narrowest band, at least: E[V^2] is then off by 1 % at worst
-MOST_SAMPLES = 2**20  # of such a record, of which an ensemble has 64 or more: .5 GB
+MOST_SAMPLES = 2**20  # of such a record, of which an ensemble has 64 or more: 0.5 GB
 _FINER = 8  # points of a fine grid to one that the content needs, for cubic interpolation
 
 
@@ -32,7 +32,7 @@ _FINER = 8  # points of a fine grid to one that the content needs, for cubic int
 class Record:
     """One period of a record: samples of shape (n,), ``spacing`` apart.
 
-    ``exact``: the shaking is just that Fourier series, as that of a profile, rather than what a sensor read of it.
+    ``exact``: the excitation is just that Fourier series, as that of a profile, rather than what a sensor read of it.
     ``bridged``: the last samples are those of a `bridge`.
     """
 
@@ -178,7 +178,7 @@ class TabulatedDensity:
         Gaussian, and has the whole power of a band that is narrower than that.  The period is `SPAN`, or longer so that
         `LINES` are in the narrowest band.
 
-        Raises InputError where that would be more than `MOST_SAMPLES`, or a step of h carries nothing of the density.
+        Raises InputError if that would be more than `MOST_SAMPLES`, or a step of h carries nothing of the density.
         """
         from scipy.fft import irfft
 

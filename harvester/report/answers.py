@@ -56,7 +56,7 @@ def of_run(
 
 
 def _largest(extremes: Extremes | None) -> list[TextTable]:
-    """The table of the largest values over a lifetime; none where they were not asked for."""
+    """The table of the largest values over a lifetime; none if they were not asked for."""
     if extremes is None:
         return []
     caption = f"Largest over a lifetime of {amount(extremes.lifetime, extremes.unit_names.time)}"

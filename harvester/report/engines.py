@@ -14,7 +14,7 @@ def lead(estimate: Estimate) -> list[str]:
     units = estimate.unit_names
     word = "" if units.power else " (nondimensional)"
     energy, possible = estimate.energy_per_event, estimate.share_of_possible
-    of = "" if possible is None else f", {share(possible, 1.0)} of the possible"
+    of = "" if possible is None else f", {share(possible, 1.0)} of the upper bound"
     return [
         f"Mean power {with_errors(estimate.mean_power, units.power)}{word}{of}",
         f"Mean square voltage {with_errors(estimate.mean_square_voltage, units.mean_square_voltage)}{word}",

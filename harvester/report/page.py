@@ -70,7 +70,7 @@ class Section:
 class Page:
     """A whole report: ``lead`` are its answers in a line each, ``about`` what made it, ``command`` what remakes it.
 
-    An empty ``title`` becomes the name of the scene's file where there is one (`titled`).
+    An empty ``title`` becomes the name of the scene's file if there is one (`titled`).
     """
 
     title: str
@@ -113,5 +113,5 @@ def html(page: Page) -> str:
 
 
 def write(path: Path, page: Page) -> None:
-    """Write the page, whole or not at all; InputError where the file cannot be written."""
+    """Write the page, whole or not at all; InputError if the file cannot be written."""
     files.write(path, html(page), "report")

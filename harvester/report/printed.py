@@ -50,7 +50,7 @@ def of_charge(scene: Scene | Problem, answer: ChargingResult, seed: int) -> Page
 
 
 def of_stability(scene: Scene | Problem, answer: Stability, seed: int) -> Page:
-    """The page of the stability of rest: the exponents, and where it was computed its region in the plane (mu, D22)."""
+    """The page of the stability of rest: the exponents, and if it was computed its region in the plane (mu, D22)."""
     caption = "Where rest is stable, in the plane of the time-constant ratio μ and the parametric noise ε2² D22."
     verdict = f"Rest is {answer.verdict}"
     return of_result(scene, "stability", answer, caption, (answer.table,) * bool(answer.region), [verdict], seed=seed)

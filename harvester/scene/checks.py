@@ -28,7 +28,7 @@ def check_shaking(table: SceneTable, amplitude: str, frequency: str, noise: str)
 
 
 def check_same(table: SceneTable) -> None:
-    """Refuse several of the keys that say the same in different ways, and none of them where one is needed."""
+    """Refuse several of the keys that say the same in different ways, and none of them if one is needed."""
     for names, needed in table.SAME.items():
         given = [name for name in names if getattr(table, name) is not None]
         if len(given) > 1:

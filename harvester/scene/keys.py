@@ -69,7 +69,7 @@ def full_key(key: str) -> str:
 
     A key of the device goes before one of what is beside it: "capacitance" is that of the piezo.
 
-    Raises InputError where several tables have the key; any other text comes back as it is.
+    Raises InputError if several tables have the key; any other text comes back as it is.
     """
     if "." in key or key in TABLES:
         return key
@@ -122,7 +122,7 @@ def kind_of(key: str) -> Kind:
 
 
 def unit_of(key: str) -> str:
-    """The SI unit of a scene key, "1" where it is a number; "" for a netlist's parameter whose unit is not known."""
+    """The SI unit of a scene key, "1" if it is a number; "" for a netlist's parameter whose unit is not known."""
     table, name = split_key(key)
     if name.startswith("parameters."):
         return _OF_PARAMETERS.get(name.removeprefix("parameters."), "")

@@ -44,7 +44,7 @@ class ModalParameters:
 def modal_parameters(oscillator: Oscillator, piezo: Piezo) -> ModalParameters:
     """The parameters of the two tables.
 
-    Raises InputError where the open circuit's frequency is not above that of the short circuit.
+    Raises InputError if the open circuit's frequency is not above that of the short circuit.
     """
     mass, stiffness, damping = oscillator.mass, oscillator.stiffness, oscillator.damping
     if stiffness is None:

@@ -86,7 +86,7 @@ class Piezo(SceneTable):
 
     theta is the coupling in N/V, the capacitance (F) is that of the clamped piezo.  ``strain_per_displacement`` (1/m)
     is the largest strain of the piezo over the displacement: no equation has it, but limits and lifetimes have.
-    ``open_circuit_frequency`` f (Hz) stands for the coupling with stiffness + theta^2/capacitance = mass (2 pi f)^2.
+    ``open_circuit_frequency`` f (Hz) represents the coupling with stiffness + theta^2/capacitance = mass (2 pi f)^2.
 
     >>> import harvester as hv
     >>> hv.Piezo(coupling="1e-3 N/V", capacitance="50 nF").coupling
@@ -148,7 +148,7 @@ class Mode(SceneTable):
 
     X is the mode's displacement where that of the [oscillator] is measured, a the acceleration of the base and ``base``
     the mode's participation in it.  A stop meets the sum of all modes' displacements, each times its ``at_stop``, which
-    is 1 where the stop is in the place where they are measured, such as at the tip.
+    is 1 if the stop is in the place if they are measured, such as at the tip.
 
     >>> import harvester as hv
     >>> hv.Mode(frequency="310 Hz", mass="5 g", damping_ratio=0.01, coupling="-2e-3 N/V", base=-0.6).base

@@ -1,6 +1,6 @@
 """The JSON schema of scene files, by which an editor completes keys, shows their meaning and marks what is wrong.
 
-pydantic makes it from the scene's dataclasses, and the words are those of `harvester keys`.  It says which tables and
+pydantic makes it from the scene's dataclasses, and the words are those of `harvester keys`.  It names which tables and
 keys there are, which are needed, and which form and range a value has.  Which unit a text may have, and which keys
 exclude each other, only the program knows: whatever the program takes, the schema takes too.
 """

@@ -113,7 +113,7 @@ class SceneTable:
 
 @dataclasses.dataclass(frozen=True)
 class SceneKey:
-    """A key of a table; ``unit`` is empty for a number or a text, ``needed`` says that its table must have it."""
+    """A key of a table; ``unit`` is empty for a number or a text, ``needed`` states that its table must have it."""
 
     table: str
     name: str
@@ -134,7 +134,7 @@ def scene_table(table: type[Table]) -> type[Table]:
 
 
 def one_line_errors(table: Made) -> Made:
-    """The same table, whose checks of several keys (``__post_init__``) are told as those of one key are."""
+    """The same table, whose checks of several keys (``__post_init__``) are reported as those of one key are."""
     made: Any = table
     init = made.__init__
 

@@ -13,7 +13,7 @@ from harvester.scene.load import is_path
 from harvester.scene.physical import FILES
 from harvester.scene.scene import Scene
 
-_NO_DIGIT = re.compile(r"""^([^"'#]*[=,\[]\s*)(\.\d+)""", re.MULTILINE)  # restitution = .9
+_NO_DIGIT = re.compile(r"""^([^"'#]*[=,\[]\s*)(\.\d+)""", re.MULTILINE)  # restitution = 0.9
 MOST_BYTES = 16384  # of a scene file; a scene takes less than a thousand
 
 

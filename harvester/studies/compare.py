@@ -1,4 +1,4 @@
-"""Every engine that can serve a scene, side by side, and one path: ngspice, exact update, decoupled V.
+"""Every engine that can handle a scene, side by side, and one path: ngspice, exact update, decoupled V.
 
 Long because the comparison of engines and that of paths share their scene and their page.
 """
@@ -74,12 +74,12 @@ class PathComparison(Result):
 
 
 class Comparison(TableResult):
-    """The answers of the engines that serve a scene, why the others do not, and paths with and without the stop.
+    """The answers of the engines that support a scene, why the others do not, and paths with and without the stop.
 
     Attributes
     ----------
     estimates
-        an `Estimate` of each engine that served.
+        an `Estimate` of each engine that supported.
     refused
         the other engines by name, with the reason.
     paths
@@ -191,7 +191,7 @@ def compare(
     Returns
     -------
     Comparison
-        the estimates of the engines that serve the scene, and why the others do not.
+        the estimates of the engines that support the scene, and why the others do not.
 
     Raises
     ------
@@ -199,7 +199,7 @@ def compare(
         for an engine or option that there is not, a folder that cannot be written, and what `Execution` has for other
         studies.
     HarvesterError
-        when no engine can serve the scene, the error of the last.
+        when no engine can handle the scene, the error of the last.
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.2, beta=0.05, mu=1.0, D11=0.01))

@@ -48,7 +48,7 @@ def counted_passage(time: Floats, values: Floats, level: float, forgetting_time:
     in which the motion forgets where it began: P(t)/P(2 t) = exp(lambda t), counted in neighbours.  What happens
     between two values follows from every other one of them.
 
-    Raises SimulationError where too few windows pass it, or do not.
+    Raises SimulationError if too few windows pass it, or do not.
     """
     settled, step = np.abs(values[int(BURN_IN * len(values)) :]), float(time[1] - time[0])
     rate, part = _rate(settled, step, level, forgetting_time)

@@ -1,7 +1,7 @@
 """One path of a scene: displacement, velocity, voltage and any probe over time, to look at rather than to average.
 
 By the exact update of a load resistor (`harvester.mechanics.kernels.path`), or by ngspice in lock-step.  A path has no
-error of sampling, as it is no mean; that of its step is of second order (with noise: for the path of these kicks).
+sampling error, as it is not a mean; that of its step is of second order (with noise: for the path of these kicks).
 
 Long because the path and its function explain their arrays and arguments to users.
 """

@@ -31,7 +31,7 @@ def path_in_ngspice(
     accelerations there; a reading is every ``stride`` steps.  ``expected`` is called with the seconds that a long path
     will take, from two short ones.  ``shunt`` is a capacitance from each node to ground, of the piezo's.
 
-    Raises MissingProgramError without ngspice, and CircuitError where the circuit does not converge.
+    Raises MissingProgramError without ngspice, and CircuitError if the circuit does not converge.
     """
     from harvester.cosimulation.charging import probed_path_in_worker
     from harvester.cosimulation.ngspice.locate_libngspice import find_library

@@ -38,7 +38,7 @@ def read_level(level: float | str, problem: Problem) -> float:
 
 
 def read_voltage(level: float | str, problem: Problem) -> float | None:
-    """The level of a voltage, in V; None for what is no text with its unit, of a physical scene."""
+    """The level of a voltage, in V; None for what is not a text with its unit, of a physical scene."""
     if not isinstance(level, str) or not problem.physical or GAP.reads(level):
         return None
     return VOLTAGE_FROM_0.read(level) if VOLTAGE_FROM_0.reads(level) else None
@@ -53,7 +53,7 @@ def forgetting(problem: Problem, answer: Answer) -> float:
 
 
 def hop_rate(problem: Problem, answer: Answer) -> Value | None:
-    """Hops between two wells a second; None where they are not rare, so that the motion remembers the hop before."""
+    """Hops between two wells a second; None if they are not rare, so that the motion remembers the hop before."""
     eqs = problem.equations
     wells = eqs.resting_places
     if len(wells) != 2:

@@ -1,4 +1,4 @@
-"""How a sensor node lives of a device: the share of the time that it runs, packets an hour, and what limits it.
+"""How a sensor node lives of a device: the share of the time that it runs, packets per hour, and what limits it.
 
 The rectifier's current at a held voltage is measured once, of a record in each of its windows (`harvester.storage`);
 then days of store, chip and node are one equation of the store's voltage (`harvester.storage.node_run`), under noise
@@ -64,16 +64,16 @@ class NodeResult(TableResult):
     days
         how long the node is followed.
     packets_per_hour
-        a `Value`: the packets an hour that arrive, of all the time.
+        a `Value`: the packets per hour that arrive, of all the time.
     packets_lost
-        how many an hour do not, in spite of all retries; None where none is lost.
+        how many an hour do not, in spite of all retries; None if none is lost.
     interval_median, interval_95, interval_longest
         `Value` each: the time (s) from one packet to the next, which half of all, 95 % and all of them do not exceed;
         None with fewer than two packets.
     share_running
         a `Value`: the share of the time from its first packet's beginning.
     first_packet
-        a `Value`: when the first was sent (s); None where none is.
+        a `Value`: when the first was sent (s); None if none is.
     brown_outs
         how often the node stopped, an hour.
     harvested
@@ -84,12 +84,12 @@ class NodeResult(TableResult):
         what limits it: "interval", "energy", "store", "wake_voltage", "cold_start", "battery" or "time".
     helps
         how many more packets, as a part of those that it sends, a tenth more or less of each key and of the rectifier's
-        current would give, whichever gives more; empty where it sends none.
+        current would give, whichever gives more; empty if it sends none.
     fewest, most
         the packets of the whole hours with the fewest and the most of them, from the first packet on, on a record; None
         for shaking that always is alike.
     bound
-        the most that any device of this mass could take (W), and why; None where no bound applies.
+        the most that any device of this mass could take (W), and why; None if no bound applies.
     days_packets
         the packets of each whole day, shape (days,).
     thresholds
@@ -182,14 +182,14 @@ class NodeResult(TableResult):
 def node(scene: AnyScene, *, days: float = 1.0, seed: int = 0) -> NodeResult:
     """Share of the time that a scene's [node] runs on its [storage], packets an hour, the first one, and the limit.
 
-    The load's netlist says how the piezo's voltage is rectified; [storage] stands for its store, [node] for what comes
+    The load's netlist says how the piezo's voltage is rectified; [storage] represents its store, [node] for what comes
     behind, [chip] for what is between.  The shaking goes on as it is for all ``days``, and a record is repeated; under
     noise the current fluctuates as it was measured, and packets are those of the mean of many such nodes.
 
     Parameters
     ----------
     scene
-        a `Scene` with the tables [storage] and [node], and [chip] where there is one, or the path of its file.
+        a `Scene` with the tables [storage] and [node], and [chip] if there is one, or the path of its file.
     days
         how long the node is followed, from its beginning.
     seed
@@ -198,7 +198,7 @@ def node(scene: AnyScene, *, days: float = 1.0, seed: int = 0) -> NodeResult:
     Returns
     -------
     NodeResult
-        packets an hour, the share of the time that it runs, and what limits it.
+        packets per hour, the share of the time that it runs, and what limits it.
 
     Raises
     ------
@@ -464,7 +464,7 @@ def _intervals(courses: list[NodeCourse], value: Callable[[float], Value]) -> di
 
 
 def _of_hours(course: NodeCourse, seconds: float) -> tuple[int | None, int | None]:
-    """The fewest and the most packets of the whole hours from the first packet on; None each where there is no hour."""
+    """The fewest and the most packets of the whole hours from the first packet on; None each if there is no hour."""
     if course.first is None:
         return None, None
     whole = course.hours[math.ceil(course.first / HOUR) : math.floor(seconds / HOUR)]

@@ -49,7 +49,7 @@ class OutputFolder:
 
     @staticmethod
     def of(execution: Execution) -> "OutputFolder | None":
-        """The folder of an execution; None where nothing is to be written."""
+        """The folder of an execution; None if nothing is to be written."""
         return None if execution.out is None else OutputFolder(execution.out, execution.formats)
 
     def table(self, name: str, lines: str | Iterable[str]) -> None:
@@ -65,7 +65,7 @@ class OutputFolder:
         figures.save(figure, self.path, name, self.vector)
 
     def save(self, name: str, text: str, figure: "figures.Plot", about: dict[str, Any] | None = None) -> None:
-        """Write a study's files: ``name``.csv, the figure, and its provenance where there is one."""
+        """Write a study's files: ``name``.csv, the figure, and its provenance if there is one."""
         self.table(name, text)
         self.figure(name, figure)
         if about is not None:

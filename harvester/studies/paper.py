@@ -29,7 +29,7 @@ from harvester.presentation.table import Column, Table
 from harvester.studies.output_folder import OutputFolder
 from harvester.studies.stability import region
 
-# Figures 1 and 2 (text): alpha, beta, mu, c1, c2, D11, D22; c3 = .1 in Figure 1, r = .96 in Figure 2.
+# Figures 1 and 2 (text): alpha, beta, mu, c1, c2, D11, D22; c3 = 0.1 in Figure 1, r = 0.96 in Figure 2.
 RESPONSE = Equations(alpha=0.5, beta=0.05, mu=0.05, c1=0.01, c2=0.05, c3=0.1, restitution=0.96, n1=0.01, n2=0.01)
 # Figure 7 (text); the external noise is off.
 STABILITY = Equations(alpha=0.05, beta=0.04, mu=0.1, c1=0.01, c2=0.015, c3=0.025, restitution=0.96, n2=0.06)
@@ -75,7 +75,7 @@ POINTS = {"1": 360, "2": 360, "3": 20, "4": 20, "5": 20, "6": 20, "7": 21, "8": 
 
 @dataclass(frozen=True)
 class FigurePoint(region.Measured):
-    """One point of a figure; ``ensemble`` has a standard error, ``density`` is None where it is not solved."""
+    """One point of a figure; ``ensemble`` has a standard error, ``density`` is None if it is not solved."""
 
     panel: str
     curve: str
@@ -112,7 +112,7 @@ class PaperFigure(TableResult):
 def draw(numbers: Sequence[str], execution: Execution = DEFAULT) -> list[PaperFigure]:
     """Compute figures by their numbers; into a folder write figN.csv and figN.png for each.
 
-    Raises InputError where the folder cannot be written, and for what `Execution` has for other studies.
+    Raises InputError if the folder cannot be written, and for what `Execution` has for other studies.
     """
     execution.only("paper", "out", "formats", "progress")
     folder, drawn = OutputFolder.of(execution), []

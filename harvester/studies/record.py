@@ -1,4 +1,4 @@
-"""The spectra of a record: its density by Welch, its spectrogram, and its rms by octave with the error of sampling."""
+"""The spectra of a record: its density by Welch, its spectrogram, and its rms by octave with the sampling error."""
 
 import itertools
 import math
@@ -22,7 +22,7 @@ G = 9.80665
 
 @dataclass(frozen=True)
 class Band:
-    """An octave from ``low`` to ``high`` (Hz) and the rms acceleration in it (m/s^2), with its error of sampling."""
+    """An octave from ``low`` to ``high`` (Hz) and the rms acceleration in it (m/s^2), with its sampling error."""
 
     low: float
     high: float
@@ -33,7 +33,7 @@ class Band:
 class RecordAnswer:
     """A clean record and its spectra: density in (m/s^2)^2/Hz at ``f``, shape (m,), and by time, shape (m', k).
 
-    ``possible`` is the most power (W) that any device of a mass takes within a stroke; None where none was asked for.
+    ``possible`` is the most power (W) that any device of a mass takes within a stroke; None if none was asked for.
     """
 
     record: CleanRecord
@@ -50,7 +50,7 @@ class RecordAnswer:
         return figures.record(self, title)
 
     def text(self) -> str:
-        """The clean record as the CSV file that a scene reads; raises InputError where that would be too large."""
+        """The clean record as the CSV file that a scene reads; raises InputError if that would be too large."""
         rows = zip(np.round(self.record.times, 12), self.record.values, strict=True)
         text = "".join(csv_lines(["time (s)", "acceleration (m/s^2)"], rows))
         if len(text) > MOST_BYTES:

@@ -26,7 +26,7 @@ DEFAULT_WITHIN = 1e-6  # the relative error of E[V^2] that is aimed at
 class Sensitivity(TableResult):
     """The mean power and its elasticity in each key of the scene: d ln P/d ln key, the largest first.
 
-    An elasticity of 2 says that one percent more of a key gives two percent more power.  What keys of 0 and keys that
+    An elasticity of 2 states that one percent more of a key gives two percent more power.  What keys of 0 and keys that
     are no quantity would do is not computed.
 
     Attributes
@@ -91,9 +91,9 @@ def sensitivity(
     Parameters
     ----------
     scene
-        a `Scene` that engine `Density` serves, or `Compiled` where it has a netlist; or the path of a scene file.
+        a `Scene` that engine `Density` supports, or `Compiled` if it has a netlist; or the path of a scene file.
     within
-        the relative error of the power that is aimed at, such as .01; None: 1e-6, of coloured noise 1e-3.  Not with a
+        the relative error of the power that is aimed at, such as 0.01; None: 1e-6, of coloured noise 1e-3.  Not with a
         netlist.
     budget
         seconds of computing.  With a netlist, the keys that are left then are named in a warning.
@@ -108,7 +108,7 @@ def sensitivity(
     Raises
     ------
     InputError
-        for a scene that neither engine serves, or whose load takes no power.
+        for a scene that neither engine supports, or whose load takes no power.
     SimulationError
         where the response grows without bound, or the density cannot be resolved.
 

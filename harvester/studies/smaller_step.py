@@ -19,7 +19,7 @@ def at_smaller_steps(
 ) -> tuple[Answer, float, tuple[Diagnostic, ...]]:
     """What ``compute`` gives at the step ``h`` (1/w0) without a shunt, else by the first of `TRIES` that converges.
 
-    Also the step that was taken, and what helped where that was not the first.
+    Also the step that was taken, and what helped if that was not the first.
 
     Raises ConvergenceError where ngspice converges at none of them, and what ``compute`` raises otherwise.
     """

@@ -51,7 +51,7 @@ class Densities(TableResult):
         and load have forgotten where they came from; None without two wells that are apart.
     level, first_passage_time
         a displacement (m) or voltage (V), and the mean time (s), a `Value`, until it is first passed on either side;
-        that of a voltage is counted on a path.  None where no level was asked for.
+        that of a voltage is counted on a path.  None if no level was asked for.
     displacement, velocity, voltage
         places (m, m/s, V).
     displacement_density, velocity_density, voltage_density
@@ -68,7 +68,7 @@ class Densities(TableResult):
         half the terms of the series of Gram and Charlier that gives it.
     frequency, spectrum
         frequencies (Hz; nondimensional scene: angular, in w0), and the one-sided density of the voltage (V^2/Hz); None
-        where none was asked for.
+        if none was asked for.
     spectrum_error
         its relative change by a finer mesh, at the resonance.
     path
@@ -158,14 +158,14 @@ def densities(
     Parameters
     ----------
     scene
-        a `Scene` that engine `Density` serves, or the path of a scene file.
+        a `Scene` that engine `Density` supports, or the path of a scene file.
     level
         a displacement such as "2 mm" or a voltage such as "5 V", either side of 0, of which the mean time of the first
         passage is asked for.
     spectrum
         at how many frequencies, from a fifth of the resonance to five times it, the voltage's density is computed.
     within
-        the relative error of the power that is aimed at, such as .001; None: 1e-4.
+        the relative error of the power that is aimed at, such as 0.001; None: 1e-4.
     seed
         of the path in the picture.
     progress
@@ -179,7 +179,7 @@ def densities(
     Raises
     ------
     InputError
-        for a scene that engine `Density` does not serve, or a level that is none.
+        for a scene that engine `Density` does not support, or a level that is none.
     SimulationError
         where the response grows without bound, or the density cannot be resolved.
 

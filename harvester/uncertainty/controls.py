@@ -26,7 +26,7 @@ def controlled_entries(values: Floats, controls: Floats | None, together: int = 
     """Entries, shape (n,), with the mean of ``values`` less that of their weighted ``controls``, shape (n, columns).
 
     ``together`` consecutive ones are of one trajectory, or of one record: they are in the same half, and come as their
-    mean, so that entries are independent, shape (n/together,).  The ``values`` themselves where there are no controls,
+    mean, so that entries are independent, shape (n/together,).  The ``values`` themselves if there are no controls,
     too few entries to fit one, or no gain.
     """
     plain = np.asarray(values.reshape(-1, together).mean(axis=1))

@@ -32,7 +32,7 @@ class Target:
     def shortfall(self, value: Value) -> dict[str, float | None]:
         """The numbers of a budget that ended before the target was reached.
 
-        ``error`` is the relative error that there is, None where the mean is not known from zero; sampling alone would
+        ``error`` is the relative error that there is, None if the mean is not known from zero; sampling alone would
         take ``more`` seconds to the target at this step, at least, which is ``enough`` in all.
         """
         size, spent = abs(value.value), time.perf_counter() - self.begin
@@ -42,7 +42,7 @@ class Target:
         return {"within": self.within, "budget": self.budget, "error": error, "more": more, "enough": spent + more}
 
     def variance(self, value: Value) -> float:
-        """The variance of sampling that meets the target beside the bias; 0 where the bias alone is too large."""
+        """The variance of sampling that meets the target beside the bias; 0 if the bias alone is too large."""
         room = self.within * abs(value.value) - (value.bias or 0.0) - (value.model or 0.0)
         return (max(room, 0.0) / value.quantile) ** 2
 

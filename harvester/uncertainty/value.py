@@ -1,4 +1,4 @@
-"""Numbers with their errors of sampling, of the step and of the model.
+"""Numbers with their sampling errors, of the step and of the model.
 
 Long because a value, which users hold in their hands, explains each of its parts.
 """
@@ -23,20 +23,20 @@ YEAR = 365.25 * 86400.0  # s
 @names_arguments
 @dataclass(frozen=True, repr=False)
 class Value:
-    """A number with its errors of sampling, of the step and of the model.
+    """A number with its sampling errors, of the step and of the model.
 
     Parameters
     ----------
     value
         the number.
     stderr
-        the standard error of sampling; None: the engine samples nothing.
+        the standard sampling error; None: the engine samples nothing.
     bias
-        the estimated error of the finite step; of a closed form that of rounding; 0 beside a model's of 0 where the
+        the estimated error of the finite step; of a closed form that of rounding; 0 beside a model's of 0 if the
         errors of what a number was computed from change nothing of it, as of a count.
     model
-        the estimated error of the model itself, 0 for a closed form.  None: no such error, or not known; the reason of
-        the answer says which.
+        the estimated model error itself, 0 for a closed form.  None: no such error, or not known; the reason of
+        the answer names which.
     dof
         the degrees of freedom of ``stderr``; None: so many that they do not matter.
     unknown
@@ -275,7 +275,7 @@ def bound95(change: float, stderr: float) -> float:
 
 
 def z_score(a: Value, b: Value) -> float | None:
-    """The difference of two values over their half-widths of 95 % by 1.96; None where an error is not known.
+    """The difference of two values over their half-widths of 95 % by 1.96; None if an error is not known.
 
     The errors of step and model are in the half-widths: what they cover is no difference.
     """

@@ -28,7 +28,7 @@ def test_details_have_units():
         ("warm-up", "7.6 s of computing"),
         ("power balance, of the power in", "2.39 +- 2 (95 %, sampling) +- 0.1 (step) %"),
         ("ledger input", "8.1 uW"),
-        ("ledger residual, of its largest entry", "-0.03 %"),
+        ("energy balance residual, of its largest entry", "-0.03 %"),
         ("step error", "2 nW"),
         ("slow share of E[V^2]", "13.61 %"),
         ("exchange per cycle", "0.6788"),

@@ -117,8 +117,8 @@ def test_bad_input(harvester, monkeypatch, args, says):
     [
         ('netlist = "brige"', "spice", "unknown netlist 'brige': did you mean 'bridge'?"),
         ('netlist = "nowhere.cir"', "spice", "load.netlist must be a readable file"),
-        ('netlist = "bridge"', "published", "engine 'published' must have a load resistance, but the load is netlist"),
-        ('netlist = "bridge"', "ensemble", "engine 'ensemble' must have a load resistance, but the load is netlist"),
+        ('netlist = "bridge"', "published", "engine 'published' needs a load resistance, but the load is netlist"),
+        ('netlist = "bridge"', "ensemble", "engine 'ensemble' needs a load resistance, but the load is netlist"),
     ],
 )
 def test_load_that_the_engine_cannot_take(harvester, tmp_path, load, engine, says):
@@ -305,7 +305,7 @@ def test_within_chooses_the_engine(harvester, tmp_path):
     """Without --engine, the cheapest one that is known to reach it, with the reason; with it, that one."""
     quick = strict(harvester("run", FIGURE, "--within", "1%", "--json")[1])
     assert quick["engine"] == "averaged"
-    assert quick["reason"].startswith("engine 'averaged' was chosen as the cheapest: the error that it states, 0.")
+    assert quick["reason"].startswith("engine 'averaged' was chosen as the cheapest: its stated error, 0.")
     given = strict(
         harvester("run", FIGURE, "--within", "5%", "--engine", "ensemble", "--trajectories", 256, "--json")[1]
     )

@@ -74,7 +74,8 @@ def test_what_cannot_be(harvester, args, says):
 
 def test_the_tour_is_the_page():
     """docs/tour.md has the commands of `harvester tour`, in their order."""
-    (first, *rest) = [block for block in pages.blocks("docs/tour.md") if block.language == "sh"]
+    (setup, first, *rest) = [block for block in pages.blocks("docs/tour.md") if block.language == "sh"]
+    assert pages.commands(setup.text) == [["make", "setup"]]
     assert pages.commands(first.text) == [[".venv/bin/harvester", "tour"]]
     shown = [words for block in rest for words in pages.commands(block.text)]
     assert shown == [[".venv/bin/harvester", *shlex.split(line)] for _, line in STEPS]

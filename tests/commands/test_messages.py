@@ -51,7 +51,7 @@ def test_warnings_name_options(harvester):
     """As text and as JSON."""
     for form in ((), ("--json",)):
         out = harvester("run", PLATE, "--engine", "averaged", "--within", "0.01%", *form)[1]
-        assert "--within 0.01 % cannot be promised" in out
+        assert "--within 0.01 % cannot be guaranteed" in out
         assert "`" not in out
 
 

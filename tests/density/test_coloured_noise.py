@@ -88,7 +88,7 @@ def test_hops_between_wells_are_those_of_a_path():
 def test_no_answer_within_a_budget_is_said_at_once():
     """After the first coarse solution, whatever the machine: the budget is spent before it begins."""
     spent = Pace(1.0, begin=-1e6)
-    with pytest.raises(SimulationError, match=r"^no density in a `budget` of 1 s, as it takes about .* s at least"):
+    with pytest.raises(SimulationError, match=r"^no density in a `budget` of 1 s: it needs at least about .* s"):
         settled(changed(LINEAR, mu=None, beta=None), 20.0, spent)
     assert Pace(None, begin=-1e6).is_late(1e12) is False
 

@@ -252,5 +252,5 @@ def test_bad_input_is_told():
         hv.densities(scene(PAPER), spectrum=-1)
     with pytest.raises(SimulationError, match="too rarely"):
         hv.densities(scene(WELLS), level=100.0)
-    with pytest.raises(CannotServeError, match="must have a load resistance"):
+    with pytest.raises(CannotServeError, match="needs a load resistance"):
         hv.densities("examples/plate_bridge.toml")

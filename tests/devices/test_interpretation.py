@@ -57,7 +57,10 @@ def test_engines_that_serve(example):
     ("changes", "doubts"),
     [
         ({}, []),
-        ({"capacitance": "50"}, ["piezo.capacitance is 50 F, far outside of the 1e-14 to 0.001 F", "is 50 nF meant?"]),
+        (
+            {"capacitance": "50"},
+            ["piezo.capacitance is 50 F, far outside of the usual 1e-14 to 0.001 F", "is 50 nF meant?"],
+        ),
         ({"capacitance": "50 mF"}, ["is 50 nF meant?"]),
         ({"mass": "40e6"}, ["oscillator.mass is 4e+07 kg, far outside of the", "is 40 g meant?"]),
         ({"capacitance": "50 pF", "mass": "1 ug", "frequency": "100 kHz", "open_circuit_frequency": "101 kHz"}, []),
@@ -102,7 +105,7 @@ def test_a_drive_that_misses_the_resonance_gets_a_warning(drive):
     words = [str(one) for one in found.remarks if one.code == "drive_off_resonance"]
     assert bool(words) == (drive == "10 Hz")
     if words:
-        assert words[0].startswith("the drive of 10 Hz is 3.14 times the resonance; most power is at ")
+        assert words[0].startswith("the excitation at 10 Hz is 3.14 times the resonance; most power is at ")
         there = problem.scene.varied({"excitation.frequency": found.facts["best_drive_frequency"]})
         powers = [hv.Exact().run(scene).mean_power.value for scene in (problem.scene, there)]
         assert powers[0] / powers[1] == pytest.approx(found.facts["drive_share"], rel=1e-3)

@@ -62,11 +62,11 @@ def test_a_bistable_beam_has_three():
     assert sum(one.share_of_starts for one in by_power) == pytest.approx(1.0, abs=0.05)
     printed = answer.as_json()["responses"]
     assert [one["periods"] for one in printed] == [1, 1, 1] and all(one["mean_power"]["error95"] for one in printed)
-    assert "  responses\n" in str(answer) and "  mean power  error, 95 %  share of starts" in str(answer)
+    assert "  responses\n" in str(answer) and "  mean power  error, 95 %  fraction of starts" in str(answer)
     row = SweepRow.answered(answer)
     assert row.responses == 3
     found = SweepTable((), (row, SweepRow.failed("ensemble", SimulationError("no"))))
-    assert "ensemble: several responses to the drive at 1 of 1 points, 3 at most: " in str(found)
+    assert "ensemble: several responses to the excitation at 1 of 1 points, 3 at most: " in str(found)
 
 
 @pytest.mark.slow
@@ -105,7 +105,7 @@ def test_a_linear_mass_is_not_searched():
 def test_ngspice_follows_each_of_three():
     """From well to well the voltage is near 0 where a period begins, beside which no response seemed to come back."""
     answer = hv.Spice().run(beam(0.06))
-    assert any("the drive has 3 responses, and this is the one from rest" in str(one) for one in answer.warnings)
+    assert any("the excitation has 3 responses, and this is the one from rest" in str(one) for one in answer.warnings)
     assert answer.details["response_periods"] == 1
     powers = [integrated(0.06, start)[0] for start in ((1.0, 0.0), (1.0, 0.0), (2.0, 0.0))]
     by_power = sorted(answer.responses, key=lambda one: one.mean_power.value)
@@ -126,7 +126,7 @@ def test_ngspice_follows_a_subharmonic_beside_chaos():
     (five,) = (one.mean_power for one in answer.responses if one.periods == 5)
     assert abs(five.value - 920.8986e-6) < five.known_error95 + 1e-10 < 1e-6 * five.value
     (chaos,) = (one for one in answer.responses if one.chaotic)
-    assert chaos.note == "ngspice finds none near it that comes back"
+    assert chaos.note == "ngspice finds none near it that repeats"
 
 
 @pytest.mark.thorough("test_ngspice_follows_each_of_three")
@@ -152,6 +152,6 @@ def test_a_slow_switching_is_told(henries, told):
         '[stop]\nrestitution = 0.8\ngap = "0.2 mm"',
     )
     answer = hv.Ideal(trajectories=64, budget="5s").run(hv.loads(load))
-    words = [str(one) for one in answer.warnings if "a switching takes the coil" in str(one)]
+    words = [str(one) for one in answer.warnings if "each inversion takes" in str(one)]
     assert len(words) == told
-    assert not told or words[0].startswith("a switching takes the coil 451.2 us, 0.045 of half a period, which ideal")
+    assert not told or words[0].startswith("each inversion takes 451.2 us, 0.045 of a half-period, but engine 'ideal'")

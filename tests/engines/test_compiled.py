@@ -31,7 +31,7 @@ def test_a_bridge_is_that_of_engine_ideal(tmp_path, drive):
     assert abs(ours.mean_power.value - size) < 4.0 * spread + 0.003 * size + ours.mean_power.bias
     assert 0.0 < ours.mean_power.model < 2e-3 * size
     assert ours.mean_square_voltage.error95 is not None
-    assert "what runs of ngspice on the same motion differ by" in str(ours)
+    assert "largest difference (95 %) from runs of ngspice on the same motion" in str(ours)
     assert not any("did not converge" in warning for warning in ours.warnings)
 
 

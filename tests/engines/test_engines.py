@@ -251,7 +251,7 @@ def test_refusals(monkeypatch):
 def test_every_answer_warns_of_values_that_no_device_has():
     assert hv.Averaged().run(PLATE).warnings == ()
     (word,) = hv.Averaged().run(PLATE.vary("piezo.capacitance", 50.0)).warnings
-    assert str(word).endswith("F of such devices: is 50 nF meant?")
+    assert str(word).endswith("F: is 50 nF meant?")
 
 
 @pytest.mark.slow
@@ -306,7 +306,7 @@ def test_the_default_engine():
     assert (default_engines(PLATE), default_engines(BRIDGE)) == (["exact"], ["ideal", "spice"])
     assert default_engines(scene(PAPER)) == ["published", "averaged", "density", "ensemble", "spice"]
     chosen = hv.run(PLATE, within="1%")
-    assert chosen.reason.startswith("engine 'exact' was chosen as the cheapest: the error that it states, ")
+    assert chosen.reason.startswith("engine 'exact' was chosen as the cheapest: its stated error, ")
     assert chosen.mean_power == hv.run(PLATE).mean_power
     with pytest.raises(UnboundedResponseError):
         hv.run(PLATE.vary("oscillator.damping", -1.0), within="1%")
@@ -395,7 +395,7 @@ def test_scenes_without_load_or_noise():
 
 def test_a_formula_says_where_it_is_not_within():
     """--within on a formula: silent where its stated error is smaller, else a warning; published never knows."""
-    told = "cannot be promised"
+    told = "cannot be guaranteed"
     assert not any(told in str(w) for w in hv.Averaged(within=0.01).run(scene(PAPER)).warnings)
     assert any(told in str(w) for w in hv.Averaged(within=0.001).run(scene(PAPER)).warnings)
     assert any("is not known" in str(w) for w in hv.Published(within=0.5).run(scene(PAPER)).warnings)
@@ -414,7 +414,7 @@ def test_a_theory_names_exact_for_a_linear_scene():
     driven = scene(changed(linear(0.05, 1.0), drive=1.0, drive_frequency=1.0))
     assert not hv.Exact.refusal(Problem(driven))
     assert str(hv.Averaged.refusal(Problem(driven))).endswith(
-        "use engine 'ensemble', or 'exact', which serves all linear scenes"
+        "use engine 'ensemble', or 'exact', which supports all linear scenes"
     )
     stopped = scene(changed(linear(0.05, 1.0), drive=1.0, drive_frequency=1.0, restitution=0.9))
     assert str(hv.Averaged.refusal(Problem(stopped))).endswith("use engine 'ensemble'")

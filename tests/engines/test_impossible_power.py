@@ -33,7 +33,7 @@ def test_the_bound_is_mass_times_density_over_four():
         found = impossible_power(PLATE, Value(share * bound / PLATE.units.watts), power_bound(PLATE))
         assert (found is not None) == said
     assert found.numbers["bound"] == pytest.approx(bound, rel=1e-9)
-    assert "is more than this shaking gives any device" in str(found)
+    assert "exceeds the upper bound of this excitation for any device" in str(found)
     answer = hv.run(scene)
     assert answer.bound.value == pytest.approx(bound, rel=1e-9)
     assert answer.share_of_possible == pytest.approx(answer.mean_power.value / bound)

@@ -30,7 +30,9 @@ def test_no_engine_computes_a_mean_that_does_not_exist(name):
 
 
 def test_no_law_at_all():
-    with pytest.raises(UnboundedResponseError, match="feeds more than damping takes; give less noise of the stiffness"):
+    with pytest.raises(
+        UnboundedResponseError, match="feeds more energy than damping dissipates; give less parametric noise"
+    ):
         hv.Averaged().run(device(0.4, beta=0.001))
 
 

@@ -51,8 +51,8 @@ def test_the_answer_holds_the_reference(name, tmp_path):
     power, (expected, doubt) = dataclasses.replace(found.mean_power, model=0.0), REFERENCES[name]  # without the join
     largest = SAMPLED if shaking == "coloured" else LARGEST
     assert abs(1e3 * power.value - expected) < 1e3 * power.error95 + doubt < largest * expected
-    words = ["the record's end does not meet its beginning"] if shaking == "recorded" else []
-    words += ["the drive has 2 responses, and this is the one from rest"] if spring == "bistable" else []
+    words = ["the recording's end does not meet its beginning"] if shaking == "recorded" else []
+    words += ["the excitation has 2 responses, and this is the one from rest"] if spring == "bistable" else []
     assert len(found.warnings) == len(words) and all(map(str.startswith, map(str, found.warnings), words))
 
 

@@ -171,7 +171,7 @@ def test_a_quick_answer_under_noise_is_near():
 def test_noise_beside_a_drive_or_several_wells_are_not_for_it(excitation, oscillator):
     scene = hv.load(EXAMPLES / "bimorph_ltc3588.toml")
     changed = dataclasses.replace(scene.oscillator, **oscillator)
-    with pytest.raises(hv.CannotServeError, match="one resting place"):
+    with pytest.raises(hv.CannotServeError, match="one resting position"):
         hv.run(dataclasses.replace(scene, oscillator=changed, excitation=hv.Excitation(**excitation)), "slow")
 
 

@@ -48,7 +48,7 @@ def test_an_error_is_one_line():
     draft = first()
     draft.choose("bridge")
     Background(draft.tables(), "averaged", "5%", told.put)
-    assert "must have a load resistance" in last(told)[0]["error"]
+    assert "needs a load resistance" in last(told)[0]["error"]
     Background({"oscillator": {"mass": "heavy"}}, "ensemble", "5%", told.put)
     assert "oscillator.mass must be a mass" in last(told)[0]["error"]
 

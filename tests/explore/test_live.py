@@ -152,10 +152,10 @@ def test_a_node_goes_with_its_circuit_and_not_with_the_resistor():
     draft = Draft.read(ROOT / "examples" / "bimorph_packets.toml")
     assert "exact" in looked(draft, "oscillator.mass").here
     found, own = in_worker.life(draft.tables()), hv.node(draft.scene())
-    assert found["short"]["packets an hour"] == f"{own.packets_per_hour.value:.4g}"
+    assert found["short"]["packets per hour"] == f"{own.packets_per_hour.value:.4g}"
     assert found["short"]["awake after"] == f"{own.first_packet.value:.4g} s"
     told = html_text.life(found)
-    assert "packets an hour" in told and "of the possible" in told and "its interval limits it" in told
+    assert "packets per hour" in told and "of the upper bound" in told and "limited by its sending interval" in told
     assert "no such circuit" in html_text.life({"error": "no such circuit"})
 
 

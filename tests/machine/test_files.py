@@ -103,6 +103,6 @@ def test_no_folder_has_this_name(tmp_path):
 
 def test_what_cannot_be_removed(tmp_path):
     (tmp_path / "a").mkdir()
-    with pytest.raises(InputError, match="`out` must take a, but what is there stays: Is a directory"):
+    with pytest.raises(InputError, match="`out`: cannot write a over the existing one: Is a directory"):
         files.remove(tmp_path / "a")
     files.remove(tmp_path / "none")

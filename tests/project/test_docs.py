@@ -133,14 +133,14 @@ def test_the_notebook_runs(tmp_path):
 
 @pytest.mark.thorough("nothing: sphinx builds all pages")
 @pytest.mark.slow
-def test_the_first_page_is_the_gallery(site):
-    """Each figure of the gallery is there, with a link to its section."""
+def test_the_first_page_has_the_gallery(site):
+    """Each figure of the gallery is there, with its title and a link to its section; installing comes before them."""
     first, gallery = ((site / f"{name}.html").read_text() for name in ("index", "gallery"))
     figures = {path.name for path in (ROOT / "docs" / "gallery").glob("*.png")}
-    wall = re.findall(r'href="gallery\.html#([\w-]+)"><img alt="" src="_images/([\w.]+)"', first)
+    wall = re.findall(r'href="gallery\.html#([\w-]+)"><img alt="[^"]+" src="_images/([\w.]+)"', first)
     assert {figure for _, figure in wall} == figures
     assert set(re.findall(r'<section id="([\w-]+)"', gallery)) >= {section for section, _ in wall}
-    assert first.index("_images/") < first.index("overview.html", first.index("<article"))
+    assert first.index("install.html", first.index("<article")) < first.index("_images/")
 
 
 @pytest.mark.slow

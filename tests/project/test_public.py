@@ -209,7 +209,7 @@ def test_notebook():
         page = Html(thing._repr_html_())
         assert page.tags <= {"div", "table", "caption", "thead", "tbody", "tr", "th", "td"}
         assert set(texts) <= set(page.texts)
-    assert any("`within` 1 % cannot be promised" in text for text in Html(answer._repr_html_()).texts)
+    assert any("`within` 1 % cannot be guaranteed" in text for text in Html(answer._repr_html_()).texts)
     assert any(text.startswith("warning: published: at 3 of 3 points: ") for text in Html(table._repr_html_()).texts)
 
 

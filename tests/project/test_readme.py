@@ -3,6 +3,9 @@
 import contextlib
 import io
 import re
+import runpy
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -103,6 +106,27 @@ def test_demo_at_reduced_size(place, monkeypatch):
         pages.run(words, "make demo", [*LESS, ("sweep", [*engines, *few], {":3": ":2"})])
     for name in set(re.findall(r"out/\w+/sweep\.png", recipe)):
         assert Path(name).exists()
+    (last,) = re.findall(r"^\.venv/bin/python (benchmarks/\w+\.py) (.*)$", recipe, re.MULTILINE)
+    done = subprocess.run([sys.executable, ROOT / last[0], last[1]], capture_output=True, text=True, check=True)
+    assert re.fullmatch(r"Best load \S+ kohm: \S+ uW; .* agree within \S+ %.*\.\n", done.stdout)
+
+
+def test_the_answer_of_the_demo(tmp_path):
+    """Computed from the table: the best load by the mean of the engines that state an error, and their agreement."""
+    rows = [
+        ("1000.0", "published", "9.9e-6", ""),
+        ("1000.0", "averaged", "8.0e-6", "1e-8"),
+        ("1000.0", "spice", "8.2e-6", "1e-8"),
+        ("464000.0", "averaged", "8.5e-6", "1e-8"),
+        ("464000.0", "spice", "8.5e-6", "1e-8"),
+        ("464000.0", "ensemble", "", ""),
+    ]
+    head = "load.resistance,engine,mean_power,mean_power_error95"
+    (tmp_path / "sweep.csv").write_text("\n".join([head, *map(",".join, rows)]) + "\n")
+    answer = runpy.run_path(str(ROOT / "benchmarks" / "demo_answer.py"))["answer"](tmp_path / "sweep.csv")
+    assert answer == (
+        "Best load 464 kohm: 8.5 uW; formula and ngspice agree within 1.2 %; published is up to 22 % too high."
+    )
 
 
 def skeleton(line):
@@ -173,10 +197,13 @@ def test_the_powers_of_the_audit(tmp_path, monkeypatch):
 
 
 def test_readme_is_short():
-    """Its first screen shows what the program is; the paper's DOI, or that there is none."""
+    """Its first screen shows the program and the two commands that set up all; the paper's DOI is mentioned."""
     text = (ROOT / "README.md").read_text()
     assert len(text.splitlines()) <= 90
-    assert text.index("![") < text.index("## Install") < text.index("```python")
+    assert text.index("![") < text.index("make demo") < text.index("```python")
+    first = next(block for block in pages.blocks("README.md") if block.language == "sh")
+    assert int(first.where.partition(":")[2]) < 30
+    assert pages.commands(first.text) == [["make", "demo"], ["make", "test"]]
     assert "The text at hand prints no DOI" in text
 
 

@@ -32,7 +32,7 @@ def test_three_axes_with_offset_and_drift(harvester, tmp_path):
     path = written(tmp_path / "a.csv", "Time (s),X (mg),Y (mg),Z (mg)", T, z + 5, z - 7, z)
     status, out, err = harvester("record", path, "--axis", "z", "--out", tmp_path / "c.csv", "--report")
     assert (status, err) == (0, "")
-    assert "found: offset of 10.79 m/s^2 taken off (1.1 g)" in out
+    assert "found: offset of 10.79 m/s^2 removed (1.1 g)" in out
     assert "found: drift of 1." in out
     found = read_record(str(tmp_path / "c.csv"))
     assert found.spacing == pytest.approx(1 / RATE)
@@ -177,7 +177,7 @@ def test_a_coarse_crest_is_not_clipped(harvester, tmp_path):
     slow = np.round(np.sin(2 * np.pi * 2 * T), 1)
     assert harvester("record", written(tmp_path / "a.csv", "t (s),a (g)", T, coarse))[0] == 0
     status, out, _ = harvester("record", written(tmp_path / "a.csv", "t (s),a (g)", T, slow))
-    assert status == 0 and "too coarse to tell" in out
+    assert status == 0 and "too coarse to determine" in out
     path = written(tmp_path / "a.csv", "t (s),a (g)", T, np.clip(coarse, -0.8, 0.8))
     assert "must not be clipped" in harvester("record", path)[2]
 

@@ -67,7 +67,7 @@ def test_the_answer_leads_the_page(pages):
     assert "largest mean power" in pages["response"].partition("<nav")[0]
     leads = {name: pages[name].partition('<ul class="lead">')[2].split("<li>")[1] for name in ("design", "node")}
     assert leads["design"].startswith("circuit: bridge") and leads["node"].startswith("days: 1")
-    assert "packets an hour: 359.9" in pages["node"].partition("<nav")[0]
+    assert "packets per hour: 359.9" in pages["node"].partition("<nav")[0]
     assert "272.2 kΩ" in pages["design"] and pages["design"].count("<img") == pages["node"].count("<img") == 1
     assert "Median mean power" in pages["tolerance"].partition("<nav")[0]
     assert "Against published: averaged differs by 5.8 %" in pages["compare"].partition("<nav")[0]
@@ -90,7 +90,7 @@ def test_a_sentence_of_many_cells_is_said_once():
 
 
 def test_sentences_that_differ_in_their_numbers_are_said_once():
-    late = [f"no density in a budget of {1.9 - k / 10:.2f} s, as it takes about 8.1 s" for k in range(3)]
+    late = [f"no density in a budget of {1.9 - k / 10:.2f}: it needs at least about 8.1 s" for k in range(3)]
     columns = (
         Column("load.resistance", [1e3, 1e4, 1e5, 1e6], "ohm"),
         Column("error", [*late, "other, and alone " * 3]),

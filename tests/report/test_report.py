@@ -197,7 +197,7 @@ def test_comparison():
     result = Comparison(estimates(), {"spice": "ngspice is <missing>"}, ())
     page = checked(report.html(report.of_comparison(hv.load(PLATE), result, 3)))
     provenance_of(page)
-    assert "ensemble: the bias of the step could not be measured: <b>beware</b>" in page.text
+    assert "ensemble: the time-step bias could not be measured: <b>beware</b>" in page.text
     assert "ngspice is <missing>" in page.text
     z = result.z(result.estimates[1])
     assert f"{z:.4g}" in page.text
@@ -292,7 +292,7 @@ def test_elasticities_stand_in_the_report_of_a_run():
     page = report.html(report.of_run(hv.load(PLATE), estimates()[0], 0, None, found))
     assert "Elasticity of the mean power in each key, the largest first" in page
     assert page.index("oscillator.mass", page.index("Elasticity of the mean power")) > 0
-    assert "one percent more of a key" in page
+    assert "normalised sensitivity: change" in page
 
 
 def test_figures_are_as_wide_as_the_page():

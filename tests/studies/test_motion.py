@@ -103,7 +103,7 @@ def test_files_and_command(tmp_path):
     arguments = ["motion", "examples/plate_recorded.toml", "--duration", "2", "--out", str(tmp_path)]
     done = CliRunner().invoke(cli, arguments)
     assert done.exit_code == 0, done.output
-    assert "one path is no mean" in done.output
+    assert "a single trajectory is not a mean" in done.output
     with (tmp_path / "motion.csv").open() as file:
         rows = list(csv.DictReader(file))
     assert list(rows[0]) == [

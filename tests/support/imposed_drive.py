@@ -19,7 +19,7 @@ from harvester.circuits.pointers import advance
 from harvester.circuits.substeps import DID
 from harvester.equations.scales import Scales
 from harvester.errors import InputError
-from harvester.mechanics.kernels.compiled import own_cache, kernel
+from harvester.mechanics.kernels.compiled import kernel, own_cache
 from harvester.netlists.load_circuit import load_circuit
 from harvester.scene.load import Load
 from tests.support.ngspice_oracle import CAPACITANCE, LEAK, LONGEST_STEP, SECONDS, Answer, amplitudes

@@ -58,11 +58,11 @@ def density(eqs: Equations) -> Stationary:
 
         0 = -d(b p)/dA + 1/2 d^2(sigma^2 p)/dA^2,   p finite at 0, p -> 0 at infinity
 
-    The lower limit A0 must be above 0, where it is printed: near 0, 2 b/sigma^2 = 1/A.  Integrated
+    The lower limit A0 must be above 0, if it is printed: near 0, 2 b/sigma^2 = 1/A.  Integrated
     in ln A and normalised in log space, so that no scene over- or underflows.  The grid spans the
     amplitudes where p A is above 1e-14 of its peak.
 
-    Raises SimulationError without external noise, where no density exists; UnboundedResponseError where p does not fall
+    Raises SimulationError without external noise, where no density exists; UnboundedResponseError if p does not fall
     off, or so slowly that E[A^2] is infinite.
     """
     if eqs.n1 is None:
@@ -115,7 +115,7 @@ def mean_square_voltage(eqs: Equations) -> float:
 
 
 def mean_square_voltages(scenes: Sequence[Equations]) -> list[float | SimulationError]:
-    """Mean square voltages of many scenes at once; where one has no answer, its error stands in its place."""
+    """Mean square voltages of many scenes at once; if one has no answer, its error stands in its place."""
     return noisy_stacks(scenes, _TOGETHER, _mean_square_voltages, _NO_NOISE)
 
 

@@ -1,1 +1,1 @@
-"""Top Lyapunov exponents as formulas: published, averaged, and exact where that is known."""
+"""Top Lyapunov exponents as formulas: published, averaged, and exact if that is known."""

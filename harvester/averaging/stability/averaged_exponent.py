@@ -58,7 +58,7 @@ def averaged(eqs: Equations, mu: Override = None, n2: Override = None, restituti
     typical p = lambda/(lambda + mu) takes its place.  Either way lambda is the larger root of a
     quadratic, near -mu where the voltage outlives the motion.  For g >= 1 (beta above about 4.6)
     `decoupled` stands alone.  f is the noise that the slow voltage follows: 1 for slow loads, 0 for fast
-    ones; between, f = (1 - m^2)/(1 + m^2)/(1 + m^2/16) is no theory but a fit to Monte Carlo (r = 1).
+    ones; between, f = (1 - m^2)/(1 + m^2)/(1 + m^2/16) is not a theory but a fit to Monte Carlo (r = 1).
 
     Without a stop: the rightmost eigenvalue lambda_i of (x, x', V), plus what noise does to an
     oscillator of the frequency that has the mode's first-order response, -N2 (l_v x_i)^2, with right

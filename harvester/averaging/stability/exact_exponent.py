@@ -38,7 +38,7 @@ def noiseless(eqs: Equations) -> float | None:
 
     From (x, x', V) = (0, 1, q) the linear flow leads to the next impact after a time T, and it back
     to (0, v, V'), q' = V'/v; at q' = q, lambda = ln(v)/T.  Without a stop: the rightmost eigenvalue.
-    None where the mass leaves the stop for good, or q settles on nothing.
+    None if the mass leaves the stop for good, or q settles on nothing.
     """
     from scipy.optimize import brentq  # most of the seconds that a formula takes would be its loading
 

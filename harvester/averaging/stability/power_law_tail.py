@@ -1,4 +1,4 @@
-"""The power tail that noise of the stiffness gives the amplitude, and so which means exist at all.
+"""The power tail that parametric noise gives the amplitude, and so which means exist at all.
 
 Where nothing but linear damping, the load and the stop at rest take energy, a large amplitude A multiplies by factors
 that do not depend on it, so that its moments grow or fade as E[A^p] ~ exp(Lambda(p) t), and its stationary density is
@@ -54,7 +54,7 @@ class PowerTail:
 
 
 def power_tail(eqs: Equations, driven: bool = False) -> PowerTail | None:
-    """The tail of the amplitude's stationary law; None where all moments exist.
+    """The tail of the amplitude's stationary law; None if all moments exist.
 
     ``driven``: by a circuit that is not in the equations, of which no more is known than that it takes energy; and of a
     compliant stop no more than that it does not feed any.
@@ -91,7 +91,7 @@ def _with_stop(eqs: Equations, bare: float) -> PowerTail | None:
 
 
 def _without_stop(eqs: Equations) -> float:
-    """The exponent q without a stop: exact where it is 2 or 4, between and beyond by straight lines of Lambda(p)/p."""
+    """The exponent q without a stop: exact if it is 2 or 4, between and beyond by straight lines of Lambda(p)/p."""
     powers = np.array([0.0, MEAN, VARIANCE])
     rates = [float(exponent.averaged(eqs)), *(moment_growth(eqs, int(p)) / p for p in powers[1:])]
     after = 1 if rates[1] > 0.0 else 2

@@ -35,7 +35,7 @@ def amplitude_density(A: Floats, law: TwoScale) -> Floats:
 def state_density(x: Floats, v: Floats, law: TwoScale, stop: bool) -> Floats:
     """Density p(x, x') at displacements of shape (m,) and velocities of shape (k,) -> (m, k); 0 behind the stop.
 
-    Raises SimulationError where the voltage is so strong that orbits of neighbouring amplitudes cross.
+    Raises SimulationError if the voltage is so strong that orbits of neighbouring amplitudes cross.
     """
     if law.spread is not None:
         return gap_densities.state_density(x, v, law.spread)

@@ -7,7 +7,7 @@ point x = A at t = 0, and all follows from the half cycle from there to its left
     x = c + a cos Phi,   x' = -a sin Phi nu,   0 <= Phi <= Phi_e,   a = (A + B)/2,   c = (A - B)/2
 
 The mass turns at -B, or would turn there if there were no stop: Phi_e = pi for a free orbit, and with an impact
-sin^2(Phi_e/2) = (A + gap)/(A + B).  B stands for the orbit's energy, U(B) in the potential U = x^2/2 + alpha x^4/4:
+sin^2(Phi_e/2) = (A + gap)/(A + B).  B represents the orbit's energy, U(B) in the potential U = x^2/2 + alpha x^4/4:
 it meets the stop with x'^2/2 = U(B) - U(gap).  A follows from the work of the voltage between the ends,
 
     U(A) + beta int V dx = U(B),   (a sin Phi nu)^2/2 = U(A) - U(x) + beta int_x^A V dx

@@ -31,7 +31,7 @@ def amplitude_density(A: Floats, spread: Spread, period: Floats) -> Floats:
 def state_density(x: Floats, v: Floats, spread: Spread) -> Floats:
     """Density p(x, x') at displacements of shape (m,) and velocities of shape (k,) -> (m, k); 0 behind the stop.
 
-    Raises SimulationError where the voltage is so strong that orbits of neighbouring energies cross.
+    Raises SimulationError if the voltage is so strong that orbits of neighbouring energies cross.
     """
     x, half = np.asarray(x, dtype=np.float64), 0.5 * np.asarray(v, dtype=np.float64) ** 2
     kinetic, turning, up = _kinetic(x, spread), _turning_there(x, spread), _rising(spread.energy, spread)
@@ -53,7 +53,7 @@ def state_density(x: Floats, v: Floats, spread: Spread) -> Floats:
 def _rising(values: Floats, spread: Spread, first: int = 0) -> Any:
     """Places from ``first`` on where the values exceed all before: all but those of a few orbits next to grazing.
 
-    Raises SimulationError where that leaves out more than a few.
+    Raises SimulationError if that leaves out more than a few.
     """
     rest = values[first:]
     kept = rest > np.append(-np.inf, np.maximum.accumulate(rest)[:-1])

@@ -5,7 +5,7 @@ The variable is z = 0 at grazing.  An orbit about the rest position c has the ha
     b = g e^z below grazing,   b = |g| cosh z above,   g = gap + c
 
 for period and averages have a square root in the energy there, which cosh z takes away.  With a preload, g < 0, all
-orbits are above.  Two panels of Gauss points, parted at grazing where that is among the energies that matter, give
+orbits are above.  Two panels of Gauss points, parted at grazing if that is among the energies that matter, give
 integrals and slopes of functions that are smooth on either side; what follows the energy slowly is found by finite
 elements on them, the sums of the panels' Legendre polynomials that are continuous where they meet.
 """
@@ -27,7 +27,7 @@ from harvester.equations.coefficients import Equations
 _POINTS, _DEGREE = 32, 12  # of a panel
 _NARROWEST, _WIDEST = 1e-8, 1e8  # half-widths b
 _GRAZING = 1e-5  # the least z with a preload
-SELDOM = 1e-7  # of the largest mass: below it the slow voltage is not told by the orbits that are there
+SELDOM = 1e-7  # of the largest mass: below it the slow voltage is not determined by the orbits that are there
 _STEEPEST = 10.0  # the slow voltage may slow the rise of the energy along z by this factor
 
 
@@ -131,7 +131,7 @@ class Grid:
 
 
 def _solved(matrix: Floats, right: Floats) -> Floats:
-    """Solutions of positive symmetric systems (m, K, K), nan where one is not finite, scaled to a unit diagonal."""
+    """Solutions of positive symmetric systems (m, K, K), nan if one is not finite, scaled to a unit diagonal."""
     scale = 1.0 / np.sqrt(np.diagonal(matrix, axis1=1, axis2=2))
     matrix, unit = matrix * scale[:, :, None] * scale[:, None, :], np.eye(matrix.shape[-1])
     finite = np.asarray(np.isfinite(matrix).all(axis=(1, 2)))[:, None]

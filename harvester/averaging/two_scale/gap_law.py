@@ -122,7 +122,7 @@ def _summary(eqs: Equations, orbits: DistantOrbits, cycle: Cycles, mass: Floats,
     slow = mean((cycle.x - xbar[:, None]) * memory)
     power_in = scalar(eqs.n1) + scalar(eqs.n2) * x2 + 2.0 * scalar(eqs.n12) * xbar
     c = (np.maximum(power_in - beta * mu * (mean(cycle.V2) + slow), 0.0) / v2)[:, None]  # losses other than the load
-    # A free orbit has one harmonic, whose share is all: the formula says so just short of pi.
+    # A free orbit has one harmonic, whose share is all: the formula reports it just short of pi.
     end = np.minimum(orbits.end, math.pi - 1e-6)
     w, n = end / orbits.tau, _HARMONICS * math.pi / end
     share, narrow = (n / (n**2 - 1.0)) ** 2, (n * w) ** 2 + or_zero(eqs.mu) ** 2

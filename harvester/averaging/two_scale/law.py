@@ -84,7 +84,7 @@ def solve(eqs: Equations) -> TwoScale:
 
     Raises SimulationError without external noise, where no stationary law exists. Also where the voltage and the orbits
     that it bends do not settle (strong coupling near grazing), or where a preloaded mass hardly leaves the stop;
-    UnboundedResponseError where the law does not fall off at large amplitudes.
+    UnboundedResponseError if the law does not fall off at large amplitudes.
     """
     answer = solve_many([eqs])[0]
     if isinstance(answer, SimulationError):
@@ -93,7 +93,7 @@ def solve(eqs: Equations) -> TwoScale:
 
 
 def solve_many(scenes: Sequence[Equations]) -> list[TwoScale | SimulationError]:
-    """Solve many scenes at once; where one has no answer, its error stands in its place."""
+    """Solve many scenes at once; if one has no answer, its error stands in its place."""
     at_rest = [replace(eqs, gap=None) if eqs.gap == 0.0 else eqs for eqs in scenes]
     return noisy_stacks(at_rest, _TOGETHER, _solve, _NO_NOISE)
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from harvester.arrays import Floats
 
-_LARGEST = 1.7  # impact loss up to which the correction was measured: r = .3 without friction
+_LARGEST = 1.7  # impact loss up to which the correction was measured: r = 0.3 without friction
 
 
 def correction(impact_loss: Floats, stored: Floats, load: Floats) -> Floats:
@@ -28,9 +28,9 @@ def correction(impact_loss: Floats, stored: Floats, load: Floats) -> Floats:
 def stated_error(impact_loss: Floats, stored: Floats, friction: Floats) -> Floats:
     """Relative error that is left in E[V^2]; ``friction`` is the share o of the energy that friction takes in a cycle.
 
-        .005 + .03 i + .02 i^2 + .01 o^2 + .2 q (1 + i) + min(8 (q - .22) (i + .1), 1)
+        0.005 + 0.03 i + 0.02 i^2 + 0.01 o^2 + 0.2 q (1 + i) + min(8 (q - 0.22) (i + 0.1), 1)
 
-    the last term where q is above .22: a piezo that holds so much makes the motion another one.  Not exceeded in the
+    the last term where q is above 0.22: a piezo that holds so much makes the motion another one.  Not exceeded in the
     600 scenes by which it was chosen, nor in 215 others.
     """
     i, q, o = np.minimum(impact_loss, _LARGEST), stored, np.minimum(friction, 1.5)
@@ -52,7 +52,7 @@ def stated_error_distant(
 ) -> Floats:
     """Relative error that is left in E[V^2] with a stop at a distance; ``touching`` is the probability of an impact.
 
-    Orbits that meet the stop and free ones have an error each; where both are likely, there is that of a voltage which
+    Orbits that meet the stop and free ones have an error each; if both are likely, there is that of a voltage which
     remembers the other kind.  ``load`` and ``exchange`` are what the load takes and the noise brings in a cycle.  The
     constants are the least, by a linear program, that cover 131 random scenes of engine `density` 1.6 times, and a
     quarter more (`benchmarks/averaged_error.py`): a slow load with strong coupling is a spring that lets go slowly, of

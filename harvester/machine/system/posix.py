@@ -30,7 +30,7 @@ class Posix:
         return os.open(path, os.O_RDONLY | os.O_NONBLOCK)
 
     def open_to_lock(self, path: Path) -> int:
-        """Open a file for `lock`, made where it is missing, and not for other processes; a pipe waits for nobody so."""
+        """Open a file for `lock`, made if it is missing, and not for other processes; a pipe waits for nobody so."""
         return os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
 
     def open_folder_to_lock(self, path: Path) -> int:
@@ -40,7 +40,7 @@ class Posix:
     def lock(self, file: int) -> bool:
         """Lock an open file until it is closed, by flock, which ends with the process; False where another one has it.
 
-        Raises OSError where files cannot be locked.
+        Raises OSError if files cannot be locked.
         """
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -56,7 +56,7 @@ class Posix:
     def back_to_this_folder(self) -> Iterator[None]:
         """Go back to the present current folder at the end, which is kept open meanwhile.
 
-        O_PATH, where there is one, opens a folder that cannot be read.
+        O_PATH, if there is one, opens a folder that cannot be read.
         """
         here = os.open(".", getattr(os, "O_PATH", os.O_RDONLY))
         try:
@@ -109,12 +109,12 @@ class Linux(Posix):
     """What Linux has besides: limits of the address space, /proc, and a list of installed libraries."""
 
     def address_space(self) -> int | None:
-        """The bytes of memory that this process may address, by `ulimit -v`; None where there is no limit."""
+        """The bytes of memory that this process may address, by `ulimit -v`; None if there is no limit."""
         room = resource.getrlimit(resource.RLIMIT_AS)[0]
         return None if room == resource.RLIM_INFINITY else room
 
     def processor(self) -> str:
-        """The name of the processor, from /proc; '' where the system does not say."""
+        """The name of CPU time, from /proc; '' where the system does not say."""
         with suppress(OSError):
             text = Path("/proc/cpuinfo").read_text(encoding="utf-8")
             if match := re.search(r"^model name\s*:\s*(.*\S)", text, re.MULTILINE):
@@ -122,9 +122,9 @@ class Linux(Posix):
         return ""
 
     def library(self, name: str) -> str | None:
-        """The name by which an installed library loads, from the linker's list; None where it is not found.
+        """The name by which an installed library loads, from the linker's list; None if it is not found.
 
-        Raises OSError where the system starts no process, which Python's search takes for a missing library.
+        Raises OSError if the system starts no process, which Python's search takes for a missing library.
         """
         library = ctypes.util.find_library(name)
         if library is None:
@@ -139,7 +139,7 @@ class Linux(Posix):
         return Path(library)
 
     def _listed(self) -> str:
-        """The linker's list, empty where there is none."""
+        """The linker's list, empty if there is none."""
         with suppress(FileNotFoundError, PermissionError):
             return subprocess.run(["/sbin/ldconfig", "-p"], capture_output=True, text=True, check=False).stdout
         return ""

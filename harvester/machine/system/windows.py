@@ -127,6 +127,6 @@ def _kernel() -> "ctypes.WinDLL":
 
 
 def _handle(process: int) -> int | None:
-    """What Windows waits with for a process; None where there is no such process."""
+    """What Windows waits with for a process; None if there is no such process."""
     handle: int | None = _kernel().OpenProcess(_SYNCHRONIZE, False, process)
     return handle

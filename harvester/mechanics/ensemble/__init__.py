@@ -1,1 +1,1 @@
-"""Many trajectories: burn-in, moments with their errors, the bias of the step, Lyapunov exponents."""
+"""Many trajectories: burn-in, moments with their errors, the time-step bias, Lyapunov exponents."""

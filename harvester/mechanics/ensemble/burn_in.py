@@ -140,7 +140,7 @@ def _check_growth(trajectories: Trajectories, energy: float, first: float) -> No
 
 
 def _rare_hops(trajectories: Trajectories, now: Moments, length: float, same: bool, load: float) -> Hopping | None:
-    """The hops between unlike wells, where they are few and all else is forgotten; None elsewhere."""
+    """The hops between unlike wells, if they are few and all else is forgotten; None elsewhere."""
     eqs = trajectories.eqs
     if not (eqs.has_unlike_wells and eqs.is_shaken and eqs.is_random):
         return None
@@ -179,7 +179,7 @@ def memory(trajectories: Trajectories, window: Moments, length: float, hops: Hop
 
 
 def slowest_transient(eqs: Equations) -> float:
-    """Longest time constant of small motions about the places of rest; 0 where some do not die out."""
+    """Longest time constant of small motions about the places of rest; 0 if some do not die out."""
     rate = -max(growth_near(eqs, x) for x in eqs.resting_places or [0.0])
     return 1.0 / rate if rate > SLOWEST else 0.0
 
@@ -187,7 +187,7 @@ def slowest_transient(eqs: Equations) -> float:
 def check_cost(
     trajectories: Trajectories, length: float, budget: float | None, begin: float, before: float = 0.0
 ) -> None:
-    """Refuse a window of a ``length`` that would go beyond the budget, or beyond `MOST_STEPS` where there is none.
+    """Refuse a window of a ``length`` that would go beyond the budget, or beyond `MOST_STEPS` if there is none.
 
     The rate of steps is counted from ``begin``, the budget from ``before`` seconds earlier.
 

@@ -2,7 +2,7 @@
 
 Each trajectory has a phase of the drive of its own, so that what is compared between them are means over whole periods.
 A response that comes back after some periods of the drive is periodic; of one that does not, neighbouring motions part
-exponentially where it is chaotic (a positive Lyapunov exponent), and stay together where it is quasi-periodic.
+exponentially if it is chaotic (a positive Lyapunov exponent), and stay together if it is quasi-periodic.
 """
 
 import math

@@ -19,7 +19,7 @@ from harvester.equations.bounds import barriers
 from harvester.equations.coefficients import Equations
 from harvester.uncertainty.value import Value, mean_and_error
 
-NONE_SEEN = 3.0  # hops at most, at 95 %, where none was seen
+NONE_SEEN = 3.0  # hops at most, at 95 %, if none was seen
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class Hopping:
     """``hops`` trajectories of ``count`` were in another well than they ``began`` in, after a ``time`` in 1/w0.
 
     ``began``, shape (count,), numbers the wells from the left; ``rate`` is that at which shares of the wells come to
-    theirs, in w0: the sum of those of leaving each, where none was seen the largest that it may be.
+    theirs, in w0: the sum of those of leaving each, if none was seen the largest that it may be.
     """
 
     hops: int

@@ -120,7 +120,7 @@ def exponent(
     the same answer, whatever the number of threads.  External noise and nonlinear terms of ``eqs``
     play no part.  The burn-in is `memory`, at most `LONGEST`.  ``progress`` is called with the fraction done.
 
-    Raises SimulationError where a trajectory stops dead (restitution 0 and no voltage that pushes the mass off), or
+    Raises SimulationError if a trajectory stops dead (restitution 0 and no voltage that pushes the mass off), or
     would take too long.
     """
     if h is None:

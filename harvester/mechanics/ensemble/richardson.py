@@ -1,4 +1,4 @@
-"""The bias of the step, measured: trajectories beside others of twice the step, on the same noise.
+"""The time-step bias, measured: trajectories beside others of twice the step, on the same noise.
 
 Beside a stop of strong impacts, whose bias falls slowly with the step, there are others of four times the step, too.
 """
@@ -54,7 +54,7 @@ class RichardsonPair:
 
     Trajectories with a circuit's own kernel, whose steps are dear, begin at other steps in states of these, and not
     from rest.  Where the order holds their means are extrapolated to a step of 0 (`extrapolates`): to begin anew at
-    half of the step takes longer than the error of sampling that this adds.  What it may leave of the bias is stated.
+    half of the step takes longer than the sampling error that this adds.  What it may leave of the bias is stated.
     """
 
     def __init__(

@@ -133,7 +133,7 @@ class Trajectories:
         repeat = self.eqs.shaking_period
         self.h = h = whole_steps(h, repeat)
         self.time, self.hopping = 0.0, None
-        # Two steps to a draw, a sample every .4 or so: V^2 varies on the scale of 1, but jumps alike under a drive.
+        # Two steps to a draw, a sample every 0.4 or so: V^2 varies on the scale of 1, but jumps alike under a drive.
         self.stride = 2 if self.eqs.drive is not None else 2 * max(1, round(0.2 / h))
         if repeat is not None:  # whole samples to a period
             _check_period(h, repeat)

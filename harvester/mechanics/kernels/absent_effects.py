@@ -3,7 +3,7 @@
 numba leaves out a branch such as ``if alpha is not None`` where the argument alpha is None.  Of a field of an argument,
 as in ``if c.alpha is not None``, it does not know that before it has found the types, and fails in the branch that adds
 a number to None; and what stands in the other branch, of an effect that is there, it compiles for nothing.  This pass,
-which runs before branches are left out, writes None in the place of each field whose type says so, and the answer in
+which runs before branches are left out, writes None in the place of each field whose type reports it, and the answer in
 the place of each question whether an argument, or a field of one, is None.
 """
 
@@ -41,7 +41,7 @@ class AbsentEffects(compiler_machinery.FunctionPass):
 
 
 def _answer(state: Any, value: Any) -> tuple[bool | None] | None:
-    """What an expression is for sure, in a tuple; None where it is not known."""
+    """What an expression is for sure, in a tuple; None if it is not known."""
     if value.op == "getattr" and isinstance(_kind(state, value), types.NoneType):
         return (None,)
     if value.op == "binop" and value.fn in QUESTIONS:
@@ -54,7 +54,7 @@ def _answer(state: Any, value: Any) -> tuple[bool | None] | None:
 
 
 def _kind(state: Any, value: Any) -> Any:
-    """Numba's type of an argument, or of a field of one; None where it is neither."""
+    """Numba's type of an argument, or of a field of one; None if it is neither."""
     if isinstance(value, ir.Arg):
         return state.args[value.index]
     if isinstance(value, ir.Expr) and value.op == "getattr":

@@ -83,7 +83,7 @@ def compiled_sources() -> tuple[Path, ...]:
 
 @cache
 def _cache_folder() -> str | None:
-    """Folder of the machine code of exactly these sources; None where none can be written."""
+    """Folder of the machine code of exactly these sources; None if none can be written."""
     digest = hashlib.sha256()
     for source in compiled_sources():
         digest.update(source.read_bytes())

@@ -39,7 +39,7 @@ def energy(x, v, c):
 
 @forced
 def add_martingales(i, before, sums, controls, c):
-    """Add the noise of two steps of lane i to its martingales; rows of V stay zero where it has no load.
+    """Add the noise of two steps of lane i to its martingales; rows of V stay zero if it has no load.
 
     before: states x, v, V ahead of both, shape (3, BATCH).  sums: over both of v sqrt(N) xi, with the v just
     before each kick, and of sqrt(N) xi, shape (2, BATCH).  g is v {1, sqrt E, E, E^2, x, V} and {x, sqrt E, V}: a

@@ -100,7 +100,7 @@ def carried(V, way, t, mu):
 def push(x, V, c, pull=None, a=None):
     """Acceleration pull + a - beta (V - x) that a mass will have when it meets the stop, a distance x away.
 
-    ``pull`` is the spring's there, None at rest, ``a`` the shaking's.  0 with white noise, beside which it is small.
+    ``pull`` is the spring's there, None at rest, ``a`` the excitation's.  0 with white noise, beside which it is small.
     """
     total = 0.0
     if c.n1 is None:
@@ -117,7 +117,7 @@ def push(x, V, c, pull=None, a=None):
 def meeting(x, v, h, a):
     """When and how fast x + u s + a s^2/2 meets the stop, u = v - a h/2: (time from the kick, speed).
 
-    A kick stands for the force of half a step to either side of it: a mass under a constant a is on
+    A kick represents the force of half a step to either side of it: a mass under a constant a is on
     this parabola, and at the ends of the drift also on the straight line of `drift`.
     """
     u = v - 0.5 * a * h

@@ -1,4 +1,4 @@
-"""The acceleration of one path under shaking that is no white noise, kick by kick.
+"""The acceleration of one path under shaking that is not a white noise, kick by kick.
 
 The filters are those of `harvester.mechanics.kernels.shaking`, whose trajectories go side by side.
 """

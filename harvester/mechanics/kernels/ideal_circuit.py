@@ -147,7 +147,7 @@ def flown_back(w, U, coil, kappa, n, leak):
 
 @inlined
 def switched(V, U, s, circuit):
-    """The voltages (V, U) after the switch has acted on the side s of the piezo; as before, where that is too low."""
+    """The voltages (V, U) after the switch has acted on the side s of the piezo; as before, if that is too low."""
     w, kappa, n, leak = s * V, circuit.kappa, circuit.n, circuit.leak
     if circuit.parallel is not None:
         w -= drop(0.5 * max(w, 0.0) * circuit.parallel.peak, n, leak)

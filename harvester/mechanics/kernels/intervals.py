@@ -22,7 +22,7 @@ from harvester.equations.coefficients import Equations
 from harvester.mechanics.kernels.compiled import forced
 from harvester.mechanics.kernels.ngspice_rule import rule_weight
 
-SLOW = 0.5  # mu h, at most: the square is then below .0004 of E[V^2]
+SLOW = 0.5  # mu h, at most: the square is then below 0.0004 of E[V^2]
 HEAT = 0.01  # (beta h^2)^2/(1 - r^2), at most: the voltage's error then gives below 1e-4 of what an impact takes
 _TERMS = 12  # of a series in mu h, for `SLOW` to the last digit
 
@@ -32,7 +32,7 @@ Line = tuple[float, float]
 class Update(NamedTuple):
     """How the voltage is carried along: the lines of impacts in a step and in half a step (`fitted`), None: exact.
 
-    A ``weight`` says that it follows ngspice's rule instead (`harvester.mechanics.kernels.ngspice_rule`).
+    A ``weight`` states that it follows ngspice's rule instead (`harvester.mechanics.kernels.ngspice_rule`).
     """
 
     line: Line | None = None
@@ -69,7 +69,7 @@ def interval(h, t, mu, line=None, weight=None):
 
 
 def update_of(eqs: Equations, h: float, ngspice_rule: bool = False) -> Update:
-    """How an ensemble carries the voltage along: by ngspice's rule, or exact, in the mean where that is enough.
+    """How an ensemble carries the voltage along: by ngspice's rule, or exact, in the mean if that is enough.
 
     It is exact at each impact where no white noise moves the mass, between two stops, and where the load or the
     back-coupling is too fast for the step (`SLOW`, `HEAT`).

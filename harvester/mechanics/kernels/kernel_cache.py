@@ -31,7 +31,7 @@ class KeptFiles(numba_caching.IndexDataCacheFile):
         self._turns: dict[Any, IO[bytes] | None] = {}  # one that is not saved, as after ^C, stays ours
 
     def load(self, key: Any) -> Any:
-        """The machine code of a key; None where this process must compile it, and no other does so meanwhile."""
+        """The machine code of a key; None if this process must compile it, and no other does so meanwhile."""
         path = self._file(key)
         code = _read(path)
         if code is None and path not in self._turns:
@@ -59,7 +59,7 @@ def _digest(key: Any) -> str:
 
 
 def _read(path: Path) -> Any:
-    """What a file holds; None where it is missing or is not what was written."""
+    """What a file holds; None if it is missing or is not what was written."""
     with contextlib.suppress(InputError):
         data = files.read(path, "cache", MOST)
         if hashlib.sha256(data[CHECKSUM:]).digest() == data[:CHECKSUM]:

@@ -58,7 +58,7 @@ class Moments:
         return controlled_entries(getattr(self, name), self.controls, together)
 
     def agrees(self, other: "Moments", name: str) -> bool:
-        """Whether one moment is the same in both, within two standard errors or .1 %."""
+        """Whether one moment is the same in both, within two standard errors or 0.1 %."""
         (mine, my_error), (theirs, their_error) = self.mean(name), other.mean(name)
         return abs(mine - theirs) <= max(2.0 * math.hypot(my_error, their_error), 1e-3 * abs(mine))
 
@@ -76,7 +76,7 @@ class Moments:
         return Moments(**{name: values.reshape(-1, together).mean(axis=1) for name, values in one_each.items()})
 
     def _joined(self, other: "Moments", join: Callable[[Floats, Floats], Floats]) -> "Moments":
-        """Each moment of both joined, and the controls where both have them."""
+        """Each moment of both joined, and the controls if both have them."""
         pairs = {f.name: (getattr(self, f.name), getattr(other, f.name)) for f in fields(self)}
         return Moments(**{name: join(*two) for name, two in pairs.items() if two[0] is not None is not two[1]})
 
@@ -131,7 +131,7 @@ def from_sums(sums: Floats, samples: int, elapsed: float, loss: float, mu: float
 
 
 def check_stationary(samples: Floats) -> None:
-    """Raise UnboundedResponseError where samples of x, x' and V, shape (n, 3), grew `GROWN` times over a long path."""
+    """Raise UnboundedResponseError if samples of x, x' and V, shape (n, 3), grew `GROWN` times over a long path."""
     if len(samples) < FEWEST:
         return
     with np.errstate(over="ignore"):
@@ -152,7 +152,7 @@ def from_path(
 
     The load's power is that of a resistance, or of the ``circuit`` that the path was made with.
 
-    Raises UnboundedResponseError where x^2 + x'^2 + V^2 grew `GROWN` times from the first to the last third of them.
+    Raises UnboundedResponseError if x^2 + x'^2 + V^2 grew `GROWN` times from the first to the last third of them.
     """
     first = math.ceil(discard / (path.h * path.stride) - 1e-6)
     rows = (len(path.samples) - first) // batches

@@ -36,7 +36,7 @@ def stepped_voltage(V, v, t, mu, w):
 def drift_by_ngspice_rule(s, t, mu, r, w):
     """Drift by t: the state and the speed of the impact or 0, without a branch, so that loops vectorise.
 
-    ngspice lands on the impact: one step to it and one beyond, of length 0 where there is none.
+    ngspice lands on the impact: one step to it and one beyond, of length 0 if there is none.
     """
     x1 = s.x + t * s.v
     if r is None:

@@ -28,7 +28,7 @@ def loss_unit(c: Coefficients) -> float:
 
 @forced
 def move(s, d, c, a=None):
-    """Drift, whatever the stops: the state, and the `Impacts`; ``a`` is the shaking's mean over the step."""
+    """Drift, whatever the stops: the state, and the `Impacts`; ``a`` is the excitation's mean over the step."""
     if c.gap is None:
         s1, speed = drift_at_stop(s, d, c, c.r, None, a)
         if c.r is None:
@@ -77,7 +77,7 @@ def mirrored(way, a):
 @forced
 def _move_between(s, d, c, a):
     """Drift between two rigid stops."""
-    if c.n1 is None:  # the stop ahead, mirrored where it is the upper one, unless the other one is met too
+    if c.n1 is None:  # the stop ahead, mirrored if it is the upper one, unless the other one is met too
         way, wall, r, pull = 1.0, -c.gap, c.r, c.pull
         if s.v > 0.0:
             way, wall, r, pull = -1.0, c.high, c.r_high, c.pull_high
@@ -175,7 +175,7 @@ def kick_at_stops(s, xi, h, c, a=None, other=None):
 
 @forced
 def kept_on_stop(x, v, v1, c):
-    """The velocity v1 after a kick, or 0 where it would push a mass at rest on a rigid stop into it."""
+    """The velocity v1 after a kick, or 0 if it would push a mass at rest on a rigid stop into it."""
     if c.r is not None and c.n1 is None and v == 0.0:
         if x == lower_stop(c):
             return max(v1, 0.0)

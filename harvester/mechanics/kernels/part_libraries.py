@@ -28,7 +28,7 @@ class PartLibrary(codegen.JITCodeLibrary):  # type: ignore[misc]
 
     @property
     def codegen(self) -> Any:
-        """What is told the part's objects: this library, which leaves them to the kernel's."""
+        """What is reported the part's objects: this library, which leaves them to the kernel's."""
         return self
 
     def set_env(self, name: str, environment: Any) -> None:

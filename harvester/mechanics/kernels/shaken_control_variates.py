@@ -27,7 +27,7 @@ def martingales(coloured: bool) -> int:
 
 @forced
 def shake_and_add(b, states, accelerations, coarse, shaker, mu):
-    """Shake a batch as `shake` does, and add what is new in the filter to its controls, where both are there.
+    """Shake a batch as `shake` does, and add what is new in the filter to its controls, if both are there.
 
     ``states``: room of shape (2, BATCH); ``mu`` None: without a load, whose voltage counts.
     """

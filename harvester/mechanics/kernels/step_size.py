@@ -7,10 +7,10 @@ from harvester.equations.coefficients import Equations
 from harvester.equations.impact_order import STRONG, step_order
 
 STEP = 0.1  # default step, in units of 1/(frequency of the response)
-STEP_OF_HIGHEST = 0.5  # the same of the highest of several modes: no more than .2 % of bias, without a stop
+STEP_OF_HIGHEST = 0.5  # the same of the highest of several modes: no more than 0.2 % of bias, without a stop
 AT_STOP = 0.2  # the same where a stop excites it: 1 % or so
 TOLERATED = 1.5  # times the default: a longer step is not kept
-FINEST = 64  # steps to a period of the shaking, at least
+FINEST = 64  # steps to a period of the excitation, at least
 SHARPEST = 20.0  # a frequency; no step is made shorter for resonances that are sharper
 MOST_FED = 0.5  # growth of a speed in a step
 IMPACTS = 8.0
@@ -18,12 +18,12 @@ FASTEST_CHATTER = 500.0  # a frequency; no step is made shorter for bounces that
 
 
 def shorter_step(h: float, frequency: float) -> float | None:
-    """The step to begin again with where h is too long for a response of that frequency; None where h serves."""
+    """The step to begin again with where h is too long for a response of that frequency; None if h supports."""
     return None if h * frequency < TOLERATED * STEP else STEP / frequency
 
 
 def whole_steps(h: float, repeat: float | None) -> float:
-    """The longest step up to h of which a shaking's period ``repeat`` takes a multiple of `FINEST`; h where it is None.
+    """The longest step up to h of which a shaking's period ``repeat`` takes a multiple of `FINEST`; h if it is None.
 
     A step that is twice or four times such a one is accepted as it is.
     """
@@ -39,7 +39,7 @@ def whole_steps(h: float, repeat: float | None) -> float:
 def step_from_rest(eqs: Equations, part: float = 1.0) -> float:
     """A ``part`` of the default step of a path from rest, also for what a hardening spring does at an amplitude of 1.
 
-    A period of the shaking takes whole steps of it.
+    A period of the excitation takes whole steps of it.
     """
     far = max(x * x for x in eqs.resting_places)
     h = STEP / typical_frequency(eqs, max(far, 1.0 if eqs.alpha else far))
@@ -49,12 +49,12 @@ def step_from_rest(eqs: Equations, part: float = 1.0) -> float:
 def typical_frequency(eqs: Equations, x2: float, v2: float | None = None) -> float:
     """Frequency that the step must resolve: w^2 = 1 + beta + 3 alpha E[x^2] (nondimensional).
 
-    The default step is `STEP` over it.  ``x2`` is the response's E[x^2], ``v2`` its E[x'^2] where that is known.
+    The default step is `STEP` over it.  ``x2`` is the response's E[x^2], ``v2`` its E[x'^2] if that is known.
 
-    For other springs the linear and the quadratic term's slope, with E[x^2]^(1/2), stand for the 1 where they are more.
+    For other springs the linear and the quadratic term's slope, with E[x^2]^(1/2), represent the 1 if they are more.
     With ``v2`` the bounces of a mass that the spring presses on a stop count too (`chatter`), up to `FASTEST_CHATTER`.
     Noise of a band asks for its upper end; a harmonic drive of a sharp resonance of loss c asks
-    for .2/sqrt(c): the step h detunes it by a part h^2/24, which is then a hundredth of its width.  A friction that
+    for 0.2/sqrt(c): the step h detunes it by a part h^2/24, which is then a hundredth of its width.  A friction that
     feeds energy at a rate c asks for c h up to `MOST_FED`: from 1 on a kick would take energy in its place.  Strong
     impacts under white noise, whose bias falls slowly with the step, ask for `IMPACTS` times as many steps.  Of further
     modes the highest asks for `STEP_OF_HIGHEST`, or for `AT_STOP`.
@@ -88,7 +88,7 @@ def chatter(pressure: float, n1: float | None, v2: float) -> float:
     w^2 = F^3/(10 N1 v) for a spring's acceleration F = ``pressure`` there, with v^2 = ``v2`` = E[x'^2], but v at least
     N1/F, which is what noise gives to a mass that bounces no more.  As the spring acts in kicks, each bounce is off by
     up to F v h in energy, and so many random errors heat the mass: by a part F^3 h^2/(10 N1 v), or so, which is 1 % at
-    h = .1/w.
+    h = 0.1/w.
     """
     if n1 is None or pressure == 0.0:
         return 0.0

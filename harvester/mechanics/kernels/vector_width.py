@@ -1,6 +1,6 @@
 """How wide the vectors of kernels are: 512 bits where a measurement of this processor finds them faster than 256.
 
-LLVM takes 256 bits where a processor has 512, because some clock themselves down at 512; only a trial tells whether
+LLVM takes 256 bits where a processor has 512, because some clock themselves down at 512; only a trial shows whether
 512 are worth it.  It is made once, when a first kernel is compiled, takes half a second, and is kept beside the
 kernels; a file that is missing, wrong, or of another processor or numba is no more than a new trial.  A processor
 without AVX-512 is not tried.  Where the user says by NUMBA_CPU_FEATURES or NUMBA_CPU_NAME what to compile for, that is

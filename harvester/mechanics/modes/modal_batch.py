@@ -77,7 +77,7 @@ def _to_mid_drift(mid, sums, half, c, shaker, store, circuit):
 
 @forced
 def _give_sums(z, sums, controls, states):
-    """Write what was added up beside the states to where it is expected."""
+    """Write what was added up beside the states to if it is expected."""
     for i in range(BATCH):
         for row in range(3):
             sums[10 + row, i] = z[(states + 4 + row) * BATCH + i]
@@ -110,7 +110,7 @@ def _step(i, z, xi, h, d, c, shaker, controls, store, circuit):
 
 @forced
 def _shaken(i, z, n, shaker):
-    """The means of the shaking over the drift, and at the kick; None without."""
+    """The means of the excitation over the drift, and at the kick; None without."""
     if shaker is None:
         return None, None
     return z[(2 * n + 3) * BATCH + i], z[(2 * n + 4) * BATCH + i]

@@ -32,7 +32,7 @@ AT_REST = 1e-12  # of the stop's place, or of 1: rounding of sums over modes
 class ModalCoefficients(NamedTuple):
     """The coefficients above: ``oscillator`` those of the oscillator, ``contact`` those of w, None without a stop.
 
-    The others as of `harvester.equations.modes.Modes`, but ``e`` None where it is (1, 0, ...), ``pull`` None where
+    The others as of `harvester.equations.modes.Modes`, but ``e`` None if it is (1, 0, ...), ``pull`` None if
     it is 0, and ``m`` and ``sm``.
     """
 
@@ -144,7 +144,7 @@ def drift_modes(i, z, d, c, a):
 
 @forced
 def kick_modes(i, z, xi, h, c, a):
-    """Kick lane i for a time h at fixed y and V: the power that the shaking a puts in, times h; 0 without."""
+    """Kick lane i for a time h at fixed y and V: the power that the excitation a puts in, times h; 0 without."""
     speeds, voltage = len(c.k) * BATCH + i, 2 * len(c.k) * BATCH + i
     x, hit = dot(c.e, z, 0, i), 0.0
     stuck, work = _is_stuck(i, z, c), 0.0

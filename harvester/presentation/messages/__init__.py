@@ -1,8 +1,8 @@
 """The sentence of every diagnostic, once, by its code.
 
-Each file of this folder has the ``MESSAGES`` of the rooms that it is named after: a text with the names of its numbers
-in braces, or a function of them where the sentence depends on them; ``{seconds!t}`` is a time with its unit, and
-``{error!p}`` a share in per cent.  An argument of Python stands in backticks, such as `within`; a command prints it as
+Each file of this folder has the ``MESSAGES`` of the subpackages that it is named after: a text with the names of its numbers
+in braces, or a function of them if the sentence depends on them; ``{seconds!t}`` is a time with its unit, and
+``{error!p}`` a fraction in per cent.  An argument of Python stands in backticks, such as `within`; a command prints it as
 --within.
 """
 
@@ -20,7 +20,7 @@ Message: TypeAlias = str | Callable[..., str]
 
 @cache
 def catalogue() -> Mapping[str, Message]:
-    """All messages by their codes; a code stands in one file only."""
+    """All messages by their codes; each code is defined in one file only."""
     messages: dict[str, Message] = {}
     for file in iter_modules(__path__):
         some: dict[str, Message] = getattr(import_module(f"{__name__}.{file.name}"), "MESSAGES", {})
@@ -43,6 +43,6 @@ class _Sentence(Formatter):
     """Puts numbers into a text."""
 
     def convert_field(self, value: Any, conversion: Any) -> Any:
-        """A time (s) for ``!t``, such as 20 ms or 4 min 3 s, and a share for ``!p``; other conversions as always."""
+        """A time (s) for ``!t``, such as 20 ms or 4 min 3 s, and a percentage for ``!p``; other conversions as always."""
         ours = {"t": duration, "p": in_percent}.get(conversion)
         return ours(value) if ours else super().convert_field(value, conversion)

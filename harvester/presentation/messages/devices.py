@@ -1,4 +1,4 @@
-"""What a device's numbers mean: its coupling, load, stop, drive and geometry."""
+"""Explanations of a device's numbers: its coupling, load, stop, excitation and geometry."""
 
 from collections.abc import Callable
 
@@ -7,13 +7,13 @@ from harvester.uncertainty.value import Value, amount
 _COUPLING = {
     "strong": "the load damps the mass and shifts its resonance",
     "medium": "the mass feels the load",
-    "weak": "the mass hardly feels the load; circuits like SSHI or SECE may bring more",
+    "weak": "the mass hardly feels the load; circuits like SSHI or SECE may gain power",
 }
 
 
 def _best_load(power: float, ohm: float, low: float, high: float, near: float, at_end: bool) -> str:
     near_it = f"{near:.0%} of it from {_ohm(low)} to {_ohm(high)}"
-    end = ", the end of what was looked at" if at_end else ""
+    end = ", the end of the range" if at_end else ""
     return f"the best mean power, {amount(power, 'W')}, at about {_ohm(ohm)} ({near_it}){end}"
 
 
@@ -28,15 +28,15 @@ def _ohm(value: float) -> str:
 
 
 def _stop_at_rest(rate: float | None) -> str:
-    often = "" if rate is None else f", about {rate:.3g} times a second"
-    return f"at the mass's rest, so it is hit in every swing{often}"
+    often = "" if rate is None else f", about {rate:.3g} times per second"
+    return f"at the rest position, so it is hit in every swing{often}"
 
 
 def _stop_under_noise(how: str, rms: float, distance: float, is_open: bool, rate: float | None) -> str:
     sentence = f"hit {how}: without it the displacement is {amount(rms, 'm')} (RMS, linear), "
     sentence += f"and it is {amount(distance, 'm')} away"
     sentence += ", in open circuit" if is_open else ""
-    return sentence if rate is None else f"{sentence}; it would be reached {rate:.2g} times a second"
+    return sentence if rate is None else f"{sentence}; it would be reached {rate:.2g} times per second"
 
 
 def _stop_under_drive(peak: float, distance: float, is_noisy: bool) -> str:
@@ -50,24 +50,24 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "coupling": lambda how, merit, strong_from: (
         f"{how}, k^2 Q = {merit:.3g} (strong from {strong_from:.3g}): {_COUPLING[how]}"
     ),
-    "coupling_explained": "strong: the best resistor takes nearly all available power; linear and under white noise, it takes {share:.0%} of what the shaking gives (weak: below 20%)",
-    "load_not_sought": "not looked for, as nothing shakes the base",
+    "coupling_explained": "strong: the best resistor extracts nearly all available power; linear and under white noise, it extracts {share:.0%} of the input power (weak: below 20 %)",
+    "load_not_sought": "not sought: the base has no excitation",
     "best_load_not_found": "not found: {why}",
     "no_load_yet": lambda **best: f"none yet; {_best_load(**best)}",
     "own_load": _own_load,
     "best_load_by": "the best load is by engine {engine!r}, which states an error of {error:.1%} in power",
     "unusual_best_load": "{what}: are mass, frequency and capacitance right?",
     "engines_that_serve": "{engines}",
-    "no_engine_yet": "none yet: a power needs shaking and a load",
+    "no_engine_yet": "none yet: a power needs an excitation and a load",
     "stop_at_rest": _stop_at_rest,
     "stop_pressed": lambda force: (
-        f"pressed on the mass with {amount(force, 'N')}: it is hit whenever the shaking lifts the mass"
+        f"pressed on the mass with {amount(force, 'N')}: it is hit whenever the excitation lifts the mass"
     ),
     "stop_under_noise": _stop_under_noise,
     "stop_under_drive": _stop_under_drive,
-    "stop_distance": lambda distance: f"{amount(distance, 'm')} away; how often it is hit, harvester motion shows",
-    "drive_off_resonance": "the drive of {hertz:.4g} Hz is {ratio:.3g} times the resonance; most power is at {best:.3g} Hz, {gain:.2g} times as much for the same acceleration (linear)",
-    "geometry_mode": "Euler and Bernoulli's first mode, {wired}; the tip moves {tip:.4g} times as far as the scene's mass{block}",
+    "stop_distance": lambda distance: f"{amount(distance, 'm')} away; harvester motion shows how often it is hit",
+    "drive_off_resonance": "the excitation at {hertz:.4g} Hz is {ratio:.3g} times the resonance; most power is at {best:.3g} Hz, {gain:.2g} times as much for the same acceleration (linear)",
+    "geometry_mode": "first mode of an Euler-Bernoulli beam, {wired}; the tip moves {tip:.4g} times as far as the scene's mass{block}",
     "geometry_strain": "the piezo's strain is largest at the clamp, {strain:.4g} microstrain per mm of the scene's displacement{lifetime}",
     "geometry_piezo": "{name}: Y {young:.4g} GPa, d31 {d31:.4g} pm/V, {permittivity:.4g} eps0 clamped, {density:.4g} kg/m^3: {source}",
     "geometry_substrate": "{name}: Y {young:.4g} GPa, {density:.4g} kg/m^3: {source}",

@@ -1,4 +1,4 @@
-"""What is to be said of motions: of the burn-in of trajectories, and of the stability of rest."""
+"""Messages about motions: the burn-in of trajectories, and the stability of rest."""
 
 from collections.abc import Callable
 
@@ -15,13 +15,13 @@ def _burn_in_stopped(time: float, why: str, constant: str) -> str:
 MESSAGES: dict[str, str | Callable[..., str]] = {
     # the burn-in
     "coarse_step": "step {step:g} is coarse for a response of frequency {frequency:.3g}",
-    "dies_out": "the response dies out: the scene has no noise that keeps it going",
+    "dies_out": "the response dies out: the scene has no noise to sustain it",
     "burn_in_stopped": _burn_in_stopped,
     "impacts_accumulate": "below a restitution coefficient of {restitution:.3g} white noise makes impacts accumulate: "
-    "infinitely many end in a finite time (Cornell, Swift and Bray 1998), so that their number is not given",
+    "infinitely many end in a finite time (Cornell, Swift and Bray 1998), so their number is not given",
     # the stability of rest
-    "unreliable_restitution": "no averaging is reliable for a restitution coefficient of {restitution:g}, below .5",
-    "exponent_doubtful": "averaging is doubtful: coupling and noise put lambda off by about {error:.2g}",
+    "unreliable_restitution": "no averaging is reliable for a restitution coefficient of {restitution:g}, below 0.5",
+    "exponent_doubtful": "averaging is doubtful: coupling and noise change lambda by about {error:.2g}",
     "slow_voltage": "averaging is doubtful: the slow voltage carries the orbits along",
     "leaves_the_stop": "averaging does not apply: without noise the mass leaves the stop for good",
 }

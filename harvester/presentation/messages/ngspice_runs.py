@@ -1,6 +1,6 @@
-"""What engine `spice` says of its answers: of runs of ngspice, periodic responses, and what time did not allow.
+"""Messages of engine `spice` about its answers: runs of ngspice, periodic responses, and work beyond the budget.
 
-``physical`` says whether times are in seconds, else in 1/w0.
+``physical`` is True if times are in seconds, False if in 1/w0.
 """
 
 from collections.abc import Callable
@@ -20,11 +20,13 @@ def _step_chosen(within: float, step: float, physical: bool) -> str:
 
 def _biases(followed: int, cheap_model: bool, tolerance_measured: bool, short: bool = False) -> str:
     if not cheap_model and not followed:
-        return "the bias of the step is not known, as no ideal circuit serves: compare with half of `dt`"
+        return "the time-step bias is not known, as no ideal circuit supports the netlist: compare with half of `dt`"
     measured = "was measured against a tenth of it on the same motion"
     if not tolerance_measured:
-        measured = "was not measured (for want of time, or as a warning says)"
-    step = f"the most that {followed} runs of ngspice and those of twice the step on the same noise leave at 95 %"
+        measured = "was not measured (for lack of time, or see the warning)"
+    step = (
+        f"the largest consistent at 95 % with {followed} runs of ngspice and those of twice the step on the same noise"
+    )
     if cheap_model:
         step = "that of the circuit without ngspice"
     runs = "runs alone"
@@ -32,17 +34,15 @@ def _biases(followed: int, cheap_model: bool, tolerance_measured: bool, short: b
         runs = (
             "runs alone, short ones from states of the compiled circuit, whose difference from it is counted as a bias"
         )
-    return (
-        f"the bias of the step is {step}, that of ngspice's tolerance {measured}; the ledger is of the ngspice {runs}"
-    )
+    return f"the time-step bias is {step}, that of ngspice's tolerance {measured}; the energy balance is of the ngspice {runs}"
 
 
 def _returns(periods: int, from_before: bool) -> str:
-    whence = "from that of the point before" if from_before else "from rest"
-    again = f"after {periods} periods of the drive: subharmonic"
+    whence = "from that of the previous point" if from_before else "from rest"
+    again = f"after {periods} periods of the excitation: subharmonic"
     if periods == 1:
-        again = "after each period of the drive"
-    return f"no sampling error: nothing is random, and the response {whence} comes back {again}"
+        again = "after each period of the excitation"
+    return f"no sampling error: nothing is random, and the response {whence} repeats {again}"
 
 
 def _steady_within(within: float, error: float | None) -> str:
@@ -51,7 +51,7 @@ def _steady_within(within: float, error: float | None) -> str:
 
 def _precision_unknown(why: str, steps: int, error: str) -> str:
     return {
-        "lost": "the error is not known, as the response is not there at another step or tolerance",
+        "lost": "the error is not known, as the response does not exist at another step or tolerance",
         "budget": "the error is not known, as the `budget` was spent before",
         "circuit": f"the error is not known: at another step or tolerance {error}",
         "step": f"the error is not known, as `dt` leaves fewer than {steps} steps to a period",
@@ -59,61 +59,61 @@ def _precision_unknown(why: str, steps: int, error: str) -> str:
 
 
 def _mean_while_settling(covered: float, why: str, steady: bool) -> str:
-    several = "; a periodic response takes several such runs" if steady else ""
+    several = "; a periodic response needs several such runs" if steady else ""
     return f"the mean is over {duration(covered)} of ngspice, while still settling: {why}{several}"
 
 
 def _ngspice_left_out(resistive: bool, why: str) -> str:
-    model = "its circuit made of ideal diodes and switches, as of engine 'ideal'"
+    model = "its circuit made of ideal diodes and switches, as in engine 'ideal'"
     if resistive:
-        model = "the same equations, as of engine 'ensemble'"
+        model = "the same equations, as in engine 'ensemble'"
     return f"ngspice gave no answer in the `budget`, and the mean is that of {model}, without it: {why}"
 
 
 def _several_responses(responses: int, from_rest: bool, engine: str) -> str:
     this = "this is the one from rest" if from_rest else "the mean is that of runs from rest"
     others = f"the others are found by engine {engine!r} from many starts"
-    return f"the drive has {responses} response{'s' * (responses > 1)}, and {this}; {others}"
+    return f"the excitation has {responses} response{'s' * (responses > 1)}, and {this}; {others}"
 
 
 MESSAGES: dict[str, str | Callable[..., str]] = {
     # a model of the user's own
-    "model_path": "one path at one step: half of `step` and a tenth of `tolerance` show its error",
+    "model_path": "one trajectory at one step: half of `step` and a tenth of `tolerance` show its error",
     "stand_in": "ngspice ran on a device of {mass:g} kg, w0 = {frequency:g} rad/s, Cp = {capacitance:g} F, theta = "
     "{coupling:.4g} N/V; results are nondimensional",
     "charging_cut_short": "burn-in stopped at {time:g} before the load's capacitor was charged: Rload Csmooth = "
     "{storage:g} s",
     "step_chosen": _step_chosen,
     "biases": _biases,
-    "netlist_gives": "the netlist gives {share:.0%} of what its load takes: that share is not harvested",
-    "netlist_stores": "not stationary: mass, piezo and Csmooth still store {share:.0%} of what the load takes",
+    "netlist_gives": "the netlist supplies {share:.0%} of the load power: that fraction is not harvested",
+    "netlist_stores": "not stationary: mass, piezo and Csmooth still store {share:.0%} of the load power",
     # what the time did not allow
     "runs_ended": _runs_ended,
-    "step_bias_not_measured": "the bias of the step could not be measured: {error}",
+    "step_bias_not_measured": "the time-step bias could not be measured: {error}",
     "shunted": "ngspice did not converge: it does with {capacitance:.2g} F from each node to ground, {share:g} of the "
-    "piezo's; what that changes was measured by twice as much, together with what the tolerance does",
+    "piezo's; its effect was measured with twice as much, together with that of the tolerance",
     "shunted_response": "ngspice did not converge: it does with {capacitance:.2g} F from each node to ground, {share:g} "
-    "of the piezo's; what that changes was measured by half as much, together with what the tolerance does",
-    "tolerance_not_measured": "what ngspice's tolerance does could not be measured: {error}",
+    "of the piezo's; its effect was measured with half as much, together with that of the tolerance",
+    "tolerance_not_measured": "the effect of ngspice's tolerance could not be measured: {error}",
     "mean_while_settling": _mean_while_settling,
     "ngspice_left_out": _ngspice_left_out,
     # towards a target
-    "needs_smaller_tolerance": "`within` {within!p} needs a smaller tolerance of ngspice, which makes {error!p}: "
+    "needs_smaller_tolerance": "`within` {within!p} needs a smaller tolerance of ngspice, whose error is {error!p}: "
     "in Python, Spice(reltol={reltol:.0e})",
-    "needs_smaller_dt": "`within` {within!p} needs a smaller `dt`: the bias of the step alone is too large",
+    "needs_smaller_dt": "`within` {within!p} needs a smaller `dt`: the time-step bias alone is too large",
     "steady_within": _steady_within,
     # responses to a steady drive
-    "not_periodic": "no response was found that comes back within 8 periods of the drive, so that runs are sampled",
+    "not_periodic": "no response repeats within 8 periods of the excitation, so runs are sampled",
     "comes_back": _returns,
     "precision_unknown": _precision_unknown,
-    "steady_errors": "its error is that of the step, of ngspice's tolerance and of settling",
-    "tolerance_reused": "that of the tolerance, which is next to nothing, was measured at a point before",
-    "others_not_sought": "other responses to the drive are not looked for",
-    "search_not_settled": "a search for other responses to the drive, from other starts, did not settle",
-    "no_other_response": "engine {engine!r} from many starts finds no other response to the drive",
+    "steady_errors": "its error has parts for the time step, ngspice's tolerance and settling",
+    "tolerance_reused": "that of the tolerance, which is negligible, was measured at a previous point",
+    "others_not_sought": "other responses to the excitation are not sought",
+    "search_not_settled": "a search for other responses, from other starts, did not settle",
+    "no_other_response": "engine {engine!r} from many starts finds no other response",
     "several_responses": _several_responses,
     "only_from_rest": "only from rest",
     "lead_together": "{responses} responses without ngspice lead there",
     "not_followed": "ngspice does not follow it: {error}",
-    "does_not_come_back": "ngspice finds none near it that comes back",
+    "does_not_come_back": "ngspice finds none near it that repeats",
 }

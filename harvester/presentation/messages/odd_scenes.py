@@ -1,10 +1,10 @@
-"""What is odd about a scene: numbers that no such device has, shocks, and what a record cannot know."""
+"""Warnings about a scene: unusual numbers, shocks, and the limits of a recording."""
 
 from collections.abc import Callable
 
 
 def _unusual(key: str, value: float, unit: str, low: float, high: float, likely: str) -> str:
-    text = f"{key} is {value:.4g} {unit}, far outside of the {low:g} to {high:g} {unit} of such devices"
+    text = f"{key} is {value:.4g} {unit}, far outside of the usual {low:g} to {high:g} {unit}"
     return text + (f": is {likely} meant?" if likely else "")
 
 
@@ -18,16 +18,16 @@ def _overdamped(damping_ratio: float) -> str:
 MESSAGES: dict[str, str | Callable[..., str]] = {
     "unusual_value": _unusual,
     "overdamped": _overdamped,
-    "node_left_out": "[storage], [chip] and [node] are not computed here, but by 'harvester node'",
+    "node_left_out": "[storage], [chip] and [node] are not computed here: use 'harvester node'",
     "far_from_resonance": "excitation.frequency is {frequency:.4g} Hz, {ratio:.3g} times the resonance of "
     "{resonance:.4g} Hz: is its unit right?",
     "other_capacitance": "load.parameters.Cp is {own:.4g} nF, but piezo.capacitance is {piezo:.4g} nF: left out, it is "
     "the piezo's",
     "single_shock": "the shock is a single one: the mean power is over {period!t}, in which the device comes to "
     "rest; that time changes with the damping: compare the energy per event, or give event_rate",
-    "coarse_record": "the record has only {samples:.3g} samples to a period of the resonance: what shakes above half "
-    "its rate is not in it, and if that is as strong as just below, E[V^2] is off by {change:.1%}",
-    "record_join": "the record's end does not meet its beginning: how they are joined changes E[V^2] by {change:.1%}",
-    "narrow_density": "the tabulated density is narrow for a record of {period:.3g}/w0: its lines change E[V^2] by "
+    "coarse_record": "the recording has only {samples:.3g} samples per period of the resonance: vibration above half "
+    "its rate is missing, and if that is as strong as just below, E[V^2] is off by {change:.1%}",
+    "record_join": "the recording's end does not meet its beginning: the way they are joined changes E[V^2] by {change:.1%}",
+    "narrow_density": "the tabulated power spectral density is narrow for a record of {period:.3g}/w0: its lines change E[V^2] by "
     "{change:.1%}",
 }

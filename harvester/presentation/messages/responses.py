@@ -1,4 +1,4 @@
-"""What a frequency response says of itself."""
+"""Messages of frequency responses."""
 
 from collections.abc import Callable
 

@@ -1,4 +1,4 @@
-"""What sweeps say of their rows."""
+"""Messages of sweeps about their rows."""
 
 from collections.abc import Callable
 
@@ -7,7 +7,7 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "said_by_earlier_run": "{text}",  # in sweep.csv, from which a finished sweep goes on
     "warned_at_points": "at {count} of {total} points: {first}",
     "failed_at_points": "failed at {count} of {total} points: {first}",
-    "stands_for_formulas": "computed in place of {formulas}: there is no formula for the power of a netlist",
-    "several_responses_at_points": "several responses to the drive at {count} of {total} points, {most} at most: "
+    "stands_for_formulas": "computed in place of {formulas}: formulas do not cover netlists",
+    "several_responses_at_points": "several responses to the excitation at {count} of {total} points, {most} at most: "
     "a run of such a point lists each with its mean",
 }

@@ -1,9 +1,9 @@
-"""Short names for the parts of an error that are not known: what `harvester.uncertainty.value.Value.unknown` says.
+"""Short names for the parts of an error that are not known: the content of `harvester.uncertainty.value.Value.unknown`.
 
-They go on after "the error of".
+They follow "the error of".
 """
 
-STEP = "the step"
+STEP = "the time step"
 SHUNT = "the capacitance from each node to ground"
 TOLERANCE = "ngspice's tolerance"
 STEP_AND_TOLERANCE = f"{STEP} and {TOLERANCE}"
@@ -12,6 +12,6 @@ COMPILED_CIRCUIT = "the difference from ngspice"
 RARE_MOTIONS = "motions too large and rare for a sample"
 WELLS = "the share of each well"
 WITHOUT_NGSPICE = "leaving ngspice out"
-TIME_SCALES = "taking vibration and circuit apart"
+TIME_SCALES = "separating vibration and circuit"
 CUT_SHORT = "a response that was cut short"
 PAPERS_FORMULA = "the paper's formula"

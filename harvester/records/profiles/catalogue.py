@@ -14,7 +14,7 @@ SHARED = ("acceleration_amplitude", "frequency")  # keys that a harmonic motion 
 def check_profile(keys: Mapping[str, object]) -> None:
     """Refuse a profile that is unknown, or without a key that it needs, or with one that it would ignore.
 
-    ``keys`` are all of [excitation], None where left out.  Raises InputError.
+    ``keys`` are all of [excitation], None if left out.  Raises InputError.
     """
     name = keys.get("profile")
     if name is None:

@@ -12,7 +12,7 @@ c_0 = 0: the base comes back to rest, so that the velocity that a shock gives is
 A machine has lines at its speed of rotation and multiples of it, a walker at those of the steps:
 
     machine    a(t) = level * sum of A_k sin(2 pi k f t)                  f turns a second, A_k given
-    walking    a(t) = level * g * sum of alpha_k cos(2 pi k f t)          f steps a second
+    walking    a(t) = level * g * sum of alpha_k cos(2 pi k f t)          f steps per second
 
 A walker pushes the ground with W (1 + sum of alpha_k cos(...)), W the weight; by Newton's second law the
 centre of mass is accelerated by g times the sum.  The source states no phases: ours are those of cosines in step.
@@ -117,7 +117,7 @@ def _ramp(angle: Floats) -> Complexes:
 
 
 WALKING = (0.5, 0.2, 0.1, 0.05)  # of the weight, at 1 to 4 times the rate of steps
-STEP_RATES = 1.6, 2.2  # steps a second that the source covers
+STEP_RATES = 1.6, 2.2  # steps per second that the source covers
 STEP_RATE = 2.0
 MOST_LINES = 64
 LINES = {
@@ -153,7 +153,7 @@ def machine(frequency: float, harmonics: Sequence[float], level: float) -> Recor
 
 
 def walking(frequency: float | None, level: float) -> Record:
-    """One step of a walker at ``frequency`` steps a second; InputError outside of `STEP_RATES`."""
+    """One step of a walker at ``frequency`` steps per second; InputError outside of `STEP_RATES`."""
     rate = STEP_RATE if frequency is None else frequency
     if not STEP_RATES[0] <= rate <= STEP_RATES[1]:
         must = f"be between {STEP_RATES[0]} and {STEP_RATES[1]} Hz, the steps a second that its source covers"

@@ -16,8 +16,8 @@ FEW = 20  # runs, of which 5 % are less than one
 class Level(Result):
     """One voltage on the way: the store's energy there, and the times and the power that it takes to get there.
 
-    ``time`` is None where a run never gets there; ``low`` and ``high`` are the times by which 5 and 95 % of the runs
-    have; ``power`` is the mean from the level before, None where a run never gets there or the probe is not the store.
+    ``time`` is None if a run never gets there; ``low`` and ``high`` are the times by which 5 and 95 % of the runs
+    have; ``power`` is the mean from the level before, None if a run never gets there or the probe is not the store.
     """
 
     SHORT = ("voltage", "time")
@@ -49,11 +49,11 @@ class ChargingResult(TableResult):
     duration
         how long a run was watched (s, or 1/w0).
     time
-        a `Value`: the mean time to the target; None where a run never reaches it within the duration.
+        a `Value`: the mean time to the target; None if a run never reaches it within the duration.
     at_least
         a `Value`: a lower bound of that time, the mean with such a run counted as the duration.
     low, high
-        the times by which 5 % and 95 % of the runs have arrived; None where fewer have.
+        the times by which 5 % and 95 % of the runs have arrived; None if fewer have.
     runs
         the number of runs.
     reached, reached_between
@@ -71,10 +71,10 @@ class ChargingResult(TableResult):
     steps
         steps of all runs.
     afterwards
-        a `Value`: the share of the time at or above the target after the first arrival; None where it was not asked
+        a `Value`: the share of the time at or above the target after the first arrival; None if it was not asked
         for.
     rises
-        how often a run rises to the target; None where it was not asked for.
+        how often a run rises to the target; None if it was not asked for.
     diagnostics
         warnings and notes, each with a code, numbers and a sentence (``str``).
 

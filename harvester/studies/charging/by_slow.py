@@ -31,7 +31,7 @@ LARGE = 1000.0  # times the piezo's capacitance: a store that is charged slowly 
 
 
 def refusal_of_slow(problem: Problem, probe: Probe, records: bool = False) -> Diagnostic | None:
-    """Why a charge cannot be computed from the rectifier's mean current, also of ``records``; None where it can."""
+    """Why a charge cannot be computed from the rectifier's mean current, also of ``records``; None if it can."""
     from harvester.circuits.idealised import ideal_circuit
 
     eqs, circuit = problem.equations, problem.circuit
@@ -67,7 +67,7 @@ def charges_slowly(problem: Problem) -> bool:
 def charge_slowly(runs: ChargeRuns) -> Passages:
     """The passages of the store.
 
-    Raises UnboundedResponseError where the motion grows without bound.
+    Raises UnboundedResponseError if the motion grows without bound.
     """
     from harvester.mechanics.kernels.compiled import compilation
 
@@ -200,7 +200,7 @@ def _behind_a_rectifier(runs: ChargeRuns) -> dict[str, Any]:
 
 
 def _finite(changes: Floats) -> Floats:
-    """Sizes of changes, 0 where a level is not reached."""
+    """Sizes of changes, 0 if a level is not reached."""
     return np.nan_to_num(np.abs(changes), nan=0.0, posinf=0.0)
 
 

@@ -36,7 +36,7 @@ from harvester.studies.charging.request import (
 from harvester.studies.charging.side_by_side import charge_side_by_side
 from harvester.studies.output_folder import OutputFolder, provenance
 
-LONGER = 2.0  # times the time that a slow charge takes: how long a direct one is watched where it is not slow
+LONGER = 2.0  # times the time that a slow charge takes: how long a direct one is watched if it is not slow
 
 
 @names_arguments
@@ -54,7 +54,7 @@ def charge(
     notice: Callable[[str], None] | None = None,
     execution: Execution = DEFAULT,
 ) -> ChargingResult:
-    """The time from empty until ``probe`` reaches ``to``, over many runs or, where nothing is random, of one.
+    """The time from empty until ``probe`` reaches ``to``, over many runs or, if nothing is random, of one.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ def charge(
         the storage capacitor Csmooth ("store"), or a quantity of the circuit such as "v(a,b)".
     engine
         "slow", "ideal", "compiled" or "spice"; None: "slow" for a store of 1000 times the piezo's capacitance or more,
-        unless its charge is not slow beside the vibration, else "ideal" where that serves, else "spice".
+        unless its charge is not slow beside the vibration, else "ideal" where that supports, else "spice".
     duration
         how long a run is watched, in seconds or as a text (nondimensional scene: 1/w0); None: until all have arrived,
         but at most five time constants of store and load.  With it, "spice" also says for how much of the time the
@@ -98,7 +98,7 @@ def charge(
         for a scene without storage capacitor, an unknown probe or engine, options that are out of range or would do
         nothing, and a folder that cannot be written.
     CannotServeError
-        for a scene that the engine does not serve.
+        for a scene that the engine does not support.
     MissingProgramError
         where ngspice is not installed.
     SimulationError

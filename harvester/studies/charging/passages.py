@@ -23,7 +23,7 @@ class ChargeRuns:
     """What is to be run: ``count`` charges of a problem from rest and empty, and through which ``levels`` (V).
 
     ``duration`` (s) is how long they are watched at most, and ``h`` their step (1/w0); None: that of the scene.
-    ``probe`` is what is looked at; None: the storage capacitor.  Each begins at the beginning of the shaking, or
+    ``probe`` is what is looked at; None: the storage capacitor.  Each begins at the beginning of the excitation, or
     ``anywhere``; with ``whole`` it goes on to the end, else until all have reached the last level.
     """
 
@@ -39,7 +39,7 @@ class ChargeRuns:
     progress: Progress | None = None
 
     def tell(self, fraction: float) -> None:
-        """Tell the progress, where there is one, the fraction done."""
+        """Tell the progress, if there is one, the fraction done."""
         if self.progress is not None:
             self.progress(fraction)
 
@@ -51,8 +51,8 @@ class Passages:
     ``levels``, shape (levels,), ends with the target; ``times``, shape (runs, levels), are when a run first reaches
     each, infinite where it never does; ``coarse`` are the same runs at a coarser step.  ``curves``, shape (runs,
     samples), are voltages at the times ``at``; ``end`` is how long each run was watched; ``capacitance`` (F) that of
-    the store, 0 where it is not known; ``seconds`` what all took, without compilation.  ``after`` is what comes after
-    the first passage of each run, and at the coarser step; None where that was not looked at.
+    the store, 0 if it is not known; ``seconds`` what all took, without compilation.  ``after`` is what comes after
+    the first passage of each run, and at the coarser step; None if that was not looked at.
     """
 
     levels: Floats
@@ -104,9 +104,9 @@ class Passages:
         return np.asarray(np.searchsorted(order, self.at, side="right") / len(order))
 
     def mean(self, values: Floats, coarse: Floats) -> Value:
-        """The mean of one finite number a run, with its error of sampling and the change at the coarser step.
+        """The mean of one finite number a run, with its sampling error and the change at the coarser step.
 
-        The change, ``counted`` times, and what is not known of it, is the error of the step.
+        The change, ``counted`` times, and what is not known of it, is the time-step error.
         """
         if len(values) == 1:
             change = self.counted * abs(float(coarse[0] - values[0]))
@@ -122,9 +122,9 @@ class Passages:
         return np.asarray(values.reshape(-1, self.together, *values.shape[1:]).mean(axis=1))
 
     def time_to(self, level: int) -> Value | None:
-        """The mean time to a level; None where a run does not reach it, so that its time is not known.
+        """The mean time to a level; None if a run does not reach it, so that its time is not known.
 
-        Where it is only the coarser run that does not, the error of the step is not known.
+        Where it is only the coarser run that does not, the time-step error is not known.
         """
         times, coarse = self.times[:, level], self.coarse[:, level]
         if not np.isfinite(times).all():
@@ -149,8 +149,8 @@ class Passages:
     def share_afterwards(self) -> Value | None:
         """The mean share of the time for which a run is at or above the target, once it has been there.
 
-        For a single run the spread over its cycles counts as an error of the step; for several the spread between them
-        is that of sampling, which has it already.  None where it was not looked at, or a
+        For a single run the spread over its cycles counts as an time-step error; for several the spread between them
+        is that of sampling, which has it already.  None if it was not looked at, or a
         run never gets there.
         """
         if self.after is None:
@@ -164,11 +164,11 @@ class Passages:
         return replace(share, bias=(share.bias or 0.0) + self.after[0][0].error)
 
     def rises(self) -> float | None:
-        """How often a run rises through the target, on average; None where that was not looked at."""
+        """How often a run rises through the target, on average; None if that was not looked at."""
         return None if self.after is None else float(np.mean([after.rises for after in self.after[0]]))
 
     def quantile(self, share: float, level: int = -1) -> float | None:
-        """The time by which that share of the runs has reached a level; None where it is after the end."""
+        """The time by which that share of the runs has reached a level; None if it is after the end."""
         ordered = np.sort(self.times[:, level])
         position = share * (len(ordered) - 1)
         low, high = float(ordered[math.floor(position)]), float(ordered[math.ceil(position)])
@@ -179,7 +179,7 @@ class Passages:
     def power_between(self, level: int, joules: float) -> Value | None:
         """The mean power (W) that takes the store up by ``joules`` to a level from the one below it.
 
-        The energy over the mean time that this takes, with its relative errors; None where a run does not get there.
+        The energy over the mean time that this takes, with its relative errors; None if a run does not get there.
         """
 
         def durations(times: Floats) -> Floats:

@@ -23,7 +23,7 @@ SMALLEST_STEP, LARGEST_STEP = 1e-5, 1.0  # nondimensional
 def choose_engine(
     problem: Problem, probe: Probe, engine: str | None, slowly: bool = True
 ) -> tuple[str, Diagnostic | None]:
-    """The engine's name, and why it is that one where it was not chosen: not `Slow` unless ``slowly``."""
+    """The engine's name, and why it is that one if it was not chosen: not `Slow` unless ``slowly``."""
     if engine is not None and engine not in ENGINES:
         raise unknown("engine", engine, ENGINES)
     by_request = engine is not None and ENGINES[engine].by_mean_current
@@ -46,7 +46,7 @@ def choose_engine(
 
 
 def _refusal(problem: Problem, probe: Probe, engine: str) -> Diagnostic | None:
-    """Why an engine of trajectories side by side cannot charge what it serves otherwise; None where it can."""
+    """Why an engine of trajectories side by side cannot charge what it supports otherwise; None if it can."""
     if probe.name != STORE:
         return refusal("store_alone", engine=engine, probe=probe.name)
     if problem.equations.shaking_period is not None:

@@ -26,7 +26,7 @@ from harvester.uncertainty.value import Value, amount
 
 SERIES, SMALLEST, LARGEST = "E6", 1e-6, 1.0  # of capacitors (F)
 WIDE = 1.2  # for capacitors that have less than they say
-RIPPLE = 0.01  # of the voltage, at twice the frequency of the shaking
+RIPPLE = 0.01  # of the voltage, at twice the frequency of the excitation
 LOW = 0.9  # of the voltage needed, to which a store goes down in the quiet parts of a record
 INSTANT, LONGEST = 1e-6, 30.0 * 86400.0  # s: of a packet that only tells when a store is full; to wait for that
 FEW, MANY = 4, 12  # voltages at which the current is measured, of a device of many
@@ -147,7 +147,7 @@ def _of_chip(supply: Supply, table: AnyCurrent, needed: float, power: float) -> 
 
 
 def _on_record(candidate: Candidate, scene: Scene, needed: DesignNeed) -> Given:
-    """What a candidate gives on a record, behind ideal diodes where there are any; a chip's rectifier is the bridge.
+    """What a candidate gives on a record, behind ideal diodes if there are any; a chip's rectifier is the bridge.
 
     The time scales are compared on a store that hardly moves, as what takes the power keeps the voltage.
     """
@@ -181,7 +181,7 @@ def _on_record(candidate: Candidate, scene: Scene, needed: DesignNeed) -> Given:
 def capacitance(needed: DesignNeed, scene: Scene, kept: float = 0.0) -> float:
     """The smallest capacitor that keeps the voltage, `WIDE` times the energy of a node's packet, and what is ``kept``.
 
-    With that energy (J) it goes down to the node's stop voltage, or where there is none to `LOW` of the voltage needed.
+    With that energy (J) it goes down to the node's stop voltage, or if there is none to `LOW` of the voltage needed.
     """
     frequency = scene.modal.frequency / (2.0 * math.pi)
     if scene.excitation is not None and scene.excitation.frequency is not None:
@@ -197,7 +197,7 @@ def capacitance(needed: DesignNeed, scene: Scene, kept: float = 0.0) -> float:
 def nominal(scene: Scene, circuit: str, needed: DesignNeed, farads: float, seed: int) -> tuple[Candidate, Given]:
     """The best candidate of a circuit: of several coils the one of most power, none of which is saturated.
 
-    Raises CannotServeError where every coil is saturated, and as `candidates` and `evaluate`.
+    Raises CannotServeError if every coil is saturated, and as `candidates` and `evaluate`.
     """
     usable = [candidate for candidate in candidates(scene, circuit, needed) if not saturates(candidate, scene)]
     if not usable:

@@ -23,9 +23,9 @@ class DesignCandidate(Result):
     available
         a `Value`: the mean power (W) that is there at the voltage needed.
     share_met
-        the share of devices that meet everything; None where it was not computed.
+        the share of devices that meet everything; None if it was not computed.
     wake
-        the time (s) from empty to the voltage needed; None where it is never reached.
+        the time (s) from empty to the voltage needed; None if it is never reached.
     meets
         whether the device of the scene meets everything.
 
@@ -70,9 +70,9 @@ class DesignResult(TableResult):
     verdict
         each requirement, and whether the device of the scene meets it.
     runner_up
-        the circuit that comes second; None where no other meets everything.
+        the circuit that comes second; None if no other meets everything.
     bound
-        the most that any device of this mass could take (W), and why; None where no bound applies.
+        the most that any device of this mass could take (W), and why; None if no bound applies.
     candidates
         all that were looked at, in the order of the decision.
     scene

@@ -35,7 +35,7 @@ class RareTail:
         """The level that ``blocks`` blocks stay below with the probability ``share``, with its errors.
 
         Beyond the energies that were counted the law may have another shape: of each further e-fold `SHAPE` of the size
-        is the error of the model.
+        is the model error.
         """
         folds = np.maximum(np.log(self.rate * blocks / -math.log(share)), 0.0)
         levels = np.sqrt(self.threshold + self.size * folds)
@@ -47,7 +47,7 @@ class RareTail:
 
 
 def rare(maxima: Floats, seed: int = 0) -> RareTail | None:
-    """The tail of blocks of which many have 0, by maximum likelihood; None where fewer than `FEW` have another.
+    """The tail of blocks of which many have 0, by maximum likelihood; None if fewer than `FEW` have another.
 
     The threshold is the median of what is not 0.  For a size the likeliest rate is (blocks beyond the threshold)/(sum
     of exp(-y/size) over all), with y = 0 below it.
@@ -86,7 +86,7 @@ class Tail:
 
     fitted by L-moments (Hosking, Wallis and Wood, Technometrics 27, 1985); the largest of a time T = n B stays below y
     with the probability G(y)^n.  What is fitted are squares, y = a^2: of a narrow-band response they are energies,
-    whose largest values come to such a distribution soonest.  Blocks that are drawn anew give the error of sampling:
+    whose largest values come to such a distribution soonest.  Blocks that are drawn anew give the sampling error:
     the parameters have the shape (draws,), of which the first is of all blocks, the others of redraws.
     """
 
@@ -95,7 +95,7 @@ class Tail:
     shape: Floats
 
     def largest(self, share: float, blocks: float) -> Value:
-        """The level that ``blocks`` blocks stay below with the probability ``share``, with its error of sampling."""
+        """The level that ``blocks`` blocks stay below with the probability ``share``, with its sampling error."""
         x = -math.log(share) / blocks
         k = np.where(np.abs(self.shape) < 1e-9, 1e-9, self.shape)
         squares = self.location - self.scale / k * np.expm1(k * math.log(x))

@@ -36,7 +36,7 @@ def check_served(problem: Problem) -> None:
 
 
 def rice_holds(problem: Problem) -> bool:
-    """Whether a problem that is served is linear, so that its response is Gaussian."""
+    """Whether a supported problem is linear, so that its response is Gaussian."""
     return not Exact.refusal(problem) and problem.equations.n2 is None
 
 
@@ -46,7 +46,7 @@ def is_sinusoidal(problem: Problem) -> bool:
 
 
 def strain_factor(problem: Problem) -> float | None:
-    """The largest strain of the piezo over the displacement, in 1/m; None where the scene does not have it."""
+    """The largest strain of the piezo over the displacement, in 1/m; None if the scene does not have it."""
     return None if problem.scene.piezo is None else problem.scene.piezo.strain_per_displacement
 
 
@@ -57,7 +57,7 @@ def linear_peaks(problem: Problem, lifetime: float, share: float = SHARES[-1]) -
     to where every passage counts alone (`harvester.linear.level_crossings`).  Under a sinusoid alone they are the
     amplitudes, whatever the lifetime.
 
-    Raises SimulationError where no stationary response exists.
+    Raises SimulationError if no stationary response exists.
     """
     from harvester.linear.level_crossings import peaks
     from harvester.linear.transfer import amplitudes
@@ -97,7 +97,7 @@ def counted_levels(problem: Problem, lifetime: float, seed: int = 0, blocks: int
     A quantity that stays 0 on the path, such as the voltage without coupling, has none, nor has the speed of impacts
     that too few blocks have.
 
-    Raises InputError for a lifetime that is shorter than the motion takes to forget itself, and SimulationError where
+    Raises InputError for a lifetime that is shorter than the motion takes to forget itself, and SimulationError if
     the path has no stationary response.
     """
     units = problem.units

@@ -36,7 +36,7 @@ class PassageLevels:
     def level(self, share: float, lifetime: float) -> Value:
         """The displacement that a share of devices stays below in a nondimensional lifetime.
 
-        Raises SimulationError where it is too far up to be resolved.
+        Raises SimulationError if it is too far up to be resolved.
         """
         target = math.log(-math.log(share) / lifetime)
         a, slope = self._solved(target)

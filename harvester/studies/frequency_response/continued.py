@@ -100,7 +100,7 @@ def _steady(before: "Trajectories", problem: Problem, engine: Ensemble) -> "Rich
 def _point(
     problem: Problem, engine: Ensemble, direction: str, frequency: float, pair: "RichardsonPair"
 ) -> ResponsePoint:
-    """The means of one frequency, with their errors of sampling and step, in the scene's units."""
+    """The means of one frequency, with their sampling errors and step, in the scene's units."""
     model, units, moments = engine.model(problem), problem.units, pair.moments
     noisy = problem.equations.is_random
     spread = None if noisy else _spread(getattr(moments, model.name))
@@ -112,7 +112,7 @@ def _point(
     v2 = value(moments.V2, *pair.mean("V2"), pair.bias("V2")[0]).scaled(units.volts**2)
     power = value(getattr(moments, model.name), *pair.mean(model.name), pair.bias(model.name)[0])
     power = power.scaled(model.factor * units.watts)
-    mean_x = np.mean(moments.x) if noisy else moments.x  # of each trajectory where nothing is random
+    mean_x = np.mean(moments.x) if noisy else moments.x  # of each trajectory if nothing is random
     variance = np.maximum(moments.x2 - mean_x**2, 0.0)
     displacement = value(variance, *mean_and_error(variance), pair.bias("x2")[0]).scaled(units.length**2).root()
     known = spread is not None and spread <= UNLIKE and problem.equations.modes is None
@@ -129,7 +129,7 @@ def _phases(problem: Problem, pair: "RichardsonPair", circuit: "IdealCircuit | O
     """The phases of displacement and voltage to the base, on one path that goes on from where the trajectories are.
 
     They are in the middle of a drift there, half a step after the drive's phase that their filter has, and so is the
-    drive that this path has.  None where its displacement is not that of the trajectories: it went to another response.
+    drive that this path has.  None if its displacement is not that of the trajectories: it went to another response.
     """
     from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
     from harvester.mechanics.kernels.path import trace

@@ -63,7 +63,7 @@ class FrequencyResponse(TableResult):
     engine
         the name of the engine that computed it.
     level
-        the amplitude of the base's acceleration in g; None where there is none.
+        the amplitude of the base's acceleration in g; None if there is none.
     varied
         scene keys that this response has of its own, with their values in SI units.
     failures

@@ -107,7 +107,7 @@ def response(
     InputError
         for a scene without a harmonic drive.
     CannotServeError
-        for an engine that does not serve the scene.
+        for an engine that does not support the scene.
     SimulationError
         where the response grows without bound.
 
@@ -156,7 +156,7 @@ def responses(
     InputError
         for a scene without a harmonic drive, and a key or value that no scene has.
     CannotServeError
-        for an engine that does not serve the scene.
+        for an engine that does not support the scene.
     SimulationError
         where the response grows without bound.
 

@@ -95,7 +95,7 @@ class ResponseJournal:
 
 @contextmanager
 def as_written() -> Iterator[None]:
-    """Raise InputError where what is read from the journal is not what this version writes there."""
+    """Raise InputError if what is read from the journal is not what this version writes there."""
     try:
         yield
     except (ValueError, TypeError, KeyError, AttributeError, OverflowError):  # pydantic's and NumPy's too
@@ -108,7 +108,7 @@ def as_written() -> Iterator[None]:
 def response_journal(out: Path, about: Mapping[str, Any], resume: bool, total: int) -> Iterator[ResponseJournal]:
     """The journal of the response with the provenance ``about`` and ``total`` steps; it is removed when all are done.
 
-    Raises InputError where ``resume`` finds another response, or another program is at work in the folder;
+    Raises InputError if ``resume`` finds another response, or another program is at work in the folder;
     KeyboardInterrupt at ^C, with a text that says how to go on.
     """
     now = identity(about, RESPONSE)

@@ -17,10 +17,10 @@ ROUNDING = 1e-9  # relative noise of a power that has no other
 
 
 def fit_box(rounds: list[list[Evaluation]], u: Floats, width: Floats, degree: int = CUBIC) -> tuple[Fit, Floats]:
-    """Fit a polynomial to the means of several rounds of one design in a box; also the bias of the step at each point.
+    """Fit a polynomial to the means of several rounds of one design in a box; also the time-step bias at each point.
 
     The box has its middle at ``u`` and half-widths ``width``.  Points that are not sound are left out where there are
-    enough others.  Raises SimulationError where too many points fail.
+    enough others.  Raises SimulationError if too many points fail.
     """
     good = _usable(rounds, len(exponents(len(u), CUBIC)))
     kept = [[points[k] for k in good] for points in rounds]
@@ -35,7 +35,7 @@ def fit_box(rounds: list[list[Evaluation]], u: Floats, width: Floats, degree: in
 
 
 def peak_of_box(fit: Fit, bias: Floats, u: Floats, width: Floats) -> Peak:
-    """The highest place of a fit as a peak, with the interval that sampling and the bias of the step leave."""
+    """The highest place of a fit as a peak, with the interval that sampling and the time-step bias leave."""
     best = np.clip(u + width * fit.best, 0.0, 1.0)
     power = Value(*fit.value(fit.best))
     faces = np.where(best <= 0.0, -1.0, np.where(best >= 1.0, 1.0, 0.0))

@@ -30,7 +30,7 @@ UNLIKE = 1.5  # times the quality of the worst coil of several circuits, from wh
 class CircuitChoice(Optimum, kw_only=True):
     """The optimum of the circuit of most power, and those of the other circuits.
 
-    ``best`` is the name of that circuit.  It is None where that cannot be said: the budget of a circuit of less power
+    ``best`` is the name of that circuit.  It is None if that cannot be said: the budget of a circuit of less power
     ended before its first scan did.  ``alike`` are circuits whose power cannot be told from that of the best: the
     intervals of both overlap.  ``unsound`` are those that cannot be compared, as their power has not settled, was cut
     off or has no known error, while that of another has.  ``table`` has a row for each circuit.
@@ -40,7 +40,7 @@ class CircuitChoice(Optimum, kw_only=True):
     engine, keys, estimate, peaks, points, seconds, diagnostics, scanned
         those of the best circuit, as of `Optimum`.
     optima
-        the `Optimum` of each circuit by its name, or the error where it has none.
+        the `Optimum` of each circuit by its name, or the error if it has none.
 
     >>> import harvester as hv
     >>> scene = hv.load("examples/plate_bridge.toml")
@@ -181,7 +181,7 @@ def best_circuit(
     circuits together have the ``budget`` for each, and each a folder in that of the ``execution``, beside circuits.csv.
     First all are scanned alike (`harvester.studies.optimum.race`).
 
-    Raises InputError for a circuit that there is not, and HarvesterError where none has an optimum, the first's error.
+    Raises InputError for a circuit that there is not, and HarvesterError if none has an optimum, the first's error.
     """
     base, begin = Problem.of(scene).scene, time.perf_counter()
     scenes = {name: _with(base, name) for name in circuits}

@@ -43,7 +43,7 @@ class Evaluation:
 
     @property
     def power(self) -> Value | None:
-        """The mean power; None where the engine failed."""
+        """The mean power; None if the engine failed."""
         return self.answer.mean_power if isinstance(self.answer, Estimate) else None
 
     @property
@@ -116,7 +116,7 @@ class Surface:
 def served(points: Sequence[Evaluation]) -> tuple[Floats, Floats, list[Value]]:
     """The places (n, keys), powers (n,) and values of the evaluations that have an answer.
 
-    Those that are not sound are left out, unless there are no others.  Raises the last error where there is no answer.
+    Those that are not sound are left out, unless there are no others.  Raises the last error if there is no answer.
     """
     known = [p for p in points if p.power is not None]
     sound = [p for p in known if p.is_sound] or known

@@ -1,6 +1,6 @@
 """The search for the optimum of an engine of formulas: a scan, its peaks climbed by the simplex method, a level set.
 
-Where the power is P(u) with an error of the model of at most m(u), the true optimum lies among the u with
+Where the power is P(u) with an model error of at most m(u), the true optimum lies among the u with
 
     P(u) + m(u) >= P(best) - m(best),
 

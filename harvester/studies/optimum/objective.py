@@ -18,7 +18,7 @@ ObjectiveSpec: TypeAlias = str | float | Sequence[str | float]  # "mean_power", 
 class Objective:
     """The power that all but a ``share`` of the devices exceed (None: the mean), and a second aim besides.
 
-    ``aimed`` is a limit that any value of the second quantity meets, with the sign of what is better: 1 where it is to
+    ``aimed`` is a limit that any value of the second quantity meets, with the sign of what is better: 1 if it is to
     be high; None without one.
     """
 

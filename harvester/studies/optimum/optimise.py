@@ -85,7 +85,7 @@ def optimise(
         share, constraints or a spread it is one of formulas, by default `Exact` where it serves, else `Averaged`; for a
         front without ``spread`` it may sample, too.
     within
-        the relative error of the power at the optimum (.01 or "1%"); at the ends of the keys' intervals, at most a
+        the relative error of the power at the optimum (0.01 or "1%"); at the ends of the keys' intervals, at most a
         quarter of it is lost.  Only engines that sample, and `Density`, can work towards it.
     budget
         seconds, compilation included, or a text such as "30s".

@@ -58,7 +58,7 @@ class Optimum(TableResult, kw_only=True):
     """The largest mean power over ranges of keys.
 
     The interval of each key is where the optimum lies: at 95 % for an engine that samples (sampling, shape of the
-    surface and bias of the step), within the model's stated error for a formula; ``why`` says why there is none.
+    surface and time-step bias), within the model's stated error for a formula; ``why`` says why there is none.
 
     Attributes
     ----------
@@ -78,7 +78,7 @@ class Optimum(TableResult, kw_only=True):
     diagnostics
         warnings and notes, each with a code, numbers and a sentence (``str``).
     scanned
-        False where the budget ended before the whole range was looked at: more power may lie anywhere in it.
+        False if the budget ended before the whole range was looked at: more power may lie anywhere in it.
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, D11=0.01))

@@ -38,7 +38,7 @@ class ParetoFront(TableResult):
     quantity
         the name of the second quantity.
     sign
-        -1 where it is to be low, 1 where high.
+        -1 if it is to be low, 1 where high.
     points
         the designs, each with its ``keys``, ``mean_power`` and ``quantity``.
     physical

@@ -55,7 +55,7 @@ def place_peaks(
 ) -> PlacePeaks:
     """Count at places of the ranges and devices about them; ``progress`` shows the share of paths done.
 
-    Raises HarvesterError where a place has no peaks, and SimulationError where `SHARE` of the budget is too short.
+    Raises HarvesterError where a place has no peaks, and SimulationError if `SHARE` of the budget is too short.
     """
     begin, count = time.perf_counter(), len(ranges) + len(vary)
     inner = design.sobol_points(COUNTED * (count + 1), count, 0)

@@ -116,12 +116,12 @@ class _Elapsed(NoProgress):
 
 
 def scanning(search: SampledSearch) -> SampledSearch:
-    """The search that makes the first scan: the scout's, where there is one."""
+    """The search that makes the first scan: the scout's, if there is one."""
     return search.scout() or search
 
 
 def scan_one_more(search: SampledSearch) -> bool:
-    """Evaluate the next place of the coarse scan that a search begins with; False where it has all.
+    """Evaluate the next place of the coarse scan that a search begins with; False if it has all.
 
     Raises SpentError where the budget has ended.
     """

@@ -48,7 +48,7 @@ class Range:
         return self.low + u * (self.high - self.low)
 
     def slope(self, u: float) -> float:
-        """The derivative of the logarithm of the key's size in the place, where it is not 0."""
+        """The derivative of the logarithm of the key's size in the place, if it is not 0."""
         if self.logarithmic:
             return math.log(self.high / self.low)
         return (self.high - self.low) / self.value(u)
@@ -129,14 +129,14 @@ def _circuits(given: str | Sequence[str]) -> tuple[str, ...]:
 
 
 def problem_at(scene: Scene, ranges: Sequence[Range], u: Floats) -> Problem:
-    """The problem at a place in the unit cube; InputError where there can be none."""
+    """The problem at a place in the unit cube; InputError if there can be none."""
     return Problem(scene.varied({r.key: r.value(float(x)) for r, x in zip(ranges, u, strict=True)}))
 
 
 def spread(count: int, dimensions: int) -> Floats:
     """Places that fill the unit cube evenly, shape (count, dimensions): a grid of one key, Halton's points of several.
 
-    The first is the middle, where there are several keys.
+    The first is the middle, if there are several keys.
     """
     if dimensions == 1:
         return np.linspace(0.0, 1.0, count)[:, None]

@@ -34,7 +34,7 @@ def design_size(dimensions: int) -> int:
 class Fit:
     """A polynomial over places ``x`` (m, keys), within -1 to 1, through powers (m,) with ``covariance`` (m, m).
 
-    ``low`` and ``high`` are the ends of the box within the ranges; ``walls`` (2, keys) says which are ends of a range.
+    ``low`` and ``high`` are the ends of the box within the ranges; ``walls`` (2, keys) names which are ends of a range.
     """
 
     x: Floats

@@ -39,7 +39,7 @@ BINDS = 0.005  # how near to its bound, relatively, a limit is felt
 class DesignOutcome:
     """What a design gives: the ``objective`` (power, before any penalty), limited quantities, their ``violation``.
 
-    ``off`` is the relative error of the engine and of the polynomial there, None where it is not known;
+    ``off`` is the relative error of the engine and of the polynomial there, None if it is not known;
     ``quantities`` are those of each limit, in its order.
     """
 
@@ -193,6 +193,6 @@ class Robust(Engine):
 
 
 def _off(power: Value) -> float | None:
-    """The relative error of a power; None where it is not known."""
+    """The relative error of a power; None if it is not known."""
     error = power.error95
     return None if error is None or power.value == 0.0 else error / abs(power.value)

@@ -37,7 +37,7 @@ def sampled_front(
 ) -> ParetoFront:
     """The front of the power and of the quantity that ``aimed`` names, to be low or high by its sign, under limits.
 
-    Raises InputError for limits that cannot be and an engine that does not serve the scene; SimulationError where fewer
+    Raises InputError for limits that cannot be and an engine that does not support the scene; SimulationError if fewer
     than `FEWEST` places have an answer that keeps the limits, with what to change.
     """
     begin, warnings, problem = time.perf_counter(), list[Diagnostic](), Problem.of(request.scene)
@@ -84,7 +84,7 @@ def sampled_front(
 def split(designs: Sequence[FrontPoint], sign: int) -> tuple[tuple[FrontPoint, ...], tuple[FrontPoint, ...]]:
     """The designs that none beats in both aims, and those that are beaten within the errors only.
 
-    From the best quantity to the most power; ``sign`` is 1 where the quantity is to be high.
+    From the best quantity to the most power; ``sign`` is 1 if the quantity is to be high.
     """
     points, alike = list[FrontPoint](), list[FrontPoint]()
     for design in sorted(designs, key=lambda point: (-sign * point.quantity, -point.mean_power.value)):
@@ -117,7 +117,7 @@ def _beats_beyond_errors(design: FrontPoint, other: FrontPoint, sign: int) -> bo
 def _design(
     surface: Surface, evaluation: Evaluation, second: Limit, limits: Sequence[Limit], lifetime: float | None
 ) -> FrontPoint | None:
-    """The design at a place; None where it breaks a limit, at the unsafe end of the error."""
+    """The design at a place; None if it breaks a limit, at the unsafe end of the error."""
     answer, u = evaluation.answer, evaluation.u
     if not isinstance(answer, Estimate):
         raise answer

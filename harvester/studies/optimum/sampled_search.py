@@ -157,7 +157,7 @@ class SampledSearch:
         return self._cheaper
 
     def _scouted(self) -> list[tuple[Floats, Floats]]:
-        """Places and half-widths of boxes where a cheaper engine has peaks; none where none can be trusted."""
+        """Places and half-widths of boxes where a cheaper engine has peaks; none if none can be trusted."""
         surface, engine, begin = self.surface, self.engine, len(self.surface.points)
         surface.share, before = SCOUTED * surface.share, surface.share
         try:
@@ -270,7 +270,7 @@ class SampledSearch:
         return fit, bias
 
     def best_so_far(self, points: list[Evaluation]) -> Peak:
-        """The best of some places; raises the last error where none has an answer."""
+        """The best of some places; raises the last error if none has an answer."""
         return Peak.best_of(points, note("not_narrowed"))
 
     def _budget_spent(self, boxed: bool) -> Diagnostic:
@@ -301,6 +301,6 @@ def _overlap(peak: Peak, other: Peak) -> bool:
 
 
 def _as_high(other: Peak, best: Peak) -> bool:
-    """Whether the error of sampling does not tell another peak's power from that of the best."""
+    """Whether the sampling error does not tell another peak's power from that of the best."""
     error = np.hypot(other.power.stderr or 0.0, best.power.stderr or 0.0)
     return bool(best.power.value - other.power.value < half95(error))

@@ -41,7 +41,7 @@ class Stability(TableResult):
     diagnostics
         warnings and notes, each with a code, numbers and a sentence (``str``).
     region
-        the edge of stability in the plane of the load and the parametric noise, where it was computed.
+        the edge of stability in the plane of the load and the parametric noise, if it was computed.
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=0.1, beta=0.05, mu=1.0))

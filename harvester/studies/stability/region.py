@@ -21,7 +21,7 @@ _ROUNDS = 3  # of Newton's method on the Monte Carlo
 
 
 class Measured:
-    """A number by Monte Carlo with its standard error, which is infinite where none was found."""
+    """A number by Monte Carlo with its standard error, which is infinite if none was found."""
 
     ensemble: float
     ensemble_stderr: float

@@ -19,7 +19,7 @@ PATIENCE = 20.0  # seconds for the scheduler to answer and to have a worker
 
 
 def client_of(address: str | None) -> AbstractContextManager[Any]:
-    """`dask_client`, or None where there is no address."""
+    """`dask_client`, or None if there is no address."""
     return nullcontext() if address is None else dask_client(address)
 
 
@@ -27,7 +27,7 @@ def client_of(address: str | None) -> AbstractContextManager[Any]:
 def dask_client(address: str) -> Iterator[Any]:
     """The client of the Dask scheduler at an address such as tcp://host:8786, for `harvester.Execution`.
 
-    Raises MissingProgramError where Dask is not installed; InputError where no scheduler answers, or has no workers.
+    Raises MissingProgramError if Dask is not installed; InputError if no scheduler answers, or has no workers.
     """
     with _without_tracebacks():
         client = _connected(address)

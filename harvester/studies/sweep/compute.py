@@ -191,7 +191,7 @@ class _Sweep:
             self.folder.table("sweep", lines(self.points.keys, self.rows(), self.units))
 
     def finished(self, last: HarvesterError | None) -> SweepTable:
-        """The whole table, in its files; the last error where there is nothing but errors."""
+        """The whole table, in its files; the last error if there is nothing but errors."""
         which = array("q", (row.point for row in self.journal.rows()))
         table = SweepTable(self.points.axes, tuple(self.rows()), which, self.points.listed, self.about)
         self.save()
@@ -217,7 +217,7 @@ class _Sweep:
                 yield row
 
     def _rows_of_files(self, out: Path, now: dict[str, str]) -> Iterator[JournalRow]:
-        """The rows of sweep.csv, where provenance.json says that they are of the same sweep."""
+        """The rows of sweep.csv, where provenance.json states that they are of the same sweep."""
         keys = self.points.keys
         try:
             before = json.loads(files.read(out / "provenance.json", "`out`", MOST_BYTES))

@@ -56,7 +56,7 @@ class TableShape(SweepShape, Protocol):
 def dataset(table: TableShape) -> "xarray.Dataset":
     """The table as variables over (engine, key, key, ...), or over (engine, point) for a list of points.
 
-    A variable is nan where there is no number.  Units are attributes with udunits' names, "1" for a pure number; the
+    A variable is nan if there is no number.  Units are attributes with udunits' names, "1" for a pure number; the
     whole of ``table.about`` is an attribute as JSON.
     """
     import xarray
@@ -119,7 +119,7 @@ def _variables(table: TableShape) -> tuple[dict[str, Variable], dict[str, Variab
 
 
 def _laid_out(cells: Sequence[Any], indices: Sequence[int], size: int) -> Any:
-    """Cells at their places among so many: numbers, nan where there is none, or texts, '' where there is none."""
+    """Cells at their places among so many: numbers, nan if there is none, or texts, '' if there is none."""
     texts = any(isinstance(cell, str) for cell in cells)
     values = np.full(size, "", dtype=object) if texts else np.full(size, np.nan)
     nothing = "" if texts else np.nan

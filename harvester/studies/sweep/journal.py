@@ -69,7 +69,7 @@ class Journal:
 
     Without a folder they are in memory.
 
-    Raises InputError where another program is at work in the folder.
+    Raises InputError if another program is at work in the folder.
     """
 
     def __init__(self, out: Path | None, kind: JournalKind = SWEEP) -> None:
@@ -93,9 +93,9 @@ class Journal:
             raise InputError(f"`out` must be no folder that {busy}, but {str(out)!r} is")
 
     def earlier(self, now: Mapping[str, str]) -> list[JournalRow] | None:
-        """The rows of an earlier run of the same study; None where there is no journal, or it is damaged.
+        """The rows of an earlier run of the same study; None if there is no journal, or it is damaged.
 
-        Raises InputError where the journal is that of another study or of version 0.1, and for a row that was changed
+        Raises InputError if the journal is that of another study or of version 0.1, and for a row that was changed
         since or added.
         """
         if not self.path.exists():
@@ -153,7 +153,7 @@ class Journal:
         return cursor.fetchone() is not None
 
     def add(self, rows: Sequence[JournalRow]) -> None:
-        """Write rows, all at once; InputError where the disk does not take them, and then none of them."""
+        """Write rows, all at once; InputError if the disk does not take them, and then none of them."""
         with self._transaction():
             self._insert(rows)
 

@@ -70,7 +70,7 @@ class Points:
     """The points of a sweep: all combinations of the axes' values, the last axis fastest, or a list (``listed``).
 
     The n-th point of a list takes the n-th value of each axis.  ``argument`` is the argument that the points come from,
-    where it is not that of a sweep.
+    if it is not that of a sweep.
 
     Raises InputError for a key that is named twice, more than `MOST_POINTS` points, and listed axes of unequal length
     or none.
@@ -115,7 +115,7 @@ class Points:
         return dict(zip(self.keys, self.values(point), strict=True))
 
     def check(self, scene: Scene) -> None:
-        """Raise InputError where the scene cannot be made at one of the points."""
+        """Raise InputError if the scene cannot be made at one of the points."""
         for point in range(len(self)):
             try:
                 Problem(scene.varied(self.varied(point)))
@@ -133,7 +133,7 @@ def grid(axes: Sequence[Axis]) -> Points:
 def read_points(path: str | Path) -> Points:
     """A list of points from a CSV file: scene keys in the first line, then one point a line, units allowed.
 
-    Raises InputError where the file cannot be read, or says something that no scene key can take, with the line.
+    Raises InputError if the file cannot be read, or says something that no scene key can take, with the line.
     """
     data = files.read(path, "`points`", MOST_BYTES)
     try:

@@ -22,8 +22,8 @@ FEWEST = 64
 PATIENCE = 20.0  # seconds that an executor may be without workers
 LOOK = 1.0  # seconds without an answer after which the workers are counted
 
-Process = Any  # loky's, which is loaded where it is needed
-GONE = (CancelledError, BrokenExecutor, RuntimeError)  # what an executor says that is no more
+Process = Any  # loky's, which is loaded if it is needed
+GONE = (CancelledError, BrokenExecutor, RuntimeError)  # what an executor states that is no more
 Job: TypeAlias = Future[list[Answer]]
 Done: TypeAlias = Generator[tuple[Task, list[Answer]], None, None]
 
@@ -76,7 +76,7 @@ def by_executor(tasks: Iterator[Task], executor: Any) -> Done:
     Dask gives a task whose worker died to another worker; one that ended several is computed point by point, and a
     point that did is an error.
 
-    Raises SimulationError where the executor goes while it is needed, or has no worker for `PATIENCE`.
+    Raises SimulationError if the executor goes while it is needed, or has no worker for `PATIENCE`.
     """
     name = f"the Dask scheduler at {executor.scheduler.address}" if hasattr(executor, "scheduler") else "the executor"
     try:
@@ -117,7 +117,7 @@ def _by_executor(tasks: Iterator[Task], executor: Any, name: str) -> Done:
 
 
 def _as_completed(pending: Mapping[Job, Task], executor: Any, name: str) -> Iterator[Job]:
-    """The jobs that are done, as they are done; SimulationError where there is no worker for `PATIENCE`."""
+    """The jobs that are done, as they are done; SimulationError if there is no worker for `PATIENCE`."""
     seen = time.monotonic()
     while pending:
         done, _ = wait(pending, LOOK, FIRST_COMPLETED)

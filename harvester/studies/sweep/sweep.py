@@ -44,7 +44,7 @@ def sweep(
         of the one before.
     engines
         engines or their names; by default `Exact` for a linear scene, for a netlist `Spice` beside
-        `Ideal`, else all that serve it, `Density` under white noise only.  For a netlist `Ideal`, else `Compiled`, is
+        `Ideal`, else all that support it, `Density` under white noise only.  For a netlist `Ideal`, else `Compiled`, is
         computed in place of formulas.
     execution
         who computes, how progress is shown, and the folder for sweep.csv, sweep.nc, sweep.png and provenance.json;

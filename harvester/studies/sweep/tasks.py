@@ -115,7 +115,7 @@ def compute_alone(task: Task) -> tuple[list[Answer], bool]:
 def compute(task: Task) -> list[Answer]:
     """Compute an answer for each point of a task, in whatever process this runs.
 
-    Raises MissingProgramError where ngspice is not installed, which is no fault of the point.
+    Raises MissingProgramError if ngspice is not installed, which is not a fault of the point.
     """
     if task.left_out is not None:
         return [SimulationError(SPENT.format(task.left_out)) for _ in task.points]

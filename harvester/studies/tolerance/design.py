@@ -37,7 +37,7 @@ def sobol_points(count: int, dimensions: int, seed: int) -> Floats:
 
 
 def correlation(given: Sequence[str] | Mapping[tuple[str, str], float], keys: Sequence[str]) -> Floats | None:
-    """The matrix of correlations that texts ``A,B=.7`` or pairs describe, shape (n, n); None where there are none.
+    """The matrix of correlations that texts ``A,B=.7`` or pairs describe, shape (n, n); None if there are none.
 
     Raises InputError for a text of another form, a key that is not varied, a number outside -1 to 1, and correlations
     that cannot be true together.
@@ -76,7 +76,7 @@ def _pair(text: str) -> tuple[tuple[str, str], float]:
 
 
 def tied(u: Floats, matrix: Floats | None) -> Floats:
-    """Places with the correlations of a matrix, shape as ``u``; as they are where it is None."""
+    """Places with the correlations of a matrix, shape as ``u``; as they are if it is None."""
     if matrix is None:
         return u
     from scipy.special import ndtr, ndtri

@@ -77,11 +77,11 @@ def limits(texts: Sequence[str] | str, physical: bool) -> tuple[Limit, ...]:
 
 
 def lifetime_of(limits: Sequence[Limit], lifetime: float | str | None, problem: Problem) -> float | None:
-    """The lifetime, in seconds or 1/w0, of the limits that are of peaks; None where none is.
+    """The lifetime, in seconds or 1/w0, of the limits that are of peaks; None if none is.
 
     A sinusoid alone moves a linear scene alike for ever: there it may be left out, and is infinite.
 
-    Raises InputError where it is missing, none of the limits is of a peak, or a strain or an impact is limited that the
+    Raises InputError if it is missing, none of the limits is of a peak, or a strain or an impact is limited that the
     scene does not have; CannotServeError for a scene that has no peaks over a lifetime.
     """
     peaks = [limit.quantity for limit in limits if limit.quantity in PEAKS]

@@ -19,7 +19,7 @@ QUANTILES = (0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99)
 
 @dataclass(frozen=True)
 class ShareInterval:
-    """A number and the ends of its 95 % interval, in one unit; None where samples are too few for an end."""
+    """A number and the ends of its 95 % interval, in one unit; None if samples are too few for an end."""
 
     value: float
     low: float | None

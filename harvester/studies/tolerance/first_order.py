@@ -33,7 +33,7 @@ from harvester.studies.tolerance.study import ToleranceRequest, ToleranceRuns
 from harvester.studies.tolerance.surface import Polynomial, exponents
 
 FIRST_ORDER = "first-order"  # in place of a number of runs
-WITHIN = 1e-3  # of a power that is computed, where none is asked for
+WITHIN = 1e-3  # of a power that is computed, if none is asked for
 FAR, MOST = 1.645, 0.95  # standard deviations of the two places, and the share of the errors that is stated
 STEP = 1e-4  # relative change of a key, by which P/E[V^2] is seen to change
 

@@ -1,6 +1,6 @@
 """The limited peaks of many devices: of some by Rice's formula or counted, of all others by a polynomial through them.
 
-A counted level has an error of sampling of ten to thirty per cent, from a path with noise of its own.  Least squares of
+A counted level has an sampling error of ten to thirty per cent, from a path with noise of its own.  Least squares of
 the logarithms of n levels, s being their scatter about the polynomial and h(x) the leverage of keys' values x, know the
 level there at 95 % within
 
@@ -32,7 +32,7 @@ BLOCKS = 512  # of each of these paths
 class PeakSurfaces:
     """The peaks over a lifetime at keys' values: polynomials of their logarithms.
 
-    ``known`` are the relative errors at 95 % of levels by Rice's formula; it is None where levels were counted.
+    ``known`` are the relative errors at 95 % of levels by Rice's formula; it is None if levels were counted.
     """
 
     surfaces: dict[str, Polynomial]

@@ -1,6 +1,6 @@
 """The power and voltage of many devices by one engine, and how far they are from those of a dearer engine.
 
-An engine computes some of the samples, all with the same noise where it has any, and a polynomial through them stands
+An engine computes some of the samples, all with the same noise if it has any, and a polynomial through them stands
 for the others.  A dearer engine computes a few of the samples again: with the ratios r of its answers to the cheap
 ones, samples are multiplied by mean(r), and another sample lies within
 
@@ -39,7 +39,7 @@ class Samples:
     """What the samples of one engine are: their values, which of them have an answer, and the relative error.
 
     ``values`` are those of each of `QUANTITIES`, shape (n,), where ``served``; ``off`` the relative error at 95 % that
-    is common to all or within which each lies, None where it is not known; ``checks`` say where it is from; ``ratio``
+    is common to all or within which each lies, None if it is not known; ``checks`` say if it is from; ``ratio``
     is what the powers were multiplied by.
     """
 
@@ -58,7 +58,7 @@ class Samples:
 
 
 def cheapest(problem: Problem) -> type[Any]:
-    """The kind of engine that serves a scene and costs least, whose own error can be measured or is none."""
+    """The kind of engine that supports a scene and costs least, whose own error can be measured or is none."""
     for kind in (ENGINES[name] for name in CHEAPEST_FIRST):
         if kind.refusal(problem) or (kind.needs_netlist and problem.netlist is None):
             continue
@@ -72,12 +72,12 @@ def cheapest(problem: Problem) -> type[Any]:
 
 
 def dearer(engine: Engine, **options: Any) -> Engine | None:
-    """The engine that leaves less out of the model, with its options; None where there is none."""
+    """The engine that leaves less out of the model, with its options; None if there is none."""
     return None if engine.next_fidelity is None else engine_of(engine.next_fidelity, **options)
 
 
 def checker(engine: Engine, within: float | None, seed: int) -> tuple[int, Engine] | None:
-    """How many runs check an engine, and of which dearer engine; None where none is dearer and knows more."""
+    """How many runs check an engine, and of which dearer engine; None if none is dearer and knows more."""
     kind = dearer(engine)
     if kind is None:
         return None
@@ -86,12 +86,12 @@ def checker(engine: Engine, within: float | None, seed: int) -> tuple[int, Engin
 
 
 def column(table: SweepTable, name: str) -> Floats:
-    """A column of all rows as numbers, in the order of the points; nan where there is none."""
+    """A column of all rows as numbers, in the order of the points; nan if there is none."""
     return np.array([math.nan if cell is None else cell for cell in table.table.plain()[name]], dtype=np.float64)
 
 
 def stated(table: SweepTable, name: str) -> Floats | None:
-    """The engine's own relative error at 95 % of each row, shape (n,); None where it states none for a row."""
+    """The engine's own relative error at 95 % of each row, shape (n,); None if it states none for a row."""
     value, stderr = column(table, name), column(table, f"{name}_stderr")
     bias = column(table, "mean_power_bias") / np.abs(column(table, "mean_power"))  # the same for both: V^2 over a load
     if np.isnan(stderr[~np.isnan(value)] + 0.0).any() and np.isnan(bias[~np.isnan(value)]).any():
@@ -123,7 +123,7 @@ class Ratio:
 def compared(table: SweepTable, checked: Sequence[int], dearer: SweepTable, engine: Engine, by: Engine) -> Ratio:
     """Compare the rows ``checked`` of a table by an ``engine`` with those of a ``dearer`` table.
 
-    Raises InputError where fewer than two of them have an answer by both.
+    Raises InputError if fewer than two of them have an answer by both.
     """
     from scipy.special import stdtrit
 

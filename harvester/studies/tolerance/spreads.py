@@ -103,7 +103,7 @@ def spread(key: str, written: str, scene: Scene) -> PartSpread:
 
 
 def _whole_key(key: str, scene: Scene) -> str:
-    """A key that may be given without its table; a bare frequency is that of the drive, where there is one."""
+    """A key that may be given without its table; a bare frequency is that of the drive, if there is one."""
     if key == "frequency" and scene.excitation is not None:
         key = "oscillator.frequency" if scene.excitation.frequency is None else "excitation.frequency"
     return ".".join(split_key(key))
@@ -177,7 +177,7 @@ def _nominal(key: str, scene: Scene) -> float:
 def spreads(given: Mapping[str, str] | Sequence[str], scene: Scene, argument: str = "vary") -> tuple[PartSpread, ...]:
     """The spreads of several keys, from texts KEY=SPREAD or a mapping of keys to spreads: the ``argument`` of a study.
 
-    Raises InputError as `parse`, for a key that is named twice, and where there is none.
+    Raises InputError as `parse`, for a key that is named twice, and if there is none.
     """
     if isinstance(given, Mapping):
         parts = tuple(spread(key, written, scene) for key, written in given.items())

@@ -88,7 +88,7 @@ class ToleranceStudy:
     execution: Execution
 
     def run(self, engine: Engine) -> ToleranceRuns:
-        """Compute samples by an engine, and some of them by a dearer one where there is one."""
+        """Compute samples by an engine, and some of them by a dearer one if there is one."""
         request = self.request
         total, spreads = len(request.u), request.spreads
         runs = min(request.runs or (FORMULAS if engine.is_formula else RUNS * (len(spreads) + 1)), total)

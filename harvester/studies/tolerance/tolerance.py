@@ -46,7 +46,7 @@ def tolerance(
     """How mean power and voltage scatter over devices whose parts have tolerances, and which tolerance matters.
 
     Of all devices the engine computes some, and a polynomial through them, and through the outer ends of each spread,
-    stands for the others; a formula computes all where it is rough.
+    represents the others; a formula computes all if it is rough.
 
     Parameters
     ----------

@@ -59,7 +59,7 @@ class ToleranceResult(TableResult):
     power, voltage
         what the engine finds there, shape (n,) (W, V).
     off
-        the relative error of each power at 95 %; None where it is not known.
+        the relative error of each power at 95 %; None if it is not known.
     quantiles, voltages
         the power, and the RMS voltage, that a share of devices is below.
     limits, met, met_each
@@ -67,7 +67,7 @@ class ToleranceResult(TableResult):
     peaks_off
         the relative error at 95 % of each limited peak, in the median.
     sensitivity
-        of each key its share of the variance, ``first`` alone and ``total`` with others; empty where there is none.
+        of each key its share of the variance, ``first`` alone and ``total`` with others; empty if there is none.
     unexplained
         the share of the variance that the polynomial does not explain.
     failed

@@ -34,7 +34,7 @@ from harvester.uncertainty.value import Value
 
 
 def cost(scene: AnyScene, *, seed: int = 0, budget: float = 60.0, execution: Execution = DEFAULT) -> Cost:
-    """Measure every engine that can serve a scene in about ``budget`` seconds, compilation apart, at least once each.
+    """Measure every engine that can handle a scene in about ``budget`` seconds, compilation apart, at least once each.
 
     Into the folder of its `Execution` it writes cost.csv, cost.png and provenance.json.  An engine that fails is a row
     with its error.

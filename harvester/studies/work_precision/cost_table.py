@@ -119,7 +119,7 @@ class Cost(TableResult):
         """The seconds in which an engine reaches a total error, and whether they were measured or (False) predicted.
 
         Measured is the fastest row that reaches it.  A prediction prolongs a row until sampling takes what its biases
-        leave, seconds (sampling/rest)^2; None where no row's biases leave anything.
+        leave, seconds (sampling/rest)^2; None if no row's biases leave anything.
         """
         rows = [(row.seconds, row.sampling_error or 0.0, row.total_error) for row in self.rows if row.engine == engine]
         known = [(s, sampling, total) for s, sampling, total in rows if s is not None and total is not None]

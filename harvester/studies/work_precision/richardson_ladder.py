@@ -1,4 +1,4 @@
-"""The bias of the step, by Richardson extrapolation over several steps of the cheap model.
+"""The time-step bias, by Richardson extrapolation over several steps of the cheap model.
 
 The cheap model of a scene is the ensemble: with the exact update of its load resistor, or with the ideal circuit of its
 netlist.  The two steps of a pair run on the same noise, so that their difference is known better than either mean.
@@ -57,7 +57,7 @@ def richardson_ladder(model: Model, h: float, trajectories: int, seed: int, seco
     differences lie further from the fit than their errors allow, the covariance is made larger in proportion.  Steps
     that are unstable are left out.
 
-    Raises UnboundedResponseError where even the finest pair is unstable.
+    Raises UnboundedResponseError if even the finest pair is unstable.
     """
     from harvester.mechanics.ensemble.trajectories import Trajectories
 

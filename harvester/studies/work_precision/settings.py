@@ -37,7 +37,7 @@ def without(kind: type[Kind], part: str) -> type[Kind]:
 
 
 def without_each_part(kind: type[Ensemble], with_ngspice: bool, problem: Problem) -> list[Sampler]:
-    """The cheap model and, where it was ``with_ngspice``, ngspice, each without one part that makes a mean cheaper.
+    """The cheap model and, if it was ``with_ngspice``, ngspice, each without one part that makes a mean cheaper.
 
     Only those that the scene's means have: controls need noise that is new from step to step, settled starts a netlist.
     """

@@ -52,8 +52,8 @@ class Run:
 class Measurement:
     """The runs of one scene's engines at many settings, while there is time; warming up does not count.
 
-    ``failed`` are the settings with their errors, ``refused`` the reasons of engines that cannot serve the scene;
-    ``cheap`` is the run of the cheap model, ``steps`` and ``ngspice`` the biases, None where nothing is known.
+    ``failed`` are the settings with their errors, ``refused`` the reasons of engines that cannot support the scene;
+    ``cheap`` is the run of the cheap model, ``steps`` and ``ngspice`` the biases, None if nothing is known.
     """
 
     problem: Problem
@@ -72,7 +72,7 @@ class Measurement:
     def measure(self) -> None:
         """Run the engines from the fastest to the slowest, and the biases as soon as the default step is known.
 
-        Raises SimulationError where the load takes no power.
+        Raises SimulationError if the load takes no power.
         """
         for kind in (ENGINES[name] for name in refusals(self.problem)):
             if not kind.runs_ngspice:
@@ -173,7 +173,7 @@ class Measurement:
         return first.answer.seconds * trajectories * (d["burn_in"] + duration) / step / first.work
 
     def measure_biases(self, cheap: Run, ngspice: bool) -> None:
-        """Measure the bias of the step, and those of model and tolerance where ngspice does not fail."""
+        """Measure the time-step bias, and those of model and tolerance where ngspice does not fail."""
         h = cheap.answer.details["step"] * self.unit
         model = self.cheap_model.model(self.problem)
         self._report("biases")

@@ -13,7 +13,7 @@ import pytest
 from tests.support.paths import ROOT
 
 ROWS = tomllib.loads(Path(__file__).with_name("paper_lines.toml").read_text())
-SECTIONS = {"misprint": "Misprints", "approximation": "Approximations", "unknown": "Cannot be told", "right": "Right"}
+SECTIONS = {"misprint": "Misprints", "approximation": "Approximations", "unknown": "Undecidable", "right": "Right"}
 PAGE = (ROOT / "docs" / "audit.md").read_text()
 LOST = set("-|√≈≥∂∫∞⟨⟩⌈⌉")
 EXPONENTS = {"²": "2"}

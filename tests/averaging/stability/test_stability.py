@@ -361,7 +361,7 @@ def test_a_scene():
     assert json["published"] == float(formula.published(FIGURE7))
     assert json["averaged"] == float(formula.averaged(FIGURE7))
     assert abs(json["ensemble"]["value"] - json["averaged"]) < 4 * json["ensemble"]["stderr"]
-    assert any("external shaking is left out" in w for w in json["warnings"])
+    assert any("external excitation is left out" in w for w in json["warnings"])
     assert json == stability(scene(full), trajectories=512).as_json()
     assert stability(scene(FIGURE7), trajectories=64, duration=50.0).warnings == ()
     assert "unstable" in str(answer)

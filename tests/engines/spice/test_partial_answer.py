@@ -30,7 +30,7 @@ def test_what_one_run_had_come_to():
     (said,) = map(str, answer.warnings)
     assert "over 3 s of ngspice, while still settling" in said
     assert not answer.is_sound
-    assert "a periodic response takes several such runs" in said
+    assert "a periodic response needs several such runs" in said
 
 
 def test_the_cheap_model_stands_in():
@@ -52,7 +52,7 @@ def test_the_cheap_model_stands_in():
     assert answer.mean_power.error95 is None
     assert not answer.is_sound
     assert answer.warnings[-2].code == "dies_out"
-    assert "the mean is that of the same equations, as of engine 'ensemble'" in str(answer.warnings[-1])
+    assert "the mean is that of the same equations, as in engine 'ensemble'" in str(answer.warnings[-1])
 
 
 def test_nothing_is_known_before_the_means_begin():

@@ -100,7 +100,7 @@ def test_errors_of_sampled_probes():
     assert mean.bias == pytest.approx(0.1 + 0.01 * store.rms.value)
     runs.followed, runs.probed_tolerance = 0, None
     mean = with_sampled_probes(answer, problem, watch, runs).probes["store"].mean
-    assert mean.error95 is None and mean.unknown == "the step and ngspice's tolerance"
+    assert mean.error95 is None and mean.unknown == "the time step and ngspice's tolerance"
 
 
 def test_other_engines_have_no_circuit(harvester):

@@ -84,7 +84,7 @@ def test_runs_alone_pay_for_all():
     [
         (EnergyLedger(input=1.0, load=0.5, circuit=0.3, damping=0.2), []),
         (EnergyLedger(input=1.0, load=0.5, circuit=-0.001, stored=0.01, damping=0.491), []),
-        (EnergyLedger(input=0.4, load=0.5, circuit=-0.1), ["the netlist gives 20% of"]),
+        (EnergyLedger(input=0.4, load=0.5, circuit=-0.1), ["the netlist supplies 20% of"]),
         (
             EnergyLedger(input=1.0, load=0.5, stored=0.25, damping=0.25),
             ["not stationary: mass, piezo and Csmooth still store 50%"],

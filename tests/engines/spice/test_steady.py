@@ -97,8 +97,8 @@ def test_neighbours_lead_to_the_same_response():
             < 1e-3 * power.value
         )
         assert one.details["ngspice_periods"] < 0.8 * rest.details["ngspice_periods"]
-        assert "the response from that of the point before comes back" in one.reason
-        assert "that of the tolerance, which is next to nothing, was measured at a point before" in one.reason
+        assert "the response from that of the previous point repeats" in one.reason
+        assert "that of the tolerance, which is negligible, was measured at a previous point" in one.reason
 
 
 @pytest.mark.thorough("test_a_bridge_off_resonance")
@@ -121,7 +121,7 @@ def test_a_subharmonic_is_named():
     eqs = Equations(beta=0.1, mu=1.0, c1=-0.05, restitution=0.8, drive=1.0, drive_frequency=4.0)
     answer = hv.Spice().run(scene(eqs))
     assert answer.details["response_periods"] == 2
-    assert "comes back after 2 periods of the drive: subharmonic" in answer.reason
+    assert "repeats after 2 periods of the excitation: subharmonic" in answer.reason
     assert [one.periods for one in answer.responses] == [2] or len(answer.responses) > 1
     ensemble = hv.Ensemble(trajectories=64).run(scene(eqs))
     assert answer.mean_power.value == pytest.approx(ensemble.mean_power.value, rel=5e-3)

@@ -152,7 +152,7 @@ def test_runs_that_never_arrive_are_told(harvester):
     assert answer["time"]["value"] is None
     assert answer["time"]["high"] is None
     assert 0.0 < answer["time"]["low"] < answer["at_least"]["value"] < 2.0
-    assert "do not get there within 2 s" in answer["warnings"][0]
+    assert "do not reach the target within 2 s" in answer["warnings"][0]
     status, said, _ = harvester("charge", BRIDGE, "--to", "90V", "--trajectories", "64", "--duration", "1s")
     lines = [line.split() for line in said.splitlines()]
     assert ["mean", "time", "at", "least", "1", "s"] in lines and ["reached", "by", "0", "%"] in lines
@@ -202,7 +202,7 @@ def test_a_record_begins_at_its_beginning(tmp_path, harvester):
     words = ("charge", tmp_path / "shock.toml", "--to", "0.5V", "--probe", "v(p)", "--duration", "3s", "--json")
     again = json.loads(harvester(*words)[1])
     assert again["probe"] == "v(p)"
-    assert "played again and again" in " ".join(again["warnings"])
+    assert "repeated to fill the run" in " ".join(again["warnings"])
 
 
 @pytest.mark.parametrize(
@@ -213,7 +213,7 @@ def test_a_record_begins_at_its_beginning(tmp_path, harvester):
         (["--to", "2V", "--probe", "v(q)"], "unknown node of netlist bridge 'q': it must be one of"),
         (["--to", "2V", "--probe", "p(rlaod)"], "did you mean 'rload'?"),
         (["--to", "2V", "--probe", "v(p)", "--engine", "ideal"], "use engine 'spice'"),
-        (["--to", "2V", "--probe", "v(p)", "--engine", "compiled"], "engine 'compiled' knows --probe store alone"),
+        (["--to", "2V", "--probe", "v(p)", "--engine", "compiled"], "engine 'compiled' supports only --probe store"),
         (["--to", "2V", "--engine", "averaged"], "it must be one of ideal, compiled, slow, spice"),
         (["--to", "2V", "--anywhere"], "--anywhere must go with a record or a harmonic drive"),
         (["--to", "2V", "--trajectories", "1"], "--trajectories must be between 2 and"),

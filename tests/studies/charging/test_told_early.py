@@ -25,7 +25,9 @@ def test_ngspice_that_nobody_chose_is_told_before_it_runs():
     def notice(text):
         raise Told(text)
 
-    with pytest.raises(Told, match=r"engine 'spice' was taken: engine 'ideal' begins at no certain place.*; 16 runs"):
+    with pytest.raises(
+        Told, match=r"engine 'spice' was chosen: engine 'ideal' supports charging under noise only.*; 16 runs"
+    ):
         hv.charge(SHAKEN, "2 V", notice=notice)
 
 

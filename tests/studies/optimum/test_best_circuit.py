@@ -81,7 +81,7 @@ def test_all_are_scanned_alike():
     scans = [[tuple(p.u) for p in race.searches[name].surface.points] for name in powers]
     assert scans[0] == scans[1] and len(scans[0]) == 13
     (plan,) = plans
-    assert re.fullmatch(r"the first place of all 2 circuits took .* s: at least \d+ of the 13 places .*", plan)
+    assert re.fullmatch(r"the first point of all 2 circuits needed .* s: at least \d+ of the 13 points .*", plan)
     strong, weak = race.optimum("strong", None), race.optimum("weak", None)
     assert str(weak.warnings[0]).startswith("its search ended with the first scan, whose largest power is 25% of that")
     assert has(weak.diagnostics, "ended_with_scan") and not has(strong.diagnostics, "ended_with_scan")
@@ -146,7 +146,7 @@ def test_the_table():
         {"two": two, "broken": hv.SimulationError("does not converge"), "one": one, "same": one}, 1.0
     )
     assert found.best == "one" and found.alike == ("same",) and found.unfinished == ()
-    assert "the best circuit is one, which cannot be told from same" in str(found)
+    assert "the best circuit is one, statistically indistinguishable from same" in str(found)
     assert "broken: no optimum: does not converge" in str(found)
     assert [row.split(",")[0] for row in found.table.csv().splitlines()] == [
         "load.netlist",

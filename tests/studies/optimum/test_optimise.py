@@ -335,7 +335,7 @@ def test_flat():
 
 def test_no_power():
     answer = hv.optimise(LINEAR, vary=MU, engine=Surface(shape="no power"))
-    assert "takes no power" in answer.flat
+    assert "receives no power" in answer.flat
     assert answer.mean_power.value == 0.0
 
 

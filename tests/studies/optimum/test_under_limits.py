@@ -49,7 +49,7 @@ def test_limit_binds_where_it_should():
 def test_limits_that_no_place_meets():
     best = hv.optimise(LINEAR, vary=MU, constraints=["mean_power > 1e9"])
     assert not best.met
-    assert "no place in the range meets all limits" in str(best.warnings[-1])
+    assert "no point in the range meets all limits" in str(best.warnings[-1])
 
 
 @pytest.mark.thorough("test_quantile_of_a_known_function")
@@ -106,7 +106,7 @@ def test_limit_of_a_peak_behind_a_stop(monkeypatch):
     assert [one.quantity for one in best.binds] == ["peak_voltage"] and best.met
     assert best.outcome.quantities[0] == pytest.approx(most, rel=0.01)
     assert own.value - own.known_error95 < most and 120e3 < load < 300e3
-    assert ("cannot be told" in str(best)) == bool(best.straddled)
+    assert ("cannot decide" in str(best)) == bool(best.straddled)
     assert "values of peaks are at the unsafe end of their error" in str(best) and "  binds  " in str(best)
     assert best.mean_power.value > 7e-6  # not what the search makes of a broken limit
 
@@ -201,7 +201,7 @@ def test_a_front_with_nothing_to_choose():
     """Where the range holds no trade-off it is one design, and that is said."""
     found = hv.optimise(LINEAR, vary={"nondimensional.mu": (5.0, 6.0)}, objective="voltage_rms:high", points=3)
     assert len(found.points) == 1
-    assert str(found.warnings[0]) == "there is nothing to choose: the most power has the best voltage_rms too"
+    assert str(found.warnings[0]) == "there is nothing to choose: the highest power also has the best voltage_rms"
 
 
 @pytest.mark.parametrize(

@@ -386,5 +386,5 @@ def test_a_folder_in_the_place_of_a_file(tmp_path, harvester):
     """Bad input, as for sweep.csv: exit status 2."""
     (tmp_path / "sweep.nc").mkdir()
     asked = ("sweep", str(EXAMPLES / "plate.toml"), "--vary", "load.resistance=1k:10M:3", "--engine", "averaged")
-    line = "harvester: --out must take sweep.nc, but what is there stays: Is a directory\n"
+    line = "harvester: --out: cannot write sweep.nc over the existing one: Is a directory\n"
     assert harvester(*asked, "--out", str(tmp_path))[::2] == (2, line)

@@ -1,0 +1,105 @@
+"""The ten patterns of English that the documents avoid, counted over documents, texts of the package and netlists.
+
+`python -m tests.support.words documents NAME` prints each place of a pattern.
+"""
+
+import ast
+import re
+import sys
+from functools import cache
+
+from tests.support.pages import FENCE
+from tests.support.paths import ROOT
+
+HEADS = (
+    "sources?|noises?|errors?|resonances?|steps?|densit(?:y|ies)|intervals?|currents?|voltages?|powers?|"
+    "spectr(?:um|a)|records?"
+)
+ATTRIBUTES = (
+    "steps?|sampling|model|tolerance|band|stiffness|voltage|current|wall|time|power|logger|density|shaking|averaging|"
+    "rounding|phase|frequency|motion|force|stop|circuits?|settling|table|output|noise|acceleration|load|mean|integration"
+)
+COUNTED = "packets|samples|runs|points|times|steps|seconds|shocks|lorries|cycles|evaluations|bits"
+UNITS = "second|minute|hour|day|week|step|period|point|packet|cycle|run|line"
+PATTERNS = {
+    "headless of": r"(?:^|(?<=[.!?:;|] )|(?<=[-*] ))[Oo]f\b|(?<![-\w])Of\b",
+    "tell and say": r"\b(?:tells?|told|telling|says?|said|saying)\b",
+    "too at the end": r"\btoo(?=[.,;:)|]|$| \|)",
+    "what-clauses": r"\b[Ww]hat\b",
+    "where": r"\b[Ww]here\b",
+    "beside": r"\b[Bb]esides?\b",
+    "is no": r"\b(?:is|are|was|were|be) (?:no|none)\b",
+    "light verbs": r"\b(?:takes?|took|taken|taking|go|goes|went|gone|going|stands?|stood|serves?|served|serving)\b",
+    "of-chains": rf"\b(?:{HEADS}) of (?:the |a |an |its |their )?(?:{ATTRIBUTES})\b",
+    "numbers": rf"(?<![\w.:])\.\d|\d%"
+    rf"|(?:\d|\b[kmun]?[sgV]|\b(?:{COUNTED})) an? (?:{UNITS})\b"
+    rf"|\b[Pp]rocessor(?:'s|s')? (?:time|seconds)|of the processor\b",
+}
+QUOTED = re.compile(r"`[^`\n]*`|\$\$.*?\$\$|\$[^$\n]+\$|\]\([^)\s]*\)|<[^>\n]*>", re.DOTALL)
+COMMENT = re.compile(r"^\s*[*;#]\s?(.*)$|;\s(.*)$", re.MULTILINE)
+
+
+def documents():
+    """Each page for readers with its prose: no code, no formulas, no addresses, a cell or paragraph a line."""
+    built = ROOT / "docs" / "_build"
+    pages = [ROOT / name for name in ("README.md", "CONTRIBUTING.md", "SUPPORT.md", "CODE_OF_CONDUCT.md")]
+    quoting = ROOT / "docs" / "developers" / "english.md"  # the style guide, which quotes what it advises against
+    pages += [one for one in sorted((ROOT / "docs").rglob("*.md")) if built not in one.parents and one != quoting]
+    pages += [ROOT / name / "README.md" for name in ("examples", "benchmarks", "packaging/ngspice")]
+    pages += sorted((ROOT / "paper").glob("*.md"))
+    for path in (one for one in pages if one.exists()):
+        yield str(path.relative_to(ROOT)), prose(path.read_text())
+
+
+def prose(text):
+    """The sentences of a page of Markdown; `x` takes the place of each piece of code."""
+    text = QUOTED.sub("x", FENCE.sub("\n", text))
+    text = re.sub(r"[*_]{2}", "", text)
+    text = re.sub(r"^(?:#+|\s*[-*]|\s*\d+\.) +", "\n", text, flags=re.MULTILINE)
+    text = re.sub(r"\|", "\n\n", text)
+    return "\n".join(" ".join(one.split()) for one in re.split(r"\n\s*\n", text))
+
+
+def package():
+    """Each file of the package with its docstrings, messages and other texts of more than one word."""
+    for path in sorted((ROOT / "harvester").rglob("*.py")):
+        texts = (node.value for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.Constant))
+        sentences = (one for one in texts if isinstance(one, str) and " " in one)
+        yield (
+            str(path.relative_to(ROOT)),
+            "\n".join(prose(re.sub(r"^\s*>>> .*$", "", one, flags=re.M)) for one in sentences),
+        )
+
+
+def netlists():
+    """Each netlist of the package with its comments."""
+    for path in sorted((ROOT / "netlists").rglob("*")):
+        if path.suffix in (".cir", ".lib", ".toml"):
+            yield str(path.relative_to(ROOT)), "\n".join(a or b for a, b in COMMENT.findall(path.read_text()))
+
+
+SETS = {"documents": documents, "package": package, "netlists": netlists}
+
+
+@cache
+def texts(which):
+    """All texts of a set, by file."""
+    return list(SETS[which]())
+
+
+def places(which, name):
+    """Each place of a pattern: its file and the words around it."""
+    pattern = re.compile(PATTERNS[name], re.MULTILINE)
+    for file, text in texts(which):
+        for found in pattern.finditer(text):
+            yield file, text[max(0, found.start() - 40) : found.end() + 40].replace("\n", " / ")
+
+
+if __name__ == "__main__":
+    which, *names = sys.argv[1:] or ["documents"]
+    for name in names or PATTERNS:
+        found = list(places(which, name))
+        print(f"{name}: {len(found)}")
+        if names:
+            for file, words in found:
+                print(f"  {file}: {words}")
