@@ -104,6 +104,9 @@ _NO_EFFECT = frozenset(
 _POSITIVE = frozenset(
     ["n", "nf", "nr", "ne", "nc", "bf", "br", "phi", "vj", "pb", "vje", "pe", "vjc", "pc", "nbv", "bv"]
 )
+_NOT_NEGATIVE = frozenset(
+    ["rs", "rd", "rb", "rc", "re", "cjo", "cje", "cjc", "cbd", "cbs", "cgs", "cgd", "tt", "tf", "tr"]
+)
 
 
 def model_of(part: CircuitPart, kinds: tuple[str, ...], known: Set[str]) -> ModelCard:
@@ -120,6 +123,8 @@ def model_of(part: CircuitPart, kinds: tuple[str, ...], known: Set[str]) -> Mode
     for key, value in card.values.items():
         if key not in known | _NO_EFFECT:
             raise unserved(part, f"has a model with the parameter {key}")
+        if key in _NOT_NEGATIVE and value < 0.0:
+            raise InputError(f"{part.where} must have a model whose {key} is at least 0, but has {value:g}")
         if key in _POSITIVE and not value > 0.0:
             raise InputError(f"{part.where} must have a model whose {key} is above 0, but has {value:g}")
     if card.value("tnom", "tref", default=ROOM) != ROOM or card.value("level", default=1.0) != 1.0:

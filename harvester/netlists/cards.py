@@ -62,7 +62,6 @@ _NUMERICAL = frozenset(
         "klu",
         "sparse",
         "rawfile",
-        "",
         "acout",
         "rawfmt",
         "measdgt",

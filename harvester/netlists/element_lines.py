@@ -289,8 +289,6 @@ def _polynomial(words: Words, form: str, voltage: bool) -> Fields:
     words.alone.clear()
     if not factors:
         raise invalid(words.where, "give the polynomial its coefficients", words.text[:60])
-    if len(factors) == 1 and count == 1:
-        factors.insert(0, constant(0.0))
     products: list[tuple[int, ...]] = [()]
     tree = constant(0.0)
     for factor in factors:

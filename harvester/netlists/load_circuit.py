@@ -246,7 +246,7 @@ def _with_initial(parts: Sequence[CircuitPart], volts: Mapping[str, float]) -> t
 
 def _check_terminals(path: Path, parts: Iterable[CircuitPart], body: Body) -> None:
     """Refuse terminals that nothing is connected to."""
-    nodes = {node for part in parts for node in part.nodes}
+    nodes = {node for part in parts for node in (*part.nodes, *part.nodes_read)}
     for terminal, node in zip(body.terminals, (PIEZO, "0"), strict=False):
         if node not in nodes:
             raise InputError(
