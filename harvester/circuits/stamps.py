@@ -108,8 +108,8 @@ def _switch(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart])
 def diode_law(part: CircuitPart) -> tuple[float, float]:
     """Saturation current (A) and emission coefficient of a diode; raises as `model_of`."""
     model = model_of(part, ("d",), _DIODE)
-    saturation = model.value("is", default=1e-14) * area_of(part)
-    return max(saturation, LEAST_SATURATION), model.value("n", default=1.0)
+    saturation = max(model.value("is", default=1e-14), LEAST_SATURATION)
+    return saturation * area_of(part), model.value("n", default=1.0)
 
 
 def _diode(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) -> None:

@@ -1,4 +1,4 @@
-"""A netlist's lines: continued lines joined, comments taken out, included files in place, up to the line .end."""
+"""A netlist's lines: continued lines joined, comments taken out, included files in place; nothing follows .end."""
 
 import re
 from collections.abc import Iterator
@@ -96,9 +96,8 @@ def _joined_lines(path: Path, left: list[int], included: bool) -> list[Line]:
         text = re.split(r";|//|(?:^|[\s,])\$", raw)[0].strip()
         if not text or text.startswith("*") or (number == 1 and not included and not text.startswith(".")):
             continue  # the first line of a netlist is its title
-        if text.lower() == ".end" and not included:
-            lines.append(Line(where, text))
-            break  # as ngspice does
+        if lines and lines[-1].word == ".end" and not included:
+            raise InputError(f"netlist {where} must not follow .end, as some versions of ngspice read it")
         if text.startswith("+"):
             if not lines:
                 raise InputError(f"netlist {where} must begin with + only to continue a line, but there is none")

@@ -180,6 +180,8 @@ def _called(
         raise invalid(where, "call no subcircuit within itself", name)
     if len(chain) > DEEPEST:
         raise InputError(f"{where} must call at most {DEEPEST} subcircuits one within another")
+    if call.m != 1.0:
+        raise invalid(where, "call no subcircuit in one that is called with m", element.line.text[:60])
     if len(element.nodes) != len(body.terminals):
         raise InputError(f"{where} must give {len(body.terminals)} nodes to {name}, but gives {len(element.nodes)}")
     outer = dict(zip(body.terminals, map(call.node, element.nodes), strict=True))
@@ -188,12 +190,7 @@ def _called(
             raise invalid(where, f"connect pin {terminal} of {name} to ground, which ngspice takes it for", name)
     given = _given(element, body, scope)
     m = given.pop("m", 1.0)
-    inner = replace(
-        call,
-        path=f"{call.path}{element.name.lower()}.",
-        outer=outer,
-        m=call.m if call.m != 1.0 else m,  # ngspice appends m= of the outer call, and takes the last
-    )
+    inner = replace(call, path=f"{call.path}{element.name.lower()}.", outer=outer, m=m)
     yield from _inside(netlist, Scope(body, given, scope, whole), inner, whole, (*chain, name))
 
 

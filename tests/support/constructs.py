@@ -180,7 +180,7 @@ def _elements():
         ("M of level 3", "M1 p p a a mm w=100u l=2u\nR9 p a 10Meg\nRload a n 100k\n.model mm NMOS(Level=3 Vto=0.5 Kp=20u)"),
         ("M of level 14", "M1 p p a a mm\nR9 p a 10Meg\nRload a n 100k\n.model mm NMOS(Level=14)"),
         ("M, vertical", "M1 p p a mm\nR9 p a 10Meg\nRload a n 100k\n.model mm VDMOS(Vto=0.5 Kp=0.1)"),
-        ("T", "T1 p n a n z0=50 td=1u\nRload a n 100k"), ("A", "A1 p a am\nRload a n 100k\n.model am gain(gain=1)"), ("Y", "Y1 p n a n ym\nRload a n 100k"),
+        ("T", "T1 p n a n z0=50k td=1m\nRload a n 100k"), ("A", "A1 p a am\nRload a n 100k\n.model am gain(gain=1)"), ("Y", "Y1 p n a n ym\nRload a n 100k"),
         ("two elements of one name", "R1 p n 1Meg\nr1 p n 1Meg\nRload p n 100k"), ("no Rload", "R1 p n 1Meg"),
         ("an element too few words", "R1 p\nRload p n 100k"), ("a node without a path", "R1 x y 1k\nRload p n 100k"),
     ):  # fmt: skip
