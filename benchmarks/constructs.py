@@ -29,7 +29,7 @@ that of ngspice 39 on the original text within 0.1 %, or *refused*, in one line 
 uW, for one small netlist per row, with the same current into each. A dash means that this ngspice gives no power. The
 second version is a build of the sources for ngspice 47.
 
-```sh
+```text
 python benchmarks/constructs.py --newer PROGRAM     # makes the table
 python benchmarks/netlist_fuzz.py --count 1000      # compares random netlists
 ```

@@ -26,7 +26,14 @@ from harvester.mechanics.kernels.forcing import forcing
 from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
 from harvester.mechanics.kernels.step_size import step_from_rest, whole_steps
 from harvester.storage.rectified_current import RectifiedCurrent
-from harvester.storage.rectifier_cut import STORE, cut_behind_rectifier, held_rectifier, is_plain_store, with_store
+from harvester.storage.rectifier_cut import (
+    LOAD,
+    STORE,
+    cut_behind_rectifier,
+    held_rectifier,
+    is_plain_store,
+    with_store,
+)
 from harvester.uncertainty.value import mean_and_error
 
 VOLTAGES = 12
@@ -70,7 +77,11 @@ class Rectifier:
         if is_plain_store(self.load) and (known := ideal_circuit(self.load, self.scales)) is not None:
             return known
         cut = cut_behind_rectifier(self.load)
-        return None if cut is None or not cut.like[0] > 0.0 else ideal_bridge(*cut.like, self.scales)
+        if cut is None or not cut.like[0] > 0.0:
+            return None
+        if is_plain_store(self.load) and {part.name for part in cut.behind} != {STORE, LOAD}:
+            return None  # the rest stays with the store when that is held, and no ideal bridge has it
+        return ideal_bridge(*cut.like, self.scales)
 
     def compiled(self, farads: float) -> CompiledCircuit:
         """That of the netlist's own elements; raises as `CompiledCircuit`."""

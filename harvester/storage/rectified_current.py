@@ -132,10 +132,12 @@ def error_of_times(levels: Floats, table: RectifiedCurrent, farads: float, ohm: 
     if table.stderr is None:
         return np.zeros(len(levels))
     base, total = times_to(levels, table, farads, ohm), np.zeros(len(levels))
+    there = np.isfinite(base)
     for k, error in enumerate(table.stderr):
         current = table.current.copy()
         current[k] += error
-        total += np.nan_to_num(times_to(levels, replace(table, current=current), farads, ohm) - base, posinf=0.0) ** 2
+        changed = times_to(levels, replace(table, current=current), farads, ohm)
+        total[there] += np.nan_to_num(changed[there] - base[there], posinf=0.0) ** 2
     return np.sqrt(total)
 
 

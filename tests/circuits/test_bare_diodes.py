@@ -152,6 +152,7 @@ def test_store_and_power_are_those_of_an_integration_of_its_own(tmp_path, card):
     assert path.square[-1] / circuit.resistance / seconds == pytest.approx(power, rel=5e-3)
 
 
+@pytest.mark.ngspice
 @pytest.mark.slow
 @pytest.mark.parametrize("card", ["", "(Is=0.2u N=1.05)"])
 def test_a_charge_by_the_mean_current_takes_the_time_that_an_integration_takes(tmp_path, card):
@@ -192,6 +193,7 @@ def test_steps_that_fail_are_no_answer(tmp_path):
         Trajectories(eqs, 16, np.random.SeedSequence(1), 0.1, circuit=circuit).run(30.0)
 
 
+@pytest.mark.ngspice
 @pytest.mark.slow
 def test_studies_refuse_steps_that_fail(tmp_path):
     scene = driven(tmp_path, RELAY, psd="1e-5 g^2/Hz")
@@ -206,3 +208,14 @@ def test_studies_refuse_steps_that_fail(tmp_path):
     for ask in asked:
         with pytest.raises(hv.SimulationError, match=WHY):
             ask()
+
+
+def test_what_lies_across_the_rails_is_part_of_the_held_circuit(tmp_path):
+    """No ideal bridge stands for a netlist with more behind it than its store and load."""
+    plain = BARE.format(farads="1u", card="(Is=1n Rs=1)")
+    ideal = [
+        Rectifier(Problem.of(driven(tmp_path, body, psd="1e-5 g^2/Hz"))).ideal
+        for body in (plain, plain + "Rx a b 300k\n")
+    ]
+    assert ideal[0] is not None
+    assert ideal[1] is None

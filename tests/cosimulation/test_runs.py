@@ -212,14 +212,14 @@ def test_a_crawl_is_a_hang():
     """A circuit so fast that a kick takes some seconds: it would end next week."""
     fast = 2.0 * np.pi * 3e4 * WEAK.frequency / 0.1  # so many periods to a kick
     with pytest.raises(CircuitError, match="came no further than that in 2 s"):
-        run(circuit(f"Bfast x n V=sin({fast:.3g}*time)", "Rfast x y 1", f"Cfast y n {1.0 / fast:.3g}"), patience=2.0)
+        run(circuit(f"Bfast x 0 V=sin({fast:.3g}*time)", "Rfast x y 1", f"Cfast y 0 {1.0 / fast:.3g}"), patience=2.0)
     goes_on()
 
 
 @pytest.mark.thorough("test_a_budget_that_is_too_small")
 def test_a_deadline_ends_a_run():
     """A circuit that gets on, but slowly: the error has the means so far, and the process is replaced."""
-    slow = circuit(*(f"B{k} a{k} 0 V=sin({k}*time)*v(p,n)\nR{k} a{k} 0 1k" for k in range(100)))
+    slow = circuit(*(f"B{k} a{k} 0 V=sin({k}*time)*v(p)\nR{k} a{k} 0 1k" for k in range(100)))
     begin = time.monotonic()
     seeds = [np.random.SeedSequence(k) for k in range(3)]
     says = r"stopped at \S+ s of \S+ s: the `budget` left it [1-4]\S* s; to its end it would take about .{1,15}: give"
@@ -231,17 +231,20 @@ def test_a_deadline_ends_a_run():
 
 
 FAILING = [
-    (circuit("V1 p n 1", "V2 p n 2"), r"at 5e-14 s of .* no single solution at .*'v\d'.*; give every node"),
     (
-        circuit("B1 p n I=1/(v(p,n)-0.01)"),
+        circuit("v.xload.v1 p 0 1", "v.xload.v2 p 0 2"),
+        r"at 5e-14 s of .* no single solution at .*'v\d'.*; give every node",
+    ),
+    (
+        circuit("b.xload.b1 p 0 I=1/(v(p)-0.01)"),
         r"at \S+e-12 s of .* did not converge at the (piezo's terminal|current of the piezo) .*; lower `dt`, or,",
     ),
     (
-        circuit("B1 a n I=1/(v(a,n)-0.01)", "R1 p a 1", "C1 a n 1n"),
+        circuit("b.xload.b1 xload.a 0 I=1/(v(xload.a)-0.01)", "r.xload.r1 p xload.a 1", "c.xload.c1 xload.a 0 1n"),
         r"did not converge at node 'a' even with .*; lower `dt`, or,",
     ),
     (
-        circuit("B1 p n I=-1m*v(p,n)*abs(v(p,n))"),
+        circuit("b.xload.b1 p 0 I=-1m*v(p)*abs(v(p))"),
         r"at 0\.00\d+ s of 2\S+ s: it did not converge at the (current of|piezo's terminal)",
     ),
 ]

@@ -161,7 +161,8 @@ def test_impedance_alone_gives_no_mass(harvester, tmp_path):
     status, out, err = harvester("identify", name, "--out", tmp_path / "a.toml")
     assert (status, err) == (0, "")
     assert (
-        "not determined: oscillator.mass, oscillator.stiffness, piezo.coupling: these data do not tell the mass" in out
+        "not determined: oscillator.mass, oscillator.stiffness, piezo.coupling: these data do not determine the mass"
+        in out
     )
     text = (tmp_path / "a.toml").read_text()
     assert "# mass = ?" in text

@@ -214,7 +214,10 @@ OPTIMUM = ("optimise", PLATE, "--engine", "averaged", "--vary", "load.resistance
     ("args", "says"),
     [
         (("response", PLATE_HARMONIC, "--sweep", "3Hz:6Hz:7", "--out", "."), ["half-power bandwidth", "4.5 Hz", "up"]),
-        (("motion", PLATE_HARMONIC, "--duration", "2", "--out", "."), ["One path is no mean", "largest", " mm/s"]),
+        (
+            ("motion", PLATE_HARMONIC, "--duration", "2", "--out", "."),
+            ["single trajectory is not a mean", "largest", " mm/s"],
+        ),
         (OPTIMUM, ["The largest power is at", "The highest of what averaged evaluated", "(model, estimated) µW"]),
         (
             ("charge", ROOT / "examples" / "plate_bridge.toml", "--to", "2V", "--trajectories", "64"),

@@ -365,7 +365,7 @@ def test_a_scene():
     assert json == stability(scene(full), trajectories=512).as_json()
     assert stability(scene(FIGURE7), trajectories=64, duration=50.0).warnings == ()
     assert "unstable" in str(answer)
-    assert "warning: external shaking" in str(answer)
+    assert "warning: external excitation is left out" in str(answer)
 
 
 def physical(**load):

@@ -33,4 +33,4 @@ def test_shares_that_arrive_over_seeds():
     z = (held - 0.95 * SEEDS) / math.sqrt(SEEDS * 0.95 * 0.05)
     assert z[0] > -4.0
     assert z[1] < -4.0
-    assert "4 records" in str(found[0].warnings[-1])
+    assert "4 independent noise records" in str(found[0].warnings[-1])
