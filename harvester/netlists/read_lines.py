@@ -104,11 +104,16 @@ def _joined_lines(path: Path, left: list[int], included: bool) -> list[Line]:
             lines[-1] = Line(lines[-1].where, f"{lines[-1].text} {text[1:].strip()}".strip())
         else:
             lines.append(Line(where, text))
-    if lines and not any(line.word in (KNOWN if included else (*KNOWN, *FLAT)) for line in lines):
+    if lines:
+        _check_is_netlist(lines, path, (*KNOWN, *(() if included else FLAT)))
+    return lines
+
+
+def _check_is_netlist(lines: list[Line], path: Path, words: tuple[str, ...]) -> None:
+    if not any(line.word in words for line in lines):
         raise InputError(
             f"netlist {path.name} must have a line {', '.join(KNOWN[:-1])}, but has none: is it a netlist?"
         )
-    return lines
 
 
 def _check_no_command(text: str, where: str, number: int) -> None:

@@ -26,14 +26,7 @@ from harvester.mechanics.kernels.forcing import forcing
 from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
 from harvester.mechanics.kernels.step_size import step_from_rest, whole_steps
 from harvester.storage.rectified_current import RectifiedCurrent
-from harvester.storage.rectifier_cut import (
-    LOAD,
-    STORE,
-    cut_behind_rectifier,
-    held_rectifier,
-    is_plain_store,
-    with_store,
-)
+from harvester.storage.rectifier_cut import STORE, cut_behind_rectifier, held_rectifier, is_plain_store, with_store
 from harvester.uncertainty.value import mean_and_error
 
 VOLTAGES = 12
@@ -79,7 +72,7 @@ class Rectifier:
         cut = cut_behind_rectifier(self.load)
         if cut is None or not cut.like[0] > 0.0:
             return None
-        if is_plain_store(self.load) and {part.name for part in cut.behind} != {STORE, LOAD}:
+        if is_plain_store(self.load) and cut.has_more:
             return None  # the rest stays with the store when that is held, and no ideal bridge has it
         return ideal_bridge(*cut.like, self.scales)
 

@@ -42,6 +42,11 @@ class Cut:
         saturation, emission = np.exp(np.log([diode_law(part) for part in self.rectifier]).mean(axis=0))
         return float(saturation), float(emission)
 
+    @property
+    def has_more(self) -> bool:
+        """Whether more than a store and a load is behind the rails."""
+        return {part.name for part in self.behind} != {STORE, LOAD}
+
     def held(self, farads: float) -> list[CircuitPart]:
         """The rectifier with a capacitance between its rails that hardly changes its voltage."""
         return [*self.rectifier, _element(STORE, self.rails, farads), _element(LOAD, self.rails, NO_LOAD)]
