@@ -238,17 +238,17 @@ def _part(element: Element, scope: Scope, call: _Call) -> CircuitPart:
             raise invalid(where, "have no m of its own in a subcircuit that is called with m", element.line.text[:60])
         options["m"] = call.m
     return CircuitPart(
-        name,
-        tuple(map(call.node, element.nodes)),
-        value,
-        element.form,
-        _model(element, scope),
-        tuple(path + other for other in element.others),
-        options,
-        tuple(scope.number(tree, where) for tree in element.waveform),
-        element.word,
-        element.line.where,
-        "b" if element.form in ("i", "v") else kind,
+        name=name,
+        nodes=tuple(map(call.node, element.nodes)),
+        value=value,
+        form=element.form,
+        model=_model(element, scope),
+        others=tuple(path + other for other in element.others),
+        options=options,
+        waveform=tuple(scope.number(tree, where) for tree in element.waveform),
+        word=element.word,
+        line=element.line.where,
+        kind="b" if element.form in ("i", "v") else kind,
     )
 
 

@@ -128,4 +128,14 @@ def direct_nodes(
         store[:] = storage.farads * volts.reshape(store.shape) / unit
         now += slice_
     packets, ran, brown_outs, given, clamped, first = records[PACKETS:]
-    return DirectNodes(packets, ran, brown_outs, given, clamped, first, volts, now, runs.steps)
+    return DirectNodes(
+        packets=packets,
+        ran=ran,
+        brown_outs=brown_outs,
+        given=given,
+        clamped=clamped,
+        first=first,
+        volts=volts,
+        seconds=now,
+        steps=runs.steps,
+    )
