@@ -2,9 +2,10 @@
 
     python benchmarks/adjoint_controls.py [--scene "r = 0.96"]
 
-The adjoint q solves the Poisson equation L q = V^2 - E[V^2], so that the mean over a path, less its sums of noise times
-q_v and its difference of q between end and beginning, has no error but that of the step and of the table of q.  Plain
-kernels of `ensemble`'s scheme, in three ways: without, with the table linear in a cell, with that of the nearest place.
+The adjoint q solves the Poisson equation L q = V^2 - E[V^2], so that the mean over a path, less its
+sums of noise times q_v and its difference of q between end and beginning, has no error but that of
+the step and of the table of q.  Plain kernels of `ensemble`'s scheme, in three ways: without, with
+the table linear in a cell, with that of the nearest place.
 """
 
 import argparse
@@ -24,11 +25,22 @@ from harvester.density.refine import solution
 from harvester.equations.coefficients import Equations
 from harvester.machine.cores import one_blas_thread
 
-PAPER = {"c1": 0.01, "c2": 0.05, "c3": 0.1, "alpha": 0.5, "beta": 0.05, "mu": 0.05, "n1": 0.01, "n2": 0.01}
+PAPER = {
+    "c1": 0.01,
+    "c2": 0.05,
+    "c3": 0.1,
+    "alpha": 0.5,
+    "beta": 0.05,
+    "mu": 0.05,
+    "n1": 0.01,
+    "n2": 0.01,
+}
 SCENES = {
     "r = 0.96": Equations(**PAPER, restitution=0.96),
     "r = 0.7": Equations(**PAPER, restitution=0.7),
-    "two stops": Equations(**PAPER, restitution=0.7, gap=0.3, opposite_restitution=0.9, opposite_gap=0.3),
+    "two stops": Equations(
+        **PAPER, restitution=0.7, gap=0.3, opposite_restitution=0.9, opposite_gap=0.3
+    ),
     "no stop": Equations(**PAPER),
 }
 PLACES, MODES, TABLED = (161, 321), 6, 3
@@ -51,7 +63,17 @@ def tables(eqs):
     across, of = evaluated(form.mesh.v_breaks, form.mesh.degree, v), Marginals(form, found.p)
     roots = np.sqrt([1.0, 1.0, 2.0])
     by_mode = np.stack([of._at(q[k], x) @ across.T / roots[k] for k in range(TABLED)], axis=2)
-    frame = np.array([form.frame.slope, form.frame.offset, form.frame.scale, x[0], x[1] - x[0], v[0], v[1] - v[0]])
+    frame = np.array(
+        [
+            form.frame.slope,
+            form.frame.offset,
+            form.frame.scale,
+            x[0],
+            x[1] - x[0],
+            v[0],
+            v[1] - v[0],
+        ]
+    )
     return mean, by_mode, np.gradient(by_mode, v, axis=1).copy(), frame
 
 
@@ -69,7 +91,9 @@ def looked_up(table, frame, way, x, v, voltage):
             one = table[i + int(a + 0.5), j + int(b + 0.5), k]
         else:
             left = (1.0 - b) * table[i, j, k] + b * table[i, j + 1, k]
-            one = (1.0 - a) * left + a * ((1.0 - b) * table[i + 1, j, k] + b * table[i + 1, j + 1, k])
+            one = (1.0 - a) * left + a * (
+                (1.0 - b) * table[i + 1, j, k] + b * table[i + 1, j + 1, k]
+            )
         total += one * (1.0 if k == 0 else z if k == 1 else z * z - 1.0)
     return total
 
@@ -107,13 +131,17 @@ def paths(count, steps, h, c, stops, q, slopes, frame, way):
             if step == steps and way != NONE:
                 begin = looked_up(q, frame, way, x, v, voltage)
             x, v, voltage = drifted(x, v, voltage, 0.5 * h, mu, low, high, r_low, r_high)
-            kick = np.sqrt(2.0 * n1 * h) * three_points() + np.sqrt(2.0 * n2 * h) * x * three_points()
+            kick = (
+                np.sqrt(2.0 * n1 * h) * three_points() + np.sqrt(2.0 * n2 * h) * x * three_points()
+            )
             force, friction = -x - alpha * x**3 - beta * voltage, -c1 - c2 * x * x + c3 * x**4
             if counted:
                 out[path, 0] += voltage * voltage / steps
                 if way != NONE:
                     at = v + 0.5 * h * (force - friction * v)
-                    out[path, 1] += kick * looked_up(slopes, frame, way, x, at, voltage) / (steps * h)
+                    out[path, 1] += (
+                        kick * looked_up(slopes, frame, way, x, at, voltage) / (steps * h)
+                    )
             decay = np.exp(-0.5 * h * friction)
             v = (v * decay + h * force + kick) * decay
             x, v, voltage = drifted(x, v, voltage, 0.5 * h, mu, low, high, r_low, r_high)

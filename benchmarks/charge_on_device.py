@@ -2,8 +2,8 @@
 
     python benchmarks/charge_on_device.py
 
-The device and its shaking are those of circuits_on_device.py; the load is 10 Mohm, which takes next to nothing.  Engine
-`ideal` charges under noise alone.
+The device and its shaking are those of circuits_on_device.py; the load is 10 Mohm, which takes next
+to nothing.  Engine `ideal` charges under noise alone.
 """
 
 import time
@@ -35,7 +35,11 @@ def row(shaking, base, engine):
 
 
 def main():
-    cases = (("harmonic", HARMONIC, "spice"), ("random", RANDOM, "ideal"), ("random", RANDOM, "spice"))
+    cases = (
+        ("harmonic", HARMONIC, "spice"),
+        ("random", RANDOM, "ideal"),
+        ("random", RANDOM, "spice"),
+    )
     report("charge_on_device", [row(*case) for case in cases])
 
 

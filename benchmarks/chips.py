@@ -2,8 +2,9 @@
 
     python benchmarks/chips.py [NAME ...]
 
-prints for each the mean power of the load from rest, the times (s) at which the load begins to take power, how many
-there are, and seconds of processor time.  Names are those of `CASES`, all by default; ngspice takes minutes.
+prints for each the mean power of the load from rest, the times (s) at which the load begins to take
+power, how many there are, and seconds of processor time.  Names are those of `CASES`, all by
+default; ngspice takes minutes.
 """
 
 import dataclasses
@@ -21,7 +22,8 @@ from harvester.errors import CircuitError
 from harvester.mechanics.kernels.forcing import forcing
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
-CASES = {  # name: example, parameters of its netlist that are changed, amplitude of the drive, seconds
+# name: example, parameters of its netlist that are changed, amplitude of the drive, seconds
+CASES = {
     "ltc3588": ("bimorph_ltc3588", {"C": "10 uF"}, "0.6 g", 3.0),
     "bq25570": ("bimorph_bq25570", {}, "0.1 g", 5.0),
     "node": ("bimorph_node", {"C": "10 uF"}, "0.6 g", 3.0),
@@ -54,7 +56,9 @@ def main() -> None:
         middle = time.process_time()
         for reltol in RELTOLS:
             last = time.process_time()
-            device = CoupledDevice(eqs, scales, problem.circuit, STEP, 1, patience=1e9, reltol=reltol)
+            device = CoupledDevice(
+                eqs, scales, problem.circuit, STEP, 1, patience=1e9, reltol=reltol
+            )
             try:
                 drive = run_in_this_process(device, new_drive(device, noise, 0.0, shaking))
                 break

@@ -1,7 +1,8 @@
 """Cost of an accepted ngspice step, and error of V on a shared path, against the exact RC update.
 
-Cost: ngspice alone with a built-in source, in lock-step with the mass by compiled callbacks, and by Python ones; the
-same circuit, options and saved vectors, each in a process of its own, in turn, in one go.
+Cost: ngspice alone with a built-in source, in lock-step with the mass by compiled callbacks, and by
+Python ones; the same circuit, options and saved vectors, each in a process of its own, in turn, in
+one go.
 
 Error: relative RMS of V over 100 time units on noise paths refined by bridge.
 """
@@ -31,7 +32,11 @@ def circuit(name):
     from harvester.scene.load import Load
 
     parameters = LOADS[name][0]
-    load = Load(resistance=parameters["R"]) if name == "resistor" else Load(netlist=name, parameters=parameters)
+    load = (
+        Load(resistance=parameters["R"])
+        if name == "resistor"
+        else Load(netlist=name, parameters=parameters)
+    )
     return load_circuit(load, CP)
 
 
@@ -124,7 +129,13 @@ def errors():
     }
     rows = []
     for scene, eqs in scenes.items():
-        s = Scales(mass=0.04, frequency=W0, length=1e-3, coupling=math.sqrt(eqs.beta * 16 * CP), capacitance=CP)
+        s = Scales(
+            mass=0.04,
+            frequency=W0,
+            length=1e-3,
+            coupling=math.sqrt(eqs.beta * 16 * CP),
+            capacitance=CP,
+        )
         load = load_circuit(Load(resistance=s.resistance(eqs.mu)))
         noise, rng = gaussian_grid(np.random.SeedSequence(7), 500), np.random.default_rng(1)
         for h in (0.2, 0.1, 0.05, 0.025):

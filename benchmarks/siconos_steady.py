@@ -19,7 +19,9 @@ import siconos.kernel as sk
 BURN_IN, PERIODS, STEPS = 60, 20, 4000
 
 
-def mean_square_voltage(c: float, mu: float, r: float, gap: float, drive: float, frequency: float, steps: int) -> float:
+def mean_square_voltage(
+    c: float, mu: float, r: float, gap: float, drive: float, frequency: float, steps: int
+) -> float:
     """The mean of V^2 with so many steps a period."""
     h = 2.0 * math.pi / frequency / steps
     count = (BURN_IN + PERIODS) * steps
@@ -30,7 +32,9 @@ def mean_square_voltage(c: float, mu: float, r: float, gap: float, drive: float,
     model = sk.NonSmoothDynamicalSystem(0.0, (count + 1) * h)
     model.insertDynamicalSystem(system)
     model.link(stop, system)
-    simulation = sk.TimeStepping(model, sk.TimeDiscretisation(0.0, h), sk.MoreauJeanOSI(0.5), sk.LCP())
+    simulation = sk.TimeStepping(
+        model, sk.TimeDiscretisation(0.0, h), sk.MoreauJeanOSI(0.5), sk.LCP()
+    )
     x = np.zeros(count + 1)
     q = system.q()
     for n in range(1, count + 1):

@@ -29,7 +29,9 @@ def main() -> None:
         page.evaluate("window.scrollTo(0, 0)")
         page.wait_for_timeout(1500)  # the last pictures are drawn
         page.screenshot(path=PICTURE)
-        Image.open(PICTURE).convert("RGB").quantize(COLOURS, Image.Quantize.MAXCOVERAGE).save(PICTURE, optimize=True)
+        Image.open(PICTURE).convert("RGB").quantize(COLOURS, Image.Quantize.MAXCOVERAGE).save(
+            PICTURE, optimize=True
+        )
 
 
 if __name__ == "__main__":

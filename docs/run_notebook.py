@@ -30,12 +30,21 @@ def outputs(source, names, count):
     printed, value = run_cell(source, names)
     found = []
     if printed:
-        found.append({"output_type": "stream", "name": "stdout", "text": printed.splitlines(keepends=True)})
+        found.append(
+            {"output_type": "stream", "name": "stdout", "text": printed.splitlines(keepends=True)}
+        )
     if value is not None:
         data = {"text/plain": repr(value).splitlines(keepends=True)}
         if hasattr(value, "_repr_png_"):
             data["image/png"] = base64.b64encode(value._repr_png_()).decode()
-        found.append({"output_type": "execute_result", "execution_count": count, "metadata": {}, "data": data})
+        found.append(
+            {
+                "output_type": "execute_result",
+                "execution_count": count,
+                "metadata": {},
+                "data": data,
+            }
+        )
     return found
 
 
@@ -45,7 +54,10 @@ def run(notebook):
     for cell in notebook["cells"]:
         if cell["cell_type"] == "code":
             count += 1
-            cell |= {"execution_count": count, "outputs": outputs("".join(cell["source"]), names, count)}
+            cell |= {
+                "execution_count": count,
+                "outputs": outputs("".join(cell["source"]), names, count),
+            }
     return notebook
 
 

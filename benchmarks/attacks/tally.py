@@ -50,13 +50,15 @@ class Tally:
 def drawn(strategy, count, seed):
     """So many examples of a hypothesis strategy, the same ones for the same seed, each independent of the others.
 
-    Hypothesis's own loop would vary each one a few times before it draws another, and take ten times as long.
+    Hypothesis's own loop would vary each one a few times before it draws another, and take ten
+    times as long.
     """
     found, number = [], 0
     while len(found) < count:
         number += 1
         data = ConjectureData(random=random.Random(f"{seed} {number}"))
-        with contextlib.suppress(StopTest), BuildContext(data, wrapped_test=drawn):  # StopTest: it is too large
+        # StopTest: it is too large
+        with contextlib.suppress(StopTest), BuildContext(data, wrapped_test=drawn):
             found.append(data.draw(strategy))
     return found
 
@@ -68,7 +70,11 @@ def living():
         with contextlib.suppress(OSError):
             fields = stat.read_text().rpartition(")")[2].split()
             if fields[0] != "Z":
-                found[int(stat.parent.name)] = int(fields[1]), int(fields[3]), sum(map(int, fields[11:15])) / TICK
+                found[int(stat.parent.name)] = (
+                    int(fields[1]),
+                    int(fields[3]),
+                    sum(map(int, fields[11:15])) / TICK,
+                )
     return found
 
 

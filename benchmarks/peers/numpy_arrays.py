@@ -14,7 +14,11 @@ def averages(h, n, burn_in, duration, seed, e=PAPER, way="tuned"):
     """Time average of V^2 of each trajectory."""
     every, readings = counts(h, duration)
     skipped = counts(h, burn_in)[1] if burn_in else 0
-    rng, size, steps = np.random.default_rng(seed), SIZE[way], {"plain": _plain, "tuned": _tuned}[way]
+    rng, size, steps = (
+        np.random.default_rng(seed),
+        SIZE[way],
+        {"plain": _plain, "tuned": _tuned}[way],
+    )
     means = []
     for k in range(0, n, size):
         x, v, V, total = np.zeros((4, min(size, n - k)))

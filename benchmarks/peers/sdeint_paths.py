@@ -41,7 +41,9 @@ def _path(h, every, skipped, readings, rng, e):
         m = int(behind.argmax()) + 1 if behind.any() else len(part)
         y = part[m - 1]
         if behind[m - 1]:
-            y = np.array([-e.restitution * y[0], -e.restitution * y[1], y[2] - (1.0 + e.restitution) * y[0]])
+            y = np.array(
+                [-e.restitution * y[0], -e.restitution * y[1], y[2] - (1.0 + e.restitution) * y[0]]
+            )
         V[k : k + m], V[k + m - 1] = part[:m, 2], y[2]
         k += m
     return (V[every - 1 :: every][skipped:] ** 2).mean()

@@ -11,7 +11,8 @@ from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.compiled import compilation
 
 RAMP = 16  # parts in which a store is charged
-SETTLING = 4.0  # time constants, in which a compiled circuit settles from the states of ideal elements
+# time constants, in which a compiled circuit settles from the states of ideal elements
+SETTLING = 4.0
 PARTS = 8  # of settling; before each, what is left of it must fit into the budget
 
 
@@ -35,17 +36,23 @@ def take_states(compiled: Trajectories, settled: Trajectories) -> None:
     assert isinstance(circuit, CompiledCircuit), "the caller checks this"
     compiled.state[:, :2] = states[:, :2]
     compiled.state[:, circuit.rows :] = states[:, 5:]  # of several modes
-    for k in range(RAMP):  # Newton's method goes with a store that is charged little by little, but not with a jump
+    for k in range(
+        RAMP
+    ):  # Newton's method goes with a store that is charged little by little, but not with a jump
         circuit.charge_store(compiled.state, (k + 1) / RAMP * states[:, 3])
         compiled.run(compiled.stride * compiled.h)
 
 
-def settle_from(compiled: Trajectories, ideal: Trajectories, budget: float | None, begin: float) -> None:
+def settle_from(
+    compiled: Trajectories, ideal: Trajectories, budget: float | None, begin: float
+) -> None:
     """Burn in trajectories of a compiled circuit from those of its ``ideal`` elements, which have burnt in.
 
-    What the two circuits differ by is forgotten in `SETTLING` time constants of the response or of the store.
+    What the two circuits differ by is forgotten in `SETTLING` time constants of the response or of
+    the store.
 
-    Raises SimulationError where that would not end within ``budget`` seconds of ``begin`` (`time.perf_counter`).
+    Raises SimulationError where that would not end within ``budget`` seconds of ``begin``
+    (`time.perf_counter`).
     """
     if compiled.h != ideal.h:
         compiled.restart(ideal.h)

@@ -17,7 +17,8 @@ from harvester.mechanics.kernels.shaken_control_variates import shake_and_add
 from harvester.mechanics.kernels.shaking import last_acceleration, shaken
 from harvester.mechanics.kernels.trajectory_batch import BATCH, SUMS, add_sample
 
-MASS_ROWS = 4  # rows of the mass: x, x', V, and the voltage of the store; a circuit's state is below them
+# rows of the mass: x, x', V, and the voltage of the store; a circuit's state is below them
+MASS_ROWS = 4
 MORE_SUMS = (*SUMS, "load", "substeps", "failed")
 
 
@@ -26,7 +27,9 @@ def fly(i, state, its_state, circuit, room, x1, wall, first, t, whole):
     """Advance the circuit of trajectory i, whose state is copied to ``its_state``, by a drift; see `follow`."""
     for k in range(len(its_state)):
         its_state[k] = state[MASS_ROWS + k, i]
-    advance(circuit.address, circuit.record, its_state, room, state[0, i], x1, wall, first, t, whole)
+    advance(
+        circuit.address, circuit.record, its_state, room, state[0, i], x1, wall, first, t, whole
+    )
 
 
 @kernel
@@ -37,8 +40,17 @@ def advance_circuit(b, state, schedule, h, circuit, c, shaker):
     U are the batch's; the sums have the shape (len(MORE_SUMS), BATCH).  ``circuit`` is compiled, c the coefficients.
     """
     room, its_state = np.empty((ROOMS, circuit.length)), np.empty(state.shape[0] - MASS_ROWS)
-    last, volts, sums, steps = len(its_state) - DID, circuit.volts, b.sums, 1 if schedule.doublings > 0 else 2
-    noise, accelerations, filtered = np.zeros((2, BATCH)), np.zeros((2, BATCH)), np.zeros((2, BATCH))
+    last, volts, sums, steps = (
+        len(its_state) - DID,
+        circuit.volts,
+        b.sums,
+        1 if schedule.doublings > 0 else 2,
+    )
+    noise, accelerations, filtered = (
+        np.zeros((2, BATCH)),
+        np.zeros((2, BATCH)),
+        np.zeros((2, BATCH)),
+    )
     at, unit = circuit.voltages_at, circuit.unit / (schedule.stride * circuit.record[0].seconds)
     for _ in range(schedule.samples):
         for k in range(schedule.stride):
@@ -51,7 +63,11 @@ def advance_circuit(b, state, schedule, h, circuit, c, shaker):
                 fly(i, state, its_state, circuit, room, s.x, wall, first, h, 1)
                 for j in range(len(its_state)):
                     state[MASS_ROWS + j, i] = its_state[j]
-                s, U, xi = State(s.x, s.v, its_state[at] / volts), its_state[at + 1] / volts, noise[k % steps, i]
+                s, U, xi = (
+                    State(s.x, s.v, its_state[at] / volts),
+                    its_state[at + 1] / volts,
+                    noise[k % steps, i],
+                )
                 if b.controls is not None:
                     add_circuit_features(i, s, U, xi, b.controls, c)
                 v1 = kick_at_stops(s, xi, h, c, a1)
@@ -78,4 +94,8 @@ def circuit_mid_drift(state, out, h, circuit, c, shaker):
         s = State(state[0, i], state[1, i], state[2, i])
         mid, wall, first, _ = drifted(s, h, 0.5 * h, c, last_acceleration(i, shaker))
         fly(i, state, its_state, circuit, room, mid.x, wall, first, 0.5 * h, 0)
-        out[0, i], out[1, i], out[2, i] = mid.x, mid.v, its_state[circuit.voltages_at] / circuit.volts
+        out[0, i], out[1, i], out[2, i] = (
+            mid.x,
+            mid.v,
+            its_state[circuit.voltages_at] / circuit.volts,
+        )

@@ -1,7 +1,7 @@
 """The periodic response of a mass and a compiled circuit to a steady drive: from period to period, as by ngspice.
 
-The map of a period takes x, x', the charges and the voltages that functions read just after a kick to those a period
-later; `harvester.mechanics.periodic` goes to where it comes back.
+The map of a period takes x, x', the charges and the voltages that functions read just after a kick
+to those a period later; `harvester.mechanics.periodic` goes to where it comes back.
 """
 
 import math
@@ -21,7 +21,8 @@ from harvester.mechanics.kernels.forcing import forcing
 from harvester.mechanics.largest_swing import Swing
 from harvester.mechanics.periodic import MULTIPLES, Settling, periods_to_settle
 
-FIRST, WANDERED, TRIED = 4, 60, 5  # oscillations from rest; of a mass that is not linear, and how often
+# oscillations from rest; of a mass that is not linear, and how often
+FIRST, WANDERED, TRIED = 4, 60, 5
 NEAR = 0.01  # of the motion's size: a return that is seen among periods that still settle
 COMES_BACK = 3e-3  # of the state's size, in the run that measures the response
 SURE = 2.0  # times what is left as the last periods say it, and the standard error of their means
@@ -32,7 +33,8 @@ MEASURED = 4  # times that the response is gone through: switches may act a litt
 class CircuitStart:
     """Where a response that comes back after ``turns`` periods of the drive begins, or the way to a neighbouring one.
 
-    ``x``, ``v`` (nondimensional) and the circuit's ``state`` are those just after the kick at which the drive begins.
+    ``x``, ``v`` (nondimensional) and the circuit's ``state`` are those just after the kick at which
+    the drive begins.
     """
 
     x: float
@@ -45,8 +47,9 @@ class CircuitStart:
 class CircuitPeriod(CircuitStart, Swing):
     """A response that comes back.
 
-    ``power`` (W) of Rload and ``square`` (V^2) of the terminals are means over its periods; ``left`` is the part of
-    these that settling further may change; ``path`` has the last periods, a sample a kick, ``steps`` counts all.
+    ``power`` (W) of Rload and ``square`` (V^2) of the terminals are means over its periods;
+    ``left`` is the part of these that settling further may change; ``path`` has the last periods, a
+    sample a kick, ``steps`` counts all.
     """
 
     power: float
@@ -71,10 +74,18 @@ class CircuitPeriod(CircuitStart, Swing):
 class _Way:
     """Paths of one circuit through periods of the drive, each on from where the last one ended."""
 
-    def __init__(self, circuit: CompiledCircuit, eqs: Equations, h: float, near: CircuitStart | None) -> None:
+    def __init__(
+        self, circuit: CompiledCircuit, eqs: Equations, h: float, near: CircuitStart | None
+    ) -> None:
         period = eqs.shaking_period
         assert period is not None, "the drive is steady"
-        self.circuit, self.eqs, self.h, self.size, self.steps = circuit, eqs, h, round(period / h), 0
+        self.circuit, self.eqs, self.h, self.size, self.steps = (
+            circuit,
+            eqs,
+            h,
+            round(period / h),
+            0,
+        )
         shaking = forcing(eqs, h, self.size)
         assert shaking is not None, "the drive is steady"
         self.shaking = shaking[:-1]
@@ -88,7 +99,15 @@ class _Way:
         """Go on for so many periods, with a sample each, or every ``stride`` kicks."""
         n_steps = periods * self.size
         shaking = self.shaking[np.arange(n_steps + 1) % self.size]
-        given = self.eqs, np.zeros(n_steps), self.h, stride or self.size, (self.x, self.v), self.state, shaking
+        given = (
+            self.eqs,
+            np.zeros(n_steps),
+            self.h,
+            stride or self.size,
+            (self.x, self.v),
+            self.state,
+            shaking,
+        )
         path = self.circuit.trace(*given, kicked=True)
         self.x, self.v, self.state = float(path.samples[-1, 0]), path.speed, path.state
         self.steps += n_steps
@@ -115,7 +134,10 @@ class _Way:
 
     def means(self, path: CircuitPath) -> Floats:
         """Power (W), mean square voltage (V^2), and the mean of x^2 + x'^2 of a path."""
-        s, seconds = self.circuit.scales, len(path.samples) * path.stride * path.h / self.circuit.scales.frequency
+        s, seconds = (
+            self.circuit.scales,
+            len(path.samples) * path.stride * path.h / self.circuit.scales.frequency,
+        )
         square = float((path.samples[:, 1] ** 2).mean()) * s.volts**2
         moved = float((path.samples[:, 2:4] ** 2).sum(axis=1).mean())
         return np.array([path.square[-1] / self.circuit.resistance / seconds, square, moved])
@@ -152,7 +174,11 @@ class _Way:
 
 
 def periodic_response(
-    circuit: CompiledCircuit, eqs: Equations, h: float, enough: float, near: CircuitStart | None = None
+    circuit: CompiledCircuit,
+    eqs: Equations,
+    h: float,
+    enough: float,
+    near: CircuitStart | None = None,
 ) -> CircuitPeriod | None:
     """The response from rest, or near another one, at steps of h; None where none comes back, or steps do not converge.
 
@@ -190,9 +216,20 @@ def _response(
     residual = settled.slow @ (ends[-1] - ends[0]) / MEASURED
     left, less = settled.left(residual)
     unexplained = settled.unexplained(residual)
-    if settled.residual_norm(residual) + settled.size(settled.slow @ left) + unexplained > COMES_BACK:
+    if (
+        settled.residual_norm(residual) + settled.size(settled.slow @ left) + unexplained
+        > COMES_BACK
+    ):
         return None
     mean, scatter = np.mean(means, axis=0), np.std(means, axis=0, ddof=1) / math.sqrt(MEASURED)
     parts = SURE * ((np.abs(less) + scatter) / np.maximum(mean, 1e-300) + unexplained)
-    there = way.x, way.v, way.state, turns, float(mean[0]), float(mean[1]), (float(parts[0]), float(parts[1]))
+    there = (
+        way.x,
+        way.v,
+        way.state,
+        turns,
+        float(mean[0]),
+        float(mean[1]),
+        (float(parts[0]), float(parts[1])),
+    )
     return CircuitPeriod(*there, path, way.steps)

@@ -1,8 +1,9 @@
 """Gauss's elimination for one pattern of a matrix, as straight lines of Python without a zero in them.
 
-The pivots are chosen once, for samples of the matrix as Newton's iterations meet it: where derivatives are zero, and
-where they are large.  Among pivots that are safe in all samples that with the fewest products goes first (Markowitz).
-The lines test their pivots; where one fails, elimination with pivots of the matrix at hand takes over.
+The pivots are chosen once, for samples of the matrix as Newton's iterations meet it: where
+derivatives are zero, and where they are large.  Among pivots that are safe in all samples that with
+the fewest products goes first (Markowitz). The lines test their pivots; where one fails,
+elimination with pivots of the matrix at hand takes over.
 
 Source: Duff, Erisman, Reid, Direct Methods for Sparse Matrices, 2nd ed. 2017, chapter 7.
 """
@@ -13,13 +14,15 @@ import numpy as np
 
 from harvester.arrays import Bools, Floats
 
-SAFE = 1e-6  # of the largest coefficient of its column, in each sample: the least pivot that is taken
+# of the largest coefficient of its column, in each sample: the least pivot that is taken
+SAFE = 1e-6
 
 
 def pivots(samples: Floats, pattern: Bools) -> list[tuple[int, int]]:
     """The places of the pivots, row and column, in their order.
 
-    ``samples``, shape (samples, n, n), have rows of like size; ``pattern``, shape (n, n), is where any is not zero.
+    ``samples``, shape (samples, n, n), have rows of like size; ``pattern``, shape (n, n), is where
+    any is not zero.
     """
     left, pattern = samples.copy(), pattern.copy()
     rows, columns = list(range(len(pattern))), list(range(len(pattern)))
@@ -37,12 +40,16 @@ def pivots(samples: Floats, pattern: Bools) -> list[tuple[int, int]]:
         with np.errstate(divide="ignore", invalid="ignore"):
             factors = left[:, rows, column] / left[:, row, column][:, None]
         factors[~np.isfinite(factors)] = 0.0
-        left[np.ix_(range(len(left)), rows, columns)] -= factors[:, :, None] * left[:, row, columns][:, None, :]
+        left[np.ix_(range(len(left)), rows, columns)] -= (
+            factors[:, :, None] * left[:, row, columns][:, None, :]
+        )
         pattern[np.ix_(rows, columns)] |= np.outer(pattern[rows, column], pattern[row, columns])
     return order
 
 
-def lines_of(order: list[tuple[int, int]], pattern: Bools, limits: Sequence[Sequence[str]]) -> list[str]:
+def lines_of(
+    order: list[tuple[int, int]], pattern: Bools, limits: Sequence[Sequence[str]]
+) -> list[str]:
     """The lines that solve a z = b from variables a{row}_{column} and b{row} for z{column}; ``safe`` tells if they did.
 
     Each variable but ``safe`` is assigned once, which is far less work for the compiler.  ``limits`` are the arguments'
@@ -57,7 +64,10 @@ def lines_of(order: list[tuple[int, int]], pattern: Bools, limits: Sequence[Sequ
             if (other, column) not in names:
                 continue
             f = f"f{other}_{row}"
-            lines += [f"{f} = {names[other, column]} * d{row}", f"safe &= abs({f}) < {limits[other][row]}"]
+            lines += [
+                f"{f} = {names[other, column]} * d{row}",
+                f"safe &= abs({f}) < {limits[other][row]}",
+            ]
             for _, j in later:
                 if (row, j) in names:
                     before, names[other, j] = names.get((other, j), ""), f"a{other}_{j}_{row}"
@@ -66,6 +76,8 @@ def lines_of(order: list[tuple[int, int]], pattern: Bools, limits: Sequence[Sequ
             right[other] = f"b{other}_{row}"
     for k in range(len(order) - 1, -1, -1):
         row, column = order[k]
-        known = "".join(f" - {names[row, j]} * z{j}" for _, j in order[k + 1 :] if (row, j) in names)
+        known = "".join(
+            f" - {names[row, j]} * z{j}" for _, j in order[k + 1 :] if (row, j) in names
+        )
         lines.append(f"z{column} = ({right[row]}{known}) * d{row}")
     return lines

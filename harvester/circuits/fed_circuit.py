@@ -1,7 +1,7 @@
 """The kernel of a compiled circuit that a mean current feeds, in place of a piezo that vibrates.
 
-The current i into the node ``p`` follows a table of the voltage u there with a lag: tau i' = I(u) - i + sqrt(S(u)) xi,
-where xi is white noise of density 1, or absent.
+The current i into the node ``p`` follows a table of the voltage u there with a lag: tau i' = I(u) -
+i + sqrt(S(u)) xi, where xi is white noise of density 1, or absent.
 """
 
 import math
@@ -20,7 +20,15 @@ def feed(circuit, state, room, table, top, h, delay, charge, stride, variates, o
     (C) is the unit of charges.  The integrals are of the squared voltages of load and piezo.  Returns the circuit's
     steps, and those that failed.
     """
-    current, last, steps, failed, square, piezo, before = 0.0, len(state) - DID, 0.0, 0.0, 0.0, 0.0, 0.0
+    current, last, steps, failed, square, piezo, before = (
+        0.0,
+        len(state) - DID,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+    )
     finest, at = table.shape[1] - 1, circuit.voltages_at
     for k in range(out.shape[0] * stride):
         u = state[at]
@@ -37,9 +45,22 @@ def feed(circuit, state, room, table, top, h, delay, charge, stride, variates, o
             current = mean + (current - mean) * kept
             if len(variates):
                 density = table[3, i] + part * (table[3, i + 1] - table[3, i])
-                current += math.sqrt(max(density, 0.0) * (1.0 - kept * kept) / (2.0 * lag)) * variates[k]
+                current += (
+                    math.sqrt(max(density, 0.0) * (1.0 - kept * kept) / (2.0 * lag)) * variates[k]
+                )
         given = 0.5 * (old + current) * h
-        advance(circuit.address, circuit.record, state, room, 0.0, given / charge, given / charge, 1.0, 1.0, 1)
+        advance(
+            circuit.address,
+            circuit.record,
+            state,
+            room,
+            0.0,
+            given / charge,
+            given / charge,
+            1.0,
+            1.0,
+            1,
+        )
         square += state[last]
         steps += state[last + 1]
         failed += state[last + 2]

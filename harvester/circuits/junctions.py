@@ -10,7 +10,8 @@ and its charge, with that of the junction below Fc Vj and straight on above:
 
     q = Tt i + Cjo Vj/(1 - M) (1 - (1 - v/Vj)^(1 - M))
 
-Left out: temperatures other than 27 degrees, currents of the side wall, of recombination and of tunnelling, and noise.
+Left out: temperatures other than 27 degrees, currents of the side wall, of recombination and of
+tunnelling, and noise.
 """
 
 import math
@@ -57,7 +58,9 @@ def depletion(v, capacitance, built_in, grading, forward):
     return q + (v - knee) * (c + 0.5 * slope * (v - knee)), c + slope * (v - knee)
 
 
-def breakdown_voltage(saturation: float, thermal: float, bv: float, ibv: float, tolerance: float = 1e-6) -> float:
+def breakdown_voltage(
+    saturation: float, thermal: float, bv: float, ibv: float, tolerance: float = 1e-6
+) -> float:
     """The voltage B beyond which the current is Is exp((v - B)/n), such that Bv carries Ibv (ngspice's diotemp.c).
 
     Where Ibv is so small that Is leaks more, it is Bv itself.

@@ -10,8 +10,8 @@ from harvester.mechanics.kernels.offset_stops import move, wall_of
 def drifted(s, h, t, c, a):
     """The mass after the first t of a drift of a step h, with the shaking's mean acceleration a (None: no shaking).
 
-    Returns its state, whose voltage is for the circuit to find, then the wall that it met and when (its end, and t,
-    where it met none), and what the stops did.
+    Returns its state, whose voltage is for the circuit to find, then the wall that it met and when
+    (its end, and t, where it met none), and what the stops did.
     """
     s1, did = move(s, interval(h, t, None), c, a)
     wall, at = s1.x, t

@@ -4,13 +4,14 @@ A stage of length tau solves, for y at its end, with z and q at its beginning,
 
     (P Z/tau + G) y + A (i(w) + q(w)/tau) = P z/tau + A q/tau + s + b u
 
-Equations that no function enters and unknowns that no function reads are eliminated, pivot by pivot, once for each
-tau and all values, so that Newton's iterations see the rest only (Schur's complement):
+Equations that no function enters and unknowns that no function reads are eliminated, pivot by
+pivot, once for each tau and all values, so that Newton's iterations see the rest only (Schur's
+complement):
 
     Y y + A (i(w) + q(w)/tau) = R (z, q, u, 1)         and then      (z1, V, ...) = O (y, z, u, 1)
 
-These are admittances: ports of a bridge float, so that impedances would be infinite.  Which pivots are taken depends on
-the topology, and on values only where one of them is zero.
+These are admittances: ports of a bridge float, so that impedances would be infinite.  Which pivots
+are taken depends on the topology, and on values only where one of them is zero.
 """
 
 import itertools
@@ -46,11 +47,16 @@ class Reduction:
         self.system, self.equations, n = system, SummedEquations(system), system.size
         self.G = np.zeros((n, n))
         for rows, columns, value in system.conductances:
-            for (i, a), (j, b) in itertools.product(self.equations.of(rows).items(), columns.items()):
+            for (i, a), (j, b) in itertools.product(
+                self.equations.of(rows).items(), columns.items()
+            ):
                 self.G[i, j] += a * b * value
         self.P = self._entering([column for _, column, _, _ in system.charges])
         self.Z = system.vectors([row for _, _, row, _ in system.charges])
-        entering = [*(diode.rows for diode in system.diodes), *(function.rows for function in system.functions)]
+        entering = [
+            *(diode.rows for diode in system.diodes),
+            *(function.rows for function in system.functions),
+        ]
         self.A = self._entering(entering)
         self.W = system.vectors([row for row, _ in system.inputs])
         self.s = self._entering([system.sources])[:, 0]
@@ -119,14 +125,23 @@ class Reduction:
         """
         matrix = self.matrix(tau)
         S, L, l_rows = self.columns, self.gone_columns, self.gone_rows
-        known = np.hstack([self.P / tau, self.A[:, : len(self.system.diodes)] / tau, self.b[:, None], self.s[:, None]])
+        known = np.hstack(
+            [
+                self.P / tau,
+                self.A[:, : len(self.system.diodes)] / tau,
+                self.b[:, None],
+                self.s[:, None],
+            ]
+        )
         scale = np.abs(matrix[l_rows]).max(axis=1, initial=0.0)
         scale[scale == 0.0] = 1.0
         both = np.hstack([matrix[np.ix_(l_rows, S)], known[l_rows]]) / scale[:, None]
         try:
             solved = np.linalg.solve(matrix[np.ix_(l_rows, L)] / scale[:, None], both)
         except np.linalg.LinAlgError:
-            raise InputError("netlist must have one solution, but its linear elements have none") from None
+            raise InputError(
+                "netlist must have one solution, but its linear elements have none"
+            ) from None
         return matrix, known, solved[:, : len(S)], solved[:, len(S) :]
 
     def unknowns(self, charges: Floats, kept: Floats, tau: float) -> Floats:

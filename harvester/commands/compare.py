@@ -23,7 +23,9 @@ from harvester.commands.study import Output, output_options, study_command
         "Rice's formula for a linear scene, and counted.",
     ),
 )
-@cloup.option_group("Computation", engines_option("Repeatable.  Default: every engine that supports SCENE."))
+@cloup.option_group(
+    "Computation", engines_option("Repeatable.  Default: every engine that supports SCENE.")
+)
 @partial(sampling, whole="all engines together")
 @output_options("Folder for compare.csv, compare.png and provenance.json.")
 def compare(output: Output, lifetime: str | None, engines: tuple[str, ...], **options: Any) -> None:
@@ -36,7 +38,9 @@ def compare(output: Output, lifetime: str | None, engines: tuple[str, ...], **op
     if lifetime is not None:
         check_extremes(scene, lifetime)
     with Bar("compare", shorter=EFFORT) as bar:
-        result = study.compare(scene, engines=engines or None, execution=output.execution(bar), **options)
+        result = study.compare(
+            scene, engines=engines or None, execution=output.execution(bar), **options
+        )
     largest = [] if lifetime is None else extremes_both_ways(scene, lifetime, seed)
     output.show(
         result,

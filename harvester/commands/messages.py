@@ -65,4 +65,8 @@ def naming(file: str) -> Iterator[None]:
 def complain(text: str) -> None:
     """Print an error as one line on stderr."""
     text = typed(text)
-    click.echo(f"{click.style('harvester:', fg='red', bold=True)} {' '.join(text.split())}", err=True, color=coloured())
+    click.echo(
+        f"{click.style('harvester:', fg='red', bold=True)} {' '.join(text.split())}",
+        err=True,
+        color=coloured(),
+    )

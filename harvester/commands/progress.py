@@ -1,7 +1,8 @@
 """Progress on a terminal, with the time that is left; in a pipe nothing but one line of a study that will take long.
 
-The clock of a bar goes on between two reports.  The time left is that of the last report less what has passed since;
-where the next report is overdue, so is the rest, and the time left grows again: it is never 0 before the end.
+The clock of a bar goes on between two reports.  The time left is that of the last report less what
+has passed since; where the next report is overdue, so is the rest, and the time left grows again:
+it is never 0 before the end.
 """
 
 import sys
@@ -40,7 +41,13 @@ class Bar(tqdm):  # type: ignore[misc]
         budget: float | None = None,
         enough: float = ENOUGH,
     ) -> None:
-        self.what, self.at_most, self.shorter, self.budget, self.enough = what, at_most, shorter, budget, enough
+        self.what, self.at_most, self.shorter, self.budget, self.enough = (
+            what,
+            at_most,
+            shorter,
+            budget,
+            enough,
+        )
         self.first: tuple[float, float] | None = None  # time and fraction of the first report
         self.begun = time.monotonic()
         self.last = (self.begun, 0.0)
@@ -49,7 +56,9 @@ class Bar(tqdm):  # type: ignore[misc]
         self.by_clock = False  # the fraction is that of the seconds that were expected
         self.others: Any = None  # what the rest of the program writes its errors on
         shape = FORMAT if known else UNKNOWN
-        super().__init__(total=1000, desc=what, disable=None, leave=False, bar_format=shape, file=file)
+        super().__init__(
+            total=1000, desc=what, disable=None, leave=False, bar_format=shape, file=file
+        )
         self.ended = threading.Event()
         if not self.disable:
             columns = vars(self).get("ncols")
@@ -141,7 +150,11 @@ class Bar(tqdm):  # type: ignore[misc]
         if self.budget is not None:
             return self.last[0] - self.begun >= QUICK
         enough = 0.1 * self.enough if self.at_most else self.enough  # a limit may be a rough one
-        return self.first is not None and self.last[0] - self.first[0] >= SURE and self.last[1] >= enough
+        return (
+            self.first is not None
+            and self.last[0] - self.first[0] >= SURE
+            and self.last[1] >= enough
+        )
 
     def close(self) -> None:
         """Take the bar off the screen."""
@@ -152,7 +165,9 @@ class Bar(tqdm):  # type: ignore[misc]
         super().close()
 
     def __enter__(self) -> Self:
-        if not self.disable and self.fp == sys.stderr:  # notices stand above the bar, not in its line
+        if (
+            not self.disable and self.fp == sys.stderr
+        ):  # notices stand above the bar, not in its line
             from tqdm.contrib import DummyTqdmFile  # which loads asyncio
 
             self.others, sys.stderr = sys.stderr, DummyTqdmFile(sys.stderr)
@@ -168,7 +183,12 @@ class RowsBar(Bar):
     """
 
     def __init__(
-        self, what: str, rows: dict[str, int] | None = None, file: Any = None, shorter: str = "", warms_up: bool = False
+        self,
+        what: str,
+        rows: dict[str, int] | None = None,
+        file: Any = None,
+        shorter: str = "",
+        warms_up: bool = False,
     ) -> None:
         self.rows_of: dict[str, int] = {}
         self.left_of: dict[str, int] = {}
@@ -181,7 +201,11 @@ class RowsBar(Bar):
 
     def start(self, total: int | None = None, what: str = "", done: int = 0) -> None:
         """Begin so many rows of an engine, of which some are done by an earlier run."""
-        self.rows_of[what], self.left_of[what], self.seconds_of[what] = total or 0, (total or 0) - done, 0.0
+        self.rows_of[what], self.left_of[what], self.seconds_of[what] = (
+            total or 0,
+            (total or 0) - done,
+            0.0,
+        )
         self.done_of[what] = -1 if self.warms_up else 0
         if done:
             self._count(what)

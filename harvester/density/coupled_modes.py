@@ -32,7 +32,11 @@ class Factors:
         self.sweeps = 0
         modes, most = self.form.modes, JOINT_MEMORY / self.form.modes
         self._factorise([range(k, k + 1) for k in range(modes)])
-        self.can_join = self.form.back_coupled and self.form.v_colour is None and self.form.mesh.memory(modes) < most
+        self.can_join = (
+            self.form.back_coupled
+            and self.form.v_colour is None
+            and self.form.mesh.memory(modes) < most
+        )
 
     def _factorise(self, groups: list[range]) -> None:
         blocks = [self.form.diagonal_block(e) for e in range(self.form.shape[1])]
@@ -56,7 +60,8 @@ class Factors:
     def solve(self, right: Any) -> Any:
         """The solution of (form + pin) p = right.
 
-        Where many sweeps over the modes do not end, all of them are factorised at once, if memory allows it.
+        Where many sweeps over the modes do not end, all of them are factorised at once, if memory
+        allows it.
         """
         if not self.form.back_coupled:
             return self.without_higher(right)
@@ -75,7 +80,9 @@ class Factors:
             else:
                 most = FEW_SWEEPS if self.can_join else SWEEPS
                 before = self.sweeps
-                q, _ = gmres(operator, left.ravel(), rtol=RESIDUAL, atol=target, restart=most, maxiter=1)
+                q, _ = gmres(
+                    operator, left.ravel(), rtol=RESIDUAL, atol=target, restart=most, maxiter=1
+                )
                 if self.sweeps - before >= most and self.can_join and not turn:
                     self._factorise([range(self.form.modes)])
                     continue

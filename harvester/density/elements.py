@@ -1,7 +1,8 @@
 """One-dimensional elements: nodes, polynomials through them, and integrals of their products.
 
-A line is cut at ``breaks`` into elements, each with the Gauss-Lobatto nodes of one degree.  A function on the line is
-given by its values at the nodes; between them it is the polynomial through those of its element.
+A line is cut at ``breaks`` into elements, each with the Gauss-Lobatto nodes of one degree.  A
+function on the line is given by its values at the nodes; between them it is the polynomial through
+those of its element.
 """
 
 from dataclasses import dataclass
@@ -57,8 +58,8 @@ def shape_slopes(degree: int, points: Floats) -> Floats:
 class Quadrature:
     """Gauss points of every element of a line, exact for polynomials of degree 2 n - 1.
 
-    ``points`` and ``weights`` have the shape (elements, n); ``values`` (n, nodes) and ``slopes`` (elements, n, nodes)
-    are those of the shape functions there.
+    ``points`` and ``weights`` have the shape (elements, n); ``values`` (n, nodes) and ``slopes``
+    (elements, n, nodes) are those of the shape functions there.
     """
 
     points: Floats

@@ -1,6 +1,7 @@
 """Densities of one or two quantities, and rates of passages, from the density of `weak_form`.
 
-A passage is a flux of the density: of a displacement a upwards, and of impacts of the speed u at a stop at s,
+A passage is a flux of the density: of a displacement a upwards, and of impacts of the speed u at a
+stop at s,
 
     int_{v > 0} v p(a, v) dv,    u p(s, -u)
 
@@ -21,7 +22,8 @@ class Marginals:
     """What a density p on a form says of one or two quantities; places outside of its box have the density 0."""
 
     def __init__(self, form: WeakForm, p: Floats) -> None:
-        self.form, self.p, mesh = form, p[..., : form.v_nodes], form.mesh  # no further modes of coloured noise
+        # no further modes of coloured noise
+        self.form, self.p, mesh = form, p[..., : form.v_nodes], form.mesh
         self._whole = p
         self._x = quadrature(mesh.x_breaks, mesh.degree, mesh.degree + 3)
         self._over_v = form.over_v(form.v_mass)[: form.v_nodes]
@@ -33,12 +35,16 @@ class Marginals:
     def share_below(self, x: float) -> float:
         """The probability of a displacement below x."""
         breaks = self.form.mesh.x_breaks
-        in_x = quadrature(np.append(breaks[breaks < x], min(x, breaks[-1])), 1, self.form.mesh.degree + 2)
+        in_x = quadrature(
+            np.append(breaks[breaks < x], min(x, breaks[-1])), 1, self.form.mesh.degree + 2
+        )
         return float(self.displacement(in_x.points.ravel()) @ in_x.weights.ravel())
 
     def velocity(self, v: Floats) -> Floats:
         """The density of the velocity, shape (n,)."""
-        return np.asarray(self._across(v) @ np.einsum("eij,ei->j", self.p[0], self.form.x_mass.sum(axis=1)))
+        return np.asarray(
+            self._across(v) @ np.einsum("eij,ei->j", self.p[0], self.form.x_mass.sum(axis=1))
+        )
 
     def phase_plane(self, x: Floats, v: Floats) -> Floats:
         """The density of displacement and velocity, shape (n, m)."""
@@ -69,7 +75,10 @@ class Marginals:
 
     def passages(self, level: float) -> float:
         """How often the displacement passes a level upwards, a unit of time."""
-        return float(self._at(self.p[0], np.array([level]))[0] @ self.form.over_v(self.form.v_up)[: self.form.v_nodes])
+        return float(
+            self._at(self.p[0], np.array([level]))[0]
+            @ self.form.over_v(self.form.v_up)[: self.form.v_nodes]
+        )
 
     def impacts(self, speeds: Floats, way: float = -1.0) -> Floats:
         """The impacts a unit of time and a unit of speed at the lower stop (``way`` -1) or the upper, shape (n,)."""

@@ -15,7 +15,9 @@ class MomentWeights:
         mesh = form.mesh
         in_x = quadrature(mesh.x_breaks, mesh.degree, mesh.degree + 3)
         in_v = quadrature(mesh.v_breaks, mesh.degree, mesh.degree + 3)
-        self._x = [np.einsum("eq,qi->ei", in_x.weights * in_x.points**n, in_x.values) for n in range(3)]
+        self._x = [
+            np.einsum("eq,qi->ei", in_x.weights * in_x.points**n, in_x.values) for n in range(3)
+        ]
         self._v = []
         self._across = in_v
         for n in range(3):
@@ -50,9 +52,13 @@ class MomentWeights:
             return self.of(x, v)
         if y == 1:
             return a * self.of(x + 1, v) + m * self.of(x, v) + s * self.of(x, v, 1)
-        squares = a * a * self.of(x + 2, v) + 2.0 * a * m * self.of(x + 1, v) + m * m * self.of(x, v)
+        squares = (
+            a * a * self.of(x + 2, v) + 2.0 * a * m * self.of(x + 1, v) + m * m * self.of(x, v)
+        )
         mixed = 2.0 * s * (a * self.of(x + 1, v, 1) + m * self.of(x, v, 1))
-        return np.asarray(squares + mixed + s * s * (self.of(x, v) + np.sqrt(2.0) * self.of(x, v, 2)))
+        return np.asarray(
+            squares + mixed + s * s * (self.of(x, v) + np.sqrt(2.0) * self.of(x, v, 2))
+        )
 
     def voltage_squared(self) -> Floats:
         """The weights of E[V^2], V = x - y; of E[x^2] where no load lets the voltage leave the displacement."""

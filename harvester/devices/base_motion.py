@@ -11,7 +11,8 @@ from harvester.equations.problem import Problem
 from harvester.records.records import Record
 from harvester.scene.physical import Excitation
 
-POINTS = 64  # of noise in a period of the response, or of the highest mode: what lies between is a straight line
+# of noise in a period of the response, or of the highest mode: what lies between is a straight line
+POINTS = 64
 MOST_POINTS = 200_000  # of a source that is written point by point
 FINER = 8  # times as many points as a record has
 A_LINE = 4  # points
@@ -75,7 +76,8 @@ def _from_points(problem: Problem, duration: float, seed: int) -> Iterator[str]:
 def _recorded(problem: Problem, record: Record) -> tuple[Floats, Floats]:
     """Times (s) and the base's accelerations (m/s^2) of one period of a record.
 
-    They are so near each other that straight lines between them are its Fourier series to 0.1 % or so.
+    They are so near each other that straight lines between them are its Fourier series to 0.1 % or
+    so.
     """
     s = problem.scales
     count = max(len(record.values), min(FINER * len(record.values), MOST_POINTS))
@@ -89,7 +91,8 @@ def _drawn(problem: Problem, duration: float, step: float, seed: int) -> tuple[F
 
     s = problem.scales
     steps = math.ceil(duration / step)
-    noise = replace(problem.equations, drive=None, drive_frequency=None)  # the sinusoid is a source of its own
+    # the sinusoid is a source of its own
+    noise = replace(problem.equations, drive=None, drive_frequency=None)
     force = forcing(noise, step * s.frequency, steps, np.random.default_rng([seed, 10]))
     assert force is not None, "the scene has such noise"
     return step * np.arange(steps + 1, dtype=np.float64), -force * s.length * s.frequency**2
@@ -100,5 +103,7 @@ def _points(name: str, t: Floats, a: Floats) -> Iterator[str]:
     t, a = np.append(t, 2.0 * t[-1] - t[-2]), np.append(a, 0.0)
     yield f"{name} {{}} PWL("
     for k in range(0, len(t), A_LINE):
-        yield "+ " + " ".join(f"{x:.9g} {y:.7g}" for x, y in zip(t[k : k + A_LINE], a[k : k + A_LINE], strict=True))
+        yield "+ " + " ".join(
+            f"{x:.9g} {y:.7g}" for x, y in zip(t[k : k + A_LINE], a[k : k + A_LINE], strict=True)
+        )
     yield "+ )"

@@ -23,9 +23,11 @@ if TYPE_CHECKING:
     from harvester.cosimulation.poincare_sections import Origin
 
 RELTOL = 1e-5  # of ngspice, which is the judge here
-TOLERANCE = 2e-3  # of a circuit's step: with the usual 0.03 switches act at a little other times each period
+# of a circuit's step: with the usual 0.03 switches act at a little other times each period
+TOLERANCE = 2e-3
 JUDGED = 0.5  # of a budget, that ngspice may take
-PATIENCE, AGAIN = 30.0, 3.0  # s, and times what the response took: how long ngspice may take without a budget
+# s, and times what the response took: how long ngspice may take without a budget
+PATIENCE, AGAIN = 30.0, 3.0
 
 
 @dataclass
@@ -56,8 +58,9 @@ def steady_answer(
 ) -> "tuple[Estimate | None, CircuitPeriod | None]":
     """The answer of a periodic response from rest, or ``near`` that of a drive close by, and where it is; None: none.
 
-    With ``judged``, ngspice goes on from the response at the longest step to its own, and what they differ by is the
-    error of the model; without a budget for `PATIENCE` or `AGAIN` times what the response took.
+    With ``judged``, ngspice goes on from the response at the longest step to its own, and what they
+    differ by is the error of the model; without a budget for `PATIENCE` or `AGAIN` times what the
+    response took.
     """
     from harvester.mechanics.kernels.compiled import compilation
 
@@ -67,8 +70,14 @@ def steady_answer(
     if periods is None:
         return None, None
     if judged:
-        patience = max(PATIENCE, AGAIN * (time.perf_counter() - begin)) if budget is None else JUDGED * budget
-        periods.differences = _differences(options, problem, periods.responses[0], time.monotonic() + patience)
+        patience = (
+            max(PATIENCE, AGAIN * (time.perf_counter() - begin))
+            if budget is None
+            else JUDGED * budget
+        )
+        periods.differences = _differences(
+            options, problem, periods.responses[0], time.monotonic() + patience
+        )
     last, power = periods.responses[-1], periods.value("power")
     details = {"step": last.path.h / problem.units.frequency, "response_periods": float(last.turns)}
     details |= motion_details(problem, periods.value, last)
@@ -86,7 +95,11 @@ def steady_answer(
 
 
 def _periods(
-    options: MonteCarloOptions, problem: Problem, near: "CircuitStart | None", within: float, progress: Progress | None
+    options: MonteCarloOptions,
+    problem: Problem,
+    near: "CircuitStart | None",
+    within: float,
+    progress: Progress | None,
 ) -> CompiledPeriods | None:
     """The response at steps that are halved until their error is below the target; None where none comes back."""
     from harvester.circuits.circuit_period import periodic_response
@@ -140,6 +153,9 @@ def _origin(problem: Problem, response: "CircuitPeriod") -> "Origin":
     voltages = compiled_circuit(problem.circuit, problem.scales).voltages(response.state)
     assert path.shaking is not None, "the drive is steady"
     voltage, a = float(path.samples[-1, 1]), float(path.shaking[-1])
-    ends = [interpreted(kick)(State(response.x, speed, voltage), 0.0, 0.5 * path.h, c, a) for speed in (0.0, 1.0)]
+    ends = [
+        interpreted(kick)(State(response.x, speed, voltage), 0.0, 0.5 * path.h, c, a)
+        for speed in (0.0, 1.0)
+    ]
     v = float((response.v - ends[0]) / (ends[1] - ends[0]))
     return Origin(CoupledState(response.x, v, in_ngspice(voltages)), 0.0, response.turns)

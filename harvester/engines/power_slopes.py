@@ -1,7 +1,8 @@
 """The gradient of the mean power in the keys of a scene, from the adjoint of the density.
 
-The coefficients c of the equations are functions of a key k, and the power is P = W(k) beta mu E[V^2] with the unit W
-of power.  With the gradient of E[V^2] in the coefficients (`harvester.density.adjoint`)
+The coefficients c of the equations are functions of a key k, and the power is P = W(k) beta mu
+E[V^2] with the unit W of power.  With the gradient of E[V^2] in the coefficients
+(`harvester.density.adjoint`)
 
     d ln P/d ln k = d ln(W beta mu)/d ln k + sum_c (dE[V^2]/dc) (dc/d ln k)/E[V^2]
 
@@ -28,7 +29,8 @@ STEP = 1e-4  # relative change of a key, by which the coefficients are seen to c
 class PowerSlopes:
     """The elasticities of the power of a problem whose density is solved; raises InputError where there is no power.
 
-    The adjoint equations are solved when they are first needed, those of the coarser mesh only for errors.
+    The adjoint equations are solved when they are first needed, those of the coarser mesh only for
+    errors.
     """
 
     def __init__(self, problem: Problem, answer: Answer, unknown: str) -> None:
@@ -91,7 +93,10 @@ def _slopes(problem: Problem, key: str) -> dict[str, float]:
         return eqs, math.log(watts * (eqs.beta or 0.0) * (eqs.mu or 0.0))
 
     # A restitution of 1 may not become more: of one the coefficient itself is the key.
-    if name in ("restitution", "opposite_restitution") or (table, name) == ("opposite_stop", "restitution"):
+    if name in ("restitution", "opposite_restitution") or (table, name) == (
+        "opposite_stop",
+        "restitution",
+    ):
         coefficient = "opposite_restitution" if "opposite" in key else "restitution"
         return {coefficient: value}
 
@@ -109,4 +114,6 @@ def _slopes(problem: Problem, key: str) -> dict[str, float]:
 
 
 def _elasticity(slopes: dict[str, float], of: dict[str, float]) -> float:
-    return slopes.get("", 0.0) + math.fsum(slope * of[name] for name, slope in slopes.items() if name)
+    return slopes.get("", 0.0) + math.fsum(
+        slope * of[name] for name, slope in slopes.items() if name
+    )

@@ -48,5 +48,7 @@ class Published(Formula):
     def _estimate(self, problem: Problem, solution: float, seconds: float) -> Estimate:
         eqs, diagnostics = problem.equations, [note("published_formula")]
         if eqs.restitution is not None:
-            diagnostics.append(warning("published_stop" if eqs.mu is not None else "published_open_circuit"))
+            diagnostics.append(
+                warning("published_stop" if eqs.mu is not None else "published_open_circuit")
+            )
         return estimate(self.NAME, problem, Value(solution), None, diagnostics, seconds)

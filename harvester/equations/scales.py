@@ -26,7 +26,9 @@ class Scales:
     def __post_init__(self) -> None:
         # In this order: a power is taken only of what is already known to be of a sane size.
         _within("w0 = sqrt(stiffness/mass)", self.frequency)
-        _within("length scale, from acceleration_psd, mass, stiffness and cubic_stiffness,", self.length)
+        _within(
+            "length scale, from acceleration_psd, mass, stiffness and cubic_stiffness,", self.length
+        )
         _within("voltage scale coupling l/capacitance", self.volts)
         _within("power scale mass w0^3 l^2", self.watts)
 
@@ -57,7 +59,9 @@ def scales(scene: Scene, length: float | None = None) -> Scales:
         beta = scene.nondimensional.beta
         stiffness = DEFAULT_MASS * DEFAULT_FREQUENCY**2
         coupling = math.sqrt(beta * stiffness * DEFAULT_CAPACITANCE) if beta else DEFAULT_COUPLING
-        return Scales(DEFAULT_MASS, DEFAULT_FREQUENCY, DEFAULT_LENGTH, coupling, DEFAULT_CAPACITANCE)
+        return Scales(
+            DEFAULT_MASS, DEFAULT_FREQUENCY, DEFAULT_LENGTH, coupling, DEFAULT_CAPACITANCE
+        )
     modal, metres = scene.modal, natural_length(scene) if length is None else length
     return Scales(modal.mass, modal.frequency, metres, modal.coupling, modal.capacitance)
 
@@ -65,8 +69,9 @@ def scales(scene: Scene, length: float | None = None) -> Scales:
 def natural_length(scene: Scene) -> float:
     """A length that makes the numbers of a physical scene of order one, in metre.
 
-    With noise, l = sqrt(G/(4 w0^3)), so that N1 = 1; under a harmonic drive alone, l = A/w0^2, so that F = 1, and
-    under a record with its RMS for A; without any, the length where the cubic force equals the linear one, or 1 mm.
+    With noise, l = sqrt(G/(4 w0^3)), so that N1 = 1; under a harmonic drive alone, l = A/w0^2, so
+    that F = 1, and under a record with its RMS for A; without any, the length where the cubic force
+    equals the linear one, or 1 mm.
     """
     mass, stiffness = scene.modal.mass, abs(scene.modal.stiffness)
     excitation = scene.excitation or Excitation()
@@ -84,4 +89,6 @@ def natural_length(scene: Scene) -> float:
 
 def _within(what: str, value: float) -> None:
     if not SMALLEST <= value <= LARGEST:
-        raise InputError(f"the {what} must be between {SMALLEST:g} and {LARGEST:g} in SI units, but is {value:g}")
+        raise InputError(
+            f"the {what} must be between {SMALLEST:g} and {LARGEST:g} in SI units, but is {value:g}"
+        )

@@ -18,7 +18,9 @@ def charging(answer: ChargingShape, title: str | None) -> Plot:
     volt = scale(_called(answer), answer.unit, [*answer.quantiles[1], answer.target])
     panels = 1 + several + bool(known)
     with styled():
-        figure, axes = new(max(1, panels - 1), min(panels, 2), (WIDTH, 3.4 if panels < 3 else 5.6), squeeze=False)
+        figure, axes = new(
+            max(1, panels - 1), min(panels, 2), (WIDTH, 3.4 if panels < 3 else 5.6), squeeze=False
+        )
         first, *others = axes.ravel()
         if panels == 3:  # the voltage takes the whole of the first row
             others = [axes[1, 0], axes[1, 1]]
@@ -79,7 +81,10 @@ def _draw_power(axes: Any, answer: ChargingShape, factor: float, label: str) -> 
             powers.append(level.power)
         below = level.voltage
     watt = scale("power into the store", answer.unit_names.power, [power.value for power in powers])
-    heights, errors = ([getattr(power, name) / watt.factor for power in powers] for name in ("value", "known_error95"))
+    heights, errors = (
+        [getattr(power, name) / watt.factor for power in powers]
+        for name in ("value", "known_error95")
+    )
     axes.errorbar(middles, heights, errors, fmt=".-", color=_POWER, linewidth=1.0)
     axes.set_xlabel(label)
     axes.set_ylabel(watt.label)

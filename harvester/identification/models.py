@@ -96,7 +96,11 @@ def decay(device: Device, t: Floats, y: Floats, load: float, weights: Floats) ->
     swing = np.exp(pair.real * t)
     columns = [swing * np.cos(pair.imag * t), swing * np.sin(pair.imag * t), np.ones_like(t)]
     slow = s[np.abs(s.imag) < 1e-9 * np.abs(s)]
-    if len(s) == 3 and len(slow) and -slow[-1].real * (t[-1] - t[0]) > 0.1:  # slower ones are the constant
+    if (
+        len(s) == 3 and len(slow) and -slow[-1].real * (t[-1] - t[0]) > 0.1
+    ):  # slower ones are the constant
         columns.append(np.exp(np.maximum(slow[-1].real * t, -700.0)))
     basis = np.array(columns).T
-    return np.asarray(basis @ np.linalg.lstsq(basis * weights[:, None], y * weights, rcond=1e-12)[0])
+    return np.asarray(
+        basis @ np.linalg.lstsq(basis * weights[:, None], y * weights, rcond=1e-12)[0]
+    )

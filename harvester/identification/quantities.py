@@ -7,7 +7,8 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-NEEDED = ("oscillator.mass", "oscillator.stiffness", "piezo.coupling", "piezo.capacitance")  # of a scene
+# of a scene
+NEEDED = ("oscillator.mass", "oscillator.stiffness", "piezo.coupling", "piezo.capacitance")
 
 
 @dataclass(frozen=True)

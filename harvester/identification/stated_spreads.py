@@ -1,7 +1,8 @@
 """The intervals that `harvester identify` wrote into a scene file as comments, as spreads for a study of tolerances.
 
-An interval of 95 % is a normal spread about its middle.  Stiffness and coupling go with the mass, for the resonance f
-and q = theta^2/M are known far better than each of them: with the relative deviations s, of K/M = (2 pi f)^2 and of q,
+An interval of 95 % is a normal spread about its middle.  Stiffness and coupling go with the mass,
+for the resonance f and q = theta^2/M are known far better than each of them: with the relative
+deviations s, of K/M = (2 pi f)^2 and of q,
 
     corr(M, K) = (s_K^2 + s_M^2 - 4 s_f^2)/(2 s_K s_M),   corr(M, theta) = (4 s_theta^2 + s_M^2 - s_q^2)/(4 s_theta s_M)
 
@@ -21,7 +22,9 @@ from harvester.uncertainty.value import stderr_of95
 
 _TABLE = re.compile(r"\[\[?(\w+)\]\]?\s*(?:#.*)?")
 _KEY = re.compile(r"(\w+)\s*=.*#.*\b95 %: (\S+) to (\S+)")
-_DERIVED = re.compile(r"#\s+(short_circuit_frequency|coupling_squared_per_mass)\s*=.*\b95 %: (\S+) to (\S+)\)")
+_DERIVED = re.compile(
+    r"#\s+(short_circuit_frequency|coupling_squared_per_mass)\s*=.*\b95 %: (\S+) to (\S+)\)"
+)
 MOST = 1.0 - 1e-7  # of a correlation
 
 
@@ -52,11 +55,15 @@ def spreads_of(text: str, scene: Scene) -> ScenesSpreads:
             continue
         middle, deviation = 0.5 * (low + high), stderr_of95(0.5 * (high - low))
         kind, far = kind_of(key), CUT * deviation
-        inside = middle - far > kind.above and middle - far >= kind.least and middle + far <= kind.most
+        inside = (
+            middle - far > kind.above and middle - far >= kind.least and middle + far <= kind.most
+        )
         vary[key] = f"normal:{middle!r}:{deviation!r}" if inside else f"{low!r}:{high!r}"
         if inside and middle:
             deviations[key] = deviation / abs(middle)
-    deviations |= {name: stderr_of95((high - low) / (high + low)) for name, (low, high) in derived.items()}
+    deviations |= {
+        name: stderr_of95((high - low) / (high + low)) for name, (low, high) in derived.items()
+    }
     return ScenesSpreads(vary, _correlations(deviations), tuple(left_out))
 
 
@@ -66,7 +73,11 @@ def _intervals(text: str) -> tuple[dict[str, tuple[float, float]], dict[str, tup
     for line in (row.strip() for row in text.splitlines()):
         if (head := _TABLE.fullmatch(line)) is not None:
             table = head[1]
-        elif (match := _DERIVED.fullmatch(line)) is not None and (ends := _ends(match)) is not None and ends[0] > 0.0:
+        elif (
+            (match := _DERIVED.fullmatch(line)) is not None
+            and (ends := _ends(match)) is not None
+            and ends[0] > 0.0
+        ):
             derived[match[1]] = ends
         elif (match := _KEY.fullmatch(line)) is not None and (ends := _ends(match)) is not None:
             names = key_names(TABLES[table]) if table in TABLES and table not in SEVERAL else []
@@ -89,11 +100,20 @@ def _correlations(s: Mapping[str, float]) -> dict[tuple[str, str], float]:
     if mass not in s:
         return {}
     correlations = {}
-    for key, name, share in ((stiffness, "short_circuit_frequency", 1.0), (coupling, "coupling_squared_per_mass", 0.5)):
+    for key, name, share in (
+        (stiffness, "short_circuit_frequency", 1.0),
+        (coupling, "coupling_squared_per_mass", 0.5),
+    ):
         if key in s and name in s:
-            s_key, s_mass, s_ratio = s[key] / share, s[mass], s[name] * (2.0 if key == stiffness else 1.0)
+            s_key, s_mass, s_ratio = (
+                s[key] / share,
+                s[mass],
+                s[name] * (2.0 if key == stiffness else 1.0),
+            )
             correlation = (s_key**2 + s_mass**2 - s_ratio**2) / (2.0 * s_key * s_mass)
             correlations[mass, key] = max(min(correlation, MOST), -MOST)
     if len(correlations) == 2:
-        correlations[stiffness, coupling] = correlations[mass, stiffness] * correlations[mass, coupling]
+        correlations[stiffness, coupling] = (
+            correlations[mass, stiffness] * correlations[mass, coupling]
+        )
     return correlations

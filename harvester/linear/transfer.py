@@ -8,8 +8,9 @@ The first harmonic of a steady motion, and its phase to the base that drives it,
 
     y(t) = mean + Re[Y exp(i W t)] + higher harmonics,   Y = 2/T times the integral of y exp(-i W t) over whole periods
 
-The mass of a physical scene feels the opposite of the base's acceleration, -A cos(W t), so that a displacement far
-below the resonance is at 180 degrees to that acceleration, at the resonance at 90, and far above it at 0.
+The mass of a physical scene feels the opposite of the base's acceleration, -A cos(W t), so that a
+displacement far below the resonance is at 180 degrees to that acceleration, at the resonance at 90,
+and far above it at 0.
 """
 
 import cmath
@@ -29,7 +30,8 @@ AT_ONCE = 1 << 16  # frequencies, of several modes
 class WhiteResponse(NamedTuple):
     """E[x^2], E[x'^2] and E[V^2] under white noise of intensity 1, and how much sharper rounding is in the response.
 
-    ``sharpness`` is the frequency over the loss, w/(c + C), about Q; infinite where nothing takes energy.
+    ``sharpness`` is the frequency over the loss, w/(c + C), about Q; infinite where nothing takes
+    energy.
     """
 
     x2: float
@@ -57,13 +59,15 @@ def white(eqs: Equations) -> WhiteResponse:
     return WhiteResponse(x2 / loss, (x2 + beta) / loss, 1.0 / loss, sharpness)
 
 
-def amplitudes(eqs: Equations, w: Floats | float, direction: Sequence[float] | None = None) -> Complexes:
+def amplitudes(
+    eqs: Equations, w: Floats | float, direction: Sequence[float] | None = None
+) -> Complexes:
     """Complex amplitudes of x and V under a = exp(i w t), one of each a frequency, shape (2, ...).
 
     Of several modes x may be that in another ``direction`` than the oscillator's, shape (modes,).
 
-    With a spring of two wells they are those of small motions in the first, whose stiffness takes the place of the 1.
-    Infinite at a resonance where nothing takes energy.
+    With a spring of two wells they are those of small motions in the first, whose stiffness takes
+    the place of the 1. Infinite at a resonance where nothing takes energy.
     """
     s, mu, stiffness = 1j * np.asarray(w), eqs.mu or 0.0, 1.0
     if eqs.linear is not None:
@@ -102,10 +106,14 @@ def _white_of_modes(eqs: Equations) -> WhiteResponse:
     covariance, e = stationary(eqs), eqs.modes.direction
     v2 = covariance[-1, -1] if eqs.mu is not None else s @ covariance[:n, :n] @ s
     moved, speed = e @ covariance[:n, :n] @ e, e @ covariance[n : 2 * n, n : 2 * n] @ e
-    return WhiteResponse(float(moved), float(speed), float(v2), float((0.5 * np.abs(values) / losses).max()))
+    return WhiteResponse(
+        float(moved), float(speed), float(v2), float((0.5 * np.abs(values) / losses).max())
+    )
 
 
-def _amplitudes_of_modes(eqs: Equations, w: Floats, spring: float, direction: Sequence[float] | None) -> Complexes:
+def _amplitudes_of_modes(
+    eqs: Equations, w: Floats, spring: float, direction: Sequence[float] | None
+) -> Complexes:
     """`amplitudes` of several modes: (K + s D + s^2 + beta V/(s.y) s s^T) y = g a at each frequency."""
     modes = eqs.modes
     assert modes is not None
@@ -117,8 +125,12 @@ def _amplitudes_of_modes(eqs: Equations, w: Floats, spring: float, direction: Se
         voltage = s / (s + eqs.mu) if eqs.mu else np.ones_like(s)
         dynamic = stiffness + s * damping + s * s * np.eye(modes.count)
         dynamic = dynamic + (eqs.beta or 0.0) * voltage * np.outer(coupling, coupling)
-        y = np.linalg.solve(dynamic, np.broadcast_to(base[:, None], (len(s), modes.count, 1)))[:, :, 0]
-        result[0, first : first + AT_ONCE] = y @ (modes.direction if direction is None else direction)
+        y = np.linalg.solve(dynamic, np.broadcast_to(base[:, None], (len(s), modes.count, 1)))[
+            :, :, 0
+        ]
+        result[0, first : first + AT_ONCE] = y @ (
+            modes.direction if direction is None else direction
+        )
         result[1, first : first + AT_ONCE] = voltage[:, 0, 0] * (y @ coupling)
     return result.reshape(2, *w.shape)
 

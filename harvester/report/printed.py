@@ -53,7 +53,15 @@ def of_stability(scene: Scene | Problem, answer: Stability, seed: int) -> Page:
     """The page of the stability of rest: the exponents, and if it was computed its region in the plane (mu, D22)."""
     caption = "Where rest is stable, in the plane of the time-constant ratio μ and the parametric noise ε2² D22."
     verdict = f"Rest is {answer.verdict}"
-    return of_result(scene, "stability", answer, caption, (answer.table,) * bool(answer.region), [verdict], seed=seed)
+    return of_result(
+        scene,
+        "stability",
+        answer,
+        caption,
+        (answer.table,) * bool(answer.region),
+        [verdict],
+        seed=seed,
+    )
 
 
 def of_search(scene: Scene | Problem, answer: Optimum | ParetoFront, seed: int) -> Page:
@@ -77,18 +85,26 @@ def _interval(key: OptimalKey) -> str:
     value = amount(key.value, key.unit)
     if key.low95 is None or key.high95 is None:
         return f"best at {value}"
-    return f"best at {value}, between {amount(key.low95, key.unit)} and {amount(key.high95, key.unit)}"
+    return (
+        f"best at {value}, between {amount(key.low95, key.unit)} and {amount(key.high95, key.unit)}"
+    )
 
 
 def highest(answer: Optimum) -> Table:
     """The places of the largest powers that the engine itself evaluated, as far as they differ in print."""
     known = [(p.power, p) for p in answer.own_points if p.power is not None]
     known.sort(key=lambda pair: -pair[0].value)
-    values = [[key.range.value(float(u)) for key, u in zip(answer.keys, p.u, strict=True)] for _, p in known]
-    columns = [Column(key.key, [row[k] for row in values], key.unit) for k, key in enumerate(answer.keys)]
+    values = [
+        [key.range.value(float(u)) for key, u in zip(answer.keys, p.u, strict=True)]
+        for _, p in known
+    ]
+    columns = [
+        Column(key.key, [row[k] for row in values], key.unit) for k, key in enumerate(answer.keys)
+    ]
     columns.append(Column("mean_power", [power for power, _ in known], answer.unit_names.power))
     evaluated = Table(tuple(columns), f"the highest of what {answer.engine} evaluated")
-    rows = dict(reversed([(tuple(row), k) for k, row in enumerate(evaluated.shown()[1])]))  # the first of those alike
+    # the first of those alike
+    rows = dict(reversed([(tuple(row), k) for k, row in enumerate(evaluated.shown()[1])]))
     return evaluated.rows(sorted(rows.values())[:BEST])
 
 

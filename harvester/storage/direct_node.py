@@ -1,8 +1,9 @@
 """A node without mean currents: mass and rectifier with their own capacitor, in slices of a vibration.
 
-The capacitor is the store, or what is at the input of a chip that holds it.  After each slice the chip moves its
-charge on by its law (`harvester.storage.bought_parts.Chip`), and the node takes what it takes.  This is what a slow
-computation is compared with, and what takes its place where a store is not slow beside the vibration.
+The capacitor is the store, or what is at the input of a chip that holds it.  After each slice the
+chip moves its charge on by its law (`harvester.storage.bought_parts.Chip`), and the node takes what
+it takes.  This is what a slow computation is compared with, and what takes its place where a store
+is not slow beside the vibration.
 """
 
 import math
@@ -31,7 +32,9 @@ def can_run(run: NodeRun) -> bool:
     """
     store, node, chip = run.storage, run.node, run.chip
     parts = (store.battery_voltage, store.diffusion_capacitance, node.lost_share, node.low_interval)
-    return (chip is None or chip.ratio is None or chip.look > 0.0) and all(part is None for part in parts)
+    return (chip is None or chip.ratio is None or chip.look > 0.0) and all(
+        part is None for part in parts
+    )
 
 
 @dataclass
@@ -83,7 +86,10 @@ class _Consumer:
             step = rest if self.state is None else min(rest, self.left)
             drawn = run.waiting if self.state is None else run.drawn[self.state]
             leak = volts / (run.storage.leakage_resistance or math.inf)
-            less, stop = step * (run.at(drawn, volts) + leak) / run.storage.farads, self._stop(stops)
+            less, stop = (
+                step * (run.at(drawn, volts) + leak) / run.storage.farads,
+                self._stop(stops),
+            )
             if volts > stop > volts - less:  # it stops there
                 step, less = step * (volts - stop) / less, volts - stop
             volts -= less
@@ -124,7 +130,10 @@ def direct_course(problem: Problem, run: NodeRun, seconds: float, seed: int = 0)
     period, rng = eqs.shaking_period or 2.0 * math.pi, np.random.default_rng([seed, 14])
     n_steps = math.ceil(period / step_from_rest(eqs) / SLICES)
     h = period / (n_steps * SLICES)
-    whole, mass = forcing(eqs, h, n_steps * SLICES), HeldPath(problem, Rectifier(problem).compiled(farads), h)
+    whole, mass = (
+        forcing(eqs, h, n_steps * SLICES),
+        HeldPath(problem, Rectifier(problem).compiled(farads), h),
+    )
     slice_, consumer = n_steps * h / problem.scales.frequency, _Consumer(run)
     own = 0.0 if tracker is not None or chip is None else chip.own
     at, volts = mass.at, run.storage.initial_voltage or 0.0
@@ -132,8 +141,12 @@ def direct_course(problem: Problem, run: NodeRun, seconds: float, seed: int = 0)
     count = math.ceil(seconds / slice_)
     points: Floats = np.empty((2, count))
     for k in range(count):
-        part = None if whole is None else whole[k % SLICES * n_steps : (k % SLICES + 1) * n_steps + 1]
-        mass.go_on(rng.standard_normal(n_steps) if eqs.is_random else np.zeros(n_steps), part, n_steps)
+        part = (
+            None if whole is None else whole[k % SLICES * n_steps : (k % SLICES + 1) * n_steps + 1]
+        )
+        mass.go_on(
+            rng.standard_normal(n_steps) if eqs.is_random else np.zeros(n_steps), part, n_steps
+        )
         before, state = volts, mass.state
         if tracker is None:
             volts = state[at] / farads - own * slice_ / farads

@@ -12,9 +12,11 @@ SAME = 1e-10  # of the highest voltage: packets that begin at voltages so near r
 DONE = 1.0 - 1e-9  # of the time
 SEEN = 20_000  # points of the course in time that are kept, at most
 HOUR = 3600.0
-BINS, SHORTEST, WIDER = 250, 1e-3, math.log(1.1)  # of intervals between packets; s of the first's end; log of a width
+# of intervals between packets; s of the first's end; log of a width
+BINS, SHORTEST, WIDER = 250, 1e-3, math.log(1.1)
 RAN, PACKETS, LOST, BROWN_OUTS, GIVEN, CLAMPED, END, LAST, INTERVALS = range(9)  # of the counts
-REPEATED = INTERVALS + 2 * BINS  # counts that grow by the same in each cycle: last, intervals of each bin and their sum
+# counts that grow by the same in each cycle: last, intervals of each bin and their sum
+REPEATED = INTERVALS + 2 * BINS
 FIRST, POINTS, COUNTS = range(REPEATED, REPEATED + 3)
 WAKE, TOP, FARADS, LENGTH, HELD, LOW, HIGH, SPARED = range(8)  # of the levels
 
@@ -55,7 +57,9 @@ def _current_now(charging, length, now):
     if length == 0.0:
         return charging[0], math.inf
     window = math.floor(now / length * (1.0 + 1e-14) + 1e-9)
-    return charging[int(window) % charging.shape[0]], max((window + 1.0) * length - now, 1e-9 * length)
+    return charging[int(window) % charging.shape[0]], max(
+        (window + 1.0) * length - now, 1e-9 * length
+    )
 
 
 @kernel
@@ -73,22 +77,34 @@ def follow_state(store, drawn, v, duration, threshold, side, course):
         a, slope = _rate(v, scale, finest, row, drawn)
         a = (a - _spread(v, branches, 0.0, rates[0], rates[1])) / farads
         steepest = max((abs(slope) * scale + conductance) / farads, fastest)
-        step = min(left, room, LONGEST, PART * top / max(abs(a), 1e-300), 1.0 / max(steepest, 1e-300))
+        step = min(
+            left, room, LONGEST, PART * top / max(abs(a), 1e-300), 1.0 / max(steepest, 1e-300)
+        )
         if left - step < 1e-12 * duration:
             step = left
         u = v + 0.5 * step * a
-        b = (_rate(u, scale, finest, row, drawn)[0] - _spread(u, branches, 0.5 * step, rates[1], rates[2])) / farads
+        b = (
+            _rate(u, scale, finest, row, drawn)[0]
+            - _spread(u, branches, 0.5 * step, rates[1], rates[2])
+        ) / farads
         u = v + 0.5 * step * b
-        c = (_rate(u, scale, finest, row, drawn)[0] - _spread(u, branches, 0.5 * step, rates[2], rates[3])) / farads
+        c = (
+            _rate(u, scale, finest, row, drawn)[0]
+            - _spread(u, branches, 0.5 * step, rates[2], rates[3])
+        ) / farads
         u = v + step * c
-        d = (_rate(u, scale, finest, row, drawn)[0] - _spread(u, branches, step, rates[3], rates[4])) / farads
+        d = (
+            _rate(u, scale, finest, row, drawn)[0] - _spread(u, branches, step, rates[3], rates[4])
+        ) / farads
         new = v + step / 6.0 * (a + 2.0 * (b + c) + d)
         there = side * (new - threshold) >= 0.0 and new != v
         if there:
             step *= (threshold - v) / (new - v)
             new = threshold
         for j in range(many):
-            branches[2, j] += step / 6.0 * (rates[1, j] + 2.0 * (rates[2, j] + rates[3, j]) + rates[4, j])
+            branches[2, j] += (
+                step / 6.0 * (rates[1, j] + 2.0 * (rates[2, j] + rates[3, j]) + rates[4, j])
+            )
         middle = 0.5 * (v + min(new, top))
         k = min(int(middle * scale), finest - 1)
         came = row[k] + (middle * scale - k) * (row[k + 1] - row[k])
@@ -157,7 +173,8 @@ def follow_node(currents, durations, stops, levels, branches, tries, v, seconds,
         if v >= wake and rose:
             if _alike(v, low, branches[2], at_wake, same):  # what follows is the same each time
                 _repeat(counts, woken, seconds, hours)
-            woken = counts[:REPEATED].copy()  # `woken[:] = ...` takes numba seconds, for the words of an error
+            # `woken[:] = ...` takes numba seconds, for the words of an error
+            woken = counts[:REPEATED].copy()
         before[:], on = math.nan, v >= wake
         while on and counts[END] < seconds * DONE:
             if _alike(v, low, branches[2], before, same):
@@ -165,10 +182,14 @@ def follow_node(currents, durations, stops, levels, branches, tries, v, seconds,
             begun = counts[:REPEATED].copy()
             number = tries[taken % len(tries)]
             taken += 1
-            v, on, low = _follow_packet(store, drawn, durations, stops, number, v, low, seconds, hours, followed)
+            v, on, low = _follow_packet(
+                store, drawn, durations, stops, number, v, low, seconds, hours, followed
+            )
             counts[BROWN_OUTS] += 0.0 if on else 1.0
             counts[RAN] += counts[END] - begun[END]
-        if not on and not ever and v >= wake:  # it would stop as soon as it begins: wait with the node off
+        if (
+            not on and not ever and v >= wake
+        ):  # it would stop as soon as it begins: wait with the node off
             v = follow_state(store, waiting, v, seconds - counts[END], math.inf, 1.0, followed)
 
 
@@ -205,10 +226,15 @@ def _send(counts, hours, arrives):
 def _repeat(counts, before, seconds, hours):
     """Go on with whole cycles, as that since the counts ``before``, up to a time in all; evenly over the hours."""
     cycle = counts[END] - before[END]
-    if cycle > 0.0 and (before[LAST] > 0.0 or counts[PACKETS] == 0.0):  # there is one before, like it in intervals, too
-        times = max(math.ceil((seconds - counts[END]) / cycle - 1e-9) - 1, 0)  # the last is gone through
+    if cycle > 0.0 and (
+        before[LAST] > 0.0 or counts[PACKETS] == 0.0
+    ):  # there is one before, like it in intervals, too
+        # the last is gone through
+        times = max(math.ceil((seconds - counts[END]) / cycle - 1e-9) - 1, 0)
         now, each = counts[END], (counts[PACKETS] - before[PACKETS]) / cycle
         for k in range(int(now / HOUR), len(hours)):
-            hours[k] += each * max(min((k + 1) * HOUR, now + times * cycle) - max(k * HOUR, now), 0.0)
+            hours[k] += each * max(
+                min((k + 1) * HOUR, now + times * cycle) - max(k * HOUR, now), 0.0
+            )
         for k in range(REPEATED):
             counts[k] += times * (counts[k] - before[k])

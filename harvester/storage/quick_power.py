@@ -47,7 +47,10 @@ def quick_power(problem: Problem, cut: Cut) -> tuple[Value, Value, SlowPath]:
         if duration >= longest or abs(first - last) < SETTLED * last:
             break
         duration = min(2.0 * duration, longest)
-    means = (mean_rate(path.t, integral, duration / 4.0, duration) for integral in (path.square, path.piezo))
+    means = (
+        mean_rate(path.t, integral, duration / 4.0, duration)
+        for integral in (path.square, path.piezo)
+    )
     power, square = (Value(mean, unknown=COMPILED_CIRCUIT) for mean in means)
     if not problem.equations.is_random:
         power, square = power.with_model(OFF), square.with_model(OFF)
@@ -58,7 +61,11 @@ def _quick_current(problem: Problem) -> RectifiedCurrent:
     """The rectifier's current for `quick_power`; under a drive it is measured once for each rectifier and device."""
     if problem.equations.is_random:
         return measured(problem, count=VOLTAGES).best
-    rectifier, eqs, h = Rectifier(problem), problem.equations, LONGER * step_from_rest(problem.equations)
+    rectifier, eqs, h = (
+        Rectifier(problem),
+        problem.equations,
+        LONGER * step_from_rest(problem.equations),
+    )
     circuit = rectifier.compiled(rectifier.held)
     key = repr((vars(circuit.system), eqs, problem.scales))
     if key not in MEASURED:

@@ -91,7 +91,12 @@ def test_pendulum_with_friction():
     for _ in range(6):
         a = exact[-1]
         exact.append(
-            brentq(lambda b, a=a: d.gravity * (math.cos(b) - math.cos(a)) - d.friction * (a + b), 0.0, a, xtol=1e-14)
+            brentq(
+                lambda b, a=a: d.gravity * (math.cos(b) - math.cos(a)) - d.friction * (a + b),
+                0.0,
+                a,
+                xtol=1e-14,
+            )
         )
     for step in ("10 ms", "5 ms", "2.5 ms"):
         found = module.run(step, "4 s", load="1 Tohm")
@@ -101,9 +106,14 @@ def test_pendulum_with_friction():
             left, mid, right = angle[(j := i if angle[i] > angle[i + 1] else i + 1) - 1 : j + 2]
             turns.append(mid - (right - left) ** 2 / 8.0 / (right - 2.0 * mid + left))
         errors.append(np.abs(np.array(turns) - exact[1:]).max())
-    assert min(orders(errors)) > 1.5 and math.log2(errors[0] / errors[-1]) > 3.6 and errors[-1] < 5e-6
+    assert (
+        min(orders(errors)) > 1.5 and math.log2(errors[0] / errors[-1]) > 3.6 and errors[-1] < 5e-6
+    )
     rest = module.run()
-    assert rest.state["speed"][-1] == 0.0 and abs(math.sin(rest.state["angle"][-1])) * d.gravity <= d.friction
+    assert (
+        rest.state["speed"][-1] == 0.0
+        and abs(math.sin(rest.state["angle"][-1])) * d.gravity <= d.friction
+    )
     assert abs(rest.ledger_residual) < 2e-4
 
 
@@ -135,7 +145,12 @@ wrdata /dev/stderr store x
 .end
 """
     done = subprocess.run(
-        ["ngspice", "-b", "/dev/stdin"], input=deck, capture_output=True, text=True, timeout=120, check=False
+        ["ngspice", "-b", "/dev/stdin"],
+        input=deck,
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
     )
     rows = re.findall(r"^ *(\S+e[+-]\d+) +(\S+e[+-]\d+) +(\S+e[+-]\d+) *$", done.stderr, re.M)
     assert len(rows) > 1000, done.stdout + done.stderr[:2000]
@@ -150,7 +165,10 @@ def test_electromagnetic_harvester_with_a_bridge():
     for step in ("1 ms", "0.5 ms", "0.25 ms"):
         found = module.run(step, "0.5 s", tolerance=1e-6)
         a = np.abs(found.state["x"] - np.interp(found.time, t, x)).max() / np.abs(x).max()
-        b = np.abs(found.probes["store"] - np.interp(found.time, t, store)).max() / np.abs(store).max()
+        b = (
+            np.abs(found.probes["store"] - np.interp(found.time, t, store)).max()
+            / np.abs(store).max()
+        )
         errors.append(max(a, b))
         last = abs(found.ledger_residual)
     assert min(orders(errors)) > 1.7 and errors[-1] < 3e-3

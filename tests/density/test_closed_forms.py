@@ -50,12 +50,24 @@ def elastic_passive(c, mu, n1):
 
     def correlation(s):
         rho = math.exp(-c * s / 2.0) * (math.cos(wd * s) + c / (2.0 * wd) * math.sin(wd * s))
-        return 2.0 * variance / math.pi * (math.sqrt(max(1.0 - rho * rho, 0.0)) + rho * math.asin(rho) - 1.0)
+        return (
+            2.0
+            * variance
+            / math.pi
+            * (math.sqrt(max(1.0 - rho * rho, 0.0)) + rho * math.asin(rho) - 1.0)
+        )
 
-    # Between the extrema of rho, where it touches no bound: the derivative of R jumps at s = k pi/wd only slightly.
+    # Between the extrema of rho, where it touches no bound: the derivative of R jumps at s = k
+    # pi/wd only slightly.
     ends = np.arange(0.0, 60.0 / mu, math.pi / wd)
     parts = [
-        quad(lambda s: math.exp(-mu * s) * correlation(s), *pair, epsabs=1e-15, epsrel=1e-12, limit=200)[0]
+        quad(
+            lambda s: math.exp(-mu * s) * correlation(s),
+            *pair,
+            epsabs=1e-15,
+            epsrel=1e-12,
+            limit=200,
+        )[0]
         for pair in itertools.pairwise(ends)
     ]
     return correlation(0.0) - mu * math.fsum(parts)
@@ -78,7 +90,9 @@ def test_coloured_noise_of_a_linear_scene(circuit, within):
     found = means(eqs, within)
     assert found["displacement_squared"] == pytest.approx(s[0, 0], rel=2.0 * within)
     assert found["velocity_squared"] == pytest.approx(s[1, 1], rel=2.0 * within)
-    assert found["voltage_squared"] == pytest.approx(s[0, 0] if eqs.mu is None else s[2, 2], rel=within)
+    assert found["voltage_squared"] == pytest.approx(
+        s[0, 0] if eqs.mu is None else s[2, 2], rel=within
+    )
 
 
 @pytest.mark.slow
@@ -116,13 +130,22 @@ def test_gibbs_law_of_any_spring_and_elastic_stop(changes):
 
     def weight(x):
         contact = 0.5 * (eqs.stop_stiffness or 0.0) * min(x - edge, 0.0) ** 2
-        energy = x**2 * (0.5 * (linear_part + beta) + x * (alpha2 / 3.0 + x * alpha / 4.0)) + contact
+        energy = (
+            x**2 * (0.5 * (linear_part + beta) + x * (alpha2 / 3.0 + x * alpha / 4.0)) + contact
+        )
         return math.exp(-c / n1 * energy)
 
     ends = max(low, -6.0), min(high, 6.0)
     inside = sorted({0.0, edge, -1.0, 1.0} & set(np.clip([0.0, edge, -1.0, 1.0], *ends)))
     whole, square = (
-        quad(lambda x, power=power: x**power * weight(x), *ends, points=inside, epsabs=0.0, epsrel=1e-11, limit=500)[0]
+        quad(
+            lambda x, power=power: x**power * weight(x),
+            *ends,
+            points=inside,
+            epsabs=0.0,
+            epsrel=1e-11,
+            limit=500,
+        )[0]
         for power in (0, 2)
     )
     assert found["displacement_squared"] == pytest.approx(square / whole, rel=1e-7)

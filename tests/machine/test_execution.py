@@ -13,8 +13,14 @@ from harvester.machine.progress import CallingBack, PartOfProgress
     ("fields", "line"),
     [
         ({"workers": 0}, "`workers` must be between 1 and 1000, but is 0"),
-        ({"workers": 2, "executor": object()}, "`workers` must be left out where an `executor` is given"),
-        ({"resume": True}, "`resume` must go with `out`, the folder of the study, but there is none"),
+        (
+            {"workers": 2, "executor": object()},
+            "`workers` must be left out where an `executor` is given",
+        ),
+        (
+            {"resume": True},
+            "`resume` must go with `out`, the folder of the study, but there is none",
+        ),
         ({"formats": ["svg"]}, "`formats` must go with `out`"),
         ({"formats": ["eps"], "out": "a"}, "`formats` must be svg or pdf, but is 'eps'"),
         ({"worker": 2}, "unknown argument of Execution 'worker': did you mean 'workers'?"),
@@ -51,15 +57,22 @@ def study(scene, *, engines=(), execution=None):
 def test_a_call_of_version_0_1_still_works_and_warns(tmp_path):
     told = []
     with pytest.warns(DeprecationWarning) as caught:
-        engines, execution = study("scene", ["spice"], tick=told.append, out=tmp_path, vector=["svg"], workers=2)
+        engines, execution = study(
+            "scene", ["spice"], tick=told.append, out=tmp_path, vector=["svg"], workers=2
+        )
     assert (engines, told) == (["spice"], ["scene"])
-    assert execution == hv.Execution(workers=2, out=tmp_path, formats=["svg"], progress=execution.progress)
+    assert execution == hv.Execution(
+        workers=2, out=tmp_path, formats=["svg"], progress=execution.progress
+    )
     assert [str(one.message) for one in caught] == [
         "study takes `engines` by keyword only from version 0.3 on",
         "study takes `workers`, `out`, `formats`, `progress` in execution=hv.Execution(...) from version 0.3 on",
     ]
     assert {one.filename for one in caught} == {__file__}
-    with pytest.raises(hv.InputError, match="study must have `out` in its `execution`"), pytest.warns():
+    with (
+        pytest.raises(hv.InputError, match="study must have `out` in its `execution`"),
+        pytest.warns(),
+    ):
         study("scene", out=tmp_path, execution=hv.Execution())
     with pytest.raises(hv.InputError, match="at most 2 arguments without a name"):
         study("scene", 1, 2)
@@ -72,6 +85,8 @@ def renamed(scene, *, vary):
 
 
 def test_a_keyword_that_had_another_name():
-    with pytest.warns(DeprecationWarning, match=r"^renamed takes `over` as `vary` from version 0\.3 on$"):
+    with pytest.warns(
+        DeprecationWarning, match=r"^renamed takes `over` as `vary` from version 0\.3 on$"
+    ):
         assert renamed("scene", over=1) == 1
     assert renamed("scene", vary=2) == 2

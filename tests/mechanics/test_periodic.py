@@ -17,7 +17,11 @@ def settling(rate, noise=0.0, push=0.0):
 
     def turn(y):
         calls.append(y)
-        new = fixed + matrix @ (y[:3] - fixed) + push * (y[2] - fixed[2]) ** 2 * np.array([0.0, 0.0, -1.0])
+        new = (
+            fixed
+            + matrix @ (y[:3] - fixed)
+            + push * (y[2] - fixed[2]) ** 2 * np.array([0.0, 0.0, -1.0])
+        )
         new *= 1.0 + noise * rng.standard_normal(3)
         return np.append(new, new.sum()), np.array([new[2] ** 2, 1.0])
 
@@ -62,7 +66,9 @@ def test_a_mode_that_turns_slowly_is_not_told_by_one_change(angle):
 
 
 def test_what_no_change_explains_counts_for_as_long_as_the_slowest_mode_lasts():
-    settled = Settling(lambda y: (y, np.ones(1)), np.eye(2), np.array([0, 0]), np.array([3.0, 4.0]), slowest=20.0)
+    settled = Settling(
+        lambda y: (y, np.ones(1)), np.eye(2), np.array([0, 0]), np.array([3.0, 4.0]), slowest=20.0
+    )
     assert settled.unexplained(np.array([0.05, 0.0])) == pytest.approx(20.0 * 0.05 / 5.0)
     along = np.array([[0.1, 0.0]])
     settled.known = Secants(along, along, np.ones((1, 1)))

@@ -35,7 +35,11 @@ def test_the_numbers_kept_are_those_of_ngspice():
     """Numbers that no ngspice gives: the program in batch mode gives the first and last of them."""
     answered = [name for name in sorted(CASES) if "power" in CASES[name]]
     for name in (answered[0], answered[-1]):
-        given = (CASES[name]["terminals"], CASES[name]["resistor"]) if "terminals" in CASES[name] else ()
+        given = (
+            (CASES[name]["terminals"], CASES[name]["resistor"])
+            if "terminals" in CASES[name]
+            else ()
+        )
         said = by_program((FOLDER / f"{name}.cir").read_text(), *given)
         assert said.power == pytest.approx(CASES[name]["power"], rel=1e-3, abs=1e-12)
 

@@ -17,15 +17,26 @@ def test_merging_keeps_charge_duration_and_peaks():
     assert found[:, 1].sum() == pytest.approx(lengths.sum(), rel=1e-12)
     assert (found[:, 0] * found[:, 1]).sum() == pytest.approx((current * lengths).sum(), rel=1e-12)
     pulse = found[found[:, 0] > 1e-3]
-    assert pulse[:, 0] == pytest.approx(20e-3) and pulse[:, 1].sum() == pytest.approx(lengths[2000:2003].sum())
+    assert pulse[:, 0] == pytest.approx(20e-3) and pulse[:, 1].sum() == pytest.approx(
+        lengths[2000:2003].sum()
+    )
 
 
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("time (s),current (A)\n-0.001,1e-3\n0.001,1e-3\n", "ascend from 0 on, but row 1 has -0.001 s"),
-        ("time (s),current (A)\n0,1e-3\n0.002,1e-3\n0.001,1e-3\n", "ascend from 0 on, but row 3 has 0.001 s"),
-        ("time (s),current (mA)\n0,1\n0.001,-2\n", "currents of at least 0, but row 2 has -0.002 A"),
+        (
+            "time (s),current (A)\n-0.001,1e-3\n0.001,1e-3\n",
+            "ascend from 0 on, but row 1 has -0.001 s",
+        ),
+        (
+            "time (s),current (A)\n0,1e-3\n0.002,1e-3\n0.001,1e-3\n",
+            "ascend from 0 on, but row 3 has 0.001 s",
+        ),
+        (
+            "time (s),current (mA)\n0,1\n0.001,-2\n",
+            "currents of at least 0, but row 2 has -0.002 A",
+        ),
         ("time (s),voltage (V)\n0,1\n0.001,2\n", "must have a column 'current"),
         ("time (s),current (A)\n0,1\n", "at least 2 rows"),
         ("", "must have rows of numbers"),

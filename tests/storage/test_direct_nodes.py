@@ -36,7 +36,9 @@ def test_ideal_diodes_stand_for_the_boards_own():
     scene = noisy_node(node={"wake_voltage": 9.0})
     problem = Problem.of(scene)
     run = NodeRun(measured(problem, count=3, runs=64).best, scene.storage, scene.node)
-    ideal, own = (direct_nodes(problem, run, 2.0, 64, compiled=compiled) for compiled in (False, True))
+    ideal, own = (
+        direct_nodes(problem, run, 2.0, 64, compiled=compiled) for compiled in (False, True)
+    )
     assert ideal.packets.sum() == own.packets.sum() == 0
     changes = own.volts / ideal.volts - 1.0
     assert abs(changes.mean()) < 0.02 and changes.std(ddof=1) / 8.0 < 2e-3

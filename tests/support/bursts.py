@@ -35,7 +35,11 @@ def truck(t):
     frequencies = np.fft.rfftfreq(len(t), 1.0 / RATE)
     hertz, density = np.array(CURVES["mil-std-810-truck-vertical"].points).T
     some = np.clip(frequencies, hertz[0], hertz[-1])
-    level = G**2 * 10.0 ** np.interp(np.log10(some), np.log10(hertz), np.log10(density)) * (frequencies == some)
+    level = (
+        G**2
+        * 10.0 ** np.interp(np.log10(some), np.log10(hertz), np.log10(density))
+        * (frequencies == some)
+    )
     rng = np.random.default_rng(4)
     return 0.3 * np.fft.irfft(
         np.sqrt(level * RATE * len(t) / 2.0) * np.exp(2j * math.pi * rng.random(len(level))), len(t)
@@ -61,7 +65,11 @@ def packets_directly(scene, seconds, slice_=0.1):
     kicks = round(slice_ * scales.frequency / h)
     h = slice_ * scales.frequency / kicks
     shaking = forcing(eqs, h, kicks * round(seconds / slice_))
-    packet = sum(amperes * length for amperes, length in node.states) * node.supply_voltage / node.efficiency
+    packet = (
+        sum(amperes * length for amperes, length in node.states)
+        * node.supply_voltage
+        / node.efficiency
+    )
     state, start, on, due, sent = circuit.rest, (0.0, 0.0), False, 0.0, 0
     for k in range(round(seconds / slice_)):
         part = shaking[k * kicks : (k + 1) * kicks + 1]
@@ -71,7 +79,14 @@ def packets_directly(scene, seconds, slice_=0.1):
         volts = state[at] / storage.farads
         volts -= slice_ * volts / storage.leakage_resistance / storage.farads
         if on:
-            volts -= slice_ * node.sleep_current * node.supply_voltage / node.efficiency / volts / storage.farads
+            volts -= (
+                slice_
+                * node.sleep_current
+                * node.supply_voltage
+                / node.efficiency
+                / volts
+                / storage.farads
+            )
         now = (k + 1) * slice_
         if not on and volts >= node.wake_voltage:
             on, due = True, now

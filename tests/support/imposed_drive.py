@@ -1,9 +1,10 @@
 """A load circuit as the package has read it, fed by the oracle's current: mean load power and RMS voltage.
 
-The equations are the compiled circuit's own (`harvester.circuits.system`), but nothing is compiled for a topology: the
-trees are computed by a machine with a stack, whose code is data, so that a thousand netlists cost one compilation.
-The method is Alexander's of second order, with steps of its own choice, and Newton's iterations with derivatives by
-differences.  That tests what was read and stamped; `by_compiled_circuit` is the same with the package's own solver.
+The equations are the compiled circuit's own (`harvester.circuits.system`), but nothing is compiled
+for a topology: the trees are computed by a machine with a stack, whose code is data, so that a
+thousand netlists cost one compilation. The method is Alexander's of second order, with steps of its
+own choice, and Newton's iterations with derivatives by differences.  That tests what was read and
+stamped; `by_compiled_circuit` is the same with the package's own solver.
 """
 
 import math
@@ -22,7 +23,14 @@ from harvester.errors import InputError
 from harvester.mechanics.kernels.compiled import kernel, own_cache
 from harvester.netlists.load_circuit import load_circuit
 from harvester.scene.load import Load
-from tests.support.ngspice_oracle import CAPACITANCE, LEAK, LONGEST_STEP, SECONDS, Answer, amplitudes
+from tests.support.ngspice_oracle import (
+    CAPACITANCE,
+    LEAK,
+    LONGEST_STEP,
+    SECONDS,
+    Answer,
+    amplitudes,
+)
 
 GAMMA = 1.0 - math.sqrt(0.5)
 TOLERANCE = 1e-4  # of a charge's largest size, which the two orders of a step may differ by
@@ -30,7 +38,26 @@ SHORTEST = 1e-9  # of SECONDS
 MOST_STEPS = 100_000
 LEAST = 1e-2  # V, the least size of a charge
 DEVICE = Scales(0.04, 2.0 * math.pi * 47.0, 1e-3, 1e-3 * 6.0 * CAPACITANCE / 1e-6, CAPACITANCE)
-_BINARY = ("+", "-", "*", "/", "%", "and", "or", "<", ">", "<=", ">=", "==", "!=", "min", "max", "pow", "pwr", "power")
+_BINARY = (
+    "+",
+    "-",
+    "*",
+    "/",
+    "%",
+    "and",
+    "or",
+    "<",
+    ">",
+    "<=",
+    ">=",
+    "==",
+    "!=",
+    "min",
+    "max",
+    "pow",
+    "pwr",
+    "power",
+)
 _UNARY = ("negative", "not", "abs", "exp", "ln", "log10", "sqrt", "sin", "cos", "tan", "atan", "tanh", "sinh", "cosh",
           "u", "uramp", "sgn", "floor", "ceil", "int", "nint", "u2", "sqr", "asin", "acos", "asinh", "acosh", "atanh",
           "gt0", "lt0", "ge0", "le0", "eq0", "ne0")  # fmt: skip
@@ -90,7 +117,11 @@ def inputs_of(tree):
     """The numbers of the inputs that a tree has."""
     if tree.operation == "input":
         return {tree.index}
-    return set().union(*(inputs_of(argument) for argument in tree.arguments)) if tree.arguments else set()
+    return (
+        set().union(*(inputs_of(argument) for argument in tree.arguments))
+        if tree.arguments
+        else set()
+    )
 
 
 def _machine(function):
@@ -352,7 +383,9 @@ def stage(c, tau, z, q, u, y, switches, z1, q1):
             return False
         away = 0.0
         for i in range(len(y)):
-            away = max(away, abs(r[i] - y[i]) / (1e-7 * abs(r[i]) + (1e-8 if c.voltages[i] else 1e-13)))
+            away = max(
+                away, abs(r[i] - y[i]) / (1e-7 * abs(r[i]) + (1e-8 if c.voltages[i] else 1e-13))
+            )
         after = c.W @ r
         near = True
         for k in range(len(w)):
@@ -451,7 +484,8 @@ def followed(c, waves, longest, end, tolerance, z, switches):
 def by_machine(circuit, tolerance=TOLERANCE, longest=LONGEST_STEP * 4.0):
     """The answer of a circuit's equations, with the oracle's current and the leak beside them.
 
-    A step is of at most ``longest`` seconds, and its two orders differ by ``tolerance`` of a charge at most.
+    A step is of at most ``longest`` seconds, and its two orders differ by ``tolerance`` of a charge
+    at most.
     """
     reduction, system = circuit.reduction, circuit.system
     constants, codes, functions, needs = [], [], [], []
@@ -467,10 +501,21 @@ def by_machine(circuit, tolerance=TOLERANCE, longest=LONGEST_STEP * 4.0):
     for k, (row, junction) in enumerate(system.inputs):
         steps[k] = 1e-8 if any(i in system.owners for i in row) else 1e-3
         if junction is not None:
-            knees = [_knee(of, junction.saturation, impedance) for of in (junction.thermal, junction.reverse)]
-            junctions[k] = (junction.thermal, knees[0], min(junction.breakdown, 1e30), junction.reverse, knees[1])
+            knees = [
+                _knee(of, junction.saturation, impedance)
+                for of in (junction.thermal, junction.reverse)
+            ]
+            junctions[k] = (
+                junction.thermal,
+                knees[0],
+                min(junction.breakdown, 1e30),
+                junction.reverse,
+                knees[1],
+            )
     switches = np.array([float(switch.closed) for switch in system.switches])
-    thresholds = np.array([[one.on for one in system.switches], [one.off for one in system.switches]]).reshape(2, -1)
+    thresholds = np.array(
+        [[one.on for one in system.switches], [one.off for one in system.switches]]
+    ).reshape(2, -1)
     arguments = np.array([one.arguments for one in system.diodes]).reshape(-1, 9)
     n = system.size
     given = (reduction.P, reduction.Z, G, reduction.A, reduction.W, reduction.s, reduction.b)
@@ -494,7 +539,9 @@ def by_machine(circuit, tolerance=TOLERANCE, longest=LONGEST_STEP * 4.0):
     starts, waves = np.array(system.starts, dtype=float), np.array(amplitudes())
     load, piezo, _, failed = followed(machine, waves, longest, SECONDS, tolerance, starts, switches)
     if failed:
-        return Answer(why="MACHINE " + ("a step did not converge" if failed == 1 else "too many steps"))
+        return Answer(
+            why="MACHINE " + ("a step did not converge" if failed == 1 else "too many steps")
+        )
     return Answer(float(load / SECONDS / circuit.resistance), math.sqrt(piezo / SECONDS))
 
 
@@ -505,7 +552,11 @@ def _whole(matrix, n):
 
 def _knee(thermal, saturation, impedance):
     """The voltage of a junction whose resistance is the impedance of what it is connected to."""
-    return max(thermal * math.log(thermal / (impedance * saturation)), 0.0) if saturation > 0.0 else 0.0
+    return (
+        max(thermal * math.log(thermal / (impedance * saturation)), 0.0)
+        if saturation > 0.0
+        else 0.0
+    )
 
 
 @kernel
@@ -528,7 +579,11 @@ def by_compiled_circuit(circuit, step=LONGEST_STEP / 4.0):
     edges = np.linspace(0.0, SECONDS, count + 1)
     integral = np.zeros(count + 1)
     for amplitude, f, phase in amplitudes():
-        integral -= amplitude / (2.0 * math.pi * f) * (np.cos(2.0 * math.pi * f * edges + phase) - math.cos(phase))
+        integral -= (
+            amplitude
+            / (2.0 * math.pi * f)
+            * (np.cos(2.0 * math.pi * f * edges + phase) - math.cos(phase))
+        )
     h = step * circuit.scales.frequency
     kernels, state, out = circuit.for_kernels(h), circuit.rest.copy(), np.zeros(3)
     room = np.zeros((7, circuit.room))

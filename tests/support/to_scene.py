@@ -56,7 +56,9 @@ def physical(eqs: Equations, s: Scales, title: str = "") -> Scene:
             damping=scaled(eqs.stop_damping, rate),
         )
     if eqs.opposite_restitution is not None:
-        opposite = OppositeStop(restitution=eqs.opposite_restitution, gap=scaled(eqs.opposite_gap, s.length))
+        opposite = OppositeStop(
+            restitution=eqs.opposite_restitution, gap=scaled(eqs.opposite_gap, s.length)
+        )
     return Scene(
         title=title,
         oscillator=oscillator,

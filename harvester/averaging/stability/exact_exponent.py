@@ -5,11 +5,21 @@ import math
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.averaging.stability.linearised import Override, coupled, load, log, matrix, modes, with_overrides
+from harvester.averaging.stability.linearised import (
+    Override,
+    coupled,
+    load,
+    log,
+    matrix,
+    modes,
+    with_overrides,
+)
 from harvester.equations.coefficients import Equations
 
 
-def decoupled(c1: Floats | float, stiffness: Floats | float, n2: Floats | float, r: Override = None) -> Floats:
+def decoupled(
+    c1: Floats | float, stiffness: Floats | float, n2: Floats | float, r: Override = None
+) -> Floats:
     """Exponent lambda of x'' - c1 x' + W^2 x = x noise, with a stop or without, exact for any noise and restitution.
 
         lambda = c1/2 + I_(1/2)/(2 I_(-1/2)) + J ln r,   J = s/(sqrt(2 pi) I_(-1/2)) impacts in a unit of time,
@@ -18,9 +28,12 @@ def decoupled(c1: Floats | float, stiffness: Floats | float, n2: Floats | float,
     By quadrature over y = sqrt(u), where the trapezoidal rule converges faster than any power.
     """
     q, n2 = np.broadcast_arrays(np.asarray(stiffness - 0.25 * np.square(c1)), np.maximum(n2, 1e-30))
-    # Beyond y either power of the exponent has cut the integrand to e^-40 (for q < 0: the sixth alone).
+    # Beyond y either power of the exponent has cut the integrand to e^-40 (for q < 0: the sixth
+    # alone).
     sixth, square = (480.0 * n2) ** (1 / 6), np.sqrt(40.0 * n2 / np.maximum(np.abs(q), 1e-30))
-    top = np.where(q > 0.0, np.minimum(sixth, square), np.maximum(2.0**0.2 * sixth, (24.0 * np.abs(q)) ** 0.25))
+    top = np.where(
+        q > 0.0, np.minimum(sixth, square), np.maximum(2.0**0.2 * sixth, (24.0 * np.abs(q)) ** 0.25)
+    )
     y = top[..., None] * np.linspace(0.0, 1.0, 401)
     exponent = -(q[..., None] * y**2 + y**6 / 12.0) / n2[..., None]
     peak = exponent.max(axis=-1)
@@ -40,7 +53,8 @@ def noiseless(eqs: Equations) -> float | None:
     to (0, v, V'), q' = V'/v; at q' = q, lambda = ln(v)/T.  Without a stop: the rightmost eigenvalue.
     None if the mass leaves the stop for good, or q settles on nothing.
     """
-    from scipy.optimize import brentq  # most of the seconds that a formula takes would be its loading
+    # most of the seconds that a formula takes would be its loading
+    from scipy.optimize import brentq
 
     m, _, r = with_overrides(eqs, None, 0.0, None)
     if not coupled(eqs, None):

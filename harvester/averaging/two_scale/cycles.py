@@ -1,15 +1,15 @@
 """Cycles of the conservative motion with the true periodic voltage, for a row of amplitudes.
 
-A cycle is symmetric in time about its turning point x = A at t = 0; all follows from the quarter
-0 <= Phi <= pi/2 of x = A cos Phi, from there to x = 0, which takes the time tau: half a cycle with a
+A cycle is symmetric in time about its turning point x = A at t = 0; all follows from the quarter 0
+<= Phi <= pi/2 of x = A cos Phi, from there to x = 0, which takes the time tau: half a cycle with a
 stop, a quarter of one without.  Its speed is x' = -A sin Phi nu, nu = dPhi/dt from the energy.
 
 The voltage V' + mu V = x', periodic, is V = A (p' - mu p) with p odd in t and p' = dp/dt:
 
     p'' - mu^2 p = -sin Phi nu,   p(0) = 0,   p(tau) = 0 with a stop, p'(tau) = 0 without
 
-With P the solution without a stop, by Galerkin's method in sin Phi, sin 3 Phi, ..., the stop takes off
-P(tau) sinh(mu t)/sinh(mu tau), whose layer at the wall is kept exactly for every mu, and
+With P the solution without a stop, by Galerkin's method in sin Phi, sin 3 Phi, ..., the stop takes
+off P(tau) sinh(mu t)/sinh(mu tau), whose layer at the wall is kept exactly for every mu, and
 
     <V^2> = A^2/tau [int sin Phi P dPhi - (stop) mu coth(mu tau) P(tau)^2]
 
@@ -93,7 +93,8 @@ def quarter(points: int, harmonics: int) -> Quarter:
 class Orbits:
     """The orbits of amplitudes A, of shape (..., n), whose voltage is refined at each call of `refine`.
 
-    ``nu`` has the shape (..., n, N); ``x`` = A cos Phi and ``v`` = A sin Phi nu, the speed, are at the points.
+    ``nu`` has the shape (..., n, N); ``x`` = A cos Phi and ``v`` = A sin Phi nu, the speed, are at
+    the points.
     """
 
     def __init__(self, A: Floats, eqs: Equations, points: int = 16, harmonics: int = 4) -> None:
@@ -115,7 +116,9 @@ class Orbits:
         if self.eqs.beta is not None:
             pushed = (offset / self.A)[..., None]
             work = (self._even * self._sin) @ q.integral + pushed * (1.0 - self._cos)
-            nu2 = np.maximum(nu2 + 2.0 * or_zero_by_point(self.eqs.beta) * work / self._sin**2, _SOFTEST * nu2)
+            nu2 = np.maximum(
+                nu2 + 2.0 * or_zero_by_point(self.eqs.beta) * work / self._sin**2, _SOFTEST * nu2
+            )
             work_end = (self._even * self._sin) @ q.weights + pushed[..., 0]
             self._end = np.maximum(self._end + 2.0 * self.eqs.beta * work_end, _SOFTEST * self._end)
         self.nu = np.sqrt(nu2)

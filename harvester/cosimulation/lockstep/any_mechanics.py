@@ -1,26 +1,29 @@
 """The lock-step for mechanics of one's own: the steps of `transitions` with a user's functions in place of the mass.
 
-A model drifts from one grid time to the next, or to an event and from there on; each such part of length a begins and
-ends with half a kick (Strang's splitting), and ngspice ends a step exactly at each of its ends:
+A model drifts from one grid time to the next, or to an event and from there on; each such part of
+length a begins and ends with half a kick (Strang's splitting), and ngspice ends a step exactly at
+each of its ends:
 
     kick of a/2, drift of a, kick of a/2; then the record at a grid time, or the jump at an event
 
-so that the force after an event is that of the time after it, and the whole is of second order with events too.  How
-long the part to an event is depends on its first kick, and that on the length: they are iterated together.  Where the
-noise acts on a model, whose path has no second order, the kicks are those of whole steps, as how much noise comes must
-not depend on the event; the event is then met in mid-drift, as it also is where the iteration finds no length.
+so that the force after an event is that of the time after it, and the whole is of second order with
+events too.  How long the part to an event is depends on its first kick, and that on the length:
+they are iterated together.  Where the noise acts on a model, whose path has no second order, the
+kicks are those of whole steps, as how much noise comes must not depend on the event; the event is
+then met in mid-drift, as it also is where the iteration finds no length.
 
-``f`` are the model's `Functions`, ``m`` its coefficients, ``at`` its state, and ``s`` the record of the run
-(`harvester.cosimulation.lockstep.state`), in SI units: w0 = 1.
+``f`` are the model's `Functions`, ``m`` its coefficients, ``at`` its state, and ``s`` the record of
+the run (`harvester.cosimulation.lockstep.state`), in SI units: w0 = 1.
 
     port      source's voltage u           reaction R          work of the model against R
     piezo     coupling source/Cp           coupling V          (R0 + R1)/2 (source1 - source0) of each leg
     coil      coupling source + line       coupling i          a/2 R (source- + source+)/2 of each half kick
 
-The charge of a piezo is continuous, and so is V.  The e.m.f. of a coil would jump at each kick, and its current with
-it; so it goes on from part to part along the ``line`` b (t - middle of the part), where b is its growth by the last
-kick over the kick's time.  The i of a kick goes by the mean currents j0, j1 of the last two parts, (3 j1 - j0)/2 for
-equal ones (Adams and Bashforth): of second order, and no charge is lost, however short the pulses of a rectifier are.
+The charge of a piezo is continuous, and so is V.  The e.m.f. of a coil would jump at each kick, and
+its current with it; so it goes on from part to part along the ``line`` b (t - middle of the part),
+where b is its growth by the last kick over the kick's time.  The i of a kick goes by the mean
+currents j0, j1 of the last two parts, (3 j1 - j0)/2 for equal ones (Adams and Bashforth): of second
+order, and no charge is lost, however short the pulses of a rectifier are.
 
 Long because all that happens at a target is one state machine.
 """
@@ -34,11 +37,12 @@ from harvester.cosimulation.lockstep.transitions import reached, set_target
 from harvester.mechanics.kernels.compiled import inlined
 from harvester.mechanics.kernels.noise import HALF_ROOT
 
-# Parts of a step after which the first kick comes, at the beginning and after an event of a coil: ngspice tells no
-# current at time 0, and none of the time after a jump.
+# Parts of a step after which the first kick comes, at the beginning and after an event of a coil:
+# ngspice tells no current at time 0, and none of the time after a jump.
 START = 1e-6
 MOST, ROUNDS = 100, 60  # events in a step; iterations of a part's length
-# What ended a motion: the function that gave no finite number; an event outside its step, or too many of them.
+# What ended a motion: the function that gave no finite number; an event outside its step, or too
+# many of them.
 DRIFT, KICKED, JUMP, SOURCE, EVENT, OFTEN = range(1, 7)
 
 
@@ -56,9 +60,9 @@ class Functions(NamedTuple):
 class ModelRecord(NamedTuple):
     """Arrays of a run of n steps.
 
-    ``noise``, shape (n, 2), are normal variates of the first two parts of each step, and of all others in turn;
-    ``samples`` have a row at every reading: the state, the terminals' voltage, the current and the load's power;
-    ``events`` are times.
+    ``noise``, shape (n, 2), are normal variates of the first two parts of each step, and of all
+    others in turn; ``samples`` have a row at every reading: the state, the terminals' voltage, the
+    current and the load's power; ``events`` are times.
     """
 
     noise: Floats
@@ -156,7 +160,8 @@ def is_noisy(s, at, reaction, f, m):
 def part_to_event(s, at, first, reaction, record, f, m):
     """Time to the event after the kick of a part that ends there, the present ``part`` from then on; or infinite.
 
-    With the kick of the whole step the event is at ``first``, so that such a length lies below the step's.
+    With the kick of the whole step the event is at ``first``, so that such a length lies below the
+    step's.
     """
     low, high, wait, last, short = 0.0, s.part, first, s.part, first - s.part
     for _ in range(ROUNDS):
@@ -169,7 +174,11 @@ def part_to_event(s, at, first, reaction, record, f, m):
             low = wait
         else:
             high = wait
-        secant = wait - now * (wait - last) / (now - short) if now < math.inf and now != short else math.inf
+        secant = (
+            wait - now * (wait - last) / (now - short)
+            if now < math.inf and now != short
+            else math.inf
+        )
         if now < math.inf:
             last, short = wait, now
         wait = secant if low < secant < high else 0.5 * (low + high)
@@ -286,7 +295,11 @@ def accept_model(s, p, record, f, m, at):
     if s.coil == 0:
         s.voltage_work += 0.5 * (s.reaction + reaction) * come
     elif s.n_steps == 0 and s.goal == SAMPLE:
-        record.samples[0, -3], record.samples[0, -2], record.samples[0, -1] = p.v, p.current, p.power
+        record.samples[0, -3], record.samples[0, -2], record.samples[0, -1] = (
+            p.v,
+            p.current,
+            p.power,
+        )
     goal, events = s.goal, s.impacts
     while True:
         at, target, goal = next_leg(s, p, at, goal, reaction, record, f, m)

@@ -1,9 +1,10 @@
 """Several modes or masses in lock-step with ngspice: of them it sees the charge alone, sum s_j y_j in units of theta l.
 
-A drift is known wholly at its kick, as no force acts in it but a stop's: the modes at its end, and the `Course` of the
-charge, a straight line that an impact breaks.  ngspice ends a step there, at a sample, and at the kick, which the
-circuit's voltage enters as with one mode.  ``s.x`` and ``s.v`` are the charge and its speed, ``meet`` the phase of the
-impact, ``speed`` that of the contact coordinate there, and ``up`` the charge's speed from there on.
+A drift is known wholly at its kick, as no force acts in it but a stop's: the modes at its end, and
+the `Course` of the charge, a straight line that an impact breaks.  ngspice ends a step there, at a
+sample, and at the kick, which the circuit's voltage enters as with one mode.  ``s.x`` and ``s.v``
+are the charge and its speed, ``meet`` the phase of the impact, ``speed`` that of the contact
+coordinate there, and ``up`` the charge's speed from there on.
 """
 
 import math
@@ -20,7 +21,8 @@ from harvester.mechanics.kernels.trajectory_batch import BATCH
 from harvester.mechanics.modes.modal_circuit import drift_with_course
 from harvester.mechanics.modes.modal_step import dot, drift_modes, energy_of_modes, kick_modes
 
-NOW, AHEAD, SPARE = 0, 1, 2  # rows of the modes' states: after the last kick, at the end of the drift, and room
+# rows of the modes' states: after the last kick, at the end of the drift, and room
+NOW, AHEAD, SPARE = 0, 1, 2
 
 
 @inlined
@@ -87,7 +89,11 @@ def kicked_modes(s, before, z, xi, a, c):
     for j in range(2 * n):  # the means of the speeds before and after
         before[j * BATCH] = 0.5 * (before[j * BATCH] + z[j * BATCH])
     noise, pull = hit * dot(c.g, before, n, 0), spring(x, c.oscillator) * dot(c.e, before, n, 0)
-    voltage = 0.0 if c.oscillator.beta is None else -c.oscillator.beta * z[2 * n * BATCH] * dot(c.s, before, n, 0)
+    voltage = (
+        0.0
+        if c.oscillator.beta is None
+        else -c.oscillator.beta * z[2 * n * BATCH] * dot(c.s, before, n, 0)
+    )
     gained = 0.0
     for j in range(n):
         mean = before[(n + j) * BATCH]
@@ -129,7 +135,12 @@ def make_modal_kick(s, p, recording, c):
     if s.n_steps < s.noise_size:
         row = recording.kicked[s.n_steps]
         force = row[2] if s.follows == 1 else V
-        row[0], row[1], row[2], row[3] = dot(c.e, now, 0, 0), dot(c.e, now, n, 0), force, p.smooth / s.volts
+        row[0], row[1], row[2], row[3] = (
+            dot(c.e, now, 0, 0),
+            dot(c.e, now, n, 0),
+            force,
+            p.smooth / s.volts,
+        )
         row[4] = s.load
         _, a = between_kicks(recording.shaking, s.n_steps + 1)
         now[2 * n * BATCH] = force

@@ -1,8 +1,8 @@
 """Impacts in lock-step of a mass that no white noise moves, which may come to rest on a stop.
 
-They are those of `harvester.mechanics.kernels.equation_of_motion.drift_at_stop`: on the parabola of the force that
-presses the mass on the stop, known at the kick, and a rest where the next flight is shorter than a step.  Between
-targets ngspice sees chords of it.
+They are those of `harvester.mechanics.kernels.equation_of_motion.drift_at_stop`: on the parabola of
+the force that presses the mass on the stop, known at the kick, and a rest where the next flight is
+shorter than a step.  Between targets ngspice sees chords of it.
 
     plan_impact          at a kick: when the coming drift meets a stop, how fast, and how it goes on
     target_as_planned    what the next leg leads to, and its velocity
@@ -22,7 +22,8 @@ from harvester.mechanics.kernels.offset_stops import wall_of
 def plan_impact(s, V, a, c):
     """Plan the impact of the drift that begins now.
 
-    The voltage V and the shaking's mean acceleration ``a`` (None: no shaking) press the mass on the stop.
+    The voltage V and the shaking's mean acceleration ``a`` (None: no shaking) press the mass on the
+    stop.
     """
     s.flown, s.meet, s.side, s.before = 0, math.inf, 1.0, s.v
     ratio = c.r

@@ -1,24 +1,29 @@
 """What happens to the mass when ngspice asks: the functions that its three callbacks call, compiled.
 
-The mass is kicked at grid times (spring, damping, noise, and the voltage's force -beta V) and moves at constant
-velocity in between (`harvester.mechanics.kernels.equation_of_motion`).  ngspice advances the circuit under that motion
-and ends a step exactly at every target: kick, impact or sample; at a kick the accepted voltage is known, so that the
-force has no lag.  The piezo is a voltage source theta x/Cp in series with Cp, whose slope is the integrator's velocity:
-x is continuous where the velocity jumps, at kicks and at impacts.
+The mass is kicked at grid times (spring, damping, noise, and the voltage's force -beta V) and moves
+at constant velocity in between (`harvester.mechanics.kernels.equation_of_motion`).  ngspice
+advances the circuit under that motion and ends a step exactly at every target: kick, impact or
+sample; at a kick the accepted voltage is known, so that the force has no lag.  The piezo is a
+voltage source theta x/Cp in series with Cp, whose slope is the integrator's velocity: x is
+continuous where the velocity jumps, at kicks and at impacts.
 
     ngspice asks                 answer
     SYNC, before a step          step to the next target         `proposed_step`
     source voltage at time t     theta x(t)/Cp of this leg       `source_voltage`
     accepted v(t)                at a target: act, choose anew   `accept_point`
 
-`source_voltage` is a pure function of the accepted state and t, so a rejected step changes nothing.  ``s`` is the state
-of a run (`harvester.cosimulation.lockstep.state`), ``c`` the coefficients: one that is None is an effect that is
-absent.
+`source_voltage` is a pure function of the accepted state and t, so a rejected step changes nothing.
+``s`` is the state of a run (`harvester.cosimulation.lockstep.state`), ``c`` the coefficients: one
+that is None is an effect that is absent.
 """
 
 import math
 
-from harvester.cosimulation.lockstep.compliant_stop import arrive_in_contact, contact_energy, target_in_contact
+from harvester.cosimulation.lockstep.compliant_stop import (
+    arrive_in_contact,
+    contact_energy,
+    target_in_contact,
+)
 from harvester.cosimulation.lockstep.energy_ledger import (
     add_terminal_flow,
     add_works_of_kick,
@@ -26,21 +31,34 @@ from harvester.cosimulation.lockstep.energy_ledger import (
     stored_in_mass,
 )
 from harvester.cosimulation.lockstep.rigid_stop import arrive, plan_impact, target_as_planned
-from harvester.cosimulation.lockstep.state import BEYOND, DURING, EARLY, IMPACT, KICK, SAMPLE, TINY, note_impact
+from harvester.cosimulation.lockstep.state import (
+    BEYOND,
+    DURING,
+    EARLY,
+    IMPACT,
+    KICK,
+    SAMPLE,
+    TINY,
+    note_impact,
+)
 from harvester.mechanics.kernels.coefficients import State
 from harvester.mechanics.kernels.compiled import inlined
 from harvester.mechanics.kernels.offset_stops import kick_at_stops, lower_stop
 from harvester.mechanics.kernels.path import between_kicks
 
-NEAR = 1e-3  # parts of a kick's step before a target, from which on rounding is not to halve ngspice's steps any more
-FIRST = 64.0  # parts of a kick's step, of which ngspice's first step after a turn of the motion is one
+# parts of a kick's step before a target, from which on rounding is not to halve ngspice's steps any
+# more
+NEAR = 1e-3
+# parts of a kick's step, of which ngspice's first step after a turn of the motion is one
+FIRST = 64.0
 
 
 @inlined
 def source_voltage(s, t):
     """Open-circuit voltage theta x(t)/Cp at a time within the present leg, in volt.
 
-    A drift is a straight line, or the parabola of the last kick's acceleration between the same ends.
+    A drift is a straight line, or the parabola of the last kick's acceleration between the same
+    ends.
     """
     into = s.w0 * (t - s.leg_t)
     x = s.x + s.v * into
@@ -67,7 +85,9 @@ def proposed_step(s, t, delta):
     if s.turned == 1 and t <= s.leg_t:
         delta = min(delta, s.h / (FIRST * s.w0))
     near = s.smooth != 0 or left * s.w0 < NEAR * s.h
-    if delta >= left or (near and delta >= (1.0 - TINY) * left):  # the same but for rounding: no slivers ever smaller
+    if delta >= left or (
+        near and delta >= (1.0 - TINY) * left
+    ):  # the same but for rounding: no slivers ever smaller
         return left
     return min(delta, 0.5 * left)
 

@@ -43,11 +43,16 @@ def difference_from_ngspice(
 
     assert problem.circuit is not None, "a compiled circuit is that of a netlist"
     circuit, budget = compiled_circuit(problem.circuit, problem.scales), number(options.budget)
-    device = CoupledDevice(problem.equations, problem.scales, problem.circuit, h, 1, reltol=RELTOL, ideal=circuit)
+    device = CoupledDevice(
+        problem.equations, problem.scales, problem.circuit, h, 1, reltol=RELTOL, ideal=circuit
+    )
     n_steps = math.ceil((settling + AVERAGED) / h)
     seeds = np.random.SeedSequence([options.seed, 5]).spawn(RUNS)
     deadline = math.inf if budget is None else time.monotonic() + SHARE * budget
-    jobs = [(device, seed, n_steps, settling, deadline, start) for seed, start in zip(seeds, starts, strict=False)]
+    jobs = [
+        (device, seed, n_steps, settling, deadline, start)
+        for seed, start in zip(seeds, starts, strict=False)
+    ]
     done, differences = [], dict[str, float]()
     for half in (jobs[: RUNS // 2], jobs[RUNS // 2 :]):
         try:

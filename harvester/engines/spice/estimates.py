@@ -1,6 +1,7 @@
 """What engine `spice` answers: from runs on noise, from a periodic response, or where its time was over before.
 
-Means, with what is known of their errors, the power balance or the energy ledger, and under a steady drive the motion.
+Means, with what is known of their errors, the power balance or the energy ledger, and under a
+steady drive the motion.
 """
 
 import dataclasses
@@ -31,15 +32,26 @@ if TYPE_CHECKING:
 
 
 def sampled_estimate(
-    name: str, problem: Problem, runs: Runs, exists: MomentExistence, watch: Watch, said: list[Diagnostic | None]
+    name: str,
+    problem: Problem,
+    runs: Runs,
+    exists: MomentExistence,
+    watch: Watch,
+    said: list[Diagnostic | None],
 ) -> Estimate:
     """The answer that runs give; ``said`` is what their sampling has to say."""
     setup, eqs, unit = runs.setup, problem.equations, problem.units.frequency
     step, burn_in = setup.device.h / unit, setup.settling / unit
     details = {"step": step, "burn_in": burn_in, "duration": runs.n_steps * step - burn_in}
-    details |= {"trajectories": len(runs.done)} | runs.details() | {"warm_up_seconds": runs.warm_up_seconds}
+    details |= (
+        {"trajectories": len(runs.done)}
+        | runs.details()
+        | {"warm_up_seconds": runs.warm_up_seconds}
+    )
     remarks, moments = runs.remarks(), runs.moments()
-    if setup.resistive and eqs.stop_stiffness is None and eqs.modes is None:  # what the balance holds for
+    if (
+        setup.resistive and eqs.stop_stiffness is None and eqs.modes is None
+    ):  # what the balance holds for
         details["power_balance"], details["power_balance_stderr"] = power_balance(moments, eqs)
     else:
         watts = problem.scales.watts / problem.units.watts
@@ -54,8 +66,19 @@ def sampled_estimate(
         for controlled in (runs.mean_square_voltage(), runs.power())
     )
     known = setup.biases(runs.tolerance is not None, runs.followed)
-    diagnostics = [*setup.diagnostics, *said, exists.warning, *remarks, known, agreed, stand_in(problem)]
-    seconds, steps = setup.seconds + runs.seconds, sum(run.steps for run in (*runs.done, *runs.coarse))
+    diagnostics = [
+        *setup.diagnostics,
+        *said,
+        exists.warning,
+        *remarks,
+        known,
+        agreed,
+        stand_in(problem),
+    ]
+    seconds, steps = (
+        setup.seconds + runs.seconds,
+        sum(run.steps for run in (*runs.done, *runs.coarse)),
+    )
     answer = estimate(name, problem, v2, power, diagnostics, seconds, steps, details, moments.V2)
     return with_sampled_probes(answer, problem, watch, runs) if watch.all else answer
 
@@ -76,9 +99,14 @@ def steady_estimate(
     }
     if steady.unknown is None:
         parts = ("step_error", "tolerance_error", "settling_error")
-        details |= {part: error * watts for part, error in zip(parts, steady.errors("power")[1], strict=True)}
+        details |= {
+            part: error * watts
+            for part, error in zip(parts, steady.errors("power")[1], strict=True)
+        }
     details |= {"warm_up_seconds": steady.warm_up_seconds} | ledger_entries(
-        [last.ledger], 1.0 / watts, (power.known_error95 + abs(power.value - last.ledger.load)) * watts
+        [last.ledger],
+        1.0 / watts,
+        (power.known_error95 + abs(power.value - last.ledger.load)) * watts,
     )
     diagnostics = [
         *ledger_remarks(2 * [last.ledger]),
@@ -91,14 +119,21 @@ def steady_estimate(
         stand_in(problem),
     ]
     v2, power = square.scaled(problem.scales.volts**-2), power.scaled(1.0 / problem.scales.watts)
-    seconds, steps = seconds - steady.warm_up_seconds, sum(response.steps for response in everything)
+    seconds, steps = (
+        seconds - steady.warm_up_seconds,
+        sum(response.steps for response in everything),
+    )
     return estimate(name, problem, v2, power, diagnostics, seconds, steps, details)
 
 
 def missed(within: float, power: Value) -> Diagnostic | None:
     """The warning that a periodic response's power was not known ``within`` an error; None where it is."""
     error = None if power.unknown or not power.value else power.known_error95 / abs(power.value)
-    return None if error is not None and error <= within else warning("steady_within", within=within, error=error)
+    return (
+        None
+        if error is not None and error <= within
+        else warning("steady_within", within=within, error=error)
+    )
 
 
 def motion_details(
@@ -117,12 +152,18 @@ def motion_details(
         details[key] = mean.value * scale
         if mean.bias is not None and not mean.unknown:
             details[f"{key}_bias"] = (mean.bias + (mean.model or 0.0) + more) * scale
-    phases = (phase_to_base(harmonic, problem.equations, problem.physical) for harmonic in last.harmonics)
+    phases = (
+        phase_to_base(harmonic, problem.equations, problem.physical) for harmonic in last.harmonics
+    )
     return details | dict(zip(PHASES, phases, strict=True))
 
 
 def partial_answer(
-    name: str, problem: Problem, error: OutOfTimeError, seconds: float, setup: SpiceSetup | None = None
+    name: str,
+    problem: Problem,
+    error: OutOfTimeError,
+    seconds: float,
+    setup: SpiceSetup | None = None,
 ) -> Estimate:
     """What the cheap model of a ``setup`` knows, or else the means that one run of ngspice had come to.
 
@@ -134,19 +175,37 @@ def partial_answer(
         raise error
     else:
         watts, square, covered = error.so_far
-        said = warning("mean_while_settling", covered=covered, why=str(error), steady=problem.equations.is_steady)
+        said = warning(
+            "mean_while_settling",
+            covered=covered,
+            why=str(error),
+            steady=problem.equations.is_steady,
+        )
         v2, power = square / problem.scales.volts**2, watts / problem.scales.watts
-        answer = estimate(name, problem, Value(v2, unknown=CUT_SHORT), Value(power, unknown=CUT_SHORT), [said], seconds)
+        answer = estimate(
+            name,
+            problem,
+            Value(v2, unknown=CUT_SHORT),
+            Value(power, unknown=CUT_SHORT),
+            [said],
+            seconds,
+        )
     return answer
 
 
-def _by_cheap_model(name: str, problem: Problem, error: OutOfTimeError, seconds: float, setup: SpiceSetup) -> Estimate:
+def _by_cheap_model(
+    name: str, problem: Problem, error: OutOfTimeError, seconds: float, setup: SpiceSetup
+) -> Estimate:
     """The means of the long ensemble that the runs of ngspice were to be paired with."""
     pair, eqs, unit = setup.pair, problem.equations, problem.units.frequency
     assert pair is not None
     factor = (eqs.beta or 0.0) * ((eqs.mu or 0.0) if setup.resistive else 1.0)
     v2, power = mean_with_errors(pair, "V2"), mean_with_errors(pair, setup.quantity).scaled(factor)
-    details = {"step": setup.device.h / unit, "burn_in": pair.burn_in / unit, "duration": pair.duration / unit}
+    details = {
+        "step": setup.device.h / unit,
+        "burn_in": pair.burn_in / unit,
+        "duration": pair.duration / unit,
+    }
     details["trajectories"] = pair.trajectories.count
     said = warning("ngspice_left_out", resistive=setup.resistive, why=str(error))
     known = v2.with_unknown(WITHOUT_NGSPICE), power.with_unknown(WITHOUT_NGSPICE)

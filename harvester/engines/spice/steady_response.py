@@ -1,7 +1,7 @@
 """How engine `spice` finds the response to a steady drive: from rest, or by continuation from a neighbouring one.
 
-Where the mass is linear and the circuit feeds nothing there is one response only, and from that of a neighbouring scene
-it is found in a few periods.
+Where the mass is linear and the circuit feeds nothing there is one response only, and from that of
+a neighbouring scene it is found in a few periods.
 """
 
 import dataclasses
@@ -52,7 +52,11 @@ def steady_response(
     from harvester.cosimulation.runs import warm_up_workers
     from harvester.mechanics.kernels.compiled import machine_code
 
-    steady, budget, start = to_be_found(options, problem, reltol, probes), number(options.budget), 0.0
+    steady, budget, start = (
+        to_be_found(options, problem, reltol, probes),
+        number(options.budget),
+        0.0,
+    )
     if near is None:
         code, warm = machine_code(), warm_up_workers(steady.first)
         start = warm if 0 < code == machine_code() else 0.0  # compilation is not in the budget
@@ -61,7 +65,9 @@ def steady_response(
         steady.deadline = time.monotonic() + max(budget - start, RUNNING * budget)
     if isinstance(near, Steady):
         steady.near, near.near = near, None  # of a long way no more is kept
-    response = _precise(steady, near.responses[0, 0] if isinstance(near, Steady) else near, progress)
+    response = _precise(
+        steady, near.responses[0, 0] if isinstance(near, Steady) else near, progress
+    )
     if response is None and near is not None:
         return steady_response(options, problem, reltol, progress, probes)
     return response
@@ -87,14 +93,18 @@ def _precise(steady: Steady, near: "Neighbour | None", progress: Progress | None
     return first
 
 
-def to_be_found(options: MonteCarloOptions, problem: Problem, reltol: float, probes: tuple[Probe, ...] = ()) -> Steady:
+def to_be_found(
+    options: MonteCarloOptions, problem: Problem, reltol: float, probes: tuple[Probe, ...] = ()
+) -> Steady:
     """A response that is not yet found, with the device of its longest step."""
     from harvester.cosimulation.runs import CoupledDevice
 
     eqs, circuit = problem.equations, problem.circuit
     assert circuit is not None, "the engine refuses an open circuit"
     h, halvings = steps_in_period(eqs, options.step(problem.units.frequency))
-    device = CoupledDevice(eqs, problem.scales, circuit, h, 1, reltol=reltol, probes=probes, trapezoidal=True)
+    device = CoupledDevice(
+        eqs, problem.scales, circuit, h, 1, reltol=reltol, probes=probes, trapezoidal=True
+    )
     return Steady(device, halvings, math.inf, number(options.within) or WITHIN)
 
 

@@ -62,9 +62,16 @@ class Histogram:
     def add(self, values: Floats) -> None:
         """Count values, shape (m k,): k of each group, the groups one after the other."""
         rows = np.ascontiguousarray(values.reshape(len(self.counts), -1))
-        _count(rows, self.edges[0], self.counts.shape[1] / (self.edges[-1] - self.edges[0]), self.counts)
+        _count(
+            rows,
+            self.edges[0],
+            self.counts.shape[1] / (self.edges[-1] - self.edges[0]),
+            self.counts,
+        )
         self.values_a_group += rows.shape[1]
 
     def density(self) -> HistogramDensity:
         """The density of all values so far: counts over the number of values and the bins' width."""
-        return HistogramDensity(self.edges, self.counts / (self.values_a_group * (self.edges[1] - self.edges[0])))
+        return HistogramDensity(
+            self.edges, self.counts / (self.values_a_group * (self.edges[1] - self.edges[0]))
+        )

@@ -1,12 +1,13 @@
 """Hops between unlike wells, counted; and what a mean is worth before they have made the start forgotten.
 
-Trajectories begin in each of the wells in turn.  Let E_i[f] be the mean of f at some time over those that began in well
-i, after all but hops is forgotten, and p_i the share of well i in the stationary law.  Then that law's mean is
+Trajectories begin in each of the wells in turn.  Let E_i[f] be the mean of f at some time over
+those that began in well i, after all but hops is forgotten, and p_i the share of well i in the
+stationary law.  Then that law's mean is
 
     E[f] = sum_i p_i E_i[f],   p_i >= 0,   sum_i p_i = 1
 
-at any time, as the law does not change with it: E[f] lies between the least and the largest E_i[f], whatever the
-shares, however few hops there were.  The two come together as hops are made.
+at any time, as the law does not change with it: E[f] lies between the least and the largest E_i[f],
+whatever the shares, however few hops there were.  The two come together as hops are made.
 """
 
 from dataclasses import dataclass
@@ -26,8 +27,9 @@ NONE_SEEN = 3.0  # hops at most, at 95 %, if none was seen
 class Hopping:
     """``hops`` trajectories of ``count`` were in another well than they ``began`` in, after a ``time`` in 1/w0.
 
-    ``began``, shape (count,), numbers the wells from the left; ``rate`` is that at which shares of the wells come to
-    theirs, in w0: the sum of those of leaving each, if none was seen the largest that it may be.
+    ``began``, shape (count,), numbers the wells from the left; ``rate`` is that at which shares of
+    the wells come to theirs, in w0: the sum of those of leaving each, if none was seen the largest
+    that it may be.
     """
 
     hops: int
@@ -50,10 +52,16 @@ class Hopping:
         several = []
         for well in np.unique(self.began):
             here = np.resize(self.began == well, len(entries))
-            counts, sums = (values.reshape(-1, together).sum(axis=1) for values in (here, here * entries))
+            counts, sums = (
+                values.reshape(-1, together).sum(axis=1) for values in (here, here * entries)
+            )
             several.append(mean_and_error(sums[counts > 0] / counts[counts > 0]))
         low, high = min(several), max(several)
-        return Value(0.5 * (low[0] + high[0]), max(error for _, error in several), model=0.5 * (high[0] - low[0]))
+        return Value(
+            0.5 * (low[0] + high[0]),
+            max(error for _, error in several),
+            model=0.5 * (high[0] - low[0]),
+        )
 
 
 def hopping(eqs: Equations, start: Floats, x: Floats, time: float) -> Hopping:

@@ -4,13 +4,15 @@ With the generator L of the motion and any phi(x, x', V), Ito's formula gives ov
 
     phi(end) - phi(begin) = integral of L phi dt + integral of sqrt(2 N) dphi/dv dW
 
-so that with L phi = E[f] - f the error of a time average of f is spanned by sums of two kinds, both of mean zero:
+so that with L phi = E[f] - f the error of a time average of f is spanned by sums of two kinds, both
+of mean zero:
 
     martingale   sum over kicks of g sqrt(N) xi, with g of the states before the noise xi   (`add_martingales`)
     boundary     h(end) - h(begin) of a stationary path                                     (`boundary`)
 
-The former have mean zero at every step, with impacts and every spring, for xi is independent of what came before.
-(Assaraf and Caffarel, Phys. Rev. Lett. 83, 4682, 1999; Henderson and Glynn, Math. Oper. Res. 27, 253, 2002.)
+The former have mean zero at every step, with impacts and every spring, for xi is independent of
+what came before. (Assaraf and Caffarel, Phys. Rev. Lett. 83, 4682, 1999; Henderson and Glynn, Math.
+Oper. Res. 27, 253, 2002.)
 """
 
 import math

@@ -1,18 +1,20 @@
 """Load circuits of diodes, switches and coils on a piezo, solved in closed form between the kicks of the mass.
 
-The piezo gives V' = x' - i at constant x' (`harvester.mechanics.kernels.equation_of_motion`); the smoothing capacitor
-of kappa Cp, with the load across it, has kappa U' = i - mu U - loss.  Voltages are in units of theta l/Cp, currents of
-theta l w0.
+The piezo gives V' = x' - i at constant x' (`harvester.mechanics.kernels.equation_of_motion`); the
+smoothing capacitor of kappa Cp, with the load across it, has kappa U' = i - mu U - loss.  Voltages
+are in units of theta l/Cp, currents of theta l w0.
 
     bridge       i on the side s of V through two diodes:  V = s (U + w)
     doubler      i through one diode:  V = U + w;  another one holds V > -w
     open         the piezo is open between switchings
 
-The diodes are Shockley's (`harvester.mechanics.kernels.diode`); of the load it takes that i is uniform over a drift,
-which is exact to second order, and for every mu and h in the limits of a slow and of a fast U.
+The diodes are Shockley's (`harvester.mechanics.kernels.diode`); of the load it takes that i is
+uniform over a drift, which is exact to second order, and for every mu and h in the limits of a slow
+and of a fast U.
 
-Switches act at once, after x has come back from an extremum by 1.5 ``hysteresis`` as in the netlists: m follows x with
-a play of +-``hysteresis``, and the side that x comes back from is discharged while it is above the switch's threshold:
+Switches act at once, after x has come back from an extremum by 1.5 ``hysteresis`` as in the
+netlists: m follows x with a play of +-``hysteresis``, and the side that x comes back from is
+discharged while it is above the switch's threshold:
 
     parallel SSHI   V - Vs -> -q (V - Vs) through the coil
     series SSHI     V - U - 3 Vs -> -q (V - U - 3 Vs) through coil and bridge; the charge enters the capacitor
@@ -40,8 +42,8 @@ class SwitchedCoil(NamedTuple):
 class Flyback(NamedTuple):
     """A coil that takes the piezo's energy and gives it to the load.
 
-    ``damping`` ratio of the coil with Cp, ``peak`` as in `SwitchedCoil`, ``rest`` the voltage left, ``wire`` the
-    wire's resistance times Cp w0, ``core`` the core's conductance over Cp w0.
+    ``damping`` ratio of the coil with Cp, ``peak`` as in `SwitchedCoil`, ``rest`` the voltage left,
+    ``wire`` the wire's resistance times Cp w0, ``core`` the core's conductance over Cp w0.
     """
 
     damping: float
@@ -96,7 +98,8 @@ class Leg(NamedTuple):
 def conducted(V, U, v, t, circuit):
     """The voltages (V, U) after a time t at constant velocity v, without switching.
 
-    A charge q that arrives uniformly leaves U higher by g q, g = (1 - exp(-z))/(mu t) with z = mu t/kappa.
+    A charge q that arrives uniformly leaves U higher by g q, g = (1 - exp(-z))/(mu t) with z = mu
+    t/kappa.
     """
     n, leak = circuit.n, circuit.leak
     g = share(circuit.mu * t / circuit.kappa) / circuit.kappa
@@ -201,7 +204,8 @@ def until_last_event(s, store, d, c, circuit, a):
 def followed(x, wall, first, w, t, V, store, circuit):
     """The circuit up to the last event of a drift of a length t: (V, store, leg).
 
-    What drives it goes from x to the ``wall`` in the time ``first``, 0 without an impact, and on at the speed w.
+    What drives it goes from x to the ``wall`` in the time ``first``, 0 without an impact, and on at
+    the speed w.
     """
     if first > 0.0:
         speed, rest = (wall - x) / first, first

@@ -4,10 +4,11 @@
     opposite    x'+ = -r x'-               at x = +high, with its own r
     compliant   x'' = ... - k y - c y'     while y = x + gap < 0
 
-`move` is the drift of a step (`harvester.mechanics.kernels.equation_of_motion`) whatever the stops: x' = v and V' = v -
-mu V in closed form, with as many impacts as it takes, or with the part of a contact that falls into it.  A contact may
-be as stiff as it likes: it is an exact flow, so that no step makes it unstable, and one that outlasts the step goes on
-in the next.  Spring, damping and noise act in the kicks, in contact too.
+`move` is the drift of a step (`harvester.mechanics.kernels.equation_of_motion`) whatever the stops:
+x' = v and V' = v - mu V in closed form, with as many impacts as it takes, or with the part of a
+contact that falls into it.  A contact may be as stiff as it likes: it is an exact flow, so that no
+step makes it unstable, and one that outlasts the step goes on in the next.  Spring, damping and
+noise act in the kicks, in contact too.
 
 ``s``, ``d`` and ``c`` are the state, the drift and the coefficients, as of the equation of motion.
 """
@@ -18,7 +19,14 @@ import numpy as np
 
 from harvester.mechanics.kernels.coefficients import Coefficients, Impacts, State
 from harvester.mechanics.kernels.compiled import forced
-from harvester.mechanics.kernels.equation_of_motion import carried, decayed, drift_at_stop, kick, meeting, push
+from harvester.mechanics.kernels.equation_of_motion import (
+    carried,
+    decayed,
+    drift_at_stop,
+    kick,
+    meeting,
+    push,
+)
 
 
 def loss_unit(c: Coefficients) -> float:
@@ -77,7 +85,9 @@ def mirrored(way, a):
 @forced
 def _move_between(s, d, c, a):
     """Drift between two rigid stops."""
-    if c.n1 is None:  # the stop ahead, mirrored if it is the upper one, unless the other one is met too
+    if (
+        c.n1 is None
+    ):  # the stop ahead, mirrored if it is the upper one, unless the other one is met too
         way, wall, r, pull = 1.0, -c.gap, c.r, c.pull
         if s.v > 0.0:
             way, wall, r, pull = -1.0, c.high, c.r_high, c.pull_high
@@ -106,21 +116,34 @@ def between(s, t, c):
     x1 = x + t * v
     if -c.gap <= x1 <= c.high:
         return State(x1, v, carried(s.V, x1 - x, t, c.mu)), Impacts(0.0, 0.0, 0.0, 0.0)
-    way, wall, here, other = (1.0, c.high, c.r_high, c.r) if v > 0.0 else (-1.0, -c.gap, c.r, c.r_high)
+    way, wall, here, other = (
+        (1.0, c.high, c.r_high, c.r) if v > 0.0 else (-1.0, -c.gap, c.r, c.r_high)
+    )
     room = c.gap + c.high
     first = max((wall - x) / v, 0.0)
     V1, left, speed, impacts = carried(s.V, wall - x, first, c.mu), t - first, here * abs(v), 1.0
     q = here * other
     if q > 0.0 and speed * left > room:
         lap, log_q = room / speed * (1.0 + 1.0 / other), -math.log(q)
-        rounds = np.floor(left / lap if log_q == 0.0 else math.log1p(left / lap * math.expm1(log_q)) / log_q)
+        rounds = np.floor(
+            left / lap if log_q == 0.0 else math.log1p(left / lap * math.expm1(log_q)) / log_q
+        )
         past = lap * (rounds if log_q == 0.0 else math.expm1(rounds * log_q) / math.expm1(log_q))
-        left, speed, impacts = max(left - past, 0.0), speed * math.exp(-rounds * log_q), impacts + 2.0 * rounds
+        left, speed, impacts = (
+            max(left - past, 0.0),
+            speed * math.exp(-rounds * log_q),
+            impacts + 2.0 * rounds,
+        )
         if c.mu is not None:
             V1 -= decayed(c.mu * past) * (V1 - 0.5 * way * room)
     if speed * left > room:
         leg = room / speed
-        V1, left, speed, impacts = carried(V1, -way * room, leg, c.mu), left - leg, other * speed, impacts + 1.0
+        V1, left, speed, impacts = (
+            carried(V1, -way * room, leg, c.mu),
+            left - leg,
+            other * speed,
+            impacts + 1.0,
+        )
         wall, way = wall - way * room, -way
     x1 = wall - way * min(speed * left, room)
     did = Impacts(first, -v, impacts, 0.5 * (v * v - speed * speed))
@@ -164,7 +187,9 @@ def in_contact(y, v, V, t, c):
     if end <= left:
         y1 = v1 * (left - s)
         V = carried(V, y1, left - s, c.mu)
-    return State(y1 - c.gap, v1, V), Impacts(first, speed, 1.0 if speed > 0.0 else 0.0, 0.5 * (before - after))
+    return State(y1 - c.gap, v1, V), Impacts(
+        first, speed, 1.0 if speed > 0.0 else 0.0, 0.5 * (before - after)
+    )
 
 
 @forced

@@ -1,11 +1,12 @@
 """The kernel of many trajectories of several modes, as `harvester.mechanics.kernels.trajectory_batch` of one.
 
-A block's states have the rows y_1, v_1, V, y_2, ..., v_2, ..., shape (1 + 2 n, BATCH); its sums are those of one mode,
-x being the oscillator's displacement and the impact's energy that of the contact coordinate.
+A block's states have the rows y_1, v_1, V, y_2, ..., v_2, ..., shape (1 + 2 n, BATCH); its sums are
+those of one mode, x being the oscillator's displacement and the impact's energy that of the contact
+coordinate.
 
-Controls as of `harvester.mechanics.kernels.control_variates`: sums over kicks of z_j xi {1, sqrt E} for each state z_j
-of (y, v, V), and the change of z.P z with P of the Lyapunov equation for V^2, which together leave nothing of a linear
-device's V^2 but the step's error.
+Controls as of `harvester.mechanics.kernels.control_variates`: sums over kicks of z_j xi {1, sqrt E}
+for each state z_j of (y, v, V), and the change of z.P z with P of the Lyapunov equation for V^2,
+which together leave nothing of a linear device's V^2 but the step's error.
 """
 
 import math
@@ -25,17 +26,26 @@ from harvester.mechanics.kernels.noise import draw_noise
 from harvester.mechanics.kernels.shaking import Filter, last_acceleration, shake
 from harvester.mechanics.kernels.trajectory_batch import BATCH, IDEAL_SUMS, SUMS, Batch, Schedule
 from harvester.mechanics.modes.modal_circuit import add_modal_features, drift_with_ideal
-from harvester.mechanics.modes.modal_step import dot, drift_modes, energy_of_modes, kick_modes, modal_coefficients
+from harvester.mechanics.modes.modal_step import (
+    dot,
+    drift_modes,
+    energy_of_modes,
+    kick_modes,
+    modal_coefficients,
+)
 
 RESISTOR_ROWS = 3  # rows of one mode with a resistor: x, x', V
 BESIDE = 7  # rows of z beside the states: two of noise, two of shaking; impacts, their energy, work
 
 
 @kernel
-def advance_modes(z, s0, s1, sums, controls, schedule, h, c, shaker, update, store=None, circuit=None):
+def advance_modes(
+    z, s0, s1, sums, controls, schedule, h, c, shaker, update, store=None, circuit=None
+):
     """Advance states z by a `Schedule` of steps h, and add up the moments; z has `BESIDE` rows more, and `controls`.
 
-    With an ideal ``circuit`` its U and m are in ``store``, shape (2, BATCH), and controls are those of one mode.
+    With an ideal ``circuit`` its U and m are in ``store``, shape (2, BATCH), and controls are those
+    of one mode.
     """
     whole, half = drifts(h, c.oscillator.mu, update)
     states = 2 * len(c.k) + 1
@@ -53,7 +63,9 @@ def advance_modes(z, s0, s1, sums, controls, schedule, h, c, shaker, update, sto
                 for i in range(BATCH):
                     z[states * BATCH + i] = noise[k, i]
                 for i in range(BATCH):
-                    _step(i, z, z[states * BATCH + i], h, whole, c, shaker, controls, store, circuit)
+                    _step(
+                        i, z, z[states * BATCH + i], h, whole, c, shaker, controls, store, circuit
+                    )
         for i in range(states * BATCH):
             mid[i] = z[i]
         _to_mid_drift(mid, sums, half, c, shaker, store, circuit)
@@ -92,7 +104,11 @@ def _step(i, z, xi, h, d, c, shaker, controls, store, circuit):
     """Make one step of lane i, and add up impacts, work and controls."""
     n = len(c.k)
     a, a1 = _shaken(i, z, n, shaker)
-    impacts = drift_modes(i, z, d, c, a) if circuit is None else drift_with_ideal(i, z, store, d, c, a, circuit)
+    impacts = (
+        drift_modes(i, z, d, c, a)
+        if circuit is None
+        else drift_with_ideal(i, z, store, d, c, a, circuit)
+    )
     if c.contact is not None:
         z[(2 * n + 5) * BATCH + i] += impacts.number
         z[(2 * n + 6) * BATCH + i] += impacts.energy
@@ -160,7 +176,8 @@ def mid_drift_of_modes(z, out, h, c, shaker, store=None, circuit=None):
 class ModalMotion:
     """What `harvester.mechanics.ensemble.trajectories` needs of several modes: rows of states and sums, and kernels.
 
-    The load is a resistor, or an ideal ``circuit``, whose U and m stand in the rows below x, x' and V.
+    The load is a resistor, or an ideal ``circuit``, whose U and m stand in the rows below x, x' and
+    V.
     """
 
     def __init__(self, eqs: Equations, circuit: IdealCircuit | None = None) -> None:
@@ -182,7 +199,13 @@ class ModalMotion:
             state[:, first + self.count - 2] = self.modes.at_rest(state[:, 0])[-1]
 
     def advance(
-        self, batch: Batch, state: Floats, schedule: Schedule, h: float, eqs: Equations, shaker: Filter | None
+        self,
+        batch: Batch,
+        state: Floats,
+        schedule: Schedule,
+        h: float,
+        eqs: Equations,
+        shaker: Filter | None,
     ) -> None:
         """Advance a batch, whose states are all in ``state``, by a schedule of steps of h."""
         order, store = self.order(), self._store(state)
@@ -194,10 +217,14 @@ class ModalMotion:
         advance_modes(z.reshape(-1), *of_batch, *given)
         state[order] = z[:rows]
 
-    def mid_drift(self, state: Floats, out: Floats, h: float, eqs: Equations, shaker: Filter | None) -> None:
+    def mid_drift(
+        self, state: Floats, out: Floats, h: float, eqs: Equations, shaker: Filter | None
+    ) -> None:
         """Go from the states of a block after a kick to x, x' and V half a step later."""
         store = None if self.circuit is None else self._store(state).copy()
-        mid_drift_of_modes(state[self.order()].reshape(-1), out, h, self.coefficients, shaker, store, self.circuit)
+        mid_drift_of_modes(
+            state[self.order()].reshape(-1), out, h, self.coefficients, shaker, store, self.circuit
+        )
 
     def _store(self, state: Floats) -> Any:
         """The rows of an ideal circuit; None without one."""
@@ -206,7 +233,8 @@ class ModalMotion:
     def boundary(self, states: Floats, eqs: Equations, circuit: int | None = None) -> Floats:
         """The functions of states, shape (rows, count), whose changes are controls.
 
-        With a resistor z.P z, shape (1, count); with a circuit, up to whose row those states go, `boundary_functions`.
+        With a resistor z.P z, shape (1, count); with a circuit, up to whose row those states go,
+        `boundary_functions`.
         """
         from scipy.linalg import solve_continuous_lyapunov
 
@@ -219,7 +247,9 @@ class ModalMotion:
             weights[-1] = 1.0
         else:
             weights[: self.count] = eqs.modes.coupling
-        bound = [j for j in range(len(z)) if j % self.count < eqs.modes.sprung or j == 2 * self.count]
+        bound = [
+            j for j in range(len(z)) if j % self.count < eqs.modes.sprung or j == 2 * self.count
+        ]
         z, weights, matrix = z[bound], weights[bound], flow(eqs)[np.ix_(bound, bound)]
         form = solve_continuous_lyapunov(matrix.T, -np.outer(weights, weights))
         return np.asarray(np.einsum("jn,jk,kn->n", z, form, z)[None])

@@ -1,6 +1,7 @@
 """What several modes or masses do to a load circuit in a drift: the charge sum s_j y_j, its course, and its controls.
 
-A circuit sees the charge alone, in units of theta l: in a drift a straight line, broken where a stop is met.
+A circuit sees the charge alone, in units of theta l: in a drift a straight line, broken where a
+stop is met.
 """
 
 import math
@@ -64,4 +65,6 @@ def add_modal_features(i, z, U, xi, controls, c):
     V, energy = z[2 * n * BATCH + i], energy_of_modes(i, z, c)
     if c.oscillator.beta is not None:
         energy += 0.5 * c.oscillator.beta * V * V
-    add_weighted_noise(i, dot(c.s, z, 0, i), dot(c.g, z, n, i), V, U, math.sqrt(abs(energy)), xi, controls)
+    add_weighted_noise(
+        i, dot(c.s, z, 0, i), dot(c.g, z, n, i), V, U, math.sqrt(abs(energy)), xi, controls
+    )

@@ -11,7 +11,13 @@ from harvester.mechanics.kernels.compiled import kernel
 from harvester.mechanics.kernels.forcing import forcing
 from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
 from harvester.mechanics.kernels.intervals import EXACT, drifts
-from harvester.mechanics.kernels.path import COLUMNS, Path, between_kicks, check_start, room_for_impacts
+from harvester.mechanics.kernels.path import (
+    COLUMNS,
+    Path,
+    between_kicks,
+    check_start,
+    room_for_impacts,
+)
 from harvester.mechanics.kernels.trajectory_batch import BATCH
 from harvester.mechanics.modes.modal_circuit import drift_with_ideal
 from harvester.mechanics.modes.modal_step import dot, drift_modes, kick_modes, modal_coefficients
@@ -21,7 +27,8 @@ from harvester.mechanics.modes.modal_step import dot, drift_modes, kick_modes, m
 class ModalPath(Path):
     """A path whose x and v are those of the oscillator; impacts have the speeds of the contact coordinate.
 
-    ``coordinates`` are y and y' of all modes in mid-drift, shape (n, 2, modes), ``lost`` is what impacts took in all.
+    ``coordinates`` are y and y' of all modes in mid-drift, shape (n, 2, modes), ``lost`` is what
+    impacts took in all.
     """
 
     coordinates: Floats | None = None
@@ -42,7 +49,8 @@ def _trace(z, mid, noise, shaking, h, stride, samples, coordinates, impacts, c, 
     whole, half = drifts(h, c.oscillator.mu, EXACT)
     n, count, lost = len(c.k), 0, 0.0
     _, a0 = between_kicks(shaking, 0)
-    kick_modes(0, z, 0.0, 0.5 * h, c, a0)  # from a start other than rest: the force of the first half step
+    # from a start other than rest: the force of the first half step
+    kick_modes(0, z, 0.0, 0.5 * h, c, a0)
     for k in range(1, len(samples) * stride + 1):
         mean, a = between_kicks(shaking, k)
         if loaded is None:
@@ -68,7 +76,10 @@ def _trace(z, mid, noise, shaking, h, stride, samples, coordinates, impacts, c, 
             samples[row, 2], samples[row, 3] = dot(c.e, mid, 0, 0), dot(c.e, mid, n, 0)
             samples[row, 4] = mid[2 * n * BATCH]
             for j in range(n):
-                coordinates[row, 0, j], coordinates[row, 1, j] = mid[j * BATCH], mid[(n + j) * BATCH]
+                coordinates[row, 0, j], coordinates[row, 1, j] = (
+                    mid[j * BATCH],
+                    mid[(n + j) * BATCH],
+                )
     return count, lost
 
 
@@ -94,8 +105,8 @@ def trace_modes(
 ) -> ModalPath:
     """The trajectory of equations with several modes on a noise path, with the arguments of `trace`.
 
-    ``start`` has y, y' of all modes and V, shape (2 n + 1,); None: at rest, x in the first of `resting_places`.
-    ``smoothed`` is the voltage of an ideal circuit's capacitor there.
+    ``start`` has y, y' of all modes and V, shape (2 n + 1,); None: at rest, x in the first of
+    `resting_places`. ``smoothed`` is the voltage of an ideal circuit's capacitor there.
 
     Raises InputError for a start behind a stop, and coloured noise without ``shaking``.
     """
@@ -118,4 +129,13 @@ def trace_modes(
     records = samples, coordinates, impacts, modal_coefficients(eqs), loaded
     count, lost = _trace(z.reshape(-1), np.empty(z.size), noise, shaking, h, stride, *records)
     lost /= modes.mobility
-    return ModalPath(h, stride, samples, impacts[:count].copy(), shaking, loaded and loaded.charge, coordinates, lost)
+    return ModalPath(
+        h,
+        stride,
+        samples,
+        impacts[:count].copy(),
+        shaking,
+        loaded and loaded.charge,
+        coordinates,
+        lost,
+    )

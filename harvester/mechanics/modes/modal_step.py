@@ -3,15 +3,17 @@
     drift   y' = v,  V' = s.v - mu V,  with the impacts of w = phi.y    (exact)
     kick    y_j' = v_j,  v_j' = -d_j v_j - k_j y_j - e_j F - beta s_j V + g_j (a + noise)    (y and V held; ball: -pull)
 
-The stops are those of one mode, on the contact coordinate w (`harvester.mechanics.kernels.offset_stops.move`), where it
-begins without voltage, with m = phi/(phi.phi), e = exp(-mu h) and g = (1 - e)/mu:
+The stops are those of one mode, on the contact coordinate w
+(`harvester.mechanics.kernels.offset_stops.move`), where it begins without voltage, with m =
+phi/(phi.phi), e = exp(-mu h) and g = (1 - e)/mu:
 
     (w1, w1', U) = move(w, w', 0)
     y += h v + m (w1 - w - h w'),   v += m (w1' - w'),   V <- e V + g s.v + (s.m) (U - g w')
 
-All of a lane i is in one array z, shape (rows x BATCH,): row j is y_j, row n + j is v_j, row 2 n is V, and those from
-there on are what a kernel adds up.  Places that differ by constants are known to the compiler not to be the same, so
-that loops over lanes become vector instructions; in several arrays a step takes three to five times as long.
+All of a lane i is in one array z, shape (rows x BATCH,): row j is y_j, row n + j is v_j, row 2 n is
+V, and those from there on are what a kernel adds up.  Places that differ by constants are known to
+the compiler not to be the same, so that loops over lanes become vector instructions; in several
+arrays a step takes three to five times as long.
 
 Long because drift, kick and rest on a stop are one step, whose parts share the rows of z.
 """
@@ -22,7 +24,13 @@ from typing import NamedTuple
 from harvester.equations.coefficients import Equations, friction_names
 from harvester.mechanics.kernels.coefficients import Coefficients, Impacts, State
 from harvester.mechanics.kernels.compiled import forced
-from harvester.mechanics.kernels.equation_of_motion import friction, impulse, is_damped, kick, spring
+from harvester.mechanics.kernels.equation_of_motion import (
+    friction,
+    impulse,
+    is_damped,
+    kick,
+    spring,
+)
 from harvester.mechanics.kernels.offset_stops import lower_stop, move
 from harvester.mechanics.kernels.trajectory_batch import BATCH
 
@@ -32,8 +40,8 @@ AT_REST = 1e-12  # of the stop's place, or of 1: rounding of sums over modes
 class ModalCoefficients(NamedTuple):
     """The coefficients above: ``oscillator`` those of the oscillator, ``contact`` those of w, None without a stop.
 
-    The others as of `harvester.equations.modes.Modes`, but ``e`` None if it is (1, 0, ...), ``pull`` None if
-    it is 0, and ``m`` and ``sm``.
+    The others as of `harvester.equations.modes.Modes`, but ``e`` None if it is (1, 0, ...),
+    ``pull`` None if it is 0, and ``m`` and ``sm``.
     """
 
     oscillator: Coefficients
@@ -55,15 +63,21 @@ def modal_coefficients(eqs: Equations) -> ModalCoefficients:
     assert modes is not None
     names = ("mu", "alpha", "beta", *friction_names(), "cv", "n1", "linear", "alpha2")
     plain = Coefficients(**{name: getattr(eqs, name) for name in names})
-    of = ModalCoefficients(plain, None, modes.stiffness, modes.damping, modes.coupling, modes.base, modes.oscillator)
+    of = ModalCoefficients(
+        plain, None, modes.stiffness, modes.damping, modes.coupling, modes.base, modes.oscillator
+    )
     if eqs.restitution is None and eqs.stop_stiffness is None:
         return of
     mobility = modes.mobility
     m = tuple(phi / mobility for phi in modes.contact)
-    contact = Coefficients(mu=eqs.mu, n1=None if modes.is_carried else eqs.n1, r=eqs.restitution, gap=eqs.gap or 0.0)
+    contact = Coefficients(
+        mu=eqs.mu, n1=None if modes.is_carried else eqs.n1, r=eqs.restitution, gap=eqs.gap or 0.0
+    )
     contact = contact._replace(high=eqs.opposite_gap, r_high=eqs.opposite_restitution)
     if eqs.stop_stiffness is not None:
-        contact = contact._replace(k=eqs.stop_stiffness * mobility, c=(eqs.stop_damping or 0.0) * mobility)
+        contact = contact._replace(
+            k=eqs.stop_stiffness * mobility, c=(eqs.stop_damping or 0.0) * mobility
+        )
     sm = math.fsum(s * m_j for s, m_j in zip(modes.coupling, m, strict=True))
     return of._replace(contact=contact, phi=modes.contact, m=m, sm=sm, pull=modes.pull or None)
 
@@ -187,7 +201,11 @@ def _kick_with_common_friction(i, z, x, hit, h, c):
         inverse = 1.0 / (1.0 + 0.5 * h * c.d[j])
         moved += c.e[j] * inverse * _twice_and_kicked(i, j, z, force, hit, h, c)
         size += c.e[j] * c.e[j] * inverse
-    f = 0.5 * h * friction(x, dot(c.e, z, len(c.k), i), c.oscillator) if is_damped(c.oscillator) else 0.0
+    f = (
+        0.5 * h * friction(x, dot(c.e, z, len(c.k), i), c.oscillator)
+        if is_damped(c.oscillator)
+        else 0.0
+    )
     if c.oscillator.cv is not None:
         f = 0.5 * h * friction(x, 0.5 * moved / (1.0 + f * size), c.oscillator)
     common = f * moved / (1.0 + f * size)
@@ -231,7 +249,8 @@ def _nearer_stop(w, c):
 def _keep_on_stop(i, z, x, h, c):
     """Take the speed along phi of a mass that a kick of length h would push into the stop it rests on.
 
-    The stop's impulse acts during the kick and is damped as others are: the mass rests where forces are in balance.
+    The stop's impulse acts during the kick and is damped as others are: the mass rests where forces
+    are in balance.
     """
     if c.contact is None:
         return
@@ -240,7 +259,9 @@ def _keep_on_stop(i, z, x, h, c):
         for j in range(len(c.m)):
             size += c.phi[j] * c.phi[j] * _left_of_impulse(i, j, z, x, h, c)
         for j in range(len(c.m)):
-            z[(len(c.k) + j) * BATCH + i] -= into / size * c.phi[j] * _left_of_impulse(i, j, z, x, h, c)
+            z[(len(c.k) + j) * BATCH + i] -= (
+                into / size * c.phi[j] * _left_of_impulse(i, j, z, x, h, c)
+            )
 
 
 @forced

@@ -19,8 +19,10 @@ if TYPE_CHECKING:
 
 READING = 0.1  # nondimensional time between readings
 FINER = 2000  # looks for one of the curve's, at most, that say how long it stays above the target
-PILOTED = 10.0  # times the first runs: what takes longer has a pilot, for the time that it will take
-FIRST, LONGER = 120.0 * math.pi, 4.0  # nondimensional time of the first runs, and how much longer the next ones are
+# times the first runs: what takes longer has a pilot, for the time that it will take
+PILOTED = 10.0
+# nondimensional time of the first runs, and how much longer the next ones are
+FIRST, LONGER = 120.0 * math.pi, 4.0
 
 
 def charge_in_ngspice(runs: ChargeRuns) -> Passages:
@@ -45,7 +47,9 @@ def charge_in_ngspice(runs: ChargeRuns) -> Passages:
         runs.tell(0.0)
         for length in lengths:
             progress = _part(runs, past / sum(lengths), length / sum(lengths))
-            passages = _runs(device, replace(runs, whole=whole and length == end, progress=progress), length)
+            passages = _runs(
+                device, replace(runs, whole=whole and length == end, progress=progress), length
+            )
             steps, past = steps + passages.steps, past + length
             if passages.reached == 1.0 and not whole:
                 break
@@ -84,7 +88,9 @@ def _device(runs: ChargeRuns, h: float) -> "CoupledDevice":
     check_bounded(eqs, driven=problem.netlist is not None)
     step = whole_steps(h, eqs.shaking_period)
     probes = () if runs.probe is None else (runs.probe,)
-    return CoupledDevice(eqs, problem.scales, problem.circuit, step, max(1, round(READING / step)), probes=probes)
+    return CoupledDevice(
+        eqs, problem.scales, problem.circuit, step, max(1, round(READING / step)), probes=probes
+    )
 
 
 def _runs(device: "CoupledDevice", runs: ChargeRuns, length: float) -> Passages:
@@ -112,4 +118,6 @@ def _runs(device: "CoupledDevice", runs: ChargeRuns, length: float) -> Passages:
     steps = sum(run.steps for pair in pairs for run in pair)
     curves = np.array([pair[0].curve for pair in pairs])
     smoothing, looked = pairs[0][0].smoothing, after if runs.whole else None
-    return Passages(levels, times, coarse, at[::finer], curves, end, smoothing, steps, 0.0, after=looked)
+    return Passages(
+        levels, times, coarse, at[::finer], curves, end, smoothing, steps, 0.0, after=looked
+    )

@@ -18,7 +18,8 @@ if TYPE_CHECKING:
     from harvester.mechanics.ensemble.trajectories import Trajectories
 
 _MODELS: dict[str, type[Ensemble]] = {engine.NAME: engine for engine in (Ideal, Compiled)}
-FINEST, PARTS = 0.4, 200  # nondimensional time between two looks at first; later, parts of the time that has passed
+# nondimensional time between two looks at first; later, parts of the time that has passed
+FINEST, PARTS = 0.4, 200
 
 
 def charge_side_by_side(runs: ChargeRuns, engine: str = Ideal.NAME) -> Passages:
@@ -39,7 +40,10 @@ def charge_side_by_side(runs: ChargeRuns, engine: str = Ideal.NAME) -> Passages:
     assert problem.circuit is not None, "the engine's refusal checks this"
     circuit = _MODELS[engine]().model(problem).circuit
     count = runs.count if problem.equations.density is None else max(runs.count, FEWEST_DRAWN)
-    root, h = np.random.SeedSequence([runs.seed, 8]), step_from_rest(problem.equations) if runs.h is None else runs.h
+    root, h = (
+        np.random.SeedSequence([runs.seed, 8]),
+        step_from_rest(problem.equations) if runs.h is None else runs.h,
+    )
     with compilation():
         Trajectories(problem.equations, 1, root, h, circuit=circuit, controlled=True).run(FINEST)
     begin = time.perf_counter()

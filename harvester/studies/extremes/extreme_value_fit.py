@@ -34,15 +34,19 @@ class RareTail:
     def largest(self, share: float, blocks: float) -> Value:
         """The level that ``blocks`` blocks stay below with the probability ``share``, with its errors.
 
-        Beyond the energies that were counted the law may have another shape: of each further e-fold `SHAPE` of the size
-        is the model error.
+        Beyond the energies that were counted the law may have another shape: of each further e-fold
+        `SHAPE` of the size is the model error.
         """
         folds = np.maximum(np.log(self.rate * blocks / -math.log(share)), 0.0)
         levels = np.sqrt(self.threshold + self.size * folds)
         low, high = np.quantile(levels[1:], [0.025, 0.975])
-        square_error = max(float(folds[0]) - math.log(self.counted), 0.0) * SHAPE * float(self.size[0])
+        square_error = (
+            max(float(folds[0]) - math.log(self.counted), 0.0) * SHAPE * float(self.size[0])
+        )
         return Value(
-            float(levels[0]), stderr=stderr_of95(0.5 * float(high - low)), model=0.5 * square_error / float(levels[0])
+            float(levels[0]),
+            stderr=stderr_of95(0.5 * float(high - low)),
+            model=0.5 * square_error / float(levels[0]),
         )
 
 
@@ -107,7 +111,9 @@ class Tail:
 def fit(maxima: Floats, seed: int = 0) -> Tail:
     """The tail of blocks whose largest values are ``maxima``, shape (blocks,)."""
     rng, count = np.random.default_rng(seed), len(maxima)
-    y = np.sort(np.vstack([maxima, maxima[rng.integers(0, count, (RESAMPLED, count))]]) ** 2, axis=1)
+    y = np.sort(
+        np.vstack([maxima, maxima[rng.integers(0, count, (RESAMPLED, count))]]) ** 2, axis=1
+    )
     rank = np.arange(count)
     b0 = y.mean(axis=1)
     b1 = (y * rank / (count - 1)).mean(axis=1)

@@ -13,8 +13,20 @@ from harvester.mechanics.kernels import equation_of_motion, intervals, offset_st
 from harvester.mechanics.kernels.coefficients import Coefficients, State
 from harvester.mechanics.kernels.compiled import interpreted
 
-# In plain Python, for each set of effects would be compiled anew; that compiled ones are the same is tested below.
-NAMES = "carried", "decayed", "drift", "drift_at_stop", "friction", "impulse", "intensity", "kick", "meeting", "push"
+# In plain Python, for each set of effects would be compiled anew; that compiled ones are the same
+# is tested below.
+NAMES = (
+    "carried",
+    "decayed",
+    "drift",
+    "drift_at_stop",
+    "friction",
+    "impulse",
+    "intensity",
+    "kick",
+    "meeting",
+    "push",
+)
 carried, decayed, drift, drift_at_stop, friction, impulse, intensity, kick, meeting, push = (
     interpreted(getattr(equation_of_motion, name)) for name in NAMES
 )
@@ -27,7 +39,9 @@ def test_decayed_is_one_minus_exp(z):
 
 
 @pytest.mark.parametrize("mu", [None, 1e-4, 0.05, 1.0, 30.0, 1e4])
-@pytest.mark.parametrize("x, v", [(0.3, 0.7), (0.05, -0.9), (0.0, -1.0), (1e-9, -1e-12), (2.0, -0.5)])
+@pytest.mark.parametrize(
+    "x, v", [(0.3, 0.7), (0.05, -0.9), (0.0, -1.0), (1e-9, -1e-12), (2.0, -0.5)]
+)
 @pytest.mark.parametrize("r", [None, 0.0, 0.5, 0.96, 1.0])
 def test_drift_solves_v_dot_exactly(mu, x, v, r):
     """V' = x' - mu V along the reflected straight line, leg by leg in closed form."""
@@ -66,7 +80,12 @@ def test_kick_is_the_linear_equation_to_third_order(f):
     for h in (0.1, 0.05):
         force = -x - alpha * x**3 - beta * V
         exact = solve_ivp(lambda _, y: -f * y + force, (0, h), [v], rtol=1e-12, atol=1e-14).y[0, -1]  # noqa: B023
-        errors.append(abs(kick(State(x, v, V), 0.0, h, Coefficients(alpha=alpha, beta=beta, c1=-f or None)) - exact))
+        errors.append(
+            abs(
+                kick(State(x, v, V), 0.0, h, Coefficients(alpha=alpha, beta=beta, c1=-f or None))
+                - exact
+            )
+        )
     assert errors[1] <= errors[0] / 6.5 + 1e-15
 
 
@@ -87,7 +106,9 @@ def test_quadratic_damping_of_a_kick_is_of_second_order(v, force):
     errors = []
     for h in (0.1, 0.05):
         c = Coefficients(cv=0.7, beta=1.0)
-        exact = solve_ivp(lambda _, y: force - 0.7 * np.abs(y) * y, (0, h), [v], rtol=1e-12, atol=1e-14).y[0, -1]
+        exact = solve_ivp(
+            lambda _, y: force - 0.7 * np.abs(y) * y, (0, h), [v], rtol=1e-12, atol=1e-14
+        ).y[0, -1]
         if not force:
             assert exact == pytest.approx(v / (1.0 + 0.7 * abs(v) * h), rel=1e-9)
         errors.append(abs(kick(State(0.0, v, -force), 0.0, h, c) - exact))
@@ -128,7 +149,8 @@ def test_one_variate_a_noise_has_the_law_of_the_correlated_sum(n12, x):
     h, c = 0.1, Coefficients(n1=0.01, n2=0.04, n12=n12)
     points = ((-math.sqrt(3.0), 1 / 6), (0.0, 2 / 3), (math.sqrt(3.0), 1 / 6))
     moments = [
-        sum(p * q * impulse(x, xi, h, c, other) ** k for xi, p in points for other, q in points) for k in (1, 2, 3, 4)
+        sum(p * q * impulse(x, xi, h, c, other) ** k for xi, p in points for other, q in points)
+        for k in (1, 2, 3, 4)
     ]
     variance = 2.0 * h * intensity(x, c)
     assert moments == pytest.approx([0.0, variance, 0.0, 3.0 * variance**2], rel=1e-12, abs=1e-15)
@@ -167,7 +189,14 @@ def test_carried_solves_v_dot_exactly(mu, way, t):
 
 
 @pytest.mark.parametrize(
-    "x, v, a", [(0.02, -0.5, -1.0), (0.02, -0.5, 1.0), (0.02, 0.02, -4.0), (0.0, 0.1, -3.0), (0.02, -0.5, 0.0)]
+    "x, v, a",
+    [
+        (0.02, -0.5, -1.0),
+        (0.02, -0.5, 1.0),
+        (0.02, 0.02, -4.0),
+        (0.0, 0.1, -3.0),
+        (0.02, -0.5, 0.0),
+    ],
 )
 def test_meeting_is_on_the_parabola(x, v, a):
     """x + u s + a s^2/2 = 0, and u + a s is minus the speed there, with u = v - a h/2."""
@@ -190,7 +219,8 @@ def test_drift_at_stop_is_drift_but_for_a_push(x, v, r, beta, n1):
     plain = drift(s, d, mu, r)
     ours = drift_at_stop(s, d, Coefficients(mu=mu, beta=beta, n1=n1), r)
     pushed = plain[1] > 0.0 and beta is not None and n1 is None
-    same = [*ours[0], ours[1]] == pytest.approx([*plain[0], plain[1]], rel=1e-14)  # processors round differently
+    # processors round differently
+    same = [*ours[0], ours[1]] == pytest.approx([*plain[0], plain[1]], rel=1e-14)
     assert same != pushed
 
 
@@ -239,4 +269,6 @@ def test_a_stuck_mass_waits_for_a_pull(V, moves):
     free = kick(rest, 0.0, 0.1, c)
     assert kick_at_stops(rest, 0.0, 0.1, c._replace(r=None)) == free
     assert kick_at_stops(State(0.0, -1e-9, V), 0.0, 0.1, c) == pytest.approx(free - 1e-9)
-    assert kick_at_stops(rest, -1.0, 0.1, c._replace(n1=0.01)) == pytest.approx(free - math.sqrt(0.002))
+    assert kick_at_stops(rest, -1.0, 0.1, c._replace(n1=0.01)) == pytest.approx(
+        free - math.sqrt(0.002)
+    )

@@ -11,7 +11,15 @@ from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels import intervals
 from harvester.mechanics.kernels.coefficients import State
 from harvester.mechanics.kernels.equation_of_motion import drift
-from harvester.mechanics.kernels.intervals import EXACT, HEAT, SLOW, Update, fitted, interval, update_of
+from harvester.mechanics.kernels.intervals import (
+    EXACT,
+    HEAT,
+    SLOW,
+    Update,
+    fitted,
+    interval,
+    update_of,
+)
 from tests.support.systems import PAPER, changed, z
 
 
@@ -80,7 +88,9 @@ def test_means_are_those_of_the_exact_voltage(other, h, monkeypatch):
     assert not np.array_equal(ours.V2, exact.V2)
     for name in ("V", "V2", "load", "x2", "v2", "xV", "impacts"):
         one, other_one = ours.controlled(name), exact.controlled(name)
-        error = math.hypot(*(values.std(ddof=1) / math.sqrt(len(values)) for values in (one, other_one)))
+        error = math.hypot(
+            *(values.std(ddof=1) / math.sqrt(len(values)) for values in (one, other_one))
+        )
         assert abs(z((one.mean(), error), other_one.mean())) < 4.0, name
         if name == "V2":
             assert error < 4e-3 * one.mean()

@@ -27,7 +27,12 @@ THOROUGH = pytest.mark.thorough("test_a_resistor_makes_the_steps_of_ngspice")
 
 @pytest.mark.ngspice
 @pytest.mark.parametrize(
-    "given", ["plate_with_stop", pytest.param("paper_figure3", marks=THOROUGH), pytest.param("plate", marks=THOROUGH)]
+    "given",
+    [
+        "plate_with_stop",
+        pytest.param("paper_figure3", marks=THOROUGH),
+        pytest.param("plate", marks=THOROUGH),
+    ],
 )
 def test_a_resistor_makes_the_steps_of_ngspice(given):
     """Its integration rule, at impacts and readings too: the same path to rounding, once the first steps are forgotten.
@@ -68,7 +73,9 @@ def test_a_lane_with_ngspices_rule_is_its_path(r):
         path = trace(eqs, noise, h, many.stride, ngspice_rule=True)
         same = from_path(eqs, path, 0.0, 1)
         for name in ("V2", "load", "x2", "impacts"):
-            assert getattr(same, name)[0] == pytest.approx(getattr(moments, name)[lane], rel=0.01), name
+            assert getattr(same, name)[0] == pytest.approx(
+                getattr(moments, name)[lane], rel=0.01
+            ), name
         assert pytest.approx(many.snapshot()[:, lane], rel=1e-6) == path.samples[-1, 2:]
 
 

@@ -61,9 +61,14 @@ def test_between_is_impact_after_impact(x, v, t, mu, r, r_high):
     assert impacts == count
     assert (x1, v1) == pytest.approx(exact[:2], abs=1e-9 * max(1.0, abs(v)))
     assert took == pytest.approx(lost, rel=1e-9, abs=1e-9)
-    one = 0.8 / max(abs(v1), 1e-300) * 2.0  # the last round, at least; V sees the middle of all rounds
+    # the last round, at least; V sees the middle of all rounds
+    one = 0.8 / max(abs(v1), 1e-300) * 2.0
     assert (
-        pytest.approx(exact[2], abs=1e-9 + (0.8 * min((mu or 0.0) * min(one, t), 1.0) ** 2 if count > 2 else 0.0)) == V1
+        pytest.approx(
+            exact[2],
+            abs=1e-9 + (0.8 * min((mu or 0.0) * min(one, t), 1.0) ** 2 if count > 2 else 0.0),
+        )
+        == V1
     )
 
 
@@ -99,7 +104,9 @@ def test_a_gap_of_a_nanometre_costs_no_more(r):
 @pytest.mark.slow
 @pytest.mark.parametrize("mu", [None, 0.2, 50.0])
 @pytest.mark.parametrize("k, c", [(400.0, 4.0), (400.0, 0.0), (25.0, 9.0)])
-@pytest.mark.parametrize("y, v", [(0.05, -1.0), (-0.03, -0.5), (-0.03, 0.9), (0.0, -1e-9), (0.4, 1.0), (0.05, -0.3)])
+@pytest.mark.parametrize(
+    "y, v", [(0.05, -1.0), (-0.03, -0.5), (-0.03, 0.9), (0.0, -1e-9), (0.4, 1.0), (0.05, -0.3)]
+)
 def test_contact_is_the_equation(mu, k, c, y, v):
     """y, y', V against an ODE solver through a whole drift; the energy that the damping took closes the balance."""
     t, gap, V = 0.3, 0.7, 0.4
@@ -118,7 +125,9 @@ def test_contact_is_the_equation(mu, k, c, y, v):
         now, state = leg.t[-1], leg.y[:, -1].copy()
         if leg.status == 1:  # on with it, clearly on the other side
             state[0] = math.copysign(1e-15, state[1])
-    (x1, v1, V1), (first, speed, impacts, lost) = in_contact(y, v, V, t, Coefficients(gap=gap, mu=mu, k=k, c=c))
+    (x1, v1, V1), (first, speed, impacts, lost) = in_contact(
+        y, v, V, t, Coefficients(gap=gap, mu=mu, k=k, c=c)
+    )
     assert (x1 + gap, v1, V1, lost) == pytest.approx(state, abs=1e-8)
     entered = y >= 0.0 and y + t * v < 0.0
     assert (speed, impacts) == ((-v, 1.0) if entered else (0.0, 0.0))
@@ -158,7 +167,13 @@ def test_compliant_stop_becomes_rigid_at_the_rate_of_its_contact_time():
     stiff = (1e3, 1e4, 1e5, 1e6)
     errors = []
     for k in stiff:
-        soft = trace(changed(base, stop_stiffness=k, stop_damping=2 * zeta * math.sqrt(k)), np.zeros(5000), h, 1, start)
+        soft = trace(
+            changed(base, stop_stiffness=k, stop_damping=2 * zeta * math.sqrt(k)),
+            np.zeros(5000),
+            h,
+            1,
+            start,
+        )
         errors.append(np.sqrt(np.mean((soft.samples[:, [2, 4]] - rigid.samples[:, [2, 4]]) ** 2)))
         assert len(soft.impacts) == len(rigid.impacts) >= 3
     assert np.polyfit(np.log(stiff), np.log(errors), 1)[0] == pytest.approx(-0.5, abs=0.05)
@@ -183,11 +198,14 @@ def sinusoids(gap, r, x0, times, room=math.inf, r_high=None):
         hits = []
         for wall, side in ((-gap, 1), (room, -1)):
             if abs(wall) < A:
-                s = (side * math.acos(wall / A) - phase) % (2 * math.pi)  # where x' has the sign of -side
+                # where x' has the sign of -side
+                s = (side * math.acos(wall / A) - phase) % (2 * math.pi)
                 hits.append((s if s > 1e-9 else 2 * math.pi, wall))
         s, wall = min(hits, default=(math.inf, 0.0))
         here = (times > t) & (times <= t + s)
-        out[here] = np.stack([A * np.cos(times[here] - t + phase), -A * np.sin(times[here] - t + phase)], axis=1)
+        out[here] = np.stack(
+            [A * np.cos(times[here] - t + phase), -A * np.sin(times[here] - t + phase)], axis=1
+        )
         if times[-1] <= t + s:
             return out, np.array(impacts)
         v1 = -A * math.sin(s + phase)
@@ -197,13 +215,19 @@ def sinusoids(gap, r, x0, times, room=math.inf, r_high=None):
 
 @pytest.mark.parametrize(
     "gap, r, room, r_high",
-    [(0.4, 0.9, math.inf, None), (-0.2, 1.0, math.inf, None), (-0.2, 0.9, math.inf, None), (0.4, 0.9, 0.8, 0.7)],
+    [
+        (0.4, 0.9, math.inf, None),
+        (-0.2, 1.0, math.inf, None),
+        (-0.2, 0.9, math.inf, None),
+        (0.4, 0.9, 0.8, 0.7),
+    ],
     ids=["distance", "preload", "preload, loses", "both sides"],
 )
 def test_linear_paths_are_sinusoids_between_impacts(gap, r, room, r_high):
     """x, x' of a path without noise against the closed form, of second order in h, impacts too."""
     steps, errors = (0.1, 0.05, 0.025, 0.0125), []
-    eqs = Equations(restitution=r, gap=gap, beta=0.0, mu=1.0, c1=0.0)  # the kernels of the next test
+    # the kernels of the next test
+    eqs = Equations(restitution=r, gap=gap, beta=0.0, mu=1.0, c1=0.0)
     if r_high is not None:
         eqs = changed(eqs, opposite_gap=room, opposite_restitution=r_high)
     for h in steps:
@@ -228,7 +252,11 @@ def test_a_stop_at_a_distance_of_zero_is_one_at_rest(n1):
     noise = np.random.default_rng(2).standard_normal(2000)
     paths = [
         trace(eqs, noise, 0.05, 1, (1.0, 0.0, 0.5))
-        for eqs in (base, changed(base, gap=0.0), changed(base, gap=0.0, opposite_gap=50.0, opposite_restitution=0.5))
+        for eqs in (
+            base,
+            changed(base, gap=0.0),
+            changed(base, gap=0.0, opposite_gap=50.0, opposite_restitution=0.5),
+        )
     ]
     assert len(paths[0].impacts) > 4
     for path in paths[1:]:
@@ -239,13 +267,20 @@ def test_a_stop_at_a_distance_of_zero_is_one_at_rest(n1):
 @pytest.mark.parametrize("n1", [None, 0.05])
 def test_both_stops_are_each_others_mirror_image(n1):
     """x -> -x with the gaps, restitutions and the quadratic spring exchanged: the same path, mirrored."""
-    eqs = Equations(alpha2=0.3, alpha=0.2, beta=0.4, mu=0.5, c1=-0.02, n1=n1, gap=0.3, opposite_gap=0.5)
+    eqs = Equations(
+        alpha2=0.3, alpha=0.2, beta=0.4, mu=0.5, c1=-0.02, n1=n1, gap=0.3, opposite_gap=0.5
+    )
     a, b = (
         changed(eqs, restitution=0.9, opposite_restitution=0.6),
-        changed(eqs, alpha2=-0.3, gap=0.5, opposite_gap=0.3, restitution=0.6, opposite_restitution=0.9),
+        changed(
+            eqs, alpha2=-0.3, gap=0.5, opposite_gap=0.3, restitution=0.6, opposite_restitution=0.9
+        ),
     )
     noise = np.random.default_rng(3).standard_normal(800)
-    one, other = trace(a, noise, 0.05, 1, (0.2, 0.7, 0.1)), trace(b, -noise, 0.05, 1, (-0.2, -0.7, -0.1))
+    one, other = (
+        trace(a, noise, 0.05, 1, (0.2, 0.7, 0.1)),
+        trace(b, -noise, 0.05, 1, (-0.2, -0.7, -0.1)),
+    )
     assert (one.impacts[:, 1] > 0).any()
     assert (one.impacts[:, 1] < 0).any()
     assert one.samples == pytest.approx(-other.samples, abs=1e-9)
@@ -298,7 +333,11 @@ def test_between_two_stops_nothing_hangs_or_leaves(h, r, room):
         assert -0.3 <= x.min() <= x.max() <= room - 0.3
         assert np.isfinite(moments.impacts).all()
         quiet = trace(
-            changed(eqs, n1=None, n2=None, opposite_restitution=r_high), np.zeros(400), h, 1, (-0.3, 3.0, 1.0)
+            changed(eqs, n1=None, n2=None, opposite_restitution=r_high),
+            np.zeros(400),
+            h,
+            1,
+            (-0.3, 3.0, 1.0),
         )
         assert np.isfinite(quiet.samples).all()
         assert -0.3 <= quiet.x.min() <= quiet.x.max() <= room - 0.3
@@ -324,7 +363,10 @@ def test_grazing_is_one_impact():
 
 def test_a_start_behind_a_stop_is_refused():
     eqs = changed(PAPER, gap=0.2, opposite_gap=0.3, opposite_restitution=1.0)
-    for x, line in ((-0.21, "at least -0.2, where the stop is"), (0.31, "at most 0.3, where the opposite stop is")):
+    for x, line in (
+        (-0.21, "at least -0.2, where the stop is"),
+        (0.31, "at most 0.3, where the opposite stop is"),
+    ):
         with pytest.raises(InputError, match=line):
             trace(eqs, np.zeros(4), 0.1, 1, (x, 0.0, 0.0))
         with pytest.raises(InputError, match=line):
@@ -340,9 +382,14 @@ def test_compiled_and_interpreted_agree():
         changed(PAPER, gap=-0.2),
     ):
         for x, v in ((0.25, 2.0), (0.25, -2.0), (0.25, 20.0), (0.2, 0.0)):
-            s, c = State(x, v, 0.3), coefficients(eqs)._replace(c1=None, c2=None, c3=None, linear=-1.0, alpha2=0.2)
+            s, c = (
+                State(x, v, 0.3),
+                coefficients(eqs)._replace(c1=None, c2=None, c3=None, linear=-1.0, alpha2=0.2),
+            )
             arguments = s, interval(0.1, 0.1, eqs.mu), c
             for one, other in zip(move(*arguments), move.py_func(*arguments), strict=True):
                 assert one == pytest.approx(other, rel=1e-12, abs=1e-15, nan_ok=True)
             arguments = s, 0.5, 0.1, c._replace(n2=None)
-            assert kick_at_stops(*arguments) == pytest.approx(kick_at_stops.py_func(*arguments), rel=1e-12)
+            assert kick_at_stops(*arguments) == pytest.approx(
+                kick_at_stops.py_func(*arguments), rel=1e-12
+            )

@@ -45,11 +45,16 @@ def test_coarse_member_is_on_the_same_noise(eqs):
 
 def test_columns_of_a_path():
     """Eight sums a block, by hand; and as many rows as the noise has."""
-    states, parts = np.random.default_rng(1).normal(size=(4, 2, 6)), np.random.default_rng(2).normal(size=(3, 2, 6))
+    states, parts = (
+        np.random.default_rng(1).normal(size=(4, 2, 6)),
+        np.random.default_rng(2).normal(size=(3, 2, 6)),
+    )
     (x, v, V, _), (p, q, new) = states, parts
     theta, size = np.arctan2(v, x), np.hypot(x, v)
     g = x, v, V, size, size * np.cos(2 * theta), size * np.sin(2 * theta), p, q
-    np.testing.assert_allclose(shaken_path_controls(states, parts), [(one * new).sum(axis=1) for one in g], rtol=1e-12)
+    np.testing.assert_allclose(
+        shaken_path_controls(states, parts), [(one * new).sum(axis=1) for one in g], rtol=1e-12
+    )
     assert (martingales(coloured=True), martingales(coloured=False)) == (17, 9)
     several = SLOW, Equations(n1=1.0), Equations(n2=1.0), Equations(drive=1.0, drive_frequency=1.0)
     assert [eqs.has_new_noise for eqs in several] == [True, True, True, False]

@@ -22,7 +22,14 @@ def device(scene):
     first, piezo, drive = scene.oscillator, scene.piezo, scene.excitation
     modes = [(first.mass, first.frequency, first.damping_ratio, piezo.coupling, 1.0, 1.0)]
     modes += [
-        (m.mass, m.frequency, m.damping_ratio, m.coupling, m.base, 1.0 if m.at_stop is None else m.at_stop)
+        (
+            m.mass,
+            m.frequency,
+            m.damping_ratio,
+            m.coupling,
+            m.base,
+            1.0 if m.at_stop is None else m.at_stop,
+        )
         for m in scene.mode
     ]
     mass, f, ratio, coupling, base, at_stop = np.array(modes).T
@@ -44,7 +51,9 @@ def device(scene):
 def steady(scene, h, settle=60, periods=30):
     """E[V^2] of trajectories from rest under a drive, in V^2, and their moments."""
     problem = Problem(scene)
-    many = Trajectories(problem.equations, 64, np.random.SeedSequence(1), h, start=np.zeros((3, 64)))
+    many = Trajectories(
+        problem.equations, 64, np.random.SeedSequence(1), h, start=np.zeros((3, 64))
+    )
     many.run(settle * problem.equations.shaking_period)
     moments = many.run(periods * problem.equations.shaking_period)
     return moments.V2.mean() * problem.units.volts**2, moments
@@ -80,7 +89,9 @@ def test_located_impacts(kind):
     assert np.abs(moments.balance(Problem(scene).equations)).max() < 5e-3
 
 
-UNDER = hv.Magnifier(mass="30 g", stiffness="4 N/mm", damping="0.5 N s/m", restitution=0.4, gap="0.1 mm")
+UNDER = hv.Magnifier(
+    mass="30 g", stiffness="4 N/mm", damping="0.5 N s/m", restitution=0.4, gap="0.1 mm"
+)
 
 
 def test_magnifier_with_a_stop_under_it():
@@ -93,7 +104,10 @@ def test_magnifier_with_a_stop_under_it():
     def motion(t, s):
         z, x, dz, dx, v, _ = s
         force = k * x + c * dx + theta * v  # of the device on the magnifier
-        ddz = -amplitude * math.cos(w * t) + (force - UNDER.stiffness * z - UNDER.damping * dz) / UNDER.mass
+        ddz = (
+            -amplitude * math.cos(w * t)
+            + (force - UNDER.stiffness * z - UNDER.damping * dz) / UNDER.mass
+        )
         ddx = -amplitude * math.cos(w * t) - ddz - force / m
         return [dz, dx, ddz, ddx, theta / cp * dx - v / (resistance * cp), v * v]
 
@@ -106,10 +120,14 @@ def test_magnifier_with_a_stop_under_it():
     for until in (begin, end):
         square = s[5]
         while time < until:
-            run = solve_ivp(motion, (time, until), s, "DOP853", events=touches, rtol=1e-9, atol=1e-14)
+            run = solve_ivp(
+                motion, (time, until), s, "DOP853", events=touches, rtol=1e-9, atol=1e-14
+            )
             s, time = run.y[:, -1].copy(), run.t[-1]
             if run.status == 1:  # the device keeps its speed Z' + X'
                 jump = -(1.0 + UNDER.restitution) * s[2]
                 s[2], s[3], s[0], hits = s[2] + jump, s[3] - jump, -UNDER.gap, hits + 1
     assert hits > 20
-    assert steady(scene, 0.01, 40, 20)[0] == pytest.approx((s[5] - square) / (end - begin), rel=3e-3)
+    assert steady(scene, 0.01, 40, 20)[0] == pytest.approx(
+        (s[5] - square) / (end - begin), rel=3e-3
+    )

@@ -58,8 +58,8 @@ def test_interval_of_a_share(reached, runs):
 def covered(alike, runs_a_record, records=8, repeats=600, true=0.6):
     """How many 95 % intervals of the share that arrives hold the true one, over repeats, as z of a binomial count.
 
-    First as stated, then as if all runs were independent; the chance of a record's runs is drawn from a beta law, whose
-    spread is the greater the more ``alike`` they are.
+    First as stated, then as if all runs were independent; the chance of a record's runs is drawn
+    from a beta law, whose spread is the greater the more ``alike`` they are.
     """
     rng, held = np.random.default_rng(1), np.zeros(2)
     for _ in range(repeats):
