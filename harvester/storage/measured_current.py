@@ -37,7 +37,8 @@ from harvester.storage.rectifier_cut import (
 from harvester.uncertainty.value import mean_and_error
 
 VOLTAGES = 12
-RUNS = 512  # under noise, at each voltage
+# under noise, at each voltage; a run of a netlist's own elements costs ten to a hundred times more
+RUNS, OF_ELEMENTS = 512, 64
 JUDGE = 5e-3  # twice what compiled circuits differ by from ngspice at most (docs/compiled.md)
 # of the largest current: more at the last voltage goes on beyond it, as that of a doubler
 CUT_OFF = 0.01
@@ -47,6 +48,7 @@ FADED = 6.0
 STEPPED = 3.0  # so many, under noise
 MEASURED = 4.0  # under noise, at each voltage; under a drive 1
 BEYOND_DRIVE, BEYOND_NOISE = 1.7, 4.0  # over the rms of the open piezo's voltage
+LEAST_LEAK = 1e-12  # nondimensional conductance beside a held store that has none
 Elements = IdealCircuit | CompiledCircuit  # of a rectifier
 SHORTEST, LONGEST = 60.0, 4e3  # nondimensional: the first transients
 
@@ -81,14 +83,18 @@ class Rectifier:
             is_plain_store(self.load)
             and (known := ideal_circuit(self.load, self.scales)) is not None
         ):
-            return known
+            return known._replace(mu=0.0)
         cut = cut_behind_rectifier(self.load)
         if cut is None or not cut.like[0] > 0.0:
             return None
-        if is_plain_store(self.load) and cut.has_more:
-            # the rest stays with the store when that is held, and no ideal bridge has it
+        bridge = ideal_bridge(*cut.like, self.scales)
+        if not is_plain_store(self.load):
+            return bridge._replace(mu=0.0)
+        # What is beside the store and the load stays there while the store is held.
+        leak = cut.leak
+        if leak is None:
             return None
-        return ideal_bridge(*cut.like, self.scales)
+        return bridge._replace(mu=leak / (self.scales.capacitance * self.scales.frequency))
 
     def compiled(self, farads: float) -> CompiledCircuit:
         """That of the netlist's own elements; raises as `CompiledCircuit`."""
@@ -98,7 +104,8 @@ class Rectifier:
         """The cheaper one."""
         if self.ideal is None:
             return self.compiled(farads)
-        return self.ideal._replace(kappa=farads / self.scales.capacitance, mu=1e-12)
+        kappa = farads / self.scales.capacitance
+        return self.ideal._replace(kappa=kappa, mu=max(self.ideal.mu, LEAST_LEAK))
 
 
 def store_row(circuit: Elements, farads: float, scales: Scales) -> tuple[int, float]:
@@ -290,14 +297,15 @@ def measured(
     h: float | None = None,
     seed: int = 0,
     count: int = VOLTAGES,
-    runs: int = RUNS,
+    runs: int | None = None,
     power: float = 1.0,
 ) -> Currents:
     """I(V) of a problem's rectifier with a held store, at ``count`` voltages from 0 to ``top`` or the open circuit's.
 
     They are closer to each other at the bottom with a ``power`` above 1.  Under a drive it is
     extrapolated from two steps of the compiled circuit.  Under noise it is that of the circuit of ideal elements where
-    there is one, and of the scene's step alone, by so many ``runs``.
+    there is one, and of the scene's step alone, by so many ``runs``: `RUNS` of ideal elements, and `OF_ELEMENTS` of
+    the netlist's own.
     """
     rectifier = Rectifier(problem)
     eqs = problem.equations
@@ -319,6 +327,8 @@ def measured(
 
     if not eqs.is_steady:
         circuit = rectifier.fast(rectifier.held)
+        if runs is None:
+            runs = RUNS if rectifier.ideal else OF_ELEMENTS
         many = Trajectories(eqs, runs, np.random.SeedSequence([seed, 11]), h, circuit=circuit)
         table = measured_current(HeldRuns(many, circuit, rectifier.held, scales), eqs, volts)
         return wider(Currents(table, table, many.steps))

@@ -14,7 +14,7 @@ from harvester.circuits.stamps import diode_law
 from harvester.equations.scales import Scales
 from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
 from harvester.netlists.expression_tree import constant
-from harvester.netlists.load_circuit import LoadCircuit
+from harvester.netlists.load_circuit import LoadCircuit, effective_value
 from harvester.netlists.part import CircuitPart
 
 STORE, LOAD = "csmooth", "rload"
@@ -45,9 +45,16 @@ class Cut:
         return float(saturation), float(emission)
 
     @property
-    def has_more(self) -> bool:
-        """Whether more than a store and a load is behind the rails."""
-        return {part.name for part in self.behind} != {STORE, LOAD}
+    def leak(self) -> float | None:
+        """Conductance (S) of the resistors beside the store and the load; None if anything else is behind the rails."""
+        more = [part for part in self.behind if part.name not in (STORE, LOAD)]
+        across = set(self.rails)
+        ohms = [effective_value(part) for part in more if part.kind == "r"]
+        if len(ohms) < len(more) or any(set(part.nodes) != across for part in more):
+            return None
+        if not all(ohm is not None and ohm > 0.0 for ohm in ohms):
+            return None
+        return sum(1.0 / ohm for ohm in ohms if ohm)
 
     def held(self, farads: float) -> list[CircuitPart]:
         """The rectifier with a capacitance between its rails that hardly changes its voltage."""

@@ -24,7 +24,7 @@ from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.compiled import interpreted
 from harvester.mechanics.kernels.forcing import forcing
 from harvester.mechanics.kernels.step_size import step_from_rest, whole_steps
-from harvester.storage.measured_current import Rectifier
+from harvester.storage.measured_current import Rectifier, measured
 from tests.support.netlists import BRIDGE, compiled, written
 
 HERTZ = 46.0
@@ -256,12 +256,23 @@ def test_studies_refuse_steps_that_fail(tmp_path):
             ask()
 
 
-def test_what_lies_across_the_rails_is_part_of_the_held_circuit(tmp_path):
-    """No ideal bridge stands for a netlist with more behind it than its store and load."""
+def test_resistors_across_the_rails_are_part_of_the_held_circuit(tmp_path):
+    """The ideal bridge carries them; it stands for nothing else that is beside the store and the load.
+
+    The current into a store that is held is then smaller by V/R.
+    """
     plain = BARE.format(farads="1u", card="(Is=1n Rs=1)")
-    ideal = [
-        Rectifier(Problem.of(driven(tmp_path, body, psd="1e-5 g^2/Hz"))).ideal
-        for body in (plain, plain + "Rx a b 300k\n")
-    ]
-    assert ideal[0] is not None
-    assert ideal[1] is None
+    more = "", "Rx a b 300k\n", "Dx b a d\n"
+    problems = []
+    for k, one in enumerate(more):
+        (tmp_path / f"{k}").mkdir()
+        problems.append(Problem.of(driven(tmp_path / f"{k}", plain + one, psd="1e-5 g^2/Hz")))
+    without, leaky, other = (Rectifier(problem) for problem in problems)
+    assert without.ideal.mu == 0.0
+    scales = problems[1].scales
+    assert leaky.ideal.mu * scales.capacitance * scales.frequency == pytest.approx(1.0 / 300e3)
+    assert other.ideal is None
+    assert other.fast(1e-6).charge_at("csmooth") >= 0
+
+    free, loaded = (measured(problem, 1.0, count=3, runs=64).best for problem in problems[:2])
+    assert free.current - loaded.current == pytest.approx(free.voltages / 300e3, rel=1e-3, abs=1e-9)
