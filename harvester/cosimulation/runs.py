@@ -28,8 +28,8 @@ from harvester.mechanics.kernels.circuit_control_variates import path_controls
 from harvester.mechanics.kernels.forcing import coarse_forcing, filtered, forcing
 from harvester.mechanics.kernels.moments import Moments, from_path
 from harvester.mechanics.kernels.noise import child, coarsened, gaussian_grid, three_point_grid
-from harvester.mechanics.kernels.path import Path, trace
-from harvester.mechanics.modes.modal_path import started, trace_modes
+from harvester.mechanics.kernels.path import Path
+from harvester.mechanics.trace import mechanics_of, trace
 from harvester.netlists.load_circuit import LoadCircuit, load_circuit
 from harvester.netlists.probes import Probe
 from harvester.scene.load import Load
@@ -242,11 +242,8 @@ def _control(
         )
     eqs, rule = device.eqs, device.ngspice_rule
     start = (0.0, 0.0, 0.0, 0.0) if rule else start
-    if eqs.modes is None:
-        path = trace(eqs, noise, device.h, device.stride, start, shaking, device.ideal, rule)
-    else:
-        given = started(eqs, start), shaking, device.ideal, float(start[3])
-        path = trace_modes(eqs, noise, device.h, device.stride, *given)
+    begin = *mechanics_of(eqs).started(start), start[3]
+    path = trace(eqs, noise, device.h, device.stride, begin, shaking, device.ideal, rule)
     return from_path(eqs, path, burn_in, blocks, device.ideal)
 
 

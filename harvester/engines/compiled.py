@@ -106,10 +106,11 @@ class Compiled(Ensemble):
             assert problem.circuit is not None, "refusal checks this"
             circuit = compiled_circuit(problem.circuit, problem.scales, TOLERANCE)
             check_watched(problem, circuit, self.probe, self.ledger)
-        is_sampled = not problem.equations.is_steady or problem.equations.modes is not None
+        is_sampled = not problem.equations.is_steady
         if is_sampled or (self.trajectories, self.duration) != (None, None):
             return super().run(problem, progress), None
         existence(problem)
+        judged = judged and problem.equations.modes is None  # ngspice's search is of one mode
         answer, response = steady_answer(self, self.NAME, problem, near, judged, progress)
         if answer is not None:
             if watches and response is not None:

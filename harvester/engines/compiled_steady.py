@@ -162,9 +162,9 @@ def _origin(problem: Problem, response: "CircuitPeriod") -> "Origin":
     assert path.shaking is not None, "the drive is steady"
     voltage = float(path.samples[-1, 1])
     a = float(path.shaking[-1])
+    x, after = map(float, response.coordinates)
     ends = [
-        interpreted(kick)(State(response.x, speed, voltage), 0.0, 0.5 * path.h, c, a)
-        for speed in (0.0, 1.0)
+        interpreted(kick)(State(x, speed, voltage), 0.0, 0.5 * path.h, c, a) for speed in (0.0, 1.0)
     ]
-    v = float((response.v - ends[0]) / (ends[1] - ends[0]))
-    return Origin(CoupledState(response.x, v, in_ngspice(voltages)), 0.0, response.turns)
+    v = float((after - ends[0]) / (ends[1] - ends[0]))
+    return Origin(CoupledState(x, v, in_ngspice(voltages)), 0.0, response.turns)

@@ -28,9 +28,9 @@ def driven_motion(problem: Problem, model: "Model", pair: "RichardsonPair") -> d
     from harvester.mechanics.ensemble.coexisting_responses import sections
     from harvester.mechanics.kernels.forcing import forcing
     from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
-    from harvester.mechanics.kernels.path import trace
     from harvester.mechanics.largest_swing import peak
     from harvester.mechanics.periodic import MULTIPLES
+    from harvester.mechanics.trace import trace
 
     eqs = problem.equations
     units = problem.units

@@ -111,9 +111,7 @@ def _of_periods(
     eqs = problem.equations
     scales = problem.scales
     h = pair.trajectories.h
-    responses = (
-        [] if eqs.modes else [periodic_response(circuit, eqs, part * h, SETTLED) for part in FINE]
-    )
+    responses = [periodic_response(circuit, eqs, part * h, SETTLED) for part in FINE]
     moments = [
         (response.power, response.square, *response.left) for response in responses if response
     ]

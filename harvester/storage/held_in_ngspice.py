@@ -155,8 +155,8 @@ def _gains(
     before = circuit.trace(eqs, noise[:first], h, 1, (eqs.resting_places[0], 0.0), state, early)
     state = before.state
     state[at] = held
-    x, voltage = (float(column) for column in before.samples[-1, :2])
-    start = x, before.speed, voltage, volts / device.scales.volts, state
+    x, v, voltage = map(float, before.last)
+    start = x, v, voltage, volts / device.scales.volts, state
     path = circuit.trace(eqs, noise[first:], h, 1, start[:2], state, late)
     for shunt in SHUNTS:
         drive = new_drive(device, noise[first:], 0.0, late, start)

@@ -132,13 +132,11 @@ class HeldPath:
             whole_steps(h, self.eqs.shaking_period),
             HELD * self.scales.capacitance,
         )
-        self.at, self.state, self.steps, self.peak = (
-            self.circuit.charge_at(STORE),
-            self.circuit.rest,
-            0,
-            0.0,
-        )
-        self._start = self.eqs.resting_places[0], 0.0
+        self.at = self.circuit.charge_at(STORE)
+        self.state = self.circuit.rest
+        self.steps = 0
+        self.peak = 0.0
+        self._start: Floats = np.array([self.eqs.resting_places[0], 0.0])
 
     def go_on(self, noise: Floats, shaking: Floats | None, stride: int) -> CircuitPath:
         """Go on for as many steps as there are variates of ``noise``, as of `CompiledCircuit.trace`."""
@@ -146,7 +144,7 @@ class HeldPath:
         path = self.circuit.trace(
             self.eqs, noise, self.h, stride, self._start, self.state, shaking, kicked
         )
-        self._start = (float(path.samples[-1, 0]), path.speed)
+        self._start = path.last[:-1]
         self.state = path.state
         self.steps += path.steps
         self.peak = max(self.peak, float(np.abs(path.samples[:, 0]).max()))

@@ -306,7 +306,7 @@ def one_path(
     from harvester.averaging.published.orbit import amplitude_through, decoupled, omega2
     from harvester.cosimulation import runs as worker
     from harvester.mechanics.kernels.noise import gaussian_grid
-    from harvester.mechanics.kernels.path import trace
+    from harvester.mechanics.trace import trace
 
     device = set_up(problem, Spice(seed=seed, dt=dt)).device
     eqs = device.eqs

@@ -1,6 +1,6 @@
 """One path of a scene: displacement, velocity, voltage and any probe over time, to look at rather than to average.
 
-By the exact update of a load resistor (`harvester.mechanics.kernels.path`), or by ngspice in
+By the exact update of a load resistor (`harvester.mechanics.trace`), or by ngspice in
 lock-step.  A path has no sampling error, as it is not a mean; that of its step is of second order
 (with noise: for the path of these kicks).
 
@@ -281,8 +281,7 @@ def _computed(
     """The path of so long a nondimensional duration at a step h, its probes, and the steps between readings."""
     from harvester.mechanics.kernels.forcing import forcing
     from harvester.mechanics.kernels.noise import gaussian_grid
-    from harvester.mechanics.kernels.path import trace
-    from harvester.mechanics.modes.modal_path import trace_modes
+    from harvester.mechanics.trace import at_rest, trace
 
     sequence = np.random.SeedSequence([seed, 7])
     noise = gaussian_grid(sequence, math.ceil(duration / h))
@@ -296,13 +295,13 @@ def _computed(
 
         assert problem.circuit is not None, "the engine serves netlists"
         circuit = compiled_circuit(problem.circuit, problem.scales)
-        start = (problem.equations.resting_places[0], 0.0)
+        start = at_rest(problem.equations)[:-1]
         path = circuit.trace(
             problem.equations, noise, h, stride, start, shaking=shaking, keep=bool(probes)
         )
         return path, probed(circuit, path, probes), stride
-    follow = trace if problem.equations.modes is None else trace_modes
-    return follow(problem.equations, noise, h, stride, shaking=shaking), np.empty((0, 0)), stride
+    plain = trace(problem.equations, noise, h, stride, shaking=shaking)
+    return plain, np.empty((0, 0)), stride
 
 
 def _stops(eqs: Equations) -> tuple[float, ...]:

@@ -73,7 +73,7 @@ def after_jumps(scene, circuit, volts, periods=3):
             eqs, np.zeros(n_steps), h, 1, start, state, forcing(eqs, h, n_steps), k > 0
         )
         state = path.state
-        start = (float(path.samples[-1, 0]), path.speed)
+        start = path.last[:2]
         failed.append(path.failed)
     return failed
 

@@ -13,14 +13,13 @@ from harvester.cosimulation.lockstep.state import BEYOND, STATE, Recording
 from harvester.cosimulation.lockstep.transitions import next_event
 from harvester.equations.coefficients import Equations
 from harvester.errors import SimulationError
-from harvester.mechanics.kernels.coefficients import State, coefficients
+from harvester.mechanics.kernels.coefficients import State
 from harvester.mechanics.kernels.compiled import interpreted
 from harvester.mechanics.kernels.equation_of_motion import kick
 from harvester.mechanics.kernels.forcing import forcing
 from harvester.mechanics.kernels.path import COLUMNS, Path, between_kicks, room_for_impacts
 from harvester.mechanics.kernels.trajectory_batch import BATCH
-from harvester.mechanics.modes.modal_path import started
-from harvester.mechanics.modes.modal_step import modal_coefficients
+from harvester.mechanics.trace import mechanics_of
 
 NARROW = (
     "the stops must be so far apart that the mass meets them at most twice a step in lock-step with ngspice, but it "
@@ -49,14 +48,14 @@ class Drive:
     h, stride
         nondimensional step, and kicks between samples.
     start
-        (x, x', V, voltage of Csmooth) at the beginning, of several modes as of `started`; None: at
-        rest in the first of `resting_places`.
+        (x, x', V, voltage of Csmooth) at the beginning, of several modes as of
+        `harvester.mechanics.trace.SeveralModes.started`; None: at rest in the first of `resting_places`.
     free
         whether ngspice may take smaller steps of its own between targets.
     since
         nondimensional time at which the ledger begins.
     shaking
-        as of `harvester.mechanics.kernels.path.trace`.
+        as of `harvester.mechanics.trace.trace`.
     smooth
         whether drifts bend (`source_voltage`), as they may where neither white noise nor a
         compliant stop acts.
@@ -119,10 +118,11 @@ class Drive:
         self.kicked = np.zeros((len(self.noise), 5))
         self.impacts = room_for_impacts(eqs, len(self.noise))
         start = (eqs.resting_places[0], 0.0, 0.0, 0.0) if start is None else start
-        self.modes, self.coefficients = None, self._coefficients(eqs)
+        self.modes = None
+        self.coefficients: Any = mechanics_of(replace(eqs, mu=None)).coefficients
         if eqs.modes is not None:
             self.modes = np.zeros((3, (2 * eqs.modes.count + 1) * BATCH))
-            self.modes[0, ::BATCH] = y = started(eqs, start)
+            self.modes[0, ::BATCH] = y = mechanics_of(eqs).started(start)
             # as the circuit sees it
             start = (float(np.dot(eqs.modes.coupling, y[: eqs.modes.count])), *start[1:4])
         self.eqs, self.start, self._numbers = eqs, start, np.array(_numbers(self.coefficients))
@@ -138,15 +138,6 @@ class Drive:
         for name, array in (*self.recording._asdict().items(), ("coefficients", self._numbers)):
             state[f"{name}_at"] = 0 if array is None else array.ctypes.data
         self._begin(smooth)
-
-    @staticmethod
-    def _coefficients(eqs: Equations) -> Any:
-        """The coefficients of the mass, or of several modes, without mu."""
-        return (
-            coefficients(eqs)._replace(mu=None)
-            if eqs.modes is None
-            else modal_coefficients(replace(eqs, mu=None))
-        )
 
     def _begin(self, smooth: bool) -> None:
         """Begin the first drift.  Half a kick comes first, as in `trace`; interpreted: not worth a compilation."""
@@ -193,7 +184,7 @@ class Drive:
         return float((s.noise_size + BEYOND) * s.h / s.w0)
 
     def path(self) -> Path:
-        """The path of the finished run, in the form of `harvester.mechanics.kernels.path.trace`.
+        """The path of the finished run, in the form of `harvester.mechanics.trace.trace`.
 
         Raises SimulationError for more than two impacts a step: the stops are too near each other.
         """

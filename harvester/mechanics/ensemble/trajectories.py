@@ -24,7 +24,6 @@ from harvester.machine.cores import cores
 from harvester.mechanics.ensemble.hopping import Hopping
 from harvester.mechanics.ensemble.own_circuit import OwnCircuit
 from harvester.mechanics.kernels.circuit_control_variates import circuit_boundary, interleaved
-from harvester.mechanics.kernels.coefficients import coefficients
 from harvester.mechanics.kernels.control_variates import boundary
 from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
 from harvester.mechanics.kernels.intervals import update_of
@@ -52,6 +51,7 @@ from harvester.mechanics.kernels.trajectory_batch import (
     mid_drift,
 )
 from harvester.mechanics.modes.modal_batch import RESISTOR_ROWS, ModalMotion
+from harvester.mechanics.trace import mechanics_of
 
 SHORTEST, LONGEST = 1e-6, 1e3  # steps
 MOST_OF_A_PERIOD = 2e6  # steps
@@ -146,9 +146,7 @@ class Trajectories:
         self.ngspice_rule = ngspice_rule
         self.steps = 0
         self.put_behind(circuit)
-        self._coefficients: Any = (
-            coefficients(eqs) if self.modes is None else self.modes.coefficients
-        )
+        self._coefficients = mechanics_of(eqs).coefficients
         self.hopping: Hopping | None = None  # where hops are too rare for the start to be forgotten
         self.controlled = controlled and not ngspice_rule and _has_controls(eqs)
         self._kind = circuit, ngspice_rule, self.controlled
@@ -200,8 +198,9 @@ class Trajectories:
     def put_behind(self, circuit: IdealCircuit | OwnCircuit | None) -> None:
         """Go on with a circuit of the same elements with other values."""
         self.circuit = circuit
+        ideal = circuit if isinstance(circuit, IdealCircuit) else None
         self.own_circuit = None if isinstance(circuit, IdealCircuit) else circuit
-        self.modes = _modal_motion(self.eqs, circuit)
+        self.modes = None if self.eqs.modes is None else ModalMotion(self.eqs, ideal)
 
     def _begin_shaking(self) -> None:
         """Make the filters of shaking other than white noise; all share a record that is not drawn at random."""
@@ -383,23 +382,31 @@ class Trajectories:
 
 
 def _each(block: Callable[[int], None], blocks: int, steps: int, given_up: threading.Event) -> None:
-    """Call ``block`` with the number of each of the blocks, which have so many ``steps``; ``given_up``: by ^C."""
-    with ThreadPoolExecutor(cores()) as pool:
+    """Call ``block`` with the number of each of the blocks of so many ``steps``.
+
+    Each thread works on one block after the other: a task for each would cost as much as a hundred
+    steps of it. ``given_up``, set by ^C, ends them after their piece.
+    """
+    waiting = iter(range(blocks))  # which gives each number once, whatever thread asks
+
+    def work() -> None:
+        for k in waiting:
+            if given_up.is_set():
+                return
+            block(k)
+
+    if steps * blocks <= SOON:
+        work()
+        return
+    threads = min(cores(), blocks)
+    with ThreadPoolExecutor(threads) as pool:
         try:
-            list((pool.map if steps * blocks > SOON else map)(block, range(blocks)))
-        except BaseException:  # the threads end after their piece
+            for task in [pool.submit(work) for _ in range(threads)]:
+                task.result()
+        except BaseException:
             given_up.set()
             pool.shutdown(wait=False, cancel_futures=True)
             raise
-
-
-def _modal_motion(eqs: Equations, circuit: IdealCircuit | OwnCircuit | None) -> ModalMotion | None:
-    """What moves several modes, with an ideal circuit or without; None of one mode."""
-    return (
-        None
-        if eqs.modes is None
-        else ModalMotion(eqs, circuit if isinstance(circuit, IdealCircuit) else None)
-    )
 
 
 def _has_controls(eqs: Equations) -> bool:

@@ -7,6 +7,7 @@ interpreted or compiled to exactly the same arithmetic.
 """
 
 import hashlib
+import inspect
 import os
 import re
 import sys
@@ -22,6 +23,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import numba
+from numba import extending as numba_extending
 from numba.core import caching as numba_caching
 from numba.core import config as numba_config
 from numba.core.dispatcher import Dispatcher
@@ -34,6 +36,7 @@ from harvester.mechanics.kernels.kernel_cache import FilesOfThisPackage, KeptFil
 config: Any = numba_config
 njit: Any = numba.njit
 caching: Any = numba_caching
+extending: Any = numba_extending
 F = TypeVar("F", bound=Callable[..., Any])
 
 # The compiler may contract and reorder, but nan and infinity keep their meaning (no `nnan`,
@@ -42,7 +45,8 @@ FLAGS: dict[str, Any] = {"fastmath": {"contract", "reassoc", "nsz", "arcp"}, "er
 STRICT: dict[str, Any] = {"fastmath": False, "error_model": "numpy"}
 LONGEST_WAIT = 30.0  # s, for a compilation in another process
 DECORATED = re.compile(
-    rb"^ *(@(kernel|inlined|forced|c_function|intrinsic)\b|class \w+\(NamedTuple\))", re.MULTILINE
+    rb"^ *(@(kernel|inlined|forced|version_of|c_function|intrinsic)\b|class \w+\(NamedTuple\))",
+    re.MULTILINE,
 )
 
 
@@ -194,6 +198,29 @@ def forced(function: F) -> F:
     atomic operations: up to twenty times slower.
     """
     return _part(function, forceinline=True)
+
+
+def version_of(question: Callable[..., Any], **kinds: type | None) -> Callable[[F], F]:
+    """Make a function the version of a ``question`` for arguments of these kinds.
+
+    A kernel that asks the question is compiled with it. A kind is a NamedTuple of ours, or None for
+    all else, such as an absent argument; an argument without a kind may be of any. The parameters
+    have the names of those of the question.
+    """
+
+    def registered(function: F) -> F:
+        signature = inspect.signature(function)
+
+        def chosen(*given: Any) -> Any:
+            of = dict(zip(signature.parameters, given, strict=True))
+            classes = {name: getattr(of[name], "instance_class", None) for name in kinds}
+            return function if classes == kinds else None
+
+        chosen.__signature__ = signature  # type: ignore[attr-defined]
+        extending.overload(question, jit_options={"forceinline": True, **PART, **FLAGS})(chosen)
+        return function
+
+    return registered
 
 
 def kernel(function: F) -> F:

@@ -98,7 +98,8 @@ def _state(near: "Neighbour | CircuitStart") -> State:
     from harvester.circuits.circuit_period import CircuitStart
 
     if isinstance(near, CircuitStart):
-        return {"x": near.x, "v": near.v, "circuit": near.state.tolist(), "turns": near.turns}
+        x, v = near.coordinates
+        return {"x": x, "v": v, "circuit": near.state.tolist(), "turns": near.turns}
     ways = (
         None
         if near.secants is None
@@ -122,7 +123,7 @@ def _neighbour(state: State) -> "Neighbour | CircuitStart":
         vector = np.array([state["x"], state["v"], *state["circuit"]], dtype=float)
         if not np.isfinite(vector).all() or not 1 <= int(state["turns"]) <= MULTIPLES:
             raise ValueError("no state of mass and circuit")
-        return CircuitStart(float(vector[0]), float(vector[1]), vector[2:], int(state["turns"]))
+        return CircuitStart(vector[:2], vector[2:], int(state["turns"]))
     numbers = (
         state["section"]["x"],
         state["section"]["v"],

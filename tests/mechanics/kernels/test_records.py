@@ -17,8 +17,8 @@ from harvester.equations.scales import scales
 from harvester.errors import CannotServeError, InputError, SimulationError
 from harvester.mechanics.ensemble.richardson import RichardsonPair
 from harvester.mechanics.ensemble.trajectories import Trajectories
-from harvester.mechanics.kernels.path import trace
 from harvester.mechanics.kernels.shaking import samples_of
+from harvester.mechanics.trace import trace
 from harvester.records.record_files import read_density, read_record
 from harvester.records.records import BRIDGE, SPAN, Record, TabulatedDensity, bridge
 from tests.support.lockstep import device, rms_difference
