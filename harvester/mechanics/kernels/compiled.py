@@ -112,13 +112,17 @@ def machine_code() -> int:
 
 @contextmanager
 def own_cache(function: Callable[..., Any]) -> Iterator[bool]:
-    """Point numba at the folder of `_cache_folder` while a function is decorated; yields whether there is one."""
+    """Point numba at the folder of `_cache_folder` while a function is decorated.
+
+    It yields whether there is one, and a file of the function, without which numba keeps nothing.
+    """
     folder, previous = _cache_folder(), (config.CACHE_DIR, caching.IndexDataCacheFile)
-    ours = Path(function.__code__.co_filename) in compiled_sources()
+    file = Path(function.__code__.co_filename)
+    ours = file in compiled_sources()
     config.CACHE_DIR = folder or config.CACHE_DIR
     caching.IndexDataCacheFile = FilesOfThisPackage if ours else KeptFiles
     try:
-        yield folder is not None
+        yield folder is not None and file.is_file()
     finally:
         config.CACHE_DIR, caching.IndexDataCacheFile = previous
 
