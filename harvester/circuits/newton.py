@@ -267,7 +267,7 @@ def _times(weight: float, name: str) -> str:
 
 @cache
 def compiled_source(text: str) -> Any:
-    """The function ``solve`` of a source; its machine code is kept on disk if there is a folder for it.
+    """The function ``solve`` of a source; its machine code is kept if there is a folder for it.
 
     Python code is compiled from ``text`` itself, never from a file: numba reads the file's name and
     time only, and bytecode that Python's own import would keep has no checksum.
@@ -284,7 +284,7 @@ def compiled_source(text: str) -> Any:
 
 
 def _kept_source(name: str, text: str, folder: str | None) -> str:
-    """The path of a file with the ``text``, written anew if it has another; no path without such a file."""
+    """The path of a file with the ``text``, written if need be; no path if it cannot be."""
     absent = f"<{name}>"
     if folder is None:
         return absent

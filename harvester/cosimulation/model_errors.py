@@ -1,8 +1,8 @@
-"""What goes wrong inside a model of the user's own: the function and the line of the model, in one line.
+"""Errors inside a model of the user's own: the function and the line of the model, in one line.
 
-An ordinary exception is its author's and goes through as it is, with that place as a note.  All others
-end in an `InputError`: those that end programs (SystemExit, KeyboardInterrupt), StopIteration, which
-Python changes on its way, and those that no process can hand to another one.
+An ordinary exception is its author's and is raised as it is, with that line as a note.  All
+others end in an `InputError`: those that end programs (SystemExit, KeyboardInterrupt),
+StopIteration, which Python changes on its way, and those that cannot be pickled.
 """
 
 import dis
@@ -24,37 +24,37 @@ FUNCTIONS = ("drift", "kick", "source", "event", "jump")
 LONGEST = 200  # letters of a text that is quoted
 HEADING = re.compile("(Failed in|During:)")  # of numba's errors
 COLOUR = re.compile(r"\x1b\[[\d;]*m")
-PLACE = re.compile(r'File "([^"\n]+)", line (\d+)|at (\S+\.py) \((\d+)\)')
+LINE_OF_FILE = re.compile(r'File "([^"\n]+)", line (\d+)|at (\S+\.py) \((\d+)\)')
 NOT_MODELS = (str(Path(__file__).parents[1]), *map(sysconfig.get_path, ("stdlib", "purelib")))
 
 
-def place_in(trace: TracebackType | None) -> tuple[str, str]:
-    """The function of a model in a traceback, and where it failed, such as "mine.py, line 12"; "" if unknown."""
-    own = [
+def line_in(trace: TracebackType | None) -> tuple[str, str]:
+    """The function of a model in a traceback, and its line: "mine.py, line 12"; "" if unknown."""
+    frames = [
         (frame.f_code, line)
         for frame, line in traceback.walk_tb(trace)
         if not frame.f_code.co_filename.startswith(NOT_MODELS)
     ]
-    asked = [k for k, (code, _) in enumerate(own) if code.co_name in FUNCTIONS]
-    inside = own[asked[0] :] if asked else own[-1:]
+    of_functions = [k for k, (code, _) in enumerate(frames) if code.co_name in FUNCTIONS]
+    inside = frames[of_functions[0] :] if of_functions else frames[-1:]
     if not inside:
         return "", ""
     first = inside[0][0]
     line = [line for code, line in inside if code.co_filename == first.co_filename][-1]
-    return first.co_name if asked else "", f"{Path(first.co_filename).name}, line {line}"
+    return first.co_name if of_functions else "", f"{Path(first.co_filename).name}, line {line}"
 
 
 def of_model(error: BaseException) -> BaseException:
     """The error that is raised for one that a function of a model raised."""
-    name, place = place_in(error.__traceback__)
+    name, line = line_in(error.__traceback__)
     where = f"`model.{name}`" if name else "`model`"
     if isinstance(error, HarvesterError) or _goes_through(error):
-        if place:
-            error.add_note(f"raised by {where} ({place})")
+        if line:
+            error.add_note(f"raised by {where} ({line})")
         return error
     text = quoted(str(error))
     raised = type(error).__name__ + (f": {text}" if text else "")
-    at = f" ({place})" if place else ""
+    at = f" ({line})" if line else ""
     return InputError(f"{where} must give its numbers, but raises {raised}{at}")
 
 
@@ -69,7 +69,7 @@ def _goes_through(error: BaseException) -> bool:
 
 
 def is_interrupt(error: BaseException) -> bool:
-    """Whether an exception is ^C of the user's, rather than a KeyboardInterrupt that a model raised."""
+    """Whether an exception is the user's ^C, rather than a model's own KeyboardInterrupt."""
     trace = error.__traceback__
     if not isinstance(error, KeyboardInterrupt) or trace is None:
         return False
@@ -79,13 +79,15 @@ def is_interrupt(error: BaseException) -> bool:
 
 
 def not_compiled(error: Exception, model: str) -> InputError:
-    """The error for a model that numba does not compile, with the line of the model that it names."""
+    """The error for a model that numba does not compile, with the line that numba names."""
     text = COLOUR.sub("", str(error))
     lines = [line for line in map(str.strip, text.splitlines()) if line]
     why = next((line for line in lines if not HEADING.match(line)), type(error).__name__)
-    places = [(a or b, c or d) for a, c, b, d in PLACE.findall(text)]
-    own = [pair for pair in places if not str(Path(pair[0]).resolve()).startswith(NOT_MODELS)]
-    at = f" ({Path(own[-1][0]).name}, line {own[-1][1]})" if own else ""
+    lines_of_files = [(a or b, c or d) for a, c, b, d in LINE_OF_FILE.findall(text)]
+    of_model = [
+        pair for pair in lines_of_files if not str(Path(pair[0]).resolve()).startswith(NOT_MODELS)
+    ]
+    at = f" ({Path(of_model[-1][0]).name}, line {of_model[-1][1]})" if of_model else ""
     return InputError(
         f"`model` must be such that numba compiles it, but {model} is not: {quoted(why)}{at} "
         "(`compiled`=False runs it in plain Python)"
@@ -99,7 +101,7 @@ def quoted(text: str) -> str:
 
 @contextmanager
 def unraisable(kept: Callable[[BaseException], Any]) -> Iterator[None]:
-    """Hand on exceptions of compiled functions, which can be raised nowhere: Python would print them and go on."""
+    """Hand on exceptions of compiled functions, which Python would print and forget."""
     before = sys.unraisablehook
 
     def hook(about: Any) -> None:

@@ -114,7 +114,7 @@ def check_event(when: Any, h: float, at: str = "") -> None:
 
 
 def _called(model: Any, name: str, signature: str, *arguments: Any) -> Any:
-    """What a model's function gives; raises the errors inside it as `model_errors.of_model` has them."""
+    """Call a model's function; raises the errors inside it as `model_errors.of_model` does."""
     function: Callable[..., Any] = getattr(model, name)
     try:
         inspect.signature(function).bind(*arguments)

@@ -190,8 +190,10 @@ def _compiled(job: ModelJob) -> tuple[int, int]:
     from harvester.cosimulation.ngspice.model_callbacks import compiled
 
     try:
-        kinds: Any = type(job.model), type(job.start)
-        made = compiled(*kinds, tuple(component is None for component in job.model))
+        absent = tuple(component is None for component in job.model)
+        model: Any = type(job.model)
+        state: Any = type(job.start)
+        made = compiled(model, state, absent)
     except Exception as error:  # of numba's, or of what numba asks of a class of the user's own
         raise not_compiled(error, type(job.model).__name__) from None
     return made[0].address, made[1].address

@@ -89,7 +89,7 @@ def check_vector(forms: Sequence[str], argument: str = "vector") -> None:
 
 
 def remove(path: Path, argument: str = "out") -> None:
-    """Remove a file, if there is one; raises InputError for what cannot be removed, such as a folder or a device."""
+    """Remove a file, if there is one; raises InputError for a folder, a device, and others."""
     _check_regular(path, argument)
     try:
         path.unlink(missing_ok=True)
@@ -105,8 +105,8 @@ def write(path: Path, content: str | bytes | Iterable[bytes], argument: str = "o
     ``content`` is one piece or several.  The file is written under a name that nothing has had, and
     both it and its folder are flushed to the disk.
 
-    Raises InputError if the disk or the folder does not take it, or if the name is that of a link, a
-    device, a pipe or a socket; an older file of that name stays as it was.
+    Raises InputError if the disk or the folder refuses it, or if the name is that of a link,
+    a device, a pipe or a socket; an older file of that name stays as it was.
     """
     if isinstance(content, str):
         content = content.encode()
@@ -133,7 +133,7 @@ def write(path: Path, content: str | bytes | Iterable[bytes], argument: str = "o
 
 
 def _new_beside(path: Path) -> tuple[Path, int]:
-    """A new empty file in the folder of a path, with its descriptor; files that exist are left alone."""
+    """A new empty file in the folder of a path, and its descriptor; others are left alone."""
     name = path.name[:SHORTEST]  # with the rest it must be no longer than a name may be
     for _ in range(TRIALS):
         beside = path.with_name(f".{name}.{os.getpid()}.{secrets.token_hex(4)}")
@@ -143,7 +143,7 @@ def _new_beside(path: Path) -> tuple[Path, int]:
 
 
 def _check_regular(path: Path, argument: str) -> None:
-    """Refuse the name of a link, a device, a pipe or a socket; a folder is refused where it is replaced."""
+    """Refuse the name of a link, a device, a pipe or a socket; the system refuses folders."""
     try:
         mode = path.lstat().st_mode
     except (OSError, ValueError):  # there is none, or writing says why

@@ -1,4 +1,4 @@
-"""A generated solver in the cache: cut off, tampered with, exchanged, asked for by many at once, or not kept at all."""
+"""Generated solvers in the cache: cut off, altered, exchanged, asked for by many, or not kept."""
 
 import ctypes
 import importlib.util
@@ -42,7 +42,7 @@ def value(factor=2.0):
 
 
 def bytecode_of(source):
-    """The file in which Python's own import would keep the bytecode of a source, with another solver in it."""
+    """The file of Python's own bytecode of a source, with another solver in it."""
     path = Path(importlib.util.cache_from_source(str(source)))
     path.parent.mkdir(exist_ok=True)
     state = source.stat()
@@ -57,7 +57,7 @@ def bytecode_of(source):
 
 @pytest.mark.parametrize("damage", ["other", "cut"])
 def test_bytecode_beside_a_source_is_not_read(cache, damage):
-    """With the source's time and size in its head it was run, whatever stood in it; cut off, it ended each later run.
+    """With the source's time and size in its head it was run; cut off, it ended each later run.
 
     That run said "marshal data too short", with the status of an interrupt.
     """
@@ -84,7 +84,7 @@ def test_a_source_that_was_altered_is_made_anew(cache, text):
 
 @pytest.mark.parametrize("instead", ["folder", "link", "pipe"])
 def test_what_stands_in_the_place_of_a_source(cache, instead, tmp_path):
-    """A folder, a link to another file and a pipe stop no run, and the other file stays as it was."""
+    """A folder, a link and a pipe stop no run, and the link's file stays as it was."""
     assert value() == 6.0
     (source,) = cache.glob("circuit_*.py")
     source.unlink()
@@ -103,7 +103,7 @@ def test_what_stands_in_the_place_of_a_source(cache, instead, tmp_path):
 
 
 def test_machine_code_of_another_solver_is_not_run(cache):
-    """Files that were exchanged in the cache are whole, each with its checksum, but are those of other functions."""
+    """Exchanged files are whole, each with its checksum, but are those of other functions."""
     assert (value(2.0), value(4.0)) == (6.0, 12.0)
     first, second = cache.rglob("*.nbc")
     content = first.read_bytes()
@@ -128,7 +128,7 @@ def test_machine_code_of_another_kernel_is_not_run(cache):
 
 
 def test_a_disk_that_takes_no_source(cache):
-    """As in a folder that was made read-only, or on a full disk: the solver is made in this process alone."""
+    """In a read-only folder or on a full disk the solver is made for this process alone."""
 
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (0, limits[1]))
@@ -140,7 +140,7 @@ def test_a_disk_that_takes_no_source(cache):
 
 
 def test_many_processes_make_one_solver_at_once(tmp_path):
-    """Eight programs begin at once with an empty cache: each has the right solver, and what is kept is whole."""
+    """Eight programs begin with an empty cache: each has the right solver, and one file is kept."""
 
     code = f"import sys; sys.path[:0] = {sys.path!r}\n" + (
         "import ctypes\n"

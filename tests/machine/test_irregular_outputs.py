@@ -1,4 +1,4 @@
-"""Output never takes the place of what is no regular file, follows no link, and reaches the disk with its name."""
+"""Output replaces regular files alone, follows no link, and reaches the disk with its name."""
 
 import os
 import socket
@@ -91,7 +91,7 @@ def test_a_journal_is_no_pipe_device_or_link(tmp_path, monkeypatch, kind):
 @pytest.mark.parametrize(
     "line",
     [
-        "new there.toml --mass 40g --frequency 3.2Hz --q 100 --capacitance 40nF --coupling 1mN/V --resistance 1Mohm",
+        "new there.toml --mass 40g --frequency 3.2Hz --q 100 --capacitance 40nF --coupling 1mN/V",
         f"run {PLATE} --engine averaged --report there.html",
         f"export {PLATE} --out there",
         "keys --schema --out there",
@@ -99,7 +99,7 @@ def test_a_journal_is_no_pipe_device_or_link(tmp_path, monkeypatch, kind):
     ],
 )
 def test_commands_leave_what_is_no_file(tmp_path, monkeypatch, harvester, kind, line):
-    """One line of status 2, or an answer where the option means something else; what stood there stands there."""
+    """One line of status 2, and what stood there stands there."""
     monkeypatch.chdir(tmp_path)
     words = line.split()
     (there,) = (word for word in words if word.startswith("there"))
@@ -112,7 +112,7 @@ def test_commands_leave_what_is_no_file(tmp_path, monkeypatch, harvester, kind, 
 
 
 def test_a_temporary_name_that_is_taken_is_left_alone(tmp_path):
-    """Whoever knows the number of a process could lay a link there, and have its target overwritten."""
+    """Whoever knows a process's number could lay a link there, and have its target overwritten."""
     target = tmp_path / "target"
     target.write_text("kept")
     for number in range(os.getpid() - 3, os.getpid() + 3):
@@ -146,7 +146,7 @@ def test_a_new_file_is_opened_exclusively(tmp_path, monkeypatch):
 
 
 def test_the_folder_is_flushed_after_the_renaming(tmp_path, monkeypatch):
-    """Otherwise a failure of the power leaves the old name, or none, of a file that was said to be written."""
+    """Otherwise a failure of the power leaves no file, which was said to be written."""
     flushed, before = [], os.fsync
 
     def noted(file):

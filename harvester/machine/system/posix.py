@@ -32,12 +32,12 @@ class Posix:
         return os.open(path, os.O_RDONLY | os.O_NONBLOCK)
 
     def open_new(self, path: Path) -> int:
-        """Open a file that must not exist for writing: O_EXCL, and O_NOFOLLOW against a link of that name."""
+        """Open a new file for writing: O_EXCL, and O_NOFOLLOW against a link of that name."""
         flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC
         return os.open(path, flags, 0o666)  # less the user's umask
 
     def flush_folder(self, path: Path) -> None:
-        """Bring the names in a folder to the disk, if it can be read and its file system does that."""
+        """Flush the names in a folder to the disk, if the folder can be read and has a disk."""
         try:
             folder = os.open(path, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
         except PermissionError:  # a folder that may be written only

@@ -49,7 +49,7 @@ class Windows:
         return os.open(path, os.O_RDONLY | os.O_BINARY)
 
     def open_new(self, path: Path) -> int:
-        """Open a file that must not exist for writing, as bytes; links follow their own rules there."""
+        """Open a new file for writing, as bytes; Windows has no such links in general."""
         flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_BINARY | os.O_NOINHERIT
         return os.open(path, flags, 0o666)
 

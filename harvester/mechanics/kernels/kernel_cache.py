@@ -62,7 +62,7 @@ def _digest(key: Any) -> str:
 
 
 def _checksum(path: Path, content: bytes) -> bytes:
-    """That of a file's content and of its place below the cache: one that was exchanged is not run."""
+    """The checksum of a file's content and of its path below the cache."""
     return hashlib.sha256("/".join(path.parts[-3:]).encode() + b"\n" + content).digest()
 
 
