@@ -41,7 +41,7 @@ def without_password(address: str) -> str:
 
 
 def unicode(text: str) -> str:
-    """A text of the system, such as an argument in a locale without UTF-8, as one that can be written."""
+    """A text of the system, such as an argument in a locale without UTF-8, for a file."""
     return text.encode("utf-8", "surrogateescape").decode("utf-8", "replace")
 
 

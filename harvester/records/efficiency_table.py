@@ -44,8 +44,8 @@ def _efficiencies(path: str) -> Efficiencies:
         )
     if not (max(volts) <= LARGEST and max(amperes) <= LARGEST):
         raise InputError(
-            f"{KEY} must have voltages up to {LARGEST:g} V and currents up to {LARGEST:g} A, but has "
-            f"{max(volts):g} V and {max(amperes):g} A"
+            f"{KEY} must have voltages up to {LARGEST:g} V and currents up to {LARGEST:g} A, "
+            f"but has {max(volts):g} V and {max(amperes):g} A"
         )
     points = Counter(zip(volts.tolist(), amperes.tolist(), strict=True))
     (volt, ampere), count = points.most_common(1)[0]

@@ -286,13 +286,13 @@ class HarvestingChip(SceneTable):
 
 
 def check_store_at_input(chip: HarvestingChip) -> None:
-    """Refuse keys of charging for a chip whose store is at its input, which charges without a converter."""
+    """Refuse keys of a charging converter for a chip whose store is at its input."""
     for key in ("efficiency", "efficiency_table", "full_voltage"):
         if getattr(chip, key) is not None:
             kind = "a chip of your own" if chip.name is None else f"chip {chip.name!r}"
             raise InputError(
-                f"chip.{key} must be left out for {kind} without input_ratio, whose store is at its "
-                "input, but is given: output_efficiency is that of its output"
+                f"chip.{key} must be left out for {kind} without input_ratio, whose store is "
+                "at its input, but is given: output_efficiency is that of its output"
             )
 
 

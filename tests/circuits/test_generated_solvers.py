@@ -6,13 +6,15 @@ import os
 import resource
 import subprocess
 import sys
+import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
+from numba.core import caching, config
 
 from harvester.circuits import newton
-from harvester.mechanics.kernels.compiled import kernel
+from harvester.mechanics.kernels.compiled import kernel, own_cache
 
 SOLVER = """
 from numba import float64
@@ -155,3 +157,17 @@ def test_many_processes_make_one_solver_at_once(tmp_path):
     assert [one.communicate(timeout=120) for one in programs] == [("6.0\n", "")] * 8
     (source,) = (tmp_path / "cache").rglob("circuit_*.py")
     assert source.read_text() == SOLVER.format(factor=2.0)
+
+
+def test_threads_that_decorate_at_once_leave_numba_as_it_was(cache):
+    """One put back what another had set: other functions were then kept in this cache."""
+    before = config.CACHE_DIR, caching.IndexDataCacheFile
+
+    def decorate(turn):
+        for k in range(turn, turn + 50):
+            with own_cache(value):
+                time.sleep(1e-4 * (1 + k % 3))
+
+    with ThreadPoolExecutor(8) as pool:
+        list(pool.map(decorate, range(8)))
+    assert (config.CACHE_DIR, caching.IndexDataCacheFile) == before

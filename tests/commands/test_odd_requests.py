@@ -1,4 +1,4 @@
-"""Odd requests that ended in internal errors: a path of one reading, and folders with umlauts in an old locale."""
+"""Requests that ended in internal errors: very short paths, umlauts in an old locale."""
 
 import math
 import os
@@ -44,7 +44,7 @@ def test_a_path_shorter_than_a_reading(tmp_path, harvester, duration):
     ],
 )
 def test_umlauts_in_a_locale_without_them(tmp_path, line):
-    """Their bytes are surrogates in the command that reports and tables quote, and could not be written."""
+    """Their bytes are surrogates in the command that reports quote, and were not written."""
     (tmp_path / "ü").mkdir()
     env = {name: text for name, text in os.environ.items() if not name.startswith("LC_")}
     env |= {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0", "PYTHONPATH": str(ROOT)}
