@@ -255,7 +255,10 @@ def cosimulate(
     job = ModelJob(
         model, start, load, port, h, steps, every, seed, (tolerance, volts), probes, whole
     )
-    run = next(map_in_workers(run_model, [(packed(job),)]))
+    try:
+        run = next(map_in_workers(run_model, [(packed(job),)]))
+    except Exception as error:  # without the worker's own traceback: a note has the model's line
+        raise error from None
     state = {name: run.samples[:, k] for k, name in enumerate(start._fields)}
     remark = open_balance(Value(run.ledger.residual))
     ledger = {

@@ -6,6 +6,7 @@ import numbers
 from collections.abc import Callable
 from typing import Any, Protocol
 
+from harvester.cosimulation.model_errors import is_interrupt, of_model
 from harvester.errors import InputError, invalid, shown
 
 NEEDED = ("drift", "kick", "source")
@@ -113,7 +114,7 @@ def check_event(when: Any, h: float, at: str = "") -> None:
 
 
 def _called(model: Any, name: str, signature: str, *arguments: Any) -> Any:
-    """What a model's function gives; errors inside it are its author's, and go through."""
+    """Call a model's function; raises the errors inside it as `model_errors.of_model` does."""
     function: Callable[..., Any] = getattr(model, name)
     try:
         inspect.signature(function).bind(*arguments)
@@ -121,7 +122,12 @@ def _called(model: Any, name: str, signature: str, *arguments: Any) -> Any:
         raise invalid(
             f"`model.{name}`", f"take ({signature})", str(inspect.signature(function))
         ) from None
-    return function(*arguments)
+    try:
+        return function(*arguments)
+    except BaseException as error:
+        if is_interrupt(error):
+            raise
+        raise of_model(error) from None
 
 
 def _check_state(name: str, state: Any, start: Any) -> None:

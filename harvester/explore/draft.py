@@ -254,6 +254,14 @@ class Draft:
             return self.words[key]
         return in_file(key, self.texts[key]) if key in self.texts else None
 
+    def check_knobs(self) -> None:
+        """Raise InputError for a netlist or a link with more parameters than a page has knobs."""
+        if (count := len(self.parameters)) > MOST_KNOBS:
+            raise InputError(
+                f"a netlist must have at most {MOST_KNOBS} parameters, each a knob here, "
+                f"but has {count}"
+            )
+
     def scene(self) -> Scene:
         """The scene; InputError with the first thing that is wrong."""
         return Scene(**self.tables())

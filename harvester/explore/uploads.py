@@ -8,7 +8,7 @@ import re
 from pathlib import Path
 
 from harvester.errors import InputError, shown
-from harvester.explore.draft import MOST_KNOBS, PARAMETER, Draft
+from harvester.explore.draft import Draft
 from harvester.machine import files
 from harvester.records.cleaning import clean
 from harvester.studies.record import record_spectra
@@ -59,10 +59,7 @@ def take(draft: Draft, paths: list[Path], axis: str) -> tuple[Draft, list[str]]:
             case _:
                 draft.own_netlist(str(path))
                 messages.append(f"netlist {path.name}")
-    if (count := sum(key.startswith(PARAMETER) for key in draft.texts)) > MOST_KNOBS:
-        raise InputError(
-            f"a netlist must have at most {MOST_KNOBS} parameters, each a knob here, but has {count}"
-        )
+    draft.check_knobs()
     draft.scene()
     return draft, messages
 

@@ -1,5 +1,7 @@
 """The efficiency of a chip's converter over its input's voltage and current: a CSV file of three columns."""
 
+from collections import Counter
+
 import numpy as np
 
 from harvester.errors import InputError
@@ -8,6 +10,7 @@ from harvester.records.csv_table import read_table
 from harvester.records.record_files import no_column, numbers, read_once
 
 KEY = "chip.efficiency_table"
+LARGEST = 1e6  # V and A: beyond them a table is no chip's
 Efficiencies = tuple[tuple[float, float, float], ...]
 
 
@@ -38,5 +41,16 @@ def _efficiencies(path: str) -> Efficiencies:
         raise InputError(
             f"{KEY} must have voltages and currents above 0 and efficiencies above 0, up to 1 (or 100 %), but row "
             f"{row + 1} has {volts[row]:g} V, {amperes[row]:g} A and {shares[row]:g}"
+        )
+    if not (max(volts) <= LARGEST and max(amperes) <= LARGEST):
+        raise InputError(
+            f"{KEY} must have voltages up to {LARGEST:g} V and currents up to {LARGEST:g} A, "
+            f"but has {max(volts):g} V and {max(amperes):g} A"
+        )
+    points = Counter(zip(volts.tolist(), amperes.tolist(), strict=True))
+    (volt, ampere), count = points.most_common(1)[0]
+    if count > 1:
+        raise InputError(
+            f"{KEY} must have each point once, but has {volt:g} V and {ampere:g} A {count} times"
         )
     return tuple(sorted(zip(volts.tolist(), amperes.tolist(), shares.tolist(), strict=True)))

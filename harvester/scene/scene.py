@@ -34,6 +34,8 @@ from harvester.scene.physical import (
 from harvester.scene.sensor_node import HarvestingChip, SensorNode, Storage, check_node
 from harvester.scene.table import SceneTable, one_line_errors
 
+LONGEST_TITLE = 1000  # letters, above tables and plots
+
 
 class SceneTables(TypedDict, total=False):
     """What `Scene.replace` takes."""
@@ -103,6 +105,10 @@ class Scene(SceneTable):
     nondimensional: Nondimensional | None = None
 
     def __post_init__(self) -> None:
+        if len(self.title) > LONGEST_TITLE:
+            raise InputError(
+                f"title must have at most {LONGEST_TITLE} letters, but has {len(self.title)}"
+            )
         physical = [name for name in TABLES if name != "nondimensional" and getattr(self, name)]
         if self.nondimensional is not None and physical:
             raise InputError(

@@ -277,9 +277,22 @@ class HarvestingChip(SceneTable):
             raise invalid("chip.start_voltage", f"be above stop_voltage, {stop:g} V", start)
         if self.name is None and self.input_ratio is not None and self.full_voltage is None:
             raise InputError("chip.full_voltage must be given with input_ratio, but is left out")
+        if self.name is None and self.input_ratio is None:
+            check_store_at_input(self)
         if self.efficiency is not None and self.efficiency_table is not None:
             raise InputError(
                 "chip must have one of efficiency and efficiency_table, but both are given"
+            )
+
+
+def check_store_at_input(chip: HarvestingChip) -> None:
+    """Refuse keys of a charging converter for a chip whose store is at its input."""
+    for key in ("efficiency", "efficiency_table", "full_voltage"):
+        if getattr(chip, key) is not None:
+            kind = "a chip of your own" if chip.name is None else f"chip {chip.name!r}"
+            raise InputError(
+                f"chip.{key} must be left out for {kind} without input_ratio, whose store is "
+                "at its input, but is given: output_efficiency is that of its output"
             )
 
 

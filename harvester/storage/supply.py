@@ -25,7 +25,7 @@ from scipy.integrate import cumulative_trapezoid
 from harvester.arrays import Floats
 from harvester.errors import InputError, invalid, unknown
 from harvester.records.efficiency_table import read_efficiencies
-from harvester.scene.sensor_node import HarvestingChip
+from harvester.scene.sensor_node import HarvestingChip, check_store_at_input
 from harvester.storage.bought_parts import CHIPS, Chip
 from harvester.storage.recorded_current import AnyCurrent
 from harvester.storage.rectified_current import RectifiedCurrent, times_to
@@ -109,6 +109,8 @@ def chip_of(table: HarvestingChip, supply: float | None) -> Chip:
         raise unknown("chip.name", table.name, CHIPS)
     else:
         chip = CHIPS[table.name]
+    if chip.ratio is None and table.input_ratio is None:
+        check_store_at_input(table)
     full = table.full_voltage or chip.full
     rise, fall = _levels(table, chip, supply)
     if not rise > fall:

@@ -286,7 +286,7 @@ def _computed(
     sequence = np.random.SeedSequence([seed, 7])
     noise = gaussian_grid(sequence, math.ceil(duration / h))
     shaking = forcing(problem.equations, h, len(noise), np.random.default_rng(sequence.spawn(1)[0]))
-    stride = max(1, round(0.05 / h))
+    stride = max(1, min(round(0.05 / h), math.ceil(duration / h) // 2))  # a short path is read too
     if ENGINES[engine].runs_ngspice:
         return *path_in_ngspice(problem, noise, h, stride, shaking, probes, expected, shunt), stride
     if ENGINES[engine].needs_netlist:

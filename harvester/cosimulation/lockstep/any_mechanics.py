@@ -43,7 +43,7 @@ START = 1e-6
 MOST, ROUNDS = 100, 60  # events in a step; iterations of a part's length
 # What ended a motion: the function that gave no finite number; an event outside its step, or too
 # many of them.
-DRIFT, KICKED, JUMP, SOURCE, EVENT, OFTEN = range(1, 7)
+DRIFT, KICKED, JUMP, SOURCE, EVENT, OFTEN, RAISED = range(1, 8)
 
 
 class Functions(NamedTuple):

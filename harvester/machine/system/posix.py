@@ -5,6 +5,7 @@ import sys
 assert sys.platform != "win32"  # checkers of types read on for other systems only
 
 import ctypes.util
+import errno
 import fcntl
 import os
 import re
@@ -29,6 +30,25 @@ class Posix:
     def open_to_read(self, path: str | Path) -> int:
         """Open a file for reading, without waiting for the writer of a pipe: O_NONBLOCK."""
         return os.open(path, os.O_RDONLY | os.O_NONBLOCK)
+
+    def open_new(self, path: Path) -> int:
+        """Open a new file for writing: O_EXCL, and O_NOFOLLOW against a link of that name."""
+        flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC
+        return os.open(path, flags, 0o666)  # less the user's umask
+
+    def flush_folder(self, path: Path) -> None:
+        """Flush the names in a folder to the disk, if the folder can be read and has a disk."""
+        try:
+            folder = os.open(path, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
+        except PermissionError:  # a folder that may be written only
+            return
+        try:
+            os.fsync(folder)
+        except OSError as error:
+            if error.errno not in (errno.EINVAL, errno.ENOTSUP):
+                raise
+        finally:
+            os.close(folder)
 
     def open_to_lock(self, path: Path) -> int:
         """Open a file for `lock`, made if it is missing, and not for other processes; a pipe waits for nobody so."""

@@ -48,6 +48,14 @@ class Windows:
         """Open as bytes; Windows keeps pipes elsewhere than files."""
         return os.open(path, os.O_RDONLY | os.O_BINARY)
 
+    def open_new(self, path: Path) -> int:
+        """Open a new file for writing, as bytes; Windows has no such links in general."""
+        flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_BINARY | os.O_NOINHERIT
+        return os.open(path, flags, 0o666)
+
+    def flush_folder(self, path: Path) -> None:
+        """Do nothing: Windows opens no folder as a file, and keeps a journal of names."""
+
     def open_to_lock(self, path: Path) -> int:
         """Open for reading and writing, and for this process only."""
         return os.open(path, os.O_RDWR | os.O_CREAT | os.O_BINARY | os.O_NOINHERIT, 0o600)

@@ -43,6 +43,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 # no `ninf`): a response that blows up must be seen.
 FLAGS: dict[str, Any] = {"fastmath": {"contract", "reassoc", "nsz", "arcp"}, "error_model": "numpy"}
 STRICT: dict[str, Any] = {"fastmath": False, "error_model": "numpy"}
+_DECORATING = threading.RLock()
 LONGEST_WAIT = 30.0  # s, for a compilation in another process
 DECORATED = re.compile(
     rb"^ *(@(kernel|inlined|forced|version_of|c_function|intrinsic)\b|class \w+\(NamedTuple\))",
@@ -116,16 +117,22 @@ def machine_code() -> int:
 
 @contextmanager
 def own_cache(function: Callable[..., Any]) -> Iterator[bool]:
-    """Point numba at the folder of `_cache_folder` while a function is decorated; yields whether there is one."""
+    """Point numba at the folder of `_cache_folder` while a function is decorated.
+
+    It yields whether there is one, and a file of the function, without which numba keeps nothing.
+    """
     folder = _cache_folder()
+    _DECORATING.acquire()  # numba's settings are those of all threads
     previous = (config.CACHE_DIR, caching.IndexDataCacheFile)
-    ours = Path(function.__code__.co_filename) in compiled_sources()
-    config.CACHE_DIR = folder or config.CACHE_DIR
-    caching.IndexDataCacheFile = FilesOfThisPackage if ours else KeptFiles
+    file = Path(function.__code__.co_filename)
+    ours = file in compiled_sources()
     try:
-        yield folder is not None
+        config.CACHE_DIR = folder or config.CACHE_DIR
+        caching.IndexDataCacheFile = FilesOfThisPackage if ours else KeptFiles
+        yield folder is not None and file.is_file()
     finally:
         config.CACHE_DIR, caching.IndexDataCacheFile = previous
+        _DECORATING.release()
 
 
 @dataclass

@@ -210,7 +210,8 @@ class Journal:
     def _connected(self) -> sqlite3.Connection:
         if self._database is None:
             for path in self._files:
-                if path.exists() and not path.is_file():  # SQLite would wait for a pipe's writer
+                # SQLite would wait for a pipe's writer, and follow a link
+                if path.is_symlink() or (path.exists() and not path.is_file()):
                     raise InputError(
                         f"`out` must take {self.path.name}, but there is a {path.name} that is no file: remove it"
                     )
