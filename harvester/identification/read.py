@@ -29,7 +29,7 @@ from harvester.identification.measurement import (
 )
 from harvester.quantities.kinds import CAPACITANCE, FREQUENCY, RESISTANCE, Kind, with_prefix
 from harvester.records.csv_table import CsvColumn, CsvTable, read_table
-from harvester.records.record_files import is_frequency, is_time, times
+from harvester.records.named_columns import is_frequency, is_time, times
 
 FEWEST = 12  # points of a measurement
 _OHM, _SIEMENS = (

@@ -11,7 +11,8 @@ from harvester.arrays import Floats
 from harvester.errors import InputError, invalid
 from harvester.quantities.kinds import CURRENT, TIME
 from harvester.records.csv_table import CsvColumn, check_numbers, read_table
-from harvester.records.record_files import is_time, no_column, numbers, read_once, times
+from harvester.records.named_columns import is_time, no_column, numbers, times
+from harvester.records.read_once import read_once
 
 STATES = 40
 KEY = "node.trace"

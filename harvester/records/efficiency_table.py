@@ -5,7 +5,8 @@ import numpy as np
 from harvester.errors import InputError
 from harvester.quantities.kinds import CURRENT, VOLTAGE_FROM_0
 from harvester.records.csv_table import read_table
-from harvester.records.record_files import no_column, numbers, read_once
+from harvester.records.named_columns import no_column, numbers
+from harvester.records.read_once import read_once
 
 KEY = "chip.efficiency_table"
 Efficiencies = tuple[tuple[float, float, float], ...]

@@ -7,13 +7,17 @@ row times spacing) over the rows behind is a whole spacing above that over the r
 spacing is the slope of the times over the samples' numbers.
 """
 
+import itertools
+
 import numpy as np
 
 from harvester.arrays import Floats
 from harvester.errors import InputError, invalid
 from harvester.presentation.diagnostic import Diagnostic, note
-from harvester.records.record_files import FEWEST
+from harvester.records.record_facts import AskedError
 
+FEWEST = 16  # rows of a record
+SMOOTH_GAP = 2  # samples in a row up to which a spline goes through; a longer gap it may overshoot
 LONGEST_GAP = 10  # samples that are filled in
 MOST_FILLED = 0.02  # of all samples
 COARSE = 0.2  # share of repeated times from which on the clock is coarse: whole seconds, say
@@ -25,12 +29,21 @@ SURE = 2.0
 REPORTED_JITTER = 0.01  # of a spacing: jitter from which on it is reported
 
 
+def recordings(time: Floats) -> list[slice]:
+    """The rows of each recording in a file of several that were appended to one another."""
+    known = np.flatnonzero(np.isfinite(time))
+    steps = np.diff(time[known])
+    back = known[1:][steps < -max(float(np.median(steps)), 0.0)] if len(steps) else known[:0]
+    ends = [0, *map(int, back), len(time)]
+    return [slice(begin, end) for begin, end in itertools.pairwise(ends)]
+
+
 def ascending(time: Floats, values: Floats, notes: list[Diagnostic]) -> tuple[Floats, Floats]:
     """Times that ascend but for jitter: those that are missing come from their neighbours, a coarse clock's are spread.
 
     A coarse clock tells the rate from the row where its stamp first changes to that where it last does: at each of the
     two the clock may be up to one row late.  ``time`` in s and ``values`` have shape (n,); what was mended is added to
-    ``notes``.  Raises InputError for too few times, times that go back, and a clock that hardly changes.
+    ``notes``.  Raises InputError for too few times, and a clock that hardly changes.
     """
     known = np.isfinite(time)
     if known.sum() < FEWEST:
@@ -41,12 +54,6 @@ def ascending(time: Floats, values: Floats, notes: list[Diagnostic]) -> tuple[Fl
         time = np.interp(np.arange(rows[0], rows[-1] + 1), rows, time[known])
         values = values[rows[0] : rows[-1] + 1]
     steps = np.diff(time)
-    back = steps < -max(float(np.median(steps)), 0.0)
-    if back.any():
-        row = int(np.argmax(back)) + 2
-        raise InputError(
-            f"FILE must have times that do not go back, but row {row} does: cut the file into its recordings"
-        )
     return (_spread(time, notes), values) if (steps == 0.0).mean() > COARSE else (time, values)
 
 
@@ -123,7 +130,7 @@ def even(time: Floats, values: Floats, notes: list[Diagnostic]) -> tuple[float, 
 
     Raises InputError as `numbered`, for too few accelerations, and for gaps too long to fill.
     """
-    from scipy.interpolate import PchipInterpolator
+    from scipy.interpolate import CubicSpline, PchipInterpolator
 
     spacing, numbers = numbered(time, notes)
     good = np.isfinite(values)
@@ -137,14 +144,19 @@ def even(time: Floats, values: Floats, notes: list[Diagnostic]) -> tuple[float, 
     lost, longest = int(gaps.sum()), int(gaps.max())
     if longest > LONGEST_GAP or lost > MOST_FILLED * len(values):
         at = spacing * (indices[gaps.argmax()] - numbers[0])
-        raise InputError(
+        raise AskedError(
             f"FILE must have no gap of more than {LONGEST_GAP} samples and no more than {MOST_FILLED:.0%} missing, but "
             f"{lost} are missing, {longest} at {at:.6g} s from the beginning: `longest` takes the longest part without "
-            "such a gap, `from` and `to` another one"
+            "such a gap, `from` and `to` another one",
+            "longest",
         )
     if not lost:
         return spacing, np.asarray(mean)
     notes.append(note("samples_filled_in", samples=lost, in_a_row=longest))
+    if longest <= SMOOTH_GAP:
+        return spacing, np.asarray(
+            CubicSpline(indices, mean)(np.arange(indices[0], indices[-1] + 1))
+        )
     return spacing, np.asarray(
         PchipInterpolator(indices, mean)(np.arange(indices[0], indices[-1] + 1))
     )
