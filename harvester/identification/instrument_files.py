@@ -80,9 +80,9 @@ def touchstone(text: str, key: str) -> tuple[Floats, Complexes]:
         raise InputError(f"{key} must have rows of three numbers, but has none")
     f, first, second = np.array(rows).T
     angle = np.exp(1j * math.pi / 180.0 * second)
-    values = {"ma": first * angle, "db": 10.0 ** (first / 20.0) * angle, "ri": first + 1j * second}[
-        form
-    ]
+    values = (10.0 ** (first / 20.0) if form == "db" else first) * angle
+    if form == "ri":
+        values = first + 1j * second
     with np.errstate(divide="ignore", invalid="ignore"):
         size = 1.0 if _VERSION_2.search(text) else reference
         z = {

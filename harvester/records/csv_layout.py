@@ -159,7 +159,14 @@ def _score(lines: Sequence[str], delimiter: str, decimal: str) -> tuple[int, int
     fits = sum(numeric and len(row) <= count for numeric, row in zip(data, rows, strict=True))
     first = data.index(True) if fits else 0
     named = first == 0 or len(rows[first - 1]) == count
-    return fits, -len(words), named, count > 1, -2 * DELIMITERS.index(delimiter) - (decimal == ",")
+    rows_of_numbers = fits if words else 2 * fits  # a row of words is half of one
+    return (
+        rows_of_numbers,
+        -len(words),
+        named,
+        count > 1,
+        -2 * DELIMITERS.index(delimiter) - (decimal == ","),
+    )
 
 
 def _width(rows: Sequence[Sequence[str]], data: Sequence[bool]) -> int:

@@ -150,7 +150,11 @@ def read_table(path: str | Path, argument: str, most: int = MOST_BYTES) -> CsvTa
     Raises InputError in one line for a file that cannot be read, is not a text, or has no row of
     numbers.
     """
-    text = decoded(files.read(path, argument, most), path, argument)
+    return table_of_text(decoded(files.read(path, argument, most), path, argument), path, argument)
+
+
+def table_of_text(text: str, path: str | Path, argument: str) -> CsvTable:
+    """The table of the text of a file; raises as `read_table`."""
     if (widest := most_cells(text)) > MOST_COLUMNS:
         raise InputError(
             f"{argument} must have at most {MOST_COLUMNS} columns, but {shown(str(path))} has {widest}"

@@ -1,6 +1,7 @@
 """Density tables as standards print them: `20-80, +3 dB/oct`, with breakpoints and ranges of one value.
 
-A slope of s dB an octave between f1 and f2 is G2 = G1 10^(s/10 log2(f2/f1)).  A slope in the first row leads to
+A slope of s dB per octave between f1 and f2 is G2 = G1 10^(s/10 log2(f2/f1)), in which a multiple
+of 3 dB is one of 3.01 dB: 3 dB per octave is G2 = G1 f2/f1.  A slope in the first row leads to
 the next row, a slope in the last row comes from the row before.
 """
 
@@ -12,6 +13,7 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.errors import InputError, shown
+from harvester.records.csv_layout import plain_lines
 
 SLOPE = re.compile(
     r"([+\u2212\u2013-]?\s*\d+(?:[.,]\d+)?)\s*dB\s*/\s*oct(?:ave)?\.?", re.IGNORECASE
@@ -20,6 +22,7 @@ RANGE = re.compile(
     r"^(\s*\"?)(\d+(?:\.\d+)?)\s*(?:-|\u2013|\u2014|to|\.\.\.?|\u2026)\s*(\d+(?:\.\d+)?)",
     re.MULTILINE,
 )
+NOMINAL = 3.0  # dB that stand for a factor of two (3.01 dB) in standards
 AGREE = 0.05  # of a value that two ways determine
 _ADD, _DIGITS = 1000.0, 1e6  # a slope is written as a whole number: that much more, times so many
 MARK = 1e194  # of a cell that holds a slope: no density has such a size
@@ -64,8 +67,9 @@ def with_ranges(text: str) -> tuple[str, list[float]]:
             ends.append(float(match[3]))
             lines.append(match[1] + match[2] + line[match.end() :])
         else:
-            ends.append(math.nan)
             lines.append(line)
+            if plain_lines(line) and any(map(str.isdigit, line)):
+                ends.append(math.nan)
     return "\n".join(lines), ends
 
 
@@ -73,7 +77,7 @@ def slopes(values: Floats) -> tuple[Floats, Floats]:
     """The densities of marked values, nan for slopes, and the slopes, nan for densities."""
     marks = values >= MARK
     return np.where(marks, math.nan, values), np.where(
-        marks, values / (MARK * _DIGITS) - _ADD, math.nan
+        marks, np.round(values / MARK / _DIGITS - _ADD, 6), math.nan
     )
 
 
@@ -107,7 +111,7 @@ def breakpoints(rows: list[Row], key: str) -> tuple[Floats, Floats]:
 def _ends_of_slope(segments: list[Row], ends: Floats, k: int, key: str) -> tuple[float, float]:
     """The densities at both ends of a slope, from the segment before or the one after; nan if neither is known."""
     row = segments[k]
-    factor = 10.0 ** (0.1 * row.slope * math.log2(row.high / row.low))
+    factor = (row.high / row.low) ** exponent(row.slope)
     before = ends[k - 1, 1] if k and segments[k - 1].high == row.low else math.nan
     follows = k + 1 < len(segments) and segments[k + 1].low == row.high
     behind = ends[k + 1, 0] if follows else math.nan
@@ -116,9 +120,14 @@ def _ends_of_slope(segments: list[Row], ends: Floats, k: int, key: str) -> tuple
         raise InputError(
             f"{key} must have slopes that lead from one value to the next, but {row.slope:+g} dB/oct "
             f"from {row.low:g} to {row.high:g} Hz leads from {before:.4g} to "
-            f"{before * factor:.4g}, not {behind:.4g}"
+            f"{before * factor:.4g}, not {behind:.4g} (m/s^2)^2/Hz"
         )
     return low, low * factor
+
+
+def exponent(slope: float) -> float:
+    """The exponent of the frequency for a slope in dB per octave: 3 dB per octave are a factor of two."""
+    return slope / NOMINAL if slope % NOMINAL == 0.0 else 0.1 * slope / math.log10(2.0)
 
 
 def _segments(rows: list[Row], key: str) -> list[Row]:

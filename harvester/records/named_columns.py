@@ -26,6 +26,7 @@ _ACCELERATIONS = frozenset(
 _ACCELERATIONS |= {"beschleunigung"}
 _TIME_WORDS = {"millis": "ms", "milliseconds": "ms", "msec": "ms"}
 _TIME_WORDS |= {"micros": "us", "microseconds": "us", "usec": "us"}
+_HERTZ = ("hz", "khz", "mhz", "ghz")
 _FREQUENCIES = frozenset(["frequency", "freq", "f", "hz", "frequenz", "frequencies"])
 
 
@@ -47,7 +48,7 @@ def is_counter(column: CsvColumn) -> bool:
 
 def is_frequency(column: CsvColumn) -> bool:
     """Whether a column is named as a frequency."""
-    return bool(_FREQUENCIES & set(column.words))
+    return bool(_FREQUENCIES & set(column.words)) or column.stated.lower() in _HERTZ
 
 
 def is_acceleration(column: CsvColumn) -> bool:

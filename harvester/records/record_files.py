@@ -6,14 +6,34 @@ steps of time, or ``frequency (Hz),psd (g^2/Hz)``, one-sided.  Other spellings a
 it.
 """
 
+import math
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
 from harvester.arrays import Floats
 from harvester.errors import InputError, invalid, shown
+from harvester.machine import files
 from harvester.quantities.kinds import ACCELERATION, ACCELERATION_PSD, FREQUENCY, TIME
-from harvester.records.csv_table import CsvColumn, CsvTable, check_numbers, read_table
+from harvester.records.csv_table import (
+    MOST_BYTES,
+    CsvColumn,
+    CsvTable,
+    check_numbers,
+    decoded,
+    read_table,
+    table_of_text,
+)
+from harvester.records.density_slopes import (
+    RANGE,
+    SLOPE,
+    Row,
+    breakpoints,
+    marked,
+    slopes,
+    with_ranges,
+)
 from harvester.records.long_record import MEND, UNEVEN, long_record
 from harvester.records.named_columns import (
     is_acceleration,
@@ -103,17 +123,45 @@ def read_density(path: str) -> TabulatedDensity:
 
 def _density(path: str) -> TabulatedDensity:
     key = "excitation.acceleration_psd_file"
+    text = decoded(files.read(path, key, MOST_BYTES), path, key)
+    if SLOPE.search(text) or RANGE.search(text):
+        return _with_slopes(text, path, key)
     table = read_table(path, key)
     frequency, f = numbers(table, key, is_frequency, "frequency", FREQUENCY)
     column, values = numbers(table, key, _is_density, "psd", ACCELERATION_PSD)
     check_numbers(table, frequency, f, key)
     check_numbers(table, column, values, key)
+    return _checked(f, values, key)
+
+
+def _checked(f: Floats, values: Floats, key: str) -> TabulatedDensity:
+    """The density of breakpoints; InputError for such as do not ascend, and for densities below 0."""
     f = _with_steps(f)
     if len(f) < 2 or not (f[0] > 0.0 and (np.diff(f) > 0.0).all()):
         raise InputError(f"{key} must have two ascending frequencies above 0 or more, but has not")
     if not (values >= 0.0).all() or not values.any():
         raise InputError(f"{key} must have densities of at least 0, and some above, but has not")
     return TabulatedDensity(f, values)
+
+
+def _with_slopes(text: str, path: str, key: str) -> TabulatedDensity:
+    """The density of a table with slopes or ranges."""
+    plain, ends = with_ranges(marked(text))
+    table = table_of_text(plain, path, key)
+    frequency, f = numbers(table, key, is_frequency, "frequency", FREQUENCY)
+    check_numbers(table, frequency, f, key)
+    values, steep = slopes(next(iter(table.find(_is_density)), frequency).values)
+    columns = tuple(replace(c, values=values) if _is_density(c) else c for c in table.columns)
+    _, densities = numbers(
+        replace(table, columns=columns), key, _is_density, "psd", ACCELERATION_PSD
+    )
+    scale = float(f[0] / frequency.values[0])
+    highs = np.array(ends[len(ends) - len(f) :]) * scale
+    rows = [
+        Row(float(low), float(low if math.isnan(high) else high), float(value), float(slope))
+        for low, high, value, slope in zip(f, highs, densities, steep, strict=True)
+    ]
+    return _checked(*breakpoints(rows, key), key)
 
 
 def _with_steps(f: Floats) -> Floats:
