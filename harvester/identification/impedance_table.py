@@ -48,7 +48,9 @@ Parts = dict[str, Floats]
 
 
 def impedance(table: CsvTable, f: Floats, key: str) -> tuple[Complexes, bool] | None:
-    """The impedance of a table at frequencies f (Hz), and whether its phase is known; None if it has none.
+    """The impedance of a table at frequencies f (Hz), and whether its phase is known.
+
+    None if it has none.
 
     Raises InputError, which begins with ``key``, for a reactance that is 0 everywhere, for two
     pairs of columns that disagree, and for several phases.

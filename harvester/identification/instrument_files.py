@@ -60,7 +60,11 @@ def touchstone(text: str, key: str) -> tuple[Floats, Complexes]:
 
     Raises InputError, which begins with ``key``, for several ports and lines without numbers.
     """
-    unit, parameter, form, reference, seen = 1e9, "s", "ma", 50.0, False
+    unit = 1e9
+    parameter = "s"
+    form = "ma"
+    reference = 50.0
+    seen = False
     rows = []
     for number, line in enumerate(text.splitlines(), 1):
         plain = line.partition("!")[0].strip()
@@ -94,9 +98,12 @@ def touchstone(text: str, key: str) -> tuple[Floats, Complexes]:
 
 
 def _options(line: str, key: str) -> tuple[float, str, str, float]:
-    """The unit of frequencies (Hz), the parameter, the form and the reference (ohm) of a line of options."""
+    """The unit of frequencies (Hz), parameter, form and reference (ohm) of the options."""
     words = line.lstrip("#").lower().split()
-    unit, parameter, form, reference = 1e9, "s", "ma", 50.0
+    unit = 1e9
+    parameter = "s"
+    form = "ma"
+    reference = 50.0
     k = 0
     while k < len(words):
         word = words[k]
@@ -107,7 +114,8 @@ def _options(line: str, key: str) -> tuple[float, str, str, float]:
         elif word in ("ma", "db", "ri"):
             form = word
         elif word == "r" and k + 1 < len(words) and NUMBER.fullmatch(words[k + 1]):
-            k, reference = k + 1, float(words[k + 1])
+            k += 1
+            reference = float(words[k])
         else:
             raise InputError(
                 f"{key} must have options such as '# Hz S RI R 50', but has {shown(line)}"

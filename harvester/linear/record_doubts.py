@@ -51,7 +51,9 @@ def record_doubts(eqs: Equations) -> list[Diagnostic]:
 
 
 def join_change(eqs: Equations) -> float:
-    """How much E[V^2] may change, relative, by where a record ends and how it is joined; 0 if it has no bridge.
+    """How much E[V^2] may change, relative, by where a record ends and how it is joined.
+
+    0 if it has no bridge.
 
     It ends by chance: the largest change by `CUTS` ends up to a period of the strongest response
     before is taken, and that without the bridge.

@@ -1,4 +1,6 @@
-"""A logger's record made clean: one axis at even times, without offset and drift; what was found is reported.
+"""A logger's record made clean: one axis at even times, without offset and drift.
+
+What was found is reported.
 
 What is mended: repeated times, times too coarse for the rate, jitter, gaps of a few samples (by a
 cubic), the mean and a linear drift.  What would be guessed is refused, with the remedy: long gaps,
@@ -38,7 +40,10 @@ NEAR_NYQUIST, LOUD = 0.8, 0.1
 
 @dataclass(frozen=True, eq=False)
 class CleanRecord:
-    """Accelerations in m/s^2, shape (n,), every 1/``rate`` seconds; ``axis`` they are of, and what was done."""
+    """Accelerations in m/s^2, shape (n,), every 1/``rate`` seconds.
+
+    ``axis`` they are of, and what was done.
+    """
 
     rate: float
     values: Floats
@@ -76,7 +81,10 @@ class Part:
             raise invalid("`to`", "be later than `from`", self.end)
 
     def of_recordings(self, time: Floats, notes: list[Diagnostic]) -> slice:
-        """The rows of one of several recordings, each of which begins at an earlier time; all rows if it is one."""
+        """The rows of one of several recordings, each of which begins at an earlier time.
+
+        All rows if it is one.
+        """
         parts = recordings(time)
         if self.recording is not None and not 1 <= self.recording <= len(parts):
             raise invalid(

@@ -1,5 +1,6 @@
-"""Dates and times of day as loggers write them, in seconds from the first: ISO, US and European dates, AM and PM.
+"""Dates and times of day as loggers write them, in seconds from the first.
 
+ISO, US and European dates, AM and PM are read.
 A date and its time may be in one cell or in two columns, with the fraction of the second in a
 third.  Whether 04/10/2031 is in April or in October is decided by the file: the order of day and
 month with the smaller steps.
@@ -34,7 +35,9 @@ def is_clock(cell: str) -> bool:
 
 
 def seconds(cells: Any, key: str) -> Floats:
-    """Cells of dates and times, or of times of day, as seconds from the first that is one; nan for others.
+    """Cells of dates and times, or of times of day, as seconds from the first that is one.
+
+    Nan for others.
 
     A time of day that jumps back by more than half a day is the next day's.  Raises InputError,
     which begins with ``key``, if none of the dates is one of the calendar.
@@ -89,7 +92,9 @@ def _east(zone: str) -> float:
 
 
 def days_of(dates: Sequence[str], key: str) -> Floats | None:
-    """The days of dates from the first, shape (n,), nan if a cell has none; None if no cell has one.
+    """The days of dates from the first, shape (n,), nan if a cell has none.
+
+    None if no cell has one.
 
     Raises InputError if a date is not in the calendar in either order of day and month.
     """
@@ -118,9 +123,12 @@ def _ordinals(dates: Sequence[str], month_first: bool) -> dict[str, float] | Non
     for date in dates:
         first, second, third = re.split(r"[-/.]", date)
         if len(first) == 4:
-            year, month, day = first, second, third
+            year = first
+            month = second
+            day = third
         else:
-            year, month, day = third, *((first, second) if month_first else (second, first))
+            year = third
+            month, day = (first, second) if month_first else (second, first)
         try:
             numbers[date] = float(
                 datetime.date(int(year) + 2000 * (len(year) == 2), int(month), int(day)).toordinal()
@@ -131,7 +139,7 @@ def _ordinals(dates: Sequence[str], month_first: bool) -> dict[str, float] | Non
 
 
 def together(dates: Any, times: Any, fraction: Floats | None, key: str) -> Floats:
-    """The seconds of a column of dates and one of times of day, and of a third with fractions of the second."""
+    """The seconds of columns of dates, of times of day, and of fractions of a second."""
     days = days_of([str(date) for date in dates], key)
     spans = _of_day(times) + (0.0 if days is None else DAY * days)
     return _from_first(spans if fraction is None else spans + fraction)

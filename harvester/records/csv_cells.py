@@ -1,4 +1,4 @@
-"""The cells of a file whose rows are not all plain numbers: missing ones, words, dates and times in several columns."""
+"""The cells of rows with missing numbers, words, or dates and times in several columns."""
 
 import math
 import re
@@ -22,7 +22,7 @@ _PARTS_OF_SECOND = {
 
 
 class Cells(NamedTuple):
-    """A column: its numbers with nan for missing ones, other texts by row, and whether it is a clock.
+    """A column: its numbers, nan for missing ones, other texts by row, and whether it is a clock.
 
     ``texts`` are the cells of a column of words, else None.
     """
@@ -37,7 +37,9 @@ class Cells(NamedTuple):
 
 def rows_of(form: Layout, text: str) -> tuple[list[str], list[Diagnostic]]:
     """The lines of data of a text; without repeated headers, and lines of one word such as END."""
-    lines, again, others = [], 0, []
+    lines = list[str]()
+    others = list[str]()
+    again = 0
     for line in plain_lines(without_labels(text) if form.labelled else text):
         if line in form.header:
             again += 1
@@ -78,7 +80,8 @@ def columns_of(form: Layout, frame: Any, argument: str) -> list[Cells]:
 
 def _joined(form: Layout, frame: Any) -> list[Any]:
     """The texts of each column; those of two cells that a decimal comma made are one."""
-    columns, raw = [], 0
+    columns = []
+    raw = 0
     for index in range(len(form.heads)):
         column = frame[raw].fillna("").str.strip()
         raw += 1
@@ -144,7 +147,7 @@ def _clock(form: Layout, index: int, column: Any, argument: str) -> Cells:
 def _of_columns(
     form: Layout, texts: list[Any], both: tuple[int, int], argument: str
 ) -> tuple[Cells, tuple[int, ...]]:
-    """The seconds of a column of dates, one of times of day, and one of fractions of a second, if any."""
+    """The seconds of columns of dates, times of day and, if any, fractions of a second."""
     date, time = both
     part, fraction = _fraction(form, texts)
     values = together(texts[date], texts[time], fraction, f"{argument} column {form.heads[date]!r}")

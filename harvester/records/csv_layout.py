@@ -91,7 +91,8 @@ def layout(text: str) -> Layout | None:
     rows = [cells(line, delimiter) for line in looked]
     words = _word_columns(rows, decimal)
     data = [is_data(row, decimal, words) for row in rows]
-    first, count = data.index(True), _width(rows, data)
+    first = data.index(True)
+    count = _width(rows, data)
     header = _header(plain[:first], remarks, delimiter, count)
     joined = _joined(
         header, [row for row, numeric in zip(rows, data, strict=True) if numeric], count

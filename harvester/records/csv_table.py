@@ -80,7 +80,10 @@ class CsvColumn:
         return (f"{inner[1]} {inner[3]}".strip(), inner[2]) if inner is not None else (head, "")
 
     def scale(self, kind: Kind) -> tuple[float, int] | None:
-        """The factor to SI and the power (`Kind.scale`) of its unit; None if it has none of that kind."""
+        """The factor to SI and the power (`Kind.scale`) of its unit.
+
+        None if it has none of that kind.
+        """
         for unit in self.candidates():
             if (
                 prefix_factor(unit) is not None
@@ -120,7 +123,9 @@ class CsvColumn:
 
 @dataclass(frozen=True, eq=False)
 class CsvTable:
-    """The columns of a file, and what it says beside them; ``bad`` are cells with a text that is not a finite number.
+    """The columns of a file, and what it says beside them.
+
+    ``bad`` are cells with a text that is not a finite number.
 
     ``facts`` are stated above the numbers, ``notes`` report omitted lines.  Of a block
     of a long file ``before`` rows of data stand before its first.
@@ -239,7 +244,8 @@ def _table(form: Layout, text: str, path: str | Path, argument: str) -> CsvTable
             columns.append(
                 CsvColumn(head, form.units[k], cells.values, k, cells.clock, cells.texts)
             )
-    remarks, every = form.remarks, tuple(columns)
+    every = tuple(columns)
+    remarks = form.remarks
     return CsvTable(
         every, remarks, _layout_note(form), tuple(sorted(bad)), facts=form.facts, notes=tuple(notes)
     )

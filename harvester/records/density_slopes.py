@@ -1,4 +1,4 @@
-"""Density tables as standards print them: `20-80, +3 dB/oct`, with breakpoints and ranges of one value.
+"""Density tables as standards print them: `20-80, +3 dB/oct`, breakpoints and ranges.
 
 A slope of s dB per octave between f1 and f2 is G2 = G1 10^(s/10 log2(f2/f1)), in which a multiple
 of 3 dB is one of 3.01 dB: 3 dB per octave is G2 = G1 f2/f1.  A slope in the first row leads to
@@ -29,7 +29,10 @@ MARK = 1e194  # of a cell that holds a slope: no density has such a size
 
 
 class Row(NamedTuple):
-    """A row: from ``low`` to ``high`` Hz a ``value``, or a ``slope`` in dB an octave; the other is nan."""
+    """A row: from ``low`` to ``high`` Hz a ``value``, or a ``slope`` in dB an octave.
+
+    The other is nan.
+    """
 
     low: float
     high: float
@@ -109,7 +112,10 @@ def breakpoints(rows: list[Row], key: str) -> tuple[Floats, Floats]:
 
 
 def _ends_of_slope(segments: list[Row], ends: Floats, k: int, key: str) -> tuple[float, float]:
-    """The densities at both ends of a slope, from the segment before or the one after; nan if neither is known."""
+    """The densities at both ends of a slope, from the segment before or the one after.
+
+    Nan if neither is known.
+    """
     row = segments[k]
     factor = (row.high / row.low) ** exponent(row.slope)
     before = ends[k - 1, 1] if k and segments[k - 1].high == row.low else math.nan
@@ -126,12 +132,12 @@ def _ends_of_slope(segments: list[Row], ends: Floats, k: int, key: str) -> tuple
 
 
 def exponent(slope: float) -> float:
-    """The exponent of the frequency for a slope in dB per octave: 3 dB per octave are a factor of two."""
+    """The exponent of the frequency for a slope in dB per octave; 3 dB are a factor of two."""
     return slope / NOMINAL if slope % NOMINAL == 0.0 else 0.1 * slope / math.log10(2.0)
 
 
 def _segments(rows: list[Row], key: str) -> list[Row]:
-    """Rows between two frequencies each: single breakpoints, and slopes at one frequency, brought to such."""
+    """Rows between two frequencies each, from breakpoints and slopes at one frequency."""
     segments: list[Row] = []
     for k, row in enumerate(rows):
         if row.is_range or math.isfinite(row.value):

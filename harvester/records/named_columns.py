@@ -66,7 +66,10 @@ def is_acceleration(column: CsvColumn) -> bool:
 
 
 def unit_of_time(column: CsvColumn) -> tuple[float | None, str]:
-    """The seconds of one of a column's numbers, by its unit or its name, and the text that has it; None if neither."""
+    """The seconds of one of a column's numbers, by its unit or its name, and the text that has it.
+
+    None if neither.
+    """
     factor, _ = column.scale(TIME) or (None, 1)
     if factor is not None:
         return factor, next((u for u in column.candidates() if TIME.scale(u)[0] == factor), "")

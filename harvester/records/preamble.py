@@ -1,4 +1,4 @@
-"""The lines above the numbers of a file: sampling rate and units of the axes, as `Sample rate: 200 Hz`.
+"""The lines above the numbers of a file: sampling rate and units, as `Sample rate: 200 Hz`.
 
 Loggers, oscilloscopes and LabVIEW (.lvm) write lines of a name and its value there.
 """
@@ -37,12 +37,16 @@ NOTHING = Preamble()
 
 def preamble(lines: Iterable[str]) -> Preamble:
     """The facts in lines above the numbers; other lines are left out."""
-    rate, x_unit, y_unit, period = None, "", "", None
+    rate: float | None = None
+    period: float | None = None
+    x_unit = ""
+    y_unit = ""
     for line in lines:
         match = _LINE.fullmatch(line.strip()[:LONGEST])
         if match is None:
             continue
-        key, value = match[1].strip(), re.split(r"[\t,;]", match[2].strip())[0].strip()
+        key = match[1].strip()
+        value = re.split(r"[\t,;]", match[2].strip())[0].strip()
         inner = _UNIT_OF_KEY.fullmatch(key)
         key, unit = (inner[1], inner[2]) if inner else (key, "")
         if _RATE.fullmatch(key):
@@ -63,7 +67,10 @@ def preamble(lines: Iterable[str]) -> Preamble:
 def _number(
     text: str, unit: str, scale: Callable[[str], tuple[float | None, int]], others: dict[str, str]
 ) -> float | None:
-    """A number in SI units, in ``unit`` if it has none; None for another text, and if it is not above 0."""
+    """A number in SI units, in ``unit`` if it has none.
+
+    None for another text, and if it is not above 0.
+    """
     parts = split_unit(text)
     if parts is None:
         return None

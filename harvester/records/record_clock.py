@@ -1,4 +1,4 @@
-"""When the rows of a logger's table were sampled: its clock, its times, or its counter of samples, in s.
+"""The times of a logger's rows in s, from its clock, its times, or its counter of samples.
 
 A time unit that is not stated is decided by the sampling rates of accelerometers
 (`harvester.records.time_units`), and reported; a counter that rolls over is continued.

@@ -30,10 +30,10 @@ MOST_WORDS = 8  # different words of such a column
 
 
 def named(table: CsvTable, notes: list[Diagnostic]) -> CsvTable:
-    """The table; a file without names of columns has its times first, then one acceleration or x, y and z."""
+    """The table; without names its columns are a time, then one acceleration or x, y and z."""
     if any(column.head for column in table.columns) or len(table.columns) < 2:
         return table
-    first, others = table.columns[0], table.columns[1:]
+    first, *others = table.columns
     steps = np.diff(first.values)
     if not (first.clock or bool((steps > 0.0).mean() > 0.9)):
         return table
@@ -50,7 +50,10 @@ def named(table: CsvTable, notes: list[Diagnostic]) -> CsvTable:
 
 
 def axis_column(table: CsvTable, axis: str | None) -> CsvColumn:
-    """The column of an axis, x, y or z, or of that name or number; the only acceleration by default."""
+    """The column of an axis, x, y or z, or of that name or number.
+
+    The only acceleration by default.
+    """
     if not table.find(lambda c: not is_time(c) and bool(np.isfinite(c.values).any())):
         raise InputError(
             f"FILE must have accelerations and times, but {shown(table.heads)} has numbers in its "
@@ -74,7 +77,7 @@ def axis_column(table: CsvTable, axis: str | None) -> CsvColumn:
 
 
 def _named_column(table: CsvTable, columns: list[CsvColumn], axis: str) -> CsvColumn:
-    """The column that ``axis`` names: by its head, its name, its number, or as one of x, y and z."""
+    """The column that ``axis`` names, by its head, name or number, or as one of x, y and z."""
     short = axis.strip().lower()
     matches = [c for c in table.columns if short in _names(c)]
     if short in AXES:
@@ -103,7 +106,7 @@ def _names(column: CsvColumn) -> tuple[str, ...]:
 def accelerations(
     table: CsvTable, column: CsvColumn, unit: str | None, notes: list[Diagnostic]
 ) -> Floats:
-    """The accelerations of a column (m/s^2), in its unit, that of the file's preamble, or a given one.
+    """The accelerations of a column (m/s^2), in its own, the preamble's, or a given unit.
 
     Raises InputError for a column without numbers, and one whose unit is neither stated nor given.
     """
@@ -127,7 +130,7 @@ def accelerations(
 
 
 def _no_unit(table: CsvTable, column: CsvColumn) -> AskedError:
-    """The error of a column without a unit of acceleration, with the unit that gravity on it suggests."""
+    """The error of a column without a unit, with the unit that gravity on it suggests."""
     likely = _by_gravity(table, column)
     stated = column.stated or table.facts.y_unit
     if stated and _is_voltage(stated):
@@ -177,7 +180,10 @@ def _by_gravity(table: CsvTable, column: CsvColumn) -> str:
 
 
 def _scale(unit: str) -> float | None:
-    """The size in m/s^2 of one g, one mg, or one '0.488 mg'; None if that is not an acceleration."""
+    """The size in m/s^2 of one g, one mg, or one '0.488 mg'.
+
+    None if that is not an acceleration.
+    """
     parts = split_unit(unit)
     number, name = parts if parts is not None else (1.0, unit.strip())
     factor, power = ACCELERATION.scale(name)

@@ -25,7 +25,7 @@ NO_FACTS = RecordFacts()
 
 
 class AskedError(InputError):
-    """A file leaves a fact open: the ``option`` that gives it, and its likeliest ``value`` or None."""
+    """A file leaves a fact open: its ``option``, and its likeliest ``value`` or None."""
 
     def __init__(self, text: str, option: str = "", value: str | None = None) -> None:
         super().__init__(text)

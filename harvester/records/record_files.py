@@ -63,7 +63,9 @@ def _is_density(column: CsvColumn) -> bool:
 
 
 def read_record(path: str) -> Record:
-    """Read the record of a CSV file, in SI units, with its `bridge` if it is not a whole period; a long one in blocks.
+    """Read the record of a CSV file, in SI units, with its `bridge` if it is not a whole period.
+
+    A long one in blocks.
 
     Raises InputError in one line, for a file that cannot be read or has no such columns, times that
     do not ascend in equal steps, values that are no finite numbers, or too few of them.
@@ -109,7 +111,7 @@ def _whole(path: str) -> Record:
     off = np.abs(time - time[0] - spacing * np.arange(len(time)))
     if off.max() > UNEVEN * spacing:
         raise InputError(
-            f"{key} must have equal steps of time, but row {int(off.argmax()) + 1} is off: {MEND}"
+            f"{key} must have equal time steps, but row {int(off.argmax()) + 1} is off: {MEND}"
         )
     if not values.any():
         raise invalid(key, "have accelerations other than 0", 0.0)
@@ -135,7 +137,10 @@ def _density(path: str) -> TabulatedDensity:
 
 
 def _checked(f: Floats, values: Floats, key: str) -> TabulatedDensity:
-    """The density of breakpoints; InputError for such as do not ascend, and for densities below 0."""
+    """The density of breakpoints.
+
+    InputError for such as do not ascend, and for densities below 0.
+    """
     f = _with_steps(f)
     if len(f) < 2 or not (f[0] > 0.0 and (np.diff(f) > 0.0).all()):
         raise InputError(f"{key} must have two ascending frequencies above 0 or more, but has not")

@@ -1,4 +1,4 @@
-"""The command that cleans a file for a scene: tried before it is printed, so that it works when typed."""
+"""The command that cleans a file for a scene, tried before it is printed."""
 
 import shlex
 from dataclasses import replace
@@ -45,4 +45,5 @@ def remedy(path: str) -> str:
         break
     every = [word for pair in options.items() for word in pair if word]
     words = ["harvester", "record", path, *every, "--out", "clean.csv"]
-    return f"'{' '.join(word if word in UNKNOWN_VALUES.values() else shlex.quote(word) for word in words)}'"
+    typed = (word if word in UNKNOWN_VALUES.values() else shlex.quote(word) for word in words)
+    return f"'{' '.join(typed)}'"

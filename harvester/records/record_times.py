@@ -105,7 +105,10 @@ def numbered(
 
 
 def _missing(time: Floats) -> "np.ndarray[tuple[int], np.dtype[np.int_]]":
-    """How many samples are missing at each step, shape (n - 1,), negative for rows too many; times in spacings."""
+    """How many samples are missing at each step, shape (n - 1,), negative for rows too many.
+
+    Times in spacings.
+    """
     import pandas as pd
 
     late = time - np.arange(len(time))
@@ -126,7 +129,9 @@ def _missing(time: Floats) -> "np.ndarray[tuple[int], np.dtype[np.int_]]":
 
 
 def even(time: Floats, values: Floats, notes: list[Diagnostic]) -> tuple[float, Floats]:
-    """The spacing, and the values at even times; rows written twice are one, gaps of a few samples get a cubic.
+    """The spacing, and the values at even times.
+
+    Rows written twice are one, gaps of a few samples get a cubic.
 
     Raises InputError as `numbered`, for too few accelerations, and for gaps too long to fill.
     """

@@ -19,7 +19,7 @@ FEWEST = 16  # samples of a part that lives
 
 
 class Standstill(NamedTuple):
-    """Stretches of a constant sensor: rows ``begin`` to ``end`` (behind the last) of each stretch."""
+    """Stretches of a constant sensor: rows ``begin`` to ``end``, behind the last, of each."""
 
     stretches: tuple[tuple[int, int], ...]
     rows: int
@@ -64,7 +64,8 @@ def standstill(values: Floats) -> Standstill | None:
         return None
     equal = np.diff(values) == 0.0
     edges = np.flatnonzero(np.diff(np.concatenate(([0], equal.astype(int), [0]))))
-    begins, lengths = edges[::2], edges[1::2] - edges[::2] + 1  # of rows
+    begins = edges[::2]
+    lengths = edges[1::2] - begins + 1  # of rows
     long = lengths >= SHORTEST
     if not long.any():
         return None

@@ -33,7 +33,10 @@ MOST_LOST = 50.0  # steps that may be missing where a counter rolls over
 
 
 class Reading(NamedTuple):
-    """How times without a unit are read: in a ``unit``, at ``rate`` per second; ``others`` are possible as well."""
+    """How times without a unit are read: in a ``unit``, at ``rate`` per second.
+
+    ``others`` are possible as well.
+    """
 
     unit: str
     rate: float
@@ -57,13 +60,14 @@ def typical_step(values: Floats) -> float:
 
 
 def possible(values: Floats, fastest: float = FASTEST) -> list[Reading]:
-    """The ways of times without a unit that are possible, the likeliest first; none if no step ascends."""
-    step, first = (
-        typical_step(values),
-        float(values[np.isfinite(values)][0]) if np.isfinite(values).any() else 0.0,
-    )
+    """The ways of times without a unit that are possible, the likeliest first.
+
+    None if no step ascends.
+    """
+    step = typical_step(values)
     if not step > 0.0:
         return []
+    first = float(values[np.isfinite(values)][0])
     ways = []
     for unit, size in UNITS.items():
         rate = 1.0 / (step * size)
@@ -79,7 +83,9 @@ def possible(values: Floats, fastest: float = FASTEST) -> list[Reading]:
 
 
 def decided(values: Floats, fastest: float = FASTEST) -> Reading | None:
-    """The reading of times without a unit; None if none is possible, or several of which none is seconds.
+    """The reading of times without a unit.
+
+    None if none is possible, or several of which none is seconds.
 
     Seconds are the rule, if they are possible.
     """
@@ -97,7 +103,8 @@ def unrolled(values: Floats) -> tuple[Floats, int, float]:
 
     Falls that are not all of one of the `MODULI` are left as they are.
     """
-    steps, step = np.diff(values), _median_step(values)
+    steps = np.diff(values)
+    step = _median_step(values)
     back = np.flatnonzero(steps < 0.0)
     if not len(back) or not step > 0.0:
         return values, 0, 0.0
