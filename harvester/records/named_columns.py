@@ -10,7 +10,7 @@ from harvester.arrays import Floats
 from harvester.errors import InputError, invalid, shown
 from harvester.quantities.kinds import FREQUENCY, TIME, Kind
 from harvester.records.csv_table import CsvColumn, CsvTable
-from harvester.records.time_units import FASTEST, UNITS, decided, possible
+from harvester.records.time_units import FASTEST, UNITS, decided, possible, typical_step
 
 AXES = ("x", "y", "z")
 _TIMES = frozenset(
@@ -96,10 +96,11 @@ def times(table: CsvTable, key: str, fastest: float = FASTEST) -> Floats | None:
     reading = decided(column.values, fastest)
     ways = possible(column.values, fastest)
     if ways and (reading is None or reading.unit != "s"):
-        rates = " or ".join(f"'{column.name} ({way.unit})' at {way.rate:.4g} Hz" for way in ways)
+        rates = ", ".join(f"'{column.name} ({way.unit})' for {way.rate:.4g} Hz" for way in ways)
+        slow = 1.0 / typical_step(column.values)
         raise InputError(
-            f"{key} column {column.name!r} must have a unit, for its steps cannot be seconds: "
-            f"name it {rates}"
+            f"{key} column {column.name!r} must have a unit, for its steps are hardly seconds: "
+            f"name it {rates}, or '{column.name} (s)' for {slow:.4g} Hz"
         )
     return column.values
 

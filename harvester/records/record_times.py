@@ -62,8 +62,8 @@ def _spread(time: Floats, notes: list[Diagnostic]) -> Floats:
     changes = np.flatnonzero(np.diff(time) != 0.0) + 1
     if len(changes) < 2:
         raise InputError(
-            "FILE must have times that change at least twice, but its clock is too coarse: leave its times out and "
-            "give `rate`"
+            "FILE must have times that change at least twice, but its clock is too coarse: "
+            "leave its times out and give `rate`"
         )
     first = changes[0]
     count = changes[-1] - changes[0]

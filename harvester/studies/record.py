@@ -138,8 +138,8 @@ def _bands(record: CleanRecord) -> tuple[Band, ...]:
     power = 2.0 * np.abs(np.fft.rfft(record.values)) ** 2 / n**2
     if n % 2 == 0:
         power[-1] *= 0.5
-    first, last = math.log2(f[1] / CENTRE), math.log2(f[-1] / CENTRE)
-    edges = CENTRE * 2.0 ** np.arange(math.floor(first + 0.5) - 0.5, last + 1.0)
+    octaves = np.log2(f[[1, -1]] / CENTRE)
+    edges = CENTRE * 2.0 ** np.arange(math.floor(octaves[0] + 0.5) - 0.5, octaves[1] + 1.0)
     bands = []
     for low, high in itertools.pairwise(np.minimum(edges, f[-1])):
         inside = power[(f > low) & (f <= high)]

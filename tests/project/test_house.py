@@ -32,9 +32,9 @@ BOUNDS = [
     ("calls f(*packed)", 140, 0),
     ("calls with seven positional arguments", 153, 60),
     ("questions of which load or how many modes", 238, 60),
-    ("one-importer modules", 91, 25),
+    ("one-importer modules", 97, 25),
     ("lines above 100 columns", 3088, 0),
-    ("thousands of tokens", 495, 445),
+    ("thousands of tokens", 510, 445),
 ]
 
 EXAMPLES = sorted((ROOT / "examples").glob("*.toml"))
