@@ -61,6 +61,9 @@ def _seconds(text: str) -> float:
         help="Select the longest part without a gap that is too long to fill.",
     ),
     cloup.option(
+        "--join", is_flag=True, help="Join the parts between gaps that are too long to fill."
+    ),
+    cloup.option(
         "--recording", type=int, metavar="N", help="Select the N-th recording of a file of several."
     ),
 )
@@ -69,7 +72,7 @@ def _seconds(text: str) -> float:
     cloup.option(
         "--unit",
         metavar="UNIT",
-        help="Unit of the axis: g, mg, m/s^2, or the acceleration of one count or volt: '0.488 mg'.",
+        help="Unit of the axis: g, mg, m/s^2, or the size of one count or volt: '0.488 mg'.",
     ),
     cloup.option(
         "--time-unit",

@@ -12,7 +12,7 @@ MOST = 20_000  # points of the curve over time
 
 
 def _outline(times: Floats, values: Floats) -> tuple[Floats, Floats]:
-    """A curve of at most `MOST` points that has each peak: the least and the most of each of its pieces, in turn."""
+    """A curve of at most `MOST` points with each peak: the extremes of its pieces in turn."""
     piece = max(1, -(-2 * len(values) // MOST))
     if piece < 3:
         return times, values

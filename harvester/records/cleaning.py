@@ -27,7 +27,7 @@ from harvester.records.record_columns import (
     refuse_words,
 )
 from harvester.records.record_facts import NO_FACTS, AskedError, RecordFacts
-from harvester.records.record_times import FEWEST, ascending, even, longest_part, recordings
+from harvester.records.record_times import FEWEST, ascending, even, joined, longest_part, recordings
 from harvester.records.standstill import Standstill, standstill
 
 MOST_CLIPPED = 0.01  # of all samples
@@ -66,13 +66,15 @@ class CleanRecord:
 class Part:
     """Which part of a record is taken: ``begin`` and ``end`` in s from its beginning, or the ``longest`` without a gap.
 
-    Raises InputError for a part that is none.
+    ``recording`` is the number of one of several recordings; ``join`` joins the parts between long
+    gaps.  Raises InputError for a part that is none.
     """
 
     begin: float | None = None
     end: float | None = None
     longest: bool = False
     recording: int | None = None
+    join: bool = False
 
     def __post_init__(self) -> None:
         if self.begin is not None and not self.begin >= 0.0:
@@ -98,8 +100,8 @@ class Part:
             raise InputError(f"FILE must have ascending times, but row {row} does not")
         if self.recording is None and not self.longest:
             raise AskedError(
-                f"FILE must have ascending times, but row {parts[1].start + 1} does not: it has {len(parts)} "
-                "recordings, of which `recording` 1 selects the first, and `longest` the longest",
+                f"FILE must have ascending times, but row {parts[1].start + 1} does not: it has "
+                f"{len(parts)} recordings, of which `recording` 1 selects the first, and `longest` the longest",
                 "longest",
             )
         k = self.recording - 1 if self.recording else longest
@@ -165,7 +167,7 @@ def clean(path: str, facts: RecordFacts = NO_FACTS, part: Part | None = None) ->
     if stood is not None:
         warnings.append(stands_still(stood, time))
     _refuse_clipped(values if stood is None else values[stood.mask()], warnings)
-    spacing, values = even(time, values, notes)
+    spacing, values = (joined if part.join else even)(time, values, notes)
     values = _without_drift(values, spacing, notes)
     if not np.any(np.abs(values) > 0.0):
         raise invalid("FILE", "have accelerations that change", float(values[0]))

@@ -11,7 +11,7 @@ import itertools
 import re
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from harvester.errors import escaped
@@ -36,6 +36,7 @@ _LABEL = re.compile(
 )
 _SEPARATOR = re.compile(r"[-=_+|\s]+")
 _WHOLE = re.compile(r"[+-]?\d+")
+_DECIMAL = re.compile(r"[+-]?\d*\.\d+(?:[eE][+-]?\d+)?")
 _FRACTION = re.compile(r"\d{1,9}(?:[eE][+-]?\d+)?")
 
 
@@ -46,7 +47,7 @@ class Layout:
     ``rows`` are the lines of data, ``remarks`` those of comments and of what stands above the
     header, which state the ``facts``; ``header`` are the lines of names and units.  ``words`` are
     the columns of words.  ``joined`` are the columns whose decimal comma made two cells of a
-    number; ``labelled``: a name precedes each number.
+    number; ``labelled``: a name precedes each number.  ``too_few_names``: a column with numbers has no name.
     """
 
     delimiter: str
@@ -60,6 +61,7 @@ class Layout:
     words: frozenset[int] = frozenset()
     joined: tuple[int, ...] = ()
     labelled: bool = False
+    too_few_names: bool = False
 
     @property
     def raw_cells(self) -> int:
@@ -92,31 +94,42 @@ def layout(text: str) -> Layout | None:
     words = _word_columns(rows, decimal)
     data = [is_data(row, decimal, words) for row in rows]
     first = data.index(True)
-    count = _width(rows, data)
-    header = _header(plain[:first], remarks, delimiter, count)
-    joined = _joined(
-        header, [row for row, numeric in zip(rows, data, strict=True) if numeric], count
-    )
-    if labels and not any(header.heads):
-        header = header._replace(heads=tuple((*labels, *[""] * count)[:count]))
-    kept = count - len(joined)
-    heads, units = (
-        (*texts, *[""] * kept)[: max(kept, len(header.heads))]
-        for texts in (header.heads, header.units)
-    )
+    header = _header(plain[:first], remarks, delimiter, _width(rows, data))
     every = (*remarks, *header.above)
-    return Layout(
+    form = Layout(
         delimiter,
         decimal,
-        tuple(map(escaped, heads)),
-        tuple(map(escaped, units)),
+        (),
+        (),
         tuple(plain[first:]),
         every,
         facts=preamble(every),
         header=frozenset(header.lines),
         words=words,
-        joined=joined,
         labelled=bool(labels),
+    )
+    numbers = [row for row, numeric in zip(rows, data, strict=True) if numeric]
+    return _named(form, header, labels, numbers)
+
+
+def _named(
+    form: Layout, header: _Header, labels: Sequence[str], rows: Sequence[Sequence[str]]
+) -> Layout:
+    """A layout with the names and units of its columns, of which ``rows`` are rows of numbers."""
+    count = _width(rows, [True] * len(rows))
+    joined = _joined(header, rows, count)
+    names = header.heads
+    if labels and not any(names):
+        names = (*labels, *[""] * count)[:count]
+    kept = max(count - len(joined), len(names))
+    blank = [""] * kept
+    nameless = any(any(row[len(names) :]) for row in rows)
+    return replace(
+        form,
+        heads=tuple(map(escaped, (*names, *blank)[:kept])),
+        units=tuple(map(escaped, (*header.units, *blank)[:kept])),
+        joined=joined,
+        too_few_names=not joined and any(names) and nameless,
     )
 
 
@@ -152,7 +165,7 @@ def _labels(lines: Sequence[str]) -> tuple[str, ...]:
 
 
 def _score(lines: Sequence[str], delimiter: str, decimal: str) -> tuple[int, int, bool, bool, int]:
-    """How well a delimiter and a decimal sign make lines rows: how many, with few words, below a header; the usual."""
+    """How well a delimiter and a decimal sign make rows: how many, with few words, below a header."""
     rows = [cells(line, delimiter) for line in lines]
     words = _word_columns(rows, decimal)
     data = [is_data(row, decimal, words) for row in rows]
@@ -250,6 +263,8 @@ def _may_name(row: Sequence[str], count: int, delimiter: str) -> bool:
 
     With a decimal comma and commas between columns a row has up to twice as many cells.
     """
+    if any(_DECIMAL.fullmatch(cell) for cell in row):  # a line of an oscilloscope's settings
+        return False
     if len(row) == count:
         return True
     wider = len(row) > count and delimiter != " " and all(row)
@@ -259,7 +274,7 @@ def _may_name(row: Sequence[str], count: int, delimiter: str) -> bool:
 
 
 def _joined(header: _Header, rows: Sequence[Sequence[str]], count: int) -> tuple[int, ...]:
-    """The columns with numbers in two cells, cut at a decimal comma: all of them, or the first, the time."""
+    """The columns with numbers in two cells, cut at a decimal comma: all, or the first alone."""
     named = len(header.heads)
     if named >= count or not any(header.heads):
         return ()
@@ -269,7 +284,7 @@ def _joined(header: _Header, rows: Sequence[Sequence[str]], count: int) -> tuple
         first = {row[column + before] for row in whole}
         second = {row[column + before + 1] for row in whole}
         digits = all(map(_FRACTION.fullmatch, second)) and len(set(map(len, second))) == 1
-        if not digits or not all(map(_WHOLE.fullmatch, first)):
+        if not digits or not all(_WHOLE.fullmatch(cell) or is_clock(cell) for cell in first):
             return ()
     return columns
 

@@ -170,6 +170,12 @@ def table_of_text(text: str, path: str | Path, argument: str) -> CsvTable:
             f"{argument} must have rows of numbers below the names of its columns (CSV), "
             f"but {shown(str(path))} has none"
         )
+    if rows.too_few_names:
+        names = sum(map(bool, rows.heads))
+        raise InputError(
+            f"{argument} must have a name above each column, but {shown(str(path))} has {names} "
+            f"names above {len(rows.heads)} columns: write a comma between names, not in numbers"
+        )
     return table_of(rows, "\n".join(rows.rows), path, argument)
 
 

@@ -3,8 +3,9 @@
 Loggers, oscilloscopes and LabVIEW (.lvm) write lines of a name and its value there.
 """
 
+import itertools
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 from harvester.quantities.kinds import FREQUENCY, TIME
@@ -37,8 +38,9 @@ NOTHING = Preamble()
 
 def preamble(lines: Iterable[str]) -> Preamble:
     """The facts in lines above the numbers; other lines are left out."""
+    lines = list(lines)
     rate: float | None = None
-    period: float | None = None
+    period = _increment(lines)
     x_unit = ""
     y_unit = ""
     for line in lines:
@@ -62,6 +64,16 @@ def preamble(lines: Iterable[str]) -> Preamble:
     if rate is None and period is not None and period > 0.0:
         rate = 1.0 / period
     return Preamble(rate, x_unit, y_unit)
+
+
+def _increment(lines: Sequence[str]) -> float | None:
+    """The time step below the word Increment, as oscilloscopes with numbered samples write it."""
+    for line, below in itertools.pairwise(lines):
+        names = [name.strip().lower() for name in line[:LONGEST].split(",")]
+        numbers = below[:LONGEST].split(",")
+        if "increment" in names and len(numbers) > names.index("increment"):
+            return _number(numbers[names.index("increment")], "s", TIME.scale, {})
+    return None
 
 
 def _number(

@@ -58,11 +58,12 @@ def _clocked(
     column: CsvColumn, unit: str | None, notes: list[Diagnostic], warnings: list[Diagnostic]
 ) -> Floats:
     """The times of a column in s."""
-    if column.clock and unit is None:
-        return column.values
-    values, times, modulus = unrolled(column.values)
+    raw = column.values - (np.nanmin(column.values) if column.clock else 0.0)
+    values, times, modulus = unrolled(raw)
     if times:
         notes.append(note("rolled_over", times=times, by=modulus))
+    if column.clock and unit is None:
+        return values
     if unit is not None:
         if unit not in UNITS or column.clock:
             must = "be left out for a clock" if column.clock else f"be one of {', '.join(UNITS)}"

@@ -41,10 +41,10 @@ def named(table: CsvTable, notes: list[Diagnostic]) -> CsvTable:
     axes = ("acceleration",) if len(numbers) == 1 else AXES if len(numbers) == len(AXES) else ()
     if not axes:
         return table
-    heads = dict(zip((column.index for column in numbers), axes, strict=True)) | {
-        first.index: "time"
-    }
-    notes.append(note("no_names", names=", ".join(("time", *axes))))
+    counts = table.facts.rate is not None and bool((steps == 1.0).all())
+    rows = "sample" if counts else "time"
+    heads = dict(zip((column.index for column in numbers), axes, strict=True)) | {first.index: rows}
+    notes.append(note("no_names", names=", ".join((rows, *axes))))
     columns = tuple(replace(column, head=heads.get(column.index, "")) for column in table.columns)
     return replace(table, columns=columns)
 

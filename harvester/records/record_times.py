@@ -18,6 +18,8 @@ from harvester.records.record_facts import AskedError
 
 FEWEST = 16  # rows of a record
 SMOOTH_GAP = 2  # samples in a row up to which a spline goes through; a longer gap it may overshoot
+BLOCK = 64  # rows, of which the median step is taken
+CHANGED = 0.15  # change of that step which is another rate
 LONGEST_GAP = 10  # samples that are filled in
 MOST_FILLED = 0.02  # of all samples
 COARSE = 0.2  # share of repeated times from which on the clock is coarse: whole seconds, say
@@ -27,6 +29,8 @@ SPAN, WINDOW = 16, 32
 SIDE = 8
 SURE = 2.0
 REPORTED_JITTER = 0.01  # of a spacing: jitter from which on it is reported
+
+_Indices = np.ndarray[tuple[int], np.dtype[np.int_]]
 
 
 def recordings(time: Floats) -> list[slice]:
@@ -148,11 +152,12 @@ def even(time: Floats, values: Floats, notes: list[Diagnostic]) -> tuple[float, 
     gaps = np.diff(indices) - 1
     lost, longest = int(gaps.sum()), int(gaps.max())
     if longest > LONGEST_GAP or lost > MOST_FILLED * len(values):
+        _refuse_two_rates(time)
         at = spacing * (indices[gaps.argmax()] - numbers[0])
         raise AskedError(
             f"FILE must have no gap of more than {LONGEST_GAP} samples and no more than {MOST_FILLED:.0%} missing, but "
             f"{lost} are missing, {longest} at {at:.6g} s from the beginning: `longest` takes the longest part without "
-            "such a gap, `from` and `to` another one",
+            "such a gap, `from` and `to` another one, `join` all of them",
             "longest",
         )
     if not lost:
@@ -167,11 +172,60 @@ def even(time: Floats, values: Floats, notes: list[Diagnostic]) -> tuple[float, 
     )
 
 
-def longest_part(time: Floats, values: Floats, notes: list[Diagnostic]) -> slice:
-    """The rows of the longest part without a gap that is too long to fill."""
+def _refuse_two_rates(time: Floats) -> None:
+    """Refuse times whose sampling rate changes for good, as by a setting of the logger."""
+    count = len(time) // BLOCK
+    if count < 2:
+        return
+    spacings = np.median(np.diff(time)[: BLOCK * (count - 1)].reshape(-1, BLOCK), axis=1)
+    other = np.abs(spacings / spacings[0] - 1.0) > CHANGED
+    first = int(np.argmax(other))
+    if other.any() and other[first:].all():
+        row = BLOCK * first - 1
+        at = float(time[row] - time[0])
+        after = float(time[row + BLOCK] - time[0])
+        raise InputError(
+            f"FILE must have one sampling rate, but it changes from {1.0 / spacings[0]:.4g} to "
+            f"{1.0 / spacings[-1]:.4g} Hz after {at:.6g} s: `to` {at:.6g} selects the first part, "
+            f"`from` {after:.6g} the other"
+        )
+
+
+def _cuts(time: Floats, values: Floats) -> tuple[_Indices, _Indices, _Indices]:
+    """The rows with a value, the numbers of all samples, and the gaps that are too long to fill."""
     good = np.flatnonzero(np.isfinite(values))
     _, numbers = numbered(time, [])
-    cuts = np.flatnonzero(np.diff(numbers[good]) - 1 > LONGEST_GAP)
+    return good, numbers, np.flatnonzero(np.diff(numbers[good]) - 1 > LONGEST_GAP)
+
+
+def joined(time: Floats, values: Floats, notes: list[Diagnostic]) -> tuple[float, Floats]:
+    """The spacing, and the values of the parts between long gaps one behind the other.
+
+    Each is without its mean.  Raises InputError as `even` for each part; parts of few samples are
+    left out.
+    """
+    good, _, cuts = _cuts(time, values)
+    ends = [0, *map(int, cuts + 1), len(good)]
+    parts = [
+        slice(int(good[begin]), int(good[end - 1]) + 1) for begin, end in itertools.pairwise(ends)
+    ]
+    long = [part for part in parts if part.stop - part.start >= FEWEST]
+    pieces = list[Floats]()
+    seconds = 0.0
+    for part in long:
+        spacing, piece = even(time[part], values[part], [])
+        pieces.append(piece - piece.mean())
+        seconds += spacing * len(piece)
+    if not pieces:
+        raise invalid("FILE", f"have a part of at least {FEWEST} samples", len(parts))
+    notes.append(note("parts_joined", parts=len(pieces), of=len(parts)))
+    every = np.concatenate(pieces)
+    return seconds / len(every), every
+
+
+def longest_part(time: Floats, values: Floats, notes: list[Diagnostic]) -> slice:
+    """The rows of the longest part without a gap that is too long to fill."""
+    good, numbers, cuts = _cuts(time, values)
     begins = np.append(good[:1], good[cuts + 1])
     ends = np.append(good[cuts], good[-1:])
     best = int(np.argmax(numbers[ends] - numbers[begins]))

@@ -26,7 +26,7 @@ SERIAL_DAYS = (
 )  # of a spreadsheet from 1900, and of MATLAB from the year 0: 1982 to 2119
 SPAN = 64  # rows over which steps are taken
 _BITS = (8, 10, 12, 16, 24, 32)
-_OF_CLOCKS = (60.0, 100.0, 1000.0, 3600.0, 6e4, 86400.0, 1e6, 3.6e6, 8.64e7)
+_OF_CLOCKS = (60.0, 100.0, 1000.0, 3600.0, 43200.0, 6e4, 86400.0, 1e6, 3.6e6, 8.64e7)
 MODULI = (*(2.0**bits for bits in _BITS), *_OF_CLOCKS, 2.0**32 / 1e3, 2.0**32 / 1e6)
 NEAR = 0.5  # of a step: how near a step that was undone must be to a whole number of the others
 MOST_LOST = 50.0  # steps that may be missing where a counter rolls over

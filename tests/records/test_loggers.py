@@ -129,3 +129,43 @@ def test_all_samples_of_a_clipped_sensor_are_counted(tmp_path):
     (tmp_path / "a.csv").write_text("time (s),z (g)\n" + rows(seconds(), values))
     [clipped] = [w for w in clean(str(tmp_path / "a.csv")).warnings if w.code == "clipped"]
     assert clipped.numbers["samples"] == 5
+
+
+def test_a_rate_that_changes_is_named(tmp_path, harvester):
+    """200 Hz for 3 s, then 100 Hz: the refusal selects either part by options that work."""
+    path = tmp_path / "a.csv"
+    times = [*T[:600], *(T[599] + 0.01 * np.arange(1, 301))]
+    values = [*Z[:600], *Z[600::2]]
+    path.write_text("time (s),z (g)\n" + rows([f"{t:.4f}" for t in times], values))
+    status, _, err = harvester("record", path)
+    assert status == 2
+    assert "changes from 200 to 100 Hz after 2.875 s: --to 2.875 selects" in err
+    assert json.loads(harvester("record", path, "--to", "2.875", "--json")[1])[
+        "rate"
+    ] == pytest.approx(200)
+    rest = harvester("record", path, "--from", "3.395", "--json")[1]
+    assert json.loads(rest)["rate"] == pytest.approx(100)
+
+
+def test_more_columns_than_names_are_refused(tmp_path, harvester):
+    path = tmp_path / "a.csv"
+    path.write_text(
+        "time (s),z (g)\n" + "".join(f"{t:.3f},1,{z:.4f}\n" for t, z in zip(T, Z, strict=True))
+    )
+    status, _, err = harvester("record", path)
+    assert status == 2
+    assert "has 2 names above 3 columns" in err
+
+
+def test_parts_between_long_gaps_are_joined(tmp_path, harvester):
+    """A gap of 3 s: the parts one behind the other have the samples and the rms of both."""
+    path = tmp_path / "a.csv"
+    path.write_text("time (s),z (g)\n" + rows([f"{t + 3.0 * (t > 2.5):.3f}" for t in T]))
+    status, _, err = harvester("record", path)
+    assert status == 2
+    assert "--join all of them" in err
+    found = json.loads(harvester("record", path, "--join", "--json")[1])
+    assert found["samples"] == COUNT
+    assert found["rate"] == pytest.approx(RATE)
+    bands = [b["rms"] / G for b in found["bands"] if b["low"] == pytest.approx(22.1, abs=0.1)]
+    assert bands[0] == pytest.approx(RIGHT, rel=0.01)

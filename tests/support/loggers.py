@@ -134,6 +134,15 @@ STATED = {
     ),
     "a range in brackets": ('"Time (s)","Z (40g)"\n' + rows(seconds()), None),
     "units in a row": ("Zeit;Kanal 1\ns;g\n" + rows(seconds(sign=","), sep=";", sign=","), None),
+    "milliseconds behind a comma": (
+        "time,z (g)\n" + rows([f"2031-04-10 {clock(k)}".replace(".", ",") for k in range(COUNT)]),
+        None,
+    ),
+    "minutes of an hour": ("Time,z (g)\n" + rows([clock(k)[3:] for k in range(COUNT)]), None),
+    "milliseconds behind a colon": (
+        "Time,z (g)\n" + rows([f"{clock(k)[:8]}:{clock(k)[9:]}" for k in range(COUNT)]),
+        None,
+    ),
     "a rate above": ("Sampling rate (kHz): 0.2\nz (g)\n" + "".join(f"{z:.4f}\n" for z in Z), None),
 }
 
@@ -151,6 +160,12 @@ ASKED = {
     "no names, one axis": (rows(seconds()), "", "--unit", "g"),
     "volts of an oscilloscope": (
         SCOPE + rows(seconds("{:.6e}", begin=-3.0), Z - 1.0, form="{:.5e}", tail=","),
+        "",
+        "--unit",
+        "1 g",
+    ),
+    "numbered samples of an oscilloscope": (
+        "X,CH1,Start,Increment\nSequence,Volt,-6.0,5e-3\n" + rows(range(COUNT), Z - 1.0, tail=",,"),
         "",
         "--unit",
         "1 g",
