@@ -11,6 +11,7 @@ from harvester.errors import InputError, shown
 from harvester.explore.draft import Draft
 from harvester.machine import files
 from harvester.records.cleaning import clean
+from harvester.records.record_facts import RecordFacts
 from harvester.studies.record import record_spectra
 
 KINDS = (".toml", ".csv", ".cir")
@@ -78,7 +79,7 @@ def _record(draft: Draft, path: Path, axis: str) -> list[str]:
             "a record must go with a scene in SI units, but this one is nondimensional"
         )
     try:
-        report = record_spectra(clean(str(path), axis or None, None))
+        report = record_spectra(clean(str(path), RecordFacts(axis=axis or None)))
     except InputError as error:
         raise InputError(
             str(error).replace("FILE", path.name).replace("--axis", "the field 'axis'")

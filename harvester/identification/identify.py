@@ -108,6 +108,8 @@ def identified(
     remarks += left
     if alone:
         remarks.append(note("one_state_alone", state=alone))
+    if any(isinstance(data, Impedance) and not data.phase_known for data in measurements):
+        remarks.append(note("magnitude_alone"))
     return _answer(best, measurements, known, remarks, alone)
 
 

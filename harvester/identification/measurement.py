@@ -17,12 +17,16 @@ OPEN = math.inf
 
 @dataclass(frozen=True, eq=False)
 class Impedance:
-    """Impedance Z in ohm at frequencies f in Hz, both of shape (n,); ``clamped``: with the mass held."""
+    """Impedance Z in ohm at frequencies f in Hz, both of shape (n,); ``clamped``: with the mass held.
+
+    If the phase is not known, z is the magnitude.
+    """
 
     name: str
     f: Floats
     z: Complexes
     clamped: bool = False
+    phase_known: bool = True
 
     @property
     def state(self) -> str:

@@ -7,7 +7,8 @@ import numpy as np
 from harvester.errors import InputError
 from harvester.quantities.kinds import CURRENT, VOLTAGE_FROM_0
 from harvester.records.csv_table import read_table
-from harvester.records.record_files import no_column, numbers, read_once
+from harvester.records.named_columns import no_column, numbers
+from harvester.records.read_once import read_once
 
 KEY = "chip.efficiency_table"
 LARGEST = 1e6  # V and A: beyond them a table is no chip's

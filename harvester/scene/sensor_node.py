@@ -4,6 +4,7 @@ import math
 from typing import Annotated, ClassVar
 
 from harvester.errors import InputError, invalid
+from harvester.presentation.diagnostic import Diagnostic
 from harvester.quantities.kinds import (
     CHARGE,
     CURRENT,
@@ -188,11 +189,16 @@ class SensorNode(SceneTable):
     def states(self) -> tuple[tuple[float, float], ...]:
         """Current (A) and duration (s) of each state of a packet; InputError for a trace that cannot be read."""
         if self.trace is not None:
-            return read_trace(self.trace)
+            return read_trace(self.trace).states
         if self.packet_energy is not None:
             duration = self.durations[0] if self.durations else PACKET
             return ((self.packet_energy / (duration * (self.supply_voltage or 1.0)), duration),)
         return tuple(zip(self.currents or (), self.durations or (), strict=True))
+
+    @property
+    def trace_notes(self) -> tuple[Diagnostic, ...]:
+        """Notes on how the file of a trace was read."""
+        return () if self.trace is None else read_trace(self.trace).notes
 
 
 PACKET = 0.01  # s that a packet of a given energy takes

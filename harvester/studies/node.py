@@ -268,6 +268,7 @@ def node(scene: AnyScene, *, days: float = 1.0, seed: int = 0) -> NodeResult:
     outcome = _outcome(problem, (storage, consumer, chip), days, seed)
     every = (
         *unusual_values(problem.scene),
+        *consumer.trace_notes,
         *outcome.result.diagnostics,
         *_remarks(problem, outcome, chip),
     )
