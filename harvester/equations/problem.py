@@ -9,7 +9,9 @@ from harvester.equations.repeated_shaking import Events, events
 from harvester.equations.scales import Scales, scales
 from harvester.errors import invalid
 from harvester.netlists.load_circuit import LoadCircuit, load_circuit
+from harvester.presentation.diagnostic import Diagnostic
 from harvester.scene.load import Load
+from harvester.scene.plausibility import unusual_values
 from harvester.scene.scene import Scene
 from harvester.scene.toml import load
 
@@ -73,6 +75,12 @@ class Problem:
         """The shocks or steps that shake the base; None if the excitation is not a sequence of events."""
         shaking = self.scene.excitation
         return None if shaking is None or shaking.profile is None else events(self.scene)
+
+    @property
+    def doubts(self) -> list[Diagnostic]:
+        """Warnings of values of the scene, and of its netlist, that are probably not what was meant."""
+        circuit = () if self.netlist is None or self.circuit is None else self.circuit.doubts
+        return [*unusual_values(self.scene), *circuit]
 
     @cached_property
     def circuit(self) -> LoadCircuit | None:

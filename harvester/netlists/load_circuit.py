@@ -8,6 +8,7 @@ text reaches ngspice: its lines are written from the elements that were understo
 Long because a load circuit and the checks of its load are read in one go.
 """
 
+import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -15,11 +16,15 @@ from pathlib import Path
 
 from harvester.errors import InputError, invalid, unknown
 from harvester.netlists.circuit_keys import CircuitKeys
+from harvester.netlists.doubts import doubts
 from harvester.netlists.flat import LOAD, ROLES, STORE, Board, as_board
 from harvester.netlists.for_ngspice import lines_for_ngspice
+from harvester.netlists.ltspice import inner_nodes
 from harvester.netlists.netlist import Body, ParsedNetlist, read_netlist
 from harvester.netlists.part import PIEZO, CircuitPart, by_name
+from harvester.netlists.read_lines import DeckError, split_path
 from harvester.netlists.written_out import initial_of, settings_of, written_out
+from harvester.presentation.diagnostic import Diagnostic
 from harvester.scene.load import Load, is_path
 
 _SOME_CAPACITANCE = 1e-8  # F, of a piezo that is not known yet
@@ -51,6 +56,8 @@ class LoadCircuit:
         the values of its elements that are plain numbers, by the names that a scene calls them.
     settings
         the temperatures that it sets (degrees Celsius), by the names of ngspice's options.
+    doubts
+        warnings of values that are probably not what was meant.
     """
 
     name: str
@@ -64,6 +71,7 @@ class LoadCircuit:
     ground: str = "0"
     elements: dict[str, float] = field(default_factory=dict)
     settings: dict[str, float] = field(default_factory=dict)
+    doubts: tuple[Diagnostic, ...] = ()
 
     def _part(self, name: str) -> CircuitPart | None:
         return next((part for part in self.parts if part.name == name), None)
@@ -129,16 +137,14 @@ def load_circuit(load: Load, capacitance: float | None = None) -> LoadCircuit:
     if name is None:
         assert load.resistance is not None, "Load checks this"
         name, parameters = "resistor", {"R": load.resistance}
-    path = Path(name) if is_path(name) else _of_package(name)
-    netlist = read_netlist(path, netlist_folder() / "parts", board=load.terminals is not None)
-    body, board = (
-        (_with_rload(path, netlist), None)
-        if load.terminals is None
-        else (netlist.outside, as_board(netlist, load))
-    )
-    board = board or Board(dict(zip(body.terminals, (PIEZO, "0"), strict=True)))
-    for model in body.cards:
-        body.model(model)  # also one that nobody names
+    path, root = split_path(name) if is_path(name) else (_of_package(name), None)
+    try:
+        netlist, body, board = _read(load, path, root)
+    except DeckError as error:
+        raise InputError(f"{error}; {_adopt(path)}") from None
+    for model, line in body.cards.items():
+        if line.where.startswith(f"{netlist.file} line"):
+            body.model(model)  # also one that nobody names; those of libraries may be others'
     keys = CircuitKeys(body, board)
     given = keys.given(path, parameters, capacitance)
     parts = written_out(netlist, body, board.nodes, board.ground, *keys.split(given))
@@ -160,7 +166,17 @@ def load_circuit(load: Load, capacitance: float | None = None) -> LoadCircuit:
         ground=board.ground,
         elements={keys.called(name): there[name.lower()].number or 0.0 for name in keys.elements},
         settings=settings_of(netlist),
+        doubts=doubts(body.elements, parts, capacitance) if is_path(name) else (),
     )
+
+
+def _read(load: Load, path: Path, root: Path | None) -> tuple[ParsedNetlist, Body, Board]:
+    """The netlist of a load, the part of it that is the load circuit, and what its names mean."""
+    netlist = read_netlist(path, netlist_folder() / "parts", load.terminals is not None, root)
+    if load.terminals is not None:
+        return netlist, netlist.outside, as_board(netlist, load)
+    body = _with_rload(path, netlist)
+    return netlist, body, Board(dict(zip(body.terminals, (PIEZO, "0"), strict=True)))
 
 
 def Netlist(name: str, /, **parameters: float | str) -> Load:  # noqa: N802, as it reads as one of the tables
@@ -219,6 +235,13 @@ def effective_value(part: CircuitPart) -> float | None:
     return number * part.multiplicity if part.kind == "c" else number / part.multiplicity
 
 
+def _adopt(path: Path) -> str:
+    """What makes a board of a deck."""
+    out = "adopted.cir" if path.name == "board.cir" else "board.cir"
+    deck = os.path.relpath(path)
+    return f"harvester adopt {deck} --out {out} leaves out what a scene replaces"
+
+
 def _of_package(name: str) -> Path:
     """The file of a netlist of the package, by its name."""
     known = sorted(path.stem for path in netlist_folder().glob("*.cir"))
@@ -252,6 +275,8 @@ def _with_initial(
     parts: Sequence[CircuitPart], volts: Mapping[str, float]
 ) -> tuple[CircuitPart, ...]:
     """The elements with what .ic cards say: capacitors at such nodes begin with the difference, but for their own."""
+    at = {inner: volts[node] for inner, node in inner_nodes(parts).items() if node in volts}
+    volts = {**at, **volts}
 
     def start(part: CircuitPart) -> CircuitPart:
         if part.kind != "c" or "ic" in part.options or not volts.keys() & set(part.nodes):

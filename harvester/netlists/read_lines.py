@@ -1,17 +1,26 @@
-"""A netlist's lines: continued lines joined, comments taken out, included files in place; nothing follows .end."""
+"""A netlist's lines: continued lines joined, comments taken out, included files in place; nothing follows .end.
 
+A file is read as UTF-8, as UTF-16 and else as cp1252, in which LTspice writes on Windows.
+"""
+
+import codecs
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from harvester.errors import InputError, invalid, unknown
+from harvester.errors import InputError, invalid, shown, unknown
 from harvester.machine import files
 
 MOST_BYTES = 262_144  # of a netlist with all that it includes
 # one of which every file of a netlist has
 KNOWN = (".subckt", ".model", ".param", ".include", ".inc", ".lib")
 FLAT = (".title", ".end")  # or one of these, a flat netlist
+INSIDE = "/./"  # in a path: the folder before it is the one that the netlist must not leave
+# Signs of other programs, as SPICE spells them: of micro and ohm, and LTspice's between a letter and a name.
+_SPELT = str.maketrans(
+    {"\u00b5": "u", "\u03bc": "u", "\u03a9": "ohm", "\u2126": "ohm", "\u00a7": "_"}
+)
 
 
 @dataclass(frozen=True)
@@ -27,14 +36,31 @@ class Line:
         return self.text.split(maxsplit=1)[0].lower()
 
 
-def read_lines(path: Path) -> Iterator[Line]:
+class DeckError(InputError):
+    """A netlist has what belongs to a simulation by hand, which `harvester adopt` leaves out."""
+
+
+def split_path(name: str) -> tuple[Path, Path]:
+    """The path of a netlist, and the folder that its includes must not leave: its own, or that before ``/./``."""
+    path, (folder, mark, _) = Path(name), name.partition(INSIDE)
+    return path, (Path(folder) if mark and folder else path.parent).resolve()
+
+
+def read_lines(path: Path, root: Path | None = None) -> Iterator[Line]:
     """Yield the lines of a netlist and of the files that it includes, in the order in which ngspice reads them.
+
+    ``root`` is the folder that includes must not leave; default: that of the netlist.
 
     Raises InputError for a file that cannot be read or is no netlist, without its text, which may
     be a secret; for more than `MOST_BYTES` in all, for a command to ngspice inside a comment, and
-    for an include from outside the netlist's folder.
+    for an include from outside the folder.
     """
-    yield from _lines_of(path, path.parent.resolve(), (), [MOST_BYTES])
+    yield from _lines_of(path, (root or path.parent).resolve(), (), [MOST_BYTES])
+
+
+def own_lines(path: Path) -> list[Line]:
+    """The lines of a netlist itself; raises as `read_lines`."""
+    return _joined_lines(path, [MOST_BYTES], included=False)
 
 
 def _lines_of(path: Path, root: Path, chain: tuple[Path, ...], left: list[int]) -> Iterator[Line]:
@@ -50,28 +76,37 @@ def _with_included(
     """Yield lines of the file ``path``, and in place of those that name a file or a section of one what is in it."""
     reading = (*chain, path.resolve())
     for line in lines:
-        words = line.text.split()
-        if line.word in (".include", ".inc"):
-            yield from _lines_of(
-                _included_file(line.text, line, path, root, reading), root, reading, left
-            )
-        elif line.word == ".lib" and len(words) > 2:
-            named = line.text.strip().rpartition(words[-1])[0]
-            library, name = (
-                _included_file(named, line, path, root, ()),
-                words[-1].strip("\"'").lower(),
-            )
+        library_card = library_of(line)
+        if library_card is not None and not library_card[1]:
+            target = _included_file(library_card[0], line, path, root, reading)
+            yield from _lines_of(target, root, reading, left)
+        elif library_card is not None:
+            library, name = _included_file(library_card[0], line, path, root, ()), library_card[1]
             if (section_path := library / name) in chain:
                 raise invalid(f"netlist {line.where}", "include no section within itself", name)
             section = _section(_joined_lines(library, left, included=True), name, line, library)
             yield from _with_included(section, library, root, (*reading, section_path), left)
-        elif line.word == ".lib":
+        elif line.word == ".endl":
             raise InputError(
-                f"netlist {line.where} must name a file and a section of it, .lib FILE SECTION (a file without "
-                f"sections: .include FILE), but is {line.text[:60]!r}"
+                f"netlist {line.where} must have no .endl outside of a section: of a file with sections name one, "
+                ".lib FILE SECTION"
             )
         else:
             yield line
+
+
+def library_of(line: Line) -> tuple[str, str] | None:
+    """The file that an .include or a .lib card names, and the section in lower case; None of another line.
+
+    A name with blanks stands in quotes, but for a whole file of .lib: the file ends as libraries do.
+    """
+    if line.word not in (".include", ".inc", ".lib"):
+        return None
+    text = line.text[len(line.word) :].strip()
+    match = re.fullmatch(r"(\"[^\"]*\"|'[^']*'|[^\"'].*?)\s+([^\"'\s]+)", text)
+    if line.word == ".lib" and match and not (text[0] not in "\"'" and "." in match[2]):
+        return match[1].strip("\"'"), match[2].lower()
+    return text.strip("\"'"), ""
 
 
 def _section(lines: list[Line], name: str, reference: Line, library: Path) -> list[Line]:
@@ -147,9 +182,10 @@ def _text(path: Path, left: list[int]) -> str:
             f"netlist {path.name} must have at most {MOST_BYTES} bytes with all that it includes"
         )
     try:
-        text = data.decode().replace("\r\n", "\n")
+        text = data.decode(_encoding(data)).replace("\r\n", "\n").translate(_SPELT)
     except UnicodeDecodeError:
-        raise InputError(f"netlist {path.name} must be text (UTF-8), but is not") from None
+        must = "be text (UTF-8, UTF-16 or cp1252)"
+        raise InputError(f"netlist {path.name} must {must}, but is not") from None
     for number, line in enumerate(text.split("\n"), 1):
         if not line.replace("\t", " ").isprintable():
             raise InputError(
@@ -158,16 +194,35 @@ def _text(path: Path, left: list[int]) -> str:
     return text
 
 
-def _included_file(text: str, line: Line, path: Path, root: Path, chain: tuple[Path, ...]) -> Path:
-    """The file that the ``text`` of a line names, inside the netlist's folder ``root`` and not yet being read."""
-    name = text.split(maxsplit=1)[1].strip().strip("\"'") if " " in text else ""
-    must = "include a file in the netlist's folder (copy it there, and name it without a folder)"
+def _encoding(data: bytes) -> str:
+    """The encoding of a netlist's bytes; UTF-16 without a mark has a zero in every second one."""
+    if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        return "utf-16"
+    if data and 3 * data[1::2].count(0) > len(data):
+        return "utf-16-le"
     try:
-        target = (path.parent / name).resolve(strict=True)
+        data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return "cp1252"
+    return "utf-8-sig"
+
+
+def _included_file(name: str, line: Line, path: Path, root: Path, chain: tuple[Path, ...]) -> Path:
+    """The file that a line names, inside the folder ``root`` and not yet being read."""
+    last = re.split(r"[\\/]", name)[-1]
+    whose = "netlist's" if root == path.parent.resolve() else "scene's"
+    must = f"include a file in the {whose} folder (copy it there, and write .include {last})"
+    try:
+        target = (path.parent / name.replace("\\", "/")).resolve(strict=True)
     except (OSError, RuntimeError, ValueError):
-        raise invalid(f"netlist {line.where}", must, name) from None
+        raise _missing(line, must, name) from None
     if not target.is_relative_to(root) or not target.is_file() or not name:
-        raise invalid(f"netlist {line.where}", must, name)
+        raise _missing(line, must, name)
     if target in chain:
         raise invalid(f"netlist {line.where}", "include no file within itself", name)
     return target
+
+
+def _missing(line: Line, must: str, name: str) -> DeckError:
+    """The error of a file that is not there, or not inside the folder."""
+    return DeckError(f"netlist {line.where} must {must}, but is {shown(name)}")

@@ -17,7 +17,8 @@ from harvester.errors import InputError, invalid, shown, unknown
 from harvester.netlists.element_lines import Element
 from harvester.netlists.expression import BRACES, SOURCES, Language, resolved
 from harvester.netlists.expression_tree import Node, constant, with_leaves
-from harvester.netlists.model_lines import OF_LETTER
+from harvester.netlists.ltspice import ideal_current
+from harvester.netlists.model_lines import OF_LETTER, is_ideal
 from harvester.netlists.named_elements import check_names
 from harvester.netlists.netlist import Body, ParsedNetlist
 from harvester.netlists.part import GROUND, INSIDE, CircuitPart, ModelCard
@@ -190,6 +191,7 @@ def _called(
     where, name = element.where, element.model
     if (body := netlist.subcircuits.get(name)) is None:
         raise invalid(where, "call a subcircuit of this netlist", name)
+    body.check()
     if name in chain:
         raise invalid(where, "call no subcircuit within itself", name)
     if len(chain) > DEEPEST:
@@ -273,19 +275,36 @@ def _part(element: Element, scope: Scope, call: _Call) -> CircuitPart:
                 element.line.text[:60],
             )
         options["m"] = call.m
+    model, form = _model(element, scope), element.form
+    if model is not None and model.kind == "d" and is_ideal(model.values):
+        _check_ideal(element, model)
+        value, form = with_leaves(ideal_current(element.nodes, model.values), leaf), "i"
+        model = None
     return CircuitPart(
         name=name,
         nodes=tuple(map(call.node, element.nodes)),
         value=value,
-        form=element.form,
-        model=_model(element, scope),
+        form=form,
+        model=model,
         others=tuple(path + other for other in element.others),
         options=options,
         waveform=tuple(scope.number(tree, where) for tree in element.waveform),
         word=element.word,
         line=element.line.where,
-        kind="b" if element.form in ("i", "v") else kind,
+        kind="b" if form in ("i", "v") else kind,
     )
+
+
+def _check_ideal(element: Element, model: ModelCard) -> None:
+    """Refuse resistances of an ideal diode that are not above 0, voltages below 0, and keys but m."""
+    for key, number in model.values.items():
+        if number < 0.0 or (number == 0.0 and key.startswith("r")):
+            least = "above 0" if key.startswith("r") else "at least 0"
+            raise invalid(
+                f"{key} of model {model.name}, for {element.where},", f"be {least}", number
+            )
+    if more := element.options.keys() - {"m"}:
+        raise invalid(element.where, "have an ideal diode with no key but m", min(more))
 
 
 def _model(element: Element, scope: Scope) -> ModelCard | None:

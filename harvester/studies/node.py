@@ -28,7 +28,6 @@ from harvester.netlists.probes import STORE, Probe
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.presentation.result import TableResult
 from harvester.presentation.table import Column, Table
-from harvester.scene.plausibility import unusual_values
 from harvester.scene.sensor_node import SensorNode, Storage
 from harvester.storage.bought_parts import Chip
 from harvester.storage.fluctuating_node import (
@@ -261,11 +260,7 @@ def node(scene: AnyScene, *, days: float = 1.0, seed: int = 0) -> NodeResult:
     begin, table = time.perf_counter(), problem.scene.chip
     chip = None if table is None else chip_of(table, consumer.supply_voltage)
     outcome = _outcome(problem, (storage, consumer, chip), days, seed)
-    every = (
-        *unusual_values(problem.scene),
-        *outcome.result.diagnostics,
-        *_remarks(problem, outcome, chip),
-    )
+    every = (*problem.doubts, *outcome.result.diagnostics, *_remarks(problem, outcome, chip))
     diagnostics = tuple(diagnostic for diagnostic in every if diagnostic.code != "node_left_out")
     return dataclasses.replace(
         outcome.result, seconds=time.perf_counter() - begin, diagnostics=diagnostics

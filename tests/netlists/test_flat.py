@@ -191,7 +191,7 @@ def test_supplies_are_ideal_sources(tmp_path):
             {},
             "a file with sections, but board.cir has none: .include it",
         ),
-        (".save all", ".lib typ", {}, "line 2 must name a file and a section of it"),
+        (".save all", ".lib typ", {}, "line 2 must include a file in the netlist's folder"),
         (
             ".save all",
             "E1 x 0 TABLE {v(/PZ_P)} (0,0) (1,1)",
