@@ -5,7 +5,8 @@
     L a b 10m Rser=20                   the inductor from a, in series with a resistor; a source V alike
     limit(x, a, b)                      min(max(x, min(a, b)), max(a, b))
 
-None of them has another meaning in ngspice.  Where both programs read a text differently, such as
+ngspice refuses each of them or leaves its keys out; of limit it reads two arguments, for a random
+number.  Where both programs read a text differently, such as
 ``4k7``, it means
 what it means to ngspice (`harvester.netlists.doubts` warns).
 
