@@ -46,7 +46,7 @@ class Meaning:
 
 def meaning(problem: Problem) -> Meaning:
     """What the numbers of a physical scene mean."""
-    unusual = [remark.of("values") for remark in problem.doubts]
+    unusual = [remark.of("values") for remark in problem.value_warnings]
     topics: list[Finding] = [
         (unusual, {}),
         off_resonance(problem),

@@ -206,7 +206,7 @@ def estimate(
     impossible = None if gives else impossible_power(problem, power, bound)
     remarks += [] if impossible is None else [impossible]
     remarks += _not_yet_said(remarks, power)
-    of_scene = [*problem.doubts, *(() if shocks is None else shocks.diagnostics)]
+    of_scene = [*problem.value_warnings, *(() if shocks is None else shocks.diagnostics)]
     return Estimate(
         engine=engine,
         physical=problem.physical,

@@ -77,9 +77,11 @@ class Problem:
         return None if shaking is None or shaking.profile is None else events(self.scene)
 
     @property
-    def doubts(self) -> list[Diagnostic]:
-        """Warnings of values of the scene, and of its netlist, that are probably not what was meant."""
-        circuit = () if self.netlist is None or self.circuit is None else self.circuit.doubts
+    def value_warnings(self) -> list[Diagnostic]:
+        """Warnings of probably unintended values, in the scene and in its netlist."""
+        circuit = (
+            () if self.netlist is None or self.circuit is None else self.circuit.value_warnings
+        )
         return [*unusual_values(self.scene), *circuit]
 
     @cached_property

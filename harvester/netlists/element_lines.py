@@ -200,7 +200,7 @@ def _function_in_place(
 
 
 def _refuse_parallel(words: Words) -> None:
-    """Leave out LTspice's parts beside a capacitor or an inductor that are 0, which is none.
+    """Leave out LTspice's parallel parts of a capacitor or an inductor if they are 0.
 
     Raises InputError for others, whose places in the circuit LTspice's help only draws.
     """

@@ -153,5 +153,5 @@ def _roles(file: str, elements: list[Element], load: Load) -> dict[str, str]:
 def _no_piezo(element: Element, piezo: set[str]) -> None:
     """Refuse a source where the piezo is."""
     if element.kind in "vi" and {net_of(node) for node in element.nodes} == piezo:
-        must = "have no source between the piezo's terminals, where the device itself is"
+        must = "have no source between the piezo's terminals, which the scene's device replaces"
         raise DeckError(f"{element.where} must {must}, but has {element.name[:20]}")

@@ -9,6 +9,7 @@ Long because a load circuit and the checks of its load are read in one go.
 """
 
 import os
+import shlex
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -16,13 +17,13 @@ from pathlib import Path
 
 from harvester.errors import InputError, invalid, unknown
 from harvester.netlists.circuit_keys import CircuitKeys
-from harvester.netlists.doubts import doubts
 from harvester.netlists.flat import LOAD, ROLES, STORE, Board, as_board
 from harvester.netlists.for_ngspice import lines_for_ngspice
 from harvester.netlists.ltspice import inner_nodes
 from harvester.netlists.netlist import Body, ParsedNetlist, read_netlist
 from harvester.netlists.part import PIEZO, CircuitPart, by_name
 from harvester.netlists.read_lines import DeckError, split_path
+from harvester.netlists.unintended import unintended_values
 from harvester.netlists.written_out import initial_of, settings_of, written_out
 from harvester.presentation.diagnostic import Diagnostic
 from harvester.scene.load import Load, is_path
@@ -56,8 +57,8 @@ class LoadCircuit:
         the values of its elements that are plain numbers, by the names that a scene calls them.
     settings
         the temperatures that it sets (degrees Celsius), by the names of ngspice's options.
-    doubts
-        warnings of values that are probably not what was meant.
+    value_warnings
+        warnings of probably unintended values.
     """
 
     name: str
@@ -71,7 +72,7 @@ class LoadCircuit:
     ground: str = "0"
     elements: dict[str, float] = field(default_factory=dict)
     settings: dict[str, float] = field(default_factory=dict)
-    doubts: tuple[Diagnostic, ...] = ()
+    value_warnings: tuple[Diagnostic, ...] = ()
 
     def _part(self, name: str) -> CircuitPart | None:
         return next((part for part in self.parts if part.name == name), None)
@@ -123,11 +124,13 @@ def netlist_folder() -> Path:
     return installed if any(installed.glob("*.cir")) else Path(__file__).parents[2] / "netlists"
 
 
-def load_circuit(load: Load, capacitance: float | None = None) -> LoadCircuit:
+def load_circuit(
+    load: Load, capacitance: float | None = None, text: str | None = None
+) -> LoadCircuit:
     """Read and check the circuit of a scene's load; a load resistance is the netlist `resistor`.
 
     ``capacitance`` (F) is the piezo's: a netlist's parameter Cp takes it, unless the scene gives
-    one.
+    one.  ``text`` is that of the netlist's file, which then need not be there yet.
 
     Raises InputError for an unknown netlist, one that could run a command or reach a file outside
     its folder, one without two terminals or without Rload, a construct that is not served, and
@@ -139,11 +142,11 @@ def load_circuit(load: Load, capacitance: float | None = None) -> LoadCircuit:
         name, parameters = "resistor", {"R": load.resistance}
     path, root = split_path(name) if is_path(name) else (_of_package(name), None)
     try:
-        netlist, body, board = _read(load, path, root)
+        netlist, body, board = _read(load, path, root, text)
     except DeckError as error:
-        raise InputError(f"{error}; {_adopt(path)}") from None
+        raise InputError(f"{error}; {_adopt(load, path)}") from None
     for model, line in body.cards.items():
-        if line.where.startswith(f"{netlist.file} line"):
+        if not line.included:
             body.model(model)  # also one that nobody names; those of libraries may be others'
     keys = CircuitKeys(body, board)
     given = keys.given(path, parameters, capacitance)
@@ -166,13 +169,17 @@ def load_circuit(load: Load, capacitance: float | None = None) -> LoadCircuit:
         ground=board.ground,
         elements={keys.called(name): there[name.lower()].number or 0.0 for name in keys.elements},
         settings=settings_of(netlist),
-        doubts=doubts(body.elements, parts, capacitance) if is_path(name) else (),
+        value_warnings=unintended_values(body.elements, parts, capacitance)
+        if is_path(name)
+        else (),
     )
 
 
-def _read(load: Load, path: Path, root: Path | None) -> tuple[ParsedNetlist, Body, Board]:
-    """The netlist of a load, the part of it that is the load circuit, and what its names mean."""
-    netlist = read_netlist(path, netlist_folder() / "parts", load.terminals is not None, root)
+def _read(
+    load: Load, path: Path, root: Path | None, text: str | None
+) -> tuple[ParsedNetlist, Body, Board]:
+    """The netlist of a load, the part of it that is the load circuit, and the nodes by the names in it."""
+    netlist = read_netlist(path, netlist_folder() / "parts", load.terminals is not None, root, text)
     if load.terminals is not None:
         return netlist, netlist.outside, as_board(netlist, load)
     body = _with_rload(path, netlist)
@@ -235,11 +242,14 @@ def effective_value(part: CircuitPart) -> float | None:
     return number * part.multiplicity if part.kind == "c" else number / part.multiplicity
 
 
-def _adopt(path: Path) -> str:
-    """What makes a board of a deck."""
+def _adopt(load: Load, path: Path) -> str:
+    """The command that makes a board of a deck, as it is typed."""
     out = "adopted.cir" if path.name == "board.cir" else "board.cir"
-    deck = os.path.relpath(path)
-    return f"harvester adopt {deck} --out {out} leaves out what a scene replaces"
+    words = ["harvester", "adopt", os.path.relpath(path)]
+    words += [] if load.terminals is None else ["--terminals", ",".join(load.terminals)]
+    words += [] if load.resistor is None else ["--load", load.resistor]
+    words += [] if load.store is None else ["--store", load.store]
+    return f"{shlex.join([*words, '--out', out])} leaves out the lines that a scene replaces"
 
 
 def _of_package(name: str) -> Path:

@@ -5,10 +5,9 @@
     L a b 10m Rser=20                   the inductor from a, in series with a resistor; a source V alike
     limit(x, a, b)                      min(max(x, min(a, b)), max(a, b))
 
-ngspice refuses each of them or leaves its keys out; of limit it reads two arguments, for a random
-number.  Where both programs read a text differently, such as
-``4k7``, it means
-what it means to ngspice (`harvester.netlists.doubts` warns).
+ngspice refuses each of them or leaves its keys out; limit has two arguments there, and draws a random
+number.  If both programs read a text differently, such as ``4k7``, ngspice's meaning is kept
+(`harvester.netlists.unintended` warns).
 
 Source: LTspice 24's help, "D. Diode", "C. Capacitor", "L. Inductor" and "B. Arbitrary Behavioral Voltage or Current
 Sources".
@@ -28,7 +27,7 @@ INNER = "#"  # behind the name of an element: a node within it
 
 
 def parts_of(element: Element) -> Iterator[Element]:
-    """The element, and what its keys Rser and Lser put in series with it, behind its second node."""
+    """The element, and the resistor and inductor of its keys Rser and Lser, in series behind its second node."""
     if element.kind not in "clv" or not set(SERIES) & element.options.keys():
         yield element
         return

@@ -140,23 +140,7 @@ def read_model(line: Line) -> WrittenModel:
     name, kind, rest = "".join(tokens[1:2]), "".join(tokens[2:3]), tokens[3:]
     if kind not in KEYS or name == "=":
         raise invalid(where, f"have a model of one of the types {', '.join(KEYS)}", line.text[:60])
-    words: list[str] = []
-    texts: dict[str, str] = {}
-    while rest:
-        key = rest.pop(0)
-        if key in _WORDS.get(kind, ()):
-            words.append(key)
-            continue
-        if rest and rest[0] == "=":
-            rest.pop(0)
-        if not rest or rest[0] == "=":
-            raise invalid(where, f"give a value to {key}", line.text[:60])
-        if glued := re.fullmatch(r"([a-z]\w*?)-(\.?\d.*)", key):
-            raise invalid(where, f"have {glued[1]}={glued[2]} with a sign =", key)
-        canonical = _ALIASES.get(kind, {}).get(key, key)
-        if canonical in texts:
-            raise invalid(where, f"give {canonical} once, by one of its names", line.text[:60])
-        texts[canonical] = rest.pop(0)
+    words, texts = _texts(line, kind, rest)
     known = KEYS[kind] or _mosfet_keys(where, texts)
     if kind == "d" and is_ideal(texts):
         known, name = IDEAL, f"{name}, LTspice's ideal diode,"
@@ -175,13 +159,36 @@ def read_model(line: Line) -> WrittenModel:
     return WrittenModel(line, model_name(line), kind, trees, tuple(words))
 
 
+def _texts(line: Line, kind: str, rest: list[str]) -> tuple[list[str], dict[str, str]]:
+    """The words of a card without a value, and the texts of its keys by their first names."""
+    where = f"netlist {line.where}"
+    words: list[str] = []
+    texts: dict[str, str] = {}
+    while rest:
+        key = rest.pop(0)
+        if key in _WORDS.get(kind, ()):
+            words.append(key)
+            continue
+        if rest and rest[0] == "=":
+            rest.pop(0)
+        if not rest or rest[0] == "=":
+            raise invalid(where, f"give a value to {key}", line.text[:60])
+        if glued := re.fullmatch(r"([a-z]\w*?)-(\.?\d.*)", key):
+            raise invalid(where, f"have {glued[1]}={glued[2]} with a sign =", key)
+        canonical = _ALIASES.get(kind, {}).get(key, key)
+        if canonical in texts:
+            raise invalid(where, f"give {canonical} once, by one of its names", line.text[:60])
+        texts[canonical] = rest.pop(0)
+    return words, texts
+
+
 def is_ideal(keys: Container[str]) -> bool:
     """Whether the model of a diode with such keys is LTspice's ideal one (`harvester.netlists.ltspice`)."""
     return any(key in keys for key in IDEAL)
 
 
 def _unknown_key(name: str, where: str, key: str, known: Iterable[str]) -> InputError:
-    """The error of a key that ngspice leaves out; all keys are listed where they are few."""
+    """The error of a key that ngspice leaves out; all keys are listed if they are few."""
     names = sorted(known)
     if len(names) < 20 or difflib.get_close_matches(key, names, n=1):
         return unknown(f"key of model {name} in {where}", key, names)

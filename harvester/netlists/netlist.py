@@ -126,16 +126,21 @@ class ParsedNetlist:
 
 
 def read_netlist(
-    path: Path, library: Path | None = None, board: bool = False, root: Path | None = None
+    path: Path,
+    library: Path | None = None,
+    board: bool = False,
+    root: Path | None = None,
+    text: str | None = None,
 ) -> ParsedNetlist:
     """The netlist of a file with what it includes, and with the parts of a ``library`` (a folder) that it may name.
 
     ``board`` says that the elements outside of subcircuits are the circuit; else they are a bench,
-    which stays out.  What is included is below the folder ``root``; default: that of the file.
+    which stays out.  Included files are below the folder ``root``; default: that of the file.
+    ``text`` is that of the file, if it need not be there.
 
     Raises InputError, in one line, for what no netlist here may have.
     """
-    lines = list(read_lines(path, root))
+    lines = list(read_lines(path, root, text))
     if not board and not any(line.word in (".subckt", ".ends") for line in lines):
         must = "hold a subcircuit, .subckt to .ends, or be a flat one whose two piezo nets load.terminals names"
         raise invalid(f"netlist {path.name}", must, "neither")
@@ -190,7 +195,7 @@ def _parsed(file: str, lines: Iterable[Line], board: bool) -> ParsedNetlist:
             try:
                 _add(netlist, current, line, board, inside=True)
             except InputError as error:
-                if line.where.startswith(f"{file} line"):
+                if not line.included:
                     raise
                 current.trouble = (
                     current.trouble or error
@@ -201,7 +206,7 @@ def _parsed(file: str, lines: Iterable[Line], board: bool) -> ParsedNetlist:
 
 
 def _add(netlist: ParsedNetlist, body: Body, line: Line, board: bool, inside: bool) -> None:
-    """Add a line to a body, or what a card sets to the netlist."""
+    """Add a line to a body, or the settings of a card to the netlist."""
     if line.word not in (
         *BOARD,
         ".model",
@@ -267,7 +272,7 @@ def _header(line: Line) -> Body:
 
 
 def _check_header(body: Body, where: str) -> None:
-    """Refuse parameters that ngspice takes for its own, and terminals of one name."""
+    """Refuse parameters that have names of ngspice's, and terminals of one name."""
     for name in body.defaults:
         _free(name, where)
         if name == "m":

@@ -29,6 +29,7 @@ class Line:
 
     where: str
     text: str
+    included: bool = False  # in a file that another one includes
 
     @property
     def word(self) -> str:
@@ -37,7 +38,7 @@ class Line:
 
 
 class DeckError(InputError):
-    """A netlist has what belongs to a simulation by hand, which `harvester adopt` leaves out."""
+    """A netlist has lines of a simulation by hand, which `harvester adopt` leaves out."""
 
 
 def split_path(name: str) -> tuple[Path, Path]:
@@ -46,16 +47,18 @@ def split_path(name: str) -> tuple[Path, Path]:
     return path, (Path(folder) if mark and folder else path.parent).resolve()
 
 
-def read_lines(path: Path, root: Path | None = None) -> Iterator[Line]:
+def read_lines(path: Path, root: Path | None = None, text: str | None = None) -> Iterator[Line]:
     """Yield the lines of a netlist and of the files that it includes, in the order in which ngspice reads them.
 
-    ``root`` is the folder that includes must not leave; default: that of the netlist.
+    ``root`` is the folder that includes must not leave; default: that of the netlist.  ``text`` is
+    that of the netlist, if its file need not be there.
 
     Raises InputError for a file that cannot be read or is no netlist, without its text, which may
     be a secret; for more than `MOST_BYTES` in all, for a command to ngspice inside a comment, and
     for an include from outside the folder.
     """
-    yield from _lines_of(path, (root or path.parent).resolve(), (), [MOST_BYTES])
+    root, left = (root or path.parent).resolve(), [MOST_BYTES]
+    yield from _with_included(_joined_lines(path, left, False, text), path, root, (), left)
 
 
 def own_lines(path: Path) -> list[Line]:
@@ -65,9 +68,7 @@ def own_lines(path: Path) -> list[Line]:
 
 def _lines_of(path: Path, root: Path, chain: tuple[Path, ...], left: list[int]) -> Iterator[Line]:
     """Yield the lines of a file that the files ``chain`` include; ``left`` holds the bytes that may still be read."""
-    yield from _with_included(
-        _joined_lines(path, left, included=bool(chain)), path, root, chain, left
-    )
+    yield from _with_included(_joined_lines(path, left, included=True), path, root, chain, left)
 
 
 def _with_included(
@@ -88,7 +89,7 @@ def _with_included(
             yield from _with_included(section, library, root, (*reading, section_path), left)
         elif line.word == ".endl":
             raise InputError(
-                f"netlist {line.where} must have no .endl outside of a section: of a file with sections name one, "
+                f"netlist {line.where} must have no .endl outside of a section: name a section of the file, "
                 ".lib FILE SECTION"
             )
         else:
@@ -98,7 +99,7 @@ def _with_included(
 def library_of(line: Line) -> tuple[str, str] | None:
     """The file that an .include or a .lib card names, and the section in lower case; None of another line.
 
-    A name with blanks stands in quotes, but for a whole file of .lib: the file ends as libraries do.
+    A name with blanks is in quotes; a last word with a dot is of the name, unless that is in quotes.
     """
     if line.word not in (".include", ".inc", ".lib"):
         return None
@@ -130,10 +131,12 @@ def _section(lines: list[Line], name: str, reference: Line, library: Path) -> li
     return sections[name]
 
 
-def _joined_lines(path: Path, left: list[int], included: bool) -> list[Line]:
+def _joined_lines(
+    path: Path, left: list[int], included: bool, given: str | None = None
+) -> list[Line]:
     """The lines of one file with their continuations, without comments and, unless it is included, its title."""
     lines: list[Line] = []
-    for number, raw in enumerate(_text(path, left).split("\n"), 1):
+    for number, raw in enumerate((given or _text(path, left)).split("\n"), 1):
         where = f"{path.name} line {number}"
         _check_no_command(raw.strip(), where, number)
         text = re.split(r";|//|(?:^|[\s,])\$", raw)[0].strip()
@@ -152,9 +155,10 @@ def _joined_lines(path: Path, left: list[int], included: bool) -> list[Line]:
                 raise InputError(
                     f"netlist {where} must begin with + only to continue a line, but there is none"
                 )
-            lines[-1] = Line(lines[-1].where, f"{lines[-1].text} {text[1:].strip()}".strip())
+            continued = f"{lines[-1].text} {text[1:].strip()}".strip()
+            lines[-1] = Line(lines[-1].where, continued, included)
         else:
-            lines.append(Line(where, text))
+            lines.append(Line(where, text, included))
     if lines:
         _check_is_netlist(lines, path, (*KNOWN, *(() if included else FLAT)))
     return lines
@@ -215,14 +219,9 @@ def _included_file(name: str, line: Line, path: Path, root: Path, chain: tuple[P
     try:
         target = (path.parent / name.replace("\\", "/")).resolve(strict=True)
     except (OSError, RuntimeError, ValueError):
-        raise _missing(line, must, name) from None
+        raise DeckError(f"netlist {line.where} must {must}, but is {shown(name)}") from None
     if not target.is_relative_to(root) or not target.is_file() or not name:
-        raise _missing(line, must, name)
+        raise DeckError(f"netlist {line.where} must {must}, but is {shown(name)}")
     if target in chain:
         raise invalid(f"netlist {line.where}", "include no file within itself", name)
     return target
-
-
-def _missing(line: Line, must: str, name: str) -> DeckError:
-    """The error of a file that is not there, or not inside the folder."""
-    return DeckError(f"netlist {line.where} must {must}, but is {shown(name)}")

@@ -276,10 +276,8 @@ def _part(element: Element, scope: Scope, call: _Call) -> CircuitPart:
             )
         options["m"] = call.m
     model, form = _model(element, scope), element.form
-    if model is not None and model.kind == "d" and is_ideal(model.values):
-        _check_ideal(element, model)
-        value, form = with_leaves(ideal_current(element.nodes, model.values), leaf), "i"
-        model = None
+    if (current := _ideal(element, model)) is not None:
+        value, form, model = with_leaves(current, leaf), "i", None
     return CircuitPart(
         name=name,
         nodes=tuple(map(call.node, element.nodes)),
@@ -295,8 +293,13 @@ def _part(element: Element, scope: Scope, call: _Call) -> CircuitPart:
     )
 
 
-def _check_ideal(element: Element, model: ModelCard) -> None:
-    """Refuse resistances of an ideal diode that are not above 0, voltages below 0, and keys but m."""
+def _ideal(element: Element, model: ModelCard | None) -> Node | None:
+    """The current of an ideal diode; None of another element.
+
+    Raises InputError for resistances that are not above 0, voltages below 0, and keys but m.
+    """
+    if model is None or model.kind != "d" or not is_ideal(model.values):
+        return None
     for key, number in model.values.items():
         if number < 0.0 or (number == 0.0 and key.startswith("r")):
             least = "above 0" if key.startswith("r") else "at least 0"
@@ -305,6 +308,7 @@ def _check_ideal(element: Element, model: ModelCard) -> None:
             )
     if more := element.options.keys() - {"m"}:
         raise invalid(element.where, "have an ideal diode with no key but m", min(more))
+    return ideal_current(element.nodes, model.values)
 
 
 def _model(element: Element, scope: Scope) -> ModelCard | None:

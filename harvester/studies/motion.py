@@ -232,7 +232,12 @@ def motion(
         step=h / unit,
         physical=problem.physical,
         engine=engine,
-        diagnostics=(*problem.doubts, *notes, *_not_drawn(problem.equations), note("one_path")),
+        diagnostics=(
+            *problem.value_warnings,
+            *notes,
+            *_not_drawn(problem.equations),
+            note("one_path"),
+        ),
         probes={
             p.name: values / problem.in_circuit(p.unit)
             for p, values in zip(probes, probe_values, strict=True)

@@ -260,7 +260,11 @@ def node(scene: AnyScene, *, days: float = 1.0, seed: int = 0) -> NodeResult:
     begin, table = time.perf_counter(), problem.scene.chip
     chip = None if table is None else chip_of(table, consumer.supply_voltage)
     outcome = _outcome(problem, (storage, consumer, chip), days, seed)
-    every = (*problem.doubts, *outcome.result.diagnostics, *_remarks(problem, outcome, chip))
+    every = (
+        *problem.value_warnings,
+        *outcome.result.diagnostics,
+        *_remarks(problem, outcome, chip),
+    )
     diagnostics = tuple(diagnostic for diagnostic in every if diagnostic.code != "node_left_out")
     return dataclasses.replace(
         outcome.result, seconds=time.perf_counter() - begin, diagnostics=diagnostics

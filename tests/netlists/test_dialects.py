@@ -41,7 +41,7 @@ def board(folder, store="C7 STORE 0 4.7u", load="R5 STORE 0 330k", more="", enco
 
 
 def codes(circuit):
-    return [remark.code for remark in circuit.doubts]
+    return [remark.code for remark in circuit.value_warnings]
 
 
 # A construct of LTspice's, and a text that ngspice itself takes for the same.
@@ -260,8 +260,8 @@ def test_a_netlist_may_include_what_is_below_the_folder_of_the_scene(tmp_path, i
 def test_what_was_probably_meant_is_warned_of(tmp_path, lines, code, words):
     circuit = board(tmp_path, **lines)
     assert codes(circuit) == [code]
-    assert circuit.doubts[0].severity == "warning"
-    assert words in str(circuit.doubts[0])
+    assert circuit.value_warnings[0].severity == "warning"
+    assert words in str(circuit.value_warnings[0])
 
 
 @pytest.mark.parametrize(

@@ -1,11 +1,11 @@
-"""Warnings about netlists: numbers that are probably not what was meant, and circuits that cannot rectify."""
+"""Warnings about netlists: probably unintended numbers, and circuits that cannot rectify."""
 
 from collections.abc import Callable
 
 from harvester.uncertainty.value import Value
 
 
-def _told(value: float, unit: str) -> str:
+def _quantity(value: float, unit: str) -> str:
     return Value(value).format(unit)
 
 
@@ -13,36 +13,36 @@ def _digits(
     element: str, line: str, text: str, value: float, unit: str, other: float, write: str
 ) -> str:
     return (
-        f"{element} ({line}) is {text}, which ngspice reads as {_told(value, unit)} and LTspice as "
-        f"{_told(other, unit)}: is {write} meant?"
+        f"{element} ({line}) is {text}, which ngspice reads as {_quantity(value, unit)} and LTspice as "
+        f"{_quantity(other, unit)}: is {write} meant?"
     )
 
 
 def _mega(element: str, line: str, text: str, value: float, unit: str, write: str) -> str:
     return (
-        f"{element} ({line}) is {text}, which is {_told(value, unit)}: M is milli in SPICE; is "
+        f"{element} ({line}) is {text}, which is {_quantity(value, unit)}: M is milli in SPICE; is "
         f"{write} meant?"
     )
 
 
 def _farad(element: str, line: str, text: str, value: float, unit: str, write: str) -> str:
     return (
-        f"{element} ({line}) is {text}, which is {_told(value, unit)}: F is femto in SPICE; is "
+        f"{element} ({line}) is {text}, which is {_quantity(value, unit)}: F is femto in SPICE; is "
         f"{write} meant?"
     )
 
 
 def _unusual(element: str, line: str, value: float, unit: str, low: float, high: float) -> str:
     return (
-        f"{element} ({line}) is {_told(value, unit)}, far outside of the usual {low:g} to "
+        f"{element} ({line}) is {_quantity(value, unit)}, far outside of the usual {low:g} to "
         f"{high:g} {unit}: is its scale factor right (Meg, not M)?"
     )
 
 
 def _twice(element: str, line: str, value: float, capacitance: float) -> str:
     return (
-        f"{element} ({line}), {_told(value, 'F')}, is across the piezo, whose capacitance of "
-        f"{_told(capacitance, 'F')} the scene adds: remove it if it is the piezo's own, which counts twice"
+        f"{element} ({line}), {_quantity(value, 'F')}, is across the piezo, whose capacitance of "
+        f"{_quantity(capacitance, 'F')} the scene adds: remove it if it is the piezo's own, which counts twice"
     )
 
 

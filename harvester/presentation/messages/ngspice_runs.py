@@ -93,7 +93,7 @@ def _stores(share: float) -> str:
         return f"{said} {share:.0%} of the load power"
     return (
         f"{said} more than {MUCH:g} times the load power, which is next to nothing: does a current find "
-        "its way back to the piezo, which it does not behind a single diode, and is no element a short circuit?"
+        "its way back to the piezo, which a single diode prevents, and is any element a short circuit?"
     )
 
 

@@ -247,7 +247,7 @@ def _answer(
         seconds=passages.seconds,
         steps=passages.steps,
         diagnostics=(
-            *problem.doubts,
+            *problem.value_warnings,
             *_diagnostics(problem, passages, clock, by_default, runs),
             *([] if reason is None else [reason]),
             *passages.notes,

@@ -1,6 +1,6 @@
-"""Values of a netlist that are right in SPICE, but probably not what was meant: warnings, as data.
+"""Values of a netlist that are right in SPICE, but probably unintended: warnings, as data.
 
-SPICE's meaning is kept: of ``4k7`` the 7 is a unit, ``1M`` is a milliohm and ``0.47F`` is in femtofarad.
+The meaning in SPICE is kept: the 7 of ``4k7`` is a unit, ``1M`` is a milliohm and ``0.47F`` is in femtofarad.
 
 Source: ngspice manual, section 2.1.3 (scale factors); LTspice 24's help, "General Structure and Conventions".
 """
@@ -16,7 +16,7 @@ from harvester.netlists.words import tokens_of
 from harvester.presentation.diagnostic import Diagnostic, Number, warning
 
 # From the least to the most of resistances (ohm), capacitances (F) and inductances (H) on boards.
-USUAL = {"r": (1e-4, 1e14), "c": (1e-15, 1e4), "l": (1e-10, 1e5)}
+TYPICAL = {"r": (1e-4, 1e14), "c": (1e-15, 1e4), "l": (1e-10, 1e5)}
 UNITS = {"r": "ohm", "c": "F", "l": "H"}
 LEAST_LOAD = 0.01  # ohm
 LEAST_STORE = 1e-12  # F
@@ -28,24 +28,24 @@ _FARAD = re.compile(r"(\d+\.?\d*|\.\d+)F(arad)?s?")
 _POWERS = {"t": 12, "g": 9, "meg": 6, "k": 3, "m": -3, "u": -6, "n": -9, "p": -12, "f": -15, "r": 0}
 
 
-def doubts(
+def unintended_values(
     elements: Iterable[Element], parts: Sequence[CircuitPart], capacitance: float | None
 ) -> tuple[Diagnostic, ...]:
-    """The warnings of a load circuit: of its lines' texts, then of its elements' values.
+    """Warnings of the texts of a load circuit's lines, then of the values of its elements.
 
     ``capacitance`` (F) is the piezo's.
     """
-    told: dict[str, Diagnostic] = {}
+    warnings: dict[str, Diagnostic] = {}
     names: dict[str, str] = {}  # as they are written
     for element in elements:
         names[element.name.lower()] = element.line.text.split(maxsplit=1)[0]
         for remark in _of_text(element):
-            told.setdefault(element.name.lower(), remark)
+            warnings.setdefault(element.name.lower(), remark)
     for part in parts:
         odd = _of_value(part, names.get(part.name, part.name), capacitance)
-        if part.name not in told and odd is not None:
-            told[part.name] = odd
-    return (*told.values(), *_antiparallel(parts))
+        if part.name not in warnings and odd is not None:
+            warnings[part.name] = odd
+    return (*warnings.values(), *_antiparallel(parts))
 
 
 def _of_text(element: Element) -> Iterator[Diagnostic]:
@@ -74,9 +74,9 @@ def _of_text(element: Element) -> Iterator[Diagnostic]:
 def _of_value(part: CircuitPart, name: str, capacitance: float | None) -> Diagnostic | None:
     """A warning of an element out of the usual, or of one that is probably the piezo's own capacitance."""
     number = part.number
-    if part.kind not in USUAL or number is None or number == 0.0 or part.form:
+    if part.kind not in TYPICAL or number is None or number == 0.0 or part.form:
         return None
-    low, high = USUAL[part.kind]
+    low, high = TYPICAL[part.kind]
     low = {"rload": LEAST_LOAD, "csmooth": LEAST_STORE}.get(part.name, low)
     numbers: dict[str, Number] = {"element": name, "line": part.line, "value": number}
     if not low <= abs(number) <= high:
