@@ -43,15 +43,18 @@ def adopt(
     force: bool,
     as_json: bool,
 ) -> None:
-    """Make a board for a scene of the netlist DECK: without its drive, the piezo's capacitance, analyses and commands.
+    """Make a board of DECK: without its drive, the piezo's capacitor, analyses and commands.
 
     Prints the lines that are left out or kept, and the scene's table [load].
     """
     from harvester.machine import files
     from harvester.netlists.adoption import adopt as read
+    from harvester.netlists.deck_cards import check_form
+    from harvester.netlists.deck_device import Nets
 
     path = Path(deck)
-    nets = None
+    check_form(path)
+    nets: Nets | None = None
     if terminals is not None:
         names = tuple(name.strip() for name in terminals.split(","))
         if len(names) != 2 or not all(names):
@@ -106,7 +109,7 @@ def _toml(value: str | list[str]) -> str:
 
 
 def _checked(adoption: "Adoption", board: Path) -> "tuple[Diagnostic, ...]":
-    """The warnings of the board, which is read as a scene reads it; raises InputError for a construct of no board."""
+    """The warnings of the board; raises InputError for a construct that a scene refuses."""
     from harvester.netlists.load_circuit import load_circuit
     from harvester.scene.load import Load
 

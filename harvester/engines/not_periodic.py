@@ -10,15 +10,20 @@ _RHYTHM = "sw"  # letters of switches, which with their hysteresis have a rhythm
 
 
 def not_periodic(problem: Problem) -> Diagnostic:
-    """The note of a response that does not repeat, with its likely cause, and a store's time (in the scene's unit)."""
-    cause, seconds = "", 0.0
-    circuit, drive = problem.circuit, problem.equations.drive_frequency
-    if circuit is not None and problem.netlist is not None:
-        storage, w0 = circuit.storage or 0.0, problem.scales.frequency
-        if drive and storage * w0 * drive > 2.0 * math.pi * PERIODS:
-            cause, seconds = "store", storage * w0 / problem.units.frequency
-        elif any(part.kind in _RHYTHM for part in circuit.parts):
-            cause = "rhythm"
-        elif any("ic" in part.options for part in circuit.parts):
-            cause = "initial"
-    return note("not_periodic", cause=cause, time=seconds, physical=problem.physical)
+    """The note of a response that does not repeat, with its likely cause.
+
+    A store's time is in the unit of the scene.
+    """
+    cause = ""
+    circuit = problem.circuit
+    parts = circuit.parts if circuit else ()
+    storage = (circuit and circuit.storage) or 0.0  # s
+    settling = storage * problem.scales.frequency
+    if settling * (problem.equations.drive_frequency or 0.0) > 2.0 * math.pi * PERIODS:
+        cause = "store"
+    elif any(part.kind in _RHYTHM for part in parts):
+        cause = "rhythm"
+    elif any("ic" in part.options for part in parts):
+        cause = "initial"
+    time = settling / problem.units.frequency
+    return note("not_periodic", cause=cause, time=time, physical=problem.physical)

@@ -79,10 +79,8 @@ class Problem:
     @property
     def value_warnings(self) -> list[Diagnostic]:
         """Warnings of probably unintended values, in the scene and in its netlist."""
-        circuit = (
-            () if self.netlist is None or self.circuit is None else self.circuit.value_warnings
-        )
-        return [*unusual_values(self.scene), *circuit]
+        circuit = self.circuit if self.netlist else None
+        return [*unusual_values(self.scene), *(circuit.value_warnings if circuit else ())]
 
     @cached_property
     def circuit(self) -> LoadCircuit | None:

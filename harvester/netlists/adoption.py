@@ -1,8 +1,8 @@
-"""Decks: netlists of a whole simulation, with a source in the piezo's place, made into boards that a scene can load.
+"""Decks: netlists of a whole simulation, with a source in the piezo's place, made into boards.
 
-A deck is read line by line.  The source, the piezo's capacitor, analyses, outputs and commands are left out; all
-other lines are kept as they are written.  The treatment of each line is data (`Adoption.diagnostics`), and an unknown
-card is refused.
+A deck is read line by line.  The source, the piezo's capacitor, analyses, outputs and commands are
+left out; all other lines are kept as they are written.  The treatment of each line is data
+(`Adoption.diagnostics`), and an unknown card is refused.
 """
 
 import re
@@ -12,9 +12,15 @@ from pathlib import Path
 
 from harvester.errors import InputError, invalid, unknown
 from harvester.netlists.cards import DEFINITIONS, PARAMETERS, TEMPERATURES
+from harvester.netlists.deck_cards import (
+    ParameterStep,
+    beside,
+    check_form,
+    names_of,
+    on_libraries,
+    read_step,
+)
 from harvester.netlists.deck_device import DeckDevice, Nets, find_piezo
-from harvester.netlists.deck_libraries import beside, names_of, on_libraries
-from harvester.netlists.deck_steps import ParameterStep, read_step
 from harvester.netlists.element_lines import Element, read_element
 from harvester.netlists.flat import net_of
 from harvester.netlists.read_lines import Line, library_of, own_lines, read_lines
@@ -22,9 +28,9 @@ from harvester.netlists.words import tokens_of
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 
 KEPT = (*DEFINITIONS, *PARAMETERS, ".inc", ".lib", ".global", ".ic", ".temp")
-LEFT_OUT = (".tran", ".ac", ".dc", ".op", ".noise", ".four", ".tf", ".sens", ".pz", ".disto", ".print", ".plot",
-            ".meas", ".measure", ".save", ".probe", ".nodeset", ".backanno", ".wave", ".net", ".title", ".end",
-            ".width", ".fft")  # fmt: skip
+LEFT_OUT = (".tran", ".ac", ".dc", ".op", ".noise", ".four", ".tf", ".sens", ".pz", ".disto",
+            ".fft", ".print", ".plot", ".meas", ".measure", ".save", ".probe", ".nodeset",
+            ".backanno", ".wave", ".net", ".title", ".end", ".width")  # fmt: skip
 OPTIONS = (".options", ".option", ".opt")
 PHYSICAL = (
     "gmin",
@@ -82,11 +88,11 @@ def adopt(
 ) -> Adoption:
     """The board of a deck.
 
-    ``terminals`` are the piezo's nets, ``load`` and ``store`` the names of elements; those that are left out are
-    searched for.
+    ``terminals`` are the piezo's nets, ``load`` and ``store`` the names of elements; those that are
+    left out are searched for.
 
-    Raises InputError for a file without a netlist, an unknown card, and an undecidable element, with the option to
-    give.
+    Raises InputError for a file without a netlist, an unknown card, and an undecidable element,
+    with the option to give.
     """
     check_form(path)
     deck = _read(path)
@@ -108,16 +114,6 @@ def adopt(
     name = None if kept_store is None else kept_store.name
     remarks = tuple(deck.remarks)
     return Adoption("\n".join(lines), piezo.nets, resistor.name, name, capacitance, remarks)
-
-
-def check_form(path: Path) -> None:
-    """Refuse drawings, of which the netlist is to be exported."""
-    ways = {
-        ".asc": "in LTspice: View > SPICE Netlist, then File > Save As",
-        ".kicad_sch": f"kicad-cli sch export netlist --format spice -o {path.stem}.cir {path.name}",
-    }
-    if (how := ways.get(path.suffix.lower())) is not None:
-        raise InputError(f"DECK must be a netlist, but {path.name} is a drawing; export it: {how}")
 
 
 def _read(path: Path) -> SimulationDeck:
@@ -172,12 +168,14 @@ def _keep(deck: SimulationDeck, line: Line) -> None:
     """Keep a line, and note its models and parameters; a library is kept if it is there."""
     named = library_of(line)
     if named is not None:
-        library = beside(deck.path, named[0])
+        library = beside(deck.path, named.file)
         if library is None:
-            deck.missing.append((line, named[0]))
+            deck.missing.append((line, named.file))
             return
-        card = f".lib {library.name} {named[1]}" if named[1] else f".include {library.name}"
-        included = list(read_lines(library)) if not named[1] else []
+        card = (
+            f".lib {library.name} {named.section}" if named.section else f".include {library.name}"
+        )
+        included = list(read_lines(library)) if not named.section else []
         deck.models |= set(names_of(included))
         deck.kept.append(
             Line(line.where, card if library.parent == deck.path.parent else line.text)
@@ -238,7 +236,7 @@ def _is_source(element: Element) -> bool:
 def _named(
     elements: Sequence[Element], letter: str, given: str | None, what: str, file: str
 ) -> Element | None:
-    """The load or the store: as given, by its name, or the only element of its kind; None if there are several."""
+    """The load or the store: as given, by its name, or the only one of its kind; None otherwise."""
     there = {element.name.lower(): element for element in elements if element.kind == letter}
     if given is not None:
         if given.lower() not in there:

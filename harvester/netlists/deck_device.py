@@ -1,7 +1,7 @@
 """The piezo of a deck: the elements that a scene's device replaces, and its two nets.
 
-Three forms are known: a current source with a capacitor across it; a voltage source in series with a capacitor, with
-nothing else between them; a voltage source that is a sine between the two nets.
+Three forms are known: a current source with a capacitor across it; a voltage source in series with
+a capacitor, with nothing else between them; a voltage source that is a sine between the two nets.
 """
 
 from collections import Counter
@@ -58,7 +58,8 @@ def find_piezo(elements: Sequence[Element], terminals: Nets | None, file: str) -
         f"{device.drives[0].name} at {','.join(device.nets)}" for device in merged.values()
     )
     raise InputError(
-        f"deck {file} must have one source in the piezo's place, but several may be it ({several}): {give}"
+        f"deck {file} must have one source in the piezo's place, but several may be it "
+        f"({several}): {give}"
     )
 
 
@@ -135,7 +136,7 @@ def _direct(elements: Sequence[Element]) -> list[DeckDevice]:
 
 
 def _drives(element: Element) -> bool:
-    """Whether an element is a source that changes with time, or one for an analysis of small signals."""
+    """Whether a source changes with time, or is one of an analysis of small signals."""
     small = element.kind in "vi" and " ac " in f"{element.line.text.lower()} ".replace("\t", " ")
     return (element.kind in "vi" and bool(element.form)) or small or _is_function(element)
 

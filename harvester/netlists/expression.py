@@ -127,7 +127,9 @@ class _Reader:
     """Reads one expression: operands, and operators by their precedence."""
 
     def __init__(self, text: str, where: str, language: Language) -> None:
-        self.text, self.where, self.language = text, where, language
+        self.text = text
+        self.where = where
+        self.language = language
         self.tokens: list[str] = []
         self.probes: list[Node] = []
         self.position = self.nesting = 0
@@ -268,7 +270,7 @@ class _Reader:
         if name == "pwl" and self.language is SOURCES:
             return Node("pwl", tuple(arguments))
         if name == "limit" and len(arguments) == 3:
-            return limited(*arguments)
+            return limited(arguments[0], arguments[1], arguments[2])
         if name in self.language.functions:
             count, which = self.language.functions[name]
             if len(arguments) != count:

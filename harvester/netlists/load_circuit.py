@@ -136,10 +136,12 @@ def load_circuit(
     its folder, one without two terminals or without Rload, a construct that is not served, and
     parameters that it lacks or that lack a value.
     """
-    name, parameters = load.netlist, dict(load.parameters)
+    name = load.netlist
+    parameters = dict(load.parameters)
     if name is None:
         assert load.resistance is not None, "Load checks this"
-        name, parameters = "resistor", {"R": load.resistance}
+        name = "resistor"
+        parameters = {"R": load.resistance}
     path, root = split_path(name) if is_path(name) else (_of_package(name), None)
     try:
         netlist, body, board = _read(load, path, root, text)
@@ -178,7 +180,7 @@ def load_circuit(
 def _read(
     load: Load, path: Path, root: Path | None, text: str | None
 ) -> tuple[ParsedNetlist, Body, Board]:
-    """The netlist of a load, the part of it that is the load circuit, and the nodes by the names in it."""
+    """The netlist of a load, its part that is the load circuit, and the nodes by their names."""
     netlist = read_netlist(path, netlist_folder() / "parts", load.terminals is not None, root, text)
     if load.terminals is not None:
         return netlist, netlist.outside, as_board(netlist, load)

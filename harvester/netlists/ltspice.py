@@ -1,16 +1,20 @@
 """Constructs of LTspice that ngspice refuses or leaves out, as elements that both have.
 
-    D(Ron= Roff= Vfwd= Vrev= Rrev=)     i = v/Roff + (1/Ron - 1/Roff) (v - Vfwd)^+ - (1/Rrev - 1/Roff) (-v - Vrev)^+
-    C a b 10u Rser=0.1 Lser=2n          the capacitor from a, in series with a resistor and an inductor
-    L a b 10m Rser=20                   the inductor from a, in series with a resistor; a source V alike
-    limit(x, a, b)                      min(max(x, min(a, b)), max(a, b))
+    D(Ron= Roff= Vfwd= Vrev= Rrev=)
+        i = v/Roff + (1/Ron - 1/Roff) (v - Vfwd)^+ - (1/Rrev - 1/Roff) (-v - Vrev)^+
+    C a b 10u Rser=0.1 Lser=2n
+        the capacitor from a, in series with a resistor and an inductor
+    L a b 10m Rser=20
+        the inductor from a, in series with a resistor; a source V alike
+    limit(x, a, b)
+        min(max(x, min(a, b)), max(a, b))
 
-ngspice refuses each of them or leaves its keys out; limit has two arguments there, and draws a random
-number.  If both programs read a text differently, such as ``4k7``, ngspice's meaning is kept
+ngspice refuses each of them or leaves its keys out; limit has two arguments there, and draws a
+random number.  If both programs read a text differently, such as ``4k7``, ngspice's meaning is kept
 (`harvester.netlists.unintended` warns).
 
-Source: LTspice 24's help, "D. Diode", "C. Capacitor", "L. Inductor" and "B. Arbitrary Behavioral Voltage or Current
-Sources".
+Source: LTspice 24's help, "D. Diode", "C. Capacitor", "L. Inductor" and "B. Arbitrary Behavioral
+Voltage or Current Sources".
 """
 
 from collections import Counter
@@ -27,11 +31,12 @@ INNER = "#"  # behind the name of an element: a node within it
 
 
 def parts_of(element: Element) -> Iterator[Element]:
-    """The element, and the resistor and inductor of its keys Rser and Lser, in series behind its second node."""
+    """The element, and those of its keys Rser and Lser, in series behind its second node."""
     if element.kind not in "clv" or not set(SERIES) & element.options.keys():
         yield element
         return
-    name, options = element.name, dict(element.options)
+    name = element.name
+    options = dict(element.options)
     given = {key: tree for key in SERIES if (tree := options.pop(key, None)) is not None}
     series = {
         key: tree for key, tree in given.items() if not (tree.is_constant and tree.value == 0.0)
@@ -49,7 +54,7 @@ def parts_of(element: Element) -> Iterator[Element]:
 
 
 def inner_nodes(parts: Iterable[CircuitPart]) -> dict[str, str]:
-    """The nodes within elements that `parts_of` has made, and the outer node that each is at without a current."""
+    """The nodes that `parts_of` has made, each with the outer node of its voltage at no current."""
     named = [(part, part.name[len(part.path) :].partition("_")[0]) for part in parts]
     several = Counter(
         (part.path, part.line) for part, _ in named

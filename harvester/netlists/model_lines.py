@@ -137,13 +137,16 @@ def read_model(line: Line) -> WrittenModel:
     """
     where = f"netlist {line.where}"
     tokens = tokens_of(line.text.lower())
-    name, kind, rest = "".join(tokens[1:2]), "".join(tokens[2:3]), tokens[3:]
+    name = "".join(tokens[1:2])
+    kind = "".join(tokens[2:3])
+    rest = tokens[3:]
     if kind not in KEYS or name == "=":
         raise invalid(where, f"have a model of one of the types {', '.join(KEYS)}", line.text[:60])
     words, texts = _texts(line, kind, rest)
     known = KEYS[kind] or _mosfet_keys(where, texts)
     if kind == "d" and is_ideal(texts):
-        known, name = IDEAL, f"{name}, LTspice's ideal diode,"
+        known = IDEAL
+        name = f"{name}, LTspice's ideal diode,"
     if kind in ("r", "res") and not {"tc1", "tc2", "tce"} & texts.keys():
         texts.pop(
             "t_abs", None
@@ -183,7 +186,7 @@ def _texts(line: Line, kind: str, rest: list[str]) -> tuple[list[str], dict[str,
 
 
 def is_ideal(keys: Container[str]) -> bool:
-    """Whether the model of a diode with such keys is LTspice's ideal one (`harvester.netlists.ltspice`)."""
+    """Whether the model of a diode with such keys is LTspice's ideal one."""
     return any(key in keys for key in IDEAL)
 
 

@@ -57,7 +57,7 @@ class Body:
 
     @cached_property
     def elements(self) -> list[Element]:
-        """Its elements; raises as `check` and `read_element`, and InputError for two of one name."""
+        """Its elements; raises as `check` and `read_element`, and for two of one name."""
         self.check()
         elements: dict[str, Element] = {}
         for line in self.lines:
@@ -256,7 +256,8 @@ def _header(line: Line) -> Body:
     if not words.alone:
         raise invalid(where, "have a name", line.text[:60])
     mark = words.alone.index("params:") if "params:" in words.alone else len(words.alone)
-    plain, wanting = words.alone[:mark], words.alone[mark + 1 :]
+    plain = words.alone[:mark]
+    wanting = words.alone[mark + 1 :]
     spelling = {name.lower(): name for name in (*spelt.alone, *spelt.pairs)}
     defaults: dict[str, Node | None] = {
         key: parameter_value(text, where) for key, text in words.pairs.items()

@@ -8,6 +8,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 from harvester.errors import InputError, invalid, shown, unknown
 from harvester.machine import files
@@ -17,7 +18,7 @@ MOST_BYTES = 262_144  # of a netlist with all that it includes
 KNOWN = (".subckt", ".model", ".param", ".include", ".inc", ".lib")
 FLAT = (".title", ".end")  # or one of these, a flat netlist
 INSIDE = "/./"  # in a path: the folder before it is the one that the netlist must not leave
-# Signs of other programs, as SPICE spells them: of micro and ohm, and LTspice's between a letter and a name.
+# Signs of micro and ohm, and LTspice's between a letter and a name, as SPICE spells them.
 _SPELT = str.maketrans(
     {"\u00b5": "u", "\u03bc": "u", "\u03a9": "ohm", "\u2126": "ohm", "\u00a7": "_"}
 )
@@ -42,8 +43,9 @@ class DeckError(InputError):
 
 
 def split_path(name: str) -> tuple[Path, Path]:
-    """The path of a netlist, and the folder that its includes must not leave: its own, or that before ``/./``."""
-    path, (folder, mark, _) = Path(name), name.partition(INSIDE)
+    """The path of a netlist, and the folder of its includes: its own, or that before ``/./``."""
+    path = Path(name)
+    folder, mark, _ = name.partition(INSIDE)
     return path, (Path(folder) if mark and folder else path.parent).resolve()
 
 
@@ -57,7 +59,8 @@ def read_lines(path: Path, root: Path | None = None, text: str | None = None) ->
     be a secret; for more than `MOST_BYTES` in all, for a command to ngspice inside a comment, and
     for an include from outside the folder.
     """
-    root, left = (root or path.parent).resolve(), [MOST_BYTES]
+    root = (root or path.parent).resolve()
+    left = [MOST_BYTES]
     yield from _with_included(_joined_lines(path, left, False, text), path, root, (), left)
 
 
@@ -77,37 +80,46 @@ def _with_included(
     """Yield lines of the file ``path``, and in place of those that name a file or a section of one what is in it."""
     reading = (*chain, path.resolve())
     for line in lines:
-        library_card = library_of(line)
-        if library_card is not None and not library_card[1]:
-            target = _included_file(library_card[0], line, path, root, reading)
+        named = library_of(line)
+        if named is not None and not named.section:
+            target = _included_file(named.file, line, path, root, reading)
             yield from _lines_of(target, root, reading, left)
-        elif library_card is not None:
-            library, name = _included_file(library_card[0], line, path, root, ()), library_card[1]
+        elif named is not None:
+            library = _included_file(named.file, line, path, root, ())
+            name = named.section
             if (section_path := library / name) in chain:
                 raise invalid(f"netlist {line.where}", "include no section within itself", name)
             section = _section(_joined_lines(library, left, included=True), name, line, library)
             yield from _with_included(section, library, root, (*reading, section_path), left)
         elif line.word == ".endl":
             raise InputError(
-                f"netlist {line.where} must have no .endl outside of a section: name a section of the file, "
-                ".lib FILE SECTION"
+                f"netlist {line.where} must have no .endl outside of a section: name a section of "
+                "the file, .lib FILE SECTION"
             )
         else:
             yield line
 
 
-def library_of(line: Line) -> tuple[str, str] | None:
-    """The file that an .include or a .lib card names, and the section in lower case; None of another line.
+class LibraryCard(NamedTuple):
+    """An .include or a .lib card: a file, and a section in lower case; "" for the whole file."""
 
-    A name with blanks is in quotes; a last word with a dot is of the name, unless that is in quotes.
+    file: str
+    section: str
+
+
+def library_of(line: Line) -> LibraryCard | None:
+    """The file and the section of an .include or a .lib card; None of another line.
+
+    A name with blanks is in quotes; a last word with a dot is of the name, unless that is in
+    quotes.
     """
     if line.word not in (".include", ".inc", ".lib"):
         return None
     text = line.text[len(line.word) :].strip()
     match = re.fullmatch(r"(\"[^\"]*\"|'[^']*'|[^\"'].*?)\s+([^\"'\s]+)", text)
     if line.word == ".lib" and match and not (text[0] not in "\"'" and "." in match[2]):
-        return match[1].strip("\"'"), match[2].lower()
-    return text.strip("\"'"), ""
+        return LibraryCard(match[1].strip("\"'"), match[2].lower())
+    return LibraryCard(text.strip("\"'"), "")
 
 
 def _section(lines: list[Line], name: str, reference: Line, library: Path) -> list[Line]:

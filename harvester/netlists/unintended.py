@@ -1,8 +1,10 @@
 """Values of a netlist that are right in SPICE, but probably unintended: warnings, as data.
 
-The meaning in SPICE is kept: the 7 of ``4k7`` is a unit, ``1M`` is a milliohm and ``0.47F`` is in femtofarad.
+The meaning in SPICE is kept: the 7 of ``4k7`` is a unit, ``1M`` is a milliohm and ``0.47F`` is in
+femtofarad.
 
-Source: ngspice manual, section 2.1.3 (scale factors); LTspice 24's help, "General Structure and Conventions".
+Source: ngspice manual, section 2.1.3 (scale factors); LTspice 24's help, "General Structure and
+Conventions".
 """
 
 import math
@@ -72,7 +74,7 @@ def _of_text(element: Element) -> Iterator[Diagnostic]:
 
 
 def _of_value(part: CircuitPart, name: str, capacitance: float | None) -> Diagnostic | None:
-    """A warning of an element out of the usual, or of one that is probably the piezo's own capacitance."""
+    """A warning of an element out of the usual, or of a capacitor that is probably the piezo's."""
     number = part.number
     if part.kind not in TYPICAL or number is None or number == 0.0 or part.form:
         return None
@@ -88,7 +90,7 @@ def _of_value(part: CircuitPart, name: str, capacitance: float | None) -> Diagno
 
 
 def _antiparallel(parts: Sequence[CircuitPart]) -> Iterator[Diagnostic]:
-    """A warning of two diodes from an electrode to the store in both directions, by which nothing is rectified."""
+    """A warning of two diodes from an electrode to the store in both directions."""
     diodes = [part for part in parts if part.kind == "d" and "bv" not in _keys(part)]
     store = next((set(part.nodes) for part in parts if part.name == "csmooth"), set())
     for k, first in enumerate(diodes):

@@ -220,7 +220,8 @@ def _called(
 
 def _given(element: Element, body: Body, scope: Scope) -> dict[str, float]:
     """What a call gives to the parameters of a subcircuit, and m."""
-    where, given = element.where, dict[str, float]()
+    where = element.where
+    given = dict[str, float]()
     for key, tree in element.options.items():
         if key != "m" and key not in body.defaults and key not in body.parameters:
             raise unknown(
@@ -246,7 +247,9 @@ def _given(element: Element, body: Body, scope: Scope) -> dict[str, float]:
 
 def _part(element: Element, scope: Scope, call: _Call) -> CircuitPart:
     """An element of a call of a subcircuit."""
-    kind, where, path = element.kind, element.where, call.path
+    kind = element.kind
+    where = element.where
+    path = call.path
     name = f"{path}{element.name.lower()}"
 
     def leaf(node: Node) -> Node:
@@ -275,9 +278,12 @@ def _part(element: Element, scope: Scope, call: _Call) -> CircuitPart:
                 element.line.text[:60],
             )
         options["m"] = call.m
-    model, form = _model(element, scope), element.form
+    model = _model(element, scope)
+    form = element.form
     if (current := _ideal(element, model)) is not None:
-        value, form, model = with_leaves(current, leaf), "i", None
+        value = with_leaves(current, leaf)
+        form = "i"
+        model = None
     return CircuitPart(
         name=name,
         nodes=tuple(map(call.node, element.nodes)),
@@ -303,9 +309,7 @@ def _ideal(element: Element, model: ModelCard | None) -> Node | None:
     for key, number in model.values.items():
         if number < 0.0 or (number == 0.0 and key.startswith("r")):
             least = "above 0" if key.startswith("r") else "at least 0"
-            raise invalid(
-                f"{key} of model {model.name}, for {element.where},", f"be {least}", number
-            )
+            raise invalid(f"{element.where}, model {model.name}, {key},", f"be {least}", number)
     if more := element.options.keys() - {"m"}:
         raise invalid(element.where, "have an ideal diode with no key but m", min(more))
     return ideal_current(element.nodes, model.values)

@@ -13,8 +13,8 @@ def _digits(
     element: str, line: str, text: str, value: float, unit: str, other: float, write: str
 ) -> str:
     return (
-        f"{element} ({line}) is {text}, which ngspice reads as {_quantity(value, unit)} and LTspice as "
-        f"{_quantity(other, unit)}: is {write} meant?"
+        f"{element} ({line}) is {text}, which ngspice reads as {_quantity(value, unit)} and "
+        f"LTspice as {_quantity(other, unit)}: is {write} meant?"
     )
 
 
@@ -42,7 +42,8 @@ def _unusual(element: str, line: str, value: float, unit: str, low: float, high:
 def _twice(element: str, line: str, value: float, capacitance: float) -> str:
     return (
         f"{element} ({line}), {_quantity(value, 'F')}, is across the piezo, whose capacitance of "
-        f"{_quantity(capacitance, 'F')} the scene adds: remove it if it is the piezo's own, which counts twice"
+        f"{_quantity(capacitance, 'F')} the scene adds: remove it if it is the piezo's own, which "
+        "counts twice"
     )
 
 
@@ -52,6 +53,6 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "farad_or_femto": _farad,
     "unusual_element": _unusual,
     "piezo_capacitance_twice": _twice,
-    "antiparallel_diodes": "{first} and {second} connect an electrode and the store in both directions: nothing is "
-    "rectified; is one of them at the other electrode?",
+    "antiparallel_diodes": "{first} and {second} connect an electrode and the store in both "
+    "directions: nothing is rectified; is one of them at the other electrode?",
 }

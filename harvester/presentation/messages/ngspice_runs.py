@@ -90,10 +90,11 @@ def _not_periodic(cause: str = "", time: float = 0.0, physical: bool = True) -> 
 def _stores(share: float) -> str:
     said = "not stationary: mass, piezo and Csmooth still store"
     if share <= MUCH:
-        return f"{said} {share:.0%} of the load power"
+        return f"{said} {share:.0%} as much as the load power"
     return (
-        f"{said} more than {MUCH:g} times the load power, which is next to nothing: does a current find "
-        "its way back to the piezo, which a single diode prevents, and is any element a short circuit?"
+        f"{said} more than {MUCH:g} times the load power, which is next to nothing: does a current "
+        "find its way back to the piezo, which a single diode prevents, and is any element a short "
+        "circuit?"
     )
 
 
