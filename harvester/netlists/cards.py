@@ -92,10 +92,7 @@ class Settings:
         where = f"netlist {line.where}"
         word = line.word
         if word not in (BOARD if board else BENCH) or (inside and not board):
-            flat = "of a flat netlist, such as KiCad's, load.terminals in a scene names the piezo's nets"
-            bench = "inside" if inside else f"(and a bench to run it by hand; {flat})"
-            must = f"have only the cards {', '.join(DEFINITIONS)} {bench}"
-            raise DeckError(f"{where} must {must}, but is {shown(word)}")
+            raise _no_card(line, board, inside)
         text = line.text.lower()[len(word) :]
         if word in (".options", ".option", ".opt"):
             self._add_options(Words(line, text))
@@ -121,3 +118,14 @@ class Settings:
                 raise unknown(
                     f"option in {words.where}", key, sorted(_NUMERICAL | set(TEMPERATURES))
                 )
+
+
+def _no_card(line: Line, board: bool, inside: bool) -> DeckError:
+    """The error of a card that a circuit has not."""
+    nets = "load.terminals in a scene names the piezo's nets"
+    flat = f"of a flat netlist, such as KiCad's, {nets}"
+    bench = "inside" if inside else f"(and a bench to run it by hand; {flat})"
+    must = f"have only the cards {', '.join(DEFINITIONS)} {bench}"
+    if board:
+        must = "have only cards of a circuit, not of a simulation by hand"
+    return DeckError(f"netlist {line.where} must {must}, but is {shown(line.word)}")

@@ -91,7 +91,7 @@ def _of_value(part: CircuitPart, name: str, capacitance: float | None) -> Diagno
 
 def _antiparallel(parts: Sequence[CircuitPart]) -> Iterator[Diagnostic]:
     """A warning of two diodes from an electrode to the store in both directions."""
-    diodes = [part for part in parts if part.kind == "d" and "bv" not in _keys(part)]
+    diodes = [part for part in parts if part.kind == "d"]
     store = next((set(part.nodes) for part in parts if part.name == "csmooth"), set())
     for k, first in enumerate(diodes):
         for second in diodes[k + 1 :]:
@@ -99,8 +99,3 @@ def _antiparallel(parts: Sequence[CircuitPart]) -> Iterator[Diagnostic]:
             back = first.nodes[:2] == second.nodes[1::-1]
             if back and nodes & {PIEZO, "0"} and nodes & (store - {PIEZO, "0"}):
                 yield warning("antiparallel_diodes", first=first.name, second=second.name)
-
-
-def _keys(part: CircuitPart) -> set[str]:
-    """The keys of an element's model; none without one."""
-    return set() if part.model is None else set(part.model.values)

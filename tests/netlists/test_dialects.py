@@ -275,7 +275,7 @@ def test_what_was_probably_meant_is_warned_of(tmp_path, lines, code, words):
         {"more": "C9 PA STORE 33n"},
         {"store": "C7 STORE 0 0.33"},
         {"more": "R9 PA STORE 10kohm"},
-        {"more": "D9 STORE PA DQ\n.model DQ D(Bv=12)"},
+        {"more": "D9 STORE PX DX\nR8 PX PA 10"},
     ],
 )
 def test_usual_values_are_not_warned_of(tmp_path, lines):

@@ -172,7 +172,12 @@ def test_supplies_are_ideal_sources(tmp_path):
             {},
             "line 2 must begin with a card or one of the elements",
         ),
-        (".save all", ".control\nshell touch x\n.endc", {}, "line 2 must have only the cards"),
+        (
+            ".save all",
+            ".control\nshell touch x\n.endc",
+            {},
+            "line 2 must have only cards of a circuit",
+        ),
         (
             ".save all",
             ".include /etc/hostname",
