@@ -5,6 +5,8 @@ import math
 import pytest
 
 import harvester as hv
+from harvester.engines.selection import serving
+from harvester.equations.problem import Problem
 from harvester.errors import InputError
 from harvester.netlists.load_circuit import load_circuit
 from harvester.netlists.part import by_name
@@ -296,3 +298,14 @@ def test_an_answer_has_the_warning(tmp_path):
     scene.write_text(SCENE.replace("hardware/power/board.cir", "flat.cir"))
     answer = hv.run(scene, engine="compiled", budget=20.0)
     assert "digits_behind_suffix" in [remark.code for remark in answer.diagnostics]
+
+
+@pytest.mark.parametrize("store", ["C7 STORE 0 4.7u", "C7 STORE 0 4.7u Rser=90 Lser=1u"])
+def test_a_store_with_a_resistance_of_its_own_needs_no_separation_of_times(tmp_path, store):
+    """Engine `slow`, whose error is larger, is for circuits behind the rectifier that switch."""
+    bridge = "D1 PA STORE DX\nD2 PB STORE DX\nD3 0 PA DX\nD4 0 PB DX\n"
+    diodes = ".model DX D(Is=3u N=1.08 Rs=5 Cjo=30p)\n.end\n"
+    (tmp_path / "flat.cir").write_text(f"* x\n{bridge}{store}\nR5 STORE 0 330k\n{diodes}")
+    text = SCENE.replace("hardware/power/board.cir", "./flat.cir").replace('"0"]', '"PB"]')
+    (tmp_path / "scene.toml").write_text(text)
+    assert "slow" not in serving(Problem.of(tmp_path / "scene.toml"))
