@@ -14,7 +14,7 @@ from harvester.errors import HarvesterError
 from harvester.presentation.columns import columns
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.quantities.kinds import RESISTANCE
-from harvester.scene.plausibility import unusual, unusual_values
+from harvester.scene.plausibility import unusual
 from harvester.uncertainty.value import Value
 
 Finding = tuple[list[Diagnostic], dict[str, Any]]  # remarks on a topic, and the facts behind them
@@ -46,7 +46,7 @@ class Meaning:
 
 def meaning(problem: Problem) -> Meaning:
     """What the numbers of a physical scene mean."""
-    unusual = [remark.of("values") for remark in unusual_values(problem.scene)]
+    unusual = [remark.of("values") for remark in problem.value_warnings]
     topics: list[Finding] = [
         (unusual, {}),
         off_resonance(problem),

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 from harvester.answers.estimate import Estimate
 from harvester.engines.ensemble import Ensemble
 from harvester.engines.moment_existence import existence
+from harvester.engines.not_periodic import not_periodic
 from harvester.engines.options import number
 from harvester.engines.protocol import (
     AnyScene,
@@ -16,7 +17,7 @@ from harvester.engines.protocol import (
 )
 from harvester.engines.sampling import Model
 from harvester.equations.problem import Problem
-from harvester.presentation.diagnostic import Diagnostic, note, warning
+from harvester.presentation.diagnostic import Diagnostic, warning
 from harvester.presentation.engine_look import EngineLook
 from harvester.presentation.messages.unknown_parts import COMPILED_CIRCUIT
 
@@ -123,7 +124,7 @@ class Compiled(Ensemble):
         bounded = self if patient else dataclasses.replace(self, budget=LONGEST_SAMPLING)
         answer = super(Compiled, bounded).run(problem, progress)
         return dataclasses.replace(
-            answer, diagnostics=(*answer.diagnostics, note("not_periodic"))
+            answer, diagnostics=(*answer.diagnostics, not_periodic(problem))
         ), None
 
     def pilot(self, problem: Problem, trajectories: "Trajectories") -> "Trajectories":

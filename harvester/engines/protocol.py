@@ -13,7 +13,6 @@ from harvester.errors import CannotServeError, HarvesterError, InputError, answe
 from harvester.linear.record_doubts import join_change
 from harvester.presentation.diagnostic import Diagnostic, has, refusal, warning
 from harvester.presentation.engine_look import EngineLook
-from harvester.scene.plausibility import unusual_values
 from harvester.scene.scene import Scene
 from harvester.uncertainty.value import Value
 
@@ -210,7 +209,7 @@ def estimate(
     impossible = None if gives else impossible_power(problem, power, bound)
     remarks += [] if impossible is None else [impossible]
     remarks += _not_yet_said(remarks, power)
-    of_scene = [*unusual_values(problem.scene), *(() if shocks is None else shocks.diagnostics)]
+    of_scene = [*problem.value_warnings, *(() if shocks is None else shocks.diagnostics)]
     return Estimate(
         engine=engine,
         physical=problem.physical,

@@ -9,7 +9,9 @@ from harvester.equations.repeated_shaking import Events, events
 from harvester.equations.scales import Scales, scales
 from harvester.errors import invalid
 from harvester.netlists.load_circuit import LoadCircuit, load_circuit
+from harvester.presentation.diagnostic import Diagnostic
 from harvester.scene.load import Load
+from harvester.scene.plausibility import unusual_values
 from harvester.scene.scene import Scene
 from harvester.scene.toml import load
 
@@ -73,6 +75,12 @@ class Problem:
         """The shocks or steps that shake the base; None if the excitation is not a sequence of events."""
         shaking = self.scene.excitation
         return None if shaking is None or shaking.profile is None else events(self.scene)
+
+    @property
+    def value_warnings(self) -> list[Diagnostic]:
+        """Warnings of probably unintended values, in the scene and in its netlist."""
+        circuit = self.circuit if self.netlist else None
+        return [*unusual_values(self.scene), *(circuit.value_warnings if circuit else ())]
 
     @cached_property
     def circuit(self) -> LoadCircuit | None:

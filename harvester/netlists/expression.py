@@ -24,7 +24,7 @@ from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 from harvester.errors import InputError, shown, unknown
-from harvester.netlists.expression_tree import Node, checked, constant, operation, table
+from harvester.netlists.expression_tree import Node, checked, constant, limited, operation, table
 
 DEEPEST = 100  # parentheses, functions or signs one within another
 
@@ -80,7 +80,7 @@ SOURCES = Language(
 _OPERATIONS = {"^": "pow", "**": "pow", "<>": "!=", "=": "==", "&&": "and", "||": "or"}
 _RANDOM = ("agauss", "gauss", "unif", "aunif")
 _REMEDIES = {
-    "limit": "of two arguments it draws a random number; of three write min(max(x, low), high)",
+    "limit": "of two arguments it draws a random number; limit(x, low, high) bounds x",
     **dict.fromkeys(
         _RANDOM, "it draws a random number without a seed: harvester tolerance --vary draws parts"
     ),
@@ -269,6 +269,8 @@ class _Reader:
         self._take(")")
         if name == "pwl" and self.language is SOURCES:
             return Node("pwl", tuple(arguments))
+        if name == "limit" and len(arguments) == 3:
+            return limited(arguments[0], arguments[1], arguments[2])
         if name in self.language.functions:
             count, which = self.language.functions[name]
             if len(arguments) != count:

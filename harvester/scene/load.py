@@ -14,6 +14,8 @@ from harvester.scene.table import (
     scene_table,
 )
 
+FILES = (".cir", ".net", ".sp", ".spi", ".spice", ".ckt")  # what files of netlists end with
+
 
 @scene_table
 class Load(SceneTable):
@@ -76,4 +78,4 @@ class Load(SceneTable):
 
 def is_path(netlist: str) -> bool:
     """Whether a netlist is named by its path, rather than by its name in netlists/."""
-    return "/" in netlist or netlist.endswith(".cir")
+    return "/" in netlist or netlist.lower().endswith(FILES)

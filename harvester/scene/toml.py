@@ -83,7 +83,10 @@ def _files_beside(
             raise invalid(
                 f"{table}.{key}", "be in the folder of the scene file (copy it there)", name
             )
-        paths[key] = str(path)
+        below = path.relative_to(folder.resolve())
+        # A netlist below the scene's folder may include what is beside it there.
+        inside = key == "netlist" and len(below.parts) > 1
+        paths[key] = f"{folder.resolve()}/./{below.as_posix()}" if inside else str(path)
     return paths
 
 

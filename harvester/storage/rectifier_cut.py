@@ -15,6 +15,7 @@ from harvester.equations.scales import Scales
 from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
 from harvester.netlists.expression_tree import constant
 from harvester.netlists.load_circuit import LoadCircuit, effective_value
+from harvester.netlists.ltspice import inner_nodes
 from harvester.netlists.part import CircuitPart
 
 STORE, LOAD = "csmooth", "rload"
@@ -115,6 +116,15 @@ def is_plain_store(load: LoadCircuit) -> bool:
     """Whether the load resistor is across the store: then the store's voltage alone is slow."""
     nodes = {part.name: set(part.nodes) for part in load.parts if part.name in (STORE, LOAD)}
     return len(nodes) == 2 and nodes[STORE] == nodes[LOAD]
+
+
+def is_lossy_store(load: LoadCircuit) -> bool:
+    """Whether the store is across the load but for the parts of its keys Rser and Lser."""
+    outer = inner_nodes(load.parts)
+    store = {outer.get(node, node) for node in load.smoothing_nodes}
+    return bool(outer) and any(
+        part.name == LOAD and set(part.nodes) == store for part in load.parts
+    )
 
 
 def plain_bridge(load: LoadCircuit, scales: Scales) -> IdealCircuit | None:

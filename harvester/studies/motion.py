@@ -28,7 +28,6 @@ from harvester.netlists.probes import Probe, read_probes
 from harvester.presentation.diagnostic import Diagnostic, note
 from harvester.presentation.result import TableResult
 from harvester.presentation.table import Column, Table
-from harvester.scene.plausibility import unusual_values
 from harvester.studies.motion_in_ngspice import Expected, path_in_ngspice
 from harvester.studies.output_folder import OutputFolder, provenance
 from harvester.studies.smaller_step import at_smaller_steps
@@ -236,7 +235,7 @@ def motion(
         physical=problem.physical,
         engine=engine,
         diagnostics=(
-            *unusual_values(problem.scene),
+            *problem.value_warnings,
             *notes,
             *_not_drawn(problem.equations),
             note("one_path"),

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from harvester.answers.estimate import Estimate
 from harvester.engines.moment_existence import MomentExistence, existence
+from harvester.engines.not_periodic import not_periodic
 from harvester.engines.options import MonteCarloOptions, number
 from harvester.engines.protocol import AnyScene, Engine, Progress, needs_circuit, served
 from harvester.engines.sampling import refine
@@ -28,7 +29,7 @@ from harvester.errors import (
     OutOfTimeError,
     invalid,
 )
-from harvester.presentation.diagnostic import Diagnostic, note, refusal
+from harvester.presentation.diagnostic import Diagnostic, refusal
 from harvester.presentation.engine_look import EngineLook
 from harvester.uncertainty.target import Target
 
@@ -202,7 +203,7 @@ class Spice(MonteCarloOptions, Engine):
                 return with_steady_probes(
                     answer, problem, watch, steady
                 ) if watch.all else answer, steady
-            said.append(note("not_periodic"))
+            said.append(not_periodic(problem))
         searched = time.perf_counter() - begin
         code = machine_code()
         setup = set_up(

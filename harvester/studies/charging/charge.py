@@ -20,7 +20,6 @@ from harvester.errors import InputError, names_arguments
 from harvester.machine.execution import DEFAULT, Execution
 from harvester.netlists.probes import STORE, Probe, read_probes
 from harvester.presentation.diagnostic import Diagnostic, has, note, warning
-from harvester.scene.plausibility import unusual_values
 from harvester.studies.charging.answer import FEW, ChargingResult, Level
 from harvester.studies.charging.by_slow import charge_slowly
 from harvester.studies.charging.by_spice import charge_in_ngspice
@@ -246,7 +245,7 @@ def _answer(
         seconds=passages.seconds,
         steps=passages.steps,
         diagnostics=(
-            *unusual_values(problem.scene),
+            *problem.value_warnings,
             *_diagnostics(problem, passages, clock, by_default, runs),
             *([] if reason is None else [reason]),
             *passages.notes,
