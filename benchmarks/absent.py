@@ -42,7 +42,11 @@ def without(text: str, name: str) -> str:
 def instructions(package: Path, name: str) -> list[int]:
     """Instructions of the kernel for the paper's scene, and for it with the effect, compiled anew."""
     with tempfile.TemporaryDirectory() as cache:
-        environment = os.environ | {"PYTHONPATH": str(package), "XDG_CACHE_HOME": cache, folders.VARIABLE: cache}
+        environment = os.environ | {
+            "PYTHONPATH": str(package),
+            "XDG_CACHE_HOME": cache,
+            folders.VARIABLE: cache,
+        }
         done = subprocess.run(
             [sys.executable, "-c", COUNT, name],
             cwd=package,
@@ -59,13 +63,18 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         package = Path(folder)
         for part in ("harvester", "benchmarks"):
-            shutil.copytree(ROOT / part, package / part, ignore=shutil.ignore_patterns("__pycache__"))
+            shutil.copytree(
+                ROOT / part, package / part, ignore=shutil.ignore_patterns("__pycache__")
+            )
         source = package / "harvester/mechanics/kernels/equation_of_motion.py"
-        whole, text = instructions(package, name), source.read_text()
+        whole = instructions(package, name)
+        text = source.read_text()
         source.write_text(without(text, name))
         assert source.read_text() != text, f"no block of {name}"
         alone = instructions(package, name)
-    print(f"{name}: {whole[0]} instructions where it is absent, {alone[0]} without its lines, {whole[1]} with it")
+    print(
+        f"{name}: {whole[0]} instructions where it is absent, {alone[0]} without its lines, {whole[1]} with it"
+    )
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 """E[V^2] of both averaged theories beside Monte Carlo of the coupled equations, over the ranges of Figures 3 to 6.
 
-Then on random scenes, for the error that `averaged` states of itself.  The ensemble's standard error is below
-.3 % everywhere, the bias of its step taken off by Richardson's extrapolation.
+Then on random scenes, for the error that `averaged` states of itself.  The ensemble's standard
+error is below .3 % everywhere, the bias of its step taken off by Richardson's extrapolation.
 """
 
 import dataclasses
@@ -61,10 +61,15 @@ def coupled(eqs):
 
 def compare(what, scenes, ats):
     rows = []
-    for at, eqs, theirs, ours in zip(ats, scenes, mean_square_voltages(scenes), solve_many(scenes), strict=True):
+    for at, eqs, theirs, ours in zip(
+        ats, scenes, mean_square_voltages(scenes), solve_many(scenes), strict=True
+    ):
         value, error = coupled(eqs)
         row = {"what": what, "at": at, "ensemble": value, "stderr %": 100 * error / value}
-        row |= {"averaged off %": 100 * (ours.mean_square_voltage / value - 1), "stated %": 100 * ours.bias}
+        row |= {
+            "averaged off %": 100 * (ours.mean_square_voltage / value - 1),
+            "stated %": 100 * ours.bias,
+        }
         rows.append(row | {"published off %": 100 * (theirs / value - 1)})
         print(*(f"{v:.4g}" if isinstance(v, float) else v for v in rows[-1].values()), flush=True)
     return rows
@@ -76,10 +81,22 @@ if __name__ == "__main__":
         scenes = [dataclasses.replace(PAPER, **change) for change in changes]
         rows += compare(title, scenes, [list(change.values())[-1] for change in changes])
     random = compare("random", random_scenes(300), range(300))
-    off = np.array([[abs(row["averaged off %"]), row["stated %"], abs(row["published off %"])] for row in random])
+    off = np.array(
+        [
+            [abs(row["averaged off %"]), row["stated %"], abs(row["published off %"])]
+            for row in random
+        ]
+    )
     rows += random
-    rows.append({"what": "random: mean, largest off, averaged %", "": f"{off[:, 0].mean():.2f}, {off[:, 0].max():.2f}"})
+    rows.append(
+        {
+            "what": "random: mean, largest off, averaged %",
+            "": f"{off[:, 0].mean():.2f}, {off[:, 0].max():.2f}",
+        }
+    )
     rows.append({"what": "random: mean stated %", "": float(off[:, 1].mean())})
-    rows.append({"what": "random: share above what is stated", "": float((off[:, 0] > off[:, 1]).mean())})
+    rows.append(
+        {"what": "random: share above what is stated", "": float((off[:, 0] > off[:, 1]).mean())}
+    )
     rows.append({"what": "random: mean off, published %", "": float(off[:, 2].mean())})
     report("accuracy", rows)

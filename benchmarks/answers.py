@@ -37,21 +37,38 @@ TIMES = ("seconds", "compilation_seconds", "warm_up_seconds")
 
 def answer(scene, engine):
     """What ``harvester run --json`` says, without times; the error where the engine refuses."""
-    words = [sys.executable, "-m", "harvester", "run", str(ROOT / "examples" / f"{scene}.toml"), "--engine", engine]
+    words = [
+        sys.executable,
+        "-m",
+        "harvester",
+        "run",
+        str(ROOT / "examples" / f"{scene}.toml"),
+        "--engine",
+        engine,
+    ]
     done = subprocess.run(
-        [*words, *OPTIONS[engine], "--json"], cwd=ROOT, capture_output=True, text=True, check=False, timeout=900
+        [*words, *OPTIONS[engine], "--json"],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=900,
     )
     if done.returncode:
         return {"status": done.returncode, "error": done.stderr.strip()}
     found = json.loads(done.stdout)
     found.pop("seconds")
-    found["details"] = {name: value for name, value in found["details"].items() if name not in TIMES}
+    found["details"] = {
+        name: value for name, value in found["details"].items() if name not in TIMES
+    }
     return found
 
 
 def main():
     """Compute all answers, and write or compare them."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--out", type=Path)
     parser.add_argument("--against", type=Path)
     asked = parser.parse_args()
@@ -63,9 +80,13 @@ def main():
     before = json.loads(asked.against.read_text())
     changed = [name for name in before if before[name] != found.get(name)]
     for name in changed:
-        print(f"{name}:\n  before {json.dumps(before[name])}\n  now    {json.dumps(found.get(name))}")
+        print(
+            f"{name}:\n  before {json.dumps(before[name])}\n  now    {json.dumps(found.get(name))}"
+        )
     served = sum("error" not in one for one in found.values())
-    print(f"{len(before) - len(changed)} of {len(before)} answers are the same ({served} served, the others refused)")
+    print(
+        f"{len(before) - len(changed)} of {len(before)} answers are the same ({served} served, the others refused)"
+    )
     return 1 if changed else 0
 
 

@@ -5,8 +5,8 @@
 3. `faults`: signals at random moments, a full disk, little memory, few descriptors, bad caches, clocks that jump.
 4. `growth`: memory, descriptors, threads and files after thousands of ngspice runs, and what a day would make of them.
 
-A break is what the program promises not to do (docs/reliability.md): it is printed, and kept with its seed in
-benchmarks/results/attack.json.
+A break is what the program promises not to do (docs/reliability.md): it is printed, and kept with
+its seed in benchmarks/results/attack.json.
 """
 
 import argparse
@@ -46,7 +46,9 @@ def main(parts, seed, count, budget):
     path = Path(__file__).parent / "results" / "attack.json"
     rows = json.loads(path.read_text())["rows"] if path.exists() else []
     for part in parts:
-        before = [row for row in rows if (row["part"], row["seed"]) == (part, seed) and part != "growth"]
+        before = [
+            row for row in rows if (row["part"], row["seed"]) == (part, seed) and part != "growth"
+        ]
         tally, more = Tally(count or PARTS[part], budget, *before), None
         try:
             more = importlib.import_module(f"attacks.{part}").attack(tally, seed)
@@ -61,7 +63,11 @@ if __name__ == "__main__":
     arguments = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     arguments.add_argument("part", choices=[*PARTS, "all"])
     arguments.add_argument("--seed", type=int, default=17)
-    arguments.add_argument("--count", type=int, help="default: " + ", ".join(f"{n} {c}" for n, c in PARTS.items()))
-    arguments.add_argument("--budget", type=float, default=math.inf, metavar="SECONDS", help="of each part")
+    arguments.add_argument(
+        "--count", type=int, help="default: " + ", ".join(f"{n} {c}" for n, c in PARTS.items())
+    )
+    arguments.add_argument(
+        "--budget", type=float, default=math.inf, metavar="SECONDS", help="of each part"
+    )
     asked = arguments.parse_args()
     main([*PARTS] if asked.part == "all" else [asked.part], asked.seed, asked.count, asked.budget)

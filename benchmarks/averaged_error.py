@@ -2,10 +2,11 @@
 
     python benchmarks/averaged_error.py [--scenes 300] [--seed 1] [--keep FILE]
 
-Restitution .3 to 1, beta and mu .02 to 10, half of the scenes with each further effect; the stop is at rest, at a
-distance or preloaded.  One line a scene that lies outside, then a table by kind of stop: how many are outside, the
-medians of the stated and of the actual error, and of their ratio.  With --keep the referee's answers are written, and
-read again the next time.  Some 4 s of processor time a scene.
+Restitution .3 to 1, beta and mu .02 to 10, half of the scenes with each further effect; the stop is
+at rest, at a distance or preloaded.  One line a scene that lies outside, then a table by kind of
+stop: how many are outside, the medians of the stated and of the actual error, and of their ratio.
+With --keep the referee's answers are written, and read again the next time.  Some 4 s of processor
+time a scene.
 """
 
 import argparse
@@ -100,7 +101,10 @@ def scenes(count, seed, keep):
                 keep.write_text(json.dumps(known))
         rows.append(judged(kind, table, known[key]))
         if rows[-1].get("outside"):
-            print(f"{k} outside: off {rows[-1]['off']:+.1%}, stated {rows[-1]['stated']:.1%}: {table}", flush=True)
+            print(
+                f"{k} outside: off {rows[-1]['off']:+.1%}, stated {rows[-1]['stated']:.1%}: {table}",
+                flush=True,
+            )
     return rows
 
 
@@ -114,7 +118,9 @@ def summary(rows):
             continue
         off, stated = (np.array([abs(row[name]) for row in good]) for name in ("off", "stated"))
         ratio = stated / np.maximum(off, 1e-6)
-        numbers = f"{np.median(stated):6.2%} {stated.max():7.1%}  {np.median(off):6.2%} {off.max():7.1%}"
+        numbers = (
+            f"{np.median(stated):6.2%} {stated.max():7.1%}  {np.median(off):6.2%} {off.max():7.1%}"
+        )
         outside = sum(row["outside"] for row in good)
         print(
             f"{kind:10s} {len(good):5d} {outside:7d}  {numbers}  {np.median(ratio):6.2f} {ratio.min():6.2f}"
@@ -123,7 +129,9 @@ def summary(rows):
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--scenes", type=int, default=300)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--keep", type=Path)

@@ -1,9 +1,10 @@
 """What `--budget` asks for and what commands take: twenty scenes and commands, seconds of wall and of processor.
 
-Each is run as a program of its own.  Compilation is not in the budget: each runs once before it counts, with a tenth
-of the budget.  ``allowed`` is the budget with 20 % and two seconds more, ``held`` whether the wall's seconds are within
-it.  Where the machine has other work (``load``), the seconds of all its processes together (``busy``), over the cores,
-are what a quiet one would take at least; ``quietly`` says whether these are within it.
+Each is run as a program of its own.  Compilation is not in the budget: each runs once before it
+counts, with a tenth of the budget.  ``allowed`` is the budget with 20 % and two seconds more,
+``held`` whether the wall's seconds are within it.  Where the machine has other work (``load``), the
+seconds of all its processes together (``busy``), over the cores, are what a quiet one would take at
+least; ``quietly`` says whether these are within it.
 
     .venv/bin/python benchmarks/budgets.py --budget 6
 """
@@ -47,19 +48,28 @@ CASES = {  # words after `harvester`; a name without a dot is an example
 
 def words(case, budget):
     """The command of a case."""
-    parts = [str(EXAMPLES / f"{part}.toml") if (EXAMPLES / f"{part}.toml").exists() else part for part in case.split()]
+    parts = [
+        str(EXAMPLES / f"{part}.toml") if (EXAMPLES / f"{part}.toml").exists() else part
+        for part in case.split()
+    ]
     return [sys.executable, "-m", "harvester", *parts, "--budget", f"{budget:g}s"]
 
 
 def taken(command, folder, limit):
     """Seconds of wall and of all its processes, exit status, and the last line that it said."""
-    before, begin = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    begin = time.perf_counter()
     try:
-        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=limit, check=False)
-        status, said = done.returncode, (done.stderr or done.stdout).strip().splitlines()[-1:]
+        done = subprocess.run(
+            command, cwd=folder, capture_output=True, text=True, timeout=limit, check=False
+        )
+        status = done.returncode
+        said = (done.stderr or done.stdout).strip().splitlines()[-1:]
     except subprocess.TimeoutExpired:
-        status, said = None, [f"stopped by the benchmark after {limit:g} s"]
-    wall, after = time.perf_counter() - begin, resource.getrusage(resource.RUSAGE_CHILDREN)
+        status = None
+        said = [f"stopped by the benchmark after {limit:g} s"]
+    wall = time.perf_counter() - begin
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
     busy = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
     return wall, busy, status, " ".join(said)[:160]
 
@@ -70,14 +80,29 @@ def main():
     parser.add_argument("case", nargs="*", help="names of cases; default: all")
     parser.add_argument("--budget", type=float, default=6.0)
     options = parser.parse_args()
-    rows, allowed = [], 1.2 * options.budget + 2.0
+    rows = []
+    allowed = 1.2 * options.budget + 2.0
     with tempfile.TemporaryDirectory() as folder:
         for name in options.case or CASES:
             taken(words(CASES[name], 0.1 * options.budget), folder, 120.0)
-            wall, busy, status, said = taken(words(CASES[name], options.budget), folder, 20.0 * allowed)
+            wall, busy, status, said = taken(
+                words(CASES[name], options.budget), folder, 20.0 * allowed
+            )
             load = os.getloadavg()[0]
-            row = {"case": name, "asked": options.budget, "allowed": allowed, "wall": wall, "busy": busy, "load": load}
-            row |= {"held": wall <= allowed, "quietly": busy / CORES <= allowed, "status": status, "said": said}
+            row = {
+                "case": name,
+                "asked": options.budget,
+                "allowed": allowed,
+                "wall": wall,
+                "busy": busy,
+                "load": load,
+            }
+            row |= {
+                "held": wall <= allowed,
+                "quietly": busy / CORES <= allowed,
+                "status": status,
+                "said": said,
+            }
             rows.append(row)
             print(rows[-1], flush=True)
             report("budgets", rows)

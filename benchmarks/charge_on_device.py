@@ -2,8 +2,8 @@
 
     python benchmarks/charge_on_device.py
 
-The device and its shaking are those of circuits_on_device.py; the load is 10 Mohm, which takes next to nothing.  Engine
-`ideal` charges under noise alone.
+The device and its shaking are those of circuits_on_device.py; the load is 10 Mohm, which takes next
+to nothing.  Engine `ideal` charges under noise alone.
 """
 
 import time
@@ -14,7 +14,9 @@ from common import report
 import harvester as hv
 
 STORE = hv.Load(netlist="bridge", parameters={"R": 10e6, "C": 100e-6})
-TARGET, DURATION = "3.3 V", 8.0  # s
+# s
+TARGET = "3.3 V"
+DURATION = 8.0
 
 
 def row(shaking, base, engine):
@@ -35,7 +37,11 @@ def row(shaking, base, engine):
 
 
 def main():
-    cases = (("harmonic", HARMONIC, "spice"), ("random", RANDOM, "ideal"), ("random", RANDOM, "spice"))
+    cases = (
+        ("harmonic", HARMONIC, "spice"),
+        ("random", RANDOM, "ideal"),
+        ("random", RANDOM, "spice"),
+    )
     report("charge_on_device", [row(*case) for case in cases])
 
 

@@ -2,8 +2,9 @@
 
     python benchmarks/chips.py [NAME ...]
 
-prints for each the mean power of the load from rest, the times (s) at which the load begins to take power, how many
-there are, and seconds of processor time.  Names are those of `CASES`, all by default; ngspice takes minutes.
+prints for each the mean power of the load from rest, the times (s) at which the load begins to take
+power, how many there are, and seconds of processor time.  Names are those of `CASES`, all by
+default; ngspice takes minutes.
 """
 
 import dataclasses
@@ -21,12 +22,15 @@ from harvester.errors import CircuitError
 from harvester.mechanics.kernels.forcing import forcing
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
-CASES = {  # name: example, parameters of its netlist that are changed, amplitude of the drive, seconds
+# name: example, parameters of its netlist that are changed, amplitude of the drive, seconds
+CASES = {
     "ltc3588": ("bimorph_ltc3588", {"C": "10 uF"}, "0.6 g", 3.0),
     "bq25570": ("bimorph_bq25570", {}, "0.1 g", 5.0),
     "node": ("bimorph_node", {"C": "10 uF"}, "0.6 g", 3.0),
 }
-STEP, RELTOLS = 0.05, (1e-5, 1e-4)  # the second where ngspice does not converge at the first
+# the second where ngspice does not converge at the first
+STEP = 0.05
+RELTOLS = (1e-5, 1e-4)
 
 
 def switching(energy: np.ndarray, seconds: float) -> np.ndarray:
@@ -46,7 +50,8 @@ def main() -> None:
         problem = Problem.of(dataclasses.replace(scene, load=load, excitation=excitation))
         eqs, scales = problem.equations, problem.scales
         n_steps = round(seconds * scales.frequency / STEP)
-        noise, shaking = np.zeros(n_steps), forcing(eqs, STEP, n_steps, np.random.default_rng(0))
+        noise = np.zeros(n_steps)
+        shaking = forcing(eqs, STEP, n_steps, np.random.default_rng(0))
         circuit = CompiledCircuit(problem.circuit, scales)
         circuit.trace(eqs, noise[:8], STEP, shaking=shaking[:9])  # compiles
         begin = time.process_time()
@@ -54,7 +59,9 @@ def main() -> None:
         middle = time.process_time()
         for reltol in RELTOLS:
             last = time.process_time()
-            device = CoupledDevice(eqs, scales, problem.circuit, STEP, 1, patience=1e9, reltol=reltol)
+            device = CoupledDevice(
+                eqs, scales, problem.circuit, STEP, 1, patience=1e9, reltol=reltol
+            )
             try:
                 drive = run_in_this_process(device, new_drive(device, noise, 0.0, shaking))
                 break

@@ -2,9 +2,10 @@
 
     python benchmarks/chips_under_noise.py CHIP STORE [ENGINE]
 
-Direct runs of an LTC3588 and a BQ25570 are charges of their netlists by an engine, `spice` (8 of them, minutes) or
-`compiled` (64); their target is 0.1 V below the start, where the netlist's output takes nothing yet.  Of the others the
-law is run in slices, with the netlist's own diodes.  The table stands in docs/charging.md.
+Direct runs of an LTC3588 and a BQ25570 are charges of their netlists by an engine, `spice` (8 of
+them, minutes) or `compiled` (64); their target is 0.1 V below the start, where the netlist's output
+takes nothing yet.  Of the others the law is run in slices, with the netlist's own diodes.  The
+table stands in docs/charging.md.
 """
 
 import dataclasses
@@ -20,7 +21,8 @@ from harvester.storage.measured_current import measured
 from harvester.storage.node_run import NodeRun
 from harvester.storage.supply import chip_of
 
-STARTS, RUNS = {"ltc3588": (4.9, 3.3), "bq25570": (2.9, 1.8)}, {"spice": 8, "compiled": 64}
+STARTS = {"ltc3588": (4.9, 3.3), "bq25570": (2.9, 1.8)}
+RUNS = {"spice": 8, "compiled": 64}
 LAWS = 8
 
 
@@ -50,7 +52,10 @@ def main():
     first = hv.node(scene, days=0.01).first_packet
     print(f"node: {first}")
     if chip in STARTS:
-        own = hv.load(f"examples/bimorph_{chip}.toml").load.parameters | {"C": store, "Cout": "10 uF"}
+        own = hv.load(f"examples/bimorph_{chip}.toml").load.parameters | {
+            "C": store,
+            "Cout": "10 uF",
+        }
         alone = {"load": hv.Netlist(chip, **own), "storage": None, "node": None, "chip": None}
         charged = hv.charge(
             dataclasses.replace(scene, **alone),
@@ -63,8 +68,13 @@ def main():
         return
     problem = Problem.of(scene)
     run = NodeRun(measured(problem).best, scene.storage, scene.node, chip_of(scene.chip, 1.8))
-    times = [direct_course(problem, run, 1.5 * first.value, seed).first or math.nan for seed in range(LAWS)]
-    print(f"its law: {np.mean(times):.4g} +- {np.std(times, ddof=1) / math.sqrt(LAWS):.2g} s (one standard error)")
+    times = [
+        direct_course(problem, run, 1.5 * first.value, seed).first or math.nan
+        for seed in range(LAWS)
+    ]
+    print(
+        f"its law: {np.mean(times):.4g} +- {np.std(times, ddof=1) / math.sqrt(LAWS):.2g} s (one standard error)"
+    )
 
 
 if __name__ == "__main__":

@@ -1,8 +1,8 @@
 """Nine circuits on one measured bimorph: power and efficiency under a harmonic base, and under a random one.
 
-The device is that of Erturk and Inman (Smart Mater. Struct. 18, 025009, 2009) as one mode.  Each circuit has the best
-of a few loads under the harmonic base, and the same load under noise.  The efficiency is what the load gets of the
-power that the piezo gives.
+The device is that of Erturk and Inman (Smart Mater. Struct. 18, 025009, 2009) as one mode.  Each
+circuit has the best of a few loads under the harmonic base, and the same load under noise.  The
+efficiency is what the load gets of the power that the piezo gives.
 
     python benchmarks/circuits_on_device.py             # all, many minutes
     python benchmarks/circuits_on_device.py sshc sece   # some, the others stay as they are in results/
@@ -61,7 +61,9 @@ def answer(name, resistance, shaking):
     """Power (mW), its stated error, and the efficiency of one circuit."""
     base = HARMONIC if shaking == "harmonic" else RANDOM
     effort = NOISY.get(name, {}) if shaking == "random" else {}
-    found = hv.Spice(budget=BUDGET, **effort).run(hv.Scene(**DEVICE, excitation=base, load=load_of(name, resistance)))
+    found = hv.Spice(budget=BUDGET, **effort).run(
+        hv.Scene(**DEVICE, excitation=base, load=load_of(name, resistance))
+    )
     power, details = found.mean_power, found.details
     taken = details["ledger_load"] + details["ledger_circuit"] if name != "resistor" else 0.0
     return {
@@ -75,8 +77,13 @@ def answer(name, resistance, shaking):
 
 
 def main():
-    asked, kept = sys.argv[1:], Path(__file__).parent / "results" / "circuits_on_device.json"
-    found = {row["circuit"]: row for row in json.loads(kept.read_text())["rows"]} if kept.is_file() else {}
+    asked = sys.argv[1:]
+    kept = Path(__file__).parent / "results" / "circuits_on_device.json"
+    found = (
+        {row["circuit"]: row for row in json.loads(kept.read_text())["rows"]}
+        if kept.is_file()
+        else {}
+    )
     for name in asked or LOADS:
         best = None
         for resistance in LOADS[name]:
@@ -95,7 +102,8 @@ def main():
             noisy = {}
         random = {f"random {key}": value for key, value in noisy.items() if key != "load"}
         found[name] = {"circuit": name, **best, **random}
-        report("circuits_on_device", [found[one] for one in LOADS if one in found])  # what is done survives ^C
+        # what is done survives ^C
+        report("circuits_on_device", [found[one] for one in LOADS if one in found])
 
 
 if __name__ == "__main__":

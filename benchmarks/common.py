@@ -9,10 +9,14 @@ from pathlib import Path
 from harvester.equations.coefficients import Equations
 from harvester.machine.provenance import machine, versions
 
-# The paper's parameters, and their converged E[V^2] (.08814 with standard error 6e-5, tests/systems.py).
-PAPER = Equations(alpha=0.5, beta=0.05, mu=0.05, c1=0.01, c2=0.05, c3=0.1, restitution=0.96, n1=0.01, n2=0.01)
+# The paper's parameters, and their converged E[V^2] (.08814 with standard error 6e-5,
+# tests/systems.py).
+PAPER = Equations(
+    alpha=0.5, beta=0.05, mu=0.05, c1=0.01, c2=0.05, c3=0.1, restitution=0.96, n1=0.01, n2=0.01
+)
 PAPER_V2 = 0.0881
-COIL = {"L": 2.0, "Rcoil": 1.2e3, "Rcore": 500e3}  # of SSHI here: wound to order, and ngspice needs half of the time
+# of SSHI here: wound to order, and ngspice needs half of the time
+COIL = {"L": 2.0, "Rcoil": 1.2e3, "Rcore": 500e3}
 READING = 0.4  # time units between two readings of V^2, in everything that is compared
 
 
@@ -47,10 +51,22 @@ def installed(*names):
 def report(name, rows, packages=(), **more):
     """Print the rows and keep them with machine and versions in benchmarks/results/NAME.json."""
     for row in rows:
-        print("  ".join(f"{key} {value:.4g}" if isinstance(value, float) else f"{value}" for key, value in row.items()))
+        print(
+            "  ".join(
+                f"{key} {value:.4g}" if isinstance(value, float) else f"{value}"
+                for key, value in row.items()
+            )
+        )
     results = Path(__file__).parent / "results"
     results.mkdir(exist_ok=True)
-    whole = {"rows": rows, **more, "machine": machine(), "versions": versions() | installed(*packages)}
+    whole = {
+        "rows": rows,
+        **more,
+        "machine": machine(),
+        "versions": versions() | installed(*packages),
+    }
     (results / f"{name}.json").write_text(json.dumps(whole, indent=1) + "\n")
     cores = whole["machine"]["cores"]
-    print(f"{whole['machine']['processor']}, {cores} cores; written: benchmarks/results/{name}.json")
+    print(
+        f"{whole['machine']['processor']}, {cores} cores; written: benchmarks/results/{name}.json"
+    )

@@ -2,8 +2,9 @@
 
     .venv/bin/python benchmarks/compiled_circuits.py [NAME ...] [--kicks 3000] [--reltol 1e-6]
 
-Without a stop, as impacts amplify the last digit of any method.  Each row: the error of the power of Rload, the
-correlation of V, processor time a kick of both, substeps a kick, and how many of them did not converge.
+Without a stop, as impacts amplify the last digit of any method.  Each row: the error of the power
+of Rload, the correlation of V, processor time a kick of both, substeps a kick, and how many of them
+did not converge.
 """
 
 import argparse
@@ -49,8 +50,12 @@ USERS = {
     "quadrupler of BAT54": multiplier(2, "BAT54"),
     "multiplier of six diodes": multiplier(3, "1N4148"),
     "zener clamp": ZENER.format(1.2) + BRIDGE.format("1N4148") + STORE + "Dz b a zener",
-    "zeners back to back": ZENER.format(1.5) + "Da p m zener\nDb n m zener\n" + BRIDGE.format("BAT54") + STORE,
-    "LC filter": BRIDGE.format("BAT54") + "C1 a b 100n\nL1 a c 10\nCsmooth c b 1u\nRload c b 1.5Meg",
+    "zeners back to back": ZENER.format(1.5)
+    + "Da p m zener\nDb n m zener\n"
+    + BRIDGE.format("BAT54")
+    + STORE,
+    "LC filter": BRIDGE.format("BAT54")
+    + "C1 a b 100n\nL1 a c 10\nCsmooth c b 1u\nRload c b 1.5Meg",
     "coil across the piezo": "L1 p m 5k\nR1 m n 20k\n" + BRIDGE.format("BAT54") + STORE,
     "coupled coils": "R1 p q 10k\nL1 q n 2k\nL2 s t 500\nK1 L1 L2 0.8\nD1 s a BAT54\nCsmooth a t 1u\n"
     "Rload a t 300k\nR2 t n 1Meg",
@@ -63,7 +68,8 @@ USERS = {
     "half-bridge with a comparator": BRIDGE.format("BAT54")
     + "Csmooth a b 0.2u\nBc g1 b V=0.5+0.5*tanh(50*(v(a,b)-1.5+0.5*v(g,b)))\nRc g1 g 1Meg\nCc g b 100p\n"
     "B1 a c I=v(a,c)*(1n+1m*v(g,b))\nB2 c b I=v(c,b)*(1n+1m*(1-v(g,b)))\nRload c b 400k",
-    "supercapacitor with ESR": BRIDGE.format("BAT54") + "R1 a c 30\nCsmooth c b 100u\nR2 c b 10Meg\nRload a b 1Meg",
+    "supercapacitor with ESR": BRIDGE.format("BAT54")
+    + "R1 a c 30\nCsmooth c b 100u\nR2 c b 10Meg\nRload a b 1Meg",
     "regulator by B sources": BRIDGE.format("BAT54")
     + "Csmooth a b 1u\nBi i b V=10u*min(uramp(5*(v(a,b)-0.6)),1)*min(50*uramp(0.8-v(o,b)),1)\n"
     "Bin a b I=v(i,b)*v(o,b)/0.85/max(v(a,b),0.3)\nBout b o I=v(i,b)\nC2 o b 2u\nRload o b 500k",
@@ -110,7 +116,8 @@ def compared(scene: hv.Scene, kicks: int, reltol: float, h: float = 0.05) -> str
     path = circuit.trace(eqs, noise, h, 1)
     end = time.process_time()
     seconds = kicks * h / scales.frequency
-    ours, theirs = path.square[-1] / circuit.resistance / seconds, float(drive.state[0].load) / seconds
+    ours = path.square[-1] / circuit.resistance / seconds
+    theirs = float(drive.state[0].load) / seconds
     scale = max(theirs, 1e-6 * scales.watts * (eqs.beta or 1.0))
     return (
         f"{100.0 * (ours - theirs) / scale:+9.4f} % {np.corrcoef(drive.path().V, path.V)[0, 1]:10.7f} "
@@ -126,7 +133,9 @@ def main() -> None:
     options.add_argument("--kicks", type=int, default=3000)
     options.add_argument("--reltol", type=float, default=1e-6)
     given = options.parse_args()
-    print(f"{'circuit':32}{'power':>11} {'corr. of V':>10} {'ngspice':>8} {'compiled':>8} {'steps':>7} {'failed':>5}")
+    print(
+        f"{'circuit':32}{'power':>11} {'corr. of V':>10} {'ngspice':>8} {'compiled':>8} {'steps':>7} {'failed':>5}"
+    )
     plate = hv.load(ROOT / "examples" / "plate_bridge.toml")
     compared(plate, 10, given.reltol)  # compiles what the first row would pay for
     with tempfile.TemporaryDirectory() as folder:

@@ -3,7 +3,8 @@
     python benchmarks/constructs.py --newer PROGRAM      writes tests/netlists/constructs.json and docs/constructs.md
     python benchmarks/constructs.py --page               the page alone, from the numbers that are there
 
-Each row of tests/support/constructs.py is a netlist that both versions read letter by letter, fed by the same current.
+Each row of tests/support/constructs.py is a netlist that both versions read letter by letter, fed
+by the same current.
 """
 
 import argparse
@@ -49,7 +50,10 @@ def asked(newer):
         for row in ROWS:
             file.write_text(row.text)
             programs = {"39": "ngspice", "47": newer}
-            said = {name: by_program(row.text, program=program, patience=20.0) for name, program in programs.items()}
+            said = {
+                name: by_program(row.text, program=program, patience=20.0)
+                for name, program in programs.items()
+            }
             known = {name: answer.power if answer.given else None for name, answer in said.items()}
             known |= {"spice": "same", "compiled": "same", "why": ""}
             try:
@@ -77,7 +81,9 @@ def page(table):
         for row in ROWS:
             if row.group == group:
                 cells = [_cell(table[row.name][name]) for name in KNOWN]
-                lines.append(f"| {row.construct.replace('|', chr(92) + '|')} | {' | '.join(cells)} |")
+                lines.append(
+                    f"| {row.construct.replace('|', chr(92) + '|')} | {' | '.join(cells)} |"
+                )
         lines.append("")
     return "\n".join(lines).rstrip() + "\n"
 

@@ -37,12 +37,22 @@ SCENES = {
     "gap .5": dataclasses.replace(PAPER, gap=0.5),
     "two stops": dataclasses.replace(PAPER, gap=0.5, opposite_gap=0.5, opposite_restitution=0.9),
     "two wells": Equations(linear=-1.0, alpha=1.0, beta=0.1, mu=0.5, c1=-0.1, n1=0.05),
-    "coloured, stop": dataclasses.replace(PAPER, n1=None, n2=None, coloured=0.01, correlation_time=0.5),
-    "band, stop": dataclasses.replace(PAPER, n1=None, n2=None, coloured=0.01, centre=1.5, bandwidth=0.5),
+    "coloured, stop": dataclasses.replace(
+        PAPER, n1=None, n2=None, coloured=0.01, correlation_time=0.5
+    ),
+    "band, stop": dataclasses.replace(
+        PAPER, n1=None, n2=None, coloured=0.01, centre=1.5, bandwidth=0.5
+    ),
 }
 EXAMPLES = Path(__file__).parents[1] / "examples"
 # Examples with circuits of ideal elements, as they are and with their stop or another one
-CIRCUITS = ("plate_bridge", "plate_doubler", "plate_parallel_sshi", "plate_series_sshi", "plate_sece")
+CIRCUITS = (
+    "plate_bridge",
+    "plate_doubler",
+    "plate_parallel_sshi",
+    "plate_series_sshi",
+    "plate_sece",
+)
 MOMENTS = ("V2", "x2", "v2", "impacts")
 
 
@@ -53,7 +63,11 @@ def circuits():
         for stop in (None, Stop(restitution=0.96)):
             problem = Problem.of(dataclasses.replace(scene, stop=stop))
             circuit = ideal_circuit(problem.circuit, problem.scales)
-            yield f"{name.removeprefix('plate_')}, {'no stop' if stop is None else 'stop'}", problem.equations, circuit
+            yield (
+                f"{name.removeprefix('plate_')}, {'no stop' if stop is None else 'stop'}",
+                problem.equations,
+                circuit,
+            )
 
 
 def measured(name, eqs, count, duration, rounds, circuit=None):
@@ -68,14 +82,17 @@ def measured(name, eqs, count, duration, rounds, circuit=None):
             begin = time.process_time()
             found = many.run(duration)
             seconds[controlled].append(time.process_time() - begin)
-    row, first = {"scene": name}, "V2" if circuit is None else "load"
+    row = {"scene": name}
+    first = "V2" if circuit is None else "load"
     for moment in (first, *MOMENTS[1:]):
         error = mean_and_error(found.controlled(moment))[1]
         row[f"{moment} variance ratio"] = (
             (mean_and_error(getattr(found, moment))[1] / error) ** 2 if error > 0.0 else 1.0
         )
     steps = count * duration / many.h
-    row["ns/step plain"], row["ns/step controlled"] = (1e9 * min(seconds[c]) / steps for c in (False, True))
+    row["ns/step plain"], row["ns/step controlled"] = (
+        1e9 * min(seconds[c]) / steps for c in (False, True)
+    )
     row["cost ratio"] = min(seconds[True]) / min(seconds[False])
     row["accuracy a second"] = row[f"{first} variance ratio"] / row["cost ratio"]
     error = mean_and_error(getattr(found, first))[1] / getattr(found, first).mean()
@@ -97,14 +114,19 @@ def whole_jobs(within, seeds):
     included; compilation and the start of Python are not.  On the clock and of the processor, the smallest and the
     median of the seeds; the least of the processor says by how much controls are cheaper.
     """
-    scene, kinds = load(EXAMPLES / "paper_figure3.toml"), {"with controls": Ensemble, "plain": Plain}
+    scene = load(EXAMPLES / "paper_figure3.toml")
+    kinds = {"with controls": Ensemble, "plain": Plain}
     taken = {name: [] for name in kinds}
     for seed in range(seeds + 1):
         for name, kind in kinds.items():
             begin, busy = time.perf_counter(), time.process_time()
             value = kind(within=within, seed=seed).run(scene).mean_square_voltage
             taken[name].append(
-                (time.perf_counter() - begin, time.process_time() - busy, value.known_error95 / value.value)
+                (
+                    time.perf_counter() - begin,
+                    time.process_time() - busy,
+                    value.known_error95 / value.value,
+                )
             )
     row = {"within": within, "seeds": seeds}
     for name, found in taken.items():
@@ -112,7 +134,9 @@ def whole_jobs(within, seeds):
         row |= {f"{name}, s": wall.min(), f"{name}, median s": np.median(wall)}
         row |= {f"{name}, processor s": busy.min(), f"{name}, median processor s": np.median(busy)}
         row[f"{name}, largest error"] = error.max()
-    return row | {"times cheaper": row["plain, median processor s"] / row["with controls, median processor s"]}
+    return row | {
+        "times cheaper": row["plain, median processor s"] / row["with controls, median processor s"]
+    }
 
 
 def main():

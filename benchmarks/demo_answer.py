@@ -2,8 +2,9 @@
 
     python benchmarks/demo_answer.py out/plate_with_stop/sweep.csv
 
-An engine that states its whole error counts; the power is the mean over these engines, and the agreement the largest
-deviation of any of them from that mean, over all loads of the table.  Nothing of the package is imported.
+An engine that states its whole error counts; the power is the mean over these engines, and the
+agreement the largest deviation of any of them from that mean, over all loads of the table.  Nothing
+of the package is imported.
 """
 
 import csv
@@ -26,9 +27,15 @@ def answer(table: Path) -> str:
     means = {load: sum(powers.values()) / len(powers) for load, powers in known.items()}
     best = max(means, key=means.__getitem__)
     engines = list(dict.fromkeys(engine for powers in known.values() for engine in powers))
-    off = max(abs(power / means[load] - 1.0) for load, powers in known.items() for power in powers.values())
+    off = max(
+        abs(power / means[load] - 1.0)
+        for load, powers in known.items()
+        for power in powers.values()
+    )
     *first, last = [NAMES.get(engine, engine) for engine in engines]
-    who = f"{', '.join(first)} and {last} agree within {100.0 * off:.1f} %" if first else f"by {last}"
+    who = (
+        f"{', '.join(first)} and {last} agree within {100.0 * off:.1f} %" if first else f"by {last}"
+    )
     text = f"Best load {best / 1e3:.3g} kohm: {1e6 * means[best]:.2g} uW; {who}"
     high = defaultdict(float)
     for load, powers in unknown.items():

@@ -4,8 +4,9 @@
 
 The result is benchmarks/results/density.json.  OPENBLAS_NUM_THREADS=1 makes its seconds comparable.
 
-Scenes: E[V^2] of `density` against `ensemble` at small steps (z with the joint standard error and the step's bias), and
-against `density` itself with a finer mesh, more modes and a wider box, in multiples of the stated error.
+Scenes: E[V^2] of `density` against `ensemble` at small steps (z with the joint standard error and
+the step's bias), and against `density` itself with a finer mesh, more modes and a wider box, in
+multiples of the stated error.
 """
 
 import argparse
@@ -23,7 +24,16 @@ from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError
 
 RESULT = Path(__file__).parent / "results" / "density.json"
-PAPER = {"c1": 0.01, "c2": 0.05, "c3": 0.1, "alpha": 0.5, "beta": 0.05, "mu": 0.05, "D11": 0.01, "D22": 0.01}
+PAPER = {
+    "c1": 0.01,
+    "c2": 0.05,
+    "c3": 0.1,
+    "alpha": 0.5,
+    "beta": 0.05,
+    "mu": 0.05,
+    "D11": 0.01,
+    "D22": 0.01,
+}
 
 
 def random_table(rng):
@@ -50,13 +60,20 @@ def random_table(rng):
         table |= {"gap": rng.uniform(0.1, 0.4), "opposite_restitution": rng.uniform(0.3, 0.98)}
         table["opposite_gap"] = rng.uniform(0.1, 0.4)
     if kind == "compliant":
-        table |= {"gap": rng.uniform(0.05, 0.3), "stop_stiffness": rng.uniform(5.0, 60.0), "stop_damping": 0.5}
+        table |= {
+            "gap": rng.uniform(0.05, 0.3),
+            "stop_stiffness": rng.uniform(5.0, 60.0),
+            "stop_damping": 0.5,
+        }
     return table
 
 
 def scenes(count, seed):
     """One line a scene, and the largest of both comparisons."""
-    rng, worst_z, worst, rows = np.random.default_rng(seed), 0.0, 0.0, []
+    rng = np.random.default_rng(seed)
+    worst_z = 0.0
+    worst = 0.0
+    rows = []
     for k in range(count):
         scene = hv.Scene(nondimensional=hv.Nondimensional(**random_table(rng)))
         begin = time.process_time()
@@ -69,12 +86,28 @@ def scenes(count, seed):
         took = time.process_time() - begin
         better = refined(Problem.of(scene).equations, 0.3 * ours.bias / ours.value)
         off = abs(ours.value - float(better.means[0])) / ours.bias
-        sampled = hv.Ensemble(trajectories=4096, duration=500.0, dt=0.01, seed=k).run(scene).mean_square_voltage
-        z = (sampled.value - ours.value) / math.hypot(sampled.stderr, sampled.bias or 0.0, ours.bias)
-        worst_z, worst = max(worst_z, abs(z)), max(worst, off)
+        sampled = (
+            hv.Ensemble(trajectories=4096, duration=500.0, dt=0.01, seed=k)
+            .run(scene)
+            .mean_square_voltage
+        )
+        z = (sampled.value - ours.value) / math.hypot(
+            sampled.stderr, sampled.bias or 0.0, ours.bias
+        )
+        worst_z = max(worst_z, abs(z))
+        worst = max(worst, off)
         error, spread = ours.bias / ours.value, sampled.stderr / sampled.value
-        told = {"scene": k, "effects": Problem.of(scene).effects[1:], "v2": ours.value, "error": error, "seconds": took}
-        rows.append(told | {"share_of_error": off, "ensemble": sampled.value, "ensemble_stderr": spread, "z": z})
+        told = {
+            "scene": k,
+            "effects": Problem.of(scene).effects[1:],
+            "v2": ours.value,
+            "error": error,
+            "seconds": took,
+        }
+        rows.append(
+            told
+            | {"share_of_error": off, "ensemble": sampled.value, "ensemble_stderr": spread, "z": z}
+        )
         print(
             f"{k:3d} E[V^2] {ours.value:.9g} +- {error:.0e}  {took:.1f} s CPU  off the better {off:.2f} of the error  "
             f"ensemble {sampled.value:.6g} +- {spread:.0e}  z {z:+.2f}  {'+'.join(Problem.of(scene).effects[1:])}",
@@ -89,7 +122,9 @@ def cost():
     rows = []
     for within in (1e-4, 1e-6, 1e-8):
         begin = time.process_time()
-        answer = hv.Density(within=within).run(hv.Scene(nondimensional=hv.Nondimensional(**PAPER, restitution=0.96)))
+        answer = hv.Density(within=within).run(
+            hv.Scene(nondimensional=hv.Nondimensional(**PAPER, restitution=0.96))
+        )
         v2 = answer.mean_square_voltage
         memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
         told = {"within": within, "v2": v2.value, "error": v2.bias / v2.value}
@@ -110,22 +145,38 @@ def hard():
         ours = hv.Density(within=1e-4).run(scene).mean_square_voltage
         print(f"r = {restitution}: {ours.value:.8g} +- {ours.bias / ours.value:.0e}", flush=True)
         for dt in (0.05, 0.0125):
-            found = hv.Ensemble(trajectories=4096, duration=2000.0, dt=dt).run(scene).mean_square_voltage
+            found = (
+                hv.Ensemble(trajectories=4096, duration=2000.0, dt=dt)
+                .run(scene)
+                .mean_square_voltage
+            )
             z = (found.value - ours.value) / found.stderr
             off = found.value / ours.value - 1.0
             rows.append(
-                {"restitution": restitution, "dt": dt, "off": off, "z": z, "density_error": ours.bias / ours.value}
+                {
+                    "restitution": restitution,
+                    "dt": dt,
+                    "off": off,
+                    "z": z,
+                    "density_error": ours.bias / ours.value,
+                }
             )
             stated = (found.bias or 0.0) / found.value
             print(
-                f"  ensemble, dt = {dt}: off {off:+.1e}, z {z:+.1f} without the step, stated {stated:.0e}", flush=True
+                f"  ensemble, dt = {dt}: off {off:+.1e}, z {z:+.1f} without the step, stated {stated:.0e}",
+                flush=True,
             )
     strong = {"c1": -0.05, "beta": 5.0, "mu": 0.05, "restitution": 0.96, "D11": 0.01}
     wells = {"c1": -0.2, "beta": 0.1, "mu": 0.05, "linear": -1.0, "alpha": 1.0, "D11": 0.01}
-    for name, table in (("strong coupling, slow load", strong), ("two deep wells, slow load", wells)):
+    for name, table in (
+        ("strong coupling, slow load", strong),
+        ("two deep wells, slow load", wells),
+    ):
         begin = time.process_time()
         try:
-            v2 = hv.Density(within=1e-3, budget=120.0).run(hv.Scene(nondimensional=hv.Nondimensional(**table)))
+            v2 = hv.Density(within=1e-3, budget=120.0).run(
+                hv.Scene(nondimensional=hv.Nondimensional(**table))
+            )
             told = f"{v2.mean_square_voltage.format()} {'; '.join(map(str, v2.warnings))}"
         except HarvesterError as error:
             told = str(error)
@@ -140,11 +191,18 @@ def corrected():
     for restitution in (0.96, 0.8, 0.6, 0.37, 0.1):
         scene = hv.Scene(nondimensional=hv.Nondimensional(**PAPER, restitution=restitution))
         ours = hv.Density(within=1e-5).run(scene).mean_square_voltage
-        for engine in (hv.Published(), hv.Averaged(), hv.Ensemble(trajectories=8192, duration=2000.0)):
+        for engine in (
+            hv.Published(),
+            hv.Averaged(),
+            hv.Ensemble(trajectories=8192, duration=2000.0),
+        ):
             found = engine.run(scene).mean_square_voltage
-            off, stated = found.value / ours.value - 1.0, found.error95
+            off = found.value / ours.value - 1.0
+            stated = found.error95
             stated = None if stated is None else stated / found.value
-            rows.append({"restitution": restitution, "engine": engine.NAME, "off": off, "stated": stated})
+            rows.append(
+                {"restitution": restitution, "engine": engine.NAME, "off": off, "stated": stated}
+            )
             said = "not known" if stated is None else f"{stated:.1e}"
             print(f"r = {restitution}: {engine.NAME} off {off:+.1e}, stated {said}", flush=True)
     return rows

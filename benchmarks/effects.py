@@ -1,15 +1,16 @@
 """Nanoseconds a trajectory-step of the package's kernel, effect by effect, against kernels written by hand.
 
-The bare scene is a linear undamped oscillator, open circuit, no stop, no noise.  Each effect is added to
-it, and taken from the whole scene.  The package's kernel and the one written by hand for exactly that
-scene (peers/by_hand.py, in both orders of its loops) run in turn on one core, many times, and the thread's own seconds
-count; a ratio is the median of the ratios of neighbours, so that other work on the machine cancels, and ``ratio``
-that to the faster of the two by hand.
+The bare scene is a linear undamped oscillator, open circuit, no stop, no noise.  Each effect is
+added to it, and taken from the whole scene.  The package's kernel and the one written by hand for
+exactly that scene (peers/by_hand.py, in both orders of its loops) run in turn on one core, many
+times, and the thread's own seconds count; a ratio is the median of the ratios of neighbours, so
+that other work on the machine cancels, and ``ratio`` that to the faster of the two by hand.
 
-That the ratio is 1 says that what a scene does not have costs nothing, whatever else there is.  The package's kernel
-has one body of a step for both steps of a draw, a loop each, which halves its compilation; by hand in one loop the
-state stays in registers between the two, which shows where a step is so short that storing it counts.  What the package
-can do beyond the paper's scene (`BEYOND`) has no kernel by hand: each is added to that scene, in turn with it.
+That the ratio is 1 says that what a scene does not have costs nothing, whatever else there is.  The
+package's kernel has one body of a step for both steps of a draw, a loop each, which halves its
+compilation; by hand in one loop the state stays in registers between the two, which shows where a
+step is so short that storing it counts.  What the package can do beyond the paper's scene
+(`BEYOND`) has no kernel by hand: each is added to that scene, in turn with it.
 """
 
 import argparse
@@ -29,7 +30,9 @@ from harvester.mechanics.kernels.noise import random_words
 from harvester.mechanics.kernels.trajectory_batch import BATCH, SUMS, Batch, Schedule, advance
 from harvester.records.records import Record
 
-H, PAIRS, READINGS = 0.1, 2, 1500
+H = 0.1
+PAIRS = 2
+READINGS = 1500
 EFFECTS = {
     "stop": {"restitution": PAPER.restitution},
     "cubic stiffness": {"alpha": PAPER.alpha},
@@ -51,7 +54,9 @@ BEYOND = {
     "harmonic drive": {"drive": 0.1, "drive_frequency": 1.1},
     "coloured noise": {"coloured": 0.01, "correlation_time": 1.0},
     "band-pass noise": {"coloured": 0.01, "centre": 1.1, "bandwidth": 0.2},
-    "recorded acceleration": {"record": Record(0.1, 0.1 * np.random.default_rng(1).standard_normal(5000))},
+    "recorded acceleration": {
+        "record": Record(0.1, 0.1 * np.random.default_rng(1).standard_normal(5000))
+    },
 }
 
 
@@ -69,7 +74,8 @@ def scenes():
 def arrays():
     """State, generators and sums of a block, on the boundaries of cache lines: else chance decides the speed."""
     state, sums, words = (
-        aligned((rows, BATCH), kind) for rows, kind in ((3, float), (len(SUMS), float), (2, np.uint64))
+        aligned((rows, BATCH), kind)
+        for rows, kind in ((3, float), (len(SUMS), float), (2, np.uint64))
     )
     restart(state, words, sums)
     return state, words, sums
@@ -77,7 +83,9 @@ def arrays():
 
 def restart(state, words, sums):
     """Back to the start: a motion that has died out to subnormal numbers is slow in any kernel."""
-    state[:], sums[:], words[:] = 0.1, 0.0, random_words(np.random.SeedSequence(1), BATCH)
+    state[:] = 0.1
+    sums[:] = 0.0
+    words[:] = random_words(np.random.SeedSequence(1), BATCH)
 
 
 def aligned(shape, kind):
@@ -91,7 +99,8 @@ def prepared(e, held, readings=READINGS):
     state, words, sums = held
     shaker = Trajectories(e, BATCH, np.random.SeedSequence(2), H).shakers[0]
     batch, schedule = Batch(*state, *words, sums), Schedule(readings, 2 * PAIRS, 0)
-    c, update = coefficients(e), update_of(e, H)
+    c = coefficients(e)
+    update = update_of(e, H)
     return lambda: advance(batch, schedule, H, None, c, shaker, update)
 
 
@@ -120,7 +129,10 @@ def compared(e, repeats):
         call()
     times = np.array([[timed(call, held) for call in calls] for _ in range(repeats)])
     ours, *hands = (float(one) for one in np.median(times, axis=0))
-    ratios = {name: statistics.median(times[:, 0] / times[:, k]) for k, name in ((1, "one loop"), (2, "two loops"))}
+    ratios = {
+        name: statistics.median(times[:, 0] / times[:, k])
+        for k, name in ((1, "one loop"), (2, "two loops"))
+    }
     row = {"ns/step": ours, "by hand": min(hands), "ratio": max(ratios.values())}
     return row | {f"ratio to {name}": ratio for name, ratio in ratios.items()}
 
@@ -144,7 +156,9 @@ def plot(rows, path):
     figure, axes = figures.new(1, 1, (7.0, 6.4))
     place = np.arange(len(rows))[::-1]
     with styled():
-        hand = [(at, row["by hand"]) for at, row in zip(place, rows, strict=True) if row.get("by hand")]
+        hand = [
+            (at, row["by hand"]) for at, row in zip(place, rows, strict=True) if row.get("by hand")
+        ]
         axes.plot(
             [ns for _, ns in hand],
             [at for at, _ in hand],
@@ -157,7 +171,9 @@ def plot(rows, path):
         axes.set_yticks(place, [row["what"] for row in rows])
         logarithm(axes.xaxis)
         axes.set_xlabel("time a trajectory-step on one core (ns)")
-        entitle(figure, "Cost of each effect: alone, left out of the paper's scene, or added to it", "")
+        entitle(
+            figure, "Cost of each effect: alone, left out of the paper's scene, or added to it", ""
+        )
         legend(figure)
     figure.savefig(path)
 

@@ -55,7 +55,9 @@ def averages(name, h, n, burn_in, duration, seed):
             many.run(burn_in)
         return many.run(duration).V2
     module, options, *_ = PEERS[name]
-    return importlib.import_module(f"peers.{module}").averages(h, n, burn_in, duration, seed, **options)
+    return importlib.import_module(f"peers.{module}").averages(
+        h, n, burn_in, duration, seed, **options
+    )
 
 
 def rate(job):
@@ -94,7 +96,8 @@ def speeds(names, rounds, cores):
     found = {name: {"one core": [], "all cores": []} for name in names}
     pools = {}
     for name in names:
-        # Threads of its own (this package, XLA), or a process a core; of XLA the faster of the two counts.
+        # Threads of its own (this package, XLA), or a process a core; of XLA the faster of the two
+        # counts.
         every = [Workers(1)] if name == "harvester" else [Workers(cores)]
         every += [Workers(1)] if name.startswith("diffrax") else []
         pools[name] = {"one core": [Workers(1, 0)], "all cores": every}
@@ -102,7 +105,8 @@ def speeds(names, rounds, cores):
         for name in names:
             n, duration = (16384, 800.0) if name == "harvester" else PEERS[name][2:]
             for which, some in pools[name].items():
-                clock = 1 if which == "one core" else 0  # processor time: other work does not stretch it
+                # processor time: other work does not stretch it
+                clock = 1 if which == "one core" else 0
                 best = max(float(workers.rate(name, n, duration)[clock]) for workers in some)
                 if k > 0:  # the first compiles
                     found[name][which].append(best)
@@ -114,14 +118,18 @@ def speeds(names, rounds, cores):
 
 def biases(names, total, cores):
     """Name -> [(h, relative bias, its standard error)] from a trajectory-time ``total``; and S."""
-    found, spread, n = {}, [], 8192
+    found = {}
+    spread = []
+    n = 8192
     for name in names:
         found[name] = []
         processes = 1 if name == "harvester" else cores
         with get_context("spawn").Pool(processes) as pool:
             for h in BIASED[name]:
                 duration = total / n / processes
-                parts = pool.map(bias, [(name, h, n, duration, 7 + k) for k in range(processes)], chunksize=1)
+                parts = pool.map(
+                    bias, [(name, h, n, duration, 7 + k) for k in range(processes)], chunksize=1
+                )
                 means = np.concatenate(parts)
                 error = means.std(ddof=1) / np.sqrt(means.size) / PAPER_V2
                 found[name].append((h, float(means.mean() / PAPER_V2 - 1.0), float(error)))
@@ -163,15 +171,25 @@ def main(rounds, total):
         row |= {"step for 1 %": h, "its bias": value, "million steps to 1 %": steps / 1e6}
         row["seconds to 1 %"] = steps / 1e6 / median["all cores"]
         if rows:
-            row |= {f"slower, {which}": rows[0][f"million steps/s, {which}"] / median[which] for which in median}
+            row |= {
+                f"slower, {which}": rows[0][f"million steps/s, {which}"] / median[which]
+                for which in median
+            }
             row["longer to 1 %"] = row["seconds to 1 %"] / rows[0]["seconds to 1 %"]
         rows.append(row)
     seconds, worst = direct(7)
     rows.append(
-        {"what": "harvester's engine, within=0.01, all it does", "seconds to 1 %": seconds, "worst error": worst}
+        {
+            "what": "harvester's engine, within=0.01, all it does",
+            "seconds to 1 %": seconds,
+            "worst error": worst,
+        }
     )
     for name, values in table.items():
-        rows += [{"what": f"bias: {name}", "h": h, "of E[V^2]": b, "standard error": s} for h, b, s in values]
+        rows += [
+            {"what": f"bias: {name}", "h": h, "of E[V^2]": b, "standard error": s}
+            for h, b, s in values
+        ]
     report("ensemble", rows, ("diffrax", "jax", "jaxlib", "sdeint"), spread=spread, rates=speed)
 
 
@@ -179,7 +197,10 @@ if __name__ == "__main__":
     arguments = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     arguments.add_argument("--rounds", type=int, default=5)
     arguments.add_argument(
-        "--time", type=float, default=1e7, help="trajectory-time of each bias: .14 %% standard error"
+        "--time",
+        type=float,
+        default=1e7,
+        help="trajectory-time of each bias: .14 %% standard error",
     )
     given = arguments.parse_args()
     main(given.rounds, given.time)

@@ -52,7 +52,10 @@ WATCH = """(curve) => {
 }"""
 CHIPS = ("bimorph_ltc3588",)
 CIRCUITS = ("bridge", "parallel_sshi", "sece", *CHIPS)
-CHOICES = {"plate_with_stop": ("bridge", "parallel_sshi", "sece"), "bimorph_ltc3588": ("bridge", "ltc3588")}
+CHOICES = {
+    "plate_with_stop": ("bridge", "parallel_sshi", "sece"),
+    "bimorph_ltc3588": ("bridge", "ltc3588"),
+}
 RESTED = 20.0  # seconds: kernels of all circuits are compiled and their powers known
 HEADLINE = """([at, text]) => {  // another place's; or, where a text is given, another text too, such as a circuit's
   const now = document.__deep(".headline .power");
@@ -87,10 +90,13 @@ def headlines(browser, url, name, steps):
     visit = Visit(browser, f"{url}?scene={links.held(draft)}")
     visit.wait_for("() => document.__deep('.headline b')?.innerText.match(/ideal|slow/)")
     visit.page.wait_for_timeout(8000)  # kernels are loaded, and the first finer power is there
-    visit.page.evaluate("addEventListener('keydown', () => { window.__key = performance.now(); }, true)")
+    visit.page.evaluate(
+        "addEventListener('keydown', () => { window.__key = performance.now(); }, true)"
+    )
     times = []
     for _ in range(steps):
-        before = visit.page.evaluate(SHOWN)[:1]  # the text changes with a finer power of the last step, too
+        # the text changes with a finer power of the last step, too
+        before = visit.page.evaluate(SHOWN)[:1]
         visit.step("load.parameters.R", to="Left")
         times.append(visit.page.wait_for_function(HEADLINE, arg=before).json_value())
     visit.page.close()
@@ -102,7 +108,9 @@ def choices(browser, url, scene, names):
     visit = Visit(browser, f"{url}?scene={links.held(Draft.read(EXAMPLES / f'{scene}.toml'))}")
     visit.wait_for("() => document.__deep('.headline .power')")
     visit.page.wait_for_timeout(1e3 * RESTED)
-    visit.page.evaluate("addEventListener('pointerdown', () => { window.__key = performance.now(); }, true)")
+    visit.page.evaluate(
+        "addEventListener('pointerdown', () => { window.__key = performance.now(); }, true)"
+    )
     for name in names:
         before = visit.page.evaluate(SHOWN)  # its text and place: a chip's power hardly changes
         visit.page.locator(f".circuit-{name}").click()
@@ -136,15 +144,28 @@ def main():
             axis = "load.resistance" if "nondimensional" not in key else "nondimensional.mu"
             times = [sum(one) for one in shares]
             about = {"scene": scene, "key": key, "curve": curve, "seconds to start": start}
-            spread = {"smallest ms": min(times), "median ms": statistics.median(times), "largest ms": max(times)}
+            spread = {
+                "smallest ms": min(times),
+                "median ms": statistics.median(times),
+                "largest ms": max(times),
+            }
             medians = map(statistics.median, zip(*shares, strict=True))
             parts = {f"{name}, median ms": one for name, one in zip(SHARES, medians, strict=True)}
-            rows.append(about | spread | {"formula, processor ms": formula(scene, axis, key == axis)} | parts)
+            rows.append(
+                about
+                | spread
+                | {"formula, processor ms": formula(scene, axis, key == axis)}
+                | parts
+            )
             print(rows[-1], flush=True)
         with serving() as (_, url, _):
             for name in CIRCUITS:
                 times = headlines(browser, url, name, steps)
-                spread = {"smallest ms": min(times), "median ms": statistics.median(times), "largest ms": max(times)}
+                spread = {
+                    "smallest ms": min(times),
+                    "median ms": statistics.median(times),
+                    "largest ms": max(times),
+                }
                 rows.append({"headline of": name} | spread)
                 print(rows[-1], flush=True)
             for scene, names in CHOICES.items():

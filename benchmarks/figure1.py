@@ -1,7 +1,7 @@
 """Seconds for the paper's Figure 1 by Monte Carlo at its full size: 80 x 80 starts, 1000 trajectories from each.
 
-All 6.4 million trajectories run until the stationary state is reached, which a few from every start find out;
-their states at the end make the histograms of the amplitude A, of x and of x'.
+All 6.4 million trajectories run until the stationary state is reached, which a few from every start
+find out; their states at the end make the histograms of the amplitude A, of x and of x'.
 
     python benchmarks/figure1.py          # full size
     python benchmarks/figure1.py 100      # a hundredth of the trajectories
@@ -19,7 +19,9 @@ from harvester.mechanics.ensemble.histograms import Histogram
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.trajectory_batch import BATCH
 
-GRID, EACH, H = 80, 1000, 0.1
+GRID = 80
+EACH = 1000
+H = 0.1
 EDGES = {"A": np.linspace(0, 2.4, 61), "x": np.linspace(0, 2.4, 61), "x'": np.linspace(-3, 3, 61)}
 
 
@@ -67,7 +69,9 @@ if __name__ == "__main__":
     rows[0]["million steps/s"] = trajectories * settled / H / seconds / 1e6
     for name, density in densities.items():
         peak = density.value.argmax()
-        rows.append({"density": f"p({name})", "peak at": density.centres[peak], "peak": density.value[peak]})
+        rows.append(
+            {"density": f"p({name})", "peak at": density.centres[peak], "peak": density.value[peak]}
+        )
         rows[-1]["its standard error"] = density.stderr[peak]
         rows[-1]["total"] = density.value.sum() * np.diff(density.edges)[0]
     report("figure1", rows)

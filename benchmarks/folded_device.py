@@ -1,7 +1,7 @@
 """A device with stop, springs and load circuit as one netlist for ngspice alone: nothing of the package integrates it.
 
-The motion against a rigid stop is unfolded into a continuous one (Ivanov, J. Appl. Math. Mech. 58, 1994): with
-kappa = (1 - r)/(1 + r) for the restitution r, and states s and u,
+The motion against a rigid stop is unfolded into a continuous one (Ivanov, J. Appl. Math. Mech. 58,
+1994): with kappa = (1 - r)/(1 + r) for the restitution r, and states s and u,
 
     x = |s| - gap,    x' = u R sgn(s),    s' = u R,    u' = sgn(s) F/(M R),    R = 1 - kappa sgn(s u)
 
@@ -51,11 +51,14 @@ def powers(problem, settle, windows, length, step, reltol, timeout=120.0):
 
     Raises RuntimeError where ngspice fails or takes more than ``timeout`` (s).
     """
-    scene, load, record = problem.scene, problem.circuit, problem.equations.record
+    scene = problem.scene
+    load = problem.circuit
+    record = problem.equations.record
     stop, excitation = scene.stop, scene.excitation
     damping = scene.oscillator.damping
     rest = problem.equations.resting_places[0] * problem.scales.length
-    mass, w0 = scene.oscillator.mass, math.sqrt(abs(scene.oscillator.stiffness) / scene.oscillator.mass)
+    mass = scene.oscillator.mass
+    w0 = math.sqrt(abs(scene.oscillator.stiffness) / scene.oscillator.mass)
     metres = mass * w0**2 * LENGTH  # N in the unit of force
     gap = 0.0 if stop is None else (stop.gap or 0.0) / LENGTH
     kappa = 0.0 if stop is None else (1.0 - stop.restitution) / (1.0 + stop.restitution)
@@ -95,13 +98,19 @@ def powers(problem, settle, windows, length, step, reltol, timeout=120.0):
         path.write_text(deck)
         try:
             run = ["ngspice", "-b", str(path)]
-            done = subprocess.run(run, capture_output=True, text=True, check=False, timeout=timeout, cwd=folder)
+            done = subprocess.run(
+                run, capture_output=True, text=True, check=False, timeout=timeout, cwd=folder
+            )
         except subprocess.TimeoutExpired:
             raise RuntimeError(f"ngspice alone took more than {timeout:g} s") from None
-        if not (raw := Path(folder) / "out.raw").is_file() or "aborted" in done.stdout + done.stderr:
+        if (
+            not (raw := Path(folder) / "out.raw").is_file()
+            or "aborted" in done.stdout + done.stderr
+        ):
             raise RuntimeError(f"ngspice alone failed: {(done.stdout + done.stderr)[:400]}")
         values = np.frombuffer(raw.read_bytes().split(b"Binary:\n", 1)[1]).reshape(-1, 2)
-    time, energy = values[:, 0], cumulative_trapezoid(values[:, 1], values[:, 0], initial=0.0)
+    time = values[:, 0]
+    energy = cumulative_trapezoid(values[:, 1], values[:, 0], initial=0.0)
     keep = np.append(np.diff(time) > 0.0, True)
     course = CubicHermiteSpline(time[keep], energy[keep], values[keep, 1])
     at = course(settle + length * np.arange(windows + 1))
@@ -111,9 +120,12 @@ def powers(problem, settle, windows, length, step, reltol, timeout=120.0):
 def recorded(record, s, factor):
     """The force of a record as a source: its Fourier series, of which lines below `LINE` of the largest are left out.
 
-    Straight lines between its points would be so many kinks, at each of which ngspice begins with a small step.
+    Straight lines between its points would be so many kinks, at each of which ngspice begins with a
+    small step.
     """
-    series = np.fft.rfft(record.values) * (2.0 * s.length * s.frequency**2 * factor / len(record.values))
+    series = np.fft.rfft(record.values) * (
+        2.0 * s.length * s.frequency**2 * factor / len(record.values)
+    )
     series[0] *= 0.5
     terms = [
         f"{abs(one):.8g}*cos({2.0 * math.pi * k * s.frequency / record.period:.12g}*time{np.angle(one):+.10g})"
@@ -121,5 +133,7 @@ def recorded(record, s, factor):
         if abs(one) > LINE * np.abs(series).max()
     ]
     lines = [terms[k : k + 20] for k in range(0, len(terms), 20)]
-    sources = [f"Bbase{k} base{k} base{k + 1} V=" + "\n+ +".join(some) for k, some in enumerate(lines)]
+    sources = [
+        f"Bbase{k} base{k} base{k + 1} V=" + "\n+ +".join(some) for k, some in enumerate(lines)
+    ]
     return "\n".join(["Vbase base base0 0", *sources, f"Vzero base{len(lines)} 0 0"])

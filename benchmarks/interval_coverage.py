@@ -12,9 +12,9 @@ Each scene is run with many seeds, as a user would with `--within`.  Three share
     HARVESTER_THREADS=1 .venv/bin/python benchmarks/interval_coverage.py spice --seeds 100 --references 8 --most 600
     .venv/bin/python benchmarks/interval_coverage.py board --seeds 40
 
-Names are scenes or parts of them.  Every answer is kept in out/interval_coverage.jsonl at once, and one that is there
-is not computed again: delete it after a change of the engines.  Rows of scenes that are not run stay in the table.
-The interval of a share is Wilson's, at 95 %.
+Names are scenes or parts of them.  Every answer is kept in out/interval_coverage.jsonl at once, and
+one that is there is not computed again: delete it after a change of the engines.  Rows of scenes
+that are not run stay in the table. The interval of a share is Wilson's, at 95 %.
 """
 
 import argparse
@@ -32,7 +32,16 @@ from compiled_circuits import USERS
 import harvester as hv
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
-ND = {"alpha": 0.5, "beta": 0.05, "mu": 0.05, "c1": 0.01, "c2": 0.05, "c3": 0.1, "D11": 0.01, "D22": 0.01}
+ND = {
+    "alpha": 0.5,
+    "beta": 0.05,
+    "mu": 0.05,
+    "c1": 0.01,
+    "c2": 0.05,
+    "c3": 0.1,
+    "D11": 0.01,
+    "D22": 0.01,
+}
 JOURNAL = Path(__file__).parents[1] / "out" / "interval_coverage.jsonl"
 OTHERS = 6  # seeds of a reference
 BOARDS = "bridge of BAT54", "zener clamp", "switch with hysteresis"
@@ -42,7 +51,11 @@ DENSITY = str(EXAMPLES / "shake_psd.csv")
 
 def nondimensional(**changed):
     """The paper's scene with some keys changed, None: left out."""
-    return hv.Scene(nondimensional=hv.Nondimensional(**{k: v for k, v in (ND | changed).items() if v is not None}))
+    return hv.Scene(
+        nondimensional=hv.Nondimensional(
+            **{k: v for k, v in (ND | changed).items() if v is not None}
+        )
+    )
 
 
 def example(name, **changed):
@@ -79,7 +92,9 @@ def scenes(folder):
         "bistable": example("plate_bistable"),
         "two stops": example("plate_two_stops"),
         "coloured": example("plate_coloured"),
-        "tabulated noise, stop": example("plate_with_stop", excitation=hv.Excitation(acceleration_psd_file=DENSITY)),
+        "tabulated noise, stop": example(
+            "plate_with_stop", excitation=hv.Excitation(acceleration_psd_file=DENSITY)
+        ),
     }
     for name, scene in sampled.items():
         yield name, scene, hv.Ensemble, 0.01
@@ -93,8 +108,10 @@ def scenes(folder):
 
 def wilson(inside, count):
     """The 95 % interval of a share."""
-    z, share = 1.96, inside / count
-    centre, width = share + z * z / (2 * count), z * math.sqrt(share * (1 - share) / count + (z / (2 * count)) ** 2)
+    z = 1.96
+    share = inside / count
+    centre = share + z * z / (2 * count)
+    width = z * math.sqrt(share * (1 - share) / count + (z / (2 * count)) ** 2)
     return [(centre + sign * width) / (1 + z * z / count) for sign in (-1, 1)]
 
 
@@ -102,7 +119,8 @@ class Journal:
     """The answers of one scene, by seed; None: with the settings of the reference."""
 
     def __init__(self, name, within):
-        self.place, self.known = {"scene": name, "within": within}, {}
+        self.place = {"scene": name, "within": within}
+        self.known = {}
         for line in JOURNAL.read_text().splitlines() if JOURNAL.exists() else ():
             one = json.loads(line)
             if self.place.items() <= one.items():
@@ -114,14 +132,25 @@ class Journal:
             begin, busy = time.perf_counter(), time.process_time()
             answer = engine(seed=seed, **options).run(scene)
             power = answer.mean_power
-            found = self.place | {"seed": seed, "what": what, "value": power.value, "stderr": power.stderr}
+            found = self.place | {
+                "seed": seed,
+                "what": what,
+                "value": power.value,
+                "stderr": power.stderr,
+            }
             found |= {
                 "sampling95": power.sampling95,
                 "error95": power.known_error95,
                 "whole": power.error95 is not None,
             }
-            found |= {"missed": any("within" in one.numbers for one in answer.warnings), "step": answer.details["step"]}
-            found |= {"seconds": time.perf_counter() - begin, "process seconds": time.process_time() - busy}
+            found |= {
+                "missed": any("within" in one.numbers for one in answer.warnings),
+                "step": answer.details["step"],
+            }
+            found |= {
+                "seconds": time.perf_counter() - begin,
+                "process seconds": time.process_time() - busy,
+            }
             JOURNAL.parent.mkdir(exist_ok=True)
             with JOURNAL.open("a") as file:
                 file.write(json.dumps(found) + "\n")
@@ -135,7 +164,9 @@ def reference(journal, scene, engine, within, several):
     if engine is not hv.Spice or is_board:
         others = range(1_000_000, 1_000_000 + OTHERS)
         judge = hv.Compiled if is_board else engine
-        powers = [journal.answer(scene, judge, seed, "reference", within=within / 5.0) for seed in others]
+        powers = [
+            journal.answer(scene, judge, seed, "reference", within=within / 5.0) for seed in others
+        ]
         error = math.hypot(*(one["stderr"] or 0.0 for one in powers)) / OTHERS
     elif several > 1:
         step = journal.answer(scene, engine, 0, within=within)["step"]
@@ -155,16 +186,24 @@ def share(name, inside, count):
 
 def measured(name, scene, engine, within, options):
     """One row of the table."""
-    begin, answers, journal = time.perf_counter(), [], Journal(name, within)
+    begin = time.perf_counter()
+    answers = []
+    journal = Journal(name, within)
     for seed in range(options.seeds):
         answers.append(journal.answer(scene, engine, seed, within=within))
         if time.perf_counter() - begin > options.most:
             break
-    several = {key: np.array([one[key] for one in answers]) for key in ("value", "sampling95", "error95", "stderr")}
-    values, count = several["value"], len(answers)
+    several = {
+        key: np.array([one[key] for one in answers])
+        for key in ("value", "sampling95", "error95", "stderr")
+    }
+    values = several["value"]
+    count = len(answers)
     others = (values.sum() - values) / (count - 1)
     row = {"scene": name, "within": within, "seeds": count}
-    row |= {key: float(np.mean([one[key] for one in answers])) for key in ("seconds", "process seconds")}
+    row |= {
+        key: float(np.mean([one[key] for one in answers])) for key in ("seconds", "process seconds")
+    }
     row |= {"spread": float(values.std(ddof=1) / values.mean())}
     row |= {"stated": float(several["stderr"].mean() / values.mean())}
     row |= {"stated 95": float(several["error95"].mean() / values.mean())}
@@ -173,12 +212,18 @@ def measured(name, scene, engine, within, options):
     known = reference(journal, scene, engine, within, options.references)
     if known is not None:
         truth, error = known
-        row |= {"reference": truth, "reference stderr": error, "bias seen": float(values.mean() / truth - 1.0)}
+        row |= {
+            "reference": truth,
+            "reference stderr": error,
+            "bias seen": float(values.mean() / truth - 1.0),
+        }
         row |= share("whole", int((abs(values - truth) <= several["error95"]).sum()), count)
         reached = values[[not one["missed"] for one in answers]]
         row["reached"] = len(reached)
         if len(reached):
-            row |= share("target", int((abs(reached - truth) <= within * truth).sum()), len(reached))
+            row |= share(
+                "target", int((abs(reached - truth) <= within * truth).sum()), len(reached)
+            )
     return row
 
 
@@ -187,14 +232,29 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("scene", nargs="*", help="names of scenes, or parts of them; default: all")
     parser.add_argument("--seeds", type=int, default=200)
-    parser.add_argument("--references", type=int, default=0, help="runs of ngspice that make its reference")
-    parser.add_argument("--most", type=float, default=1e9, help="seconds a scene, after which no further seed is run")
+    parser.add_argument(
+        "--references", type=int, default=0, help="runs of ngspice that make its reference"
+    )
+    parser.add_argument(
+        "--most",
+        type=float,
+        default=1e9,
+        help="seconds a scene, after which no further seed is run",
+    )
     options = parser.parse_args()
     results = Path(__file__).parent / "results" / "interval_coverage.json"
-    rows = {one["scene"]: one for one in json.loads(results.read_text())["rows"]} if results.exists() else {}
+    rows = (
+        {one["scene"]: one for one in json.loads(results.read_text())["rows"]}
+        if results.exists()
+        else {}
+    )
     with tempfile.TemporaryDirectory() as folder:
         every = {name: (name, *more) for name, *more in scenes(folder)}
-        asked = [name for name in every if not options.scene or any(part in name for part in options.scene)]
+        asked = [
+            name
+            for name in every
+            if not options.scene or any(part in name for part in options.scene)
+        ]
         for name in asked:
             rows[name] = measured(*every[name], options)
             report("interval_coverage", [rows[one] for one in every if one in rows])

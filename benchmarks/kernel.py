@@ -2,9 +2,10 @@
 
     python benchmarks/kernel.py
 
-Processes with either width run in turn, several rounds, one thread each; the smallest processor time of a step counts.
-512 bits are what the package takes where its own trial finds them faster (harvester/mechanics/kernels/vector_width.py);
-256 bits are asked for by NUMBA_CPU_NAME, as a user can.  On a processor without AVX-512 both are the same.
+Processes with either width run in turn, several rounds, one thread each; the smallest processor
+time of a step counts. 512 bits are what the package takes where its own trial finds them faster
+(harvester/mechanics/kernels/vector_width.py); 256 bits are asked for by NUMBA_CPU_NAME, as a user
+can.  On a processor without AVX-512 both are the same.
 """
 
 import json
@@ -21,7 +22,11 @@ from controls import SCENES, circuits
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.vector_width import faster, width
 
-ROUNDS, H, COUNT, WARM, DURATION = 4, 0.1, 1024, 20.0, 400.0
+ROUNDS = 4
+H = 0.1
+COUNT = 1024
+WARM = 20.0
+DURATION = 400.0
 TAKEN = ("paper, r = .96", "no stop", "gap .5", "two stops", "coloured, stop")
 CIRCUITS = ("bridge, no stop", "bridge, stop")
 
@@ -33,9 +38,12 @@ def timed():
     costs = {}
     for name, (eqs, circuit) in found.items():
         for controlled in (False, True):
-            many = Trajectories(eqs, COUNT, np.random.SeedSequence(1), H, circuit=circuit, controlled=controlled)
+            many = Trajectories(
+                eqs, COUNT, np.random.SeedSequence(1), H, circuit=circuit, controlled=controlled
+            )
             many.run(WARM)  # compiles
-            before, begin = many.steps, time.process_time()
+            before = many.steps
+            begin = time.process_time()
             many.run(DURATION)
             costs[f"{name}{', controls' if controlled else ''}"] = (
                 1e9 * (time.process_time() - begin) / (many.steps - before)
@@ -46,12 +54,19 @@ def timed():
 def main():
     """Run the rounds and keep the table."""
     environment = dict(os.environ, HARVESTER_THREADS="1")
-    kinds = {"default": environment, "256": environment | {"NUMBA_CPU_NAME": llvm.get_host_cpu_name()}}
+    kinds = {
+        "default": environment,
+        "256": environment | {"NUMBA_CPU_NAME": llvm.get_host_cpu_name()},
+    }
     least, bits = {}, {}
     for _ in range(ROUNDS):
         for kind, variables in kinds.items():
             command = [sys.executable, __file__, "--timed"]
-            done = json.loads(subprocess.run(command, env=variables, check=True, capture_output=True, text=True).stdout)
+            done = json.loads(
+                subprocess.run(
+                    command, env=variables, check=True, capture_output=True, text=True
+                ).stdout
+            )
             bits[kind] = done["bits"]
             for name, cost in done["costs"].items():
                 least[name, kind] = min(cost, least.get((name, kind), float("inf")))

@@ -44,7 +44,12 @@ def command(folder, points, out):
 
 def start(arguments):
     """The program in a session of its own, as from a terminal."""
-    silent = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE, "text": True, "start_new_session": True}
+    silent = {
+        "stdout": subprocess.DEVNULL,
+        "stderr": subprocess.PIPE,
+        "text": True,
+        "start_new_session": True,
+    }
     return subprocess.Popen(arguments, **silent)
 
 
@@ -54,10 +59,16 @@ def family(pid):
     for stat in Path("/proc").glob("[0-9]*/stat"):
         with contextlib.suppress(OSError):
             fields = stat.read_text().rpartition(")")[2].split()
-            if fields[0] != "Z" and b"resource_tracker" not in stat.with_name("cmdline").read_bytes():
+            if (
+                fields[0] != "Z"
+                and b"resource_tracker" not in stat.with_name("cmdline").read_bytes()
+            ):
                 parents[int(stat.parent.name)] = int(fields[1])
     workers = sorted(p for p, parent in parents.items() if parent == pid)
-    return {"worker": workers, "ngspice": sorted(p for p, parent in parents.items() if parent in workers)}
+    return {
+        "worker": workers,
+        "ngspice": sorted(p for p, parent in parents.items() if parent in workers),
+    }
 
 
 def alive(pid):
@@ -76,7 +87,9 @@ def rows(out):
     """How many rows are on disk in the journal; None where there is none."""
     path = Path(out) / "sweep.journal"
     try:
-        with contextlib.closing(sqlite3.connect(f"{path.absolute().as_uri()}?mode=rw", uri=True)) as journal:
+        with contextlib.closing(
+            sqlite3.connect(f"{path.absolute().as_uri()}?mode=rw", uri=True)
+        ) as journal:
             return journal.execute("SELECT count(*) FROM rows").fetchone()[0]
     except sqlite3.OperationalError:  # there is none, or it is just being made
         return None if not path.exists() else 0
@@ -85,7 +98,8 @@ def rows(out):
 def trial(arguments, out, who, least, rng, patience=5.0):
     """Kill ``who`` once, at a random moment after ``least`` rows, then resume: what happened, and the table.
 
-    Raises AssertionError where a process outlives the program, or the program ends otherwise than it should.
+    Raises AssertionError where a process outlives the program, or the program ends otherwise than
+    it should.
     """
     program = start(arguments)
     victims = []
@@ -111,5 +125,11 @@ def trial(arguments, out, who, least, rng, patience=5.0):
     again = start(arguments)
     _, said = again.communicate(timeout=600)
     assert again.returncode == 0, said
-    found = {"who": who, "killed": victim is not None, "after rows": least, "rows then": kept, "errors then": errors}
+    found = {
+        "who": who,
+        "killed": victim is not None,
+        "after rows": least,
+        "rows then": kept,
+        "errors then": errors,
+    }
     return found, table(out)

@@ -1,7 +1,8 @@
 """Cost of an accepted ngspice step, and error of V on a shared path, against the exact RC update.
 
-Cost: ngspice alone with a built-in source, in lock-step with the mass by compiled callbacks, and by Python ones; the
-same circuit, options and saved vectors, each in a process of its own, in turn, in one go.
+Cost: ngspice alone with a built-in source, in lock-step with the mass by compiled callbacks, and by
+Python ones; the same circuit, options and saved vectors, each in a process of its own, in turn, in
+one go.
 
 Error: relative RMS of V over 100 time units on noise paths refined by bridge.
 """
@@ -16,7 +17,9 @@ from pathlib import Path
 import numpy as np
 from common import COIL, PAPER, report
 
-CP, H, W0 = 50.2e-9, 0.1, 20.0
+CP = 50.2e-9
+H = 0.1
+W0 = 20.0
 STEP = H / W0
 LOADS = {  # name: parameters, kicks of the compiled and of the Python path
     "resistor": ({"R": 1e6}, 200_000, 5_000),
@@ -31,7 +34,11 @@ def circuit(name):
     from harvester.scene.load import Load
 
     parameters = LOADS[name][0]
-    load = Load(resistance=parameters["R"]) if name == "resistor" else Load(netlist=name, parameters=parameters)
+    load = (
+        Load(resistance=parameters["R"])
+        if name == "resistor"
+        else Load(netlist=name, parameters=parameters)
+    )
     return load_circuit(load, CP)
 
 
@@ -124,9 +131,16 @@ def errors():
     }
     rows = []
     for scene, eqs in scenes.items():
-        s = Scales(mass=0.04, frequency=W0, length=1e-3, coupling=math.sqrt(eqs.beta * 16 * CP), capacitance=CP)
+        s = Scales(
+            mass=0.04,
+            frequency=W0,
+            length=1e-3,
+            coupling=math.sqrt(eqs.beta * 16 * CP),
+            capacitance=CP,
+        )
         load = load_circuit(Load(resistance=s.resistance(eqs.mu)))
-        noise, rng = gaussian_grid(np.random.SeedSequence(7), 500), np.random.default_rng(1)
+        noise = gaussian_grid(np.random.SeedSequence(7), 500)
+        rng = np.random.default_rng(1)
         for h in (0.2, 0.1, 0.05, 0.025):
             exact = trace(eqs, noise, h)
             path = worker.path_in_worker(worker.CoupledDevice(eqs, s, load, h, 1), noise)

@@ -2,8 +2,9 @@
 
     .venv/bin/python benchmarks/missed.py     # a minute
 
-Impacts that take a different part of the speed at each speed leave a response between those of constants.  So the
-quantities that missed at the two devices with impacts are computed over all constants from 0 to 0.9.
+Impacts that take a different part of the speed at each speed leave a response between those of
+constants.  So the quantities that missed at the two devices with impacts are computed over all
+constants from 0 to 0.9.
 """
 
 from collections.abc import Iterator
@@ -21,7 +22,9 @@ YEARS = {"liu": "liu_2011", "jiang": "jiang_2020"}
 
 def quantities(device: str, restitution: float) -> dict[str, float]:
     """What missed at a device, in the units of the table, at a constant restitution."""
-    scene = hv.load(predictions.SCENES / f"{YEARS[device]}.toml").vary("stop.restitution", restitution)
+    scene = hv.load(predictions.SCENES / f"{YEARS[device]}.toml").vary(
+        "stop.restitution", restitution
+    )
     up = predictions.branches(scene, SWEEPS[device])["up"]
     if device == "jiang":
         return {"most voltage, 0.4 g": float(up.voltage.max())}

@@ -1,18 +1,20 @@
 """Mutation check: do the tests fail when the package has a small defect?
 
-Each mutant of `TABLE` is one piece of the package's code (``-``) that is replaced by a wrong one (``+``) in a copy of
-the repository; at least one of the tests that its first line names must then fail.  A mutant that no test can see says
-why (``=``).  Any other mutant that survives is a hole in the tests.
+Each mutant of `TABLE` is one piece of the package's code (``-``) that is replaced by a wrong one
+(``+``) in a copy of the repository; at least one of the tests that its first line names must then
+fail.  A mutant that no test can see says why (``=``).  Any other mutant that survives is a hole in
+the tests.
 
     python benchmarks/mutants.py --check                    only look whether each piece is found, exactly once
     python benchmarks/mutants.py --only "scaling|^watts"    the mutants whose area or name fits an expression
     python benchmarks/mutants.py --tier "not thorough"      how many of them `make test` kills, with --sample 48 of some
 
-With `--tier` a mutant meets the tests of its files that have those markers, whatever their names, and if it survives
-these, all such tests of the package's room that it is in.
+With `--tier` a mutant meets the tests of its files that have those markers, whatever their names,
+and if it survives these, all such tests of the package's room that it is in.
 
-The exit status is 1 where a mutant survived, and 2 where the table does not fit or tests fail without a mutant.  A
-mutant of `harvester/mechanics` or `harvester/cosimulation` compiles its kernels anew: some seconds to a minute each.
+The exit status is 1 where a mutant survived, and 2 where the table does not fit or tests fail
+without a mutant.  A mutant of `harvester/mechanics` or `harvester/cosimulation` compiles its
+kernels anew: some seconds to a minute each.
 """
 
 import argparse
@@ -34,7 +36,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 
-# [AREA]; NAME: TEST FILES [-k EXPRESSION]; the code as it is (-) and as it must not be (+); why no test sees it (=).
+# [AREA]; NAME: TEST FILES [-k EXPRESSION]; the code as it is (-) and as it must not be (+); why no
+# test sees it (=).
 TABLE = r"""
 [averaging]
 friction-bracket: test_theory.py -k published_averaging
@@ -504,9 +507,11 @@ class Mutant:
 
 def mutants(text=TABLE):
     """The mutants of a text of the form of `TABLE`."""
-    found, area = [], ""
+    found = []
+    area = ""
     for line in filter(None, map(str.strip, text.splitlines())):
-        sign, rest = line[0], line[1:].strip()
+        sign = line[0]
+        rest = line[1:].strip()
         if sign == "[":
             area = rest.rstrip("]")
         elif sign in "-+=":
@@ -531,21 +536,37 @@ def test_files(folder):
     return found
 
 
+def pieces_of(code):
+    """A regular expression of a piece of code, however its line is broken."""
+    return re.compile(r"\s*".join(map(re.escape, re.findall(r"\w+|[^\w\s]", code))))
+
+
 def misfit(one, texts, files):
     """What is wrong with a mutant's lines in the table; empty where they fit."""
-    places = [path for path, text in texts.items() for _ in range(text.count(one.old))]
+    places = [path for path, text in texts.items() for _ in pieces_of(one.old).finditer(text)]
     if len(places) != 1:
-        return f"{one.old!r} is found {len(places)} times: {', '.join(str(path) for path in places)}"
+        return (
+            f"{one.old!r} is found {len(places)} times: {', '.join(str(path) for path in places)}"
+        )
     try:
-        compile(texts[places[0]].replace(one.old, one.new), one.name, "exec")
+        compile(changed(texts[places[0]], one), one.name, "exec")
     except SyntaxError as error:
         return f"{one.new!r} is no Python there: {error}"
     if wrong := [name for name in one.tests if len(files.get(name, [])) != 1]:
         return f"there is no test file, or several, of the name {', '.join(wrong)}"
     known = "".join(f"{files[name][0]} {files[name][0].read_text()}" for name in one.tests)
-    if wrong := [word for word in re.findall(r"\w+", one.k) if word not in ("and", "or", "not") and word not in known]:
+    if wrong := [
+        word
+        for word in re.findall(r"\w+", one.k)
+        if word not in ("and", "or", "not") and word not in known
+    ]:
         return f"no test of {' '.join(one.tests)} has {', '.join(wrong)} in its name"
     return ""
+
+
+def changed(text, one):
+    """The text of a file with a mutant's line."""
+    return pieces_of(one.old).sub(lambda _: one.new, text)
 
 
 def tested(one, folder, timeout, tier, place):
@@ -563,10 +584,16 @@ def tested(one, folder, timeout, tier, place):
 def run_tests(folder, timeout, chosen):
     """Run chosen tests in a copy: what became of them, and the test that failed."""
     command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", *chosen]
-    own = {"PYTHONPATH": str(folder), "NUMBA_CACHE_DIR": str(folder / ".kernels"), "PYTHONDONTWRITEBYTECODE": "1"}
+    own = {
+        "PYTHONPATH": str(folder),
+        "NUMBA_CACHE_DIR": str(folder / ".kernels"),
+        "PYTHONDONTWRITEBYTECODE": "1",
+    }
     with tempfile.TemporaryFile("w+") as said:
         streams = {"stdin": subprocess.DEVNULL, "stdout": said, "stderr": subprocess.STDOUT}
-        run = subprocess.Popen(command, cwd=folder, env=os.environ | own, start_new_session=True, **streams)
+        run = subprocess.Popen(
+            command, cwd=folder, env=os.environ | own, start_new_session=True, **streams
+        )
         try:
             status = run.wait(timeout)
         except subprocess.TimeoutExpired:
@@ -577,7 +604,11 @@ def run_tests(folder, timeout, chosen):
             run.wait()
         said.seek(0)
         lines = said.read().splitlines()
-    failed = [line.split(" ", 1)[1].split(" - ")[0] for line in lines if line.startswith(("FAILED ", "ERROR "))]
+    failed = [
+        line.split(" ", 1)[1].split(" - ")[0]
+        for line in lines
+        if line.startswith(("FAILED ", "ERROR "))
+    ]
     if status == 1 and failed:
         return "killed", failed[0]
     none_left = 5  # pytest's status where no test has these markers
@@ -591,7 +622,9 @@ def run_tests(folder, timeout, chosen):
 @contextlib.contextmanager
 def copy():
     """A folder with a copy of the files that git tracks, as they are now."""
-    listed = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    listed = subprocess.run(
+        ["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, text=True, check=True
+    ).stdout
     with tempfile.TemporaryDirectory(prefix="mutant-", ignore_cleanup_errors=True) as folder:
         for name in filter(None, listed.split("\0")):
             if (ROOT / name).is_file():
@@ -603,9 +636,11 @@ def copy():
 @contextlib.contextmanager
 def applied(one, folder):
     """Put a mutant into a copy, and take it out again: of what it left as it is the compiled kernels stay good."""
-    path, text = next((path, text) for path, text in sources(folder).items() if one.old in text)
+    path, text = next(
+        (path, text) for path, text in sources(folder).items() if pieces_of(one.old).search(text)
+    )
     times = path.stat().st_atime_ns, path.stat().st_mtime_ns
-    path.write_text(text.replace(one.old, one.new))
+    path.write_text(changed(text, one))
     yield path
     path.write_text(text)
     os.utime(path, ns=times)
@@ -621,7 +656,8 @@ def attempt(one, folder, timeout, tier):
         one.fate = "table"
         one.by = f"fails without the mutant, too: {one.by}"
     if one.equivalent and one.fate == "survived":
-        one.fate, one.by = "equivalent", one.equivalent
+        one.fate = "equivalent"
+        one.by = one.equivalent
     one.seconds = round(time.perf_counter() - begin, 1)
     print(
         f"{one.area:<12} {one.name:<34} {one.fate:<10} {one.seconds:6.1f} s  {one.by.rpartition('/')[2][:110]}",
@@ -639,24 +675,44 @@ def check(chosen):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--check", action="store_true", help="only whether the table fits the package")
+    parser.add_argument(
+        "--check", action="store_true", help="only whether the table fits the package"
+    )
     parser.add_argument("--only", default="", help="regular expression of areas and names")
-    parser.add_argument("--tier", help="markers of the tests that are run, as pytest's -m; default: the table's own")
-    parser.add_argument("--sample", type=int, help="only so many of them, spread evenly over the table")
+    parser.add_argument(
+        "--tier", help="markers of the tests that are run, as pytest's -m; default: the table's own"
+    )
+    parser.add_argument(
+        "--sample", type=int, help="only so many of them, spread evenly over the table"
+    )
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--json", type=Path, help="file for the results")
-    parser.add_argument("--timeout", type=float, default=300.0, help="seconds for the tests of a mutant")
+    parser.add_argument(
+        "--timeout", type=float, default=300.0, help="seconds for the tests of a mutant"
+    )
     options = parser.parse_args()
-    chosen = [one for one in mutants() if any(map(re.compile(options.only).search, (one.name, one.area)))]
+    chosen = [
+        one for one in mutants() if any(map(re.compile(options.only).search, (one.name, one.area)))
+    ]
     if options.sample:
-        chosen = [chosen[k * len(chosen) // options.sample] for k in range(min(options.sample, len(chosen)))]
+        chosen = [
+            chosen[k * len(chosen) // options.sample]
+            for k in range(min(options.sample, len(chosen)))
+        ]
     if options.check:
         sys.exit(2 if check(chosen) else 0)
-    asked = {}  # without --tier, what the mutants ask of each set of test files, which must pass without a mutant
+    # without --tier, what the mutants ask of each set of test files, which must pass without a
+    # mutant
+    asked = {}
     for one in chosen if options.tier is None else ():
         asked.setdefault(one.tests, set()).add(one.k)
     plain = [
-        Mutant("no mutant", "tests", files, "" if "" in ks else " or ".join(f"({k})" for k in sorted(ks)))
+        Mutant(
+            "no mutant",
+            "tests",
+            files,
+            "" if "" in ks else " or ".join(f"({k})" for k in sorted(ks)),
+        )
         for files, ks in asked.items()
     ]
     with contextlib.ExitStack() as stack:
@@ -674,14 +730,18 @@ def main():
         with ThreadPoolExecutor(options.jobs) as pool:
             list(pool.map(run, [*plain, *chosen]))
     if options.json:
-        options.json.write_text(json.dumps([asdict(one) for one in [*plain, *chosen]], indent=1) + "\n")
+        options.json.write_text(
+            json.dumps([asdict(one) for one in [*plain, *chosen]], indent=1) + "\n"
+        )
     print()
     for area in dict.fromkeys(one.area for one in chosen):
         fates = Counter(one.fate for one in chosen if one.area == area)
         print(f"{area:<12} " + ", ".join(f"{count} {fate}" for fate, count in fates.most_common()))
     survived = [one.name for one in chosen if one.fate == "survived"]
     print("survived:", ", ".join(survived) or "none")
-    wrong = any(one.fate != "survived" for one in plain) or any(one.fate == "table" for one in chosen)
+    wrong = any(one.fate != "survived" for one in plain) or any(
+        one.fate == "table" for one in chosen
+    )
     sys.exit(2 if wrong else int(bool(survived)))
 
 

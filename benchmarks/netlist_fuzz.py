@@ -6,11 +6,12 @@
     python benchmarks/netlist_fuzz.py --count 200 --cases FOLDER      keeps the fewest lines of each fault
     python benchmarks/netlist_fuzz.py --file board.cir                the same of a file
 
-The netlists are those of tests/support/netlist_grammar.py, the current that feeds them and ngspice's answer those of
-tests/support/ngspice_oracle.py, and the package's is that of its equations (tests/support/imposed_drive.py), or with
---compiled that of its own solver.  Two powers are the same where they differ by less than a thousandth of the larger
-one, or by TINY of what the piezo could give; five times as much of netlists that jump.  The exit status tells whether a
-fault was found: another power, an error that is no InputError, or a netlist that does not end.
+The netlists are those of tests/support/netlist_grammar.py, the current that feeds them and
+ngspice's answer those of tests/support/ngspice_oracle.py, and the package's is that of its
+equations (tests/support/imposed_drive.py), or with --compiled that of its own solver.  Two powers
+are the same where they differ by less than a thousandth of the larger one, or by TINY of what the
+piezo could give; five times as much of netlists that jump.  The exit status tells whether a fault
+was found: another power, an error that is no InputError, or a netlist that does not end.
 """
 
 import argparse
@@ -37,7 +38,14 @@ TINY = 1e-9  # W, below which powers are equal: the drive gives some 1e-4 W
 PATIENCE = 30  # s, for one netlist
 SIMPLEST = Path(__file__).parents[1] / "netlists/resistor.cir"
 FAULTS = ("DIFFERENT", "CRASHED", "DOES NOT END")
-KINDS = ("same", "refused by us", "refused by ngspice", "refused by both", "our steps fail", *FAULTS)
+KINDS = (
+    "same",
+    "refused by us",
+    "refused by ngspice",
+    "refused by both",
+    "our steps fail",
+    *FAULTS,
+)
 
 
 class TooLongError(Exception):
@@ -77,7 +85,9 @@ def ours(text, folder, compiled=False, flat=()):
         return Answer(why=str(error)), ""
     except Exception as error:  # whatever it is, it is a fault of the reader
         place = traceback.extract_tb(error.__traceback__)[-1]
-        return Answer(why=f"{type(error).__name__}: {error} ({Path(place.filename).name}:{place.lineno})"), "CRASHED"
+        return Answer(
+            why=f"{type(error).__name__}: {error} ({Path(place.filename).name}:{place.lineno})"
+        ), "CRASHED"
 
 
 def compared(text, ask, folder, compiled=False, flat=()):
@@ -105,7 +115,9 @@ def finely(text, ask, folder, flat):
     file = Path(folder) / "board.cir"
     file.write_text(text)
     circuit = imposed_drive.read(file, *flat)
-    return ask(text, *flat, step=LONGEST_STEP / 5.0), imposed_drive.by_machine(circuit, 1e-5, LONGEST_STEP)
+    return ask(text, *flat, step=LONGEST_STEP / 5.0), imposed_drive.by_machine(
+        circuit, 1e-5, LONGEST_STEP
+    )
 
 
 def is_same(text, theirs, mine):
@@ -116,14 +128,22 @@ def is_same(text, theirs, mine):
 
 def apart(theirs, mine):
     """The difference of two powers over the larger one."""
-    return abs(theirs.power - mine.power) / max(theirs.power, mine.power, TINY) if theirs.given and mine.given else 0.0
+    return (
+        abs(theirs.power - mine.power) / max(theirs.power, mine.power, TINY)
+        if theirs.given and mine.given
+        else 0.0
+    )
 
 
 def smaller(text, kind, ask, folder, compiled=False, flat=()):
     """The fewest lines of a netlist that show the same kind of fault: of another power, a third of its difference."""
     joined = text.replace("\n\n+", "\n+")
     title = ".title smaller" if flat else "* smaller"
-    lines = [line for line in joined.splitlines() if line.strip() and not line.startswith(("* ", ".title"))]
+    lines = [
+        line
+        for line in joined.splitlines()
+        if line.strip() and not line.startswith(("* ", ".title"))
+    ]
 
     _, theirs, mine = compared(text, ask, folder, compiled, flat)
     least = min(0.3 * apart(theirs, mine), 0.05)
@@ -139,7 +159,8 @@ def smaller(text, kind, ask, folder, compiled=False, flat=()):
         changed = False
         for k in reversed(range(len(lines))):
             if shows(some := [*lines[:k], *lines[k + 1 :]]):
-                lines, changed = some, True
+                lines = some
+                changed = True
     return "\n".join([title, *lines, ""])
 
 
@@ -173,13 +194,19 @@ def run(seeds, ask, folder, compiled, told):
 
 def general(why):
     """A reason without the names and numbers of one netlist."""
-    why = re.sub(r"(board\.cir )?line \d+", "line N", re.sub(r"(element|model|parameter|card) \S+", r"\1 X", why))
+    why = re.sub(
+        r"(board\.cir )?line \d+",
+        "line N",
+        re.sub(r"(element|model|parameter|card) \S+", r"\1 X", why),
+    )
     return re.sub(r"'[^']*'|\[[^\]]*\]|[-+]?\d[\w.+-]*", "N", why)[:90]
 
 
 def said(answer):
     """An answer in a few words."""
-    return f"{answer.power * 1e6:.5g} uW, {answer.voltage:.4g} V" if answer.given else answer.why[:110]
+    return (
+        f"{answer.power * 1e6:.5g} uW, {answer.voltage:.4g} V" if answer.given else answer.why[:110]
+    )
 
 
 def show(text, flat, ask, folder, compiled, small):
@@ -208,7 +235,9 @@ def keep(found, cases, ask, folder, compiled, most):
             name = f"seed_{seed}"
             (cases / f"{name}.cir").write_text(text)
             answers[name] = (
-                {"power": theirs.power, "voltage": theirs.voltage} if theirs.given else {"refused": theirs.why}
+                {"power": theirs.power, "voltage": theirs.voltage}
+                if theirs.given
+                else {"refused": theirs.why}
             )
             index.write_text(json.dumps(answers, indent=1, sort_keys=True) + "\n")
 
@@ -234,10 +263,19 @@ def main():
         found = run(seeds, ask, folder, given.compiled, lambda line: print(line, flush=True))
         for kind in KINDS:
             print(f"{kind}: {len(found[kind])}")
-        for whose, kinds in (("ours", ("refused by us",)), ("ngspice's", ("refused by ngspice", "refused by both"))):
-            answers = [(theirs if whose != "ours" else mine) for kind in kinds for _, theirs, mine in found[kind]]
+        for whose, kinds in (
+            ("ours", ("refused by us",)),
+            ("ngspice's", ("refused by ngspice", "refused by both")),
+        ):
+            answers = [
+                (theirs if whose != "ours" else mine)
+                for kind in kinds
+                for _, theirs, mine in found[kind]
+            ]
             print(f"{whose}:")
-            for why, count in collections.Counter(general(answer.why) for answer in answers).most_common(25):
+            for why, count in collections.Counter(
+                general(answer.why) for answer in answers
+            ).most_common(25):
                 print(f"  {count} x {why}")
         if given.cases is not None:
             keep(found, given.cases, ask, folder, given.compiled, given.most)

@@ -4,14 +4,16 @@
     NGSPICE_LIBRARY_PATH=libngspice.so .venv/bin/python benchmarks/ngspice_versions.py measure 46.json    another one
     .venv/bin/python benchmarks/ngspice_versions.py compare 39.json 46.json               the first one is what counts
 
-`measure` asks for the trial of an ngspice that `harvester doctor` makes, and, of each scene with one seed, for
+`measure` asks for the trial of an ngspice that `harvester doctor` makes, and, of each scene with
+one seed, for
 
 - its path from rest: the displacement and the voltage, which show where two versions part
 - the mean power of two trajectories with its standard error, and the main job, `make demo`'s sweep, with less of all
 - ngspice's accepted steps, and processor seconds without those that compile
 
-`compare` prints a table in Markdown and keeps it in benchmarks/results/ngspice_versions.json.  A library named by
-NGSPICE_LIBRARY_PATH loads the code models of its own start file; that of a wheel of another version has them beside it.
+`compare` prints a table in Markdown and keeps it in benchmarks/results/ngspice_versions.json.  A
+library named by NGSPICE_LIBRARY_PATH loads the code models of its own start file; that of a wheel
+of another version has them beside it.
 """
 
 import argparse
@@ -43,7 +45,11 @@ def scenes():
     """Scenes by name with their seconds, one of them with the netlist of a polynomial."""
     for name, seconds in SCENES.items():
         yield name, hv.load(EXAMPLES / f"{name}.toml"), seconds
-    yield POLYNOMIAL, hv.load(EXAMPLES / "plate.toml").replace(load=hv.Load(netlist=str(NETLIST))), 2.0
+    yield (
+        POLYNOMIAL,
+        hv.load(EXAMPLES / "plate.toml").replace(load=hv.Load(netlist=str(NETLIST))),
+        2.0,
+    )
 
 
 def timed(function, *args, **keywords):
@@ -64,7 +70,12 @@ def measured(name, scene, seconds):
         return {"error": f"{type(error).__name__}: {error}"}
     kept = {what: np.asarray(getattr(found, what)).tolist() for what in ("displacement", "voltage")}
     value = power.mean_power
-    return kept | {"power": value.value, "error95": value.error95, "steps": power.steps, "seconds": of_path}
+    return kept | {
+        "power": value.value,
+        "error95": value.error95,
+        "steps": power.steps,
+        "seconds": of_path,
+    }
 
 
 def main_job():
@@ -73,8 +84,17 @@ def main_job():
     rows = []
     for mu in (0.01, 0.1, 1.0, 10.0):
         one = scene.replace(nondimensional=scene.nondimensional.replace(mu=mu))
-        found, seconds = timed(hv.run, one, engine="spice", trajectories=4, duration=300.0, seed=SEED)
-        rows.append({"mu": mu, "power": found.nondimensional["mean_power"], "steps": found.steps, "seconds": seconds})
+        found, seconds = timed(
+            hv.run, one, engine="spice", trajectories=4, duration=300.0, seed=SEED
+        )
+        rows.append(
+            {
+                "mu": mu,
+                "power": found.nondimensional["mean_power"],
+                "steps": found.steps,
+                "seconds": seconds,
+            }
+        )
     return rows
 
 
@@ -82,7 +102,12 @@ def measure(file):
     """Measure the ngspice that is found, and write the file."""
     with ngspice_here():
         version, why = versions()
-        made = {"version": version, "library": Path(find_library()).name, "trial": why, "versions": python_versions()}
+        made = {
+            "version": version,
+            "library": Path(find_library()).name,
+            "trial": why,
+            "versions": python_versions(),
+        }
         made["scenes"] = {name: measured(name, scene, long) for name, scene, long in scenes()}
         made["main job"] = main_job()
     file.write_text(json.dumps(made))
@@ -109,10 +134,17 @@ def compared(first, other):
             continue
         row |= {what: apart(ours[what], theirs[what]) for what in ("displacement", "voltage")}
         known = ours["error95"] is not None and ours["power"] > LEAST
-        row |= {"power": relative(ours, theirs), "error95": ours["error95"] / ours["power"] if known else None}
+        row |= {
+            "power": relative(ours, theirs),
+            "error95": ours["error95"] / ours["power"] if known else None,
+        }
         yield row | {"steps": theirs["steps"] / ours["steps"]}
     for ours, theirs in zip(first["main job"], other["main job"], strict=True):
-        row = {"scene": f"main job, mu = {ours['mu']}", "version": other["version"], "power": relative(ours, theirs)}
+        row = {
+            "scene": f"main job, mu = {ours['mu']}",
+            "version": other["version"],
+            "power": relative(ours, theirs),
+        }
         seconds = theirs["seconds"] / theirs["steps"] / (ours["seconds"] / ours["steps"])
         yield row | {"steps": theirs["steps"] / ours["steps"], "seconds a step": seconds}
 
@@ -127,7 +159,10 @@ def main():
         return
     first, *others = (json.loads(file.read_text()) for file in given.files)
     rows = [row for other in others for row in compared(first, other)]
-    about = [{key: one[key] for key in ("version", "library", "trial", "versions")} for one in (first, *others)]
+    about = [
+        {key: one[key] for key in ("version", "library", "trial", "versions")}
+        for one in (first, *others)
+    ]
     report("ngspice_versions", rows, measured=about)
 
 

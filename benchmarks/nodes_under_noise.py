@@ -2,9 +2,10 @@
 
     python benchmarks/nodes_under_noise.py SCENE [SEEDS]
 
-SCENE is `bridge` (the package's), `board` (a user's own four diodes, compared with ngspice) or `stop` (such a board
-behind a mass with a stop).  Direct are 128 nodes of 200 s on a noise of their own, behind ideal diodes, from which the
-board's differ little (`tests/storage/test_direct_nodes.py`).  Each number is compared by its z-score, with the whole
+SCENE is `bridge` (the package's), `board` (a user's own four diodes, compared with ngspice) or
+`stop` (such a board behind a mass with a stop).  Direct are 128 nodes of 200 s on a noise of their
+own, behind ideal diodes, from which the board's differ little
+(`tests/storage/test_direct_nodes.py`).  Each number is compared by its z-score, with the whole
 error over 1.96 and the sampling of the direct count.
 """
 
@@ -21,7 +22,10 @@ from harvester.storage.node_run import NodeRun
 from harvester.uncertainty.value import mean_and_error, stderr_of95
 from tests.support.own_board import noisy_node
 
-SECONDS, COUNT, DAY, HOUR = 200.0, 128, 86400.0, 3600.0
+SECONDS = 200.0
+COUNT = 128
+DAY = 86400.0
+HOUR = 3600.0
 WEAK = hv.Excitation(acceleration_psd="0.0002 g^2/Hz")
 SCENES = {
     "bridge": lambda: noisy_node(load=hv.Netlist("bridge")),
@@ -59,7 +63,12 @@ def main():
         z = " ".join(f"{score:+.2f}" for score in scores[-1])
         print(seed, *values, z, f"{time.process_time() - begin:.1f} s", sep=" | ", flush=True)
     table = np.abs(scores)
-    print("inside, largest |z|, mean z:", (table < 1.96).sum(axis=0), table.max(axis=0), np.mean(scores, axis=0))
+    print(
+        "inside, largest |z|, mean z:",
+        (table < 1.96).sum(axis=0),
+        table.max(axis=0),
+        np.mean(scores, axis=0),
+    )
 
 
 if __name__ == "__main__":

@@ -16,7 +16,10 @@ from common import report
 import harvester as hv
 from harvester.uncertainty.value import z_score
 
-SCENES = {name: hv.load(f"examples/{name}.toml") for name in ("paper_figure3", "plate_with_stop", "plate_bridge")}
+SCENES = {
+    name: hv.load(f"examples/{name}.toml")
+    for name in ("paper_figure3", "plate_with_stop", "plate_bridge")
+}
 
 
 def cheap(name):
@@ -31,9 +34,17 @@ def kept(seeds, within=0.02):
             reference = kind(within=0.002, seed=10_000).run(scene).mean_power
             answers = [kind(within=within, seed=seed).run(scene) for seed in range(seeds)]
             off = [answer.mean_power.value / reference.value - 1.0 for answer in answers]
-            row = {"scene": name, "engine": kind.NAME, "seeds": seeds, "inside": sum(abs(o) <= within for o in off)}
+            row = {
+                "scene": name,
+                "engine": kind.NAME,
+                "seeds": seeds,
+                "inside": sum(abs(o) <= within for o in off),
+            }
             row |= {"mean off": statistics.mean(off), "spread": statistics.stdev(off)}
-            row |= {"median s": statistics.median(a.seconds for a in answers), "reference": reference.value}
+            row |= {
+                "median s": statistics.median(a.seconds for a in answers),
+                "reference": reference.value,
+            }
             rows.append(row | {"its error": reference.known_error95 / reference.value})
             print(rows[-1], flush=True)
     return rows
@@ -47,7 +58,12 @@ def saved(targets):
         for within in targets:
             paired = hv.Spice(within=within, seed=8).run(scene)
             ratio = alone.mean_power.stderr / paired.mean_power.stderr
-            row = {"scene": name, "within": within, "paired s": paired.seconds, "alone s": alone.seconds}
+            row = {
+                "scene": name,
+                "within": within,
+                "paired s": paired.seconds,
+                "alone s": alone.seconds,
+            }
             row |= {"alone stderr": alone.mean_power.stderr / alone.mean_power.value}
             row |= {"paired stderr": paired.mean_power.stderr / paired.mean_power.value}
             row |= {"correlation": paired.details["control_correlation"]}
@@ -64,7 +80,13 @@ def within_one_percent():
         kind(within=0.01).run(SCENES["paper_figure3"])
         answers = [kind(within=0.01).run(SCENES["paper_figure3"]) for _ in range(5)]
         error = answers[0].mean_power.known_error95 / answers[0].mean_power.value
-        rows.append({"engine": kind.NAME, "seconds": statistics.median(a.seconds for a in answers), "error": error})
+        rows.append(
+            {
+                "engine": kind.NAME,
+                "seconds": statistics.median(a.seconds for a in answers),
+                "error": error,
+            }
+        )
     return rows
 
 

@@ -52,13 +52,19 @@ def drawn(spreads: Spreads, count: int = DRAWS) -> list[dict[str, float]]:
     """Points of a Latin square over the spreads, evenly between the ends of each."""
     unit = qmc.LatinHypercube(len(spreads), rng=np.random.default_rng(1)).random(count)
     return [
-        {key: low + u * (high - low) for (key, (low, high)), u in zip(spreads.items(), row, strict=True)}
+        {
+            key: low + u * (high - low)
+            for (key, (low, high)), u in zip(spreads.items(), row, strict=True)
+        }
         for row in unit
     ]
 
 
 def predicted(
-    device: str, spreads: Spreads, units: Mapping[str, str], of: Callable[[dict[str, float]], Mapping[str, float]]
+    device: str,
+    spreads: Spreads,
+    units: Mapping[str, str],
+    of: Callable[[dict[str, float]], Mapping[str, float]],
 ) -> Iterator[Prediction]:
     """A prediction for each quantity that ``of`` computes from a draw."""
     found = [of(draw) for draw in drawn(spreads)]
@@ -94,24 +100,33 @@ def branches(scene: hv.Scene, frequencies: Floats) -> dict[str, Branch]:
 
 # --- Peigney and Siegert 2013: a bridge, its traffic, and a storage capacitor -----------------------------------------
 
-RATE, PEAK = 1.0 / 3.6, 0.58  # lorries a second by day, and the mean peak of one (m/s^2); of each the length is 1 s
+# lorries a second by day, and the mean peak of one (m/s^2); of each the length is 1 s
+RATE = 1.0 / 3.6
+PEAK = 0.58
 
 
 def traffic_density(frequency: Floats) -> Floats:
     """One-sided density ((m/s^2)^2/Hz) of the source's random train of lorries (its Eq. 27).
 
-    A lorry is a triangle of half-length M = 1 s times a sine of 14.5 Hz and of peak A, and there are ``RATE`` a second:
-    2 rate A^2 (M/2)^2 sinc^4(M (f - 14.5 Hz)), whose mean square is rate A^2 M/3.
+    A lorry is a triangle of half-length M = 1 s times a sine of 14.5 Hz and of peak A, and there
+    are ``RATE`` a second: 2 rate A^2 (M/2)^2 sinc^4(M (f - 14.5 Hz)), whose mean square is rate A^2
+    M/3.
     """
     return 0.5 * RATE * PEAK**2 * np.sinc(frequency - 14.5) ** 4
 
 
 def rectified_current(damping: float) -> Callable[[float], float]:
     """Mean current (A) of an ideal bridge against its voltage (V), in the traffic of `traffic_density`."""
-    scene = hv.load(SCENES / "peigney_siegert_2013_store.toml").varied({"oscillator.damping": damping})
+    scene = hv.load(SCENES / "peigney_siegert_2013_store.toml").varied(
+        {"oscillator.damping": damping}
+    )
     at = []
     for resistance in (1e5, 2e5, 4e5):
-        power = hv.Ideal(within=0.03).run(scene.varied({"load.parameters.R": resistance})).mean_power.value
+        power = (
+            hv.Ideal(within=0.03)
+            .run(scene.varied({"load.parameters.R": resistance}))
+            .mean_power.value
+        )
         at.append((math.sqrt(power * resistance), math.sqrt(power / resistance)))
     voltages, currents = zip(*at, strict=True)
     line = np.polyfit(voltages, currents, 1)
@@ -126,19 +141,29 @@ def peigney() -> Iterator[Prediction]:
     rms = math.sqrt(RATE * PEAK**2 / 3.0)
 
     def of(draw: dict[str, float]) -> dict[str, float]:
-        top = hv.response(scene.varied({"oscillator.damping": draw["damping"]}), "13.5Hz:15.5Hz:41").peak("up")
-        level, middle = draw["rms"] / rms, 2.7  # an ideal bridge on a linear device: I(U; level) = level I(U/level; 1)
+        top = hv.response(
+            scene.varied({"oscillator.damping": draw["damping"]}), "13.5Hz:15.5Hz:41"
+        ).peak("up")
+        # an ideal bridge on a linear device: I(U; level) = level I(U/level; 1)
+        level = draw["rms"] / rms
+        middle = 2.7
         some = [level * current((middle + draw["drop"]) / level) for current in currents]
         return {
             "most power on 100 kohm, sine": 1e3 * top.mean_power.value,
             "its frequency": top.frequency,
-            "power into the store, traffic": 1e6 * middle * float(np.interp(draw["damping"], dampings, some)),
+            "power into the store, traffic": 1e6
+            * middle
+            * float(np.interp(draw["damping"], dampings, some)),
         }
 
-    # The damping has one digit in the source; the traffic's rms is that of its model (0.177) or of its records (0.30);
-    # two diodes in series drop 0.2 (Schottky) to 1.2 V.
+    # The damping has one digit in the source; the traffic's rms is that of its model (0.177) or of
+    # its records (0.30); two diodes in series drop 0.2 (Schottky) to 1.2 V.
     spreads = {"damping": (0.015, 0.025), "rms": (0.177, 0.30), "drop": (0.2, 1.2)}
-    units = {"most power on 100 kohm, sine": "mW", "its frequency": "Hz", "power into the store, traffic": "uW"}
+    units = {
+        "most power on 100 kohm, sine": "mW",
+        "its frequency": "Hz",
+        "power into the store, traffic": "uW",
+    }
     yield from predicted("peigney", spreads, units, of)
 
 
@@ -152,18 +177,25 @@ def liu() -> Iterator[Prediction]:
     def of(draw: dict[str, float]) -> dict[str, float]:
         here = scene.varied(draw)
         up = branches(here, np.arange(30.0, 56.1, 1.0))["up"]
-        weak = branches(here.vary("excitation.acceleration_amplitude", 0.4 * G), np.arange(34.0, 46.1, 0.5))["up"]
+        weak = branches(
+            here.vary("excitation.acceleration_amplitude", 0.4 * G), np.arange(34.0, 46.1, 0.5)
+        )["up"]
         return {
             "end of hitting, up, 0.4 g": weak.end,
             "end of hitting, up, 1 g": up.end,
-            "voltage at 36 Hz, 1 g": 1e3 * float(np.interp(36.0, up.frequency, up.voltage)) / math.sqrt(2.0),
+            "voltage at 36 Hz, 1 g": 1e3
+            * float(np.interp(36.0, up.frequency, up.voltage))
+            / math.sqrt(2.0),
             "most voltage, 1 g": 1e3 * float(up.voltage.max()) / math.sqrt(2.0),
         }
 
-    # The source says nothing of the impacts; 5 % of the spacer's thickness is our guess of what assembling leaves.
+    # The source says nothing of the impacts; 5 % of the spacer's thickness is our guess of what
+    # assembling leaves.
     spreads = {"stop.restitution": (0.1, 0.9), "stop.gap": (0.764e-3, 0.844e-3)}
     units = dict.fromkeys(("end of hitting, up, 0.4 g", "end of hitting, up, 1 g"), "Hz")
-    yield from predicted("liu", spreads, units | {"voltage at 36 Hz, 1 g": "mV", "most voltage, 1 g": "mV"}, of)
+    yield from predicted(
+        "liu", spreads, units | {"voltage at 36 Hz, 1 g": "mV", "most voltage, 1 g": "mV"}, of
+    )
 
 
 def jiang() -> Iterator[Prediction]:
@@ -175,22 +207,30 @@ def jiang() -> Iterator[Prediction]:
         up = branches(here, np.arange(7.0, 17.1, 1.0))["up"]
         enough = up.frequency[up.voltage >= 5.0]
         loads = np.geomspace(5e3, 2e5, 41)
-        linear = dataclasses.replace(here, stop=None).vary("excitation.acceleration_amplitude", 0.08 * G)
-        powers = [hv.run(linear.with_load(resistance=float(R)), "exact").mean_power.value for R in loads]
+        linear = dataclasses.replace(here, stop=None).vary(
+            "excitation.acceleration_amplitude", 0.08 * G
+        )
+        powers = [
+            hv.run(linear.with_load(resistance=float(R)), "exact").mean_power.value for R in loads
+        ]
         return {
             "most voltage, 0.4 g": float(up.voltage.max()),
             "band of 5 V or more, end, 0.4 g": float(enough.max()),
             "best load at 12 Hz, 0.1 g": 1e-3 * float(loads[int(np.argmax(powers))]),
         }
 
-    # Coupling: of its two resonances and as printed.  Damping: at 0.1 g, by its fit at 0.4 g.  Gap: simulated, built.
+    # Coupling: of its two resonances and as printed.  Damping: at 0.1 g, by its fit at 0.4 g.  Gap:
+    # simulated, built.
     spreads = {
         "piezo.coupling": (2.66e-3, 3.8e-3), "oscillator.damping": (0.0876, 0.13),
         "stop.restitution": (0.1, 0.9), "stop.gap": (3.5e-3, 4.0e-3),
     }  # fmt: skip
     band = {f"band of 5 V or more, {which}, 0.4 g": "Hz" for which in ("begin", "end")}
     yield from predicted(
-        "jiang", spreads, {"most voltage, 0.4 g": "V", **band, "best load at 12 Hz, 0.1 g": "kohm"}, of
+        "jiang",
+        spreads,
+        {"most voltage, 0.4 g": "V", **band, "best load at 12 Hz, 0.1 g": "kohm"},
+        of,
     )
 
 
@@ -212,7 +252,8 @@ def yang() -> Iterator[Prediction]:
 
     units = {"end of the upper branch": "Hz", "most power on 100 kohm": "mW"}
     names = {f"{what}, {level} g": unit for what, unit in units.items() for level in (0.2, 0.5)}
-    yield from predicted("yang", {"oscillator.damping_ratio": (0.005, 0.04)}, names, of)  # its Figure 8 has both
+    # its Figure 8 has both
+    yield from predicted("yang", {"oscillator.damping_ratio": (0.005, 0.04)}, names, of)
 
 
 # --- Norenberg et al. 2025: two wells --------------------------------------------------------------------------------
@@ -222,7 +263,8 @@ SHAKEN = {
     "6.3 Hz, 25 mV": 0.03268, "6.3 Hz, 50 mV": 0.06741, "6.3 Hz, 100 mV": 0.13910, "6.3 Hz, 150 mV": 0.21390,
     "9.1 Hz, 25 mV": 0.07559, "9.1 Hz, 50 mV": 0.16961, "9.1 Hz, 100 mV": 0.36304,
 }  # fmt: skip
-# To learn from: the sweep of 5 mV in either well, and 9.1 Hz at 150 mV (0.5604 g), 83.9 mV rms at the end.
+# To learn from: the sweep of 5 mV in either well, and 9.1 Hz at 150 mV (0.5604 g), 83.9 mV rms at
+# the end.
 LEARNED, LEARNED_LEVEL = 83.9e-3, 0.5604
 
 
@@ -231,11 +273,16 @@ def two_wells(well: float, frequency: float, q: float, gain: float) -> hv.Scene:
 
     The load and the capacitance are those of the sweep's phase, 5 degrees before the displacement.  The mass cancels.
     """
-    mass, w, capacitance = 0.03, 2.0 * math.pi * frequency, 190e-9
+    mass = 0.03
+    w = 2.0 * math.pi * frequency
+    capacitance = 190e-9
     return hv.Scene(
         title="A bistable beam, Norenberg et al. 2025",
         oscillator=hv.Oscillator(
-            mass=mass, stiffness=-0.5 * mass * w**2, cubic_stiffness=0.5 * mass * w**2 / well**2, damping=mass * w / q
+            mass=mass,
+            stiffness=-0.5 * mass * w**2,
+            cubic_stiffness=0.5 * mass * w**2 / well**2,
+            damping=mass * w / q,
         ),
         piezo=hv.Piezo(coupling=capacitance * gain * w**2 / (G * q), capacitance=capacitance),
         excitation=hv.Excitation(acceleration_amplitude=0.1 * G, frequency=9.1),
@@ -245,24 +292,36 @@ def two_wells(well: float, frequency: float, q: float, gain: float) -> hv.Scene:
 
 def settled(scene: hv.Scene, frequency: float, level: float, seed: int) -> float:
     """Rms voltage of the second half of 64 s, as long as the source's runs are."""
-    shaken = scene.varied({"excitation.acceleration_amplitude": level * G, "excitation.frequency": frequency})
+    shaken = scene.varied(
+        {"excitation.acceleration_amplitude": level * G, "excitation.frequency": frequency}
+    )
     voltage = hv.motion(shaken, duration=64.0, seed=seed).voltage
     return float(np.std(voltage[len(voltage) // 2 :]))
 
 
 def norenberg() -> Iterator[Prediction]:
     """Rms voltage of the runs that were held out, of the devices that agree with the one that was not."""
-    # The wells' distance is not in the source; resonance, Q and gain are as wide as the sweeps of both wells are.
-    spreads = {"well": (math.log(2e-3), math.log(40e-3)), "f": (9.17, 9.24), "q": (95.0, 145.0), "gain": (4.0, 4.4)}
+    # The wells' distance is not in the source; resonance, Q and gain are as wide as the sweeps of
+    # both wells are.
+    spreads = {
+        "well": (math.log(2e-3), math.log(40e-3)),
+        "f": (9.17, 9.24),
+        "q": (95.0, 145.0),
+        "gain": (4.0, 4.4),
+    }
     devices = []
     for seed, draw in enumerate(drawn(spreads, 60)):
         scene = two_wells(math.exp(draw["well"]), draw["f"], draw["q"], draw["gain"])
-        devices.append((abs(math.log(settled(scene, 9.1, LEARNED_LEVEL, seed) / LEARNED)), seed, scene))
+        devices.append(
+            (abs(math.log(settled(scene, 9.1, LEARNED_LEVEL, seed) / LEARNED)), seed, scene)
+        )
     best = sorted(devices, key=lambda one: one[:2])[:DRAWS]
     for what, level in SHAKEN.items():
         rms = [1e3 * settled(scene, float(what[:3]), level, seed) for _, seed, scene in best]
         low, value, high = np.quantile(rms, (0.025, 0.5, 0.975))
-        yield Prediction("norenberg", f"rms voltage, {what}", "mV", float(value), float(low), float(high))
+        yield Prediction(
+            "norenberg", f"rms voltage, {what}", "mV", float(value), float(low), float(high)
+        )
 
 
 # --- Koga et al. 2017: a viaduct, its traffic, and a store -----------------------------------------------------------
@@ -282,7 +341,10 @@ def kept() -> list[Prediction]:
     with (HERE / "predicted.csv").open(newline="") as file:
         return [
             Prediction(
-                row["device"], row["quantity"], row["unit"], *(float(row[end]) for end in ("predicted", "low", "high"))
+                row["device"],
+                row["quantity"],
+                row["unit"],
+                *(float(row[end]) for end in ("predicted", "low", "high")),
             )
             for row in csv.DictReader(file)
             if row["device"] in DEVICES
@@ -320,7 +382,10 @@ def sources() -> dict[str, dict[str, str]]:
 def table() -> list[str]:
     """The table of docs/validation.md: device, predicted and its interval, measured, ratio, inside or not."""
     found = measured()
-    rows = ["| device | quantity | predicted | measured | ratio | inside |", "|---|---|---|---|---|---|"]
+    rows = [
+        "| device | quantity | predicted | measured | ratio | inside |",
+        "|---|---|---|---|---|---|",
+    ]
     for device, about in sources().items():
         title = f"**{about['title']}**"
         for one in (one for one in kept() if one.device == device and (device, one.what) in found):
@@ -341,7 +406,9 @@ def table() -> list[str]:
 def summary() -> str:
     """How many intervals hold, and the median deviation of what was measured from what was predicted."""
     found = measured()
-    pairs = [(one, found[one.device, one.what]) for one in kept() if (one.device, one.what) in found]
+    pairs = [
+        (one, found[one.device, one.what]) for one in kept() if (one.device, one.what) in found
+    ]
     inside = sum(real.is_inside(one) for one, real in pairs)
     off = float(np.median([abs(real.value / one.value - 1.0) for one, real in pairs]))
     devices = len({one.device for one, _ in pairs})
@@ -350,7 +417,8 @@ def summary() -> str:
 
 def by_device() -> list[str]:
     """A row per device: how many intervals hold, and measured over predicted (median, least, most)."""
-    found, rows = measured(), []
+    found = measured()
+    rows = []
     for device, about in sources().items():
         pairs = [(one, found[device, one.what]) for one in kept() if one.device == device]
         ratios = [real.value / one.value for one, real in pairs]
@@ -363,12 +431,22 @@ def by_device() -> list[str]:
 def parameters() -> list[str]:
     """A row per device: the parameters of its source, and those that the source leaves open."""
     head = ["| device | from the source | open, with its range |", "|---|---|---|"]
-    return [*head, *(f"| {about['title']} | {about['taken']} | {about['open']} |" for about in sources().values())]
+    return [
+        *head,
+        *(
+            f"| {about['title']} | {about['taken']} | {about['open']} |"
+            for about in sources().values()
+        ),
+    ]
 
 
 def block() -> list[str]:
     """The generated lines of docs/validation.md: the summary in all and by device, the parameters, and the table."""
-    devices = ["| device | source | intervals that hold | measured over predicted |", "|---|---|---|---|", *by_device()]
+    devices = [
+        "| device | source | intervals that hold | measured over predicted |",
+        "|---|---|---|---|",
+        *by_device(),
+    ]
     return [f"**{summary()}.**", "", *devices, "", *table(), "", *parameters()]
 
 
@@ -381,7 +459,11 @@ def main() -> None:
         PAGE.write_text("\n".join([f"{before}{BEGIN}", *block(), f"{END}{rest.partition(END)[2]}"]))
         return
     asked = [name for name in sys.argv[1:] if name != "--write"]
-    made = {} if "--write" not in sys.argv or not asked else {(one.device, one.what): one for one in kept()}
+    made = (
+        {}
+        if "--write" not in sys.argv or not asked
+        else {(one.device, one.what): one for one in kept()}
+    )
     for name in asked or DEVICES:
         for one in DEVICES[name]():
             print(
@@ -393,7 +475,12 @@ def main() -> None:
         with (HERE / "predicted.csv").open(newline="") as file:
             rows = {(row["device"], row["quantity"]): row for row in csv.DictReader(file)}
         for one in made.values():
-            texts = [one.device, one.what, *(f"{x:.4g}" for x in (one.value, one.low, one.high)), one.unit]
+            texts = [
+                one.device,
+                one.what,
+                *(f"{x:.4g}" for x in (one.value, one.low, one.high)),
+                one.unit,
+            ]
             rows.setdefault((one.device, one.what), {}).update(zip(COLUMNS, texts, strict=True))
         names = list(dict.fromkeys(name for row in rows.values() for name in row))
         with (HERE / "predicted.csv").open("w", newline="") as file:

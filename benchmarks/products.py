@@ -1,10 +1,11 @@
 """Circuits times shakings times springs and stops: what `spice` and `ideal` answer, beside a converged reference.
 
-The device is a measured bimorph (Erturk and Inman, Smart Mater. Struct. 18, 025009, 2009).  Under a sinusoid and under
-a record the reference is ngspice alone with the whole device as one netlist (`folded_device.py`): at two longest
-steps, whose difference is its doubt, with the scatter of long windows where the response does not come back.
-Under coloured noise it is `spice` with other noise, at a quarter of the step and a hundredth of the tolerance; of the
-circuits that switch, at half of the step and a tenth of the tolerance.
+The device is a measured bimorph (Erturk and Inman, Smart Mater. Struct. 18, 025009, 2009).  Under a
+sinusoid and under a record the reference is ngspice alone with the whole device as one netlist
+(`folded_device.py`): at two longest steps, whose difference is its doubt, with the scatter of long
+windows where the response does not come back. Under coloured noise it is `spice` with other noise,
+at a quarter of the step and a hundredth of the tolerance; of the circuits that switch, at half of
+the step and a tenth of the tolerance.
 
     python benchmarks/products.py                # those not yet in results/products.json; ^C loses nothing
     python benchmarks/products.py harmonic gap   # those whose name has all these words, anew
@@ -57,7 +58,8 @@ Rload a b {R}
 SMOOTHED = 0.02  # s: load times smoothing capacitance
 DEVICE = {"mass": 16.542e-3, "stiffness": 1364.1, "damping": 0.25652}
 WELL = 5e-4  # m from the top between two wells to each of their bottoms
-SPRINGS = {  # the oscillator's and stop's keys, the frequency (Hz) and amplitude (g) of the sinusoid
+# the oscillator's and stop's keys, the frequency (Hz) and amplitude (g) of the sinusoid
+SPRINGS = {
     "free": ({}, {}, 46.0, 0.25),
     "stop": ({}, {"restitution": 0.8}, 90.0, 0.5),
     "gap": ({}, {"restitution": 0.8, "gap": 2e-4}, 50.0, 0.4),
@@ -71,10 +73,13 @@ SETTLING = 60  # such periods from rest
 STEPS = 1024, 2048  # of ngspice alone, in such a period; twice as many with a stop
 TOLERANCES = 1e-6, 1e-5, 1e-4  # the first that ngspice alone bears
 CHIPS = "ltc3588", "bq25570"  # minutes for each second: under a sinusoid only
-SWITCHED = "parallel_sshi", "series_sshi", "sece", "sshc", "self_powered_sshi"  # hundreds of steps at each switching
-BUDGETS = {"harmonic": {}, "recorded": {"budget": "150s"}, "coloured": {"budget": "20s"}}  # of `spice`
+# hundreds of steps at each switching
+SWITCHED = "parallel_sshi", "series_sshi", "sece", "sshc", "self_powered_sshi"
+# of `spice`
+BUDGETS = {"harmonic": {}, "recorded": {"budget": "150s"}, "coloured": {"budget": "20s"}}
 TOWARDS = {"within": "5%", "budget": "60s"}  # of a circuit that switches, under coloured noise
-FINE = {"budget": "40s"}, 4.0, 1e-6  # of the reference under coloured noise: of `spice`, of the step, tolerance
+# of the reference under coloured noise: of `spice`, of the step, tolerance
+FINE = {"budget": "40s"}, 4.0, 1e-6
 FINER_TOWARDS = {"within": "3%", "budget": "180s"}, 2.0, 1e-5
 WINDOWS = {"harmonic": 8, "recorded": 4}  # turns of the reference that are compared
 RESULTS = Path(__file__).parent / "results" / "products.json"
@@ -99,7 +104,13 @@ def scene_of(circuit, shaking, spring, folder):
     else:
         excitation = NOISE
     text = ["[oscillator]", *(f"{key} = {value!r}" for key, value in oscillator.items())]
-    text += ["[piezo]", "coupling = 2.5261e-3", "capacitance = 41.259e-9", "[excitation]", excitation]
+    text += [
+        "[piezo]",
+        "coupling = 2.5261e-3",
+        "capacitance = 41.259e-9",
+        "[excitation]",
+        excitation,
+    ]
     text += ["[stop]", *(f"{key} = {value!r}" for key, value in stop.items())] if stop else []
     given = ", ".join(f"{key} = {value!r}" for key, value in parameters.items())
     text += ["[load]", f'netlist = "{netlist}"', f"parameters = {{ {given} }}"]
@@ -117,7 +128,9 @@ def recording():
     a = np.cos(2.0 * math.pi * np.outer(t, lines) + phases).sum(axis=1)
     a *= np.sin(math.pi * t / duration) ** 2
     a *= rms / math.sqrt(np.mean(a**2))
-    return "time (s),acceleration (g)\n" + "".join(f"{u:.6f},{v:.8f}\n" for u, v in zip(t, a, strict=True))
+    return "time (s),acceleration (g)\n" + "".join(
+        f"{u:.6f},{v:.8f}\n" for u, v in zip(t, a, strict=True)
+    )
 
 
 def reference(scene, shaking):
@@ -133,7 +146,8 @@ def reference(scene, shaking):
         try:
             rough, small = (PERIOD / steps / (1 if scene.stop is None else 2) for steps in STEPS)
             coarse, fine = (
-                powers(problem, settle, WINDOWS[shaking], turn, step, reltol, 300.0) for step in (rough, small)
+                powers(problem, settle, WINDOWS[shaking], turn, step, reltol, 300.0)
+                for step in (rough, small)
             )
         except RuntimeError as error:
             failure = error
@@ -175,7 +189,9 @@ def told(answer):
         "seconds": round(answer.seconds, 2),
         "warnings": list(answer.warnings),
         "note": answer.reason,
-        "responses": [[1e3 * one.mean_power.value, one.share, one.periods] for one in answer.responses],
+        "responses": [
+            [1e3 * one.mean_power.value, one.share, one.periods] for one in answer.responses
+        ],
         "periods": answer.details.get("response_periods"),
         "residual": answer.details.get("ledger_residual"),
     }
@@ -189,7 +205,13 @@ def measured(circuit, shaking, spring):
         scene = scene_of(circuit, shaking, spring, Path(folder))
         answers = {}
         for name, engine in {"spice": hv.Spice, "ideal": hv.Ideal}.items():
-            if name == "ideal" and circuit not in ("bridge", "doubler", "parallel_sshi", "series_sshi", "sece"):
+            if name == "ideal" and circuit not in (
+                "bridge",
+                "doubler",
+                "parallel_sshi",
+                "series_sshi",
+                "sece",
+            ):
                 continue
             begin = time.perf_counter()
             try:
@@ -200,7 +222,11 @@ def measured(circuit, shaking, spring):
             row[name]["wall"] = round(time.perf_counter() - begin, 1)
         begin = time.perf_counter()
         try:
-            of = fine_spice(scene, answers["spice"], *finer) if shaking == "coloured" else reference(scene, shaking)
+            of = (
+                fine_spice(scene, answers["spice"], *finer)
+                if shaking == "coloured"
+                else reference(scene, shaking)
+            )
             found = 1e3 * of[0], 1e3 * of[1], of[2]
             row["reference"] = dict(zip(("mW", "doubt", "reltol"), found, strict=True))
             for name in answers:
@@ -258,16 +284,26 @@ def check(rows):
 
 def main():
     words = [word for word in sys.argv[1:] if word != "--check"]
-    rows = {row["product"]: row for row in json.loads(RESULTS.read_text())["rows"]} if RESULTS.is_file() else {}
+    rows = (
+        {row["product"]: row for row in json.loads(RESULTS.read_text())["rows"]}
+        if RESULTS.is_file()
+        else {}
+    )
     every = [
-        one for one in itertools.product(CIRCUITS, SHAKINGS, SPRINGS) if one[0] not in CHIPS or one[1] == "harmonic"
+        one
+        for one in itertools.product(CIRCUITS, SHAKINGS, SPRINGS)
+        if one[0] not in CHIPS or one[1] == "harmonic"
     ]
     if unknown := set(words) - {*CIRCUITS, *SHAKINGS, *SPRINGS}:
         raise SystemExit(
             f"no product is called {', '.join(sorted(unknown))}: {', '.join((*CIRCUITS, *SHAKINGS, *SPRINGS))}"
         )
     if "--check" in sys.argv:
-        kept = [row for name, row in rows.items() if "mW" in row["reference"] and set(words) <= set(name.split())]
+        kept = [
+            row
+            for name, row in rows.items()
+            if "mW" in row["reference"] and set(words) <= set(name.split())
+        ]
         raise SystemExit(int(check(kept) > 0))
     with contextlib.suppress(KeyboardInterrupt):
         for circuit, shaking, spring in every:

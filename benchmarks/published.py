@@ -87,14 +87,23 @@ def first_mode() -> dict[str, float]:
     Euler and Bernoulli's beam, clamped, with a mass at its tip: phi'''' = lambda^4 phi, mass-normalised.  With sigma =
     m int phi + Mt phi(L): mass sigma^2, stiffness w^2 sigma^2, coupling vartheta phi'(L) sigma.  SI units.
     """
-    length, width, hp, hs, tip = 50.8e-3, 31.8e-3, 0.26e-3, 0.14e-3, 12e-3
-    yp, ys, d31, eps = 66e9, 105e9, -190e-12, 1500.0 * 8.8541878e-12
+    length = 50.8e-3
+    width = 31.8e-3
+    hp = 0.26e-3
+    hs = 0.14e-3
+    tip = 12e-3
+    yp = 66e9
+    ys = 105e9
+    d31 = -190e-12
+    eps = 1500.0 * 8.8541878e-12
     m = width * (7800.0 * 2.0 * hp + 9000.0 * hs)
     bending = 2.0 * width / 3.0 * (ys * hs**3 / 8.0 + yp * ((hp + hs / 2.0) ** 3 - hs**3 / 8.0))
     ratio = tip / (m * length)
     z = brentq(
         lambda z: (
-            1.0 + math.cos(z) * math.cosh(z) + ratio * z * (math.cos(z) * math.sinh(z) - math.sin(z) * math.cosh(z))
+            1.0
+            + math.cos(z) * math.cosh(z)
+            + ratio * z * (math.cos(z) * math.sinh(z) - math.sin(z) * math.cosh(z))
         ),
         0.5,
         1.9,
@@ -134,14 +143,21 @@ def erturk_inman() -> Iterator[Row]:
         return float(10.0 ** minimize_scalar(less, bounds=(3.0, 7.0), options={"xatol": 1e-9}).x)
 
     for resistance, measured in ((470.0, 45.6), (995e3, 48.4)):
-        found = minimize_scalar(lambda f, R=resistance: -power(f, R), bounds=(40.0, 55.0), options={"xatol": 1e-6})
+        found = minimize_scalar(
+            lambda f, R=resistance: -power(f, R), bounds=(40.0, 55.0), options={"xatol": 1e-6}
+        )
         yield Row(f"resonance at {resistance / 1e3:g} kohm", measured, float(found.x), 0.0, "Hz")
     for frequency, measured in ((45.6, 35.0), (48.4, 186.0)):
         yield Row(f"best load at {frequency:g} Hz", measured, best(frequency) / 1e3, 0.0, "kohm")
-    yield row("power at 45.6 Hz, 35 kohm, 1 g", 23.9 / 2.0, hv.run(scene, "exact").mean_power, "mW", 1e3)
+    yield row(
+        "power at 45.6 Hz, 35 kohm, 1 g", 23.9 / 2.0, hv.run(scene, "exact").mean_power, "mW", 1e3
+    )
     mass, stiffness, ratio, _, _ = device(scene)
-    most = (mass * G) ** 2 / (16.0 * ratio * math.sqrt(mass * stiffness))  # (M a)^2/(8 c): Renno, Daqaq and Inman 2009
-    found = minimize_scalar(lambda f: -power(f, best(f)), bounds=(46.5, 50.0), options={"xatol": 1e-6})
+    # (M a)^2/(8 c): Renno, Daqaq and Inman 2009
+    most = (mass * G) ** 2 / (16.0 * ratio * math.sqrt(mass * stiffness))
+    found = minimize_scalar(
+        lambda f: -power(f, best(f)), bounds=(46.5, 50.0), options={"xatol": 1e-6}
+    )
     yield Row("most over load and frequency", 1e3 * most, -1e3 * float(found.fun), 0.0, "mW")
 
 
@@ -152,11 +168,16 @@ def white_noise() -> Iterator[Row]:
     """Mean power of the bimorph under white noise, E[P] of the source's closed form, at three loads."""
     scene = hv.load(SCENES / "adhikari_friswell_inman_2009.toml")
     mass, stiffness, zeta, coupling, capacitance = device(scene)
-    w0, kappa2 = math.sqrt(stiffness / mass), coupling**2 / (stiffness * capacitance)
+    w0 = math.sqrt(stiffness / mass)
+    kappa2 = coupling**2 / (stiffness * capacitance)
     cases = [(hv.Ensemble(within=3e-3), resistance) for resistance in (1e4, 75e3, 1e6)]
     for engine, resistance in [*cases, (hv.Exact(), 75e3)]:
         alpha = w0 * capacitance * resistance
-        below = (2.0 * zeta * alpha**2 + alpha) * kappa2 + 4.0 * zeta**2 * alpha + (2.0 * alpha**2 + 2.0) * zeta
+        below = (
+            (2.0 * zeta * alpha**2 + alpha) * kappa2
+            + 4.0 * zeta**2 * alpha
+            + (2.0 * alpha**2 + 2.0) * zeta
+        )
         published = 0.25 * mass * scene.excitation.acceleration_psd * alpha * kappa2 / below
         ours = engine.run(scene.with_load(resistance=resistance)).mean_power
         yield row(f"`{engine.NAME}`, {resistance / 1e3:g} kohm", 1e3 * published, ours, "mW", 1e3)
@@ -165,14 +186,19 @@ def white_noise() -> Iterator[Row]:
 # --- Shu and Lien 2006, Shu, Lien and Wu 2007: rectifiers on a strongly coupled device -------------------------------
 
 
-def shu_lien(scene: hv.Scene, frequency: float, resistance: float, share: float | None = None) -> float:
+def shu_lien(
+    scene: hv.Scene, frequency: float, resistance: float, share: float | None = None
+) -> float:
     """Mean power (W) of the sources' formulas, ideal diodes; ``share`` q of the voltage left by an inversion: SSHI."""
     mass, stiffness, zeta, coupling, capacitance = device(scene)
-    w0, k2 = math.sqrt(stiffness / mass), coupling**2 / (stiffness * capacitance)
-    omega, rho = 2.0 * math.pi * frequency / w0, capacitance * w0 * resistance
+    w0 = math.sqrt(stiffness / mass)
+    k2 = coupling**2 / (stiffness * capacitance)
+    omega = 2.0 * math.pi * frequency / w0
+    rho = capacitance * w0 * resistance
     if share is None:
         d = rho * omega + math.pi / 2.0
-        loss, stiffening = 2.0 * k2 * rho / d**2, k2 * rho * omega / d
+        loss = 2.0 * k2 * rho / d**2
+        stiffening = k2 * rho * omega / d
     else:
         d = (1.0 - share) * rho * omega / 2.0 + math.pi / 2.0
         loss = 2.0 * k2 * rho * (1.0 + rho * omega * (1.0 - share**2) / (2.0 * math.pi)) / d**2
@@ -189,7 +215,8 @@ def first_harmonic(scene: hv.Scene, frequency: float, resistance: float) -> floa
     of the mass the piezo's voltage follows it for the angle b, cos b = 1 - 2 s, and is then held.
     """
     mass, stiffness, zeta, coupling, capacitance = device(scene)
-    w, w0 = 2.0 * math.pi * frequency, math.sqrt(stiffness / mass)
+    w = 2.0 * math.pi * frequency
+    w0 = math.sqrt(stiffness / mass)
     s = w * capacitance * resistance / (w * capacitance * resistance + math.pi / 2.0)
     b = math.acos(1.0 - 2.0 * s)
     spring = coupling**2 / capacitance * (b - math.sin(b) * math.cos(b)) / math.pi
@@ -204,16 +231,34 @@ def bridge() -> Iterator[Row]:
     scene = hv.load(SCENES / "shu_lien_2006.toml")
     for frequency, resistance in ((45.6, 5e4), (47.0, 2e4), (47.0, 1e5), (47.0, 5e5), (48.4, 2e5)):
         parameters = dict(scene.load.parameters) | {"R": resistance}
-        ours = hv.Spice(budget="60s").run(shaken(scene, frequency, netlist="bridge", parameters=parameters)).mean_power
+        ours = (
+            hv.Spice(budget="60s")
+            .run(shaken(scene, frequency, netlist="bridge", parameters=parameters))
+            .mean_power
+        )
         where = f"{frequency:g} Hz, {resistance / 1e3:g} kohm"
-        yield row(f"{where}, formula of 2006", 1e3 * shu_lien(scene, frequency, resistance), ours, "mW", 1e3)
-        yield row(f"{where}, whole first harmonic", 1e3 * first_harmonic(scene, frequency, resistance), ours, "mW", 1e3)
+        yield row(
+            f"{where}, formula of 2006",
+            1e3 * shu_lien(scene, frequency, resistance),
+            ours,
+            "mW",
+            1e3,
+        )
+        yield row(
+            f"{where}, whole first harmonic",
+            1e3 * first_harmonic(scene, frequency, resistance),
+            ours,
+            "mW",
+            1e3,
+        )
 
 
 def voltage_left(parameters: Mapping[str, float]) -> float:
     """The share q of its voltage that the packaged netlist's inversion leaves; its closed switch has 100 ohm."""
     surge = math.sqrt(parameters["L"] / parameters["Cp"])
-    return math.exp(-0.5 * math.pi * ((parameters["Rcoil"] + 100.0) / surge + surge / parameters["Rcore"]))
+    return math.exp(
+        -0.5 * math.pi * ((parameters["Rcoil"] + 100.0) / surge + surge / parameters["Rcore"])
+    )
 
 
 def parallel_sshi() -> Iterator[Row]:
@@ -223,10 +268,14 @@ def parallel_sshi() -> Iterator[Row]:
     share = voltage_left(p)
     for frequency, resistance in ((47.0, 1e5), (47.0, 5e5), (48.4, 2e5)):
         ours = hv.Spice(budget="60s").run(
-            shaken(scene, frequency, netlist="parallel_sshi", parameters=dict(p) | {"R": resistance})
+            shaken(
+                scene, frequency, netlist="parallel_sshi", parameters=dict(p) | {"R": resistance}
+            )
         )
         published = 1e3 * shu_lien(scene, frequency, resistance, share)
-        yield row(f"{frequency:g} Hz, {resistance / 1e3:g} kohm", published, ours.mean_power, "mW", 1e3)
+        yield row(
+            f"{frequency:g} Hz, {resistance / 1e3:g} kohm", published, ours.mean_power, "mW", 1e3
+        )
 
 
 # --- Erturk, Hoffmann and Inman 2009: a bistable beam -----------------------------------------------------------------
@@ -234,7 +283,9 @@ def parallel_sshi() -> Iterator[Row]:
 
 def integrated(amplitude: float, start: tuple[float, float, float] = (1.0, 0.0, 0.0)) -> float:
     """Mean of lambda v^2 over settled periods: the source's equations by Dormand and Prince's rule of order 8."""
-    period, settle, count = 2.0 * math.pi / 0.8, 170, 4
+    period = 2.0 * math.pi / 0.8
+    settle = 170
+    count = 4
 
     def rate(t: float, y: np.ndarray) -> list[float]:
         x, speed, v, _ = y
@@ -262,7 +313,11 @@ def bistable() -> Iterator[Row]:
         (0.147, (1.0, 0.0, 0.0)),
         (0.2, (1.0, 0.0, 0.0)),
     ):
-        square = hv.Ensemble().run(scene.vary("excitation.acceleration_amplitude", amplitude)).mean_square_voltage
+        square = (
+            hv.Ensemble()
+            .run(scene.vary("excitation.acceleration_amplitude", amplitude))
+            .mean_square_voltage
+        )
         yield row(f"f = {amplitude:g}", 1e3 * integrated(amplitude, start), square, "10^-3", 50.0)
 
 
@@ -273,7 +328,9 @@ def densities() -> Iterator[Row]:
     """The highest points of p(x) and p(x') in Figures 1 and 2: the published theory, and Monte Carlo at 95 %."""
     for number in "12":
         points = [
-            point for point in paper.figure(number) if "amplitude" not in point.panel and point.curve != "c3 = 0.1"
+            point
+            for point in paper.figure(number)
+            if "amplitude" not in point.panel and point.curve != "c3 = 0.1"
         ]
         for panel, curve in dict.fromkeys((point.panel, point.curve) for point in points):
             those = [point for point in points if (point.panel, point.curve) == (panel, curve)]
@@ -294,7 +351,8 @@ def voltages() -> Iterator[Row]:
 
 
 TABLES = {
-    one.__name__: one for one in (erturk_inman, white_noise, bridge, parallel_sshi, bistable, densities, voltages)
+    one.__name__: one
+    for one in (erturk_inman, white_noise, bridge, parallel_sshi, bistable, densities, voltages)
 }
 
 

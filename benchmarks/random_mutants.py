@@ -54,26 +54,40 @@ def change(node, raw, begin, end):
     if isinstance(node, ast.Constant) and type(node.value) in (int, float):
         other = node.value + 1 if isinstance(node.value, int) else 1.25 * node.value or 0.25
         return begin(node), end(node), repr(other)
-    if isinstance(node, ast.AugAssign) or (isinstance(node, ast.Expr) and isinstance(node.value, ast.Call)):
+    if isinstance(node, ast.AugAssign) or (
+        isinstance(node, ast.Expr) and isinstance(node.value, ast.Call)
+    ):
         return begin(node), end(node), "pass"
     if isinstance(node, ast.BinOp) and type(node.op) in SIGNS:
-        left, right, (old, new) = node.left, node.right, SIGNS[type(node.op)]
+        left = node.left
+        right = node.right
+        (old, new) = SIGNS[type(node.op)]
     elif isinstance(node, ast.BoolOp) and len(node.values) == 2:
-        (left, right), (old, new) = node.values, WORDS[type(node.op)]
+        (left, right) = node.values
+        (old, new) = WORDS[type(node.op)]
     else:
         return None
     between = raw[end(left) : begin(right)].decode()
-    texts = any(isinstance(one, ast.JoinedStr) or isinstance(getattr(one, "value", 0), str) for one in (left, right))
-    return None if texts or between.count(old) != 1 else (end(left), begin(right), between.replace(old, new))
+    texts = any(
+        isinstance(one, ast.JoinedStr) or isinstance(getattr(one, "value", 0), str)
+        for one in (left, right)
+    )
+    return (
+        None
+        if texts or between.count(old) != 1
+        else (end(left), begin(right), between.replace(old, new))
+    )
 
 
 def chosen(seed):
     """The sample: each mutant's file below `ROOT` and its change."""
-    rng, found = random.Random(seed), []
+    rng = random.Random(seed)
+    found = []
     for room, count in ROOMS.items():
         files = sorted((ROOT / "harvester" / room).rglob("*.py"))
         found += rng.sample(
-            [(path.relative_to(ROOT), one) for path in files for one in changes(path.read_bytes())], count
+            [(path.relative_to(ROOT), one) for path in files for one in changes(path.read_bytes())],
+            count,
         )
     return found
 
@@ -91,7 +105,9 @@ def tests_of(path, folder):
         if imports.search(file.read_text())
     ]
     near = [str(one) for one in importing if room in one.parents]
-    far = [str(one) for one in importing if room not in one.parents and "cosimulation" not in one.parts][:3]
+    far = [
+        str(one) for one in importing if room not in one.parents and "cosimulation" not in one.parts
+    ][:3]
     return [one for one in (near, [str(room), *(f"--deselect={one}" for one in near)], far) if one]
 
 
@@ -99,14 +115,20 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seed", type=int, default=33)
     parser.add_argument("--only", default="", help="regular expression of the mutants' files")
-    parser.add_argument("--tier", default="not thorough", help="markers of the tests, as pytest's -m")
+    parser.add_argument(
+        "--tier", default="not thorough", help="markers of the tests, as pytest's -m"
+    )
     parser.add_argument("--list", action="store_true")
-    options, fates = parser.parse_args(), Counter()
+    options = parser.parse_args()
+    fates = Counter()
     with copy() as folder:
         for path, (begin, end, new, line) in chosen(options.seed):
             if not re.search(options.only, str(path)):
                 continue
-            raw, since, fate, by = (folder / path).read_bytes(), time.perf_counter(), "listed", ""
+            raw = (folder / path).read_bytes()
+            since = time.perf_counter()
+            fate = "listed"
+            by = ""
             if not options.list:
                 (folder / path).write_bytes(raw[:begin] + new.encode() + raw[end:])
                 for tests in tests_of(path, folder):

@@ -2,11 +2,12 @@
 
     python benchmarks/random_opinions.py [--scenes 24] [--seed 1] [--within 2%] [--only 3,7]
 
-Each scene is answered by what `harvester run --within` chooses.  The other code knows nothing of the package but the
-meaning of a scene's keys: Heun's rule with 800 steps a period, sixteen times as many near a stop and up to 64 times
-where diodes conduct, Gaussian increments, diodes by Shockley's law with the smoothing capacitor.  One line a scene:
-both powers, the stated error at 95 %, the difference beyond it in standard errors of the other code.  The exit status
-tells whether one lies outside by more than three of them.  Some half a minute of processor time a scene.
+Each scene is answered by what `harvester run --within` chooses.  The other code knows nothing of
+the package but the meaning of a scene's keys: Heun's rule with 800 steps a period, sixteen times as
+many near a stop and up to 64 times where diodes conduct, Gaussian increments, diodes by Shockley's
+law with the smoothing capacitor.  One line a scene: both powers, the stated error at 95 %, the
+difference beyond it in standard errors of the other code.  The exit status tells whether one lies
+outside by more than three of them.  Some half a minute of processor time a scene.
 """
 
 import argparse
@@ -21,10 +22,16 @@ import harvester as hv
 from harvester.errors import HarvesterError
 
 G = 9.80665
-DIODE_VOLTAGE = 1.752 * 1.380649e-23 * 300.15 / 1.602176634e-19  # of the packaged netlists' 1N4148, N k T/q at 27 C
+# of the packaged netlists' 1N4148, N k T/q at 27 C
+DIODE_VOLTAGE = 1.752 * 1.380649e-23 * 300.15 / 1.602176634e-19
 SATURATION = 2.52e-9
-STEPS, NEAR, MOST = 800, 16, 64  # steps a period; how many times more near a stop, and at most where diodes conduct
-RESISTOR, BRIDGE, DOUBLER = 0, 1, 2
+# steps a period; how many times more near a stop, and at most where diodes conduct
+STEPS = 800
+NEAR = 16
+MOST = 64
+RESISTOR = 0
+BRIDGE = 1
+DOUBLER = 2
 CIRCUITS = {"resistor": RESISTOR, "bridge": BRIDGE, "doubler": DOUBLER}
 # What the other code itself is off by: its step, and what it leaves out of a diode (.57 ohm, 4 pF).
 OWN = 2e-3
@@ -38,10 +45,13 @@ def slopes(m, k, k2, k3, c, theta, cp, kind, load, store, low, contact, damper, 
         force -= contact * (x - low) + damper * v
     if kind == RESISTOR:
         return force / m, (theta * v - V / load) / cp, 0.0
-    if kind == BRIDGE:  # two diodes in series; by symmetry the common mode of the load is the piezo's
+    if (
+        kind == BRIDGE
+    ):  # two diodes in series; by symmetry the common mode of the load is the piezo's
         forward = math.exp((V - D) / (2.0 * DIODE_VOLTAGE))
         backward = math.exp(-(V + D) / (2.0 * DIODE_VOLTAGE))
-        given, taken = SATURATION * (forward + backward - 2.0), SATURATION * (forward - backward)
+        given = SATURATION * (forward + backward - 2.0)
+        taken = SATURATION * (forward - backward)
     else:  # D1 from n to p, D2 from p to the capacitor
         pump = SATURATION * (math.exp(-V / DIODE_VOLTAGE) - 1.0)
         given = SATURATION * (math.exp((V - D) / DIODE_VOLTAGE) - 1.0)
@@ -62,10 +72,17 @@ def powers(seed, count, h, burn, steps, device, rigid, stops, shaking):  # noqa:
         if rigid and abs(edge) < math.inf:
             reach = max(reach, 0.02 * abs(edge))
     for one in range(count):
-        x, v, V, D, y, z = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        x = 0.0
+        v = 0.0
+        V = 0.0
+        D = 0.0
+        y = 0.0
+        z = 0.0
         if rigid and low > 0.0:
             x = low  # pressed on the mass
-        phase, total, t = 2.0 * math.pi * np.random.random(), 0.0, 0.0
+        phase = 2.0 * math.pi * np.random.random()
+        total = 0.0
+        t = 0.0
         for n in range(burn + steps):
             fast = abs(v) * h + 0.5 * h * h * abs(k / m) * abs(x) + reach
             parts = NEAR if (rigid and (x - low < 2.0 * fast or high - x < 2.0 * fast)) else 1
@@ -73,7 +90,9 @@ def powers(seed, count, h, burn, steps, device, rigid, stops, shaking):  # noqa:
                 ahead = abs(V) + abs(theta * v * h / cp) - D
                 if kind == DOUBLER:  # its pump conducts below zero
                     ahead = max(ahead - abs(V) + V, abs(theta * v * h / cp) - V)
-                current = SATURATION * math.exp(min(ahead / DIODE_VOLTAGE / (2.0 if kind == BRIDGE else 1.0), 30.0))
+                current = SATURATION * math.exp(
+                    min(ahead / DIODE_VOLTAGE / (2.0 if kind == BRIDGE else 1.0), 30.0)
+                )
                 parts = max(parts, min(MOST, math.ceil(h * current / (DIODE_VOLTAGE * cp))))
             dt = h / parts
             for _ in range(parts):
@@ -96,10 +115,49 @@ def powers(seed, count, h, burn, steps, device, rigid, stops, shaking):  # noqa:
                     else:
                         kick = white
                 v -= 0.5 * kick
-                f0, g0, d0 = slopes(m, k, k2, k3, c, theta, cp, kind, load, store, low, contact, damper, x, v, V, D, a)
-                x1, v1, V1, D1 = x + dt * v, v + dt * f0, V + dt * g0, D + dt * d0
+                f0, g0, d0 = slopes(
+                    m,
+                    k,
+                    k2,
+                    k3,
+                    c,
+                    theta,
+                    cp,
+                    kind,
+                    load,
+                    store,
+                    low,
+                    contact,
+                    damper,
+                    x,
+                    v,
+                    V,
+                    D,
+                    a,
+                )
+                x1 = x + dt * v
+                v1 = v + dt * f0
+                V1 = V + dt * g0
+                D1 = D + dt * d0
                 f1, g1, d1 = slopes(
-                    m, k, k2, k3, c, theta, cp, kind, load, store, low, contact, damper, x1, v1, V1, D1, b
+                    m,
+                    k,
+                    k2,
+                    k3,
+                    c,
+                    theta,
+                    cp,
+                    kind,
+                    load,
+                    store,
+                    low,
+                    contact,
+                    damper,
+                    x1,
+                    v1,
+                    V1,
+                    D1,
+                    b,
                 )
                 x += 0.5 * dt * (v + v1)
                 v += 0.5 * dt * (f0 + f1) - 0.5 * kick
@@ -107,11 +165,14 @@ def powers(seed, count, h, burn, steps, device, rigid, stops, shaking):  # noqa:
                 D += 0.5 * dt * (d0 + d1)
                 if rigid:
                     if x < low and v < 0.0:
-                        V += theta * (1.0 + r_low) * (low - x) / cp  # it follows the place, which is thrown back
-                        x, v = low + r_low * (low - x), -r_low * v
+                        # it follows the place, which is thrown back
+                        V += theta * (1.0 + r_low) * (low - x) / cp
+                        x = low + r_low * (low - x)
+                        v = -r_low * v
                     elif x > high and v > 0.0:
                         V -= theta * (1.0 + r_high) * (x - high) / cp
-                        x, v = high - r_high * (x - high), -r_high * v
+                        x = high - r_high * (x - high)
+                        v = -r_high * v
                 t += dt
                 if n >= burn:
                     total += dt * (V * V if kind == RESISTOR else D * D) / load
@@ -131,20 +192,31 @@ def between(rng, low, high):
 
 def drawn(rng):
     """Tables of a random scene, and the words that name it."""
-    mass, f, q = between(rng, 5e-4, 0.05), between(rng, 8.0, 200.0), between(rng, 8.0, 80.0)
-    w, cp, share = 2.0 * math.pi * f, between(rng, 1e-8, 2e-7), between(rng, 0.005, 0.3)
+    mass = between(rng, 5e-4, 0.05)
+    f = between(rng, 8.0, 200.0)
+    q = between(rng, 8.0, 80.0)
+    w = 2.0 * math.pi * f
+    cp = between(rng, 1e-8, 2e-7)
+    share = between(rng, 0.005, 0.3)
     k = number(mass * w * w)
     oscillator = {"mass": mass, "stiffness": k, "damping": number(mass * w / q)}
     piezo = {"coupling": number(math.sqrt(share * k * cp)), "capacitance": cp}
-    rms = between(rng, 3.0, 20.0) * cp / piezo["coupling"]  # displacement that gives so many volts in open circuit
+    # displacement that gives so many volts in open circuit
+    rms = between(rng, 3.0, 20.0) * cp / piezo["coupling"]
     level = 4.0 * rms**2 * w**3 / q  # the one-sided density that moves a linear mass so far
     shaking = str(rng.choice(["white", "white", "coloured", "band", "sinusoid and white"]))
     excitation = {"acceleration_psd": number(level)}
     if shaking == "coloured":
         tau = between(rng, 0.1, 2.0) / w
-        excitation = {"acceleration_psd": number(level * (1.0 + (w * tau) ** 2)), "correlation_time": number(tau)}
+        excitation = {
+            "acceleration_psd": number(level * (1.0 + (w * tau) ** 2)),
+            "correlation_time": number(tau),
+        }
     if shaking == "band":
-        excitation |= {"centre_frequency": number(f * rng.uniform(0.9, 1.1)), "bandwidth": between(rng, 0.1, 1.0) * f}
+        excitation |= {
+            "centre_frequency": number(f * rng.uniform(0.9, 1.1)),
+            "bandwidth": between(rng, 0.1, 1.0) * f,
+        }
         excitation["bandwidth"] = number(excitation["bandwidth"])
     if shaking == "sinusoid and white":
         excitation["acceleration_amplitude"] = number(rms * w * w / q * rng.uniform(0.3, 2.0))
@@ -155,9 +227,13 @@ def drawn(rng):
     if spring == "asymmetric":
         oscillator["quadratic_stiffness"] = number(k / rms * rng.uniform(0.05, 0.3))
     tables = {"oscillator": oscillator, "piezo": piezo, "excitation": excitation}
-    stop = str(rng.choice(["no stop", "gap", "gap", "at rest", "preload", "two stops", "compliant"]))
+    stop = str(
+        rng.choice(["no stop", "gap", "gap", "at rest", "preload", "two stops", "compliant"])
+    )
     if stop in ("gap", "at rest", "preload", "two stops"):
-        gap = {"at rest": 0.0, "preload": -0.3 * rms * rng.random()}.get(stop, rms * rng.uniform(0.3, 2.0))
+        gap = {"at rest": 0.0, "preload": -0.3 * rms * rng.random()}.get(
+            stop, rms * rng.uniform(0.3, 2.0)
+        )
         tables["stop"] = {"restitution": number(rng.uniform(0.3, 0.95)), "gap": number(gap)}
     if stop == "two stops":
         tables["opposite_stop"] = {
@@ -165,7 +241,10 @@ def drawn(rng):
             "gap": number(rms * rng.uniform(0.3, 2.0)),
         }
     if stop == "compliant":
-        tables["stop"] = {"stiffness": number(k * between(rng, 3.0, 100.0)), "gap": number(rms * rng.uniform(0.2, 1.5))}
+        tables["stop"] = {
+            "stiffness": number(k * between(rng, 3.0, 100.0)),
+            "gap": number(rms * rng.uniform(0.2, 1.5)),
+        }
         tables["stop"]["damping"] = number(rng.uniform(0.0, 0.3) * mass * w)
     name = str(rng.choice(list(CIRCUITS)))
     matched = {"resistor": 1.0, "bridge": math.pi / 2.0, "doubler": 2.0 * math.pi}[name] / (w * cp)
@@ -199,11 +278,13 @@ def other(tables, seed, count, periods):
         2.0 * math.pi * e.get("frequency", 0.0),
     )  # fmt: skip
     w = math.sqrt(o["stiffness"] / o["mass"])
-    period, ring = 2.0 * math.pi / w, 8.0 * o["mass"] / o["damping"]
+    period = 2.0 * math.pi / w
+    ring = 8.0 * o["mass"] / o["damping"]
     settled = ring + (10.0 * resistance * store if kind != RESISTOR else 0.0)
     fastest = max(w, shaking[2], math.sqrt((o["stiffness"] + device[10]) / o["mass"]))
     h = 2.0 * math.pi / fastest / STEPS
-    burn, steps = math.ceil(settled / h), math.ceil(periods * period / h)
+    burn = math.ceil(settled / h)
+    steps = math.ceil(periods * period / h)
     found = powers(seed, count, h, burn, steps, device, "restitution" in stop, stops, shaking)
     return float(found.mean()), float(found.std(ddof=1) / math.sqrt(count))
 
@@ -214,7 +295,9 @@ def scene_of(tables):
     for table, keys in tables.items():
         lines.append(f"[{table}]")
         for key, value in keys.items():
-            inner = isinstance(value, dict) and ", ".join(f"{name} = {one!r}" for name, one in value.items())
+            inner = isinstance(value, dict) and ", ".join(
+                f"{name} = {one!r}" for name, one in value.items()
+            )
             lines.append(f"{key} = {{ {inner} }}" if inner else f"{key} = {value!r}")
     return hv.loads("\n".join(lines) + "\n")
 
@@ -227,7 +310,8 @@ def judged(name, tables, seed, within, effort):
         answer = hv.run(scene_of(tables), within=within)
     except HarvesterError as error:
         return row | {"refused": str(error)[:160]}
-    power, seconds = answer.mean_power, time.process_time() - begin
+    power = answer.mean_power
+    seconds = time.process_time() - begin
     true, spread = other(tables, seed, *effort)
     beyond = max(abs(power.value - true) - power.known_error95 - OWN * true, 0.0)
     return row | {
@@ -249,7 +333,9 @@ def line(number, row):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--scenes", type=int, default=24)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--within", default="2%")
@@ -262,7 +348,9 @@ def main():
     chosen = [int(one) for one in options.only.split(",") if one] or range(len(scenes))
     rows = []
     for k in chosen:
-        rows.append(judged(*scenes[k], 1000 + k, options.within, (options.trajectories, options.periods)))
+        rows.append(
+            judged(*scenes[k], 1000 + k, options.within, (options.trajectories, options.periods))
+        )
         print(line(k, rows[-1]), flush=True)
     if not options.only:
         report("random_opinions", rows)

@@ -2,9 +2,10 @@
 
     python benchmarks/rare_impacts.py [--windows 300] [--gap "2 mm"]
 
-A linear plate beside a stop that most windows of the extrapolation's path do not meet.  A path of 300 hours is cut into
-windows of an hour, whose largest impact speeds are counted; and each ninth hour or so of it, as long as the path of one
-answer, is extrapolated by itself.  About two minutes of processor time.
+A linear plate beside a stop that most windows of the extrapolation's path do not meet.  A path of
+300 hours is cut into windows of an hour, whose largest impact speeds are counted; and each ninth
+hour or so of it, as long as the path of one answer, is extrapolated by itself.  About two minutes
+of processor time.
 """
 
 import argparse
@@ -27,12 +28,15 @@ HOUR = 3600.0
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--windows", type=int, default=300)
     parser.add_argument("--gap", default="2 mm")
     options = parser.parse_args()
     problem = Problem(hv.Scene(stop=hv.Stop(restitution=0.9, gap=options.gap), **PLATE))
-    units, begin = problem.units, time.process_time()
+    units = problem.units
+    begin = time.process_time()
     few = count(problem.equations, seed=1, blocks=64)
     a_window = round(HOUR * units.frequency / few.block)
     path = count(problem.equations, seed=1, blocks=options.windows * a_window)
@@ -44,9 +48,13 @@ def main() -> None:
     for share in (0.5, 0.95):
         rank = 1.96 * np.sqrt(share * (1.0 - share) / len(largest))
         true, low, high = np.quantile(largest, [share, share - rank, min(share + rank, 1.0)])
-        found = [rare(part, k) for k, part in enumerate(np.array_split(speeds, len(speeds) // BLOCKS))]
+        found = [
+            rare(part, k) for k, part in enumerate(np.array_split(speeds, len(speeds) // BLOCKS))
+        ]
         told = [one.largest(share, a_window) for one in found if one is not None]
-        inside = sum(one.value - one.error95 <= high and one.value + one.error95 >= low for one in told)
+        inside = sum(
+            one.value - one.error95 <= high and one.value + one.error95 >= low for one in told
+        )
         print(f"{share:.0%} of the windows stay below {true:.4f} m/s ({low:.4f} to {high:.4f}); "
               f"{len(told)} of {len(found)} extrapolations have an answer, {inside} of them hold it; "
               f"mean {np.mean([one.value for one in told]):.4f}, "

@@ -1,15 +1,16 @@
 """This checkout's answers against those of another one: every number to the last digit, and every key of the JSON.
 
-Each checkout has a process of its own, with its own folder as the current one; both are asked the same command lines
-with the same seeds, short enough that all of them take a few minutes:
+Each checkout has a process of its own, with its own folder as the current one; both are asked the
+same command lines with the same seeds, short enough that all of them take a few minutes:
 
 - `RUNS`, scenes of every kind, each by all engines, also by those that must refuse it: mean power, errors, steps
 - `COMMANDS`, every other command that computes, but for `cost`, which measures times: the numbers of its JSON, and of
   the CSV files that it writes
 
-What is compared: the exit status; every number, exactly, but for those that say how long something took; the keys of
-the JSON and the columns of the CSV files, of which new ones may come and none may go.  Sentences may be worded anew,
-and a text that must stay is printed where it changed, but does not fail.  `--digits` shows how near two numbers are.
+What is compared: the exit status; every number, exactly, but for those that say how long something
+took; the keys of the JSON and the columns of the CSV files, of which new ones may come and none may
+go.  Sentences may be worded anew, and a text that must stay is printed where it changed, but does
+not fail.  `--digits` shows how near two numbers are.
 
     git worktree add ../before main~20
     .venv/bin/python benchmarks/same_answers.py ../before                   all of it
@@ -68,9 +69,11 @@ RUNS = {
     "two_modes_with_stop": "1",
     "magnifier": "1",
 }
-EFFORT = {"ensemble": "32", "ideal": "32", "compiled": "16", "spice": "3"}  # trajectories; others take none
+# trajectories; others take none
+EFFORT = {"ensemble": "32", "ideal": "32", "compiled": "16", "spice": "3"}
 WITHIN = {"density": "1%"}
-FILLED = "128"  # glibc fills memory with this byte's complement in the other one: its answers must not depend on it
+# glibc fills memory with this byte's complement in the other one: its answers must not depend on it
+FILLED = "128"
 
 # Name: the words behind `harvester`; {out} is an empty folder of the case.
 COMMANDS = {
@@ -151,7 +154,9 @@ class Checkout:
     def answer(self, words):
         """Exit status, the answer as flat JSON with the numbers of CSV files, and what was said on stderr."""
         with tempfile.TemporaryDirectory() as out:
-            self.process.stdin.write(json.dumps([word.replace("{out}", out) for word in words]) + "\n")
+            self.process.stdin.write(
+                json.dumps([word.replace("{out}", out) for word in words]) + "\n"
+            )
             self.process.stdin.flush()
             line = self.process.stdout.readline()
             if not line:
@@ -177,7 +182,11 @@ def flat(found, where=""):
 
 def columns(file):
     """The cells of a CSV file by file name, column and row; numbers where they are such."""
-    rows = [row for row in csv.reader(file.read_text().splitlines()) if row and not row[0].startswith("#")]
+    rows = [
+        row
+        for row in csv.reader(file.read_text().splitlines())
+        if row and not row[0].startswith("#")
+    ]
     names = rows[0] if rows else []
     return {
         f"{file.name}:{name}.{k}": number(cell)
@@ -203,11 +212,18 @@ def differences(here, there, digits):
     """What is not the same in two answers: lines to print that count, and lines that only tell."""
     wrong, told = [], []
     (status, found, err), (other_status, before, other_err) = here, there
-    found, before = ({key: value for key, value in one.items() if not TIMES.search(key)} for one in (found, before))
+    found, before = (
+        {key: value for key, value in one.items() if not TIMES.search(key)}
+        for one in (found, before)
+    )
     if status != other_status:
         wrong.append(f"exit status {status}, there {other_status}: {(err or other_err).strip()}")
     elif status:
-        told += [f"refused otherwise: {err.strip()!r}, there {other_err.strip()!r}"] if err != other_err else []
+        told += (
+            [f"refused otherwise: {err.strip()!r}, there {other_err.strip()!r}"]
+            if err != other_err
+            else []
+        )
     if gone := sorted(keys(before) - keys(found)):
         wrong.append(f"keys that are gone: {', '.join(gone)}")
     if new := sorted(keys(found) - keys(before)):
@@ -227,16 +243,29 @@ def differences(here, there, digits):
 
 def same(one, other, digits):
     """Whether two numbers, or two things that are none, are the same; nan is the same as nan."""
-    if isinstance(one, float) and isinstance(other, float) and math.isnan(one) and math.isnan(other):
+    if (
+        isinstance(one, float)
+        and isinstance(other, float)
+        and math.isnan(one)
+        and math.isnan(other)
+    ):
         return True
-    if digits is None or isinstance(one, str | list | dict | None) or isinstance(other, str | list | dict | None):
+    if (
+        digits is None
+        or isinstance(one, str | list | dict | None)
+        or isinstance(other, str | list | dict | None)
+    ):
         return one == other
     return math.isclose(one, other, rel_tol=10.0**-digits, abs_tol=0.0)
 
 
 def apart(one, other):
     """How far two numbers are apart, as a share of the other; nothing for what is no number."""
-    if isinstance(one, str | list | dict | None) or isinstance(other, str | list | dict | None) or not other:
+    if (
+        isinstance(one, str | list | dict | None)
+        or isinstance(other, str | list | dict | None)
+        or not other
+    ):
         return ""
     return f" ({one / other - 1.0:+.1e})"
 
@@ -259,25 +288,38 @@ def main():
     parser.add_argument("other", type=Path, help="the folder of another checkout")
     parser.add_argument("--only", default="", help="regular expression of the names of cases")
     parser.add_argument("--digits", type=int, help="digits that must be the same; default: all")
-    parser.add_argument("--texts", action="store_true", help="also print texts and new keys, which may differ")
+    parser.add_argument(
+        "--texts", action="store_true", help="also print texts and new keys, which may differ"
+    )
     parser.add_argument("--list", action="store_true", help="only print the names of the cases")
     options = parser.parse_args()
     chosen = [(name, words) for name, words in cases() if re.search(options.only, name)]
     if options.list:
         print("\n".join(name for name, _ in chosen))
         return
-    both, failed, compared = (Checkout(HERE), Checkout(options.other, MALLOC_PERTURB_=FILLED)), 0, 0
+    both = (Checkout(HERE), Checkout(options.other, MALLOC_PERTURB_=FILLED))
+    failed = 0
+    compared = 0
     with ThreadPoolExecutor(2) as pool:
         for name, words in chosen:
             begin = time.perf_counter()
             here, there = pool.map(lambda one, words=words: one.answer(words), both)
             wrong, told = differences(here, there, options.digits)
-            failed, compared = failed + bool(wrong), compared + len(here[1])
-            state = "DIFFERS" if wrong else "same" if here[0] == 0 else f"same, exit status {here[0]}"
+            failed = failed + bool(wrong)
+            compared = compared + len(here[1])
+            state = (
+                "DIFFERS" if wrong else "same" if here[0] == 0 else f"same, exit status {here[0]}"
+            )
             more = f", {len(told)} texts or new keys" if told else ""
-            print(f"{name:<36} {time.perf_counter() - begin:5.1f} s  {state} ({len(here[1])} values{more})")
             print(
-                "".join(f"    {line}\n" for line in [*wrong, *(told if options.texts else [])][:20]), end="", flush=True
+                f"{name:<36} {time.perf_counter() - begin:5.1f} s  {state} ({len(here[1])} values{more})"
+            )
+            print(
+                "".join(
+                    f"    {line}\n" for line in [*wrong, *(told if options.texts else [])][:20]
+                ),
+                end="",
+                flush=True,
             )
     print(f"{len(chosen)} cases, {compared} values: {failed or 'none'} differ")
     sys.exit(1 if failed else 0)

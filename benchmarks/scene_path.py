@@ -2,10 +2,11 @@
 
     python benchmarks/scene_path.py [SCENE]
 
-Runs ``harvester run SCENE --engine spice --within 1%`` in this process under a profiler.  A function of the package is
-listed when a scene is handed to it in any form: the scene, its load, its equations and scales, the problem, the parsed
-circuit, the device that ngspice shares.  What a form does with itself (its own methods) does not count; what is done
-in threads does, and in the worker processes of ngspice not.
+Runs ``harvester run SCENE --engine spice --within 1%`` in this process under a profiler.  A
+function of the package is listed when a scene is handed to it in any form: the scene, its load, its
+equations and scales, the problem, the parsed circuit, the device that ngspice shares.  What a form
+does with itself (its own methods) does not count; what is done in threads does, and in the worker
+processes of ngspice not.
 """
 
 import sys
@@ -16,23 +17,45 @@ from pathlib import Path
 import harvester
 
 ROOT = Path(harvester.__file__).parent
-FORMS = {"Scene", "Load", "Equations", "Scales", "LoadCircuit", "Problem", "Device", "Prepared", "Model"}
+FORMS = {
+    "Scene",
+    "Load",
+    "Equations",
+    "Scales",
+    "LoadCircuit",
+    "Problem",
+    "Device",
+    "Prepared",
+    "Model",
+}
 
 
 def main():
     """Print the list, and how long it is."""
-    scene = sys.argv[1] if len(sys.argv) > 1 else str(ROOT.parent / "examples" / "plate_bridge.toml")
+    scene = (
+        sys.argv[1] if len(sys.argv) > 1 else str(ROOT.parent / "examples" / "plate_bridge.toml")
+    )
     passed = Counter()
 
     def look(frame, event, _):
         code = frame.f_code
-        if event != "call" or not code.co_filename.startswith(str(ROOT)) or code.co_name.startswith("<"):
+        if (
+            event != "call"
+            or not code.co_filename.startswith(str(ROOT))
+            or code.co_name.startswith("<")
+        ):
             return
         count = code.co_argcount + code.co_kwonlyargcount
-        values = [frame.f_locals.get(name) for name in code.co_varnames[:count] if name not in ("self", "cls")]
+        values = [
+            frame.f_locals.get(name)
+            for name in code.co_varnames[:count]
+            if name not in ("self", "cls")
+        ]
         if any(type(value).__name__ in FORMS for value in values):
             where = Path(code.co_filename).relative_to(ROOT).as_posix()
-            passed[f"{where}: {code.co_qualname if hasattr(code, 'co_qualname') else code.co_name}"] += 1
+            passed[
+                f"{where}: {code.co_qualname if hasattr(code, 'co_qualname') else code.co_name}"
+            ] += 1
 
     sys.argv = ["harvester", "run", scene, "--engine", "spice", "--within", "1%", "--json"]
     from harvester import cli

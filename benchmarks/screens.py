@@ -3,8 +3,8 @@
     python benchmarks/screens.py            # into out/screens, 16 of them, some minutes
     python benchmarks/screens.py FOLDER
 
-Each is taken when the circuit's own power stands in large letters, and printed with that headline, beside the power
-that `run` gives.
+Each is taken when the circuit's own power stands in large letters, and printed with that headline,
+beside the power that `run` gives.
 """
 
 import sys
@@ -17,7 +17,8 @@ from harvester.explore import links  # noqa: E402
 from harvester.explore.draft import Draft  # noqa: E402
 from tests.support.browser import DESKTOP, PHONE, Visit, chromium, serving  # noqa: E402
 
-CIRCUITS = {"bridge": "ideal", "parallel_sshi": "ideal", "sece": "ideal", "bimorph_ltc3588": "slow"}  # and its engine
+# and its engine
+CIRCUITS = {"bridge": "ideal", "parallel_sshi": "ideal", "sece": "ideal", "bimorph_ltc3588": "slow"}
 
 
 def draft_of(name: str) -> Draft:
@@ -47,7 +48,9 @@ def main() -> None:
                 for size in (DESKTOP, PHONE):
                     visit.page.set_viewport_size(size)
                     visit.page.wait_for_timeout(1500)  # the last pictures are drawn
-                    visit.page.screenshot(path=folder / f"{name}_{size['width']}_{theme}.png", full_page=True)
+                    visit.page.screenshot(
+                        path=folder / f"{name}_{size['width']}_{theme}.png", full_page=True
+                    )
             print(f"{name}: the page says {visit.power()}", flush=True)
             visit.page.close()
 

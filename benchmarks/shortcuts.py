@@ -9,8 +9,8 @@ and ``z`` over its standard error.  The error that a second of the processor lea
 
     sqrt(bias^2 + S/T),    S/T: variance of the mean over the time T that a second simulates
 
-in which a bias counts where it is seen, |z| > 3.  A shortcut is worth it where the ratio ``error a second``, without it
-over with it, is above 1.
+in which a bias counts where it is seen, |z| > 3.  A shortcut is worth it where the ratio ``error a
+second``, without it over with it, is above 1.
 """
 
 import argparse
@@ -34,7 +34,13 @@ from harvester.mechanics.kernels import absent_effects
 from harvester.mechanics.kernels.compiled import COMPILER, FLAGS
 from harvester.mechanics.kernels.equation_of_motion import impulse
 from harvester.mechanics.kernels.intervals import Update
-from harvester.mechanics.kernels.noise import HALF_ROOT, draw_noise, draw_two_noises, shuffle, variates
+from harvester.mechanics.kernels.noise import (
+    HALF_ROOT,
+    draw_noise,
+    draw_two_noises,
+    shuffle,
+    variates,
+)
 from harvester.mechanics.kernels.offset_stops import kick_at_stops
 from harvester.mechanics.kernels.trajectory_batch import advance
 from harvester.uncertainty.controls import controlled_entries
@@ -47,7 +53,8 @@ SCENES = {
     "one noise": dataclasses.replace(PAPER, n2=None),
 }
 ROOT3 = math.sqrt(3.0)
-SIXTH, REST = uint64(2**64 // 6), uint64(2**64 - 2**64 // 6)
+SIXTH = uint64(2**64 // 6)
+REST = uint64(2**64 - 2**64 // 6)
 
 
 class Narrow(Compiler):
@@ -62,15 +69,22 @@ def rebuilt(function, replaced, options=None, known=None):
     """A compiled function, and those that it calls, compiled anew with those of ``replaced`` in the place of others."""
     known = {} if known is None else known
     if function not in known:
-        plain, further = replaced.get(function, function), {} if function in replaced else replaced
+        plain = replaced.get(function, function)
+        further = {} if function in replaced else replaced
         plain = plain.py_func if isinstance(plain, Dispatcher) else plain
         names = dict(plain.__globals__)
         for name in plain.__code__.co_names:
             if isinstance(names.get(name), Dispatcher):
-                names[name] = rebuilt(names[name], further, options, known if further is replaced else {})
-        copy = types.FunctionType(plain.__code__, names, plain.__name__, plain.__defaults__, plain.__closure__)
+                names[name] = rebuilt(
+                    names[name], further, options, known if further is replaced else {}
+                )
+        copy = types.FunctionType(
+            plain.__code__, names, plain.__name__, plain.__defaults__, plain.__closure__
+        )
         inline = {} if function is advance else {"forceinline": True}
-        known[function] = numba.njit(nogil=True, **inline, **(COMPILER if options is None else options), **FLAGS)(copy)
+        known[function] = numba.njit(
+            nogil=True, **inline, **(COMPILER if options is None else options), **FLAGS
+        )(copy)
     return known[function]
 
 
@@ -95,7 +109,8 @@ def one_draw(noise, other, s0, s1, coarse):
 def normal_pair(bits):
     """Two standard normal variates of 64 bits by Box and Muller, with series that vectorise, to 1e-7.
 
-    ln u = 2 artanh((m - 1)/(m + 1)) + k ln 2 of u = m 2^k, m from sqrt(1/2) to sqrt(2); sine and cosine of a quarter.
+    ln u = 2 artanh((m - 1)/(m + 1)) + k ln 2 of u = m 2^k, m from sqrt(1/2) to sqrt(2); sine and
+    cosine of a quarter.
     """
     u = float64((bits >> uint64(32)) + uint64(1)) * 2.0**-32
     word = np.float64(u).view(np.int64)
@@ -103,7 +118,9 @@ def normal_pair(bits):
     m = np.int64(word - (k << 52)).view(np.float64)
     s = (m - 1.0) / (m + 1.0)
     s2 = s * s
-    logarithm = 2.0 * s * (1.0 + s2 * (1 / 3 + s2 * (1 / 5 + s2 * (1 / 7 + s2 / 9)))) + float64(k) * math.log(2.0)
+    logarithm = 2.0 * s * (1.0 + s2 * (1 / 3 + s2 * (1 / 5 + s2 * (1 / 7 + s2 / 9)))) + float64(
+        k
+    ) * math.log(2.0)
     radius = math.sqrt(max(-2.0 * logarithm, 0.0))
     turns = float64(bits & uint64(0x3FFFFFFF)) * 2.0**-30 - 0.5  # of a quarter, from -1/2 to 1/2
     a = turns * (0.5 * math.pi)
@@ -134,7 +151,8 @@ def draw64(noise, s0, s1, coarse):
         first, a, b = shuffle(s0[i], s1[i])
         second, s0[i], s1[i] = shuffle(a, b)
         one, two = three_point64(first), three_point64(second)
-        noise[0, i], noise[1, i] = (one + two) * HALF_ROOT if coarse else one, two
+        noise[0, i] = (one + two) * HALF_ROOT if coarse else one
+        noise[1, i] = two
 
 
 def draw_two64(noise, other, s0, s1, coarse):
@@ -145,9 +163,11 @@ def draw_two64(noise, other, s0, s1, coarse):
         third, a, b = shuffle(a, b)
         fourth, s0[i], s1[i] = shuffle(a, b)
         one, two = three_point64(first), three_point64(second)
-        noise[0, i], noise[1, i] = (one + two) * HALF_ROOT if coarse else one, two
+        noise[0, i] = (one + two) * HALF_ROOT if coarse else one
+        noise[1, i] = two
         one, two = three_point64(third), three_point64(fourth)
-        other[0, i], other[1, i] = (one + two) * HALF_ROOT if coarse else one, two
+        other[0, i] = (one + two) * HALF_ROOT if coarse else one
+        other[1, i] = two
 
 
 def no_lines(eqs, h, ngspice_rule):
@@ -157,14 +177,18 @@ def no_lines(eqs, h, ngspice_rule):
 
 def kinds():
     """Name -> (kernel, update): the package's way, and the ways without one shortcut each."""
-    update, same = trajectories.update_of, rebuilt(advance, {})
+    update = trajectories.update_of
+    same = rebuilt(advance, {})
     one_noise = {draw_two_noises: one_draw, kick_at_stops: one_kick, impulse: one_impulse}
     return {
         "all of them": (same, update),
         "line of impacts": (same, no_lines),
         "a variate for each noise": (rebuilt(advance, one_noise), update),
         "variates of three points": (rebuilt(advance, {variates: normal_variates}), update),
-        "words of 32 bits": (rebuilt(advance, {draw_noise: draw64, draw_two_noises: draw_two64}), update),
+        "words of 32 bits": (
+            rebuilt(advance, {draw_noise: draw64, draw_two_noises: draw_two64}),
+            update,
+        ),
         "vectors of 512 bits": (rebuilt(advance, {}, {"pipeline_class": Narrow}), update),
     }
 
@@ -174,7 +198,8 @@ def sampled(eqs, count, duration, seed):
     many = trajectories.Trajectories(eqs, count, np.random.SeedSequence(seed), H, controlled=True)
     many.run(1.0)  # compiles
     burn_in(many)
-    before, begin = many.steps, time.process_time()
+    before = many.steps
+    begin = time.process_time()
     found = many.run(duration)
     return found.V2, found.controls, 1e9 * (time.process_time() - begin) / (many.steps - before)
 
@@ -202,7 +227,9 @@ def rows_of(name, eqs, options):
 
     for kind in list(ways)[1:]:
         both = np.hstack([controls["all of them"], controls[kind]])
-        bias, unsure = mean_and_error(controlled_entries(values["all of them"] - values[kind], both))
+        bias, unsure = mean_and_error(
+            controlled_entries(values["all of them"] - values[kind], both)
+        )
         seen = bias / mean if abs(bias) > SEEN * unsure else 0.0
         yield {
             "scene": name,
@@ -213,7 +240,8 @@ def rows_of(name, eqs, options):
             "its error": unsure / mean,
             "z": bias / unsure if unsure > 0.0 else 0.0,  # the same to the last digit
             "error a second": left(seen, costs["all of them"]),
-            "error a second, without over with": left(0.0, costs[kind]) / left(seen, costs["all of them"]),
+            "error a second, without over with": left(0.0, costs[kind])
+            / left(seen, costs["all of them"]),
         }
 
 

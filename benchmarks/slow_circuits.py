@@ -2,8 +2,9 @@
 
     python benchmarks/slow_circuits.py SCENE.toml SECONDS [STEP [RELTOL]]
 
-prints the mean power of the load over the second half of the time, the voltages of the store with the times at which
-it reached them, and what `slow` says.  Minutes of ngspice; results and versions are kept in tests/engines/test_slow.py.
+prints the mean power of the load over the second half of the time, the voltages of the store with
+the times at which it reached them, and what `slow` says.  Minutes of ngspice; results and versions
+are kept in tests/engines/test_slow.py.
 """
 
 import re
@@ -43,7 +44,9 @@ print col time v({plus})-v({minus}) v(eint)
 
 def ngspice_alone(problem, seconds, step, reltol):
     """Times (s), the store's voltage, and the energy that the load has taken (J)."""
-    device, shaking, load = problem.scene.modal, problem.scene.excitation, problem.circuit
+    device = problem.scene.modal
+    shaking = problem.scene.excitation
+    load = problem.circuit
     plus, minus = load.smoothing_nodes
     load_plus, load_minus = by_name(load.parts)["rload"].nodes
     deck = DECK.format(
@@ -64,7 +67,9 @@ def ngspice_alone(problem, seconds, step, reltol):
         end=seconds,
         step=step,
     )
-    done = subprocess.run(["ngspice", "-b", "/dev/stdin"], input=deck, capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        ["ngspice", "-b", "/dev/stdin"], input=deck, capture_output=True, text=True, check=False
+    )
     rows = [row.split()[1:] for row in done.stdout.splitlines() if re.match(r"\d+\t", row)]
     t, store, energy = np.array(rows, dtype=float).T
     if t[-1] < 0.999 * seconds:
@@ -73,18 +78,25 @@ def ngspice_alone(problem, seconds, step, reltol):
 
 
 def main():
-    scene, seconds = sys.argv[1], float(sys.argv[2])
+    scene = sys.argv[1]
+    seconds = float(sys.argv[2])
     step, reltol = (float(one) for one in [*sys.argv[3:], "1e-4", "1e-4"][:2])
     problem = Problem.of(scene)
     t, store, energy = ngspice_alone(problem, seconds, step, reltol)
     half = 0.5 * seconds
     power = (energy[-1] - np.interp(half, t, energy)) / (t[-1] - half)
-    print(f"ngspice alone, step {step:g} s, reltol {reltol:g}: {power:.5g} W from {half:g} s to {seconds:g} s")
+    print(
+        f"ngspice alone, step {step:g} s, reltol {reltol:g}: {power:.5g} W from {half:g} s to {seconds:g} s"
+    )
     for volts in (1.0, 2.0, 3.0, 5.0, 10.0, 15.0, 20.0):
         if store.max() >= volts:
-            print(f"store at {volts:g} V after {np.interp(volts, np.maximum.accumulate(store), t):.5g} s")
+            print(
+                f"store at {volts:g} V after {np.interp(volts, np.maximum.accumulate(store), t):.5g} s"
+            )
     print(
-        hv.run(scene, "slow") if hv.Slow.refusal(problem) is None else hv.charge(scene, to=store.max(), engine="slow")
+        hv.run(scene, "slow")
+        if hv.Slow.refusal(problem) is None
+        else hv.charge(scene, to=store.max(), engine="slow")
     )
 
 

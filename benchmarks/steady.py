@@ -22,7 +22,15 @@ from common import COIL, report
 from whole_device import mean_power
 
 PLATE = {"M": 0.04, "k": 16.0, "c": 0.16, "theta": 1.4e-4, "Cp": 50.2e-9, "g": 0.05, "f": 3.2}
-BIMORPH = {"M": 16.542e-3, "k": 1364.1, "c": 0.25652, "theta": 2.5261e-3, "Cp": 41.259e-9, "g": 0.25, "f": 46.0}
+BIMORPH = {
+    "M": 16.542e-3,
+    "k": 1364.1,
+    "c": 0.25652,
+    "theta": 2.5261e-3,
+    "Cp": 41.259e-9,
+    "g": 0.25,
+    "f": 46.0,
+}
 STRONG = BIMORPH | {"g": 1.0, "f": 45.6}
 CASES = {  # device, circuit, load and storage, periods until the circuit has settled
     "bimorph, bridge, large capacitor": (STRONG, "bridge", {"R": 1e5, "C": 1e-5}, 500),
@@ -67,7 +75,9 @@ def alone(device, load, periods, reltol, steps, method):
 
 def seconds_for(error, line):
     """Seconds of ngspice alone for a relative error, from its (error, seconds): on and between the best of them."""
-    best = [one for one in line if not any(other[0] <= one[0] and other[1] < one[1] for other in line)]
+    best = [
+        one for one in line if not any(other[0] <= one[0] and other[1] < one[1] for other in line)
+    ]
     best.sort()
     if error <= best[0][0]:
         return best[0][1] * math.sqrt(best[0][0] / error)
@@ -87,8 +97,11 @@ def measured(name, device, netlist, parameters, periods):
     load = Problem(scene).circuit
     hv.Spice(within=0.5).run(scene)  # what starts processes and compiles is not counted
     both = [hv.Spice().run(scene) for _ in range(2)]
-    ours, seconds = both[0].mean_power, min(one.seconds for one in both)
-    coarse, fine = (alone(device, load, periods, 1e-7, steps, METHODS[0])[0] for steps in (2048, 4096))
+    ours = both[0].mean_power
+    seconds = min(one.seconds for one in both)
+    coarse, fine = (
+        alone(device, load, periods, 1e-7, steps, METHODS[0])[0] for steps in (2048, 4096)
+    )
     exact = fine + (fine - coarse) / 3.0
     doubt = abs(exact - fine) / exact
     line, lucky = [], []
@@ -97,7 +110,8 @@ def measured(name, device, netlist, parameters, periods):
         for reltol, steps in reversed(LINE):
             runs = [alone(device, load, periods, reltol, steps, method) for _ in range(2)]
             if None not in runs:
-                found, took = abs(runs[0][0] / exact - 1.0), min(runs[0][1], runs[1][1])
+                found = abs(runs[0][0] / exact - 1.0)
+                took = min(runs[0][1], runs[1][1])
                 lucky.append((max(found, doubt, 1e-9), took))
                 least = max(found, least)
                 line.append((least, took))
@@ -119,7 +133,9 @@ def measured(name, device, netlist, parameters, periods):
 
 
 def main():
-    chosen = {name: case for name, case in CASES.items() if all(word in name for word in sys.argv[1:])}
+    chosen = {
+        name: case for name, case in CASES.items() if all(word in name for word in sys.argv[1:])
+    }
     rows = []
     for name, case in chosen.items():
         rows.append(measured(name, *case))

@@ -38,13 +38,15 @@ ADDRESS = "tcp://127.0.0.1:18786"
 
 def survival(count, points):
     """Tables after a kill and a resume that equal the undisturbed one."""
-    rng, rows = random.Random(7), []
+    rng = random.Random(7)
+    rows = []
     with tempfile.TemporaryDirectory() as folder:
         whole = Path(folder) / "whole"
         kills.start(kills.command(folder, points, whole)).communicate()
         expected = kills.table(whole)
         for k in range(count):
-            out, who = Path(folder) / f"{k}", kills.WHO[k % 3]
+            out = Path(folder) / f"{k}"
+            who = kills.WHO[k % 3]
             least = rng.randrange(0 if who == "program" else 1, 3 * points)
             found, table = kills.trial(kills.command(folder, points, out), out, who, least, rng)
             rows.append({"what": "killed", **found, "same": table == expected})
@@ -79,9 +81,13 @@ def told(clock, **how):
 
 def swept(scene, axis, engine, **how):
     """A sweep's clock, its wall time and its processor time; that every point fails is no matter here."""
-    clock, begin, used = Clock(), time.perf_counter(), processor()
+    clock = Clock()
+    begin = time.perf_counter()
+    used = processor()
     with tempfile.TemporaryDirectory() as out, contextlib.suppress(HarvesterError):
-        hv.sweep(scene, vary=[read_axis(axis)], engines=[engine], execution=told(clock, out=out, **how))
+        hv.sweep(
+            scene, vary=[read_axis(axis)], engines=[engine], execution=told(clock, out=out, **how)
+        )
     return clock, time.perf_counter() - begin, processor() - used
 
 
@@ -90,7 +96,12 @@ def cluster():
     """A Dask scheduler and two workers of one thread each."""
     dask = [str(Path(sys.executable).with_name("dask"))]
     quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-    ran = [subprocess.Popen([*dask, "scheduler", "--host", "127.0.0.1", "--port", "18786", "--no-dashboard"], **quiet)]
+    ran = [
+        subprocess.Popen(
+            [*dask, "scheduler", "--host", "127.0.0.1", "--port", "18786", "--no-dashboard"],
+            **quiet,
+        )
+    ]
     time.sleep(3)
     worker = [*dask, "worker", ADDRESS, "--nthreads", "1", "--nworkers", "2", "--no-dashboard"]
     ran.append(subprocess.Popen(worker, **quiet))
@@ -105,7 +116,8 @@ def cluster():
 def scaling(turns):
     """Points a second: pool over one process, Dask over pool."""
     rows = []
-    os.environ[THREADS_VARIABLE] = "1"  # one thread here; the workers of a pool have one each anyway
+    # one thread here; the workers of a pool have one each anyway
+    os.environ[THREADS_VARIABLE] = "1"
     cases = {
         "ensemble": (hv.Ensemble(trajectories=1024, duration=300.0), "load.resistance=100k:1M:60"),
         "spice": (hv.Spice(trajectories=8, duration=30.0), "load.resistance=300k:1M:16"),
@@ -119,7 +131,14 @@ def scaling(turns):
                     clock, _, _ = swept(PLATE, axis, engine, **how)
                     best[way] = max(best[way], clock.rate(6))
             one, pool, dask = best.values()
-            rows.append({"what": f"points/s, {name}", **best, "pool/one": pool / one, "dask/pool": dask / pool})
+            rows.append(
+                {
+                    "what": f"points/s, {name}",
+                    **best,
+                    "pool/one": pool / one,
+                    "dask/pool": dask / pool,
+                }
+            )
             print(rows[-1], flush=True)
     del os.environ[THREADS_VARIABLE]
     return rows
@@ -147,8 +166,18 @@ def overhead(points):
         clock, used = Watching(), processor()
         with tempfile.TemporaryDirectory() as out, contextlib.suppress(HarvesterError):
             axis = read_axis(f"load.parameters.R=1k:1M:{points}")
-            hv.sweep(netlist, vary=[axis], engines=[hv.Ensemble()], execution=told(clock, out=out, workers=workers))
-        row = {"what": "overhead", "workers": workers, "points": points, "ms a point": 1e3 / clock.rate(100)}
+            hv.sweep(
+                netlist,
+                vary=[axis],
+                engines=[hv.Ensemble()],
+                execution=told(clock, out=out, workers=workers),
+            )
+        row = {
+            "what": "overhead",
+            "workers": workers,
+            "points": points,
+            "ms a point": 1e3 / clock.rate(100),
+        }
         row |= {"processor ms a point": 1e3 * (processor() - used) / points}
         rows.append(row | {"MB at 1,000": memory[1], "MB at the end": memory[-1]})
         print(rows[-1], flush=True)
@@ -158,7 +187,15 @@ def overhead(points):
 def many(points):
     """A whole sweep of `averaged`."""
     _, wall, used = swept(PLATE, f"load.resistance=1k:10M:{points}", hv.Averaged(), workers=2)
-    return [{"what": "averaged", "points": points, "wall s": wall, "processor s": used, "on 2 idle cores s": used / 2}]
+    return [
+        {
+            "what": "averaged",
+            "points": points,
+            "wall s": wall,
+            "processor s": used,
+            "on 2 idle cores s": used / 2,
+        }
+    ]
 
 
 PARTS = {
@@ -174,11 +211,15 @@ def main(parts):
     path = Path(__file__).parent / "results" / "sweeps.json"
     rows = json.loads(path.read_text())["rows"] if path.exists() else []
     for part in parts:
-        rows = [row for row in rows if row["part"] != part] + [{"part": part, **row} for row in PARTS[part]()]
+        rows = [row for row in rows if row["part"] != part] + [
+            {"part": part, **row} for row in PARTS[part]()
+        ]
     report("sweeps", rows, ("distributed", "xarray", "loky"))
 
 
 if __name__ == "__main__":
     arguments = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    arguments.add_argument("parts", nargs="*", metavar="PART", help=f"of {', '.join(PARTS)}; default: all")
+    arguments.add_argument(
+        "parts", nargs="*", metavar="PART", help=f"of {', '.join(PARTS)}; default: all"
+    )
     main(arguments.parse_args().parts or list(PARTS))

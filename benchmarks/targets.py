@@ -2,9 +2,10 @@
 
     python benchmarks/targets.py
 
-Each target is reached with several seeds in one process, after one answer that is not counted: the start of Python,
-compilation, and the start of the processes with ngspice are in none of the seconds.  The median of the seeds counts.
-Those of ngspice's processes are read from /proc (Linux), to a hundredth of a second.
+Each target is reached with several seeds in one process, after one answer that is not counted: the
+start of Python, compilation, and the start of the processes with ngspice are in none of the
+seconds.  The median of the seeds counts. Those of ngspice's processes are read from /proc (Linux),
+to a hundredth of a second.
 """
 
 import argparse
@@ -34,14 +35,24 @@ def children(pid):
 
 def measured(name, within, seeds):
     """The row of a scene and a target."""
-    scene, took = hv.load(EXAMPLES / f"{name}.toml"), []
+    scene = hv.load(EXAMPLES / f"{name}.toml")
+    took = []
     for seed in range(seeds + 1):
-        begin, others = time.process_time(), children(os.getpid())
+        begin = time.process_time()
+        others = children(os.getpid())
         found = hv.Cheapest(within=within, seed=seed).run(scene)
         took.append(time.process_time() - begin + children(os.getpid()) - others)
     power = found.mean_power
-    row = {"scene": name, "within": within, "engine": found.engine, "step": found.details.get("step")}
-    return row | {"processor s": statistics.median(took[1:]), "error": power.known_error95 / power.value}
+    row = {
+        "scene": name,
+        "within": within,
+        "engine": found.engine,
+        "step": found.details.get("step"),
+    }
+    return row | {
+        "processor s": statistics.median(took[1:]),
+        "error": power.known_error95 / power.value,
+    }
 
 
 def main():

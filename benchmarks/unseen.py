@@ -56,9 +56,14 @@ def drawn(sigmas: Mapping[str, float], seed: int = 1) -> Draws:
     """Factors of each number: exp(sigma z) of quasi-random z, and ``model`` for a voltage."""
     names = [*sigmas, "model"]
     unit = qmc.Sobol(len(names), rng=np.random.default_rng(seed)).random(DRAWS)
-    normal = qmc.MultivariateNormalQMC(np.zeros(len(names)), engine=qmc.Sobol(len(names), rng=seed)).random(DRAWS)
+    normal = qmc.MultivariateNormalQMC(
+        np.zeros(len(names)), engine=qmc.Sobol(len(names), rng=seed)
+    ).random(DRAWS)
     widths = [*sigmas.values(), 0.5 * MODEL]
-    made = {name: np.exp(width * normal[:, at]) for at, (name, width) in enumerate(zip(names, widths, strict=True))}
+    made = {
+        name: np.exp(width * normal[:, at])
+        for at, (name, width) in enumerate(zip(names, widths, strict=True))
+    }
     return made | {"uniform": unit[:, 0]}
 
 
@@ -73,7 +78,9 @@ def d1() -> Iterator[Row]:
 
     Its damping is open: about 0.012 for a clamped bimorph.  502.5 Hz is taken as its resonance in short circuit.
     """
-    materials.PIEZOS["D1"] = materials.Piezoceramic(60.6e9, 7500.0, -16.6 / 60.6e9, 25.55e-9, "the source")
+    materials.PIEZOS["D1"] = materials.Piezoceramic(
+        60.6e9, 7500.0, -16.6 / 60.6e9, 25.55e-9, "the source"
+    )
     beam = Beam(24.53e-3, 6.4e-3, 0.14e-3, 0.265e-3, "D1", "brass", layers=2)
     made = lumped(beam)
     short = math.sqrt(made.stiffness / made.mass) / TURN
@@ -98,7 +105,11 @@ def d1() -> Iterator[Row]:
 
 # --- D2: a bimorph of macro-fibre composite with a bridge --------------------------------------
 
-MFC_E31, MFC_SIGMA, PAPER_SIGMA = 9.0, 0.35, 0.50  # fibres of PZT-5A, 0.86 of the volume; and what a paper prints
+MFC_E31, MFC_SIGMA, PAPER_SIGMA = (
+    9.0,
+    0.35,
+    0.50,
+)  # fibres of PZT-5A, 0.86 of the volume; and what a paper prints
 
 
 def composite_e31(printed: float) -> tuple[float, float]:
@@ -108,7 +119,9 @@ def composite_e31(printed: float) -> tuple[float, float]:
     return math.exp(mean), float(weights.sum() ** -0.5)
 
 
-def rectified(scene: hv.Scene, acceleration: float, frequency: float, resistance: float, drop: float) -> float:
+def rectified(
+    scene: hv.Scene, acceleration: float, frequency: float, resistance: float, drop: float
+) -> float:
     """Voltage (V) on a smoothed resistor behind a bridge (Shu and Lien 2006), whose diodes take ``drop`` each.
 
     The piezo sees V + 2 drop and the mean current V/R: an ideal bridge on R (V + 2 drop)/V.
@@ -175,7 +188,12 @@ def d2() -> Iterator[Row]:
 # --- The six older devices, widened ------------------------------------------------------------
 
 # Exponents of a quantity in coupling, damping and capacitance; the sigma of a frequency; and the share of the model.
-OLDER = {"Hz": (0.0, 0.0, 0.03, 0.0), "V": (1.0, 0.5, 0.0, 0.5), "W": (2.0, 1.0, 0.0, 1.0), "ohm": (0.0, 0.5, 0.0, 0.5)}
+OLDER = {
+    "Hz": (0.0, 0.0, 0.03, 0.0),
+    "V": (1.0, 0.5, 0.0, 0.5),
+    "W": (2.0, 1.0, 0.0, 1.0),
+    "ohm": (0.0, 0.5, 0.0, 0.5),
+}
 OLDER_SIGMA = {"liu": (0.3, 0.5), "jiang": (0.1, 0.5), "yang": (0.1, 0.5), "norenberg": (0.1, 0.3),
                "peigney": (0.1, 0.3), "koga": (0.1, 0.3)}  # fmt: skip
 
@@ -222,7 +240,13 @@ def write(made: list[list[str]]) -> None:
     for line in kept:
         value, low, high = (float(line[name]) for name in ("predicted", "low", "high"))
         ends = widened(line["device"], low, value, high, line["unit"])
-        rows.append([*(line[name] for name in COLUMNS[:6]), line["predicted"], *(f"{end:.4g}" for end in ends)])
+        rows.append(
+            [
+                *(line[name] for name in COLUMNS[:6]),
+                line["predicted"],
+                *(f"{end:.4g}" for end in ends),
+            ]
+        )
     with CSV.open("w", newline="") as file:
         out = csv.writer(file, lineterminator="\n")
         out.writerow(COLUMNS)

@@ -61,7 +61,9 @@ class Magnifier:
     def voltages(self, ohm: float, magnified: bool) -> Floats:
         """Voltage amplitude over the frequencies: of the beam on the primary mass, or of the beam alone."""
         w, wb, base = self.w, self.resonance, 0.05e-3
-        electric = 1j * w * self.coupling / (1.0 / ohm + 1j * w * self.capacitance)  # V per displacement
+        electric = (
+            1j * w * self.coupling / (1.0 / ohm + 1j * w * self.capacitance)
+        )  # V per displacement
         beam = self.mass * (wb**2 - w**2 + 2j * self.ratio * wb * w) + self.coupling * electric
         over = self.mass * w**2 / beam  # relative displacement of the beam over that of its base
         if not magnified:
@@ -89,7 +91,9 @@ def d3(drawn: Any, row: Any, composite_e31: Any, sigma: Mapping[str, float]) -> 
     middle = 0.5 * (hs + hp)
     axis = 15.857e9 * hp * middle / (110e9 * hs + 15.857e9 * hp)
     bare = 110e9 * b * hs**3 / 12.0
-    both = 110e9 * b * (hs**3 / 12.0 + hs * axis**2) + 15.857e9 * 18e-3 * (hp**3 / 12.0 + hp * (middle - axis) ** 2)
+    both = 110e9 * b * (hs**3 / 12.0 + hs * axis**2) + 15.857e9 * 18e-3 * (
+        hp**3 / 12.0 + hp * (middle - axis) ** 2
+    )
     mass = 8906.0 * b * hs + np.where(on, 5440.0 * 18e-3 * hp, 0.0)
     _, beam_sigma, slope = stepped(lengths, np.where(on, both, bare), mass, 0.58e-3)
     theta = e31 * 14e-3 * (middle - axis) * (slope(32.5e-3) - slope(4.5e-3)) * beam_sigma
@@ -115,8 +119,12 @@ def d3(drawn: Any, row: Any, composite_e31: Any, sigma: Mapping[str, float]) -> 
         found["D3.f2"].append(float(f[j]))
         found["D3.v1"].append(float(v[i]))
         found["D3.v2"].append(float(v[j]))
-        found["D3.p1_210k"].append(1e3 * float((voltages(210e3, True)[left] ** 2).max()) / 2.0 / 210e3)
-        found["D3.p2_252k"].append(1e3 * float((voltages(252e3, True)[right] ** 2).max()) / 2.0 / 252e3)
+        found["D3.p1_210k"].append(
+            1e3 * float((voltages(210e3, True)[left] ** 2).max()) / 2.0 / 210e3
+        )
+        found["D3.p2_252k"].append(
+            1e3 * float((voltages(252e3, True)[right] ** 2).max()) / 2.0 / 252e3
+        )
         between = voltages(230e3, True)[i : j + 1] ** 2 / 2.0 / 230e3
         found["D3.p_antiresonance"].append(1e3 * float(between.min()))
     for name, unit in NAMES.items():
@@ -138,11 +146,20 @@ def d4(drawn: Any, row: Any, sigma: Mapping[str, float]) -> Iterator[Any]:
     """
     of = drawn({"frequency": sigma["frequency, bonded geometry"]})
     kept = 0.3 + 0.7 * of["uniform"]
-    steel, film = 180e9 * 0.1e-3**3 / 12.0, 2.0 * 2.8e9 * (0.064e-3**3 / 12.0 + 0.064e-3 * 0.182e-3**2)
+    steel, film = (
+        180e9 * 0.1e-3**3 / 12.0,
+        2.0 * 2.8e9 * (0.064e-3**3 / 12.0 + 0.064e-3 * 0.182e-3**2),
+    )
     mass = 7900.0 * 0.1e-3 + 2.0 * 1100.0 * 0.1e-3 + 2.0 * 2280.0 * 0.064e-3
     for at in range(8):
         length, wide = (78e-3, 155e-3)[at // 4], 22e-3 * (at % 4 + 1)
         plate = 1.0 + 0.10 * min(wide / length, 1.0)
-        f = 1.8751**2 / TURN / length**2 * np.sqrt((steel * plate + kept * film) / mass) * of["frequency"]
+        f = (
+            1.8751**2
+            / TURN
+            / length**2
+            * np.sqrt((steel * plate + kept * film) / mass)
+            * of["frequency"]
+        )
         for level, lower in ((0.2, 1.0), (0.6, 0.985)):
             yield row(f"D4.f_H{at + 1}_{level}g", "Hz", lower * f)

@@ -28,7 +28,9 @@ def d6(drawn: Any, row: Any, sigma: Mapping[str, float]) -> Iterator[Any]:
         of = drawn(widths)
         middle = 0.5 * (60e-6 + film)
         axis = young * film * middle / (steel * 60e-6 + young * film)
-        bending = steel * (60e-6**3 / 12.0 + 60e-6 * axis**2) + young * (film**3 / 12.0 + film * (middle - axis) ** 2)
+        bending = steel * (60e-6**3 / 12.0 + 60e-6 * axis**2) + young * (
+            film**3 / 12.0 + film * (middle - axis) ** 2
+        )
         stiffness = 3.0 * bending * width / length**3
         by_constants = d31 * young * width * (middle - axis) * 1.5 / length
         by_factor = math.sqrt(k2 * stiffness * capacitance)
@@ -43,7 +45,12 @@ def d6(drawn: Any, row: Any, sigma: Mapping[str, float]) -> Iterator[Any]:
             # The best frequency at that load lies between the resonances in short and in open circuit.
             best = np.max(
                 [
-                    tools.amplitudes([tools.shaken(scene, 0.5 * G, frequency * (1.0 + d), ohm) for scene in scenes])
+                    tools.amplitudes(
+                        [
+                            tools.shaken(scene, 0.5 * G, frequency * (1.0 + d), ohm)
+                            for scene in scenes
+                        ]
+                    )
                     for d in (0.0, 5e-4, 1e-3, 2e-3)
                 ],
                 axis=0,
@@ -54,7 +61,9 @@ def d6(drawn: Any, row: Any, sigma: Mapping[str, float]) -> Iterator[Any]:
                 yield row(f"D6.{name}_p", "uW", 1e6 * 0.5 * v**2 / ohm)
 
 
-def through_bridge(current: float, capacitance: float, inside: float, frequency: float, load: float) -> float:
+def through_bridge(
+    current: float, capacitance: float, inside: float, frequency: float, load: float
+) -> float:
     """Voltage (V) of a smoothed load behind an ideal bridge on a current amplitude beside a capacitance and a resistor.
 
     The mean rectified current falls with the voltage, and the load takes V/R: the crossing, by halving.
@@ -64,7 +73,9 @@ def through_bridge(current: float, capacitance: float, inside: float, frequency:
 
     def surplus(voltage: float) -> float:
         v, through = -voltage, 0.0
-        for phase in phases:  # half a period from the current's zero, at which the bridge has just stopped
+        for (
+            phase
+        ) in phases:  # half a period from the current's zero, at which the bridge has just stopped
             dv = (current * math.sin(phase) - v / inside) / capacitance * (math.pi / (steps * w))
             v += dv
             if v > voltage:

@@ -15,10 +15,14 @@ def amplitudes(scenes: list[hv.Scene]) -> Floats:
     return np.sqrt([2.0 * hv.run(scene, "exact").mean_square_voltage.value for scene in scenes])
 
 
-def linear(mass: float, frequency: float, ratio: float, coupling: float, capacitance: float) -> hv.Scene:
+def linear(
+    mass: float, frequency: float, ratio: float, coupling: float, capacitance: float
+) -> hv.Scene:
     """A scene of one mode, of a resonance in short circuit (Hz); load and excitation are put in later."""
     return hv.Scene(
-        oscillator=hv.Oscillator(mass=mass, stiffness=mass * (TURN * frequency) ** 2, damping_ratio=ratio),
+        oscillator=hv.Oscillator(
+            mass=mass, stiffness=mass * (TURN * frequency) ** 2, damping_ratio=ratio
+        ),
         piezo=hv.Piezo(coupling=coupling, capacitance=capacitance),
         excitation=hv.Excitation(acceleration_amplitude=1.0, frequency=frequency),
         load=hv.Load(resistance=1e6),
@@ -27,5 +31,7 @@ def linear(mass: float, frequency: float, ratio: float, coupling: float, capacit
 
 def shaken(scene: hv.Scene, acceleration: float, frequency: float, resistance: float) -> hv.Scene:
     """The scene under another sine, on another resistor."""
-    here = scene.varied({"excitation.acceleration_amplitude": acceleration, "excitation.frequency": frequency})
+    here = scene.varied(
+        {"excitation.acceleration_amplitude": acceleration, "excitation.frequency": frequency}
+    )
     return here.with_load(resistance=resistance)

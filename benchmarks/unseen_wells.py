@@ -50,12 +50,21 @@ def d5(drawn: Any, row: Any) -> Iterator[Any]:
             values = middle * np.exp(spread * np.log(of["frequency"]) / 0.08)
             yield row(f"D5.band_{name}_{level}g", "Hz", values)
     share = float(np.mean(np.isfinite([pair[0] for pair in edges[0.6]])))
-    yield "D5", "D5.crosses_0.6g", float(share > 0.5), 0.0 if share < 0.975 else 1.0, 1.0 if share > 0.025 else 0.0, "1"
+    yield (
+        "D5",
+        "D5.crosses_0.6g",
+        float(share > 0.5),
+        0.0 if share < 0.975 else 1.0,
+        1.0 if share > 0.025 else 0.0,
+        "1",
+    )
 
 
 def crosses(scene: hv.Scene, frequency: float, level: float, seed: int) -> bool:
     """Whether the displacement crosses between the wells in each period of the settled motion, all but one of ten."""
-    here = scene.varied({"excitation.acceleration_amplitude": level * G, "excitation.frequency": frequency})
+    here = scene.varied(
+        {"excitation.acceleration_amplitude": level * G, "excitation.frequency": frequency}
+    )
     x = hv.motion(here, duration=20.0 / frequency, seed=seed).displacement
     return int(np.count_nonzero(np.diff(np.sign(x)))) >= 36
 
@@ -74,7 +83,9 @@ RMS = {"6.3 Hz, 25 mV": 2.264, "6.3 Hz, 50 mV": 4.159, "6.3 Hz, 100 mV": 9.711, 
        "9.1 Hz, 25 mV": 51.19, "9.1 Hz, 50 mV": 63.71, "9.1 Hz, 100 mV": 76.33, "9.1 Hz, 150 mV": 83.9}  # fmt: skip
 
 
-def tilted(scene: hv.Scene, left: float, right: float, well: float, mass: float, at_left: bool) -> hv.Scene:
+def tilted(
+    scene: hv.Scene, left: float, right: float, well: float, mass: float, at_left: bool
+) -> hv.Scene:
     """Force K x (x + A)(x - B) about the saddle, with the resonances of either well and a distance of 2 ``well``.
 
     K (A + B) B = m wR^2 and K (A + B) A = m wL^2: the deeper well is the stiffer and the farther from the saddle.
@@ -82,9 +93,14 @@ def tilted(scene: hv.Scene, left: float, right: float, well: float, mass: float,
     kl, kr = mass * (TURN * left) ** 2, mass * (TURN * right) ** 2
     cubic = (kl + kr) / (2.0 * well) ** 2
     a, b = kl / (2.0 * well * cubic), kr / (2.0 * well * cubic)
-    sign = -1.0 if at_left else 1.0  # a mirror image: a motion begins in the right well, or in its image
+    sign = (
+        -1.0 if at_left else 1.0
+    )  # a mirror image: a motion begins in the right well, or in its image
     oscillator = dataclasses.replace(
-        scene.oscillator, stiffness=-cubic * a * b, quadratic_stiffness=sign * cubic * (a - b), cubic_stiffness=cubic
+        scene.oscillator,
+        stiffness=-cubic * a * b,
+        quadratic_stiffness=sign * cubic * (a - b),
+        cubic_stiffness=cubic,
     )
     return dataclasses.replace(scene, oscillator=oscillator)
 
@@ -111,13 +127,21 @@ def d8(drawn: Any, row: Any) -> Iterator[Any]:
     of = drawn({"q": 0.25, "static": 0.08})
     devices: list[tuple[float, int, hv.Scene, float]] = []
     for at in range(48):
-        well = math.exp(math.log(3e-3) + (math.log(40e-3) - math.log(3e-3)) * ((at * 0.618034) % 1.0))
+        well = math.exp(
+            math.log(3e-3) + (math.log(40e-3) - math.log(3e-3)) * ((at * 0.618034) % 1.0)
+        )
         q = 150.0 * of["q"][at]
-        gain = 6.45 / 150.0 * q * of["static"][at]  # 0.098 V/g at 6.3 Hz: 4.2 V/g times 1.54 at Q = 150
+        gain = (
+            6.45 / 150.0 * q * of["static"][at]
+        )  # 0.098 V/g at 6.3 Hz: 4.2 V/g times 1.54 at Q = 150
         scene = predictions.two_wells(well, 9.205, q, gain)
         off = [
             math.log(
-                1e3 * predictions.settled(scene, float(what[:3]), LEVELS[float(what[:3])][int(what[8:-3])], at) / v
+                1e3
+                * predictions.settled(
+                    scene, float(what[:3]), LEVELS[float(what[:3])][int(what[8:-3])], at
+                )
+                / v
             )
             for what, v in RMS.items()
         ]
@@ -140,8 +164,14 @@ def d8(drawn: Any, row: Any) -> Iterator[Any]:
                     for _, at, scene, well in best
                     for which in (False, True)
                 ]  # fmt: skip
-                model = np.exp(np.array([-0.5, 0.0, 0.5]) * 0.4)  # 0.16: the error of one mode, in voltage
-                yield row(f"D8.freq_{frequency}Hz/{name}/amplitude_{level}mV.csv", "mV", with_model(values, model))
+                model = np.exp(
+                    np.array([-0.5, 0.0, 0.5]) * 0.4
+                )  # 0.16: the error of one mode, in voltage
+                yield row(
+                    f"D8.freq_{frequency}Hz/{name}/amplitude_{level}mV.csv",
+                    "mV",
+                    with_model(values, model),
+                )
 
 
 def with_model(values: list[float], factors: Floats) -> Floats:

@@ -23,24 +23,33 @@ STORE = 44e-6  # F
 SECONDS, RATE = 500.0, 500.0  # of the record (s); samples a second
 REPEATS = 90.0 * 60.0 / SECONDS
 
-# In the source: Q, coupling, resonance as in the scene's file; "about" 0.03 g.  Open: the spectrum (the share of
-# the mean square in the peak at 43.5 Hz and its width, Hz), how long a passage lasts (s), the diodes ("silicon
-# Schottky": the saturation current, as a power of ten, is that of small ones).
+# In the source: Q, coupling, resonance as in the scene's file; "about" 0.03 g.  Open: the spectrum
+# (the share of the mean square in the peak at 43.5 Hz and its width, Hz), how long a passage lasts
+# (s), the diodes ("silicon Schottky": the saturation current, as a power of ten, is that of small
+# ones).
 SPREADS = {
     "oscillator.q": (65.0, 130.0), "piezo.coupling": (1.25e-4, 2.34e-4), "oscillator.frequency": (40.5, 45.9),
     "rms": (0.025, 0.035), "share": (0.1, 0.6), "width": (1.0, 4.0), "passage": (0.3, 2.0), "diode": (-9.0, -7.0),
 }  # fmt: skip
-UNITS = {"most power on 1 Mohm, 0.03 g rms": "uW", "voltage after 500 s": "V", "voltage after 90 min": "V"}
+UNITS = {
+    "most power on 1 Mohm, 0.03 g rms": "uW",
+    "voltage after 500 s": "V",
+    "voltage after 90 min": "V",
+}
 OF_DEVICE = ("oscillator.q", "piezo.coupling", "oscillator.frequency")
 
 
 def noise(share: float, width: float, seed: int) -> Floats:
     """Gaussian noise of mean square 1: a ``share`` in a peak at 43.5 Hz, the rest even from 30 to 120 Hz."""
-    rng, count = np.random.default_rng(seed), round(SECONDS * RATE)
+    rng = np.random.default_rng(seed)
+    count = round(SECONDS * RATE)
     f = np.fft.rfftfreq(count, 1.0 / RATE)
-    peak, band = np.exp(-0.5 * ((f - 43.5) / width) ** 2), np.where((f > 30.0) & (f < 120.0), 1.0, 0.0)
+    peak = np.exp(-0.5 * ((f - 43.5) / width) ** 2)
+    band = np.where((f > 30.0) & (f < 120.0), 1.0, 0.0)
     density = share * peak / peak.sum() + (1.0 - share) * band / band.sum()
-    a = np.fft.irfft(np.sqrt(density) * (rng.normal(size=f.size) + 1j * rng.normal(size=f.size)), count)
+    a = np.fft.irfft(
+        np.sqrt(density) * (rng.normal(size=f.size) + 1j * rng.normal(size=f.size)), count
+    )
     return np.asarray(a / a.std())
 
 
@@ -51,8 +60,10 @@ def traffic(rms: float, share: float, width: float, passage: float, seed: int = 
     (exponentially distributed).  The fewer the vehicles, the higher the largest value over the rms.
     """
     rng = np.random.default_rng(seed)
-    shaking, most = noise(share, width, seed), 4000
-    at, level = rng.uniform(0.0, SECONDS, most), rng.exponential(size=most)
+    shaking = noise(share, width, seed)
+    most = 4000
+    at = rng.uniform(0.0, SECONDS, most)
+    level = rng.exponential(size=most)
     t = np.arange(-8.0 * passage, 8.0 * passage, 1.0 / RATE)
     one = np.exp(-np.abs(t) / passage)
 
@@ -63,7 +74,8 @@ def traffic(rms: float, share: float, width: float, passage: float, seed: int = 
         a = shaking * np.fft.irfft(spectrum, hits.size + one.size)[: hits.size]
         return np.asarray(a * rms * G / a.std())
 
-    few, many = 1, most
+    few = 1
+    many = most
     while many - few > 1:
         middle = (few + many) // 2
         few, many = (middle, many) if np.abs(of(middle)).max() > 0.5 * G else (few, middle)
@@ -86,14 +98,22 @@ def stored(draw: dict[str, float], stores: Sequence[float]) -> list[float]:
     record = traffic(draw["rms"], draw["share"], draw["width"], draw["passage"])
     table = np.column_stack([np.arange(record.size) / RATE, record])
     with tempfile.TemporaryDirectory() as name:
-        np.savetxt(f"{name}/record.csv", table, "%.7g", ",", header="time (s),acceleration (m/s^2)", comments="")
+        np.savetxt(
+            f"{name}/record.csv",
+            table,
+            "%.7g",
+            ",",
+            header="time (s),acceleration (m/s^2)",
+            comments="",
+        )
         return [charged(scene, Path(name), farads, draw["diode"]) for farads in stores]
 
 
 def of(draw: dict[str, float]) -> dict[str, float]:
     """Power on the resistor of the scene, and the store's voltages.
 
-    90 minutes are 10.8 times the record: here it is once, on a store 10.8 times smaller, which charges as fast.
+    90 minutes are 10.8 times the record: here it is once, on a store 10.8 times smaller, which
+    charges as fast.
     """
     frequency = draw["oscillator.frequency"]
     scene = hv.load(SCENE).varied({name: draw[name] for name in OF_DEVICE})

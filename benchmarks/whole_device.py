@@ -1,7 +1,7 @@
 """A device without a stop and its load circuit as one netlist for ngspice alone, under a harmonic base.
 
-The mass is a coil, the spring a capacitor, the damping a resistor and the piezo a transformer: force is voltage and
-velocity is current.
+The mass is a coil, the spring a capacitor, the damping a resistor and the piezo a transformer:
+force is voltage and velocity is current.
 """
 
 import re
@@ -41,7 +41,9 @@ def mean_power(device, text, periods, reltol, steps, method="gear maxord=2"):
     given["method"] = method
     times = {"step": period / steps, "begin": periods * period, "end": (periods + 2) * period}
     deck = MESH.format(**given, **times)
-    done = subprocess.run(["ngspice", "-b", "/dev/stdin"], input=deck, capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        ["ngspice", "-b", "/dev/stdin"], input=deck, capture_output=True, text=True, check=False
+    )
     found = re.search(r"power\s+=\s+(\S+)", done.stdout)
     if found is None or "aborted" in done.stdout + done.stderr:
         raise SystemExit(f"ngspice alone failed:\n{(done.stdout + done.stderr)[-600:]}")

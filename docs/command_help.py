@@ -25,13 +25,18 @@ class CommandHelp(SphinxDirective):
         if not self.arguments:
             return [self._section("harvester", click.unstyle(program.get_help()))]
         return [
-            self._section(f"harvester {name}", click.unstyle(_context(command, name, parent=program).get_help()))
+            self._section(
+                f"harvester {name}",
+                click.unstyle(_context(command, name, parent=program).get_help()),
+            )
             for name, command in parts[self.arguments[0]].items()
         ]
 
     @staticmethod
     def _section(title: str, text: str) -> nodes.section:
-        section = nodes.section(ids=[nodes.make_id(title)], names=[nodes.fully_normalize_name(title)])
+        section = nodes.section(
+            ids=[nodes.make_id(title)], names=[nodes.fully_normalize_name(title)]
+        )
         section += nodes.title(text=title)
         section += nodes.literal_block(text=text, language="text")
         return section
@@ -58,7 +63,9 @@ class StudyReference(SphinxDirective):
         return section.children
 
 
-def _context(command: click.Command, name: str, parent: click.Context | None = None) -> click.Context:
+def _context(
+    command: click.Command, name: str, parent: click.Context | None = None
+) -> click.Context:
     """The context in which a command prints its help, without reading any argument."""
     return command.make_context(name, [], parent, resilient_parsing=True, terminal_width=WIDTH)
 

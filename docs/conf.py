@@ -4,7 +4,8 @@ import itertools
 import sys
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parent))  # command_help.py, gallery_wall.py and maths.py lie beside this file
+# command_help.py, gallery_wall.py and maths.py lie beside this file
+sys.path.insert(0, str(Path(__file__).parent))
 
 project = "harvester"
 html_title = "harvester"
@@ -37,13 +38,22 @@ def equations_as_they_stand(app, what, name, of, options, lines):
         opening = inside and not before and not (len(lines) > 1 and lines[-2].startswith("    "))
         lines.extend(["::", ""] if opening else [])
         equation = opening or (equation and (inside or not line))
-        lines.append(line if equation else line.replace("|", r"\|"))  # a bar is a size, not a substitution
+        # a bar is a size, not a substitution
+        lines.append(line if equation else line.replace("|", r"\|"))
 
 
 def links_of_included(app, path, parent, content):
     """A page that is included from elsewhere links to pages that have another name here."""
-    pages = {"examples/README.md": "gallery.md", "CONTRIBUTING.md": "contributing.md", "CHANGELOG.md": "changelog.md"}
-    pages |= {"CODE_OF_CONDUCT.md": "conduct.md", "SUPPORT.md": "support.md", "CITATION.cff": "../CITATION.cff"}
+    pages = {
+        "examples/README.md": "gallery.md",
+        "CONTRIBUTING.md": "contributing.md",
+        "CHANGELOG.md": "changelog.md",
+    }
+    pages |= {
+        "CODE_OF_CONDUCT.md": "conduct.md",
+        "SUPPORT.md": "support.md",
+        "CITATION.cff": "../CITATION.cff",
+    }
     for elsewhere, here in pages.items():
         content[0] = content[0].replace(f"]({elsewhere})", f"](docs/{here})")
 

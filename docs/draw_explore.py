@@ -10,7 +10,8 @@ sys.path.append(str(ROOT))
 from tests.support.browser import Visit, chromium, serving  # noqa: E402
 
 SCENE = ROOT / "examples" / "plate.toml"
-PICTURE, COLOURS = ROOT / "docs" / "explore.png", 256
+PICTURE = ROOT / "docs" / "explore.png"
+COLOURS = 256
 SIZE = {"width": 1280, "height": 1000}
 
 
@@ -29,7 +30,9 @@ def main() -> None:
         page.evaluate("window.scrollTo(0, 0)")
         page.wait_for_timeout(1500)  # the last pictures are drawn
         page.screenshot(path=PICTURE)
-        Image.open(PICTURE).convert("RGB").quantize(COLOURS, Image.Quantize.MAXCOVERAGE).save(PICTURE, optimize=True)
+        Image.open(PICTURE).convert("RGB").quantize(COLOURS, Image.Quantize.MAXCOVERAGE).save(
+            PICTURE, optimize=True
+        )
 
 
 if __name__ == "__main__":

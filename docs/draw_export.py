@@ -2,7 +2,8 @@
 
     .venv/bin/python docs/draw_export.py
 
-The circuits are those of tests/devices/test_export_circuits.py; the voltage is that of the store, from empty.
+The circuits are those of tests/devices/test_export_circuits.py; the voltage is that of the store,
+from empty.
 """
 
 import sys
@@ -30,8 +31,20 @@ def main() -> None:
         figure, axes = new(3, 1, (7.0, 6.4))
         for panel, name in zip(axes, CASES, strict=True):
             t, plain, ours = both(name)
-            panel.plot(1e3 * t, plain, color="0.6", linewidth=3.0, label="the exported part, in ngspice alone")
-            panel.plot(1e3 * t, ours, color=ENGINES["spice"].LOOK.colour, linewidth=1.0, label="engine spice")
+            panel.plot(
+                1e3 * t,
+                plain,
+                color="0.6",
+                linewidth=3.0,
+                label="the exported part, in ngspice alone",
+            )
+            panel.plot(
+                1e3 * t,
+                ours,
+                color=ENGINES["spice"].LOOK.colour,
+                linewidth=1.0,
+                label="engine spice",
+            )
             share = 100.0 * np.sqrt(np.mean((plain - ours) ** 2) / np.mean(plain**2))
             panel.set_title(f"{WORDS[name]}: {share:.2g} % apart (RMS)", loc="left")
             panel.set_ylabel("store (V)")

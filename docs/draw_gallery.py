@@ -16,7 +16,9 @@ from pathlib import Path
 from PIL import Image
 
 ROOT = Path(__file__).parents[1]
-SIZES, MOST = ((720, 48), (720, 24), (640, 24), (560, 16)), 60_000  # width and colours; bytes
+# width and colours; bytes
+SIZES = ((720, 48), (720, 24), (640, 24), (560, 16))
+MOST = 60_000
 
 
 def commands() -> dict[str, list[list[str]]]:
@@ -38,7 +40,9 @@ def draw(name: str, lines: list[list[str]]) -> None:
             (Path(folder) / part).symlink_to(ROOT / part)
         for program, *rest in lines:
             module = ["-m", "harvester"] if program.endswith("harvester") else []
-            subprocess.run([sys.executable, *module, *rest], cwd=folder, check=True, capture_output=True)
+            subprocess.run(
+                [sys.executable, *module, *rest], cwd=folder, check=True, capture_output=True
+            )
         figure = max(Path(folder, "out").rglob("*.png"), key=lambda path: path.stat().st_mtime)
         path = ROOT / "docs" / "gallery" / f"{name}.png"
         path.parent.mkdir(exist_ok=True)
@@ -48,9 +52,13 @@ def draw(name: str, lines: list[list[str]]) -> None:
 def small(image: Image.Image, path: Path) -> None:
     """Write the image at the first of `SIZES` that takes less than `MOST` bytes."""
     for width, colours in SIZES:
-        one = image.resize((width, round(image.height * width / image.width)), Image.Resampling.LANCZOS)
+        one = image.resize(
+            (width, round(image.height * width / image.width)), Image.Resampling.LANCZOS
+        )
         # This method keeps a colour that few pixels have, such as that of a thin line.
-        one.quantize(colours, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE).save(path, optimize=True)
+        one.quantize(colours, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE).save(
+            path, optimize=True
+        )
         if path.stat().st_size < MOST:
             return
     raise SystemExit(f"{path.name} has {path.stat().st_size} bytes, more than {MOST}")

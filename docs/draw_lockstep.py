@@ -2,8 +2,8 @@
 
     .venv/bin/python docs/draw_lockstep.py
 
-Left a load resistor, where one step of ngspice leads from landing to landing; right a bridge, where ngspice takes
-smaller steps of its own.  The same noise moves both masses.
+Left a load resistor, where one step of ngspice leads from landing to landing; right a bridge, where
+ngspice takes smaller steps of its own.  The same noise moves both masses.
 """
 
 import argparse
@@ -27,10 +27,16 @@ sys.path.insert(0, str(HERE.parent))
 from tests.support.python_callbacks import PythonCallbacks, run_in_python  # noqa: E402
 
 EXAMPLES = HERE.parent / "examples"
-STEP, KICKS = 0.25, 400  # large enough a step to be seen
+# large enough a step to be seen
+STEP = 0.25
+KICKS = 400
 SHOWN = 4  # drifts, one of them with an impact
-INK, STOP = "0.25", ENGINES["published"].LOOK.colour
-POINTS = {"markerfacecolor": ENGINES["spice"].LOOK.colour, "markeredgecolor": ENGINES["spice"].LOOK.colour}
+INK = "0.25"
+STOP = ENGINES["published"].LOOK.colour
+POINTS = {
+    "markerfacecolor": ENGINES["spice"].LOOK.colour,
+    "markeredgecolor": ENGINES["spice"].LOOK.colour,
+}
 
 
 class Recorder(PythonCallbacks):
@@ -44,7 +50,9 @@ class Recorder(PythonCallbacks):
         x = float(s.x + s.v * (now - s.leg_t * s.w0))
         before = float(s.v), int(s.impacts)
         status = super().data(ident, t, v, power, current, smooth)
-        self.points.append((now, x, before[0], float(s.v), v / float(s.volts), float(s.impacts) - before[1]))
+        self.points.append(
+            (now, x, before[0], float(s.v), v / float(s.volts), float(s.impacts) - before[1])
+        )
         return status
 
 
@@ -69,16 +77,24 @@ def window(points: np.ndarray, h: float, skipped: int = 150) -> tuple[float, flo
     raise SystemExit("no impact well inside a drift: take another seed")
 
 
-def panel(axes: np.ndarray, points: np.ndarray, h: float, span: tuple[float, float], title: str) -> None:
+def panel(
+    axes: np.ndarray, points: np.ndarray, h: float, span: tuple[float, float], title: str
+) -> None:
     """x, x' and V over the window."""
     first, last = span
     here = points[(points[:, 0] > first - 1.01 * h) & (points[:, 0] < last + 1.01 * h)]
     t = (here[:, 0] - first) / h
     after = here[:, 3]
-    curves = [(t, here[:, 1], "o"), (np.repeat(t, 2)[1:], np.repeat(after, 2)[:-1], ""), (t, here[:, 4], "o")]
+    curves = [
+        (t, here[:, 1], "o"),
+        (np.repeat(t, 2)[1:], np.repeat(after, 2)[:-1], ""),
+        (t, here[:, 4], "o"),
+    ]
     for axis, (at, values, mark), name in zip(axes, curves, ("x", "x'", "V"), strict=True):
         label = "drift, and the points that ngspice accepted" if mark else "_"
-        axis.plot(at, values, color=INK, marker=mark, markersize=4.5, linewidth=1.2, label=label, **POINTS)
+        axis.plot(
+            at, values, color=INK, marker=mark, markersize=4.5, linewidth=1.2, label=label, **POINTS
+        )
         for kick in range(SHOWN + 1):
             axis.axvline(kick, color="0.6", linestyle=":", linewidth=1.0, zorder=0, label="kick")
         for hit in t[here[:, 5] > 0.0]:
@@ -101,7 +117,9 @@ def main() -> None:
     bridge = scene.with_load(hv.Load(netlist="bridge", parameters={"R": "1 Mohm", "C": "1 uF"}))
     with styled():
         figure, axes = new(3, 2, (9.0, 6.4), sharex=True)
-        for column, (one, title) in enumerate(((scene, "load resistor"), (bridge, "bridge rectifier"))):
+        for column, (one, title) in enumerate(
+            ((scene, "load resistor"), (bridge, "bridge rectifier"))
+        ):
             points, h = recorded(one)
             panel(axes[:, column], points, h, window(points, h), title)
         legend(figure)

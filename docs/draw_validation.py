@@ -3,7 +3,8 @@
     .venv/bin/python docs/draw_validation.py           # all, two minutes
     .venv/bin/python docs/draw_validation.py bistable  # one
 
-The published curves are those of benchmarks/published.py; ours come from the engines, with 95 % errors as bars.
+The published curves are those of benchmarks/published.py; ours come from the engines, with 95 %
+errors as bars.
 """
 
 import sys
@@ -29,7 +30,8 @@ THEIRS = {"color": ENGINES["published"].LOOK.colour, "linestyle": (0, (5, 2))}
 OURS = {"color": ENGINES["spice"].LOOK.colour}
 SETTLING = 0.3  # s, of load and smoothing capacitor: 14 periods
 POINTS = {"fmt": "o", "color": ENGINES["spice"].LOOK.colour, "capsize": 2}
-IDEAL, REAL = POINTS, POINTS | {"fmt": "^", "color": look("spice alone").colour}
+IDEAL = POINTS
+REAL = POINTS | {"fmt": "^", "color": look("spice alone").colour}
 
 
 def finished(figure: Plot) -> Plot:
@@ -50,13 +52,22 @@ def erturk_inman() -> Plot:
     frequencies = np.linspace(40.0, 55.0, 301)
     for load, dashes in (("1 kohm", "-"), ("33 kohm", "--"), ("470 kohm", ":")):
         points = hv.response(scene.with_load(resistance=load), tuple(frequencies)).sweep("up")
-        left.semilogy(frequencies, [2**0.5 * p.voltage_rms.value for p in points], linestyle=dashes, **OURS)
-        left.annotate(load, (40.5, 1.2 * 2**0.5 * points[0].voltage_rms.value), va="bottom", fontsize=8)
+        left.semilogy(
+            frequencies, [2**0.5 * p.voltage_rms.value for p in points], linestyle=dashes, **OURS
+        )
+        left.annotate(
+            load, (40.5, 1.2 * 2**0.5 * points[0].voltage_rms.value), va="bottom", fontsize=8
+        )
     left.set(xlabel="frequency (Hz)", ylabel="voltage amplitude (V/g)")
     loads = np.geomspace(1e3, 1e7, 121)
     for frequency, dashes in ((45.6, "-"), (48.4, "--")):
-        power = [hv.run(published.shaken(scene, frequency, resistance=R), "exact").mean_power.value for R in loads]
-        right.semilogx(loads, 2e3 * np.array(power), linestyle=dashes, label=f"ours, {frequency} Hz", **OURS)
+        power = [
+            hv.run(published.shaken(scene, frequency, resistance=R), "exact").mean_power.value
+            for R in loads
+        ]
+        right.semilogx(
+            loads, 2e3 * np.array(power), linestyle=dashes, label=f"ours, {frequency} Hz", **OURS
+        )
     right.plot(35e3, 23.9, "X", color=THEIRS["color"], label="measured, 45.6 Hz")
     right.axvline(186e3, label="measured best load, 48.4 Hz", linewidth=1.0, **THEIRS)
     right.set(xlabel="load (ohm)", ylabel="peak power (mW/g²)", ylim=(0.0, None))
@@ -76,21 +87,38 @@ def rectifier(file: str, loads: Floats, frequencies: Floats, theirs: dict[str, o
         for name, (formula, style) in theirs.items():
             curve = [1e3 * formula(scene, *((47.0, one) if varied else (one, 1e5))) for one in fine]
             axis.plot(fine, curve, label=name, **style)
-        for name, parameters, mark in (("nearly ideal diodes", given, IDEAL), ("1N4148 diodes", real, REAL)):
+        for name, parameters, mark in (
+            ("nearly ideal diodes", given, IDEAL),
+            ("1N4148 diodes", real, REAL),
+        ):
             powers = []
             for frequency, R in places:
                 smooth = {"R": float(R), "C": min(SETTLING / float(R), given["C"])}
                 load = {"netlist": scene.load.netlist, "parameters": parameters | smooth}
                 try:
-                    found = hv.Spice(budget="12s").run(published.shaken(scene, float(frequency), **load)).mean_power
+                    found = (
+                        hv.Spice(budget="12s")
+                        .run(published.shaken(scene, float(frequency), **load))
+                        .mean_power
+                    )
                 except hv.SimulationError as error:  # a point that is missing is told, not hidden
-                    print(f"{scene.load.netlist}, {name}, {frequency:g} Hz, {R:g} ohm: {error}", flush=True)
+                    print(
+                        f"{scene.load.netlist}, {name}, {frequency:g} Hz, {R:g} ohm: {error}",
+                        flush=True,
+                    )
                     found = hv.Value(0.0)
                 powers.append(found)
-            mean, error = (1e3 * np.array([getattr(p, what) for p in powers]) for what in ("value", "error95"))
-            x, there = np.array([place[varied] for place in places]), mean > 0.0
-            axis.errorbar(x[there], mean[there], error[there], **(mark | {"label": f"ours, {name}"}))
-    axes[0].set(xscale="log", xlabel="load at 47 Hz (ohm)", ylabel="mean power (mW)", ylim=(0.0, None))
+            mean, error = (
+                1e3 * np.array([getattr(p, what) for p in powers]) for what in ("value", "error95")
+            )
+            x = np.array([place[varied] for place in places])
+            there = mean > 0.0
+            axis.errorbar(
+                x[there], mean[there], error[there], **(mark | {"label": f"ours, {name}"})
+            )
+    axes[0].set(
+        xscale="log", xlabel="load at 47 Hz (ohm)", ylabel="mean power (mW)", ylim=(0.0, None)
+    )
     axes[1].set(xlabel="frequency at 100 kohm (Hz)")
     return finished(figure)
 
@@ -128,22 +156,35 @@ def bistable() -> Plot:
     scene = hv.load(published.SCENES / "erturk_hoffmann_inman_2009.toml")
     figure, axis = new(1, 1, (7.0, 3.0))
     amplitudes = np.linspace(0.02, 0.2, 46)
-    answers = [hv.Ensemble().run(scene.vary("excitation.acceleration_amplitude", float(f))) for f in amplitudes]
+    answers = [
+        hv.Ensemble().run(scene.vary("excitation.acceleration_amplitude", float(f)))
+        for f in amplitudes
+    ]
     mean, error = (
-        np.array([0.05 * getattr(a.mean_square_voltage, what) for a in answers]) for what in ("value", "error95")
+        np.array([0.05 * getattr(a.mean_square_voltage, what) for a in answers])
+        for what in ("value", "error95")
     )
     alone = np.array(["all starts that were tried" in a.reason for a in answers])
     for which, name, mark in (
         (alone, "ours, one response", "o"),
         (~alone, "ours, mean over starts: chaos, or several", "^"),
     ):
-        axis.errorbar(amplitudes[which], mean[which], error[which], **(POINTS | {"fmt": mark, "label": name}))
+        axis.errorbar(
+            amplitudes[which], mean[which], error[which], **(POINTS | {"fmt": mark, "label": name})
+        )
     for start, name, style in (
         ((1.0, 0.0, 0.0), "source's equations from (1, 0, 0)", "X"),
         ((1.0, 1.3, 0.0), "from (1, 1.3, 0)", "+"),
     ):
         at = (0.041, 0.06, 0.147, 0.2) if style == "X" else (0.041, 0.06, 0.083, 0.115)
-        axis.plot(at, [published.integrated(f, start) for f in at], style, color=THEIRS["color"], label=name, zorder=5)
+        axis.plot(
+            at,
+            [published.integrated(f, start) for f in at],
+            style,
+            color=THEIRS["color"],
+            label=name,
+            zorder=5,
+        )
     axis.set(yscale="log", xlabel="amplitude f of the base", ylabel="mean of λ v²")
     return finished(figure)
 
@@ -156,7 +197,8 @@ def entropy() -> Plot:
         for curve in dict.fromkeys(p.curve for p in points):
             those = [p for p in points if (p.panel, p.curve) == (panel, curve)]
             x, theirs, ours, error = (
-                np.array([getattr(p, n) for p in those]) for n in ("x", "published", "ensemble", "ensemble_stderr")
+                np.array([getattr(p, n) for p in those])
+                for n in ("x", "published", "ensemble", "ensemble_stderr")
             )
             axis.plot(x, theirs, label="paper's theory", **THEIRS)
             small = {"markersize": 2, "label": "Monte Carlo of its equations"}
@@ -165,7 +207,9 @@ def entropy() -> Plot:
     values = np.linspace(0.9, 0.99, 7)
     scene = hv.load(published.SCENES / "entropy_2026.toml")
     several = [scene.vary("nondimensional.restitution", float(r)) for r in values]
-    axes[2].plot(values, [hv.run(s, "published").mean_square_voltage.value for s in several], **THEIRS)
+    axes[2].plot(
+        values, [hv.run(s, "published").mean_square_voltage.value for s in several], **THEIRS
+    )
     ours = [hv.Ensemble(within=3e-3).run(s).mean_square_voltage for s in several]
     axes[2].errorbar(values, [v.value for v in ours], [v.known_error95 for v in ours], **POINTS)
     axes[2].set(title="E[V²]", xlabel="r", ylim=(0.0, None))
@@ -175,15 +219,31 @@ def entropy() -> Plot:
 def prediction(device: str) -> Plot:
     """The intervals of a device's predictions and what was measured, both over the predicted value."""
     found = predictions.measured()
-    rows = [one for one in predictions.kept() if one.device == device and (device, one.what) in found][::-1]
+    rows = [
+        one for one in predictions.kept() if one.device == device and (device, one.what) in found
+    ][::-1]
     figure, axes = new(1, 1, (7.0, 0.9 + 0.32 * len(rows)))
     for place, one in enumerate(rows):
-        axes.plot([one.low / one.value, one.high / one.value], [place, place], linewidth=5.0, alpha=0.4, **OURS)
-        axes.plot(1.0, place, "|", markersize=12.0, label="predicted" if place == 0 else "_", **OURS)
+        axes.plot(
+            [one.low / one.value, one.high / one.value],
+            [place, place],
+            linewidth=5.0,
+            alpha=0.4,
+            **OURS,
+        )
+        axes.plot(
+            1.0, place, "|", markersize=12.0, label="predicted" if place == 0 else "_", **OURS
+        )
         measured = found[device, one.what].value / one.value
-        axes.plot(measured, place, "X", color=THEIRS["color"], label="measured" if place == 0 else "_")
+        axes.plot(
+            measured, place, "X", color=THEIRS["color"], label="measured" if place == 0 else "_"
+        )
     axes.set_yticks(range(len(rows)), [f"{one.what}: {one.value:.3g} {one.unit}" for one in rows])
-    axes.set(xlabel="over the prediction; bar: interval with 95 %", xscale="log", ylim=(-0.7, len(rows) - 0.3))
+    axes.set(
+        xlabel="over the prediction; bar: interval with 95 %",
+        xscale="log",
+        ylim=(-0.7, len(rows) - 0.3),
+    )
     axes.xaxis.set_major_formatter("{x:g}")
     axes.xaxis.set_minor_formatter("{x:g}")
     axes.tick_params(axis="x", which="minor", labelsize=7)

@@ -8,7 +8,9 @@ from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
 ROOT = Path(__file__).parents[1]
-SECTION = re.compile(r"^### (.*)\n(?:(?!^### ).*\n)*?!\[.*?\]\(\.\./docs/(gallery/\w+\.png)\)", re.MULTILINE)
+SECTION = re.compile(
+    r"^### (.*)\n(?:(?!^### ).*\n)*?!\[.*?\]\(\.\./docs/(gallery/\w+\.png)\)", re.MULTILINE
+)
 
 
 class GalleryWall(SphinxDirective):
@@ -18,7 +20,9 @@ class GalleryWall(SphinxDirective):
         """One link for each."""
         wall = nodes.container(classes=["wall"])
         for title, figure in SECTION.findall((ROOT / "examples" / "README.md").read_text()):
-            link = nodes.reference("", "", refuri=f"gallery.html#{nodes.make_id(title)}", internal=True)
+            link = nodes.reference(
+                "", "", refuri=f"gallery.html#{nodes.make_id(title)}", internal=True
+            )
             link += nodes.image(uri=figure, alt=title)
             link += nodes.inline(text=title)
             wall += nodes.paragraph("", "", link)

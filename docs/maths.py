@@ -11,13 +11,19 @@ from fontTools import subset
 
 FONT = "STIXTwoMath.woff"
 CHARACTERS = "U+20-7E,U+A0-17F,U+2B0-3FF,U+2000-23FF,U+27E0-27EF,U+2A00-2AFF,U+1D400-1D7FF"
-FUNCTION = re.compile(r"(\\(?:sinh|sin|cos|coth|exp|ln|log|max|min))(?![a-zA-Z])((?:\^\{?\w\}?)?)\s*")
+FUNCTION = re.compile(
+    r"(\\(?:sinh|sin|cos|coth|exp|ln|log|max|min))(?![a-zA-Z])((?:\^\{?\w\}?)?)\s*"
+)
 BARS = re.compile(r"(?<!\\left)(?<!\\right)\|([^|]+?)\||\\lvert(.+?)\\rvert")
 
 
 def font_folder():
     """A folder with the font of the package ziamath, of which only the characters of formulas are kept."""
-    source = Path(importlib.util.find_spec("ziamath").origin).parent / "fonts" / "STIXTwoMath-Regular.ttf"
+    source = (
+        Path(importlib.util.find_spec("ziamath").origin).parent
+        / "fonts"
+        / "STIXTwoMath-Regular.ttf"
+    )
     folder = tempfile.mkdtemp()
     options = [f"--unicodes={CHARACTERS}", "--layout-features=*", "--flavor=woff"]
     subset.main([str(source), *options, f"--output-file={folder}/{FONT}"])
@@ -26,7 +32,9 @@ def font_folder():
 
 def spaced(tex):
     """The formula with the thin spaces about functions that TeX sets, and with bars that open and close."""
-    tex = FUNCTION.sub(lambda f: f[0] if tex[f.end() : f.end() + 1] in "(\\[" else rf"{f[1]}{f[2]}\,", tex)
+    tex = FUNCTION.sub(
+        lambda f: f[0] if tex[f.end() : f.end() + 1] in "(\\[" else rf"{f[1]}{f[2]}\,", tex
+    )
     tex = re.sub(r"(?<=[\w}])\s*(?=\\(?:sin|cos|exp|ln|coth)\b)", r"\\,", tex)
     return BARS.sub(lambda f: rf"\left| {f[1] or f[2]} \right|", tex)
 
@@ -34,7 +42,9 @@ def spaced(tex):
 def mathml(tex, block):
     """The formula in MathML, with slashes and angle brackets as TeX sets them: without space, and not stretched."""
     found = tex2mathml(tex, as_block=block)
-    return re.sub(r"<mo[^>]*>(/|⟨|⟩)</mo>", r'<mo stretchy="false" lspace="0" rspace="0">\1</mo>', found)
+    return re.sub(
+        r"<mo[^>]*>(/|⟨|⟩)</mo>", r'<mo stretchy="false" lspace="0" rspace="0">\1</mo>', found
+    )
 
 
 def in_line(translator, node):
@@ -47,7 +57,9 @@ def displayed(translator, node):
     """A formula of its own, with its number; equations side by side come below each other on a narrow screen."""
     tex = spaced(node.astext())
     parts = [tex] if "\\begin" in tex else re.split(r"\\qquad", tex)
-    translator.body.append(f'<div class="formula" id="{"".join(node["ids"][:1])}"><div class="equations">')
+    translator.body.append(
+        f'<div class="formula" id="{"".join(node["ids"][:1])}"><div class="equations">'
+    )
     translator.body.extend(f"<div>{mathml(part, block=True)}</div>" for part in parts)
     translator.body.append("</div>")
     if node["number"]:

@@ -16,7 +16,9 @@ TASKS = Path(__file__).with_name("tasks.ipynb")
 
 def run_cell(source, names):
     """What a cell prints, and the value of its last line where that is an expression; None where it is none."""
-    tree, printed, value = ast.parse(source), io.StringIO(), None
+    tree = ast.parse(source)
+    printed = io.StringIO()
+    value = None
     last = tree.body.pop() if tree.body and isinstance(tree.body[-1], ast.Expr) else None
     with contextlib.redirect_stdout(printed):
         exec(compile(tree, "cell", "exec"), names)
@@ -30,22 +32,35 @@ def outputs(source, names, count):
     printed, value = run_cell(source, names)
     found = []
     if printed:
-        found.append({"output_type": "stream", "name": "stdout", "text": printed.splitlines(keepends=True)})
+        found.append(
+            {"output_type": "stream", "name": "stdout", "text": printed.splitlines(keepends=True)}
+        )
     if value is not None:
         data = {"text/plain": repr(value).splitlines(keepends=True)}
         if hasattr(value, "_repr_png_"):
             data["image/png"] = base64.b64encode(value._repr_png_()).decode()
-        found.append({"output_type": "execute_result", "execution_count": count, "metadata": {}, "data": data})
+        found.append(
+            {
+                "output_type": "execute_result",
+                "execution_count": count,
+                "metadata": {},
+                "data": data,
+            }
+        )
     return found
 
 
 def run(notebook):
     """The notebook with its code cells run."""
-    names, count = {}, 0
+    names = {}
+    count = 0
     for cell in notebook["cells"]:
         if cell["cell_type"] == "code":
             count += 1
-            cell |= {"execution_count": count, "outputs": outputs("".join(cell["source"]), names, count)}
+            cell |= {
+                "execution_count": count,
+                "outputs": outputs("".join(cell["source"]), names, count),
+            }
     return notebook
 
 

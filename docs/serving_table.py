@@ -39,7 +39,11 @@ MARK = re.compile(r"(<!-- table -->\n).*?(<!-- end -->)", re.DOTALL)
 def scene(stop: str, excitation: Excitation, bridge: bool) -> Scene:
     """The mechanics of an example, shaken otherwise, with a resistor or a diode bridge as its load."""
     found = load(EXAMPLES / f"{stop}.toml")
-    chosen = Load(netlist="bridge", parameters={"R": "1 Mohm"}) if bridge else load(EXAMPLES / "plate.toml").load
+    chosen = (
+        Load(netlist="bridge", parameters={"R": "1 Mohm"})
+        if bridge
+        else load(EXAMPLES / "plate.toml").load
+    )
     return dataclasses.replace(found, excitation=excitation, load=chosen)
 
 
@@ -52,20 +56,32 @@ def shakings() -> dict[str, Excitation]:
     table = '[excitation]\nacceleration_psd_file = "mil_std_810_minimum_integrity.csv"\n'
     found["tabulated power spectral density"] = loads(head + table + end, EXAMPLES).excitation
     found["coloured noise"] = dataclasses.replace(found["white noise"], correlation_time=0.002)
-    found["white noise with parametric noise"] = dataclasses.replace(found["white noise"], stiffness_noise=0.01)
+    found["white noise with parametric noise"] = dataclasses.replace(
+        found["white noise"], stiffness_noise=0.01
+    )
     return found
 
 
 def table() -> str:
     """The Markdown of the table; shakings that the same engines serve share a row."""
-    every, alike = shakings(), dict[tuple[str, ...], list[str]]()
+    every = shakings()
+    alike = dict[tuple[str, ...], list[str]]()
     for stop, path in STOPS.items():
         for shaking, excitation in every.items():
-            cells = [", ".join(f"`{one}`" for one in serving(scene(path, excitation, bridge))) for bridge in (0, 1)]
+            cells = [
+                ", ".join(f"`{one}`" for one in serving(scene(path, excitation, bridge)))
+                for bridge in (0, 1)
+            ]
             lifetime = "yes" if has_lifetime(Problem(scene(path, excitation, False))) else "no"
             alike.setdefault((stop, *cells, lifetime), []).append(shaking)
-    rows = ["| mechanics | excitation | resistor, or none | diode bridge | `--lifetime` |", "|---|---|---|---|---|"]
-    rows += [f"| {stop} | {'; '.join(some)} | {' | '.join(cells)} |" for (stop, *cells), some in alike.items()]
+    rows = [
+        "| mechanics | excitation | resistor, or none | diode bridge | `--lifetime` |",
+        "|---|---|---|---|---|",
+    ]
+    rows += [
+        f"| {stop} | {'; '.join(some)} | {' | '.join(cells)} |"
+        for (stop, *cells), some in alike.items()
+    ]
     return "\n".join(rows) + "\n"
 
 

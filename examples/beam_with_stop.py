@@ -2,8 +2,8 @@
 
     q_i'' + 2 zeta_i w_i q_i' + w_i^2 q_i = -theta_i V          charge theta_1 q_1 + theta_2 q_2
 
-in modal coordinates of mass 1 kg.  The tip is at phi_1 q_1 + phi_2 q_2; at -gap its velocity turns to -r times itself,
-by an impulse along phi.  Run it:
+in modal coordinates of mass 1 kg.  The tip is at phi_1 q_1 + phi_2 q_2; at -gap its velocity turns
+to -r times itself, by an impulse along phi.  Run it:
 
     .venv/bin/python examples/beam_with_stop.py
 """
@@ -44,8 +44,12 @@ class Beam(NamedTuple):
         return Modes(
             s.q1,
             s.q2,
-            kicked(s.v1, -(self.w1**2) * s.q1 - self.theta1 * voltage, 2.0 * self.zeta * self.w1, h),
-            kicked(s.v2, -(self.w2**2) * s.q2 - self.theta2 * voltage, 2.0 * self.zeta * self.w2, h),
+            kicked(
+                s.v1, -(self.w1**2) * s.q1 - self.theta1 * voltage, 2.0 * self.zeta * self.w1, h
+            ),
+            kicked(
+                s.v2, -(self.w2**2) * s.q2 - self.theta2 * voltage, 2.0 * self.zeta * self.w2, h
+            ),
         )
 
     def event(self, s, h):

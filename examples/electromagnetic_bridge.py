@@ -52,7 +52,9 @@ BRIDGE = hv.Netlist("bridge", R="100 kohm", C="1 uF")
 def run(step="0.25 ms", duration="1 s", **options):
     """The path of the harvester from rest, with the voltage of the bridge's capacitor."""
     options = {"probe": "store", **options}
-    return hv.cosimulate(Harvester(), BRIDGE, COIL, Magnet(0.0, 0.0, 0.0), duration, step, **options)
+    return hv.cosimulate(
+        Harvester(), BRIDGE, COIL, Magnet(0.0, 0.0, 0.0), duration, step, **options
+    )
 
 
 if __name__ == "__main__":

@@ -25,7 +25,9 @@ def main() -> None:
     engines = [hv.Published(), hv.Averaged(), hv.Ensemble(within=within), hv.Spice(within=within)]
     answers = {engine.NAME: engine.run(scene) for engine in engines}
     reference = answers["ensemble"].mean_power
-    print(f"{'engine':<10} {'mean power':>12} {'error (95 %)':>13} {'seconds':>8}   against ensemble")
+    print(
+        f"{'engine':<10} {'mean power':>12} {'error (95 %)':>13} {'seconds':>8}   against ensemble"
+    )
     for name, answer in answers.items():
         power = answer.mean_power
         known = name != "published"  # which does not know its own error

@@ -25,8 +25,13 @@ def main() -> None:
     execution = hv.Execution(workers=1 if given.quick else None)
     table = hv.sweep(scene, vary={"load.resistance": loads}, engines=engines, execution=execution)
 
-    best = max((row for row in table.of("ensemble") if row.mean_power), key=lambda row: row.mean_power.value)
-    print(f"best of these loads: {best.varied['load.resistance']:.3g} ohm, {best.mean_power.format('W')}")
+    best = max(
+        (row for row in table.of("ensemble") if row.mean_power),
+        key=lambda row: row.mean_power.value,
+    )
+    print(
+        f"best of these loads: {best.varied['load.resistance']:.3g} ohm, {best.mean_power.format('W')}"
+    )
     given.out.parent.mkdir(parents=True, exist_ok=True)
     table.plot().savefig(given.out)
     print(given.out)

@@ -3,8 +3,8 @@
     .venv/bin/python examples/own_netlist.py            # half a minute
     .venv/bin/python examples/own_netlist.py --quick    # few and short runs of a coarse step
 
-A netlist is a subcircuit of two terminals, the piezo's, with a resistor Rload, whose power is reported.  `Csmooth` is
-waited for while it charges.
+A netlist is a subcircuit of two terminals, the piezo's, with a resistor Rload, whose power is
+reported.  `Csmooth` is waited for while it charges.
 """
 
 import argparse

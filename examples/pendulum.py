@@ -2,8 +2,8 @@
 
     I a'' = -m g l sin a - M sign(a') - K i          e = K a'
 
-Within a kick the angle stands still, so the speed goes on at a steady rate until it is zero; there it turns round, or
-stays where friction holds it.  Run it:
+Within a kick the angle stands still, so the speed goes on at a steady rate until it is zero; there
+it turns round, or stays where friction holds it.  Run it:
 
     .venv/bin/python examples/pendulum.py
 """
@@ -35,7 +35,9 @@ class Pendulum(NamedTuple):
     def kick(self, s, h, reaction, noise):
         """Forces act for a time h."""
         torque = -self.gravity * math.sin(s.angle) - reaction
-        return Swing(s.angle, with_friction(s.speed, torque / self.inertia, self.friction / self.inertia, h))
+        return Swing(
+            s.angle, with_friction(s.speed, torque / self.inertia, self.friction / self.inertia, h)
+        )
 
     def source(self, s):
         """What drives the port."""

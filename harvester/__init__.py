@@ -5,13 +5,20 @@
     print(hv.Averaged().run(scene))
     print(hv.Ensemble(within="1%").run(scene))
 
-The public names stand in ``__init__.pyi``, once each; what a name needs is loaded when the name is first used.
+The public names stand in ``__init__.pyi``, once each; what a name needs is loaded when the name is
+first used.
 """
 
-import sys  # nothing else before the lines below: a stranger's typing.py in the current folder would be taken
+# nothing else before the lines below: a stranger's typing.py in the current folder would be taken
+import sys
 
-if sys.argv[:1] == ["-m"] and sys.orig_argv[-len(sys.argv)].endswith("harvester") and not sys.flags.safe_path:
-    del sys.path[0]  # the current folder, put there for -m: a stranger's random.py in it would be taken for Python's
+if (
+    sys.argv[:1] == ["-m"]
+    and sys.orig_argv[-len(sys.argv)].endswith("harvester")
+    and not sys.flags.safe_path
+):
+    # the current folder, put there for -m: a stranger's random.py in it would be taken for Python's
+    del sys.path[0]
 
 from typing import Any
 
@@ -41,5 +48,9 @@ def __getattr__(name: str) -> Any:
     import warnings
 
     new = _RENAMED[name]
-    warnings.warn(f"harvester.{name} is harvester.{new} from version 0.3 on", DeprecationWarning, stacklevel=2)
-    return getattr(importlib.import_module("harvester.studies.old_names"), name, None) or _attribute(new)
+    warnings.warn(
+        f"harvester.{name} is harvester.{new} from version 0.3 on", DeprecationWarning, stacklevel=2
+    )
+    return getattr(
+        importlib.import_module("harvester.studies.old_names"), name, None
+    ) or _attribute(new)

@@ -10,11 +10,14 @@ from harvester.machine.imports import search_garbage_rarely
 def main() -> None:
     """Load the command line and run it; ^C while it loads ends the program without a word."""
     before = signal.getsignal(signal.SIGINT)
-    if before is signal.default_int_handler:  # otherwise ^C is ignored, as in the background of a script
+    if (
+        before is signal.default_int_handler
+    ):  # otherwise ^C is ignored, as in the background of a script
         signal.signal(signal.SIGINT, signal.SIG_DFL)
     for name, count in ONE_THREAD.items():
         os.environ.setdefault(name, count)
-    os.environ["MPLBACKEND"] = "agg"  # figures go into files, whatever windows the user has chosen or misspelt
+    # figures go into files, whatever windows the user has chosen or misspelt
+    os.environ["MPLBACKEND"] = "agg"
     search_garbage_rarely()
     from harvester.cli import main as run
 

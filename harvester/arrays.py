@@ -9,7 +9,8 @@ Floats: TypeAlias = NDArray[np.float64]
 Complexes: TypeAlias = NDArray[np.complex128]
 Bools: TypeAlias = NDArray[np.bool_]
 Words: TypeAlias = NDArray[np.uint64]
-Coefficient: TypeAlias = float | Floats  # one for all, or an array that broadcasts with the amplitudes
+# one for all, or an array that broadcasts with the amplitudes
+Coefficient: TypeAlias = float | Floats
 
 
 def aligned(shape: tuple[int, ...], kind: Any = np.float64) -> NDArray[Any]:

@@ -57,7 +57,9 @@ A first session (harvester tour runs one):
     sections=[
         cloup.Section("Your device", [new, keys, examples, tour, identify, record, export]),
         cloup.Section("Its power", [explore, run, sweep, optimise, tolerance, design, compare]),
-        cloup.Section("A closer look", [charge, cost, motion, response, stability, *study_commands()]),
+        cloup.Section(
+            "A closer look", [charge, cost, motion, response, stability, *study_commands()]
+        ),
         cloup.Section("The paper, this machine", [paper, doctor]),
     ],
     context_settings=SETTINGS,
@@ -85,7 +87,9 @@ def exit_status(arguments: list[str]) -> int:
     try:
         check_streams()
         check_limits()
-        cli.main(arguments or ["--help"], prog_name="harvester", standalone_mode=False, color=coloured())
+        cli.main(
+            arguments or ["--help"], prog_name="harvester", standalone_mode=False, color=coloured()
+        )
         return 0
     except HarvesterError as error:
         return _say(str(error), error.exit_status)
@@ -103,7 +107,11 @@ def exit_status(arguments: list[str]) -> int:
         return _say(str(named(error)), 3)
 
 
-_FILL = {"path": "'harvester new FILE.toml' makes one", "file": "such as mine.toml", "out": "such as --out out"}
+_FILL = {
+    "path": "'harvester new FILE.toml' makes one",
+    "file": "such as mine.toml",
+    "out": "such as --out out",
+}
 _FILL |= {"sweep": "such as --sweep 1Hz:10Hz:61"}
 _FILL |= {"varied": "such as --vary piezo.capacitance=10%"}
 
@@ -114,7 +122,11 @@ def _hint(error: click.ClickException) -> str:
         return ""
     if getattr(error, "possibilities", None):  # click's own "Did you mean"
         return ""
-    if isinstance(error, click.MissingParameter) and error.param is not None and error.param.name in _FILL:
+    if (
+        isinstance(error, click.MissingParameter)
+        and error.param is not None
+        and error.param.name in _FILL
+    ):
         return f" ({_FILL[error.param.name]})"
     return f" ({error.ctx.command_path if error.ctx else 'harvester'} --help)"
 

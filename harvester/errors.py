@@ -60,7 +60,8 @@ class MissingProgramError(InputError):
 class CannotServeError(InputError):
     """The engine cannot compute this scene; the message names one that can.
 
-    Its argument is the refusal: a code with numbers (``error.args[0].code``), whose sentence the message is.
+    Its argument is the refusal: a code with numbers (``error.args[0].code``), whose sentence the
+    message is.
 
     >>> import harvester as hv
     >>> table = hv.Nondimensional(c1=-0.1, beta=0.05, mu=1.0, drive=1.0, drive_frequency=1.0)
@@ -98,8 +99,8 @@ class InfiniteMeanError(UnboundedResponseError):
 class CircuitError(SimulationError):
     """The circuit was refused by ngspice, or did not converge.
 
-    ``so_far`` has what is known until then: the mean power of Rload (W), the mean square of the terminals' voltage
-    (V^2), and the seconds that these means cover; None if they had not begun.
+    ``so_far`` has what is known until then: the mean power of Rload (W), the mean square of the
+    terminals' voltage (V^2), and the seconds that these means cover; None if they had not begun.
     """
 
     so_far: tuple[float, float, float] | None = None
@@ -121,13 +122,21 @@ def named(error: Exception) -> HarvesterError:
     if isinstance(error, HarvesterError):
         return error
     if isinstance(error, MemoryError):
-        return SimulationError("there is not enough memory: try fewer `trajectories`, `workers` or a longer `dt`")
+        return SimulationError(
+            "there is not enough memory: try fewer `trajectories`, `workers` or a longer `dt`"
+        )
     if isinstance(error, BlockingIOError) or error.args == NO_THREAD:
-        return SimulationError(f"the system refused: {error}; ulimit -u sets how many threads and processes may start")
-    if isinstance(error, OSError | ImportError):  # a full disk behind stdout; a library that is not loaded
+        return SimulationError(
+            f"the system refused: {error}; ulimit -u sets how many threads and processes may start"
+        )
+    if isinstance(
+        error, OSError | ImportError
+    ):  # a full disk behind stdout; a library that is not loaded
         return SimulationError(f"the system refused: {error}")
     what = f"{type(error).__name__}: {error}"
-    return SimulationError(f"internal error, please report it: {what} (HARVESTER_TRACEBACK=1 shows where)")
+    return SimulationError(
+        f"internal error, please report it: {what} (HARVESTER_TRACEBACK=1 shows where)"
+    )
 
 
 def answer_or_error(function: Callable[[Of], Answer], of: Of) -> "Answer | HarvesterError":
@@ -179,11 +188,17 @@ def reading(argument: str, reader: Callable[[Of], Answer], value: Of) -> Answer:
         raise refused(argument, error, value) from None
 
 
-def unknown(kind: str, name: str, known: Iterable[str], error: type[InputError] = InputError) -> InputError:
+def unknown(
+    kind: str, name: str, known: Iterable[str], error: type[InputError] = InputError
+) -> InputError:
     """An unknown name, with its nearest match or, failing that, every name there is."""
     names = {each.lower(): each for each in known}
     near = difflib.get_close_matches(name[:120].lower(), names, n=1)
-    hint = f"did you mean {names[near[0]]!r}?" if near else f"it must be one of {', '.join(names.values())}"
+    hint = (
+        f"did you mean {names[near[0]]!r}?"
+        if near
+        else f"it must be one of {', '.join(names.values())}"
+    )
     return error(f"unknown {kind} {shown(name)}: {hint}")
 
 

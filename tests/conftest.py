@@ -15,7 +15,9 @@ from tests.support.judge import asked
 os.environ.update(ONE_THREAD)  # as the program does, before NumPy is loaded
 os.environ["NUMBA_DISABLE_ERROR_MESSAGE_HIGHLIGHTING"] = "1"  # of overloads that do not fit
 gc.disable()  # while tests are collected
-if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # as in the background of a script: programs must hear their ^C
+if (
+    signal.getsignal(signal.SIGINT) is signal.SIG_IGN
+):  # as in the background of a script: programs must hear their ^C
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 LIBRARY = "NGSPICE_LIBRARY_PATH"
@@ -50,7 +52,10 @@ def pytest_runtest_protocol(item):
         attempts.extend(str(one) for one in args if NOWHERE in str(one))
         made(error, *args)
 
-    with mock.patch.dict(os.environ, {LIBRARY: NOWHERE}), mock.patch.object(hv.MissingProgramError, "__init__", noted):
+    with (
+        mock.patch.dict(os.environ, {LIBRARY: NOWHERE}),
+        mock.patch.object(hv.MissingProgramError, "__init__", noted),
+    ):
         return (yield)
 
 

@@ -1,7 +1,8 @@
 """Faults of the machine in every command: what it says, what it leaves behind, and whether a sweep goes on from there.
 
-Each trial starts a program in a session and a folder of its own.  What a signal kills without warning, or a library
-aborts in too little memory, is counted apart: no program can promise anything then but whole files and no processes.
+Each trial starts a program in a session and a folder of its own.  What a signal kills without
+warning, or a library aborts in too little memory, is counted apart: no program can promise anything
+then but whole files and no processes.
 """
 
 import os
@@ -46,7 +47,9 @@ LINES = {
 COMMANDS = {name: shlex.split(line) for name, line in LINES.items()}
 PROGRAM = [sys.executable, "-m", "harvester"]
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGKILL, signal.SIGHUP)
-WRITING = [name for name, words in COMMANDS.items() if any(word.startswith("out") for word in words)]
+WRITING = [
+    name for name, words in COMMANDS.items() if any(word.startswith("out") for word in words)
+]
 TELLING = [name for name in COMMANDS if name != "paper"]
 
 
@@ -63,10 +66,22 @@ def attack(tally, seed):
             kind = (signals, signals, full_disk, limits, rng.choice([caches, clocks]))[number % 5]
             what, command, how = kind(rng, folder, shim)
             outcome, wrong, said = trial(folder, command, how)
-            if not wrong and command.startswith("sweep") and (folder / "out").is_dir() and kind in (signals, full_disk):
+            if (
+                not wrong
+                and command.startswith("sweep")
+                and (folder / "out").is_dir()
+                and kind in (signals, full_disk)
+            ):
                 wrong = resumed(folder, command, expected)
             tally.note(
-                what, outcome, wrong, seed=seed, number=number, command=COMMANDS[command], fault=str(how), said=said
+                what,
+                outcome,
+                wrong,
+                seed=seed,
+                number=number,
+                command=COMMANDS[command],
+                fault=str(how),
+                said=said,
             )
             shutil.rmtree(folder, ignore_errors=True)
 
@@ -77,7 +92,11 @@ def undisturbed(folder):
     for command in ("sweep", "sweep spice"):
         folder.mkdir(exist_ok=True)
         subprocess.run(
-            [*PROGRAM, *COMMANDS[command]], cwd=folder, check=True, capture_output=True, env=environment(folder)
+            [*PROGRAM, *COMMANDS[command]],
+            cwd=folder,
+            check=True,
+            capture_output=True,
+            env=environment(folder),
         )
         tables[command] = kills.table(folder / "out")
         shutil.rmtree(folder)
@@ -91,7 +110,9 @@ def environment(folder, **more):
 
 def trial(folder, command, how):
     """Run a command with a fault: (how it ended, what is wrong, what it said)."""
-    limit, strike, moment, more, stdout = (how.get(key) for key in ("limit", "signal", "moment", "env", "stdout"))
+    limit, strike, moment, more, stdout = (
+        how.get(key) for key in ("limit", "signal", "moment", "env", "stdout")
+    )
     with (folder / "stdout").open("w") as kept, Path(stdout or folder / "stdout").open("w") as out:
         line = [*(["prlimit", limit] if limit else ()), *PROGRAM, *COMMANDS[command]]
         env = environment(folder, **(more or {}))
@@ -103,12 +124,16 @@ def trial(folder, command, how):
             if program.poll() is None:
                 (os.killpg if strike == signal.SIGINT else os.kill)(program.pid, strike)
         try:
-            err, late = program.communicate(timeout=PATIENCE)[1], ""
+            err = program.communicate(timeout=PATIENCE)[1]
+            late = ""
         except subprocess.TimeoutExpired:
             os.killpg(program.pid, signal.SIGKILL)
-            err, late = program.communicate()[1], f"no end after {PATIENCE:g} s"
+            err = program.communicate()[1]
+            late = f"no end after {PATIENCE:g} s"
     said = {"stdout": (folder / "stdout").read_text(errors="replace")[-500:], "stderr": err[-1500:]}
-    wrong = late or outlived(program.pid) or wrong_words(program.returncode, said["stdout"], err, how)
+    wrong = (
+        late or outlived(program.pid) or wrong_words(program.returncode, said["stdout"], err, how)
+    )
     return f"status {program.returncode}", wrong or unwhole(folder, program.returncode), said
 
 
@@ -117,7 +142,9 @@ def outlived(session, patience=6.0):
     end = time.monotonic() + patience
     while left := [pid for pid, (_, its, _) in living().items() if its == session]:
         if time.monotonic() > end:
-            names = [Path(f"/proc/{pid}/cmdline").read_text().replace("\0", " ")[:150] for pid in left]
+            names = [
+                Path(f"/proc/{pid}/cmdline").read_text().replace("\0", " ")[:150] for pid in left
+            ]
             os.killpg(session, signal.SIGKILL)
             return f"outlived the program: {names}"
         time.sleep(0.1)
@@ -137,7 +164,9 @@ def resumed(folder, command, expected):
     )
     if done.returncode:
         return f"--resume: status {done.returncode}: {done.stderr}"
-    return "" if kills.table(folder / "out") == expected[command] else "--resume gives another table"
+    return (
+        "" if kills.table(folder / "out") == expected[command] else "--resume gives another table"
+    )
 
 
 def signals(rng, folder, shim):
@@ -150,18 +179,30 @@ def full_disk(rng, folder, shim):
     """No file may grow beyond a size, the disk as a whole is full after some bytes or slow, or stdout's is full."""
     how = rng.choice(["a file", "the disk", "stdout", "slow"])
     if how == "slow":
-        return "slow disk", rng.choice(WRITING), {"env": {"LD_PRELOAD": shim, "DELAY": f"{rng.randrange(20, 200)}"}}
+        return (
+            "slow disk",
+            rng.choice(WRITING),
+            {"env": {"LD_PRELOAD": shim, "DELAY": f"{rng.randrange(20, 200)}"}},
+        )
     if how == "stdout":
         return "full disk", rng.choice(TELLING), {"stdout": "/dev/full"}
     room = int(10.0 ** rng.uniform(0.0, 5.5))
-    faults = {"limit": f"--fsize={room}"} if how == "a file" else {"env": {"LD_PRELOAD": shim, "ROOM": f"{room}"}}
+    faults = (
+        {"limit": f"--fsize={room}"}
+        if how == "a file"
+        else {"env": {"LD_PRELOAD": shim, "ROOM": f"{room}"}}
+    )
     return "full disk", rng.choice([name for name in WRITING if name != "paper"]), faults
 
 
 def limits(rng, folder, shim):
     """Little memory, few descriptors, or few threads and processes."""
     if rng.random() < 0.3:
-        return "threads", rng.choice(TELLING), {"env": {"LD_PRELOAD": shim, "THREADS": f"{rng.randrange(12)}"}}
+        return (
+            "threads",
+            rng.choice(TELLING),
+            {"env": {"LD_PRELOAD": shim, "THREADS": f"{rng.randrange(12)}"}},
+        )
     if rng.random() < 0.5:
         room = int(rng.uniform(0.5e9, 3e9))
         return "memory", rng.choice(TELLING), {"limit": f"--as={room}", "memory": True}
@@ -170,7 +211,8 @@ def limits(rng, folder, shim):
 
 def caches(rng, folder, shim):
     """A cache that cannot be written, is a file, is others' too, or has been cut off in the middle of a file."""
-    way, cache = rng.choice(["none", "file", "others", "cut"]), folder / "tmp" / "cache"
+    way = rng.choice(["none", "file", "others", "cut"])
+    cache = folder / "tmp" / "cache"
     if way == "file":
         cache.touch()
     elif way == "others":
@@ -194,5 +236,8 @@ def caches(rng, folder, shim):
 
 def clocks(rng, folder, shim):
     """The clock of the day jumps once, by up to ten years, at a random look."""
-    jump = {"LOOKS": f"{rng.randrange(1, 2000)}", "JUMP": f"{rng.randrange(-315_000_000, 315_000_000)}"}
+    jump = {
+        "LOOKS": f"{rng.randrange(1, 2000)}",
+        "JUMP": f"{rng.randrange(-315_000_000, 315_000_000)}",
+    }
     return "clock", rng.choice(TELLING), {"env": {"LD_PRELOAD": shim, **jump}}

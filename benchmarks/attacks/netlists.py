@@ -1,7 +1,8 @@
 """Random netlists through ngspice: a number or one line; strace shows each file that is opened, each program started.
 
-Seven of eight are random text like a netlist's; the others are the package's with a random line in them, most of
-which ngspice gets to see.  Fifty go through one traced program, which opens a mark between them.
+Seven of eight are random text like a netlist's; the others are the package's with a random line in
+them, most of which ngspice gets to see.  Fifty go through one traced program, which opens a mark
+between them.
 """
 
 import json
@@ -26,7 +27,19 @@ PROGRAMS = [Path(sys.executable), Path("/sbin/ldconfig")]  # that ctypes asks wh
 SETTINGS = [Path("/etc/ld.so.cache"), Path("/etc/localtime")]  # all that a run reads of /etc
 TOGETHER = 50  # netlists of one traced program
 PATIENCE = 60.0  # seconds of each
-WORDS = ("--engine", "spice", "--alone", "--trajectories", "2", "--duration", "0.5", "--dt", "0.01", "--budget", "1s")
+WORDS = (
+    "--engine",
+    "spice",
+    "--alone",
+    "--trajectories",
+    "2",
+    "--duration",
+    "0.5",
+    "--dt",
+    "0.01",
+    "--budget",
+    "1s",
+)
 SCENE = """
 [oscillator]
 mass = "40 g"
@@ -51,7 +64,9 @@ def netlists(draw):
         return text
     name = draw(st.sampled_from([one for one in strategies.NETLISTS if one != "resistor"]))
     lines = (netlist_folder() / f"{name}.cir").read_bytes().splitlines()
-    lines.insert(draw(st.integers(2, len(lines))), draw(st.sampled_from(text.splitlines() or [b""])))
+    lines.insert(
+        draw(st.integers(2, len(lines))), draw(st.sampled_from(text.splitlines() or [b""]))
+    )
     return b"\n".join(lines) + b"\n"
 
 
@@ -61,7 +76,9 @@ def attack(tally, seed):
     with tempfile.TemporaryDirectory() as name:
         for first in tally.numbers(TOGETHER):
             some = texts[first : first + TOGETHER]
-            for number, (outcome, wrong) in enumerate(together(Path(name) / f"{first}", some), first):
+            for number, (outcome, wrong) in enumerate(
+                together(Path(name) / f"{first}", some), first
+            ):
                 text = texts[number].decode(errors="replace")
                 tally.note("netlist", outcome, wrong, seed=seed, number=number, netlist=text)
 
@@ -74,11 +91,16 @@ def together(folder, texts):
     for path, text in zip(drawn_here, texts, strict=True):
         path.write_bytes(text)
     where = {**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), str(ROOT / "benchmarks")])}
-    trace, driver = folder / "trace", [sys.executable, "-m", "attacks.netlists", *map(str, drawn_here)]
+    trace, driver = (
+        folder / "trace",
+        [sys.executable, "-m", "attacks.netlists", *map(str, drawn_here)],
+    )
     try:
         streams = {"stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL, "text": True}
         line, most = [*traced(trace), *driver], PATIENCE * len(texts)
-        done = subprocess.run(line, cwd=folder / "scene", env=where, check=False, timeout=most, **streams)
+        done = subprocess.run(
+            line, cwd=folder / "scene", env=where, check=False, timeout=most, **streams
+        )
         said = done.stdout.splitlines()
     except subprocess.TimeoutExpired as late:
         said = (late.stdout or b"").decode().splitlines()
@@ -93,7 +115,8 @@ def together(folder, texts):
 
 def touched(trace, folder):
     """(Number of the netlist, what is wrong) of each file that a netlist has no business with."""
-    number, here = None, folder / "scene"
+    number = None
+    here = folder / "scene"
     for path, line in opened(trace, here) if trace.exists() else ():
         if path.parent == folder and path.stem.isdecimal():
             number = int(path.stem)
@@ -101,9 +124,13 @@ def touched(trace, folder):
             if "execve(" in line:
                 wrong = path not in PROGRAMS
             elif re.search(r"O_(WRONLY|RDWR|CREAT)", line):
-                wrong = not any(path.is_relative_to(place) for place in (here, "/dev", folders.cache_folder()))
+                wrong = not any(
+                    path.is_relative_to(place) for place in (here, "/dev", folders.cache_folder())
+                )
             else:
-                wrong = strange(path, [here]) or (path.is_relative_to("/etc") and path not in SETTINGS)
+                wrong = strange(path, [here]) or (
+                    path.is_relative_to("/etc") and path not in SETTINGS
+                )
             if wrong:
                 yield number, f"opened {path}: {line[:200]}"
 

@@ -1,7 +1,8 @@
 """Random scenes through every engine: an answer with its errors, or one line, in the time that it was given.
 
-The formulas get scenes of all combinations of effects.  Kernels are compiled for each combination, some ten seconds
-each: the other engines get nineteen of twenty scenes around examples, with other numbers, and the rest of any kind.
+The formulas get scenes of all combinations of effects.  Kernels are compiled for each combination,
+some ten seconds each: the other engines get nineteen of twenty scenes around examples, with other
+numbers, and the rest of any kind.
 """
 
 import os
@@ -28,7 +29,8 @@ from tests.support.paths import EXAMPLES
 BUDGET = 1.0  # seconds that an engine gets, and its slack: a fifth and 2 s
 LATE = 1.2 * BUDGET + 2.0
 STARTS = 8.0  # more seconds for `spice`: the start of its processes, which is not in the budget
-PATIENCE = 180.0  # wall time after which a scene is given up: what is compiled and not in the budget is well below
+# wall time after which a scene is given up: what is compiled and not in the budget is well below
+PATIENCE = 180.0
 FEW = ("--trajectories", "16", "--budget", f"{BUDGET}s")
 WITHIN = ("--within", "20%", "--budget", f"{BUDGET}s")
 SHORT = ("--trajectories", "2", "--duration", "1", "--budget", f"{BUDGET}s")
@@ -40,7 +42,14 @@ WAYS = {  # options of each engine; how often each is asked follows from the num
     "ideal": [FEW],
     "spice": [SHORT, (*SHORT, "--alone")],
 }
-RESISTORS = ("paper_figure3", "plate", "plate_with_stop", "plate_harmonic", "plate_preloaded", "plate_coloured")
+RESISTORS = (
+    "paper_figure3",
+    "plate",
+    "plate_with_stop",
+    "plate_harmonic",
+    "plate_preloaded",
+    "plate_coloured",
+)
 BRIDGES = ("plate_bridge", "plate_sece")
 AROUND = {"ensemble": RESISTORS, "ideal": BRIDGES, "spice": RESISTORS + BRIDGES}
 
@@ -53,7 +62,8 @@ def ask(scene, words):
     """
     Path("scene.toml").write_bytes(scene)
     warnings.simplefilter("ignore")  # as the program does
-    begin, used = time.monotonic(), processor(os.getpid())
+    begin = time.monotonic()
+    used = processor(os.getpid())
     with mock.patch.dict(os.environ, {THREADS_VARIABLE: "1"} if "spice" in words else {}):
         answer = asked("run", "scene.toml", "--json", *words)
     return answer, min(time.monotonic() - begin, processor(os.getpid()) - used)
@@ -61,7 +71,9 @@ def ask(scene, words):
 
 def judged(answer, seconds, starts=0.0):
     """What is wrong with an answer of `ask`; ``starts`` is the time of what is not in the budget."""
-    return fault(*answer) or (f"took {seconds:.1f} s of {BUDGET:g}" if seconds > LATE + starts else "")
+    return fault(*answer) or (
+        f"took {seconds:.1f} s of {BUDGET:g}" if seconds > LATE + starts else ""
+    )
 
 
 def mixed(names):
@@ -96,14 +108,15 @@ def attack(tally, seed):
             program = program or processes.create()
             try:
                 for again in (False, True):
-                    answer, seconds = program.submit(in_folder, folder, scene, ("--engine", engine, *way)).result(
-                        PATIENCE
-                    )
+                    answer, seconds = program.submit(
+                        in_folder, folder, scene, ("--engine", engine, *way)
+                    ).result(PATIENCE)
                     wrong = judged(answer, seconds, STARTS if engine == "spice" else 0.0)
                     if again or "took" not in wrong:
                         break
             except (Late, BrokenProcessPool) as error:
-                answer, wrong = ("none", "", ""), f"{type(error).__name__}: it hung or died"
+                answer = ("none", "", "")
+                wrong = f"{type(error).__name__}: it hung or died"
             if {*folder.iterdir()} - before:
                 wrong = wrong or f"left {sorted({*folder.iterdir()} - before)}"
             if "hung" in wrong:
@@ -115,7 +128,15 @@ def attack(tally, seed):
                 "scene": scene.decode(errors="replace")[:3000],
             }
             command = ["run", "scene.toml", "--json", "--engine", engine, *way]
-            tally.note(engine, f"status {answer[0]}", wrong, seed=seed, number=number, command=command, **said)
+            tally.note(
+                engine,
+                f"status {answer[0]}",
+                wrong,
+                seed=seed,
+                number=number,
+                command=command,
+                **said,
+            )
         if program is not None:
             processes.kill(program)
 

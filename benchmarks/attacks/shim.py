@@ -1,8 +1,8 @@
 """A library that a program loads before the system's: its disk is full or slow, its clock jumps, it gets no threads.
 
-The disk is full after ROOM bytes, and each write to a file takes DELAY ms; the clock of the day jumps by JUMP s at the
-LOOKS-th look; after THREADS threads and processes the system starts no more, as after `ulimit -u`, which does not
-bind root.
+The disk is full after ROOM bytes, and each write to a file takes DELAY ms; the clock of the day
+jumps by JUMP s at the LOOKS-th look; after THREADS threads and processes the system starts no more,
+as after `ulimit -u`, which does not bind root.
 """
 
 import subprocess
@@ -85,5 +85,9 @@ def built(folder):
     """The path of the library, compiled there by `cc`."""
     source, library = folder / "shim.c", folder / "shim.so"
     source.write_text(SOURCE)
-    subprocess.run(["cc", "-shared", "-fPIC", "-O1", "-o", library, source, "-ldl"], check=True, capture_output=True)
+    subprocess.run(
+        ["cc", "-shared", "-fPIC", "-O1", "-o", library, source, "-ldl"],
+        check=True,
+        capture_output=True,
+    )
     return str(library)

@@ -20,7 +20,9 @@ class Tally:
     def __init__(self, count, budget, before=()):
         """``before`` is what `found` said of the first of them."""
         before = {"outcomes": (), "breaks": (), "tried": 0, "seconds": 0, **dict(before)}
-        self.count, self.begin, self.budget = count, time.monotonic(), budget
+        self.count = count
+        self.begin = time.monotonic()
+        self.budget = budget
         self.outcomes, self.breaks = Counter(before["outcomes"]), [*before["breaks"]]
         self.tried, self.seconds = before["tried"], before["seconds"]
 
@@ -50,13 +52,16 @@ class Tally:
 def drawn(strategy, count, seed):
     """So many examples of a hypothesis strategy, the same ones for the same seed, each independent of the others.
 
-    Hypothesis's own loop would vary each one a few times before it draws another, and take ten times as long.
+    Hypothesis's own loop would vary each one a few times before it draws another, and take ten
+    times as long.
     """
-    found, number = [], 0
+    found = []
+    number = 0
     while len(found) < count:
         number += 1
         data = ConjectureData(random=random.Random(f"{seed} {number}"))
-        with contextlib.suppress(StopTest), BuildContext(data, wrapped_test=drawn):  # StopTest: it is too large
+        # StopTest: it is too large
+        with contextlib.suppress(StopTest), BuildContext(data, wrapped_test=drawn):
             found.append(data.draw(strategy))
     return found
 
@@ -68,13 +73,18 @@ def living():
         with contextlib.suppress(OSError):
             fields = stat.read_text().rpartition(")")[2].split()
             if fields[0] != "Z":
-                found[int(stat.parent.name)] = int(fields[1]), int(fields[3]), sum(map(int, fields[11:15])) / TICK
+                found[int(stat.parent.name)] = (
+                    int(fields[1]),
+                    int(fields[3]),
+                    sum(map(int, fields[11:15])) / TICK,
+                )
     return found
 
 
 def below(pid):
     """The living processes that descend from one, and itself, with what `living` says of them."""
-    every, tree = living(), [pid]
+    every = living()
+    tree = [pid]
     for one in tree:
         tree += [child for child, (parent, _, _) in every.items() if parent == one]
     return {one: every[one] for one in tree if one in every}

@@ -9,19 +9,30 @@ import tomllib
 from tests.support.judge import refusal
 
 ABRUPT = (-signal.SIGKILL, -signal.SIGTERM, -signal.SIGHUP)  # nobody cleans up after these
-ABORTED = (-signal.SIGABRT, -signal.SIGSEGV, -signal.SIGBUS)  # by a library without memory: docs/reliability.md
+# by a library without memory: docs/reliability.md
+ABORTED = (-signal.SIGABRT, -signal.SIGSEGV, -signal.SIGBUS)
 ENDS = {".png": b"IEND\xaeB`\x82", ".html": b"</html>", ".svg": b"</svg>"}
 
 
 def wrong_words(status, out, err, how):
     """What is wrong with a status and what was printed; ``how`` is the fault."""
-    if how.get("signal") == signal.SIGINT == -status and "in main" not in err and err.endswith("KeyboardInterrupt\n"):
+    if (
+        how.get("signal") == signal.SIGINT == -status
+        and "in main" not in err
+        and err.endswith("KeyboardInterrupt\n")
+    ):
         return ""  # it struck before the first line of the program, while Python itself began
     if re.search(r"internal error|Traceback|Exception ignored", err):
         return "a traceback or internal error"
     if status == 0:
-        return "nan or inf is printed" if re.search(r"(?<![\w.])(nan|inf|NaN|Infinity)(?!\w)", out) else ""
-    if status in (130, -signal.SIGINT) and err and how.get("signal") == signal.SIGINT:  # click moves on from the ^C
+        return (
+            "nan or inf is printed"
+            if re.search(r"(?<![\w.])(nan|inf|NaN|Infinity)(?!\w)", out)
+            else ""
+        )
+    if (
+        status in (130, -signal.SIGINT) and err and how.get("signal") == signal.SIGINT
+    ):  # click moves on from the ^C
         return "" if re.fullmatch(r"\n?harvester: .*\n", err) else "130, but not one line"
     if how.get("signal") == -status:  # before Python can catch ^C it ends by it
         return "" if not err.strip() else f"ended by a signal, but said {err!r}"
@@ -39,7 +50,11 @@ def unwhole(folder, status):
         elif path.is_file() and cut_off(path):
             return f"{path.name} is not whole"
     left = [path.name for path in (folder / "tmp").iterdir() if path.name != "cache"]
-    return f"left in the temporary folder: {left}" if left and status not in (*ABRUPT, *ABORTED) else ""
+    return (
+        f"left in the temporary folder: {left}"
+        if left and status not in (*ABRUPT, *ABORTED)
+        else ""
+    )
 
 
 def cut_off(path):
@@ -51,7 +66,10 @@ def cut_off(path):
         elif path.suffix == ".toml":
             tomllib.loads(data.decode())
         elif path.suffix == ".csv":
-            return not data.endswith(b"\n") or len({len(row) for row in csv.reader(data.decode().splitlines())}) != 1
+            return (
+                not data.endswith(b"\n")
+                or len({len(row) for row in csv.reader(data.decode().splitlines())}) != 1
+            )
         elif path.suffix in ENDS:
             return not data.rstrip().endswith(ENDS[path.suffix])
     except ValueError:

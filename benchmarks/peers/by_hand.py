@@ -1,8 +1,9 @@
 """The ensemble's kernel as one would write it by hand for one scene, with only the terms of that scene.
 
-An independent yardstick: it uses nothing of the package's step.  A line marked `#: a b` belongs to the
-scenes that have the effects a and b, `#: !a` to those that lack a; `source` picks the lines, and what is left is plain
-code without a trace of the others.  Two orders of the loops: both steps of a draw in one loop, or a loop each.
+An independent yardstick: it uses nothing of the package's step.  A line marked `#: a b` belongs to
+the scenes that have the effects a and b, `#: !a` to those that lack a; `source` picks the lines,
+and what is left is plain code without a trace of the others.  Two orders of the loops: both steps
+of a draw in one loop, or a loop each.
 """
 
 import math

@@ -44,7 +44,8 @@ class _Noise(diffrax.AbstractTerm):
 
 def _reflected(y, e):
     x, v, V = y
-    hit, r = x < 0.0, e.restitution
+    hit = x < 0.0
+    r = e.restitution
     bounced = jnp.where(hit, -r * x, x)
     return bounced, jnp.where(hit, -r * v, v), V + (bounced - x)
 
@@ -60,7 +61,9 @@ class _HeunWithStop(diffrax.Heun):
 @partial(jax.jit, static_argnames=("every", "e"))
 def _arrays(key, y, readings, h, every, e):
     """(state, mean of V^2) after ``readings`` times ``every`` steps of whole arrays."""
-    terms = diffrax.MultiTerm(diffrax.ODETerm(_drift), _Noise(diffrax.UnsafeBrownianPath(y[0].shape, key)))
+    terms = diffrax.MultiTerm(
+        diffrax.ODETerm(_drift), _Noise(diffrax.UnsafeBrownianPath(y[0].shape, key))
+    )
     solver = _HeunWithStop()
 
     def step(k, carry):
@@ -84,13 +87,28 @@ def _solved(key, y, readings, h, every, e, tree):
     end = readings * every * h
 
     def one(key, *y):
-        path = diffrax.VirtualBrownianTree(0.0, end, h / 2, (), key) if tree else diffrax.UnsafeBrownianPath((), key)
+        path = (
+            diffrax.VirtualBrownianTree(0.0, end, h / 2, (), key)
+            if tree
+            else diffrax.UnsafeBrownianPath((), key)
+        )
         terms = diffrax.MultiTerm(diffrax.ODETerm(_drift), _Noise(path))
-        saved = diffrax.SaveAt(ts=jnp.linspace(every * h, end, readings), fn=lambda t, y, args: y[2], t1=False)
+        saved = diffrax.SaveAt(
+            ts=jnp.linspace(every * h, end, readings), fn=lambda t, y, args: y[2], t1=False
+        )
         last = diffrax.SubSaveAt(t1=True)
         both = diffrax.SaveAt(subs=(saved.subs, last))
         solution = diffrax.diffeqsolve(
-            terms, _HeunWithStop(), 0.0, end, h, y, e, saveat=both, max_steps=None, adjoint=diffrax.ForwardMode()
+            terms,
+            _HeunWithStop(),
+            0.0,
+            end,
+            h,
+            y,
+            e,
+            saveat=both,
+            max_steps=None,
+            adjoint=diffrax.ForwardMode(),
         )
         V, y = solution.ys
         return jax.tree.map(lambda a: a[-1], y), (V**2).mean()

@@ -14,7 +14,9 @@ def averages(h, n, burn_in, duration, seed, e=PAPER):
     every, readings = counts(h, duration)
     skipped = counts(h, burn_in)[1] if burn_in else 0
     rng = np.random.default_rng(seed)
-    return np.concatenate([_block(h, min(SIZE, n - k), every, skipped, readings, rng, e) for k in range(0, n, SIZE)])
+    return np.concatenate(
+        [_block(h, min(SIZE, n - k), every, skipped, readings, rng, e) for k in range(0, n, SIZE)]
+    )
 
 
 def _slope(y, white, e):
@@ -26,7 +28,8 @@ def _slope(y, white, e):
 
 
 def _block(h, n, every, skipped, readings, rng, e):
-    y, total = np.zeros((3, n)), np.zeros(n)
+    y = np.zeros((3, n))
+    total = np.zeros(n)
     for k in range(skipped + readings):
         for _ in range(every):
             white = rng.standard_normal(n) / np.sqrt(h)

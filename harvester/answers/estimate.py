@@ -1,7 +1,7 @@
 """An engine's answer: values with their errors, what it took, and what to beware of.
 
-Some answers hold more: what each probe of the circuit says, and the responses that one steady drive may have, where
-the mass is not linear.
+Some answers hold more: what each probe of the circuit says, and the responses that one steady drive
+may have, where the mass is not linear.
 """
 
 from dataclasses import field, replace
@@ -35,8 +35,8 @@ class SteadyResponse(Result):
 class ProbeMeans(Result):
     """A quantity of the circuit in its ``unit`` (V, A or W; "" for a nondimensional scene).
 
-    ``mean`` and ``rms`` are over time; ``least`` and ``largest`` are the extremes in a time of ``window`` (s, or 1/w0),
-    on average over the runs: in a longer time they are farther apart.
+    ``mean`` and ``rms`` are over time; ``least`` and ``largest`` are the extremes in a time of
+    ``window`` (s, or 1/w0), on average over the runs: in a longer time they are farther apart.
     """
 
     NOT_SHOWN = frozenset({"unit"})
@@ -50,8 +50,10 @@ class ProbeMeans(Result):
     largest: Value
 
 
-# Details of a steady response: the RMS displacement about its mean, and phases to the base in degrees.
-DISPLACEMENT, PHASES = "displacement_rms", ("displacement_phase", "voltage_phase")
+# Details of a steady response: the RMS displacement about its mean, and phases to the base in
+# degrees.
+DISPLACEMENT = "displacement_rms"
+PHASES = ("displacement_phase", "voltage_phase")
 PEAKS = "displacement_amplitude", "voltage_amplitude"  # of the response to a harmonic drive
 # Of an answer that is none for the scene yet: it had not settled, or its runs were cut off.
 UNSETTLED = ("burn_in_stopped", "mean_while_settling", "ngspice_left_out")
@@ -67,7 +69,8 @@ class Estimate(Result):
     physical
         whether its numbers are in SI units, rather than nondimensional.
     mean_power
-        a `Value`: the mean over time of what the load takes (W; nondimensional scene: without a unit).
+        a `Value`: the mean over time of what the load takes (W; nondimensional scene: without a
+        unit).
     mean_square_voltage
         a `Value`: the mean over time of the square of the piezo's voltage (V^2).
     nondimensional
@@ -81,7 +84,8 @@ class Estimate(Result):
     diagnostics
         warnings and notes, each with a code, numbers and a sentence (``str``).
     details
-        further numbers of the computation by name, such as its step, burn-in and number of trajectories.
+        further numbers of the computation by name, such as its step, burn-in and number of
+        trajectories.
     probes
         other quantities of the circuit that were asked for, by name: mean, rms, least and largest.
     responses
@@ -89,7 +93,8 @@ class Estimate(Result):
     events
         the shocks or steps, where the excitation is made of such; else None.
     bound
-        the most that any device of this mass could take of the excitation (W), and why; None if no bound applies.
+        the most that any device of this mass could take of the excitation (W), and why; None if no
+        bound applies.
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01))
@@ -101,7 +106,9 @@ class Estimate(Result):
     SHORT = ("engine", "mean_power", "mean_square_voltage")
     DERIVED = ("event_rate", "energy_per_event", "share_of_possible")
     NOT_SHOWN = frozenset({"nondimensional", "event_rate", "bound"})
-    OPTIONAL = frozenset({"event_rate", "energy_per_event", "responses", "probes", "bound", "share_of_possible"})
+    OPTIONAL = frozenset(
+        {"event_rate", "energy_per_event", "responses", "probes", "bound", "share_of_possible"}
+    )
     INTERNAL = frozenset({"samples", "power_samples", "events"})
 
     engine: str
@@ -115,12 +122,16 @@ class Estimate(Result):
     diagnostics: tuple[Diagnostic, ...] = ()
     details: dict[str, float] = field(default_factory=dict)
     probes: dict[str, ProbeMeans] = field(default_factory=dict)
-    samples: Floats | None = field(default=None, compare=False)  # of nondimensional V^2, one a trajectory or batch
-    # Of the mean power, one a trajectory; None if it is not a plain mean of them.  No part of what the answer says.
+    # of nondimensional V^2, one a trajectory or batch
+    samples: Floats | None = field(default=None, compare=False)
+    # Of the mean power, one a trajectory; None if it is not a plain mean of them.  No part of what
+    # the answer says.
     power_samples: Floats | None = field(default=None, compare=False)
-    responses: tuple[SteadyResponse, ...] = ()  # to the same steady drive, from other starts: what a search found
+    # to the same steady drive, from other starts: what a search found
+    responses: tuple[SteadyResponse, ...] = ()
     events: Events | None = None  # the shocks or steps, where the excitation is made of such
-    bound: PowerBound | None = None  # the most that any device of this mass could take of the excitation
+    # the most that any device of this mass could take of the excitation
+    bound: PowerBound | None = None
 
     @property
     def is_sound(self) -> bool:

@@ -3,7 +3,9 @@
 from harvester.presentation.diagnostic import Diagnostic, warning
 from harvester.uncertainty.value import Value
 
-OPEN = 0.02  # share that is borne beside what the errors explain: of 23 examples ngspice alone left 0.9 % at most
+# share that is borne beside what the errors explain: of 23 examples ngspice alone left 0.9 % at
+# most
+OPEN = 0.02
 
 
 def open_balance(balance: Value) -> Diagnostic | None:
@@ -14,4 +16,8 @@ def open_balance(balance: Value) -> Diagnostic | None:
     first, it would be three times as large.
     """
     explained = 2.0 * balance.sampling95 + 3.0 * (balance.bias or 0.0) + OPEN
-    return warning("open_balance", share=balance.value, most=explained) if abs(balance.value) > explained else None
+    return (
+        warning("open_balance", share=balance.value, most=explained)
+        if abs(balance.value) > explained
+        else None
+    )

@@ -34,7 +34,9 @@ def stacked(scenes: Sequence[Equations]) -> Equations:
     columns: dict[str, Any] = {}
     for field in dataclasses.fields(Equations):
         values = [getattr(scene, field.name) for scene in scenes]
-        columns[field.name] = None if values[0] is None else np.array(values, dtype=np.float64)[:, None]
+        columns[field.name] = (
+            None if values[0] is None else np.array(values, dtype=np.float64)[:, None]
+        )
     return Equations(**columns)
 
 
@@ -65,27 +67,36 @@ def noisy_stacks(
     for group in groups_of_same_effects([scenes[index] for index in noisy], most):
         members = [noisy[k] for k in group]
         with np.errstate(all="ignore"):  # amplitudes of no weight may overflow
-            for index, answer in zip(members, solve([scenes[index] for index in members]), strict=True):
+            for index, answer in zip(
+                members, solve([scenes[index] for index in members]), strict=True
+            ):
                 answers[index] = answer
     return answers
 
 
 def where_the_mass_is(
-    ends: tuple[Floats, Floats], counts: Sequence[int], log_mass: Callable[[Floats], Floats], kept: tuple[float, float]
+    ends: tuple[Floats, Floats],
+    counts: Sequence[int],
+    log_mass: Callable[[Floats], Floats],
+    kept: tuple[float, float],
 ) -> tuple[Floats, Floats, Any]:
     """Zoom in, from two ``ends`` of shape (scenes,), to where a law is above e^-``kept`` of its peak on either side.
 
     ``log_mass`` is the law's logarithm on a grid of shape (scenes, n), for each n of ``counts``.  Each end is one point
     further out; the third array names which scenes have no upper end.
     """
-    (low, high), rows = ends, np.arange(len(ends[0]))
+    (low, high) = ends
+    rows = np.arange(len(ends[0]))
     unbounded = np.zeros(len(rows), dtype=bool)
     for count in counts:
         u = np.linspace(low, high, count, axis=-1)
         log_p = log_mass(u)
         log_p = np.where(np.isnan(log_p), -np.inf, log_p)
-        depth, top = log_p.max(axis=-1, keepdims=True) - log_p, count - 1
-        first, last = (depth <= kept[0]).argmax(axis=-1), top - (depth <= kept[1])[:, ::-1].argmax(axis=-1)
+        depth = log_p.max(axis=-1, keepdims=True) - log_p
+        top = count - 1
+        first = (depth <= kept[0]).argmax(axis=-1)
+        last = top - (depth <= kept[1])[:, ::-1].argmax(axis=-1)
         unbounded |= (last == top) & (high >= ends[1])
-        low, high = u[rows, np.maximum(first - 1, 0)], u[rows, np.minimum(last + 1, top)]
+        low = u[rows, np.maximum(first - 1, 0)]
+        high = u[rows, np.minimum(last + 1, top)]
     return low, high, unbounded

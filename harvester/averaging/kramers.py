@@ -1,17 +1,20 @@
 """How often white noise carries the mass out of a well: Kramers' rate, from weak to strong damping.
 
-The mass in a well of the depth U, under the damping g and white noise 2 N, has the "temperature" T = N/g, and leaves at
+The mass in a well of the depth U, under the damping g and white noise 2 N, has the "temperature" T
+= N/g, and leaves at
 
     k = A K w/(2 pi) exp(-U/T),   K = (sqrt(g^2/4 + wb^2) - g/2)/wb
 
-with the frequencies w of the well's bottom and wb of the barrier's top.  K is Kramers' factor of strong damping; of
-weak damping it is the energy that a turn at the barrier's height takes, g S, over T, that decides:
+with the frequencies w of the well's bottom and wb of the barrier's top.  K is Kramers' factor of
+strong damping; of weak damping it is the energy that a turn at the barrier's height takes, g S,
+over T, that decides:
 
     A(d) = exp[1/pi integral_0^inf ln(1 - exp(-d (z^2 + 1/4)))/(z^2 + 1/4) dz],   d = g S/T,   S = contour of x' dx
 
-which is d if that is small (Kramers' rate of weak damping) and 1 if it is large; of two wells beside each other
-it is A(d1) A(d2)/A(d1 + d2), as a mass that leaves one may come back from the other.  For U above some T.
-(Kramers, Physica 7, 284, 1940; Mel'nikov and Meshkov, J. Chem. Phys. 85, 1018, 1986.)
+which is d if that is small (Kramers' rate of weak damping) and 1 if it is large; of two wells
+beside each other it is A(d1) A(d2)/A(d1 + d2), as a mass that leaves one may come back from the
+other.  For U above some T. (Kramers, Physica 7, 284, 1940; Mel'nikov and Meshkov, J. Chem. Phys.
+85, 1018, 1986.)
 """
 
 import math
@@ -33,13 +36,23 @@ def hopping_rates(eqs: Equations) -> tuple[float, float] | None:
     The damping is that of small motions in a well, the load's included.  That its voltage raises the barrier is left
     out, so that rates come out up to three times too high at a coupling of `WEAK`, beyond which they are not given.
     """
-    rests, tops = eqs.resting_places, barriers(eqs)
+    rests = eqs.resting_places
+    tops = barriers(eqs)
     simple = unknown_to(HOPPING).isdisjoint(eqs.effects)
-    if len(rests) != 2 or eqs.n1 is None or not simple or (eqs.beta or 0.0) > WEAK or (eqs.beta and eqs.mu is None):
+    if (
+        len(rests) != 2
+        or eqs.n1 is None
+        or not simple
+        or (eqs.beta or 0.0) > WEAK
+        or (eqs.beta and eqs.mu is None)
+    ):
         return None
     top = float(tops[0])
     barrier = math.sqrt(-_stiffness(eqs, top))
-    losses, temperatures, damping, frequencies = [], [], [], []
+    losses = []
+    temperatures = []
+    damping = []
+    frequencies = []
     for rest in rests:
         frequency, taken = _small_motion(eqs, rest)
         if taken <= 0.0:
@@ -96,7 +109,11 @@ def _action(eqs: Equations, rest: float, top: float) -> float:
     """S, the contour of x' dx in a well, at the energy of the barrier's ``top``."""
     linear, alpha2, alpha = eqs.spring
     roots = np.roots([alpha / 4.0, alpha2 / 3.0, linear / 2.0, 0.0, -_energy(eqs, top)])
-    beyond = [float(root.real) for root in roots if abs(root.imag) < 1e-9 and (root.real - rest) * (rest - top) > 0.0]
+    beyond = [
+        float(root.real)
+        for root in roots
+        if abs(root.imag) < 1e-9 and (root.real - rest) * (rest - top) > 0.0
+    ]
     end = min(beyond, key=lambda x: abs(x - rest))
     angle = (np.arange(NODES) + 0.5) * (math.pi / NODES)
     x = 0.5 * (top + end) + 0.5 * (end - top) * np.cos(angle)

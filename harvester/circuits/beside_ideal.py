@@ -11,7 +11,8 @@ from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.compiled import compilation
 
 RAMP = 16  # parts in which a store is charged
-SETTLING = 4.0  # time constants, in which a compiled circuit settles from the states of ideal elements
+# time constants, in which a compiled circuit settles from the states of ideal elements
+SETTLING = 4.0
 PARTS = 8  # of settling; before each, what is left of it must fit into the budget
 
 
@@ -31,25 +32,33 @@ def compiled_beside(
 
 def take_states(compiled: Trajectories, settled: Trajectories) -> None:
     """Put trajectories of a compiled circuit into states of an ideal one's, ``settled``, with the store's voltage."""
-    circuit, states = compiled.circuit, settled.state[: compiled.blocks]
+    circuit = compiled.circuit
+    states = settled.state[: compiled.blocks]
     assert isinstance(circuit, CompiledCircuit), "the caller checks this"
     compiled.state[:, :2] = states[:, :2]
     compiled.state[:, circuit.rows :] = states[:, 5:]  # of several modes
-    for k in range(RAMP):  # Newton's method goes with a store that is charged little by little, but not with a jump
+    for k in range(
+        RAMP
+    ):  # Newton's method goes with a store that is charged little by little, but not with a jump
         circuit.charge_store(compiled.state, (k + 1) / RAMP * states[:, 3])
         compiled.run(compiled.stride * compiled.h)
 
 
-def settle_from(compiled: Trajectories, ideal: Trajectories, budget: float | None, begin: float) -> None:
+def settle_from(
+    compiled: Trajectories, ideal: Trajectories, budget: float | None, begin: float
+) -> None:
     """Burn in trajectories of a compiled circuit from those of its ``ideal`` elements, which have burnt in.
 
-    What the two circuits differ by is forgotten in `SETTLING` time constants of the response or of the store.
+    What the two circuits differ by is forgotten in `SETTLING` time constants of the response or of
+    the store.
 
-    Raises SimulationError where that would not end within ``budget`` seconds of ``begin`` (`time.perf_counter`).
+    Raises SimulationError where that would not end within ``budget`` seconds of ``begin``
+    (`time.perf_counter`).
     """
     if compiled.h != ideal.h:
         compiled.restart(ideal.h)
-    before, now = ideal.time, time.perf_counter()
+    before = ideal.time
+    now = time.perf_counter()
     slowest = memory(ideal, ideal.run(before), before)
     take_states(compiled, ideal)
     assert compiled.circuit is not None, "that of the netlist"

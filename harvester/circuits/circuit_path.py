@@ -13,17 +13,24 @@ from harvester.mechanics.kernels.coefficients import State, coefficients
 from harvester.mechanics.kernels.compiled import kernel
 from harvester.mechanics.kernels.forcing import forcing
 from harvester.mechanics.kernels.offset_stops import kick_at_stops
-from harvester.mechanics.kernels.path import COLUMNS, Path, between_kicks, check_start, room_for_impacts
+from harvester.mechanics.kernels.path import (
+    COLUMNS,
+    Path,
+    between_kicks,
+    check_start,
+    room_for_impacts,
+)
 
 
 @dataclass(frozen=True)
 class CircuitPath(Path):
     """A `Path` with a compiled circuit.
 
-    ``voltages`` has those (V) of the piezo, the store and the load at its samples, shape (n, 3); ``square`` the
-    integral of the load's squared voltage (V^2 s) up to each; ``steps`` how many the circuit made, and ``failed`` how
-    many of them did not converge; ``state`` its last state, and ``speed`` the velocity after the last kick; ``states``
-    those of the circuit at the samples, shape (n, length of a state), and ``own_steps`` the rows of
+    ``voltages`` has those (V) of the piezo, the store and the load at its samples, shape (n, 3);
+    ``square`` the integral of the load's squared voltage (V^2 s) up to each; ``steps`` how many the
+    circuit made, and ``failed`` how many of them did not converge; ``state`` its last state, and
+    ``speed`` the velocity after the last kick; ``states`` those of the circuit at the samples,
+    shape (n, length of a state), and ``own_steps`` the rows of
     `harvester.circuits.substeps.logged`, where they are asked for.
     """
 
@@ -40,10 +47,15 @@ class CircuitPath(Path):
 @kernel
 def _trace(noise, shaking, s, state, circuit, h, stride, outputs, c, kicked, states):
     samples, voltages, square, counts, impacts = outputs
-    count, total = 0, 0.0
-    room, other, last = np.empty((ROOMS, circuit.length)), state.copy(), len(state) - DID
+    count = 0
+    total = 0.0
+    room = np.empty((ROOMS, circuit.length))
+    other = state.copy()
+    last = len(state) - DID
     at, volts = circuit.voltages_at, circuit.volts
-    if not kicked:  # from a start other than rest half a kick comes first: the force of the first half step
+    if (
+        not kicked
+    ):  # from a start other than rest half a kick comes first: the force of the first half step
         _, a = between_kicks(shaking, 0)
         s = State(s.x, kick_at_stops(s, 0.0, 0.5 * h, c, a), s.V)
     for k in range(1, len(samples) * stride + 1):
@@ -55,7 +67,8 @@ def _trace(noise, shaking, s, state, circuit, h, stride, outputs, c, kicked, sta
         counts[0] += state[last + 1]
         counts[1] += state[last + 2]
         if did.speed != 0.0:
-            impacts[count, 0], impacts[count, 1] = (k - 1) * h + first, did.speed
+            impacts[count, 0] = (k - 1) * h + first
+            impacts[count, 1] = did.speed
             count += 1
         s = State(s.x, kick_at_stops(s, noise[k - 1], h, c, a), s.V)
         if k % stride == 0:
@@ -63,8 +76,14 @@ def _trace(noise, shaking, s, state, circuit, h, stride, outputs, c, kicked, sta
             for i in range(len(state)):
                 other[i] = state[i]
             mid, wall, first, _ = drifted(s, h, 0.5 * h, c, a)
-            advance(circuit.address, circuit.record, other, room, s.x, mid.x, wall, first, 0.5 * h, 0)
-            row[0], row[1], row[2], row[3], row[4] = s.x, s.V, mid.x, mid.v, other[at] / volts
+            advance(
+                circuit.address, circuit.record, other, room, s.x, mid.x, wall, first, 0.5 * h, 0
+            )
+            row[0] = s.x
+            row[1] = s.V
+            row[2] = mid.x
+            row[3] = mid.v
+            row[4] = other[at] / volts
             for i in range(N_VOLTAGES):
                 voltages[k // stride - 1, i] = state[at + i]
             square[k // stride - 1] = total
@@ -96,12 +115,22 @@ def trace_circuit(
     """
     check_start(eqs.rigid_stops, start[0], start[0])
     rows = len(noise) // stride
-    samples, voltages, square = np.empty((rows, len(COLUMNS))), np.empty((rows, N_VOLTAGES)), np.empty(rows)
-    impacts, counts, state = room_for_impacts(eqs, len(noise)), np.zeros(3), state.copy()
+    samples = np.empty((rows, len(COLUMNS)))
+    voltages = np.empty((rows, N_VOLTAGES))
+    square = np.empty(rows)
+    impacts = room_for_impacts(eqs, len(noise))
+    counts = np.zeros(3)
+    state = state.copy()
     shaking = forcing(eqs, h, len(noise)) if shaking is None else shaking
     outputs = samples, voltages, square, counts, impacts
     states = np.empty((rows, len(state))) if keep else None
-    begin = State(float(start[0]), float(start[1]), float(state[circuit.voltages_at]) / circuit.volts)
-    count = _trace(noise, shaking, begin, state, circuit, h, stride, outputs, coefficients(eqs), kicked, states)
+    begin = State(
+        float(start[0]), float(start[1]), float(state[circuit.voltages_at]) / circuit.volts
+    )
+    count = _trace(
+        noise, shaking, begin, state, circuit, h, stride, outputs, coefficients(eqs), kicked, states
+    )
     done = int(counts[0]), int(counts[1]), state, float(counts[2]), states
-    return CircuitPath(h, stride, samples, impacts[:count].copy(), shaking, None, voltages, square, *done)
+    return CircuitPath(
+        h, stride, samples, impacts[:count].copy(), shaking, None, voltages, square, *done
+    )

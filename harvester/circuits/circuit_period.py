@@ -1,7 +1,7 @@
 """The periodic response of a mass and a compiled circuit to a steady drive: from period to period, as by ngspice.
 
-The map of a period takes x, x', the charges and the voltages that functions read just after a kick to those a period
-later; `harvester.mechanics.periodic` goes to where it comes back.
+The map of a period takes x, x', the charges and the voltages that functions read just after a kick
+to those a period later; `harvester.mechanics.periodic` goes to where it comes back.
 """
 
 import math
@@ -21,7 +21,10 @@ from harvester.mechanics.kernels.forcing import forcing
 from harvester.mechanics.largest_swing import Swing
 from harvester.mechanics.periodic import MULTIPLES, Settling, periods_to_settle
 
-FIRST, WANDERED, TRIED = 4, 60, 5  # oscillations from rest; of a mass that is not linear, and how often
+# oscillations from rest; of a mass that is not linear, and how often
+FIRST = 4
+WANDERED = 60
+TRIED = 5
 NEAR = 0.01  # of the motion's size: a return that is seen among periods that still settle
 COMES_BACK = 3e-3  # of the state's size, in the run that measures the response
 SURE = 2.0  # times what is left as the last periods say it, and the standard error of their means
@@ -32,7 +35,8 @@ MEASURED = 4  # times that the response is gone through: switches may act a litt
 class CircuitStart:
     """Where a response that comes back after ``turns`` periods of the drive begins, or the way to a neighbouring one.
 
-    ``x``, ``v`` (nondimensional) and the circuit's ``state`` are those just after the kick at which the drive begins.
+    ``x``, ``v`` (nondimensional) and the circuit's ``state`` are those just after the kick at which
+    the drive begins.
     """
 
     x: float
@@ -45,8 +49,9 @@ class CircuitStart:
 class CircuitPeriod(CircuitStart, Swing):
     """A response that comes back.
 
-    ``power`` (W) of Rload and ``square`` (V^2) of the terminals are means over its periods; ``left`` is the part of
-    these that settling further may change; ``path`` has the last periods, a sample a kick, ``steps`` counts all.
+    ``power`` (W) of Rload and ``square`` (V^2) of the terminals are means over its periods;
+    ``left`` is the part of these that settling further may change; ``path`` has the last periods, a
+    sample a kick, ``steps`` counts all.
     """
 
     power: float
@@ -71,26 +76,47 @@ class CircuitPeriod(CircuitStart, Swing):
 class _Way:
     """Paths of one circuit through periods of the drive, each on from where the last one ended."""
 
-    def __init__(self, circuit: CompiledCircuit, eqs: Equations, h: float, near: CircuitStart | None) -> None:
+    def __init__(
+        self, circuit: CompiledCircuit, eqs: Equations, h: float, near: CircuitStart | None
+    ) -> None:
         period = eqs.shaking_period
         assert period is not None, "the drive is steady"
-        self.circuit, self.eqs, self.h, self.size, self.steps = circuit, eqs, h, round(period / h), 0
+        self.circuit = circuit
+        self.eqs = eqs
+        self.h = h
+        self.size = round(period / h)
+        self.steps = 0
         shaking = forcing(eqs, h, self.size)
         assert shaking is not None, "the drive is steady"
         self.shaking = shaking[:-1]
-        self.x, self.v, self.state = eqs.resting_places[0], 0.0, circuit.rest
+        self.x = eqs.resting_places[0]
+        self.v = 0.0
+        self.state = circuit.rest
         if near is not None:
-            self.x, self.v, self.state = near.x, near.v, near.state
+            self.x = near.x
+            self.v = near.v
+            self.state = near.state
         sizes = circuit.sizes
-        self.kept, self.charges = sizes[0] + sizes[1], sizes[3]
+        self.kept = sizes[0] + sizes[1]
+        self.charges = sizes[3]
 
     def run(self, periods: int, stride: int = 0) -> CircuitPath:
         """Go on for so many periods, with a sample each, or every ``stride`` kicks."""
         n_steps = periods * self.size
         shaking = self.shaking[np.arange(n_steps + 1) % self.size]
-        given = self.eqs, np.zeros(n_steps), self.h, stride or self.size, (self.x, self.v), self.state, shaking
+        given = (
+            self.eqs,
+            np.zeros(n_steps),
+            self.h,
+            stride or self.size,
+            (self.x, self.v),
+            self.state,
+            shaking,
+        )
         path = self.circuit.trace(*given, kicked=True)
-        self.x, self.v, self.state = float(path.samples[-1, 0]), path.speed, path.state
+        self.x = float(path.samples[-1, 0])
+        self.v = path.speed
+        self.state = path.state
         self.steps += n_steps
         return path
 
@@ -105,7 +131,9 @@ class _Way:
         Raises CircuitError where the circuit has no way on from a state.
         """
         before = self.state
-        self.x, self.v, self.state = float(y[0]), float(y[1]), before.copy()
+        self.x = float(y[0])
+        self.v = float(y[1])
+        self.state = before.copy()
         self.state[: self.kept] = y[2:]
         path = self.run(turns, 1)
         if path.failed:
@@ -115,14 +143,16 @@ class _Way:
 
     def means(self, path: CircuitPath) -> Floats:
         """Power (W), mean square voltage (V^2), and the mean of x^2 + x'^2 of a path."""
-        s, seconds = self.circuit.scales, len(path.samples) * path.stride * path.h / self.circuit.scales.frequency
+        s = self.circuit.scales
+        seconds = len(path.samples) * path.stride * path.h / self.circuit.scales.frequency
         square = float((path.samples[:, 1] ** 2).mean()) * s.volts**2
         moved = float((path.samples[:, 2:4] ** 2).sum(axis=1).mean())
         return np.array([path.square[-1] / self.circuit.resistance / seconds, square, moved])
 
     def settling(self, turns: int) -> Settling:
         """The way to where the map of so many periods comes back; every capacitor and coil counts, Csmooth last."""
-        s, order = self.circuit.scales, list(range(self.charges))
+        s = self.circuit.scales
+        order = list(range(self.charges))
         farads = self.circuit.load.smoothing or 0.0
         if farads:
             order.append(order.pop(self.circuit.charge_at("csmooth")))
@@ -143,7 +173,8 @@ class _Way:
         for _ in range(TRIED):
             path = self.run(max(math.ceil(WANDERED * min(natural, 1.0)), 2 * MULTIPLES))
             motion = path.samples[:, 2:4]
-            last, size = motion[-MULTIPLES:], math.sqrt(float((motion**2).sum(axis=1).mean()))
+            last = motion[-MULTIPLES:]
+            size = math.sqrt(float((motion**2).sum(axis=1).mean()))
             for turns in range(1, MULTIPLES + 1):
                 away = np.linalg.norm(last - motion[-MULTIPLES - turns : -turns], axis=1)
                 if np.max(away) < NEAR * max(size, 1e-12):
@@ -152,7 +183,11 @@ class _Way:
 
 
 def periodic_response(
-    circuit: CompiledCircuit, eqs: Equations, h: float, enough: float, near: CircuitStart | None = None
+    circuit: CompiledCircuit,
+    eqs: Equations,
+    h: float,
+    enough: float,
+    near: CircuitStart | None = None,
 ) -> CircuitPeriod | None:
     """The response from rest, or near another one, at steps of h; None where none comes back, or steps do not converge.
 
@@ -168,7 +203,8 @@ def _response(
     circuit: CompiledCircuit, eqs: Equations, h: float, enough: float, near: CircuitStart | None
 ) -> CircuitPeriod | None:
     """As `periodic_response`; raises CircuitError where steps of the circuit do not converge."""
-    way, turns = _Way(circuit, eqs, h, near), 1 if near is None else near.turns
+    way = _Way(circuit, eqs, h, near)
+    turns = 1 if near is None else near.turns
     if linear_growth(eqs) is None:
         turns = way.come_near() if near is None else near.turns
         if not turns:
@@ -180,7 +216,8 @@ def _response(
     if not settled.reach(enough):
         return None
     way.turn(settled.state, turns)
-    ends, means = [way.y], list[Floats]()
+    ends = [way.y]
+    means = list[Floats]()
     for _ in range(MEASURED):
         path = way.run(turns, 1)
         if path.failed:
@@ -190,9 +227,21 @@ def _response(
     residual = settled.slow @ (ends[-1] - ends[0]) / MEASURED
     left, less = settled.left(residual)
     unexplained = settled.unexplained(residual)
-    if settled.residual_norm(residual) + settled.size(settled.slow @ left) + unexplained > COMES_BACK:
+    if (
+        settled.residual_norm(residual) + settled.size(settled.slow @ left) + unexplained
+        > COMES_BACK
+    ):
         return None
-    mean, scatter = np.mean(means, axis=0), np.std(means, axis=0, ddof=1) / math.sqrt(MEASURED)
+    mean = np.mean(means, axis=0)
+    scatter = np.std(means, axis=0, ddof=1) / math.sqrt(MEASURED)
     parts = SURE * ((np.abs(less) + scatter) / np.maximum(mean, 1e-300) + unexplained)
-    there = way.x, way.v, way.state, turns, float(mean[0]), float(mean[1]), (float(parts[0]), float(parts[1]))
+    there = (
+        way.x,
+        way.v,
+        way.state,
+        turns,
+        float(mean[0]),
+        float(mean[1]),
+        (float(parts[0]), float(parts[1])),
+    )
     return CircuitPeriod(*there, path, way.steps)

@@ -1,6 +1,7 @@
 """A load's netlist as a compiled circuit on a device, and its motion beside the mass.
 
-Long because it is all that others see of a circuit: its sizes, its states, its paths, and what kernels take of it.
+Long because it is all that others see of a circuit: its sizes, its states, its paths, and what
+kernels take of it.
 """
 
 import dataclasses
@@ -12,7 +13,12 @@ from typing import Any
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.circuits.circuit_batch import MASS_ROWS, MORE_SUMS, advance_circuit, circuit_mid_drift
+from harvester.circuits.circuit_batch import (
+    MASS_ROWS,
+    MORE_SUMS,
+    advance_circuit,
+    circuit_mid_drift,
+)
 from harvester.circuits.circuit_path import CircuitPath, trace_circuit
 from harvester.circuits.converged import check_converged
 from harvester.circuits.modes_with_circuit import advance_modal_circuit, modal_circuit_mid_drift
@@ -21,7 +27,15 @@ from harvester.circuits.reduction import Reduction
 from harvester.circuits.semiconductors import ROOM
 from harvester.circuits.solvability import check_parts, check_size
 from harvester.circuits.stamps import stamp, value_of
-from harvester.circuits.substeps import CIRCUIT, DID, GAMMA, LEVELS, N_VOLTAGES, KernelCircuit, follow
+from harvester.circuits.substeps import (
+    CIRCUIT,
+    DID,
+    GAMMA,
+    LEVELS,
+    N_VOLTAGES,
+    KernelCircuit,
+    follow,
+)
 from harvester.circuits.system import System
 from harvester.equations.coefficients import Equations
 from harvester.equations.scales import Scales
@@ -33,18 +47,22 @@ from harvester.netlists.load_circuit import LoadCircuit
 from harvester.netlists.part import CircuitPart, UnservedError, by_name
 
 TYPICAL = 0.1  # nondimensional step: which pivots a reduction takes is decided there
-TOLERANCE, RINGING = 0.03, 0.002  # of a charge's size: what the two orders of a step may differ by; with coils
+# of a charge's size: what the two orders of a step may differ by; with coils
+TOLERANCE, RINGING = 0.03, 0.002
 LEAST = 1e-2  # of theta l/Cp: the least size of a charge
 
 
 def system_of(parts: dict[str, CircuitPart], capacitance: float) -> System:
     """The equations of a load circuit's elements beside a piezo of a capacitance (F).
 
-    Raises UnservedError for what compiled circuits do not have; InputError for values that cannot be.
+    Raises UnservedError for what compiled circuits do not have; InputError for values that cannot
+    be.
     """
     system = System(capacitance)
     across = system.across("p", "0")
-    system.add_charge("piezo", across, {k: v * capacitance for k, v in across.items()}, 1.0 / capacitance)
+    system.add_charge(
+        "piezo", across, {k: v * capacitance for k, v in across.items()}, 1.0 / capacitance
+    )
     for part in parts.values():
         stamp(part, system, parts)
         system.elements[part.name] = len(system.diodes), len(system.functions)
@@ -56,9 +74,11 @@ class CompiledCircuit:
 
     ``resistance`` (ohm) is that of Rload, ``mu`` the same as 1/(R Cp w0).
 
-    ``elements`` are those that stand for the load's, such as a part of them; ``tolerance`` is that of a step.
+    ``elements`` are those that stand for the load's, such as a part of them; ``tolerance`` is that
+    of a step.
 
-    Raises UnservedError for what compiled circuits do not have, and InputError for a circuit without a solution.
+    Raises UnservedError for what compiled circuits do not have, and InputError for a circuit
+    without a solution.
     """
 
     sums = len(MORE_SUMS)
@@ -70,17 +90,26 @@ class CompiledCircuit:
         elements: Sequence[CircuitPart] | None = None,
         tolerance: float = TOLERANCE,
     ) -> None:
-        self.load, self.scales, self.tolerance = load, scales, tolerance
+        self.load = load
+        self.scales = scales
+        self.tolerance = tolerance
         parts = by_name(load.parts if elements is None else elements)
         if any(value != ROOM for value in load.settings.values()):
-            raise UnservedError(f"netlist {load.name} sets a temperature other than {ROOM:g} degrees Celsius")
+            raise UnservedError(
+                f"netlist {load.name} sets a temperature other than {ROOM:g} degrees Celsius"
+            )
         check_parts(parts.values())
         check_size(parts.values())
         self.system = system_of(parts, scales.capacitance)
-        rload, store = parts["rload"], parts.get("csmooth")
+        rload = parts["rload"]
+        store = parts.get("csmooth")
         self.resistance = value_of(rload)
         across = self.system.across
-        read_out = [across("p", "0"), across(*store.nodes) if store is not None else {}, across(*rload.nodes)]
+        read_out = [
+            across("p", "0"),
+            across(*store.nodes) if store is not None else {},
+            across(*rload.nodes),
+        ]
         self.reduction = Reduction(self.system, read_out, self._tau(TYPICAL))
         self._arrays: dict[float, tuple[Any, ...]] = {}
 
@@ -94,7 +123,9 @@ class CompiledCircuit:
     @property
     def has_coils(self) -> bool:
         """Whether charges are fluxes of coils, which ring."""
-        return any(k in self.system.owners for _, column, _, _ in self.system.charges for k in column)
+        return any(
+            k in self.system.owners for _, column, _, _ in self.system.charges for k in column
+        )
 
     def _tau(self, h: float) -> float:
         return float(GAMMA * h / self.scales.frequency)
@@ -113,7 +144,12 @@ class CompiledCircuit:
     def sizes(self) -> tuple[int, int, int, int]:
         """Of the parts of a state: charges, unknowns that functions read, switches, and linear charges."""
         charges = len(self.system.charges)
-        return charges + len(self.system.diodes), len(self.reduction.columns), len(self.system.switches), charges
+        return (
+            charges + len(self.system.diodes),
+            len(self.reduction.columns),
+            len(self.system.switches),
+            charges,
+        )
 
     @property
     def switches_at(self) -> int:
@@ -131,7 +167,9 @@ class CompiledCircuit:
         *_, switches, charges = self.sizes
         state = np.zeros(self.voltages_at + N_VOLTAGES + switches + DID)
         state[:charges] = self.system.starts
-        state[self.switches_at : self.switches_at + switches] = [switch.closed for switch in self.system.switches]
+        state[self.switches_at : self.switches_at + switches] = [
+            switch.closed for switch in self.system.switches
+        ]
         return state
 
     @property
@@ -165,7 +203,9 @@ class CompiledCircuit:
         Raises CircuitError where too many steps do not converge.
         """
         state = self.rest if state is None else state
-        path = trace_circuit(eqs, self.for_kernels(h), state, noise, h, stride, start, shaking, kicked, keep)
+        path = trace_circuit(
+            eqs, self.for_kernels(h), state, noise, h, stride, start, shaking, kicked, keep
+        )
         self.check(path.steps, path.failed, path.state)
         return path
 
@@ -177,13 +217,20 @@ class CompiledCircuit:
         """As `check`, of sums as a batch has them, without those of ideal circuits, and states with all their rows."""
         self.check(sums[-2], sums[-1], np.moveaxis(state[:, MASS_ROWS : self.rows], 1, -1))
 
-    def with_own_steps(self, path: CircuitPath, given: tuple[Any, ...], kicked: bool = False) -> CircuitPath:
+    def with_own_steps(
+        self, path: CircuitPath, given: tuple[Any, ...], kicked: bool = False
+    ) -> CircuitPath:
         """The path that `trace` made of what is ``given``, with the log of the circuit's own steps."""
         eqs, noise, h, stride, start, state, shaking = given
-        circuit, rows, width = self.for_kernels(h), path.steps + 1, 1 + sum(self.sizes[:3])
-        log, record = np.zeros(2 + rows * width), circuit.record.copy()
+        circuit = self.for_kernels(h)
+        rows = path.steps + 1
+        width = 1 + sum(self.sizes[:3])
+        log = np.zeros(2 + rows * width)
+        record = circuit.record.copy()
         log[1], record["log_at"] = rows, log.ctypes.data
-        again = trace_circuit(eqs, circuit._replace(record=record), state, noise, h, stride, start, shaking, kicked)
+        again = trace_circuit(
+            eqs, circuit._replace(record=record), state, noise, h, stride, start, shaking, kicked
+        )
         return dataclasses.replace(again, own_steps=log[2:].reshape(rows, width)[: int(log[0])])
 
     def path_moments(
@@ -219,7 +266,11 @@ class CompiledCircuit:
     def voltages(self, state: Floats) -> dict[str, float]:
         """The voltages of all nodes (V) in a state of the circuit, by their names."""
         voltages = self.unknowns(state[None])[0]
-        return {name: float(voltages[k]) for name, k in self.system.unknowns.items() if k not in self.system.owners}
+        return {
+            name: float(voltages[k])
+            for name, k in self.system.unknowns.items()
+            if k not in self.system.owners
+        }
 
     def unknowns(self, states: Floats) -> Floats:
         """All unknowns (V, A) in states of the circuit, shape (n, length of a state): shape (n, unknowns)."""
@@ -241,18 +292,36 @@ class CompiledCircuit:
         state[:, MASS_ROWS + k] = voltage * self.scales.volts / self.system.charges[k][3]
 
     def advance(
-        self, batch: Batch, state: Floats, schedule: Schedule, h: float, eqs: Equations, shaker: Filter | None
+        self,
+        batch: Batch,
+        state: Floats,
+        schedule: Schedule,
+        h: float,
+        eqs: Equations,
+        shaker: Filter | None,
     ) -> None:
         """Advance a batch of trajectories; see `OwnCircuit`."""
         if eqs.modes is not None:
-            advance_modal_circuit(batch, state, schedule, h, self.for_kernels(h), self.rows, eqs, shaker)
+            advance_modal_circuit(
+                batch, state, schedule, h, self.for_kernels(h), self.rows, eqs, shaker
+            )
         else:
             c = coefficients(eqs)
             if follow.waits:  # a call without a step compiles this kernel meanwhile
-                advance_circuit(batch, state, schedule._replace(samples=0), h, self._with_follow(h, 0), c, shaker)
+                advance_circuit(
+                    batch,
+                    state,
+                    schedule._replace(samples=0),
+                    h,
+                    self._with_follow(h, 0),
+                    c,
+                    shaker,
+                )
             advance_circuit(batch, state, schedule, h, self.for_kernels(h), c, shaker)
 
-    def mid_drift(self, state: Floats, out: Floats, h: float, eqs: Equations, shaker: Filter | None) -> None:
+    def mid_drift(
+        self, state: Floats, out: Floats, h: float, eqs: Equations, shaker: Filter | None
+    ) -> None:
         """The states of a batch half a step later; see `OwnCircuit`."""
         if eqs.modes is not None:
             modal_circuit_mid_drift(state, out, h, self.for_kernels(h), self.rows, eqs, shaker)
@@ -266,31 +335,48 @@ class CompiledCircuit:
     def _with_follow(self, h: float, address: int) -> KernelCircuit:
         """The same with the address of `follow`."""
         record, _ = self._arrays.get(h) or self._arrays.setdefault(h, self._record(h))
-        return KernelCircuit(record, address, self.room, self.voltages_at, self.scales.volts, self._unit)
+        return KernelCircuit(
+            record, address, self.room, self.voltages_at, self.scales.volts, self._unit
+        )
 
     def _record(self, h: float) -> tuple[Any, ...]:
         """The record of `CIRCUIT`, and the arrays that it points to."""
         stages = [self.reduction.stage(self._tau(h) / 2**k) for k in range(LEVELS)]
         names = "admittances", "right", "outputs"
         matrices = [np.array([getattr(stage, name) for stage in stages]) for name in names]
-        switches, s = self.system.switches, self.scales
-        thresholds = np.array([[switch.on for switch in switches], [switch.off for switch in switches]]).reshape(2, -1)
+        switches = self.system.switches
+        s = self.scales
+        thresholds = np.array(
+            [[switch.on for switch in switches], [switch.off for switch in switches]]
+        ).reshape(2, -1)
         volts = np.array([volts for _, _, _, volts in self.system.charges])
         given = np.array(self.solver.arguments or [0.0])
-        arrays = [np.ascontiguousarray(values, dtype=np.float64) for values in (*matrices, given, thresholds, volts)]
+        arrays = [
+            np.ascontiguousarray(values, dtype=np.float64)
+            for values in (*matrices, given, thresholds, volts)
+        ]
         record = np.zeros(1, CIRCUIT)
-        for name, array in zip(("Y_at", "R_at", "O_at", "p_at", "thresholds_at", "volts_at"), arrays, strict=True):
+        for name, array in zip(
+            ("Y_at", "R_at", "O_at", "p_at", "thresholds_at", "volts_at"), arrays, strict=True
+        ):
             record[name] = array.ctypes.data
         ns, n, many, nz = self.sizes
-        record["solver_at"], record["switches"] = self.solver.address, many
-        record["n"], record["nz"], record["ns"] = n, nz, ns
+        record["solver_at"] = self.solver.address
+        record["switches"] = many
+        record["n"] = n
+        record["nz"] = nz
+        record["ns"] = ns
         finest = RINGING if self.has_coils else self.tolerance
-        record["least"], record["tolerance"] = LEAST * s.volts, min(finest, self.tolerance)
-        record["charge"], record["seconds"] = s.capacitance * s.volts, h / s.frequency
+        record["least"] = LEAST * s.volts
+        record["tolerance"] = min(finest, self.tolerance)
+        record["charge"] = s.capacitance * s.volts
+        record["seconds"] = h / s.frequency
         return record, arrays
 
 
-def compiled_circuit(load: LoadCircuit, scales: Scales, tolerance: float = TOLERANCE) -> CompiledCircuit:
+def compiled_circuit(
+    load: LoadCircuit, scales: Scales, tolerance: float = TOLERANCE
+) -> CompiledCircuit:
     """The compiled circuit of a load, which is made once for each load and device; raises as `CompiledCircuit`."""
     key = repr((load, scales, tolerance))
     if (circuit := _MADE.get(key)) is None:

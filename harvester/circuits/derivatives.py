@@ -2,8 +2,8 @@
 
     z = f(a, b)   =>   dz/dw = df/da da/dw + df/db db/dw      for each input w that a or b depends on
 
-A constant becomes an argument, so that the lines depend on the expression's form only; a sub-tree that occurs twice is
-computed once; of c ? a : b only the branch taken is computed.
+A constant becomes an argument, so that the lines depend on the expression's form only; a sub-tree
+that occurs twice is computed once; of c ? a : b only the branch taken is computed.
 """
 
 from dataclasses import dataclass, field
@@ -54,7 +54,8 @@ class Writer:
 
     def _operation(self, node: Node) -> tuple[str, Derivatives]:
         parts = [self.write(argument) for argument in node.arguments]
-        a, b = parts[0][0], parts[-1][0]
+        a = parts[0][0]
+        b = parts[-1][0]
         text, slopes = _rule(node.operation, a, b)
         value = self.line(text)
         total: dict[int, list[str]] = {}
@@ -63,29 +64,46 @@ class Writer:
                 continue
             by_this = slope if slope in ("1.0", "-1.0") else self.line(slope.replace("$z", value))
             for index, inner in derivatives.items():
-                product = inner if by_this == "1.0" else by_this if inner == "1.0" else f"{by_this}*{inner}"
+                product = (
+                    inner
+                    if by_this == "1.0"
+                    else by_this
+                    if inner == "1.0"
+                    else f"{by_this}*{inner}"
+                )
                 total.setdefault(index, []).append(product)
-        return value, {k: some[0] if some == ["1.0"] else self.line(" + ".join(some)) for k, some in total.items()}
+        return value, {
+            k: some[0] if some == ["1.0"] else self.line(" + ".join(some))
+            for k, some in total.items()
+        }
 
     def _table(self, node: Node) -> tuple[str, Derivatives]:
         """A table, whose points are arguments one after the other."""
         x, inner = self.write(node.arguments[0])
-        first, points = len(self.constants), len(node.arguments) // 2
+        first = len(self.constants)
+        points = len(node.arguments) // 2
         self.constants += [argument.value for argument in node.arguments[1:]]
         value = self.line(f"table_at({x}, p, {first}, {points})")
         slope = self.line(f"table_slope({x}, p, {first}, {points})")
-        return value, {k: slope if name == "1.0" else self.line(f"{slope}*{name}") for k, name in inner.items()}
+        return value, {
+            k: slope if name == "1.0" else self.line(f"{slope}*{name}") for k, name in inner.items()
+        }
 
     def _branches(self, node: Node) -> tuple[str, Derivatives]:
-        condition, outer, branches = self.write(node.arguments[0])[0], self.indent, []
+        condition = self.write(node.arguments[0])[0]
+        outer = self.indent
+        branches = []
         before = dict(self._known)
         blocks: list[list[str]] = []
         for branch in node.arguments[1:]:
-            kept, self.lines = self.lines, []
+            kept = self.lines
+            self.lines = []
             self.indent = outer + "    "
             branches.append(self.write(branch))
             blocks.append(self.lines)
-            self.lines, self._known = kept, dict(before)  # what a branch computes is known in it only
+            # what a branch computes is known in it only
+            self.lines = kept
+            self._known = dict(before)
         self.indent = outer
         indices = sorted(set(branches[0][1]) | set(branches[1][1]))
         names = [f"t{self._names + k}" for k in range(len(indices) + 1)]
@@ -111,7 +129,10 @@ def _rule(operation: str, a: str, b: str) -> tuple[str, list[str | None]]:
         "or": (f"1.0 if {a} != 0.0 or {b} != 0.0 else 0.0", [None, None]),
         "min": (f"min({a}, {b})", [f"1.0 if {a} < {b} else 0.0", f"0.0 if {a} < {b} else 1.0"]),
         "max": (f"max({a}, {b})", [f"1.0 if {a} > {b} else 0.0", f"0.0 if {a} > {b} else 1.0"]),
-        "pow": (f"abs({a}) ** {b}", [f"{b} * power_slope({a}, {b})", f"$z * math.log(max(abs({a}), 1e-300))"]),
+        "pow": (
+            f"abs({a}) ** {b}",
+            [f"{b} * power_slope({a}, {b})", f"$z * math.log(max(abs({a}), 1e-300))"],
+        ),
         "pwr": (
             f"math.copysign(abs({a}) ** {b}, {a})",
             [f"{b} * abs(power_slope({a}, {b}))", f"$z * math.log(max(abs({a}), 1e-300))"],
@@ -130,11 +151,20 @@ def _rule(operation: str, a: str, b: str) -> tuple[str, list[str | None]]:
         "sin": (f"math.sin({a})", f"math.cos({a})"),
         "cos": (f"math.cos({a})", f"-math.sin({a})"),
         "tan": (f"math.tan({a})", "1.0 + $z * $z"),
-        "asin": (f"math.asin(min(max({a}, -1.0), 1.0))", f"1.0 / math.sqrt(max(1.0 - {a} * {a}, 1e-300))"),
-        "acos": (f"math.acos(min(max({a}, -1.0), 1.0))", f"-1.0 / math.sqrt(max(1.0 - {a} * {a}, 1e-300))"),
+        "asin": (
+            f"math.asin(min(max({a}, -1.0), 1.0))",
+            f"1.0 / math.sqrt(max(1.0 - {a} * {a}, 1e-300))",
+        ),
+        "acos": (
+            f"math.acos(min(max({a}, -1.0), 1.0))",
+            f"-1.0 / math.sqrt(max(1.0 - {a} * {a}, 1e-300))",
+        ),
         "asinh": (f"math.asinh({a})", f"1.0 / math.sqrt({a} * {a} + 1.0)"),
         "acosh": (f"math.acosh(max({a}, 1.0))", f"1.0 / math.sqrt(max({a} * {a} - 1.0, 1e-300))"),
-        "atanh": (f"math.atanh(min(max({a}, -ALMOST), ALMOST))", f"1.0 / max(1.0 - {a} * {a}, 1e-300)"),
+        "atanh": (
+            f"math.atanh(min(max({a}, -ALMOST), ALMOST))",
+            f"1.0 / max(1.0 - {a} * {a}, 1e-300)",
+        ),
         "atan": (f"math.atan({a})", f"1.0 / (1.0 + {a} * {a})"),
         "tanh": (f"math.tanh({a})", "1.0 - $z * $z"),
         "sinh": (f"math.sinh({a})", f"math.cosh({a})"),
@@ -143,7 +173,10 @@ def _rule(operation: str, a: str, b: str) -> tuple[str, list[str | None]]:
         "u2": (f"min(max({a}, 0.0), 1.0)", f"1.0 if 0.0 < {a} < 1.0 else 0.0"),
         "uramp": (f"max({a}, 0.0)", f"1.0 if {a} > 0.0 else 0.0"),
         "sgn": (f"math.copysign(1.0, {a}) if {a} != 0.0 else 0.0", None),
-        **{f"{word}0": (f"1.0 if {a} {sign} 0.0 else 0.0", None) for word, sign in _AGAINST_ZERO.items()},
+        **{
+            f"{word}0": (f"1.0 if {a} {sign} 0.0 else 0.0", None)
+            for word, sign in _AGAINST_ZERO.items()
+        },
         "floor": (f"math.floor({a})", None),
         "ceil": (f"math.ceil({a})", None),
         "nint": (f"float(round({a}))", None),

@@ -1,8 +1,9 @@
 """Gauss's elimination for one pattern of a matrix, as straight lines of Python without a zero in them.
 
-The pivots are chosen once, for samples of the matrix as Newton's iterations meet it: where derivatives are zero, and
-where they are large.  Among pivots that are safe in all samples that with the fewest products goes first (Markowitz).
-The lines test their pivots; where one fails, elimination with pivots of the matrix at hand takes over.
+The pivots are chosen once, for samples of the matrix as Newton's iterations meet it: where
+derivatives are zero, and where they are large.  Among pivots that are safe in all samples that with
+the fewest products goes first (Markowitz). The lines test their pivots; where one fails,
+elimination with pivots of the matrix at hand takes over.
 
 Source: Duff, Erisman, Reid, Direct Methods for Sparse Matrices, 2nd ed. 2017, chapter 7.
 """
@@ -13,19 +14,22 @@ import numpy as np
 
 from harvester.arrays import Bools, Floats
 
-SAFE = 1e-6  # of the largest coefficient of its column, in each sample: the least pivot that is taken
+# of the largest coefficient of its column, in each sample: the least pivot that is taken
+SAFE = 1e-6
 
 
 def pivots(samples: Floats, pattern: Bools) -> list[tuple[int, int]]:
     """The places of the pivots, row and column, in their order.
 
-    ``samples``, shape (samples, n, n), have rows of like size; ``pattern``, shape (n, n), is where any is not zero.
+    ``samples``, shape (samples, n, n), have rows of like size; ``pattern``, shape (n, n), is where
+    any is not zero.
     """
     left, pattern = samples.copy(), pattern.copy()
     rows, columns = list(range(len(pattern))), list(range(len(pattern)))
     order = list[tuple[int, int]]()
     while rows:
-        part, near = np.abs(left[:, rows][:, :, columns]), pattern[np.ix_(rows, columns)]
+        part = np.abs(left[:, rows][:, :, columns])
+        near = pattern[np.ix_(rows, columns)]
         largest = part.max(axis=1, keepdims=True)
         share = (part / np.where(largest > 0.0, largest, 1.0)).min(axis=0) * near
         products = np.outer(near.sum(axis=1) - 1.0, near.sum(axis=0) - 1.0)
@@ -37,18 +41,23 @@ def pivots(samples: Floats, pattern: Bools) -> list[tuple[int, int]]:
         with np.errstate(divide="ignore", invalid="ignore"):
             factors = left[:, rows, column] / left[:, row, column][:, None]
         factors[~np.isfinite(factors)] = 0.0
-        left[np.ix_(range(len(left)), rows, columns)] -= factors[:, :, None] * left[:, row, columns][:, None, :]
+        left[np.ix_(range(len(left)), rows, columns)] -= (
+            factors[:, :, None] * left[:, row, columns][:, None, :]
+        )
         pattern[np.ix_(rows, columns)] |= np.outer(pattern[rows, column], pattern[row, columns])
     return order
 
 
-def lines_of(order: list[tuple[int, int]], pattern: Bools, limits: Sequence[Sequence[str]]) -> list[str]:
+def lines_of(
+    order: list[tuple[int, int]], pattern: Bools, limits: Sequence[Sequence[str]]
+) -> list[str]:
     """The lines that solve a z = b from variables a{row}_{column} and b{row} for z{column}; ``safe`` tells if they did.
 
     Each variable but ``safe`` is assigned once, which is far less work for the compiler.  ``limits`` are the arguments'
     texts of the largest factors, by the equations that are subtracted from and that are subtracted, shape (n, n).
     """
-    lines, right = ["safe = True"], [f"b{i}" for i in range(len(pattern))]
+    lines = ["safe = True"]
+    right = [f"b{i}" for i in range(len(pattern))]
     names = {(i, j): f"a{i}_{j}" for i, j in np.argwhere(pattern).tolist()}
     for k, (row, column) in enumerate(order):
         later = order[k + 1 :]
@@ -57,15 +66,21 @@ def lines_of(order: list[tuple[int, int]], pattern: Bools, limits: Sequence[Sequ
             if (other, column) not in names:
                 continue
             f = f"f{other}_{row}"
-            lines += [f"{f} = {names[other, column]} * d{row}", f"safe &= abs({f}) < {limits[other][row]}"]
+            lines += [
+                f"{f} = {names[other, column]} * d{row}",
+                f"safe &= abs({f}) < {limits[other][row]}",
+            ]
             for _, j in later:
                 if (row, j) in names:
-                    before, names[other, j] = names.get((other, j), ""), f"a{other}_{j}_{row}"
+                    before = names.get((other, j), "")
+                    names[other, j] = f"a{other}_{j}_{row}"
                     lines.append(f"{names[other, j]} = {before} - {f} * {names[row, j]}")
             lines.append(f"b{other}_{row} = {right[other]} - {f} * {right[row]}")
             right[other] = f"b{other}_{row}"
     for k in range(len(order) - 1, -1, -1):
         row, column = order[k]
-        known = "".join(f" - {names[row, j]} * z{j}" for _, j in order[k + 1 :] if (row, j) in names)
+        known = "".join(
+            f" - {names[row, j]} * z{j}" for _, j in order[k + 1 :] if (row, j) in names
+        )
         lines.append(f"z{column} = ({right[row]}{known}) * d{row}")
     return lines

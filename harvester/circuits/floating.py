@@ -1,9 +1,10 @@
 """Groups of nodes that float: what they get as a whole is the sum of their equations, taken before numbers are rounded.
 
-The rails of a bridge are such a group.  The equations of its nodes have a store's C/tau, which is up to 1e16 times what
-leaks through blocked diodes, so that rounding hides where the rails are.  In the sum all that connects nodes of the
-group cancels; it stands in place of one of their equations.  Groups are nested: what the store connects, what series
-resistances of devices do, too, what all capacitors do, and what all linear elements do.
+The rails of a bridge are such a group.  The equations of its nodes have a store's C/tau, which is
+up to 1e16 times what leaks through blocked diodes, so that rounding hides where the rails are.  In
+the sum all that connects nodes of the group cancels; it stands in place of one of their equations.
+Groups are nested: what the store connects, what series resistances of devices do, too, what all
+capacitors do, and what all linear elements do.
 """
 
 import itertools
@@ -17,11 +18,16 @@ class SummedEquations:
 
     def __init__(self, system: System) -> None:
         seen = set[int]().union(*(row for row, _ in system.inputs))
-        entered = set[int]().union(*(diode.rows for diode in system.diodes), *(f.rows for f in system.functions))
+        entered = set[int]().union(
+            *(diode.rows for diode in system.diodes), *(f.rows for f in system.functions)
+        )
         sums = {k: frozenset([k]) for k in range(system.size) if k not in system.owners}
-        for group in itertools.chain.from_iterable(_floating(system, columns) for columns in _nested(system)):
+        for group in itertools.chain.from_iterable(
+            _floating(system, columns) for columns in _nested(system)
+        ):
             heads = (k for k in group if not any(sums[k] < sums[other] for other in group))
-            first = max(heads, key=lambda k: (k in entered, k in seen, -k))  # one that is kept in any case
+            # one that is kept in any case
+            first = max(heads, key=lambda k: (k in entered, k in seen, -k))
             sums[first] = group
         self.sums = {k: group for k, group in sums.items() if len(group) > 1}
 
@@ -37,7 +43,9 @@ def _nested(system: System) -> Iterator[list[Row]]:
     """The columns by which elements enter the equations: those of the strongest ones, and each time of more."""
     leaks, series = ({id(row) for row in rows} for rows in (system.leaks, system.series))
     coils = {k for _, column, _, _ in system.charges for k in column if k in system.owners}
-    sources, conductances, inner = list[Row](), list[Row](), list[Row]()
+    sources = list[Row]()
+    conductances = list[Row]()
+    inner = list[Row]()
     for column, row, _ in system.conductances:
         if id(column) in series:
             inner.append(column)

@@ -2,9 +2,9 @@
 
 Engine `ideal` simulates them, and engine `spice` uses them as the control variate beside ngspice.
 
-Left out of the netlists' elements are the diodes' series resistance, junction capacitance, recovery and breakdown, and
-the time of a switching (`switching_time`).  Of what SSHI and SECE take of the plate of `benchmarks/steady.py`, all that
-is 0.3 to 0.7 %.
+Left out of the netlists' elements are the diodes' series resistance, junction capacitance, recovery
+and breakdown, and the time of a switching (`switching_time`).  Of what SSHI and SECE take of the
+plate of `benchmarks/steady.py`, all that is 0.3 to 0.7 %.
 """
 
 import math
@@ -27,7 +27,9 @@ def ideal_circuit(circuit: LoadCircuit, scales: Scales) -> IdealCircuit | None:
     name, p = circuit.topology, circuit.values
     if name not in TOPOLOGIES:
         return None
-    capacitance, w0, volts = scales.capacitance, scales.frequency, scales.volts
+    capacitance = scales.capacitance
+    w0 = scales.frequency
+    volts = scales.volts
     if (
         any(value <= 0.0 for key, value in p.items() if key not in ("play", "rest", "Rcoil"))
         or p.get("play", 0.0) < 0.0
@@ -49,9 +51,12 @@ def ideal_circuit(circuit: LoadCircuit, scales: Scales) -> IdealCircuit | None:
         return circuit_of(bridge=True)
     hysteresis = p["play"] / volts
     if name == "parallel_sshi":
-        return circuit_of(bridge=True, hysteresis=hysteresis, parallel=_coil(p, capacitance, capacitance, w0))
+        return circuit_of(
+            bridge=True, hysteresis=hysteresis, parallel=_coil(p, capacitance, capacitance, w0)
+        )
     if name == "series_sshi":
-        both = capacitance * p["C"] / (capacitance + p["C"])  # in series: what the coil oscillates with
+        # in series: what the coil oscillates with
+        both = capacitance * p["C"] / (capacitance + p["C"])
         return circuit_of(hysteresis=hysteresis, series=_coil(p, both, capacitance, w0))
     sece = Flyback(
         damping=_damping_ratio(p, capacitance),
@@ -72,7 +77,11 @@ def ideal_bridge(saturation: float, emission: float, scales: Scales) -> IdealCir
 def switching_time(circuit: LoadCircuit, scales: Scales) -> float:
     """Seconds of a switching, which ideal elements do at once: pi sqrt(L Cp), of SECE half of it; 0 without a coil."""
     inductance = circuit.values.get("L", 0.0) if circuit.topology in TOPOLOGIES else 0.0
-    return math.pi * math.sqrt(inductance * scales.capacitance) * (0.5 if circuit.topology == "sece" else 1.0)
+    return (
+        math.pi
+        * math.sqrt(inductance * scales.capacitance)
+        * (0.5 if circuit.topology == "sece" else 1.0)
+    )
 
 
 def _damping_ratio(p: dict[str, float], capacitance: float) -> float:

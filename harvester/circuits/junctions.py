@@ -10,7 +10,8 @@ and its charge, with that of the junction below Fc Vj and straight on above:
 
     q = Tt i + Cjo Vj/(1 - M) (1 - (1 - v/Vj)^(1 - M))
 
-Left out: temperatures other than 27 degrees, currents of the side wall, of recombination and of tunnelling, and noise.
+Left out: temperatures other than 27 degrees, currents of the side wall, of recombination and of
+tunnelling, and noise.
 """
 
 import math
@@ -26,14 +27,17 @@ def diode(v, saturation, n, breakdown, reverse, capacitance, built_in, grading, 
     """The current of a diode at the voltage v of its junction, its conductance, its charge, and its capacitance."""
     if v >= -3.0 * n:
         grown = math.exp(min(v / n, 500.0))
-        i, g = saturation * (grown - 1.0), saturation * grown / n
+        i = saturation * (grown - 1.0)
+        g = saturation * grown / n
     elif v >= -breakdown:
         part = 3.0 * n / (v * EULER)
         part *= part * part
-        i, g = -saturation * (1.0 + part), 3.0 * saturation * part / v
+        i = -saturation * (1.0 + part)
+        g = 3.0 * saturation * part / v
     else:
         grown = saturation * math.exp(min(-(v + breakdown) / reverse, 500.0))
-        i, g = -grown, grown / reverse
+        i = -grown
+        g = grown / reverse
     q, c = transit * i, transit * g
     if capacitance != 0.0:
         stored, c_stored = depletion(v, capacitance, built_in, grading, forward)
@@ -57,7 +61,9 @@ def depletion(v, capacitance, built_in, grading, forward):
     return q + (v - knee) * (c + 0.5 * slope * (v - knee)), c + slope * (v - knee)
 
 
-def breakdown_voltage(saturation: float, thermal: float, bv: float, ibv: float, tolerance: float = 1e-6) -> float:
+def breakdown_voltage(
+    saturation: float, thermal: float, bv: float, ibv: float, tolerance: float = 1e-6
+) -> float:
     """The voltage B beyond which the current is Is exp((v - B)/n), such that Bv carries Ibv (ngspice's diotemp.c).
 
     Where Ibv is so small that Is leaks more, it is Bv itself.

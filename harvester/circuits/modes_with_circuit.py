@@ -1,8 +1,9 @@
 """Several modes with a compiled circuit: many trajectories, as `harvester.circuits.circuit_batch` of one mode.
 
-Modes drift and are kicked as with a resistor (`harvester.mechanics.modes.modal_step`), and the circuit follows the
-charge of all of them, which is sum s_j y_j in units of theta l.  A block's states have the rows x, x', V, U and those
-of the circuit, as with one mode, and below them y_2, ... and y_2', ...
+Modes drift and are kicked as with a resistor (`harvester.mechanics.modes.modal_step`), and the
+circuit follows the charge of all of them, which is sum s_j y_j in units of theta l.  A block's
+states have the rows x, x', V, U and those of the circuit, as with one mode, and below them y_2, ...
+and y_2', ...
 """
 
 import numpy as np
@@ -27,7 +28,18 @@ def fly_with_modes(i, z, its_state, circuit, room, d, c, a, whole):
     """Drift lane i of modes, and advance its circuit, whose state is ``its_state``; returns the `Impacts`."""
     did, course = drift_with_course(i, z, d, c, a)
     wall, first = (course.wall, course.first) if did.number > 0.0 else (course.end, d.t)
-    advance(circuit.address, circuit.record, its_state, room, course.begin, course.end, wall, first, d.t, whole)
+    advance(
+        circuit.address,
+        circuit.record,
+        its_state,
+        room,
+        course.begin,
+        course.end,
+        wall,
+        first,
+        d.t,
+        whole,
+    )
     z[2 * len(c.k) * BATCH + i] = its_state[circuit.voltages_at] / circuit.volts
     return did
 
@@ -36,10 +48,15 @@ def fly_with_modes(i, z, its_state, circuit, room, d, c, a, whole):
 def _advance(z, state, b, schedule, h, circuit, c, shaker):
     """Advance modes z, as of `modal_step`, and the circuits' states by a `Schedule`, and add up the moments."""
     whole, half = drifts(h, None, EXACT)
-    n, length = len(c.k), len(state)
-    room, its_state, mid = np.empty((ROOMS, circuit.length)), np.empty(length), np.zeros(len(z))
+    n = len(c.k)
+    length = len(state)
+    room = np.empty((ROOMS, circuit.length))
+    its_state = np.empty(length)
+    mid = np.zeros(len(z))
     noise, accelerations = np.zeros((2, BATCH)), np.zeros((2, BATCH))
-    last, sums, steps = length - DID, b.sums, 1 if schedule.doublings > 0 else 2
+    last = length - DID
+    sums = b.sums
+    steps = 1 if schedule.doublings > 0 else 2
     unit = circuit.unit / (schedule.stride * circuit.record[0].seconds)
     for _ in range(schedule.samples):
         for k in range(schedule.stride):
@@ -65,7 +82,9 @@ def _advance(z, state, b, schedule, h, circuit, c, shaker):
                 sums[14, i] += its_state[last + 1]
                 sums[15, i] += its_state[last + 2]
         for i in range(BATCH):
-            _to_mid_drift(i, z, mid, state, its_state, circuit, room, half, c, last_acceleration(i, shaker))
+            _to_mid_drift(
+                i, z, mid, state, its_state, circuit, room, half, c, last_acceleration(i, shaker)
+            )
             add_sample_of_modes(i, sums, z, mid, c)
     for i in range(BATCH):
         b.V[i] = z[2 * n * BATCH + i]
@@ -84,11 +103,20 @@ def _to_mid_drift(i, z, mid, state, its_state, circuit, room, half, c, a):
 @kernel
 def _mid_drift(z, state, out, h, circuit, c, shaker):
     """Go from the states of a batch after a kick to x, x' and V half a step later, shape (3, BATCH)."""
-    half, n = interval(h, 0.5 * h, None), len(c.k)
-    room, its_state, mid = np.empty((ROOMS, circuit.length)), np.empty(len(state)), np.zeros(len(z))
+    half = interval(h, 0.5 * h, None)
+    n = len(c.k)
+    room = np.empty((ROOMS, circuit.length))
+    its_state = np.empty(len(state))
+    mid = np.zeros(len(z))
     for i in range(BATCH):
-        _to_mid_drift(i, z, mid, state, its_state, circuit, room, half, c, last_acceleration(i, shaker))
-        out[0, i], out[1, i], out[2, i] = dot(c.e, mid, 0, i), dot(c.e, mid, n, i), mid[2 * n * BATCH + i]
+        _to_mid_drift(
+            i, z, mid, state, its_state, circuit, room, half, c, last_acceleration(i, shaker)
+        )
+        out[0, i], out[1, i], out[2, i] = (
+            dot(c.e, mid, 0, i),
+            dot(c.e, mid, n, i),
+            mid[2 * n * BATCH + i],
+        )
 
 
 def advance_modal_circuit(
@@ -106,12 +134,27 @@ def advance_modal_circuit(
     order = motion.order(rows)
     z = aligned((len(order), BATCH))
     z[:] = state[order]
-    _advance(z.reshape(-1), state[MASS_ROWS:rows], batch, schedule, h, circuit, motion.coefficients, shaker)
+    _advance(
+        z.reshape(-1),
+        state[MASS_ROWS:rows],
+        batch,
+        schedule,
+        h,
+        circuit,
+        motion.coefficients,
+        shaker,
+    )
     state[order] = z
 
 
 def modal_circuit_mid_drift(
-    state: Floats, out: Floats, h: float, circuit: KernelCircuit, rows: int, eqs: Equations, shaker: Filter | None
+    state: Floats,
+    out: Floats,
+    h: float,
+    circuit: KernelCircuit,
+    rows: int,
+    eqs: Equations,
+    shaker: Filter | None,
 ) -> None:
     """Go from the states of a block after a kick to x, x' and V half a step later."""
     motion = ModalMotion(eqs)

@@ -1,8 +1,8 @@
 """The solver of a circuit's stages, generated for its topology and compiled once: all values are arguments.
 
-Newton's method on Y y + A (i(w) + q(w)/tau) = r, w = W y: the functions and their derivatives as straight lines
-(`harvester.circuits.derivatives`), the voltages of junctions limited, until no function differs from its tangent by
-more than its tolerance.
+Newton's method on Y y + A (i(w) + q(w)/tau) = r, w = W y: the functions and their derivatives as
+straight lines (`harvester.circuits.derivatives`), the voltages of junctions limited, until no
+function differs from its tangent by more than its tolerance.
 """
 
 import hashlib
@@ -46,29 +46,38 @@ def solve(y_at, r_at, Y_at, p_at, s_at, q_at, work_at, rate):
 '''
 _ONE_AT_A_TIME = threading.Lock()
 SAMPLES = 16  # of the matrix for each length of stages, by which pivots are chosen
-EACH, HELD = 4, 0.7  # beyond DAMPED iterations every fourth goes the whole way; the others leave this share of it
+# beyond DAMPED iterations every fourth goes the whole way; the others leave this share of it
+EACH = 4
+HELD = 0.7
 SMALL = 1e-7  # of the device's sizes: what a function may differ from its tangent by
 
 
 class Solver:
     """A compiled solver: its source ``text``, and the ``arguments`` of its values."""
 
-    def __init__(self, reduction: Reduction, impedance: float, volts: float, taus: Sequence[float]) -> None:
+    def __init__(
+        self, reduction: Reduction, impedance: float, volts: float, taus: Sequence[float]
+    ) -> None:
         """``impedance`` (ohm) and ``volts`` are sizes of the device, for the knees of junctions and for tolerances.
 
         ``taus`` are lengths of stages among which all that are made lie.
         """
-        self.reduction, self.n = reduction, len(reduction.columns)
+        self.reduction = reduction
+        self.n = len(reduction.columns)
         system = reduction.system
         writer = Writer([f"w{k}" for k in range(len(system.inputs))], indent=8 * " ")
         self._row = {k: i for i, k in enumerate(reduction.rows)}
         self._column = {k: i for i, k in enumerate(reduction.columns)}
-        self._before, self._tests, self._last, self._stamps, self._after, self._ends = (list[str]() for _ in range(6))
+        self._before, self._tests, self._last, self._stamps, self._after, self._ends = (
+            list[str]() for _ in range(6)
+        )
         self._right: dict[int, list[str]] = {i: [f"r[{i}]"] for i in range(self.n)}
-        self._slopes: list[tuple[Row, Row, int, bool]] = []  # of each: where it enters, its input, its function
+        # of each: where it enters, its input, its function
+        self._slopes: list[tuple[Row, Row, int, bool]] = []
         self._terms: dict[tuple[int, int], list[str]] = {}
         for k, junction in enumerate(system.diodes):
-            w, given = f"w{junction.input}", ", ".join(map(writer.argument, junction.arguments))
+            w = f"w{junction.input}"
+            given = ", ".join(map(writer.argument, junction.arguments))
             writer.lines += [
                 f"        i{k}, g{k}, x{k}, c{k} = diode({w}, {given})",
                 f"        I{k}, G{k} = i{k} + rate*x{k}, g{k} + rate*c{k}",
@@ -84,7 +93,9 @@ class Solver:
             size = 1.0 if is_voltage else 1e-2 / impedance
             self._add(f"{k}", value, slopes, two.rows, writer.argument(SMALL * size))
         self._write_inputs(writer, impedance)
-        solution = self._elimination(writer, impedance, [reduction.stage(tau).admittances for tau in taus])
+        solution = self._elimination(
+            writer, impedance, [reduction.stage(tau).admittances for tau in taus]
+        )
         self.arguments, self._lines = writer.constants, writer.lines
         self.work = self.n * self.n + self.n
         self.text = self._text(len(system.switches), len(system.diodes), solution)
@@ -97,20 +108,36 @@ class Solver:
             if junction is None:
                 self._after.append(f"w{k} = v{k} + held * (u{k} - v{k})")
                 continue
-            knees = (_knee(n, junction.saturation, impedance) for n in (junction.thermal, junction.reverse))
-            given = junction.thermal, next(knees), min(junction.breakdown, 1e30), junction.reverse, next(knees)
+            knees = (
+                _knee(n, junction.saturation, impedance)
+                for n in (junction.thermal, junction.reverse)
+            )
+            given = (
+                junction.thermal,
+                next(knees),
+                min(junction.breakdown, 1e30),
+                junction.reverse,
+                next(knees),
+            )
             self._after += [
                 f"l{k} = limited(v{k}, u{k}, {', '.join(map(writer.argument, given))})",
                 f"w{k} = l{k} + held * (u{k} - l{k})",
                 f"near &= w{k} == v{k}",
             ]
 
-    def _add(self, name: str, value: str, slopes: dict[int, str], rows: Row, tolerance: str) -> None:
+    def _add(
+        self, name: str, value: str, slopes: dict[int, str], rows: Row, tolerance: str
+    ) -> None:
         """Add a function F to the tests and to the matrix: its tangent is F + sum of F_k (w_k - u_k)."""
         self._before += [f"T{name} = 0.0", f"ok{len(self._tests)} = True"]
-        self._ends.append(f"T{name} = " + _sum([value, *(f"{slope}*(w{k} - u{k})" for k, slope in slopes.items())]))
+        self._ends.append(
+            f"T{name} = "
+            + _sum([value, *(f"{slope}*(w{k} - u{k})" for k, slope in slopes.items())])
+        )
         self._tests.append(f"abs({value} - T{name}) <= RELATIVE*abs({value}) + {tolerance}")
-        self._stamps.append(f"e{name} = " + _sum([value, *(f"-{slope}*w{k}" for k, slope in slopes.items())]))
+        self._stamps.append(
+            f"e{name} = " + _sum([value, *(f"-{slope}*w{k}" for k, slope in slopes.items())])
+        )
         rows = self.reduction.equations.of(rows)
         for i, weight in rows.items():
             self._right[self._row[i]].append(_times(-weight, f"e{name}"))
@@ -124,13 +151,21 @@ class Solver:
 
     def _samples(self, impedance: float, linear: list[Floats]) -> Floats:
         """Matrices as iterations meet them, with equations of like size: derivatives that are zero, small and large."""
-        rng, matrices = np.random.default_rng(0), []
-        sizes = [1.0 if i in self.reduction.system.owners else impedance for i in self.reduction.rows]
+        rng = np.random.default_rng(0)
+        matrices = []
+        sizes = [
+            1.0 if i in self.reduction.system.owners else impedance for i in self.reduction.rows
+        ]
         for matrix in linear * SAMPLES:
-            weighted, derivatives = np.array(sizes)[:, None] * matrix, dict[int, float]()
+            weighted = np.array(sizes)[:, None] * matrix
+            derivatives = dict[int, float]()
             for rows, row, function, is_current in self._slopes:
                 slope = 0.0 if rng.random() < 0.3 else 10.0 ** rng.uniform(-3.0, 2.0)
-                slope = derivatives.setdefault(function, slope) if is_current else slope * rng.choice([-1.0, 1.0])
+                slope = (
+                    derivatives.setdefault(function, slope)
+                    if is_current
+                    else slope * rng.choice([-1.0, 1.0])
+                )
                 for (i, weight), (j, factor) in itertools.product(rows.items(), row.items()):
                     weighted[self._row[i], self._column[j]] += weight * factor * slope
             matrices.append(weighted)
@@ -138,14 +173,16 @@ class Solver:
 
     def _elimination(self, writer: Writer, impedance: float, linear: list[Floats]) -> list[str]:
         """The lines that solve the equations of an iteration for b[0], b[1], ..."""
-        n, entries = self.n, dict[tuple[int, int], list[str]]()
+        n = self.n
+        entries = dict[tuple[int, int], list[str]]()
         for i, j in np.argwhere(np.any(linear, axis=0)).tolist():
             entries[i, j] = [f"Y[{i * n + j}]"]
         for entry, terms in self._terms.items():
             entries[entry] = entries.get(entry, []) + terms
         pattern = np.zeros((n, n), dtype=bool)
         pattern[tuple(zip(*entries, strict=True))] = True
-        # An equation of voltages takes currents away by factors of the size of an impedance, and the other way round.
+        # An equation of voltages takes currents away by factors of the size of an impedance, and
+        # the other way round.
         voltages = [i in self.reduction.system.owners for i in self.reduction.rows]
         sizes = {0: 1.0, 1: impedance, -1: 1.0 / impedance}
         limit = {of: writer.argument(LARGEST * size) for of, size in sizes.items()}
@@ -193,7 +230,11 @@ class Solver:
             f"        held = 0.0 if near else {HELD}",
             *(f"        {line}" for line in self._after),
             *(f"        {line}" for line in self._ends),
-            *(line for k in range(len(self._tests)) for line in (f"    if not ok{k}:", f"        return {-2 - k}")),
+            *(
+                line
+                for k in range(len(self._tests))
+                for line in (f"    if not ok{k}:", f"        return {-2 - k}")
+            ),
             "    return -1",
         ]
         return _HEAD + "\n".join(lines) + "\n"
@@ -207,7 +248,11 @@ class Solver:
 
 def _knee(thermal: float, saturation: float, impedance: float) -> float:
     """The voltage of a junction whose resistance is the impedance of what it is connected to."""
-    return max(thermal * math.log(thermal / (impedance * saturation)), 0.0) if saturation > 0.0 else 0.0
+    return (
+        max(thermal * math.log(thermal / (impedance * saturation)), 0.0)
+        if saturation > 0.0
+        else 0.0
+    )
 
 
 def _sum(terms: list[str]) -> str:
@@ -225,7 +270,8 @@ def compiled_source(text: str) -> Any:
     """The function ``solve`` of a source; its machine code is kept on disk where there is a folder for it."""
     from harvester.mechanics.kernels.compiled import _cache_folder
 
-    name, folder = f"circuit_{hashlib.sha256(text.encode()).hexdigest()[:16]}", _cache_folder()
+    name = f"circuit_{hashlib.sha256(text.encode()).hexdigest()[:16]}"
+    folder = _cache_folder()
     if folder is None:
         module = types.ModuleType(name)
         exec(compile(text, f"<{name}>", "exec"), module.__dict__)

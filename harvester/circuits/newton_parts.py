@@ -7,13 +7,15 @@ from numba import types
 from harvester.mechanics.kernels.compiled import inlined
 
 MOST_ITERATIONS = 60
-DAMPED = 12  # iterations after which most go a part of the way only, as they may go round between two branches
+# iterations after which most go a part of the way only, as they may go round between two branches
+DAMPED = 12
 ALMOST = 1.0 - 1e-15  # below 1, as far as an inverse function is computed
 LARGEST = 1e9  # factor of an elimination, in equations of like size
 RELATIVE = 1e-6  # of a current or voltage, that its function and its tangent may differ by
 _POINTER = types.CPointer(types.float64)
-# y, right side, Y, arguments, states of switches, charges, workspace; 1/tau: iterations; where they do not converge -2
-# less the number of the first function that is not near its tangent, and -1 where there is none such
+# y, right side, Y, arguments, states of switches, charges, workspace; 1/tau: iterations; where they
+# do not converge -2 less the number of the first function that is not near its tangent, and -1
+# where there is none such
 SIGNATURE = types.int64(*7 * [_POINTER], types.float64)
 
 
@@ -21,7 +23,8 @@ SIGNATURE = types.int64(*7 * [_POINTER], types.float64)
 def limited(v, w, thermal, knee, breakdown, reverse, reverse_knee):
     """The voltage of a junction to go on from, after w, where Newton's tangent leads to v.
 
-    Beyond the knee t, or beyond w where that is larger, it is t + n ln(1 + (v - t)/n): that of the tangent's current.
+    Beyond the knee t, or beyond w where that is larger, it is t + n ln(1 + (v - t)/n): that of the
+    tangent's current.
     """
     t = max(w, knee)
     if v > t:
@@ -43,7 +46,8 @@ def power_slope(a, b):
 @inlined
 def table_segment(x, p, first, points):
     """Which segment of a table x0, y0, x1, y1, ... that begins at p[first] x is in; the first and last go on."""
-    low, high = 0, points - 2
+    low = 0
+    high = points - 2
     while low < high:
         middle = (low + high + 1) // 2
         if x < p[first + 2 * middle]:
@@ -80,10 +84,12 @@ def solve_dense(J, x, n):
     Returns whether there is one.
     """
     for k in range(n):
-        best, size = k, abs(J[k, k])
+        best = k
+        size = abs(J[k, k])
         for i in range(k + 1, n):
             if abs(J[i, k]) > size:
-                best, size = i, abs(J[i, k])
+                best = i
+                size = abs(J[i, k])
         if not size > 1e-300:
             return False
         if best != k:

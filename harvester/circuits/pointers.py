@@ -54,4 +54,6 @@ def advance(typingctx, address, circuit, state, room, x, x1, wall, first, h, who
         kind = ir.FunctionType(ir.IntType(64), [value.type for value in given])
         return builder.call(builder.inttoptr(args[0], kind.as_pointer()), given)
 
-    return types.int64(types.int64, circuit, state, room, *5 * [types.float64], types.int64), codegen
+    return types.int64(
+        types.int64, circuit, state, room, *5 * [types.float64], types.int64
+    ), codegen

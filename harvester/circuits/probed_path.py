@@ -28,14 +28,16 @@ from harvester.netlists.probes import Probe
 def probed(circuit: CompiledCircuit, path: CircuitPath, probes: tuple[Probe, ...]) -> Floats:
     """The values of probes at the samples of a path that kept its states, shape (probes, n), in mid-drift.
 
-    A current is that of a resistor, or of an element whose current is an unknown: a coil or a source of voltage.
+    A current is that of a resistor, or of an element whose current is an unknown: a coil or a
+    source of voltage.
 
     Raises InputError for the current or the power of another element.
     """
     if not probes:
         return np.empty((0, len(path.samples)))
     assert path.states is not None, "a path that is probed keeps its states"
-    unknowns, system = circuit.unknowns(path.states), circuit.system
+    unknowns = circuit.unknowns(path.states)
+    system = circuit.system
     parts = by_name(circuit.load.parts)
     none = np.zeros(len(unknowns))
     series = {"time": none}
@@ -65,14 +67,19 @@ def probed(circuit: CompiledCircuit, path: CircuitPath, probes: tuple[Probe, ...
 def mean_powers(circuit: CompiledCircuit, path: CircuitPath) -> dict[str, float]:
     """The mean powers (W) of elements along a path that kept the circuit's own steps, as of `powers_of_elements`.
 
-    By the trapezoidal rule; in the first step after a switch acted, whose power jumps, by the power at its end.
+    By the trapezoidal rule; in the first step after a switch acted, whose power jumps, by the power
+    at its end.
     """
     assert path.own_steps is not None, "a path whose elements are asked for keeps them"
-    (ns, n, many, _), seconds, states = circuit.sizes, path.own_steps[1:, 0], path.own_steps[:, 1:]
+    (ns, n, many, _) = circuit.sizes
+    seconds = path.own_steps[1:, 0]
+    states = path.own_steps[:, 1:]
     switches = states[:, ns + n : ns + n + many]
     jumps = (switches[1:] != switches[:-1]).any(axis=1)
     return {
-        name: float(np.average(np.where(jumps, power[1:], 0.5 * (power[1:] + power[:-1])), weights=seconds))
+        name: float(
+            np.average(np.where(jumps, power[1:], 0.5 * (power[1:] + power[:-1])), weights=seconds)
+        )
         for name, power in powers_of_elements(circuit, states).items()
     }
 
@@ -82,20 +89,40 @@ def powers_of_elements(circuit: CompiledCircuit, states: Floats) -> dict[str, Fl
 
     ``states`` have the shape (n, length of a state).
     """
-    whole, y, powers = circuit.system, circuit.unknowns(states), dict[str, Floats]()
+    whole = circuit.system
+    y = circuit.unknowns(states)
+    powers = dict[str, Floats]()
     ns, n, many, _ = circuit.sizes
-    w, switched = y @ whole.vectors([row for row, _ in whole.inputs]).T, states[:, ns + n : ns + n + many]
-    parts, before = by_name(circuit.load.parts), 0
+    w = y @ whole.vectors([row for row, _ in whole.inputs]).T
+    switched = states[:, ns + n : ns + n + many]
+    parts = by_name(circuit.load.parts)
+    before = 0
     for part in parts.values():
-        alone = System(whole.capacitance, dict(whole.unknowns), inputs=[*whole.inputs], owners=dict(whole.owners))
+        alone = System(
+            whole.capacitance,
+            dict(whole.unknowns),
+            inputs=[*whole.inputs],
+            owners=dict(whole.owners),
+        )
         alone.switches = whole.switches[:before]
         stamp(part, alone, parts)
         before = len(alone.switches)
-        currents = [(_value(function.tree, w, switched), function.rows) for function in alone.functions]
-        currents += [(_static(w[:, diode.input], diode.arguments), diode.rows) for diode in alone.diodes]
+        currents = [
+            (_value(function.tree, w, switched), function.rows) for function in alone.functions
+        ]
+        currents += [
+            (_static(w[:, diode.input], diode.arguments), diode.rows) for diode in alone.diodes
+        ]
         currents += [(np.full(len(y), -1.0), alone.sources)]
-        currents += [(value * (y @ alone.vectors([row])[0]), rows) for rows, row, value in alone.conductances]
-        taken = [current * a * y[:, i] for current, rows in currents for i, a in rows.items() if i not in alone.owners]
+        currents += [
+            (value * (y @ alone.vectors([row])[0]), rows) for rows, row, value in alone.conductances
+        ]
+        taken = [
+            current * a * y[:, i]
+            for current, rows in currents
+            for i, a in rows.items()
+            if i not in alone.owners
+        ]
         if taken:
             powers[part.name] = np.sum(taken, axis=0)
     return powers
@@ -110,6 +137,10 @@ def _value(tree: Node, w: Floats, switches: Floats) -> Floats:
     """The values of a tree at inputs, shape (n, inputs), and states of the switches."""
     if not tree.arguments:
         leaves = {"input": w, "state": switches}
-        return leaves[tree.operation][:, tree.index] if tree.operation in leaves else np.full(len(w), tree.value)
+        return (
+            leaves[tree.operation][:, tree.index]
+            if tree.operation in leaves
+            else np.full(len(w), tree.value)
+        )
     values = (_value(argument, w, switches) for argument in tree.arguments)
     return np.asarray(np.vectorize(partial(constant_of, tree.operation), otypes=[float])(*values))

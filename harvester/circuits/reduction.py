@@ -4,13 +4,14 @@ A stage of length tau solves, for y at its end, with z and q at its beginning,
 
     (P Z/tau + G) y + A (i(w) + q(w)/tau) = P z/tau + A q/tau + s + b u
 
-Equations that no function enters and unknowns that no function reads are eliminated, pivot by pivot, once for each
-tau and all values, so that Newton's iterations see the rest only (Schur's complement):
+Equations that no function enters and unknowns that no function reads are eliminated, pivot by
+pivot, once for each tau and all values, so that Newton's iterations see the rest only (Schur's
+complement):
 
     Y y + A (i(w) + q(w)/tau) = R (z, q, u, 1)         and then      (z1, V, ...) = O (y, z, u, 1)
 
-These are admittances: ports of a bridge float, so that impedances would be infinite.  Which pivots are taken depends on
-the topology, and on values only where one of them is zero.
+These are admittances: ports of a bridge float, so that impedances would be infinite.  Which pivots
+are taken depends on the topology, and on values only where one of them is zero.
 """
 
 import itertools
@@ -43,14 +44,21 @@ class Reduction:
     """
 
     def __init__(self, system: System, read: list[Row], tau: float) -> None:
-        self.system, self.equations, n = system, SummedEquations(system), system.size
+        self.system = system
+        self.equations = SummedEquations(system)
+        n = system.size
         self.G = np.zeros((n, n))
         for rows, columns, value in system.conductances:
-            for (i, a), (j, b) in itertools.product(self.equations.of(rows).items(), columns.items()):
+            for (i, a), (j, b) in itertools.product(
+                self.equations.of(rows).items(), columns.items()
+            ):
                 self.G[i, j] += a * b * value
         self.P = self._entering([column for _, column, _, _ in system.charges])
         self.Z = system.vectors([row for _, _, row, _ in system.charges])
-        entering = [*(diode.rows for diode in system.diodes), *(function.rows for function in system.functions)]
+        entering = [
+            *(diode.rows for diode in system.diodes),
+            *(function.rows for function in system.functions),
+        ]
         self.A = self._entering(entering)
         self.W = system.vectors([row for row, _ in system.inputs])
         self.s = self._entering([system.sources])[:, 0]
@@ -101,14 +109,18 @@ class Reduction:
     def stage(self, tau: float) -> Stage:
         """The reduced equations of stages of a length tau, in seconds; raises as `_eliminated`."""
         matrix, known, by_S, by_known = self._eliminated(tau)
-        S, L, s_rows = self.columns, self.gone_columns, self.rows
+        S = self.columns
+        L = self.gone_columns
+        s_rows = self.rows
         outer = matrix[np.ix_(s_rows, L)]
         admittances = matrix[np.ix_(s_rows, S)] - outer @ by_S
         right = known[s_rows] - outer @ by_known
         # All unknowns, of those kept and of what is known: y = F y_S + H (z, q, u, 1)
-        F, H = np.zeros((len(matrix), len(S))), np.zeros((len(matrix), known.shape[1]))
+        F = np.zeros((len(matrix), len(S)))
+        H = np.zeros((len(matrix), known.shape[1]))
         F[S, range(len(S))] = 1.0
-        F[L], H[L] = -by_S, by_known
+        F[L] = -by_S
+        H[L] = by_known
         read_out = np.vstack([self.Z, self.read, self.control])
         return Stage(admittances, right, np.hstack([read_out @ F, read_out @ H]))
 
@@ -118,15 +130,26 @@ class Reduction:
         Raises InputError where there is no solution.
         """
         matrix = self.matrix(tau)
-        S, L, l_rows = self.columns, self.gone_columns, self.gone_rows
-        known = np.hstack([self.P / tau, self.A[:, : len(self.system.diodes)] / tau, self.b[:, None], self.s[:, None]])
+        S = self.columns
+        L = self.gone_columns
+        l_rows = self.gone_rows
+        known = np.hstack(
+            [
+                self.P / tau,
+                self.A[:, : len(self.system.diodes)] / tau,
+                self.b[:, None],
+                self.s[:, None],
+            ]
+        )
         scale = np.abs(matrix[l_rows]).max(axis=1, initial=0.0)
         scale[scale == 0.0] = 1.0
         both = np.hstack([matrix[np.ix_(l_rows, S)], known[l_rows]]) / scale[:, None]
         try:
             solved = np.linalg.solve(matrix[np.ix_(l_rows, L)] / scale[:, None], both)
         except np.linalg.LinAlgError:
-            raise InputError("netlist must have one solution, but its linear elements have none") from None
+            raise InputError(
+                "netlist must have one solution, but its linear elements have none"
+            ) from None
         return matrix, known, solved[:, : len(S)], solved[:, len(S) :]
 
     def unknowns(self, charges: Floats, kept: Floats, tau: float) -> Floats:

@@ -102,10 +102,43 @@ _NO_EFFECT = frozenset(
     ]
 )
 _POSITIVE = frozenset(
-    ["n", "nf", "nr", "ne", "nc", "bf", "br", "phi", "vj", "pb", "vje", "pe", "vjc", "pc", "nbv", "bv"]
+    [
+        "n",
+        "nf",
+        "nr",
+        "ne",
+        "nc",
+        "bf",
+        "br",
+        "phi",
+        "vj",
+        "pb",
+        "vje",
+        "pe",
+        "vjc",
+        "pc",
+        "nbv",
+        "bv",
+    ]
 )
 _NOT_NEGATIVE = frozenset(
-    ["rs", "rd", "rb", "rc", "re", "cjo", "cje", "cjc", "cbd", "cbs", "cgs", "cgd", "tt", "tf", "tr"]
+    [
+        "rs",
+        "rd",
+        "rb",
+        "rc",
+        "re",
+        "cjo",
+        "cje",
+        "cjc",
+        "cbd",
+        "cbs",
+        "cgs",
+        "cgd",
+        "tt",
+        "tf",
+        "tr",
+    ]
 )
 
 
@@ -124,11 +157,17 @@ def model_of(part: CircuitPart, kinds: tuple[str, ...], known: Set[str]) -> Mode
         if key not in known | _NO_EFFECT:
             raise unserved(part, f"has a model with the parameter {key}")
         if key in _NOT_NEGATIVE and value < 0.0:
-            raise InputError(f"{part.where} must have a model whose {key} is at least 0, but has {value:g}")
+            raise InputError(
+                f"{part.where} must have a model whose {key} is at least 0, but has {value:g}"
+            )
         if key in _POSITIVE and not value > 0.0:
-            raise InputError(f"{part.where} must have a model whose {key} is above 0, but has {value:g}")
+            raise InputError(
+                f"{part.where} must have a model whose {key} is above 0, but has {value:g}"
+            )
     if card.value("tnom", "tref", default=ROOM) != ROOM or card.value("level", default=1.0) != 1.0:
-        raise unserved(part, f"has a model of another level than 1, or of another tnom than {ROOM:g}")
+        raise unserved(
+            part, f"has a model of another level than 1, or of another tnom than {ROOM:g}"
+        )
     return card
 
 

@@ -9,7 +9,8 @@ from harvester.netlists.load_circuit import LoadCircuit
 from harvester.netlists.part import INSIDE, CircuitPart, UnservedError
 
 MOST_NODES = 150
-_NO_PATH = "ik"  # kinds that connect no nodes: a current source forces its current through the others
+# kinds that connect no nodes: a current source forces its current through the others
+_NO_PATH = "ik"
 _SOURCES = "veh"  # kinds that set the voltage between their nodes
 
 
@@ -80,7 +81,9 @@ def sets_voltage(part: CircuitPart) -> bool:
     return part.kind in _SOURCES or (part.kind == "b" and part.form == "v")
 
 
-def unserved_parts(parts: dict[str, CircuitPart], capacitance: float = 1e-8) -> Iterator[tuple[str, str]]:
+def unserved_parts(
+    parts: dict[str, CircuitPart], capacitance: float = 1e-8
+) -> Iterator[tuple[str, str]]:
     """Every element, and why compiled circuits do not have it; "" where they do."""
     for name, part in parts.items():
         try:

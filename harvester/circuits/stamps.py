@@ -1,6 +1,7 @@
 """What each element of a netlist adds to the equations of its circuit, by the letter of its kind.
 
-An element, a model's parameter or a form of an element that is not among them raises `UnservedError`, which names it.
+An element, a model's parameter or a form of an element that is not among them raises
+`UnservedError`, which names it.
 """
 
 import math
@@ -32,7 +33,8 @@ _DIODE = {"is", "n", "rs", "cjo", "vj", "m", "tt", "bv", "ibv", "fc", "nbv", "ar
 def stamp(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) -> None:
     """Add an element to the equations; ``parts`` are all elements by their names.
 
-    Raises UnservedError for one that compiled circuits do not have, and InputError for values that cannot be.
+    Raises UnservedError for one that compiled circuits do not have, and InputError for values that
+    cannot be.
     """
     if part.kind not in _STAMPS:
         raise unserved(part, "is an element of a kind that compiled circuits do not have")
@@ -47,7 +49,8 @@ def value_of(part: CircuitPart) -> float:
         raise unserved(part, "has a value that depends on voltages or currents")
     if part.number is None:
         raise unserved(
-            part, "has a model for its value, which compiled circuits know for semiconductors and switches only"
+            part,
+            "has a model for its value, which compiled circuits know for semiconductors and switches only",
         )
     raise unserved(part, "has a temperature of its own")
 
@@ -77,8 +80,11 @@ def _inductor(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart
             other = parts[next(name for name in coupling.others if name != part.name)]
             factor = coupling.number or 0.0
             flux[system.branch(other.name)] = factor * math.sqrt(abs(inductance * value_of(other)))
-    volts = 1.0 / math.sqrt(max(abs(inductance), 1e-15) * system.capacitance)  # of one that rings with the piezo
-    system.add_charge(part.name, {branch: -1.0}, flux, volts, inductance * part.options.get("ic", 0.0))
+    # of one that rings with the piezo
+    volts = 1.0 / math.sqrt(max(abs(inductance), 1e-15) * system.capacitance)
+    system.add_charge(
+        part.name, {branch: -1.0}, flux, volts, inductance * part.options.get("ic", 0.0)
+    )
 
 
 def _coupling(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) -> None:
@@ -87,17 +93,24 @@ def _coupling(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart
 
 def _switch(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) -> None:
     by_current = part.kind == "w"
-    model = model_of(part, ("csw",) if by_current else ("sw",), {"ron", "roff", "vt", "vh", "it", "ih"})
+    model = model_of(
+        part, ("csw",) if by_current else ("sw",), {"ron", "roff", "vt", "vh", "it", "ih"}
+    )
     control = current_of(part.others[0], system) if by_current else system.across(*part.nodes[2:])
-    threshold, width = (model.values.get(key, 0.0) for key in (("it", "ih") if by_current else ("vt", "vh")))
+    threshold, width = (
+        model.values.get(key, 0.0) for key in (("it", "ih") if by_current else ("vt", "vh"))
+    )
     if width < 0.0:
         raise unserved(part, "has a negative hysteresis")
     if 0.0 in (model.values.get("ron"), model.values.get("roff")):
         raise InputError(f"{part.where} must have a model whose Ron and Roff are not 0")
-    closed, opened = 1.0 / model.values.get("ron", 1.0), 1.0 / model.values.get("roff", 1.0 / GMIN)
+    closed = 1.0 / model.values.get("ron", 1.0)
+    opened = 1.0 / model.values.get("roff", 1.0 / GMIN)
     row = system.across(*part.nodes[:2])
-    on, off = threshold + width, threshold - width
-    closed_at_first = on < 0.0 or (off <= 0.0 and part.word == "on")  # ngspice begins with all voltages at 0
+    on = threshold + width
+    off = threshold - width
+    # ngspice begins with all voltages at 0
+    closed_at_first = on < 0.0 or (off <= 0.0 and part.word == "on")
     system.switches.append(Switch(control, on, off, closed_at_first))
     state = Node("state", index=len(system.switches) - 1)
     share = operation("+", constant(opened), operation("*", state, constant(closed - opened)))
@@ -118,7 +131,8 @@ def _diode(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) 
     anode = behind(system, anode, f"{part.name}#internal", known("rs") / area)
     saturation, emission = diode_law(part)
     thermal = emission * junctions.THERMAL
-    breakdown, reverse = math.inf, known("nbv", default=known("n", default=1.0)) * junctions.THERMAL
+    breakdown = math.inf
+    reverse = known("nbv", default=known("n", default=1.0)) * junctions.THERMAL
     if "bv" in model.values:
         ibv = known("ibv", default=1e-3) * part.multiplicity  # not times the area, at level 1
         breakdown = junctions.breakdown_voltage(saturation, reverse, model.values["bv"], ibv)
@@ -126,7 +140,12 @@ def _diode(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) 
         known("cjo") * area, known("vj", default=1.0), min(known("m", default=0.5), STEEPEST),
         min(known("fc", default=0.5), 0.95), known("tt"),
     )  # fmt: skip
-    add_junction(system, system.across(anode, cathode), Junction(thermal, saturation, breakdown, reverse), layer)
+    add_junction(
+        system,
+        system.across(anode, cathode),
+        Junction(thermal, saturation, breakdown, reverse),
+        layer,
+    )
 
 
 _STAMPS: dict[str, Callable[[CircuitPart, System, Mapping[str, CircuitPart]], None]] = {

@@ -1,6 +1,7 @@
 """A circuit over one drift of the mass: implicit steps of second order, shorter where something happens.
 
-A step of length d is two stages of tau = g d with the same matrices, g = 1 - 1/sqrt(2) (Alexander's SDIRK2, L-stable):
+A step of length d is two stages of tau = g d with the same matrices, g = 1 - 1/sqrt(2) (Alexander's
+SDIRK2, L-stable):
 
     stage 1    from z0 to z1          stage 2    from z0 + (1 - g)/g (z1 - z0) to z2, the end
 
@@ -22,19 +23,22 @@ from harvester.mechanics.kernels.compiled import c_function, inlined
 
 GAMMA = 1.0 - np.sqrt(0.5)
 LEVELS = 18  # lengths of steps, from h to h/2^17
-IMPACT = 6  # level of the steps in which an impact is averaged: a rectifier sees the voltage at contact
+# level of the steps in which an impact is averaged: a rectifier sees the voltage at contact
+IMPACT = 6
 GIVEN_UP = 1 << (LEVELS - 5)  # shortest steps that are left out where one does not converge
 FADING = 2e-4  # of a charge's size, a step
-N_VOLTAGES = 3  # quantities that are told beside the charges: voltages of the piezo, the store and the load
+# quantities that are told beside the charges: voltages of the piezo, the store and the load
+N_VOLTAGES = 3
 DID = 4  # numbers of what a drift did, and of what did not converge last
 ROOMS = 7  # rows of the workspace
 NEVER = 1e300  # the error of a step that did not converge
 
 
-# A compiled circuit as kernels take it: addresses of the solver, of the stages' Y, R and O by levels, of the solver's
-# arguments, of the switches' thresholds, shape (2, switches), and of what 1 of each charge is in V; the numbers of
-# unknowns, charges (linear ones, and all) and switches; the least size of a charge (V), the largest error of a step
-# over it, theta l (C), and the seconds of a step h; and the address of a log of its own steps (`logged`), or 0.
+# A compiled circuit as kernels take it: addresses of the solver, of the stages' Y, R and O by
+# levels, of the solver's arguments, of the switches' thresholds, shape (2, switches), and of what 1
+# of each charge is in V; the numbers of unknowns, charges (linear ones, and all) and switches; the
+# least size of a charge (V), the largest error of a step over it, theta l (C), and the seconds of a
+# step h; and the address of a log of its own steps (`logged`), or 0.
 _AT = ("solver_at", "Y_at", "R_at", "O_at", "p_at", "thresholds_at", "volts_at", "log_at")
 _COUNTS = ("n", "nz", "ns", "switches")
 CIRCUIT = np.dtype(
@@ -49,8 +53,9 @@ FOLLOW = types.int64(_RECORD, POINTER, POINTER, *5 * [types.float64], types.int6
 class KernelCircuit(NamedTuple):
     """A compiled circuit on a device, as kernels take it.
 
-    Its ``record``, the ``address`` of `follow`, the ``length`` of a row of the workspace, the index ``voltages_at``
-    of the voltages in a state, the ``volts`` of a nondimensional 1, and the load's power over its mean squared voltage.
+    Its ``record``, the ``address`` of `follow`, the ``length`` of a row of the workspace, the index
+    ``voltages_at`` of the voltages in a state, the ``volts`` of a nondimensional 1, and the load's
+    power over its mean squared voltage.
     """
 
     record: Any
@@ -72,7 +77,9 @@ def position_at(t, x, x1, wall, first, h):
 @inlined
 def stage(c, level, s, u, y, switches, after, voltages, r, work):
     """Make one stage: from the charges s to those ``after`` it, with the voltages y changed; iterations, or -1."""
-    n, many, rows = c.n, c.ns, c.nz + N_VOLTAGES + c.switches
+    n = c.n
+    many = c.ns
+    rows = c.nz + N_VOLTAGES + c.switches
     R = carray(pointer(c.R_at + 8 * level * n * (many + 2)), (n, many + 2))
     O = carray(pointer(c.O_at + 8 * level * rows * (n + many + 2)), (rows, n + many + 2))  # noqa: E741
     for i in range(n):
@@ -83,7 +90,15 @@ def stage(c, level, s, u, y, switches, after, voltages, r, work):
     rate = float(1 << level) / (GAMMA * c.seconds)
     Y = pointer(c.Y_at + 8 * level * n * n)
     iterations = call_solver(
-        c.solver_at, data(y), data(r), Y, pointer(c.p_at), data(switches), data(after[c.nz :]), data(work), rate
+        c.solver_at,
+        data(y),
+        data(r),
+        Y,
+        pointer(c.p_at),
+        data(switches),
+        data(after[c.nz :]),
+        data(work),
+        rate,
     )
     if iterations < 0:
         return iterations
@@ -106,7 +121,9 @@ def switched(thresholds, voltages, switches):
     changes = False
     for k in range(len(switches)):
         control = voltages[N_VOLTAGES + k]
-        changes = changes or (control < thresholds[1, k] if switches[k] != 0.0 else control > thresholds[0, k])
+        changes = changes or (
+            control < thresholds[1, k] if switches[k] != 0.0 else control > thresholds[0, k]
+        )
     return changes
 
 
@@ -140,7 +157,12 @@ def step(c, level, s, u, y, switches, sizes, room, volts, thresholds):
     The charges at its end are in the second row of ``room``, what is told in the fourth.  The third number is below 0
     where a stage does not converge: what the solver returned.
     """
-    middle, end, new, r, work, between = room[0], room[1], room[3], room[4], room[5], room[6]
+    middle = room[0]
+    end = room[1]
+    new = room[3]
+    r = room[4]
+    work = room[5]
+    between = room[6]
     iterations = stage(c, level, s, u, y, switches, middle, new, r, work)
     if iterations < 0:
         return NEVER, 0.0, iterations
@@ -167,11 +189,13 @@ def copy(to, array):
 def logged(c, seconds, state, whole):
     """Add a step of a whole drift to a log: the number of its rows, the room for them, and rows of seconds and a state.
 
-    Of the state reached that are the charges, the unknowns that functions read, and the switches as they were before.
+    Of the state reached that are the charges, the unknowns that functions read, and the switches as
+    they were before.
     """
     if c.log_at == 0 or whole == 0:
         return
-    head, width = carray(pointer(c.log_at), 2), 1 + c.ns + c.n + c.switches
+    head = carray(pointer(c.log_at), 2)
+    width = 1 + c.ns + c.n + c.switches
     if head[0] < head[1]:
         row = carray(pointer(c.log_at + 8 * (2 + int(head[0]) * width)), width)
         row[0] = seconds
@@ -183,26 +207,39 @@ def logged(c, seconds, state, whole):
 def follow(circuit_at, state_at, room_at, x, x1, wall, first, h, whole):
     """Advance a circuit by a drift: all of a step h, or the first half of one where ``whole`` is 0.
 
-    A state is its charges, the unknowns that functions read, the switches, the sizes of the linear charges (V) with the
-    level, what is told (the voltages of piezo, store and load, and the switches' controls), what this drift did: the
-    integral of the load's squared voltage (V^2 s), the steps, and those of them that failed; and what the solver
-    returned for the last one that failed, of any drift.
+    A state is its charges, the unknowns that functions read, the switches, the sizes of the linear
+    charges (V) with the level, what is told (the voltages of piezo, store and load, and the
+    switches' controls), what this drift did: the integral of the load's squared voltage (V^2 s),
+    the steps, and those of them that failed; and what the solver returned for the last one that
+    failed, of any drift.
     """
     c = carray(circuit_at, 1)[0]
-    ns, n, nz = c.ns, c.n, c.nz
+    ns = c.ns
+    n = c.n
+    nz = c.nz
     length = ns + n + c.switches + nz + 1 + N_VOLTAGES + c.switches + DID
     longest = max(length, n * n + n)
-    state, room = carray(state_at, length), carray(room_at, (ROOMS, longest))
-    s, y, switches = state[:ns], state[ns : ns + n], state[ns + n : ns + n + c.switches]
+    state = carray(state_at, length)
+    room = carray(room_at, (ROOMS, longest))
+    s = state[:ns]
+    y = state[ns : ns + n]
+    switches = state[ns + n : ns + n + c.switches]
     begin = ns + n + c.switches
-    sizes, voltages = state[begin : begin + nz + 1], state[begin + nz + 1 : length - DID]
-    end, trial, new = room[1], room[2], room[3]
+    sizes = state[begin : begin + nz + 1]
+    voltages = state[begin + nz + 1 : length - DID]
+    end = room[1]
+    trial = room[2]
+    new = room[3]
     volts = carray(pointer(c.volts_at), nz)
     thresholds = carray(pointer(c.thresholds_at), (2, c.switches))
     finest = 1 << (LEVELS - 1)
     total = finest if whole != 0 else finest // 2
     level = max(int(sizes[nz]), 0 if whole != 0 else 1)
-    at, square, steps, failed, unit = 0, 0.0, 0, 0, h / total
+    at = 0
+    square = 0.0
+    steps = 0
+    failed = 0
+    unit = h / total
     before = position_at(0.0, x, x1, wall, first, h)
     while at < total:
         size = finest >> level
@@ -217,12 +254,15 @@ def follow(circuit_at, state_at, room_at, x, x1, wall, first, h, whole):
         u = c.charge * (here - before) / seconds
         copy(trial[:n], y)
         steps += 1
-        error, load_voltage, iterations = step(c, level, s, u, trial, switches, sizes, room, volts, thresholds)
+        error, load_voltage, iterations = step(
+            c, level, s, u, trial, switches, sizes, room, volts, thresholds
+        )
         if error > 1.0 and level < LEVELS - 1:
             level = min(level + (2 if error > 16.0 else 1), LEVELS - 1)
             continue
         if not error < NEVER:
-            failed += 1  # what does not converge at the shortest step is left as it was for a while, and told
+            # what does not converge at the shortest step is left as it was for a while, and told
+            failed += 1
             state[length - 1] = iterations
             at = min((at // GIVEN_UP + 1) * GIVEN_UP, total)
             before = position_at(at * unit, x, x1, wall, first, h)
@@ -240,5 +280,7 @@ def follow(circuit_at, state_at, room_at, x, x1, wall, first, h, whole):
         if error < 0.04:
             level = max(level - (2 if error < 0.0025 else 1), 0)
     sizes[nz] = level
-    state[length - DID], state[length - DID + 1], state[length - DID + 2] = square, steps, failed
+    state[length - DID] = square
+    state[length - DID + 1] = steps
+    state[length - DID + 2] = failed
     return steps

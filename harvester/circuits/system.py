@@ -2,10 +2,11 @@
 
     P z' + G y + A i(w) + A q(w)' = s + b u        z = Z y,  w = W y
 
-y are the voltages of the nodes, and the currents of the elements that need one (sources of voltage, coils); z the
-charges of capacitors and the fluxes of coils; i the currents of diodes, switches and B sources and q the charges of
-junctions, which depend on the voltages and currents w; s what sources of constant value give.  u = theta x' is the
-current of the piezo, which stands beside its capacitance Cp between the node ``p`` and ground.
+y are the voltages of the nodes, and the currents of the elements that need one (sources of voltage,
+coils); z the charges of capacitors and the fluxes of coils; i the currents of diodes, switches and
+B sources and q the charges of junctions, which depend on the voltages and currents w; s what
+sources of constant value give.  u = theta x' is the current of the piezo, which stands beside its
+capacitance Cp between the node ``p`` and ground.
 
 Source: Ho, Ruehli, Brennan, IEEE Trans. Circuits Syst. 22, 504, 1975.
 """
@@ -26,7 +27,8 @@ Row = dict[int, float]  # coefficients by the number of the unknown, or of the e
 class Junction:
     """How an input's voltage is limited in Newton's iterations: where a diode's current grows, and breaks down.
 
-    The current is ``saturation`` exp(v/thermal), and beyond ``breakdown`` (V, infinite without) that with ``reverse``.
+    The current is ``saturation`` exp(v/thermal), and beyond ``breakdown`` (V, infinite without)
+    that with ``reverse``.
     """
 
     thermal: float
@@ -68,18 +70,24 @@ class System:
 
     capacitance: float  # of the piezo, F
     unknowns: dict[str, int] = field(default_factory=dict)
-    conductances: list[tuple[Row, Row, float]] = field(default_factory=list)  # products of a column and a row in G
-    leaks: list[Row] = field(default_factory=list)  # those of its columns that are only beside junctions
-    series: list[Row] = field(default_factory=list)  # those of its columns that are of resistances within devices
+    # products of a column and a row in G
+    conductances: list[tuple[Row, Row, float]] = field(default_factory=list)
+    # those of its columns that are only beside junctions
+    leaks: list[Row] = field(default_factory=list)
+    # those of its columns that are of resistances within devices
+    series: list[Row] = field(default_factory=list)
     sources: Row = field(default_factory=dict)
-    charges: list[tuple[str, Row, Row, float]] = field(default_factory=list)  # name, column of P, row of Z, volts of 1
+    # name, column of P, row of Z, volts of 1
+    charges: list[tuple[str, Row, Row, float]] = field(default_factory=list)
     starts: list[float] = field(default_factory=list)  # of the charges
     inputs: list[tuple[Row, Junction | None]] = field(default_factory=list)
     functions: list[Function] = field(default_factory=list)
     diodes: list[Diode] = field(default_factory=list)  # which also have a charge each
     switches: list[Switch] = field(default_factory=list)
-    owners: dict[int, str] = field(default_factory=dict)  # of the unknowns that are currents: their elements
-    elements: dict[str, tuple[int, int]] = field(default_factory=dict)  # how many diodes and functions there are then
+    # of the unknowns that are currents: their elements
+    owners: dict[int, str] = field(default_factory=dict)
+    # how many diodes and functions there are then
+    elements: dict[str, tuple[int, int]] = field(default_factory=dict)
 
     def node(self, name: str) -> int | None:
         """The number of a node's voltage; None for ground."""
@@ -113,7 +121,9 @@ class System:
         for i, a in rows.items():
             self.sources[i] = self.sources.get(i, 0.0) + a * value
 
-    def add_charge(self, name: str, column: Row, row: Row, volts: float, start: float = 0.0) -> None:
+    def add_charge(
+        self, name: str, column: Row, row: Row, volts: float, start: float = 0.0
+    ) -> None:
         """Add a charge, or a flux, of which 1 is ``volts`` where its error is judged."""
         self.charges.append((name, column, row, volts))
         self.starts.append(start)
@@ -128,7 +138,9 @@ class System:
         """The element of a function by its number: those of diodes come first."""
         of_diodes = k < len(self.diodes)
         count = k if of_diodes else k - len(self.diodes)
-        return next(name for name, many in self.elements.items() if many[0 if of_diodes else 1] > count)
+        return next(
+            name for name, many in self.elements.items() if many[0 if of_diodes else 1] > count
+        )
 
     @property
     def size(self) -> int:

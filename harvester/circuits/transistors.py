@@ -1,6 +1,7 @@
 """What junctions and transistors add to the equations of their circuit: ngspice's models of level 1.
 
-With F(v, n) = exp(v/n) - 1 above -3 n, and -1 below, n = N k T/e, and voltages of a p type counted the other way:
+With F(v, n) = exp(v/n) - 1 above -3 n, and -1 below, n = N k T/e, and voltages of a p type counted
+the other way:
 
     bipolar   Ic = (I - J)/qb - J/Br - Isc F(vbc, nc)       I = Is F(vbe, nf),  J = Is F(vbc, nr)
               Ib = I/Bf + Ise F(vbe, ne) + J/Br + Isc F(vbc, nc)
@@ -8,13 +9,14 @@ With F(v, n) = exp(v/n) - 1 above -3 n, and -1 below, n = N k T/e, and voltages 
     MOSFET    Id = Kp W/(L - 2 Ld) (1 + lambda vds) (g^2/2 for g < vds, else vds (g - vds/2)),  g = vgs - Vto - ... > 0
     JFET      Id = beta (1 + lambda vds) (g^2 for g < vds, else vds (2 g - vds)),  g = vgs - Vto > 0
 
-A body at another voltage than the source adds gamma (sqrt(phi - vbs) - sqrt(phi)) to Vto.  For vds < 0 drain and source
-change places.  Charges are those of the junctions, Tf I and Tr J.
+A body at another voltage than the source adds gamma (sqrt(phi - vbs) - sqrt(phi)) to Vto.  For vds
+< 0 drain and source change places.  Charges are those of the junctions, Tf I and Tr J.
 
-Left out: how Tf grows with current (Xtf, Vtf, Itf) and its phase, and Cjs; a MOSFET's Meyer capacitances (Tox).
+Left out: how Tf grows with current (Xtf, Vtf, Itf) and its phase, and Cjs; a MOSFET's Meyer
+capacitances (Tox).
 
-Source: ngspice's bjtload.c, mos1load.c and jfetload.c; Gummel, Poon, Bell Syst. Tech. J. 49, 827, 1970; Shichman,
-Hodges, IEEE J. Solid-State Circuits 3, 285, 1968.
+Source: ngspice's bjtload.c, mos1load.c and jfetload.c; Gummel, Poon, Bell Syst. Tech. J. 49, 827,
+1970; Shichman, Hodges, IEEE J. Solid-State Circuits 3, 285, 1968.
 """
 
 import math
@@ -30,12 +32,63 @@ from harvester.netlists.expression_tree import Node, constant, with_leaves
 from harvester.netlists.part import CircuitPart, ModelCard, unserved
 
 _BIPOLAR = {
-    *("is", "bf", "nf", "vaf", "va", "ikf", "ik", "ise", "ne", "br", "nr", "var", "vb", "ikr", "isc", "nc", "rb"),
-    *("re", "rc", "cje", "vje", "pe", "mje", "me", "cjc", "vjc", "pc", "mjc", "mc", "xcjc", "fc", "tf", "tr"),
+    *(
+        "is",
+        "bf",
+        "nf",
+        "vaf",
+        "va",
+        "ikf",
+        "ik",
+        "ise",
+        "ne",
+        "br",
+        "nr",
+        "var",
+        "vb",
+        "ikr",
+        "isc",
+        "nc",
+        "rb",
+    ),
+    *(
+        "re",
+        "rc",
+        "cje",
+        "vje",
+        "pe",
+        "mje",
+        "me",
+        "cjc",
+        "vjc",
+        "pc",
+        "mjc",
+        "mc",
+        "xcjc",
+        "fc",
+        "tf",
+        "tr",
+    ),
     *("xtf", "vtf", "itf", "ptf"),
 }
 _MOSFET = {
-    *("vto", "vt0", "kp", "gamma", "phi", "lambda", "rd", "rs", "is", "cbd", "cbs", "pb", "mj", "fc", "ld"),
+    *(
+        "vto",
+        "vt0",
+        "kp",
+        "gamma",
+        "phi",
+        "lambda",
+        "rd",
+        "rs",
+        "is",
+        "cbd",
+        "cbs",
+        "pb",
+        "mj",
+        "fc",
+        "ld",
+    ),
     *("cgso", "cgdo", "cgbo"),
 }
 _JFET = {"vto", "vt0", "beta", "lambda", "rd", "rs", "is", "cgs", "cgd", "pb", "fc"}
@@ -76,7 +129,9 @@ def behind(system: System, node: str, inner: str, resistance: float) -> str:
     return inner
 
 
-def add_junction(system: System, row: Row, limits: Junction, layer: Layer, shunt: float = GMIN) -> Node:
+def add_junction(
+    system: System, row: Row, limits: Junction, layer: Layer, shunt: float = GMIN
+) -> Node:
     """Add a junction across a ``row`` of voltages, with a ``shunt`` (S) beside it; the leaf of its voltage."""
     if not row:
         return constant(0.0)
@@ -109,27 +164,37 @@ class _Side:
     usual_leak: float
 
 
-_SIDES = {"be": _Side("e", "f", "bf", 100.0, "ise", 1.5), "bc": _Side("c", "r", "br", 1.0, "isc", 2.0)}
+_SIDES = {
+    "be": _Side("e", "f", "bf", 100.0, "ise", 1.5),
+    "bc": _Side("c", "r", "br", 1.0, "isc", 2.0),
+}
 
 
 def bipolar(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) -> None:
     """Add a bipolar transistor of Gummel and Poon."""
-    model, area = model_of(part, ("npn", "pnp"), _BIPOLAR), area_of(part)
-    known, p_type = model.value, model.kind == "pnp"
+    model = model_of(part, ("npn", "pnp"), _BIPOLAR)
+    area = area_of(part)
+    known = model.value
+    p_type = model.kind == "pnp"
     nodes = zip("cbe", part.nodes[:3], strict=True)
     if {"areab", "areac"} & part.options.keys():
         raise unserved(part, "has an area of its base or collector")
-    c, b, e = (behind(system, node, f"{part.name}#{pin}", known(f"r{pin}") / area) for pin, node in nodes)
+    c, b, e = (
+        behind(system, node, f"{part.name}#{pin}", known(f"r{pin}") / area) for pin, node in nodes
+    )
     rows = {"be": _across(system, b, e, p_type), "bc": _across(system, b, c, p_type)}
     if not all(rows.values()):
         raise unserved(part, "has its base connected to its collector or emitter: take a diode")
     names: dict[str, float | Node] = {}
     for (pair, side), name in zip(_SIDES.items(), "fr", strict=True):
         names[pair], names[name] = _base_junction(part, system, model, rows[pair], side, area)
-    share, outer = known("xcjc", default=1.0), _across(system, part.nodes[1], c, p_type)
+    share = known("xcjc", default=1.0)
+    outer = _across(system, part.nodes[1], c, p_type)
     if share < 1.0 and outer:
         limits = Junction(known("nr", default=1.0) * THERMAL, 0.0)
-        add_junction(system, outer, limits, _layer(model, _SIDES["bc"], (1.0 - share) * area, 0.0), 0.0)
+        add_junction(
+            system, outer, limits, _layer(model, _SIDES["bc"], (1.0 - share) * area, 0.0), 0.0
+        )
     early = known("vaf", "va"), known("var", "vb")
     knees = known("ikf", "ik") * area, known("ikr") * area
     names |= {name: 1.0 / v if v else 0.0 for name, v in zip("ghkl", (*early, *knees), strict=True)}
@@ -145,8 +210,13 @@ def bipolar(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart])
 def _layer(model: ModelCard, side: _Side, area: float, transit: float) -> Layer:
     """What a junction of a bipolar transistor stores."""
     known, letter = model.value, side.letter
-    shape = known(f"vj{letter}", f"p{letter}", default=0.75), known(f"mj{letter}", f"m{letter}", default=0.33)
-    return Layer(known(f"cj{letter}") * area, *shape, min(known("fc", default=0.5), 0.9999), transit)
+    shape = (
+        known(f"vj{letter}", f"p{letter}", default=0.75),
+        known(f"mj{letter}", f"m{letter}", default=0.33),
+    )
+    return Layer(
+        known(f"cj{letter}") * area, *shape, min(known("fc", default=0.5), 0.9999), transit
+    )
 
 
 def _base_junction(
@@ -154,9 +224,11 @@ def _base_junction(
 ) -> tuple[Node, Node]:
     """Add a junction of a bipolar transistor with its leakage: its voltage, and the current that it controls."""
     known = model.value
-    again = part.options.get("area", 1.0) if side.letter == "c" else 1.0  # by which ngspice multiplies Is twice there
+    # by which ngspice multiplies Is twice there
+    again = part.options.get("area", 1.0) if side.letter == "c" else 1.0
     saturation = known("is", default=1e-16) * area * again
-    thermal, gain = known(f"n{side.direction}", default=1.0) * THERMAL, known(side.gain, default=side.usual_gain)
+    thermal = known(f"n{side.direction}", default=1.0) * THERMAL
+    gain = known(side.gain, default=side.usual_gain)
     inside = known("xcjc", default=1.0) if side.letter == "c" else 1.0
     v = system.input(row, Junction(thermal, saturation))
     system.add_leak(row, GMIN / gain)
@@ -164,7 +236,11 @@ def _base_junction(
     _add_current(system, v, row, Junction(thermal, saturation / gain), layer)
     if leaked := known(side.leak) * area:
         _add_current(
-            system, v, row, Junction(known(f"n{side.letter}", default=side.usual_leak) * THERMAL, leaked), Layer()
+            system,
+            v,
+            row,
+            Junction(known(f"n{side.letter}", default=side.usual_leak) * THERMAL, leaked),
+            Layer(),
         )
     names: dict[str, float | Node] = {"v": v, "n": thermal, "i": saturation}
     return v, _tree("v > -3*n ? i*(exp(v/n) - 1) : -i", names)
@@ -175,14 +251,21 @@ def mosfet(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) 
     if len(part.nodes) < 4:
         raise unserved(part, "has a model of the type vdmos, a vertical MOSFET")
     model = model_of(part, ("nmos", "pmos"), _MOSFET)
-    known, p_type, options = model.value, model.kind == "pmos", part.options
+    known = model.value
+    p_type = model.kind == "pmos"
+    options = part.options
     many, width = options.get("m", 1.0), options.get("w", 1e-4)
     length = options.get("l", 1e-4) - 2.0 * known("ld")
     if not min(many, width, length) > 0.0:
         raise InputError(f"{part.where} must have W, M and L - 2 Ld above 0")
     d, g, s, body = part.nodes[:4]
-    d, s = (behind(system, node, f"{part.name}#{pin}", known(f"r{pin}") / many) for node, pin in ((d, "d"), (s, "s")))
-    phi, sign, gamma = known("phi", default=0.6), -1.0 if p_type else 1.0, known("gamma")
+    d, s = (
+        behind(system, node, f"{part.name}#{pin}", known(f"r{pin}") / many)
+        for node, pin in ((d, "d"), (s, "s"))
+    )
+    phi = known("phi", default=0.6)
+    sign = -1.0 if p_type else 1.0
+    gamma = known("gamma")
     bulk = Junction(THERMAL, known("is", default=1e-14) * many)
     shape = known("pb", default=0.8), known("mj", default=0.5), known("fc", default=0.5)
     names: dict[str, float | Node] = {
@@ -195,22 +278,34 @@ def mosfet(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) 
         overlap = system.across(g, node)
         _add_capacitor(system, f"{part.name}#{pin}", overlap, known(f"cg{pin}o") * width * many)
     _add_capacitor(system, f"{part.name}#b", system.across(g, body), known("cgbo") * length * many)
-    raised = "- gamma*((vb < 0 ? sqrt(max(phi - vb, 0)) : max(root - vb/(2*root), 0)) - root)" if gamma else ""
+    raised = (
+        "- gamma*((vb < 0 ? sqrt(max(phi - vb, 0)) : max(root - vb/(2*root), 0)) - root)"
+        if gamma
+        else ""
+    )
     _add_channel(part, system, (d, g, s), p_type, names, raised)
 
 
 def jfet(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) -> None:
     """Add a JFET of Shichman and Hodges."""
-    model, area = model_of(part, ("njf", "pjf"), _JFET), area_of(part)
-    known, p_type = model.value, model.kind == "pjf"
+    model = model_of(part, ("njf", "pjf"), _JFET)
+    area = area_of(part)
+    known = model.value
+    p_type = model.kind == "pjf"
     d, g, s = part.nodes[:3]
-    d, s = (behind(system, node, f"{part.name}#{pin}", known(f"r{pin}") / area) for node, pin in ((d, "d"), (s, "s")))
-    gate, shape = Junction(THERMAL, known("is", default=1e-14) * area), (known("pb", default=1.0), 0.5)
+    d, s = (
+        behind(system, node, f"{part.name}#{pin}", known(f"r{pin}") / area)
+        for node, pin in ((d, "d"), (s, "s"))
+    )
+    gate = Junction(THERMAL, known("is", default=1e-14) * area)
+    shape = (known("pb", default=1.0), 0.5)
     for pin, node in (("d", d), ("s", s)):
         layer = Layer(known(f"cg{pin}") * area, *shape, known("fc", default=0.5))
         add_junction(system, _across(system, g, node, p_type), gate, layer)
     names = {"beta": known("beta", default=1e-4) * area, "half": 1.0, "slope": known("lambda")}
-    _add_channel(part, system, (d, g, s), p_type, {**names, "vto": known("vto", "vt0", default=-2.0)}, "")
+    _add_channel(
+        part, system, (d, g, s), p_type, {**names, "vto": known("vto", "vt0", default=-2.0)}, ""
+    )
 
 
 def _add_channel(
@@ -242,4 +337,6 @@ def _add_channel(
 def _add_capacitor(system: System, name: str, row: Row, capacitance: float) -> None:
     """Add a capacitance (F) across a row of voltages, where there is one."""
     if row and capacitance > 0.0:
-        system.add_charge(name, row, {k: v * capacitance for k, v in row.items()}, 1.0 / capacitance)
+        system.add_charge(
+            name, row, {k: v * capacitance for k, v in row.items()}, 1.0 / capacitance
+        )

@@ -49,7 +49,10 @@ from harvester.commands.study import Output, output_options, study_command
         type=int,
         help="Runs.  Default: 2048 (ideal, slow), 512 (compiled), 16 (spice), 1 if nothing is random.",
     ),
-    cloup.option("--dt", help="Step, such as 1ms (nondimensional scene: a number of 1/w0).  Default: from the scene."),
+    cloup.option(
+        "--dt",
+        help="Step, such as 1ms (nondimensional scene: a number of 1/w0).  Default: from the scene.",
+    ),
     seed_option,
 )
 @output_options("Folder for charge.csv, levels.csv, charge.png and provenance.json.")

@@ -23,7 +23,9 @@ from harvester.commands.study import Output, output_options, study_command
         "Rice's formula for a linear scene, and counted.",
     ),
 )
-@cloup.option_group("Computation", engines_option("Repeatable.  Default: every engine that supports SCENE."))
+@cloup.option_group(
+    "Computation", engines_option("Repeatable.  Default: every engine that supports SCENE.")
+)
 @partial(sampling, whole="all engines together")
 @output_options("Folder for compare.csv, compare.png and provenance.json.")
 def compare(output: Output, lifetime: str | None, engines: tuple[str, ...], **options: Any) -> None:
@@ -32,11 +34,14 @@ def compare(output: Output, lifetime: str | None, engines: tuple[str, ...], **op
     from harvester.studies import compare as study
     from harvester.studies.extremes.extremes import check_extremes, extremes_both_ways
 
-    scene, seed = output.scene, options["seed"]
+    scene = output.scene
+    seed = options["seed"]
     if lifetime is not None:
         check_extremes(scene, lifetime)
     with Bar("compare", shorter=EFFORT) as bar:
-        result = study.compare(scene, engines=engines or None, execution=output.execution(bar), **options)
+        result = study.compare(
+            scene, engines=engines or None, execution=output.execution(bar), **options
+        )
     largest = [] if lifetime is None else extremes_both_ways(scene, lifetime, seed)
     output.show(
         result,

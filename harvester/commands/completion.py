@@ -1,6 +1,7 @@
 """What the shell offers after the tab key: scene files, engines, keys of a scene.
 
-Each function has the form that click asks for: context, parameter and the word so far, to the words that go on from it.
+Each function has the form that click asks for: context, parameter and the word so far, to the words
+that go on from it.
 """
 
 import click
@@ -18,7 +19,10 @@ def engines(context: click.Context, parameter: click.Parameter, incomplete: str)
     """The engines by name, with what each computes."""
     from harvester.engines.selection import ENGINES
 
-    return _starting(incomplete, {name: (kind.__doc__ or "").partition("\n")[0] for name, kind in ENGINES.items()})
+    return _starting(
+        incomplete,
+        {name: (kind.__doc__ or "").partition("\n")[0] for name, kind in ENGINES.items()},
+    )
 
 
 def scene_keys(context: click.Context, parameter: click.Parameter, incomplete: str) -> Items:
@@ -37,4 +41,8 @@ def example_names(context: click.Context, parameter: click.Parameter, incomplete
 
 def _starting(incomplete: str, words: dict[str, str]) -> Items:
     """The words that go on from ``incomplete``, with a help for the shells that show one."""
-    return [CompletionItem(word, help=text) for word, text in words.items() if word.startswith(incomplete)]
+    return [
+        CompletionItem(word, help=text)
+        for word, text in words.items()
+        if word.startswith(incomplete)
+    ]

@@ -10,7 +10,14 @@ from harvester.commands.study import Output, output_options, study_command
 @cloup.option_group(
     "Accuracy",
     seed_option,
-    cloup.option("--budget", type=duration, metavar="TIME", default="60s", show_default=True, help="Total time."),
+    cloup.option(
+        "--budget",
+        type=duration,
+        metavar="TIME",
+        default="60s",
+        show_default=True,
+        help="Total time.",
+    ),
 )
 @output_options("Folder for cost.csv, cost.png and provenance.json.")
 def cost(output: Output, seed: int, budget: float) -> None:

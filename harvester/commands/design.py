@@ -17,8 +17,14 @@ from harvester.commands.study import Output, study_command
 )
 @cloup.option_group(
     "Requirements",
-    cloup.option("--needs", metavar="TEXT", help="POWER at VOLTAGE, such as '40 uW at 3.3 V'.  Default: [node]'s."),
-    cloup.option("--wake", metavar="TIME", help="Longest time to charge to that voltage, such as '10 s'."),
+    cloup.option(
+        "--needs",
+        metavar="TEXT",
+        help="POWER at VOLTAGE, such as '40 uW at 3.3 V'.  Default: [node]'s.",
+    ),
+    cloup.option(
+        "--wake", metavar="TIME", help="Longest time to charge to that voltage, such as '10 s'."
+    ),
     cloup.option(
         "--limit",
         multiple=True,
@@ -45,7 +51,8 @@ from harvester.commands.study import Output, study_command
 @cloup.option_group(
     "Output",
     cloup.option(
-        "--out", help="Folder for design.toml (the scene with the chosen parts), design.csv, design.png and a report."
+        "--out",
+        help="Folder for design.toml (the scene with the chosen parts), design.csv, design.png and a report.",
     ),
     report_option,
     json_option,

@@ -81,9 +81,15 @@ def examine_netlist(file: str) -> Iterator[str]:
     from harvester.scene.load import Load
     from harvester.scene.toml import load as load_scene
 
-    load = Load(netlist=file if "/" in file else f"./{file}") if file.endswith(".cir") else load_scene(file).load
+    load = (
+        Load(netlist=file if "/" in file else f"./{file}")
+        if file.endswith(".cir")
+        else load_scene(file).load
+    )
     if load is None or load.netlist is None:
-        raise InputError(f"`file` must be a netlist, FILE.cir, or a scene with one, but {shown(file)} has none")
+        raise InputError(
+            f"`file` must be a netlist, FILE.cir, or a scene with one, but {shown(file)} has none"
+        )
     parts = by_name(load_circuit(load, CAPACITANCE).parts)
     served = 0
     for name, why in unserved_parts(parts):
@@ -112,7 +118,9 @@ def _ngspice() -> Iterator[Requirement]:
         except (CircuitError, OSError) as error:
             yield Requirement("libngspice", "", f"{library} does not load: {error}")
     program = shutil.which("ngspice") or ""
-    yield Requirement("ngspice program", program, "run 'apt-get install ngspice' (only for netlists by hand)")
+    yield Requirement(
+        "ngspice program", program, "run 'apt-get install ngspice' (only for netlists by hand)"
+    )
 
 
 def _trial(version: str, why: str) -> Requirement:

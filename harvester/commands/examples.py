@@ -15,20 +15,35 @@ from harvester.commands.options import json_option
 from harvester.errors import InputError, shown, unknown
 
 
-@command("harvester examples", "harvester examples plate_bridge", "harvester examples plate --out mine.toml")
+@command(
+    "harvester examples",
+    "harvester examples plate_bridge",
+    "harvester examples plate --out mine.toml",
+)
 @cloup.argument(
-    "name", required=False, metavar="[NAME]", shell_complete=example_names, help="Example to copy.  Default: list all."
+    "name",
+    required=False,
+    metavar="[NAME]",
+    shell_complete=example_names,
+    help="Example to copy.  Default: list all.",
 )
 @cloup.option_group(
-    "Output", cloup.option("--out", metavar="FILE", help="Name of the copy.  Default: NAME.toml."), json_option
+    "Output",
+    cloup.option("--out", metavar="FILE", help="Name of the copy.  Default: NAME.toml."),
+    json_option,
 )
 def examples(name: str | None, out: str | None, as_json: bool) -> None:
     """List the example scenes, or copy one, with the files that it reads."""
     scenes = example_scenes()
     if name is None:
         if out is not None:
-            raise InputError("NAME must be given with --out, but is left out: 'harvester examples' lists them")
-        titles = {scene_name: tomllib.loads(path.read_text()).get("title", "") for scene_name, path in scenes.items()}
+            raise InputError(
+                "NAME must be given with --out, but is left out: 'harvester examples' lists them"
+            )
+        titles = {
+            scene_name: tomllib.loads(path.read_text()).get("title", "")
+            for scene_name, path in scenes.items()
+        }
         width = max(map(len, titles))
         lines = [f"{scene_name:<{width}}  {title}" for scene_name, title in titles.items()]
         click.echo(json.dumps(titles) if as_json else "\n".join(lines))
@@ -39,7 +54,9 @@ def examples(name: str | None, out: str | None, as_json: bool) -> None:
     if as_json:
         click.echo(json.dumps({"written": written}))
         return
-    click.echo("\n".join([*(f"written: {path}" for path in written), f"next: harvester run {written[0]}"]))
+    click.echo(
+        "\n".join([*(f"written: {path}" for path in written), f"next: harvester run {written[0]}"])
+    )
 
 
 def copy(scene: Path, to: Path) -> list[Path]:
@@ -53,10 +70,14 @@ def copy(scene: Path, to: Path) -> list[Path]:
     if to.is_file():
         raise InputError(f"FILE must be new, but {shown(str(to))} is there: another name by --out")
     check(to, True)
-    beside = {to.parent / path.relative_to(scene.parent): path.read_bytes() for path in read_by(scene)}
+    beside = {
+        to.parent / path.relative_to(scene.parent): path.read_bytes() for path in read_by(scene)
+    }
     for path, content in beside.items():
         if path.exists() and not (path.is_file() and path.read_bytes() == content):
-            raise InputError(f"{shown(str(path))} must be new, for the scene reads it, but another file is there")
+            raise InputError(
+                f"{shown(str(path))} must be new, for the scene reads it, but another file is there"
+            )
     for path, content in beside.items():
         files.write(path, content, "out")
     files.write(to, f"{DIRECTIVE}\n{scene.read_text()}", "out")
@@ -72,7 +93,9 @@ def read_by(path: Path) -> Iterator[Path]:
     from harvester.scene.toml import load
 
     scene = load(path)
-    yield from (Path(name) for key in FILES if (name := getattr(scene.excitation, key, None)) is not None)
+    yield from (
+        Path(name) for key in FILES if (name := getattr(scene.excitation, key, None)) is not None
+    )
     if scene.load is not None and scene.load.netlist is not None and is_path(scene.load.netlist):
         netlist = Path(scene.load.netlist)
         names = (line.where.rpartition(" line ")[0] for line in read_lines(netlist))

@@ -9,13 +9,25 @@ from harvester.commands.help import command
 from harvester.errors import MissingProgramError
 
 
-@command("harvester explore", "harvester explore mine.toml", "harvester explore mine.toml --host 192.168.1.20")
+@command(
+    "harvester explore",
+    "harvester explore mine.toml",
+    "harvester explore mine.toml --host 192.168.1.20",
+)
 @cloup.argument(
-    "path", metavar="[SCENE]", required=False, help="A scene file to start from.  Default: a plate against a stop."
+    "path",
+    metavar="[SCENE]",
+    required=False,
+    help="A scene file to start from.  Default: a plate against a stop.",
 )
 @cloup.option_group(
     "Where",
-    cloup.option("--port", type=click.IntRange(0, 65535), default=0, help="Port of the app.  Default: any free port."),
+    cloup.option(
+        "--port",
+        type=click.IntRange(0, 65535),
+        default=0,
+        help="Port of the app.  Default: any free port.",
+    ),
     cloup.option(
         "--host",
         metavar="ADDRESS",
@@ -27,7 +39,8 @@ def explore(path: str | None, port: int, host: str | None) -> None:
     """Open an app in the browser: move sliders and see the power at once."""
     from harvester.explore.draft import Draft, first
 
-    draft = first() if path is None else Draft.read(path)  # says what is wrong before anything is served
+    # says what is wrong before anything is served
+    draft = first() if path is None else Draft.read(path)
     try:
         import panel  # noqa: F401
         import segno  # noqa: F401
@@ -41,7 +54,9 @@ def explore(path: str | None, port: int, host: str | None) -> None:
     if host is None:
         click.echo(f"open {server.url}\nonly this machine sees it, with that address; ^C ends it")
     else:
-        click.echo(f"open {server.url}\nwhoever has that address sees it, and it is not encrypted; ^C ends it")
+        click.echo(
+            f"open {server.url}\nwhoever has that address sees it, and it is not encrypted; ^C ends it"
+        )
         click.echo(_qr_code(server.url))
     server.run()
 

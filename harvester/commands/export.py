@@ -7,7 +7,10 @@ from harvester.commands.help import command
 from harvester.commands.options import scene_argument, seed_option
 
 
-@command("harvester export mine.toml --out device.lib", "harvester export mine.toml --out device.lib --name bimorph")
+@command(
+    "harvester export mine.toml --out device.lib",
+    "harvester export mine.toml --out device.lib --name bimorph",
+)
 @scene_argument
 @cloup.option_group(
     "Output",

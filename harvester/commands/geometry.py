@@ -28,11 +28,23 @@ def geometry_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """Add the options of a beam to a command."""
     return cloup.option_group(
         "Or a cantilever by its geometry (instead of mass, stiffness, coupling and capacitance)",
-        cloup.option("--bimorph", is_flag=True, help="A piezo layer on both sides of the substrate."),
+        cloup.option(
+            "--bimorph", is_flag=True, help="A piezo layer on both sides of the substrate."
+        ),
         cloup.option("--unimorph", is_flag=True, help="A piezo layer on one side."),
-        cloup.option("--parallel", is_flag=True, help="Bimorph: the layers in parallel.  Default: in series."),
-        *(cloup.option("--" + key.replace("_", "-"), key, metavar="VALUE", help=text) for key, text in SIZES.items()),
-        cloup.option("--modes", type=int, metavar="N", help="Bending modes, 1 to 4.  Default: the first alone."),
+        cloup.option(
+            "--parallel", is_flag=True, help="Bimorph: the layers in parallel.  Default: in series."
+        ),
+        *(
+            cloup.option("--" + key.replace("_", "-"), key, metavar="VALUE", help=text)
+            for key, text in SIZES.items()
+        ),
+        cloup.option(
+            "--modes",
+            type=int,
+            metavar="N",
+            help="Bending modes, 1 to 4.  Default: the first alone.",
+        ),
         cloup.option("--piezo", metavar="NAME", help=f"One of {', '.join(PIEZOS)}."),
         cloup.option("--substrate", metavar="NAME", help=f"One of {', '.join(SUBSTRATES)}."),
     )(command)
@@ -41,7 +53,8 @@ def geometry_options(command: Callable[..., Any]) -> Callable[..., Any]:
 def take(values: dict[str, Any]) -> Any:
     """Take the beam, and how many modes, out of the values of a command; None if none of its options is given.
 
-    Raises InputError for options that do not go together, are missing, or are no lengths and masses.
+    Raises InputError for options that do not go together, are missing, or are no lengths and
+    masses.
     """
     bimorph, unimorph, parallel = (values.pop(name) for name in ("bimorph", "unimorph", "parallel"))
     texts = {name: values.pop(name) for name in (*SIZES, *TEXTS)}
@@ -50,7 +63,9 @@ def take(values: dict[str, Any]) -> Any:
     given += ["parallel"] * bool(parallel) + ["modes"] * (modes is not None)
     if not (bimorph or unimorph):
         if given:
-            raise InputError(f"`bimorph` or `unimorph` must be given with `{given[0]}`, but neither is")
+            raise InputError(
+                f"`bimorph` or `unimorph` must be given with `{given[0]}`, but neither is"
+            )
         return None
     _check_layers(bimorph, unimorph, parallel)
     missing = [name for name in (*NEEDED, *TEXTS) if texts[name] is None]
@@ -67,7 +82,9 @@ def _check_layers(bimorph: bool, unimorph: bool, parallel: bool) -> None:
     if bimorph and unimorph:
         raise InputError("one of `bimorph`, `unimorph` must be left out, but both are given")
     if parallel and unimorph:
-        raise InputError("`parallel` must go with `bimorph`, for a unimorph has one layer, but is given")
+        raise InputError(
+            "`parallel` must go with `bimorph`, for a unimorph has one layer, but is given"
+        )
 
 
 def _beam(texts: dict[str, str | None], bimorph: bool, parallel: bool) -> Any:

@@ -12,7 +12,9 @@ SETTINGS = cloup.Context.settings(
     max_content_width=WIDTH,
     align_option_groups=False,
     align_sections=False,
-    formatter_settings=cloup.HelpFormatter.settings(theme=cloup.HelpTheme(heading=cloup.Style(bold=True))),
+    formatter_settings=cloup.HelpFormatter.settings(
+        theme=cloup.HelpTheme(heading=cloup.Style(bold=True))
+    ),
 )
 
 

@@ -27,17 +27,29 @@ from harvester.errors import InputError, invalid
 )
 @cloup.option_group(
     "Computation",
-    cloup.option("--known", multiple=True, metavar="KEY=VALUE", help="A known key, such as mass='12 g'; repeatable."),
+    cloup.option(
+        "--known",
+        multiple=True,
+        metavar="KEY=VALUE",
+        help="A known key, such as mass='12 g'; repeatable.",
+    ),
 )
 @cloup.option_group(
     "Output",
-    cloup.option("--out", metavar="SCENE", help="Scene file to write, such as mine.toml, with mine_fit.png."),
+    cloup.option(
+        "--out", metavar="SCENE", help="Scene file to write, such as mine.toml, with mine_fit.png."
+    ),
     cloup.option("--force", is_flag=True, help="Overwrite the scene file."),
     report_option,
     json_option,
 )
 def identify(
-    names: tuple[str, ...], known: tuple[str, ...], out: str | None, force: bool, report: str | None, as_json: bool
+    names: tuple[str, ...],
+    known: tuple[str, ...],
+    out: str | None,
+    force: bool,
+    report: str | None,
+    as_json: bool,
 ) -> None:
     """Identify a device's parameters from measurements in FILEs: impedance, response per g, ring-down, with intervals.
 
@@ -53,7 +65,9 @@ def identify(
 
     path = None if out is None else Path(out)
     if force and path is None:
-        raise InputError("--force must go with --out, the scene file to overwrite, but --out is left out")
+        raise InputError(
+            "--force must go with --out, the scene file to overwrite, but --out is left out"
+        )
     if path is not None:
         if path.suffix != ".toml":
             raise invalid("--out", "be a scene file that ends in .toml", out)

@@ -19,13 +19,24 @@ from harvester.errors import InputError
     "harvester keys --schema --out harvester.schema.json",
 )
 @cloup.argument(
-    "what", required=False, metavar="[TABLE|KEY]", help="Such as load, load.resistance or profile.  Default: all."
+    "what",
+    required=False,
+    metavar="[TABLE|KEY]",
+    help="Such as load, load.resistance or profile.  Default: all.",
 )
 @cloup.option_group(
     "Output",
     json_option,
-    cloup.option("--schema", is_flag=True, help="Print the JSON schema of scenes, by which editors complete them."),
-    cloup.option("--out", metavar="FILE", help="With --schema: write it to this file, such as harvester.schema.json."),
+    cloup.option(
+        "--schema",
+        is_flag=True,
+        help="Print the JSON schema of scenes, by which editors complete them.",
+    ),
+    cloup.option(
+        "--out",
+        metavar="FILE",
+        help="With --schema: write it to this file, such as harvester.schema.json.",
+    ),
 )
 def keys(what: str | None, as_json: bool, schema: bool, out: str | None) -> None:
     """List the keys of a scene file: unit, example, meaning; with 'profile' the vibration profiles and sources."""
@@ -33,7 +44,9 @@ def keys(what: str | None, as_json: bool, schema: bool, out: str | None) -> None
 
     if schema:
         if what is not None or as_json:
-            raise InputError(f"{'--json' if as_json else 'TABLE|KEY'} must be left out with --schema, but is given")
+            raise InputError(
+                f"{'--json' if as_json else 'TABLE|KEY'} must be left out with --schema, but is given"
+            )
         _schema(out)
         return
     if out is not None:

@@ -56,7 +56,8 @@ def naming(file: str) -> Iterator[None]:
     try:
         yield
     except InputError as error:
-        name, text = shown(Path(file).name), str(error)
+        name = shown(Path(file).name)
+        text = str(error)
         if Path(file).name in text:
             raise
         raise type(error)(text.replace("FILE", f"FILE {name}", 1)) from None
@@ -65,4 +66,8 @@ def naming(file: str) -> Iterator[None]:
 def complain(text: str) -> None:
     """Print an error as one line on stderr."""
     text = typed(text)
-    click.echo(f"{click.style('harvester:', fg='red', bold=True)} {' '.join(text.split())}", err=True, color=coloured())
+    click.echo(
+        f"{click.style('harvester:', fg='red', bold=True)} {' '.join(text.split())}",
+        err=True,
+        color=coloured(),
+    )

@@ -15,7 +15,9 @@ from harvester.commands.study import Output, output_options, study_command
 )
 @cloup.option_group(
     "Computation",
-    engine_option("ensemble (exact update of a load resistor), compiled or spice.  Default: for a netlist, spice."),
+    engine_option(
+        "ensemble (exact update of a load resistor), compiled or spice.  Default: for a netlist, spice."
+    ),
     cloup.option(
         "--duration",
         type=time_of("duration"),

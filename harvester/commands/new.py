@@ -30,14 +30,24 @@ MOST_POINTS = 301  # of a sweep of frequencies that is proposed
 def _datasheet_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """Add an option for each field of a datasheet to a command, in the fields' groups."""
     netlist = [
-        cloup.option("--netlist", metavar="NAME", help="Instead: a circuit of netlists/, such as bridge, or a path."),
         cloup.option(
-            "--parameter", "parameters", multiple=True, metavar="NAME=VALUE", help="A value of it; repeatable."
+            "--netlist",
+            metavar="NAME",
+            help="Instead: a circuit of netlists/, such as bridge, or a path.",
+        ),
+        cloup.option(
+            "--parameter",
+            "parameters",
+            multiple=True,
+            metavar="NAME=VALUE",
+            help="A value of it; repeatable.",
         ),
     ]
     for group in reversed(dict.fromkeys(field.group for field in FIELDS.values())):
         options = [
-            cloup.option("--" + field.name.replace("_", "-"), field.name, metavar="VALUE", help=field.help)
+            cloup.option(
+                "--" + field.name.replace("_", "-"), field.name, metavar="VALUE", help=field.help
+            )
             for field in FIELDS.values()
             if field.group == group
         ]
@@ -101,11 +111,28 @@ def new(
     lines = next_lines(problem, file, interpretation.facts)
     if as_json:
         numbers = {name: value for name, value, _, _ in interpretation.numbers}
-        answer = {"file": file, "scene": problem.scene.tables(), "numbers": numbers, **interpretation.facts}
+        answer = {
+            "file": file,
+            "scene": problem.scene.tables(),
+            "numbers": numbers,
+            **interpretation.facts,
+        }
         click.echo(json.dumps({**answer, "words": words, "next": lines}, allow_nan=False))
         return
     written = [f"written: {file}", f"written: {path.with_name(NAME)}"]
-    echo("\n".join([*written, "", *interpretation.table(), "", *words, "", *(f"next: {line}" for line in lines)]))
+    echo(
+        "\n".join(
+            [
+                *written,
+                "",
+                *interpretation.table(),
+                "",
+                *words,
+                "",
+                *(f"next: {line}" for line in lines),
+            ]
+        )
+    )
 
 
 def _from_geometry(beam: Any, modes: int, texts: dict[str, str]) -> Any:
@@ -114,7 +141,10 @@ def _from_geometry(beam: Any, modes: int, texts: dict[str, str]) -> Any:
 
     check_alone(texts)
     made = lumped(beam, modes)
-    texts |= {name: f"{getattr(made, name):.7g}" for name in ("mass", "stiffness", "coupling", "capacitance")}
+    texts |= {
+        name: f"{getattr(made, name):.7g}"
+        for name in ("mass", "stiffness", "coupling", "capacitance")
+    }
     texts.setdefault("strain_per_displacement", f"{made.strain:.7g}")
     return made
 
@@ -131,7 +161,10 @@ def _on_geometry(beam: Any, made: Any, problem: "Problem") -> "list[Diagnostic]"
 
 def _words(problem: "Problem", remarks: "Sequence[Diagnostic]", file: str) -> list[str]:
     """The remarks in sentences, and how the best load is found if they do not say it."""
-    words = [typed(f"warning: {remark}" if remark.severity == "warning" else remark.line) for remark in remarks]
+    words = [
+        typed(f"warning: {remark}" if remark.severity == "warning" else remark.line)
+        for remark in remarks
+    ]
     if not any(remark.about in ("load", "best load") for remark in remarks):
         whose = "a netlist's is " if problem.netlist is not None else ""
         words.append(f"best load: {whose}found by: {_optimise(problem, file)}")
@@ -142,26 +175,37 @@ def next_lines(problem: "Problem", file: str, facts: dict[str, Any]) -> list[str
     """What to type next, given what is known of the scene: what is missing first."""
     from harvester.devices.best_load import NEAR, load_range
 
-    load, eqs = problem.scene.load, problem.equations
+    load = problem.scene.load
+    eqs = problem.equations
     if not problem.equations.is_shaken:
-        return ["harvester keys excitation   (what may shake the base: add one to the scene, or new --force)"]
+        return [
+            "harvester keys excitation   (what may shake the base: add one to the scene, or new --force)"
+        ]
     if load is None:
         return [_optimise(problem, file)]
     if eqs.drive is not None and load.netlist is None:
         f0 = problem.scales.frequency / (2.0 * math.pi)
-        low, high = 0.7 * f0, 1.3 * f0 * math.sqrt(1.0 + (eqs.beta or 0.0))
-        count, drive = 61, f0 * (eqs.drive_frequency or 1.0)
-        if not low <= drive <= high:  # both the resonance and the drive, as closely as the resonance alone
+        low = 0.7 * f0
+        high = 1.3 * f0 * math.sqrt(1.0 + (eqs.beta or 0.0))
+        count = 61
+        drive = f0 * (eqs.drive_frequency or 1.0)
+        if (
+            not low <= drive <= high
+        ):  # both the resonance and the drive, as closely as the resonance alone
             wide = min(low, 0.9 * drive), max(high, 1.1 * drive)
             count = min(round(60 * (wide[1] - wide[0]) / (high - low)) + 1, MOST_POINTS)
             low, high = wide
         sweep = f"harvester response {file} --sweep {low:.3g}Hz:{high:.3g}Hz:{count} --out response"
         return [f"harvester run {file}", sweep]
-    run, best = f"harvester run {file} --within 1%", facts.get("best_load")
+    run = f"harvester run {file} --within 1%"
+    best = facts.get("best_load")
     if best is not None and best["share"] < NEAR:
         return [run, _optimise(problem, file)]
     low, high = load_range(problem)
-    return [run, f"harvester sweep {file} --vary {_load_key(problem)}={_plain(low)}:{_plain(high)}:25 --out sweep"]
+    return [
+        run,
+        f"harvester sweep {file} --vary {_load_key(problem)}={_plain(low)}:{_plain(high)}:25 --out sweep",
+    ]
 
 
 def _optimise(problem: "Problem", file: str) -> str:
@@ -171,7 +215,9 @@ def _optimise(problem: "Problem", file: str) -> str:
     from harvester.engines.selection import ENGINES
 
     low, high = load_range(problem)
-    engine = next((f" --engine {name}" for name in engines(problem) if ENGINES[name].needs_netlist), "")
+    engine = next(
+        (f" --engine {name}" for name in engines(problem) if ENGINES[name].needs_netlist), ""
+    )
     return f"harvester optimise {file} --vary {_load_key(problem)}={_plain(low)}:{_plain(high)}{engine}"
 
 

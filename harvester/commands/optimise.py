@@ -54,18 +54,29 @@ from harvester.errors import InputError
         metavar="KEY=SPREAD",
         help_="Manufacturing tolerance of a key, as 'tolerance --vary', around each value.  Formula engines only.",
     ),
-    cloup.option("--points", type=int, metavar="N", help="Largest number of designs on a Pareto front.  Default: 9."),
+    cloup.option(
+        "--points",
+        type=int,
+        metavar="N",
+        help="Largest number of designs on a Pareto front.  Default: 9.",
+    ),
     cloup.option("--over", multiple=True, hidden=True, help="The name of --vary in version 0.1."),
-    cloup.option("--for", "share", hidden=True, help="A percentage as --objective, in version 0.1."),
-    cloup.option("--pareto", hidden=True, help="A second objective as --objective, in version 0.1."),
+    cloup.option(
+        "--for", "share", hidden=True, help="A percentage as --objective, in version 0.1."
+    ),
+    cloup.option(
+        "--pareto", hidden=True, help="A second objective as --objective, in version 0.1."
+    ),
 )
 @partial(sampling, whole="the whole search, or the search of each circuit", unset="60s")
 @output_options("Folder for optimise.csv (all evaluations), optimise.png and provenance.json.")
-def optimise(output: Output, engine: str | None, within: float | None, budget: float | None, **options: Any) -> None:
+def optimise(
+    output: Output, engine: str | None, within: float | None, budget: float | None, **options: Any
+) -> None:
     """Find the largest mean power over one or several scene keys, with intervals.
 
-    --within (default 1%) is the error of the power at the optimum, --budget (default 60s) the time for the
-    search; if circuits are compared, for each of them.
+    --within (default 1%) is the error of the power at the optimum, --budget (default 60s) the time
+    for the search; if circuits are compared, for each of them.
     """
     from harvester.commands.progress import Bar
     from harvester.engines import selection
@@ -74,12 +85,17 @@ def optimise(output: Output, engine: str | None, within: float | None, budget: f
     from harvester.studies.optimum import optimise as study
     from harvester.studies.optimum.ranges import varied
 
-    scene, objective, points = output.scene, _objective_of(options), options.pop("points")
-    kind, circuits = study.kind_of_search(**objective), varied(objective["vary"])[0]
+    scene = output.scene
+    objective = _objective_of(options)
+    points = options.pop("points")
+    kind = study.kind_of_search(**objective)
+    circuits = varied(objective["vary"])[0]
     which: Any
     if kind == "devices":
         which = selection.engine(engine or formula(Problem(scene)).NAME, within=within, **options)
-    elif kind == "circuits" and engine is None and not any(options.values()):  # each circuit has its own default
+    elif (
+        kind == "circuits" and engine is None and not any(options.values())
+    ):  # each circuit has its own default
         which = None
     elif kind == "circuits":
         which = selection.engine(engine or selection.ENGINE_OF_CIRCUITS, **options)
@@ -89,7 +105,12 @@ def optimise(output: Output, engine: str | None, within: float | None, budget: f
     whole = seconds * max(len(circuits), 1)
     with Bar("optimise", at_most=True, shorter="a shorter --budget", budget=whole) as bar:
         execution = output.execution(bar)
-        limits: Any = {"within": within or 0.01, "budget": seconds, "points": points, "execution": execution}
+        limits: Any = {
+            "within": within or 0.01,
+            "budget": seconds,
+            "points": points,
+            "execution": execution,
+        }
         answer: Any = study.optimise(scene, engine=which, **objective, **limits)
     written = [f"{answer.FILE}.csv", f"{answer.FILE}.png", "provenance.json"]
     files = ["circuits.csv", *(f"{Path(name).stem}/" for name in circuits)] if circuits else written
@@ -100,10 +121,19 @@ def _objective_of(options: dict[str, Any]) -> dict[str, Any]:
     """What is varied and what is good, taken out of the options; with --over, --vary is what --spread is now."""
     vary, over, spread = (options.pop(name) for name in ("vary", "over", "spread"))
     if over:
-        circuits = tuple(text for text in vary if text.partition("=")[0].strip() in ("load.netlist", "netlist"))
-        vary, spread = (*over, *circuits), (*spread, *(text for text in vary if text not in circuits))
+        circuits = tuple(
+            text for text in vary if text.partition("=")[0].strip() in ("load.netlist", "netlist")
+        )
+        vary, spread = (
+            (*over, *circuits),
+            (*spread, *(text for text in vary if text not in circuits)),
+        )
     if not vary:
         raise InputError("Missing option '--vary'. (such as --vary load.resistance=1k:10M)")
     old = [option for option in (options.pop("share"), options.pop("pareto")) if option is not None]
     conditions = {name: options.pop(name) for name in ("constraints", "lifetime")}
-    return conditions | {"vary": vary, "spread": spread, "objective": [*options.pop("objective"), *old] or "mean_power"}
+    return conditions | {
+        "vary": vary,
+        "spread": spread,
+        "objective": [*options.pop("objective"), *old] or "mean_power",
+    }

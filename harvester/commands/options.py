@@ -46,10 +46,17 @@ def _form(text: str) -> str:
 
 
 scene_argument = cloup.argument(
-    "path", metavar="SCENE", help="A scene file: 'harvester new FILE.toml' makes one.", shell_complete=scene_files
+    "path",
+    metavar="SCENE",
+    help="A scene file: 'harvester new FILE.toml' makes one.",
+    shell_complete=scene_files,
 )
 seed_option = cloup.option(
-    "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Random seed (same seed, same noise)."
+    "--seed",
+    type=click.IntRange(min=0),
+    default=0,
+    show_default=True,
+    help="Random seed (same seed, same noise).",
 )
 probe_option = cloup.option(
     "--probe",
@@ -59,7 +66,11 @@ probe_option = cloup.option(
 )
 json_option = cloup.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 vector_option = cloup.option(
-    "--vector", type=_form, multiple=True, metavar="FORM", help="Also save the figure as svg or pdf; repeatable."
+    "--vector",
+    type=_form,
+    multiple=True,
+    metavar="FORM",
+    help="Also save the figure as svg or pdf; repeatable.",
 )
 
 
@@ -75,13 +86,17 @@ def engines_option(help_: str) -> Callable[..., Any]:
 
 def keys_option(*names: str, help_: str, metavar: str | None = None) -> Callable[..., Any]:
     """An option that names a scene key, again and again for several of them."""
-    return cloup.option(*names, shell_complete=scene_keys, multiple=True, metavar=metavar, help=help_)
+    return cloup.option(
+        *names, shell_complete=scene_keys, multiple=True, metavar=metavar, help=help_
+    )
 
 
 def vector_needs_out(*others: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
     """Refuse --vector without --out, where ``others``, options by name, are set too: no figure would be written."""
     error = "--vector must go with --out, where the figure is written, but --out is left out"
-    return cloup.constraint(If(["vector", *others], then=require_all).rephrased(error=error), ["out"])
+    return cloup.constraint(
+        If(["vector", *others], then=require_all).rephrased(error=error), ["out"]
+    )
 
 
 def who_computes(resume: str, workers: str) -> Callable[..., Any]:
@@ -94,12 +109,18 @@ def who_computes(resume: str, workers: str) -> Callable[..., Any]:
         cloup.option("--resume", is_flag=True, help=resume),
         one_of(
             cloup.option("--workers", type=int, metavar="N", help=workers),
-            cloup.option("--scheduler", metavar="ADDRESS", help="A Dask scheduler instead, such as tcp://host:8786."),
+            cloup.option(
+                "--scheduler",
+                metavar="ADDRESS",
+                help="A Dask scheduler instead, such as tcp://host:8786.",
+            ),
         ),
     )
 
 
-def sampling(command: Callable[..., Any], whole: str = "", unset: str = "unlimited") -> Callable[..., Any]:
+def sampling(
+    command: Callable[..., Any], whole: str = "", unset: str = "unlimited"
+) -> Callable[..., Any]:
     """Add the options of the engines that sample to a command.
 
     ``whole`` names what a budget is for, if not a run; ``unset`` is the budget if none is given.
@@ -118,7 +139,13 @@ def sampling(command: Callable[..., Any], whole: str = "", unset: str = "unlimit
             metavar="TIME",
             help=f"Time limit for {whole or 'the run'}, such as 30s, including burn-in.  Default: {unset}.",
         ),
-        cloup.option("--seed", type=int, default=0, show_default=True, help="Random seed (same seed, same answer)."),
+        cloup.option(
+            "--seed",
+            type=int,
+            default=0,
+            show_default=True,
+            help="Random seed (same seed, same answer).",
+        ),
     )
     effort = cloup.option_group(
         "Manual effort (sampling engines)",
@@ -128,7 +155,10 @@ def sampling(command: Callable[..., Any], whole: str = "", unset: str = "unlimit
             help="Number of trajectories.  Default: 4096, with --within at least 256 (spice: 16 and 8).",
         ),
         cloup.option(
-            "--duration", type=time_of("duration"), metavar="TIME", help="Time of a trajectory after burn-in, as --dt."
+            "--duration",
+            type=time_of("duration"),
+            metavar="TIME",
+            help="Time of a trajectory after burn-in, as --dt.",
         ),
         cloup.option(
             "--dt",
@@ -136,6 +166,11 @@ def sampling(command: Callable[..., Any], whole: str = "", unset: str = "unlimit
             metavar="TIME",
             help="Time step, such as 1ms or 0.001 (nondimensional scene: a number of 1/w0).  Default: from the scene.",
         ),
-        cloup.option("--alone", is_flag=True, default=None, help="spice: mean of plain ngspice runs from rest."),
+        cloup.option(
+            "--alone",
+            is_flag=True,
+            default=None,
+            help="spice: mean of plain ngspice runs from rest.",
+        ),
     )
     return accuracy(effort(command))

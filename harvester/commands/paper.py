@@ -16,7 +16,11 @@ from harvester.errors import unknown
 @cloup.argument("figures", nargs=-1, help="1 to 9.  Default: all.")
 @output_options("Folder for fig1.csv, fig1.png and so on.")
 def paper(
-    figures: tuple[str, ...], out: str | None, vector: tuple[str, ...], report: str | None, as_json: bool
+    figures: tuple[str, ...],
+    out: str | None,
+    vector: tuple[str, ...],
+    report: str | None,
+    as_json: bool,
 ) -> None:
     """Figures 1 to 9 of the Entropy 2026 paper (default: all): its theory, ours and Monte Carlo, data and plots."""
     from harvester.commands.progress import Bar
@@ -36,5 +40,7 @@ def paper(
         echo("\n".join(map(str, drawn)))
     else:
         forms = " and ".join(f".{form}" for form in ("csv", *dict.fromkeys(vector)))
-        click.echo(f"written: {', '.join(str(Path(out) / f'fig{n}.png') for n in numbers)}, and the {forms} of each")
+        click.echo(
+            f"written: {', '.join(str(Path(out) / f'fig{n}.png') for n in numbers)}, and the {forms} of each"
+        )
     save_report(file, lambda report: report.of_paper(drawn), quiet=as_json)

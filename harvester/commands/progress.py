@@ -1,7 +1,8 @@
 """Progress on a terminal, with the time that is left; in a pipe nothing but one line of a study that will take long.
 
-The clock of a bar goes on between two reports.  The time left is that of the last report less what has passed since;
-where the next report is overdue, so is the rest, and the time left grows again: it is never 0 before the end.
+The clock of a bar goes on between two reports.  The time left is that of the last report less what
+has passed since; where the next report is overdue, so is the rest, and the time left grows again:
+it is never 0 before the end.
 """
 
 import sys
@@ -40,7 +41,11 @@ class Bar(tqdm):  # type: ignore[misc]
         budget: float | None = None,
         enough: float = ENOUGH,
     ) -> None:
-        self.what, self.at_most, self.shorter, self.budget, self.enough = what, at_most, shorter, budget, enough
+        self.what = what
+        self.at_most = at_most
+        self.shorter = shorter
+        self.budget = budget
+        self.enough = enough
         self.first: tuple[float, float] | None = None  # time and fraction of the first report
         self.begun = time.monotonic()
         self.last = (self.begun, 0.0)
@@ -49,7 +54,9 @@ class Bar(tqdm):  # type: ignore[misc]
         self.by_clock = False  # the fraction is that of the seconds that were expected
         self.others: Any = None  # what the rest of the program writes its errors on
         shape = FORMAT if known else UNKNOWN
-        super().__init__(total=1000, desc=what, disable=None, leave=False, bar_format=shape, file=file)
+        super().__init__(
+            total=1000, desc=what, disable=None, leave=False, bar_format=shape, file=file
+        )
         self.ended = threading.Event()
         if not self.disable:
             columns = vars(self).get("ncols")
@@ -68,7 +75,8 @@ class Bar(tqdm):  # type: ignore[misc]
     @property
     def format_dict(self) -> dict[str, Any]:
         """What the bar's format may name: tqdm's own and ``left``, the time left."""
-        left, seconds = "?", self.seconds
+        left = "?"
+        seconds = self.seconds
         if seconds is not None:
             now = time.monotonic()
             rest = max(seconds - (now - self.last[0]), self._overdue(now), 1.0)
@@ -88,7 +96,9 @@ class Bar(tqdm):  # type: ignore[misc]
         """Show the fraction done and ``what`` is at work; the rest is taken to go on at the same rate."""
         now = time.monotonic()
         if self.first is None or fraction < self.last[1]:  # all began anew, at another step
-            self.first, self.seconds, self.stride = (now, fraction), None, 0.0
+            self.first = (now, fraction)
+            self.seconds = None
+            self.stride = 0.0
         elif fraction > self.first[1]:
             self.seconds = (1.0 - fraction) * (now - self.first[0]) / (fraction - self.first[1])
             self.stride = max(self.stride, fraction - self.last[1])
@@ -98,7 +108,9 @@ class Bar(tqdm):  # type: ignore[misc]
 
     def expect(self, seconds: float) -> None:
         """Go by the clock from now on: a pilot states that the work takes about so many seconds."""
-        self.seconds, self.by_clock, self.bar_format = seconds, True, FORMAT
+        self.seconds = seconds
+        self.by_clock = True
+        self.bar_format = FORMAT
         self._show(0.0, "")
 
     def announce(self, seconds: float) -> None:
@@ -141,21 +153,29 @@ class Bar(tqdm):  # type: ignore[misc]
         if self.budget is not None:
             return self.last[0] - self.begun >= QUICK
         enough = 0.1 * self.enough if self.at_most else self.enough  # a limit may be a rough one
-        return self.first is not None and self.last[0] - self.first[0] >= SURE and self.last[1] >= enough
+        return (
+            self.first is not None
+            and self.last[0] - self.first[0] >= SURE
+            and self.last[1] >= enough
+        )
 
     def close(self) -> None:
         """Take the bar off the screen."""
         if hasattr(self, "ended"):
             self.ended.set()
         if self.others is not None:
-            sys.stderr, self.others = self.others, None
+            sys.stderr = self.others
+            self.others = None
         super().close()
 
     def __enter__(self) -> Self:
-        if not self.disable and self.fp == sys.stderr:  # notices stand above the bar, not in its line
+        if (
+            not self.disable and self.fp == sys.stderr
+        ):  # notices stand above the bar, not in its line
             from tqdm.contrib import DummyTqdmFile  # which loads asyncio
 
-            self.others, sys.stderr = sys.stderr, DummyTqdmFile(sys.stderr)
+            self.others = sys.stderr
+            sys.stderr = DummyTqdmFile(sys.stderr)
         return self
 
 
@@ -168,7 +188,12 @@ class RowsBar(Bar):
     """
 
     def __init__(
-        self, what: str, rows: dict[str, int] | None = None, file: Any = None, shorter: str = "", warms_up: bool = False
+        self,
+        what: str,
+        rows: dict[str, int] | None = None,
+        file: Any = None,
+        shorter: str = "",
+        warms_up: bool = False,
     ) -> None:
         self.rows_of: dict[str, int] = {}
         self.left_of: dict[str, int] = {}
@@ -181,7 +206,9 @@ class RowsBar(Bar):
 
     def start(self, total: int | None = None, what: str = "", done: int = 0) -> None:
         """Begin so many rows of an engine, of which some are done by an earlier run."""
-        self.rows_of[what], self.left_of[what], self.seconds_of[what] = total or 0, (total or 0) - done, 0.0
+        self.rows_of[what] = total or 0
+        self.left_of[what] = (total or 0) - done
+        self.seconds_of[what] = 0.0
         self.done_of[what] = -1 if self.warms_up else 0
         if done:
             self._count(what)
@@ -209,7 +236,8 @@ class RowsBar(Bar):
 
     def _count(self, engine: str) -> None:
         """Show how many rows there are of all, and of this engine."""
-        done, of = self.rows_of[engine] - self.left_of[engine], self.rows_of[engine]
+        done = self.rows_of[engine] - self.left_of[engine]
+        of = self.rows_of[engine]
         rows = max(sum(self.rows_of.values()), 1)
         self._show(1.0 - sum(self.left_of.values()) / rows, f"{engine} {done} of {of}".strip())
 

@@ -17,14 +17,18 @@ EMPTY = "empty: unknown"
 
 def ask(texts: dict[str, str], netlist: bool) -> None:
     """Ask for what ``texts``, by field, still needs, and add it; ``netlist`` states that the load is one."""
-    click.echo("A scene of your device.  Values carry their unit; ^C leaves without a file.", err=True)
+    click.echo(
+        "A scene of your device.  Values carry their unit; ^C leaves without a file.", err=True
+    )
     while needed := missing(texts):
         *choices, last = needed[0]
         if not any(_ask_field(texts, name, EMPTY) for name in choices):
             _ask_field(texts, last, None)
     if not _any_known(texts, STOP) and _ask_field(texts, "restitution", "empty: no stop"):
         _ask_field(texts, "gap", "empty: 0")
-    quiet = not _any_known(texts, SHAKING) and not _ask_field(texts, "acceleration_psd", "empty: no noise")
+    quiet = not _any_known(texts, SHAKING) and not _ask_field(
+        texts, "acceleration_psd", "empty: no noise"
+    )
     if quiet and _ask_field(texts, "acceleration_amplitude", "empty: none"):
         _ask_field(texts, "drive_frequency", None)
     if "resistance" not in texts and not netlist:

@@ -29,7 +29,9 @@ def _seconds(text: str) -> float:
     """Read a time such as 30, 30s or 2min."""
     from harvester.quantities.kinds import Kind, with_prefix
 
-    return reading("`from` and `to`", partial(with_prefix, kind=Kind("a time (s)", "s", "'30 s'")), text)
+    return reading(
+        "`from` and `to`", partial(with_prefix, kind=Kind("a time (s)", "s", "'30 s'")), text
+    )
 
 
 @command(
@@ -41,10 +43,18 @@ def _seconds(text: str) -> float:
 @cloup.argument("file", help="A CSV file of a logger, with a unit behind the name of each axis.")
 @cloup.option_group(
     "Selection",
-    cloup.option("--axis", help="x, y or z, or the whole name of a column.  Default: the only one."),
-    cloup.option("--from", "begin", type=_seconds, metavar="S", help="Start, in s from the first row."),
+    cloup.option(
+        "--axis", help="x, y or z, or the whole name of a column.  Default: the only one."
+    ),
+    cloup.option(
+        "--from", "begin", type=_seconds, metavar="S", help="Start, in s from the first row."
+    ),
     cloup.option("--to", "end", type=_seconds, metavar="S", help="End, in s from the first row."),
-    cloup.option("--longest", is_flag=True, help="Select the longest part without a gap that is too long to fill."),
+    cloup.option(
+        "--longest",
+        is_flag=True,
+        help="Select the longest part without a gap that is too long to fill.",
+    ),
     cloup.option(
         "--rate",
         type=_sized("`rate`", "FREQUENCY"),
@@ -54,12 +64,24 @@ def _seconds(text: str) -> float:
 )
 @cloup.option_group(
     "Upper bound of the power of any device",
-    cloup.option("--mass", type=_sized("`mass`", "MASS"), metavar="KG", help="Mass of the device, such as 10g."),
-    cloup.option("--stroke", type=_sized("`stroke`", "GAP"), metavar="M", help="Maximum travel in each direction."),
+    cloup.option(
+        "--mass",
+        type=_sized("`mass`", "MASS"),
+        metavar="KG",
+        help="Mass of the device, such as 10g.",
+    ),
+    cloup.option(
+        "--stroke",
+        type=_sized("`stroke`", "GAP"),
+        metavar="M",
+        help="Maximum travel in each direction.",
+    ),
 )
 @cloup.option_group(
     "Output",
-    cloup.option("--out", metavar="CSV", help="The clean recording, such as clean.csv, and clean.png."),
+    cloup.option(
+        "--out", metavar="CSV", help="The clean recording, such as clean.csv, and clean.png."
+    ),
     report_option,
     json_option,
 )
@@ -87,7 +109,9 @@ def record(
             raise invalid("--out", "be a file that ends in .csv", out)
         files.folder(path.parent)
         if path.exists() and Path(file).exists() and path.samefile(file):
-            raise InputError(f"--out must be another file than the record itself, but is {shown(out)}")
+            raise InputError(
+                f"--out must be another file than the record itself, but is {shown(out)}"
+            )
     page = report_file(report, None if path is None else str(path.parent))
     with naming(file):
         answer = record_spectra(clean(file, axis, rate, Part(begin, end, longest)), mass, stroke)

@@ -16,7 +16,11 @@ from harvester.commands.study import Output, output_options, study_command
 )
 @cloup.option_group(
     "Computation",
-    cloup.option("--sweep", required=True, help="FROM:TO:COUNT, such as 1Hz:10Hz:60 (nondimensional scene: rad)."),
+    cloup.option(
+        "--sweep",
+        required=True,
+        help="FROM:TO:COUNT, such as 1Hz:10Hz:60 (nondimensional scene: rad).",
+    ),
     keys_option(
         "--vary",
         "varied",
@@ -30,13 +34,21 @@ from harvester.commands.study import Output, output_options, study_command
 )
 @output_options(
     "Folder for response.csv, response.png and provenance.json.",
-    cloup.option("--per-g", is_flag=True, help="Draw power, voltage and displacement over the base amplitude in g."),
-    cloup.option("--resume", is_flag=True, help="Keep the frequencies that an interrupted run finished."),
+    cloup.option(
+        "--per-g",
+        is_flag=True,
+        help="Draw power, voltage and displacement over the base amplitude in g.",
+    ),
+    cloup.option(
+        "--resume", is_flag=True, help="Keep the frequencies that an interrupted run finished."
+    ),
     needs_out=("per_g", "resume"),
 )
 @cloup.option_group(
     "Accuracy",
-    cloup.option("--budget", type=duration, metavar="TIME", help="Time limit per spice point.  Default: 20s."),
+    cloup.option(
+        "--budget", type=duration, metavar="TIME", help="Time limit per spice point.  Default: 20s."
+    ),
     seed_option,
 )
 def response(
@@ -50,8 +62,8 @@ def response(
 ) -> None:
     """Power, voltage, displacement and phases of a harmonically excited SCENE against the frequency.
 
-    The frequency is swept up and then down; for a linear mass, engine spice starts every frequency from rest
-    instead.
+    The frequency is swept up and then down; for a linear mass, engine spice starts every frequency
+    from rest instead.
     """
     from harvester.commands.progress import RowsBar
     from harvester.equations.problem import Problem
@@ -62,14 +74,24 @@ def response(
 
     scene = output.scene
     problem = Problem(scene)
-    points = study.points_of(problem, grid([read_axis(text) for text in varied])) if varied else None
+    points = (
+        study.points_of(problem, grid([read_axis(text) for text in varied])) if varied else None
+    )
     chosen = engines_of(problem, engines or None, seed, budget)
     frequencies = study.frequencies(problem, sweep)
     rows = study.rows_of(problem, chosen, len(frequencies), points)
     with RowsBar("response", rows, shorter="fewer frequencies in --sweep", warms_up=True) as bar:
         for remark in HarmonicDrive(problem).diagnostics(frequencies):  # before minutes go by
             bar.notice(f"warning: {typed(str(remark))}")
-        settings: Any = {"out": output.out, "vector": output.formats, "vary": points, "engines": chosen, **options}
-        answer = study.draw(scene, sweep, seed=seed, report=bar.row, report_reused=bar.skip, **settings)
+        settings: Any = {
+            "out": output.out,
+            "vector": output.formats,
+            "vary": points,
+            "engines": chosen,
+            **options,
+        }
+        answer = study.draw(
+            scene, sweep, seed=seed, report=bar.row, report_reused=bar.skip, **settings
+        )
     files = ("response.csv", "response.png", "provenance.json")
     output.show(answer, files, lambda report: report.of_response(scene, answer, seed))

@@ -12,7 +12,8 @@ from harvester.commands.study import Output, study_command
 from harvester.errors import SimulationError
 
 LEAST = 1.0  # s of a budget, for the sensitivity at least
-SHARE, SHORT = 0.3, 5.0  # of a budget, for the power itself, which has all of a shorter one (s): the rest is for that
+# of a budget, for the power itself, which has all of a shorter one (s): the rest is for that
+SHARE, SHORT = 0.3, 5.0
 
 
 @study_command(
@@ -33,11 +34,20 @@ SHARE, SHORT = 0.3, 5.0  # of a budget, for the power itself, which has all of a
 @cloup.option_group(
     "Inside the circuit (spice, compiled)",
     probe_option,
-    cloup.option("--ledger", is_flag=True, default=None, help="Also report the power of each netlist element."),
+    cloup.option(
+        "--ledger",
+        is_flag=True,
+        default=None,
+        help="Also report the power of each netlist element.",
+    ),
 )
 @cloup.option_group(
     "Limits",
-    cloup.option("--lifetime", metavar="TIME", help="Also the largest displacement, voltage and impact in '5 years'."),
+    cloup.option(
+        "--lifetime",
+        metavar="TIME",
+        help="Also the largest displacement, voltage and impact in '5 years'.",
+    ),
     cloup.option(
         "--sensitivity",
         is_flag=True,
@@ -48,7 +58,12 @@ SHARE, SHORT = 0.3, 5.0  # of a budget, for the power itself, which has all of a
 @sampling
 @cloup.option_group("Output", report_option, json_option)
 def run(
-    output: Output, engine: str | None, probe: tuple[str, ...], lifetime: str | None, sensitivity: bool, **options: Any
+    output: Output,
+    engine: str | None,
+    probe: tuple[str, ...],
+    lifetime: str | None,
+    sensitivity: bool,
+    **options: Any,
 ) -> None:
     """Mean power and mean square voltage of one SCENE by one engine."""
     from harvester.commands.progress import Bar
@@ -65,7 +80,10 @@ def run(
         from harvester.studies.extremes.extremes import check_extremes, extremes
 
         check_extremes(scene, lifetime)
-    with Bar(chosen.NAME, shorter="" if options.get("budget") else "--budget") as bar, formula_meanwhile(scene, chosen):
+    with (
+        Bar(chosen.NAME, shorter="" if options.get("budget") else "--budget") as bar,
+        formula_meanwhile(scene, chosen),
+    ):
         answer = chosen.run(scene, bar.tell)
     beside: dict[str, Any] = {}
     if lifetime is not None:

@@ -12,10 +12,16 @@ from harvester.commands.study import Output, output_options, study_command
     "Accuracy",
     seed_option,
     cloup.option(
-        "--trajectories", type=click.IntRange(2, 1_000_000), default=4096, show_default=True, help="Trajectories."
+        "--trajectories",
+        type=click.IntRange(2, 1_000_000),
+        default=4096,
+        show_default=True,
+        help="Trajectories.",
     ),
 )
-@output_options("Folder for stability.csv and .png: the region of stability in the plane (mu, D22).")
+@output_options(
+    "Folder for stability.csv and .png: the region of stability in the plane (mu, D22)."
+)
 def stability(output: Output, seed: int, trajectories: int) -> None:
     """Top Lyapunov exponent of SCENE at rest: published, averaged and by Monte Carlo."""
     from harvester.commands.progress import Bar
@@ -24,5 +30,11 @@ def stability(output: Output, seed: int, trajectories: int) -> None:
     scene = output.scene
     with Bar("stability", shorter="fewer --trajectories") as bar:
         execution = output.execution(bar)
-        answer = exponent.stability(scene, seed=seed, trajectories=trajectories, execution=execution)
-    output.show(answer, ("stability.csv", "stability.png"), lambda report: report.of_stability(scene, answer, seed))
+        answer = exponent.stability(
+            scene, seed=seed, trajectories=trajectories, execution=execution
+        )
+    output.show(
+        answer,
+        ("stability.csv", "stability.png"),
+        lambda report: report.of_stability(scene, answer, seed),
+    )

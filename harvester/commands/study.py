@@ -46,7 +46,9 @@ class Output:
         from harvester.machine.execution import Execution
         from harvester.machine.progress import NO_PROGRESS
 
-        return Execution(out=self.out, formats=self.formats, progress=progress or NO_PROGRESS, **options)
+        return Execution(
+            out=self.out, formats=self.formats, progress=progress or NO_PROGRESS, **options
+        )
 
     def show(
         self,
@@ -59,8 +61,8 @@ class Output:
     ) -> None:
         """Print an answer and the ``written`` files of the folder, a figure in all its forms, and save its page.
 
-        ``beside`` are answers that stand below it, in JSON by their names; ``text`` is printed in place of its own.
-        ``page`` makes the page with `harvester.report`.
+        ``beside`` are answers that stand below it, in JSON by their names; ``text`` is printed in
+        place of its own. ``page`` makes the page with `harvester.report`.
         """
         from harvester.presentation.plain import plain
 
@@ -69,14 +71,25 @@ class Output:
             echo_json(answer.as_json() | {name: plain(result) for name, result in beside.items()})
         else:
             below = (part if isinstance(part, list) else [part] for part in beside.values())
-            echo("\n".join([str(answer) if text is None else text, *map(str, chain.from_iterable(below))]))
+            echo(
+                "\n".join(
+                    [str(answer) if text is None else text, *map(str, chain.from_iterable(below))]
+                )
+            )
         if self.out is not None and not self.as_json:
             echo_written(self.out, *(form for name in written for form in self._forms(name)))
         save_report(self.page, page, quiet=self.as_json, scene=self.path)
 
     def _forms(self, name: str) -> list[str]:
         """A file, or all forms of a figure."""
-        return [name, *(f"{name[:-3]}{form}" for form in dict.fromkeys(self.formats) if name.endswith(".png"))]
+        return [
+            name,
+            *(
+                f"{name[:-3]}{form}"
+                for form in dict.fromkeys(self.formats)
+                if name.endswith(".png")
+            ),
+        ]
 
 
 def output_options(out: str, *others: Any, needs_out: Sequence[str] = ()) -> Callable[..., Any]:
@@ -89,7 +102,9 @@ def output_options(out: str, *others: Any, needs_out: Sequence[str] = ()) -> Cal
     return lambda command: vector_needs_out(*needs_out)(group(command))
 
 
-def study_command(*examples: str, reported: bool = False) -> Callable[[Callable[..., Any]], Command]:
+def study_command(
+    *examples: str, reported: bool = False
+) -> Callable[[Callable[..., Any]], Command]:
     """Make a function of an `Output` and options a command about a SCENE, whose help ends with these examples.
 
     ``reported`` states that what is written into a folder always has a page.
@@ -109,10 +124,14 @@ def study_command(*examples: str, reported: bool = False) -> Callable[[Callable[
             from harvester.scene.toml import load
 
             scene = load(path)
-            if sys.stderr.isatty():  # who waits for the answer, which has them too, learns of them at once
+            if (
+                sys.stderr.isatty()
+            ):  # who waits for the answer, which has them too, learns of them at once
                 odd = (line for line in unusual_values(scene) if line.severity == "warning")
                 echo("".join(f"warning: {line}\n" for line in odd), err=True, nl=False)
-            page = report_file(HERE if reported and report is None and out is not None else report, out)
+            page = report_file(
+                HERE if reported and report is None and out is not None else report, out
+            )
             study(Output(scene, path, out, vector, page, as_json), **options)
 
         return command(*examples)(scene_argument(called))
@@ -135,7 +154,9 @@ def _command(study: Study) -> Command:
         function = study.run()
         has_progress = "progress" in inspect.signature(function).parameters
         with Bar(study.name, known=has_progress, shorter=study.shorter) as bar:
-            result = function(output.scene, **options, **({"progress": bar.tell} if has_progress else {}))
+            result = function(
+                output.scene, **options, **({"progress": bar.tell} if has_progress else {})
+            )
         output.show(result, (), lambda _: of_result(output.scene, study.name, result))
 
     compute.__doc__, compute.__name__ = study.summary, study.name

@@ -9,10 +9,16 @@ from cloup.constraints import If, mutually_exclusive, require_all, require_any
 from harvester.commands.options import engines_option, keys_option, sampling, who_computes
 from harvester.commands.study import Output, output_options, study_command
 
-EITHER = "either --vary or --points must be given, but %s (such as --vary load.resistance=1k:10M:25)"
-one_grid = require_any.rephrased(error=EITHER % "neither is") & mutually_exclusive.rephrased(error=EITHER % "both are")
+EITHER = (
+    "either --vary or --points must be given, but %s (such as --vary load.resistance=1k:10M:25)"
+)
+one_grid = require_any.rephrased(error=EITHER % "neither is") & mutually_exclusive.rephrased(
+    error=EITHER % "both are"
+)
 resume_needs_out = cloup.constraint(
-    If("resume", then=require_all).rephrased(error="--resume must go with --out, the folder of an earlier sweep"),
+    If("resume", then=require_all).rephrased(
+        error="--resume must go with --out, the folder of an earlier sweep"
+    ),
     ["out"],
 )
 
@@ -24,7 +30,9 @@ resume_needs_out = cloup.constraint(
 @cloup.option_group(
     "Where",
     keys_option("--vary", "varied", help_="KEY=FROM:TO:COUNT or KEY=A,B,C; repeatable: a grid."),
-    cloup.option("--points", metavar="FILE.csv", help="CSV list instead: scene keys, then a point per row."),
+    cloup.option(
+        "--points", metavar="FILE.csv", help="CSV list instead: scene keys, then a point per row."
+    ),
     constraint=one_grid.rephrased(help="one of the two"),
 )
 @cloup.option_group(
@@ -62,9 +70,15 @@ def sweep(
     from harvester.studies.sweep.sweep import for_circuit
 
     scene = output.scene
-    where = read_points(points) if points is not None else grid([read_axis(text) for text in varied])
+    where = (
+        read_points(points) if points is not None else grid([read_axis(text) for text in varied])
+    )
     within = options["within"]
-    default = selection.default_engines(scene) if within is None else [selection.default_engine(scene, within=within)]
+    default = (
+        selection.default_engines(scene)
+        if within is None
+        else [selection.default_engine(scene, within=within)]
+    )
     names, stand_ins = for_circuit(Problem.of(scene), engines or default)
     budget = options["budget"]
     shorter = EFFORT if budget is None else ""

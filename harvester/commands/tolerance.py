@@ -4,7 +4,13 @@ from typing import TYPE_CHECKING, Any
 
 import cloup
 
-from harvester.commands.options import engine_option, keys_option, percent, seed_option, who_computes
+from harvester.commands.options import (
+    engine_option,
+    keys_option,
+    percent,
+    seed_option,
+    who_computes,
+)
 from harvester.commands.study import Output, output_options, study_command
 from harvester.errors import InputError
 
@@ -41,12 +47,24 @@ if TYPE_CHECKING:
         help="Lifetime for limits on peak_displacement, peak_voltage, peak_strain, peak_impact_speed and "
         "impact_rate: '5 years'.",
     ),
-    cloup.option("--correlate", multiple=True, metavar="KEY,KEY=NUMBER", help="Correlation of two keys; repeatable."),
+    cloup.option(
+        "--correlate",
+        multiple=True,
+        metavar="KEY,KEY=NUMBER",
+        help="Correlation of two keys; repeatable.",
+    ),
 )
 @cloup.option_group(
     "Computation",
-    engine_option("Default: the cheapest engine whose own error is small compared with the spread."),
-    cloup.option("--samples", type=int, metavar="N", help="Number of devices in the distribution.  Default: 10000."),
+    engine_option(
+        "Default: the cheapest engine whose own error is small compared with the spread."
+    ),
+    cloup.option(
+        "--samples",
+        type=int,
+        metavar="N",
+        help="Number of devices in the distribution.  Default: 10000.",
+    ),
     cloup.option(
         "--runs",
         metavar="N",
@@ -54,7 +72,12 @@ if TYPE_CHECKING:
         "formulas, otherwise 24 per key and 24 more.  first-order: linearise the power in each key with the "
         "gradient from engine density.",
     ),
-    cloup.option("--checks", type=int, metavar="N", help="Samples a slower engine rechecks.  Default: 8 (spice: 4)."),
+    cloup.option(
+        "--checks",
+        type=int,
+        metavar="N",
+        help="Samples a slower engine rechecks.  Default: 8 (spice: 4).",
+    ),
     cloup.option(
         "--within",
         type=percent,
@@ -63,10 +86,20 @@ if TYPE_CHECKING:
     ),
     seed_option,
 )
-@output_options("Folder for tolerance.csv (all samples), tolerance.png, provenance.json and the sweeps.")
-@who_computes("Keep the samples that an earlier run of the same study finished.", "Processes.  Default: one per core.")
+@output_options(
+    "Folder for tolerance.csv (all samples), tolerance.png, provenance.json and the sweeps."
+)
+@who_computes(
+    "Keep the samples that an earlier run of the same study finished.",
+    "Processes.  Default: one per core.",
+)
 def tolerance(
-    output: Output, varied: tuple[str, ...], workers: int | None, scheduler: str | None, resume: bool, **options: Any
+    output: Output,
+    varied: tuple[str, ...],
+    workers: int | None,
+    scheduler: str | None,
+    resume: bool,
+    **options: Any,
 ) -> None:
     """Scatter of power and voltage over manufactured devices: quantiles, yield, and the influence of each part."""
     from harvester.commands.progress import Bar
@@ -80,7 +113,9 @@ def tolerance(
     shorter = "fewer --runs, fewer --checks or a larger --within"
     with Bar("tolerance", shorter=shorter, enough=0.02) as bar, client_of(scheduler) as executor:
         execution = output.execution(bar, workers=workers, executor=executor, resume=resume)
-        answer = study(scene, vary=varied if stated is None else stated.vary, execution=execution, **options)
+        answer = study(
+            scene, vary=varied if stated is None else stated.vary, execution=execution, **options
+        )
     output.show(
         answer,
         ("tolerance.csv", "tolerance.png", "provenance.json"),

@@ -18,9 +18,18 @@ STEPS = (  # what a command does, and the command without `harvester`
         "new mine.toml --mass '40 g' --frequency '3.2 Hz' --capacitance '50.2 nF' --coupling '1e-3 N/V' "
         "--damping-ratio 0.004 --restitution 0.96 --acceleration-psd '1e-5 g^2/Hz' --resistance '1 Mohm'",
     ),
-    ("Its mean power, with the error: the default engine simulates many random trajectories.", "run mine.toml"),
-    ("The same from a formula, which states a bound of its own error.", "run mine.toml --engine averaged"),
-    ("To an accuracy of your choice: the program chooses engine, time step and effort.", "run mine.toml --within 0.3%"),
+    (
+        "Its mean power, with the error: the default engine simulates many random trajectories.",
+        "run mine.toml",
+    ),
+    (
+        "The same from a formula, which states a bound of its own error.",
+        "run mine.toml --engine averaged",
+    ),
+    (
+        "To an accuracy of your choice: the program chooses engine, time step and effort.",
+        "run mine.toml --within 0.3%",
+    ),
     (
         "The same once more with the circuit in ngspice, in lock-step with the mass.",
         "run mine.toml --engine spice --within 3%",
@@ -31,14 +40,23 @@ STEPS = (  # what a command does, and the command without `harvester`
     ),
     ("The best load, with its interval.", "optimise mine.toml --vary load.resistance=1k:10M"),
     ("A picture of the motion: motion/motion.png.", "motion mine.toml --out motion"),
-    ("One page with all results: compare/report.html.", "compare mine.toml --within 3% --out compare --report"),
+    (
+        "One page with all results: compare/report.html.",
+        "compare mine.toml --within 3% --out compare --report",
+    ),
 )
 
 
 @command("harvester tour", "harvester tour --out first")
 @cloup.option_group(
     "Output",
-    cloup.option("--out", metavar="DIR", default="tour", show_default=True, help="A new folder for the output."),
+    cloup.option(
+        "--out",
+        metavar="DIR",
+        default="tour",
+        show_default=True,
+        help="A new folder for the output.",
+    ),
 )
 def tour(out: str) -> None:
     """Run the tutorial, step by step: each command is explained, shown and run.
@@ -58,7 +76,12 @@ def tour(out: str) -> None:
             click.prompt("Enter runs it, ^C ends the tour", default="", show_default=False)
         with contextlib.chdir(folder):
             try:
-                program.main(shlex.split(line), prog_name="harvester", standalone_mode=False, color=coloured())
+                program.main(
+                    shlex.split(line),
+                    prog_name="harvester",
+                    standalone_mode=False,
+                    color=coloured(),
+                )
             except MissingProgramError as error:
                 complain(f"this step is left out: {error}")
     click.echo(

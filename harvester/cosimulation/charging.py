@@ -23,8 +23,9 @@ COARSER = 10.0  # tolerance of ngspice beside twice the step
 class ChargeRun:
     """What one run from empty says: all times in second, voltages in volt (or the probe's unit).
 
-    ``passages``, shape (levels,), are when each level is first reached, infinite where it never is; ``curve`` the
-    voltage at the times asked for; ``steps`` those of ngspice; ``smoothing`` the capacitance of Csmooth (F).
+    ``passages``, shape (levels,), are when each level is first reached, infinite where it never is;
+    ``curve`` the voltage at the times asked for; ``steps`` those of ngspice; ``smoothing`` the
+    capacitance of Csmooth (F).
     """
 
     passages: Floats
@@ -98,22 +99,32 @@ def _charge(
         noise = coarsened(noise)
         device = dataclasses.replace(device, h=2.0 * device.h, reltol=COARSER * device.reltol)
     shaking = (coarse_forcing if coarse else forcing)(eqs, device.h, len(noise), rng)
-    drive = run_in_this_process(device, new_drive(device, noise, shaking=shaking, start=start), deadline)
+    drive = run_in_this_process(
+        device, new_drive(device, noise, shaking=shaking, start=start), deadline
+    )
     if device.probes:
-        t, u = drive.series["time"], values_of(device.probes[0], drive)
+        t = drive.series["time"]
+        u = values_of(device.probes[0], drive)
     else:
         reading_times = drive.path().t / device.scales.frequency
-        t, u = np.append(0.0, reading_times), np.append(0.0, drive.charge)
+        t = np.append(0.0, reading_times)
+        u = np.append(0.0, drive.charge)
     passages = first_passages(t, u, levels)
-    return ChargeRun(passages, np.interp(times, t, u), int(drive.state[0].accepted), drive.smoothing)
+    return ChargeRun(
+        passages, np.interp(times, t, u), int(drive.state[0].accepted), drive.smoothing
+    )
 
 
-def probed_path_in_worker(device: CoupledDevice, noise: Floats, shaking: Floats | None) -> tuple[Path, Floats]:
+def probed_path_in_worker(
+    device: CoupledDevice, noise: Floats, shaking: Floats | None
+) -> tuple[Path, Floats]:
     """The path of one run from rest, in a worker process, and its probes at the path's times: shape (probes, n)."""
     return next(map_in_workers(_probed_path, [(device, noise, shaking)]))
 
 
-def _probed_path(device: CoupledDevice, noise: Floats, shaking: Floats | None) -> tuple[Path, Floats]:
+def _probed_path(
+    device: CoupledDevice, noise: Floats, shaking: Floats | None
+) -> tuple[Path, Floats]:
     """`probed_path_in_worker` in this process."""
     drive = run_in_this_process(device, new_drive(device, noise, shaking=shaking))
     path = drive.path()

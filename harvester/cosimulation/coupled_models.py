@@ -44,7 +44,8 @@ class Cosimulation(TableResult):
     time
         s.
     state
-        the numbers of the model's state by name, shape (n,), in the middle of the kick at that time.
+        the numbers of the model's state by name, shape (n,), in the middle of the kick at that
+        time.
     voltage, current, load_power
         at the circuit's terminals, out of the port, and of Rload: shape (n,) (V, A, W).
     probes, probe_units
@@ -54,11 +55,12 @@ class Cosimulation(TableResult):
     mean_power
         of Rload, over the whole path (W).
     ledger
-        mean powers (W) over the whole path: ``ledger_input`` is the work of the model against the port's reaction,
-        ``ledger_load`` goes into Rload, ``ledger_circuit`` is lost in the rest of the circuit, and ``ledger_stored``
-        is the growth of what Cp and Csmooth hold.
+        mean powers (W) over the whole path: ``ledger_input`` is the work of the model against the
+        port's reaction, ``ledger_load`` goes into Rload, ``ledger_circuit`` is lost in the rest of
+        the circuit, and ``ledger_stored`` is the growth of what Cp and Csmooth hold.
     ledger_residual
-        the part of the largest of them that does not add up: a check, which shrinks as the square of the step.
+        the part of the largest of them that does not add up: a check, which shrinks as the square
+        of the step.
     step
         the step of the model (s).
     steps
@@ -79,7 +81,17 @@ class Cosimulation(TableResult):
 
     DERIVED = ("duration", "number_of_events", "ranges")
     NOT_SHOWN = frozenset(
-        {"time", "state", "voltage", "current", "load_power", "probes", "probe_units", "events", "compilation_seconds"}
+        {
+            "time",
+            "state",
+            "voltage",
+            "current",
+            "load_power",
+            "probes",
+            "probe_units",
+            "events",
+            "compilation_seconds",
+        }
     )
     NOT_IN_JSON = frozenset({"ranges"})
     SHORT = ("duration", "step", "mean_power", "ledger_residual", "number_of_events")
@@ -120,17 +132,25 @@ class Cosimulation(TableResult):
     @property
     def table(self) -> Table:
         """Time, the model's state, voltage, current, the load's power, and the probes."""
-        columns = [Column("time", self.time, "s", "time"), *(Column(name, cells) for name, cells in self.state.items())]
+        columns = [
+            Column("time", self.time, "s", "time"),
+            *(Column(name, cells) for name, cells in self.state.items()),
+        ]
         columns += [Column("voltage", self.voltage, "V"), Column("current", self.current, "A")]
         columns += [Column("load_power", self.load_power, "W")]
-        columns += [Column(name, values, self.probe_units[name]) for name, values in self.probes.items()]
+        columns += [
+            Column(name, values, self.probe_units[name]) for name, values in self.probes.items()
+        ]
         return Table(tuple(columns), index=("time",))
 
     @property
     def ranges(self) -> Table:
         """Between which ends each of its quantities goes."""
         columns = self.table.columns[1:]
-        ends = [Column(column.name, [min(column.cells), max(column.cells)], column.unit) for column in columns]
+        ends = [
+            Column(column.name, [min(column.cells), max(column.cells)], column.unit)
+            for column in columns
+        ]
         return Table((Column("end", ["least", "largest"]), *ends), "On this path")
 
 
@@ -154,15 +174,17 @@ def cosimulate(
     Parameters
     ----------
     model
-        an object with the functions drift, kick and source (``Model`` of harvester.cosimulation says what they are),
-        and event and jump where there are events; a NamedTuple of numbers is compiled.
+        an object with the functions drift, kick and source (``Model`` of harvester.cosimulation
+        says what they are), and event and jump where there are events; a NamedTuple of numbers is
+        compiled.
     circuit
-        the load on the port: a name of the package's netlists such as "bridge", the path of a file, the text of a
-        netlist, or a `harvester.Load` with values of its parameters.
+        the load on the port: a name of the package's netlists such as "bridge", the path of a file,
+        the text of a netlist, or a `harvester.Load` with values of its parameters.
     port
         a `harvester.Piezo` (coupling and capacitance) or a `harvester.Coil`.
     start
-        the model's state at time 0, a NamedTuple of numbers; the circuit begins without voltages and currents.
+        the model's state at time 0, a NamedTuple of numbers; the circuit begins without voltages
+        and currents.
     duration, step
         in seconds, or as texts such as "2 s" and "1 ms".
     seed
@@ -174,9 +196,11 @@ def cosimulate(
     tolerance
         ngspice's relative tolerance of its own steps between those of the model.
     volts
-        the size of the voltages, which its absolute tolerances go by: 1e-3 where they are of some millivolts.
+        the size of the voltages, which its absolute tolerances go by: 1e-3 where they are of some
+        millivolts.
     compiled
-        True: numba compiles the model; False: it runs in plain Python; None: compiled if it is a NamedTuple of numbers.
+        True: numba compiles the model; False: it runs in plain Python; None: compiled if it is a
+        NamedTuple of numbers.
 
     Returns
     -------
@@ -186,8 +210,8 @@ def cosimulate(
     Raises
     ------
     InputError
-        for a model without one of its functions, or one that gives what it must not; a start that is no NamedTuple of
-        numbers; and a netlist that cannot be used.
+        for a model without one of its functions, or one that gives what it must not; a start that
+        is no NamedTuple of numbers; and a netlist that cannot be used.
     SimulationError
         where ngspice does not come to the end.
     MissingProgramError
@@ -216,7 +240,11 @@ def cosimulate(
     check_model(model, start, h)
     for name in start._fields:
         if name in COLUMNS:
-            raise invalid("`start`", f"have no number of the name {', '.join(COLUMNS)}, which are columns", name)
+            raise invalid(
+                "`start`",
+                f"have no number of the name {', '.join(COLUMNS)}, which are columns",
+                name,
+            )
     if compiled and not can_be_compiled(model):
         raise invalid("`model`", "be a NamedTuple of numbers for `compiled`=True", model)
     load = _circuit(circuit, port)
@@ -224,11 +252,15 @@ def cosimulate(
     probes = read_probes(texts, load)
     find_library()
     whole = can_be_compiled(model) if compiled is None else compiled
-    job = ModelJob(model, start, load, port, h, steps, every, seed, (tolerance, volts), probes, whole)
+    job = ModelJob(
+        model, start, load, port, h, steps, every, seed, (tolerance, volts), probes, whole
+    )
     run = next(map_in_workers(run_model, [(packed(job),)]))
     state = {name: run.samples[:, k] for k, name in enumerate(start._fields)}
     remark = open_balance(Value(run.ledger.residual))
-    ledger = {LEDGER + name: getattr(run.ledger, name) for name in ("input", "circuit", "load", "stored")}
+    ledger = {
+        LEDGER + name: getattr(run.ledger, name) for name in ("input", "circuit", "load", "stored")
+    }
     return Cosimulation(
         time=h * every * np.arange(len(run.samples), dtype=np.float64),
         state=state,
@@ -258,12 +290,16 @@ def _time(name: str, value: float | str) -> float:
         raise invalid(f"`{name}`", "be a time above 0, such as 0.001 or '1 ms'", value) from None
 
 
-def _check_options(span: float, steps: int, every: int, seed: int, tolerance: float, volts: float) -> None:
+def _check_options(
+    span: float, steps: int, every: int, seed: int, tolerance: float, volts: float
+) -> None:
     """Refuse numbers that are none, or out of range."""
     _check_integer("every", every, 1, steps)
     _check_integer("seed", seed, 0, 2**63)
     if steps > MOST_STEPS or steps // every > MOST_READINGS:
-        must = f"have at most {MOST_STEPS} steps of `step`, and {MOST_READINGS} readings (see `every`)"
+        must = (
+            f"have at most {MOST_STEPS} steps of `step`, and {MOST_READINGS} readings (see `every`)"
+        )
         raise invalid("`duration`", must, span)
     if not 1e-9 <= tolerance <= 1e-2:
         raise invalid("`tolerance`", "be between 1e-9 and 1e-2", tolerance)
@@ -276,7 +312,9 @@ def _check_port(port: Any) -> None:
     if not isinstance(port, Piezo | Coil):
         raise invalid("`port`", "be a Piezo or a Coil", port)
     if isinstance(port, Piezo) and port.coupling is None:
-        raise InputError("piezo.coupling must be given for a `port`, but only open_circuit_frequency is")
+        raise InputError(
+            "piezo.coupling must be given for a `port`, but only open_circuit_frequency is"
+        )
 
 
 def _check_integer(name: str, value: int, least: int, most: int) -> None:
@@ -290,7 +328,9 @@ def _circuit(circuit: Load | str, port: Port) -> LoadCircuit:
     if isinstance(circuit, Load):
         return load_circuit(circuit, capacitance)
     if not isinstance(circuit, str):
-        raise invalid("`circuit`", "be the name of a netlist, a path, the text of one, or a Load", circuit)
+        raise invalid(
+            "`circuit`", "be the name of a netlist, a path, the text of one, or a Load", circuit
+        )
     if "\n" not in circuit.strip():
         return load_circuit(Load(netlist=circuit.strip()), capacitance)
     with tempfile.TemporaryDirectory(prefix="harvester-") as folder:

@@ -1,9 +1,10 @@
 """The periodic response of a mass and a load circuit to a steady drive: one path of ngspice, from period to period.
 
-A period is one short run of ngspice that begins with the node voltages, the coils' currents and the motion of a
-`CoupledState`, where the last one ended; `harvester.mechanics.periodic` goes from there to the one that comes back.
-For a circuit that remembers more the response does not come back in the unbroken run that measures it, and is not
-taken.  Initial conditions of its elements are those of a run from rest, and no period begins with them.
+A period is one short run of ngspice that begins with the node voltages, the coils' currents and the
+motion of a `CoupledState`, where the last one ended; `harvester.mechanics.periodic` goes from there
+to the one that comes back. For a circuit that remembers more the response does not come back in the
+unbroken run that measures it, and is not taken.  Initial conditions of its elements are those of a
+run from rest, and no period begins with them.
 
 Long because what a period carries on to the next one, and what is measured of it, are one path's.
 """
@@ -14,7 +15,12 @@ import math
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.cosimulation.load_elements import COIL, feeds_nothing, stores, without_initial_conditions
+from harvester.cosimulation.load_elements import (
+    COIL,
+    feeds_nothing,
+    stores,
+    without_initial_conditions,
+)
 from harvester.cosimulation.lockstep.drive import Drive
 from harvester.cosimulation.lockstep.energy_ledger import ledger_of
 from harvester.cosimulation.periodic_responses import Known, Neighbour, PeriodicResponse, later_half
@@ -47,13 +53,17 @@ from harvester.mechanics.periodic import (
 from harvester.netlists.part import PIEZO
 
 FIRST = 4  # oscillations from rest before the way is shortened
-LONGEST, WANDERS = 60, 5  # the same of a mass that is not linear; times so many at most, until it is near a response
+# the same of a mass that is not linear; times so many at most, until it is near a response
+LONGEST, WANDERS = 60, 5
 MEASURED = 1  # periods that are averaged, after one that is not
-ROUGHLY = 0.03  # of the state's size: so near a response, the way there is taken to be a straight one
+# of the state's size: so near a response, the way there is taken to be a straight one
+ROUGHLY = 0.03
 COMES_BACK = 3e-3  # of the state's size, in the unbroken run
 SURE = 2.0  # times what is left as the last periods say it
 QUIET = 1.0 / 16.0  # of a period between a section and a turn of the motion, else it moves
-AWAY, TRIED = 0.02, 32  # a part of the motion by which it is pushed aside, and oscillations in which it must come back
+# a part of the motion by which it is pushed aside, and oscillations in which it must come back
+AWAY = 0.02
+TRIED = 32
 
 
 class _Path:
@@ -64,7 +74,11 @@ class _Path:
 
     def __init__(self, device: CoupledDevice, phase: float, deadline: float, enough: float) -> None:
         device = dataclasses.replace(device, load=without_initial_conditions(device.load))
-        self.device, self.deadline, self.enough, self.steps, self.mass_steps = device, deadline, enough, 0, 0
+        self.device = device
+        self.deadline = deadline
+        self.enough = enough
+        self.steps = 0
+        self.mass_steps = 0
         self.farads = 0.0  # of Csmooth
         self.known: list[Known] = []  # of the runs that ended
         period = device.eqs.shaking_period
@@ -74,22 +88,39 @@ class _Path:
         self.shaking = forcing(device.eqs, device.h, self.size)
 
     def run(
-        self, section: CoupledState, n_steps: int, since: int = 0, stride: int | None = None, earlier: int = 0
+        self,
+        section: CoupledState,
+        n_steps: int,
+        since: int = 0,
+        stride: int | None = None,
+        earlier: int = 0,
     ) -> tuple[CoupledState, Drive]:
         """Go on for so many kicks, with means from the kick ``since`` on: the section there, and the finished drive.
 
         It keeps the nodes of so many kicks ``earlier``, too.
         """
-        device, s = self.device, self.device.scales
+        device = self.device
+        s = self.device.scales
         assert self.shaking is not None
         check_one_mode(device.eqs)
         at = np.arange(round(self.phase * self.size), round(self.phase * self.size) + n_steps + 1)
         voltage, stored = (section.nodes["p"], 0.0) if section.nodes else section.across
         start = section.x, section.v, voltage / s.volts, stored / s.volts
-        grid, covered = (device.h, stride or n_steps), (since - 0.5) * device.h
+        grid = (device.h, stride or n_steps)
+        covered = (since - 0.5) * device.h
         shaking = self.shaking[at % self.size]
         smooth = device.eqs.stop_stiffness is None
-        given = s.volts, s.frequency, np.zeros(n_steps), *grid, start, not device.load.linear, covered, shaking, smooth
+        given = (
+            s.volts,
+            s.frequency,
+            np.zeros(n_steps),
+            *grid,
+            start,
+            not device.load.linear,
+            covered,
+            shaking,
+            smooth,
+        )
         drive = Drive(device.eqs, *given)
         drive.earlier = earlier
         try:
@@ -97,22 +128,32 @@ class _Path:
         except CircuitError as error:
             error.so_far = later_half([*self.known, *([error.so_far] if error.so_far else [])])
             raise
-        self.steps, self.mass_steps = self.steps + int(drive.state[0].accepted), self.mass_steps + n_steps
+        self.steps, self.mass_steps = (
+            self.steps + int(drive.state[0].accepted),
+            self.mass_steps + n_steps,
+        )
         self.farads = drive.smoothing
-        (power, square, _), state = self.means(drive), drive.state[0]
+        (power, square, _) = self.means(drive)
+        state = drive.state[0]
         self.known.append((float(power), float(square), float(state.end - state.begin)))
-        return CoupledState(float(drive.samples[-1, 0]), unkicked(drive, float(shaking[-1])), drive.nodes), drive
+        return CoupledState(
+            float(drive.samples[-1, 0]), unkicked(drive, float(shaking[-1])), drive.nodes
+        ), drive
 
     def means(self, drive: Drive) -> Floats:
         """Power of Rload (W) and mean square voltage (V^2) in a run, and the mean of x^2 + x'^2 in its last period."""
-        s, moved = drive.state[0], (drive.kicked[-self.size :, :2] ** 2).sum(axis=1).mean()
-        return np.append(np.array([s.load, s.square], dtype=np.float64) / float(s.end - s.begin), moved)
+        s = drive.state[0]
+        moved = (drive.kicked[-self.size :, :2] ** 2).sum(axis=1).mean()
+        return np.append(
+            np.array([s.load, s.square], dtype=np.float64) / float(s.end - s.begin), moved
+        )
 
     def settling(
         self, section: CoupledState, turns: int, known: Secants | None = None, stale: float = STALE
     ) -> Settling:
         """The map of so many periods, on x, x' and the node voltages in units of the voltage scale."""
-        names, s = list(section.nodes), self.device.scales
+        names = list(section.nodes)
+        s = self.device.scales
 
         def turn(y: Floats) -> tuple[Floats, Floats]:
             after, drive = self.run(section_of(y, names, s.volts), turns * self.size)
@@ -128,13 +169,17 @@ class _Path:
     def _slow_parts(self, names: list[str]) -> Floats:
         """What the circuit and the mass remember, shape (n, 2 + nodes): x, x', V, and the voltage of Csmooth last.
 
-        Of a user's own circuit also the voltages of other capacitors, and the coils' currents over w0 Cp.
+        Of a user's own circuit also the voltages of other capacitors, and the coils' currents over
+        w0 Cp.
         """
         load, s = self.device.load, self.device.scales
         pairs = [load.smoothing_nodes]
         if load.topology is None:
             both = {load.smoothing_nodes, load.smoothing_nodes[::-1], (PIEZO, "0"), ("0", PIEZO)}
-            pairs = [*dict.fromkeys(pair for pair in stores(load, s.capacitance) if pair not in both), *pairs]
+            pairs = [
+                *dict.fromkeys(pair for pair in stores(load, s.capacitance) if pair not in both),
+                *pairs,
+            ]
         at = {name: 2 + k for k, name in enumerate(names)}
         slow = [np.eye(1, 2 + len(names), k)[0] for k in (0, 1, at["p"])]
         for pair in pairs:
@@ -145,7 +190,9 @@ class _Path:
             slow.append(row)
         if load.topology is None:
             coils = [k for name, k in at.items() if COIL.fullmatch(name)]
-            slow[3:3] = [np.eye(1, 2 + len(names), k)[0] / (s.frequency * s.capacitance) for k in coils]
+            slow[3:3] = [
+                np.eye(1, 2 + len(names), k)[0] / (s.frequency * s.capacitance) for k in coils
+            ]
         return np.array(slow)
 
     def periods(self, oscillations: float, least: int = 1) -> int:
@@ -158,7 +205,9 @@ class _Path:
         """Periods of a run of a mass that is not linear, until it may be near a response."""
         return self.periods(LONGEST, 2 * MULTIPLES)
 
-    def unbroken(self, section: CoupledState, turns: int, times: int) -> tuple[Floats, CoupledState, Drive]:
+    def unbroken(
+        self, section: CoupledState, turns: int, times: int
+    ) -> tuple[Floats, CoupledState, Drive]:
         """The slow parts after each of ``times`` turns in one run, shape (times, 4), and where it ends.
 
         The means of the drive leave out the first turn.
@@ -166,7 +215,11 @@ class _Path:
         size = turns * self.size
         end, drive = self.run(section, times * size, size, size, size)
         x, v = drive.samples[:, 0], drive.samples[:, 3]
-        return np.column_stack([x, v, drive.samples[:, 1], drive.charge / self.device.scales.volts]), end, drive
+        return (
+            np.column_stack([x, v, drive.samples[:, 1], drive.charge / self.device.scales.volts]),
+            end,
+            drive,
+        )
 
     def wander(self, section: CoupledState, times: int) -> tuple[int, CoupledState]:
         """After how many periods a run of so many comes back at its end, 0 for none, and where it ends."""
@@ -178,10 +231,13 @@ class _Path:
     ) -> PeriodicResponse | None:
         """The means of an unbroken run from where the map has settled; None where that does not come back.
 
-        With ``most``, of the state's size, it must come that near, with all that is left of the way.
+        With ``most``, of the state's size, it must come that near, with all that is left of the
+        way.
         """
         scales = self.device.scales
-        sections, section, drive = self.unbroken(section_of(settled.state, names, scales.volts), turns, 1 + MEASURED)
+        sections, section, drive = self.unbroken(
+            section_of(settled.state, names, scales.volts), turns, 1 + MEASURED
+        )
         changed = [drive.nodes[name] - drive.nodes_earlier[name] for name in names]
         residual = settled.slow[:, 2:] @ np.array(changed) / scales.volts
         residual[:2] = sections[-1, :2] - sections[-2, :2]
@@ -198,20 +254,27 @@ class _Path:
         quiet = quiet_kick(np.diff(wave[:, 0], append=wave[0, 0]))[1] / self.size
         there = section, self.phase, turns, settled.secants(WORTH), self.farads, quiet
         periods = self.mass_steps / self.size
-        return PeriodicResponse(*there, power, square, ledger, left, periods, self.steps, wave, probed)
+        return PeriodicResponse(
+            *there, power, square, ledger, left, periods, self.steps, wave, probed
+        )
 
     def returns(self, settled: Settling, names: list[str], turns: int) -> bool:
         """Whether a motion that is pushed aside comes nearer again."""
         begin = section_of(settled.state, names, self.device.scales.volts)
         way = max(AWAY * math.hypot(begin.x, begin.v), 2.0 * NOISY * math.sqrt(settled.means[2]))
         aside = dataclasses.replace(begin, x=begin.x + 0.6 * way, v=begin.v + 0.8 * way)
-        (there, *_), *_ = self.unbroken(begin, turns, 1)  # its velocity is that of half a step later, as below
+        # its velocity is that of half a step later, as below
+        (there, *_), *_ = self.unbroken(begin, turns, 1)
         sections, *_ = self.unbroken(aside, turns, self.periods(TRIED, 4))
         return math.hypot(sections[-1, 0] - there[0], sections[-1, 1] - there[1]) < way
 
 
 def periodic_response(
-    device: CoupledDevice, origin: Origin, deadline: float, enough: float = REACHED, near: Neighbour | None = None
+    device: CoupledDevice,
+    origin: Origin,
+    deadline: float,
+    enough: float = REACHED,
+    near: Neighbour | None = None,
 ) -> PeriodicResponse | None:
     """The response from ``origin``, or from ``near``, that of a drive a little different.
 
@@ -221,7 +284,8 @@ def periodic_response(
     linear = linear_growth(device.eqs) is not None and feeds_nothing(device.load)
     section, known = (origin.section, None) if near is None else (near.section, near.secants)
     path.farads = 0.0 if near is None else near.farads
-    stays = near is not None and (not linear or near.quiet > QUIET)  # on its branch, as long as that is there
+    # on its branch, as long as that is there
+    stays = near is not None and (not linear or near.quiet > QUIET)
     if near and stays and (response := _settled(path, section, near.turns, linear, known, linear)):
         return response
     section, moved = _to_a_quiet_phase(path, section, near is None)
@@ -242,9 +306,13 @@ def _near_a_response(path: _Path, section: CoupledState) -> CoupledState:
     return section
 
 
-def _to_a_quiet_phase(path: _Path, section: CoupledState, from_rest: bool) -> tuple[CoupledState, bool]:
+def _to_a_quiet_phase(
+    path: _Path, section: CoupledState, from_rest: bool
+) -> tuple[CoupledState, bool]:
     """Go on to a phase of the drive at which the motion is quiet: the section there, and whether it moved."""
-    section, drive = path.run(section, path.periods(FIRST if from_rest else 1) * path.size, stride=1)
+    section, drive = path.run(
+        section, path.periods(FIRST if from_rest else 1) * path.size, stride=1
+    )
     quiet, away = quiet_kick(drive.samples[-path.size :, 3])
     if not from_rest and away >= QUIET * path.size:
         return section, False
@@ -263,7 +331,12 @@ def same_response(
 
 
 def _settled(
-    path: _Path, section: CoupledState, turns: int, surely: bool, known: Secants | None = None, fresh: bool = False
+    path: _Path,
+    section: CoupledState,
+    turns: int,
+    surely: bool,
+    known: Secants | None = None,
+    fresh: bool = False,
 ) -> PeriodicResponse | None:
     """The response near a section; None where there is none that comes back, and holds unless it ``surely`` does."""
     names = list(section.nodes)

@@ -8,7 +8,8 @@ from harvester.netlists.load_circuit import LoadCircuit, effective_value, with_p
 from harvester.netlists.part import CircuitPart
 
 COIL = re.compile(r"l\..*#branch")  # the vector of an inductor's current
-KEEPS_NOTHING = 1e-2  # of the piezo's capacitance: a capacitor that is a part of a diode rather than a store
+# of the piezo's capacitance: a capacitor that is a part of a diode rather than a store
+KEEPS_NOTHING = 1e-2
 NEEDLESS = 1e-7  # of the piezo's reactance: a diode's series resistance that nobody sees in a power
 _PASSIVE = "rcld"
 
@@ -17,7 +18,9 @@ def without_initial_conditions(load: LoadCircuit) -> LoadCircuit:
     """The same circuit without initial conditions of its elements, which no periodic response knows."""
 
     def plain(part: CircuitPart) -> CircuitPart:
-        return replace(part, options={key: value for key, value in part.options.items() if key != "ic"})
+        return replace(
+            part, options={key: value for key, value in part.options.items() if key != "ic"}
+        )
 
     return _changed(load, plain)
 
@@ -25,8 +28,9 @@ def without_initial_conditions(load: LoadCircuit) -> LoadCircuit:
 def without_needless_resistances(load: LoadCircuit, reactance: float) -> LoadCircuit:
     """The same circuit, with diodes of no series resistance where theirs is below `NEEDLESS` of a ``reactance`` (ohm).
 
-    That of 1 uohm joins two nodes, whose voltages round to some 1e-16 V: the current between them, known to 1e-10 A,
-    never satisfies ngspice, whose tolerance for a diode that blocks is less than 1e-12 A.
+    That of 1 uohm joins two nodes, whose voltages round to some 1e-16 V: the current between them,
+    known to 1e-10 A, never satisfies ngspice, whose tolerance for a diode that blocks is less than
+    1e-12 A.
     """
 
     def bare(part: CircuitPart) -> CircuitPart:
@@ -49,14 +53,16 @@ def stores(load: LoadCircuit, capacitance: float) -> list[tuple[str, ...]]:
     return [
         part.nodes
         for part in load.parts
-        if part.kind == "c" and not (effective_value(part) or capacitance) < KEEPS_NOTHING * capacitance
+        if part.kind == "c"
+        and not (effective_value(part) or capacitance) < KEEPS_NOTHING * capacitance
     ]
 
 
 def feeds_nothing(load: LoadCircuit) -> bool:
     """Whether a circuit has no energy of its own, which may feed a motion that grows.
 
-    That is one of the package's, or of resistors, capacitors, inductors and diodes alone, of positive values.
+    That is one of the package's, or of resistors, capacitors, inductors and diodes alone, of
+    positive values.
     """
     if load.topology is not None or load.linear:
         return True

@@ -8,7 +8,8 @@ from typing import Any, Protocol
 
 from harvester.errors import InputError, invalid, shown
 
-NEEDED, EVENTS = ("drift", "kick", "source"), ("event", "jump")
+NEEDED = ("drift", "kick", "source")
+EVENTS = ("event", "jump")
 
 
 class Mechanics(Protocol):
@@ -24,11 +25,11 @@ class Mechanics(Protocol):
         v + h (F - reaction)/m.  Of a piezo the reaction is theta V in newton, of a coil k i.  ``noise`` is a standard
         normal number of this kick alone: white noise of the two-sided density S adds sqrt(S h) noise.
     source(state)
-        What drives the port: of a piezo the displacement (m), which times theta is the charge; of a coil the velocity
-        (m/s), which times k is the e.m.f.
+        What drives the port: of a piezo the displacement (m), which times theta is the charge; of a
+        coil the velocity (m/s), which times k is the e.m.f.
     event(state, h), jump(state)
-        Only where there are events: the time of the first one within the coming drift of length h, or None; and the
-        state after it.
+        Only where there are events: the time of the first one within the coming drift of length h,
+        or None; and the state after it.
 
     An explicit time is a number of the state that a drift moves on: ``t + h``.
     """
@@ -61,25 +62,37 @@ def is_number(value: object) -> bool:
 def can_be_compiled(model: Any) -> bool:
     """Whether a model is a NamedTuple of numbers and of None."""
     fields = getattr(model, "_fields", None)
-    return isinstance(model, tuple) and fields is not None and all(part is None or is_number(part) for part in model)
+    return (
+        isinstance(model, tuple)
+        and fields is not None
+        and all(part is None or is_number(part) for part in model)
+    )
 
 
 def check_model(model: Any, start: Any, h: float) -> None:
     """Call each of a model's functions once, for a step of h seconds from the ``start``.
 
-    Raises InputError for a function that is missing or takes other arguments, a start that is no NamedTuple of finite
-    numbers, and a function that gives anything else than it must.
+    Raises InputError for a function that is missing or takes other arguments, a start that is no
+    NamedTuple of finite numbers, and a function that gives anything else than it must.
     """
     if isinstance(model, type):
-        raise invalid("`model`", "be an object, such as Oscillator(m=0.01), rather than its class", model)
+        raise invalid(
+            "`model`", "be an object, such as Oscillator(m=0.01), rather than its class", model
+        )
     for name in (*NEEDED, *(EVENTS if any(hasattr(model, event) for event in EVENTS) else ())):
         if not callable(getattr(model, name, None)):
             have = ", ".join(EVENTS) if name in EVENTS else ", ".join(NEEDED)
-            raise InputError(f"`model` must have the functions {have}, but {shown(type(model).__name__)} has no {name}")
+            raise InputError(
+                f"`model` must have the functions {have}, but {shown(type(model).__name__)} has no {name}"
+            )
     if not is_named_tuple(start) or not all(map(math.isfinite, start)):
-        raise invalid("`start`", "be a NamedTuple of finite numbers, such as State(x=0.0, v=0.0)", start)
+        raise invalid(
+            "`start`", "be a NamedTuple of finite numbers, such as State(x=0.0, v=0.0)", start
+        )
     _check_state("drift", _called(model, "drift", "state, h", start, h), start)
-    _check_state("kick", _called(model, "kick", "state, h, reaction, noise", start, h, 0.0, 0.0), start)
+    _check_state(
+        "kick", _called(model, "kick", "state, h, reaction, noise", start, h, 0.0, 0.0), start
+    )
     source = _called(model, "source", "state", start)
     if not is_number(source) or not math.isfinite(source):
         raise invalid("`model.source`", "give a finite number", source)
@@ -89,8 +102,14 @@ def check_model(model: Any, start: Any, h: float) -> None:
 
 def check_event(when: Any, h: float, at: str = "") -> None:
     """Refuse a time of an event that is none, or outside the coming drift of length h."""
-    if when is not None and not (is_number(when) and (-1e-9 * h <= when <= (1.0 + 1e-9) * h or when == math.inf)):
-        raise invalid(f"`model.event`{at}", f"give a time within the drift, from 0 to {h:.6g} s, or None", when)
+    if when is not None and not (
+        is_number(when) and (-1e-9 * h <= when <= (1.0 + 1e-9) * h or when == math.inf)
+    ):
+        raise invalid(
+            f"`model.event`{at}",
+            f"give a time within the drift, from 0 to {h:.6g} s, or None",
+            when,
+        )
 
 
 def _called(model: Any, name: str, signature: str, *arguments: Any) -> Any:
@@ -99,7 +118,9 @@ def _called(model: Any, name: str, signature: str, *arguments: Any) -> Any:
     try:
         inspect.signature(function).bind(*arguments)
     except TypeError:
-        raise invalid(f"`model.{name}`", f"take ({signature})", str(inspect.signature(function))) from None
+        raise invalid(
+            f"`model.{name}`", f"take ({signature})", str(inspect.signature(function))
+        ) from None
     return function(*arguments)
 
 

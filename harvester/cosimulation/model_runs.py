@@ -37,7 +37,8 @@ NAMES = {
 class ModelJob:
     """A model, its circuit, and how they run: arguments as of `harvester.cosimulation.coupled_models.cosimulate`.
 
-    ``tolerances`` are ngspice's relative tolerance, and the voltage that its absolute ones go by (V).
+    ``tolerances`` are ngspice's relative tolerance, and the voltage that its absolute ones go by
+    (V).
     """
 
     model: Any
@@ -73,7 +74,10 @@ class ModelRun:
 
 def packed(job: ModelJob) -> bytes:
     """A job as a worker takes it: with the model's code, whose module may be found from here alone."""
-    names = {type(instance).__module__ for instance in (job.model, job.start)} - {"__main__", "builtins"}
+    names = {type(instance).__module__ for instance in (job.model, job.start)} - {
+        "__main__",
+        "builtins",
+    }
     modules = [sys.modules[name] for name in names if name in sys.modules]
     for module in modules:
         cloudpickle.register_pickle_by_value(module)
@@ -94,14 +98,17 @@ def run_model(data: bytes) -> ModelRun:
     from harvester.cosimulation.ngspice.trial import checked_ngspice
 
     job: ModelJob = pickle.loads(data)
-    coil, piezo = isinstance(job.port, Coil), job.capacitance
+    coil = isinstance(job.port, Coil)
+    piezo = job.capacitance
     noise = np.random.default_rng(np.random.SeedSequence(job.seed)).standard_normal((job.steps, 2))
     start = np.array(job.start, dtype=np.float64)
     coefficients = coefficients_of(job.model) if job.compiled else np.empty(0)
     exact = job.load.linear and not coil  # the rule of a load resistor is exact for each drift
     coupling = float(job.port.coupling or 0.0)
     volts = coupling if coil else coupling / piezo
-    drive = ModelDrive(start, coefficients, noise, job.h, job.stride, volts, coupling, coil, free=not exact)
+    drive = ModelDrive(
+        start, coefficients, noise, job.h, job.stride, volts, coupling, coil, free=not exact
+    )
     begin_model(drive.state[0], job.start, drive.record.samples, _bound(job.model), None)
     begin = time.perf_counter()
     callbacks = None
@@ -141,9 +148,13 @@ def _deck(job: ModelJob, drive: ModelDrive) -> Any:
     """The circuit of a job."""
     from harvester.cosimulation.ngspice.deck import build_deck, coil_deck
 
-    times, (tolerance, volts), vectors = (job.h, drive.duration), job.tolerances, vectors_of(job.probes)
+    times = (job.h, drive.duration)
+    (tolerance, volts) = job.tolerances
+    vectors = vectors_of(job.probes)
     if isinstance(job.port, Coil):
-        return coil_deck(job.load, job.port.resistance, job.port.inductance, times, volts, tolerance, vectors)
+        return coil_deck(
+            job.load, job.port.resistance, job.port.inductance, times, volts, tolerance, vectors
+        )
     s: Any = drive.state[0]
     begin = float(s.volts * s.driven), 0.0, 0.0
     return build_deck(job.load, job.capacitance, *times, begin, volts, tolerance, probes=vectors)
@@ -172,7 +183,9 @@ def _check(job: ModelJob, s: Any, at: Any) -> None:
     state = type(job.start)(*map(float, at))
     where = f" at {float(s.end):.6g} s, in {state}"
     if s.fault in NAMES:
-        raise InputError(f"`model.{NAMES[s.fault]}` must give finite numbers, but does not{where}: check it, or `step`")
+        raise InputError(
+            f"`model.{NAMES[s.fault]}` must give finite numbers, but does not{where}: check it, or `step`"
+        )
     if s.fault == any_mechanics.OFTEN:
         raise InputError(
             f"`model.event` must come to an end within a step, but has more than {any_mechanics.MOST}{where}: let "

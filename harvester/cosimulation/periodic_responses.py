@@ -21,9 +21,10 @@ Known = tuple[float, float, float]
 class Neighbour:
     """All of a periodic response that the way to one of a drive a little different begins with.
 
-    It comes back after ``turns`` periods of the drive, and is at ``section`` at the part ``phase`` of a period;
-    ``secants`` are what the way there says of the ways to neighbouring responses, ``farads`` the load's Csmooth, and
-    ``quiet`` how far the section is from turns of the motion, as a part of a period.
+    It comes back after ``turns`` periods of the drive, and is at ``section`` at the part ``phase``
+    of a period; ``secants`` are what the way there says of the ways to neighbouring responses,
+    ``farads`` the load's Csmooth, and ``quiet`` how far the section is from turns of the motion, as
+    a part of a period.
     """
 
     section: CoupledState

@@ -18,7 +18,8 @@ NEAR = 0.01  # of the motion's size: a return that is seen among sections that s
 class CoupledState:
     """Where mass and circuit are in the middle of a kick: x, x', node voltages (V) and coils' currents (A) by name.
 
-    Where these are not known, there are none, and ``across`` has the voltages of the terminals and of Csmooth (V).
+    Where these are not known, there are none, and ``across`` has the voltages of the terminals and
+    of Csmooth (V).
     """
 
     x: float = 0.0
@@ -28,7 +29,10 @@ class CoupledState:
 
     def moved(self, since: "CoupledState", now: "CoupledState") -> "CoupledState":
         """Go the way of another one of the same nodes, from ``since`` to ``now``."""
-        nodes = {name: voltage + now.nodes[name] - since.nodes[name] for name, voltage in self.nodes.items()}
+        nodes = {
+            name: voltage + now.nodes[name] - since.nodes[name]
+            for name, voltage in self.nodes.items()
+        }
         return CoupledState(self.x + now.x - since.x, self.v + now.v - since.v, nodes)
 
 
@@ -71,14 +75,19 @@ def quiet_kick(velocity: Floats) -> tuple[int, int]:
 def unkicked(drive: Drive, a: float) -> float:
     """The velocity in the middle of a drive's last kick, where another drive begins; a kick is linear in it."""
     x, voltage, v = drive.samples[-1, [0, 1, 3]]
-    half, c = 0.5 * float(drive.state[0].h), drive.coefficients
-    at_rest, at_speed = (interpreted(kick)(State(x, speed, voltage), 0.0, half, c, a) for speed in (0.0, 1.0))
+    half = 0.5 * float(drive.state[0].h)
+    c = drive.coefficients
+    at_rest, at_speed = (
+        interpreted(kick)(State(x, speed, voltage), 0.0, half, c, a) for speed in (0.0, 1.0)
+    )
     return float((v - at_rest) / (at_speed - at_rest))
 
 
 def flat(section: CoupledState, volts: float) -> Floats:
     """The section as one array of shape (2 + nodes,): x, x' and the node voltages in units of ``volts``."""
-    return np.array([section.x, section.v, *(voltage / volts for voltage in section.nodes.values())])
+    return np.array(
+        [section.x, section.v, *(voltage / volts for voltage in section.nodes.values())]
+    )
 
 
 def section_of(y: Floats, names: list[str], volts: float) -> CoupledState:

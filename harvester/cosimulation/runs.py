@@ -34,7 +34,8 @@ from harvester.netlists.load_circuit import LoadCircuit, load_circuit
 from harvester.netlists.probes import Probe
 from harvester.scene.load import Load
 
-# x, x', V and the voltage of Csmooth; then the state of a compiled circuit, where runs begin in that
+# x, x', V and the voltage of Csmooth; then the state of a compiled circuit, where runs begin in
+# that
 Start = tuple[Any, ...]
 
 if TYPE_CHECKING:
@@ -73,7 +74,9 @@ class CoupledDevice:
 
     def coarser(self) -> "CoupledDevice":
         """The same device at twice the step on the same noise: they differ by three times the bias of h."""
-        return dataclasses.replace(self, h=2.0 * self.h, stride=max(self.stride // 2, 1), coarse=True)
+        return dataclasses.replace(
+            self, h=2.0 * self.h, stride=max(self.stride // 2, 1), coarse=True
+        )
 
 
 @dataclass(frozen=True)
@@ -93,7 +96,9 @@ class TrajectoryMeans:
     probed: Floats | None = None
 
 
-def path_in_this_process(device: CoupledDevice, noise: Floats, shaking: Floats | None = None) -> Path:
+def path_in_this_process(
+    device: CoupledDevice, noise: Floats, shaking: Floats | None = None
+) -> Path:
     """The path of one run on a noise grid, computed in this process; see `run_in_this_process`."""
     return run_in_this_process(device, new_drive(device, noise, shaking=shaking)).path()
 
@@ -109,27 +114,34 @@ def new_drive(
 
     The energy ledger begins at the nondimensional time ``burn_in``; ``shaking`` as of `Drive`.
     """
-    scales, free = device.scales, not device.load.linear
+    scales = device.scales
+    free = not device.load.linear
     step = device.h, device.stride
-    return Drive(device.eqs, scales.volts, scales.frequency, noise, *step, start, free, burn_in, shaking)
+    return Drive(
+        device.eqs, scales.volts, scales.frequency, noise, *step, start, free, burn_in, shaking
+    )
 
 
 def run_in_this_process(
-    device: CoupledDevice, drive: "Drive", deadline: float = math.inf, nodes: Mapping[str, float] | None = None
+    device: CoupledDevice,
+    drive: "Drive",
+    deadline: float = math.inf,
+    nodes: Mapping[str, float] | None = None,
 ) -> "Drive":
     """Run ngspice with the mass in lock-step, in this process; returns the finished drive.
 
-    ``nodes`` are voltages (V) and coils' currents (A) at the beginning by name; with them, or with none of them, the
-    drive keeps the last ones.
+    ``nodes`` are voltages (V) and coils' currents (A) at the beginning by name; with them, or with
+    none of them, the drive keeps the last ones.
 
-    Raises CircuitError when ngspice refuses the circuit, does not converge or comes no further; OutOfTimeError where it
-    has not ended at the ``deadline`` of `time.monotonic`; UnboundedResponseError when the motion left the finite
-    numbers.
+    Raises CircuitError when ngspice refuses the circuit, does not converge or comes no further;
+    OutOfTimeError where it has not ended at the ``deadline`` of `time.monotonic`;
+    UnboundedResponseError when the motion left the finite numbers.
     """
     from harvester.cosimulation.ngspice.deck import build_deck
     from harvester.cosimulation.ngspice.trial import checked_ngspice
 
-    scales, vectors = device.scales, vectors_of(device.probes)
+    scales = device.scales
+    vectors = vectors_of(device.probes)
     x, _, voltage, charge = (scales.volts * quantity for quantity in drive.start[:4])
     whole = device.h / scales.frequency, drive.duration, (x, voltage, charge), scales.volts
     keeps = len(drive.start) == 4
@@ -141,7 +153,9 @@ def run_in_this_process(
     deck = build_deck(load, scales.capacitance, *given, device.shunt * scales.capacitance)
     checked_ngspice().run_driven(deck, drive, device.patience, deadline)
     if not np.isfinite(drive.samples).all():
-        raise UnboundedResponseError("the response grows without bound: it left the finite numbers; add damping")
+        raise UnboundedResponseError(
+            "the response grows without bound: it left the finite numbers; add damping"
+        )
     return drive
 
 
@@ -158,11 +172,20 @@ def _measure(
     """The means of one trajectory, in this process; arguments as of `measure_in_workers`."""
     from harvester.circuits.compiled_circuit import CompiledCircuit
 
-    grid, shaken = gaussian_grid if device.gaussian else three_point_grid, (device.eqs, device.h, n_steps)
+    grid = gaussian_grid if device.gaussian else three_point_grid
+    shaken = (device.eqs, device.h, n_steps)
     noise = coarsened(grid(seed, 2 * n_steps)) if device.coarse else grid(seed, n_steps)
-    shaking = (coarse_forcing if device.coarse else forcing)(*shaken, np.random.default_rng(child(seed, 1)))
-    nodes = nodes_of(device, start) if isinstance(device.ideal, CompiledCircuit) and len(start) > 4 else None
-    drive = run_in_this_process(device, new_drive(device, noise, burn_in, shaking, start), deadline, nodes)
+    shaking = (coarse_forcing if device.coarse else forcing)(
+        *shaken, np.random.default_rng(child(seed, 1))
+    )
+    nodes = (
+        nodes_of(device, start)
+        if isinstance(device.ideal, CompiledCircuit) and len(start) > 4
+        else None
+    )
+    drive = run_in_this_process(
+        device, new_drive(device, noise, burn_in, shaking, start), deadline, nodes
+    )
     moments = from_path(device.eqs, drive.path(), burn_in, blocks)
     ledger = ledger_of(drive.state[0], device.scales, drive.smoothing, device.load.linear)
     load = np.array([ledger.load])
@@ -186,7 +209,9 @@ def in_ngspice(voltages: dict[str, float]) -> dict[str, float]:
     return {name: value for name, value in voltages.items() if "#" not in name}
 
 
-def _blocks(drive: "Drive", burn_in: float, blocks: int, new: Floats | None) -> tuple[Floats, Floats]:
+def _blocks(
+    drive: "Drive", burn_in: float, blocks: int, new: Floats | None
+) -> tuple[Floats, Floats]:
     """The load's power (W), shape (blocks,), and the controls of the blocks of `from_path`; ``new``: of `filtered`."""
     state = drive.state[0]
     h, stride = float(state.h), int(state.stride)
@@ -201,13 +226,20 @@ def _blocks(drive: "Drive", burn_in: float, blocks: int, new: Floats | None) -> 
 
 
 def _control(
-    device: CoupledDevice, noise: Floats, shaking: Floats | None, burn_in: float, start: Start, blocks: int
+    device: CoupledDevice,
+    noise: Floats,
+    shaking: Floats | None,
+    burn_in: float,
+    start: Start,
+    blocks: int,
 ) -> Moments:
     """The control variate: the same means without ngspice, of the ideal circuit or of the load resistor."""
     from harvester.circuits.compiled_circuit import CompiledCircuit
 
     if isinstance(device.ideal, CompiledCircuit):
-        return device.ideal.path_moments(device.eqs, noise, device.h, device.stride, burn_in, blocks, start, shaking)
+        return device.ideal.path_moments(
+            device.eqs, noise, device.h, device.stride, burn_in, blocks, start, shaking
+        )
     eqs, rule = device.eqs, device.ngspice_rule
     start = (0.0, 0.0, 0.0, 0.0) if rule else start
     if eqs.modes is None:
@@ -249,7 +281,16 @@ def compiled_beforehand(device: CoupledDevice) -> Iterator[None]:
         yield
         return
     start = (device.eqs.resting_places[0], 0.0, 0.0, 0.0)
-    given = _with_resistor(device), np.random.SeedSequence(0), 4 * device.stride, 0.0, True, math.inf, 1, start
+    given = (
+        _with_resistor(device),
+        np.random.SeedSequence(0),
+        4 * device.stride,
+        0.0,
+        True,
+        math.inf,
+        1,
+        start,
+    )
     with ahead((_compile_follow, ()), (_measure, given)) as first:
         follow.elsewhere = first or follow.elsewhere
         yield
@@ -284,8 +325,9 @@ def measure_in_workers(
     more than one; ``with_control`` adds the control variate.  Trajectories begin in ``starts``, one for each seed, or
     at rest in each of the scene's resting places in turn.
 
-    Raises CircuitError when ngspice refuses the circuit, does not converge, comes no further for ``device.patience``
-    seconds, or dies; OutOfTimeError for the first run that has not ended at the ``deadline`` of `time.monotonic`.
+    Raises CircuitError when ngspice refuses the circuit, does not converge, comes no further for
+    ``device.patience`` seconds, or dies; OutOfTimeError for the first run that has not ended at the
+    ``deadline`` of `time.monotonic`.
     """
     resting = itertools.cycle((x, 0.0, 0.0, 0.0) for x in device.eqs.resting_places)
     same = n_steps, burn_in, with_control, deadline, blocks

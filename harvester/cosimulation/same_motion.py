@@ -9,12 +9,20 @@ import numpy as np
 from harvester.arrays import Floats
 from harvester.circuits.compiled_circuit import CompiledCircuit
 from harvester.cosimulation.probe_series import means_of_probes
-from harvester.cosimulation.runs import CoupledDevice, Start, new_drive, nodes_of, run_in_this_process
+from harvester.cosimulation.runs import (
+    CoupledDevice,
+    Start,
+    new_drive,
+    nodes_of,
+    run_in_this_process,
+)
 from harvester.cosimulation.worker_pool import map_in_workers
 from harvester.mechanics.kernels.forcing import forcing
 from harvester.mechanics.kernels.noise import child, three_point_grid
 
-ORDER = 0.4  # of the error against reltol, as SSHI shows it from 1e-4 to 1e-6; a second-order integrator alone: 2/3
+# of the error against reltol, as SSHI shows it from 1e-4 to 1e-6; a second-order integrator alone:
+# 2/3
+ORDER = 0.4
 
 
 def tolerance_in_workers(
@@ -27,19 +35,28 @@ def tolerance_in_workers(
 ) -> Iterator[tuple[dict[str, float], Floats]]:
     """The relative errors of E[V^2] and of the load's power that ngspice's tolerance makes, for each seed.
 
-    Beside them are those of the device's probes (`means_of_probes`), relative to the RMS or its square.
+    Beside them are those of the device's probes (`means_of_probes`), relative to the RMS or its
+    square.
 
     A run is repeated with a tenth of the tolerance on the very same motion (`Drive.kicked`), so that the two differ in
     nothing else and stay together after impacts; the difference is 1 - 10^-`ORDER` of the error.  A ``shunt``
     is doubled meanwhile, which changes the answer by as much as it has done itself.  Arguments and errors
     as of `measure_in_workers`.
     """
-    jobs = [(device, seed, n_steps, burn_in, deadline, start) for seed, start in zip(seeds, starts, strict=True)]
+    jobs = [
+        (device, seed, n_steps, burn_in, deadline, start)
+        for seed, start in zip(seeds, starts, strict=True)
+    ]
     yield from map_in_workers(_tolerance, jobs)
 
 
 def _tolerance(
-    device: CoupledDevice, seed: np.random.SeedSequence, n_steps: int, burn_in: float, deadline: float, start: Start
+    device: CoupledDevice,
+    seed: np.random.SeedSequence,
+    n_steps: int,
+    burn_in: float,
+    deadline: float,
+    start: Start,
 ) -> tuple[dict[str, float], Floats]:
     """`tolerance_in_workers` of one seed, in this process."""
     noise = three_point_grid(seed, n_steps)
@@ -51,15 +68,26 @@ def _tolerance(
     finer = dataclasses.replace(device, reltol=0.1 * device.reltol, shunt=2.0 * device.shunt)
     run_in_this_process(finer, second, deadline)
     since = math.ceil(burn_in / (device.h * device.stride) - 1e-6)
-    means = [(float((drive.samples[since:, 4] ** 2).mean()), float(drive.state[0].load)) for drive in (first, second)]
+    means = [
+        (float((drive.samples[since:, 4] ** 2).mean()), float(drive.state[0].load))
+        for drive in (first, second)
+    ]
     pairs = zip(("V2", "load"), *means, strict=True)
-    moments = {name: (rough - fine) / fine / (1.0 - 0.1**ORDER) if fine else 0.0 for name, rough, fine in pairs}
+    moments = {
+        name: (rough - fine) / fine / (1.0 - 0.1**ORDER) if fine else 0.0
+        for name, rough, fine in pairs
+    }
     rough, fine = (means_of_probes(device.probes, drive) for drive in (first, second))
     return moments, (rough - fine) / sizes_of_probes(fine) / (1.0 - 0.1**ORDER)
 
 
 def same_motion_means(
-    device: CoupledDevice, seed: np.random.SeedSequence, n_steps: int, burn_in: float, deadline: float, start: Start
+    device: CoupledDevice,
+    seed: np.random.SeedSequence,
+    n_steps: int,
+    burn_in: float,
+    deadline: float,
+    start: Start,
 ) -> dict[str, tuple[float, float]]:
     """E[V^2] ("V2") and the load's energy in J ("load") of ngspice and of the device's compiled circuit.
 
@@ -67,7 +95,8 @@ def same_motion_means(
     after impacts.  Arguments as of `harvester.cosimulation.runs.measure_in_workers`; raises as
     `harvester.cosimulation.runs.run_in_this_process`.
     """
-    circuit, noise = device.ideal, three_point_grid(seed, n_steps)
+    circuit = device.ideal
+    noise = three_point_grid(seed, n_steps)
     assert isinstance(circuit, CompiledCircuit), "of a compiled circuit"
     shaking = forcing(device.eqs, device.h, n_steps, np.random.default_rng(child(seed, 1)))
     reference = circuit.trace(device.eqs, noise, device.h, 1, start[:2], start[4], shaking)

@@ -1,7 +1,8 @@
 """Worker processes that run ngspice: what fails or dies in one is an error of that job only.
 
-A process whose ngspice has failed is not trusted with another circuit: after a fatal error ngspice stays in
-pieces, after a hang it goes on calculating.  It is killed, and the next job gets a new one.
+A process whose ngspice has failed is not trusted with another circuit: after a fatal error ngspice
+stays in pieces, after a hang it goes on calculating.  It is killed, and the next job gets a new
+one.
 """
 
 import os
@@ -42,9 +43,11 @@ _here: ContextVar[Here | None] = ContextVar("_here", default=None)
 def ngspice_here() -> Iterator[Here]:
     """Let `map_in_workers` run its jobs in this process, which is itself a worker that may die with one of them.
 
-    After the first that fails the others go to workers of their own, as elsewhere, and this process should end.
+    After the first that fails the others go to workers of their own, as elsewhere, and this process
+    should end.
 
-    Raises MissingProgramError when ngspice is not installed; InputError as `harvester.machine.folders.bare`.
+    Raises MissingProgramError when ngspice is not installed; InputError as
+    `harvester.machine.folders.bare`.
     """
     from harvester.cosimulation.ngspice.instance import ngspice
 
@@ -125,10 +128,15 @@ def _wait_for_those_ahead() -> None:
     while workers_ahead:
         process, futures = workers_ahead.popleft()
         wait(futures)
-        _free_or_kill(process, next((error for future in futures if (error := future.exception()) is not None), None))
+        _free_or_kill(
+            process,
+            next((error for future in futures if (error := future.exception()) is not None), None),
+        )
 
 
-def _in_this_process(function: Callable[..., T], arguments: Sequence[tuple[Any, ...]], here: Here) -> Iterator[T]:
+def _in_this_process(
+    function: Callable[..., T], arguments: Sequence[tuple[Any, ...]], here: Here
+) -> Iterator[T]:
     """The results of `map_in_workers`, one after the other."""
     for given in arguments:
         try:

@@ -1,6 +1,7 @@
 """The gradient of a mean with respect to all coefficients at once, from one more solution: the adjoint.
 
-Let A(c) p = 0 be the discrete equations with coefficients c, w p = 1 the mass and J = j p a mean.  With the solution of
+Let A(c) p = 0 be the discrete equations with coefficients c, w p = 1 the mass and J = j p a mean.
+With the solution of
 
     A^T q = j - J w
 
@@ -8,8 +9,9 @@ a small change of the coefficients changes the mean by
 
     dJ = dj p - q dA p - J dw p
 
-in which p, q, the frame and, but for the stops, the mesh stand still.  The changes of A, j and w are differences of the
-discrete equations themselves, at next to no cost: these are polynomials of low degree in nearly all coefficients.
+in which p, q, the frame and, but for the stops, the mesh stand still.  The changes of A, j and w
+are differences of the discrete equations themselves, at next to no cost: these are polynomials of
+low degree in nearly all coefficients.
 """
 
 from dataclasses import fields, replace
@@ -27,7 +29,8 @@ from harvester.density.weak_form import WeakForm
 from harvester.equations.coefficients import Equations
 from harvester.machine.cores import one_blas_thread
 
-STEP = 1e-3  # of a coefficient, or of the box for a distance: differences of second order, and once extrapolated
+# of a coefficient, or of the box for a distance: differences of second order, and once extrapolated
+STEP = 1e-3
 
 
 def adjoint(factors: Factors, right: Floats) -> Floats:
@@ -37,7 +40,8 @@ def adjoint(factors: Factors, right: Floats) -> Floats:
     def from_above(z: Floats) -> Floats:
         q = np.zeros(z.shape)
         for group, chain in reversed(factors.chains):
-            here, k = slice(group[0], group[-1] + 1), group[-1]
+            here = slice(group[0], group[-1] + 1)
+            k = group[-1]
             remainder = z[here].copy()
             remainder[-1] -= form.to_lower(q, k)
             q[here] = chain.solve_transposed(remainder)
@@ -56,12 +60,17 @@ def adjoint(factors: Factors, right: Floats) -> Floats:
 
 
 @one_blas_thread
-def gradient(eqs: Equations, solution: Solution, setting: Setting, index: int = 0) -> dict[str, float]:
+def gradient(
+    eqs: Equations, solution: Solution, setting: Setting, index: int = 0
+) -> dict[str, float]:
     """The derivative of a mean (by its ``index`` in `functionals.NAMES`) with respect to each coefficient present.
 
-    ``solution`` is the density in a setting; the error of a gradient is seen by that on another mesh.
+    ``solution`` is the density in a setting; the error of a gradient is seen by that on another
+    mesh.
     """
-    form, p, mean = solution.form, solution.p, float(solution.means[index])
+    form = solution.form
+    p = solution.p
+    mean = float(solution.means[index])
     masses = np.zeros(form.shape)
     masses[0] = integrals(form)
     q = adjoint(solution.factors, functionals(eqs, form)[index].reshape(form.shape) - mean * masses)
@@ -73,9 +82,16 @@ def gradient(eqs: Equations, solution: Solution, setting: Setting, index: int = 
         return float(np.vdot(moved_weights, p) - np.vdot(q, moved.apply(p)))
 
     result = {}
-    for name in (field.name for field in fields(eqs) if isinstance(getattr(eqs, field.name), float)):
-        size = (setting.box.reach if name in ("gap", "opposite_gap") else abs(getattr(eqs, name))) or 1.0
-        wide, narrow = ((changed(name, h) - changed(name, -h)) / (2.0 * h) for h in (STEP * size, 0.5 * STEP * size))
+    for name in (
+        field.name for field in fields(eqs) if isinstance(getattr(eqs, field.name), float)
+    ):
+        size = (
+            setting.box.reach if name in ("gap", "opposite_gap") else abs(getattr(eqs, name))
+        ) or 1.0
+        wide, narrow = (
+            (changed(name, h) - changed(name, -h)) / (2.0 * h)
+            for h in (STEP * size, 0.5 * STEP * size)
+        )
         result[name] = (4.0 * narrow - wide) / 3.0
     return result
 

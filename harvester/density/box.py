@@ -41,7 +41,9 @@ def potential(eqs: Equations, frame: ModeFrame, x: Floats) -> Floats:
     return np.asarray(energy - energy.min())
 
 
-def extent(eqs: Equations, frame: ModeFrame, tail: float, below: float, above: float, warmth: float) -> Box:
+def extent(
+    eqs: Equations, frame: ModeFrame, tail: float, below: float, above: float, warmth: float
+) -> Box:
     """The box between the stops on which no energy is more than ``tail`` times that of the motion.
 
     The latter is ``below`` on the left, ``above`` on the right, and ``warmth`` of the velocity.
@@ -52,32 +54,43 @@ def extent(eqs: Equations, frame: ModeFrame, tail: float, below: float, above: f
     below, above = tail * below, tail * above
     scale = math.sqrt(max(below, above))
     for _ in range(200):
-        x = np.linspace(max(low, -scale), min(high, scale), 4001) if max(low, -scale) < min(high, scale) else None
+        x = (
+            np.linspace(max(low, -scale), min(high, scale), 4001)
+            if max(low, -scale) < min(high, scale)
+            else None
+        )
         scale *= 1.3
         if x is None:  # the mass is pressed on a stop further away
             continue
         energy = potential(eqs, frame, x)
-        first, last = int(np.argmax(energy <= below)), len(x) - 1 - int(np.argmax(energy[::-1] <= above))
+        first = int(np.argmax(energy <= below))
+        last = len(x) - 1 - int(np.argmax(energy[::-1] <= above))
         if (first == 0 and x[0] > low) or (last == len(x) - 1 and x[-1] < high):
             continue
         padded = np.concatenate([[np.inf], energy, [np.inf]])
         rests = np.flatnonzero((energy <= padded[:-2]) & (energy < padded[2:]))
         rests = rests[(first <= rests) & (rests <= last)]
         reach = max(x[rests[0]] - x[first], x[last] - x[rests[-1]])
-        return Box(float(x[first]), float(x[last]), math.sqrt(2.0 * tail * warmth), float(reach), tail)
+        return Box(
+            float(x[first]), float(x[last]), math.sqrt(2.0 * tail * warmth), float(reach), tail
+        )
     raise SimulationError(refusal("density_without_box"))
 
 
 def first_guess(eqs: Equations, tail: float) -> Setting:
     """A box and a frame from the balance of power of a mass that moves harmonically, without impacts."""
-    beta, mu = (eqs.beta or 0.0), eqs.mu
-    n1, n2 = heat(eqs), eqs.n2 or 0.0
+    beta = eqs.beta or 0.0
+    mu = eqs.mu
+    n1 = heat(eqs)
+    n2 = eqs.n2 or 0.0
     electrical = 0.0 if mu is None else beta * mu / (1.0 + mu**2)
     warmth = math.sqrt(n1)
     stiff = max(abs(eqs.spring[0]), 1e-3)
     for _ in range(200):
         loss = float(friction(eqs, np.array([math.sqrt(warmth / stiff)]))[0]) + electrical
-        target = (n1 + n2 * warmth / stiff) / max(loss, 0.02 * math.sqrt(n1 / warmth) if n1 else 0.02)
+        target = (n1 + n2 * warmth / stiff) / max(
+            loss, 0.02 * math.sqrt(n1 / warmth) if n1 else 0.02
+        )
         warmth = warmth**0.7 * target**0.3
     frame = (
         ModeFrame(0.0, 0.0, 1.0)
@@ -93,9 +106,11 @@ def first_guess(eqs: Equations, tail: float) -> Setting:
 def settled(eqs: Equations, tail: float, pace: Pace | None = None) -> Setting:
     """The box beyond which a marginal density is less than exp(-tail), and the frame of the voltage's regression.
 
-    Raises SimulationError if they do not come to stand still, or where no answer would come in a budget.
+    Raises SimulationError if they do not come to stand still, or where no answer would come in a
+    budget.
     """
-    setting, pace = first_guess(eqs, tail), pace or Pace()
+    setting = first_guess(eqs, tail)
+    pace = pace or Pace()
     modes = 1 if eqs.mu is None else MODES
     for _ in range(ROUNDS):
         form = WeakForm(eqs, mesh(eqs, setting.box, RESOLUTIONS[0]), setting.frame, modes)
@@ -114,7 +129,9 @@ def regression(form: WeakForm, p: Floats) -> ModeFrame:
     if form.modes == 1:
         return form.frame
     moments = MomentWeights(form)
-    x, y, xx, xy, yy = (value(moments.mean(i, 0, j), p) for i, j in ((1, 0), (0, 1), (2, 0), (1, 1), (0, 2)))
+    x, y, xx, xy, yy = (
+        value(moments.mean(i, 0, j), p) for i, j in ((1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
+    )
     slope = (xy - x * y) / (xx - x * x)
     left = yy - y * y - slope**2 * (xx - x * x)
     scale = math.sqrt(left) if left > 0.0 else 0.5 * form.frame.scale
@@ -124,7 +141,8 @@ def regression(form: WeakForm, p: Floats) -> ModeFrame:
 def _box(eqs: Equations, form: WeakForm, p: Floats, tail: float) -> Box:
     """The box at which the marginals, continued as exp(-energy/warmth) from moments of the energy, reach exp(-tail).
 
-    MomentWeights are what a coarse mesh knows best: with exp(-U/T), E[U^n] = T^n Gamma(n + 1/2)/Gamma(1/2).
+    MomentWeights are what a coarse mesh knows best: with exp(-U/T), E[U^n] = T^n Gamma(n +
+    1/2)/Gamma(1/2).
     """
     mesh = form.mesh
     in_x = quadrature(mesh.x_breaks, mesh.degree, mesh.degree + 3)
@@ -138,7 +156,9 @@ def _box(eqs: Equations, form: WeakForm, p: Floats, tail: float) -> Box:
     speeds = _warmth(0.5 * in_v.points**2, of_v, form.mesh.v_breaks[-1] ** 2 / (8.0 * tail))
     whole = _warmth(energy, of_x, speeds)
     below, above = (
-        _warmth(energy[side], of_x[side], whole) if math.isinf(stop) and of_x[side].sum() > 0.1 else whole
+        _warmth(energy[side], of_x[side], whole)
+        if math.isinf(stop) and of_x[side].sum() > 0.1
+        else whole
         for side, stop in zip(sides, eqs.rigid_stops, strict=True)
     )
     below = max(below, speeds) if eqs.stop_stiffness is not None else below
@@ -185,6 +205,8 @@ def _alike(before: Setting, after: Setting) -> bool:
     ends = abs(old.low - new.low) + abs(old.high - new.high) < STILL * (new.high - new.low)
     scale = after.frame.scale
     frame = abs(math.log(before.frame.scale / scale)) < STILL
-    tilt = abs(before.frame.slope - after.frame.slope) * math.sqrt(new.speed**2 / 50.0) < STILL * scale
+    tilt = (
+        abs(before.frame.slope - after.frame.slope) * math.sqrt(new.speed**2 / 50.0) < STILL * scale
+    )
     shift = abs(before.frame.offset - after.frame.offset) < 3.0 * STILL * scale
     return ends and abs(old.speed / new.speed - 1.0) < STILL and frame and tilt and shift

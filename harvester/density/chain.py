@@ -8,7 +8,8 @@ from scipy.linalg import lu_factor, lu_solve
 from harvester.arrays import Floats
 from harvester.density.weak_form import WeakForm
 
-SMALL = 400  # unknowns of an element up to which its inverse is quicker than its factors, for many sweeps
+# unknowns of an element up to which its inverse is quicker than its factors, for many sweeps
+SMALL = 400
 
 
 class Chain:
@@ -19,13 +20,24 @@ class Chain:
     the mass 1 in it; None if the equations are not singular.
     """
 
-    def __init__(self, form: WeakForm, modes: range, blocks: list[Floats], pin: int | None, shift: complex = 0.0):
-        self.form, self.count = form, len(modes)
-        self.factors, self.inverses, self.reached = [], list[Any](), list[Any]()
+    def __init__(
+        self,
+        form: WeakForm,
+        modes: range,
+        blocks: list[Floats],
+        pin: int | None,
+        shift: complex = 0.0,
+    ):
+        self.form = form
+        self.count = len(modes)
+        self.factors = []
+        self.inverses = list[Any]()
+        self.reached = list[Any]()
         nx, nv = self.nodes = form.shape[2:]
         up, down = form.v_up, form.v_down
         ends = self.count, nx, nv
-        before = np.zeros((self.count, nv) * 2)  # of the element to the left: density at its right end
+        # of the element to the left: density at its right end
+        before = np.zeros((self.count, nv) * 2)
         size = self.count * nx * nv
         unit = np.zeros((*ends, self.count, nv))
         for k in range(self.count):
@@ -35,7 +47,9 @@ class Chain:
             if e == pin and not modes[0]:
                 integrals = self.integrals(e)
                 block[0, :, :, 0] += integrals[:, :, None, None] * integrals
-            block[:, 0, :, :, 0, :] += np.einsum("ab,kblc,cd->kald", up, before, down, optimize=True)
+            block[:, 0, :, :, 0, :] += np.einsum(
+                "ab,kblc,cd->kald", up, before, down, optimize=True
+            )
             factor = lu_factor(block.reshape(size, size), overwrite_a=True, check_finite=False)
             self.factors.append(factor)
             if form.back_coupled and size <= SMALL:
@@ -54,12 +68,16 @@ class Chain:
             inverse = self.inverses[element]
             solution = (inverse.T if transposed else inverse) @ right.ravel()
         else:
-            solution = lu_solve(self.factors[element], right.ravel(), trans=transposed, check_finite=False)
+            solution = lu_solve(
+                self.factors[element], right.ravel(), trans=transposed, check_finite=False
+            )
         return solution.reshape(self.count, *self.nodes)
 
     def solve(self, right: Any) -> Any:
         """The density of A p = right, both of the shape (modes, x-elements, nodes in x, nodes in v)."""
-        p, y, count = np.empty_like(right), right.copy(), right.shape[1]
+        p = np.empty_like(right)
+        y = right.copy()
+        count = right.shape[1]
         for e in range(count):
             p[:, e] = self._of(e, y[:, e])
             if e + 1 < count:
@@ -71,7 +89,9 @@ class Chain:
 
     def solve_transposed(self, right: Any) -> Any:
         """The same with the transpose of A."""
-        p, y, count = np.empty_like(right), right.copy(), right.shape[1]
+        p = np.empty_like(right)
+        y = right.copy()
+        count = right.shape[1]
         for e in range(count):
             p[:, e] = self._of(e, y[:, e], 1)
             if e + 1 < count:

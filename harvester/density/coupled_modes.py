@@ -30,9 +30,14 @@ class Factors:
 
     def __post_init__(self) -> None:
         self.sweeps = 0
-        modes, most = self.form.modes, JOINT_MEMORY / self.form.modes
+        modes = self.form.modes
+        most = JOINT_MEMORY / self.form.modes
         self._factorise([range(k, k + 1) for k in range(modes)])
-        self.can_join = self.form.back_coupled and self.form.v_colour is None and self.form.mesh.memory(modes) < most
+        self.can_join = (
+            self.form.back_coupled
+            and self.form.v_colour is None
+            and self.form.mesh.memory(modes) < most
+        )
 
     def _factorise(self, groups: list[range]) -> None:
         blocks = [self.form.diagonal_block(e) for e in range(self.form.shape[1])]
@@ -45,7 +50,8 @@ class Factors:
 
     def without_higher(self, right: Any) -> Any:
         """The solution in which no mode acts on a lower one of another chain."""
-        p, y = np.zeros_like(right), right.copy()
+        p = np.zeros_like(right)
+        y = right.copy()
         for group, chain in self.chains:
             k = group[0]
             if k:
@@ -56,7 +62,8 @@ class Factors:
     def solve(self, right: Any) -> Any:
         """The solution of (form + pin) p = right.
 
-        Where many sweeps over the modes do not end, all of them are factorised at once, if memory allows it.
+        Where many sweeps over the modes do not end, all of them are factorised at once, if memory
+        allows it.
         """
         if not self.form.back_coupled:
             return self.without_higher(right)
@@ -68,14 +75,18 @@ class Factors:
 
         n = right.size
         operator = LinearOperator((n, n), matvec=preconditioned, dtype=right.dtype)
-        p, left, target = np.zeros_like(right), right, RESIDUAL * np.abs(right).max()
+        p = np.zeros_like(right)
+        left = right
+        target = RESIDUAL * np.abs(right).max()
         for turn in range(REFINEMENTS):  # of what rounding left of the equations
             if self.is_joint:
                 p += self.without_higher(left)
             else:
                 most = FEW_SWEEPS if self.can_join else SWEEPS
                 before = self.sweeps
-                q, _ = gmres(operator, left.ravel(), rtol=RESIDUAL, atol=target, restart=most, maxiter=1)
+                q, _ = gmres(
+                    operator, left.ravel(), rtol=RESIDUAL, atol=target, restart=most, maxiter=1
+                )
                 if self.sweeps - before >= most and self.can_join and not turn:
                     self._factorise([range(self.form.modes)])
                     continue

@@ -1,7 +1,8 @@
 """One-dimensional elements: nodes, polynomials through them, and integrals of their products.
 
-A line is cut at ``breaks`` into elements, each with the Gauss-Lobatto nodes of one degree.  A function on the line is
-given by its values at the nodes; between them it is the polynomial through those of its element.
+A line is cut at ``breaks`` into elements, each with the Gauss-Lobatto nodes of one degree.  A
+function on the line is given by its values at the nodes; between them it is the polynomial through
+those of its element.
 """
 
 from dataclasses import dataclass
@@ -57,8 +58,8 @@ def shape_slopes(degree: int, points: Floats) -> Floats:
 class Quadrature:
     """Gauss points of every element of a line, exact for polynomials of degree 2 n - 1.
 
-    ``points`` and ``weights`` have the shape (elements, n); ``values`` (n, nodes) and ``slopes`` (elements, n, nodes)
-    are those of the shape functions there.
+    ``points`` and ``weights`` have the shape (elements, n); ``values`` (n, nodes) and ``slopes``
+    (elements, n, nodes) are those of the shape functions there.
     """
 
     points: Floats
@@ -88,7 +89,8 @@ def evaluated(breaks: Floats, degree: int, points: Floats) -> Floats:
     """The values of all shape functions of a continuous line at some points: shape (points, nodes of the line)."""
     count = len(breaks) - 1
     element = np.clip(np.searchsorted(breaks, points, side="right") - 1, 0, count - 1)
-    left, right = breaks[element], breaks[element + 1]
+    left = breaks[element]
+    right = breaks[element + 1]
     local = shape_values(degree, (2.0 * points - left - right) / (right - left))
     values = np.zeros((len(points), count * degree + 1))
     columns = element[:, None] * degree + np.arange(degree + 1)

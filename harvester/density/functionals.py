@@ -23,8 +23,8 @@ NAMES = (
 def functionals(eqs: Equations, form: WeakForm) -> Floats:
     """The weights of all `NAMES` on a density: shape (names, values of the density).
 
-    ``impact_rate`` counts the impacts at the stop in unit time, or the contacts with a compliant one, and
-    ``impact_loss`` is the energy that rigid stops take in unit time.
+    ``impact_rate`` counts the impacts at the stop in unit time, or the contacts with a compliant
+    one, and ``impact_loss`` is the energy that rigid stops take in unit time.
     """
     m = MomentWeights(form)
     if form.modes == 1:

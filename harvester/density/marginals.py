@@ -1,6 +1,7 @@
 """Densities of one or two quantities, and rates of passages, from the density of `weak_form`.
 
-A passage is a flux of the density: of a displacement a upwards, and of impacts of the speed u at a stop at s,
+A passage is a flux of the density: of a displacement a upwards, and of impacts of the speed u at a
+stop at s,
 
     int_{v > 0} v p(a, v) dv,    u p(s, -u)
 
@@ -21,7 +22,10 @@ class Marginals:
     """What a density p on a form says of one or two quantities; places outside of its box have the density 0."""
 
     def __init__(self, form: WeakForm, p: Floats) -> None:
-        self.form, self.p, mesh = form, p[..., : form.v_nodes], form.mesh  # no further modes of coloured noise
+        # no further modes of coloured noise
+        self.form = form
+        self.p = p[..., : form.v_nodes]
+        mesh = form.mesh
         self._whole = p
         self._x = quadrature(mesh.x_breaks, mesh.degree, mesh.degree + 3)
         self._over_v = form.over_v(form.v_mass)[: form.v_nodes]
@@ -33,12 +37,16 @@ class Marginals:
     def share_below(self, x: float) -> float:
         """The probability of a displacement below x."""
         breaks = self.form.mesh.x_breaks
-        in_x = quadrature(np.append(breaks[breaks < x], min(x, breaks[-1])), 1, self.form.mesh.degree + 2)
+        in_x = quadrature(
+            np.append(breaks[breaks < x], min(x, breaks[-1])), 1, self.form.mesh.degree + 2
+        )
         return float(self.displacement(in_x.points.ravel()) @ in_x.weights.ravel())
 
     def velocity(self, v: Floats) -> Floats:
         """The density of the velocity, shape (n,)."""
-        return np.asarray(self._across(v) @ np.einsum("eij,ei->j", self.p[0], self.form.x_mass.sum(axis=1)))
+        return np.asarray(
+            self._across(v) @ np.einsum("eij,ei->j", self.p[0], self.form.x_mass.sum(axis=1))
+        )
 
     def phase_plane(self, x: Floats, v: Floats) -> Floats:
         """The density of displacement and velocity, shape (n, m)."""
@@ -56,10 +64,11 @@ class Marginals:
         grid = np.linspace(-WIDEST, WIDEST, 200 * int(WIDEST) + 1)
         modal = self._x.weights.ravel() @ self._in_voltage(grid * spread)
         scaled = voltage / spread
-        (seen, seen_before), (made, made_before) = (
-            [np.exp(-0.5 * scaled**2) / np.sqrt(2.0 * np.pi), np.zeros_like(scaled)],
-            [np.ones_like(grid), np.zeros_like(grid)],
-        )
+        (seen, seen_before) = [
+            np.exp(-0.5 * scaled**2) / np.sqrt(2.0 * np.pi),
+            np.zeros_like(scaled),
+        ]
+        (made, made_before) = [np.ones_like(grid), np.zeros_like(grid)]
         total: Floats = np.zeros_like(scaled)
         for k in range(terms or self.form.modes):
             total += float(modal @ made) * (grid[1] - grid[0]) * seen
@@ -69,7 +78,10 @@ class Marginals:
 
     def passages(self, level: float) -> float:
         """How often the displacement passes a level upwards, a unit of time."""
-        return float(self._at(self.p[0], np.array([level]))[0] @ self.form.over_v(self.form.v_up)[: self.form.v_nodes])
+        return float(
+            self._at(self.p[0], np.array([level]))[0]
+            @ self.form.over_v(self.form.v_up)[: self.form.v_nodes]
+        )
 
     def impacts(self, speeds: Floats, way: float = -1.0) -> Floats:
         """The impacts a unit of time and a unit of speed at the lower stop (``way`` -1) or the upper, shape (n,)."""
@@ -80,7 +92,8 @@ class Marginals:
         """Values on the nodes in x, shape (elements, nodes, ...) at some places, shape (n, ...)."""
         breaks, degree = self.form.mesh.x_breaks, self.form.mesh.degree
         element = np.clip(np.searchsorted(breaks, x, side="right") - 1, 0, len(breaks) - 2)
-        left, right = breaks[element], breaks[element + 1]
+        left = breaks[element]
+        right = breaks[element + 1]
         local = shape_values(degree, (2.0 * x - left - right) / (right - left))
         inside = (x >= breaks[0]) & (x <= breaks[-1])
         return np.asarray(np.einsum("pn,pn...->p...", local * inside[:, None], values[element]))
@@ -92,9 +105,11 @@ class Marginals:
 
     def _in_voltage(self, voltage: Floats) -> Floats:
         """The sum of the modes at the Gauss points in x and some voltages, shape (m, n)."""
-        frame, x = self.form.frame, self._x.points.ravel()
+        frame = self.form.frame
+        x = self._x.points.ravel()
         z = (((1.0 - frame.slope) * x - frame.offset)[:, None] - voltage) / frame.scale
-        before, now = np.zeros_like(z), np.exp(-0.5 * z * z) / (np.sqrt(2.0 * np.pi) * frame.scale)
+        before = np.zeros_like(z)
+        now = np.exp(-0.5 * z * z) / (np.sqrt(2.0 * np.pi) * frame.scale)
         total = np.zeros_like(z)
         for k, mode in enumerate(self.p @ self._over_v):
             total += self._at(mode, x)[:, None] * now

@@ -1,8 +1,9 @@
 """The mesh of a density in displacement x and velocity v: where its elements end, and of what degree they are.
 
-The mesh is a grid of rectangles on a box.  Breaks lie at v = 0, at the edge of a compliant stop, and, where impacts
-take energy, ever closer to the corner (stop, v = 0).  There the density is singular, p ~ |v|^k on the scale x ~ v^3,
-because noise of intensity N spreads the velocity by sqrt(N t) while the mass goes v t.
+The mesh is a grid of rectangles on a box.  Breaks lie at v = 0, at the edge of a compliant stop,
+and, where impacts take energy, ever closer to the corner (stop, v = 0).  There the density is
+singular, p ~ |v|^k on the scale x ~ v^3, because noise of intensity N spreads the velocity by
+sqrt(N t) while the mass goes v t.
 """
 
 import math
@@ -23,8 +24,9 @@ IN_CONTACT = 3  # least number of elements in a compliant stop
 class Box:
     """The rectangle outside of which the density is left out.
 
-    ``low``, ``high`` are the ends of x and ``speed`` the largest one; ``reach`` is the larger distance from an end to
-    the outermost resting place on its side; both ends lie at an energy ``tail`` times that of the motion.
+    ``low``, ``high`` are the ends of x and ``speed`` the largest one; ``reach`` is the larger
+    distance from an end to the outermost resting place on its side; both ends lie at an energy
+    ``tail`` times that of the motion.
     """
 
     low: float
@@ -38,8 +40,9 @@ class Box:
 class Resolution:
     """How fine a mesh is.
 
-    So many ``elements`` lie in the reach of a box of a `SHORT` tail, and between v = 0 and its speed, with polynomials
-    of one ``degree``; ``levels`` of ever smaller ones follow towards a corner.
+    So many ``elements`` lie in the reach of a box of a `SHORT` tail, and between v = 0 and its
+    speed, with polynomials of one ``degree``; ``levels`` of ever smaller ones follow towards a
+    corner.
     """
 
     elements: int
@@ -71,15 +74,23 @@ class Mesh:
         low, high = eqs.rigid_stops
         x, v = self.x_breaks, self.v_breaks
         compliant = eqs.stop_stiffness is not None
-        left = 0.0 if np.isfinite(low) else share * (-(eqs.gap or 0.0) - x[0] if compliant else reach)
+        left = (
+            0.0 if np.isfinite(low) else share * (-(eqs.gap or 0.0) - x[0] if compliant else reach)
+        )
         right = 0.0 if np.isfinite(high) else share * reach
-        return replace(self, x_breaks=_extended(x, left, right), v_breaks=_extended(v, share * -v[0], share * v[-1]))
+        return replace(
+            self,
+            x_breaks=_extended(x, left, right),
+            v_breaks=_extended(v, share * -v[0], share * v[-1]),
+        )
 
 
 def _extended(breaks: Floats, left: float, right: float) -> Floats:
     """Breaks with a length more at either end, in elements no longer than those there."""
     before = _even(breaks[0] - left, breaks[0], breaks[1] - breaks[0])[:-1] if left else breaks[:0]
-    after = _even(breaks[-1], breaks[-1] + right, breaks[-1] - breaks[-2])[1:] if right else breaks[:0]
+    after = (
+        _even(breaks[-1], breaks[-1] + right, breaks[-1] - breaks[-2])[1:] if right else breaks[:0]
+    )
     return np.concatenate([before, breaks, after])
 
 
@@ -97,15 +108,26 @@ def mesh(eqs: Equations, box: Box, resolution: Resolution) -> Mesh:
     if eqs.stop_stiffness is not None:
         edges.insert(1, -(eqs.gap or 0.0))
         depth = edges[1] - edges[0]
-        parts = [_even(edges[0], edges[1], depth / max(IN_CONTACT, n - 2)), _even(edges[1], edges[2], longest)]
+        parts = [
+            _even(edges[0], edges[1], depth / max(IN_CONTACT, n - 2)),
+            _even(edges[1], edges[2], longest),
+        ]
         x = np.concatenate([parts[0], parts[1][1:]])
     else:
         x = _even(box.low, box.high, longest)
     (low, r_low), (high, r_high) = stops
     if r_low is not None and r_low < 1.0:
-        x = np.concatenate([[low], low + _levels(x[1] - low, _depth(resolution, r_low), NEARER_X), x[1:]])
+        x = np.concatenate(
+            [[low], low + _levels(x[1] - low, _depth(resolution, r_low), NEARER_X), x[1:]]
+        )
     if r_high is not None and r_high < 1.0:
-        x = np.concatenate([x[:-1], high - _levels(high - x[-2], _depth(resolution, r_high), NEARER_X)[::-1], [high]])
+        x = np.concatenate(
+            [
+                x[:-1],
+                high - _levels(high - x[-2], _depth(resolution, r_high), NEARER_X)[::-1],
+                [high],
+            ]
+        )
     v = _even(0.0, box.speed, box.speed / n)
     if restitutions:
         depth = (_depth(resolution, min(restitutions)) + 1) // 2

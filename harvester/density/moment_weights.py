@@ -15,7 +15,9 @@ class MomentWeights:
         mesh = form.mesh
         in_x = quadrature(mesh.x_breaks, mesh.degree, mesh.degree + 3)
         in_v = quadrature(mesh.v_breaks, mesh.degree, mesh.degree + 3)
-        self._x = [np.einsum("eq,qi->ei", in_x.weights * in_x.points**n, in_x.values) for n in range(3)]
+        self._x = [
+            np.einsum("eq,qi->ei", in_x.weights * in_x.points**n, in_x.values) for n in range(3)
+        ]
         self._v = []
         self._across = in_v
         for n in range(3):
@@ -23,7 +25,8 @@ class MomentWeights:
 
     def _integrated(self, weight: Floats) -> Floats:
         """The integrals of a weight times each shape function in v, and over coloured noise."""
-        degree, whole = self.form.mesh.degree, np.zeros(self.form.shape[3])
+        degree = self.form.mesh.degree
+        whole = np.zeros(self.form.shape[3])
         for e, part in enumerate((self._across.weights * weight) @ self._across.values):
             whole[e * degree : (e + 1) * degree + 1] += part
         return whole
@@ -43,16 +46,22 @@ class MomentWeights:
     def mean(self, x: int = 0, v: int = 0, y: int = 0) -> Floats:
         """The weights of E[x^x v^v y^y], y at most 2."""
         frame = self.form.frame
-        a, m, s = frame.slope, frame.offset, frame.scale
+        a = frame.slope
+        m = frame.offset
+        s = frame.scale
         if self.form.modes == 1:
             assert y == 0, "y is not known"
         if y == 0:
             return self.of(x, v)
         if y == 1:
             return a * self.of(x + 1, v) + m * self.of(x, v) + s * self.of(x, v, 1)
-        squares = a * a * self.of(x + 2, v) + 2.0 * a * m * self.of(x + 1, v) + m * m * self.of(x, v)
+        squares = (
+            a * a * self.of(x + 2, v) + 2.0 * a * m * self.of(x + 1, v) + m * m * self.of(x, v)
+        )
         mixed = 2.0 * s * (a * self.of(x + 1, v, 1) + m * self.of(x, v, 1))
-        return np.asarray(squares + mixed + s * s * (self.of(x, v) + np.sqrt(2.0) * self.of(x, v, 2)))
+        return np.asarray(
+            squares + mixed + s * s * (self.of(x, v) + np.sqrt(2.0) * self.of(x, v, 2))
+        )
 
     def voltage_squared(self) -> Floats:
         """The weights of E[V^2], V = x - y; of E[x^2] where no load lets the voltage leave the displacement."""

@@ -1,6 +1,7 @@
 """What is left of a budget, and whether the next solution ends in it: seconds go as the memory of the factors.
 
-From the coarsest mesh to the finest, and with coloured noise, a byte takes as long within a factor of two.
+From the coarsest mesh to the finest, and with coloured noise, a byte takes as long within a factor
+of two.
 """
 
 import time
@@ -11,7 +12,8 @@ from dataclasses import dataclass, field
 from harvester.errors import SimulationError
 from harvester.presentation.diagnostic import refusal
 
-LEAST = 12.0  # bytes of all solutions that an answer takes at least, in those of one that settles the box
+# bytes of all solutions that an answer takes at least, in those of one that settles the box
+LEAST = 12.0
 SHORTEST = 5.0  # seconds: a budget below it counts as this
 
 

@@ -23,11 +23,15 @@ from harvester.errors import SimulationError
 from harvester.machine.cores import one_blas_thread
 from harvester.presentation.diagnostic import refusal
 
-LIGHTEST, SAFETY = 12.0, 1.3  # exponent of a power tail that is light, and more than it makes of the box's error
+# exponent of a power tail that is light, and more than it makes of the box's error
+LIGHTEST, SAFETY = 12.0, 1.3
 WIDER = 0.2  # the share by which a box is made larger to see what it leaves out
 TAILS = (20.0, 25.0, 30.0, 36.0)  # energies of the box's ends, in those of the motion
-MODES, NOISE_MODES = (6, 8, 10, 12, 16, 20, 26), (5, 7, 9, 11, 13)
-NO_BETTER, FINEST_PROBE = 0.3, 2  # share of an error that a larger box leaves, at most; place of the finest mesh
+MODES = (6, 8, 10, 12, 16, 20, 26)
+NOISE_MODES = (5, 7, 9, 11, 13)
+# share of an error that a larger box leaves, at most; place of the finest mesh
+NO_BETTER = 0.3
+FINEST_PROBE = 2
 MOST_MEMORY = 2e9  # bytes of the factors of all modes, of which two meshes are held at once
 MORE = 2.5  # bytes of the next mesh, or of more modes, in those of the last solution, at least
 HALF_WAY = 0.4  # of the time, roughly, when box and modes of coloured noise are known
@@ -49,7 +53,9 @@ class Solution:
     def residual(self) -> float:
         """How far the equations are from solved: the largest residual beside the largest of their terms."""
         left = float(np.abs(self.form.apply(self.p)).max())
-        return left / float(np.abs(self.form.x_slope @ self.p[:1] @ (self.form.v_up + self.form.v_down).T).max())
+        return left / float(
+            np.abs(self.form.x_slope @ self.p[:1] @ (self.form.v_up + self.form.v_down).T).max()
+        )
 
 
 @dataclass(frozen=True)
@@ -93,7 +99,9 @@ class Answer:
         return {name: float(error[0]) / whole for name, error in errors.items()}
 
 
-def solution(eqs: Equations, setting: Setting, on: Mesh, modes: int, pace: Pace | None = None) -> Solution:
+def solution(
+    eqs: Equations, setting: Setting, on: Mesh, modes: int, pace: Pace | None = None
+) -> Solution:
     """The density on a mesh.
 
     Raises SimulationError if the equations are not solved.
@@ -110,13 +118,18 @@ def solution(eqs: Equations, setting: Setting, on: Mesh, modes: int, pace: Pace 
 def probed(eqs: Equations, within: float, resolution: int, pace: Pace) -> Probed:
     """The smallest box and the fewest modes that leave a quarter of the error each, as a coarse mesh tells.
 
-    ``resolution`` is the coarse mesh's index of `RESOLUTIONS`; where a larger box brings nothing, a finer one is taken.
-    The error of a box is computed once, not again with more modes.
+    ``resolution`` is the coarse mesh's index of `RESOLUTIONS`; where a larger box brings nothing, a
+    finer one is taken. The error of a box is computed once, not again with more modes.
     """
-    few = 1 if eqs.mu is None else 0 if eqs.beta else 3  # so few are exact where the voltage does not act on the mass
-    tails, counts = iter(TAILS), iter([few] if few else MODES)
-    setting, modes = settled(eqs, next(tails), pace), next(counts)
-    box_error, fewer, off = math.inf, None, None
+    # so few are exact where the voltage does not act on the mass
+    few = 1 if eqs.mu is None else 0 if eqs.beta else 3
+    tails = iter(TAILS)
+    counts = iter([few] if few else MODES)
+    setting = settled(eqs, next(tails), pace)
+    modes = next(counts)
+    box_error = math.inf
+    fewer = None
+    off = None
     while True:
         on = mesh(eqs, setting.box, RESOLUTIONS[resolution])
         base = solution(eqs, setting, on, modes, pace)
@@ -127,7 +140,8 @@ def probed(eqs: Equations, within: float, resolution: int, pace: Pace) -> Probed
             off = np.abs(base.means - wider.means)
         probe = Probed(setting, modes, np.abs(base.means - fewer.means), off, base)
         room = 0.25 * within * abs(float(base.means[0]))
-        more, tail = modes, None
+        more = modes
+        tail = None
         if probe.modes_error[0] > room:
             more = next(counts, modes)
         if off[0] > room:
@@ -138,7 +152,8 @@ def probed(eqs: Equations, within: float, resolution: int, pace: Pace) -> Probed
         if (more == modes and tail is None) or too_many or pace.is_late(MORE * base.form.memory):
             return probe
         fewer, off = _still_valid(base, more, off, room)
-        modes, setting = more, setting if tail is None else settled(eqs, tail)
+        modes = more
+        setting = setting if tail is None else settled(eqs, tail)
 
 
 def _coloured(eqs: Equations, probe: Probed, within: float, pace: Pace) -> Answer:
@@ -146,22 +161,34 @@ def _coloured(eqs: Equations, probe: Probed, within: float, pace: Pace) -> Answe
 
     So no solution has both the finer mesh, that tells the error, and many modes.
     """
-    base, off = probe.coarse, np.empty(0)
+    base = probe.coarse
+    off = np.empty(0)
     for resolution in RESOLUTIONS[1:]:
-        finer = solution(eqs, probe.setting, mesh(eqs, probe.setting.box, resolution), probe.modes, pace)
-        mesh_error, room = np.abs(finer.means - base.means), 0.25 * within * abs(float(base.means[0]))
-        if mesh_error[0] <= room or pace.is_late(MORE * finer.form.memory) or MORE * finer.form.memory > MOST_MEMORY:
+        finer = solution(
+            eqs, probe.setting, mesh(eqs, probe.setting.box, resolution), probe.modes, pace
+        )
+        mesh_error = np.abs(finer.means - base.means)
+        room = 0.25 * within * abs(float(base.means[0]))
+        if (
+            mesh_error[0] <= room
+            or pace.is_late(MORE * finer.form.memory)
+            or MORE * finer.form.memory > MOST_MEMORY
+        ):
             break
         base = finer
-    setting, best = probe.setting, base
+    setting = probe.setting
+    best = base
     for count in NOISE_MODES:
         memory = base.form.memory * (count / setting.frame.noise_modes) ** 2
         if best is not base and (off[0] <= room or memory > MOST_MEMORY or pace.is_late(memory)):
             break
         setting = replace(setting, frame=replace(setting.frame, noise_modes=count))
-        before, best = best, solution(eqs, setting, base.form.mesh, probe.modes, pace)
+        before = best
+        best = solution(eqs, setting, base.form.mesh, probe.modes, pace)
         off = np.abs(best.means - before.means)
-    return Answer(best.means, mesh_error, probe.modes_error + off, probe.box_error, best, finer, setting)
+    return Answer(
+        best.means, mesh_error, probe.modes_error + off, probe.box_error, best, finer, setting
+    )
 
 
 def _with_fewer(eqs: Equations, setting: Setting, base: Solution, few: int) -> Solution:
@@ -169,7 +196,9 @@ def _with_fewer(eqs: Equations, setting: Setting, base: Solution, few: int) -> S
     return base if few else solution(eqs, setting, base.form.mesh, base.form.modes - 2)
 
 
-def _still_valid(base: Solution, more: int, off: Floats, room: float) -> tuple[Solution | None, Floats | None]:
+def _still_valid(
+    base: Solution, more: int, off: Floats, room: float
+) -> tuple[Solution | None, Floats | None]:
     """What a round leaves to the next: the solution with two modes fewer, and the box's error, where the box stays."""
     if off[0] > room:
         return None, None
@@ -189,7 +218,8 @@ def refined(
     No further mesh begins that would not end within ``budget`` seconds.  Noise of the stiffness leaves amplitudes A as
     likely as A^-(1 + tail), of which a box that is a fifth wider misses less by 1.2^-(tail - 2): so much is added.
 
-    Raises SimulationError if the equations are not solved, and soon where no answer would come in the budget.
+    Raises SimulationError if the equations are not solved, and soon where no answer would come in
+    the budget.
     """
     pace, report = Pace(budget), progress or (lambda _: None)
     beyond = SAFETY / (1.0 - (1.0 + WIDER) ** (2.0 - max(tail, 2.1))) if eqs.n2 else 1.0
@@ -201,18 +231,30 @@ def refined(
         report(1.0)
         return answer
     coarse = probe.coarse
-    if coarse.form.mesh.degree != RESOLUTIONS[0].degree:  # modes and box were chosen on a finer mesh
-        coarse = solution(eqs, probe.setting, mesh(eqs, probe.setting.box, RESOLUTIONS[0]), probe.modes)
-    best, first = None, 0.0
+    if (
+        coarse.form.mesh.degree != RESOLUTIONS[0].degree
+    ):  # modes and box were chosen on a finer mesh
+        coarse = solution(
+            eqs, probe.setting, mesh(eqs, probe.setting.box, RESOLUTIONS[0]), probe.modes
+        )
+    best = None
+    first = 0.0
     for resolution in range(1, len(RESOLUTIONS)):
         on = mesh(eqs, probe.setting.box, RESOLUTIONS[resolution])
-        if best is not None and (on.memory(probe.modes) > MOST_MEMORY or pace.is_late(on.memory(probe.modes))):
+        if best is not None and (
+            on.memory(probe.modes) > MOST_MEMORY or pace.is_late(on.memory(probe.modes))
+        ):
             break
         finer = solution(eqs, probe.setting, on, probe.modes, pace)
         off = np.abs(finer.means - coarse.means)
-        best = Answer(finer.means, off, probe.modes_error, probe.box_error, finer, coarse, probe.setting)
-        coarse, first = finer, first or best.share
-        report(min(max(math.log(first / best.share), 0.1) / max(math.log(first / within), 0.1), 1.0))
+        best = Answer(
+            finer.means, off, probe.modes_error, probe.box_error, finer, coarse, probe.setting
+        )
+        coarse = finer
+        first = first or best.share
+        report(
+            min(max(math.log(first / best.share), 0.1) / max(math.log(first / within), 0.1), 1.0)
+        )
         mesh_matters = best.parts["mesh"] > 0.2 * (best.parts["modes"] + best.parts["box"])
         if best.share <= within or not mesh_matters:
             break

@@ -1,14 +1,17 @@
 """How the density comes to rest: the slowest decay, hops between wells, first passages, and spectra.
 
-A density that is not stationary changes by M dp/dt = A p, with the form A and the mass matrix M of `weak_form`.
+A density that is not stationary changes by M dp/dt = A p, with the form A and the mass matrix M of
+`weak_form`.
 
-Hops: the density p = p_s + c exp(-lambda t) p_1 of two wells has one decay that is far slower than all others.  With
-the shares P of the time in them the mass leaves them at the rates k_1 = lambda P_2 and k_2 = lambda P_1.
+Hops: the density p = p_s + c exp(-lambda t) p_1 of two wells has one decay that is far slower than
+all others.  With the shares P of the time in them the mass leaves them at the rates k_1 = lambda
+P_2 and k_2 = lambda P_1.
 
-First passage: where what leaves at a level is lost, the mass decays as exp(-lambda t), and 1/lambda is the mean time of
-the first passage, but for the time in which the motion forgets where it began.
+First passage: where what leaves at a level is lost, the mass decays as exp(-lambda t), and 1/lambda
+is the mean time of the first passage, but for the time in which the motion forgets where it began.
 
-Spectrum: with the density u of (A - i w M) u = -M (g p_s) that of a quantity g without a mean is, two-sided and over w,
+Spectrum: with the density u of (A - i w M) u = -M (g p_s) that of a quantity g without a mean is,
+two-sided and over w,
 
     S(w) = 2 Re int_0^oo E[g(t) g(0)] exp(-i w t) dt = 2 Re int g u
 """
@@ -28,7 +31,9 @@ from harvester.errors import SimulationError
 from harvester.machine.cores import one_blas_thread
 from harvester.presentation.diagnostic import refusal
 
-ROUNDS, STILL = 60, 1e-7  # of inverse iteration, and the relative change of the decay at which it ends
+# of inverse iteration, and the relative change of the decay at which it ends
+ROUNDS = 60
+STILL = 1e-7
 
 
 @one_blas_thread
@@ -38,7 +43,9 @@ def slowest_decay(solution: Solution) -> tuple[float, Any]:
     By inverse iteration from the sign of x - E[x].  Raises SimulationError if that does not end: the slowest is no
     single, real rate.
     """
-    form, factors, stationary = solution.form, solution.factors, solution.p
+    form = solution.form
+    factors = solution.factors
+    stationary = solution.p
     masses = integrals(form)
     middle = value(MomentWeights(form).of(1, 0), stationary)
     centres = 0.5 * (form.mesh.x_breaks[1:] + form.mesh.x_breaks[:-1])
@@ -64,18 +71,22 @@ def first_passage(form: WeakForm, x: float) -> float:
 
         u = t + s (1 - F(t))/F(s).
     """
-    factors, masses, loss = Factors(form, pinned(form, x)), integrals(form), form.loss()
+    factors = Factors(form, pinned(form, x))
+    masses = integrals(form)
+    loss = form.loss()
     right = np.zeros(form.shape)
     right[0, factors.pin] = factors.chains[0][1].integrals(factors.pin or 0)
     s = factors.solve(right)
-    q, before = s / np.vdot(masses, s[0]), np.inf
+    q = s / np.vdot(masses, s[0])
+    before = np.inf
     for _ in range(ROUNDS):
         t = factors.solve(-form.mass(q))
         u = t + s * (1.0 - np.vdot(loss, t[0])) / np.vdot(loss, s[0])
         rate = 1.0 / float(np.vdot(masses, u[0]))
         if abs(rate - before) <= STILL * abs(rate):
             return rate
-        before, q = rate, u * rate
+        before = rate
+        q = u * rate
     raise SimulationError(refusal("density_without_slow_decay"))
 
 
@@ -85,7 +96,9 @@ def voltage_spectrum(solution: Solution, frequencies: Sequence[float] | Floats) 
     form, p = solution.form, solution.p
     weights = voltage_weights(form)
     right = -(times_voltage(form, p) - float(np.vdot(weights, p)) * form.mass(p)).astype(complex)
-    return np.array([2.0 * np.vdot(weights, Factors(form, None, 1j * w).solve(right)).real for w in frequencies])
+    return np.array(
+        [2.0 * np.vdot(weights, Factors(form, None, 1j * w).solve(right)).real for w in frequencies]
+    )
 
 
 def voltage_weights(form: WeakForm) -> Floats:
@@ -100,7 +113,9 @@ def times_voltage(form: WeakForm, p: Floats) -> Floats:
     in_x = quadrature(mesh.x_breaks, mesh.degree, mesh.degree + 3)
     voltage = in_x.points if form.modes == 1 else (1.0 - frame.slope) * in_x.points - frame.offset
     made: Floats = products(in_x.weights * voltage, in_x.values, in_x.values) @ p @ form.v_mass.T
-    if form.modes > 1:  # z He_k/sqrt(k!) = sqrt(k + 1) He_(k+1)/sqrt((k+1)!) + sqrt(k) He_(k-1)/sqrt((k-1)!)
+    if (
+        form.modes > 1
+    ):  # z He_k/sqrt(k!) = sqrt(k + 1) He_(k+1)/sqrt((k+1)!) + sqrt(k) He_(k-1)/sqrt((k-1)!)
         root = frame.scale * np.sqrt(np.arange(1.0, form.modes))[:, None, None, None]
         mass = form.mass(p)
         made[1:] -= root * mass[:-1]

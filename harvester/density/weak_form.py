@@ -4,7 +4,8 @@ With y = x - V the equations of motion are
 
     x' = v,   v' = F(x, y) - c(x) v + noise of intensity N(x),   y' = mu (x - y)
 
-so that y neither jumps at an impact nor feels the noise.  A density p is stationary where for every test function g
+so that y neither jumps at an impact nor feels the noise.  A density p is stationary where for every
+test function g
 
     int p [v g_x + (F - c v) g_v + mu (x - y) g_y] - N p_v g_v + impacts = 0
 
@@ -16,20 +17,24 @@ In y the density is a sum of modes, with z = (y - a x - m)/s of the frame,
 
     p(x, v, y) = sum_k p_k(x, v) He_k(z)/sqrt(k!) exp(-z^2/2)/sqrt(2 pi),   tested by He_j(z)/sqrt(j!)
 
-of which z' = -mu z + b, b = (mu (1 - a) x - mu m - a v)/s, makes, for the test function f(x, v) of mode j,
+of which z' = -mu z + b, b = (mu (1 - a) x - mu m - a v)/s, makes, for the test function f(x, v) of
+mode j,
 
     A_j p_j + sqrt(j) int b p_{j-1} f - mu sqrt(j (j - 1)) int p_{j-2} f
         + beta s int [sqrt(j) p_{j-1} + sqrt(j + 1) p_{j+1}] f_v = 0
 
 where A_j is the operator of (x, v) at z = 0, less mu j.
 
-In x elements are joined by the upwind flux of v, in v they are continuous.  With g = 1 mass is conserved to rounding,
-with the lowest polynomials E[x V] = E[V^2], E[x' V] = mu E[V^2] and the balance of power hold on every mesh.
+In x elements are joined by the upwind flux of v, in v they are continuous.  With g = 1 mass is
+conserved to rounding, with the lowest polynomials E[x V] = E[V^2], E[x' V] = mu E[V^2] and the
+balance of power hold on every mesh.
 
-Coloured noise a of the correlation time tau is one more quantity, that acts on v: a = (D/tau)^(1/2) q, where q is
-Gaussian.  Each p_j is a sum of p_jk He_k(q)/sqrt(k!) exp(-q^2/2)/sqrt(2 pi) in turn, with the equations
+Coloured noise a of the correlation time tau is one more quantity, that acts on v: a = (D/tau)^(1/2)
+q, where q is Gaussian.  Each p_j is a sum of p_jk He_k(q)/sqrt(k!) exp(-q^2/2)/sqrt(2 pi) in turn,
+with the equations
 
-    A_j p_jk - k/tau int p_jk f + (D/tau)^(1/2) int [sqrt(k) p_{j,k-1} + sqrt(k + 1) p_{j,k+1}] f_v = 0
+    A_j p_jk - k/tau int p_jk f + (D/tau)^(1/2) int [sqrt(k) p_{j,k-1} + sqrt(k + 1) p_{j,k+1}] f_v
+    = 0
 
 Long because all of these equations and the matrices that represent them are read together.
 """
@@ -67,10 +72,18 @@ class WeakForm:
     """
 
     def __init__(
-        self, eqs: Equations, mesh: Mesh, frame: ModeFrame, modes: int, lost: tuple[bool, bool] = (False, False)
+        self,
+        eqs: Equations,
+        mesh: Mesh,
+        frame: ModeFrame,
+        modes: int,
+        lost: tuple[bool, bool] = (False, False),
     ) -> None:
         self.lost = lost
-        self.mesh, self.frame, self.modes, self.mu = mesh, frame, modes, eqs.mu or 0.0
+        self.mesh = mesh
+        self.frame = frame
+        self.modes = modes
+        self.mu = eqs.mu or 0.0
         beta = 0.0 if eqs.mu is None else eqs.beta or 0.0
         self.lift = beta * frame.scale
         self.back_coupled = self.lift != 0.0 and modes > 1
@@ -91,7 +104,9 @@ class WeakForm:
     def _across(self, eqs: Equations) -> None:
         mesh = self.mesh
         across = quadrature(mesh.v_breaks, mesh.degree, mesh.degree + 2)
-        v, w, values = across.points, across.weights, across.values
+        v = across.points
+        w = across.weights
+        values = across.values
         up = joined(products(w * np.maximum(v, 0.0), values, values))
         down = joined(products(w * np.minimum(v, 0.0), values, values))
         self.v_mass = joined(products(w, values, values))
@@ -103,7 +118,8 @@ class WeakForm:
         at_low = 1.0 if eqs.restitution is None else eqs.restitution
         at_high = 1.0 if eqs.opposite_restitution is None else eqs.opposite_restitution
         # The end of a box where no stop is gives back what leaves it, with the speed turned round.
-        self.low_end, self.high_end = down, -up
+        self.low_end = down
+        self.high_end = -up
         if not self.lost[0]:
             self.low_end = down + impact_flux(mesh.v_breaks, mesh.degree, at_low, -1.0)
         if not self.lost[1]:
@@ -115,9 +131,20 @@ class WeakForm:
         assert eqs.coloured is not None and eqs.correlation_time is not None
         k = np.arange(self.frame.noise_modes)
         beside = np.diag(np.sqrt(k[1:]), 1) + np.diag(np.sqrt(k[1:]), -1)
-        colour: Floats = np.kron(beside, self.v_slope) * math.sqrt(eqs.coloured / eqs.correlation_time)
+        colour: Floats = np.kron(beside, self.v_slope) * math.sqrt(
+            eqs.coloured / eqs.correlation_time
+        )
         colour -= np.kron(np.diag(k), self.v_mass) / eqs.correlation_time
-        for name in ("v_mass", "v_up", "v_down", "v_slope", "v_friction", "v_noise", "low_end", "high_end"):
+        for name in (
+            "v_mass",
+            "v_up",
+            "v_down",
+            "v_slope",
+            "v_friction",
+            "v_noise",
+            "low_end",
+            "high_end",
+        ):
             setattr(self, name, np.kron(np.eye(len(k)), getattr(self, name)))
         return colour
 
@@ -156,18 +183,26 @@ class WeakForm:
         """The integrals of products of shape functions of one x-element."""
         return np.kron(self.x_mass[element], self.v_mass)
 
-    def joint_block(self, element: int, diagonal: Floats, modes: range, shift: complex = 0.0) -> Any:
+    def joint_block(
+        self, element: int, diagonal: Floats, modes: range, shift: complex = 0.0
+    ) -> Any:
         """The matrix of one x-element and some modes, less a shift times the mass matrix.
 
-        ``diagonal`` is its `diagonal_block`; the shape is (modes, nodes in x, nodes in v) twice, test functions first.
+        ``diagonal`` is its `diagonal_block`; the shape is (modes, nodes in x, nodes in v) twice,
+        test functions first.
         """
-        mass, nodes = self.mass_block(element), self.shape[2:]
+        mass = self.mass_block(element)
+        nodes = self.shape[2:]
         block = np.zeros((len(modes), *nodes) * 2, complex if isinstance(shift, complex) else float)
         lift = self.lift * np.kron(self.x_mass[element], self.v_slope)
         drift = np.kron(self.x_drift[element], self.v_mass)
         drift += lift - self.tilt * np.kron(self.x_mass[element], self.v_up + self.v_down)
         for row, j in enumerate(modes):
-            parts = {0: diagonal - (self.mu * j + shift) * mass, -1: math.sqrt(j) * drift, 1: math.sqrt(j + 1.0) * lift}
+            parts = {
+                0: diagonal - (self.mu * j + shift) * mass,
+                -1: math.sqrt(j) * drift,
+                1: math.sqrt(j + 1.0) * lift,
+            }
             parts[-2] = -self.mu * math.sqrt(j * (j - 1.0)) * mass
             for step, part in parts.items():
                 if 0 <= row + step < len(modes):
@@ -207,7 +242,8 @@ class WeakForm:
 
     def from_lower(self, p: Floats, j: int) -> Floats:
         """What the modes below make in mode j."""
-        root, before = np.sqrt(j), p[j - 1]
+        root = np.sqrt(j)
+        before = p[j - 1]
         made: Floats = root * (self.x_drift @ before @ self.v_mass.T)
         made -= root * self.tilt * (self.x_mass @ before @ (self.v_up + self.v_down).T)
         if self.lift:
@@ -228,13 +264,16 @@ class WeakForm:
         """The transpose of `from_lower`: what mode j receives from those above, in the adjoint equations."""
         received = np.zeros(q.shape[1:])
         if j + 1 < self.modes:
-            above, root = q[j + 1], np.sqrt(j + 1.0)
+            above = q[j + 1]
+            root = np.sqrt(j + 1.0)
             received += root * (self.x_drift @ above @ self.v_mass)
             received -= root * self.tilt * (self.x_mass @ above @ (self.v_up + self.v_down))
             if self.lift:
                 received += root * self.lift * (self.x_mass @ above @ self.v_slope)
         if j + 2 < self.modes:
-            received -= self.mu * np.sqrt((j + 2.0) * (j + 1.0)) * (self.x_mass @ q[j + 2] @ self.v_mass)
+            received -= (
+                self.mu * np.sqrt((j + 2.0) * (j + 1.0)) * (self.x_mass @ q[j + 2] @ self.v_mass)
+            )
         return received
 
     def to_higher(self, q: Floats) -> Floats:

@@ -11,7 +11,8 @@ from harvester.equations.problem import Problem
 from harvester.records.records import Record
 from harvester.scene.physical import Excitation
 
-POINTS = 64  # of noise in a period of the response, or of the highest mode: what lies between is a straight line
+# of noise in a period of the response, or of the highest mode: what lies between is a straight line
+POINTS = 64
 MOST_POINTS = 200_000  # of a source that is written point by point
 FINER = 8  # times as many points as a record has
 A_LINE = 4  # points
@@ -49,7 +50,8 @@ def spacing(problem: Problem) -> float:
 
 def _periodic_and_white(problem: Problem) -> Iterator[str]:
     """The sources that a simulator draws itself: a harmonic drive, and white noise."""
-    excitation, step = problem.scene.excitation or Excitation(), spacing(problem)
+    excitation = problem.scene.excitation or Excitation()
+    step = spacing(problem)
     if excitation.acceleration_amplitude and excitation.frequency and excitation.profile is None:
         amplitude, frequency = excitation.acceleration_amplitude, excitation.frequency
         yield f"* Harmonic: {amplitude:.10g} m/s^2, {frequency:.10g} Hz; the mass is pushed by its opposite"
@@ -75,7 +77,8 @@ def _from_points(problem: Problem, duration: float, seed: int) -> Iterator[str]:
 def _recorded(problem: Problem, record: Record) -> tuple[Floats, Floats]:
     """Times (s) and the base's accelerations (m/s^2) of one period of a record.
 
-    They are so near each other that straight lines between them are its Fourier series to 0.1 % or so.
+    They are so near each other that straight lines between them are its Fourier series to 0.1 % or
+    so.
     """
     s = problem.scales
     count = max(len(record.values), min(FINER * len(record.values), MOST_POINTS))
@@ -89,7 +92,8 @@ def _drawn(problem: Problem, duration: float, step: float, seed: int) -> tuple[F
 
     s = problem.scales
     steps = math.ceil(duration / step)
-    noise = replace(problem.equations, drive=None, drive_frequency=None)  # the sinusoid is a source of its own
+    # the sinusoid is a source of its own
+    noise = replace(problem.equations, drive=None, drive_frequency=None)
     force = forcing(noise, step * s.frequency, steps, np.random.default_rng([seed, 10]))
     assert force is not None, "the scene has such noise"
     return step * np.arange(steps + 1, dtype=np.float64), -force * s.length * s.frequency**2
@@ -97,8 +101,11 @@ def _drawn(problem: Problem, duration: float, step: float, seed: int) -> tuple[F
 
 def _points(name: str, t: Floats, a: Floats) -> Iterator[str]:
     """A source through points, as lines of a netlist that continue each other; after the last one it is 0."""
-    t, a = np.append(t, 2.0 * t[-1] - t[-2]), np.append(a, 0.0)
+    t = np.append(t, 2.0 * t[-1] - t[-2])
+    a = np.append(a, 0.0)
     yield f"{name} {{}} PWL("
     for k in range(0, len(t), A_LINE):
-        yield "+ " + " ".join(f"{x:.9g} {y:.7g}" for x, y in zip(t[k : k + A_LINE], a[k : k + A_LINE], strict=True))
+        yield "+ " + " ".join(
+            f"{x:.9g} {y:.7g}" for x, y in zip(t[k : k + A_LINE], a[k : k + A_LINE], strict=True)
+        )
     yield "+ )"

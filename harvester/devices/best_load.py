@@ -52,8 +52,11 @@ def best_load(problem: Problem) -> BestLoad:
     Raises HarvesterError where the engine answers at no load, its first error.
     """
     step = math.log(10.0) / EACH
-    scene, middle = problem.scene, math.log(linear_best_load(problem))
-    answers = _powers(scene, [middle + step * k for k in range(-DECADES * EACH, DECADES * EACH + 1)])
+    scene = problem.scene
+    middle = math.log(linear_best_load(problem))
+    answers = _powers(
+        scene, [middle + step * k for k in range(-DECADES * EACH, DECADES * EACH + 1)]
+    )
     powers = {u: power for u, power in answers.items() if isinstance(power, Value)}
     if not powers:
         raise next(error for error in answers.values() if isinstance(error, HarvesterError))
@@ -65,13 +68,17 @@ def best_load(problem: Problem) -> BestLoad:
         return -powers[u].value if u in powers else 0.0
 
     peak = max(powers, key=lambda u: powers[u].value)
-    minimize_scalar(loss, bounds=(peak - step, peak + step), method="bounded", options={"xatol": PRECISION})
+    minimize_scalar(
+        loss, bounds=(peak - step, peak + step), method="bounded", options={"xatol": PRECISION}
+    )
     u = np.array(sorted(powers))
     share = np.array([powers[log_ohm].value for log_ohm in u])
     top = int(share.argmax())
     share /= share[top]
     low, high = (_crossing(u, share, top, way) for way in (-1, 1))
-    return BestLoad(math.exp(u[top]), powers[u[top]], math.exp(low), math.exp(high), top in (0, len(u) - 1))
+    return BestLoad(
+        math.exp(u[top]), powers[u[top]], math.exp(low), math.exp(high), top in (0, len(u) - 1)
+    )
 
 
 def _crossing(u: Floats, share: Floats, top: int, way: int) -> float:

@@ -20,11 +20,23 @@ from harvester.uncertainty.value import Value
 
 _PREFIXED = ("ohm", "F", "Hz", "m")  # units that take a prefix as they stand
 _COPIED = {  # fields that stand in the scene file as they are: their tables, keys and comments
-    "strain_per_displacement": ("piezo", "strain_per_displacement", "1/m, largest strain of the piezo, at the clamp"),
+    "strain_per_displacement": (
+        "piezo",
+        "strain_per_displacement",
+        "1/m, largest strain of the piezo, at the clamp",
+    ),
     "restitution": ("stop", "restitution", "speed after over speed before an impact"),
     "gap": ("stop", "gap", "from the mass at rest; negative: pressed on it"),
-    "acceleration_psd": ("excitation", "acceleration_psd", "one-sided density of the base's white noise"),
-    "acceleration_amplitude": ("excitation", "acceleration_amplitude", "of the base's harmonic motion, peak"),
+    "acceleration_psd": (
+        "excitation",
+        "acceleration_psd",
+        "one-sided density of the base's white noise",
+    ),
+    "acceleration_amplitude": (
+        "excitation",
+        "acceleration_amplitude",
+        "of the base's harmonic motion, peak",
+    ),
     "drive_frequency": ("excitation", "frequency", "of the harmonic motion"),
     "profile": ("excitation", "profile", "shaking by name; harvester keys profile"),
     "level": ("excitation", "level", "times the accelerations of the profile"),
@@ -44,7 +56,8 @@ class Entry:
     comment: str
 
 
-Tables: TypeAlias = dict[str, list[Entry]]  # of a scene file, in order; "" holds the keys before the first table
+# of a scene file, in order; "" holds the keys before the first table
+Tables: TypeAlias = dict[str, list[Entry]]
 
 
 def read(name: str, text: str) -> float:
@@ -74,11 +87,16 @@ def check(known: Mapping[str, object], netlist: str | None, parameters: Mapping[
     Raises InputError which names what must be left out, or what must be given too.
     """
     if all(name in known for name in ("mass", "stiffness", "frequency")):
-        raise InputError("one of `mass`, `stiffness` and `frequency` must be left out, but all three are given")
+        raise InputError(
+            "one of `mass`, `stiffness` and `frequency` must be left out, but all three are given"
+        )
     for pair in (("damping_ratio", "q"), ("coupling", "open_circuit_frequency")):
         if all(name in known for name in pair):
             raise InputError(f"one of {arguments(pair)} must be left out, but both are given")
-    harmonic = (("acceleration_amplitude", "drive_frequency"), ("drive_frequency", "acceleration_amplitude"))
+    harmonic = (
+        ("acceleration_amplitude", "drive_frequency"),
+        ("drive_frequency", "acceleration_amplitude"),
+    )
     for name, other in (("gap", "restitution"), *(() if "profile" in known else harmonic)):
         if name in known and other not in known:
             raise InputError(f"`{other}` must be given with `{name}`, but is left out")
@@ -99,7 +117,8 @@ def scene_tables(
 
     ``higher_modes`` are those above the first, which get its mass and damping.
 
-    Raises InputError for a text that is not a value, fields that do not go together, and those that are missing.
+    Raises InputError for a text that is not a value, fields that do not go together, and those that
+    are missing.
     """
     parameters = parameters or {}
     check(texts, netlist, parameters)
@@ -112,7 +131,10 @@ def scene_tables(
     words = {name: texts[name].strip() for name in TEXTS if name in texts}
     tables: Tables = {"": [Entry("title", title, "")] if title else []}
     tables |= {"oscillator": _oscillator(values, written), "piezo": _piezo(values, written)}
-    tables |= {f"mode.{number}": _mode(mode, tables["oscillator"]) for number, mode in enumerate(higher_modes, 2)}
+    tables |= {
+        f"mode.{number}": _mode(mode, tables["oscillator"])
+        for number, mode in enumerate(higher_modes, 2)
+    }
     tables |= {"stop": [], "excitation": [], "load": []}
     _copy(texts, {**written, **words}, tables)
     if netlist is not None:
@@ -127,7 +149,11 @@ def _copy(texts: Mapping[str, str], values: Mapping[str, float | str], tables: T
     """Put what stands in the scene as it stands in the datasheet into its tables."""
     for name, (table, key, comment) in _COPIED.items():
         if name in texts:
-            value = [harmonic.strip() for harmonic in texts[name].split(",")] if name == "harmonics" else values[name]
+            value = (
+                [harmonic.strip() for harmonic in texts[name].split(",")]
+                if name == "harmonics"
+                else values[name]
+            )
             whose = "of the profile" if key in SHARED and "profile" in texts else comment
             tables[table].append(Entry(key, value, whose))
 
@@ -141,11 +167,14 @@ def _oscillator(values: dict[str, float], written: dict[str, float | str]) -> li
             values["stiffness"],
         )
     f = values.get("frequency", math.nan)
-    square, at = (2.0 * math.pi * f) ** 2, f"f_sc = {_hertz(f)}" if "frequency" in values else ""
+    square = (2.0 * math.pi * f) ** 2
+    at = f"f_sc = {_hertz(f)}" if "frequency" in values else ""
     if "mass" in values:
         mass = Entry("mass", written["mass"], "effective (modal) mass")
     else:
-        mass = Entry("mass", values["stiffness"] / square, f"kg, effective: stiffness/(2 pi f_sc)^2, {at}")
+        mass = Entry(
+            "mass", values["stiffness"] / square, f"kg, effective: stiffness/(2 pi f_sc)^2, {at}"
+        )
     if "stiffness" in values:
         stiffness = Entry("stiffness", written["stiffness"], "in short circuit")
     else:
@@ -167,23 +196,34 @@ def _mode(mode: BeamMode, oscillator: list[Entry]) -> list[Entry]:
         Entry("damping_ratio", ratio.value, "taken as that of the first"),
         Entry("coupling", float(f"{mode.coupling:.7g}"), "N/V, by the slope at the end"),
         Entry("base", float(f"{mode.base:.7g}"), "participation in the base's acceleration"),
-        Entry("at_stop", float(f"{mode.at_stop:.7g}"), "the tip's displacement, over that of the first mode"),
+        Entry(
+            "at_stop",
+            float(f"{mode.at_stop:.7g}"),
+            "the tip's displacement, over that of the first mode",
+        ),
     ]
 
 
 def _short_circuit(values: Mapping[str, float]) -> tuple[float, float]:
     """The stiffness (N/m) and the resonance frequency (Hz) in short circuit."""
     if "frequency" not in values:
-        return values["stiffness"], math.sqrt(values["stiffness"] / values["mass"]) / (2.0 * math.pi)
+        return values["stiffness"], math.sqrt(values["stiffness"] / values["mass"]) / (
+            2.0 * math.pi
+        )
     f = values["frequency"]
-    return values["stiffness"] if "stiffness" in values else values["mass"] * (2.0 * math.pi * f) ** 2, f
+    return values["stiffness"] if "stiffness" in values else values["mass"] * (
+        2.0 * math.pi * f
+    ) ** 2, f
 
 
 def _piezo(values: dict[str, float], written: dict[str, float | str]) -> list[Entry]:
     """The entries of coupling, which the resonance in open circuit may stand for, and of capacitance."""
     capacitance = Entry("capacitance", written["capacitance"], "clamped: with the mass held")
     if "coupling" in values:
-        return [Entry("coupling", written["coupling"], "force per volt, charge per displacement"), capacitance]
+        return [
+            Entry("coupling", written["coupling"], "force per volt, charge per displacement"),
+            capacitance,
+        ]
     stiffness, short = _short_circuit(values)
     open_circuit = values["open_circuit_frequency"]
     if not open_circuit > short:
@@ -202,11 +242,13 @@ def _kind(name: str) -> Kind:
 
 def _as_written(name: str, text: str) -> float | str:
     """The text if a scene file reads the same number from it, else one with a prefix that does, else the number."""
-    kind, number = _kind(name), read(name, text)
+    kind = _kind(name)
+    number = read(name, text)
     if kind.unit == "":
         return number
     parts = split_unit(text)
-    bare = parts is not None and parts[1] != kind.unit and prefix_factor(parts[1]) is not None  # 1M is written 1 Mohm
+    # 1M is written 1 Mohm
+    bare = parts is not None and parts[1] != kind.unit and prefix_factor(parts[1]) is not None
     candidates = [] if bare else [text.strip()]
     if kind.unit in _PREFIXED:
         candidates.append(Value(number).format(kind.unit))

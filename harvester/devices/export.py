@@ -1,12 +1,14 @@
 """A scene's device as a part for circuit simulators: a subcircuit whose pins are the piezo and the base's acceleration.
 
-Force is voltage (1 V = 1 N) and velocity is current (1 A = 1 m/s), so that a loop is the equation of motion
+Force is voltage (1 V = 1 N) and velocity is current (1 A = 1 m/s), so that a loop is the equation
+of motion
 
     M X'' + (c + c2 X^2 + c4 X^4) X' + k X + k2 X^2 + k3 X^3 + theta v = -M a + stops,    Cp v' + i = theta X'
 
-with the mass as a coil, the linear damping as a resistor, the linear spring as a capacitor of 1/k, and an ideal
-transformer to the piezo.  What is not linear is a behavioural source of the displacement, which the spring's capacitor
-tells.  A stop is a spring and a damper while the mass is behind it.
+with the mass as a coil, the linear damping as a resistor, the linear spring as a capacitor of 1/k,
+and an ideal transformer to the piezo.  What is not linear is a behavioural source of the
+displacement, which the spring's capacitor tells.  A stop is a spring and a damper while the mass is
+behind it.
 
 Further modes are loops like it on the same piezo (`harvester.devices.mode_loops`).
 (Tilmans, J. Micromech. Microeng. 6, 157, 1996, for the analogy.)
@@ -36,20 +38,25 @@ from harvester.scene.physical import Stop
 STIFFER = 1e5  # stiffness of a rigid stop over the spring's: a contact of half a period/300
 LEAST_RESTITUTION = 0.01  # a contact that loses all would never end
 PERIODS = 1000.0  # of drawn noise
-FINER = 4.0  # steps of the simulator to a point of noise: V^2 within 0.02 %, where one step was up to 0.5 % off
+# steps of the simulator to a point of noise: V^2 within 0.02 %, where one step was up to 0.5 % off
+FINER = 4.0
 CONTACT_STEPS = 20.0  # steps of the simulator within a contact, at least
 
 
 def export(
-    scene: AnyScene, out: str | Path, name: str | None = None, duration: str | float | None = None, seed: int = 0
+    scene: AnyScene,
+    out: str | Path,
+    name: str | None = None,
+    duration: str | float | None = None,
+    seed: int = 0,
 ) -> str:
     """Write a scene's device as a subcircuit for ngspice, LTspice and KiCad to the file ``out``; returns its name.
 
     ``name`` is that of the subcircuit; None: that of the file.  ``duration`` (s) and ``seed`` are those of noise that
     is written point by point (coloured, of a band, tabulated); None: 1000 periods.
 
-    Raises InputError for a nondimensional scene, which is not a device, a name that is none, and a file that cannot be
-    written; CannotServeError for noise on the stiffness.
+    Raises InputError for a nondimensional scene, which is not a device, a name that is none, and a
+    file that cannot be written; CannotServeError for noise on the stiffness.
     """
     problem = Problem.of(scene)
     path = Path(out)
@@ -77,7 +84,11 @@ class _Contact:
 
     def resistance(self, metre: float, x: str = "v(x)", speed: str = "i(Vspeed)") -> str:
         """What it adds to the loop, as an expression of x, of which 1 V is ``metre``, and of its speed."""
-        depth = f"({self.position / metre:.10g}-{x})" if self.side > 0.0 else f"({x}-{self.position / metre:.10g})"
+        depth = (
+            f"({self.position / metre:.10g}-{x})"
+            if self.side > 0.0
+            else f"({x}-{self.position / metre:.10g})"
+        )
         force = f"{-self.side * self.stiffness * metre:.10g}*uramp{depth}"
         return f"{force}+{self.damping:.10g}*{speed}*u{depth}" if self.damping else force
 
@@ -85,14 +96,27 @@ class _Contact:
 def part(problem: Problem, name: str, duration: str | float | None = None, seed: int = 0) -> str:
     """The text of the file that `export` writes."""
     if not problem.physical:
-        raise InputError("the scene must be a device, with [oscillator] and [piezo], but is nondimensional")
+        raise InputError(
+            "the scene must be a device, with [oscillator] and [piezo], but is nondimensional"
+        )
     for effect in EFFECTS:
         if effect.is_in(problem.equations) and PART not in effect.known_to:
-            key = effect.name if effect.name in SEVERAL_MODES else SOURCES.get(effect.coefficient, effect.coefficient)
+            key = (
+                effect.name
+                if effect.name in SEVERAL_MODES
+                else SOURCES.get(effect.coefficient, effect.coefficient)
+            )
             what = effect.name.replace("_", " ")
-            raise CannotServeError(f"a part for circuit simulators does not know {what}: leave {key} out")
+            raise CannotServeError(
+                f"a part for circuit simulators does not know {what}: leave {key} out"
+            )
     length = _duration(duration, problem)
-    lines = [*_head(problem, name), *_device(problem, name), "", *base_source(problem, name, length, seed)]
+    lines = [
+        *_head(problem, name),
+        *_device(problem, name),
+        "",
+        *base_source(problem, name, length, seed),
+    ]
     return "\n".join(lines).rstrip() + "\n"
 
 
@@ -104,7 +128,9 @@ def _duration(duration: str | float | None, problem: Problem) -> float:
     if duration is None:
         return min(PERIODS * period, longest)
     if not drawn:
-        raise InputError("`duration` must go with noise that is drawn point by point, but the scene has none")
+        raise InputError(
+            "`duration` must go with noise that is drawn point by point, but the scene has none"
+        )
     seconds = reading("`duration`", partial(with_prefix, kind=TIME), duration)
     if not period <= seconds <= longest:
         raise invalid("`duration`", f"be between {period:.3g} and {longest:.3g}", duration)
@@ -144,17 +170,22 @@ def _head(problem: Problem, name: str) -> Iterator[str]:
 def _device(problem: Problem, name: str) -> Iterator[str]:
     """The subcircuit of mass, springs, dampers, stops and piezo."""
     scene, s = problem.scene, problem.scales
-    modal, metre = scene.modal, _unit(problem)[0]
-    mass, stiffness, damping = modal.mass, abs(modal.stiffness), modal.damping
+    modal = scene.modal
+    metre = _unit(problem)[0]
+    mass = modal.mass
+    stiffness = abs(modal.stiffness)
+    damping = modal.damping
     start = problem.equations.resting_places[0] * s.length
-    x, speed = f"({metre:.10g}*v(x))", "i(Vspeed)"
+    x = f"({metre:.10g}*v(x))"
+    speed = "i(Vspeed)"
     nodes = iter(range(1, 100))
     here = next(nodes)
 
     def ends() -> str:
         nonlocal here
         there = next(nodes)
-        pair, here = f"m{here} m{there}", there
+        pair = f"m{here} m{there}"
+        here = there
         return pair
 
     yield f".subckt {name} p n acc x"
@@ -206,9 +237,11 @@ def _device(problem: Problem, name: str) -> Iterator[str]:
 def _stops(problem: Problem) -> Iterator[_Contact]:
     """The stops of a scene; of a rigid one those that give its restitution coefficient r.
 
-    A linear contact that ends where it began keeps exp(-pi z/sqrt(1 - z^2)) of the speed, z its damping ratio.
+    A linear contact that ends where it began keeps exp(-pi z/sqrt(1 - z^2)) of the speed, z its
+    damping ratio.
     """
-    scene, modal = problem.scene, problem.scene.modal
+    scene = problem.scene
+    modal = problem.scene.modal
     mass = contact_mass(modal, scene.mode)
     for name, stop, side in (("stop", scene.stop, 1.0), ("opposite", scene.opposite_stop, -1.0)):
         if stop is None:

@@ -37,27 +37,43 @@ class Meaning:
 
     def table(self) -> list[str]:
         """The numbers as lines of text."""
-        rows = [(f"{name:<11}", Value(value).format(unit), what) for name, value, unit, what in self.numbers]
+        rows = [
+            (f"{name:<11}", Value(value).format(unit), what)
+            for name, value, unit, what in self.numbers
+        ]
         return columns(rows, "  ")
 
 
 def meaning(problem: Problem) -> Meaning:
     """What the numbers of a physical scene mean."""
     unusual = [remark.of("values") for remark in unusual_values(problem.scene)]
-    topics: list[Finding] = [(unusual, {}), off_resonance(problem), _coupling(problem.equations), _load(problem)]
+    topics: list[Finding] = [
+        (unusual, {}),
+        off_resonance(problem),
+        _coupling(problem.equations),
+        _load(problem),
+    ]
     topics += [stop_hits(problem), _engines(problem)]
     facts = {name: fact for _, topic_facts in topics for name, fact in topic_facts.items()}
-    return Meaning(_numbers(problem), tuple(remark for remarks, _ in topics for remark in remarks), facts)
+    return Meaning(
+        _numbers(problem), tuple(remark for remarks, _ in topics for remark in remarks), facts
+    )
 
 
 def _numbers(problem: Problem) -> tuple[tuple[str, float, str, str], ...]:
     """The scales and nondimensional numbers that the scene has."""
     s, eqs = problem.scales, problem.equations
-    beta, c = eqs.beta or 0.0, -(eqs.c1 or 0.0)
+    beta = eqs.beta or 0.0
+    c = -(eqs.c1 or 0.0)
     rows: list[tuple[str, float | None, str, str]] = [
         ("f0", s.frequency / (2.0 * math.pi), "Hz", "resonance in short circuit"),
         ("w0", s.frequency, "rad/s", "2 pi f0; 1/w0 is the unit of time"),
-        ("f_oc", s.frequency * math.sqrt(1.0 + beta) / (2.0 * math.pi), "Hz", "resonance in open circuit"),
+        (
+            "f_oc",
+            s.frequency * math.sqrt(1.0 + beta) / (2.0 * math.pi),
+            "Hz",
+            "resonance in open circuit",
+        ),
         ("zeta", 0.5 * c, "", "mechanical damping ratio (c1 = -2 zeta)"),
         ("Q", 1.0 / c if c else None, "", "quality factor, 1/(2 zeta)"),
         ("beta", beta, "", "coupling, theta^2/(K Cp) = (f_oc/f0)^2 - 1, here also k^2"),
@@ -76,15 +92,24 @@ def _numbers(problem: Problem) -> tuple[tuple[str, float, str, str], ...]:
 def _coupling(eqs: Equations) -> Finding:
     """How strongly the circuit acts back on the mass, with the reason.
 
-    Strong is k^2 Q from beta = 2/Q + 1/Q^2 on: on a harmonic base a resistor then damps as much as the mechanics do and
-    takes the most that any load can, (mass acceleration)^2/(8 damping), with the acceleration's peak.
+    Strong is k^2 Q from beta = 2/Q + 1/Q^2 on: on a harmonic base a resistor then damps as much as
+    the mechanics do and takes the most that any load can, (mass acceleration)^2/(8 damping), with
+    the acceleration's peak.
     """
-    c, beta = -(eqs.c1 or 0.0), eqs.beta or 0.0
+    c = -(eqs.c1 or 0.0)
+    beta = eqs.beta or 0.0
     if not c > 0.0:
         return [note("coupling_needs_damping", "coupling")], {}
-    merit, exact, share = beta / c, 2.0 * c + c * c, noise_share(beta, c)
+    merit = beta / c
+    exact = 2.0 * c + c * c
+    share = noise_share(beta, c)
     how = "strong" if beta >= exact else "medium" if share >= WEAK else "weak"
-    facts = {"figure_of_merit": merit, "coupling": how, "strong_from": exact / c, "noise_share": share}
+    facts = {
+        "figure_of_merit": merit,
+        "coupling": how,
+        "strong_from": exact / c,
+        "noise_share": share,
+    }
     verdict = note("coupling", "coupling", how=how, merit=merit, strong_from=exact / c)
     return [verdict, note("coupling_explained", "coupling", share=share)], facts
 
@@ -102,7 +127,8 @@ def _load(problem: Problem) -> Finding:
     nothing: dict[str, Any] = {"best_load": None}
     if problem.netlist is not None:
         return [], nothing
-    kind, shaken = formula(problem), problem.equations.is_shaken
+    kind = formula(problem)
+    shaken = problem.equations.is_shaken
     if not shaken:
         return [note("load_not_sought", "best load")], nothing
     if kind.refusal(problem) or (not kind.is_exact and "external_noise" not in problem.effects):
@@ -111,25 +137,43 @@ def _load(problem: Problem) -> Finding:
         optimum = best_load(problem)
     except HarvesterError as error:
         return [note("best_load_not_found", "best load", why=str(error))], nothing
-    power, present_load = optimum.power, None if problem.scene.load is None else problem.scene.load.resistance
-    fact: dict[str, Any] = {"resistance": optimum.resistance, "near_from": optimum.low, "near_to": optimum.high}
+    power = optimum.power
+    present_load = None if problem.scene.load is None else problem.scene.load.resistance
+    fact: dict[str, Any] = {
+        "resistance": optimum.resistance,
+        "near_from": optimum.low,
+        "near_to": optimum.high,
+    }
     fact |= {"mean_power": power.value, "mean_power_model_bias": power.model}
-    best: dict[str, Any] = {"power": power.value, "ohm": optimum.resistance, "low": optimum.low, "high": optimum.high}
+    best: dict[str, Any] = {
+        "power": power.value,
+        "ohm": optimum.resistance,
+        "low": optimum.low,
+        "high": optimum.high,
+    }
     best |= {"near": NEAR, "at_end": optimum.at_end}
-    stated = note("best_load_by", "load", engine=kind.NAME, error=power.known_error95 / (power.value or 1.0))
+    stated = note(
+        "best_load_by", "load", engine=kind.NAME, error=power.known_error95 / (power.value or 1.0)
+    )
     odd = unusual("the best load", optimum.resistance, RESISTANCE)
     rest = [stated, *(warning("unusual_best_load", "load", what=str(remark)) for remark in odd)]
     if present_load is None:
         return [note("no_load_yet", "load", **best), *rest], {"best_load": fact}
     fact["share"] = min(kind().run(problem).mean_power.value / power.value, 1.0)
-    return [note("own_load", "load", own=present_load, share=fact["share"], **best), *rest], {"best_load": fact}
+    return [note("own_load", "load", own=present_load, share=fact["share"], **best), *rest], {
+        "best_load": fact
+    }
 
 
 def _engines(problem: Problem) -> Finding:
     """The engines that support the scene."""
     names = engines(problem)
     about = "engines that serve it"
-    served = note("engines_that_serve", about, engines=", ".join(names)) if names else note("no_engine_yet", about)
+    served = (
+        note("engines_that_serve", about, engines=", ".join(names))
+        if names
+        else note("no_engine_yet", about)
+    )
     return [served], {"engines": names}
 
 
@@ -138,5 +182,6 @@ def engines(problem: Problem) -> list[str]:
     if problem.scene.load is None or not problem.equations.is_shaken:
         return []
     kinds = {name: ENGINES[name] for name in serving(problem)}
-    noisy = "external_noise" in problem.effects  # without it no theory has a power but the closed form
+    # without it no theory has a power but the closed form
+    noisy = "external_noise" in problem.effects
     return [name for name, kind in kinds.items() if noisy or kind.is_exact or not kind.is_formula]

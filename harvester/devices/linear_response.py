@@ -1,10 +1,10 @@
 """What the linear equations without a stop say of a device: how often it will hit its stop, and whether a drive suits.
 
-White noise: the displacement is Gaussian, and passes -gap sqrt(E[x'^2]/E[x^2])/(2 pi) exp(-gap^2/(2 E[x^2])) times a
-unit of time (Rice).
+White noise: the displacement is Gaussian, and passes -gap sqrt(E[x'^2]/E[x^2])/(2 pi) exp(-gap^2/(2
+E[x^2])) times a unit of time (Rice).
 
-A harmonic drive: whether it meets the resonance.  The power at the frequency w is beta mu |V(w)|^2 of
-`harvester.linear.transfer.amplitudes`, times the drive's square.
+A harmonic drive: whether it meets the resonance.  The power at the frequency w is beta mu |V(w)|^2
+of `harvester.linear.transfer.amplitudes`, times the drive's square.
 """
 
 import math
@@ -20,22 +20,30 @@ from harvester.linear.transfer import amplitudes, gains, stationary, white
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 
 MISSES = 0.1  # of the largest power: below, the drive misses the resonance
-LOW, HIGH, POINTS = 0.5, 2.0, 4001  # frequencies looked at, over the resonance in short and in open circuit
+# frequencies looked at, over the resonance in short and in open circuit
+LOW = 0.5
+HIGH = 2.0
+POINTS = 4001
 OFTEN, SELDOM = 0.1, 1e-3  # times per period
 
 
 def variances(eqs: Equations) -> tuple[float, float] | None:
     """The variances E[w^2] and E[w'^2] of the linear equations under white noise, without a stop; None without.
 
-    What meets the stop is w: the displacement x, of several modes phi.y (`harvester.equations.modes`).
+    What meets the stop is w: the displacement x, of several modes phi.y
+    (`harvester.equations.modes`).
     """
     if eqs.n1 is None or not (eqs.c1 or 0.0) < 0.0:
         return None
     at_one = white(eqs)
     if eqs.modes is None or not math.isfinite(at_one.x2):
         return eqs.n1 * at_one.x2, eqs.n1 * at_one.speed2
-    covariance, phi, n = stationary(eqs), np.array(eqs.modes.contact), eqs.modes.count
-    return eqs.n1 * float(phi @ covariance[:n, :n] @ phi), eqs.n1 * float(phi @ covariance[n : 2 * n, n : 2 * n] @ phi)
+    covariance = stationary(eqs)
+    phi = np.array(eqs.modes.contact)
+    n = eqs.modes.count
+    return eqs.n1 * float(phi @ covariance[:n, :n] @ phi), eqs.n1 * float(
+        phi @ covariance[n : 2 * n, n : 2 * n] @ phi
+    )
 
 
 def amplitude(eqs: Equations) -> float | None:
@@ -65,19 +73,30 @@ def stop_hits(problem: Problem) -> tuple[list[Diagnostic], dict[str, Any]]:
         return _under_noise(eqs, s, *moments)
     if peak is not None and math.isfinite(peak):
         known = {"peak": peak * s.length, "distance": distance, "is_noisy": bool(eqs.n1)}
-        return [note("stop_under_drive", "stop", **known)], {"stop": "often" if peak > gap else "seldom or never"}
+        return [note("stop_under_drive", "stop", **known)], {
+            "stop": "often" if peak > gap else "seldom or never"
+        }
     return [note("stop_distance", "stop", distance=distance)], {"stop": None}
 
 
-def _under_noise(eqs: Equations, s: Scales, x2: float, v2: float) -> tuple[list[Diagnostic], dict[str, Any]]:
+def _under_noise(
+    eqs: Equations, s: Scales, x2: float, v2: float
+) -> tuple[list[Diagnostic], dict[str, Any]]:
     """How often a stop at a distance is hit, by Rice's formula without it."""
     gap = eqs.gap or 0.0
     rate = math.sqrt(v2 / x2) / (2.0 * math.pi) * math.exp(max(-0.5 * gap * gap / x2, -700.0))
     often, seldom = OFTEN / (2.0 * math.pi), SELDOM / (2.0 * math.pi)
     how = "often" if rate > often else "at times" if rate > seldom else "seldom or never"
-    known: dict[str, Any] = {"how": how, "rms": math.sqrt(x2) * s.length, "distance": gap * s.length}
+    known: dict[str, Any] = {
+        "how": how,
+        "rms": math.sqrt(x2) * s.length,
+        "distance": gap * s.length,
+    }
     known |= {"is_open": eqs.mu is None, "rate": rate * s.frequency if rate > seldom else None}
-    return [note("stop_under_noise", "stop", **known)], {"stop": how, "stop_hits_a_second": rate * s.frequency}
+    return [note("stop_under_noise", "stop", **known)], {
+        "stop": how,
+        "stop_hits_a_second": rate * s.frequency,
+    }
 
 
 def off_resonance(problem: Problem) -> tuple[list[Diagnostic], dict[str, Any]]:
@@ -87,7 +106,8 @@ def off_resonance(problem: Problem) -> tuple[list[Diagnostic], dict[str, Any]]:
     drive or damping, and where the spring has another linear part than 1 (two wells).
     """
     eqs = problem.equations
-    w, beta = eqs.drive_frequency, eqs.beta or 0.0
+    w = eqs.drive_frequency
+    beta = eqs.beta or 0.0
     if eqs.drive is None or w is None or eqs.linear is not None or not (eqs.c1 or 0.0) < 0.0:
         return [], {}
     resistor = eqs if eqs.mu is not None else replace(eqs, mu=math.sqrt(1.0 + beta))

@@ -34,9 +34,15 @@ class Substrate:
 
 PIEZOS = {
     "PZT-5A": Piezoceramic(66e9, 7800.0, -190e-12, 1500.0 * EPSILON_0, _MEASURED),
-    "PZT-5H": Piezoceramic(1.0 / 16.5e-12, 7500.0, -274e-12, 3400.0 * EPSILON_0 - 274e-12**2 / 16.5e-12, _BOOK),
+    "PZT-5H": Piezoceramic(
+        1.0 / 16.5e-12, 7500.0, -274e-12, 3400.0 * EPSILON_0 - 274e-12**2 / 16.5e-12, _BOOK
+    ),
     "PVDF": Piezoceramic(
-        3e9, 1780.0, 23e-12, 12.0 * EPSILON_0 - 23e-12**2 * 3e9, "Piezo Film Sensors, Technical Manual"
+        3e9,
+        1780.0,
+        23e-12,
+        12.0 * EPSILON_0 - 23e-12**2 * 3e9,
+        "Piezo Film Sensors, Technical Manual",
     ),
 }
 SUBSTRATES = {
@@ -44,7 +50,9 @@ SUBSTRATES = {
     "brass": Substrate(105e9, 9000.0, _MEASURED),
     "aluminium": Substrate(70e9, 2700.0, "a handbook's value"),
     "FR4": Substrate(22e9, 1850.0, "a typical value of laminates' data sheets"),
-    "silicon": Substrate(169e9, 2330.0, "Hopcroft, Nix and Kenny 2010, J. MEMS 19, 229: along <110>"),
+    "silicon": Substrate(
+        169e9, 2330.0, "Hopcroft, Nix and Kenny 2010, J. MEMS 19, 229: along <110>"
+    ),
 }
 
 

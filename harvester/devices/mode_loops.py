@@ -1,6 +1,7 @@
 """Further modes of an exported part: a loop each, as that of the first (`harvester.devices.export`), on one piezo.
 
-mass_j X_j'' + damping X_j' + stiffness X_j + theta_j v = -mass_j base_j a + at_stop_j stops(w),  w = sum at_stop X_j
+mass_j X_j'' + damping X_j' + stiffness X_j + theta_j v = -mass_j base_j a + at_stop_j stops(w),  w
+= sum at_stop X_j
 """
 
 import math
@@ -15,14 +16,19 @@ def contact(modes: Sequence[Mode]) -> Iterator[str]:
     """The displacement and the speed where the stop is, of which each mode has its part."""
     yield "* The displacement and the speed at the stop: those of all modes, each times its at_stop"
     parts = [(number, _given(mode.at_stop)) for number, mode in enumerate(modes, 2)]
-    yield "Batstop atstop 0 V=v(x)" + "".join(f"+{part:.10g}*v(x{number})" for number, part in parts)
-    yield "Bstopspeed stopspeed 0 V=i(Vspeed)" + "".join(f"+{part:.10g}*i(Vspeed{n})" for n, part in parts)
+    yield "Batstop atstop 0 V=v(x)" + "".join(
+        f"+{part:.10g}*v(x{number})" for number, part in parts
+    )
+    yield "Bstopspeed stopspeed 0 V=i(Vspeed)" + "".join(
+        f"+{part:.10g}*i(Vspeed{n})" for n, part in parts
+    )
 
 
 def loop(number: int, mode: Mode, metre: float, stops: Sequence[str]) -> Iterator[str]:
     """The lines of a mode; ``stops`` are the nodes of their forces, and 1 V of x is ``metre``."""
     w = 2.0 * math.pi * mode.frequency
-    damping, stiffness = 2.0 * (mode.damping_ratio or 0.0) * w * mode.mass, mode.mass * w * w
+    damping = 2.0 * (mode.damping_ratio or 0.0) * w * mode.mass
+    stiffness = mode.mass * w * w
     at = [f"k{number}{letter}" for letter in "abcdefgh"]
     here = iter(range(len(at)))
 

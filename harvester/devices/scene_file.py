@@ -32,14 +32,19 @@ EXAMPLES = {  # what a table that is left out might hold
 def text(tables: Tables) -> str:
     """The text of the scene file that holds these tables."""
     lines = [DIRECTIVE]  # an editor's, which completes the keys that stand below
-    lines += ["# Numbers are SI, texts carry their unit; a table or key that is left out is an effect that is absent."]
+    lines += [
+        "# Numbers are SI, texts carry their unit; a table or key that is left out is an effect that is absent."
+    ]
     lines += ["# All keys, their units and meanings: harvester keys", ""]
     lines += [_line(entry) for entry in tables[""]]
     words = {name: "a further mode of vibration" for name in tables if name.startswith("mode.")}
     for table, word in (TABLES | words).items():
-        entries, name = tables[table], "[[mode]]" if table in words else f"[{table}]"
+        entries = tables[table]
+        name = "[[mode]]" if table in words else f"[{table}]"
         lines += ["", _commented(name if entries else f"# {name}", word)]
-        lines += [_line(entry) for entry in entries] or [f"# {example}" for example in EXAMPLES.get(table, [])]
+        lines += [_line(entry) for entry in entries] or [
+            f"# {example}" for example in EXAMPLES.get(table, [])
+        ]
     return "\n".join(lines).replace("\n\n\n", "\n\n") + "\n"
 
 
@@ -47,7 +52,9 @@ def _line(entry: Entry) -> str:
     """A line of the file."""
     value = tomli_w.dumps({entry.key: entry.value}).strip()
     if isinstance(entry.value, dict):
-        pairs = ", ".join(tomli_w.dumps({name: number}).strip() for name, number in entry.value.items())
+        pairs = ", ".join(
+            tomli_w.dumps({name: number}).strip() for name, number in entry.value.items()
+        )
         value = f"{entry.key} = {{ {pairs} }}"
     if isinstance(entry.value, list):
         items = (tomli_w.dumps({"x": item}).strip().removeprefix("x = ") for item in entry.value)
@@ -68,9 +75,13 @@ def check(path: Path, force: bool) -> None:
     if path.exists() and not path.is_file():
         raise InputError(f"FILE must be a file to write, but {shown(str(path))} is a folder")
     if path.exists() and not force:
-        raise InputError(f"FILE must be new, but {shown(str(path))} is there: another name, or `force`")
+        raise InputError(
+            f"FILE must be new, but {shown(str(path))} is there: another name, or `force`"
+        )
     if not path.parent.is_dir():
-        raise InputError(f"FILE must be in a folder that is there, but {shown(str(path.parent))} is not")
+        raise InputError(
+            f"FILE must be in a folder that is there, but {shown(str(path.parent))} is not"
+        )
 
 
 def write(path: Path, tables: Tables, force: bool) -> Problem:
@@ -79,10 +90,13 @@ def write(path: Path, tables: Tables, force: bool) -> Problem:
     The schema that its first line names is written beside it.  A netlist from outside the file's folder is copied
     into it, because a scene reaches no file elsewhere.
 
-    Raises InputError if `check` refuses the file, if it cannot be written, and for tables that are no scene.
+    Raises InputError if `check` refuses the file, if it cannot be written, and for tables that are
+    no scene.
     """
     check(path, force)
-    content = text({**tables, "load": [_beside(entry, path.parent, force) for entry in tables["load"]]})
+    content = text(
+        {**tables, "load": [_beside(entry, path.parent, force) for entry in tables["load"]]}
+    )
     problem = Problem(loads(content, path.parent))  # refuses numbers that no device has
     if problem.netlist is not None:
         _ = problem.circuit  # refuses a netlist that is not allowed
@@ -95,13 +109,19 @@ def _beside(entry: Entry, folder: Path, force: bool) -> Entry:
     """The entry of a load; that of a netlist with its path in the folder, into which it is copied from outside."""
     if entry.key != "netlist" or not is_path(name := str(entry.value)):
         return entry
-    path, folder = (folder / name).resolve(), folder.resolve()
+    path = (folder / name).resolve()
+    folder = folder.resolve()
     if not path.is_relative_to(folder):
         if any(line.where.rpartition(" line ")[0] != path.name for line in read_lines(path)):
-            raise InputError(f"`netlist` must be in the folder of FILE with all that it includes, but is {shown(name)}")
-        content, copy = files.read(path, "`netlist`", MOST_BYTES), folder / path.name
+            raise InputError(
+                f"`netlist` must be in the folder of FILE with all that it includes, but is {shown(name)}"
+            )
+        content = files.read(path, "`netlist`", MOST_BYTES)
+        copy = folder / path.name
         if copy.exists() and not force and files.read(copy, "`netlist`", MOST_BYTES) != content:
-            raise InputError(f"`netlist` is copied to {shown(str(copy))}, which must be new, but is there: or `force`")
+            raise InputError(
+                f"`netlist` is copied to {shown(str(copy))}, which must be new, but is there: or `force`"
+            )
         files.write(copy, content, "netlist")
         path = copy
     return dataclasses.replace(entry, value=f"./{path.relative_to(folder)}")

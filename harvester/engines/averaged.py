@@ -61,11 +61,16 @@ class Averaged(Formula):
         return solve_many
 
     def _estimate(self, problem: Problem, solution: Any, seconds: float) -> Estimate:
-        mean, exists = solution.mean_square_voltage, existence(problem, is_sampled=False)
+        mean = solution.mean_square_voltage
+        exists = existence(problem, is_sampled=False)
         bias = solution.bias
         if (free := free_orbits(problem.equations, solution)).any():
             bias = max(bias, float(free.sum()) * linear_error(problem.equations, solution, free))
-        if problem.equations.restitution is not None and exists.tail is not None and not exists.unknown:
+        if (
+            problem.equations.restitution is not None
+            and exists.tail is not None
+            and not exists.unknown
+        ):
             bias += tail_error(exists.tail, solution)
         v2 = Value(mean, model=None if exists.unknown else bias * mean, unknown=exists.unknown)
         diagnostics = [exists.warning, note("theory")]
@@ -77,7 +82,9 @@ class Averaged(Formula):
         if r is not None and problem.equations.mu is None:
             diagnostics.append(warning("open_circuit_variance"))
         if r is not None and r < LEAST_RESTITUTION:
-            diagnostics.append(warning("restitution_untested", restitution=r, least=LEAST_RESTITUTION))
+            diagnostics.append(
+                warning("restitution_untested", restitution=r, least=LEAST_RESTITUTION)
+            )
         details = {
             "exchange_per_cycle": solution.exchange,
             "impact_loss_per_cycle": solution.impact_loss,
@@ -110,10 +117,28 @@ def linear_error(eqs: Equations, law: "TwoScale", free: Floats) -> float:
 
     square, fourth, sixth = (float(free @ law.A**power) for power in (2, 4, 6))
     k = 1.0 + 0.75 * (eqs.alpha or 0.0) * fourth / square
-    c1 = (eqs.c1 or 0.0) + 0.25 * (eqs.c2 or 0.0) * fourth / square - 0.125 * (eqs.c3 or 0.0) * sixth / square
-    powers = {"beta": -1.0, "mu": -0.5, "n1": -1.5, "n2": -1.5, "n12": -1.5}  # of k, in units of the new resonance
-    scaled = {name: value * k**power for name, power in powers.items() if (value := getattr(eqs, name)) is not None}
-    linear = replace(eqs, alpha=None, c2=None, c3=None, restitution=None, gap=None, c1=c1 / math.sqrt(k), **scaled)
+    c1 = (
+        (eqs.c1 or 0.0)
+        + 0.25 * (eqs.c2 or 0.0) * fourth / square
+        - 0.125 * (eqs.c3 or 0.0) * sixth / square
+    )
+    # of k, in units of the new resonance
+    powers = {"beta": -1.0, "mu": -0.5, "n1": -1.5, "n2": -1.5, "n12": -1.5}
+    scaled = {
+        name: value * k**power
+        for name, power in powers.items()
+        if (value := getattr(eqs, name)) is not None
+    }
+    linear = replace(
+        eqs,
+        alpha=None,
+        c2=None,
+        c3=None,
+        restitution=None,
+        gap=None,
+        c1=c1 / math.sqrt(k),
+        **scaled,
+    )
     lost = 1.0 if eqs.restitution is None else 0.0
     try:
         if moment_growth(linear, int(MEAN)) >= 0.0:
@@ -135,6 +160,8 @@ def tail_error(tail: "PowerTail", law: "TwoScale") -> float:
     q = tail.exponent
     off = q - tail.lowest
     if law.spread is None:
-        off = max(off, abs(q - math.log(law.mass[-2] / law.mass[-1]) / math.log(law.A[-1] / law.A[-2])))
+        off = max(
+            off, abs(q - math.log(law.mass[-2] / law.mass[-1]) / math.log(law.A[-1] / law.A[-2]))
+        )
         return 2.0 * off / (q * (q - 2.0))
     return 2.0 * off / (q * (q - 2.0)) + math.exp(-KEPT[1] * (1.0 - 2.0 / q))

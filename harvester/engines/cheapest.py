@@ -21,7 +21,8 @@ FINER_THAN_SAMPLING = 1e-4  # relative errors at which the density itself is che
 class Cheapest(MonteCarloOptions, Engine):
     """`Exact` where that serves, `Averaged` where its own error allows it, else `Ensemble`; for a netlist `Spice`.
 
-    Where ``within`` is finer than sampling reaches in reasonable time, `Density` in place of `Ensemble`, if it serves.
+    Where ``within`` is finer than sampling reaches in reasonable time, `Density` in place of
+    `Ensemble`, if it serves.
 
     The answer is that engine's, and says why.  `Published` does not know the error of its
     model, and `Ideal` only after its run.
@@ -49,7 +50,8 @@ class Cheapest(MonteCarloOptions, Engine):
 
     def run(self, scene: AnyScene, progress: Progress | None = None) -> Estimate:
         """The stationary mean square voltage and mean power of a scene."""
-        problem, within = Problem.of(scene), number(self.within)
+        problem = Problem.of(scene)
+        within = number(self.within)
         if within is None:
             raise InputError("`within` must be given where no engine is, but is left out")
         if problem.netlist is not None:
@@ -60,7 +62,9 @@ class Cheapest(MonteCarloOptions, Engine):
         except HarvesterError as error:
             if kind is Exact:
                 raise
-            return _because(self._unaveraged(problem, progress), "refused", within, refused=str(error))
+            return _because(
+                self._unaveraged(problem, progress), "refused", within, refused=str(error)
+            )
         power = quick.mean_power
         stated = power.known_error95 / abs(power.value) if power.value else 0.0
         if stated <= within:
@@ -81,7 +85,12 @@ def formula(problem: Problem) -> type[Formula]:
 
 
 def _because(
-    answer: Estimate, why: str, within: float, error: float | None = None, formula: str = "", refused: str = ""
+    answer: Estimate,
+    why: str,
+    within: float,
+    error: float | None = None,
+    formula: str = "",
+    refused: str = "",
 ) -> Estimate:
     """The answer with a note ``why`` its engine was chosen; ``error`` is what the ``formula`` states."""
     numbers = {"why": why, "error": error, "within": within, "formula": formula, "refused": refused}

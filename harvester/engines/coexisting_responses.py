@@ -1,6 +1,7 @@
 """The responses to a steady drive that a search from many starts finds, where the mass is not linear.
 
-It is made by the model without ngspice: the equations with a load resistor, or with a circuit of ideal elements.
+It is made by the model without ngspice: the equations with a load resistor, or with a circuit of
+ideal elements.
 """
 
 import math
@@ -46,7 +47,11 @@ def steady_responses(
     before, and of sampling: of the drive's phase on the grid of steps where it comes back, else of the motion.  What
     the longer step does not have, and what the model leaves out (``unknown``), is not known.
     """
-    from harvester.mechanics.ensemble.coexisting_responses import attractors, from_many_starts, sections
+    from harvester.mechanics.ensemble.coexisting_responses import (
+        attractors,
+        from_many_starts,
+        sections,
+    )
 
     try:
         trajectories = from_many_starts(model.eqs, np.random.SeedSequence(seed), model.circuit)
@@ -56,13 +61,18 @@ def steady_responses(
         fine = attractors(finer)
     except SimulationError:
         return ()
-    scale, positions, candidates = model.factor * problem.units.watts, sections(finer), []
+    scale = model.factor * problem.units.watts
+    positions = sections(finer)
+    candidates = []
     for attractor in fine:
         power = _power(attractor, rough, model.name).scaled(scale).with_unknown(unknown)
-        members, periods = attractor.members, attractor.turns or None
+        members = attractor.members
+        periods = attractor.turns or None
         middle = members[np.argsort(attractor.entries(model.name))[len(members) // 2]]
         x, v, voltage, stored, phase = map(float, positions[:, middle])
-        response = SteadyResponse(power, len(members) / finer.count, periods, attractor.chaotic, engine)
+        response = SteadyResponse(
+            power, len(members) / finer.count, periods, attractor.chaotic, engine
+        )
         candidates.append(SearchedResponse(response, (x, v, voltage, stored), phase))
     return tuple(candidates)
 
@@ -70,11 +80,14 @@ def steady_responses(
 def _power(attractor: "Attractor", rough: "list[Attractor]", name: str) -> Value:
     """The mean of a response, with its errors; ``rough`` are the responses at twice the step."""
     entries = attractor.entries(name)
-    spread_of_mean = float(entries.std(ddof=1)) / math.sqrt(len(entries)) if len(entries) > 1 else 0.0
+    spread_of_mean = (
+        float(entries.std(ddof=1)) / math.sqrt(len(entries)) if len(entries) > 1 else 0.0
+    )
     stderr = None if attractor.turns else spread_of_mean
     same = next((other for other in rough if other.like(attractor)), None)
     mean = float(entries.mean())
     if same is None:
         return Value(mean, stderr, unknown=STEP)
-    spread = half95(spread_of_mean) if attractor.turns else 0.0  # that of the places of impacts in a step
+    # that of the places of impacts in a step
+    spread = half95(spread_of_mean) if attractor.turns else 0.0
     return Value(mean, stderr, abs(float(same.entries(name).mean()) - mean) / 3.0 + spread)

@@ -7,7 +7,13 @@ from harvester.answers.estimate import Estimate
 from harvester.engines.ensemble import Ensemble
 from harvester.engines.moment_existence import existence
 from harvester.engines.options import number
-from harvester.engines.protocol import AnyScene, Progress, needs_circuit, needs_compiled_circuit, served
+from harvester.engines.protocol import (
+    AnyScene,
+    Progress,
+    needs_circuit,
+    needs_compiled_circuit,
+    served,
+)
 from harvester.engines.sampling import Model
 from harvester.equations.problem import Problem
 from harvester.presentation.diagnostic import Diagnostic, note, warning
@@ -20,7 +26,8 @@ if TYPE_CHECKING:
     from harvester.mechanics.ensemble.trajectories import Trajectories
 
 LONGEST = 1e3  # nondimensional: what runs beside ngspice leave out at most
-LONGEST_SAMPLING = 120.0  # s, of a response that never comes back, where no accuracy and no budget are given
+# s, of a response that never comes back, where no accuracy and no budget are given
+LONGEST_SAMPLING = 120.0
 
 
 class Compiled(Ensemble):
@@ -52,7 +59,14 @@ class Compiled(Ensemble):
 
     NAME = "compiled"
     LOOK = EngineLook(
-        "compiled circuit (ensemble)", "#E69F00", "h", (0, (3, 1, 1, 1)), width=2.5, order=2.6, paler=0.3, trust=3
+        "compiled circuit (ensemble)",
+        "#E69F00",
+        "h",
+        (0, (3, 1, 1, 1)),
+        width=2.5,
+        order=2.6,
+        paler=0.3,
+        trust=3,
     )
     takes_netlists = True
     needs_netlist = True
@@ -72,7 +86,11 @@ class Compiled(Ensemble):
         return self.run_from(scene, None, progress)[0]
 
     def run_from(
-        self, scene: AnyScene, near: "CircuitStart | None", progress: Progress | None = None, judged: bool = True
+        self,
+        scene: AnyScene,
+        near: "CircuitStart | None",
+        progress: Progress | None = None,
+        judged: bool = True,
     ) -> "tuple[Estimate, CircuitStart | None]":
         """As `run`, and the periodic response if it has one: from rest, or from ``near``, that of a drive close by.
 
@@ -103,7 +121,9 @@ class Compiled(Ensemble):
         patient = (self.within, self.budget) != (None, None)
         bounded = self if patient else dataclasses.replace(self, budget=LONGEST_SAMPLING)
         answer = super(Compiled, bounded).run(problem, progress)
-        return dataclasses.replace(answer, diagnostics=(*answer.diagnostics, note("not_periodic"))), None
+        return dataclasses.replace(
+            answer, diagnostics=(*answer.diagnostics, note("not_periodic"))
+        ), None
 
     def pilot(self, problem: Problem, trajectories: "Trajectories") -> "Trajectories":
         """Those of the circuit made of ideal elements under white noise, where the netlist has them."""
@@ -118,11 +138,15 @@ class Compiled(Ensemble):
         if ideal is None or not eqs.is_shaken_by_white_noise or eqs.has_unlike_wells:
             return trajectories
         seed = child(trajectories.seed, 4)
-        pilot = Trajectories(eqs, trajectories.count, seed, self.step(problem.units.frequency), circuit=ideal)
+        pilot = Trajectories(
+            eqs, trajectories.count, seed, self.step(problem.units.frequency), circuit=ideal
+        )
         compile_pair(pilot, number(self.budget))
         return pilot
 
-    def model_errors(self, problem: Problem, pair: "RichardsonPair", begin: float) -> tuple[dict[str, float], str]:
+    def model_errors(
+        self, problem: Problem, pair: "RichardsonPair", begin: float
+    ) -> tuple[dict[str, float], str]:
         """The largest relative difference from ngspice under noise, where it is measured."""
         from harvester.engines.spice.cheap_model import settled_starts
         from harvester.engines.spice.difference import difference_from_ngspice

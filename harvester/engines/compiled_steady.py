@@ -23,9 +23,11 @@ if TYPE_CHECKING:
     from harvester.cosimulation.poincare_sections import Origin
 
 RELTOL = 1e-5  # of ngspice, which is the judge here
-TOLERANCE = 2e-3  # of a circuit's step: with the usual 0.03 switches act at a little other times each period
+# of a circuit's step: with the usual 0.03 switches act at a little other times each period
+TOLERANCE = 2e-3
 JUDGED = 0.5  # of a budget, that ngspice may take
-PATIENCE, AGAIN = 30.0, 3.0  # s, and times what the response took: how long ngspice may take without a budget
+# s, and times what the response took: how long ngspice may take without a budget
+PATIENCE, AGAIN = 30.0, 3.0
 
 
 @dataclass
@@ -38,7 +40,8 @@ class CompiledPeriods:
     def value(self, name: str) -> Value:
         """The ``power`` (W), ``square`` (V^2) or ``displacement`` with its errors of step, settling and model."""
         values = [float(getattr(response, name)) for response in self.responses]
-        last, left = self.responses[-1], self.responses[-1].left[0 if name == "power" else 1]
+        last = self.responses[-1]
+        left = self.responses[-1].left[0 if name == "power" else 1]
         value, step = limit(values) if len(values) > 2 else (values[-1], None)
         bias = None if step is None else step + left * abs(last.power if name == "power" else value)
         if name not in self.differences:
@@ -56,20 +59,30 @@ def steady_answer(
 ) -> "tuple[Estimate | None, CircuitPeriod | None]":
     """The answer of a periodic response from rest, or ``near`` that of a drive close by, and where it is; None: none.
 
-    With ``judged``, ngspice goes on from the response at the longest step to its own, and what they differ by is the
-    error of the model; without a budget for `PATIENCE` or `AGAIN` times what the response took.
+    With ``judged``, ngspice goes on from the response at the longest step to its own, and what they
+    differ by is the error of the model; without a budget for `PATIENCE` or `AGAIN` times what the
+    response took.
     """
     from harvester.mechanics.kernels.compiled import compilation
 
-    within, begin, budget = number(options.within), time.perf_counter(), number(options.budget)
+    within = number(options.within)
+    begin = time.perf_counter()
+    budget = number(options.budget)
     with compilation() as compiling:
         periods = _periods(options, problem, near, within or WITHIN, progress)
     if periods is None:
         return None, None
     if judged:
-        patience = max(PATIENCE, AGAIN * (time.perf_counter() - begin)) if budget is None else JUDGED * budget
-        periods.differences = _differences(options, problem, periods.responses[0], time.monotonic() + patience)
-    last, power = periods.responses[-1], periods.value("power")
+        patience = (
+            max(PATIENCE, AGAIN * (time.perf_counter() - begin))
+            if budget is None
+            else JUDGED * budget
+        )
+        periods.differences = _differences(
+            options, problem, periods.responses[0], time.monotonic() + patience
+        )
+    last = periods.responses[-1]
+    power = periods.value("power")
     details = {"step": last.path.h / problem.units.frequency, "response_periods": float(last.turns)}
     details |= motion_details(problem, periods.value, last)
     diagnostics = [
@@ -86,16 +99,22 @@ def steady_answer(
 
 
 def _periods(
-    options: MonteCarloOptions, problem: Problem, near: "CircuitStart | None", within: float, progress: Progress | None
+    options: MonteCarloOptions,
+    problem: Problem,
+    near: "CircuitStart | None",
+    within: float,
+    progress: Progress | None,
 ) -> CompiledPeriods | None:
     """The response at steps that are halved until their error is below the target; None where none comes back."""
     from harvester.circuits.circuit_period import periodic_response
     from harvester.circuits.compiled_circuit import compiled_circuit
 
     assert problem.circuit is not None, "the engine serves netlists"
-    eqs, circuit = problem.equations, compiled_circuit(problem.circuit, problem.scales, TOLERANCE)
+    eqs = problem.equations
+    circuit = compiled_circuit(problem.circuit, problem.scales, TOLERANCE)
     h, halvings = steps_in_period(eqs, options.step(problem.units.frequency))
-    enough, periods = min(max(SETTLED * within, FINEST), ROUGHEST), CompiledPeriods()
+    enough = min(max(SETTLED * within, FINEST), ROUGHEST)
+    periods = CompiledPeriods()
     halvings = max(halvings, 2)
     for k in range(halvings + 1):
         if progress is not None:
@@ -103,7 +122,8 @@ def _periods(
         if (response := periodic_response(circuit, eqs, h / 2**k, enough, near)) is None:
             return None
         periods.responses.append(response)
-        near, power = response, periods.value("power")
+        near = response
+        power = periods.value("power")
         if k >= 2 and (power.bias or 0.0) <= within * abs(power.value):
             break
     return periods
@@ -136,10 +156,15 @@ def _origin(problem: Problem, response: "CircuitPeriod") -> "Origin":
     from harvester.mechanics.kernels.equation_of_motion import kick
 
     assert problem.circuit is not None, "the engine serves netlists"
-    path, c = response.path, coefficients(problem.equations)
+    path = response.path
+    c = coefficients(problem.equations)
     voltages = compiled_circuit(problem.circuit, problem.scales).voltages(response.state)
     assert path.shaking is not None, "the drive is steady"
-    voltage, a = float(path.samples[-1, 1]), float(path.shaking[-1])
-    ends = [interpreted(kick)(State(response.x, speed, voltage), 0.0, 0.5 * path.h, c, a) for speed in (0.0, 1.0)]
+    voltage = float(path.samples[-1, 1])
+    a = float(path.shaking[-1])
+    ends = [
+        interpreted(kick)(State(response.x, speed, voltage), 0.0, 0.5 * path.h, c, a)
+        for speed in (0.0, 1.0)
+    ]
     v = float((response.v - ends[0]) / (ends[1] - ends[0]))
     return Origin(CoupledState(response.x, v, in_ngspice(voltages)), 0.0, response.turns)

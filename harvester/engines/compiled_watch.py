@@ -40,9 +40,11 @@ def sampled_paths(
     from harvester.mechanics.kernels.forcing import forcing
     from harvester.mechanics.kernels.noise import child, three_point_grid
 
-    eqs, h = problem.equations, pair.trajectories.h
+    eqs = problem.equations
+    h = pair.trajectories.h
     paths: list[CircuitPath] = []
-    n_steps, (_, starts) = math.ceil(AVERAGED / h), settled_starts(pair, circuit.memory, AVERAGED, seed)
+    n_steps = math.ceil(AVERAGED / h)
+    (_, starts) = settled_starts(pair, circuit.memory, AVERAGED, seed)
     for root, start in zip(np.random.SeedSequence([seed, 6]).spawn(PATHS), starts, strict=False):
         shaking = forcing(eqs, h, n_steps, np.random.default_rng(child(root, 1)))
         given = eqs, three_point_grid(root, n_steps), h, 1, start[:2], start[4], shaking
@@ -50,10 +52,16 @@ def sampled_paths(
     return paths
 
 
-def _traced(circuit: "CompiledCircuit", given: "Given", log: bool, kicked: bool = False) -> "CircuitPath":
+def _traced(
+    circuit: "CompiledCircuit", given: "Given", log: bool, kicked: bool = False
+) -> "CircuitPath":
     """The path of what is ``given`` that keeps its states, and its own steps where a ``log`` is asked for."""
     path = circuit.trace(*given, kicked=kicked, keep=True)
-    return dataclasses.replace(circuit.with_own_steps(path, given, kicked), states=path.states) if log else path
+    return (
+        dataclasses.replace(circuit.with_own_steps(path, given, kicked), states=path.states)
+        if log
+        else path
+    )
 
 
 def period_paths(
@@ -63,7 +71,15 @@ def period_paths(
     path = response.path
     assert path.shaking is not None, "the drive is steady"
     still = np.zeros(len(path.shaking) - 1)
-    given = problem.equations, still, path.h, 1, (response.x, response.v), response.state, path.shaking
+    given = (
+        problem.equations,
+        still,
+        path.h,
+        1,
+        (response.x, response.v),
+        response.state,
+        path.shaking,
+    )
     return [_traced(circuit, given, ledger, kicked=True)]
 
 
@@ -83,11 +99,17 @@ def with_watched(
     """
     from harvester.circuits.probed_path import mean_powers, probed
 
-    watch, unit, rows, taken = watch_of(problem, probe, ledger), problem.in_circuit("W"), [], dict[str, Floats]()
+    watch = watch_of(problem, probe, ledger)
+    unit = problem.in_circuit("W")
+    rows = []
+    taken = dict[str, Floats]()
     for path in paths:
         values = probed(circuit, path, watch.probes)
-        rows.append([values.mean(axis=1), (values**2).mean(axis=1), values.min(axis=1), values.max(axis=1)])
-    means, window = np.array(rows), len(paths[0].samples) * paths[0].h / problem.units.frequency
+        rows.append(
+            [values.mean(axis=1), (values**2).mean(axis=1), values.min(axis=1), values.max(axis=1)]
+        )
+    means = np.array(rows)
+    window = len(paths[0].samples) * paths[0].h / problem.units.frequency
     seconds = len(paths[0].samples) * paths[0].h / problem.scales.frequency
     load = np.array([path.square[-1] for path in paths]) / (circuit.resistance * seconds * unit)
 
@@ -95,7 +117,9 @@ def with_watched(
         if len(of_paths) < FEWEST:
             return Value(float(of_paths.mean()), unknown=UNKNOWN)
         known = Value(answer.mean_power.value, answer.mean_power.stderr)
-        return dataclasses.replace(controlled(of_paths, load[: len(of_paths)], known).value, bias=None, unknown=UNKNOWN)
+        return dataclasses.replace(
+            controlled(of_paths, load[: len(of_paths)], known).value, bias=None, unknown=UNKNOWN
+        )
 
     columns = [[value(means[:, j, k]) for j in range(4)] for k in range(len(watch.probes))]
     answer = with_probes(answer, problem, dataclasses.replace(watch, parts=()), columns, window)
@@ -105,7 +129,9 @@ def with_watched(
     for name in powers[0]:
         if name not in ("rload", "csmooth"):
             whole = name.partition(".")[0]
-            taken[whole] = taken.get(whole, 0.0) + np.array([power[name] for power in powers]) / unit
+            taken[whole] = (
+                taken.get(whole, 0.0) + np.array([power[name] for power in powers]) / unit
+            )
     details = dict(answer.details)
     for name, entries in taken.items():
         mean = value(entries)
@@ -116,16 +142,23 @@ def with_watched(
     return dataclasses.replace(answer, details=details, diagnostics=(*answer.diagnostics, said))
 
 
-def check_watched(problem: Problem, circuit: "CompiledCircuit", probe: Sequence[str], ledger: bool) -> None:
+def check_watched(
+    problem: Problem, circuit: "CompiledCircuit", probe: Sequence[str], ledger: bool
+) -> None:
     """Raise InputError for what is not there, or compiled circuits do not tell, before anything is computed."""
     from harvester.circuits.probed_path import probed
     from harvester.mechanics.kernels.compiled import compilation
     from harvester.mechanics.kernels.forcing import forcing
 
     if problem.equations.modes is not None:
-        raise InputError("`probe` and `ledger` must go with engine 'spice' for a device of several modes")
-    eqs, h = problem.equations, 1e-3
+        raise InputError(
+            "`probe` and `ledger` must go with engine 'spice' for a device of several modes"
+        )
+    eqs = problem.equations
+    h = 1e-3
     shaking = forcing(eqs, h, 1, np.random.default_rng(0))
     with compilation():
-        path = circuit.trace(eqs, np.zeros(1), h, start=(eqs.resting_places[0], 0.0), shaking=shaking, keep=True)
+        path = circuit.trace(
+            eqs, np.zeros(1), h, start=(eqs.resting_places[0], 0.0), shaking=shaking, keep=True
+        )
     probed(circuit, path, watch_of(problem, probe, ledger).probes)

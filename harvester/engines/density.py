@@ -8,7 +8,14 @@ from typing import TYPE_CHECKING, Self
 from harvester.answers.estimate import Estimate
 from harvester.engines.moment_existence import MomentExistence, existence
 from harvester.engines.options import Request, number
-from harvester.engines.protocol import AnyScene, Engine, Progress, estimate, needs_known_effects, served
+from harvester.engines.protocol import (
+    AnyScene,
+    Engine,
+    Progress,
+    estimate,
+    needs_known_effects,
+    served,
+)
 from harvester.equations.bounds import check_bounded
 from harvester.equations.effects import DENSITY, unknown_to
 from harvester.equations.impact_order import accumulation
@@ -22,8 +29,11 @@ if TYPE_CHECKING:
     from harvester.density.refine import Answer
     from harvester.engines.power_slopes import PowerSlopes
 
-# The relative error that is aimed at where none is asked for, that of coloured noise, and that at many points.
-WITHIN, COLOURED, SWEPT = 1e-5, 1e-3, 1e-2
+# The relative error that is aimed at where none is asked for, that of coloured noise, and that at
+# many points.
+WITHIN = 1e-5
+COLOURED = 1e-3
+SWEPT = 1e-2
 LONGEST = 120.0  # seconds of a budget under coloured noise, where none is given
 REFUSED = 0.02  # the relative error above which there is no answer
 
@@ -45,14 +55,16 @@ class Density(Request, Engine):
     Raises
     ------
     CannotServeError
-        for a netlist, without white or coloured noise of the base, with any other shaking, or for coloured noise
-        beside a rigid stop that takes energy.
+        for a netlist, without white or coloured noise of the base, with any other shaking, or for
+        coloured noise beside a rigid stop that takes energy.
     SimulationError
         where the response grows without bound, or the density cannot be resolved.
     """
 
     NAME = "density"
-    LOOK = EngineLook("density (no sampling)", "#661100", "v", (0, (6, 1, 1, 1)), order=3.2, trust=4)
+    LOOK = EngineLook(
+        "density (no sampling)", "#661100", "v", (0, (6, 1, 1, 1)), order=3.2, trust=4
+    )
     has_gradient = True
     is_resolved = True
     has_first_passages = True
@@ -67,10 +79,13 @@ class Density(Request, Engine):
     @classmethod
     def refusal(cls, problem: Problem) -> Diagnostic | None:
         """Why there is no density to solve, and what serves the problem; None where there is one."""
-        eqs, without = problem.equations, None
+        eqs = problem.equations
+        without = None
         if not (eqs.n1 or eqs.coloured):
             without = refusal("needs_noise", engine=cls.NAME)
-        elif eqs.coloured and any(r is not None and r < 1.0 for r in (eqs.restitution, eqs.opposite_restitution)):
+        elif eqs.coloured and any(
+            r is not None and r < 1.0 for r in (eqs.restitution, eqs.opposite_restitution)
+        ):
             without = refusal("sticks_to_stop", engine=cls.NAME)
         return needs_known_effects(problem, cls, unknown_to(DENSITY)) or without
 
@@ -79,39 +94,53 @@ class Density(Request, Engine):
     ) -> "tuple[MomentExistence, Answer]":
         """What exists of the means, and the density of a problem that is served, with its error.
 
-        Raises UnboundedResponseError, InfiniteMeanError, and SimulationError for a density that is not resolved.
+        Raises UnboundedResponseError, InfiniteMeanError, and SimulationError for a density that is
+        not resolved.
         """
         from harvester.density.refine import LIGHTEST, refined
 
         check_bounded(problem.equations)
         exists = existence(problem, is_sampled=False)
         tail = LIGHTEST if exists.tail is None else exists.tail.lowest
-        tolerance, longest = (WITHIN, None) if problem.equations.coloured is None else (COLOURED, LONGEST)
+        tolerance, longest = (
+            (WITHIN, None) if problem.equations.coloured is None else (COLOURED, LONGEST)
+        )
         budget = number(self.budget) or longest
-        answer = refined(problem.equations, number(self.within) or tolerance, budget, progress, tail)
+        answer = refined(
+            problem.equations, number(self.within) or tolerance, budget, progress, tail
+        )
         if not answer.share <= REFUSED:
-            raise SimulationError(refusal("density_not_resolved", error=answer.share, **answer.parts))
+            raise SimulationError(
+                refusal("density_not_resolved", error=answer.share, **answer.parts)
+            )
         return exists, answer
 
     def run(self, scene: AnyScene, progress: Progress | None = None) -> Estimate:
         """The stationary mean square voltage and mean power of a scene."""
-        problem, begin = served(type(self), scene), time.perf_counter()
+        problem = served(type(self), scene)
+        begin = time.perf_counter()
         exists, answer = self.solve(problem, progress)
         return self._estimate(problem, exists, answer, time.perf_counter() - begin)
 
-    def run_with_slopes(self, scene: AnyScene, progress: Progress | None = None) -> "tuple[Estimate, PowerSlopes]":
+    def run_with_slopes(
+        self, scene: AnyScene, progress: Progress | None = None
+    ) -> "tuple[Estimate, PowerSlopes]":
         """`run`, and the gradient of the mean power in the keys; raises InputError where there is no power, too."""
         from harvester.engines.power_slopes import PowerSlopes
 
-        problem, begin = served(type(self), scene), time.perf_counter()
+        problem = served(type(self), scene)
+        begin = time.perf_counter()
         exists, answer = self.solve(problem, progress)
         slopes = PowerSlopes(problem, answer, exists.unknown)
         return self._estimate(problem, exists, answer, time.perf_counter() - begin), slopes
 
-    def _estimate(self, problem: Problem, exists: MomentExistence, answer: "Answer", seconds: float) -> Estimate:
+    def _estimate(
+        self, problem: Problem, exists: MomentExistence, answer: "Answer", seconds: float
+    ) -> Estimate:
         from harvester.density.functionals import NAMES
 
-        eqs, within = problem.equations, number(self.within)
+        eqs = problem.equations
+        within = number(self.within)
         share, parts = answer.share, answer.parts
         uncounted = accumulation(eqs)
         diagnostics = [exists.warning, note("density_solved"), uncounted]

@@ -13,7 +13,8 @@ if TYPE_CHECKING:
     from harvester.engines.sampling import Model
     from harvester.mechanics.ensemble.richardson import RichardsonPair
 
-SAME, SETTLED = 0.02, 1e-3  # of E[V^2]: a path of the response that all come to; and one that comes back
+# of E[V^2]: a path of the response that all come to; and one that comes back
+SAME, SETTLED = 0.02, 1e-3
 MOST_STEPS = 4e6
 
 
@@ -31,12 +32,22 @@ def driven_motion(problem: Problem, model: "Model", pair: "RichardsonPair") -> d
     from harvester.mechanics.largest_swing import peak
     from harvester.mechanics.periodic import MULTIPLES
 
-    eqs, units, trajectories, circuit = problem.equations, problem.units, pair.trajectories, model.circuit
-    if eqs.drive is None or eqs.is_random or eqs.modes is not None or not isinstance(circuit, IdealCircuit | None):
+    eqs = problem.equations
+    units = problem.units
+    trajectories = pair.trajectories
+    circuit = model.circuit
+    if (
+        eqs.drive is None
+        or eqs.is_random
+        or eqs.modes is not None
+        or not isinstance(circuit, IdealCircuit | None)
+    ):
         return {}
-    period, middle = eqs.shaking_period or 1.0, np.argsort(pair.moments.V2)[trajectories.count // 2]
+    period = eqs.shaking_period or 1.0
+    middle = np.argsort(pair.moments.V2)[trajectories.count // 2]
     *start, phase = map(float, sections(trajectories)[:, middle])
-    size, periods = round(period / trajectories.h), math.ceil(pair.burn_in / period) + 2 * MULTIPLES
+    size = round(period / trajectories.h)
+    periods = math.ceil(pair.burn_in / period) + 2 * MULTIPLES
     if 4 * size * periods > MOST_STEPS:
         return {}
     motions = []
@@ -45,14 +56,22 @@ def driven_motion(problem: Problem, model: "Model", pair: "RichardsonPair") -> d
         assert shaking is not None, "it is driven"
         at = (round(phase * n) + np.arange(n * periods + 1)) % n
         path = trace(eqs, np.zeros(n * periods), period / n, 1, tuple(start), shaking[at], circuit)
-        x, voltage = (path.samples[-2 * MULTIPLES * n :, columns].reshape(2, -1) for columns in ([0, 2], [1, 4]))
+        x, voltage = (
+            path.samples[-2 * MULTIPLES * n :, columns].reshape(2, -1)
+            for columns in ([0, 2], [1, 4])
+        )
         before, now = (voltage**2).mean(axis=1)
         mean = pair.mean("V2")[0]
-        if abs(now - mean) >= SAME * mean or abs(now - before) >= SETTLED * before:  # also where there is no voltage
+        if (
+            abs(now - mean) >= SAME * mean or abs(now - before) >= SETTLED * before
+        ):  # also where there is no voltage
             return {}
         motions.append([(x[1].std(), 0.0), peak(x[1]), peak(voltage[1])])
-    details, scales = dict[str, float](), (units.length, units.length, units.volts)
-    for name, values, unit in zip((DISPLACEMENT, *PEAKS), zip(*motions, strict=True), scales, strict=True):
+    details = dict[str, float]()
+    scales = (units.length, units.length, units.volts)
+    for name, values, unit in zip(
+        (DISPLACEMENT, *PEAKS), zip(*motions, strict=True), scales, strict=True
+    ):
         value, error = limit([float(level) for level, _ in values])
         details |= {name: value * unit, f"{name}_bias": (error + values[-1][1]) * unit}
     return details

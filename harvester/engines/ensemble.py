@@ -18,7 +18,14 @@ from harvester.engines.coexisting_responses import may_have_several, steady_resp
 from harvester.engines.driven_motion import driven_motion
 from harvester.engines.moment_existence import existence
 from harvester.engines.options import MonteCarloOptions, number
-from harvester.engines.protocol import AnyScene, Engine, Progress, estimate, needs_resistance, served
+from harvester.engines.protocol import (
+    AnyScene,
+    Engine,
+    Progress,
+    estimate,
+    needs_resistance,
+    served,
+)
 from harvester.engines.sampling import Model
 from harvester.equations.impact_order import accumulation
 from harvester.equations.problem import Problem
@@ -39,8 +46,8 @@ AT_ONCE = 0.5  # of the seconds that are left: other programs may begin to take 
 class EnsembleSetup:
     """Trajectories of a ``model`` after their burn-in, and what is to be said of that.
 
-    The answer's seconds count from ``begin``, a budget from ``budget_begin`` (`time.perf_counter`): compilation is in
-    neither, and loading what was compiled before is in the budget.
+    The answer's seconds count from ``begin``, a budget from ``budget_begin`` (`time.perf_counter`):
+    compilation is in neither, and loading what was compiled before is in the budget.
     """
 
     problem: Problem
@@ -83,7 +90,9 @@ class Ensemble(MonteCarloOptions, Engine):
     """
 
     NAME = "ensemble"
-    LOOK = EngineLook("ensemble (exact RC)", "#666666", "s", width=4.0, order=2.0, paler=0.6, trust=4)
+    LOOK = EngineLook(
+        "ensemble (exact RC)", "#666666", "s", width=4.0, order=2.0, paler=0.6, trust=4
+    )
     samples = True
     has_frequency_response = True
     TRAJECTORIES: ClassVar[int] = sampling.TRAJECTORIES
@@ -101,7 +110,9 @@ class Ensemble(MonteCarloOptions, Engine):
         eqs = problem.equations
         return Model(eqs, None, "V2", (eqs.beta or 0.0) * (eqs.mu or 0.0))
 
-    def model_errors(self, problem: Problem, pair: "RichardsonPair", begin: float) -> tuple[dict[str, float], str]:
+    def model_errors(
+        self, problem: Problem, pair: "RichardsonPair", begin: float
+    ) -> tuple[dict[str, float], str]:
         """Relative errors of the model by moments, none where they are not known, and the code of a note on them."""
         return {}, self.MODEL_NOTE
 
@@ -128,21 +139,31 @@ class Ensemble(MonteCarloOptions, Engine):
         exists = existence(problem)
         setup = self._set_up(problem)
         if progress is not None:
-            progress(0.0)  # here the clock begins: what compiling and the burn-in took says nothing of the rest
+            # here the clock begins: what compiling and the burn-in took says nothing of the rest
+            progress(0.0)
         sampler = self._first_samples(setup, progress)
         searched = (
             self.SEARCHES
             and may_have_several(problem)
             and (self.budget, self.trajectories, self.duration) == (None, None, None)
         )
-        candidates = steady_responses(problem, setup.model, self.seed, self.NAME, self.UNKNOWN) if searched else ()
+        candidates = (
+            steady_responses(problem, setup.model, self.seed, self.NAME, self.UNKNOWN)
+            if searched
+            else ()
+        )
         responses = tuple(candidate.response for candidate in candidates)
         steady, moments = problem.equations.is_steady, sampler.pair.moments
         agreed = sampling.agreement(moments, setup.model.name, responses) if steady else None
-        diagnostics, within = [exists.warning, accumulation(problem.equations), *setup.diagnostics], number(self.within)
+        diagnostics, within = (
+            [exists.warning, accumulation(problem.equations), *setup.diagnostics],
+            number(self.within),
+        )
         if within is not None:
             if (obstacle := exists.obstacle(within)) is None:
-                obstacle = sampling.refine(sampler, Target(within, number(self.budget), setup.budget_begin))
+                obstacle = sampling.refine(
+                    sampler, Target(within, number(self.budget), setup.budget_begin)
+                )
                 diagnostics.append(sampler.effort(within))
             diagnostics.append(obstacle)
         errors, remark = self.model_errors(problem, sampler.pair, setup.budget_begin)
@@ -157,11 +178,20 @@ class Ensemble(MonteCarloOptions, Engine):
             .scaled(factor)
             for name, factor in (("V2", 1.0), (setup.model.name, setup.model.factor))
         )
-        samples = sampler.pair.entries("V2"), sampler.pair.entries(setup.model.name) * setup.model.factor
-        details, steps, seconds = sampler.details(), sampler.pair.steps, time.perf_counter() - setup.begin
+        samples = (
+            sampler.pair.entries("V2"),
+            sampler.pair.entries(setup.model.name) * setup.model.factor,
+        )
+        details = sampler.details()
+        steps = sampler.pair.steps
+        seconds = time.perf_counter() - setup.begin
         diagnostics.append(sampler.open_balance(details))
-        answer = estimate(self.NAME, problem, v2, power, diagnostics, seconds, steps, details, *samples)
-        return self.looked_into(dataclasses.replace(answer, responses=responses), problem, sampler.pair)
+        answer = estimate(
+            self.NAME, problem, v2, power, diagnostics, seconds, steps, details, *samples
+        )
+        return self.looked_into(
+            dataclasses.replace(answer, responses=responses), problem, sampler.pair
+        )
 
     def _set_up(self, problem: Problem) -> EnsembleSetup:
         """Trajectories that are compiled, have their step, and have burnt in."""
@@ -169,9 +199,11 @@ class Ensemble(MonteCarloOptions, Engine):
         from harvester.mechanics.ensemble.trajectories import Trajectories
         from harvester.mechanics.kernels.compiled import compilation, machine_code
 
-        model, unit = self.model(problem), problem.units.frequency
+        model = self.model(problem)
+        unit = problem.units.frequency
         seed = np.random.SeedSequence(self.seed)
-        code, begin = machine_code(), time.perf_counter()
+        code = machine_code()
+        begin = time.perf_counter()
         within = number(self.within) if self.CONTROLS else None
         count = self.trajectories or sampling.affordable(model.eqs.is_steady, model.circuit, within)
         if model.eqs.density is not None:
@@ -183,19 +215,23 @@ class Ensemble(MonteCarloOptions, Engine):
             compile_pair(trajectories, number(self.budget))
             pilot = self.pilot(problem, trajectories)
         begin += first.seconds
-        compiled = first.seconds if 0 < code == machine_code() else 0.0  # no new code: all was loaded
+        # no new code: all was loaded
+        compiled = first.seconds if 0 < code == machine_code() else 0.0
         diagnostics = sampling.run_burn_in(pilot, problem, number(self.budget))
         if pilot is not trajectories:
             from harvester.circuits.beside_ideal import settle_from
 
             settle_from(trajectories, pilot, number(self.budget), begin - compiled)
-        return EnsembleSetup(problem, model, trajectories, diagnostics, begin, begin - compiled, first.seconds)
+        return EnsembleSetup(
+            problem, model, trajectories, diagnostics, begin, begin - compiled, first.seconds
+        )
 
     def _first_samples(self, setup: EnsembleSetup, progress: Progress | None) -> "EnsembleSampler":
         """The first averages, beside others of twice the step."""
         from harvester.mechanics.ensemble.richardson import RichardsonPair
 
-        budget, spent = number(self.budget), time.perf_counter() - setup.budget_begin
+        budget = number(self.budget)
+        spent = time.perf_counter() - setup.budget_begin
         duration = sampling.first_duration(setup.trajectories.time, spent, budget)
         if self.duration is not None:
             duration = (number(self.duration) or 0.0) * setup.unit
@@ -246,9 +282,14 @@ class EnsembleSampler:
 
     def _extend(self, target: Target, value: Value) -> Diagnostic | None:
         """Average for longer, where the time is left for that."""
-        pair, variance = self.pair, target.variance(value)
-        needed = pair.duration * (value.stderr or 0.0) ** 2 / variance if variance > 0.0 else math.inf
-        more = min(added_effort(pair.duration, needed), AT_ONCE * target.seconds_left / pair.seconds_a_unit)
+        pair = self.pair
+        variance = target.variance(value)
+        needed = (
+            pair.duration * (value.stderr or 0.0) ** 2 / variance if variance > 0.0 else math.inf
+        )
+        more = min(
+            added_effort(pair.duration, needed), AT_ONCE * target.seconds_left / pair.seconds_a_unit
+        )
         if more < 0.02 * pair.duration:
             return warning("target_missed", **target.shortfall(value))
         if self.progress is not None:
@@ -259,7 +300,9 @@ class EnsembleSampler:
     def effort(self, within: float) -> Diagnostic:
         """The note that tells what was chosen for a target."""
         setup = self.setup
-        return sampling.step_and_effort(self.pair, setup.model.name, within, setup.unit, setup.problem.physical)
+        return sampling.step_and_effort(
+            self.pair, setup.model.name, within, setup.unit, setup.problem.physical
+        )
 
     def open_balance(self, details: dict[str, float]) -> Diagnostic | None:
         """The warning of a power balance among the details that is not closed; None without one."""
@@ -280,7 +323,10 @@ class EnsembleSampler:
             details["compilation_seconds"] = setup.compilation_seconds
         details |= driven_motion(setup.problem, setup.model, pair)
         if setup.model.circuit is None:
-            moments, eqs = pair.moments.averaged(setup.trajectories.together), setup.model.eqs
-            details["power_balance"], details["power_balance_stderr"] = sampling.power_balance(moments, eqs)
+            moments = pair.moments.averaged(setup.trajectories.together)
+            eqs = setup.model.eqs
+            details["power_balance"], details["power_balance_stderr"] = sampling.power_balance(
+                moments, eqs
+            )
             details["power_balance_bias"] = sampling.power_balance_bias(pair, eqs)
         return details

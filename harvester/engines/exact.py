@@ -34,13 +34,16 @@ class Exact(Formula):
     Raises
     ------
     CannotServeError
-        for a load other than a resistance or none, a stop, and a spring or damping that is not linear.
+        for a load other than a resistance or none, a stop, and a spring or damping that is not
+        linear.
     UnboundedResponseError
         where the response grows without bound.
     """
 
     NAME = "exact"
-    LOOK = EngineLook("exact (linear, closed form)", "#000000", "*", (0, (1, 2)), order=3.3, trust=5)
+    LOOK = EngineLook(
+        "exact (linear, closed form)", "#000000", "*", (0, (1, 2)), order=3.3, trust=5
+    )
     is_exact = True
     has_frequency_response = True
     UNSERVED = unknown_to(LINEAR)
@@ -54,13 +57,24 @@ class Exact(Formula):
         from harvester.linear.record_doubts import join_change, record_doubts
 
         eqs = problem.equations
-        diagnostics = [*record_doubts(eqs), note("closed_form" + "_joined" * bool(join_change(eqs)))]
+        diagnostics = [
+            *record_doubts(eqs),
+            note("closed_form" + "_joined" * bool(join_change(eqs))),
+        ]
         if eqs.mu is None:
             diagnostics.append(warning("open_circuit"))
         if not eqs.is_shaken:
             diagnostics.append(warning("nothing_shakes"))
         v2 = Value(solution.value, bias=solution.error, model=0.0)
-        return estimate(self.NAME, problem, v2, None, diagnostics, seconds, details=_motion(problem, solution.x2))
+        return estimate(
+            self.NAME,
+            problem,
+            v2,
+            None,
+            diagnostics,
+            seconds,
+            details=_motion(problem, solution.x2),
+        )
 
 
 def _motion(problem: Problem, x2: float) -> dict[str, float]:
@@ -76,5 +90,7 @@ def _motion(problem: Problem, x2: float) -> dict[str, float]:
     if eqs.drive is not None and not eqs.is_random:
         assert eqs.drive_frequency is not None, "Scene checks this"
         x, voltage = abs(eqs.drive) * np.abs(amplitudes(eqs, eqs.drive_frequency))
-        motion |= dict(zip(PEAKS, (float(x) * units.length, float(voltage) * units.volts), strict=True))
+        motion |= dict(
+            zip(PEAKS, (float(x) * units.length, float(voltage) * units.volts), strict=True)
+        )
     return motion | {f"{name}_bias": 0.0 for name in motion}

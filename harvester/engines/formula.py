@@ -41,7 +41,10 @@ class Formula(Request, Engine):
         eqs = [problem.equations for problem in problems if isinstance(problem, Problem)]
         solved = iter(solve(eqs))
         seconds = (time.perf_counter() - begin) / max(len(eqs), 1)
-        return [self._answer(item, next(solved), seconds) if isinstance(item, Problem) else item for item in problems]
+        return [
+            self._answer(item, next(solved), seconds) if isinstance(item, Problem) else item
+            for item in problems
+        ]
 
     def _theory(self) -> Callable[[list[Equations]], Sequence[Any]]:
         """The function that solves many equations, an error in the place of each that has no solution."""

@@ -20,7 +20,8 @@ if TYPE_CHECKING:
 
 LOW = 4.0  # V rms of a SECE
 LONG = 1000.0  # periods of the mass
-SLOW, WORSE = 0.02, 4.0  # of half a period: a switching that is told; what it may change of the power, over that
+# of half a period: a switching that is told; what it may change of the power, over that
+SLOW, WORSE = 0.02, 4.0
 
 
 class Ideal(Ensemble):
@@ -35,7 +36,8 @@ class Ideal(Ensemble):
     within, budget, seed, duration, trajectories, dt
         the options of `run`.
     judged
-        measure the error of the ideal elements against the compiled circuit; False: it stays unknown.
+        measure the error of the ideal elements against the compiled circuit; False: it stays
+        unknown.
 
     Raises
     ------
@@ -46,7 +48,16 @@ class Ideal(Ensemble):
     """
 
     NAME = "ideal"
-    LOOK = EngineLook("ideal circuit (ensemble)", "#CC79A7", "D", (0, (1, 1)), width=3.0, order=2.5, paler=0.3, trust=2)
+    LOOK = EngineLook(
+        "ideal circuit (ensemble)",
+        "#CC79A7",
+        "D",
+        (0, (1, 1)),
+        width=3.0,
+        order=2.5,
+        paler=0.3,
+        trust=2,
+    )
     takes_netlists = True
     needs_netlist = True
     next_fidelity = "spice"
@@ -70,7 +81,13 @@ class Ideal(Ensemble):
         circuit = problem.circuit if problem.netlist in TOPOLOGIES else None
         if circuit is None or ideal_circuit(circuit, problem.scales) is None:
             known = ", ".join(TOPOLOGIES)
-            return refusal("needs_ideal_circuit", cls.NAME, engine=cls.NAME, known=known, netlist=problem.netlist)
+            return refusal(
+                "needs_ideal_circuit",
+                cls.NAME,
+                engine=cls.NAME,
+                known=known,
+                netlist=problem.netlist,
+            )
         return None
 
     def run(self, scene: AnyScene, progress: Progress | None = None) -> Estimate:
@@ -80,13 +97,20 @@ class Ideal(Ensemble):
         except SimulationError as error:
             raise _with_cause(error, Problem.of(scene)) from None
         problem = Problem.of(scene)
-        diagnostics = (*answer.diagnostics, *_slow_switching(problem), *_low_voltage(problem, answer))
+        diagnostics = (
+            *answer.diagnostics,
+            *_slow_switching(problem),
+            *_low_voltage(problem, answer),
+        )
         diagnostics += self._missed(answer)
-        return dataclasses.replace(answer, effects=(*answer.effects, "ideal_circuit"), diagnostics=diagnostics)
+        return dataclasses.replace(
+            answer, effects=(*answer.effects, "ideal_circuit"), diagnostics=diagnostics
+        )
 
     def _missed(self, answer: Estimate) -> tuple[Diagnostic, ...]:
         """A warning where the error of the elements is larger than what was asked for."""
-        power, within = answer.mean_power, number(self.within)
+        power = answer.mean_power
+        within = number(self.within)
         if within is None or not power.model or power.model <= within * abs(power.value):
             return ()
         return (warning("elements_beyond", within=within, error=power.model / abs(power.value)),)
@@ -99,7 +123,9 @@ class Ideal(Ensemble):
         circuit = ideal_circuit(problem.circuit, problem.scales)
         return Model(problem.equations, circuit, "load", problem.equations.beta or 0.0)
 
-    def model_errors(self, problem: Problem, pair: "RichardsonPair", begin: float) -> tuple[dict[str, float], str]:
+    def model_errors(
+        self, problem: Problem, pair: "RichardsonPair", begin: float
+    ) -> tuple[dict[str, float], str]:
         """How far the compiled circuit is on the same noise, where that can be measured in what is left of a budget."""
         from harvester.engines.ideal_difference import difference_from_compiled
 
@@ -112,7 +138,8 @@ class Ideal(Ensemble):
 def _slow_switching(problem: Problem) -> tuple[Diagnostic, ...]:
     """A warning where the coil takes a good part of half a period for what ideal switches do at once.
 
-    Under a sinusoid SSHI and SECE were off by up to 3 times that part of the power (`python benchmarks/products.py`).
+    Under a sinusoid SSHI and SECE were off by up to 3 times that part of the power (`python
+    benchmarks/products.py`).
     """
     from harvester.circuits.idealised import switching_time
 
@@ -123,21 +150,31 @@ def _slow_switching(problem: Problem) -> tuple[Diagnostic, ...]:
     seconds = switching_time(problem.circuit, problem.scales)
     share = seconds * frequency / math.pi
     numbers = {"seconds": seconds, "share": share, "worse": WORSE}
-    return (warning("slow_switching", **numbers, physical=problem.physical),) if share > SLOW else ()
+    return (
+        (warning("slow_switching", **numbers, physical=problem.physical),) if share > SLOW else ()
+    )
 
 
 def _low_voltage(problem: Problem, answer: Estimate) -> tuple[Diagnostic, ...]:
     """A warning where a SECE's voltage is low beside what its diodes and its switch leave of it."""
     assert problem.circuit is not None, "the engine serves netlists only"
     volts = math.sqrt(max(answer.mean_square_voltage.value, 0.0))
-    low = problem.physical and problem.circuit.topology == "sece" and problem.equations.is_random and volts < LOW
+    low = (
+        problem.physical
+        and problem.circuit.topology == "sece"
+        and problem.equations.is_random
+        and volts < LOW
+    )
     return (warning("low_voltage", volts=volts),) if low else ()
 
 
 def _with_cause(error: SimulationError, problem: Problem) -> SimulationError:
     """The error, with what a circuit remembers for longer than the mass, where that is the cause."""
-    storage, w0 = None if problem.circuit is None else problem.circuit.storage, problem.scales.frequency
+    storage = None if problem.circuit is None else problem.circuit.storage
+    w0 = problem.scales.frequency
     if storage is None or storage < LONG * 2.0 * math.pi / w0:
         return error
     numbers = (storage, w0) if problem.physical else (storage * w0, None)
-    return type(error)(f"{error}; {note('slow_circuit', constant=numbers[0], frequency=numbers[1])}")
+    return type(error)(
+        f"{error}; {note('slow_circuit', constant=numbers[0], frequency=numbers[1])}"
+    )

@@ -18,16 +18,24 @@ if TYPE_CHECKING:
     from harvester.circuits.compiled_circuit import CompiledCircuit
     from harvester.mechanics.ensemble.richardson import RichardsonPair
 
-COUNT, TIME = 128, 32.0  # trajectories, of circuits that forget in this nondimensional time; fewer where it is longer
-FEWEST, LONGEST = 16, 500.0  # trajectories; nondimensional time, above which nobody would wait
+# trajectories, of circuits that forget in this nondimensional time; fewer where it is longer
+COUNT = 128
+TIME = 32.0
+# trajectories; nondimensional time, above which nobody would wait
+FEWEST = 16
+LONGEST = 500.0
 FEWEST_SECONDS = 0.5  # that the judge takes at least: with less left of a budget none begins
 SETTLING, AVERAGED = 3.0, 4.0  # times that the slowest of mass, store and load takes to forget
-FINE = 0.25, 0.125  # steps of the judge under a steady drive: at that of ideal elements it was 2 % off beside a stop
-STEADY, SETTLED = 2e-3, 1e-4  # tolerance of a circuit's step under a steady drive, and what settling may change
+# steps of the judge under a steady drive: at that of ideal elements it was 2 % off beside a stop
+FINE = 0.25, 0.125
+# tolerance of a circuit's step under a steady drive, and what settling may change
+STEADY, SETTLED = 2e-3, 1e-4
 JUDGE = 5e-3  # twice what compiled circuits differ by from ngspice at most (docs/compiled.md)
 
 
-def difference_from_compiled(problem: Problem, pair: "RichardsonPair", deadline: float) -> dict[str, float]:
+def difference_from_compiled(
+    problem: Problem, pair: "RichardsonPair", deadline: float
+) -> dict[str, float]:
     """Relative differences of E[V^2] ("V2") and of the load's power ("load"), at most at 95 %, and those of the judge.
 
     The trajectories of both begin in settled states of the ideal circuit and have the same noise.  Beside a stop they
@@ -46,13 +54,18 @@ def difference_from_compiled(problem: Problem, pair: "RichardsonPair", deadline:
     try:
         circuit = compiled_circuit(problem.circuit, problem.scales)
         if problem.equations.is_steady:
-            return _of_periods(compiled_circuit(problem.circuit, problem.scales, STEADY), problem, pair)
+            return _of_periods(
+                compiled_circuit(problem.circuit, problem.scales, STEADY), problem, pair
+            )
         slowest = max(memory(settled, pair.moments, pair.duration), circuit.memory)
         if slowest > LONGEST:
             return {}
         count = round(max(COUNT * min(TIME / slowest, 1.0), FEWEST))
-        compiled, compilation_seconds = compiled_beside(settled, circuit, min(count, settled.count), settled.seed)
-        n, given = compiled.blocks, (settled.eqs, compiled.count, settled.seed, settled.h, None, settled.circuit, False)
+        compiled, compilation_seconds = compiled_beside(
+            settled, circuit, min(count, settled.count), settled.seed
+        )
+        n = compiled.blocks
+        given = (settled.eqs, compiled.count, settled.seed, settled.h, None, settled.circuit, False)
         now = settled.state[:n].copy(), settled.filter[:n].copy(), settled.words[:n].copy()
         twin = Trajectories(*given, settled.controlled, now)
         if compiled.time:
@@ -61,7 +74,10 @@ def difference_from_compiled(problem: Problem, pair: "RichardsonPair", deadline:
         begin = time.perf_counter()
         for trajectories in (compiled, twin):
             trajectories.run(slowest)
-        if begin + (SETTLING + AVERAGED) * (time.perf_counter() - begin) > deadline + compilation_seconds:
+        if (
+            begin + (SETTLING + AVERAGED) * (time.perf_counter() - begin)
+            > deadline + compilation_seconds
+        ):
             return {}
         for trajectories in (compiled, twin):
             trajectories.run((SETTLING - 1.0) * slowest)
@@ -74,7 +90,8 @@ def difference_from_compiled(problem: Problem, pair: "RichardsonPair", deadline:
 
 def _largest(name: str, high: Moments, low: Moments) -> float:
     """The relative difference of a moment at 95 %, by the better of two ways to use controls, and that of the judge."""
-    (mine, its), size = (getattr(moments, name) for moments in (high, low)), float(getattr(low, name).mean())
+    (mine, its) = (getattr(moments, name) for moments in (high, low))
+    size = float(getattr(low, name).mean())
     ways = [mine - its]
     if high.controls is not None and low.controls is not None:
         ways = [controlled_entries(mine - its, high.controls - low.controls)]
@@ -85,17 +102,34 @@ def _largest(name: str, high: Moments, low: Moments) -> float:
     return (abs(off) + sampling) / size + JUDGE if size > 0.0 else 0.0
 
 
-def _of_periods(circuit: "CompiledCircuit", problem: Problem, pair: "RichardsonPair") -> dict[str, float]:
+def _of_periods(
+    circuit: "CompiledCircuit", problem: Problem, pair: "RichardsonPair"
+) -> dict[str, float]:
     """The same of a steady drive, from the compiled circuit's periodic response; empty where it has none."""
     from harvester.circuits.circuit_period import periodic_response
 
-    eqs, scales, h = problem.equations, problem.scales, pair.trajectories.h
-    responses = [] if eqs.modes else [periodic_response(circuit, eqs, part * h, SETTLED) for part in FINE]
-    moments = [(response.power, response.square, *response.left) for response in responses if response]
+    eqs = problem.equations
+    scales = problem.scales
+    h = pair.trajectories.h
+    responses = (
+        [] if eqs.modes else [periodic_response(circuit, eqs, part * h, SETTLED) for part in FINE]
+    )
+    moments = [
+        (response.power, response.square, *response.left) for response in responses if response
+    ]
     if len(moments) < len(FINE):
         return {}
     (rough, _), (fine, left) = np.reshape(moments, (2, 2, 2))
-    its = np.array([(eqs.beta or 0.0) * pair.mean("load")[0] * scales.watts, pair.mean("V2")[0] * scales.volts**2])
+    its = np.array(
+        [
+            (eqs.beta or 0.0) * pair.mean("load")[0] * scales.watts,
+            pair.mean("V2")[0] * scales.volts**2,
+        ]
+    )
     with np.errstate(divide="ignore", invalid="ignore"):
         off = np.abs(fine / its - 1.0) + np.abs(fine - rough) / its + left + JUDGE
-    return {name: float(share) for name, share, size in zip(("load", "V2"), off, its, strict=True) if size > 0.0}
+    return {
+        name: float(share)
+        for name, share, size in zip(("load", "V2"), off, its, strict=True)
+        if size > 0.0
+    }

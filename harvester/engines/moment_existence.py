@@ -24,7 +24,11 @@ class MomentExistence:
 
     def obstacle(self, within: float) -> Diagnostic | None:
         """Why sampling cannot reach an error ``within``; None where it can."""
-        return warning("within_not_promised", within=within, unknown=self.unknown) if self.unknown else None
+        return (
+            warning("within_not_promised", within=within, unknown=self.unknown)
+            if self.unknown
+            else None
+        )
 
 
 def existence(problem: Problem, is_sampled: bool = True) -> MomentExistence:
@@ -32,8 +36,8 @@ def existence(problem: Problem, is_sampled: bool = True) -> MomentExistence:
 
     Of a mass that nothing but its stiffness shakes, which comes to rest or grows, nothing is said.
 
-    Raises InfiniteMeanError where the mean surely does not exist, and UnboundedResponseError where there is not even a
-    stationary law.
+    Raises InfiniteMeanError where the mean surely does not exist, and UnboundedResponseError where
+    there is not even a stationary law.
     """
     eqs = problem.equations
     if eqs.n2 is None or not eqs.is_shaken:
@@ -50,5 +54,7 @@ def existence(problem: Problem, is_sampled: bool = True) -> MomentExistence:
         return MomentExistence(tail, warning("mean_may_be_infinite", **law), RARE_MOTIONS)
     if is_sampled and tail.moment_may_diverge(VARIANCE):
         surely = tail.moment_diverges(VARIANCE)
-        return MomentExistence(tail, warning("variance_missing", surely=surely, **law), RARE_MOTIONS)
+        return MomentExistence(
+            tail, warning("variance_missing", surely=surely, **law), RARE_MOTIONS
+        )
     return MomentExistence(tail)

@@ -42,7 +42,10 @@ class Request:
 
     def __post_init__(self) -> None:
         given = self.within
-        within, _ = _read_positive(self, "within", fraction), _read_positive(self, "budget", seconds)
+        within, _ = (
+            _read_positive(self, "within", fraction),
+            _read_positive(self, "budget", seconds),
+        )
         if within is not None and not self.FINEST <= within < 1.0:
             shown = given if isinstance(given, str) else f"{within:.3g}"
             raise invalid("`within`", f"be between {100.0 * self.FINEST:g}% and 100%", shown)
@@ -54,13 +57,14 @@ class MonteCarloOptions(Request):
     """Options of the engines that sample.
 
     duration, dt
-        of a trajectory after its burn-in, and the step: in seconds for a physical scene (or a text such as "1ms"), else
-        nondimensional; None: chosen from the scene.
+        of a trajectory after its burn-in, and the step: in seconds for a physical scene (or a text
+        such as "1ms"), else nondimensional; None: chosen from the scene.
     trajectories
         independent ones; None: chosen by the engine.
     """
 
-    # What makes means cheaper, where there is any: `harvester cost` measures engines without one of them.
+    # What makes means cheaper, where there is any: `harvester cost` measures engines without one of
+    # them.
     CONTROLS: ClassVar[bool] = True  # sums of mean zero explain what they can of a mean's spread
     PAIRING: ClassVar[bool] = True  # ngspice's runs go beside a cheap model on the same noise
     SETTLED: ClassVar[bool] = True  # and begin in states of a circuit of ideal elements

@@ -1,7 +1,8 @@
 """The gradient of the mean power in the keys of a scene, from the adjoint of the density.
 
-The coefficients c of the equations are functions of a key k, and the power is P = W(k) beta mu E[V^2] with the unit W
-of power.  With the gradient of E[V^2] in the coefficients (`harvester.density.adjoint`)
+The coefficients c of the equations are functions of a key k, and the power is P = W(k) beta mu
+E[V^2] with the unit W of power.  With the gradient of E[V^2] in the coefficients
+(`harvester.density.adjoint`)
 
     d ln P/d ln k = d ln(W beta mu)/d ln k + sum_c (dE[V^2]/dc) (dc/d ln k)/E[V^2]
 
@@ -28,7 +29,8 @@ STEP = 1e-4  # relative change of a key, by which the coefficients are seen to c
 class PowerSlopes:
     """The elasticities of the power of a problem whose density is solved; raises InputError where there is no power.
 
-    The adjoint equations are solved when they are first needed, those of the coarser mesh only for errors.
+    The adjoint equations are solved when they are first needed, those of the coarser mesh only for
+    errors.
     """
 
     def __init__(self, problem: Problem, answer: Answer, unknown: str) -> None:
@@ -36,7 +38,9 @@ class PowerSlopes:
             raise InputError(
                 "the scene must have a coupling and a load resistance, or no power changes, but it has not"
             )
-        self.problem, self.answer, self.unknown = problem, answer, unknown
+        self.problem = problem
+        self.answer = answer
+        self.unknown = unknown
 
     @cached_property
     def _fine(self) -> dict[str, float]:
@@ -57,7 +61,8 @@ class PowerSlopes:
 
     def with_error(self, key: str) -> Value:
         """`elasticity` with its error of mesh, modes and box."""
-        slopes, parts = _slopes(self.problem, key), self.answer.parts
+        slopes = _slopes(self.problem, key)
+        parts = self.answer.parts
         ours, coarse = (_elasticity(slopes, of) for of in (self._fine, self._coarse))
         bias = abs(ours - coarse) + (parts["modes"] + parts["box"]) * (1.0 + abs(ours))
         return Value(ours, bias=bias, unknown=self.unknown)
@@ -80,7 +85,8 @@ def quantities(scene: Scene) -> list[str]:
 
 def _slopes(problem: Problem, key: str) -> dict[str, float]:
     """The derivatives with respect to ln(key) of every coefficient, and of "" the logarithm of P/E[V^2]."""
-    value, length = value_of(problem.scene, key), problem.scales.length
+    value = value_of(problem.scene, key)
+    length = problem.scales.length
     table, name = split_key(key)
 
     def at(change: float) -> tuple[Equations, float]:
@@ -91,12 +97,16 @@ def _slopes(problem: Problem, key: str) -> dict[str, float]:
         return eqs, math.log(watts * (eqs.beta or 0.0) * (eqs.mu or 0.0))
 
     # A restitution of 1 may not become more: of one the coefficient itself is the key.
-    if name in ("restitution", "opposite_restitution") or (table, name) == ("opposite_stop", "restitution"):
+    if name in ("restitution", "opposite_restitution") or (table, name) == (
+        "opposite_stop",
+        "restitution",
+    ):
         coefficient = "opposite_restitution" if "opposite" in key else "restitution"
         return {coefficient: value}
 
     def differences(step: float) -> dict[str, float]:
-        (more, log_more), (less, log_less) = at(step), at(-step)
+        (more, log_more) = at(step)
+        (less, log_less) = at(-step)
         slopes = {
             field: (getattr(more, field) - getattr(less, field)) / (2.0 * step)
             for field, coefficient in vars(problem.equations).items()
@@ -104,9 +114,12 @@ def _slopes(problem: Problem, key: str) -> dict[str, float]:
         }
         return slopes | {"": (log_more - log_less) / (2.0 * step)}
 
-    wide, narrow = differences(STEP), differences(0.5 * STEP)
+    wide = differences(STEP)
+    narrow = differences(0.5 * STEP)
     return {field: (4.0 * narrow[field] - wide[field]) / 3.0 for field in wide}
 
 
 def _elasticity(slopes: dict[str, float], of: dict[str, float]) -> float:
-    return slopes.get("", 0.0) + math.fsum(slope * of[name] for name, slope in slopes.items() if name)
+    return slopes.get("", 0.0) + math.fsum(
+        slope * of[name] for name, slope in slopes.items() if name
+    )

@@ -20,7 +20,8 @@ from harvester.uncertainty.value import Value
 Progress = Callable[[float], None]  # is called with the fraction done
 # Warnings that say which part of an error is not known.
 ERROR_TOLD = ("within_not_promised", "ideal_elements", "compiled_circuit", "rare_hops")
-AnyScene: TypeAlias = Scene | Problem | str | Path  # a scene, the problem made of it, or the path of a scene file
+# a scene, the problem made of it, or the path of a scene file
+AnyScene: TypeAlias = Scene | Problem | str | Path
 
 
 class Engine:
@@ -31,19 +32,25 @@ class Engine:
 
     NAME: ClassVar[str]
     LOOK: ClassVar[EngineLook] = EngineLook("")
-    is_formula: ClassVar[bool] = False  # samples nothing, and solves many scenes for little more than one
+    # samples nothing, and solves many scenes for little more than one
+    is_formula: ClassVar[bool] = False
     is_exact: ClassVar[bool] = False  # its only error is rounding
-    samples: ClassVar[bool] = False  # means over trajectories, so that more of them make the error smaller
-    has_gradient: ClassVar[bool] = False  # of the power in the keys of a scene, without noise: run_with_slopes
-    is_resolved: ClassVar[bool] = False  # samples nothing; states the error of its resolution, for which is `within`
+    # means over trajectories, so that more of them make the error smaller
+    samples: ClassVar[bool] = False
+    # of the power in the keys of a scene, without noise: run_with_slopes
+    has_gradient: ClassVar[bool] = False
+    # samples nothing; states the error of its resolution, for which is `within`
+    is_resolved: ClassVar[bool] = False
     has_first_passages: ClassVar[bool] = False  # of a displacement: their rate, without sampling
     takes_netlists: ClassVar[bool] = False
     needs_netlist: ClassVar[bool] = False  # serves nothing else
-    runs_ngspice: ClassVar[bool] = False  # in processes of their own; it alone sees all nodes of a circuit
+    # in processes of their own; it alone sees all nodes of a circuit
+    runs_ngspice: ClassVar[bool] = False
     chooses: ClassVar[bool] = False  # another engine for each scene, whose name its answer has
     by_mean_current: ClassVar[bool] = False  # of a rectifier: what is behind it is computed alone
     has_frequency_response: ClassVar[bool] = False
-    follows_periods: ClassVar[bool] = False  # from the periodic response of one drive to that of a neighbour: run_from
+    # from the periodic response of one drive to that of a neighbour: run_from
+    follows_periods: ClassVar[bool] = False
     next_fidelity: ClassVar[str | None] = None  # the engine that leaves less out of the model
     share_of_time: ClassVar[float] = 1.0  # beside other engines on the same scene
 
@@ -92,19 +99,30 @@ def needs_resistance(problem: Problem, engine: str) -> Diagnostic | None:
     return refusal("needs_resistance", engine, engine=engine, netlist=problem.netlist)
 
 
-def needs_known_effects(problem: Problem, engine: type[Engine], unserved: frozenset[str]) -> Diagnostic | None:
+def needs_known_effects(
+    problem: Problem, engine: type[Engine], unserved: frozenset[str]
+) -> Diagnostic | None:
     """Why an engine for load resistances cannot serve a netlist, or effects that it does not know; None: it can."""
     effects = " and ".join(name for name in problem.effects if name in unserved)
     if problem.netlist is not None or not effects:
         return needs_resistance(problem, engine.NAME)
-    numbers = {"linear_only": engine.is_exact, "linear": unknown_to(LINEAR).isdisjoint(problem.effects)}
+    numbers = {
+        "linear_only": engine.is_exact,
+        "linear": unknown_to(LINEAR).isdisjoint(problem.effects),
+    }
     return refusal("unserved_effects", engine.NAME, engine=engine.NAME, effects=effects, **numbers)
 
 
-def unknown_effects(problem: Problem, unserved: frozenset[str], who: str, instead: str) -> Diagnostic | None:
+def unknown_effects(
+    problem: Problem, unserved: frozenset[str], who: str, instead: str
+) -> Diagnostic | None:
     """Why ``who`` cannot serve a scene with effects that it does not know; None where it knows all."""
     unknown = [name for name in problem.effects if name in unserved]
-    return refusal("unknown_effects", who=who, effects=" and ".join(unknown), instead=instead) if unknown else None
+    return (
+        refusal("unknown_effects", who=who, effects=" and ".join(unknown), instead=instead)
+        if unknown
+        else None
+    )
 
 
 def needs_one_mode(problem: Problem, engine: str) -> Diagnostic | None:
@@ -141,12 +159,19 @@ def needs_compiled_circuit(problem: Problem, engine: str) -> Diagnostic | None:
 
 def impossible_power(problem: Problem, power: Value, bound: PowerBound | None) -> Diagnostic | None:
     """A warning of a mean power (nondimensional) below 0, or surely above the ``bound`` of all devices."""
-    watts, unit = problem.units.watts, "W" if problem.physical else ""
+    watts = problem.units.watts
+    unit = "W" if problem.physical else ""
     if power.value < 0.0:
         return warning("negative_power", power=power.value * watts, unit=unit)
     least = (power.value * (1.0 - 1e-9) - power.known_error95) * watts
     if bound is not None and least > bound.value:
-        return warning("power_above_bound", power=power.value * watts, bound=bound.value, unit=unit, why=str(bound.why))
+        return warning(
+            "power_above_bound",
+            power=power.value * watts,
+            bound=bound.value,
+            unit=unit,
+            why=str(bound.why),
+        )
     return None
 
 
@@ -172,7 +197,9 @@ def estimate(
 
     To its ``diagnostics`` (None: nothing to say) come those of the scene.
     """
-    eqs, units, shocks = problem.equations, problem.units, problem.events
+    eqs = problem.equations
+    units = problem.units
+    shocks = problem.events
     join = join_change(eqs)
     if power is None:  # E[P] = beta mu E[V^2] (paper, Eq. 31)
         power = v2.scaled((eqs.beta or 0.0) * (eqs.mu or 0.0))
@@ -189,7 +216,12 @@ def estimate(
         physical=problem.physical,
         mean_square_voltage=v2.scaled(units.volts**2),
         mean_power=power.scaled(units.watts),
-        nondimensional={"mean_square_voltage": v2.value, "mean_power": power.value, "beta": eqs.beta, "mu": eqs.mu},
+        nondimensional={
+            "mean_square_voltage": v2.value,
+            "mean_power": power.value,
+            "beta": eqs.beta,
+            "mu": eqs.mu,
+        },
         effects=problem.effects if problem.netlist is None else (*problem.effects, "netlist"),
         seconds=seconds,
         steps=steps,

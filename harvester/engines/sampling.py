@@ -24,17 +24,23 @@ if TYPE_CHECKING:
 
 KNOWN = 0.1  # of the target: a bias that is known so well needs no further measurement
 TRAJECTORIES, FEWEST = 4096, 256
-PURSUING = 512  # trajectories at first towards a target above `FINE`: the effort grows by their duration
+# trajectories at first towards a target above `FINE`: the effort grows by their duration
+PURSUING = 512
 FINE = 1e-3
-DRAWN, FEWEST_DRAWN = 1024, 128  # trajectories on records of tabulated noise: 64 of them are one independent entry
-LOOSE, LEAST = 0.01, 128  # target from which on so few trajectories do: their burn-in is most of what it costs
+# trajectories on records of tabulated noise: 64 of them are one independent entry
+DRAWN, FEWEST_DRAWN = 1024, 128
+# target from which on so few trajectories do: their burn-in is most of what it costs
+LOOSE = 0.01
+LEAST = 128
 LEAST_SHARE = 0.125  # of the burn-in's time that is averaged, whatever the budget
 FEW_OWN = 16  # trajectories of a compiled circuit that does not come back to a steady drive
 SLOWER = 8.0  # times fewer trajectories of a circuit with a kernel of its own
 CHARGING = 300.0  # time constant of a capacitor beyond which it is charged by fewer trajectories
-ALIKE, UNLIKE = 1e-3, 0.05  # relative differences of trajectories that are: between them, of impacts' places in a step
+# relative differences of trajectories that are: between them, of impacts' places in a step
+ALIKE, UNLIKE = 1e-3, 0.05
 SHOCK_STEPS = 8  # of a shock, at least
-SHORTER = 64  # times shorter than the step of the response: a shock that is shorter is a blow, whatever its shape
+# times shorter than the step of the response: a shock that is shorter is a blow, whatever its shape
+SHORTER = 64
 ENOUGH = 10.0  # times 1/rate, of a burn-in that makes the shares of the wells stationary
 
 
@@ -71,12 +77,14 @@ def refine(sampler: Sampler, target: Target) -> Diagnostic | None:
     return None
 
 
-def affordable(steady: bool, circuit: "IdealCircuit | OwnCircuit | None", within: float | None = None) -> int:
+def affordable(
+    steady: bool, circuit: "IdealCircuit | OwnCircuit | None", within: float | None = None
+) -> int:
     """Trajectories by default, between `FEWEST` and `TRAJECTORIES`: what each does before it counts is lost.
 
-    Few where nothing is random, of a compiled circuit without a target, where each must wait long for a large
-    capacitor, and where no more are needed for an error of ``within``: `PURSUING` with controls come to about `FINE` in
-    the time of their burn-in, `LEAST` to `LOOSE`.
+    Few where nothing is random, of a compiled circuit without a target, where each must wait long
+    for a large capacitor, and where no more are needed for an error of ``within``: `PURSUING` with
+    controls come to about `FINE` in the time of their burn-in, `LEAST` to `LOOSE`.
     """
     from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
 
@@ -91,7 +99,9 @@ def affordable(steady: bool, circuit: "IdealCircuit | OwnCircuit | None", within
     return max(round(share * TRAJECTORIES), FEWEST)
 
 
-def run_burn_in(trajectories: "Trajectories", problem: Problem, budget: float | None) -> list[Diagnostic]:
+def run_burn_in(
+    trajectories: "Trajectories", problem: Problem, budget: float | None
+) -> list[Diagnostic]:
     """Burn in within a ``budget`` in seconds, as `harvester.mechanics.ensemble.burn_in.burn_in` does: its warnings.
 
     Under shocks the step is made shorter before, unless it is fixed: what a grid of steps cannot carry of a shock is
@@ -144,10 +154,14 @@ def first_duration(burn_in: float, spent: float, budget: float | None) -> float:
 
 def mean_with_errors(pair: "RichardsonPair", name: str, exact: bool = False) -> Value:
     """One moment's mean with its errors of sampling, unless it is ``exact``, and step; and of wells that are apart."""
-    hops, bias = pair.trajectories.hopping, pair.largest_bias(name)
+    hops = pair.trajectories.hopping
+    bias = pair.largest_bias(name)
     if hops is not None:
-        every, together = getattr(pair.moments, name), pair.trajectories.together
-        return dataclasses.replace(hops.mean(pair.entries(name) if together == 1 else every, together), bias=bias)
+        every = getattr(pair.moments, name)
+        together = pair.trajectories.together
+        return dataclasses.replace(
+            hops.mean(pair.entries(name) if together == 1 else every, together), bias=bias
+        )
     mean, error = pair.mean(name)
     dof = None if pair.trajectories.together == 1 else len(pair.entries(name)) - 1.0
     return Value(mean, None if exact else error, bias, dof=dof)
@@ -160,7 +174,9 @@ def with_model(value: Value, error: float | None, unknown: str) -> Value:
     return dataclasses.replace(value, model=(value.model or 0.0) + error * abs(value.value))
 
 
-def step_and_effort(pair: "RichardsonPair", name: str, within: float, unit: float, physical: bool) -> Diagnostic:
+def step_and_effort(
+    pair: "RichardsonPair", name: str, within: float, unit: float, physical: bool
+) -> Diagnostic:
     """What was chosen for a target, and why."""
     bias, error = pair.relative_bias(name)
     return note(
@@ -175,7 +191,9 @@ def step_and_effort(pair: "RichardsonPair", name: str, within: float, unit: floa
     )
 
 
-def agreement(moments: "Moments", name: str = "V2", responses: "tuple[SteadyResponse, ...]" = ()) -> Diagnostic | None:
+def agreement(
+    moments: "Moments", name: str = "V2", responses: "tuple[SteadyResponse, ...]" = ()
+) -> Diagnostic | None:
     """Whether the trajectories of a response to a steady drive agree: a note, or a warning where they differ.
 
     They are compared by V^2 and by the moment ``name``, which the power is made of, whichever differs more.  None where
@@ -215,7 +233,9 @@ def power_balance_bias(pair: "RichardsonPair", eqs: Equations) -> float:
     """
     if not (eqs.is_shaken or eqs.is_random):
         return 0.0
-    n1, n2, n12 = eqs.n1 or 0.0, eqs.n2 or 0.0, eqs.n12 or 0.0
+    n1 = eqs.n1 or 0.0
+    n2 = eqs.n2 or 0.0
+    n12 = eqs.n12 or 0.0
     n1 *= 1.0 if eqs.modes is None else eqs.modes.shaken_mass
     gained = {"x2": n2, "x": 2.0 * n12, "driven": 1.0}
     lost = {"damped": 1.0, "V2": (eqs.beta or 0.0) * (eqs.mu or 0.0), "impact_loss": 1.0}

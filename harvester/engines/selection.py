@@ -24,7 +24,8 @@ from harvester.presentation.engine_look import LOOKS
 
 Named: TypeAlias = Engine | str  # an engine, or the name of one
 ENGINES: dict[str, type[Engine]] = {
-    engine.NAME: engine for engine in (Exact, Published, Averaged, Density, Ensemble, Ideal, Compiled, Slow, Spice)
+    engine.NAME: engine
+    for engine in (Exact, Published, Averaged, Density, Ensemble, Ideal, Compiled, Slow, Spice)
 }
 LOOKS.update({name: engine.LOOK for name, engine in ENGINES.items()})
 
@@ -47,7 +48,11 @@ class EngineOptions(TypedDict, total=False):
 
 @overload
 def run(  # type: ignore[overload-overlap]  # a text is the path of one file
-    scene: AnyScene, engine: Named | None = ..., *, progress: Progress | None = ..., **options: Unpack[EngineOptions]
+    scene: AnyScene,
+    engine: Named | None = ...,
+    *,
+    progress: Progress | None = ...,
+    **options: Unpack[EngineOptions],
 ) -> Estimate: ...
 
 
@@ -81,21 +86,22 @@ def run(
     progress
         is called with the fraction done, from 0 to 1.
     options
-        of the engine: ``within`` (relative error at 95 %, .01 or "1%"), ``budget`` (seconds of computing, 30 or "30s"),
-        ``seed``; of engines that sample also ``trajectories``, ``duration`` and ``dt`` (seconds, or in 1/w0 for a
-        nondimensional scene); of `Spice` also ``probe``, ``ledger``, ``reltol``, ``alone`` and ``gaussian``, of
-        `Compiled` the first two.
+        of the engine: ``within`` (relative error at 95 %, .01 or "1%"), ``budget`` (seconds of
+        computing, 30 or "30s"), ``seed``; of engines that sample also ``trajectories``,
+        ``duration`` and ``dt`` (seconds, or in 1/w0 for a nondimensional scene); of `Spice` also
+        ``probe``, ``ledger``, ``reltol``, ``alone`` and ``gaussian``, of `Compiled` the first two.
 
     Returns
     -------
     Estimate
-        in SI units for a physical scene, without units for a nondimensional one; for a list of scenes a list of them,
-        in its order.
+        in SI units for a physical scene, without units for a nondimensional one; for a list of
+        scenes a list of them, in its order.
 
     Raises
     ------
     InputError
-        for an unknown engine or option, with the nearest match, and an option that the engine would ignore.
+        for an unknown engine or option, with the nearest match, and an option that the engine would
+        ignore.
     HarvesterError
         of the engine.  Of several scenes the first error is raised; a note of its traceback has the scene's index in
         the list.
@@ -115,13 +121,18 @@ def run(
 
 
 def _run_all(
-    scenes: Sequence[AnyScene], engine: Named | None, progress: Progress | None, options: EngineOptions
+    scenes: Sequence[AnyScene],
+    engine: Named | None,
+    progress: Progress | None,
+    options: EngineOptions,
 ) -> list[Estimate]:
     """`run` of each scene."""
     answers: list[Estimate] = []
     for k, scene in enumerate(scenes):
         try:
-            answers.append(run(scene, engine, progress=partial(_share, progress, k, len(scenes)), **options))
+            answers.append(
+                run(scene, engine, progress=partial(_share, progress, k, len(scenes)), **options)
+            )
         except HarvesterError as error:
             error.add_note(f"at index {k} of {len(scenes)} scenes")
             raise
@@ -141,7 +152,9 @@ def refusals(scene: AnyScene) -> dict[str, Diagnostic | None]:
     An engine that is about netlists only is not listed for another load.
     """
     problem = Problem.of(scene)
-    about = [name for name in ENGINES if problem.netlist is not None or not ENGINES[name].needs_netlist]
+    about = [
+        name for name in ENGINES if problem.netlist is not None or not ENGINES[name].needs_netlist
+    ]
     return {name: ENGINES[name].refusal(problem) for name in about}
 
 
@@ -163,9 +176,17 @@ def default_engine(scene: AnyScene, **options: Any) -> str:
     if "within" in given:
         return Cheapest.NAME
     problem = Problem.of(scene)
-    if problem.netlist is not None and not given - {*_options(Slow)} and Slow.refusal(problem) is None:
+    if (
+        problem.netlist is not None
+        and not given - {*_options(Slow)}
+        and Slow.refusal(problem) is None
+    ):
         return Slow.NAME
-    return default_sampler(problem) if Exact.refusal(problem) or given - {*_options(Exact)} else Exact.NAME
+    return (
+        default_sampler(problem)
+        if Exact.refusal(problem) or given - {*_options(Exact)}
+        else Exact.NAME
+    )
 
 
 def default_sampler(scene: AnyScene) -> str:
@@ -188,14 +209,17 @@ def default_engines(scene: AnyScene) -> list[str]:
     if default == Ensemble.NAME:
         slow = {Density.NAME} if problem.equations.coloured else set()
         return [name for name in all_of_them if name not in slow]
-    return [*(name for name in (Ideal.NAME,) if default == Spice.NAME and name in all_of_them), default]
+    return [
+        *(name for name in (Ideal.NAME,) if default == Spice.NAME and name in all_of_them),
+        default,
+    ]
 
 
 def engine(which: Named, **options: Any) -> Engine:
     """An engine by its name, with its options; an engine is given back with the options replaced.
 
-    Raises InputError for an unknown name or option, with the nearest match, and for an option that this engine would
-    ignore.
+    Raises InputError for an unknown name or option, with the nearest match, and for an option that
+    this engine would ignore.
     """
     return engines([which], **options)[0]
 
@@ -213,7 +237,11 @@ def engines(which: Sequence[Named], **options: Any) -> list[Engine]:
     made = []
     for named, kind in zip(which, kinds, strict=True):
         its_options: Any = {name: value for name, value in given.items() if name in _options(kind)}
-        made.append(kind(**its_options) if isinstance(named, str) else dataclasses.replace(named, **its_options))  # type: ignore[type-var]
+        made.append(
+            kind(**its_options)
+            if isinstance(named, str)
+            else dataclasses.replace(named, **its_options)  # type: ignore[type-var]
+        )
     return made
 
 
@@ -233,7 +261,9 @@ def _check_option(name: str, kinds: Sequence[type[Engine]]) -> None:
     if not any(name in _options(kind) for kind in kinds):
         those = ", ".join(repr(known) for known, kind in ENGINES.items() if name in _options(kind))
         ours = " and ".join(repr(kind.NAME) for kind in kinds)
-        raise InputError(f"`{name}` must be left out with engine {ours}, but is given: it is an option of {those}")
+        raise InputError(
+            f"`{name}` must be left out with engine {ours}, but is given: it is an option of {those}"
+        )
 
 
 def _options(kind: type[Engine]) -> list[str]:

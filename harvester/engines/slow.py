@@ -29,7 +29,8 @@ if TYPE_CHECKING:
     from harvester.storage.steady_power import SlowPower
 
 SETTLED = 0.02  # of the mean power: a change from part to part that is told
-TOGETHER = 0.25  # of the time of the slow run: that of mass and circuit together, where the scales are not apart
+# of the time of the slow run: that of mass and circuit together, where the scales are not apart
+TOGETHER = 0.25
 
 
 class Slow(Request, Engine):
@@ -47,14 +48,22 @@ class Slow(Request, Engine):
     Raises
     ------
     CannotServeError
-        for a load without a bridge of diodes at the electrodes, elements that no compiled circuit has, and shaking
-        other than a harmonic drive, or than white or coloured noise of a mass with one resting place.
+        for a load without a bridge of diodes at the electrodes, elements that no compiled circuit
+        has, and shaking other than a harmonic drive, or than white or coloured noise of a mass with
+        one resting place.
     UnboundedResponseError
         where the response grows without bound.
     """
 
     NAME = "slow"
-    LOOK = EngineLook("slow circuit, mean current of the rectifier", "#8C6D31", "p", (0, (5, 1)), order=2.5, trust=2)
+    LOOK = EngineLook(
+        "slow circuit, mean current of the rectifier",
+        "#8C6D31",
+        "p",
+        (0, (5, 1)),
+        order=2.5,
+        trust=2,
+    )
     takes_netlists = True
     needs_netlist = True
     by_mean_current = True
@@ -65,7 +74,9 @@ class Slow(Request, Engine):
         """Why the engine cannot serve a problem; None where it can."""
         from harvester.storage.rectifier_cut import cut_behind_rectifier, is_plain_store
 
-        if (without := needs_one_mode(problem, cls.NAME) or needs_circuit(problem, cls.NAME)) is not None:
+        if (
+            without := needs_one_mode(problem, cls.NAME) or needs_circuit(problem, cls.NAME)
+        ) is not None:
             return without
         if not _serves_shaking(problem.equations):
             return refusal("needs_drive_or_noise", cls.NAME, engine=cls.NAME)
@@ -83,19 +94,32 @@ class Slow(Request, Engine):
         from harvester.storage.steady_power import slow_power
 
         problem, cut = self._parted(scene)
-        is_random, known = problem.equations.is_random, existence(problem)
+        is_random = problem.equations.is_random
+        known = existence(problem)
         begin = time.perf_counter()
         with compilation():
-            solution = noisy_power(problem, cut, self.seed) if is_random else slow_power(problem, cut)
+            solution = (
+                noisy_power(problem, cut, self.seed) if is_random else slow_power(problem, cut)
+            )
         if is_random and not solution.scales_apart:
             return self._directly(problem, solution, progress)
-        scales, power = problem.scales, solution.power.with_unknown(known.unknown)
+        scales = problem.scales
+        power = solution.power.with_unknown(known.unknown)
         how = "slow_circuit_alone" if solution.scales_apart else "run_directly"
-        diagnostics = [note(how, direct=solution.direct, separation=solution.separation), known.warning]
+        diagnostics = [
+            note(how, direct=solution.direct, separation=solution.separation),
+            known.warning,
+        ]
         if solution.changed > SETTLED:
-            diagnostics.append(warning("slow_circuit_unsettled", seconds=solution.duration, share=solution.changed))
-        if (within := number(self.within)) is not None and power.known_error95 > within * power.value:
-            diagnostics.append(warning("steady_within", within=within, error=power.known_error95 / power.value))
+            diagnostics.append(
+                warning("slow_circuit_unsettled", seconds=solution.duration, share=solution.changed)
+            )
+        if (
+            within := number(self.within)
+        ) is not None and power.known_error95 > within * power.value:
+            diagnostics.append(
+                warning("steady_within", within=within, error=power.known_error95 / power.value)
+            )
         return estimate(
             self.NAME,
             problem,
@@ -107,12 +131,16 @@ class Slow(Request, Engine):
             {"duration": solution.duration, "step": solution.slow_step, **solution.load},
         )
 
-    def _directly(self, problem: Problem, solution: "SlowPower", progress: Progress | None) -> Estimate:
+    def _directly(
+        self, problem: Problem, solution: "SlowPower", progress: Progress | None
+    ) -> Estimate:
         """Under noise the mean power of both together, over `TOGETHER` of the time of the slow run."""
         from harvester.mechanics.kernels.trajectory_batch import BATCH
 
         seconds = TOGETHER * solution.duration * problem.scales.frequency / problem.units.frequency
-        direct = Compiled(seed=self.seed, duration=seconds, trajectories=BATCH).run(problem, progress)
+        direct = Compiled(seed=self.seed, duration=seconds, trajectories=BATCH).run(
+            problem, progress
+        )
         how = note("run_directly", direct=solution.duration, separation=solution.separation)
         return replace(direct, engine=self.NAME, diagnostics=(how, *direct.diagnostics))
 
@@ -127,8 +155,18 @@ class Slow(Request, Engine):
         problem, cut = self._parted(scene)
         begin = time.perf_counter()
         power, square, path = quick_power(problem, cut)
-        v2, power = square.scaled(problem.scales.volts**-2), power.scaled(1.0 / problem.scales.watts)
-        return estimate(self.NAME, problem, v2, power, [], time.perf_counter() - begin, path.steps, of_load(path))
+        v2 = square.scaled(problem.scales.volts**-2)
+        power = power.scaled(1.0 / problem.scales.watts)
+        return estimate(
+            self.NAME,
+            problem,
+            v2,
+            power,
+            [],
+            time.perf_counter() - begin,
+            path.steps,
+            of_load(path),
+        )
 
     def _parted(self, scene: AnyScene) -> "tuple[Problem, Cut]":
         """The problem, and its circuit cut behind the rectifier; raises as `run`."""

@@ -11,7 +11,8 @@ from harvester.equations.effects import LINEAR, unknown_to
 from harvester.equations.modes import Modes
 from harvester.errors import UnboundedResponseError
 
-SLOWEST, ROUNDING = 1e-9, 1e-14  # in w0, and of the largest coefficient: eigenvalues are not known better
+# in w0, and of the largest coefficient: eigenvalues are not known better
+SLOWEST, ROUNDING = 1e-9, 1e-14
 
 
 def check_bounded(eqs: Equations, driven: bool = False) -> None:
@@ -19,13 +20,15 @@ def check_bounded(eqs: Equations, driven: bool = False) -> None:
 
     ``driven``: by a circuit that is not in the equations, and may take energy.
 
-    Raises UnboundedResponseError if the highest term of f(x) = c3 x^4 - c2 x^2 - c1 beyond c1 is negative, where
-    linear equations have an eigenvalue that grows, or where the spring's energy falls without bound on a side without
-    a stop.
+    Raises UnboundedResponseError if the highest term of f(x) = c3 x^4 - c2 x^2 - c1 beyond c1 is
+    negative, where linear equations have an eigenvalue that grows, or where the spring's energy
+    falls without bound on a side without a stop.
     """
     feed = -eqs.friction[0]
     growth = None if driven or feed <= 0.0 else linear_growth(eqs)
-    if growth is not None and growth > SLOWEST + ROUNDING * (feed + (eqs.beta or 0.0) + (eqs.mu or 0.0)):
+    if growth is not None and growth > SLOWEST + ROUNDING * (
+        feed + (eqs.beta or 0.0) + (eqs.mu or 0.0)
+    ):
         raise UnboundedResponseError(
             f"the response grows without bound: the equations are linear, and as the damping is negative, their "
             f"motions grow as exp({growth:.3g} w0 t); give a positive damping, or damping_x2"
@@ -37,7 +40,8 @@ def check_bounded(eqs: Equations, driven: bool = False) -> None:
             f"give {cure}"
         )
     if eqs.is_random or eqs.drive is None or not eqs.resting_places:
-        _check_spring(eqs)  # a drive alone may leave the mass in a well; a path that leaves it ends in an error
+        # a drive alone may leave the mass in a well; a path that leaves it ends in an error
+        _check_spring(eqs)
 
 
 def _check_spring(eqs: Equations) -> None:
@@ -46,7 +50,10 @@ def _check_spring(eqs: Equations) -> None:
     low, high = eqs.rigid_stops
     above = alpha or alpha2 or linear
     below = alpha or -alpha2 or linear + (eqs.stop_stiffness or 0.0)
-    for side, pull, end, stop in (("above", above, high, "opposite_stop"), ("below", below, low, "stop")):
+    for side, pull, end, stop in (
+        ("above", above, high, "opposite_stop"),
+        ("below", below, low, "stop"),
+    ):
         if pull < 0.0 and math.isinf(end):
             raise UnboundedResponseError(
                 f"the response grows without bound: far {side} rest the spring pushes the mass away and nothing holds "
@@ -72,7 +79,9 @@ def flow(eqs: Equations, x: float = 0.0) -> Floats:
     """
     linear, alpha2, alpha = eqs.spring
     stiffness = linear + x * (2.0 * alpha2 + 3.0 * alpha * x)
-    friction, beta, mu = float(Polynomial(eqs.friction)(x**2)), eqs.beta or 0.0, eqs.mu
+    friction = float(Polynomial(eqs.friction)(x**2))
+    beta = eqs.beta or 0.0
+    mu = eqs.mu
     if eqs.modes is not None:
         return _flow_of_modes(eqs.modes, stiffness, friction, beta, mu)
     if mu is None:
@@ -80,15 +89,22 @@ def flow(eqs: Equations, x: float = 0.0) -> Floats:
     return np.array([[0.0, 1.0, 0.0], [-stiffness, -friction, -beta], [0.0, 1.0, -mu]])
 
 
-def _flow_of_modes(modes: Modes, spring: float, friction: float, beta: float, mu: float | None) -> Floats:
+def _flow_of_modes(
+    modes: Modes, spring: float, friction: float, beta: float, mu: float | None
+) -> Floats:
     """The matrix of (y, y', V), or without a load of (y, y')."""
-    (k, d), s, n = modes.matrices(spring, friction), np.array(modes.coupling), modes.count
+    (k, d) = modes.matrices(spring, friction)
+    s = np.array(modes.coupling)
+    n = modes.count
     if mu is None:
         return np.block([[np.zeros((n, n)), np.eye(n)], [-k - beta * np.outer(s, s), -d]])
     matrix = np.zeros((2 * n + 1, 2 * n + 1))
     matrix[:n, n : 2 * n] = np.eye(n)
-    matrix[n : 2 * n, :n], matrix[n : 2 * n, n : 2 * n], matrix[n : 2 * n, -1] = -k, -d, -beta * s
-    matrix[-1, n : 2 * n], matrix[-1, -1] = s, -mu
+    matrix[n : 2 * n, :n] = -k
+    matrix[n : 2 * n, n : 2 * n] = -d
+    matrix[n : 2 * n, -1] = -beta * s
+    matrix[-1, n : 2 * n] = s
+    matrix[-1, -1] = -mu
     return matrix
 
 
@@ -100,13 +116,19 @@ def strongest_feed(eqs: Equations) -> float:
 def least_friction(eqs: Equations) -> float:
     """The least of f(x) over all x.
 
-    It is at rest, or where f, a polynomial of x^2, has its least value; an f that falls without end is not counted.
+    It is at rest, or where f, a polynomial of x^2, has its least value; an f that falls without end
+    is not counted.
     """
     if not any(eqs.friction[1:]):
         return eqs.friction[0]
     friction = Polynomial(eqs.friction)
     turns = friction.deriv().roots().astype(complex)
-    return min([eqs.friction[0], *(float(friction(u.real)) for u in turns if u.imag == 0.0 and u.real > 0.0)])
+    return min(
+        [
+            eqs.friction[0],
+            *(float(friction(u.real)) for u in turns if u.imag == 0.0 and u.real > 0.0),
+        ]
+    )
 
 
 def friction_bounds(eqs: Equations) -> bool:
@@ -121,7 +143,8 @@ def friction_bounds(eqs: Equations) -> bool:
 def barriers(eqs: Equations) -> Floats:
     """The places between the resting places where the spring's energy is largest, in ascending order."""
     linear, alpha2, alpha = eqs.spring
-    rests, roots = eqs.resting_places, np.roots([alpha, alpha2, linear, 0.0])
+    rests = eqs.resting_places
+    roots = np.roots([alpha, alpha2, linear, 0.0])
     free = np.sort(roots.real[roots.imag == 0.0])
     tops = free[linear + free * (2.0 * alpha2 + 3.0 * alpha * free) < 0.0]
     return tops[(tops > rests[0]) & (tops < rests[-1])]
@@ -142,13 +165,16 @@ def surely_bounded(eqs: Equations) -> bool:
 def _loss_at_large_amplitude(eqs: Equations) -> tuple[str, float, str]:
     """What takes (positive) or feeds (negative) energy at large amplitudes: its name, its size, and a cure.
 
-    The highest term present of f beyond c1; between two stops their losses, or the mean of f where they lose nothing.
+    The highest term present of f beyond c1; between two stops their losses, or the mean of f where
+    they lose nothing.
     """
     (low, high), friction = eqs.rigid_stops, eqs.friction
     if math.isfinite(high - low):
         if (eqs.restitution or 0.0) * (eqs.opposite_restitution or 0.0) < 1.0:
             return "impact", 1.0, ""
-        mean = sum(f / n * (high**n - low**n) for f, n in zip(friction, range(1, 99, 2), strict=False))
+        mean = sum(
+            f / n * (high**n - low**n) for f, n in zip(friction, range(1, 99, 2), strict=False)
+        )
         return "the damping between the stops", mean, "a positive damping, or a restitution below 1"
     highest = max((i for i, f in enumerate(friction) if f and i), default=1)
     name, sign = list(FRICTION.items())[highest]

@@ -11,7 +11,8 @@ from harvester.errors import CannotServeError
 from harvester.presentation.diagnostic import refusal
 from harvester.records.records import Record, TabulatedDensity
 
-# The friction f(x) = -c1 - c2 x^2 + c3 x^4: a term for each even power of x, its coefficient and the sign that it has.
+# The friction f(x) = -c1 - c2 x^2 + c3 x^4: a term for each even power of x, its coefficient and
+# the sign that it has.
 FRICTION = {"c1": -1.0, "c2": -1.0, "c3": 1.0}
 
 
@@ -73,7 +74,9 @@ class Equations:
     @property
     def is_random(self) -> bool:
         """Whether anything is random."""
-        return not (self.n1 is None and self.n2 is None and self.coloured is None and self.density is None)
+        return not (
+            self.n1 is None and self.n2 is None and self.coloured is None and self.density is None
+        )
 
     @property
     def has_new_noise(self) -> bool:
@@ -93,7 +96,10 @@ class Equations:
     @property
     def is_shaken_otherwise(self) -> bool:
         """Whether anything other than white noise shakes the mass."""
-        return any(shaking is not None for shaking in (self.coloured, self.drive, self.record, self.density))
+        return any(
+            shaking is not None
+            for shaking in (self.coloured, self.drive, self.record, self.density)
+        )
 
     @property
     def is_shaken_by_white_noise(self) -> bool:
@@ -116,7 +122,10 @@ class Equations:
     @property
     def friction(self) -> tuple[float, ...]:
         """Coefficients of 1, x^2, x^4 and so on in the friction f(x) = c3 x^4 - c2 x^2 - c1, 0 where absent."""
-        return tuple(sign * value if (value := getattr(self, name)) else 0.0 for name, sign in FRICTION.items())
+        return tuple(
+            sign * value if (value := getattr(self, name)) else 0.0
+            for name, sign in FRICTION.items()
+        )
 
     def spring_force(self, x: float) -> float:
         """Force of the spring at x; 0 at infinity, where no stop is."""
@@ -137,7 +146,8 @@ class Equations:
     def rigid_stops(self) -> tuple[float, float]:
         """Least and most x that the rigid stops allow; infinite if there is none.
 
-        Of several modes, and of a stop under a magnifier, they are those of the contact coordinate; a ball limits none.
+        Of several modes, and of a stop under a magnifier, they are those of the contact coordinate;
+        a ball limits none.
         """
         if self.has_ball:
             return -math.inf, math.inf
@@ -165,7 +175,9 @@ class Equations:
         """
         linear, alpha2, alpha = self.spring
         low, high = self.stops
-        pressed = {x for x, inward in ((low, 1.0), (high, -1.0)) if inward * self.spring_force(x) < 0.0}
+        pressed = {
+            x for x, inward in ((low, 1.0), (high, -1.0)) if inward * self.spring_force(x) < 0.0
+        }
         roots = np.roots([alpha, alpha2, linear, 0.0])
         free = roots.real[roots.imag == 0.0]
         minimum = linear + free * (2.0 * alpha2 + 3.0 * alpha * free) > 0.0
@@ -174,8 +186,16 @@ class Equations:
     @property
     def has_unlike_wells(self) -> bool:
         """Whether the mass has several resting places that are not mirror images of each other."""
-        stop, opposite = (self.restitution, self.gap), (self.opposite_restitution, self.opposite_gap)
-        mirrored = stop == opposite and self.alpha2 is None and self.n12 is None and self.stop_stiffness is None
+        stop, opposite = (
+            (self.restitution, self.gap),
+            (self.opposite_restitution, self.opposite_gap),
+        )
+        mirrored = (
+            stop == opposite
+            and self.alpha2 is None
+            and self.n12 is None
+            and self.stop_stiffness is None
+        )
         return len(self.resting_places) > 1 and not mirrored
 
 
@@ -184,4 +204,6 @@ def check_one_mode(eqs: Equations) -> None:
     if eqs.modes is not None:
         effects = " and ".join(name for name in eqs.effects if name in SEVERAL_MODES)
         instead = "engine 'ensemble', which gives the mean power"
-        raise CannotServeError(refusal("unknown_effects", who="this study", effects=effects, instead=instead))
+        raise CannotServeError(
+            refusal("unknown_effects", who="this study", effects=effects, instead=instead)
+        )

@@ -1,8 +1,9 @@
 """The effects that the equations may have, once each: the coefficient that brings it, and which theories know it.
 
-A theory that simplifies the equations supports a scene only where it knows all of the scene's effects.  A new effect is
-known to none until its entry here reports it, so that none leaves it out in silence.  The full equations know every
-effect: engines `ensemble`, `ideal`, `compiled` and `spice`.
+A theory that simplifies the equations supports a scene only where it knows all of the scene's
+effects.  A new effect is known to none until its entry here reports it, so that none leaves it out
+in silence.  The full equations know every effect: engines `ensemble`, `ideal`, `compiled` and
+`spice`.
 """
 
 from collections.abc import Callable
@@ -42,7 +43,12 @@ class Effect:
 EFFECTS = (
     Effect("negative_stiffness", "linear", (LINEAR, DENSITY, SWEPT, PART, HOPPING)),
     Effect("quadratic_stiffness", "alpha2", (DENSITY, REST, SWEPT, PART, HOPPING)),
-    Effect("softening_stiffness", "alpha", (DENSITY, REST, RULE, SWEPT, PART, HOPPING), lambda eqs: eqs.alpha < 0.0),
+    Effect(
+        "softening_stiffness",
+        "alpha",
+        (DENSITY, REST, RULE, SWEPT, PART, HOPPING),
+        lambda eqs: eqs.alpha < 0.0,
+    ),
     Effect(
         "cubic_stiffness",
         "alpha",
@@ -61,8 +67,15 @@ EFFECTS = (
     Effect("parametric_noise", "n2", (LINEAR, PUBLISHED, AVERAGED, DENSITY, REST, RULE, SWEPT)),
     Effect("correlated_noise", "n12", (LINEAR, PUBLISHED, AVERAGED, DENSITY, REST, RULE, SWEPT)),
     Effect("harmonic_drive", "drive", (LINEAR, REST, SWEPT, PART)),
-    Effect("coloured_noise", "coloured", (LINEAR, DENSITY, REST, PART), lambda eqs: eqs.bandwidth is None),
-    Effect("band_pass_noise", "coloured", (LINEAR, REST, PART), lambda eqs: eqs.bandwidth is not None),
+    Effect(
+        "coloured_noise",
+        "coloured",
+        (LINEAR, DENSITY, REST, PART),
+        lambda eqs: eqs.bandwidth is None,
+    ),
+    Effect(
+        "band_pass_noise", "coloured", (LINEAR, REST, PART), lambda eqs: eqs.bandwidth is not None
+    ),
     Effect("recorded_acceleration", "record", (LINEAR, REST, PART)),
     Effect("tabulated_noise", "density", (LINEAR, REST, PART)),
     Effect(
@@ -78,7 +91,8 @@ EFFECTS = (
 )
 
 
-SEVERAL_MODES = frozenset(("further_modes", "magnifier", "ball"))  # what an engine or study of one mode does not know
+# what an engine or study of one mode does not know
+SEVERAL_MODES = frozenset(("further_modes", "magnifier", "ball"))
 
 
 def unknown_to(theory: str) -> frozenset[str]:

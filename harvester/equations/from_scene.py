@@ -33,15 +33,22 @@ def equations_at(scene: Scene, s: Scales) -> Equations:
 
     InputError if a coefficient is too large to compute with.  A nondimensional scene does not need the scales.
     """
-    eqs = _from_device(scene, s) if scene.nondimensional is None else _from_table(scene.nondimensional)
+    eqs = (
+        _from_device(scene, s)
+        if scene.nondimensional is None
+        else _from_table(scene.nondimensional)
+    )
     for name, value in vars(eqs).items():
         if isinstance(value, float) and not abs(value) <= LARGEST:
             source = SOURCES[name] if scene.nondimensional is None else "[nondimensional]"
-            raise InputError(f"{source} must give {name} of at most {LARGEST:g} in size, but gives {value:g}")
+            raise InputError(
+                f"{source} must give {name} of at most {LARGEST:g} in size, but gives {value:g}"
+            )
     return eqs
 
 
-# The coefficients that are a key of a physical scene times a factor of its scales and its stiffness k = |stiffness|.
+# The coefficients that are a key of a physical scene times a factor of its scales and its stiffness
+# k = |stiffness|.
 _SCALED: dict[str, tuple[str, Callable[[Scales, float], float]]] = {
     "alpha2": ("oscillator.quadratic_stiffness", lambda s, k: s.length / k),
     "alpha": ("oscillator.cubic_stiffness", lambda s, k: s.length**2 / k),
@@ -75,18 +82,21 @@ def _rate(s: Scales) -> float:
 
 
 def _from_device(scene: Scene, s: Scales) -> Equations:
-    modal, resistance = scene.modal, scene.load.resistance if scene.load else None
+    modal = scene.modal
+    resistance = scene.load.resistance if scene.load else None
     stiffness = abs(modal.stiffness)
     opposite, magnifier = scene.opposite_stop, scene.magnifier
     under = None if magnifier is None else magnifier.restitution
     plain: dict[str, Any] = {
-        name: scaled(_given(scene, key), factor(s, stiffness)) for name, (key, factor) in _SCALED.items()
+        name: scaled(_given(scene, key), factor(s, stiffness))
+        for name, (key, factor) in _SCALED.items()
     }
     if under is not None and magnifier is not None:  # the stop is not that of the device
         plain["gap"] = scaled(magnifier.gap, 1.0 / s.length)
     ends = () if opposite is None else (opposite.restitution, (opposite.gap or 0.0) / s.length)
     if (ball := scene.ball) is not None:  # nor are the ends of its box
-        under, plain["gap"] = ball.restitution, 0.5 * ball.room / s.length
+        under = ball.restitution
+        plain["gap"] = 0.5 * ball.room / s.length
         ends = under, plain["gap"]
     return Equations(
         **plain,
@@ -125,7 +135,20 @@ def _shaking(scene: Scene, s: Scales) -> dict[str, Any]:
 
 
 # Keys of [nondimensional] that are coefficients as they stand; 0 is an absent effect.
-_ALIKE = ("alpha", "alpha2", "beta", "mu", "c1", "c2", "c3", "cv", "gap", "stop_stiffness", "stop_damping", "drive")
+_ALIKE = (
+    "alpha",
+    "alpha2",
+    "beta",
+    "mu",
+    "c1",
+    "c2",
+    "c3",
+    "cv",
+    "gap",
+    "stop_stiffness",
+    "stop_damping",
+    "drive",
+)
 
 
 def _from_table(table: Nondimensional) -> Equations:

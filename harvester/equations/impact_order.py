@@ -1,18 +1,20 @@
 """The order of the step's bias beside a rigid stop under white noise: below 2, for impacts come ever closer.
 
-A mass that leaves a stop with the speed u, so slowly that only white noise acts on it, is back with the speed z u,
-where z has the density (3/2 pi) z^(3/2)/(1 + z^3) (McKean, J. Math. Kyoto Univ. 2, 227, 1963), so that
+A mass that leaves a stop with the speed u, so slowly that only white noise acts on it, is back with
+the speed z u, where z has the density (3/2 pi) z^(3/2)/(1 + z^3) (McKean, J. Math. Kyoto Univ. 2,
+227, 1963), so that
 
     E[z^s] = 1/(2 cos(pi (1 + s)/3))
 
-and leaves with r z u: the logarithm of its speed walks at random.  Speeds u << 1 have a stationary density of impacts
-in ln u of u^a, where E[(r z)^-a] = 1, which is
+and leaves with r z u: the logarithm of its speed walks at random.  Speeds u << 1 have a stationary
+density of impacts in ln u of u^a, where E[(r z)^-a] = 1, which is
 
     r^a 2 cos(pi (1 - a)/3) = 1,   a != 0
 
-with a = 2 for r = 1, and a < 0 below r = exp(-pi/sqrt 3) = 0.163, where infinitely many impacts end in a finite time
-(Cornell, Swift and Bray, Phys. Rev. Lett. 81, 1142, 1998).  A step of h resolves no speed below sqrt(h): what those
-impacts take of the energy, u^2 each, is wrong by a part of order one, and the mean by
+with a = 2 for r = 1, and a < 0 below r = exp(-pi/sqrt 3) = 0.163, where infinitely many impacts end
+in a finite time (Cornell, Swift and Bray, Phys. Rev. Lett. 81, 1142, 1998).  A step of h resolves
+no speed below sqrt(h): what those impacts take of the energy, u^2 each, is wrong by a part of order
+one, and the mean by
 
     h^p,   p = 1 + a/2.
 """
@@ -22,8 +24,10 @@ import math
 from harvester.equations.coefficients import Equations
 from harvester.presentation.diagnostic import Diagnostic, note
 
-COLLAPSE = math.exp(-math.pi / math.sqrt(3.0))  # restitution coefficient below which impacts accumulate
-STRONG = 1.5  # the order at a restitution coefficient of 0.5: below it steps are shorter, and three tell the bias
+# restitution coefficient below which impacts accumulate
+COLLAPSE = math.exp(-math.pi / math.sqrt(3.0))
+# the order at a restitution coefficient of 0.5: below it steps are shorter, and three tell the bias
+STRONG = 1.5
 REGULAR = 2.0  # the order of the scheme where nothing lowers it
 
 
@@ -38,7 +42,8 @@ def impact_order(r: float) -> float:
     if abs(slope := math.log(r) + math.pi / math.sqrt(3.0)) < 1e-6:
         return 1.0
 
-    # Halved until no number is between: only to load SciPy's own search would take each run with a stop 0.3 s.
+    # Halved until no number is between: only to load SciPy's own search would take each run with a
+    # stop 0.3 s.
     low, high = (1e-9, 2.5 - 1e-12) if slope > 0.0 else (-0.5 + 1e-15, -1e-9)
     while low < (a := 0.5 * (low + high)) < high:
         beyond = a * math.log(r) + math.log(2.0 * math.cos(math.pi * (1.0 - a) / 3.0)) < 0.0

@@ -1,20 +1,24 @@
 """Several modes or masses: the coordinates beside that of the oscillator, nondimensional.
 
-All coordinates y_j are scaled so that the kinetic energy is sum y_j'^2/2, in the units of the first mode's mass M:
+All coordinates y_j are scaled so that the kinetic energy is sum y_j'^2/2, in the units of the first
+mode's mass M:
 
     y_j'' + d_j y_j' + k_j y_j + e_j F + beta s_j V = g_j a,    V' + mu V = sum s_j y_j'
 
-F is spring and friction of the oscillator at its displacement x = sum e_j y_j, a the acceleration that shakes it.
+F is spring and friction of the oscillator at its displacement x = sum e_j y_j, a the acceleration
+that shakes it.
 
     further modes   y_j = sqrt(M_j/M) x_j,  e = (1, 0, ...),  s_j = theta_j/theta sqrt(M/M_j),  g_j = base_j sqrt(M_j/M)
     ball            one more: y = sqrt(Mb/M) Z/l, k = d = s = e = 0, g = sqrt(Mb/M), and a constant pull, its weight
     magnifier       y = (X + Z, sqrt(Mm/M) Z)/l,  e = s = (1, -sqrt(M/Mm)),  g = (1, sqrt(Mm/M)),  Mm its mass
 
-A stop meets w = sum phi_j y_j, of a ball X - Z at its place: an impact changes the speeds along phi, so that
+A stop meets w = sum phi_j y_j, of a ball X - Z at its place: an impact changes the speeds along
+phi, so that
 
     y' += phi/(phi.phi) (w'+ - w'-)    with the energy (w'-^2 - w'+^2)/(2 phi.phi) taken
 
-Friction of the oscillator on a magnifier damps both coordinates, e_i e_j f: that matrix is kept whole.
+Friction of the oscillator on a magnifier damps both coordinates, e_i e_j f: that matrix is kept
+whole.
 """
 
 import math
@@ -27,7 +31,8 @@ from harvester.arrays import Floats
 from harvester.scene.modal_parameters import ModalParameters
 from harvester.scene.physical import Ball, Magnifier, Mode
 
-TURN, STANDARD_GRAVITY = 2.0 * math.pi, 9.80665
+TURN = 2.0 * math.pi
+STANDARD_GRAVITY = 9.80665
 ALIKE = 1e-9  # of the accelerations of a ball and its box
 
 
@@ -89,16 +94,24 @@ class Modes:
         """The matrices of stiffness and damping, shape (n, n), with those of the oscillator."""
         e = self.direction
         oscillator = np.outer(e, e)
-        return np.diag(self.stiffness) + spring * oscillator, np.diag(self.damping) + friction * oscillator
+        return np.diag(self.stiffness) + spring * oscillator, np.diag(
+            self.damping
+        ) + friction * oscillator
 
     def highest(self, spring: float, beta: float) -> float:
         """The highest frequency of all, in open circuit."""
         s = np.array(self.coupling)
-        return math.sqrt(float(np.linalg.eigvalsh(self.matrices(spring, 0.0)[0] + beta * np.outer(s, s))[-1]))
+        return math.sqrt(
+            float(np.linalg.eigvalsh(self.matrices(spring, 0.0)[0] + beta * np.outer(s, s))[-1])
+        )
 
 
 def further_modes(
-    modal: ModalParameters, modes: Sequence[Mode], magnifier: Magnifier | None, ball: Ball | None, length: float
+    modal: ModalParameters,
+    modes: Sequence[Mode],
+    magnifier: Magnifier | None,
+    ball: Ball | None,
+    length: float,
 ) -> Modes | None:
     """The coordinates of a device with further modes, a magnifier or a ball, in units of ``length``; None without."""
     if ball is not None:
@@ -118,25 +131,47 @@ def _of_device(modal: ModalParameters, modes: Sequence[Mode]) -> Modes:
 
     return Modes(
         stiffness=(0.0, *(w_j * w_j for w_j in w)),
-        damping=(0.0, *(2.0 * ratio * w_j for ratio, w_j in zip(of_all("damping_ratio", 0.0), w, strict=True))),
-        coupling=(1.0, *(s / (modal.coupling * root) for s, root in zip(of_all("coupling", 0.0), roots, strict=True))),
+        damping=(
+            0.0,
+            *(
+                2.0 * ratio * w_j
+                for ratio, w_j in zip(of_all("damping_ratio", 0.0), w, strict=True)
+            ),
+        ),
+        coupling=(
+            1.0,
+            *(
+                s / (modal.coupling * root)
+                for s, root in zip(of_all("coupling", 0.0), roots, strict=True)
+            ),
+        ),
         base=(1.0, *(base * root for base, root in zip(of_all("base", 1.0), roots, strict=True))),
-        contact=(1.0, *(phi / root for phi, root in zip(of_all("at_stop", 1.0), roots, strict=True))),
+        contact=(
+            1.0,
+            *(phi / root for phi, root in zip(of_all("at_stop", 1.0), roots, strict=True)),
+        ),
     )
 
 
 def _on_magnifier(modal: ModalParameters, magnifier: Magnifier) -> Modes:
     """The coordinates of a device on a magnifier; a stop is under that, or the device's own."""
-    root, rate = math.sqrt(magnifier.mass / modal.mass), magnifier.mass * modal.frequency
-    e, stiffness = (1.0, -1.0 / root), magnifier.stiffness / (rate * modal.frequency)
+    root = math.sqrt(magnifier.mass / modal.mass)
+    rate = magnifier.mass * modal.frequency
+    e = (1.0, -1.0 / root)
+    stiffness = magnifier.stiffness / (rate * modal.frequency)
     contact = e if magnifier.restitution is None else (0.0, 1.0 / root)
-    return Modes((0.0, stiffness), (0.0, (magnifier.damping or 0.0) / rate), e, (1.0, root), contact, e)
+    return Modes(
+        (0.0, stiffness), (0.0, (magnifier.damping or 0.0) / rate), e, (1.0, root), contact, e
+    )
 
 
 def _with_ball(modal: ModalParameters, modes: Sequence[Mode], ball: Ball, length: float) -> Modes:
     """The coordinates of a device, and that of a ball on it."""
-    plain, root = _of_device(modal, modes), math.sqrt(ball.mass / modal.mass)
-    weight = STANDARD_GRAVITY * math.sin(math.radians(ball.tilt or 0.0)) / (length * modal.frequency**2)
+    plain = _of_device(modal, modes)
+    root = math.sqrt(ball.mass / modal.mass)
+    weight = (
+        STANDARD_GRAVITY * math.sin(math.radians(ball.tilt or 0.0)) / (length * modal.frequency**2)
+    )
     return Modes(
         stiffness=(*plain.stiffness, 0.0),
         damping=(*plain.damping, 0.0),

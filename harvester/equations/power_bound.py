@@ -27,14 +27,22 @@ class PowerBound(NamedTuple):
 def power_bound(problem: Problem) -> PowerBound | None:
     """The least bound that applies to a problem; None if none does.
 
-    None applies to parametric noise, to friction that feeds energy, to a circuit with supplies, and to an
-    acceleration that no friction and no pair of stops limits.
+    None applies to parametric noise, to friction that feeds energy, to a circuit with supplies, and
+    to an acceleration that no friction and no pair of stops limits.
     """
-    eqs, load, least = problem.equations, problem.scene.load, least_friction(problem.equations)
-    gives = least < 0.0 or eqs.n2 is not None or eqs.n12 is not None or (load is not None and load.supplies)
+    eqs = problem.equations
+    load = problem.scene.load
+    least = least_friction(problem.equations)
+    gives = (
+        least < 0.0
+        or eqs.n2 is not None
+        or eqs.n12 is not None
+        or (load is not None and load.supplies)
+    )
     if gives or not eqs.is_shaken:
         return None
-    white, unit = eqs.n1 or 0.0, problem.units.watts
+    white = eqs.n1 or 0.0
+    unit = problem.units.watts
     if eqs.modes is not None:
         white *= eqs.modes.shaken_mass
         if eqs.is_shaken_otherwise:  # each coordinate has its own least friction
@@ -57,7 +65,9 @@ def _mean_square(eqs: Equations) -> float:
         return recorded.rms**2
     mean_square = 0.0 if eqs.drive is None else 0.5 * eqs.drive**2
     if eqs.coloured is not None:
-        mean_square += eqs.coloured * (1.0 / (eqs.correlation_time or 0.0) if eqs.bandwidth is None else eqs.bandwidth)
+        mean_square += eqs.coloured * (
+            1.0 / (eqs.correlation_time or 0.0) if eqs.bandwidth is None else eqs.bandwidth
+        )
     return mean_square
 
 

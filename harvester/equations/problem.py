@@ -17,10 +17,11 @@ from harvester.scene.toml import load
 class Problem:
     """What an engine solves.
 
-    ``equations`` are nondimensional, with one coefficient for each of the ``effects`` that are present; ``scales`` are
-    those of the device that carries them in ngspice; ``units`` those of the scene's own units, which for a
-    nondimensional scene are all 1: a time tau is tau/units.frequency, a power p is p units.watts.
-    InputError if one is too large or too small to compute with.
+    ``equations`` are nondimensional, with one coefficient for each of the ``effects`` that are
+    present; ``scales`` are those of the device that carries them in ngspice; ``units`` those of the
+    scene's own units, which for a nondimensional scene are all 1: a time tau is
+    tau/units.frequency, a power p is p units.watts. InputError if one is too large or too small to
+    compute with.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -43,8 +44,14 @@ class Problem:
     @cached_property
     def plain(self) -> "Problem":
         """The same with a load resistance, where the netlist is no more than a resistor; else itself."""
-        resistance = None if self.netlist is None or self.circuit is None else self.circuit.resistance
-        return self if resistance is None else Problem(replace(self.scene, load=Load(resistance=resistance)))
+        resistance = (
+            None if self.netlist is None or self.circuit is None else self.circuit.resistance
+        )
+        return (
+            self
+            if resistance is None
+            else Problem(replace(self.scene, load=Load(resistance=resistance)))
+        )
 
     def in_circuit(self, unit: str) -> float:
         """What one of the scene's own units is in the circuit that runs, of a quantity in V, A, W or J."""
@@ -52,7 +59,9 @@ class Problem:
             return 1.0
         s = self.scales
         charge = s.coupling * s.length
-        return {"V": s.volts, "A": charge * s.frequency, "W": s.watts, "J": s.watts / s.frequency}[unit]
+        return {"V": s.volts, "A": charge * s.frequency, "W": s.watts, "J": s.watts / s.frequency}[
+            unit
+        ]
 
     @property
     def netlist(self) -> str | None:

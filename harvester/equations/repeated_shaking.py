@@ -1,7 +1,8 @@
 """The base's recorded acceleration or tabulated density in SI units, from a file or from a profile by its name.
 
-A single shock is one that repeats when the device has come to rest: when `LEFT` of a motion of the linear device
-without its stops and its load is left.  What is left with the load changes the energy of the next by twice that part.
+A single shock is one that repeats when the device has come to rest: when `LEFT` of a motion of the
+linear device without its stops and its load is left.  What is left with the load changes the energy
+of the next by twice that part.
 """
 
 import math
@@ -19,7 +20,8 @@ from harvester.records.records import Record, TabulatedDensity
 from harvester.scene.modal_parameters import ModalParameters
 from harvester.scene.scene import Scene
 
-LEFT, SMALLEST = 1e-4, 1e-12  # of the amplitude, when the next shock comes; of an energy, which is reported
+# of the amplitude, when the next shock comes; of an energy, which is reported
+LEFT, SMALLEST = 1e-4, 1e-12
 
 
 @dataclass(frozen=True)
@@ -44,7 +46,8 @@ class Events:
 def recorded_shaking(scene: Scene) -> tuple[Record | None, TabulatedDensity | None]:
     """The base's acceleration in time, and its density, in SI units; None each where the scene has none.
 
-    Raises InputError for a file that cannot be read, and for a profile whose numbers do not go together.
+    Raises InputError for a file that cannot be read, and for a profile whose numbers do not go
+    together.
     """
     excitation = scene.excitation
     if excitation is None:
@@ -52,7 +55,9 @@ def recorded_shaking(scene: Scene) -> tuple[Record | None, TabulatedDensity | No
     if excitation.profile is not None:
         return _by_name(scene)
     file, table = excitation.acceleration_file, excitation.acceleration_psd_file
-    return None if file is None else read_record(file), None if table is None else read_density(table)
+    return None if file is None else read_record(file), None if table is None else read_density(
+        table
+    )
 
 
 def events(scene: Scene) -> Events | None:
@@ -60,22 +65,31 @@ def events(scene: Scene) -> Events | None:
     excitation = scene.excitation
     assert excitation is not None, "the caller checks"
     if excitation.profile not in SHOCKS:
-        return Events(excitation.frequency or STEP_RATE) if excitation.profile == "walking" else None
-    duration, single, period = excitation.pulse_duration, excitation.event_rate is None, _period(scene)
+        return (
+            Events(excitation.frequency or STEP_RATE) if excitation.profile == "walking" else None
+        )
+    duration = excitation.pulse_duration
+    single = excitation.event_rate is None
+    period = _period(scene)
     assert duration is not None, "Excitation checks this"
     half_turn = math.inf if excitation.frequency is None else 0.5 / excitation.frequency
-    return Events(1.0 / period, single, _memory(scene, period) if single else 0.0, min(half_turn, duration))
+    return Events(
+        1.0 / period, single, _memory(scene, period) if single else 0.0, min(half_turn, duration)
+    )
 
 
 def _by_name(scene: Scene) -> tuple[Record | None, TabulatedDensity | None]:
     """The record or density of the scene's profile."""
     excitation = scene.excitation
     assert excitation is not None and excitation.profile is not None, "the caller checks"
-    name, level = excitation.profile, 1.0 if excitation.level is None else excitation.level
+    name = excitation.profile
+    level = 1.0 if excitation.level is None else excitation.level
     if PROFILES[name].random:
         return None, density(name, level)
     if name == "machine":
-        assert excitation.frequency is not None and excitation.harmonics is not None, "Excitation checks this"
+        assert excitation.frequency is not None and excitation.harmonics is not None, (
+            "Excitation checks this"
+        )
         return machine(excitation.frequency, excitation.harmonics, level), None
     if name == "walking":
         return walking(excitation.frequency, level), None
@@ -108,7 +122,8 @@ def _period(scene: Scene) -> float:
 
 def _memory(scene: Scene, period: float) -> float:
     """The part of an event's energy that depends on the one before: twice the amplitude that is left after a period."""
-    modal, resistance = scene.modal, scene.load.resistance if scene.load else None
+    modal = scene.modal
+    resistance = scene.load.resistance if scene.load else None
     free = Equations(
         linear=-1.0 if modal.stiffness < 0.0 else None,
         c1=-_damping(modal),

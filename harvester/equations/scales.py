@@ -26,7 +26,9 @@ class Scales:
     def __post_init__(self) -> None:
         # In this order: a power is taken only of what is already known to be of a sane size.
         _within("w0 = sqrt(stiffness/mass)", self.frequency)
-        _within("length scale, from acceleration_psd, mass, stiffness and cubic_stiffness,", self.length)
+        _within(
+            "length scale, from acceleration_psd, mass, stiffness and cubic_stiffness,", self.length
+        )
         _within("voltage scale coupling l/capacitance", self.volts)
         _within("power scale mass w0^3 l^2", self.watts)
 
@@ -47,7 +49,9 @@ class Scales:
 
 # The device that carries a nondimensional scene into ngspice: the mass, frequency and capacitance
 # of the plate of Shock and Vibration 2019, 9093605, Table 2, with its coupling set by beta.
-DEFAULT_MASS, DEFAULT_FREQUENCY, DEFAULT_LENGTH = 0.04, 20.0, 1e-3
+DEFAULT_MASS = 0.04
+DEFAULT_FREQUENCY = 20.0
+DEFAULT_LENGTH = 1e-3
 DEFAULT_COUPLING, DEFAULT_CAPACITANCE = 1e-3, 50.2e-9
 
 
@@ -57,18 +61,23 @@ def scales(scene: Scene, length: float | None = None) -> Scales:
         beta = scene.nondimensional.beta
         stiffness = DEFAULT_MASS * DEFAULT_FREQUENCY**2
         coupling = math.sqrt(beta * stiffness * DEFAULT_CAPACITANCE) if beta else DEFAULT_COUPLING
-        return Scales(DEFAULT_MASS, DEFAULT_FREQUENCY, DEFAULT_LENGTH, coupling, DEFAULT_CAPACITANCE)
-    modal, metres = scene.modal, natural_length(scene) if length is None else length
+        return Scales(
+            DEFAULT_MASS, DEFAULT_FREQUENCY, DEFAULT_LENGTH, coupling, DEFAULT_CAPACITANCE
+        )
+    modal = scene.modal
+    metres = natural_length(scene) if length is None else length
     return Scales(modal.mass, modal.frequency, metres, modal.coupling, modal.capacitance)
 
 
 def natural_length(scene: Scene) -> float:
     """A length that makes the numbers of a physical scene of order one, in metre.
 
-    With noise, l = sqrt(G/(4 w0^3)), so that N1 = 1; under a harmonic drive alone, l = A/w0^2, so that F = 1, and
-    under a record with its RMS for A; without any, the length where the cubic force equals the linear one, or 1 mm.
+    With noise, l = sqrt(G/(4 w0^3)), so that N1 = 1; under a harmonic drive alone, l = A/w0^2, so
+    that F = 1, and under a record with its RMS for A; without any, the length where the cubic force
+    equals the linear one, or 1 mm.
     """
-    mass, stiffness = scene.modal.mass, abs(scene.modal.stiffness)
+    mass = scene.modal.mass
+    stiffness = abs(scene.modal.stiffness)
     excitation = scene.excitation or Excitation()
     if excitation.acceleration_psd:
         return 0.5 * math.sqrt(excitation.acceleration_psd) * math.pow(mass / stiffness, 0.75)
@@ -84,4 +93,6 @@ def natural_length(scene: Scene) -> float:
 
 def _within(what: str, value: float) -> None:
     if not SMALLEST <= value <= LARGEST:
-        raise InputError(f"the {what} must be between {SMALLEST:g} and {LARGEST:g} in SI units, but is {value:g}")
+        raise InputError(
+            f"the {what} must be between {SMALLEST:g} and {LARGEST:g} in SI units, but is {value:g}"
+        )

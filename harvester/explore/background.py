@@ -13,7 +13,8 @@ from typing import Any
 from harvester.machine.processes import SAFE
 from harvester.machine.system import this_system
 
-PATIENCE, LOOK = 2.0, 0.02  # seconds that processes get to end by themselves; between two looks at them
+# seconds that processes get to end by themselves; between two looks at them
+PATIENCE, LOOK = 2.0, 0.02
 Listener = Callable[[dict[str, Any]], None]
 
 
@@ -23,8 +24,11 @@ class Background:
     The last one has ``answer``, ``error`` or ``cancelled``.
     """
 
-    def __init__(self, tables: dict[str, Any], engine: str, within: str, listener: Listener) -> None:
-        self._listener, self._cancelled = listener, False
+    def __init__(
+        self, tables: dict[str, Any], engine: str, within: str, listener: Listener
+    ) -> None:
+        self._listener = listener
+        self._cancelled = False
         self._process = subprocess.Popen(
             [sys.executable, "-m", "harvester.explore.job", engine, within],
             stdin=subprocess.PIPE,

@@ -18,29 +18,41 @@ def of_path(scene: Scene, path: dict[str, Any]) -> dict[str, str]:
     far, high = (max(map(abs, path[name])) for name in ("x", "V"))
     known = {"largest displacement": amount(far, length), "largest voltage": amount(high, volt)}
     strain = scene.piezo.strain_per_displacement if scene.piezo else None
-    return known | ({} if strain is None else {"largest strain": f"{1e6 * strain * far:.4g} microstrain"})
+    return known | (
+        {} if strain is None else {"largest strain": f"{1e6 * strain * far:.4g} microstrain"}
+    )
 
 
 # A chip's parameters: the store's voltage at which its output begins and ends, and the output's.
 _THRESHOLDS = {"Vrise": "output begins at", "Von": "output begins at", "Vfall": "output ends at"}
 _THRESHOLDS |= {"Voff": "output ends at", "Vreg": "voltage of the output"}
-CHIP = "load_on"  # what is known of a chip's load, with others; see `harvester.storage.steady_power.of_load`
+# what is known of a chip's load, with others; see `harvester.storage.steady_power.of_load`
+CHIP = "load_on"
 
 
 def of_chip(details: dict[str, float], values: dict[str, float]) -> list[tuple[str, str]]:
     """The rows of a chip: what engine `slow` tells of its load and store, and its thresholds among the ``values``."""
-    known = [(GLOSSARY[name], details[name]) for name in details if name.startswith(("load_on", "store_"))]
+    known = [
+        (GLOSSARY[name], details[name])
+        for name in details
+        if name.startswith(("load_on", "store_"))
+    ]
     rows = [
         (term.label, f"{100.0 * value:.3g} %" if term.kind == "share" else amount(value, term.kind))
         for term, value in known
     ]
-    return rows + [(name, amount(values[key], "V")) for key, name in _THRESHOLDS.items() if key in values]
+    return rows + [
+        (name, amount(values[key], "V")) for key, name in _THRESHOLDS.items() if key in values
+    ]
 
 
 def of_coil(problem: Problem) -> dict[str, str]:
     """How well the coil of a scene's circuit rings with its piezo, if it has one: what SSHI and SECE live of."""
-    circuit, piezo = problem.circuit, problem.scene.piezo
-    quality = coil_quality(circuit.values, problem.scene.modal.capacitance) if circuit and piezo else None
+    circuit = problem.circuit
+    piezo = problem.scene.piezo
+    quality = (
+        coil_quality(circuit.values, problem.scene.modal.capacitance) if circuit and piezo else None
+    )
     return {} if quality is None else {"quality of the coil": f"{quality:.2g}"}
 
 
@@ -62,13 +74,18 @@ class Beside:
         """What is known of a design, by its name."""
         return self._known.get(_design(tables), {})
 
-    def add(self, tables: dict[str, Any], facts: dict[str, str], pinned: dict[str, Any] | None) -> None:
+    def add(
+        self, tables: dict[str, Any], facts: dict[str, str], pinned: dict[str, Any] | None
+    ) -> None:
         """Keep facts of a design, and of others only those of the pinned one."""
-        design, kept = _design(tables), None if pinned is None else _design(pinned)
+        design = _design(tables)
+        kept = None if pinned is None else _design(pinned)
         self._known = {name: known for name, known in self._known.items() if name in (design, kept)}
         self._known[design] = self._known.get(design, {}) | facts
 
 
 def _design(tables: dict[str, Any]) -> str:
     """What identifies a design, but for its title."""
-    return json.dumps({name: entries for name, entries in tables.items() if name != "title"}, sort_keys=True)
+    return json.dumps(
+        {name: entries for name, entries in tables.items() if name != "title"}, sort_keys=True
+    )

@@ -25,7 +25,8 @@ def _bridge(left: int) -> str:
 
 
 _RAILS = "M10 8H{x}M10 38H{x}"
-_AROUND = "M10 8H{m}V12M10 38H{m}V34M{l} 23H{k}V38H{x}M{r} 23H{n}V8H{x}"  # wires to and from a bridge
+# wires to and from a bridge
+_AROUND = "M10 8H{m}V12M10 38H{m}V34M{l} 23H{k}V38H{x}M{r} 23H{n}V8H{x}"
 
 
 def _wired(left: int, end: int) -> str:
@@ -45,7 +46,10 @@ _PICTURES = {
     + "M26 8V13M26 13L30 20M26 22V25M26 25q7 2 0 4q7 2 0 4q7 2 0 4"
     + _wired(36, 90)
     + _resistor(90),
-    "sshc": _PIEZO + "M26 8V13M26 13L30 20M26 22V26M21 26H31M21 29H31M26 29V38" + _wired(36, 90) + _resistor(90),
+    "sshc": _PIEZO
+    + "M26 8V13M26 13L30 20M26 22V26M21 26H31M21 29H31M26 29V38"
+    + _wired(36, 90)
+    + _resistor(90),
     "series_sshi": _PIEZO
     + "M10 8H16L21 3.5M23 8H25q2 -7 4 0q2 -7 4 0q2 -7 4 0H47V12M10 38H47V34"
     + _bridge(36)
@@ -57,7 +61,12 @@ _PICTURES = {
     + "M60 8H70M72 4.5L78 8L72 11.5ZM78 4.5V11.5M78 8H90M60 38H90"
     + _resistor(90),
 }
-_LABELS = {"resistor": "resistor", "bridge": "bridge", "doubler": "doubler", "parallel_sshi": "parallel SSHI"}
+_LABELS = {
+    "resistor": "resistor",
+    "bridge": "bridge",
+    "doubler": "doubler",
+    "parallel_sshi": "parallel SSHI",
+}
 _LABELS |= {"series_sshi": "series SSHI", "sece": "SECE", "self_powered_sshi": "self-powered SSHI"}
 _LABELS |= {"sshc": "SSHC", "ltc3588": "LTC3588", "bq25570": "BQ25570"}
 
@@ -76,7 +85,9 @@ def label(name: str) -> str:
 
 def picture(name: str) -> str:
     """The picture of a circuit; a box with a load for one that has none."""
-    path = _PICTURES.get(name, _PIEZO + "M10 8H30M10 38H30M30 4H66V42H30ZM66 8H84M66 38H84" + _resistor(84))
+    path = _PICTURES.get(
+        name, _PIEZO + "M10 8H30M10 38H30M30 4H66V42H30ZM66 8H84M66 38H84" + _resistor(84)
+    )
     return (
         '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 96 46" fill="none" stroke="currentColor" '
         f'stroke-width="1.7" stroke-linejoin="round" stroke-linecap="round"><path d="{path}"/></svg>'

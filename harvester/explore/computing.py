@@ -20,14 +20,20 @@ from harvester.explore.runs import without
 from harvester.explore.slider_scale import Slide
 from harvester.scene.scene import Scene
 
-POOL = ThreadPoolExecutor(32, "explore")  # of all users, most of them waiting; the server's own thread only hands on
-PAUSED = 0.06  # seconds without a change before the other formulas follow: the first one's curve is drawn meanwhile
-RESTED = 0.3  # seconds without a change before more is computed than a knob needs that goes on turning
+# of all users, most of them waiting; the server's own thread only hands on
+POOL = ThreadPoolExecutor(32, "explore")
+# seconds without a change before the other formulas follow: the first one's curve is drawn
+# meanwhile
+PAUSED = 0.06
+# seconds without a change before more is computed than a knob needs that goes on turning
+RESTED = 0.3
 HASTE = 8.0  # the same, of the power of a circuit
-FIRST = 0.15  # seconds that the power of a circuit may take before the formulas' curves begin to compete with it
+# seconds that the power of a circuit may take before the formulas' curves begin to compete with it
+FIRST = 0.15
 KEPT = 200  # designs whose power is remembered, the last ones
 CURVE_POINTS = 9  # of a circuit's curve, none at an end, where half of its mark would be cut off
-PATIENCE = 60.0  # seconds that a path may take after it is overtaken: kernels may be compiled meanwhile
+# seconds that a path may take after it is overtaken: kernels may be compiled meanwhile
+PATIENCE = 60.0
 
 
 class PageRequest(NamedTuple):
@@ -83,9 +89,11 @@ class Computing:
         self._page, self._soon = page, soon
         self._ended = threading.Event()
         self._shown: Live | None = None  # the last answer that the page has
-        self._fine: tuple[Any, dict[str, PowerCurve]] | None = None  # the last fine curves, and what they are of
+        # the last fine curves, and what they are of
+        self._fine: tuple[Any, dict[str, PowerCurve]] | None = None
         self._circuit: Any = None  # the circuit and the axis whose power was asked for last
-        self._at_once: dict[str, dict[str, Any]] = {}  # what circuits give, by their designs as JSON
+        # what circuits give, by their designs as JSON
+        self._at_once: dict[str, dict[str, Any]] = {}
         self._curve_of: Any = None  # the circuit and the axis whose curve is drawn
         self._live_work: Newest[PageRequest] = Newest(POOL, self._compute)
         self._path_work: Newest[PageRequest] = Newest(POOL, self._trace)
@@ -112,13 +120,21 @@ class Computing:
             same = (without(request.tables, request.key), request.key, request.slide)
             curves = self._fine[1] if self._fine and self._fine[0] == same else None
             where = request.scene, request.key, request.at, request.slide
-            if self._circuit != (request.tables, same) and "netlist" in request.tables.get("load", {}):
+            if self._circuit != (request.tables, same) and "netlist" in request.tables.get(
+                "load", {}
+            ):
                 self._circuit = request.tables, same
-                self._show(request, Live(Problem(request.scene), request.key, request.at, True), False, more=True)
+                self._show(
+                    request,
+                    Live(Problem(request.scene), request.key, request.at, True),
+                    False,
+                    more=True,
+                )
                 self._power_work.ask(request)
                 if not self._live_work.rests(FIRST):
                     return
-            snapshot = live(*where, False, curves=curves, first=True)  # the best formula's, long before the others'
+            # the best formula's, long before the others'
+            snapshot = live(*where, False, curves=curves, first=True)
             self._show(request, snapshot, False, more=True)
             if not self._live_work.rests(PAUSED):
                 return
@@ -134,14 +150,22 @@ class Computing:
         except Exception as error:  # any is one line on the page
             self._soon(functools.partial(self._page.fail, str(named(error))))
 
-    def _show(self, request: PageRequest, snapshot: Live | None, rested: bool, more: bool = False) -> None:
+    def _show(
+        self, request: PageRequest, snapshot: Live | None, rested: bool, more: bool = False
+    ) -> None:
         """Hand what the formulas say to the page; where ``more`` is to come, with the others' curves as they were."""
         if snapshot is not None:
             shown = self._shown
-            if more and shown is not None and (shown.key, shown.instead) == (snapshot.key, snapshot.instead):
+            if (
+                more
+                and shown is not None
+                and (shown.key, shown.instead) == (snapshot.key, snapshot.instead)
+            ):
                 here = {*snapshot.curves, *snapshot.refused}
                 earlier = {name: curve for name, curve in shown.curves.items() if name not in here}
-                snapshot = dataclasses.replace(snapshot, curves=earlier | snapshot.curves, earlier=frozenset(earlier))
+                snapshot = dataclasses.replace(
+                    snapshot, curves=earlier | snapshot.curves, earlier=frozenset(earlier)
+                )
             self._shown = snapshot
             self._soon(functools.partial(self._page.show, request, snapshot, rested))
 
@@ -150,12 +174,18 @@ class Computing:
         if not self._path_work.rests(RESTED):
             return
         try:
-            self._soon(functools.partial(self._page.mean, *html_text.meanings(Problem(request.scene))))
+            self._soon(
+                functools.partial(self._page.mean, *html_text.meanings(Problem(request.scene)))
+            )
         except HarvesterError as error:
             self._soon(functools.partial(self._page.mean, html_text.problem_line(str(error)), []))
         if overtaken():
             return
-        self._soon(lambda: self._page.say_of_path("computing a path ... (what is new here is compiled first)"))
+        self._soon(
+            lambda: self._page.say_of_path(
+                "computing a path ... (what is new here is compiled first)"
+            )
+        )
         path = self._elsewhere(in_worker.path, request, overtaken, PATIENCE)
         if path is not None and "error" in path:
             self._soon(functools.partial(self._page.say_of_path, f"no path: {path['error']}"))
@@ -178,7 +208,8 @@ class Computing:
         self, request: PageRequest, overtaken: Overtaken, patience: float, first: bool
     ) -> dict[str, Any] | None:
         """What the circuit gives, from memory if it was asked for before; None once that is overtaken."""
-        name, how = json.dumps(request.tables, sort_keys=True), in_worker.QUICK
+        name = json.dumps(request.tables, sort_keys=True)
+        how = in_worker.QUICK
         given = in_worker.power, request, overtaken, patience, *how
         answer = self._at_once.get(name) or self._elsewhere(*given, first=first)
         if answer is not None:  # that it is not known, too: to try it again takes seconds
@@ -196,8 +227,11 @@ class Computing:
             draft.choose(None if name == "resistor" else name)
             if name == "bridge":
                 refusals(draft.scene())  # which loads what circuits need, 0.4 s, in this process
-            resistor = "netlist" not in request.tables.get("load", {})  # then the first process has nothing else to do
-            self._power_at_once(request._replace(tables=draft.tables()), overtaken, PATIENCE, resistor)
+            # then the first process has nothing else to do
+            resistor = "netlist" not in request.tables.get("load", {})
+            self._power_at_once(
+                request._replace(tables=draft.tables()), overtaken, PATIENCE, resistor
+            )
 
     def _fine_power(self, request: PageRequest, overtaken: Overtaken) -> None:
         """In a thread: the same when the knobs rest, finely and along the axis."""
@@ -208,21 +242,35 @@ class Computing:
             return
         self._soon(functools.partial(self._page.show_power, request, answer))
         same = (without(request.tables, request.key), request.key, request.slide)
-        for value in () if "error" in answer or self._curve_of == same else grid(request.slide, CURVE_POINTS + 2)[1:-1]:
+        for value in (
+            ()
+            if "error" in answer or self._curve_of == same
+            else grid(request.slide, CURVE_POINTS + 2)[1:-1]
+        ):
             if overtaken() or self._ended.is_set():
                 return
-            point = request._replace(tables=at_place(request.tables, request.key, float(value)), at=float(value))
+            point = request._replace(
+                tables=at_place(request.tables, request.key, float(value)), at=float(value)
+            )
             answer = self._elsewhere(in_worker.power, point, overtaken, HASTE, *in_worker.COARSE)
             if answer is not None and "error" not in answer:
                 self._soon(functools.partial(self._page.show_power, point, answer))
         self._curve_of = same
 
     def _elsewhere(
-        self, job: Job, request: PageRequest, overtaken: Overtaken, patience: float, *how: float, first: bool = False
+        self,
+        job: Job,
+        request: PageRequest,
+        overtaken: Overtaken,
+        patience: float,
+        *how: float,
+        first: bool = False,
     ) -> dict[str, Any] | None:
         """What a function of `in_worker` gives; ``error`` why it does not, None if it was overtaken."""
         try:
-            return in_worker.elsewhere(job, (request.tables, *how), overtaken, self._ended.is_set, patience, first)
+            return in_worker.elsewhere(
+                job, (request.tables, *how), overtaken, self._ended.is_set, patience, first
+            )
         except Exception as error:
             return {"error": str(named(error))}
 

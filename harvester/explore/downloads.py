@@ -22,9 +22,16 @@ def table(live: Live, runs: list[dict[str, Any]]) -> SweepTable:
         rows += [_at(live, x, SweepRow.answered(estimate)) for x, estimate in curve.answers.items()]
     rows += [_at(live, run["x"], SweepRow.read(run["row"])) for run in runs if run["own"]]
     if not rows:
-        raise SimulationError("there is no answer of this circuit yet to be drawn: run 'ideal' or 'spice' first")
+        raise SimulationError(
+            "there is no answer of this circuit yet to be drawn: run 'ideal' or 'spice' first"
+        )
     values = sorted({row.varied[live.key] for row in rows})
-    about = provenance(live.problem, points="grid", vary={live.key: values}, engines={row.engine: {} for row in rows})
+    about = provenance(
+        live.problem,
+        points="grid",
+        vary={live.key: values},
+        engines={row.engine: {} for row in rows},
+    )
     about["command"] = ["explore"]
     points = [values.index(row.varied[live.key]) for row in rows]
     return SweepTable((Axis(live.key, tuple(values)),), tuple(rows), points, False, about)

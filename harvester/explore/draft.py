@@ -1,6 +1,7 @@
 """The scene that a page works on: every key as the text that stands in its field, and what is switched on.
 
-Long because keys, effects, circuit and files of a scene are one state, which is read and written as a whole.
+Long because keys, effects, circuit and files of a scene are one state, which is read and written as
+a whole.
 """
 
 import tomllib
@@ -22,7 +23,8 @@ from harvester.scene.scene import Scene
 from harvester.scene.toml import MOST_BYTES, load, loads
 
 PROFILE, HARMONICS = "excitation.profile", "excitation.harmonics"
-WORDS = {PROFILE: "walking", HARMONICS: "0.1 g, 0.03 g"}  # keys that are no number, and what they are at first
+# keys that are no number, and what they are at first
+WORDS = {PROFILE: "walking", HARMONICS: "0.1 g, 0.03 g"}
 CARRIED = ("storage", "node", "chip")  # tables that no knob turns, which go with a netlist
 RESISTANCE, PARAMETER = "load.resistance", "load.parameters."
 MOST_KNOBS = 50  # of a netlist
@@ -39,10 +41,11 @@ load = { resistance = "1 Mohm" }
 class Draft:
     """A scene under edit: it may be wrong at any moment, and `scene` says what is wrong.
 
-    ``texts`` are those of all keys that were ever present, in or out of the scene; ``on`` the effects that are switched
-    on; ``netlist`` the circuit, None for a resistance (or none); ``files`` the paths of records by key; ``words`` the
-    keys that are no number; ``load`` what a flat netlist needs besides; ``untouched`` the texts of elements as
-    a user's own netlist has them.
+    ``texts`` are those of all keys that were ever present, in or out of the scene; ``on`` the
+    effects that are switched on; ``netlist`` the circuit, None for a resistance (or none);
+    ``files`` the paths of records by key; ``words`` the keys that are no number; ``load`` what a
+    flat netlist needs besides; ``untouched`` the texts of elements as a user's own netlist has
+    them.
     """
 
     def __init__(self, scene: Scene, raw: Mapping[str, Any] | None = None) -> None:
@@ -61,7 +64,9 @@ class Draft:
             for name, value in entries.items() if isinstance(entries, dict) else ():
                 self._take(f"{table}.{name}", value, (raw or {}).get(table, {}).get(name))
         has = {*self.texts, *self.files, *self.words}
-        self.on: set[EffectCard] = {e for e in self.effects if e.fixed or any(key in has for key in e.keys)}
+        self.on: set[EffectCard] = {
+            e for e in self.effects if e.fixed or any(key in has for key in e.keys)
+        }
         if PROFILE in has:  # whose amplitude and frequency are those of no harmonic
             self.on = {e for e in self.on if e.choice != "shaking" or PROFILE in e.keys}
         self.untouched: dict[str, str] = {}
@@ -103,8 +108,12 @@ class Draft:
 
     def own_netlist(self, path: str) -> None:
         """Take the circuit of a user's own netlist, as its file has it."""
-        self.netlist, self.loaded, self.load = path, True, {}
-        self.texts = {key: text for key, text in self.texts.items() if not key.startswith(PARAMETER)}
+        self.netlist = path
+        self.loaded = True
+        self.load = {}
+        self.texts = {
+            key: text for key, text in self.texts.items() if not key.startswith(PARAMETER)
+        }
         self._offer_elements(Load(netlist=path))
 
     def _offer_elements(self, load: Load | None) -> None:
@@ -112,7 +121,8 @@ class Draft:
         if load is None or load.netlist is None or not is_path(load.netlist):
             return
         circuit = load_circuit(load, self.value("piezo.capacitance") if self.physical else None)
-        named, self.untouched = {circuit.own_name(name) for name in load.parameters}, {}
+        named = {circuit.own_name(name) for name in load.parameters}
+        self.untouched = {}
         for name, value in (circuit.values | circuit.elements).items():
             has_knob = name in circuit.values or len(self.untouched) + len(named) < MOST_KNOBS
             if has_knob and value != 0.0 and name != "Cp" and name.lower() not in named:
@@ -129,7 +139,9 @@ class Draft:
         self.on.discard(effect)
         if on:
             self.texts |= same
-            self.on = {other for other in self.on if not effect.choice or other.choice != effect.choice} | {effect}
+            self.on = {
+                other for other in self.on if not effect.choice or other.choice != effect.choice
+            } | {effect}
             for key in effect.keys:
                 if key in WORDS:
                     self.words.setdefault(key, WORDS[key])
@@ -170,13 +182,22 @@ class Draft:
 
     def choose(self, netlist: str | None) -> None:
         """Take another circuit (None: a resistance); a load resistance that was known goes along."""
-        before = self.texts.get(PARAMETER + "R" if self.netlist is not None else RESISTANCE, "1 Mohm")
-        self.netlist, self.loaded, self.load, self.untouched = netlist, True, {}, {}
-        self.texts = {key: text for key, text in self.texts.items() if not key.startswith(PARAMETER)}
+        before = self.texts.get(
+            PARAMETER + "R" if self.netlist is not None else RESISTANCE, "1 Mohm"
+        )
+        self.netlist = netlist
+        self.loaded = True
+        self.load = {}
+        self.untouched = {}
+        self.texts = {
+            key: text for key, text in self.texts.items() if not key.startswith(PARAMETER)
+        }
         if netlist is None:
             self.texts[RESISTANCE] = before
             return
-        circuit = load_circuit(Load(netlist=netlist), self.value("piezo.capacitance") if self.physical else None)
+        circuit = load_circuit(
+            Load(netlist=netlist), self.value("piezo.capacitance") if self.physical else None
+        )
         for name, value in circuit.values.items():
             if name != "Cp":  # that of the piezo, as long as the scene does not say otherwise
                 self.texts[PARAMETER + name] = written(PARAMETER + name, value)
@@ -209,8 +230,12 @@ class Draft:
             if (value := self._in_file(key)) is not None:
                 tables.setdefault(table, {})[name] = value
         if self.netlist is not None:
-            values = {key.removeprefix(PARAMETER): in_file(key, self.texts[key]) for key in self._named()}
-            tables["load"] = {"netlist": self.netlist, **self.load} | ({"parameters": values} if values else {})
+            values = {
+                key.removeprefix(PARAMETER): in_file(key, self.texts[key]) for key in self._named()
+            }
+            tables["load"] = {"netlist": self.netlist, **self.load} | (
+                {"parameters": values} if values else {}
+            )
         elif self.physical and self.loaded and RESISTANCE in self.texts:
             tables["load"] = {"resistance": in_file(RESISTANCE, self.texts[RESISTANCE])}
         return tables | self.beside | (self.carried if self.netlist is not None else {})
@@ -219,7 +244,9 @@ class Draft:
         """What a scene file has for a key; None if it has no text."""
         if key.partition(".")[2] in FILES:
             if key not in self.files:
-                raise InputError(f"{key} must be a CSV file, but none is open: open one under 'Open and save'")
+                raise InputError(
+                    f"{key} must be a CSV file, but none is open: open one under 'Open and save'"
+                )
             return self.files[key]
         if key == HARMONICS:
             return [part.strip() for part in self.words[key].split(",")]
@@ -239,21 +266,29 @@ class Draft:
         for table, name in (("load", "netlist"), *(("excitation", record) for record in FILES)):
             path = tables.get(table, {}).get(name)
             if path and "/" in path:
-                tables[table][name] = f"./{Path(path).name}" if name == "netlist" else Path(path).name
+                tables[table][name] = (
+                    f"./{Path(path).name}" if name == "netlist" else Path(path).name
+                )
         return tomli_w.dumps(tables)
 
     def copy(self) -> "Draft":
         """Another draft of the same content."""
         other = object.__new__(Draft)
         other.__dict__.update(self.__dict__)
-        other.texts, other.files, other.on = dict(self.texts), dict(self.files), set(self.on)
+        other.texts = dict(self.texts)
+        other.files = dict(self.files)
+        other.on = set(self.on)
         other.words, other.load = dict(self.words), dict(self.load)
         return other
 
 
 def _taken(tables: dict[str, Any]) -> dict[str, Any]:
     """The tables that the page has no knobs for, taken out of a scene's: they stay as they are."""
-    return {table: tables.pop(table) for table in (Mode.TABLE, Magnifier.TABLE, Ball.TABLE) if table in tables}
+    return {
+        table: tables.pop(table)
+        for table in (Mode.TABLE, Magnifier.TABLE, Ball.TABLE)
+        if table in tables
+    }
 
 
 def first() -> Draft:
@@ -265,12 +300,16 @@ def differences(before: Mapping[str, Any], after: Mapping[str, Any]) -> list[tup
     """The keys in which two scenes' `Draft.tables` differ, each with both texts ("absent" if it is not there)."""
     flat = [dict(_flat(tables)) for tables in (before, after)]
     names = dict.fromkeys([*flat[0], *flat[1]])
-    rows = [(name, str(flat[0].get(name, "absent")), str(flat[1].get(name, "absent"))) for name in names]
+    rows = [
+        (name, str(flat[0].get(name, "absent")), str(flat[1].get(name, "absent"))) for name in names
+    ]
     return [row for row in rows if row[1] != row[2] and row[0] != "title"]
 
 
 def _flat(tables: Mapping[str, Any], above: str = "") -> list[tuple[str, Any]]:
     entries: list[tuple[str, Any]] = []
     for name, value in tables.items():
-        entries += _flat(value, f"{above}{name}.") if isinstance(value, dict) else [(above + name, value)]
+        entries += (
+            _flat(value, f"{above}{name}.") if isinstance(value, dict) else [(above + name, value)]
+        )
     return entries

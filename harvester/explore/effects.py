@@ -27,7 +27,9 @@ BY_NAME = "shaking by name"
 PHYSICAL = (
     EffectCard("oscillator", "mass", ("oscillator.mass",), fixed=True),
     EffectCard("oscillator", "spring, as a stiffness", ("oscillator.stiffness",), "spring"),
-    EffectCard("oscillator", "spring, as a resonance frequency", ("oscillator.frequency",), "spring"),
+    EffectCard(
+        "oscillator", "spring, as a resonance frequency", ("oscillator.frequency",), "spring"
+    ),
     EffectCard("oscillator", "damping, as a ratio", ("oscillator.damping_ratio",), "damping"),
     EffectCard("oscillator", "damping, as a quality factor", ("oscillator.q",), "damping"),
     EffectCard("oscillator", "damping, as a coefficient", ("oscillator.damping",), "damping"),
@@ -38,16 +40,33 @@ PHYSICAL = (
     EffectCard("oscillator", "quadratic damping", ("oscillator.damping_v",)),
     EffectCard("piezo", "clamped capacitance", ("piezo.capacitance",), fixed=True),
     EffectCard("piezo", "coupling, as a force per volt", ("piezo.coupling",), "coupling"),
-    EffectCard("piezo", "coupling, as a frequency in open circuit", ("piezo.open_circuit_frequency",), "coupling"),
+    EffectCard(
+        "piezo",
+        "coupling, as a frequency in open circuit",
+        ("piezo.open_circuit_frequency",),
+        "coupling",
+    ),
     EffectCard("piezo", "strain, for limits and lifetimes", ("piezo.strain_per_displacement",)),
     EffectCard("stop", "rigid stop", ("stop.restitution",), "stop"),
     EffectCard("stop", "compliant stop", ("stop.stiffness",), "stop"),
     EffectCard("stop", "damping of the compliant stop", ("stop.damping",), needs="compliant stop"),
     EffectCard("stop", "at a distance from rest", ("stop.gap",), needs="stop"),
-    EffectCard("stop", "second stop opposite", ("opposite_stop.restitution", "opposite_stop.gap"), needs="rigid stop"),
+    EffectCard(
+        "stop",
+        "second stop opposite",
+        ("opposite_stop.restitution", "opposite_stop.gap"),
+        needs="rigid stop",
+    ),
     EffectCard("excitation", "white noise", ("excitation.acceleration_psd",), "noise"),
-    EffectCard("excitation", "harmonic", ("excitation.acceleration_amplitude", "excitation.frequency"), "shaking"),
-    EffectCard("excitation", "coloured noise", ("excitation.correlation_time",), "shaking", needs="noise"),
+    EffectCard(
+        "excitation",
+        "harmonic",
+        ("excitation.acceleration_amplitude", "excitation.frequency"),
+        "shaking",
+    ),
+    EffectCard(
+        "excitation", "coloured noise", ("excitation.correlation_time",), "shaking", needs="noise"
+    ),
     EffectCard(
         "excitation",
         "noise of a band",
@@ -59,7 +78,12 @@ PHYSICAL = (
     EffectCard("excitation", "tabulated density", ("excitation.acceleration_psd_file",), "shaking"),
     EffectCard("excitation", BY_NAME, ("excitation.profile",), "shaking"),
     EffectCard("excitation", "level of it", ("excitation.level",), needs=BY_NAME),
-    EffectCard("excitation", "peak acceleration of it", ("excitation.acceleration_amplitude",), needs=BY_NAME),
+    EffectCard(
+        "excitation",
+        "peak acceleration of it",
+        ("excitation.acceleration_amplitude",),
+        needs=BY_NAME,
+    ),
     EffectCard("excitation", "its frequency", ("excitation.frequency",), needs=BY_NAME),
     EffectCard("excitation", "harmonics of a machine", ("excitation.harmonics",), needs=BY_NAME),
     EffectCard("excitation", "duration of a shock", ("excitation.pulse_duration",), needs=BY_NAME),
@@ -69,7 +93,9 @@ PHYSICAL = (
 
 
 def _card(table: str, label: str, *names: str, choice: str = "", needs: str = "") -> EffectCard:
-    return EffectCard(table, label, tuple(f"nondimensional.{name}" for name in names), choice, needs)
+    return EffectCard(
+        table, label, tuple(f"nondimensional.{name}" for name in names), choice, needs
+    )
 
 
 NONDIMENSIONAL = (
@@ -84,7 +110,9 @@ NONDIMENSIONAL = (
     _card("stop", "compliant stop", "stop_stiffness", choice="stop"),
     _card("stop", "damping of the compliant stop", "stop_damping", needs="compliant stop"),
     _card("stop", "at a distance from rest", "gap", needs="stop"),
-    _card("stop", "second stop opposite", "opposite_restitution", "opposite_gap", needs="rigid stop"),
+    _card(
+        "stop", "second stop opposite", "opposite_restitution", "opposite_gap", needs="rigid stop"
+    ),
     _card("excitation", "external noise", "D11", choice="noise"),
     _card("excitation", "size of the external noise", "eps1", needs="noise"),
     _card("excitation", "parametric noise", "D22", choice="parametric"),
@@ -92,26 +120,43 @@ NONDIMENSIONAL = (
     _card("excitation", "correlation of the two noises", "D12", needs="parametric"),
     _card("excitation", "harmonic", "drive", "drive_frequency", choice="shaking"),
     _card("excitation", "coloured noise", "correlation_time", choice="shaking", needs="noise"),
-    _card("excitation", "noise of a band", "centre_frequency", "bandwidth", choice="shaking", needs="noise"),
+    _card(
+        "excitation",
+        "noise of a band",
+        "centre_frequency",
+        "bandwidth",
+        choice="shaking",
+        needs="noise",
+    ),
     _card("load", "load resistance", "mu"),
 )
 
 
-AWAY = ("load", "storage", "node", "chip", "mode", "magnifier", "ball")  # tables that are no effects of the page
+# tables that are no effects of the page
+AWAY = ("load", "storage", "node", "chip", "mode", "magnifier", "ball")
 
 
 @cache
 def effects(physical: bool) -> tuple[EffectCard, ...]:
     """All effects of a physical or of a nondimensional scene, in the order of the page.
 
-    A key that is not listed above is an effect of its own, under what the key itself states that it is.
+    A key that is not listed above is an effect of its own, under what the key itself states that it
+    is.
     """
     listed = PHYSICAL if physical else NONDIMENSIONAL
     known = {key for effect in listed for key in effect.keys}
-    others = [key for key in keys() if (key.table == "nondimensional") != physical and key.table not in AWAY]
+    others = [
+        key
+        for key in keys()
+        if (key.table == "nondimensional") != physical and key.table not in AWAY
+    ]
     cards = {"nondimensional": "oscillator", "opposite_stop": "stop"}
     named = {f"{key.table}.{key.name}": key for key in others}
-    rest = [(cards.get(key.table, key.table), key.meaning, (name,)) for name, key in named.items() if name not in known]
+    rest = [
+        (cards.get(key.table, key.table), key.meaning, (name,))
+        for name, key in named.items()
+        if name not in known
+    ]
     return listed + tuple(EffectCard(*fields) for fields in rest)
 
 

@@ -1,8 +1,9 @@
 """Who may talk to the page's server: requests are judged by their first lines, before a byte of their body is read.
 
-A path begins with the token of the address, the host is this machine's at the server's port, and the origin, which
-browsers send with a websocket and from another page, is that too.  Anything else is 403 at once, and its connection is
-closed.  What the server logs is one line each, without the token.
+A path begins with the token of the address, the host is this machine's at the server's port, and
+the origin, which browsers send with a websocket and from another page, is that too.  Anything else
+is 403 at once, and its connection is closed.  What the server logs is one line each, without the
+token.
 """
 
 import logging
@@ -14,21 +15,32 @@ from tornado.routing import Router
 
 REFUSAL = b"403: the address must have the token that `harvester explore` printed\n"
 # No request of the page has a body: files come through its websocket.
-LIMITS = {"max_body_size": 64_000, "max_header_size": 16_000, "body_timeout": 10.0, "idle_connection_timeout": 300.0}
+LIMITS = {
+    "max_body_size": 64_000,
+    "max_header_size": 16_000,
+    "body_timeout": 10.0,
+    "idle_connection_timeout": 300.0,
+}
 
 
 class Guard(Router):
     """Hands the requests that may talk to the server on to its application, and refuses all others."""
 
     def __init__(self, application: Router, token: str, hosts: tuple[str, ...]) -> None:
-        self._application, self._token, self._hosts = application, token, hosts
+        self._application = application
+        self._token = token
+        self._hosts = hosts
 
     def find_handler(self, request: HTTPServerRequest, **kwargs: Any) -> HTTPMessageDelegate | None:
         """The application's handler of a request, or the refusal."""
         origin = request.headers.get("Origin")
         parts = (request.path or "").split("/")
         inside = parts[1:2] == [self._token] and ".." not in parts
-        if not inside or request.host not in self._hosts or origin not in (None, *(f"http://{h}" for h in self._hosts)):
+        if (
+            not inside
+            or request.host not in self._hosts
+            or origin not in (None, *(f"http://{h}" for h in self._hosts))
+        ):
             return _Refusal(request)
         return self._application.find_handler(request, **kwargs)
 
@@ -42,8 +54,16 @@ class _Refusal(HTTPMessageDelegate):
     def headers_received(self, start_line: Any, headers: HTTPHeaders) -> None:
         """Answer before the body."""
         assert self._connection is not None
-        about = HTTPHeaders({"Content-Length": str(len(REFUSAL)), "Content-Type": "text/plain", "Connection": "close"})
-        self._connection.write_headers(ResponseStartLine("HTTP/1.1", 403, "Forbidden"), about, REFUSAL)
+        about = HTTPHeaders(
+            {
+                "Content-Length": str(len(REFUSAL)),
+                "Content-Type": "text/plain",
+                "Connection": "close",
+            }
+        )
+        self._connection.write_headers(
+            ResponseStartLine("HTTP/1.1", 403, "Forbidden"), about, REFUSAL
+        )
         self._connection.finish()
 
     def data_received(self, chunk: bytes) -> None:

@@ -17,7 +17,14 @@ from harvester.quantities.units import SYMBOLS
 from harvester.scene.keys import keys
 from harvester.uncertainty.value import Value
 
-_PRINTED = (("+-", "±"), (" uW", " µW"), (" um", " µm"), (" uV", " µV"), ("^2", "²"), (" V²", " V²"))
+_PRINTED = (
+    ("+-", "±"),
+    (" uW", " µW"),
+    (" um", " µm"),
+    (" uV", " µV"),
+    ("^2", "²"),
+    (" V²", " V²"),
+)
 _ARGUMENT = re.compile(r"`([a-z][a-z_]*)`")
 
 
@@ -34,13 +41,20 @@ def plain(text: str) -> str:
 def table(heads: Sequence[str], rows: Iterable[Sequence[str]], kind: str = "") -> str:
     """A table; cells are texts, which are escaped."""
     head = "".join(f"<th>{escape(name)}</th>" for name in heads)
-    body = "".join("<tr>" + "".join(f"<td>{escape(plain(cell))}</td>" for cell in row) + "</tr>" for row in rows)
+    body = "".join(
+        "<tr>" + "".join(f"<td>{escape(plain(cell))}</td>" for cell in row) + "</tr>"
+        for row in rows
+    )
     return f'<table class="{kind}">{f"<thead><tr>{head}</tr></thead>" if heads else ""}<tbody>{body}</tbody></table>'
 
 
 def problem_line(text: str) -> str:
     """An error in one line, or nothing."""
-    return f'<div class="error" role="alert">{escape(plain(" ".join(text.split())))}</div>' if text else ""
+    return (
+        f'<div class="error" role="alert">{escape(plain(" ".join(text.split())))}</div>'
+        if text
+        else ""
+    )
 
 
 def without_knobs(tables: Iterable[str]) -> str:
@@ -52,8 +66,9 @@ def without_knobs(tables: Iterable[str]) -> str:
 class Power(NamedTuple):
     """The power at a working point, of the engine nearest to the truth: in W or nondimensional, as ``unit`` says.
 
-    ``error`` is what is known of its 95 % error, None if nothing is; ``known`` states that this is all of it;
-    ``share`` is that of the most that any device of this mass could take, None if no bound applies.
+    ``error`` is what is known of its 95 % error, None if nothing is; ``known`` states that this is
+    all of it; ``share`` is that of the most that any device of this mass could take, None if no
+    bound applies.
     """
 
     engine: str
@@ -69,7 +84,8 @@ def power_here(live: Live, runs: Sequence[dict[str, Any]]) -> Power | None:
 
     A circuit's power is never that of a resistor in its place: None until a run has it.
     """
-    estimate, unit = best(live.here), "W" if live.problem.physical else ""
+    estimate = best(live.here)
+    unit = "W" if live.problem.physical else ""
     here = [run for run in runs if run["own"]]
     if here and (estimate is None or not ENGINES[estimate.engine].is_exact or live.instead):
         last = here[-1]
@@ -78,10 +94,14 @@ def power_here(live: Live, runs: Sequence[dict[str, Any]]) -> Power | None:
     if estimate is None or live.instead:
         return None
     value = estimate.mean_power
-    return Power(estimate.engine, value.value, value.error95, True, estimate.share_of_possible, unit)
+    return Power(
+        estimate.engine, value.value, value.error95, True, estimate.share_of_possible, unit
+    )
 
 
-def headline(live: Live, runs: Sequence[dict[str, Any]], why: str = "", beside: Sequence[str] = ()) -> str:
+def headline(
+    live: Live, runs: Sequence[dict[str, Any]], why: str = "", beside: Sequence[str] = ()
+) -> str:
     """The working point in large letters: its power with the total error, and what is known ``beside`` it.
 
     Where it is not known the page reports it, and ``why``, or that it is being computed.
@@ -118,7 +138,10 @@ def _number(value: float, unit: str, error: float | None) -> tuple[str, str]:
     if error < 1e-6 * abs(value):
         return f"{value / 10.0**power:.5g} {prefix}{unit}", "closed form"
     digits = max(2, 2 + math.ceil(math.log10(abs(value) / error))) if value else 3
-    return f"{value / 10.0**power:.{digits}g} {prefix}{unit}", f"± {error / 10.0**power:.2g} {prefix}{unit} (95 %)"
+    return (
+        f"{value / 10.0**power:.{digits}g} {prefix}{unit}",
+        f"± {error / 10.0**power:.2g} {prefix}{unit} (95 %)",
+    )
 
 
 def answers(live: Live, runs: Sequence[dict[str, Any]]) -> str:
@@ -144,8 +167,14 @@ def _row(estimate: Estimate, instead: str) -> tuple[str, str, str]:
 
 def warnings(live: Live, runs: Sequence[dict[str, Any]], more: Sequence[str] = ()) -> str:
     """The warnings of all answers, each once."""
-    sentences = [f"{estimate.engine}: {word}" for estimate in live.here.values() for word in estimate.warnings]
-    sentences += [f"{run['engine']}: {word}" for run in runs if run["own"] for word in run["warnings"]]
+    sentences = [
+        f"{estimate.engine}: {word}"
+        for estimate in live.here.values()
+        for word in estimate.warnings
+    ]
+    sentences += [
+        f"{run['engine']}: {word}" for run in runs if run["own"] for word in run["warnings"]
+    ]
     sentences += more
     items = "".join(f"<li>{escape(plain(sentence))}</li>" for sentence in dict.fromkeys(sentences))
     return f'<ul class="warnings">{items}</ul>' if items else ""
@@ -156,7 +185,10 @@ def life(answer: dict[str, Any]) -> str:
     if "error" in answer:
         return f'<div class="by">The node: {escape(plain(answer["error"]))}</div>'
     remarks = "".join(f"<li>{escape(plain(remark))}</li>" for remark in answer["remarks"])
-    return table(answer.get("heads", ("the node", "in a day")), answer["rows"], "life") + f"<ul>{remarks}</ul>"
+    return (
+        table(answer.get("heads", ("the node", "in a day")), answer["rows"], "life")
+        + f"<ul>{remarks}</ul>"
+    )
 
 
 def meanings(problem: Problem) -> tuple[str, list[str]]:
@@ -171,9 +203,16 @@ def meanings(problem: Problem) -> tuple[str, list[str]]:
     from harvester.devices.interpretation import meaning
 
     interpretation = meaning(problem)
-    rows = [(name, Value(value).format(unit), what) for name, value, unit, what in interpretation.numbers]
+    rows = [
+        (name, Value(value).format(unit), what)
+        for name, value, unit, what in interpretation.numbers
+    ]
     warnings = [str(remark) for remark in interpretation.remarks if remark.severity == "warning"]
-    notes = [note.line for note in interpretation.remarks if note.severity == "note" and note.code not in SERVING]
+    notes = [
+        note.line
+        for note in interpretation.remarks
+        if note.severity == "note" and note.code not in SERVING
+    ]
     paragraphs = "".join(f"<p>{escape(plain(note[:1].upper() + note[1:]))}</p>" for note in notes)
     return paragraphs + table((), rows, "numbers"), warnings
 
@@ -185,14 +224,20 @@ def difference(
     beside: tuple[Mapping[str, str], Mapping[str, str]] = ({}, {}),
 ) -> str:
     """Two designs side by side: the keys in which they differ, their powers, and what is known ``beside`` of each."""
-    cells = [(name.replace("load.parameters.", "").replace(".", ": ").replace("_", " "), *rest) for name, *rest in rows]
+    cells = [
+        (name.replace("load.parameters.", "").replace(".", ": ").replace("_", " "), *rest)
+        for name, *rest in rows
+    ]
     cells.append(("mean power", _with_error(before), _with_error(after)))
     if before and after and (before.share is not None or after.share is not None):
         cells.append(("of the upper bound", _share(before), _share(after)))
     if before and after and before.value > 0.0 and before.unit == after.unit:
         cells.append(("ratio of the powers", "1", f"{after.value / before.value:.4g}"))
     unknown = "not computed yet"
-    cells += [(name, *(facts.get(name, unknown) for facts in beside)) for name in {**beside[0], **beside[1]}]
+    cells += [
+        (name, *(facts.get(name, unknown) for facts in beside))
+        for name in {**beside[0], **beside[1]}
+    ]
     same = "" if rows else "<p>The present design is the pinned one: turn a knob.</p>"
     return same + table(("", "pinned", "now"), cells, "difference")
 

@@ -21,16 +21,21 @@ from harvester.scene.scene import Scene
 
 PERIODS = 12.0  # that are drawn
 MOST = 1500  # points that are drawn
-# What the power of a circuit is computed to, and the seconds for that: at once, in the end, and along a curve.
-QUICK, FINE, COARSE = (0.05, 0.05), (0.01, 10.0), (0.05, 1.0)
+# What the power of a circuit is computed to, and the seconds for that: at once, in the end, and
+# along a curve.
+QUICK = (0.05, 0.05)
+FINE = (0.01, 10.0)
+COARSE = (0.05, 1.0)
 FEW = 64  # trajectories at once: their start is most of what they take
 IDLE = 300.0  # seconds after which a worker without work ends
 
 Job = Callable[..., dict[str, Any]]
 Overtaken = Callable[[], bool]  # whether a newer request waits; or the page is closed
-GIVES_WAY = 5  # the priority of what is computed in the background: the first power of a circuit passes it
+# the priority of what is computed in the background: the first power of a circuit passes it
+GIVES_WAY = 5
 
-_idle, _quick = processes.idle_processes(), processes.idle_processes()  # for what must be there at once, the latter
+# for what must be there at once, the latter
+_idle, _quick = processes.idle_processes(), processes.idle_processes()
 
 
 def path(tables: dict[str, Any]) -> dict[str, Any]:
@@ -41,16 +46,26 @@ def path(tables: dict[str, Any]) -> dict[str, Any]:
     from harvester.studies.motion import motion
 
     problem = Problem(Scene(**tables))
-    trace = motion(problem, default_sampler(problem), duration=2.0 * math.pi * PERIODS / problem.units.frequency)
+    trace = motion(
+        problem,
+        default_sampler(problem),
+        duration=2.0 * math.pi * PERIODS / problem.units.frequency,
+    )
     last = trace.time > trace.time[-1] - trace.shown
     every = max(1, -(-int(last.sum()) // MOST))
     drawn = (trace.time - trace.time[last][0], trace.displacement, trace.velocity, trace.voltage)
     return {
-        **{name: series[last][::every].tolist() for name, series in zip("txvV", drawn, strict=True)},
+        **{
+            name: series[last][::every].tolist() for name, series in zip("txvV", drawn, strict=True)
+        },
         "stops": list(trace.stops),
         "physical": trace.physical,
         "impacts": trace.number_of_impacts,
-        "not_drawn": [str(note) for note in trace.diagnostics if note.code in ("stop_not_drawn", "ball_not_drawn")],
+        "not_drawn": [
+            str(note)
+            for note in trace.diagnostics
+            if note.code in ("stop_not_drawn", "ball_not_drawn")
+        ],
         "engine": trace.engine,
     }
 
@@ -63,16 +78,20 @@ def power(tables: dict[str, Any], within: float, seconds: float) -> dict[str, An
     Raises CannotServeError if none does, and HarvesterError as that one.
     """
     problem = Problem(Scene(**tables))
-    kinds = sorted((kind for kind in ENGINES.values() if kind.needs_netlist), key=lambda kind: kind.LOOK.trust)
+    kinds = sorted(
+        (kind for kind in ENGINES.values() if kind.needs_netlist), key=lambda kind: kind.LOOK.trust
+    )
     kind = next((kind for kind in kinds if kind.refusal(problem) is None), None)
     if kind is None:
         raise CannotServeError(Slow.refusal(problem))
     if kind.by_mean_current:  # it has no such options, but a quick way and a whole one
         estimate = Slow().quick(problem) if within > FINE[0] else Slow().run(problem)
     else:
-        options = {"trajectories": FEW} if (within, seconds) == QUICK else {"within": within}  # else: "not reached"
+        # else: "not reached"
+        options = {"trajectories": FEW} if (within, seconds) == QUICK else {"within": within}
         chosen = engine(kind.NAME, budget=seconds, **options)
-        estimate = (chosen.at_many_points if within > FINE[0] else chosen).run(problem)  # that of few words first
+        # that of few words first
+        estimate = (chosen.at_many_points if within > FINE[0] else chosen).run(problem)
     return {"engine": kind.NAME} | told_of(estimate)
 
 
@@ -97,7 +116,12 @@ def life(tables: dict[str, Any]) -> dict[str, Any]:
 
 
 def elsewhere(
-    job: Job, arguments: tuple[Any, ...], overtaken: Overtaken, ended: Overtaken, patience: float, first: bool = False
+    job: Job,
+    arguments: tuple[Any, ...],
+    overtaken: Overtaken,
+    ended: Overtaken,
+    patience: float,
+    first: bool = False,
 ) -> dict[str, Any] | None:
     """`path`, `power` or `life` in a worker process; None if that has ended, or was overtaken and out of patience.
 

@@ -1,8 +1,9 @@
 """One engine on one scene in a process of its own, for the page: `python -m harvester.explore.job ENGINE WITHIN`.
 
-The scene's tables are a JSON object, the first line of stdin.  Stdout gets a JSON object a line: ``fraction`` done, and
-at the end ``answer`` (as `harvester run --json`) with ``row`` (of a sweep), and ``power`` and ``voltage`` in
-words, or ``error``.  The process ends when stdin does, for then the page's program is gone.
+The scene's tables are a JSON object, the first line of stdin.  Stdout gets a JSON object a line:
+``fraction`` done, and at the end ``answer`` (as `harvester run --json`) with ``row`` (of a sweep),
+and ``power`` and ``voltage`` in words, or ``error``.  The process ends when stdin does, for then
+the page's program is gone.
 """
 
 import json

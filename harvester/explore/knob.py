@@ -32,21 +32,38 @@ class Knob:
     """The field and the slider of one key."""
 
     def __init__(self, draft: Draft, key: str, changed: Changed) -> None:
-        self.draft, self.key, self._changed = draft, key, changed
+        self.draft = draft
+        self.key = key
+        self._changed = changed
         self._quiet = False
         self.slide: Slide = slide(self.key, self._value() or 1.0)
-        name, unit = key.rpartition(".")[2].replace("_", " "), unit_on_page(key)
+        name = key.rpartition(".")[2].replace("_", " ")
+        unit = unit_on_page(key)
         description = f"{meaning_of(key)} ({unit})" if unit else meaning_of(key)
         style = f"knob-{key.replace('.', '-')}"
         look = {"description": description, "width": 128, "margin": (0, 6, 2, 0)}
-        self.field = field(QuickField, "field", style, name=name, value=draft.texts.get(key, ""), **look)
-        look = {"show_value": False, "tooltips": False, "css_classes": ["slider", style], "stylesheets": [SLIDER]}
-        room = {"sizing_mode": "stretch_width", "align": "end", "margin": (0, 8, 4, 8), "min_width": 90}
+        self.field = field(
+            QuickField, "field", style, name=name, value=draft.texts.get(key, ""), **look
+        )
+        look = {
+            "show_value": False,
+            "tooltips": False,
+            "css_classes": ["slider", style],
+            "stylesheets": [SLIDER],
+        }
+        room = {
+            "sizing_mode": "stretch_width",
+            "align": "end",
+            "margin": (0, 8, 4, 8),
+            "min_width": 90,
+        }
         position = self.slide.position(self._value() or 1.0)
         self.slider = QuickSlider(name="", start=0, end=STEPS, value=position, **look, **room)
         self.field.param.watch(self._typed, "value")
         self.slider.param.watch(self._turned, "value")
-        self.view = pn.Row(self.field, self.slider, sizing_mode="stretch_width", margin=(2, 0, 3, 0))
+        self.view = pn.Row(
+            self.field, self.slider, sizing_mode="stretch_width", margin=(2, 0, 3, 0)
+        )
 
     def _value(self) -> float:
         return self.draft.value(self.key) if self.key in self.draft.texts else 0.0
@@ -91,7 +108,10 @@ class WordKnob:
     """A key that is no number: a choice of names for a profile, else a text."""
 
     def __init__(self, draft: Draft, key: str, changed: Changed) -> None:
-        self.draft, self.key, self._changed, self._quiet = draft, key, changed, False
+        self.draft = draft
+        self.key = key
+        self._changed = changed
+        self._quiet = False
         options: dict[str, Any] = {
             "name": key.rpartition(".")[2].replace("_", " "),
             "sizing_mode": "stretch_width",
@@ -99,7 +119,9 @@ class WordKnob:
         }
         kind: Any = pn.widgets.Select if key == PROFILE else pn.widgets.TextInput
         choices = {"options": [*PROFILES]} if key == PROFILE else {"description": meaning_of(key)}
-        self.view = field(kind, "word", f"knob-{key.replace('.', '-')}", value=self._word(), **choices | options)
+        self.view = field(
+            kind, "word", f"knob-{key.replace('.', '-')}", value=self._word(), **choices | options
+        )
         self.view.param.watch(self._chosen, "value")
 
     def _word(self) -> str:

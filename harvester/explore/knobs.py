@@ -16,14 +16,22 @@ from harvester.explore.widgets import column, flow, words
 from harvester.scene.physical import FILES
 
 AFTER = 250  # ms until the knobs of a circuit that was chosen are there
-_CARDS = {"load": "Load", "oscillator": "Oscillator", "piezo": "Piezo", "stop": "Stop", "excitation": "Excitation"}
+_CARDS = {
+    "load": "Load",
+    "oscillator": "Oscillator",
+    "piezo": "Piezo",
+    "stop": "Stop",
+    "excitation": "Excitation",
+}
 
 
 class Knobs:
     """All cards of a draft; ``changed`` is called after each change, with an error where a text could not be read."""
 
     def __init__(self, draft: Draft, changed: Changed) -> None:
-        self.draft, self._changed, self._quiet = draft, changed, False
+        self.draft = draft
+        self._changed = changed
+        self._quiet = False
         self.knobs: dict[str, list[Any]] = {}  # several where effects share a key
         self.switches: dict[EffectCard, Any] = {}
         self._bodies: dict[EffectCard, Any] = {}
@@ -38,7 +46,9 @@ class Knobs:
         self.refresh()
 
     def _card(self, table: str) -> Any:
-        inside: list[Any] = [self._block(effect) for effect in self.draft.effects if effect.table == table]
+        inside: list[Any] = [
+            self._block(effect) for effect in self.draft.effects if effect.table == table
+        ]
         if table == "load" and self.draft.physical:
             inside = [self._circuits(), self._load, *inside]
             self._fill_load()
@@ -171,7 +181,10 @@ class Knobs:
         panes = [pane for pane in self._bodies[effect].objects if isinstance(pane, pn.pane.HTML)]
         files = [key for key in effect.keys if key.partition(".")[2] in FILES]
         for pane, key in zip(panes, files, strict=False):
-            name = self.draft.files.get(key, "").rpartition("/")[2] or "none yet: open a CSV file above"
+            name = (
+                self.draft.files.get(key, "").rpartition("/")[2]
+                or "none yet: open a CSV file above"
+            )
             pane.object = f'<span style="font-size:13px">{escape(name)}</span>'
 
     def slide_of(self, key: str) -> Slide:

@@ -21,10 +21,13 @@ def held(draft: Draft) -> str | None:
 def opened(text: str) -> Draft:
     """The draft that a link holds.
 
-    Raises InputError for what is no such link, and as `harvester.scene.toml.loads`, also for files of its own.
+    Raises InputError for what is no such link, and as `harvester.scene.toml.loads`, also for files
+    of its own.
     """
     try:
-        scene = zlib.decompressobj().decompress(base64.urlsafe_b64decode(text), MOST_LETTERS).decode()
+        scene = (
+            zlib.decompressobj().decompress(base64.urlsafe_b64decode(text), MOST_LETTERS).decode()
+        )
     except (ValueError, zlib.error):
         raise InputError("the link must hold a scene, but was cut off or changed") from None
     with tempfile.TemporaryDirectory() as empty:

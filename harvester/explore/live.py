@@ -19,13 +19,16 @@ from harvester.scene.scene import Scene
 
 # The formulas, that which is nearest to the truth first.
 FORMULAS: dict[str, type[Engine]] = {
-    name: kind for name, kind in sorted(ENGINES.items(), key=lambda entry: -entry[1].LOOK.trust) if kind.is_formula
+    name: kind
+    for name, kind in sorted(ENGINES.items(), key=lambda entry: -entry[1].LOOK.trust)
+    if kind.is_formula
 }
-# Points of a curve that are computed while a knob turns, and after that; `PEAKED` where a closed form has peaks that a
-# coarse grid would miss, as under a harmonic drive.
+# Points of a curve that are computed while a knob turns, and after that; `PEAKED` where a closed
+# form has peaks that a coarse grid would miss, as under a harmonic drive.
 POINTS, PEAKED = (11, 41), (41, 601)
 TURNING = 7  # points of the first curve while a knob turns, off by some per cent at its ends
-# Points between two looks whether a newer request waits, in the time of the closed form; of a theory a few.
+# Points between two looks whether a newer request waits, in the time of the closed form; of a
+# theory a few.
 AT_ONCE = 61
 DRAWN = 97  # points of a curve through fewer
 
@@ -97,7 +100,14 @@ def live(
     base, key_of_base = _without_netlist(problem, key)
     serving = refusals(problem) if known is None else known.serving
     if base is None:
-        return Live(problem, key, at, False, refused={name: str(serving[name]) for name in FORMULAS}, serving=serving)
+        return Live(
+            problem,
+            key,
+            at,
+            False,
+            refused={name: str(serving[name]) for name in FORMULAS},
+            serving=serving,
+        )
     before = (known.curves, known.here, known.refused) if known is not None else ({}, {}, {})
     snapshot = Live(problem, key, at, problem.netlist is not None, *map(dict, before))  # type: ignore[arg-type]
     snapshot.serving.update(serving)
@@ -154,7 +164,8 @@ def _without_netlist(problem: Problem, key: str) -> tuple[Scene | None, str]:
     """The scene with a resistor in the place of a netlist, and the key there; None if that cannot be."""
     if problem.netlist is None:
         return problem.scene, key
-    resistance = problem.circuit.values.get("R") if problem.circuit else None  # refuses a netlist that is not allowed
+    # refuses a netlist that is not allowed
+    resistance = problem.circuit.values.get("R") if problem.circuit else None
     key_of_base = "load.resistance" if key == "load.parameters.R" else key
     if resistance is None or key_of_base.startswith("load.parameters."):
         return None, key
@@ -207,7 +218,8 @@ def _curve(answers: dict[float, Estimate], slide: Slide) -> PowerCurve:
     across = Slide(low, high, True, slide.sign) if slide.by_ratio else Slide(x[0], x[-1], False)
     fine = np.union1d(grid(across, DRAWN), x) if len(x) < DRAWN else x
     middle, least, most = (
-        _smooth(x, values, fine, slide) for values in (power, np.maximum(power - error, 0.0), power + error)
+        _smooth(x, values, fine, slide)
+        for values in (power, np.maximum(power - error, 0.0), power + error)
     )
     return PowerCurve(fine, middle, least, most, answers)
 
@@ -219,7 +231,9 @@ def _smooth(x: Floats, y: Floats, fine: Floats, slide: Slide) -> Floats:
     inside, across = (np.log(np.abs(x)), np.log(np.abs(fine))) if slide.by_ratio else (x, fine)
     order = np.argsort(inside)
     positive = bool((y > 0.0).all())
-    values = make_interp_spline(inside[order], (np.log(y) if positive else y)[order], min(3, len(y) - 1))(across)
+    values = make_interp_spline(
+        inside[order], (np.log(y) if positive else y)[order], min(3, len(y) - 1)
+    )(across)
     return np.asarray(np.exp(values) if positive else values)
 
 

@@ -43,17 +43,26 @@ class Explorer:
         self.pinned: tuple[dict[str, Any], Live] | None = None
         self._warnings: list[str] = []
         self._beside = Beside()
-        self._answered: dict[str, Any] = {}  # the design that the table of answers is of; paler of another one
-        self._unknown: tuple[dict[str, Any], str] = ({}, "")  # a design, and why the power of its circuit is not known
+        # the design that the table of answers is of; paler of another one
+        self._answered: dict[str, Any] = {}
+        # a design, and why the power of its circuit is not known
+        self._unknown: tuple[dict[str, Any], str] = ({}, "")
         self._computing = Computing(self, self.soon)
         self.error = words("error-line")
         self.headline, self.answers, self.warnings = map(words, ("headline", "answers", "warnings"))
         others = ("meaning", "difference", "path-told", "life")
         self.meaning, self.difference, self.path_told, self.life = map(words, others)
-        self.axis = field(pn.widgets.Select, "axis", options=["load.resistance"], width=210, margin=0)
-        # Not where the key is gone with a circuit: `_axis` chooses another on the way to what is asked for then.
-        self.axis.param.watch(lambda event: self.changed("") if event.old in self.axis.options else None, "value")
-        self.plot = pn.pane.Bokeh(None, sizing_mode="stretch_width", height=380, margin=0, stylesheets=[CHART])
+        self.axis = field(
+            pn.widgets.Select, "axis", options=["load.resistance"], width=210, margin=0
+        )
+        # Not where the key is gone with a circuit: `_axis` chooses another on the way to what is
+        # asked for then.
+        self.axis.param.watch(
+            lambda event: self.changed("") if event.old in self.axis.options else None, "value"
+        )
+        self.plot = pn.pane.Bokeh(
+            None, sizing_mode="stretch_width", height=380, margin=0, stylesheets=[CHART]
+        )
         self.power: PowerPlot | None = None
         self._plot_comes: Any = None  # the callback that draws a plot of another axis
         self.paths = PathPlots()
@@ -63,11 +72,14 @@ class Explorer:
         self.side = column()
         self._renew()
         self.said = words("said", html_text.problem_line(error) if error else "")
-        pn.state.onload(lambda: self.changed(""))  # what is computed would slow down the first sight of the page
+        # what is computed would slow down the first sight of the page
+        pn.state.onload(lambda: self.changed(""))
 
     def roots(self) -> dict[str, Any]:
         """The parts of the page by their names in page.html."""
-        label = words("over", '<div class="by">power over</div>', sizing_mode=None, width=76, align="center")
+        label = words(
+            "over", '<div class="by">power over</div>', sizing_mode=None, width=76, align="center"
+        )
         over = pn.Row(label, self.axis, margin=0, styles={"flex": "0 0 auto"})
         self.headline.styles = {"flex": "1 1 300px"}
         head = flow(self.headline, over, justify_content="space-between")
@@ -76,8 +88,12 @@ class Explorer:
             "power": column(self.said, self.error, head, self.plot, self.runs.view),
             "numbers": column(self.answers, self.life, self.warnings),
             "path": self.path_told,
-            "orbit": pn.pane.Bokeh(self.paths.orbit, sizing_mode="stretch_width", margin=0, stylesheets=[PICTURES]),
-            "voltage": pn.pane.Bokeh(self.paths.voltage, sizing_mode="stretch_width", margin=0, stylesheets=[PICTURES]),
+            "orbit": pn.pane.Bokeh(
+                self.paths.orbit, sizing_mode="stretch_width", margin=0, stylesheets=[PICTURES]
+            ),
+            "voltage": pn.pane.Bokeh(
+                self.paths.voltage, sizing_mode="stretch_width", margin=0, stylesheets=[PICTURES]
+            ),
             "meaning": self.meaning,
             "compare": column(self.pin.view, self.difference),
             "files": column(self.files.open, self.files.save),
@@ -112,7 +128,9 @@ class Explorer:
         """The key of the axis, its value and its range; the load where the key that was chosen is gone."""
         options = self.draft.present_keys()
         if not options:
-            raise InputError("the scene must have a number to turn, but has none: switch something on")
+            raise InputError(
+                "the scene must have a number to turn, but has none: switch something on"
+            )
         load = [key for key in (RESISTANCE, PARAMETER + "R", "nondimensional.mu") if key in options]
         if self.axis.options != options:
             key = self.axis.value if self.axis.value in options else [*load, *options][0]
@@ -165,7 +183,9 @@ class Explorer:
         known yet which engines support it, the picture waits for the power of its circuit.
         """
         self.live, self._drawn = snapshot, request
-        self._beside.add(request.tables, of_coil(snapshot.problem), self.pinned[0] if self.pinned else None)
+        self._beside.add(
+            request.tables, of_coil(snapshot.problem), self.pinned[0] if self.pinned else None
+        )
         if snapshot.serving:
             self.runs.serve(snapshot.serving)
             self._draw(rested)
@@ -198,7 +218,10 @@ class Explorer:
             return
         self._draw_words(rested)
         request, document = self._drawn, self.document
-        if self.power is not None and (self.power.key, self.power.slide) == (request.key, request.slide):
+        if self.power is not None and (self.power.key, self.power.slide) == (
+            request.key,
+            request.slide,
+        ):
             self._draw_curves()
         elif self.power is None or document is None or document.session_context is None:
             self._draw_new_plot()
@@ -216,7 +239,8 @@ class Explorer:
     def _draw_curves(self) -> None:
         """Draw the curves, the runs and the pinned design."""
         assert self.live is not None and self.power is not None, "what is drawn"
-        request, pinned = self._drawn, None
+        request = self._drawn
+        pinned = None
         if self.pinned and self.pinned[1].key == request.key:
             pinned = pinned_curve(self.pinned[1], self.runs.drawn(self.pinned[0], request.key))
         self.power.show(self.live, self.runs.drawn(request.tables, request.key), pinned)
@@ -228,7 +252,9 @@ class Explorer:
         tables, why = self._unknown
         beside = self._beside.of(self._drawn.tables)
         facts = [f"{name} {fact}" for name, fact in beside.items()]
-        self.headline.object = html_text.headline(self.live, runs, why if tables == self._drawn.tables else "", facts)
+        self.headline.object = html_text.headline(
+            self.live, runs, why if tables == self._drawn.tables else "", facts
+        )
         stale = not rested and self._answered != self._drawn.tables
         if self.answers.styles != (shade := {"opacity": "0.35" if stale else "1"}):
             self.answers.styles = shade
@@ -246,8 +272,11 @@ class Explorer:
             return
         tables, before = self.pinned
         was = html_text.power_here(before, self._runs_at(tables, before))
-        rows, known = differences(tables, self._drawn.tables), (self._beside.of(tables), beside)
-        self.difference.object = html_text.difference(rows, was, html_text.power_here(self.live, runs), known)
+        rows = differences(tables, self._drawn.tables)
+        known = (self._beside.of(tables), beside)
+        self.difference.object = html_text.difference(
+            rows, was, html_text.power_here(self.live, runs), known
+        )
 
     def _runs_at(self, tables: dict[str, Any], live: Live) -> list[dict[str, Any]]:
         """The runs at the working point of a design."""
@@ -255,7 +284,11 @@ class Explorer:
 
     def _point(self) -> tuple[dict[str, Any], str, float] | None:
         """The working point for a run in the background: what the knobs say, be it drawn yet or not."""
-        return None if self._request is None else (self._request.tables, self._request.key, self._request.at)
+        return (
+            None
+            if self._request is None
+            else (self._request.tables, self._request.key, self._request.at)
+        )
 
     def _pin(self) -> None:
         if self.live is not None:

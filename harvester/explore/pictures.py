@@ -6,7 +6,14 @@ from typing import Any
 
 import numpy as np
 from bokeh.core.properties import value
-from bokeh.models import ColumnDataSource, CustomJSTickFormatter, HoverTool, Legend, LegendItem, Span
+from bokeh.models import (
+    ColumnDataSource,
+    CustomJSTickFormatter,
+    HoverTool,
+    Legend,
+    LegendItem,
+    Span,
+)
 from bokeh.plotting import figure
 
 from harvester.arrays import Floats
@@ -17,14 +24,29 @@ from harvester.explore.texts import unit_on_page
 from harvester.presentation.engine_look import look as look_of
 from harvester.quantities.units import SYMBOLS
 
-# matplotlib's letter of an engine's marker -> the name of Bokeh; an engine with another letter gets circles
-_MARKERS = {"o": "circle", "s": "square", "D": "diamond", "*": "star", "X": "x", "P": "plus", "^": "triangle"}
+# matplotlib's letter of an engine's marker -> the name of Bokeh; an engine with another letter gets
+# circles
+_MARKERS = {
+    "o": "circle",
+    "s": "square",
+    "D": "diamond",
+    "*": "star",
+    "X": "x",
+    "P": "plus",
+    "^": "triangle",
+}
 _MARKERS |= {"h": "hex", "v": "inverted_triangle", "p": "hex_dot"}
 _DASH = 1.5  # a dash, in those of matplotlib
-_INK, _GRID, _GHOST = "#3a434d", "#e6e9ec", "#9aa4af"
-_NEAREST, _REFERENCE = {"line_width": 2.4, "line_alpha": 1.0}, {"line_width": 1.2, "line_alpha": 0.5}
+_INK = "#3a434d"
+_GRID = "#e6e9ec"
+_GHOST = "#9aa4af"
+_NEAREST, _REFERENCE = (
+    {"line_width": 2.4, "line_alpha": 1.0},
+    {"line_width": 1.2, "line_alpha": 0.5},
+)
 _EARLIER = 0.3  # opacity of a curve that is of the knobs' place before, until it is computed anew
-_ENDS = (1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)  # of the axis of power, times a power of ten
+# of the axis of power, times a power of ten
+_ENDS = (1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
 JOINED = 3  # points of one design that are joined
 _TICK_FORMAT = """
 const size = Math.abs(tick);
@@ -38,7 +60,12 @@ return parseFloat((tick / 10 ** power).toPrecision(4)) + names[power];
 
 def _plain(**options: Any) -> Any:
     """A figure in the look of the page."""
-    plot = figure(toolbar_location=None, tools="", min_border_right=14, **{"sizing_mode": "stretch_width", **options})
+    plot = figure(
+        toolbar_location=None,
+        tools="",
+        min_border_right=14,
+        **{"sizing_mode": "stretch_width", **options},
+    )
     plot.outline_line_color = None
     plot.background_fill_alpha = plot.border_fill_alpha = 0.0
     for axis in plot.axis:
@@ -64,19 +91,33 @@ class PowerPlot:
         by_ratio = slide.by_ratio and slide.sign > 0.0
         ends = {"x_range": slide.ends, "y_range": (0.0, 1.0)}
         self.plot = _plain(
-            x_axis_type="log" if by_ratio else "linear", name="power", sizing_mode="stretch_both", **ends
+            x_axis_type="log" if by_ratio else "linear",
+            name="power",
+            sizing_mode="stretch_both",
+            **ends,
         )
         self.key, self.slide = key, slide
-        name, unit = key.rpartition(".")[2].replace("_", " "), unit_on_page(key).replace("ohm", "Ω")
+        name = key.rpartition(".")[2].replace("_", " ")
+        unit = unit_on_page(key).replace("ohm", "Ω")
         self.plot.xaxis.axis_label = f"{name} ({unit})" if unit else name
         if by_ratio:
             self.plot.xaxis.formatter = CustomJSTickFormatter(code=_TICK_FORMAT)
-            if 1.0 < math.log10(slide.high / slide.low) < 2.0:  # where Bokeh has even ones, too near at the end
+            if (
+                1.0 < math.log10(slide.high / slide.low) < 2.0
+            ):  # where Bokeh has even ones, too near at the end
                 low = math.floor(math.log10(slide.low))
-                self.plot.xaxis.ticker = [size * 10.0 ** (low + k) for k in range(4) for size in (1.0, 2.0, 5.0)]
+                self.plot.xaxis.ticker = [
+                    size * 10.0 ** (low + k) for k in range(4) for size in (1.0, 2.0, 5.0)
+                ]
         self.power = 0
         self.ghost = self.plot.line(
-            "x", "y", source=_nothing("ghost", "xy"), color=_GHOST, line_width=3, line_dash=[1, 4], line_cap="round"
+            "x",
+            "y",
+            source=_nothing("ghost", "xy"),
+            color=_GHOST,
+            line_width=3,
+            line_dash=[1, 4],
+            line_cap="round",
         )
         self.curves: dict[str, Any] = {}
         self.joined: dict[str, Any] = {}
@@ -94,8 +135,12 @@ class PowerPlot:
             look = {"color": look_of(engine).colour, "alpha": "alpha"}
             self.plot.segment("x", "low", "x", "high", source=source, line_width=2, **look)
             joined = _nothing(f"joined-{engine}", "xy")
-            self.joined[engine] = self.plot.line("x", "y", source=joined, color=look_of(engine).colour, line_width=2.4)
-            dots = self.plot.scatter("x", "y", source=source, size=9, marker=marker, name=engine, **look)
+            self.joined[engine] = self.plot.line(
+                "x", "y", source=joined, color=look_of(engine).colour, line_width=2.4
+            )
+            dots = self.plot.scatter(
+                "x", "y", source=source, size=9, marker=marker, name=engine, **look
+            )
             self.curves[engine] = dots
             items.append(LegendItem(label=engine, renderers=[dots]))
         items.append(LegendItem(label="pinned", renderers=[self.ghost]))
@@ -111,14 +156,24 @@ class PowerPlot:
             self.plot.add_tools(HoverTool(renderers=[renderer], tooltips=tip, mode="mouse"))
 
     def _add_legend(self, items: list[LegendItem]) -> None:
-        legend = Legend(items=items, orientation="horizontal", border_line_color=None, background_fill_alpha=0.0)
-        legend.label_text_color, legend.label_text_font_size = _INK, "12px"
-        legend.spacing, legend.padding, legend.margin, legend.glyph_width = 10, 2, 2, 24
+        legend = Legend(
+            items=items, orientation="horizontal", border_line_color=None, background_fill_alpha=0.0
+        )
+        legend.label_text_color = _INK
+        legend.label_text_font_size = "12px"
+        legend.spacing = 10
+        legend.padding = 2
+        legend.margin = 2
+        legend.glyph_width = 24
         self.plot.add_layout(legend, "above")
 
-    def show(self, live: Live, runs: list[dict[str, Any]], pinned: tuple[Floats, Floats] | None) -> None:
+    def show(
+        self, live: Live, runs: list[dict[str, Any]], pinned: tuple[Floats, Floats] | None
+    ) -> None:
         """Draw the curves, the runs (x, y, error, engine, own) and the pinned design's (x, y), all in one unit."""
-        tops = [float(curve.power.max()) for curve in live.curves.values()] + [run["y"] + run["error"] for run in runs]
+        tops = [float(curve.power.max()) for curve in live.curves.values()] + [
+            run["y"] + run["error"] for run in runs
+        ]
         tops += [float(pinned[1].max())] if pinned else []
         self.power = engineering(tops)
         unit = f"{SYMBOLS[self.power].replace('u', 'µ')}W" if live.problem.physical else ""
@@ -141,8 +196,14 @@ class PowerPlot:
             faint = {"line_alpha": _EARLIER} if engine in live.earlier else {}
             self.curves[engine].glyph.update(**look | faint)
             self.items[engine].visible = curve is not None
-            self.items[engine].label = value(f"a resistor instead ({engine})" if live.instead else engine)
-        drawn = {"x": [], "y": []} if pinned is None else {"x": pinned[0].tolist(), "y": (pinned[1] / scaled).tolist()}
+            self.items[engine].label = value(
+                f"a resistor instead ({engine})" if live.instead else engine
+            )
+        drawn = (
+            {"x": [], "y": []}
+            if pinned is None
+            else {"x": pinned[0].tolist(), "y": (pinned[1] / scaled).tolist()}
+        )
         _put(self.ghost.data_source, drawn)
         self.items["pinned"].visible = pinned is not None
 
@@ -150,13 +211,27 @@ class PowerPlot:
         """Draw the runs of each engine with their errors; paler those of another scene."""
         for engine in POINTS:
             mine = [run for run in runs if run["engine"] == engine]
-            y, error = (np.array([run[name] for run in mine], dtype=float) / scaled for name in ("y", "error"))
-            data = {"x": np.array([run["x"] for run in mine]), "y": y, "low": y - error, "high": y + error}
+            y, error = (
+                np.array([run[name] for run in mine], dtype=float) / scaled
+                for name in ("y", "error")
+            )
+            data = {
+                "x": np.array([run["x"] for run in mine]),
+                "y": y,
+                "low": y - error,
+                "high": y + error,
+            }
             lists = {name: column.tolist() for name, column in data.items()}
-            _put(self.curves[engine].data_source, lists | {"alpha": [1.0 if run["own"] else 0.3 for run in mine]})
+            _put(
+                self.curves[engine].data_source,
+                lists | {"alpha": [1.0 if run["own"] else 0.3 for run in mine]},
+            )
             points = sorted((run["x"], run["y"] / scaled) for run in mine if run["own"])
             drawn = points if len(points) >= JOINED else []
-            _put(self.joined[engine].data_source, {"x": [x for x, _ in drawn], "y": [y for _, y in drawn]})
+            _put(
+                self.joined[engine].data_source,
+                {"x": [x for x, _ in drawn], "y": [y for _, y in drawn]},
+            )
             self.items[engine].visible = bool(mine)
 
 
@@ -174,7 +249,8 @@ def _put(source: ColumnDataSource, data: dict[str, Any]) -> None:
 def axis_end(top: float, now: float) -> float:
     """The end of an axis from 0 that shows ``top``: the one that it has ``now`` while that fits, else a round number.
 
-    A curve then moves before a scale that stands, and the browser need not set the axis anew at every step.
+    A curve then moves before a scale that stands, and the browser need not set the axis anew at
+    every step.
     """
     if not top > 0.0:
         return 1.0
@@ -188,7 +264,12 @@ def _columns(curve: PowerCurve | None, scaled: float) -> dict[str, Any]:
     """A curve as lists: each array would be two messages of its own on the websocket."""
     if curve is None:
         return {"x": [], "y": [], "low": [], "high": []}
-    columns = {"x": curve.x, "y": curve.power / scaled, "low": curve.low / scaled, "high": curve.high / scaled}
+    columns = {
+        "x": curve.x,
+        "y": curve.power / scaled,
+        "low": curve.low / scaled,
+        "high": curve.high / scaled,
+    }
     return {name: column.tolist() for name, column in columns.items()}
 
 
@@ -212,10 +293,17 @@ class PathPlots:
         self.voltage = _plain(name="voltage", height=300, x_range=(0.0, 1.0), y_range=(-1.0, 1.0))
         lines = (self.orbit, "xv", "spice", 1.1), (self.voltage, "tV", "averaged", 1.4)
         self.orbit_line, self.voltage_line = (
-            plot.line(*axes, source=_nothing(plot.name, axes), color=look_of(like).colour, line_width=width)
+            plot.line(
+                *axes,
+                source=_nothing(plot.name, axes),
+                color=look_of(like).colour,
+                line_width=width,
+            )
             for plot, axes, like, width in lines
         )
-        self.stops = [Span(dimension="height", line_color=_INK, line_width=3, visible=False) for _ in range(2)]
+        self.stops = [
+            Span(dimension="height", line_color=_INK, line_width=3, visible=False) for _ in range(2)
+        ]
         for stop in self.stops:
             self.orbit.add_layout(stop)
 
@@ -227,17 +315,33 @@ class PathPlots:
         drawn = {name: np.asarray(path[name]) / 10.0**power for name, power in scales.items()}
 
         def named(what: str, name: str) -> str:
-            return f"{what} ({SYMBOLS[scales[name]].replace('u', 'µ')}{units[name]})" if physical else what
+            return (
+                f"{what} ({SYMBOLS[scales[name]].replace('u', 'µ')}{units[name]})"
+                if physical
+                else what
+            )
 
         self.orbit_line.data_source.data = {"x": drawn["x"], "v": drawn["v"]}
         self.voltage_line.data_source.data = {"t": drawn["t"], "V": drawn["V"]}
-        for plot, x, y in ((self.orbit, drawn["x"], drawn["v"]), (self.voltage, drawn["t"], drawn["V"])):
+        for plot, x, y in (
+            (self.orbit, drawn["x"], drawn["v"]),
+            (self.voltage, drawn["t"], drawn["V"]),
+        ):
             for ends, values in ((plot.x_range, x), (plot.y_range, y)):
                 low, high = float(values.min()), float(values.max())
                 room = 0.05 * (high - low) or 1.0
-                ends.update(start=low - room * (values is not drawn["t"]), end=high + room * (values is not drawn["t"]))
-        self.orbit.xaxis.axis_label, self.orbit.yaxis.axis_label = named("displacement", "x"), named("velocity", "v")
-        self.voltage.xaxis.axis_label, self.voltage.yaxis.axis_label = named("time", "t"), named("voltage", "V")
+                ends.update(
+                    start=low - room * (values is not drawn["t"]),
+                    end=high + room * (values is not drawn["t"]),
+                )
+        self.orbit.xaxis.axis_label, self.orbit.yaxis.axis_label = (
+            named("displacement", "x"),
+            named("velocity", "v"),
+        )
+        self.voltage.xaxis.axis_label, self.voltage.yaxis.axis_label = (
+            named("time", "t"),
+            named("voltage", "V"),
+        )
         for stop, position in zip(self.stops, [*path["stops"], math.nan, math.nan], strict=False):
             stop.visible = math.isfinite(position)
             stop.location = position / 10.0 ** scales["x"] if math.isfinite(position) else 0.0

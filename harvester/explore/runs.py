@@ -15,35 +15,54 @@ from harvester.explore.widgets import button, column, field, flow, words
 from harvester.presentation.diagnostic import Diagnostic
 
 SAMPLERS = tuple(name for name, kind in ENGINES.items() if kind.samples)
-POINTS = tuple(name for name, kind in ENGINES.items() if kind.samples or kind.by_mean_current)  # drawn as points
+# drawn as points
+POINTS = tuple(name for name, kind in ENGINES.items() if kind.samples or kind.by_mean_current)
 Point = tuple[dict[str, Any], str, float]  # tables of a design, and a key with its value
 
 
 class RunPanel:
     """The buttons of a page and the points of its runs.
 
-    ``point`` gives tables, key and value of the working point, or None; ``changed`` is reported when a run has ended;
-    ``soon`` calls a function where the page may be changed.
+    ``point`` gives tables, key and value of the working point, or None; ``changed`` is reported
+    when a run has ended; ``soon`` calls a function where the page may be changed.
     """
 
     def __init__(
-        self, point: Callable[[], Point | None], changed: Callable[[], None], soon: Callable[[Callable[[], None]], None]
+        self,
+        point: Callable[[], Point | None],
+        changed: Callable[[], None],
+        soon: Callable[[Callable[[], None]], None],
     ) -> None:
-        self._point, self._changed, self._soon = point, changed, soon
+        self._point = point
+        self._changed = changed
+        self._soon = soon
         self.points: list[dict[str, Any]] = []
         self._running: dict[str, Background] = {}
         self._begun: dict[str, Point] = {}
         choice: dict[str, Any] = {"options": ["5%", "2%", "1%", "0.5%"], "value": "2%"}
         self.within = field(pn.widgets.Select, "within", **choice, width=76, margin=(4, 10, 4, 4))
-        self.buttons, self.cancels, self.bars = {}, {}, {}
-        self.why, self.outcome = (words(name, margin=(0, 0, 2, 2)) for name in ("why-not", "run-told"))
+        self.buttons = {}
+        self.cancels = {}
+        self.bars = {}
+        self.why, self.outcome = (
+            words(name, margin=(0, 0, 2, 2)) for name in ("why-not", "run-told")
+        )
         for engine in SAMPLERS:
             self.buttons[engine] = self._button(f"Run {engine}", engine, "run", self._start)
             self.cancels[engine] = self._button("Cancel", engine, "cancel", self._cancel)
             self.cancels[engine].visible = False
-            look: dict[str, Any] = {"width": 110, "height": 8, "margin": (14, 8, 4, 2), "visible": False}
-            self.bars[engine] = field(pn.indicators.Progress, f"bar-{engine}", value=0, max=100, **look)
-        parts = [part for e in SAMPLERS for part in (self.buttons[e], self.bars[e], self.cancels[e])]
+            look: dict[str, Any] = {
+                "width": 110,
+                "height": 8,
+                "margin": (14, 8, 4, 2),
+                "visible": False,
+            }
+            self.bars[engine] = field(
+                pn.indicators.Progress, f"bar-{engine}", value=0, max=100, **look
+            )
+        parts = [
+            part for e in SAMPLERS for part in (self.buttons[e], self.bars[e], self.cancels[e])
+        ]
         label = words("within-what", "within", sizing_mode=None, margin=(10, 0, 4, 6))
         self.view = column(flow(*parts, label, self.within), self.why, self.outcome)
 
@@ -52,11 +71,21 @@ class RunPanel:
 
     def serve(self, refusals: dict[str, Diagnostic | None]) -> None:
         """Let those engines be run that support the scene, and say below why the others are greyed."""
-        reasons = [f"{name}: {why}" for name, why in refusals.items() if name in SAMPLERS and why is not None]
+        reasons = [
+            f"{name}: {why}"
+            for name, why in refusals.items()
+            if name in SAMPLERS and why is not None
+        ]
         without = [name for name in SAMPLERS if name not in refusals]
-        reasons += [f"{' and '.join(without)}: for a load that is a netlist, such as a bridge"] * bool(without)
+        reasons += [
+            f"{' and '.join(without)}: for a load that is a netlist, such as a bridge"
+        ] * bool(without)
         items = "".join(f"<li>{escape(plain(reason))}</li>" for reason in reasons)
-        self.why.object = f"<details><summary>Why some are grey</summary><ul>{items}</ul></details>" if reasons else ""
+        self.why.object = (
+            f"<details><summary>Why some are grey</summary><ul>{items}</ul></details>"
+            if reasons
+            else ""
+        )
         for engine in SAMPLERS:
             known = engine in refusals and refusals[engine] is None
             self.buttons[engine].disabled = engine in self._running or not known
@@ -69,7 +98,10 @@ class RunPanel:
         self.outcome.object = ""
         self._show(engine, running=True)
         self._running[engine] = Background(
-            point[0], engine, self.within.value, lambda said: self._soon(lambda: self._take(engine, said))
+            point[0],
+            engine,
+            self.within.value,
+            lambda said: self._soon(lambda: self._take(engine, said)),
         )
 
     def _cancel(self, engine: str) -> None:
@@ -79,7 +111,8 @@ class RunPanel:
     def _show(self, engine: str, running: bool) -> None:
         self.buttons[engine].disabled = running
         self.cancels[engine].visible = self.bars[engine].visible = running
-        self.bars[engine].value = -1  # moving: nobody knows yet how long compiling and settling take
+        # moving: nobody knows yet how long compiling and settling take
+        self.bars[engine].value = -1
 
     def _take(self, engine: str, said: dict[str, Any]) -> None:
         """Take what a run says."""
@@ -91,7 +124,9 @@ class RunPanel:
         if "answer" in said:
             self.add(engine, self._begun[engine], said)
         elif "error" in said:
-            self.outcome.object = f'<div class="error">{escape(engine)}: {escape(plain(said["error"]))}</div>'
+            self.outcome.object = (
+                f'<div class="error">{escape(engine)}: {escape(plain(said["error"]))}</div>'
+            )
         else:
             self.outcome.object = f'<div class="by">{escape(engine)} was cancelled.</div>'
         self._changed()
@@ -101,7 +136,9 @@ class RunPanel:
         new = _point(engine, begun, said)
         same = ("engine", "key", "x", "rest")
         before = [run for run in self.points if all(run[name] == new[name] for name in same)]
-        best = min([*before, new], key=lambda run: (not run["settled"], float(run["error"]) or math.inf))
+        best = min(
+            [*before, new], key=lambda run: (not run["settled"], float(run["error"]) or math.inf)
+        )
         self.points = [run for run in self.points if run not in before] + [best]
 
     def shown(self, tables: dict[str, Any], key: str) -> list[dict[str, Any]]:

@@ -1,7 +1,7 @@
 """The page's server: on one address, 127.0.0.1 unless another is asked for, and nothing without its token.
 
-The token is the first part of every path, so that the page, what it fetches and its websocket all carry it; any other
-request is refused before its body is read (`harvester.explore.guard`).
+The token is the first part of every path, so that the page, what it fetches and its websocket all
+carry it; any other request is refused before its body is read (`harvester.explore.guard`).
 """
 
 import asyncio
@@ -25,21 +25,24 @@ from harvester.explore.guard import LIMITS, Guard, quieten
 from harvester.explore.page import Explorer
 
 HOST = "127.0.0.1"  # only this machine reaches it
-SWITCH = 0.001  # seconds that a thread which computes may keep the one that draws waiting; Python's own is 0.005
+# seconds that a thread which computes may keep the one that draws waiting; Python's own is 0.005
+SWITCH = 0.001
 MOST_BYTES = 80_000_000  # of a message: a file of `uploads.MOST_BYTES`, as text
 
 
 class Frame(pn.Template):  # type: ignore[misc]
     """The page around its parts."""
 
-    def __repr__(self) -> str:  # Panel's own, of all parts, is made for each of them, and takes seconds
+    # Panel's own, of all parts, is made for each of them, and takes seconds
+    def __repr__(self) -> str:
         return "harvester explore"
 
 
 class Server:
     """A server that is ready to be started on one address of this machine; ``url`` is its page with the token.
 
-    Raises InputError for a ``host`` that is no address of this machine, and for a ``port`` that is taken.
+    Raises InputError for a ``host`` that is no address of this machine, and for a ``port`` that is
+    taken.
     """
 
     def __init__(self, first: Callable[[], Draft], port: int, host: str = HOST) -> None:
@@ -52,17 +55,21 @@ class Server:
         template = (Path(__file__).parent / "page.html").read_text()
 
         def page() -> Any:
-            held = [value.decode(errors="replace") for value in pn.state.session_args.get("scene", [])]
+            held = [
+                value.decode(errors="replace") for value in pn.state.session_args.get("scene", [])
+            ]
             error = ""
             try:
                 draft = links.opened(held[0]) if held else first()
             except HarvesterError as wrong:
-                draft, error = first(), str(wrong)
+                draft = first()
+                error = str(wrong)
             explorer = Explorer(draft, error)
             self._pages.add(explorer)
             pn.state.on_session_destroyed(lambda _: self._close(explorer))
             made = Frame(template, items=explorer.roots())
-            made.add_variable("app_favicon", "")  # page.html has one, or browsers would ask elsewhere
+            # page.html has one, or browsers would ask elsewhere
+            made.add_variable("app_favicon", "")
             made.add_variable("apple_icon", "")
             return made
 
@@ -91,7 +98,9 @@ class Server:
             self._server.io_loop.asyncio_loop.set_exception_handler(report_failure)
             self._server.io_loop.start()
         finally:
-            for explorer in [*self._pages]:  # Bokeh calls nothing of a session's when its server ends
+            for explorer in [
+                *self._pages
+            ]:  # Bokeh calls nothing of a session's when its server ends
                 self._close(explorer)
             self._server.stop()
             in_worker.close()
@@ -117,7 +126,8 @@ def hosts_of(host: str, port: int) -> tuple[str, ...]:
 def free_port(port: int, host: str = HOST) -> int:
     """The port itself, or any free one for 0.
 
-    Raises InputError if another program has it, and for a ``host`` that is not one address of this machine.
+    Raises InputError if another program has it, and for a ``host`` that is not one address of this
+    machine.
     """
     must = "`host` must be an IP address of this machine, such as 192.168.1.20"
     try:

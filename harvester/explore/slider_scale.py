@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from harvester.scene.keys import key_kind, split_key
 
 STEPS = 300  # places of a slider, from 0
-_DECADES = {"load.resistance": 2.5, "nondimensional.mu": 2.0, "load.parameters.R": 2.5}  # on either side
+# on either side
+_DECADES = {"load.resistance": 2.5, "nondimensional.mu": 2.0, "load.parameters.R": 2.5}
 _NARROW = ("oscillator.mass", "oscillator.stiffness")
 
 
@@ -43,7 +44,11 @@ class Slide:
     @property
     def ends(self) -> tuple[float, float]:
         """The smallest and the largest value."""
-        first, last = (self.sign * self.low, self.sign * self.high) if self.by_ratio else (self.low, self.high)
+        first, last = (
+            (self.sign * self.low, self.sign * self.high)
+            if self.by_ratio
+            else (self.low, self.high)
+        )
         return min(first, last), max(first, last)
 
 
@@ -55,6 +60,9 @@ def slide(key: str, value: float) -> Slide:
     if key == "nondimensional.linear":
         return Slide(-1.0, 1.0, False)
     size = abs(value) or 1.0
-    factor = 10.0 ** _DECADES.get(key, 0.75 if key in _NARROW else 0.3 if key.endswith("frequency") else 1.5)
-    low, high = float(f"{size / factor:.2g}"), float(f"{size * factor:.2g}")
+    factor = 10.0 ** _DECADES.get(
+        key, 0.75 if key in _NARROW else 0.3 if key.endswith("frequency") else 1.5
+    )
+    low = float(f"{size / factor:.2g}")
+    high = float(f"{size * factor:.2g}")
     return Slide(low, high, True, -1.0 if value < 0.0 else 1.0)

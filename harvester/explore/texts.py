@@ -6,7 +6,8 @@ from harvester.quantities.units import PREFIXES, SYMBOLS, split_unit
 from harvester.scene.keys import key_kind, keys, read_value, split_key
 
 _PREFIXED = ("ohm", "F", "H", "Hz", "s", "m", "N/m", "N/V")
-_OF_PARAMETERS = {"R": "ohm", "C": "F", "L": "H"}  # the first letter of a netlist's parameter, as in SPICE
+# the first letter of a netlist's parameter, as in SPICE
+_OF_PARAMETERS = {"R": "ohm", "C": "F", "L": "H"}
 
 _PARAMETERS = "load.parameters."
 _MEASURED = {  # what a bench measures (`harvester.explore.measured`): unit and meaning
@@ -16,8 +17,14 @@ _MEASURED = {  # what a bench measures (`harvester.explore.measured`): unit and 
 }
 _OWN_MEANING = {"R": "load resistance", "C": "smoothing capacitance", "L": "the coil's inductance"}
 _OWN_MEANING |= {"Rcoil": "resistance of the coil's wire", "Rcore": "resistance of the coil's core"}
-_OWN_MEANING |= {"Is": "the diodes' saturation current (A)", "N": "the diodes' emission coefficient"}
-_OWN_MEANING |= {"Bv": "the diodes' breakdown voltage (V)", "Cp": "the piezo's capacitance, for the switch"}
+_OWN_MEANING |= {
+    "Is": "the diodes' saturation current (A)",
+    "N": "the diodes' emission coefficient",
+}
+_OWN_MEANING |= {
+    "Bv": "the diodes' breakdown voltage (V)",
+    "Cp": "the piezo's capacitance, for the switch",
+}
 _OWN_MEANING |= {"play": "fall from the extremum before the switch closes (V)"}
 _OWN_MEANING |= {"rest": "voltage at which the switch opens again (V)"}
 
@@ -51,7 +58,11 @@ def written(key: str, value: float, like: str = "") -> str:
     if kind is not None and like_unit and like_unit not in _with_prefixes(unit):
         factor, power = kind.scale(like_unit)
         if factor:
-            number = value / factor if power == 1 else math.copysign(math.sqrt(abs(value) / factor), value)
+            number = (
+                value / factor
+                if power == 1
+                else math.copysign(math.sqrt(abs(value) / factor), value)
+            )
             return f"{number:.6g}{'' if like_unit == '%' else ' '}{like_unit}"
     if unit == "kg":
         return prefixed(1e3 * value, "g") if abs(value) < 1.0 else f"{value:.6g} kg"
@@ -78,8 +89,13 @@ def normal(key: str, text: str) -> str:
     """
     value = read_value(key, text.strip())
     kind = key_kind(*split_key(key))
-    bare = (split_unit(text) or (0.0, ""))[1] in PREFIXES and unit_on_page(key)  # 470k: a prefix alone
-    return text.strip() if kind is not None and not bare and kind.reads(text.strip()) else written(key, value)
+    # 470k: a prefix alone
+    bare = (split_unit(text) or (0.0, ""))[1] in PREFIXES and unit_on_page(key)
+    return (
+        text.strip()
+        if kind is not None and not bare and kind.reads(text.strip())
+        else written(key, value)
+    )
 
 
 def in_file(key: str, text: str) -> float | str:

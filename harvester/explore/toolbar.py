@@ -64,7 +64,12 @@ class FilesBar:
         kinds = {"accept": ",".join(uploads.KINDS), "multiple": True}
         look: dict[str, Any] = {"sizing_mode": "stretch_width", "margin": (0, 0, 4, 0)}
         self.chooser = field(pn.widgets.FileInput, "open", **kinds, **look)
-        look = {"name": "column to use", "placeholder": "x, y, z or a column", "width": 190, "margin": (0, 0, 6, 0)}
+        look = {
+            "name": "column to use",
+            "placeholder": "x, y, z or a column",
+            "width": 190,
+            "margin": (0, 0, 6, 0),
+        }
         self.axis = field(pn.widgets.TextInput, "record-axis", **look)
         self.outcome = words("open-told")
         self.chooser.param.watch(lambda _: self._opened(), "value")
@@ -100,7 +105,9 @@ class FilesBar:
             self.failed.object = ""
             try:
                 return io.BytesIO(make())
-            except Exception as error:  # the page says why there is no such file, and the file says it too
+            except (
+                Exception
+            ) as error:  # the page says why there is no such file, and the file says it too
                 text = str(named(error))
                 self.failed.object = problem_line(text)
                 return io.BytesIO((text + "\n").encode())
@@ -125,13 +132,16 @@ class FilesBar:
             return
         contents, names = (contents, names) if isinstance(contents, list) else ([contents], [names])
         self.outcome.object = '<div class="by">reading ...</div>'
-        draft, axis = self._page.draft, self.axis.value.strip()
+        draft = self._page.draft
+        axis = self.axis.value.strip()
         POOL.submit(self._read, draft, names, contents, axis)
 
     def _read(self, draft: Draft, names: list[str], contents: list[bytes], axis: str) -> None:
         """Read the files in a thread of its own, so that no other page waits; then the page takes them."""
         try:
-            changed, messages = uploads.take(draft, uploads.keep(self._folder, names, contents), axis)
+            changed, messages = uploads.take(
+                draft, uploads.keep(self._folder, names, contents), axis
+            )
         except Exception as error:
             line = problem_line(str(named(error)).replace(f"{self._folder}{os.sep}", ""))
             self._page.soon(lambda: self.outcome.param.update(object=line))
@@ -139,5 +149,7 @@ class FilesBar:
         self._page.soon(lambda: self._taken(changed, messages))
 
     def _taken(self, draft: Draft, messages: list[str]) -> None:
-        self.outcome.object = "".join(f'<div class="by">{escape(message)}</div>' for message in messages)
+        self.outcome.object = "".join(
+            f'<div class="by">{escape(message)}</div>' for message in messages
+        )
         self._page.replace(draft)

@@ -1,6 +1,7 @@
 """Files that are given to the page: kept in a folder of its session, and trusted in nothing.
 
-A scene reaches no file outside of that folder, and neither does a netlist (`harvester.netlists.allowed`).
+A scene reaches no file outside of that folder, and neither does a netlist
+(`harvester.netlists.allowed`).
 """
 
 import re
@@ -23,7 +24,9 @@ def keep(folder: Path, names: list[str], contents: list[bytes]) -> list[Path]:
     Raises InputError for a name that is none of a plain file of `KINDS`, and for too many bytes.
     """
     if sum(file.stat().st_size for file in folder.iterdir()) + sum(map(len, contents)) > MOST_BYTES:
-        raise InputError(f"the files of a page must have at most {MOST_BYTES // 1_000_000} MB together, but have more")
+        raise InputError(
+            f"the files of a page must have at most {MOST_BYTES // 1_000_000} MB together, but have more"
+        )
     kept = []
     for name, content in zip(names, contents, strict=True):
         if not _NAME.fullmatch(name) or Path(name).suffix.lower() not in KINDS:
@@ -41,21 +44,25 @@ def take(draft: Draft, paths: list[Path], axis: str) -> tuple[Draft, list[str]]:
     ``axis`` is that of a record with several columns, empty for the only one.  Raises InputError in one line for what
     cannot be used; the draft that was given stays as it was.
     """
-    draft, messages = draft.copy(), list[str]()
+    draft = draft.copy()
+    messages = list[str]()
     for path in sorted(paths, key=lambda file: KINDS.index(file.suffix.lower())):
         match path.suffix.lower():
             case ".toml":
                 draft = _scene(path)
                 messages.append(f"scene {path.name}")
             case ".csv" if any(Path(record).name == path.name for record in draft.files.values()):
-                messages.append(f"record {path.name}")  # that of the scene, which has its own reader
+                # that of the scene, which has its own reader
+                messages.append(f"record {path.name}")
             case ".csv":
                 messages += _record(draft, path, axis)
             case _:
                 draft.own_netlist(str(path))
                 messages.append(f"netlist {path.name}")
     if (count := sum(key.startswith(PARAMETER) for key in draft.texts)) > MOST_KNOBS:
-        raise InputError(f"a netlist must have at most {MOST_KNOBS} parameters, each a knob here, but has {count}")
+        raise InputError(
+            f"a netlist must have at most {MOST_KNOBS} parameters, each a knob here, but has {count}"
+        )
     draft.scene()
     return draft, messages
 
@@ -70,18 +77,27 @@ def _scene(path: Path) -> Draft:
 def _record(draft: Draft, path: Path, axis: str) -> list[str]:
     """Make a record clean and let it shake the base."""
     if not draft.physical:
-        raise InputError("a record must go with a scene in SI units, but this one is nondimensional")
+        raise InputError(
+            "a record must go with a scene in SI units, but this one is nondimensional"
+        )
     try:
         report = record_spectra(clean(str(path), axis or None, None))
     except InputError as error:
-        raise InputError(str(error).replace("FILE", path.name).replace("--axis", "the field 'axis'")) from None
+        raise InputError(
+            str(error).replace("FILE", path.name).replace("--axis", "the field 'axis'")
+        ) from None
     cleaned = path.with_name(f"{path.stem}_clean.csv") if not path.stem.endswith("_clean") else path
     files.write(cleaned, report.text(), "file")
     draft.files["excitation.acceleration_file"] = str(cleaned)
-    recorded = next(effect for effect in draft.effects if effect.keys == ("excitation.acceleration_file",))
+    recorded = next(
+        effect for effect in draft.effects if effect.keys == ("excitation.acceleration_file",)
+    )
     draft.switch(recorded, True)
     for effect in draft.effects:
         if effect.choice == "noise":
             draft.switch(effect, False)
     rms = f"rms {report.record.rms:.4g} m/s^2, {len(report.record.values)} samples"
-    return [f"record {path.name}: {rms}", *map(str, (*report.record.notes, *report.record.warnings))]
+    return [
+        f"record {path.name}: {rms}",
+        *map(str, (*report.record.notes, *report.record.warnings)),
+    ]

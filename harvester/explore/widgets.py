@@ -32,6 +32,8 @@ def field(kind: Any, *names: str, **look: Any) -> Any:
 
 def button(name: str, kind: str, action: Callable[[], None], right: int = 8) -> Any:
     """A button that does something."""
-    made = pn.widgets.Button(name=name, margin=(4, right, 4, 0), css_classes=[kind], stylesheets=[BUTTON])
+    made = pn.widgets.Button(
+        name=name, margin=(4, right, 4, 0), css_classes=[kind], stylesheets=[BUTTON]
+    )
     made.on_click(lambda _: action())
     return made

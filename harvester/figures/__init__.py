@@ -14,5 +14,6 @@ _loaded, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 
 def __getattr__(name: str) -> Any:
     if name in __all__:
-        load_elsewhere("matplotlib")  # which would take the look of figures from a file matplotlibrc
+        # which would take the look of figures from a file matplotlibrc
+        load_elsewhere("matplotlib")
     return _loaded(name)

@@ -22,7 +22,9 @@ def cosimulation(path: Table, title: str | None) -> Plot:
         for here, column in zip(axes, columns, strict=True):
             values = np.asarray(column.cells, dtype=float)
             its_scale = scale(column.head, column.unit, values)
-            here.plot(t[thin] / of_time.factor, values[thin] / its_scale.factor, color=_INK, linewidth=0.8)
+            here.plot(
+                t[thin] / of_time.factor, values[thin] / its_scale.factor, color=_INK, linewidth=0.8
+            )
             here.set_ylabel(broken(its_scale.label, 16))
             here.set_xlim(t[0] / of_time.factor, t[-1] / of_time.factor)
             here.tick_params(labelbottom=column is columns[-1])

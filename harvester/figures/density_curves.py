@@ -19,25 +19,40 @@ def densities(result: DensitiesShape, title: str | None) -> Plot:
     u, path = result.unit_names, result.path
     settled = path.time >= 0.25 * path.time[-1]
     impacts = path.impacts[path.impacts[:, 0] >= 0.25 * path.time[-1]]
-    panels = 3 + sum(part is not None for part in (result.voltage_plane, result.impact_speed, result.spectrum))
+    panels = 3 + sum(
+        part is not None for part in (result.voltage_plane, result.impact_speed, result.spectrum)
+    )
     rows = -(-panels // 2)
     with styled():
         figure, grid = new(rows, 2, (WIDTH, 0.6 + 2.4 * rows))
         panels_left = iter(grid.ravel())
         curve = next(panels_left)
         _curve(curve, "displacement", u.length, result.displacement, result.displacement_density)
-        _histogram(curve, path.displacement[settled], scale("", u.length, result.displacement).factor)
+        _histogram(
+            curve, path.displacement[settled], scale("", u.length, result.displacement).factor
+        )
         curve = next(panels_left)
         _curve(curve, "voltage", u.voltage, result.voltage, result.voltage_density)
         _histogram(curve, path.voltage[settled], scale("", u.voltage, result.voltage).factor)
         x, v = result.displacement[::4], result.velocity[::4]
-        _plane(next(panels_left), result.phase_plane, ("displacement", u.length, x), ("velocity", u.speed, v))
+        _plane(
+            next(panels_left),
+            result.phase_plane,
+            ("displacement", u.length, x),
+            ("velocity", u.speed, v),
+        )
         if result.voltage_plane is not None:
-            axes = ("displacement", u.length, result.plane_displacement), ("voltage", u.voltage, result.plane_voltage)
+            axes = (
+                ("displacement", u.length, result.plane_displacement),
+                ("voltage", u.voltage, result.plane_voltage),
+            )
             _plane(next(panels_left), result.voltage_plane, *axes)
         if result.impact_speed is not None and result.impact_density is not None:
-            curve, rate = next(panels_left), float(np.trapezoid(result.impact_density, result.impact_speed))
-            _curve(curve, "impact speed", u.speed, result.impact_speed, result.impact_density / rate)
+            curve = next(panels_left)
+            rate = float(np.trapezoid(result.impact_density, result.impact_speed))
+            _curve(
+                curve, "impact speed", u.speed, result.impact_speed, result.impact_density / rate
+            )
             if len(impacts) > 1:
                 factor = scale("", u.speed, result.impact_speed).factor
                 counts, edges = np.histogram(np.abs(impacts[:, 1]) / factor, bins=40, density=True)
@@ -63,7 +78,9 @@ def _curve(here: Any, name: str, unit: str, at: Floats, density: Floats) -> None
     """Draw a density if it is not all but 0."""
     of = scale(name, unit, at)
     shown = density > _LEAST * density.max()
-    here.plot(at[shown] / of.factor, density[shown] * of.factor, color=_INK, linewidth=1.2, zorder=2)
+    here.plot(
+        at[shown] / of.factor, density[shown] * of.factor, color=_INK, linewidth=1.2, zorder=2
+    )
     here.set_xlabel(of.label)
     inside = of.label[of.label.rindex("(") + 1 : -1]
     unit = f"1/({inside})" if "/" in inside else f"1/{inside}"
@@ -80,7 +97,9 @@ def _plane(here: Any, density: Floats, *axes: tuple[str, str, Any]) -> None:
     """Draw the density of two quantities as colours."""
     of_x, of_y = (scale(*axis) for axis in axes)
     x, y = axes[0][2] / of_x.factor, axes[1][2] / of_y.factor
-    here.pcolormesh(x, y, np.maximum(density, 0.0).T, cmap="viridis", rasterized=True, shading="nearest")
+    here.pcolormesh(
+        x, y, np.maximum(density, 0.0).T, cmap="viridis", rasterized=True, shading="nearest"
+    )
     here.grid(visible=False)
     here.set_xlabel(of_x.label)
     here.set_ylabel(of_y.label)

@@ -32,7 +32,13 @@ def estimate(answer: EstimateShape, title: str | None) -> Plot:
         if flows:
             here = axes[1, 0]
             x = scale("mean power", answer.unit_names.power, [*flows.values()])
-            here.barh([*flows], [v / x.factor for v in flows.values()], color="0.6", edgecolor=INK, linewidth=0.6)
+            here.barh(
+                [*flows],
+                [v / x.factor for v in flows.values()],
+                color="0.6",
+                edgecolor=INK,
+                linewidth=0.6,
+            )
             here.axvline(0.0, color=INK, linewidth=0.6)
             here.invert_yaxis()
             here.set_xlabel(x.label)
@@ -45,16 +51,36 @@ def estimate(answer: EstimateShape, title: str | None) -> Plot:
 def _errors(here: Axes, answer: EstimateShape) -> None:
     """Draw the sampling errors, step and model as a bar each."""
     power = answer.mean_power
-    parts = {"sampling, 95 %": power.stderr and power.sampling95, "step": power.bias, "model, estimated": power.model}
+    parts = {
+        "sampling, 95 %": power.stderr and power.sampling95,
+        "step": power.bias,
+        "model, estimated": power.model,
+    }
     by = abs(power.value) / 100.0
     colour = look_of(answer.engine).colour
     for row, (name, error) in enumerate(parts.items()):
         if error is None or by == 0.0:
             absent = "none, or not known" if power.error95 is None else "none"
             text = absent if error is None else "the power is 0"
-            here.annotate(text, (0.0, row), (4, 0), textcoords="offset points", va="center", fontsize=9, color="0.35")
+            here.annotate(
+                text,
+                (0.0, row),
+                (4, 0),
+                textcoords="offset points",
+                va="center",
+                fontsize=9,
+                color="0.35",
+            )
         else:
-            here.barh(row, error / by, 0.6, color=colour, edgecolor=INK, linewidth=0.6, hatch=_HATCHES[name])
+            here.barh(
+                row,
+                error / by,
+                0.6,
+                color=colour,
+                edgecolor=INK,
+                linewidth=0.6,
+                hatch=_HATCHES[name],
+            )
     here.set_yticks(range(len(parts)), [*parts])
     here.set_ylim(len(parts) - 0.5, -0.5)
     here.set_xlim(0.0, None if here.containers else 1.0)
@@ -63,15 +89,20 @@ def _errors(here: Axes, answer: EstimateShape) -> None:
     here.grid(visible=False, axis="y")
 
 
-def comparison(estimates: Sequence[EstimateShape], curves: Sequence[PathShape], title: str | None) -> Plot:
+def comparison(
+    estimates: Sequence[EstimateShape], curves: Sequence[PathShape], title: str | None
+) -> Plot:
     """Draw each engine's power with its total error, and V of one path from three sources, with and without the stop.
 
     The axis of the powers need not begin at zero: what is compared is differences and errors.
     """
-    paths, height = len(curves), 0.7 + 0.34 * len(estimates)
+    paths = len(curves)
+    height = 0.7 + 0.34 * len(estimates)
     with styled():
         size = (WIDTH, 1.2 + height + 1.9 * paths)
-        figure, axes = new(1 + paths, 1, size, squeeze=False, height_ratios=[height, *paths * [1.9]])
+        figure, axes = new(
+            1 + paths, 1, size, squeeze=False, height_ratios=[height, *paths * [1.9]]
+        )
         _powers(axes[0, 0], estimates)
         for panel, path in zip(axes[1:, 0], curves, strict=True):
             _path(panel, path)
@@ -86,12 +117,30 @@ def _powers(powers: Axes, estimates: Sequence[EstimateShape]) -> None:
     values = [e.mean_power.value for e in estimates]
     x = scale("mean power", estimates[0].unit_names.power, values)
     for row, answer in enumerate(estimates):
-        look: Any = {"color": look_of(answer.engine).colour, "marker": look_of(answer.engine).marker}
-        bars: dict[str, Any] = {"markersize": 6, "markeredgecolor": INK, "ecolor": INK, "capsize": 3, "zorder": 3}
-        power, left = answer.mean_power.scaled(1.0 / x.factor), _relative_place(answer.mean_power.value, values) > 0.6
-        powers.errorbar(power.value, row, xerr=power.known_error95 or None, linestyle="none", **look, **bars)
-        where: dict[str, Any] = {"xytext": (-9 if left else 9, 9), "ha": "right" if left else "left", "fontsize": 9}
-        powers.annotate(_with_error(power), (power.value, row), textcoords="offset points", va="center", **where)
+        look: Any = {
+            "color": look_of(answer.engine).colour,
+            "marker": look_of(answer.engine).marker,
+        }
+        bars: dict[str, Any] = {
+            "markersize": 6,
+            "markeredgecolor": INK,
+            "ecolor": INK,
+            "capsize": 3,
+            "zorder": 3,
+        }
+        power = answer.mean_power.scaled(1.0 / x.factor)
+        left = _relative_place(answer.mean_power.value, values) > 0.6
+        powers.errorbar(
+            power.value, row, xerr=power.known_error95 or None, linestyle="none", **look, **bars
+        )
+        where: dict[str, Any] = {
+            "xytext": (-9 if left else 9, 9),
+            "ha": "right" if left else "left",
+            "fontsize": 9,
+        }
+        powers.annotate(
+            _with_error(power), (power.value, row), textcoords="offset points", va="center", **where
+        )
     powers.set_yticks(range(len(estimates)), [_label(e) for e in estimates])
     powers.set_ylim(len(estimates) - 0.5, -0.7)
     powers.margins(x=0.1)
@@ -155,12 +204,18 @@ def cost(points: Iterable[tuple[str, float, float, bool]], title: str | None) ->
     Each engine, `MOST_ENGINES` at most, has a line through those of its points that none of its own beats, with its
     name beside it.  What was measured without control variates or pairing is a hollow mark of the same colour.
     """
-    shown = [(*engine.partition(", ")[::2], seconds, 100.0 * error, best) for engine, seconds, error, best in points]
+    shown = [
+        (*engine.partition(", ")[::2], seconds, 100.0 * error, best)
+        for engine, seconds, error, best in points
+    ]
     whole = dict.fromkeys(p[0] for p in shown if not p[1])
     first = sorted(whole, key=lambda name: not any(p[4] for p in shown if p[0] == name))
     with styled():
         figure, here = new(1, 1, (WIDTH, 4.4))
-        labels = [_cost_of(here, engine, [p[1:4] for p in shown if p[0] == engine]) for engine in first[:MOST_ENGINES]]
+        labels = [
+            _cost_of(here, engine, [p[1:4] for p in shown if p[0] == engine])
+            for engine in first[:MOST_ENGINES]
+        ]
         logarithm(here.xaxis)
         logarithm(here.yaxis)
         here.margins(0.18, 0.1)
@@ -168,7 +223,9 @@ def cost(points: Iterable[tuple[str, float, float, bool]], title: str | None) ->
         here.set_ylabel("total error of the mean power (%)")
         entitle(figure, title, "What accuracy costs in time")
         notes = ["Error: 95 % sampling + step + model, unknown parts at their upper bound."]
-        notes += ["Hollow: without control variates, pairing or a settled start."] * any(p[1] for p in shown)
+        notes += ["Hollow: without control variates, pairing or a settled start."] * any(
+            p[1] for p in shown
+        )
         notes += [f"Not drawn: {', '.join(first[MOST_ENGINES:])}."] * bool(first[MOST_ENGINES:])
         legend(figure, " ".join(notes))
         write_labels(here, labels)
@@ -179,10 +236,18 @@ def _cost_of(here: Axes, engine: str, points: Sequence[tuple[str, float, float]]
     """Draw the points of an engine, (what it lacks, seconds, error in percent), and return the label of its line."""
     whole = sorted((s, e) for missing, s, e in points if not missing)
     poorer = [(s, e) for missing, s, e in points if missing]
-    best = [point for k, point in enumerate(whole) if all(point[1] < other[1] for other in whole[:k])]
-    look: dict[str, Any] = {"color": look_of(engine).colour, "marker": look_of(engine).marker, "zorder": 3}
+    best = [
+        point for k, point in enumerate(whole) if all(point[1] < other[1] for other in whole[:k])
+    ]
+    look: dict[str, Any] = {
+        "color": look_of(engine).colour,
+        "marker": look_of(engine).marker,
+        "zorder": 3,
+    }
     if poorer:
-        here.plot(*zip(*poorer, strict=True), **look, linestyle="none", markersize=4, fillstyle="none")
+        here.plot(
+            *zip(*poorer, strict=True), **look, linestyle="none", markersize=4, fillstyle="none"
+        )
     here.plot(*zip(*whole, strict=True), **look, linestyle="none", markersize=4.5, alpha=0.45)
     here.plot(*zip(*best, strict=True), **look, linewidth=1.2, markersize=6, markeredgecolor=INK)
     return Label(engine, look_of(engine).colour, np.array([*best[::-1], *whole]))

@@ -9,7 +9,12 @@ from harvester.figures.quantities import scale
 from harvester.figures.shapes import IdentifiedShape
 from harvester.figures.style import WIDTH, Plot, entitle, legend, new, styled
 
-_POINTS: dict[str, Any] = {"linestyle": "none", "marker": ".", "markersize": 2.5, "color": "#0072B2"}
+_POINTS: dict[str, Any] = {
+    "linestyle": "none",
+    "marker": ".",
+    "markersize": 2.5,
+    "color": "#0072B2",
+}
 _OUT: dict[str, Any] = {"linestyle": "none", "marker": "x", "markersize": 5, "color": "#D55E00"}
 _LINE: dict[str, Any] = {"linewidth": 1.0, "color": "0.1"}
 MOST = 6  # measurements that are drawn
@@ -21,11 +26,20 @@ def identification(result: IdentifiedShape, title: str | None) -> Plot:
     across = 2 if len(curves) > 1 else 1
     down = -(-len(curves) // across)
     with styled():
-        figure, grid = new(2 * down, across, (WIDTH, 1.0 + 2.4 * down), squeeze=False, height_ratios=[2.4, 1.0] * down)
+        figure, grid = new(
+            2 * down,
+            across,
+            (WIDTH, 1.0 + 2.4 * down),
+            squeeze=False,
+            height_ratios=[2.4, 1.0] * down,
+        )
         for n, curve in enumerate(curves):
-            top, low = grid[2 * (n // across)][n % across], grid[2 * (n // across) + 1][n % across]
+            top = grid[2 * (n // across)][n % across]
+            low = grid[2 * (n // across) + 1][n % across]
             kept = curve.kept > 0.0
-            of = scale(curve.label.partition(" (")[0], curve.label.partition(" (")[2][:-1], curve.measured)
+            of = scale(
+                curve.label.partition(" (")[0], curve.label.partition(" (")[2][:-1], curve.measured
+            )
             measured, fitted = curve.measured / of.factor, curve.fitted / of.factor
             top.plot(curve.x[kept], measured[kept], **_POINTS, label="measured")
             if not kept.all():

@@ -13,7 +13,8 @@ from harvester.figures.style import styled
 
 _EVERY = 4.0  # pixels between the places of a line that a label keeps clear of
 _AWAY = 7.0  # points from a label to its mark
-_SIDES: tuple[tuple[float, float, str, str], ...] = (  # to the right, to the left, ...: direction and alignment
+# to the right, to the left, ...: direction and alignment
+_SIDES: tuple[tuple[float, float, str, str], ...] = (
     *((1.0, 0.0, "left", "center"), (-1.0, 0.0, "right", "center")),
     *((0.0, 1.0, "center", "bottom"), (0.0, -1.0, "center", "top")),
     *((0.8, 0.8, "left", "bottom"), (0.8, -0.8, "left", "top")),
@@ -33,24 +34,33 @@ class Label:
 def write_labels(axes: Axes, labels: Sequence[Label]) -> None:
     """Write each label beside one of its marks: inside the axes, off all lines, marks and labels where there is room.
 
-    The axes must be complete, since their limits and the layout of the figure decide what covers what.
+    The axes must be complete, since their limits and the layout of the figure decide what covers
+    what.
     """
     figure = axes.figure
     assert figure is not None
     with styled():
         figure.draw_without_rendering()  # type: ignore[union-attr]
-        inside, taken = axes.get_window_extent(), _drawn(axes)
+        inside = axes.get_window_extent()
+        taken = _drawn(axes)
         boxes: list[Bbox] = []
         for label in labels:
             written = axes.annotate(
-                label.text, label.at[0], (0, 0), textcoords="offset points", fontsize=9, color=label.colour, zorder=7
+                label.text,
+                label.at[0],
+                (0, 0),
+                textcoords="offset points",
+                fontsize=9,
+                color=label.colour,
+                zorder=7,
             )
             written.set_in_layout(False)
             best: tuple[float, Any, Any] = (np.inf, None, None)
             for at in label.at:
                 for away in (1.0, 2.2, 4.0, 6.0):
                     for dx, dy, across, up in _SIDES:
-                        written.xy, written.xyann = tuple(at), (away * _AWAY * dx, away * _AWAY * dy)
+                        written.xy = tuple(at)
+                        written.xyann = (away * _AWAY * dx, away * _AWAY * dy)
                         written.set(ha=across, va=up)
                         box = written.get_window_extent()
                         cost = _covered(box, inside, taken, boxes) + 0.5 * away
@@ -71,7 +81,10 @@ def _covered(box: Bbox, inside: Bbox, taken: Floats, boxes: Sequence[Bbox]) -> f
 
 def _drawn(axes: Axes) -> Floats:
     """Places, shape (n, 2), in pixels, that lines, marks and bars of the axes go through."""
-    paths = [(line.get_xydata(), line.get_transform(), line.get_linestyle() != "None") for line in axes.lines]
+    paths = [
+        (line.get_xydata(), line.get_transform(), line.get_linestyle() != "None")
+        for line in axes.lines
+    ]
     for bars in axes.collections:
         if hasattr(bars, "get_segments"):
             paths += [(segment, bars.get_transform(), True) for segment in bars.get_segments()]
@@ -83,5 +96,7 @@ def _drawn(axes: Axes) -> Floats:
         if joined and len(points) > 1:
             length = np.append(0.0, np.cumsum(np.hypot(*np.diff(points, axis=0).T)))
             every = np.linspace(0.0, length[-1], min(int(length[-1] / _EVERY) + 2, 20_000))
-            positions.append(np.stack([np.interp(every, length, points[:, k]) for k in (0, 1)], axis=1))
+            positions.append(
+                np.stack([np.interp(every, length, points[:, k]) for k in (0, 1)], axis=1)
+            )
     return np.concatenate(positions)

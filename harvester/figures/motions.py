@@ -20,7 +20,8 @@ _BINS = 80  # of a density
 _STILL = 1e-9  # relative differences of a quantity that stands still
 _ROUNDING = 1e-12  # of the terminals' voltage
 _GOLDEN = 0.6180339887498949  # multiples of it, less whole numbers, lie evenly without a period
-_ATTRIBUTES = ("displacement", "voltage", "acceleration", "velocity", "time")  # attributes of a path that are drawn
+# attributes of a path that are drawn
+_ATTRIBUTES = ("displacement", "voltage", "acceleration", "velocity", "time")
 _ROUND = [1, 2, 2.5, 5, 10]  # times a power of ten: steps between ticks
 
 
@@ -37,19 +38,31 @@ class _Drawn:
     @staticmethod
     def of(path: MotionShape) -> "_Drawn":
         """The path, with the scales of the part that is shown."""
-        u, probes = path.unit_names, list(path.probes)[:_PROBES]
+        u = path.unit_names
+        probes = list(path.probes)[:_PROBES]
         units = {"displacement": u.length, "voltage": u.voltage, "acceleration": u.acceleration}
         units |= {"velocity": u.speed, "time": u.time}
-        names = {name: name for name in (*_ATTRIBUTES, *probes)} | {"acceleration": "base acceleration"}
+        names = {name: name for name in (*_ATTRIBUTES, *probes)} | {
+            "acceleration": "base acceleration"
+        }
         names["acceleration"] += " but its white noise" if path.hides_noise else ""
         units |= {name: path.probe_units[name] for name in probes}
         values = {name: array for name in _ATTRIBUTES if (array := getattr(path, name)) is not None}
-        values |= {name: _but_rounding(path.probes[name], path, units[name] == u.voltage) for name in probes}
+        values |= {
+            name: _but_rounding(path.probes[name], path, units[name] == u.voltage)
+            for name in probes
+        }
         last = path.time >= path.time[-1] - path.shown
         parts = {name: array[last] for name, array in values.items()} | {"time": path.time[-1:]}
         scales = {name: scale(names[name], units[name], part) for name, part in parts.items()}
         shown = {name: array / scales[name].factor for name, array in values.items()}
-        return _Drawn(path, scales, shown, probes, [stop / scales["displacement"].factor for stop in path.stops])
+        return _Drawn(
+            path,
+            scales,
+            shown,
+            probes,
+            [stop / scales["displacement"].factor for stop in path.stops],
+        )
 
     @property
     def end(self) -> float:
@@ -64,7 +77,10 @@ class _Drawn:
     @property
     def over_time(self) -> list[str]:
         """What is drawn over time."""
-        return [*(name for name in ("displacement", "voltage", "acceleration") if name in self.values), *self.probes]
+        return [
+            *(name for name in ("displacement", "voltage", "acceleration") if name in self.values),
+            *self.probes,
+        ]
 
 
 def motion(path: MotionShape, title: str | None) -> Plot:
@@ -80,20 +96,32 @@ def motion(path: MotionShape, title: str | None) -> Plot:
         for column, most in ((axes[:, 0], 5), (axes[:, 1], 2)):
             for here in column:
                 here.yaxis.set_major_locator(MaxNLocator(4, steps=_ROUND))
-                here.xaxis.set_major_locator(MaxNLocator(most, steps=_ROUND) if most > 2 else MaxNLocator(most))
+                here.xaxis.set_major_locator(
+                    MaxNLocator(most, steps=_ROUND) if most > 2 else MaxNLocator(most)
+                )
         entitle(figure, title, "One path over time")
         rest = "." if drawn.from_rest else ", used for the densities."
-        legend(figure, f"Phase plane: the end of the path, and in grey the last three quarters of it{rest}")
+        legend(
+            figure,
+            f"Phase plane: the end of the path, and in grey the last three quarters of it{rest}",
+        )
     return figure
 
 
 def _over_time(column: Any, drawn: _Drawn) -> None:
     """Draw each quantity over the part of the time that is shown."""
-    path, end, t = drawn.path, drawn.end, drawn.scales["time"]
+    path = drawn.path
+    end = drawn.end
+    t = drawn.scales["time"]
     last = path.time >= end - path.shown
     thin = slice(None, None, max(1, int(last.sum()) // _MOST))
     for here, name in zip(column, drawn.over_time, strict=True):
-        here.plot(drawn.values["time"][last][thin], drawn.values[name][last][thin], color=_INK, linewidth=0.8)
+        here.plot(
+            drawn.values["time"][last][thin],
+            drawn.values[name][last][thin],
+            color=_INK,
+            linewidth=0.8,
+        )
         here.set_ylabel(broken(drawn.scales[name].label, 20).replace(" (", "\n("))
         here.set_xlim((end - path.shown) / t.factor, end / t.factor)
         here.tick_params(labelbottom=False)
@@ -115,8 +143,15 @@ def _impacts_and_stops(here: Any, drawn: _Drawn) -> None:
 
 def _phase_plane(plane: Any, drawn: _Drawn) -> None:
     """Draw velocity over displacement: in grey where the path has been, and its end as a line."""
-    x, v, path = drawn.values["displacement"], drawn.values["velocity"], drawn.path
-    dots: dict[str, Any] = {"markersize": 0.8, "markeredgewidth": 0, "color": _PALE, "rasterized": True}
+    x = drawn.values["displacement"]
+    v = drawn.values["velocity"]
+    path = drawn.path
+    dots: dict[str, Any] = {
+        "markersize": 0.8,
+        "markeredgewidth": 0,
+        "color": _PALE,
+        "rasterized": True,
+    }
     plane.plot(*_between(path, 0.25 * drawn.end, x, v), ".", zorder=1, **dots)
     few = path.time >= drawn.end - 0.15 * path.shown
     plane.plot(x[few], v[few], color=_INK, linewidth=0.7)
@@ -143,7 +178,8 @@ def _densities(column: Any, drawn: _Drawn) -> None:
 def _but_rounding(probe: Floats, path: MotionShape, of_voltage: bool) -> Floats:
     """A probe, or zeros where all of it is what rounding leaves of a difference of two nodes' voltages.
 
-    Such as the output of a chip that does not run yet: femtovolts on an axis of its own would look like a signal.
+    Such as the output of a chip that does not run yet: femtovolts on an axis of its own would look
+    like a signal.
     """
     quiet = of_voltage and np.max(np.abs(probe)) <= _ROUNDING * np.max(np.abs(path.voltage))
     return np.zeros_like(probe) if quiet else probe
@@ -152,20 +188,24 @@ def _but_rounding(probe: Floats, path: MotionShape, of_voltage: bool) -> Floats:
 def _between(path: MotionShape, start: float, x: Floats, v: Floats) -> tuple[Floats, Floats]:
     """At most `_DOTS` places after the time ``start``, at times without a common period, so that they make no spokes.
 
-    They lie on the lines between readings; none is taken where an impact turned the velocity between two readings.
+    They lie on the lines between readings; none is taken where an impact turned the velocity
+    between two readings.
     """
     count = min(int(np.sum(path.time >= start)), _DOTS)
     at = start + (path.time[-1] - start) * ((np.arange(count) * _GOLDEN) % 1.0)
     before = np.searchsorted(path.time, at)
     hits = np.sort(path.impacts[:, 0])
-    clear = np.searchsorted(hits, path.time[before]) == np.searchsorted(hits, path.time[np.maximum(before - 1, 0)])
+    clear = np.searchsorted(hits, path.time[before]) == np.searchsorted(
+        hits, path.time[np.maximum(before - 1, 0)]
+    )
     return np.interp(at[clear], path.time, x), np.interp(at[clear], path.time, v)
 
 
 def time_spent(values: Floats, edges: Floats) -> Floats:
     """The share of time, shape (n - 1,), that a path spends between edges of shape (n,), as a density.
 
-    The path goes straight from reading to reading, so that readings at the same few phases of a period leave no gaps.
+    The path goes straight from reading to reading, so that readings at the same few phases of a
+    period leave no gaps.
     """
     low, high = np.minimum(values[:-1], values[1:]), np.maximum(values[:-1], values[1:])
     width = np.maximum(high - low, 1e-12 * (edges[-1] - edges[0]))
@@ -183,7 +223,8 @@ def bins(values: Floats) -> Floats:
     low, high = float(values.min()), float(values.max())
     size = max(abs(low), abs(high))
     if high - low <= _STILL * size:
-        low, high = low - 0.5 * (size or 1.0), high + 0.5 * (size or 1.0)
+        low = low - 0.5 * (size or 1.0)
+        high = high + 0.5 * (size or 1.0)
     return np.linspace(low, high, _BINS + 1)
 
 
@@ -193,4 +234,6 @@ def _density(here: Any, values: Floats, label: str) -> None:
     here.stairs(time_spent(values, edges), edges, fill=True, color=_PALE)
     here.set_xlabel(label)
     unit = label[label.rindex("(") + 1 : -1]
-    here.set_ylabel("density (nondimensional)" if "nondimensional" in unit else f"density (1/{unit})")
+    here.set_ylabel(
+        "density (nondimensional)" if "nondimensional" in unit else f"density (1/{unit})"
+    )

@@ -5,7 +5,9 @@ from harvester.figures.shapes import DesignShape, NodeShape
 from harvester.figures.style import INK, WIDTH, Plot, entitle, legend, new, styled
 
 HOUR = 3600.0  # s
-_CHOSEN, _MEETS, _FAILS = "#0072B2", "#56B4E9", "0.85"
+_CHOSEN = "#0072B2"
+_MEETS = "#56B4E9"
+_FAILS = "0.85"
 
 
 def node(answer: NodeShape, title: str | None) -> Plot:
@@ -16,15 +18,27 @@ def node(answer: NodeShape, title: str | None) -> Plot:
     with styled():
         figure, axes = new(1, 1, (WIDTH, 3.0), squeeze=False)
         panel = axes[0, 0]
-        panel.plot(answer.t / time.factor, answer.voltage / volt.factor, color=_CHOSEN, linewidth=0.8, label="store")
+        panel.plot(
+            answer.t / time.factor,
+            answer.voltage / volt.factor,
+            color=_CHOSEN,
+            linewidth=0.8,
+            label="store",
+        )
         names = ("the node begins", "the node stops")
-        for level, name, color in zip(answer.thresholds, names, ("#009E73", "#D55E00"), strict=True):
+        for level, name, color in zip(
+            answer.thresholds, names, ("#009E73", "#D55E00"), strict=True
+        ):
             label = f"{name}, {amount(level, 'V')}"
-            panel.axhline(level / volt.factor, color=color, linewidth=1.0, linestyle=(0, (5, 2)), label=label)
+            panel.axhline(
+                level / volt.factor, color=color, linewidth=1.0, linestyle=(0, (5, 2)), label=label
+            )
         if answer.first_packet is not None:
             first = answer.first_packet.value
             label = f"first packet, after {amount(first, 's')}"
-            panel.axvline(first / time.factor, color="0.4", linewidth=1.0, linestyle=":", label=label)
+            panel.axvline(
+                first / time.factor, color="0.4", linewidth=1.0, linestyle=":", label=label
+            )
         panel.set_xlabel(time.label)
         panel.set_ylabel(volt.label)
         panel.set_xlim(0.0, answer.t[-1] / time.factor)
@@ -36,7 +50,11 @@ def node(answer: NodeShape, title: str | None) -> Plot:
 
 def design(answer: DesignShape, title: str | None) -> Plot:
     """Draw the power that each circuit gives with its total error, beside the one needed; the chosen one is first."""
-    x = scale("power available at the voltage needed", "W", [each.available.value for each in answer.candidates])
+    x = scale(
+        "power available at the voltage needed",
+        "W",
+        [each.available.value for each in answer.candidates],
+    )
     names = []
     with styled():
         figure, axes = new(1, 1, (WIDTH, 1.6 + 0.5 * len(answer.candidates)), squeeze=False)
@@ -45,16 +63,33 @@ def design(answer: DesignShape, title: str | None) -> Plot:
             power, error = each.available.value / x.factor, each.available.known_error95 / x.factor
             kinds = ("meets everything", _MEETS) if each.meets else ("something is not met", _FAILS)
             label, color = ("chosen", _CHOSEN) if row == 0 else kinds
-            look = {"color": color, "edgecolor": INK, "linewidth": 0.6, "capsize": 2, "label": label, "ecolor": INK}
+            look = {
+                "color": color,
+                "edgecolor": INK,
+                "linewidth": 0.6,
+                "capsize": 2,
+                "label": label,
+                "ecolor": INK,
+            }
             panel.barh(row, power, 0.6, xerr=error or None, **look)
             text = amount(each.available.value, "W")
             text += "" if each.share_met is None else f", {100.0 * each.share_met:.3g} %"
-            beside = {"textcoords": "offset points", "va": "center", "fontsize": 9, "backgroundcolor": "white"}
+            beside = {
+                "textcoords": "offset points",
+                "va": "center",
+                "fontsize": 9,
+                "backgroundcolor": "white",
+            }
             panel.annotate(text, (power + error, row), (8, 0), **beside)
             wake = "never awake" if each.wake is None else f"awake after {amount(each.wake, 's')}"
             names.append(f"{', '.join(filter(None, (each.circuit, each.coil)))}\n{wake}")
         needed = amount(answer.power_needed, "W")
-        panel.axvline(answer.power_needed / x.factor, color="#D55E00", linestyle=(0, (5, 2)), label=f"needed: {needed}")
+        panel.axvline(
+            answer.power_needed / x.factor,
+            color="#D55E00",
+            linestyle=(0, (5, 2)),
+            label=f"needed: {needed}",
+        )
         panel.set_yticks(range(len(names)), names)
         panel.invert_yaxis()
         panel.margins(x=0.35)
@@ -62,5 +97,8 @@ def design(answer: DesignShape, title: str | None) -> Plot:
         panel.grid(visible=False, axis="y")
         entitle(figure, title, f"Which circuit gives the {needed} that are needed?")
         shared = any(each.share_met is not None for each in answer.candidates)
-        legend(figure, "Thin bars: the error, 95 %." + " Percent: devices that meet everything." * shared)
+        legend(
+            figure,
+            "Thin bars: the error, 95 %." + " Percent: devices that meet everything." * shared,
+        )
     return figure

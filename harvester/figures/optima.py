@@ -35,12 +35,19 @@ class _Evaluations:
     sampling: Floats
 
     @classmethod
-    def of(cls, some: Sequence[EvaluationShape], keys: Sequence[BestKeyShape], unit: float) -> "_Evaluations":
+    def of(
+        cls, some: Sequence[EvaluationShape], keys: Sequence[BestKeyShape], unit: float
+    ) -> "_Evaluations":
         """Those of an answer; powers are divided by ``unit``."""
         powers = [evaluation.power for evaluation in some if evaluation.power is not None]
-        values = [[key.range.value(float(u)) for key, u in zip(keys, evaluation.u, strict=True)] for evaluation in some]
+        values = [
+            [key.range.value(float(u)) for key, u in zip(keys, evaluation.u, strict=True)]
+            for evaluation in some
+        ]
         parts = ("value", "known_error95", "normal_stderr")
-        power, error, sampling = (np.array([getattr(v, name) for v in powers]) / unit for name in parts)
+        power, error, sampling = (
+            np.array([getattr(v, name) for v in powers]) / unit for name in parts
+        )
         positions = np.array([evaluation.u for evaluation in some]).reshape(-1, len(keys))
         return cls(positions, np.array(values).reshape(-1, len(keys)), power, error, sampling)
 
@@ -68,7 +75,9 @@ def optimum(answer: OptimumShape, title: str | None) -> Plot:
     evaluations = _Evaluations.of(sound, answer.keys, y.factor)
     plane = evaluations.fills_a_plane
     with styled():
-        figure, axes = new(1, 1 if plane else len(answer.keys), (WIDTH, 4.4), squeeze=False, sharey=True)
+        figure, axes = new(
+            1, 1 if plane else len(answer.keys), (WIDTH, 4.4), squeeze=False, sharey=True
+        )
         if plane:
             _plane(axes[0, 0], answer, evaluations, y.label)
         else:
@@ -78,10 +87,16 @@ def optimum(answer: OptimumShape, title: str | None) -> Plot:
                 _local_fit(axes[0, 0], answer.keys[0], evaluations, look_of(answer.engine).colour)
             axes[0, 0].set_ylabel(y.label)
         names = [quantity(best.range.key)[0].split(" = ")[0] for best in answer.keys]
-        question = f"Which {' and '.join(names)} {'gives' if len(names) == 1 else 'give'} the most power?"
+        question = (
+            f"Which {' and '.join(names)} {'gives' if len(names) == 1 else 'give'} the most power?"
+        )
         entitle(figure, title, question if len(names) < 3 else "Where is the most power?")
         notes = [_MAP if plane else _BARS if evaluations.bars is not None else ""]
-        notes += [f"Not drawn: {left} evaluations not settled, cut off or without an error."] if left else []
+        notes += (
+            [f"Not drawn: {left} evaluations not settled, cut off or without an error."]
+            if left
+            else []
+        )
         legend(figure, " ".join(notes).strip())
     return figure
 
@@ -97,27 +112,51 @@ def _star(answer: OptimumShape) -> str:
     """What the star is, with its numbers: no optimum where most of the range was never looked at."""
     what = "optimum" if answer.scanned else "highest so far: the scan was cut short"
     power = in_words(answer.estimate.mean_power, answer.estimate.unit_names.power)
-    values = (amount(best.value, quantity(best.range.key)[1].replace("SI", "")) for best in answer.keys)
+    values = (
+        amount(best.value, quantity(best.range.key)[1].replace("SI", "")) for best in answer.keys
+    )
     return f"{what}\n{power} at {', '.join(values)}"
 
 
-def _panel(here: Axes, answer: OptimumShape, number: int, evaluations: _Evaluations, unit: float) -> None:
+def _panel(
+    here: Axes, answer: OptimumShape, number: int, evaluations: _Evaluations, unit: float
+) -> None:
     """Draw the evaluations against one key, whatever the values of the others."""
-    key, x = answer.keys[number], evaluations.x[:, number]
+    key = answer.keys[number]
+    x = evaluations.x[:, number]
     by = mark(here.xaxis, key.range.key, [key.range.low, key.range.high], key.range.logarithmic)
-    if np.ptp([*x, key.value]) < 1e-6 * abs(key.value):  # all at one place: no width that an axis could have
+    if np.ptp([*x, key.value]) < 1e-6 * abs(
+        key.value
+    ):  # all at one place: no width that an axis could have
         here.set_xlim(key.range.low / by, key.range.high / by)
     colour = look_of(answer.engine).colour
     if key.low95 is not None and key.high95 is not None:
-        here.axvspan(key.low95 / by, key.high95 / by, color="0.88", zorder=0, label="95 % interval of the best value")
+        here.axvspan(
+            key.low95 / by,
+            key.high95 / by,
+            color="0.88",
+            zorder=0,
+            label="95 % interval of the best value",
+        )
     if len(answer.keys) > 1:
         here.set_xlabel(broken(here.get_xlabel(), 22))
     style: dict[str, Any] = {"color": colour, "marker": "o", "markersize": 3, "linestyle": "none"}
     style |= {"markeredgecolor": INK, "markeredgewidth": 0.4, "ecolor": colour, "elinewidth": 0.8}
-    here.errorbar(x / by, evaluations.power, evaluations.bars, **style, label=f"evaluations by {answer.engine}")
+    here.errorbar(
+        x / by,
+        evaluations.power,
+        evaluations.bars,
+        **style,
+        label=f"evaluations by {answer.engine}",
+    )
     best = answer.estimate.mean_power
     here.errorbar(
-        key.value / by, best.value / unit, best.known_error95 / unit or None, color=INK, label=_star(answer), **_STAR
+        key.value / by,
+        best.value / unit,
+        best.known_error95 / unit or None,
+        color=INK,
+        label=_star(answer),
+        **_STAR,
     )
 
 
@@ -133,7 +172,9 @@ def _local_fit(here: Axes, key: BestKeyShape, evaluations: _Evaluations, colour:
     u, line, half = fitted
     by = mark(here.xaxis, key.range.key, [key.range.low, key.range.high], key.range.logarithmic)
     x = np.array([key.range.value(float(position)) for position in u]) / by
-    here.fill_between(x, line - half, line + half, color=colour, alpha=0.25, linewidth=0, zorder=1.4)
+    here.fill_between(
+        x, line - half, line + half, color=colour, alpha=0.25, linewidth=0, zorder=1.4
+    )
     here.plot(x, line, color=INK, linewidth=1.6, zorder=4, label="local fit, with its 95 % band")
 
 
@@ -142,26 +183,45 @@ def _plane(here: Axes, answer: OptimumShape, evaluations: _Evaluations, label: s
     first, second = answer.keys
     ranges = zip((here.xaxis, here.yaxis), (first.range, second.range), strict=True)
     by = [mark(axis, r.key, [r.low, r.high], r.logarithmic) for axis, r in ranges]
-    x, power = evaluations.x / by, evaluations.power
+    x = evaluations.x / by
+    power = evaluations.power
     side = np.linspace(0.0, 1.0, _GRID)
     u = np.stack(np.meshgrid(side, side), axis=-1)
-    surface = smooth(evaluations.positions, power, evaluations.sampling, u.reshape(-1, 2)).reshape(_GRID, _GRID)
+    surface = smooth(evaluations.positions, power, evaluations.sampling, u.reshape(-1, 2)).reshape(
+        _GRID, _GRID
+    )
     surface = np.clip(surface, power.min(), power.max())  # a spline may overshoot
-    across, up = (np.array([k.range.value(float(v)) for v in side]) / b for k, b in zip(answer.keys, by, strict=True))
-    filled = here.pcolormesh(across, up, surface, cmap="viridis", shading="gouraud", rasterized=True)
+    across, up = (
+        np.array([k.range.value(float(v)) for v in side]) / b
+        for k, b in zip(answer.keys, by, strict=True)
+    )
+    filled = here.pcolormesh(
+        across, up, surface, cmap="viridis", shading="gouraud", rasterized=True
+    )
     assert here.figure is not None
     here.figure.colorbar(filled, ax=here, label=label)
     if power.max() > power.min():
         lines = here.contour(across, up, surface, 8, colors="white", linewidths=0.6, alpha=0.8)
         here.clabel(lines, fontsize=8, fmt="%.4g")
-    dots: dict[str, Any] = {"marker": "o", "markersize": 3 if len(x) < 100 else 1.5, "linestyle": "none"}
+    dots: dict[str, Any] = {
+        "marker": "o",
+        "markersize": 3 if len(x) < 100 else 1.5,
+        "linestyle": "none",
+    }
     dots |= {"markerfacecolor": "white", "markeredgecolor": INK, "markeredgewidth": 0.4}
     here.plot(x[:, 0], x[:, 1], **dots, label=f"evaluations by {answer.engine}")
     spans = [
-        None if k.low95 is None or k.high95 is None else [[(k.value - k.low95) / b], [(k.high95 - k.value) / b]]
+        None
+        if k.low95 is None or k.high95 is None
+        else [[(k.value - k.low95) / b], [(k.high95 - k.value) / b]]
         for k, b in zip(answer.keys, by, strict=True)
     ]
-    look = _STAR | {"label": _star(answer), "color": "#D55E00", "markeredgecolor": "white", "capsize": 3}
+    look = _STAR | {
+        "label": _star(answer),
+        "color": "#D55E00",
+        "markeredgecolor": "white",
+        "capsize": 3,
+    }
     here.errorbar(first.value / by[0], second.value / by[1], spans[1], spans[0], **look)
     here.grid(visible=False)
     here.set_xlim(across[0], across[-1])

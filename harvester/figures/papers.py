@@ -13,7 +13,9 @@ from harvester.figures.shapes import PaperPointShape, TheoriesShape
 from harvester.figures.style import INK, WIDTH, Plot, entitle, legend, new, paler, styled
 from harvester.presentation.engine_look import look as look_of
 
-_MARKERS, _PALER = "so^", 0.3  # of the first, second and third curve
+# of the first, second and third curve
+_MARKERS = "so^"
+_PALER = 0.3
 _NAMES = {
     "E[V^2]": "mean square voltage E[V²]",
     "E[P]": "mean power E[P]",
@@ -52,17 +54,38 @@ def _curve(here: Axes, rows: Sequence[PaperPointShape], unit: float, number: int
     """Draw one curve of the three sources, in paler colours for each next ``number``."""
     x, y = np.array([p.x for p in rows]), np.array([p.ensemble for p in rows])
     for name in ("published", "averaged"):
-        style = look_of(name).style() | {"color": paler(look_of(name).colour, _PALER * number), "linewidth": 1.2}
-        here.plot(x, np.array([getattr(p, name) for p in rows]) / unit, **style | ({"label": "_"} if number else {}))
+        style = look_of(name).style() | {
+            "color": paler(look_of(name).colour, _PALER * number),
+            "linewidth": 1.2,
+        }
+        here.plot(
+            x,
+            np.array([getattr(p, name) for p in rows]) / unit,
+            **style | ({"label": "_"} if number else {}),
+        )
     solved = [(p.x, p.density / unit) for p in rows if p.density is not None]
     if solved:
         style = look_of("density").style() | {"linewidth": 1.2}
         here.plot(*np.transpose(solved), **style | ({"label": "_"} if number else {}))
     error = np.array([p.ensemble_error95 for p in rows])
-    marks: dict[str, Any] = {"color": look_of("ensemble").colour, "linestyle": "none", "zorder": 2.5}
-    marks |= {"marker": _MARKERS[number % 3], "markersize": 4 if len(rows) < 20 else 3, "markeredgewidth": 0.6}
-    marks |= {"markeredgecolor": paler(INK, _PALER * number), "ecolor": paler(INK, _PALER * number), "elinewidth": 0.8}
-    here.errorbar(x, y / unit, error / unit, **marks, label="_" if number else "ensemble (Monte Carlo)")
+    marks: dict[str, Any] = {
+        "color": look_of("ensemble").colour,
+        "linestyle": "none",
+        "zorder": 2.5,
+    }
+    marks |= {
+        "marker": _MARKERS[number % 3],
+        "markersize": 4 if len(rows) < 20 else 3,
+        "markeredgewidth": 0.6,
+    }
+    marks |= {
+        "markeredgecolor": paler(INK, _PALER * number),
+        "ecolor": paler(INK, _PALER * number),
+        "elinewidth": 0.8,
+    }
+    here.errorbar(
+        x, y / unit, error / unit, **marks, label="_" if number else "ensemble (Monte Carlo)"
+    )
 
 
 def _label(here: Axes, panel: str, rows: Sequence[PaperPointShape], most: int) -> float:
@@ -88,13 +111,30 @@ def region(mu: Sequence[float], edges: Sequence[TheoriesShape], title: str | Non
     with styled():
         figure, here = new(1, 1, (WIDTH, 4.4))
         edge = np.minimum([e.ensemble for e in edges], top) / y.factor
-        here.fill_between(mu, 0.0, edge, color="0.92", linewidth=0, label="stable (Monte Carlo)", zorder=0)
+        here.fill_between(
+            mu, 0.0, edge, color="0.92", linewidth=0, label="stable (Monte Carlo)", zorder=0
+        )
         for name in ("published", "averaged"):
-            here.plot(mu, np.minimum([getattr(e, name) for e in edges], top) / y.factor, **look_of(name).style())
-        marks: dict[str, Any] = {"color": look_of("ensemble").colour, "markeredgecolor": INK, "ecolor": INK}
-        marks |= {"linestyle": "none", "marker": "s", "zorder": 3.5, "label": "ensemble (Monte Carlo)"}
+            here.plot(
+                mu,
+                np.minimum([getattr(e, name) for e in edges], top) / y.factor,
+                **look_of(name).style(),
+            )
+        marks: dict[str, Any] = {
+            "color": look_of("ensemble").colour,
+            "markeredgecolor": INK,
+            "ecolor": INK,
+        }
+        marks |= {
+            "linestyle": "none",
+            "marker": "s",
+            "zorder": 3.5,
+            "label": "ensemble (Monte Carlo)",
+        }
         known = [(m, e.ensemble, e.ensemble_error95) for m, e in zip(mu, edges, strict=True)]
-        positions, noises, errors = np.array([row for row in known if np.isfinite(row[2])]).reshape(-1, 3).T
+        positions, noises, errors = (
+            np.array([row for row in known if np.isfinite(row[2])]).reshape(-1, 3).T
+        )
         here.errorbar(positions, noises / y.factor, errors / y.factor, **marks)
         logarithm(here.xaxis)
         here.set_ylim(0.0, top / y.factor)

@@ -14,7 +14,23 @@ from harvester.quantities.units import SYMBOLS
 from harvester.scene.keys import unit_of
 
 NONDIMENSIONAL = "nondimensional"
-_PREFIXED = {"W", "V", "A", "ohm", "F", "H", "Hz", "s", "m", "m/s", "N/m", "N/V", "W/g^2", "V/g", "m/g"}
+_PREFIXED = {
+    "W",
+    "V",
+    "A",
+    "ohm",
+    "F",
+    "H",
+    "Hz",
+    "s",
+    "m",
+    "m/s",
+    "N/m",
+    "N/V",
+    "W/g^2",
+    "V/g",
+    "m/g",
+}
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _WRITTEN = {"ohm": "Ω", "^2": "²", "^3": "³", "^5": "⁵"}
 _NAMES = {
@@ -112,14 +128,19 @@ def values_in_words(values: Iterable[tuple[str, float]]) -> str:
     """Scene keys with their values as an entry of a legend: "restitution coefficient r 0.9, load resistance 1 MΩ"."""
     known = ((*quantity(key), value) for key, value in values)
     return ", ".join(
-        f"{name.split(' = ')[0]} {amount(value, '' if unit == 'SI' else unit)}" for name, unit, value in known
+        f"{name.split(' = ')[0]} {amount(value, '' if unit == 'SI' else unit)}"
+        for name, unit, value in known
     )
 
 
 def broken(label: str, most: int) -> str:
     """A label of more than ``most`` letters over several lines, its unit on one of them."""
     name, _, unit = label.partition(" (")
-    return label if len(label) <= most else "\n".join([*textwrap.wrap(name, most), f"({unit}"] if unit else [label])
+    return (
+        label
+        if len(label) <= most
+        else "\n".join([*textwrap.wrap(name, most), f"({unit}"] if unit else [label])
+    )
 
 
 class _TickFormat(Formatter):

@@ -19,7 +19,11 @@ DEEPEST = 1e4  # the same, shown at most
 
 def is_map(answers: Sequence[ResponseShape]) -> bool:
     """Whether responses are those of one engine at many values of one key."""
-    return len({a.engine for a in answers}) == 1 and len(answers) >= FEWEST and len(answers[0].varied) == 1
+    return (
+        len({a.engine for a in answers}) == 1
+        and len(answers) >= FEWEST
+        and len(answers[0].varied) == 1
+    )
 
 
 def response_map(answers: Sequence[ResponseShape], title: str | None, per_g: bool) -> Plot:
@@ -33,7 +37,9 @@ def response_map(answers: Sequence[ResponseShape], title: str | None, per_g: boo
     units = answers[0].unit_names
     name = ("mean power per g²", "W/g^2") if per_g else ("mean power", units.power)
     power = scale(*name, [*powers.values()])
-    hertz = scale("drive frequency" if units.frequency else "drive frequency Ω", units.frequency, at)
+    hertz = scale(
+        "drive frequency" if units.frequency else "drive frequency Ω", units.frequency, at
+    )
     norm = _colours([values / power.factor for values in powers.values()])
     shown = [*powers] if any(answer.hysteresis for answer in answers) else [*powers][:1]
     with styled():
@@ -43,7 +49,9 @@ def response_map(answers: Sequence[ResponseShape], title: str | None, per_g: boo
             height = _heights(panel, key, np.array([answer.varied[key] for answer in answers]))
             values = powers[direction] / power.factor
             f = np.array(at) / hertz.factor
-            drawn = panel.pcolormesh(f, height, values, norm=norm, cmap="viridis", shading="nearest")
+            drawn = panel.pcolormesh(
+                f, height, values, norm=norm, cmap="viridis", shading="nearest"
+            )
             _crest(panel, answers, direction, height, hertz.factor)
             panel.set_xlabel(hertz.label)
             panel.set_title(f"{direction} the frequencies" if len(shown) > 1 else "")
@@ -57,7 +65,9 @@ def response_map(answers: Sequence[ResponseShape], title: str | None, per_g: boo
 def _common(answers: Sequence[ResponseShape], per_g: bool) -> tuple[list[float], dict[str, Floats]]:
     """The frequencies that all responses have, and by direction the powers there, shape (responses, frequencies)."""
     directions = answers[0].directions
-    at = sorted(set.intersection(*({p.frequency for p in a.sweep(d)} for a in answers for d in directions)))
+    at = sorted(
+        set.intersection(*({p.frequency for p in a.sweep(d)} for a in answers for d in directions))
+    )
     return at, {d: np.array([_powers(a, d, at, per_g) for a in answers]) for d in directions}
 
 
@@ -83,16 +93,25 @@ def _heights(panel: Axes, key: str, values: Floats) -> Floats:
     return values / mark(panel.yaxis, key, values, bool(logarithmic))
 
 
-def _powers(answer: ResponseShape, direction: str, frequencies: Sequence[float], per_g: bool) -> list[float]:
+def _powers(
+    answer: ResponseShape, direction: str, frequencies: Sequence[float], per_g: bool
+) -> list[float]:
     """The mean powers of one response at some of its frequencies."""
     of = {p.frequency: p.mean_power.value for p in answer.sweep(direction)}
     over = (answer.level or 1.0) ** 2 if per_g else 1.0
     return [of[f] / over for f in frequencies]
 
 
-def _crest(panel: Axes, answers: Sequence[ResponseShape], direction: str, height: Floats, hertz: float) -> None:
+def _crest(
+    panel: Axes, answers: Sequence[ResponseShape], direction: str, height: Floats, hertz: float
+) -> None:
     """Draw where the largest power of each value is."""
     peaks = [answer.peak(direction).frequency / hertz for answer in answers]
     panel.plot(
-        peaks, height, color="#D55E00", linewidth=1.4, linestyle=(0, (3, 2)), label="frequency of the largest power"
+        peaks,
+        height,
+        color="#D55E00",
+        linewidth=1.4,
+        linestyle=(0, (3, 2)),
+        label="frequency of the largest power",
     )

@@ -21,10 +21,20 @@ from harvester.uncertainty.value import Value
 _UP = "#0072B2"
 _LOOKS: dict[str, dict[str, Any]] = {
     "up": {"color": _UP, "marker": ">", "linestyle": "-", "linewidth": 1.0},
-    "down": {"color": "#D55E00", "marker": "<", "linestyle": (0, (4, 2)), "linewidth": 1.0, "markerfacecolor": "white"},
+    "down": {
+        "color": "#D55E00",
+        "marker": "<",
+        "linestyle": (0, (4, 2)),
+        "linewidth": 1.0,
+        "markerfacecolor": "white",
+    },
     "from rest": {"color": _UP, "marker": "o", "linestyle": "-", "linewidth": 1.0},
 }
-_WORDS = {"up": "up the frequencies", "down": "down the frequencies", "from rest": "each frequency from rest"}
+_WORDS = {
+    "up": "up the frequencies",
+    "down": "down the frequencies",
+    "from rest": "each frequency from rest",
+}
 _LETTERS = 25  # of a label beside a panel
 _SEEN = 0.01  # of the largest value: a shorter error bar is hidden by a marker
 _ALIKE = 0.003  # of the largest value: closer curves are one line
@@ -66,7 +76,9 @@ def response(answers: Sequence[ResponseShape], title: str | None, per_g: bool = 
     return figure
 
 
-def _quantities(points: Sequence[DriveShape], units: AnswerUnits, per_g: bool) -> list[tuple[str, str, str, int]]:
+def _quantities(
+    points: Sequence[DriveShape], units: AnswerUnits, per_g: bool
+) -> list[tuple[str, str, str, int]]:
     """What has a panel of its own: its name, words and unit, and the power of the level that it is divided by."""
     sizes = [
         ("mean_power", "mean power", units.power, 2 * per_g),
@@ -92,7 +104,9 @@ def _curves(answer: ResponseShape, answers: Sequence[ResponseShape]) -> list[Cur
     if (number := values.index(_values(answer))) >= MOST_CURVES:
         return []
     directions = list(answer.directions)
-    alike = len(directions) > 1 and all(_alike(answer, name) for name in ("mean_power", "voltage_rms"))
+    alike = len(directions) > 1 and all(
+        _alike(answer, name) for name in ("mean_power", "voltage_rms")
+    )
     engines = list(dict.fromkeys(a.engine for a in answers))
     curves = []
     for direction in directions[:1] if alike else directions:
@@ -108,7 +122,9 @@ def _curves(answer: ResponseShape, answers: Sequence[ResponseShape]) -> list[Cur
     return curves
 
 
-def _among_others(engine: str, values: Sequence[str], number: int, engines: bool, direction: str) -> dict[str, Any]:
+def _among_others(
+    engine: str, values: Sequence[str], number: int, engines: bool, direction: str
+) -> dict[str, Any]:
     """The look of one of several responses: its colour by the value or the engine, its marker by the engine."""
     words = [values[number]] if len(values) > 1 else []
     words += ([engine] if engines else []) + ([direction] if direction else [])
@@ -127,10 +143,15 @@ def _values(answer: ResponseShape) -> str:
     return values_in_words(answer.varied.items())
 
 
-def _sizes(axes: Axes, curves: Sequence[Curve], name: str, words: str, unit: str, hertz: float, per_g: int) -> None:
+def _sizes(
+    axes: Axes, curves: Sequence[Curve], name: str, words: str, unit: str, hertz: float, per_g: int
+) -> None:
     """Draw one quantity of all curves, over the level to the power of ``per_g``."""
     if per_g:
-        words, unit = f"{words} per g{'²' if per_g == 2 else ''}", f"{unit}/g{'^2' if per_g == 2 else ''}"
+        words, unit = (
+            f"{words} per g{'²' if per_g == 2 else ''}",
+            f"{unit}/g{'^2' if per_g == 2 else ''}",
+        )
     drawn = []
     for answer, direction, look in curves:
         values = [(p.frequency, getattr(p, name)) for p in answer.sweep(direction)]
@@ -178,7 +199,12 @@ def _bandwidths(top: Axes, curves: Sequence[Curve], hertz: float) -> None:
         if (edges := answer.edges(direction)) is None:
             continue
         half = 0.5 * answer.peak(direction).mean_power.value / _power_scale(answer)
-        bar: dict[str, Any] = {"linewidth": 3.5, "alpha": 0.5, "color": look["color"], "solid_capstyle": "butt"}
+        bar: dict[str, Any] = {
+            "linewidth": 3.5,
+            "alpha": 0.5,
+            "color": look["color"],
+            "solid_capstyle": "butt",
+        }
         top.plot([edge / hertz for edge in edges], [half, half], **bar, label=label)
         label = "_"
 
@@ -191,7 +217,8 @@ def _power_scale(answer: ResponseShape) -> float:
 
 def _peak(answer: ResponseShape, direction: str, look: dict[str, Any], hertz: float) -> Label:
     """The label of the largest power: how much, and at which frequency."""
-    peak, of = answer.peak(direction), answer.unit_names
+    peak = answer.peak(direction)
+    of = answer.unit_names
     text = f"{amount(float(f'{peak.mean_power.value:.3g}'), of.power)}\nat {amount(peak.frequency, of.frequency)}"
     at = np.array([[peak.frequency / hertz, peak.mean_power.value / _power_scale(answer)]])
     return Label(text, look["color"], at)
@@ -200,20 +227,27 @@ def _peak(answer: ResponseShape, direction: str, look: dict[str, Any], hertz: fl
 def _alike(answer: ResponseShape, name: str) -> bool:
     """Whether the curves of both directions are closer everywhere than a line is wide."""
     a, b = (np.array([getattr(p, name).value for p in answer.sweep(d)]) for d in answer.directions)
-    return len(a) == len(b) and bool(np.max(np.abs(a - b)) <= _ALIKE * max(np.abs(a).max(), np.abs(b).max()))
+    return len(a) == len(b) and bool(
+        np.max(np.abs(a - b)) <= _ALIKE * max(np.abs(a).max(), np.abs(b).max())
+    )
 
 
 def _note(curves: Sequence[Curve], several: int) -> str:
     """What the error bars are; their size if they are too small to be seen; which curves are not drawn."""
     everything: list[Value] = [p.mean_power for a, d, _ in curves for p in a.sweep(d)]
-    error, largest = max(v.known_error95 for v in everything), max(abs(v.value) for v in everything)
+    error = max(v.known_error95 for v in everything)
+    largest = max(abs(v.value) for v in everything)
     shown = len({id(a) for a, _, _ in curves})
     left = f" The first {shown} of {several} responses." if shown < several else ""
     if error == 0.0:
         return left.strip()
     if error < _SEEN * largest:
         share = 100.0 * error / largest
-        size = f"at most {share:.1g} % of the largest power" if share >= 0.001 else "below 0.001 % of the largest power"
+        size = (
+            f"at most {share:.1g} % of the largest power"
+            if share >= 0.001
+            else "below 0.001 % of the largest power"
+        )
         return f"Errors (95 % sampling and step) are {size}: too small to be seen.{left}"
     points = max(len(a.sweep(d)) for a, d, _ in curves)
     return f"{'Bars' if points <= MOST_BARS else 'Bands'}: 95 % sampling and step.{left}"

@@ -1,7 +1,7 @@
 """What each figure reads of the thing that it draws: the figures know these attributes, and none of the classes above.
 
-Arrays have the shape (n,) unless another is named; quantities are in the units of ``unit_names`` (`AnswerUnits`).
-Long because it is the one list of what figures read.
+Arrays have the shape (n,) unless another is named; quantities are in the units of ``unit_names``
+(`AnswerUnits`). Long because it is the one list of what figures read.
 """
 
 from collections.abc import Mapping, Sequence
@@ -121,7 +121,8 @@ class MotionShape(Protocol):
 class DensitiesShape(Protocol):
     """Densities of a motion, and one path of it; ``phase_plane`` has the shape (k, k), at every fourth place.
 
-    ``voltage_plane`` is counted in bins with the centres ``plane_displacement`` and ``plane_voltage``.
+    ``voltage_plane`` is counted in bins with the centres ``plane_displacement`` and
+    ``plane_voltage``.
     """
 
     @property
@@ -282,7 +283,8 @@ class DriveShape(Protocol):
 class ResponseShape(Protocol):
     """A frequency response in the directions "up", "down" or "from rest", and the edges of its half-power bandwidth.
 
-    ``varied`` are the scene keys that it has of its own, ``level`` is the base's amplitude in g, if there is one.
+    ``varied`` are the scene keys that it has of its own, ``level`` is the base's amplitude in g, if
+    there is one.
     """
 
     @property

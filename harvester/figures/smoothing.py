@@ -12,7 +12,9 @@ _ENOUGH = 12  # evaluations that a local fit looks for
 _REACH = (0.1, 0.35)  # of the range: how far a local fit goes at least and at most
 
 
-def local_fit(positions: Floats, values: Floats, errors: Floats, near: float) -> tuple[Floats, Floats, Floats] | None:
+def local_fit(
+    positions: Floats, values: Floats, errors: Floats, near: float
+) -> tuple[Floats, Floats, Floats] | None:
     """A parabola through the values at places (n,) about ``near``, and the half-width of its 95 % band.
 
     Least squares with the weights of the ``errors`` of sampling (n,), if there are any.  The covariance of the
@@ -33,7 +35,11 @@ def local_fit(positions: Floats, values: Floats, errors: Floats, near: float) ->
     covariance = np.linalg.pinv(weighted.T @ weighted) * max(misfit, floor)
     at = np.linspace(positions[taken].min(), positions[taken].max(), 200)
     here = np.vander((at - near) / reach, 3)
-    return at, here @ coefficients, half95(np.sqrt(np.einsum("ij,jk,ik->i", here, covariance, here)))
+    return (
+        at,
+        here @ coefficients,
+        half95(np.sqrt(np.einsum("ij,jk,ik->i", here, covariance, here))),
+    )
 
 
 def smooth(positions: Floats, values: Floats, errors: Floats, at: Floats) -> Floats:
@@ -51,9 +57,12 @@ def smooth(positions: Floats, values: Floats, errors: Floats, at: Floats) -> Flo
     of = of.ravel()
     centres = np.stack([np.bincount(of, column) / count for column in positions.T], axis=1)
     means = np.bincount(of, values) / count
-    noise = np.bincount(of, errors**2) / count  # not over the count: evaluations with the same noise err alike
+    # not over the count: evaluations with the same noise err alike
+    noise = np.bincount(of, errors**2) / count
     spread = float(np.var(means)) or 1.0
-    surface = RBFInterpolator(centres, means, smoothing=noise / spread, kernel="thin_plate_spline", degree=1)
+    surface = RBFInterpolator(
+        centres, means, smoothing=noise / spread, kernel="thin_plate_spline", degree=1
+    )
     smoothed: Floats = surface(at)
     distance, _ = cKDTree(positions).query(at)
     smoothed[distance > _NEAR] = np.nan

@@ -1,8 +1,8 @@
 """The look of all figures: fonts, sizes and lines.
 
-Drawn 152 mm wide with letters of 9 points and more, which a phone 390 pixels wide still shows 8 pixels tall.  Text is
-taken as it stands (a title may hold a dollar sign), so units are written in Unicode.  How each engine looks is in
-`harvester.presentation.engine_look`.
+Drawn 152 mm wide with letters of 9 points and more, which a phone 390 pixels wide still shows 8
+pixels tall.  Text is taken as it stands (a title may hold a dollar sign), so units are written in
+Unicode.  How each engine looks is in `harvester.presentation.engine_look`.
 """
 
 import io
@@ -30,24 +30,45 @@ STYLE: Any = {  # of matplotlib's hundreds of names
     "font.family": "DejaVu Sans",  # comes with matplotlib: the same on every machine
     "figure.titlesize": 10.5,
     **dict.fromkeys(("font.size", "axes.titlesize", "axes.labelsize"), 9.5),
-    **dict.fromkeys(("legend.fontsize", "legend.title_fontsize", "xtick.labelsize", "ytick.labelsize"), 9),
+    **dict.fromkeys(
+        ("legend.fontsize", "legend.title_fontsize", "xtick.labelsize", "ytick.labelsize"), 9
+    ),
     **dict.fromkeys(("axes.linewidth", "xtick.major.width", "ytick.major.width"), 0.6),
     **dict.fromkeys(("xtick.minor.width", "ytick.minor.width"), 0.4),
-    **dict.fromkeys(("legend.frameon", "axes.spines.top", "axes.spines.right", "text.parse_math"), False),
+    **dict.fromkeys(
+        ("legend.frameon", "axes.spines.top", "axes.spines.right", "text.parse_math"), False
+    ),
     **dict.fromkeys(("axes.grid", "axes.axisbelow"), True),
-    **{"grid.color": "0.9", "grid.linewidth": 0.5, "legend.handlelength": 3.0, "axes.formatter.limits": (-4, 5)},
-    **{"lines.linewidth": 1.4, "lines.markersize": 4.5, "lines.markeredgewidth": 0.8, "errorbar.capsize": 2},
+    **{
+        "grid.color": "0.9",
+        "grid.linewidth": 0.5,
+        "legend.handlelength": 3.0,
+        "axes.formatter.limits": (-4, 5),
+    },
+    **{
+        "lines.linewidth": 1.4,
+        "lines.markersize": 4.5,
+        "lines.markeredgewidth": 0.8,
+        "errorbar.capsize": 2,
+    },
     "savefig.dpi": 175,
     "svg.hashsalt": "harvester",  # the same names inside the same file, run after run
     "svg.fonttype": "path",  # looks the same where the font is missing
     "pdf.fonttype": 42,  # letters stay letters
 }
-# Okabe and Ito's palette.  Engines state theirs (`harvester.presentation.engine_look`); this one is of a study.
-LOOKS.setdefault("spice alone", EngineLook("SPICE alone (ngspice)", "#56B4E9", "^", "none", order=3.9))
+# Okabe and Ito's palette.  Engines state theirs (`harvester.presentation.engine_look`); this one is
+# of a study.
+LOOKS.setdefault(
+    "spice alone", EngineLook("SPICE alone (ngspice)", "#56B4E9", "^", "none", order=3.9)
+)
 INK = "0.15"  # what belongs to no engine
 _LINES = 3  # of a title
 _ONE_PLACE = 1e-9  # a width of an axis, relative to its end, that is rounding alone
-_IGNORED = {"png": {"Software": None}, "svg": {"Date": None, "Creator": None}, "pdf": {"CreationDate": None}}
+_IGNORED = {
+    "png": {"Software": None},
+    "svg": {"Date": None, "Creator": None},
+    "pdf": {"CreationDate": None},
+}
 
 
 class Plot(Figure):
@@ -81,7 +102,8 @@ def _widen(here: Axes) -> None:
 def styled() -> Iterator[None]:
     """A context in which everything is drawn in the look of this package."""
     with mpl.rc_context(STYLE), warnings.catch_warnings():
-        warnings.filterwarnings("ignore", "Glyph .* missing")  # a title's letter that the font lacks: an empty box
+        # a title's letter that the font lacks: an empty box
+        warnings.filterwarnings("ignore", "Glyph .* missing")
         yield
 
 
@@ -109,8 +131,10 @@ def entitle(figure: Figure, device: str | None, question: str = "") -> None:
     """Set a title of up to three lines: the question that the figure answers, and the device; none for None."""
     if device is None:
         return
-    text, across = escaped(device), 12.0 * figure.get_figwidth()
-    across = min(across, 1.1 * len(text) / max(1, math.ceil(len(text) / across)) + 8)  # lines of about one length
+    text = escaped(device)
+    across = 12.0 * figure.get_figwidth()
+    # lines of about one length
+    across = min(across, 1.1 * len(text) / max(1, math.ceil(len(text) / across)) + 8)
     lines = textwrap.wrap(text, int(across), max_lines=_LINES - bool(question), placeholder=" ...")
     with styled():
         figure.suptitle("\n".join([question] * bool(question) + lines))
@@ -127,16 +151,23 @@ def legend(figure: Figure, note: str = "", more: Iterable[Any] = ()) -> None:
         return
     longest = max((len(label) for label in named), default=1)
     columns = max(1, min(len(named), 4, int(15.0 * figure.get_figwidth() / (longest + 10))))
-    columns = math.ceil(len(named) / math.ceil(len(named) / columns)) if named else 1  # rows of equal length
+    # rows of equal length
+    columns = math.ceil(len(named) / math.ceil(len(named) / columns)) if named else 1
     across = int(14.0 * figure.get_figwidth())
     with styled():
         made = figure.legend(
-            [*named.values()], [*named], loc="outside lower center", ncols=columns, title=textwrap.fill(note, across)
+            [*named.values()],
+            [*named],
+            loc="outside lower center",
+            ncols=columns,
+            title=textwrap.fill(note, across),
         )
         made.get_title().set_multialignment("center")
 
 
-def curve(axes: Axes, x: Floats, y: Floats, error: Floats, style: dict[str, Any], dot: str = "o") -> None:
+def curve(
+    axes: Axes, x: Floats, y: Floats, error: Floats, style: dict[str, Any], dot: str = "o"
+) -> None:
     """Draw a line or markers, with intervals y +- error if there are any.
 
     nan breaks the line; a point without neighbours, which no line shows, is a marker ``dot``.
@@ -147,7 +178,9 @@ def curve(axes: Axes, x: Floats, y: Floats, error: Floats, style: dict[str, Any]
     axes.plot(x, y, **style)
     if np.any(error > 0.0):
         if many:
-            axes.fill_between(x, y - error, y + error, color=style["color"], alpha=0.3, linewidth=0, zorder=1.9)
+            axes.fill_between(
+                x, y - error, y + error, color=style["color"], alpha=0.3, linewidth=0, zorder=1.9
+            )
         else:
             bars = {"fmt": "none", "elinewidth": 1.0, "zorder": style.get("zorder", 2.0)}
             axes.errorbar(x, y, error, ecolor=style["color"], **bars)
@@ -156,7 +189,9 @@ def curve(axes: Axes, x: Floats, y: Floats, error: Floats, style: dict[str, Any]
         alone = known[1:-1] & ~known[:-2] & ~known[2:]
         dots: dict[str, Any] = {"marker": dot, "markersize": 5, "linestyle": "none"}
         if alone.any():
-            axes.plot(x[alone], y[alone], color=style["color"], zorder=style.get("zorder", 2.0), **dots)
+            axes.plot(
+                x[alone], y[alone], color=style["color"], zorder=style.get("zorder", 2.0), **dots
+            )
 
 
 def paler(colour: Any, share: float) -> tuple[float, float, float]:

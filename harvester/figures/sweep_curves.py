@@ -1,8 +1,9 @@
 """The curves of a sweep's figure: which rows make a curve, and what tells engines and values of other keys apart.
 
-One curve an engine: colour, line and marker are the engine's (`harvester.presentation.engine_look`).  Several curves an
-engine, one for each value of the other keys: the colour, dark to light, and the marker are the value's, and the line
-is the engine's.  Both survive a grey print.
+One curve an engine: colour, line and marker are the engine's
+(`harvester.presentation.engine_look`).  Several curves an engine, one for each value of the other
+keys: the colour, dark to light, and the marker are the value's, and the line is the engine's.  Both
+survive a grey print.
 """
 
 from dataclasses import dataclass
@@ -23,7 +24,8 @@ MOST_SHOWN = 2000  # points of a curve
 FEW_POINTS = 30  # of a line, which show as markers
 MOST_CURVES = 6  # values of the other keys
 _MARKS = "osv^Dx"  # one for each value of the other keys
-_COLOURS = ("#440154", "#3B528B", "#21908C", "#5DC863", "#E377C2", "#E67E22")  # every eye tells them apart
+# every eye tells them apart
+_COLOURS = ("#440154", "#3B528B", "#21908C", "#5DC863", "#E377C2", "#E67E22")
 
 
 @dataclass(frozen=True)
@@ -48,9 +50,13 @@ class Levels:
             np.array([np.nan if mean is None else getattr(mean, name) for mean in values]) / unit
             for name in ("value", "sampling95", "known_error95")
         )
-        is_sampled = np.array([mean is not None and mean.stderr is not None for mean in values], dtype=bool)
+        is_sampled = np.array(
+            [mean is not None and mean.stderr is not None for mean in values], dtype=bool
+        )
         sampling, rest = np.nan_to_num(sampling), np.nan_to_num(whole - sampling)
-        return Levels(power, sampling, np.where(is_sampled, rest, 0.0), np.where(is_sampled, 0.0, rest))
+        return Levels(
+            power, sampling, np.where(is_sampled, rest, 0.0), np.where(is_sampled, 0.0, rest)
+        )
 
     @property
     def has_band(self) -> bool:
@@ -63,7 +69,9 @@ class Levels:
         over_this, over_base = (_quotient(levels.sampling, levels.power) for levels in (self, base))
         size = np.abs(ratio)
         sampling = size * np.hypot(np.nan_to_num(over_this), np.nan_to_num(over_base))
-        step = size * sum(np.nan_to_num(np.abs(_quotient(levels.step, levels.power))) for levels in (self, base))
+        step = size * sum(
+            np.nan_to_num(np.abs(_quotient(levels.step, levels.power))) for levels in (self, base)
+        )
         model = size * np.nan_to_num(np.abs(_quotient(self.model, self.power)))
         return Levels(ratio, np.nan_to_num(sampling), np.nan_to_num(step), np.nan_to_num(model))
 
@@ -71,16 +79,24 @@ class Levels:
 def groups(table: SweepShape) -> dict[str, dict[str, Rows]]:
     """Sort rows along the drawn axis into curves: for each value of the other keys, and each engine."""
     curve_axis = table.along
-    others = () if table.listed else tuple(axis for axis in table.axes if axis.key != curve_axis.key)
+    others = (
+        () if table.listed else tuple(axis for axis in table.axes if axis.key != curve_axis.key)
+    )
     grouped: dict[tuple[float, ...], dict[str, Rows]] = {}
     for row in table.rows:
-        grouped.setdefault(tuple(row.varied[a.key] for a in others), {}).setdefault(row.engine, []).append(row)
+        grouped.setdefault(tuple(row.varied[a.key] for a in others), {}).setdefault(
+            row.engine, []
+        ).append(row)
     curves = {}
     for group, of_engine in grouped.items():
-        words = values_in_words((axis.key, value) for axis, value in zip(others, group, strict=True))
+        words = values_in_words(
+            (axis.key, value) for axis, value in zip(others, group, strict=True)
+        )
         for rows in of_engine.values():
             rows.sort(key=lambda row: row.varied[curve_axis.key])
-        curves[words] = {name: rows[:: -(-len(rows) // MOST_SHOWN)] for name, rows in of_engine.items()}
+        curves[words] = {
+            name: rows[:: -(-len(rows) // MOST_SHOWN)] for name, rows in of_engine.items()
+        }
     return curves
 
 
@@ -95,11 +111,21 @@ def style(engine: str, table: SweepShape, number: int, groups: int, points: int)
         look["color"] = paler(colour(number, groups), look_of(engine).paler)
     if alone:
         look |= {"linestyle": "none", "marker": look_of(engine).marker, "markersize": 5}
-    elif groups == 1 and points <= FEW_POINTS and look["linestyle"] != "none" and "linewidth" not in look:
-        look |= {"marker": look_of(engine).marker, "markersize": 4.5}  # straight lines between points are no results
+    elif (
+        groups == 1
+        and points <= FEW_POINTS
+        and look["linestyle"] != "none"
+        and "linewidth" not in look
+    ):
+        # straight lines between points are no results
+        look |= {"marker": look_of(engine).marker, "markersize": 4.5}
     elif groups > 1:
         marks = look.get("linestyle") == "none"  # hollow, over the filled ones of the lines
-        look |= {"marker": _MARKS[number], "markersize": 6 if marks else 3.5, "markevery": max(1, points // 15)}
+        look |= {
+            "marker": _MARKS[number],
+            "markersize": 6 if marks else 3.5,
+            "markevery": max(1, points // 15),
+        }
         look |= {"markerfacecolor": "none" if marks else look["color"]}
     return look
 
@@ -111,7 +137,11 @@ def legend_lines(curves: dict[str, Any], engines: list[str], points: int) -> lis
     entries = []
     for engine in engines:
         look: dict[str, Any] = {"color": paler(INK, look_of(engine).paler), "label": engine}
-        look |= {k: v for k, v in look_of(engine).style().items() if k in ("linestyle", "linewidth", "marker", "label")}
+        look |= {
+            k: v
+            for k, v in look_of(engine).style().items()
+            if k in ("linestyle", "linewidth", "marker", "label")
+        }
         if points == 1:
             look |= {"linestyle": "none", "marker": look_of(engine).marker}
         entries.append(Line2D([], [], markerfacecolor="none", **look))

@@ -11,7 +11,15 @@ from harvester.arrays import Floats
 from harvester.figures.quantities import broken, logarithm, mark, quantity, scale
 from harvester.figures.shapes import SweepRowShape, SweepShape
 from harvester.figures.style import MOST_BARS, WIDTH, Plot, curve, entitle, legend, new, styled
-from harvester.figures.sweep_curves import MOST_CURVES, VISIBLE, Levels, Rows, groups, legend_lines, style
+from harvester.figures.sweep_curves import (
+    MOST_CURVES,
+    VISIBLE,
+    Levels,
+    Rows,
+    groups,
+    legend_lines,
+    style,
+)
 from harvester.presentation.engine_look import look as look_of
 from harvester.uncertainty.value import Value
 
@@ -31,8 +39,15 @@ def sweep(table: SweepShape, title: str | None) -> Plot:
     known = np.array([row.mean_power.value for row in table.rows if row.mean_power is not None])
     with styled():
         ratio: dict[str, Any] = {"sharex": True, "height_ratios": [2.2, 1]}
-        figure, axes = new(1 + several, 1, (WIDTH, 4.2 + 1.4 * several), squeeze=False, **(ratio if several else {}))
-        top, low = axes[0, 0], axes[-1, 0]
+        figure, axes = new(
+            1 + several,
+            1,
+            (WIDTH, 4.2 + 1.4 * several),
+            squeeze=False,
+            **(ratio if several else {}),
+        )
+        top = axes[0, 0]
+        low = axes[-1, 0]
         x_scale = mark(low.xaxis, curve_axis.key, curve_axis.values, curve_axis.logarithmic)
         y_scale = scale("mean power", table.unit_names.power, known)
         for number, curves in enumerate(shown.values()):
@@ -52,7 +67,11 @@ def sweep(table: SweepShape, title: str | None) -> Plot:
             low.axhline(1.0, color="0.6", linewidth=0.8, zorder=0)
             _widen(low)
         entitle(figure, title, f"Mean power against {quantity(curve_axis.key)[0].split(' = ')[0]}")
-        legend(figure, _note(table, len(curves_of)), legend_lines(shown, engines, len(curve_axis.values)))
+        legend(
+            figure,
+            _note(table, len(curves_of)),
+            legend_lines(shown, engines, len(curve_axis.values)),
+        )
     return figure
 
 
@@ -69,18 +88,30 @@ def _band(axes: Axes, x: Floats, middle: Floats, error: Floats, look: dict[str, 
         return
     if len(x) == 1:
         axes.errorbar(x, middle, error, fmt="none", ecolor=look["color"], elinewidth=1.0)
-    axes.fill_between(x, middle - error, middle + error, color=look["color"], alpha=0.2, linewidth=0, zorder=1.8)
+    axes.fill_between(
+        x, middle - error, middle + error, color=look["color"], alpha=0.2, linewidth=0, zorder=1.8
+    )
 
 
 def _failed(axes: Axes, x: Floats, power: Floats, colour: Any) -> None:
     at = x[~np.isfinite(power)]
     if len(at):  # an empty line that is not clipped upsets the layout
-        look: dict[str, Any] = {"color": colour, "transform": axes.get_xaxis_transform(), "clip_on": False, "zorder": 5}
+        look: dict[str, Any] = {
+            "color": colour,
+            "transform": axes.get_xaxis_transform(),
+            "clip_on": False,
+            "zorder": 5,
+        }
         axes.plot(at, np.zeros(len(at)), "x", **look)
 
 
 def _ratios(
-    low: Axes, table: SweepShape, curves: dict[str, Rows], reference: str, x_scale: float, position: tuple[int, int]
+    low: Axes,
+    table: SweepShape,
+    curves: dict[str, Rows],
+    reference: str,
+    x_scale: float,
+    position: tuple[int, int],
 ) -> None:
     """Draw each engine's mean power over the reference's at the same point, with the errors of both.
 
@@ -133,7 +164,9 @@ def _error_notes(table: SweepShape, groups: int) -> Iterator[str]:
         points = Counter(engine for engine, _ in powers)
         what = "Bars" if max(points.values()) <= MOST_BARS * groups else "Bands"
         yield f"{what}: 95 % of sampling, and step{'; of a ratio, of both' if len(table.engines) > 1 else ''}."
-    stated = _engines(powers, lambda p: p.stderr is None and p.known_error95 > VISIBLE * abs(p.value))
+    stated = _engines(
+        powers, lambda p: p.stderr is None and p.known_error95 > VISIBLE * abs(p.value)
+    )
     if stated and not (table.listed and len(table.axes) > 1):
         yield f"Pale band: the error stated by {stated}."
     if unknown := _engines(powers, lambda power: power.error95 is None):

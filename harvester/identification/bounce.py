@@ -2,8 +2,9 @@
 
     x = e^(-k t) (x0 cos w t + (v0 + k x0)/w sin w t),   k = w0/(2 Q),  w = sqrt(w0^2 - k^2)
 
-`start` reads the flights one by one: between two impacts the motion is linear, so for a given frequency and quality
-its amplitudes are linear least squares; the speeds before and after each impact give the restitution coefficient.
+`start` reads the flights one by one: between two impacts the motion is linear, so for a given
+frequency and quality its amplitudes are linear least squares; the speeds before and after each
+impact give the restitution coefficient.
 """
 
 import itertools
@@ -19,7 +20,8 @@ MOST = 2000  # impacts
 FEWEST = 8  # samples of a swing
 LARGE = 0.15  # of the range: swings that tell their frequency
 KINK = 0.4  # jump of the speed over the fastest speed nearby, beyond that of a sine
-HORIZONS = (2.2, 4.0, 8.0, 16.0, 32.0)  # swings of the parts that a start is fitted to, one after the other
+# swings of the parts that a start is fitted to, one after the other
+HORIZONS = (2.2, 4.0, 8.0, 16.0, 32.0)
 LOOKED_AT = 80  # samples of the first part that the points of the grid are compared at
 STARTS = 6  # points of the grid that fits begin from
 GOOD = 1.1  # times the noise: a residual that no other start would make smaller
@@ -41,22 +43,30 @@ class Bounce:
 def path(b: Bounce, t: Floats) -> Floats:
     """What the sensor shows at ascending times t (s), shape (n,).
 
-    In a flight x'(s) = e^(-k s) C cos(w s + phi), so that its turning points are known exactly: where the lowest one is
-    above the stop no later one meets it, as swings decay; else the crossing lies before it, after the highest one.
+    In a flight x'(s) = e^(-k s) C cos(w s + phi), so that its turning points are known exactly:
+    where the lowest one is above the stop no later one meets it, as swings decay; else the crossing
+    lies before it, after the highest one.
     """
     w0 = 2.0 * math.pi * b.frequency
     k = 0.5 * w0 / b.quality
     w = math.sqrt(max(w0 * w0 - k * k, 1e-12 * w0 * w0))
-    at, x, v = float(t[0]), b.x0, b.v0
+    at = float(t[0])
+    x = b.x0
+    v = b.v0
     out = np.empty(len(t))
     slowest = 1e-6 * (w * abs(b.x0) + abs(b.v0) + w * abs(b.gap))
     first = 0
     for _ in range(MOST):
-        p, q = x, (v + k * x) / w
+        p = x
+        q = (v + k * x) / w
         phi = math.atan2(p * w + k * q, v)
         top, bottom = ((turn * math.pi - phi) % (2.0 * math.pi) for turn in (0.5, 1.5))
         meets = math.exp(-k * bottom / w) * (p * math.cos(bottom) + q * math.sin(bottom)) < -b.gap
-        hit = _crossing(p, q, k / w, b.gap, top if top < bottom else 0.0, bottom) / w if meets else math.inf
+        hit = (
+            _crossing(p, q, k / w, b.gap, top if top < bottom else 0.0, bottom) / w
+            if meets
+            else math.inf
+        )
         last = int(np.searchsorted(t, at + hit)) if meets else len(t)
         s = t[first:last] - at
         out[first:last] = np.exp(-k * s) * (p * np.cos(w * s) + q * np.sin(w * s))
@@ -64,7 +74,9 @@ def path(b: Bounce, t: Floats) -> Floats:
         if first >= len(t):
             break
         speed = math.exp(-k * hit) * (v * math.cos(w * hit) - (p * w + k * q) * math.sin(w * hit))
-        at, x, v = at + hit, -b.gap, -b.restitution * min(speed, 0.0)
+        at = at + hit
+        x = -b.gap
+        v = -b.restitution * min(speed, 0.0)
         if v <= slowest:  # it rests on the stop, or barely leaves
             if b.gap <= 0.0:
                 break
@@ -88,9 +100,11 @@ def _crossing(p: float, q: float, k: float, gap: float, low: float, high: float)
 def impacts(t: Floats, y: Floats) -> list[int]:
     """The samples of the first impacts: lowest points with a corner, where the speed jumps, up to the first without.
 
-    The jump is measured against the fastest speed nearby; where a free swing turns there is next to none.
+    The jump is measured against the fastest speed nearby; where a free swing turns there is next to
+    none.
     """
-    span, floor = float(np.ptp(y)), float(np.quantile(y, 0.01))
+    span = float(np.ptp(y))
+    floor = float(np.quantile(y, 0.01))
     low = (y[1:-1] <= y[:-2]) & (y[1:-1] < y[2:]) & (y[1:-1] < floor + 0.15 * span)
     lows: list[int] = []
     for k in np.flatnonzero(low) + 1:
@@ -102,10 +116,13 @@ def impacts(t: Floats, y: Floats) -> list[int]:
         return []
     flight = float(np.median(np.diff(lows))) if len(lows) > 1 else 0.5 * lows[0] + FEWEST
     reach = max(3, round(flight / 30.0))
-    smooth = 2.0 * math.sin(min(math.pi * (reach + 1) / flight, 0.5 * math.pi))  # jump of a sine over these samples
+    # jump of a sine over these samples
+    smooth = 2.0 * math.sin(min(math.pi * (reach + 1) / flight, 0.5 * math.pi))
     speeds = np.abs(np.gradient(np.convolve(y, np.ones(reach) / reach, "same"), t))
     speeds[:reach] = speeds[-reach:] = 0.0  # where the mean lacks samples
-    return list(itertools.takewhile(lambda k: _jump(t, y, k, reach, speeds, flight) > KINK + smooth, lows))
+    return list(
+        itertools.takewhile(lambda k: _jump(t, y, k, reach, speeds, flight) > KINK + smooth, lows)
+    )
 
 
 def _jump(t: Floats, y: Floats, k: int, reach: int, speeds: Floats, flight: float) -> float:
@@ -133,10 +150,14 @@ def noise_of(y: Floats) -> float:
 
     White noise of variance s^2 gives them a variance of 70 s^2.  Of few samples a swing it is too high.
     """
-    return max(1.4826 * float(np.median(np.abs(np.diff(y, 4)))) / math.sqrt(70.0), 1e-9 * float(np.ptp(y)))
+    return max(
+        1.4826 * float(np.median(np.abs(np.diff(y, 4)))) / math.sqrt(70.0), 1e-9 * float(np.ptp(y))
+    )
 
 
-def start(t: Floats, y: Floats, frequency: float | None = None, quality: float | None = None) -> Bounce:
+def start(
+    t: Floats, y: Floats, frequency: float | None = None, quality: float | None = None
+) -> Bounce:
     """Starting values: the best of several fits to more and more of the path, from the best points of a grid.
 
     ``frequency`` (Hz) and ``quality`` are those that other measurements give.
@@ -145,11 +166,16 @@ def start(t: Floats, y: Floats, frequency: float | None = None, quality: float |
     """
     swing = frequency or _frequency(t, y)
     if len(t) / (t[-1] - t[0]) < FEWEST * swing:
-        raise InputError(f"FILE must have {FEWEST} samples a swing or more for a restitution coefficient")
-    noise, horizons = noise_of(y), [int(np.searchsorted(t, t[0] + n / swing)) for n in HORIZONS]
+        raise InputError(
+            f"FILE must have {FEWEST} samples a swing or more for a restitution coefficient"
+        )
+    noise = noise_of(y)
+    horizons = [int(np.searchsorted(t, t[0] + n / swing)) for n in HORIZONS]
     horizons = [n for n in horizons if n < len(t)] + [len(t)]
     ends: list[tuple[float, Bounce]] = []
-    for begin in _grid(t[: horizons[0]], y[: horizons[0]], swing, frequency is not None, quality or 60.0):
+    for begin in _grid(
+        t[: horizons[0]], y[: horizons[0]], swing, frequency is not None, quality or 60.0
+    ):
         bounce = begin
         for n in horizons:
             bounce = _refined(t[:n], y[:n], bounce, noise)
@@ -181,13 +207,19 @@ def _grid(t: Floats, y: Floats, swing: float, sure: bool, quality: float) -> lis
     size = 0.05 * (high - low)
     candidates: list[tuple[float, Bounce]] = []
     for f in [swing] if sure else swing * np.geomspace(0.45, 1.1, 31):
-        w, k = 2.0 * math.pi * f, math.pi * f / quality
+        w = 2.0 * math.pi * f
+        k = math.pi * f / quality
         s = t[:first] - t[0]
-        basis = np.exp(-k * s)[:, None] * np.array([np.cos(w * s) + k / w * np.sin(w * s), np.sin(w * s) / w]).T
+        basis = (
+            np.exp(-k * s)[:, None]
+            * np.array([np.cos(w * s) + k / w * np.sin(w * s), np.sin(w * s) / w]).T
+        )
         for zero in low + (high - low) * np.linspace(0.0, 0.6, 13):
             (x0, v0), *_ = np.linalg.lstsq(basis, y[:first] - zero, rcond=None)
             for r in (0.15, 0.35, 0.55, 0.75, 0.92):
-                bounce = Bounce(float(f), quality, r, float(zero - low), float(x0), float(v0), float(zero))
+                bounce = Bounce(
+                    float(f), quality, r, float(zero - low), float(x0), float(v0), float(zero)
+                )
                 off = (path(bounce, t[pick]) - y[pick]) / size
                 candidates.append((float(np.sum(np.log1p(off * off))), bounce))
     candidates.sort(key=lambda candidate: candidate[0])

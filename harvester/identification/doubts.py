@@ -21,22 +21,35 @@ def residual_rms(best: DeviceFit) -> float:
 
 def _relative(channel: Channel, noise: float) -> float:
     """The rms residual of a channel: of a ring-down over its size, else as it is."""
-    return noise / max(float(np.std(channel.values)), 1e-300) if channel.name == "ring-down" else noise
+    return (
+        noise / max(float(np.std(channel.values)), 1e-300) if channel.name == "ring-down" else noise
+    )
 
 
 def misfits(best: DeviceFit) -> list[Diagnostic]:
     """Warnings where the device that was measured is not the one that was fitted."""
-    warnings, values = list[Diagnostic](), best.values()
-    swept = [pair for pair in zip(best.channels, best.noise, strict=True) if pair[0].name != "ring-down"]
+    warnings = list[Diagnostic]()
+    values = best.values()
+    swept = [
+        pair for pair in zip(best.channels, best.noise, strict=True) if pair[0].name != "ring-down"
+    ]
     rms = max((_relative(*pair) for pair in swept), default=0.0)  # that of a ring-down may be noise
     if rms > STRANGE:
         warnings.append(warning("fit_is_off", percent=100.0 * rms))
     for channel, kept, noise in zip(best.channels, best.kept, best.noise, strict=True):
         off = channel.residuals(values, kept)[kept > 0.0]
         where = {"file": channel.source.name, "curve": channel.name}
-        trend = pattern(off, channel.x[kept > 0.0], _relative(channel, noise), channel.name == "ring-down")
+        trend = pattern(
+            off, channel.x[kept > 0.0], _relative(channel, noise), channel.name == "ring-down"
+        )
         if trend is not None:
-            warnings.append(warning("residual_has_a_pattern", at=trend.at, correlation=trend.correlation, **where))
+            warnings.append(
+                warning(
+                    "residual_has_a_pattern", at=trend.at, correlation=trend.correlation, **where
+                )
+            )
         if len(off) < (1.0 - DOUBTFUL) * len(kept):
-            warnings.append(warning("many_outliers", left_out=len(kept) - len(off), points=len(kept), **where))
+            warnings.append(
+                warning("many_outliers", left_out=len(kept) - len(off), points=len(kept), **where)
+            )
     return warnings

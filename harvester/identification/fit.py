@@ -1,8 +1,9 @@
 """Least squares of all measurements at once, in the logarithms of what is above 0; outliers are left out.
 
-A channel is one file's sizes, its phases, or its ring-down.  Each has noise of its own, which its residuals tell: the
-fit is repeated with them as weights, first with a loss that outliers hardly pull (soft L1), then without the outliers
-(`harvester.identification.misfit`), by plain least squares (SciPy).
+A channel is one file's sizes, its phases, or its ring-down.  Each has noise of its own, which its
+residuals tell: the fit is repeated with them as weights, first with a loss that outliers hardly
+pull (soft L1), then without the outliers (`harvester.identification.misfit`), by plain least
+squares (SciPy).
 """
 
 import dataclasses
@@ -20,8 +21,10 @@ from harvester.identification.measurement import BaseResponse, Decay, Impedance,
 from harvester.identification.misfit import without_outliers
 from harvester.identification.models import Device, base_response, decay, impedance
 
-WEAK = 30.0  # how far, in its logarithm, a parameter that nothing determines may wander: a ridge holds it there
-LINEAR = ("loss", "restitution", "gap", "x0", "v0", "zero")  # parameters that may be 0 or below; all others are in logs
+# how far, in its logarithm, a parameter that nothing determines may wander: a ridge holds it there
+WEAK = 30.0
+# parameters that may be 0 or below; all others are in logs
+LINEAR = ("loss", "restitution", "gap", "x0", "v0", "zero")
 DEVICE = tuple(field.name for field in dataclasses.fields(Device))
 
 
@@ -84,7 +87,9 @@ def by_name(names: Sequence[str], p: Floats, fixed: dict[str, float]) -> dict[st
     """The parameters by name, out of their logarithms."""
     values = dict(fixed)
     for name, value in zip(names, p, strict=True):
-        values[name] = float(value) if name in LINEAR else math.exp(min(max(float(value), -300.0), 300.0))
+        values[name] = (
+            float(value) if name in LINEAR else math.exp(min(max(float(value), -300.0), 300.0))
+        )
     return values
 
 
@@ -108,13 +113,21 @@ def channels(measurements: Sequence[Measurement], bouncing: bool) -> tuple[Chann
     for data in measurements:
         if isinstance(data, Decay):
             met = bouncing and data.of == "displacement"
-            result.append(Channel(data, "ring-down", data.t, data.y, partial(_path if met else _decay, data)))
+            result.append(
+                Channel(data, "ring-down", data.t, data.y, partial(_path if met else _decay, data))
+            )
             continue
         of_sensor = isinstance(data, BaseResponse)  # whose sign is not known
-        size, phase = (data.size, data.phase) if isinstance(data, BaseResponse) else (np.abs(data.z), np.angle(data.z))
+        size, phase = (
+            (data.size, data.phase)
+            if isinstance(data, BaseResponse)
+            else (np.abs(data.z), np.angle(data.z))
+        )
         result.append(Channel(data, "size", data.f, np.log(size), partial(_log_size, data)))
         if phase is not None:
-            result.append(Channel(data, "phase", data.f, phase, partial(_phase, data), True, of_sensor))
+            result.append(
+                Channel(data, "phase", data.f, phase, partial(_phase, data), True, of_sensor)
+            )
     return tuple(result)
 
 
@@ -143,9 +156,14 @@ def _decay(data: Decay, values: dict[str, float], kept: Floats) -> Floats:
 
 
 def _weighted(
-    values: dict[str, float], several: Sequence[Channel], kept: Sequence[Floats], noise: Sequence[float]
+    values: dict[str, float],
+    several: Sequence[Channel],
+    kept: Sequence[Floats],
+    noise: Sequence[float],
 ) -> Floats:
-    parts = [(c.residuals(values, k) / s)[k > 0.0] for c, k, s in zip(several, kept, noise, strict=True)]
+    parts = [
+        (c.residuals(values, k) / s)[k > 0.0] for c, k, s in zip(several, kept, noise, strict=True)
+    ]
     return np.nan_to_num(np.concatenate(parts), nan=1e9, posinf=1e9, neginf=-1e9)
 
 
@@ -170,12 +188,16 @@ def fit(
             f"FILE must have at least {2 * len(names)} points for {len(names)} parameters, but has {points}"
         )
     kept: list[Floats] = [np.ones(len(c.x)) for c in several]
-    noise = [max(0.1 * float(np.std(c.values)), 1e-30) if c.name == "ring-down" else 0.1 for c in several]
+    noise = [
+        max(0.1 * float(np.std(c.values)), 1e-30) if c.name == "ring-down" else 0.1 for c in several
+    ]
     best = _best_start(names, starts, fixed, few, noise)
     origin = best.copy()
 
     def residuals(p: Floats) -> Floats:
-        ridge = (p - origin) / (WEAK * np.where([n in LINEAR for n in names], 1e3 * (1.0 + np.abs(origin)), 1.0))
+        ridge = (p - origin) / (
+            WEAK * np.where([n in LINEAR for n in names], 1e3 * (1.0 + np.abs(origin)), 1.0)
+        )
         return np.append(_weighted(by_name(names, p, fixed), several, kept, noise), ridge)
 
     lower = np.array([{"restitution": 0.0}.get(n, -np.inf) for n in names])
@@ -184,7 +206,14 @@ def fit(
     for loss in ("soft_l1", "soft_l1", "soft_l1", "linear", "linear"):
         close = 1e-6 if loss == "soft_l1" else 1e-12
         solution = least_squares(
-            residuals, best, loss=loss, x_scale="jac", bounds=(lower, upper), xtol=close, ftol=close, max_nfev=100
+            residuals,
+            best,
+            loss=loss,
+            x_scale="jac",
+            bounds=(lower, upper),
+            xtol=close,
+            ftol=close,
+            max_nfev=100,
         )
         best = solution.x
         values = by_name(names, best, fixed)
@@ -202,7 +231,16 @@ def fit(
             else:
                 noise[n] = max(float(np.sqrt(np.mean(inner**2))) * share, floor)
     jacobian = solution.jac[: -len(names)]
-    return DeviceFit(names, best, fixed, several, tuple(kept), tuple(noise), jacobian, solution.fun[: -len(names)])
+    return DeviceFit(
+        names,
+        best,
+        fixed,
+        several,
+        tuple(kept),
+        tuple(noise),
+        jacobian,
+        solution.fun[: -len(names)],
+    )
 
 
 def _best_start(
@@ -232,7 +270,9 @@ def _best_start(
             continue
         ends.append((float(end.cost), end.x))
     if not ends:
-        raise InputError("FILE must hold a resonance or a ring-down, but no fit of its numbers could begin")
+        raise InputError(
+            "FILE must hold a resonance or a ring-down, but no fit of its numbers could begin"
+        )
     return np.asarray(min(ends, key=lambda e: e[0])[1])
 
 

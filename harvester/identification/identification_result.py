@@ -78,7 +78,10 @@ class IdentificationResult(TableResult):
         """A row for each parameter, with the ends of its 95 % interval."""
         units = [p.unit for p in self.parameters]
         columns = [Column("key", [p.key for p in self.parameters])]
-        columns += [Column(name, [getattr(p, name) for p in self.parameters], units=units) for name in _NUMBERS]
+        columns += [
+            Column(name, [getattr(p, name) for p in self.parameters], units=units)
+            for name in _NUMBERS
+        ]
         columns.append(Column("unit", units))
         return Table(tuple(columns), index=("key",))
 
@@ -104,12 +107,17 @@ class IdentificationResult(TableResult):
     def as_json(self) -> dict[str, object]:
         """The answer as ``--json`` prints it."""
         return {
-            "parameters": {p.key: {"value": p.value, "low": p.low, "high": p.high} for p in self.parameters},
+            "parameters": {
+                p.key: {"value": p.value, "low": p.low, "high": p.high} for p in self.parameters
+            },
             "residual_rms": self.residual_rms,
             "not_determined": dict(self.missing),
             "points": self.points,
             "outliers": self.left_out,
-            "correlations": {"names": list(self.names), "matrix": np.round(self.correlations, 4).tolist()},
+            "correlations": {
+                "names": list(self.names),
+                "matrix": np.round(self.correlations, 4).tolist(),
+            },
             "notes": self._remarks,
         }
 
@@ -119,12 +127,18 @@ class IdentificationResult(TableResult):
         for reason in dict.fromkeys(why for _, why in self.missing):
             keys = ", ".join(key for key, why in self.missing if why == reason)
             lines.append(f"not determined: {keys}: {reason}")
-        lines.append(f"residual: {100.0 * self.residual_rms:.2g} % rms, {self.points} points{self._outliers()}")
+        lines.append(
+            f"residual: {100.0 * self.residual_rms:.2g} % rms, {self.points} points{self._outliers()}"
+        )
         lines += [self._strongest()] if len(self.names) > 1 else []
         return "\n".join([*lines, *self._remarks])
 
     def _outliers(self) -> str:
-        return f", {self.left_out} of them left out as outliers" if self.left_out else ", none of them an outlier"
+        return (
+            f", {self.left_out} of them left out as outliers"
+            if self.left_out
+            else ", none of them an outlier"
+        )
 
     def _strongest(self) -> str:
         """The strongest correlation in words."""
@@ -135,13 +149,18 @@ class IdentificationResult(TableResult):
 
 def number_words(parameter: Parameter) -> tuple[str, str]:
     """A parameter's value and its interval in words, with as many digits as the interval is worth."""
-    width = max(parameter.high - parameter.low, 1e-12 * abs(parameter.value), 1e-300)  # a known number has none
-    digits = min(max(3, 2 + math.ceil(math.log10(2.0 * max(abs(parameter.value), 1e-300) / width))), 9)
-    scale, unit = 1.0, parameter.unit
+    # a known number has none
+    width = max(parameter.high - parameter.low, 1e-12 * abs(parameter.value), 1e-300)
+    digits = min(
+        max(3, 2 + math.ceil(math.log10(2.0 * max(abs(parameter.value), 1e-300) / width))), 9
+    )
+    scale = 1.0
+    unit = parameter.unit
     if parameter.unit in PREFIXED and parameter.value:
         gram = 1e-3 if parameter.unit == "kg" else 1.0
         power = min(max(3 * math.floor(math.log10(abs(parameter.value) / gram) / 3.0), -15), 6)
-        scale, unit = gram * 10.0**power, SYMBOLS[power] + ("g" if parameter.unit == "kg" else parameter.unit)
+        scale = gram * 10.0**power
+        unit = SYMBOLS[power] + ("g" if parameter.unit == "kg" else parameter.unit)
     shown = f"{parameter.value / scale:.{digits}g} {unit}".rstrip()
     return shown, f"{parameter.low / scale:.{digits}g} to {parameter.high / scale:.{digits}g}"
 
@@ -176,13 +195,22 @@ def fitted_curves(fit: DeviceFit) -> list[FittedCurve]:
 def _curve(channel: Channel, off: Floats, kept: Floats, noise: float) -> FittedCurve:
     of = getattr(channel.source, "of", "")
     name = f"{channel.source.name}, {channel.source.state}"
-    fitted, measured = channel.values - off, channel.values
-    x_label, size = "frequency (Hz)", channel.name == "size"
+    fitted = channel.values - off
+    measured = channel.values
+    x_label = "frequency (Hz)"
+    size = channel.name == "size"
     if channel.name == "ring-down":
-        label, x_label = _LABELS[of], "time (s)"
+        label = _LABELS[of]
+        x_label = "time (s)"
     elif channel.name == "phase":
-        label, measured, fitted = "phase (degrees)", np.degrees(measured), np.degrees(fitted)
+        label = "phase (degrees)"
+        measured = np.degrees(measured)
+        fitted = np.degrees(fitted)
     else:
-        label = "|Z| (ohm)" if isinstance(channel.source, Impedance) else _LABELS[of].replace(")", " per m/s²)")
+        label = (
+            "|Z| (ohm)"
+            if isinstance(channel.source, Impedance)
+            else _LABELS[of].replace(")", " per m/s²)")
+        )
         measured, fitted = np.exp(measured), np.exp(fitted)
     return FittedCurve(name, label, x_label, channel.x, measured, fitted, off / noise, kept, size)

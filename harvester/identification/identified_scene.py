@@ -37,9 +37,13 @@ def text(result: IdentificationResult, title: str) -> str:
     for key in reversed(NEEDED):
         if key not in known:
             table, _, name = key.partition(".")
-            heads = [k for k, line in enumerate(lines) if line.startswith((f"[{table}]", f"# [{table}]"))]
+            heads = [
+                k for k, line in enumerate(lines) if line.startswith((f"[{table}]", f"# [{table}]"))
+            ]
             formula = f" = {_FORMULAS[key]}" if _FORMULAS[key] else " = ?"
-            lines.insert(heads[0] + 1, f"{f'# {name}{formula}':<{scene_file.WIDTH}} # {_SHORT[key]}")
+            lines.insert(
+                heads[0] + 1, f"{f'# {name}{formula}':<{scene_file.WIDTH}} # {_SHORT[key]}"
+            )
     rest = [
         f"#   {parameter.key} = {parameter.value:.7g} ({comment(parameter)})"
         for parameter in result.parameters
@@ -51,9 +55,12 @@ def text(result: IdentificationResult, title: str) -> str:
 def _second_mode(result: IdentificationResult) -> list[str]:
     """The table of a second mode as comments, as an impedance does not tell what part it has in the base's motion.
 
-    It tells theta^2/M: the mass is that of the first mode, which makes base and at_stop what they are in that scale.
+    It tells theta^2/M: the mass is that of the first mode, which makes base and at_stop what they
+    are in that scale.
     """
-    values = {parameter.key.removeprefix("mode.2."): parameter.value for parameter in result.parameters}
+    values = {
+        parameter.key.removeprefix("mode.2."): parameter.value for parameter in result.parameters
+    }
     if "frequency" not in values or not is_whole(result):
         return []
     mass = values["oscillator.mass"]
@@ -69,7 +76,10 @@ def _second_mode(result: IdentificationResult) -> list[str]:
         ("base = ?", "not determined: participation in the base's acceleration"),
         ("at_stop = ?", "not determined: displacement at a stop over that of the mode"),
     ]
-    return ["", *(f"{f'# {line}':<{scene_file.WIDTH}} # {word}".rstrip(" #") for line, word in rows)]
+    return [
+        "",
+        *(f"{f'# {line}':<{scene_file.WIDTH}} # {word}".rstrip(" #") for line, word in rows),
+    ]
 
 
 def comment(parameter: Parameter) -> str:

@@ -1,6 +1,7 @@
 """The parameters of a device from measurements of one or several kinds, fitted jointly, with 95 % intervals.
 
-Where the data do not determine a parameter the answer reports it, and what would: an impedance alone gives theta^2/M.
+Where the data do not determine a parameter the answer reports it, and what would: an impedance
+alone gives theta^2/M.
 """
 
 import dataclasses
@@ -26,20 +27,29 @@ NOT_DETERMINED = 0.7  # half-width of an interval of a logarithm: a factor of tw
 NOT_KNOWN = 0.5  # half-width of a restitution coefficient or a loss
 EDGE = 1e-6  # from 0 and 1 a restitution coefficient is at the boundary of the fit
 MODE = {"frequency", "quality", "beta"}  # parameters of the first mode
-KNOWN = ("oscillator.mass", "oscillator.damping_ratio", "piezo.capacitance", "stop.restitution", "stop.gap")
+KNOWN = (
+    "oscillator.mass",
+    "oscillator.damping_ratio",
+    "piezo.capacitance",
+    "stop.restitution",
+    "stop.gap",
+)
 
 
 @names_arguments
-def identify(files: str | Sequence[str], known: Mapping[str, float | str] | None = None) -> IdentificationResult:
+def identify(
+    files: str | Sequence[str], known: Mapping[str, float | str] | None = None
+) -> IdentificationResult:
     """Fit one mode with its piezo to measurements in CSV files.
 
     Parameters
     ----------
     files
-        the path of a CSV file, or several, each with its state behind an @ where it needs one, such as
-        "ringdown.csv@open".
+        the path of a CSV file, or several, each with its state behind an @ where it needs one, such
+        as "ringdown.csv@open".
     known
-        scene keys that are not fitted, such as {"mass": "40 g"}: numbers in SI units, or texts with their unit.
+        scene keys that are not fitted, such as {"mass": "40 g"}: numbers in SI units, or texts with
+        their unit.
 
     Returns
     -------
@@ -49,7 +59,8 @@ def identify(files: str | Sequence[str], known: Mapping[str, float | str] | None
     Raises
     ------
     InputError
-        for files that cannot be read, hold no measurement or too few points, and for keys that cannot be known.
+        for files that cannot be read, hold no measurement or too few points, and for keys that
+        cannot be known.
 
     >>> import harvester as hv
     >>> hv.identify("nowhere.csv")
@@ -77,9 +88,12 @@ def known_values(known: Mapping[str, float | str]) -> dict[str, float]:
     return values
 
 
-def identified(measurements: Sequence[Measurement], known: dict[str, float] | None = None) -> IdentificationResult:
+def identified(
+    measurements: Sequence[Measurement], known: dict[str, float] | None = None
+) -> IdentificationResult:
     """Fit measurements that are read; raises as `identify`."""
-    known, remarks = dict(known or {}), list[Diagnostic]()
+    known = dict(known or {})
+    remarks = list[Diagnostic]()
     measurements, alone = _alone(list(measurements))
     measurements = [_from_first_flight(data) for data in measurements]
     met = [data for data in measurements if isinstance(data, Decay) and data.of == "displacement"]
@@ -89,7 +103,8 @@ def identified(measurements: Sequence[Measurement], known: dict[str, float] | No
         remarks.append(note("ring_down_meets_a_stop"))
     left = misfits(best)
     if (second := _second_resonance(measurements, best, known, left)) is not None:
-        best, left = second, [note("two_resonances")]
+        best = second
+        left = [note("two_resonances")]
     remarks += left
     if alone:
         remarks.append(note("one_state_alone", state=alone))
@@ -98,7 +113,9 @@ def identified(measurements: Sequence[Measurement], known: dict[str, float] | No
 
 def _from_first_flight(data: Measurement) -> Measurement:
     """A ring-down against a stop without the few samples before an impact that it may begin with."""
-    if not (isinstance(data, Decay) and data.of == "displacement" and bounce.meets_stop(data.t, data.y)):
+    if not (
+        isinstance(data, Decay) and data.of == "displacement" and bounce.meets_stop(data.t, data.y)
+    ):
         return data
     first = bounce.first_sample(data.t, data.y)
     return dataclasses.replace(data, t=data.t[first:], y=data.y[first:])
@@ -107,27 +124,44 @@ def _from_first_flight(data: Measurement) -> Measurement:
 def _alone(measurements: list[Measurement]) -> tuple[list[Measurement], str]:
     """Ring-downs in one state do not show the coupling: they are fitted as if in short circuit; the state in words."""
     loads = {data.load for data in measurements if isinstance(data, Decay)}
-    if len(loads) == 1 and loads != {SHORT} and all(isinstance(data, Decay) for data in measurements):
+    if (
+        len(loads) == 1
+        and loads != {SHORT}
+        and all(isinstance(data, Decay) for data in measurements)
+    ):
         state = measurements[0].state
-        return [dataclasses.replace(data, load=SHORT) for data in measurements if isinstance(data, Decay)], state
+        return [
+            dataclasses.replace(data, load=SHORT)
+            for data in measurements
+            if isinstance(data, Decay)
+        ], state
     return measurements, ""
 
 
 def _fit(measurements: list[Measurement], known: dict[str, float], bouncing: bool) -> DeviceFit:
     beside = [data for data in measurements if not meets(data, bouncing)]
     if len(measurements) - len(beside) > 1:
-        raise InputError("one FILE alone must be a ring-down against a stop, but several displacements are given")
+        raise InputError(
+            "one FILE alone must be a ring-down against a stop, but several displacements are given"
+        )
     names = chosen(measurements, known, bouncing)
     if not names:
-        raise InputError("nothing is left to fit: `known` already gives every parameter that FILE could determine")
-    others = _fit(beside, known, False).values() if bouncing and chosen(beside, known, False) else {}
+        raise InputError(
+            "nothing is left to fit: `known` already gives every parameter that FILE could determine"
+        )
+    others = (
+        _fit(beside, known, False).values() if bouncing and chosen(beside, known, False) else {}
+    )
     few = channels([thinned(data, 50) for data in measurements], bouncing)
     begin = starts(measurements, names, known, bouncing, others)
     return fit(names, begin, known, channels(measurements, bouncing), few)
 
 
 def _second_resonance(
-    measurements: Sequence[Measurement], best: DeviceFit, known: dict[str, float], left: list[Diagnostic]
+    measurements: Sequence[Measurement],
+    best: DeviceFit,
+    known: dict[str, float],
+    left: list[Diagnostic],
 ) -> DeviceFit | None:
     """The fit with a second mode, where impedances leave a pattern with one, and none with two; None elsewhere."""
     impedances = [z for z in measurements if isinstance(z, Impedance)]
@@ -137,7 +171,9 @@ def _second_resonance(
     names = (*best.names, "frequency2", "quality2", "beta2")
     few = channels([thinned(z, 200) for z in impedances], False)
     try:
-        result = fit(names, second_starts(free, best.values()), known, channels(impedances, False), few)
+        result = fit(
+            names, second_starts(free, best.values()), known, channels(impedances, False), few
+        )
     except InputError:  # too few points
         return None
     values = result.values()
@@ -147,7 +183,11 @@ def _second_resonance(
 
 
 def _answer(
-    best: DeviceFit, measurements: Sequence[Measurement], known: dict[str, float], remarks: list[Diagnostic], alone: str
+    best: DeviceFit,
+    measurements: Sequence[Measurement],
+    known: dict[str, float],
+    remarks: list[Diagnostic],
+    alone: str,
 ) -> IdentificationResult:
     profiles = Profiles(best)
     parameters, missing = [], []
@@ -157,10 +197,18 @@ def _answer(
             missing.append((quantity.key, why))
         else:
             what = "known" if interval.low == interval.high else quantity.what
-            parameters.append(Parameter(quantity.key, interval.value, interval.low, interval.high, quantity.unit, what))
+            parameters.append(
+                Parameter(
+                    quantity.key, interval.value, interval.low, interval.high, quantity.unit, what
+                )
+            )
     keys = {p.key for p in parameters} | {key for key, _ in missing}
     missing += [(key, _remedy(key)) for key in quantities.NEEDED if key not in keys]
-    if len(measurements) == 1 and isinstance(measurements[0], Impedance) and measurements[0].clamped:
+    if (
+        len(measurements) == 1
+        and isinstance(measurements[0], Impedance)
+        and measurements[0].clamped
+    ):
         missing.insert(0, ("short_circuit_frequency", str(note("clamped_impedance"))))
     return IdentificationResult(
         tuple(_of_one_state(p, alone) for p in parameters) if alone else tuple(parameters),
@@ -178,10 +226,14 @@ def _answer(
 def _of_one_state(parameter: Parameter, state: str) -> Parameter:
     """A parameter as ring-downs in one state tell it, which are not known to be those of a short circuit."""
     if parameter.key == "short_circuit_frequency":
-        return dataclasses.replace(parameter, key="resonance_frequency", what=f"resonance in {state}")
+        return dataclasses.replace(
+            parameter, key="resonance_frequency", what=f"resonance in {state}"
+        )
     in_state = parameter.key in ("quality_factor", "oscillator.damping_ratio")
     return dataclasses.replace(
-        parameter, key=parameter.key.removeprefix("oscillator."), what=f"in {state}" if in_state else parameter.what
+        parameter,
+        key=parameter.key.removeprefix("oscillator."),
+        what=f"in {state}" if in_state else parameter.what,
     )
 
 
@@ -206,7 +258,11 @@ def _open(interval: ProfileInterval, above_0: bool) -> bool:
     """Whether an interval is so wide that the number is not determined."""
     half = 0.5 * (interval.high - interval.low)
     if above_0:
-        return not 0.5 * math.log(interval.high / interval.low) < NOT_DETERMINED if interval.low > 0.0 else True
+        return (
+            not 0.5 * math.log(interval.high / interval.low) < NOT_DETERMINED
+            if interval.low > 0.0
+            else True
+        )
     return not half < NOT_KNOWN
 
 

@@ -10,7 +10,9 @@ import numpy as np
 from harvester.arrays import Complexes, Floats
 from harvester.uncertainty.value import Value
 
-SHORT, OPEN = 0.0, math.inf  # loads in ohm
+# loads in ohm
+SHORT = 0.0
+OPEN = math.inf
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +75,9 @@ def thinned(data: Measurement, most: int) -> Measurement:
 
     Of a curve over the frequency there are about ``most``, of a ring-down eight times as many.
     """
-    arrays: dict[str, Any] = {name: values for name, values in vars(data).items() if isinstance(values, np.ndarray)}
+    arrays: dict[str, Any] = {
+        name: values for name, values in vars(data).items() if isinstance(values, np.ndarray)
+    }
     points = max(map(len, arrays.values()))
     pick = slice(None, None, max(1, points // (8 * most if isinstance(data, Decay) else most)))
     return dataclasses.replace(data, **{name: values[pick] for name, values in arrays.items()})

@@ -1,7 +1,8 @@
 """Whether what a fit leaves is noise: single points far off are outliers, but neighbours that agree are a misfit.
 
-Of n residuals of white noise the correlation of neighbours is 0 within 1/sqrt(n).  A second mode, a wrong minimum or a
-stop that is not rigid leaves a pattern: neighbours agree, however small the residual is.
+Of n residuals of white noise the correlation of neighbours is 0 within 1/sqrt(n).  A second mode, a
+wrong minimum or a stop that is not rigid leaves a pattern: neighbours agree, however small the
+residual is.
 """
 
 import math
@@ -43,7 +44,8 @@ def pattern(off: Floats, x: Floats, relative: float, of_time: bool) -> Pattern |
     ``relative`` is their size over that of what was measured.
     """
     order = np.argsort(x, kind="stable")
-    x, off = x[order], off[order] - off.mean()
+    x = x[order]
+    off = off[order] - off.mean()
     power = float(off @ off)
     if len(off) < 3 * RUN or power <= 0.0 or relative < LEAST:
         return None
@@ -51,7 +53,9 @@ def pattern(off: Floats, x: Floats, relative: float, of_time: bool) -> Pattern |
     if abs(correlation) * math.sqrt(len(off)) < CERTAIN:
         return None
     if of_time:
-        lines = np.abs(np.fft.rfft(np.interp(np.linspace(x[0], x[-1], len(x)), x, off) * np.hanning(len(x))))
+        lines = np.abs(
+            np.fft.rfft(np.interp(np.linspace(x[0], x[-1], len(x)), x, off) * np.hanning(len(x)))
+        )
         return Pattern(correlation, float(np.argmax(lines) / (x[-1] - x[0])))
     smooth = np.convolve(off, np.ones(RUN) / RUN, "same")
     return Pattern(correlation, float(x[np.argmax(np.abs(smooth))]))

@@ -3,9 +3,10 @@
     S(c) = min of the weighted sum of squares over all parameters with g(p) = c
     the interval is where S(c) - S(best) <= t^2 k,  t = Student's 0.975 quantile
 
-k is 1 if the noise is what its channel's level says; where it grows with the signal, or is rare and large, the
-residuals tell by how much more g scatters (the sandwich variance over the plain one), and k is that, never below 1.
-Along the way the other parameters follow by Gauss and Newton's steps with the Jacobian of the best fit.
+k is 1 if the noise is what its channel's level says; where it grows with the signal, or is rare and
+large, the residuals tell by how much more g scatters (the sandwich variance over the plain one),
+and k is that, never below 1. Along the way the other parameters follow by Gauss and Newton's steps
+with the Jacobian of the best fit.
 """
 
 import math
@@ -38,12 +39,17 @@ class Profiles:
         from scipy.special import stdtrit
 
         self.fit = fit
-        curvature = fit.jacobian.T @ fit.jacobian + 1e-12 * np.eye(len(fit.p))  # what nothing determines varies by 1e6
+        # what nothing determines varies by 1e6
+        curvature = fit.jacobian.T @ fit.jacobian + 1e-12 * np.eye(len(fit.p))
         scale = 1.0 / np.sqrt(np.diag(curvature))
-        self.plain = np.linalg.inv(curvature * np.outer(scale, scale) + 1e-14 * np.eye(len(scale))) * np.outer(
-            scale, scale
+        self.plain = np.linalg.inv(
+            curvature * np.outer(scale, scale) + 1e-14 * np.eye(len(scale))
+        ) * np.outer(scale, scale)
+        meat = (
+            (fit.jacobian * fit.residual[:, None] ** 2).T
+            @ fit.jacobian
+            * (len(fit.residual) / fit.dof)
         )
-        meat = (fit.jacobian * fit.residual[:, None] ** 2).T @ fit.jacobian * (len(fit.residual) / fit.dof)
         self.robust = self.plain @ meat @ self.plain
         self.sum = float(fit.residual @ fit.residual)
         self.reach = float(stdtrit(fit.dof, 0.975))
@@ -76,14 +82,21 @@ class Profiles:
         return ProfileInterval(best, low, high, error)
 
     def _end(
-        self, g: Callable[[Floats], float], slope: Floats, best: float, way: float, error: float, more: float
+        self,
+        g: Callable[[Floats], float],
+        slope: Floats,
+        best: float,
+        way: float,
+        error: float,
+        more: float,
     ) -> float:
         """Where the profile reaches its limit on one side; the linear end where the search does not find it."""
         linear = self.reach * error
         if linear > 1.0 and best != 0.0:  # not determined: where exactly it ends does not matter
             return best + way * linear
         direction = self.plain @ slope / float(slope @ self.plain @ slope)
-        target, distance = self.reach * math.sqrt(more), linear
+        target = self.reach * math.sqrt(more)
+        distance = linear
         for _ in range(STEPS):
             worse = self._profile(g, slope, direction, best, best + way * distance)
             if not worse > 0.0:
@@ -94,7 +107,9 @@ class Profiles:
                 break
         return best + way * min(max(distance, 0.5 * linear), 3.0 * linear)
 
-    def _profile(self, g: Callable[[Floats], float], slope: Floats, direction: Floats, best: float, at: float) -> float:
+    def _profile(
+        self, g: Callable[[Floats], float], slope: Floats, direction: Floats, best: float, at: float
+    ) -> float:
         """S(at) - S(best)."""
         p = self.fit.p + direction * (at - best)
         least = math.inf

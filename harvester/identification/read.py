@@ -4,8 +4,8 @@
     frequency, V/g (phase)  frequency, mm/g ...                                      response; FILE@100k: the load
     time, voltage or displacement or speed                                           ring-down
 
-A load stands behind the file's name (FILE@short, FILE@open, FILE@470k), in a column `load (ohm)`, in a column's name
-(`voltage at 100 kohm (V/g)`), or in a comment (`# load: 100 kohm`).
+A load stands behind the file's name (FILE@short, FILE@open, FILE@470k), in a column `load (ohm)`,
+in a column's name (`voltage at 100 kohm (V/g)`), or in a comment (`# load: 100 kohm`).
 """
 
 import math
@@ -18,13 +18,24 @@ import numpy as np
 
 from harvester.arrays import Complexes, Floats
 from harvester.errors import InputError, invalid, refused, shown
-from harvester.identification.measurement import OPEN, SHORT, BaseResponse, Decay, Impedance, Measurement, finite
+from harvester.identification.measurement import (
+    OPEN,
+    SHORT,
+    BaseResponse,
+    Decay,
+    Impedance,
+    Measurement,
+    finite,
+)
 from harvester.quantities.kinds import CAPACITANCE, FREQUENCY, RESISTANCE, Kind, with_prefix
 from harvester.records.csv_table import CsvColumn, CsvTable, read_table
 from harvester.records.record_files import is_frequency, is_time, times
 
 FEWEST = 12  # points of a measurement
-_OHM, _SIEMENS = Kind("an impedance (ohm)", "ohm", "'1 kohm'"), Kind("an admittance (S)", "S", "'1 uS'")
+_OHM, _SIEMENS = (
+    Kind("an impedance (ohm)", "ohm", "'1 kohm'"),
+    Kind("an admittance (S)", "S", "'1 uS'"),
+)
 _ANGLE, _LOSS = Kind("an angle (rad)", "rad", "'90 deg'"), Kind("a loss", "", "0.02")
 _PER_G = {
     "voltage": Kind("a voltage per acceleration", "V/(m/s^2)", "'10 V/g'", gravity=True),
@@ -37,7 +48,10 @@ _DECAYS = {
     "speed": Kind("a speed (m/s)", "m/s", "'1 m/s'"),
 }
 _PHASE = {"phase", "theta", "angle", "arg", "phi", "deg"}
-_LOAD = re.compile(r"(?:@|\bat\b|\bload\b|\bRL?\b)\s*[:=]?\s*(\d[\d.]*\s*[\w.Ωµ]*|short|open|clamped)", re.IGNORECASE)
+_LOAD = re.compile(
+    r"(?:@|\bat\b|\bload\b|\bRL?\b)\s*[:=]?\s*(\d[\d.]*\s*[\w.Ωµ]*|short|open|clamped)",
+    re.IGNORECASE,
+)
 _LOAD_IN_PROSE = re.compile(  # stricter: "measured at 25 °C" is not a load
     r"\b(?:load|load resistance|RL?)\s*(?:[:=]|\bis\b)?\s*"
     r"(\d[\d.]*(?:e[+-]?\d+)?\s*[munµkMG]?(?:ohm|Ω|\u2126)|\d[\d.]*\s*[kMG](?=\s*$)|(?:short|open|clamped)\b)",
@@ -66,7 +80,8 @@ def read_file(name: str) -> list[Measurement]:
     """The measurements of one file: one for each load that it holds."""
     path, at, state = name.rpartition("@")
     if not at or Path(name).exists():
-        path, state = name, ""
+        path = name
+        state = ""
     label = Path(path).name
     key = f"FILE {shown(label)}"
     table = read_table(path, "FILE")
@@ -144,7 +159,8 @@ def _impedance(table: CsvTable, f: Floats) -> Complexes | None:
     g, b = part(_SIEMENS, "g", "gp", "conductance"), part(_SIEMENS, "b", "bp", "susceptance")
     if g is not None and b is not None:
         return np.asarray(1.0 / (g + 1j * b))
-    c, d = part(CAPACITANCE, "cp", "c", "capacitance"), part(_LOSS, "d", "tan", "tand", "loss", "df")
+    c = part(CAPACITANCE, "cp", "c", "capacitance")
+    d = part(_LOSS, "d", "tan", "tand", "loss", "df")
     if c is not None and d is not None:
         return np.asarray(1.0 / (2j * math.pi * f * c * (1.0 - 1j * d)))
     return None
@@ -164,9 +180,12 @@ def _phase(table: CsvTable) -> Floats | None:
     return None
 
 
-def _responses(table: CsvTable, f: Floats, label: str, key: str, load: float | None) -> list[Measurement]:
+def _responses(
+    table: CsvTable, f: Floats, label: str, key: str, load: float | None
+) -> list[Measurement]:
     """A response for each column and load."""
-    phase, responses = _phase(table), []
+    phase = _phase(table)
+    responses = []
     loads = _load_column(table)
     for column in table.columns:
         for of, kind in _PER_G.items():
@@ -189,14 +208,20 @@ def _responses(table: CsvTable, f: Floats, label: str, key: str, load: float | N
                     good &= np.isfinite(phase)
                 _enough(good, key)
                 angle = None if phase is None else phase[good]
-                responses.append(BaseResponse(label, f[good], np.abs(size[good]), angle, load=float(resistance), of=of))
+                responses.append(
+                    BaseResponse(
+                        label, f[good], np.abs(size[good]), angle, load=float(resistance), of=of
+                    )
+                )
             break
     return list(responses)
 
 
 def _load_column(table: CsvTable) -> Floats | None:
     columns = table.find(
-        lambda c: bool({"load", "resistance", "rload", "rl"} & set(c.words)) and c.scale(_OHM) is not None
+        lambda c: (
+            bool({"load", "resistance", "rload", "rl"} & set(c.words)) and c.scale(_OHM) is not None
+        )
     )
     return columns[0].in_si(_OHM) if columns else None
 
@@ -208,7 +233,9 @@ def _decay(table: CsvTable, label: str, key: str, load: float | None) -> Decay:
     loads = _load_column(table)
     several = [] if loads is None else np.unique(loads[~np.isnan(loads)]).tolist()
     if len(several) > 1:
-        raise InputError(f"{key} must be a ring-down over one load, but its column of loads has {len(several)} values")
+        raise InputError(
+            f"{key} must be a ring-down over one load, but its column of loads has {len(several)} values"
+        )
     for of, kind in _DECAYS.items():
         for column in table.columns:
             y = None if is_time(column) else column.in_si(kind)

@@ -11,20 +11,31 @@ from harvester.arrays import Complexes, Floats
 from harvester.errors import InputError, shown
 from harvester.identification import bounce
 from harvester.identification.fit import device
-from harvester.identification.measurement import OPEN, SHORT, BaseResponse, Decay, Impedance, Measurement
+from harvester.identification.measurement import (
+    OPEN,
+    SHORT,
+    BaseResponse,
+    Decay,
+    Impedance,
+    Measurement,
+)
 from harvester.identification.models import Device, base_response, impedance
 
 QUALITIES = (6.0, 20.0, 60.0, 200.0, 700.0)
 BETAS = (0.003, 0.03, 0.2, 0.8)
 SURELY = 0.5  # of `_turning`: what neither noise nor a weak resonance has
-BOUNCE = ("restitution", "gap", "x0", "v0", "zero")  # parameters that only a ring-down against a stop has
+# parameters that only a ring-down against a stop has
+BOUNCE = ("restitution", "gap", "x0", "v0", "zero")
 
 
-def chosen(measurements: Sequence[Measurement], known: dict[str, float], bouncing: bool) -> tuple[str, ...]:
+def chosen(
+    measurements: Sequence[Measurement], known: dict[str, float], bouncing: bool
+) -> tuple[str, ...]:
     """The names of the parameters to fit; what is known is not among them."""
     linear = [data for data in measurements if not meets(data, bouncing)]
     impedances = [isinstance(data, Impedance) for data in measurements]
-    impedance, coupled = any(impedances), any(map(_couples, linear))
+    impedance = any(impedances)
+    coupled = any(map(_couples, linear))
     moving = coupled or not all(impedances)
     capacitance = impedance or (coupled and any(map(_has_resistor, measurements)))
     mass_gives_psi = "mass" in known and (capacitance or "capacitance" in known)  # psi = theta/C
@@ -36,7 +47,9 @@ def chosen(measurements: Sequence[Measurement], known: dict[str, float], bouncin
         ("psi",): any(map(_is_voltage_per_g, measurements)) and not mass_gives_psi,
         BOUNCE: bouncing,
     }
-    return tuple(name for names, there in determined.items() if there for name in names if name not in known)
+    return tuple(
+        name for names, there in determined.items() if there for name in names if name not in known
+    )
 
 
 def _is_voltage_per_g(data: Measurement) -> bool:
@@ -66,17 +79,27 @@ def starts(
 ) -> list[dict[str, float]]:
     """Values to begin from: all combinations of what the curves' peaks, ratios and levels suggest.
 
-    ``others`` are the parameters that the measurements beside a ring-down against a stop tell by themselves.
+    ``others`` are the parameters that the measurements beside a ring-down against a stop tell by
+    themselves.
     """
     if bouncing:
-        met = next(data for data in measurements if isinstance(data, Decay) and meets(data, bouncing))
+        met = next(
+            data for data in measurements if isinstance(data, Decay) and meets(data, bouncing)
+        )
         flights = bounce.start(met.t, met.y, others.get("frequency"), others.get("quality"))
-        of_bounce = {field.name: getattr(flights, field.name) for field in dataclasses.fields(flights)}
+        of_bounce = {
+            field.name: getattr(flights, field.name) for field in dataclasses.fields(flights)
+        }
         if set(names) <= {*of_bounce, *others}:
             return [{name: {**of_bounce, **others}[name] for name in names}]
         linear = [data for data in measurements if not meets(data, bouncing)]
-        return [{name: {**values, **of_bounce}[name] for name in names} for values in _combined(linear, names, known)]
-    return [{name: values[name] for name in names} for values in _combined(measurements, names, known)]
+        return [
+            {name: {**values, **of_bounce}[name] for name in names}
+            for values in _combined(linear, names, known)
+        ]
+    return [
+        {name: values[name] for name in names} for values in _combined(measurements, names, known)
+    ]
 
 
 def _combined(
@@ -87,10 +110,22 @@ def _combined(
     peaks = sorted({resonances[0], resonances[len(resonances) // 2], resonances[-1]})
     qualities = QUALITIES if "quality" in names else (known.get("quality", 100.0),)
     loss = _loss(measurements) if "loss" in names else known.get("loss", 0.0)
-    for f, q, beta in itertools.product(peaks, qualities, _betas(peaks) if "beta" in names else [0.0]):
+    for f, q, beta in itertools.product(
+        peaks, qualities, _betas(peaks) if "beta" in names else [0.0]
+    ):
         for f0 in {f, f / math.sqrt(1.0 + beta)}:
-            for c in _capacitances(measurements, f0) if "capacitance" in names else [known.get("capacitance", 1.0)]:
-                values = {"frequency": f0, "quality": q, "beta": beta, "capacitance": c, "loss": loss}
+            for c in (
+                _capacitances(measurements, f0)
+                if "capacitance" in names
+                else [known.get("capacitance", 1.0)]
+            ):
+                values = {
+                    "frequency": f0,
+                    "quality": q,
+                    "beta": beta,
+                    "capacitance": c,
+                    "loss": loss,
+                }
                 values |= {name: v for name, v in known.items() if name != "mass"}
                 yield values | {"psi": _psi(measurements, device(values))}
 
@@ -107,13 +142,18 @@ def _peaks(data: Measurement) -> list[float]:
         if data.clamped:
             return []
         above = data.z.real * data.f  # without the slope of a lossy capacitance
-        return [float(data.f[np.argmax((1.0 / data.z).real / data.f)]), float(data.f[np.argmax(above)])]
+        return [
+            float(data.f[np.argmax((1.0 / data.z).real / data.f)]),
+            float(data.f[np.argmax(above)]),
+        ]
     if isinstance(data, BaseResponse):
         return [float(data.f[np.argmax(data.size)])]
     return [_strongest(data.t, data.y)]
 
 
-def second_starts(impedances: Sequence[Impedance], single: dict[str, float]) -> list[dict[str, float]]:
+def second_starts(
+    impedances: Sequence[Impedance], single: dict[str, float]
+) -> list[dict[str, float]]:
     """Values to begin the fit of two modes from, with the ``single`` mode's fit: pairs of its frequency and of peaks.
 
     Peaks are those of the conductance over the frequency, and of what the one mode leaves of it.
@@ -121,7 +161,10 @@ def second_starts(impedances: Sequence[Impedance], single: dict[str, float]) -> 
     resonances = {single["frequency"]}
     for file in impedances:
         conductance = (1.0 / file.z).real / file.f
-        for curve in (conductance, conductance - (1.0 / impedance(device(single), file.f, False)).real / file.f):
+        for curve in (
+            conductance,
+            conductance - (1.0 / impedance(device(single), file.f, False)).real / file.f,
+        ):
             smooth = np.convolve(curve, np.full(3, 1.0 / 3.0), "same")
             tops = np.flatnonzero((smooth[1:-1] > smooth[:-2]) & (smooth[1:-1] >= smooth[2:])) + 1
             resonances |= {float(file.f[at]) for at in tops[np.argsort(-smooth[tops])][:3]}
@@ -147,11 +190,16 @@ def _strongest(t: Floats, y: Floats) -> float:
 
 def _capacitances(measurements: Sequence[Measurement], f0: float) -> list[float]:
     """Capacitances: of the impedance away from resonance, else such as loads tell apart."""
-    for data in sorted((m for m in measurements if isinstance(m, Impedance)), key=lambda m: not m.clamped):
+    for data in sorted(
+        (m for m in measurements if isinstance(m, Impedance)), key=lambda m: not m.clamped
+    ):
         admittance = 1.0 / data.z
         apparent = admittance.imag / (2.0 * math.pi * data.f)
-        middle, turning = float(np.median(apparent)), _turning(admittance)
-        if not middle > 0.0 and turning < 0.0 and (apparent > 0.0).any():  # mostly between two far resonances
+        middle = float(np.median(apparent))
+        turning = _turning(admittance)
+        if (
+            not middle > 0.0 and turning < 0.0 and (apparent > 0.0).any()
+        ):  # mostly between two far resonances
             middle = float(np.median(apparent[apparent > 0.0]))
         if not middle > 0.0 or turning > SURELY:
             raise InputError(
@@ -159,7 +207,9 @@ def _capacitances(measurements: Sequence[Measurement], f0: float) -> list[float]
                 "capacitance has, but at most frequencies it is positive: turn its sign round"
             )
         return [middle]
-    loads = [m.load for m in measurements if not isinstance(m, Impedance) and m.load not in (SHORT, OPEN)]
+    loads = [
+        m.load for m in measurements if not isinstance(m, Impedance) and m.load not in (SHORT, OPEN)
+    ]
     middle = 1.0 / (2.0 * math.pi * f0 * math.exp(float(np.mean(np.log(loads)))))
     return [middle * factor for factor in (0.03, 0.2, 1.0, 5.0, 30.0)]
 
@@ -167,8 +217,9 @@ def _capacitances(measurements: Sequence[Measurement], f0: float) -> list[float]
 def _turning(admittance: Complexes) -> float:
     """How an admittance, shape (n,), goes round as the frequency rises: from -1, clockwise, to 1.
 
-    That of a resonance goes round clockwise in the plane of conductance and susceptance, whatever it stands beside, and
-    with a susceptance of the wrong sign the other way: the area that it encloses, over all that it is the sum of.
+    That of a resonance goes round clockwise in the plane of conductance and susceptance, whatever
+    it stands beside, and with a susceptance of the wrong sign the other way: the area that it
+    encloses, over all that it is the sum of.
     """
     areas = (admittance.conj() * np.roll(admittance, -1)).imag
     return float(areas.sum() / max(np.abs(areas).sum(), 1e-300))

@@ -4,14 +4,14 @@ Both are Gaussian, so that |y| passes a level a upwards at Rice's rate,
 
     nu(a) = rate exp(-a^2/(2 s^2)),   rate = s'/(pi s),
 
-with the standard deviations s of y and s' of its velocity.  If passages were independent, the largest |y| in a time T
-would stay below a with the probability exp(-nu(a) T); as they come in clumps this is a lower bound.  Vanmarcke counts
-the clumps,
+with the standard deviations s of y and s' of its velocity.  If passages were independent, the
+largest |y| in a time T would stay below a with the probability exp(-nu(a) T); as they come in
+clumps this is a lower bound.  Vanmarcke counts the clumps,
 
     nu(a) (1 - exp(-sqrt(pi/2) q^1.2 a/s)) / (1 - exp(-a^2/(2 s^2))),   q^2 = 1 - l1^2/(l0 l2),
 
-with the moments l of the density over the frequency.  Sources: Rice, Bell Syst. Tech. J. 24, 1945; Vanmarcke, J. Appl.
-Mech. 42, 1975.
+with the moments l of the density over the frequency.  Sources: Rice, Bell Syst. Tech. J. 24, 1945;
+Vanmarcke, J. Appl. Mech. 42, 1975.
 """
 
 import math
@@ -31,7 +31,8 @@ _WIDEST = 1e3  # times the resonance
 class GaussianPeaks:
     """A Gaussian response of standard deviation ``deviation``, nondimensional.
 
-    |y| passes zero upwards at ``rate`` a unit of time; ``bandwidth`` is Vanmarcke's q, 0 for a pure sine.
+    |y| passes zero upwards at ``rate`` a unit of time; ``bandwidth`` is Vanmarcke's q, 0 for a pure
+    sine.
     """
 
     deviation: float
@@ -57,7 +58,8 @@ class GaussianPeaks:
         """The level that |y| stays below in a time with the probability ``share``: every clump counts once."""
         from scipy.optimize import brentq
 
-        rate, top = -math.log(share) / time, self.bound(share, time)
+        rate = -math.log(share) / time
+        top = self.bound(share, time)
         if top == 0.0 or self.clumps(0.0) <= rate:
             return 0.0
         return float(brentq(lambda level: self.clumps(level) - rate, 0.0, 1.001 * top))
@@ -66,14 +68,19 @@ class GaussianPeaks:
 def peaks(eqs: Equations) -> tuple[GaussianPeaks, GaussianPeaks]:
     """The peaks of x and of V of linear equations under white noise N1 alone, nondimensional.
 
-    From the moments of `harvester.linear.transfer.white` and V' = x' - mu V, hence E[V'^2] = E[x'^2] - mu^2 E[V^2].
+    From the moments of `harvester.linear.transfer.white` and V' = x' - mu V, hence E[V'^2] =
+    E[x'^2] - mu^2 E[V^2].
 
     Raises SimulationError if no stationary response exists, CannotServeError for several modes.
     """
     check_one_mode(eqs)
-    moments, n1, mu = white(eqs), eqs.n1 or 0.0, eqs.mu or 0.0
+    moments = white(eqs)
+    n1 = eqs.n1 or 0.0
+    mu = eqs.mu or 0.0
     if not (math.isfinite(moments.x2) and n1 > 0.0):
-        raise SimulationError("there is no stationary response: give a damping and white noise of the base")
+        raise SimulationError(
+            "there is no stationary response: give a damping and white noise of the base"
+        )
     voltage_speed2 = max(moments.speed2 - mu * mu * moments.v2, 0.0)
     shapes = _bandwidths(eqs)
     pairs = ((moments.x2, moments.speed2), (moments.v2, voltage_speed2))
@@ -85,13 +92,17 @@ def peaks(eqs: Equations) -> tuple[GaussianPeaks, GaussianPeaks]:
 
 def _bandwidths(eqs: Equations) -> list[float]:
     """Vanmarcke's q of x and V: sums over frequencies that are close where the resonance is sharp."""
-    beta, mu, c = eqs.beta or 0.0, eqs.mu or 0.0, -(eqs.c1 or 0.0)
+    beta = eqs.beta or 0.0
+    mu = eqs.mu or 0.0
+    c = -(eqs.c1 or 0.0)
     w0 = math.sqrt(1.0 + beta / (1.0 + mu * mu))
     width = max(c + beta * mu / (w0 * w0 + mu * mu), 1e-9)
-    # w = w0 + width sinh(u): a step of du is short against the resonance's width, and long far away.
+    # w = w0 + width sinh(u): a step of du is short against the resonance's width, and long far
+    # away.
     ends = -math.asinh(w0 / width), math.asinh(_WIDEST * w0 / width)
     u = np.linspace(*ends, _FREQUENCIES)
-    w, dw = w0 + width * np.sinh(u), width * np.cosh(u)
+    w = w0 + width * np.sinh(u)
+    dw = width * np.cosh(u)
     bandwidths = []
     for density in gains(eqs, w):
         l0, l1, l2 = (float(np.trapezoid(density * w**power * dw, u)) for power in (0, 1, 2))

@@ -1,7 +1,8 @@
 """What a record cannot know: the excitation beyond half its sampling rate, and that between its end and its beginning.
 
-Of a record that was drawn from a tabulated density it is the excitation between its lines.  All are weighed by the
-response of the linear equations, E[V^2] = sum of |H|^2 p over the lines p of the record.
+Of a record that was drawn from a tabulated density it is the excitation between its lines.  All are
+weighed by the response of the linear equations, E[V^2] = sum of |H|^2 p over the lines p of the
+record.
 """
 
 import math
@@ -44,8 +45,8 @@ def record_doubts(eqs: Equations) -> list[Diagnostic]:
 def join_change(eqs: Equations) -> float:
     """How much E[V^2] may change, relative, by where a record ends and how it is joined; 0 if it has no bridge.
 
-    It ends by chance: the largest change by `CUTS` ends up to a period of the strongest response before is taken,
-    and that without the bridge.
+    It ends by chance: the largest change by `CUTS` ends up to a period of the strongest response
+    before is taken, and that without the bridge.
     """
     record = eqs.record
     if record is None or not record.bridged:
@@ -56,7 +57,9 @@ def join_change(eqs: Equations) -> float:
     turn = min(2.0 * math.pi / (w[powers.argmax()] * record.spacing), 0.5 * len(values))
     ends = [len(values) - math.ceil(k * turn / CUTS) for k in range(1, CUTS + 1)]
     others = [values, *(np.append(values[:end], bridge(values[:end])) for end in ends)]
-    mean_squares = [q @ _gain(eqs, v) for v, q in (_lines(Record(record.spacing, values)) for values in others)]
+    mean_squares = [
+        q @ _gain(eqs, v) for v, q in (_lines(Record(record.spacing, values)) for values in others)
+    ]
     return float(max(abs(other / powers.sum() - 1.0) for other in mean_squares))
 
 
@@ -66,7 +69,9 @@ def density_doubts(eqs: Equations, drawn: Record) -> list[Diagnostic]:
         return []
     w, p = _lines(drawn)
     edges = np.linspace(0.5, len(w) + 0.5, FINER * len(w) + 1) * w[0]
-    between = np.diff(eqs.density.below(edges / (2.0 * math.pi))) @ _gain(eqs, 0.5 * (edges[1:] + edges[:-1]))
+    between = np.diff(eqs.density.below(edges / (2.0 * math.pi))) @ _gain(
+        eqs, 0.5 * (edges[1:] + edges[:-1])
+    )
     off = abs(p @ _gain(eqs, w) / between - 1.0)
     return [warning("narrow_density", period=drawn.period, change=float(off))] if off > JOIN else []
 

@@ -3,8 +3,9 @@
     lines     a harmonic drive, a record    sum of |H|^2 p over their frequencies and powers
     density   coloured, band-pass, table    integral of |H|^2 G df,  G one-sided
 
-The integral is over u = ln f, in which power laws are exponentials, by Gauss and Legendre on panels that halve towards
-the poles of H and of the filter, however near the axis: they converge to rounding, and two orders tell how far.
+The integral is over u = ln f, in which power laws are exponentials, by Gauss and Legendre on panels
+that halve towards the poles of H and of the filter, however near the axis: they converge to
+rounding, and two orders tell how far.
 """
 
 import math
@@ -18,10 +19,12 @@ from harvester.equations.coefficients import Equations
 from harvester.linear.transfer import gains
 from harvester.records.records import Record
 
-ROUNDING = 16.0 * float(np.finfo(float).eps)  # of each coefficient's relative rounding, with what is made of them
+# of each coefficient's relative rounding, with what is made of them
+ROUNDING = 16.0 * float(np.finfo(float).eps)
 NODES = (16, 12)  # of a panel, for the integral and for its error
 STEEP = 4.0  # change of the density's logarithm over a panel, at most
-BELOW, ABOVE = 40.0, 10.0  # in ln f beyond all poles: e^-40 is left at |H|^2 f, and less above at |H|^2/f
+# in ln f beyond all poles: e^-40 is left at |H|^2 f, and less above at |H|^2/f
+BELOW, ABOVE = 40.0, 10.0
 AT_ONCE = 4096  # panels, so that a table of a million rows takes no more memory than a short one
 NEAREST = 1e-16  # pole to the axis that is reported from one on it
 TURN = 2.0 * math.pi
@@ -38,7 +41,9 @@ def response_to_shaking(eqs: Equations) -> tuple[Floats, Floats]:
         mean_squares = 0.5 * eqs.drive**2 * gains(eqs, eqs.drive_frequency)
     if eqs.record is not None:
         w, p = lines(eqs.record)
-        g, spread = gains(eqs, w), (ROUNDING * math.log2(len(p))) ** 2 * p.mean()  # of the strong lines over all
+        # of the strong lines over all
+        g = gains(eqs, w)
+        spread = (ROUNDING * math.log2(len(p))) ** 2 * p.mean()
         return g @ p, g @ (2.0 * np.sqrt(p * spread) + spread)
     if eqs.coloured is not None or eqs.density is not None:
         noise, error = _integral(eqs)
@@ -117,7 +122,8 @@ def _sum(eqs: Equations, ends: Floats, nodes: Floats, weights: Floats) -> Floats
     whole = np.zeros(2)
     for first in range(0, len(ends) - 1, AT_ONCE):
         end = ends[first : first + AT_ONCE + 1]
-        half, middle = 0.5 * np.diff(end), 0.5 * (end[1:] + end[:-1])
+        half = 0.5 * np.diff(end)
+        middle = 0.5 * (end[1:] + end[:-1])
         f = np.exp(middle[:, None] + half[:, None] * nodes)
         whole += (gains(eqs, TURN * f) * (_density(eqs, f) * f) @ weights) @ half
     return whole

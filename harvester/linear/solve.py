@@ -1,11 +1,13 @@
 """The stationary mean square of linear equations, to rounding, under all shaking that a scene may have.
 
-White noise adds N1 times the response to noise of intensity 1 (`harvester.linear.transfer`), other shaking its own
-(`harvester.linear.shaking`).  Noise on the stiffness is white noise of intensity N2 E[x^2], independent of the rest:
+White noise adds N1 times the response to noise of intensity 1 (`harvester.linear.transfer`), other
+shaking its own (`harvester.linear.shaking`).  Noise on the stiffness is white noise of intensity N2
+E[x^2], independent of the rest:
 
     N = N1 + N2 E[x^2],   E[x^2] = N X + E[x^2 of other shaking]
 
-with X that of intensity 1, so that N2 X < 1 or the mean square grows; correlated noise adds N12 E[x] = 0.
+with X that of intensity 1, so that N2 X < 1 or the mean square grows; correlated noise adds N12
+E[x] = 0.
 """
 
 from collections.abc import Sequence
@@ -48,7 +50,11 @@ def solve(eqs: Equations) -> MeanSquare:
     (x2, v2), (x2_error, v2_error) = response_to_shaking(eqs)
     x2 = (x2 + n1 * at_one.x2) / left
     value = float(v2 + (n1 + n2 * x2) * at_one.v2)
-    return MeanSquare(value, float(v2_error + n2 * x2_error / left * at_one.v2 + value * rounding / left), float(x2))
+    return MeanSquare(
+        value,
+        float(v2_error + n2 * x2_error / left * at_one.v2 + value * rounding / left),
+        float(x2),
+    )
 
 
 def solve_many(several: Sequence[Equations]) -> list[MeanSquare | HarvesterError]:

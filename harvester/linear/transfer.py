@@ -8,8 +8,9 @@ The first harmonic of a steady motion, and its phase to the base that drives it,
 
     y(t) = mean + Re[Y exp(i W t)] + higher harmonics,   Y = 2/T times the integral of y exp(-i W t) over whole periods
 
-The mass of a physical scene feels the opposite of the base's acceleration, -A cos(W t), so that a displacement far
-below the resonance is at 180 degrees to that acceleration, at the resonance at 90, and far above it at 0.
+The mass of a physical scene feels the opposite of the base's acceleration, -A cos(W t), so that a
+displacement far below the resonance is at 180 degrees to that acceleration, at the resonance at 90,
+and far above it at 0.
 """
 
 import cmath
@@ -29,7 +30,8 @@ AT_ONCE = 1 << 16  # frequencies, of several modes
 class WhiteResponse(NamedTuple):
     """E[x^2], E[x'^2] and E[V^2] under white noise of intensity 1, and how much sharper rounding is in the response.
 
-    ``sharpness`` is the frequency over the loss, w/(c + C), about Q; infinite where nothing takes energy.
+    ``sharpness`` is the frequency over the loss, w/(c + C), about Q; infinite where nothing takes
+    energy.
     """
 
     x2: float
@@ -48,7 +50,9 @@ def white(eqs: Equations) -> WhiteResponse:
     """
     if eqs.modes is not None:
         return _white_of_modes(eqs)
-    c, beta, mu = -(eqs.c1 or 0.0), eqs.beta or 0.0, eqs.mu or 0.0
+    c = -(eqs.c1 or 0.0)
+    beta = eqs.beta or 0.0
+    mu = eqs.mu or 0.0
     loss = c * (1.0 + beta + mu * mu + c * mu) + beta * mu
     if not loss > 0.0:
         return WhiteResponse(math.inf, math.inf, math.inf, math.inf)
@@ -57,15 +61,19 @@ def white(eqs: Equations) -> WhiteResponse:
     return WhiteResponse(x2 / loss, (x2 + beta) / loss, 1.0 / loss, sharpness)
 
 
-def amplitudes(eqs: Equations, w: Floats | float, direction: Sequence[float] | None = None) -> Complexes:
+def amplitudes(
+    eqs: Equations, w: Floats | float, direction: Sequence[float] | None = None
+) -> Complexes:
     """Complex amplitudes of x and V under a = exp(i w t), one of each a frequency, shape (2, ...).
 
     Of several modes x may be that in another ``direction`` than the oscillator's, shape (modes,).
 
-    With a spring of two wells they are those of small motions in the first, whose stiffness takes the place of the 1.
-    Infinite at a resonance where nothing takes energy.
+    With a spring of two wells they are those of small motions in the first, whose stiffness takes
+    the place of the 1. Infinite at a resonance where nothing takes energy.
     """
-    s, mu, stiffness = 1j * np.asarray(w), eqs.mu or 0.0, 1.0
+    s = 1j * np.asarray(w)
+    mu = eqs.mu or 0.0
+    stiffness = 1.0
     if eqs.linear is not None:
         linear, alpha2, alpha = eqs.spring
         rest = next(iter(eqs.resting_places), 0.0)  # none where the spring pushes the mass away
@@ -86,7 +94,8 @@ def stationary(eqs: Equations) -> Floats:
     from scipy.linalg import solve_continuous_lyapunov
 
     assert eqs.modes is not None
-    matrix, n = flow(eqs), eqs.modes.count
+    matrix = flow(eqs)
+    n = eqs.modes.count
     forced = np.zeros(len(matrix))
     forced[n : 2 * n] = eqs.modes.base
     return np.asarray(solve_continuous_lyapunov(matrix, -2.0 * np.outer(forced, forced)))
@@ -95,30 +104,44 @@ def stationary(eqs: Equations) -> Floats:
 def _white_of_modes(eqs: Equations) -> WhiteResponse:
     """`white` of several modes; x is the oscillator's displacement."""
     assert eqs.modes is not None
-    values, n, s = np.linalg.eigvals(flow(eqs)), eqs.modes.count, np.array(eqs.modes.coupling)
+    values = np.linalg.eigvals(flow(eqs))
+    n = eqs.modes.count
+    s = np.array(eqs.modes.coupling)
     losses = -values.real
     if not losses.min() > 1e-14 * np.abs(values).max():
         return WhiteResponse(math.inf, math.inf, math.inf, math.inf)
-    covariance, e = stationary(eqs), eqs.modes.direction
+    covariance = stationary(eqs)
+    e = eqs.modes.direction
     v2 = covariance[-1, -1] if eqs.mu is not None else s @ covariance[:n, :n] @ s
-    moved, speed = e @ covariance[:n, :n] @ e, e @ covariance[n : 2 * n, n : 2 * n] @ e
-    return WhiteResponse(float(moved), float(speed), float(v2), float((0.5 * np.abs(values) / losses).max()))
+    moved = e @ covariance[:n, :n] @ e
+    speed = e @ covariance[n : 2 * n, n : 2 * n] @ e
+    return WhiteResponse(
+        float(moved), float(speed), float(v2), float((0.5 * np.abs(values) / losses).max())
+    )
 
 
-def _amplitudes_of_modes(eqs: Equations, w: Floats, spring: float, direction: Sequence[float] | None) -> Complexes:
+def _amplitudes_of_modes(
+    eqs: Equations, w: Floats, spring: float, direction: Sequence[float] | None
+) -> Complexes:
     """`amplitudes` of several modes: (K + s D + s^2 + beta V/(s.y) s s^T) y = g a at each frequency."""
     modes = eqs.modes
     assert modes is not None
     stiffness, damping = modes.matrices(spring, -(eqs.c1 or 0.0))
-    coupling, base, every = np.array(modes.coupling), np.array(modes.base, complex), w.reshape(-1)
+    coupling = np.array(modes.coupling)
+    base = np.array(modes.base, complex)
+    every = w.reshape(-1)
     result = np.empty((2, every.size), complex)
     for first in range(0, every.size, AT_ONCE):
         s = 1j * every[first : first + AT_ONCE, None, None]
         voltage = s / (s + eqs.mu) if eqs.mu else np.ones_like(s)
         dynamic = stiffness + s * damping + s * s * np.eye(modes.count)
         dynamic = dynamic + (eqs.beta or 0.0) * voltage * np.outer(coupling, coupling)
-        y = np.linalg.solve(dynamic, np.broadcast_to(base[:, None], (len(s), modes.count, 1)))[:, :, 0]
-        result[0, first : first + AT_ONCE] = y @ (modes.direction if direction is None else direction)
+        y = np.linalg.solve(dynamic, np.broadcast_to(base[:, None], (len(s), modes.count, 1)))[
+            :, :, 0
+        ]
+        result[0, first : first + AT_ONCE] = y @ (
+            modes.direction if direction is None else direction
+        )
         result[1, first : first + AT_ONCE] = voltage[:, 0, 0] * (y @ coupling)
     return result.reshape(2, *w.shape)
 

@@ -7,10 +7,12 @@ from typing import ParamSpec, TypeVar
 
 P = ParamSpec("P")
 T = TypeVar("T")
-THREADS_VARIABLE = "HARVESTER_THREADS"  # of the environment, so that the processes that a process starts have it too
+# of the environment, so that the processes that a process starts have it too
+THREADS_VARIABLE = "HARVESTER_THREADS"
 
-# Of NumPy's libraries, which read it when NumPy loads.  Our matrices are small: a least squares of 512 by 18 takes 0.2
-# ms of one thread; two take 8, most of it waiting for each other, where other programs run too.
+# Of NumPy's libraries, which read it when NumPy loads.  Our matrices are small: a least squares of
+# 512 by 18 takes 0.2 ms of one thread; two take 8, most of it waiting for each other, where other
+# programs run too.
 ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 
 
@@ -32,7 +34,8 @@ def limited_environment(threads: int) -> dict[str, str]:
 def one_blas_thread(function: Callable[P, T]) -> Callable[P, T]:
     """The same function, in which the linear algebra of NumPy and SciPy keeps to one thread.
 
-    The program sets `ONE_THREAD` before they load; in a user's own program they have loaded with as many as they like.
+    The program sets `ONE_THREAD` before they load; in a user's own program they have loaded with as
+    many as they like.
     """
 
     @functools.wraps(function)

@@ -27,7 +27,8 @@ class Execution:
     workers
         processes of this machine; None: one a core where there is work for them; 1: this one alone.
     executor
-        one that computes in their place: of `concurrent.futures`, or the ``Client`` of a Dask scheduler.
+        one that computes in their place: of `concurrent.futures`, or the ``Client`` of a Dask
+        scheduler.
     resume
         keep what an earlier run of the same study left in the folder ``out``.
     out
@@ -35,7 +36,8 @@ class Execution:
     formats
         forms of its figures beside .png: "svg", "pdf".
     progress
-        is told how far the study is: an object with the methods ``start()``, ``step(fraction, what)`` and ``close()``.
+        is told how far the study is: an object with the methods ``start()``, ``step(fraction,
+        what)`` and ``close()``.
 
     >>> import harvester as hv
     >>> hv.Execution(out="sweep", resume=True).workers is None
@@ -44,8 +46,8 @@ class Execution:
     Raises
     ------
     InputError
-        for a number of workers that no machine has, workers beside an executor, another form of figures, and what
-        would do nothing without ``out``.
+        for a number of workers that no machine has, workers beside an executor, another form of
+        figures, and what would do nothing without ``out``.
     """
 
     workers: int | None = None
@@ -59,18 +61,24 @@ class Execution:
         if self.workers is not None and not 1 <= self.workers <= MOST_WORKERS:
             raise invalid("`workers`", f"be between 1 and {MOST_WORKERS}", self.workers)
         if self.workers is not None and self.executor is not None:
-            raise InputError("`workers` must be left out where an `executor` is given, but both are given")
+            raise InputError(
+                "`workers` must be left out where an `executor` is given, but both are given"
+            )
         files.check_vector(self.formats, "formats")
         for name in ("resume", "formats"):
             if getattr(self, name) and self.out is None:
-                raise InputError(f"`{name}` must go with `out`, the folder of the study, but there is none")
+                raise InputError(
+                    f"`{name}` must go with `out`, the folder of the study, but there is none"
+                )
 
     def only(self, study: str, *names: str) -> None:
         """Raise InputError for what is given, but would do nothing for a study that takes no more than these."""
         for field in dataclasses.fields(self):
             if field.name not in names and getattr(self, field.name) != field.default:
                 takes = ", ".join(f"`{name}`" for name in names)
-                raise InputError(f"the execution of {study} must have {takes} only, but has `{field.name}`")
+                raise InputError(
+                    f"the execution of {study} must have {takes} only, but has `{field.name}`"
+                )
 
 
 DEFAULT = Execution()
@@ -89,7 +97,10 @@ def calls_with_fraction(report: Callable[[float], object]) -> Progress:
 
 
 def as_in_version_0_1(
-    *positional: str, adapter: Callable[[Any], Progress] = CallingBack, executes: bool = True, **renamed: str
+    *positional: str,
+    adapter: Callable[[Any], Progress] = CallingBack,
+    executes: bool = True,
+    **renamed: str,
 ) -> Callable[[Study], Study]:
     """Let a study be called as in version 0.1, with a DeprecationWarning.
 
@@ -105,7 +116,9 @@ def as_in_version_0_1(
         @functools.wraps(study)
         def called(first: Any, *others: Any, **options: Any) -> Any:
             if len(others) > len(positional):
-                raise InputError(f"{name} must have at most {1 + len(positional)} arguments without a name")
+                raise InputError(
+                    f"{name} must have at most {1 + len(positional)} arguments without a name"
+                )
             if others:
                 given = dict(zip(positional, others, strict=False))
                 _warn(f"{name} takes {', '.join(f'`{key}`' for key in given)} by keyword only", 3)
@@ -122,7 +135,9 @@ def as_in_version_0_1(
     return decorated
 
 
-def _with_execution(name: str, options: dict[str, Any], adapter: Callable[[Any], Progress]) -> dict[str, Any]:
+def _with_execution(
+    name: str, options: dict[str, Any], adapter: Callable[[Any], Progress]
+) -> dict[str, Any]:
     """The options with those in an `Execution` that were keywords of their own."""
     fields = {_FIELDS[key]: options.pop(key) for key in _FIELDS if key in options}
     for key in ("tick", "progress"):
@@ -130,9 +145,13 @@ def _with_execution(name: str, options: dict[str, Any], adapter: Callable[[Any],
             fields["progress"] = report if hasattr(report, "step") else adapter(report)
     if not fields:
         return options
-    _warn(f"{name} takes {', '.join(f'`{key}`' for key in fields)} in execution=hv.Execution(...)", 4)
+    _warn(
+        f"{name} takes {', '.join(f'`{key}`' for key in fields)} in execution=hv.Execution(...)", 4
+    )
     if "execution" in options:
-        raise InputError(f"{name} must have `{next(iter(fields))}` in its `execution`, but has it beside that")
+        raise InputError(
+            f"{name} must have `{next(iter(fields))}` in its `execution`, but has it beside that"
+        )
     return options | {"execution": Execution(**fields)}
 
 

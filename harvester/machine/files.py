@@ -39,14 +39,17 @@ def read(path: str | Path, argument: str, most: int) -> bytes:
     """
     data = read_part(path, argument, 0, most + 1)
     if len(data) > most:
-        raise InputError(f"{argument} must be a file of at most {most} bytes, but {shown(str(path))} is longer")
+        raise InputError(
+            f"{argument} must be a file of at most {most} bytes, but {shown(str(path))} is longer"
+        )
     return data
 
 
 def read_part(path: str | Path, argument: str, begin: int, most: int) -> bytes:
     """Read at most ``most`` bytes of a file from ``begin`` on; errors begin with ``argument``.
 
-    Only a regular file is read: a pipe would wait for its writer, and a device such as /dev/zero has no end.
+    Only a regular file is read: a pipe would wait for its writer, and a device such as /dev/zero
+    has no end.
 
     Raises InputError if it is none, or cannot be read.
     """
@@ -58,7 +61,9 @@ def read_part(path: str | Path, argument: str, begin: int, most: int) -> bytes:
             file.seek(begin)
             return file.read(most)
     except (OSError, ValueError) as error:
-        raise InputError(f"{argument} must be a readable file, but {name} is not: {_cause(error)}") from None
+        raise InputError(
+            f"{argument} must be a readable file, but {name} is not: {_cause(error)}"
+        ) from None
 
 
 def _cause(error: OSError | ValueError) -> str:
@@ -78,7 +83,9 @@ def remove(path: Path, argument: str = "out") -> None:
     try:
         path.unlink(missing_ok=True)
     except OSError as error:
-        raise InputError(f"`{argument}`: cannot write {path.name} over the existing one: {error.strerror}") from None
+        raise InputError(
+            f"`{argument}`: cannot write {path.name} over the existing one: {error.strerror}"
+        ) from None
 
 
 def write(path: Path, content: str | bytes | Iterable[bytes], argument: str = "out") -> None:
@@ -86,7 +93,8 @@ def write(path: Path, content: str | bytes | Iterable[bytes], argument: str = "o
 
     ``content`` is one piece or several.
 
-    Raises InputError if the disk or the folder does not take it; an older file of that name stays as it was.
+    Raises InputError if the disk or the folder does not take it; an older file of that name stays
+    as it was.
     """
     if isinstance(content, str):
         content = content.encode()
@@ -98,7 +106,9 @@ def write(path: Path, content: str | bytes | Iterable[bytes], argument: str = "o
             os.fsync(file.fileno())
         beside.replace(path)
     except OSError as error:
-        raise InputError(f"`{argument}` must take {path.name}, but writing failed: {error.strerror}") from None
+        raise InputError(
+            f"`{argument}` must take {path.name}, but writing failed: {error.strerror}"
+        ) from None
     finally:
         with contextlib.suppress(OSError):
             beside.unlink(missing_ok=True)

@@ -20,7 +20,9 @@ def cache_folder() -> Path | None:
 
     Raises InputError for one that another user owns or may write.
     """
-    return private(Path(os.environ.get(VARIABLE) or platformdirs.user_cache_dir("harvester")).absolute())
+    return private(
+        Path(os.environ.get(VARIABLE) or platformdirs.user_cache_dir("harvester")).absolute()
+    )
 
 
 def private(path: Path) -> Path | None:
@@ -50,9 +52,13 @@ def bare(name: str, file: str) -> str:
         folder.chmod(0o500)
         content = [(entry.name, entry.lstat().st_size) for entry in folder.iterdir()]
     except OSError as error:
-        raise InputError(f"{shown(str(folder))} must be a folder of your own, but is not: {error.strerror}") from None
+        raise InputError(
+            f"{shown(str(folder))} must be a folder of your own, but is not: {error.strerror}"
+        ) from None
     if content != [(file, 0)]:
-        raise InputError(f"{shown(str(folder))} must hold nothing but an empty {file}, but does not: remove it")
+        raise InputError(
+            f"{shown(str(folder))} must hold nothing but an empty {file}, but does not: remove it"
+        )
     return str(folder)
 
 

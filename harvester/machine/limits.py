@@ -14,8 +14,9 @@ THREADS, UNCOMPILED = "NUMBA_NUM_THREADS", "NUMBA_DISABLE_JIT"
 def check_limits() -> None:
     """Check the limits of this process and its environment.
 
-    Raises SimulationError for an address space (ulimit -v) below `LEAST`, in which OpenBLAS and LLVM hang or abort;
-    InputError for settings of numba that no kernel runs with, and for a current folder that has been removed.
+    Raises SimulationError for an address space (ulimit -v) below `LEAST`, in which OpenBLAS and
+    LLVM hang or abort; InputError for settings of numba that no kernel runs with, and for a current
+    folder that has been removed.
     """
     room = this_system.address_space()
     if room is not None and room < LEAST:
@@ -25,14 +26,20 @@ def check_limits() -> None:
         )
     threads = os.environ.get(THREADS, "1").strip()
     if not (threads.isdecimal() and int(threads) > 0):
-        raise InputError(f"{THREADS} must be a whole number above 0, but is {shown(threads)}: unset it")
+        raise InputError(
+            f"{THREADS} must be a whole number above 0, but is {shown(threads)}: unset it"
+        )
     if os.environ.get(UNCOMPILED, "0").strip() not in ("0", ""):
         was = shown(os.environ[UNCOMPILED])
-        raise InputError(f"{UNCOMPILED} must be 0, as kernels run compiled only, but is {was}: unset it")
+        raise InputError(
+            f"{UNCOMPILED} must be 0, as kernels run compiled only, but is {was}: unset it"
+        )
     try:
         Path.cwd()
     except FileNotFoundError:
-        raise InputError("the current folder must exist, but it has been removed: change to another one") from None
+        raise InputError(
+            "the current folder must exist, but it has been removed: change to another one"
+        ) from None
 
 
 def check_streams() -> None:
@@ -46,4 +53,6 @@ def check_streams() -> None:
     sys.stdin = sys.stdin or os.fdopen(0)
     sys.stderr = sys.stderr or os.fdopen(2, "w")
     if sys.stdout is None:
-        raise InputError("stdout must be open, but is closed: send it to /dev/null where nobody reads it")
+        raise InputError(
+            "stdout must be open, but is closed: send it to /dev/null where nobody reads it"
+        )

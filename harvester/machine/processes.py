@@ -1,6 +1,7 @@
 """Worker processes that run one job at a time: a crash ends that job only, and no process outlives the program.
 
-Each is a loky executor of one process, because an executor of several gives up all its jobs when one process dies.
+Each is a loky executor of one process, because an executor of several gives up all its jobs when
+one process dies.
 """
 
 import multiprocessing.process
@@ -22,16 +23,21 @@ from harvester.machine.system import this_system
 T = TypeVar("T")
 Job = TypeVar("Job")
 
-_STARTING = threading.RLock()  # starting a process changes what all threads (of a Dask worker) share
-SAFE = {"PYTHONSAFEPATH": "1"}  # Python looks for no module in the current folder, with -m and -c too
-_OF_PARENT: list[loky.ProcessPoolExecutor] = []  # of the program that this one was forked from: never touched
-GROWTH = "2e9"  # bytes by which a worker may grow: each combination of effects that it compiles takes some
+# starting a process changes what all threads (of a Dask worker) share
+_STARTING = threading.RLock()
+# Python looks for no module in the current folder, with -m and -c too
+SAFE = {"PYTHONSAFEPATH": "1"}
+# of the program that this one was forked from: never touched
+_OF_PARENT: list[loky.ProcessPoolExecutor] = []
+# bytes by which a worker may grow: each combination of effects that it compiles takes some
+GROWTH = "2e9"
 
 
 def _after_fork() -> None:
     """Give a forked program a lock of its own, as no thread is left that would let go of the old one, and no children.
 
-    Python itself forgets them where it forks, but not in `os.fork`, after which it would wait for them in vain.
+    Python itself forgets them where it forks, but not in `os.fork`, after which it would wait for
+    them in vain.
     """
     global _STARTING  # noqa: PLW0603  # a lock cannot be renewed in place
     _STARTING = threading.RLock()
@@ -63,7 +69,8 @@ def create(
     """
     with _STARTING:
         _start_the_trackers()
-    env, start = {**SAFE, **(env or {})}, (os.getpid(), folder)
+    env = {**SAFE, **(env or {})}
+    start = (os.getpid(), folder)
     env = {"LOKY_MAX_MEMORY_LEAK_SIZE": GROWTH, **(env or {})}
     return loky.ProcessPoolExecutor(1, timeout=idle, env=env, initializer=_begin, initargs=start)
 
@@ -80,17 +87,22 @@ def submit_to_one(
         with _without_keyboard_interrupts():
             try:
                 future = process.submit(function, *arguments)
-                # Where this has started a new process, the thread that notices its end does not know it yet.
+                # Where this has started a new process, the thread that notices its end does not
+                # know it yet.
                 process._executor_manager_thread_wakeup.wakeup()
                 return future, process
             except BrokenProcessPool:
                 kill(process)
-            except UnboundLocalError as error:  # loky's own, where the system refuses it a descriptor
+            except (
+                UnboundLocalError
+            ) as error:  # loky's own, where the system refuses it a descriptor
                 raise error.__context__ or error from None
 
 
 def completed(
-    start: Callable[[], tuple[Job, Future[T], Any] | None], most: int, meanwhile: Callable[[], object] | None = None
+    start: Callable[[], tuple[Job, Future[T], Any] | None],
+    most: int,
+    meanwhile: Callable[[], object] | None = None,
 ) -> Iterator[tuple[Job, Future[T], Any]]:
     """Keep ``most`` jobs running and yield each one, with its process, as soon as it ends.
 
@@ -131,7 +143,10 @@ def _start_the_trackers() -> None:
     from loky.backend import resource_tracker as of_loky
 
     warnings = os.environ.get("PYTHONWARNINGS")
-    settings = {"PYTHONWARNINGS": ",".join(filter(None, (warnings, "ignore:resource_tracker"))), **SAFE}
+    settings = {
+        "PYTHONWARNINGS": ",".join(filter(None, (warnings, "ignore:resource_tracker"))),
+        **SAFE,
+    }
     before = {name: os.environ.get(name) for name in settings}
     os.environ.update(settings)
     try:
@@ -166,7 +181,8 @@ def _begin(parent: int, folder: str | None) -> None:
     search_garbage_rarely()
     if folder is not None:
         os.chdir(folder)
-        os.environ["HOME"] = folder  # later than Python's start, which finds the user's packages by it
+        # later than Python's start, which finds the user's packages by it
+        os.environ["HOME"] = folder
 
     def look() -> None:
         """Wait for the parent's end, then end this process."""

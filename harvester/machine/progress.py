@@ -1,8 +1,9 @@
 """How far a study has come: the one protocol by which studies tell a bar, a log or whatever else listens.
 
-A study calls `Progress.start` where its work begins, `Progress.step` as it goes on, and `Progress.close` at its end,
-also if that is an error.  Work is measured in one of two ways: by the fraction that is done, if nobody can count
-it, or in rows of one or several kinds, such as the points of each engine of a sweep.
+A study calls `Progress.start` where its work begins, `Progress.step` as it goes on, and
+`Progress.close` at its end, also if that is an error.  Work is measured in one of two ways: by the
+fraction that is done, if nobody can count it, or in rows of one or several kinds, such as the
+points of each engine of a sweep.
 """
 
 from collections.abc import Callable, Iterator
@@ -10,7 +11,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Protocol, TypeAlias
 
-ProgressCallback: TypeAlias = Callable[[float], None]  # the simplest progress, of one engine: called with the fraction
+# the simplest progress, of one engine: called with the fraction
+ProgressCallback: TypeAlias = Callable[[float], None]
 
 
 class Progress(Protocol):
@@ -77,7 +79,8 @@ class CallingBack(NoProgress):
 class PartOfProgress:
     """The progress of a part of some work, which itself is measured by its fraction: from ``begin`` on, a ``share``.
 
-    Whatever the part is measured in becomes the fraction of the ``whole``, which is reported ``what`` is at work.
+    Whatever the part is measured in becomes the fraction of the ``whole``, which is reported
+    ``what`` is at work.
 
     >>> told = []
     >>> part = PartOfProgress(CallingBack(lambda done, what: told.append((done, what))), 0.5, 0.25, "spice")

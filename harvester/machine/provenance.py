@@ -16,7 +16,9 @@ PACKAGES = ("numpy", "scipy", "numba", "PySpice", "matplotlib")
 
 def versions() -> dict[str, str]:
     """Versions of Python, this package and the packages that compute; '' if one is not installed."""
-    return {"python": platform.python_version(), "harvester": __version__} | {name: version(name) for name in PACKAGES}
+    return {"python": platform.python_version(), "harvester": __version__} | {
+        name: version(name) for name in PACKAGES
+    }
 
 
 def version(package: str) -> str:

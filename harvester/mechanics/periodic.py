@@ -1,21 +1,25 @@
 """Periodic states: where a map of a period comes back to, with far fewer periods than it takes to settle.
 
-A mass and its circuit settle in their slowest mode, which for a large capacitor takes hundreds of periods; a state has
-a few such modes only.  Anderson's acceleration finds the fixed point y = f(y) from what the last periods did: of all
-combinations of the last f(y_i), of weights that add up to 1, it takes the one whose residuals f(y_i) - y_i leave least.
-(Anderson, J. ACM 12, 547, 1965; Walker and Ni, SIAM J. Numer. Anal. 49, 1715, 2011.)
+A mass and its circuit settle in their slowest mode, which for a large capacitor takes hundreds of
+periods; a state has a few such modes only.  Anderson's acceleration finds the fixed point y = f(y)
+from what the last periods did: of all combinations of the last f(y_i), of weights that add up to 1,
+it takes the one whose residuals f(y_i) - y_i leave least. (Anderson, J. ACM 12, 547, 1965; Walker
+and Ni, SIAM J. Numer. Anal. 49, 1715, 2011.)
 
-What the changes between periods were is worth as much for a neighbouring map, of a smaller step or another frequency:
-a way may begin with those of another one (`Secants`), and then takes two or three periods.
+What the changes between periods were is worth as much for a neighbouring map, of a smaller step or
+another frequency: a way may begin with those of another one (`Secants`), and then takes two or
+three periods.
 
-Of a state y only the slow parts ``slow`` @ y count in a residual, and each group of them relative to its size; the rest
-(nodes between diodes, say) goes along.  Where the way ends, what a period changes in a store that holds the energy of
-many periods is told relative to what flows through it in one, for so far is its state from the fixed point's, relative
-to its size.  What is left of the way is estimated by the next step of the same rule.
+Of a state y only the slow parts ``slow`` @ y count in a residual, and each group of them relative
+to its size; the rest (nodes between diodes, say) goes along.  Where the way ends, what a period
+changes in a store that holds the energy of many periods is told relative to what flows through it
+in one, for so far is its state from the fixed point's, relative to its size.  What is left of the
+way is estimated by the next step of the same rule.
 
-That step goes only where the last periods went.  Of a change f(y) - y in any other direction nothing is known but that
-it may go on for as long as the slowest mode does, of which it may be one period's part: it counts so many times
-(`Settling.unexplained`), and where that is too much, each slow part is moved by itself (`Settling.learn`).
+That step goes only where the last periods went.  Of a change f(y) - y in any other direction
+nothing is known but that it may go on for as long as the slowest mode does, of which it may be one
+period's part: it counts so many times (`Settling.unexplained`), and where that is too much, each
+slow part is moved by itself (`Settling.learn`).
 
 Long because the way to a fixed point and what is left of it read the same changes.
 """
@@ -39,16 +43,25 @@ PROBED = 0.01  # of the state's size: a change that shows the derivative, and no
 KEPT = 16  # changes between periods that are reported to another way
 REACHED = 3e-5  # of the state's size, where no other is asked for
 NOISY = 2e-3  # the same, where ngspice's tolerance lets it come no nearer in `PATIENCE` periods
-PATIENCE, NEARER = 4, 0.7  # the second: of the nearest before, what counts as nearer
-WORTH = 3e-3  # of the state's size: a change of y that is worth telling to another way, well above that noise
-SHORTER, LEAST = 0.3, 1e-3  # of a step to a state that the circuit refuses; relative to the state, not worth a try
+# the second: of the nearest before, what counts as nearer
+PATIENCE = 4
+NEARER = 0.7
+# of the state's size: a change of y that is worth telling to another way, well above that noise
+WORTH = 3e-3
+# of a step to a state that the circuit refuses; relative to the state, not worth a try
+SHORTER, LEAST = 0.3, 1e-3
 EXPLAINED = 0.3  # of the change of f(y) - y: the change of y that explains it
-# What is not believed of a change: a part of the size of one that was known of another scene, of the same one at
-# another step, of one's own, and what ngspice's tolerance makes in any, relative to the state
-STALE, ALIKE, CURVED, NOISE = 0.1, 0.03, 0.01, 1e-4
+# What is not believed of a change: a part of the size of one that was known of another scene, of
+# the same one at another step, of one's own, and what ngspice's tolerance makes in any, relative to
+# the state
+STALE = 0.1
+ALIKE = 0.03
+CURVED = 0.01
+NOISE = 1e-4
 CREEPING = 0.1  # of f(y) - y: what it changes by in a period where only a slow mode is left
 LONGEST = 100.0  # periods that the slowest mode is taken to last, at most
-QUIETER = 0.1  # of f(y) - y itself: that noise is no larger than this, for a slow mode changes little in a period
+# of f(y) - y itself: that noise is no larger than this, for a slow mode changes little in a period
+QUIETER = 0.1
 
 
 def periods_to_settle(eqs: Equations, turns: int) -> float:
@@ -63,7 +76,8 @@ def periods_to_settle(eqs: Equations, turns: int) -> float:
     return min(-1.0 / left, LONGEST) if left < 0.0 else LONGEST
 
 
-Turn = Callable[[Floats], tuple[Floats, Floats]]  # a state -> the state a period later, and the means over that period
+# a state -> the state a period later, and the means over that period
+Turn = Callable[[Floats], tuple[Floats, Floats]]
 
 
 @dataclass(frozen=True)
@@ -164,22 +178,33 @@ class Settling:
         curved = np.where(np.arange(columns.shape[1]) < known, self.stale, CURVED)
         penalty = curved * np.linalg.norm(columns, axis=0) + noise
         system = np.vstack([columns, np.diag(penalty)])
-        return changes, np.linalg.lstsq(system, np.append(weights * residual, np.zeros(len(penalty))), rcond=None)[0]
+        return changes, np.linalg.lstsq(
+            system, np.append(weights * residual, np.zeros(len(penalty))), rcond=None
+        )[0]
 
     def secants(self, worth: float = 0.0) -> Secants | None:
         """What was known, and after it the changes between this way's last periods; None before there are any.
 
-        A change of f(y) that no change of y explains is ngspice's tolerance, and says nothing of the way; nor does a
-        change of y that is not ``worth`` it, relative to the state's size.
+        A change of f(y) that no change of y explains is ngspice's tolerance, and says nothing of
+        the way; nor does a change of y that is not ``worth`` it, relative to the state's size.
         """
-        known = [] if self.known is None else [[self.known.states, self.known.residuals, self.known.means]]
+        known = (
+            []
+            if self.known is None
+            else [[self.known.states, self.known.residuals, self.known.means]]
+        )
         if len(self._states) > 1:
-            new = [np.diff(values, axis=0) for values in (self._states, self._residuals, self._means)]
-            moved, changed = new[0] @ self.slow.T - new[1], new[1]
+            new = [
+                np.diff(values, axis=0) for values in (self._states, self._residuals, self._means)
+            ]
+            moved = new[0] @ self.slow.T - new[1]
+            changed = new[1]
             least = [max(EXPLAINED * self.size(change), worth) for change in changed]
             kept = [self.size(change) > size for change, size in zip(moved, least, strict=True)]
             known.append([values[kept] for values in new])
-        both = [np.concatenate(values)[-KEPT if worth else 0 :] for values in zip(*known, strict=True)]
+        both = [
+            np.concatenate(values)[-KEPT if worth else 0 :] for values in zip(*known, strict=True)
+        ]
         return Secants(*both) if both and len(both[0]) else None
 
     def probe(self) -> None:
@@ -192,27 +217,40 @@ class Settling:
 
         A period is so smooth a map that this tells its derivative to a part of about `CURVED`.
         """
-        y, after, derivatives = self.begin, self.state, []
+        y = self.begin
+        after = self.state
+        derivatives = []
         for row, weight in zip(self.slow, self._weights(), strict=True):
             aside = row * (PROBED / weight / max(float(row @ row), 1e-300))
             if aside.any():
                 with contextlib.suppress(CircuitError):  # which need not bear it
                     there, means = self.turn(y + aside)
-                    derivatives.append((there - after, self.slow @ (there - after - aside), means - self.means))
+                    derivatives.append(
+                        (there - after, self.slow @ (there - after - aside), means - self.means)
+                    )
         if derivatives:
             self._forget(1)
-            self.known, self.stale = Secants(*(np.array(entries) for entries in zip(*derivatives, strict=True))), CURVED
+            self.known, self.stale = (
+                Secants(*(np.array(entries) for entries in zip(*derivatives, strict=True))),
+                CURVED,
+            )
         self.probed = True
 
     def _keep(self, residual: Floats) -> None:
         """Keep the last period, whose f(y) - y has this slow part, for the combinations to come."""
-        for values, value in ((self._states, self.state), (self._residuals, residual), (self._means, self.means)):
+        for values, value in (
+            (self._states, self.state),
+            (self._residuals, residual),
+            (self._means, self.means),
+        ):
             values.append(value)
             del values[:-MEMORY]
 
     def _creeps(self, since: int) -> bool:
         """Whether f(y) - y hardly changes: a slow mode, which the changes of faster ones hide, and no noise."""
-        if since < 2 or len(self._residuals) < 2:  # a circuit that failed on the way made it forget the others
+        if (
+            since < 2 or len(self._residuals) < 2
+        ):  # a circuit that failed on the way made it forget the others
             return False
         before, now = self._residuals[-2:]
         return self.size(now - before) < CREEPING * self.size(now)
@@ -233,15 +271,22 @@ class Settling:
     def reach(self, enough: float = REACHED, guess: bool = False) -> bool:
         """Go on to the fixed point, to ``enough`` of the state's size; whether it was reached, in `MOST` periods.
 
-        With ``guess``, it ends as soon as what the last periods say is left may bring it there, and goes that way.
+        With ``guess``, it ends as soon as what the last periods say is left may bring it there, and
+        goes that way.
         """
-        y, best, since, step = self.state, np.inf, 0, np.zeros_like(self.state)
-        nearest, near = (self.state, self.state), np.inf
+        y = self.state
+        best = np.inf
+        since = 0
+        step = np.zeros_like(self.state)
+        nearest = (self.state, self.state)
+        near = np.inf
         for _ in range(MOST):
             reached = self.state
             try:
                 self.fixed_point_iteration(1, y)
-            except CircuitError:  # which a combination may ask of a circuit, but no state that a period leads to
+            except (
+                CircuitError
+            ):  # which a combination may ask of a circuit, but no state that a period leads to
                 if y is reached:
                     raise
                 step *= SHORTER
@@ -253,15 +298,20 @@ class Settling:
             going = self.size(self.slow @ step)
             size = self.residual_norm(residual) + going
             if size < NEARER * best:
-                best, nearest, since = size, (y, self.state), 0
+                best = size
+                nearest = (y, self.state)
+                since = 0
                 near = self.size(residual) + going
             else:
                 since += 1
             if self._creeps(since):
                 self._forget(2)
-                step, best, since = self.left(residual)[0], np.inf, 0
+                step = self.left(residual)[0]
+                best = np.inf
+                since = 0
             if self.secants() is not None:
-                whole, noisy = size + self.unexplained(residual), since >= PATIENCE and near < NOISY
+                whole = size + self.unexplained(residual)
+                noisy = since >= PATIENCE and near < NOISY
                 if guess and whole < enough / STALE:
                     self.state = self.state - step
                     return True
@@ -269,7 +319,9 @@ class Settling:
                     self.begin, self.state = nearest
                     return True
                 if self._must_learn(size < enough or noisy):
-                    step, best, since = self.left(residual)[0], np.inf, 0
+                    step = self.left(residual)[0]
+                    best = np.inf
+                    since = 0
             y = self.state - step
         return False
 

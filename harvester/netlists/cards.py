@@ -8,12 +8,15 @@ from harvester.netlists.expression_tree import Node
 from harvester.netlists.read_lines import Line
 from harvester.netlists.words import Words
 
-DEFINITIONS = (".subckt", ".ends", ".model", ".param", ".func", ".include")  # cards that a load circuit may have
+# cards that a load circuit may have
+DEFINITIONS = (".subckt", ".ends", ".model", ".param", ".func", ".include")
 PARAMETERS = (".param", ".params", ".parameter")
 BENCH = (".tran", ".options", ".option", ".opt", ".temp", ".print", ".plot", ".meas", ".measure", ".save", ".ic",
          ".nodeset", ".title", ".end")  # fmt: skip
-BOARD = (*BENCH, ".probe", ".op", ".ac", ".dc", ".global")  # what a schematic has beside its elements
-# Options that act on how ngspice computes or what it prints: this program sets those that matter itself.
+# what a schematic has beside its elements
+BOARD = (*BENCH, ".probe", ".op", ".ac", ".dc", ".global")
+# Options that act on how ngspice computes or what it prints: this program sets those that matter
+# itself.
 _NUMERICAL = frozenset(
     [
         "reltol",
@@ -75,8 +78,9 @@ _VOLTAGE = re.compile(r"v\(\s*([^\s(),]+)\s*\)\s*=\s*(\{[^}]*\}|'[^']*'|[^\s,]+)
 class Settings:
     """What cards set for the whole circuit.
 
-    ``options`` are the temperatures (``temp``, ``tnom``), ``initial`` the voltages of .ic cards by the nodes' names,
-    and ``everywhere`` the names of nodes that .global cards make one in all subcircuits.
+    ``options`` are the temperatures (``temp``, ``tnom``), ``initial`` the voltages of .ic cards by
+    the nodes' names, and ``everywhere`` the names of nodes that .global cards make one in all
+    subcircuits.
     """
 
     options: dict[str, Node] = field(default_factory=dict)
@@ -85,7 +89,8 @@ class Settings:
 
     def add(self, line: Line, board: bool, inside: bool) -> None:
         """Take from a card what holds for the circuit; refuse one that is not known, or stands inside a subcircuit."""
-        where, word = f"netlist {line.where}", line.word
+        where = f"netlist {line.where}"
+        word = line.word
         if word not in (BOARD if board else BENCH) or (inside and not board):
             flat = "of a flat netlist, such as KiCad's, load.terminals in a scene names the piezo's nets"
             bench = "inside" if inside else f"(and a bench to run it by hand; {flat})"
@@ -100,7 +105,9 @@ class Settings:
         elif word == ".ic" and board:
             if _VOLTAGE.sub("", text).strip(" ,"):
                 raise invalid(where, "give voltages of nodes, as in .ic v(out)=2", line.text[:60])
-            self.initial |= {node: Words(line, text).number(value) for node, value in _VOLTAGE.findall(text)}
+            self.initial |= {
+                node: Words(line, text).number(value) for node, value in _VOLTAGE.findall(text)
+            }
 
     def _add_options(self, words: Words) -> None:
         """Take the temperatures of an .options card; refuse what changes a circuit in another way."""
@@ -108,4 +115,6 @@ class Settings:
             if key in TEMPERATURES and key in words.pairs:
                 self.options[key] = words.number(words.pairs[key])
             elif key not in _NUMERICAL:
-                raise unknown(f"option in {words.where}", key, sorted(_NUMERICAL | set(TEMPERATURES)))
+                raise unknown(
+                    f"option in {words.where}", key, sorted(_NUMERICAL | set(TEMPERATURES))
+                )

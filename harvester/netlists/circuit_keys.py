@@ -21,17 +21,24 @@ class CircuitKeys:
         self.elements = [
             element.name
             for element in body.elements
-            if element.kind in KINDS and not element.form and element.value is not None and element.value.is_constant
+            if element.kind in KINDS
+            and not element.form
+            and element.value is not None
+            and element.value.is_constant
         ]
         self._spelling = dict(body.spelling)
         plain = {name.lower() for name in self.elements}
-        self._spelling |= {letter.lower(): letter for role, letter in board.roles.items() if role in plain}
+        self._spelling |= {
+            letter.lower(): letter for role, letter in board.roles.items() if role in plain
+        }
 
     def called(self, name: str) -> str:
         """What a scene calls an element."""
         return {new: old for old, new in self.board.renamed.items()}.get(name.lower(), name)
 
-    def given(self, path: Path, parameters: Mapping[str, float], capacitance: float | None) -> dict[str, float]:
+    def given(
+        self, path: Path, parameters: Mapping[str, float], capacitance: float | None
+    ) -> dict[str, float]:
         """The scene's parameters in the netlist's spelling, Cp included; one without default must be among them."""
         elements = {name.lower(): name for name in self.elements}
         values: dict[str, float] = {}
@@ -65,17 +72,33 @@ class CircuitKeys:
     def split(self, given: Mapping[str, float]) -> tuple[dict[str, float], dict[str, float]]:
         """The given values of parameters, and those of elements, by their names in lower case."""
         roles = {letter.lower(): role for role, letter in self.board.roles.items()}
-        parameters = {name.lower(): value for name, value in given.items() if name.lower() in self.body.spelling}
-        others = {name.lower(): value for name, value in given.items() if name.lower() not in parameters}
+        parameters = {
+            name.lower(): value
+            for name, value in given.items()
+            if name.lower() in self.body.spelling
+        }
+        others = {
+            name.lower(): value for name, value in given.items() if name.lower() not in parameters
+        }
         return parameters, {roles.get(name, name): value for name, value in others.items()}
 
     def values(self, given: Mapping[str, float]) -> dict[str, float]:
         """The values of all parameters that are plain numbers."""
-        plain = {name: tree.value for name, tree in self.body.defaults.items() if tree is not None and tree.is_constant}
+        plain = {
+            name: tree.value
+            for name, tree in self.body.defaults.items()
+            if tree is not None and tree.is_constant
+        }
         values = {self.body.spelling[name]: value for name, value in plain.items()}
         numbers = {
-            element.name.lower(): element.value.value for element in self.body.elements if element.value is not None
+            element.name.lower(): element.value.value
+            for element in self.body.elements
+            if element.value is not None
         }
         roles = [(self.board.roles.get(role, ""), role) for role in (STORE, LOAD)]
-        values |= {letter: numbers[role] for letter, role in roles if letter and letter in self._spelling.values()}
+        values |= {
+            letter: numbers[role]
+            for letter, role in roles
+            if letter and letter in self._spelling.values()
+        }
         return values | dict(given)

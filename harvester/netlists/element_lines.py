@@ -1,7 +1,8 @@
 """What a line of an element says, by its letter: nodes, value, model and keys, whose names have no values yet.
 
-Each letter has its nodes, the keys that it may have, and a function that reads what stands between; a word, a key or a
-form that is not among them is refused.  Keys that do nothing in a transient are read and left out.
+Each letter has its nodes, the keys that it may have, and a function that reads what stands between;
+a word, a key or a form that is not among them is refused.  Keys that do nothing in a transient are
+read and left out.
 
 Source: ngspice manual, chapters 3 to 11, and what ngspice 39 answers (tests/netlists/constructs).
 
@@ -22,14 +23,23 @@ from harvester.netlists.words import GROUPS, Words, parameter_value, tokens_of
 _NODE = re.compile(rf"[\s(,]*([^\s(),]+(?:{GROUPS}[^\s(),]*)*)")
 _NAME = re.compile(r"[a-z][\w.+\-/~#\[\]]*", re.ASCII)
 _READS = re.compile(r"\b[vi]\s*\(|\b(?:time|temper|hertz)\b")  # in a value: it is a function
-_WAVEFORMS = {"sin": "sin", "sine": "sin", "pulse": "pulse", "exp": "exp", "pwl": "pwl", "sffm": "sffm", "am": "am"}
+_WAVEFORMS = {
+    "sin": "sin",
+    "sine": "sin",
+    "pulse": "pulse",
+    "exp": "exp",
+    "pwl": "pwl",
+    "sffm": "sffm",
+    "am": "am",
+}
 
 
 @dataclass(frozen=True)
 class Element:
     """An element as it is written: as of `CircuitPart`, but what it names are names of its own subcircuit.
 
-    ``name`` is spelt as in the file; of a call ``model`` is the subcircuit and ``options`` are what it gives.
+    ``name`` is spelt as in the file; of a call ``model`` is the subcircuit and ``options`` are what
+    it gives.
     """
 
     line: Line
@@ -60,8 +70,8 @@ Fields = dict[str, object]
 class Letter(NamedTuple):
     """How lines of a letter are read.
 
-    ``nodes`` is their number; ``keys`` are those of its options, ``idle`` those that do nothing; ``fields`` reads what
-    stands between as fields of `Element`, with the names of models.
+    ``nodes`` is their number; ``keys`` are those of its options, ``idle`` those that do nothing;
+    ``fields`` reads what stands between as fields of `Element`, with the names of models.
     """
 
     nodes: int
@@ -78,9 +88,12 @@ def names_of(line: Line) -> str:
 def read_element(line: Line, models: Set[str]) -> Element:
     """The element of a line; ``models`` are the names of all models, by which transistors know their pins.
 
-    Raises InputError for a letter, a form or a key that is not known, too few nodes, and what cannot be read.
+    Raises InputError for a letter, a form or a key that is not known, too few nodes, and what
+    cannot be read.
     """
-    kind, where, text = line.word[0], f"netlist {line.where}", names_of(line)
+    kind = line.word[0]
+    where = f"netlist {line.where}"
+    text = names_of(line)
     if kind not in LETTERS and kind != "x":
         letters = "".join(sorted([*LETTERS, "x"])).upper()
         raise invalid(where, f"begin with a card or one of the elements {letters}", line.word)
@@ -110,7 +123,9 @@ def _nodes(line: Line, text: str, count: int) -> tuple[tuple[str, ...], str]:
         match = _NODE.match(text, position)
         if match is None or "=" in match[1]:
             raise invalid(
-                f"netlist {line.where}", f"give {count} nodes to {line.text.split(maxsplit=1)[0]}", line.text[:60]
+                f"netlist {line.where}",
+                f"give {count} nodes to {line.text.split(maxsplit=1)[0]}",
+                line.text[:60],
             )
         nodes.append(match[1])
         position = match.end()
@@ -144,12 +159,19 @@ def _behavioural(line: Line, name: str, nodes: tuple[str, ...], text: str) -> El
     if match is None:
         raise invalid(where, "begin its function with I= or V=", text[:60])
     parts = re.split(r"\b(m|tc1|tc2|temp|dtemp|reciproctc|reciprocm)\s*=(?!=)", match[2])
-    words = Words(line, " ".join(f"{key}={value}" for key, value in zip(parts[1::2], parts[2::2], strict=True)))
-    options = words.finish(LETTERS["b"].keys if match[1] == "i" else LETTERS["b"].keys - {"m"}, frozenset())
+    words = Words(
+        line,
+        " ".join(f"{key}={value}" for key, value in zip(parts[1::2], parts[2::2], strict=True)),
+    )
+    options = words.finish(
+        LETTERS["b"].keys if match[1] == "i" else LETTERS["b"].keys - {"m"}, frozenset()
+    )
     return Element(line, name, nodes, read(parts[0], where, SOURCES), match[1], options=options)
 
 
-def _function_in_place(line: Line, name: str, nodes: tuple[str, ...], words: Words) -> Element | None:
+def _function_in_place(
+    line: Line, name: str, nodes: tuple[str, ...], words: Words
+) -> Element | None:
     """A resistor, capacitor or inductor whose value is a function of voltages and currents; None of another one.
 
     A resistor R={f} is the current v/f, as ngspice makes of it too.
@@ -169,8 +191,11 @@ def _function_in_place(line: Line, name: str, nodes: tuple[str, ...], words: Wor
     tree = read(text[1:-1], words.where, SOURCES)
     options = words.finish(frozenset({"m"}) if kind == "r" else frozenset({"m", "ic"}), frozenset())
     if kind == "r":
-        return Element(line, name, nodes, operation("/", Node("v", names=nodes), tree), "i", options=options)
-    form = key or {"c": "q", "l": "l"}[kind]  # without a key ngspice takes a capacitor's function for its charge
+        return Element(
+            line, name, nodes, operation("/", Node("v", names=nodes), tree), "i", options=options
+        )
+    # without a key ngspice takes a capacitor's function for its charge
+    form = key or {"c": "q", "l": "l"}[kind]
     return Element(line, name, nodes, tree, form, options=options)
 
 
@@ -221,7 +246,10 @@ def _semiconductor(words: Words, models: Set[str], nodes: tuple[str, ...]) -> Fi
 
 def _switch(words: Words, models: Set[str], nodes: tuple[str, ...]) -> Fields:
     """A model, and how it begins."""
-    return {"model": words.next("a model"), "word": "on" if words.take("on") else "off" if words.take("off") else ""}
+    return {
+        "model": words.next("a model"),
+        "word": "on" if words.take("on") else "off" if words.take("off") else "",
+    }
 
 
 def _switch_by_current(words: Words, models: Set[str], nodes: tuple[str, ...]) -> Fields:
@@ -264,11 +292,17 @@ def _controlled(form: str, voltage: bool) -> Callable[[Words, Set[str], tuple[st
             return _polynomial(words, form, voltage)
         given = words.pop("gain")
         if voltage:
-            controls = words.next("a node that controls it"), words.next("two nodes that control it")
+            controls = (
+                words.next("a node that controls it"),
+                words.next("two nodes that control it"),
+            )
             gain = words.number(given if given is not None else words.next("a gain"))
             return {"nodes": (*nodes, *controls), "value": gain}
         source = words.next("a source of voltage whose current controls it")
-        return {"others": (source,), "value": words.number(given if given is not None else words.next("a gain"))}
+        return {
+            "others": (source,),
+            "value": words.number(given if given is not None else words.next("a gain")),
+        }
 
     return fields
 
@@ -276,8 +310,15 @@ def _controlled(form: str, voltage: bool) -> Callable[[Words, Set[str], tuple[st
 def _polynomial(words: Words, form: str, voltage: bool) -> Fields:
     """POLY(n): a polynomial of n voltages or currents, by the order of its terms in SPICE 2."""
     kind = words.next("a form")
-    if kind != "poly" or not words.alone or not words.alone[0].isdigit() or not 1 <= int(words.alone[0]) <= 10:
-        raise invalid(words.where, "write its table or transfer function as a B source", words.text[:60])
+    if (
+        kind != "poly"
+        or not words.alone
+        or not words.alone[0].isdigit()
+        or not 1 <= int(words.alone[0]) <= 10
+    ):
+        raise invalid(
+            words.where, "write its table or transfer function as a B source", words.text[:60]
+        )
     count = int(words.next("a number of controls"))
     inputs = [
         Node("v", names=(words.next("a node"), words.next("a node")))
@@ -310,12 +351,19 @@ _COEFFICIENTS = _TEMPERATURES | {"m", "scale", "tc1", "tc2"}
 _MOSFET = frozenset({"m", "l", "w", "ad", "as", "pd", "ps", "nrd", "nrs"}) | _TEMPERATURES
 _NONE: frozenset[str] = frozenset()
 LETTERS = {
-    "r": Letter(2, _COEFFICIENTS | {"l", "w"}, frozenset({"ac", "noisy", "noise"}), _passive("r", "resistance")),
+    "r": Letter(
+        2,
+        _COEFFICIENTS | {"l", "w"},
+        frozenset({"ac", "noisy", "noise"}),
+        _passive("r", "resistance"),
+    ),
     "c": Letter(2, _COEFFICIENTS | {"l", "w", "ic"}, _NONE, _passive("c", "cap", "capacitance")),
     "l": Letter(2, _COEFFICIENTS | {"ic"}, _NONE, _passive("l", "inductance")),
     "k": Letter(0, _NONE, _NONE, _coupling),
     "d": Letter(2, frozenset({"area", "m", "pj"}) | _TEMPERATURES, _NONE, _semiconductor),
-    "q": Letter(3, frozenset({"area", "areab", "areac", "m"}) | _TEMPERATURES, _NONE, _semiconductor),
+    "q": Letter(
+        3, frozenset({"area", "areab", "areac", "m"}) | _TEMPERATURES, _NONE, _semiconductor
+    ),
     "j": Letter(3, frozenset({"area", "m"}) | _TEMPERATURES, _NONE, _semiconductor),
     "m": Letter(4, _MOSFET, _NONE, _semiconductor),
     "s": Letter(4, _NONE, _NONE, _switch),

@@ -1,17 +1,19 @@
 """Expressions of netlists as trees, read in the two languages that ngspice has for them.
 
-`BRACES` is the language of ``{...}``, ``'...'`` and .param cards (numparam): numbers and parameters only.  `SOURCES` is
-that of B sources: voltages and currents too, its braces and quotes are dropped.  They differ in their functions, in
-their constants and in the precedence of a sign, and pow and pwr change places:
+`BRACES` is the language of ``{...}``, ``'...'`` and .param cards (numparam): numbers and parameters
+only.  `SOURCES` is that of B sources: voltages and currents too, its braces and quotes are dropped.
+They differ in their functions, in their constants and in the precedence of a sign, and pow and pwr
+change places:
 
     BRACES     pow(x, y) = x^y            pwr(x, y) = |x|^y          from the left: 2^3^2 = 64, x^y = |x|^y
     SOURCES    pow(x, y) = |x|^y          pwr(x, y) = sgn(x) |x|^y   from the left too
 
-A tree's leaves are constants, names of parameters, and voltages v(a), v(a,b) or currents i(Vname).  What has none of
-the latter becomes a constant once its names have values, so that trees of the same text are alike for all values.
+A tree's leaves are constants, names of parameters, and voltages v(a), v(a,b) or currents i(Vname).
+What has none of the latter becomes a constant once its names have values, so that trees of the
+same text are alike for all values.
 
-Source: ngspice 39's xpressn.c (numparam), inpptree-parser.y, inpptree.c, ptfuncs.c, and `INPevaluate`; each rule is a
-row of tests/netlists/constructs.
+Source: ngspice 39's xpressn.c (numparam), inpptree-parser.y, inpptree.c, ptfuncs.c, and
+`INPevaluate`; each rule is a row of tests/netlists/constructs.
 
 Long because both languages and their reader belong together.
 """
@@ -26,7 +28,8 @@ from harvester.netlists.expression_tree import Node, checked, constant, operatio
 
 DEEPEST = 100  # parentheses, functions or signs one within another
 
-_SUFFIXES = {"t": 12, "g": 9, "meg": 6, "k": 3, "m": -3, "u": -6, "n": -9, "p": -12, "f": -15}  # powers of ten
+# powers of ten
+_SUFFIXES = {"t": 12, "g": 9, "meg": 6, "k": 3, "m": -3, "u": -6, "n": -9, "p": -12, "f": -15}
 _MIL = 25.4e-6  # m
 _PLAIN = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+))(?:([ed])([+-]?\d+))?([a-z]*)(.*)", re.DOTALL)
 _NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?[a-z]*"
@@ -38,8 +41,8 @@ _PROBE = re.compile(r"([vi])\(\s*([^\s(),]+)\s*(?:,\s*([^\s(),]+)\s*)?\)")
 class Language(NamedTuple):
     """What an expression may hold.
 
-    ``operators`` have their precedence; a sign takes the operators behind its operand that bind at least as ``sign``.
-    ``functions`` have their number of arguments and the operation that they are.
+    ``operators`` have their precedence; a sign takes the operators behind its operand that bind at
+    least as ``sign``. ``functions`` have their number of arguments and the operation that they are.
     """
 
     name: str
@@ -51,7 +54,11 @@ class Language(NamedTuple):
 
 _UNARY = ("abs", "exp", "ln", "log10", "sqrt", "sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh",
         "asinh", "acosh", "atanh", "floor", "ceil", "nint", "sgn")  # fmt: skip
-_BOTH = {name: (1, name) for name in _UNARY} | {"log": (1, "ln"), "min": (2, "min"), "max": (2, "max")}
+_BOTH = {name: (1, name) for name in _UNARY} | {
+    "log": (1, "ln"),
+    "min": (2, "min"),
+    "max": (2, "max"),
+}
 _BOTH |= {"ternary_fcn": (3, "?")}
 BRACES = Language(
     "braces",
@@ -74,7 +81,9 @@ _OPERATIONS = {"^": "pow", "**": "pow", "<>": "!=", "=": "==", "&&": "and", "||"
 _RANDOM = ("agauss", "gauss", "unif", "aunif")
 _REMEDIES = {
     "limit": "of two arguments it draws a random number; of three write min(max(x, low), high)",
-    **dict.fromkeys(_RANDOM, "it draws a random number without a seed: harvester tolerance --vary draws parts"),
+    **dict.fromkeys(
+        _RANDOM, "it draws a random number without a seed: harvester tolerance --vary draws parts"
+    ),
     "if": "write condition ? a : b",
     "ddt": "ngspice's derivative is no more than a difference of its steps: let a capacitor make it",
     "stp": "write u",
@@ -108,7 +117,8 @@ def _scaled(number: str, letters: str, mil: bool) -> float | None:
 def read(text: str, where: str, language: Language) -> Node:
     """The tree of an expression, in lower case, whose names have no values yet.
 
-    Raises InputError, which says ``where``, for what cannot be read or is too long, and functions of other languages.
+    Raises InputError, which says ``where``, for what cannot be read or is too long, and functions
+    of other languages.
     """
     return _Reader(text, where, language).whole()
 
@@ -117,7 +127,9 @@ class _Reader:
     """Reads one expression: operands, and operators by their precedence."""
 
     def __init__(self, text: str, where: str, language: Language) -> None:
-        self.text, self.where, self.language = text, where, language
+        self.text = text
+        self.where = where
+        self.language = language
         self.tokens: list[str] = []
         self.probes: list[Node] = []
         self.position = self.nesting = 0
@@ -125,7 +137,9 @@ class _Reader:
         while rest.strip():
             match = _PROBE.match(rest.lstrip()) if language is SOURCES else None
             if match is not None and not (self.tokens and self.tokens[-1] == "."):
-                self.probes.append(Node(match[1], names=tuple(name for name in match.groups()[1:] if name)))
+                self.probes.append(
+                    Node(match[1], names=tuple(name for name in match.groups()[1:] if name))
+                )
                 self.tokens.append(f"@{len(self.probes) - 1}")
                 rest = rest.lstrip()[match.end() :]
                 continue
@@ -176,11 +190,17 @@ class _Reader:
         self._take(":")
         second = self._branch()
         if self.language is BRACES and self._next() == "?":
-            raise InputError(f"{self.where} must put a ? within another in parentheses, which ngspice misreads without")
+            raise InputError(
+                f"{self.where} must put a ? within another in parentheses, which ngspice misreads without"
+            )
         return operation("?", condition, first, second)
 
     def _branch(self) -> Node:
-        return self._nested(self._expression) if self.language is SOURCES else self._rest(self._operand(first=False), 1)
+        return (
+            self._nested(self._expression)
+            if self.language is SOURCES
+            else self._rest(self._operand(first=False), 1)
+        )
 
     def _operand(self, first: bool) -> Node:
         """A number, a name, a call or a parenthesis, with its sign; ``first``: no operator stands before it."""
@@ -204,7 +224,9 @@ class _Reader:
         """What is read one level deeper."""
         self.nesting += 1
         if self.nesting > DEEPEST:
-            raise InputError(f"{self.where} must have at most {DEEPEST} parentheses or signs one within another")
+            raise InputError(
+                f"{self.where} must have at most {DEEPEST} parentheses or signs one within another"
+            )
         inner = read_inner()
         self.nesting -= 1
         return inner
@@ -231,7 +253,9 @@ class _Reader:
         """The value of a number with its suffix."""
         digits = re.match(r"(\d+\.?\d*|\.\d+)(?:e([+-]?\d+))?", token)
         assert digits is not None, "a number begins with digits"
-        value = _scaled(f"{digits[1]}e{digits[2] or 0}", token[digits.end() :], mil=self.language is SOURCES)
+        value = _scaled(
+            f"{digits[1]}e{digits[2] or 0}", token[digits.end() :], mil=self.language is SOURCES
+        )
         if value is None:
             raise self._unread(token)
         return value
@@ -248,7 +272,9 @@ class _Reader:
         if name in self.language.functions:
             count, which = self.language.functions[name]
             if len(arguments) != count:
-                raise InputError(f"{self.where} must give {count} arguments to {name}, but gives {len(arguments)}")
+                raise InputError(
+                    f"{self.where} must give {count} arguments to {name}, but gives {len(arguments)}"
+                )
             return operation(which, *arguments)
         if name in _REMEDIES:
             raise InputError(f"{self.where} must not use {name}: {_REMEDIES[name]}")
@@ -256,10 +282,13 @@ class _Reader:
 
 
 Values = Callable[[str], float | None]  # of a name
-Functions = Callable[[str], tuple[tuple[str, ...], str] | None]  # of a name: its arguments and its text
+# of a name: its arguments and its text
+Functions = Callable[[str], tuple[tuple[str, ...], str] | None]
 
 
-def resolved(tree: Node, where: str, language: Language, values: Values, functions: Functions, depth: int = 0) -> Node:
+def resolved(
+    tree: Node, where: str, language: Language, values: Values, functions: Functions, depth: int = 0
+) -> Node:
     """The tree with ``values`` in place of its names, and the netlist's ``functions`` written out.
 
     Raises InputError, which says ``where``, for a name or a function that is not known.
@@ -276,7 +305,9 @@ def resolved(tree: Node, where: str, language: Language, values: Values, functio
             value = values(node.names[0])
             value = language.constants.get(node.names[0]) if value is None else value
             if value is None:
-                raise InputError(f"{where} must use names that have a value, but {shown(node.names[0])} has none")
+                raise InputError(
+                    f"{where} must use names that have a value, but {shown(node.names[0])} has none"
+                )
             return constant(value)
         arguments = [new(argument) for argument in node.arguments]
         if node.operation == "call":
@@ -290,12 +321,16 @@ def resolved(tree: Node, where: str, language: Language, values: Values, functio
     def called(name: str, arguments: list[Node]) -> Node:
         if (function := functions(name)) is None:
             raise unknown(
-                f"function of {where}", name, [*language.functions, *(["pwl"] if language is SOURCES else [])]
+                f"function of {where}",
+                name,
+                [*language.functions, *(["pwl"] if language is SOURCES else [])],
             )
         parameters, text = function
         if len(parameters) != len(arguments) or depth > 20:
             must = (
-                f"give {len(parameters)} arguments to {name}" if depth <= 20 else f"call no function {name} in itself"
+                f"give {len(parameters)} arguments to {name}"
+                if depth <= 20
+                else f"call no function {name} in itself"
             )
             raise InputError(f"{where} must {must}")
         body = read(text, where, language)

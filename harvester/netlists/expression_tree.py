@@ -36,7 +36,9 @@ class Node:
         object.__setattr__(self, "size", min(1 + sum(node.size for node in below), 10**9))
         fields = repr((self.operation, self.value, self.index, self.names)).encode()
         object.__setattr__(
-            self, "key", hashlib.blake2b(fields + b"".join(node.key for node in below), digest_size=16).digest()
+            self,
+            "key",
+            hashlib.blake2b(fields + b"".join(node.key for node in below), digest_size=16).digest(),
         )
 
     def __eq__(self, other: object) -> bool:
@@ -53,7 +55,8 @@ class Node:
     @property
     def leaves(self) -> set["Node"]:
         """All leaves that are no constants."""
-        waiting, nodes = [self], {self}
+        waiting = [self]
+        nodes = {self}
         while waiting:
             new = set(waiting.pop().arguments) - nodes
             nodes |= new
@@ -102,7 +105,9 @@ def with_leaves(tree: Node, leaf: Callable[[Node], Node]) -> Node:
             arguments = [new(argument) for argument in node.arguments]
             if arguments:
                 done[node] = (
-                    Node("pwl", tuple(arguments)) if node.operation == "pwl" else operation(node.operation, *arguments)
+                    Node("pwl", tuple(arguments))
+                    if node.operation == "pwl"
+                    else operation(node.operation, *arguments)
                 )
             else:
                 done[node] = node if node.is_constant else leaf(node)

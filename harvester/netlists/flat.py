@@ -1,9 +1,10 @@
 """Flat netlists, as KiCad exports a board: which of its nets are the piezo's, and which elements are load and store.
 
-A flat netlist has no subcircuit around it, its nets are named as KiCad does (``/PZ_P``, ``Net-_D1-K_``), and it has a
-ground of its own, which is no electrode of the piezo.  The user says which two nets the piezo is soldered to, which
-resistor is the load, which capacitor the store, and which nets a supply feeds.  Node 0 of the board, in vendors' parts
-too, is a node of the whole circuit like any other, unless the piezo is soldered to it.
+A flat netlist has no subcircuit around it, its nets are named as KiCad does (``/PZ_P``,
+``Net-_D1-K_``), and it has a ground of its own, which is no electrode of the piezo.  The user says
+which two nets the piezo is soldered to, which resistor is the load, which capacitor the store, and
+which nets a supply feeds.  Node 0 of the board, in vendors' parts too, is a node of the whole
+circuit like any other, unless the piezo is soldered to it.
 
 Source of the form: the SPICE netlists that KiCad 6 to 8 export, and the ngspice manual, chapter 2.
 """
@@ -29,10 +30,12 @@ ROLES = {LOAD: "R", STORE: "C"}  # the parameters of a board
 class Board:
     """What the names of a flat netlist are in the whole circuit.
 
-    ``nodes`` are the nodes by the nets' names, ``renamed`` the elements that have another name there, all in lower
-    case; ``ground`` is the node of the board's own ground, and ``roles`` are the parameters of load and store.
+    ``nodes`` are the nodes by the nets' names, ``renamed`` the elements that have another name
+    there, all in lower case; ``ground`` is the node of the board's own ground, and ``roles`` are
+    the parameters of load and store.
 
-    A subcircuit is a board whose two terminals are the electrodes, and whose parameters are those of its header.
+    A subcircuit is a board whose two terminals are the electrodes, and whose parameters are those
+    of its header.
     """
 
     nodes: dict[str, str]
@@ -44,15 +47,21 @@ class Board:
 def as_board(netlist: ParsedNetlist, load: Load) -> Board:
     """The board of a flat netlist, whose load and store get the names Rload and Csmooth in it, and supplies a source.
 
-    Raises InputError for nets and elements that the load names and the board lacks, for a board without a load or with
-    several, for a source in the piezo's place, and for lines whose nodes are not known.
+    Raises InputError for nets and elements that the load names and the board lacks, for a board
+    without a load or with several, for a source in the piezo's place, and for lines whose nodes are
+    not known.
     """
     assert load.terminals is not None, "asked for with terminals only"
-    file, elements = netlist.file, netlist.outside.elements
+    file = netlist.file
+    elements = netlist.outside.elements
     if not elements:
-        raise InputError(f"netlist {file} must have elements outside of subcircuits, but has none: export it again")
+        raise InputError(
+            f"netlist {file} must have elements outside of subcircuits, but has none: export it again"
+        )
     present = {net_of(node): None for element in elements for node in element.nodes}
-    first, second = (_known(f"net of load.terminals in netlist {file}", net, present) for net in load.terminals)
+    first, second = (
+        _known(f"net of load.terminals in netlist {file}", net, present) for net in load.terminals
+    )
     if first == second:
         raise invalid("load.terminals", "be two different nets", ", ".join(load.terminals))
     for net in netlist.settings.initial:
@@ -62,7 +71,8 @@ def as_board(netlist: ParsedNetlist, load: Load) -> Board:
     for element in elements:
         _no_piezo(element, {first, second})
     netlist.outside.elements = [
-        replace(element, name=renamed.get(element.name.lower(), element.name)) for element in elements
+        replace(element, name=renamed.get(element.name.lower(), element.name))
+        for element in elements
     ] + list(_supplies(file, load, present, {"0", first, second}))
     return Board(nodes, {old: new.lower() for old, new in renamed.items()}, nodes["0"], ROLES)
 
@@ -72,13 +82,21 @@ def net_of(name: str) -> str:
     return "0" if name.lower() in GROUND else name.lower()
 
 
-def _supplies(file: str, load: Load, present: dict[str, None], taken: set[str]) -> Iterator[Element]:
+def _supplies(
+    file: str, load: Load, present: dict[str, None], taken: set[str]
+) -> Iterator[Element]:
     """A voltage source for each net that a supply feeds."""
     for k, (net, volts) in enumerate(load.supplies.items()):
         node = _known(f"net of load.supplies in netlist {file}", net, present)
         if node in taken:
-            raise invalid("load.supplies", "name a net that is neither ground nor a terminal of the piezo", net)
-        yield Element(Line(file, f"vsupply{k + 1}"), f"Vsupply{k + 1}", (node, "0"), constant(volts))
+            raise invalid(
+                "load.supplies",
+                "name a net that is neither ground nor a terminal of the piezo",
+                net,
+            )
+        yield Element(
+            Line(file, f"vsupply{k + 1}"), f"Vsupply{k + 1}", (node, "0"), constant(volts)
+        )
 
 
 def _known(kind: str, name: str, present: dict[str, None]) -> str:
@@ -109,12 +127,16 @@ def _roles(file: str, elements: list[Element], load: Load) -> dict[str, str]:
     for role, letter, what, given in (
         ("Rload", "r", "resistor", load.resistor), ("Csmooth", "c", "store", load.store),
     ):  # fmt: skip
-        there = {element.name.lower(): element.name for element in elements if element.kind == letter}
+        there = {
+            element.name.lower(): element.name for element in elements if element.kind == letter
+        }
         if given is not None:
             if given.lower() not in there:
                 raise unknown(f"load.{what} of netlist {file}", given, there.values())
             if role.lower() in there and given.lower() != role.lower():
-                raise InputError(f"load.{what} must be left out, as netlist {file} has an element {role} already")
+                raise InputError(
+                    f"load.{what} must be left out, as netlist {file} has an element {role} already"
+                )
             roles[given.lower()] = role
         elif role.lower() in there:
             roles[role.lower()] = role

@@ -1,7 +1,8 @@
 """The elements of a load circuit as lines for ngspice: no subcircuit, no parameter and no expression in braces is left.
 
-What ngspice runs is what was read here.  Nodes and elements have the names that ngspice gives them when it writes a
-subcircuit called Xload out, so that vectors are called as ever (``@r.xload.rload[p]``, ``xload.a``).
+What ngspice runs is what was read here.  Nodes and elements have the names that ngspice gives them
+when it writes a subcircuit called Xload out, so that vectors are called as ever
+(``@r.xload.rload[p]``, ``xload.a``).
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -9,17 +10,24 @@ from collections.abc import Iterator, Mapping, Sequence
 from harvester.netlists.expression_tree import Node
 from harvester.netlists.part import INSIDE, CircuitPart, ModelCard
 
-_INFIX = {"and": "&&", "or": "||", **{sign: sign for sign in ("+", "-", "*", "/", "<", ">", "<=", ">=", "==", "!=")}}
+_INFIX = {
+    "and": "&&",
+    "or": "||",
+    **{sign: sign for sign in ("+", "-", "*", "/", "<", ">", "<=", ">=", "==", "!=")},
+}
 _PREFIX = {"negative": "-", "not": "!"}
 _KEY = {"v": "dc ", "i": "dc "}  # before a value
 _KEY_BESIDE_MODEL = {"c": "c=", "l": "inductance="}  # before one behind a model
 _LINEAR = "fg"  # whose m is multiplied here: ngspice takes it for a coefficient of a polynomial
 
 
-def lines_for_ngspice(parts: Sequence[CircuitPart], starts: Mapping[str, float] | None = None) -> list[str]:
+def lines_for_ngspice(
+    parts: Sequence[CircuitPart], starts: Mapping[str, float] | None = None
+) -> list[str]:
     """The lines of elements and of the models that they name.
 
-    ``starts`` are voltages (V) that capacitors begin with, by the elements' names, in place of their own.
+    ``starts`` are voltages (V) that capacitors begin with, by the elements' names, in place of
+    their own.
     """
     names: dict[str, str] = {}
     cards: list[str] = []
@@ -37,7 +45,8 @@ def lines_for_ngspice(parts: Sequence[CircuitPart], starts: Mapping[str, float] 
 def _model_name(card: ModelCard, names: dict[str, str], cards: list[str]) -> str:
     """The name of a model in the whole deck, to whose ``cards`` it is added when it is first named."""
     values = "".join(
-        f" {key}={value!r}" for key, value in sorted(card.values.items(), key=lambda pair: pair[0] != "level")
+        f" {key}={value!r}"
+        for key, value in sorted(card.values.items(), key=lambda pair: pair[0] != "level")
     )
     words = "".join(f" {word}" for word in card.words)
     text = f"{card.kind}({(words + values).strip()})"
@@ -47,7 +56,9 @@ def _model_name(card: ModelCard, names: dict[str, str], cards: list[str]) -> str
     return names[text]
 
 
-def _line(part: CircuitPart, model: str, options: Mapping[str, float], kinds: Mapping[str, str]) -> str:
+def _line(
+    part: CircuitPart, model: str, options: Mapping[str, float], kinds: Mapping[str, str]
+) -> str:
     """The line of an element; ``kinds`` are the letters of all elements by their names."""
     words = [part.in_ngspice, *part.nodes, *_middle(part, model, kinds)]
     hidden = {"m"} if part.kind in _LINEAR else set()
@@ -74,7 +85,8 @@ def _middle(part: CircuitPart, model: str, kinds: Mapping[str, str]) -> Iterator
 
 def text_of(tree: Node, kinds: Mapping[str, str]) -> str:
     """The text of a function as a B source has it, every operation in parentheses."""
-    operation, inner = tree.operation, [text_of(argument, kinds) for argument in tree.arguments]
+    operation = tree.operation
+    inner = [text_of(argument, kinds) for argument in tree.arguments]
     if operation == "constant":
         return repr(tree.value) if tree.value >= 0.0 else f"({tree.value!r})"
     if operation == "v":

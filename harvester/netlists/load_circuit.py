@@ -34,7 +34,8 @@ class LoadCircuit:
 
     Parameters
     ----------
-        values that the scene gives, in the netlist's spelling, and the piezo's capacitance where it has a Cp.
+        values that the scene gives, in the netlist's spelling, and the piezo's capacitance where it
+        has a Cp.
     topology
         name of the package's netlist; None for a user's own.
     values
@@ -44,7 +45,8 @@ class LoadCircuit:
     renamed
         of a flat netlist the elements that have another name here.
     ground
-        the node of the netlist's own ground: ``0``, an electrode, but of a flat netlist with a ground of its own.
+        the node of the netlist's own ground: ``0``, an electrode, but of a flat netlist with a
+        ground of its own.
     elements
         the values of its elements that are plain numbers, by the names that a scene calls them.
     settings
@@ -98,7 +100,9 @@ class LoadCircuit:
 
     def value_of(self, name: str) -> float | None:
         """The value of a parameter or an element by its name in the scene's load.parameters; None where it has none."""
-        return {key.lower(): value for key, value in (self.elements | self.values).items()}.get(self.own_name(name))
+        return {key.lower(): value for key, value in (self.elements | self.values).items()}.get(
+            self.own_name(name)
+        )
 
     def own_name(self, name: str) -> str:
         """What stands for a name in the scene's load.parameters, in small letters: R for the load of a flat netlist."""
@@ -114,20 +118,25 @@ def netlist_folder() -> Path:
 def load_circuit(load: Load, capacitance: float | None = None) -> LoadCircuit:
     """Read and check the circuit of a scene's load; a load resistance is the netlist `resistor`.
 
-    ``capacitance`` (F) is the piezo's: a netlist's parameter Cp takes it, unless the scene gives one.
+    ``capacitance`` (F) is the piezo's: a netlist's parameter Cp takes it, unless the scene gives
+    one.
 
-    Raises InputError for an unknown netlist, one that could run a command or reach a file outside its folder, one
-    without two terminals or without Rload, a construct that is not served, and parameters that it lacks or that lack a
-    value.
+    Raises InputError for an unknown netlist, one that could run a command or reach a file outside
+    its folder, one without two terminals or without Rload, a construct that is not served, and
+    parameters that it lacks or that lack a value.
     """
-    name, parameters = load.netlist, dict(load.parameters)
+    name = load.netlist
+    parameters = dict(load.parameters)
     if name is None:
         assert load.resistance is not None, "Load checks this"
-        name, parameters = "resistor", {"R": load.resistance}
+        name = "resistor"
+        parameters = {"R": load.resistance}
     path = Path(name) if is_path(name) else _of_package(name)
     netlist = read_netlist(path, netlist_folder() / "parts", board=load.terminals is not None)
     body, board = (
-        (_with_rload(path, netlist), None) if load.terminals is None else (netlist.outside, as_board(netlist, load))
+        (_with_rload(path, netlist), None)
+        if load.terminals is None
+        else (netlist.outside, as_board(netlist, load))
     )
     board = board or Board(dict(zip(body.terminals, (PIEZO, "0"), strict=True)))
     for model in body.cards:
@@ -135,7 +144,9 @@ def load_circuit(load: Load, capacitance: float | None = None) -> LoadCircuit:
     keys = CircuitKeys(body, board)
     given = keys.given(path, parameters, capacitance)
     parts = written_out(netlist, body, board.nodes, board.ground, *keys.split(given))
-    parts = _with_initial(parts, {board.nodes[net]: volts for net, volts in initial_of(netlist).items()})
+    parts = _with_initial(
+        parts, {board.nodes[net]: volts for net, volts in initial_of(netlist).items()}
+    )
     _check_terminals(path, parts, body)
     _check_roles(path, parts, body, keys.values(given))
     there = by_name(parts)
@@ -163,7 +174,8 @@ def Netlist(name: str, /, **parameters: float | str) -> Load:  # noqa: N802, as 
         one of the package's netlists, such as "bridge", or the path of a file that has a subcircuit.  Of a flat netlist
         `Load` names the terminals.
     parameters
-        of the subcircuit, and its elements by their names: numbers in SI units, or texts with their unit.
+        of the subcircuit, and its elements by their names: numbers in SI units, or texts with their
+        unit.
 
     Returns
     -------
@@ -173,8 +185,8 @@ def Netlist(name: str, /, **parameters: float | str) -> Load:  # noqa: N802, as 
     Raises
     ------
     InputError
-        for a netlist that is not there, with the nearest match, or cannot be used; a parameter that it does not have;
-        and one that is no number and no quantity.
+        for a netlist that is not there, with the nearest match, or cannot be used; a parameter that
+        it does not have; and one that is no number and no quantity.
 
     >>> import harvester as hv
     >>> hv.Netlist("bridge", R="1 Mohm", C=1e-5).parameters
@@ -219,7 +231,11 @@ def _of_package(name: str) -> Path:
 
 def _with_rload(path: Path, netlist: ParsedNetlist) -> Body:
     """The one subcircuit with a resistor Rload."""
-    loads = [body for body in netlist.subcircuits.values() if any(line.word == LOAD for line in body.lines)]
+    loads = [
+        body
+        for body in netlist.subcircuits.values()
+        if any(line.word == LOAD for line in body.lines)
+    ]
     if len(loads) != 1:
         many = len(loads) or "none"
         raise InputError(
@@ -228,11 +244,15 @@ def _with_rload(path: Path, netlist: ParsedNetlist) -> Body:
         )
     if len(loads[0].terminals) != 2:
         many = f"{len(loads[0].terminals)} terminals"
-        raise invalid(f"netlist {loads[0].line.where}", "have two terminals, the piezo's electrodes", many)
+        raise invalid(
+            f"netlist {loads[0].line.where}", "have two terminals, the piezo's electrodes", many
+        )
     return loads[0]
 
 
-def _with_initial(parts: Sequence[CircuitPart], volts: Mapping[str, float]) -> tuple[CircuitPart, ...]:
+def _with_initial(
+    parts: Sequence[CircuitPart], volts: Mapping[str, float]
+) -> tuple[CircuitPart, ...]:
     """The elements with what .ic cards say: capacitors at such nodes begin with the difference, but for their own."""
 
     def start(part: CircuitPart) -> CircuitPart:
@@ -254,7 +274,9 @@ def _check_terminals(path: Path, parts: Iterable[CircuitPart], body: Body) -> No
             )
 
 
-def _check_roles(path: Path, parts: Sequence[CircuitPart], body: Body, values: Mapping[str, float]) -> None:
+def _check_roles(
+    path: Path, parts: Sequence[CircuitPart], body: Body, values: Mapping[str, float]
+) -> None:
     """Refuse a load or a store that would give power, and a load that is no resistor."""
     trees = {element.name.lower(): element.value for element in body.elements}
     spelled = {key.lower(): f"load.parameters.{key}" for key in values}

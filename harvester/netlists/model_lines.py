@@ -1,9 +1,11 @@
 """Model cards, and the keys of every model that ngspice 39 knows.
 
-ngspice leaves out a key that it does not know, with a warning, so that a misspelt one gives another circuit: here it is
-refused.  Ratings of a part, which other simulators write down, are read and left out.
+ngspice leaves out a key that it does not know, with a warning, so that a misspelt one gives another
+circuit: here it is refused.  Ratings of a part, which other simulators write down, are read and
+left out.
 
-Source of the keys: ngspice 39's tables of model parameters (its ``devhelp``), its sources' ``mod1set`` and the like.
+Source of the keys: ngspice 39's tables of model parameters (its ``devhelp``), its sources'
+``mod1set`` and the like.
 """
 
 from collections.abc import Mapping
@@ -62,7 +64,16 @@ _KINDS = {
     "sw": "vt vh ron roff",
     "csw": "it ih ron roff",
 }
-_OF_DIODE = {"js": "is", "cj0": "cjo", "cj": "cjo", "pb": "vj", "mj": "m", "ik": "ikf", "ib": "ibv", "tref": "tnom"}
+_OF_DIODE = {
+    "js": "is",
+    "cj0": "cjo",
+    "cj": "cjo",
+    "pb": "vj",
+    "mj": "m",
+    "ik": "ikf",
+    "ib": "ibv",
+    "tref": "tnom",
+}
 _OF_BIPOLAR = {"va": "vaf", "ik": "ikf", "vb": "var", "pe": "vje", "me": "mje", "pc": "vjc", "mc": "mjc", "csub": "cjs",
                "ccs": "cjs", "ps": "vjs", "ms": "mjs", "tref": "tnom"}  # fmt: skip
 _OF_RESISTOR = {"res": "r", "tc1r": "tc1", "tc2r": "tc2"}
@@ -118,11 +129,14 @@ def model_name(line: Line) -> str:
 def read_model(line: Line) -> WrittenModel:
     """The model of a .model card.
 
-    Raises InputError for a type, a level, a key or a word that ngspice does not know, and for a key given twice.
+    Raises InputError for a type, a level, a key or a word that ngspice does not know, and for a key
+    given twice.
     """
     where = f"netlist {line.where}"
     tokens = tokens_of(line.text.lower())
-    name, kind, rest = "".join(tokens[1:2]), "".join(tokens[2:3]), tokens[3:]
+    name = "".join(tokens[1:2])
+    kind = "".join(tokens[2:3])
+    rest = tokens[3:]
     if kind not in KEYS or name == "=":
         raise invalid(where, f"have a model of one of the types {', '.join(KEYS)}", line.text[:60])
     words: list[str] = []
@@ -155,12 +169,16 @@ def read_model(line: Line) -> WrittenModel:
 def _mosfet_keys(where: str, texts: Mapping[str, str]) -> frozenset[str]:
     """The keys of a MOSFET of its level."""
     _check_level(where, "nmos", texts)
-    return frozenset(_MOS.split()) | frozenset(_MOS_MORE[int(float(texts.get("level", "1")))].split())
+    return frozenset(_MOS.split()) | frozenset(
+        _MOS_MORE[int(float(texts.get("level", "1")))].split()
+    )
 
 
 def _check_level(where: str, kind: str, texts: Mapping[str, str]) -> None:
     """Refuse a level that is no number or that is not known: others write log files."""
     levels = _LEVELS.get(kind, ())
     text = texts.get("level")
-    if text is not None and text not in [spelt for level in levels for spelt in (f"{level}", f"{level}.0")]:
+    if text is not None and text not in [
+        spelt for level in levels for spelt in (f"{level}", f"{level}.0")
+    ]:
         raise invalid(where, f"have a model of level {', '.join(map(str, levels))}", text)

@@ -1,10 +1,12 @@
 """A netlist as it is read, once: subcircuits with their elements, models, parameters and functions, and its settings.
 
-Everything else reads this: which circuit is the load (`harvester.netlists.load_circuit`), what a board's nets are
-(`harvester.netlists.flat`), and the elements with their values (`harvester.netlists.written_out`).  The text itself
-goes no further: what ngspice gets is written from what was understood.
+Everything else reads this: which circuit is the load (`harvester.netlists.load_circuit`), what a
+board's nets are (`harvester.netlists.flat`), and the elements with their values
+(`harvester.netlists.written_out`).  The text itself goes no further: what ngspice gets is written
+from what was understood.
 
-Lines of a subcircuit that nobody calls, and models that nobody names, are not read beyond their names.
+Lines of a subcircuit that nobody calls, and models that nobody names, are not read beyond their
+names.
 """
 
 import re
@@ -37,7 +39,8 @@ class Body:
     name: str = ""
     terminals: tuple[str, ...] = ()
     defaults: dict[str, Node | None] = field(default_factory=dict)
-    spelling: dict[str, str] = field(default_factory=dict)  # of the parameters, by their names in lower case
+    # of the parameters, by their names in lower case
+    spelling: dict[str, str] = field(default_factory=dict)
     line: Line = field(default_factory=lambda: Line("", ".subckt"))
     lines: list[Line] = field(default_factory=list)
     cards: dict[str, Line] = field(default_factory=dict)  # of models, by name
@@ -51,7 +54,9 @@ class Body:
         elements: dict[str, Element] = {}
         for line in self.lines:
             if line.word in elements:
-                raise invalid(f"netlist {line.where}", "have a name that no other element has", line.word)
+                raise invalid(
+                    f"netlist {line.where}", "have a name that no other element has", line.word
+                )
             elements[line.word] = read_element(line, self.known)
         return list(elements.values())
 
@@ -76,10 +81,15 @@ class Body:
                     raise invalid(where, f"set {name} once, of which ngspice takes the last", name)
                 self.parameters[_free(name, where)] = tree
         elif line.word == ".func":
-            match = re.match(r"\.func\s+(\w+)\s*\(([^()]*)\)\s*=?\s*(.*)$", line.text.lower(), re.DOTALL)
+            match = re.match(
+                r"\.func\s+(\w+)\s*\(([^()]*)\)\s*=?\s*(.*)$", line.text.lower(), re.DOTALL
+            )
             if match is None:
                 raise invalid(where, "define a function, as .func f(x) {2*x}", line.text[:60])
-            name, names = _free(match[1], where), tuple(name.strip() for name in match[2].split(",") if name.strip())
+            name, names = (
+                _free(match[1], where),
+                tuple(name.strip() for name in match[2].split(",") if name.strip()),
+            )
             if name in self.functions or name in SOURCES.functions:
                 raise invalid(where, "define a function that there is not yet", name)
             self.functions[name] = names, match[3].strip().strip("{}'\"")
@@ -107,7 +117,8 @@ class ParsedNetlist:
 def read_netlist(path: Path, library: Path | None = None, board: bool = False) -> ParsedNetlist:
     """The netlist of a file with what it includes, and with the parts of a ``library`` (a folder) that it may name.
 
-    ``board`` says that the elements outside of subcircuits are the circuit; else they are a bench, which stays out.
+    ``board`` says that the elements outside of subcircuits are the circuit; else they are a bench,
+    which stays out.
 
     Raises InputError, in one line, for what no netlist here may have.
     """
@@ -139,7 +150,9 @@ def _parts(library: Path) -> ParsedNetlist:
 def _add_parts(netlist: ParsedNetlist, parts: ParsedNetlist) -> None:
     """Add the parts that a netlist does not define itself: one is there under its name, model or subcircuit."""
     defined = netlist.outside.cards.keys() | netlist.subcircuits.keys()
-    netlist.outside.cards |= {name: line for name, line in parts.outside.cards.items() if name not in defined}
+    netlist.outside.cards |= {
+        name: line for name, line in parts.outside.cards.items() if name not in defined
+    }
     for name, body in parts.subcircuits.items():
         if name not in defined:
             netlist.subcircuits[name] = replace(body)
@@ -154,10 +167,16 @@ def _parsed(file: str, lines: Iterable[Line], board: bool) -> ParsedNetlist:
             _check_characters(line)
         if line.word == ".subckt":
             if current is not None:
-                raise invalid(f"netlist {line.where}", "begin no subcircuit inside another", line.text[:60])
+                raise invalid(
+                    f"netlist {line.where}", "begin no subcircuit inside another", line.text[:60]
+                )
             current = _header(line)
             if current.name.lower() in netlist.subcircuits:
-                raise invalid(f"netlist {line.where}", "have a subcircuit name of its own", current.name.lower())
+                raise invalid(
+                    f"netlist {line.where}",
+                    "have a subcircuit name of its own",
+                    current.name.lower(),
+                )
             netlist.subcircuits[current.name.lower()] = current
         elif line.word == ".ends":
             if current is None:
@@ -176,11 +195,17 @@ def _check_characters(line: Line) -> None:
     """Refuse a line that begins with no element's letter, and signs that no netlist needs."""
     where = f"netlist {line.where}"
     if not line.word.startswith(".") and line.word[0] not in _ELEMENTS:
-        raise invalid(where, f"begin with a card or one of the elements {_ELEMENTS.upper()}", line.word)
+        raise invalid(
+            where, f"begin with a card or one of the elements {_ELEMENTS.upper()}", line.word
+        )
     if not _CHARACTERS.fullmatch(line.text):
         wrong = next(letter for letter in line.text if not _CHARACTERS.fullmatch(letter))
         raise invalid(where, "have no such character outside a comment", wrong)
-    if line.text.count("{") != line.text.count("}") or line.text.count("'") % 2 or line.text.count('"') % 2:
+    if (
+        line.text.count("{") != line.text.count("}")
+        or line.text.count("'") % 2
+        or line.text.count('"') % 2
+    ):
         raise invalid(where, "close its braces and quotes", line.text[:60])
 
 
@@ -192,9 +217,12 @@ def _header(line: Line) -> Body:
     if not words.alone:
         raise invalid(where, "have a name", line.text[:60])
     mark = words.alone.index("params:") if "params:" in words.alone else len(words.alone)
-    plain, wanting = words.alone[:mark], words.alone[mark + 1 :]
+    plain = words.alone[:mark]
+    wanting = words.alone[mark + 1 :]
     spelling = {name.lower(): name for name in (*spelt.alone, *spelt.pairs)}
-    defaults: dict[str, Node | None] = {key: parameter_value(text, where) for key, text in words.pairs.items()}
+    defaults: dict[str, Node | None] = {
+        key: parameter_value(text, where) for key, text in words.pairs.items()
+    }
     defaults |= dict.fromkeys(wanting)
     for name in defaults:
         _free(name, where)
@@ -203,4 +231,6 @@ def _header(line: Line) -> Body:
             raise invalid(where, must, line.text[:60])
     if len(set(plain[1:])) < len(plain) - 1:
         raise invalid(where, "name each terminal once", line.text[:60])
-    return Body(spelt.alone[0], tuple(plain[1:]), defaults, {key: spelling[key] for key in defaults}, line)
+    return Body(
+        spelt.alone[0], tuple(plain[1:]), defaults, {key: spelling[key] for key in defaults}, line
+    )

@@ -1,7 +1,8 @@
 """An element of a load circuit as everything reads it: its nodes in the whole circuit, and its values.
 
-`harvester.netlists.written_out` makes them of a netlist; engine `compiled` makes its equations of them, and the text
-that ngspice gets is written from them (`harvester.netlists.for_ngspice`), so that both compute what was read here.
+`harvester.netlists.written_out` makes them of a netlist; engine `compiled` makes its equations of
+them, and the text that ngspice gets is written from them (`harvester.netlists.for_ngspice`), so
+that both compute what was read here.
 """
 
 from collections.abc import Iterable, Mapping
@@ -36,13 +37,16 @@ class CircuitPart:
     name
         as ``x1.d2``, in lower case.
     nodes
-        in the whole circuit: `PIEZO`, ``0``, or a name as ``x1.a``; those that control an E, G or S come last.
+        in the whole circuit: `PIEZO`, ``0``, or a name as ``x1.a``; those that control an E, G or S
+        come last.
     value
-        the value of a resistor, capacitor, inductor or source, or the gain of a controlled one, as a constant; that of
-        a B source as a tree, whose leaves name nodes and elements of the whole circuit.
+        the value of a resistor, capacitor, inductor or source, or the gain of a controlled one, as
+        a constant; that of a B source as a tree, whose leaves name nodes and elements of the whole
+        circuit.
     form
-        ``i`` or ``v`` of a B source, ``c`` or ``q`` of a capacitor whose value is a function, ``l`` of such an
-        inductor; of a source that changes with time the name of its waveform, such as ``sin``.
+        ``i`` or ``v`` of a B source, ``c`` or ``q`` of a capacitor whose value is a function, ``l``
+        of such an inductor; of a source that changes with time the name of its waveform, such as
+        ``sin``.
     model
         of a semiconductor, a switch, or a resistor of a model.
     others
@@ -93,7 +97,9 @@ class CircuitPart:
     def nodes_read(self) -> frozenset[str]:
         """The nodes whose voltages its function reads; a voltage of one node alone is against ground."""
         leaves = self.value.leaves if self.value is not None else set[Node]()
-        return frozenset(name for leaf in leaves if leaf.operation == "v" for name in (*leaf.names, "0")[:2])
+        return frozenset(
+            name for leaf in leaves if leaf.operation == "v" for name in (*leaf.names, "0")[:2]
+        )
 
     @property
     def in_ngspice(self) -> str:

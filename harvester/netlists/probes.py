@@ -20,7 +20,8 @@ from harvester.netlists.part import GROUND, INSIDE, PIEZO, CircuitPart, by_name
 STORE = "store"
 FORM = "be store, v(NODE), v(NODE,NODE), i(ELEMENT) or p(ELEMENT)"
 MANY = 100
-# The names of currents in ngspice, where they are not `i`, and kinds whose power ngspice itself knows.
+# The names of currents in ngspice, where they are not `i`, and kinds whose power ngspice itself
+# knows.
 _CURRENTS = {"d": "id", "i": "current", "q": "ic", "m": "id", "j": "id"}
 _OF_NGSPICE = "qmj"
 
@@ -29,8 +30,8 @@ _OF_NGSPICE = "qmj"
 class Probe:
     """A quantity of the circuit as ngspice's vectors: (v(plus) - v(minus)) times ``factor``; "" is left out.
 
-    ``unit`` is V, A or W; ``plus`` and ``minus`` are nodes of the whole circuit ("" is ground), ``factor`` the vector
-    of a current, or of a power.
+    ``unit`` is V, A or W; ``plus`` and ``minus`` are nodes of the whole circuit ("" is ground),
+    ``factor`` the vector of a current, or of a power.
     """
 
     name: str
@@ -60,7 +61,8 @@ class Probe:
 def read_probes(texts: Iterable[str], load: LoadCircuit) -> tuple[Probe, ...]:
     """The probes that texts name in a load circuit, each once.
 
-    Raises InputError for a text of another form, and an unknown node or element, with the nearest match.
+    Raises InputError for a text of another form, and an unknown node or element, with the nearest
+    match.
     """
     distinct = {text.strip().lower(): None for text in texts}
     if len(distinct) > MANY:
@@ -71,13 +73,15 @@ def read_probes(texts: Iterable[str], load: LoadCircuit) -> tuple[Probe, ...]:
 def element_powers(load: LoadCircuit) -> dict[str, list[Probe]]:
     """The power that each element of a load circuit takes, by its name: of a called subcircuit, all that is in it.
 
-    Rload and Csmooth, which are not a part of the circuit's losses, couplings of inductors, which take nothing, and
-    transmission lines, whose power ngspice does not tell, are left out.
+    Rload and Csmooth, which are not a part of the circuit's losses, couplings of inductors, which
+    take nothing, and transmission lines, whose power ngspice does not tell, are left out.
     """
     parts: dict[str, list[Probe]] = {}
     for part in load.parts:
         if part.name not in ("rload", "csmooth") and part.kind not in "kt":
-            parts.setdefault(part.name.partition(".")[0], []).append(_of_element("p", part.name, part))
+            parts.setdefault(part.name.partition(".")[0], []).append(
+                _of_element("p", part.name, part)
+            )
     return parts
 
 
@@ -128,7 +132,9 @@ def _node(name: str, load: LoadCircuit) -> str:
 def _of_element(kind: str, name: str, part: CircuitPart) -> Probe:
     """The probe of an element's current (``kind`` i) or power (p)."""
     if part.kind == "t":
-        raise invalid("`probe`", "be of an element whose current ngspice tells, not a transmission line", name)
+        raise invalid(
+            "`probe`", "be of an element whose current ngspice tells, not a transmission line", name
+        )
     current = f"@{part.in_ngspice}[{_CURRENTS.get(part.kind, 'i')}]"
     if kind == "i":
         return Probe(name, "A", factor=current)

@@ -9,7 +9,8 @@ from harvester.errors import InputError, invalid, unknown
 from harvester.machine import files
 
 MOST_BYTES = 262_144  # of a netlist with all that it includes
-KNOWN = (".subckt", ".model", ".param", ".include", ".inc", ".lib")  # one of which every file of a netlist has
+# one of which every file of a netlist has
+KNOWN = (".subckt", ".model", ".param", ".include", ".inc", ".lib")
 FLAT = (".title", ".end")  # or one of these, a flat netlist
 
 
@@ -29,16 +30,18 @@ class Line:
 def read_lines(path: Path) -> Iterator[Line]:
     """Yield the lines of a netlist and of the files that it includes, in the order in which ngspice reads them.
 
-    Raises InputError for a file that cannot be read or is no netlist, without its text, which may be a secret; for
-    more than `MOST_BYTES` in all, for a command to ngspice inside a comment, and for an include from outside the
-    netlist's folder.
+    Raises InputError for a file that cannot be read or is no netlist, without its text, which may
+    be a secret; for more than `MOST_BYTES` in all, for a command to ngspice inside a comment, and
+    for an include from outside the netlist's folder.
     """
     yield from _lines_of(path, path.parent.resolve(), (), [MOST_BYTES])
 
 
 def _lines_of(path: Path, root: Path, chain: tuple[Path, ...], left: list[int]) -> Iterator[Line]:
     """Yield the lines of a file that the files ``chain`` include; ``left`` holds the bytes that may still be read."""
-    yield from _with_included(_joined_lines(path, left, included=bool(chain)), path, root, chain, left)
+    yield from _with_included(
+        _joined_lines(path, left, included=bool(chain)), path, root, chain, left
+    )
 
 
 def _with_included(
@@ -49,10 +52,13 @@ def _with_included(
     for line in lines:
         words = line.text.split()
         if line.word in (".include", ".inc"):
-            yield from _lines_of(_included_file(line.text, line, path, root, reading), root, reading, left)
+            yield from _lines_of(
+                _included_file(line.text, line, path, root, reading), root, reading, left
+            )
         elif line.word == ".lib" and len(words) > 2:
             named = line.text.strip().rpartition(words[-1])[0]
-            library, name = _included_file(named, line, path, root, ()), words[-1].strip("\"'").lower()
+            library = _included_file(named, line, path, root, ())
+            name = words[-1].strip("\"'").lower()
             if (section_path := library / name) in chain:
                 raise invalid(f"netlist {line.where}", "include no section within itself", name)
             section = _section(_joined_lines(library, left, included=True), name, line, library)
@@ -94,13 +100,21 @@ def _joined_lines(path: Path, left: list[int], included: bool) -> list[Line]:
         where = f"{path.name} line {number}"
         _check_no_command(raw.strip(), where, number)
         text = re.split(r";|//|(?:^|[\s,])\$", raw)[0].strip()
-        if not text or text.startswith("*") or (number == 1 and not included and not text.startswith(".")):
+        if (
+            not text
+            or text.startswith("*")
+            or (number == 1 and not included and not text.startswith("."))
+        ):
             continue  # the first line of a netlist is its title
         if lines and lines[-1].word == ".end" and not included:
-            raise InputError(f"netlist {where} must not follow .end, as some versions of ngspice read it")
+            raise InputError(
+                f"netlist {where} must not follow .end, as some versions of ngspice read it"
+            )
         if text.startswith("+"):
             if not lines:
-                raise InputError(f"netlist {where} must begin with + only to continue a line, but there is none")
+                raise InputError(
+                    f"netlist {where} must begin with + only to continue a line, but there is none"
+                )
             lines[-1] = Line(lines[-1].where, f"{lines[-1].text} {text[1:].strip()}".strip())
         else:
             lines.append(Line(where, text))
@@ -127,14 +141,18 @@ def _text(path: Path, left: list[int]) -> str:
     data = files.read(path, "load.netlist", MOST_BYTES)
     left[0] -= len(data)
     if left[0] < 0:
-        raise InputError(f"netlist {path.name} must have at most {MOST_BYTES} bytes with all that it includes")
+        raise InputError(
+            f"netlist {path.name} must have at most {MOST_BYTES} bytes with all that it includes"
+        )
     try:
         text = data.decode().replace("\r\n", "\n")
     except UnicodeDecodeError:
         raise InputError(f"netlist {path.name} must be text (UTF-8), but is not") from None
     for number, line in enumerate(text.split("\n"), 1):
         if not line.replace("\t", " ").isprintable():
-            raise InputError(f"netlist {path.name} line {number} must be printable text, but is not")
+            raise InputError(
+                f"netlist {path.name} line {number} must be printable text, but is not"
+            )
     return text
 
 

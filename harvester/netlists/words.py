@@ -11,7 +11,8 @@ from harvester.netlists.read_lines import Line
 # A net of KiCad's may have a pair of parentheses behind a sign, Net-(D1-K), or of braces, /~{ON}.
 GROUPS = r"(?:(?<=-)\([^\s()]*\)|\{[^{}\s]*\})"
 _WORD = re.compile(
-    r"\{(?:[^{}]|\{[^{}]*\})*\}|'[^']*'|\"[^\"]*\"|=|" + rf"[^\s=(),{{}}'\"]+(?:{GROUPS}[^\s=(),{{}}'\"]*)*"
+    r"\{(?:[^{}]|\{[^{}]*\})*\}|'[^']*'|\"[^\"]*\"|=|"
+    + rf"[^\s=(),{{}}'\"]+(?:{GROUPS}[^\s=(),{{}}'\"]*)*"
 )
 
 
@@ -24,7 +25,8 @@ class Words:
     """The words of an element's line behind its nodes: those that stand alone, and pairs of a key and its text."""
 
     def __init__(self, line: Line, text: str) -> None:
-        self.where, self.text = f"netlist {line.where}", text
+        self.where = f"netlist {line.where}"
+        self.text = text
         tokens = tokens_of(text)
         self.alone: list[str] = []
         self.pairs: dict[str, str] = {}
@@ -68,7 +70,9 @@ class Words:
             return constant(value)
         if re.fullmatch(r"[a-z_]\w*", text, re.ASCII):
             return Node("name", names=(text,))
-        raise invalid(self.where, "have a number, a parameter's name, or an expression in braces", text[:60])
+        raise invalid(
+            self.where, "have a number, a parameter's name, or an expression in braces", text[:60]
+        )
 
     def finish(self, keys: Set[str], idle: Set[str]) -> dict[str, Node]:
         """The options that are left, whose keys are ``keys``; those of ``idle`` do nothing.
@@ -91,7 +95,11 @@ def assignments(text: str, where: str) -> dict[str, Node]:
     Raises InputError for a name that is given twice.
     """
     starts = list(re.finditer(r"([a-z_]\w*)\s*=(?!=)", text))
-    starts = [match for match in starts if text.count("{", 0, match.start()) == text.count("}", 0, match.start())]
+    starts = [
+        match
+        for match in starts
+        if text.count("{", 0, match.start()) == text.count("}", 0, match.start())
+    ]
     ends = [match.start() for match in starts[1:]] + [len(text)]
     pairs: dict[str, Node] = {}
     for match, end in zip(starts, ends, strict=True):

@@ -1,9 +1,10 @@
 """The elements of a load circuit with their values: all subcircuits written out, all parameters in place.
 
-A name means what it means to ngspice: a call's value goes before a .param of the subcircuit, that before a default of
-its header; a name that is none of them is the caller's, up to the netlist's own (as ngspice's stack of dictionaries).
-A model is that of the element's own subcircuit, or one outside of all; functions likewise.  What a call's m multiplies
-are the letters that ngspice multiplies (inpcom.c, `inp_fix_subckt_multiplier`).
+A name means what it means to ngspice: a call's value goes before a .param of the subcircuit, that
+before a default of its header; a name that is none of them is the caller's, up to the netlist's own
+(as ngspice's stack of dictionaries). A model is that of the element's own subcircuit, or one
+outside of all; functions likewise.  What a call's m multiplies are the letters that ngspice
+multiplies (inpcom.c, `inp_fix_subckt_multiplier`).
 
 Long because scopes, calls and elements are read in one go.
 """
@@ -50,7 +51,9 @@ class Scope:
         if name in self.known:
             return self.known[name]
         tree = self.body.parameters.get(name, self.body.defaults.get(name))
-        if tree is None or (self.evaluating and self.evaluating[-1] == name):  # r={r} is the caller's
+        if tree is None or (
+            self.evaluating and self.evaluating[-1] == name
+        ):  # r={r} is the caller's
             return None if self.outer is None else self.outer.value(name)
         where = f"parameter {name} of netlist {self.body.line.where or 'cards'}"
         if name in self.evaluating:
@@ -85,7 +88,9 @@ class Scope:
             return self.cards[name]
         if (model := self.body.model(name)) is None:
             if self.whole is None:
-                raise InputError(f"{element.where} must name a model of the netlist, but {shown(name)} is none")
+                raise InputError(
+                    f"{element.where} must name a model of the netlist, but {shown(name)} is none"
+                )
             return self.whole.model(name, element)
         where = f"model {name} of netlist {model.line.where}"
         values = {key: self.number(tree, where) for key, tree in model.trees.items()}
@@ -122,11 +127,12 @@ def written_out(
 ) -> tuple[CircuitPart, ...]:
     """The elements of the subcircuit ``load`` in their order.
 
-    ``outer`` are the nodes of the whole circuit by the names that its lines have for them, ``ground`` is that of node
-    0; ``given`` are values of its parameters and ``overridden`` those of its elements, by their names in lower case.
+    ``outer`` are the nodes of the whole circuit by the names that its lines have for them,
+    ``ground`` is that of node 0; ``given`` are values of its parameters and ``overridden`` those of
+    its elements, by their names in lower case.
 
-    Raises InputError for values that cannot be computed, names that are not known, calls with other nodes than the
-    subcircuit has or within themselves, and too many elements.
+    Raises InputError for values that cannot be computed, names that are not known, calls with other
+    nodes than the subcircuit has or within themselves, and too many elements.
     """
     whole = Scope(netlist.outside)
     scope = whole if load is netlist.outside else Scope(load, given, whole, whole)
@@ -135,7 +141,9 @@ def written_out(
     for part in _inside(netlist, scope, call, whole, (load.name.lower(),)):
         parts.append(part)
         if len(parts) > MOST_ELEMENTS:
-            raise InputError(f"netlist {netlist.file} must have at most {MOST_ELEMENTS} elements, but has more")
+            raise InputError(
+                f"netlist {netlist.file} must have at most {MOST_ELEMENTS} elements, but has more"
+            )
     check_names(parts)
     values = {name: constant(value) for name, value in overridden.items()}
     return tuple(replace(part, value=values.get(part.name, part.value)) for part in parts)
@@ -154,7 +162,8 @@ def initial_of(netlist: ParsedNetlist) -> dict[str, float]:
     """The voltages (V) of a netlist's .ic cards, by the names of its nets."""
     scope = Scope(netlist.outside)
     return {
-        name: scope.number(tree, f".ic of netlist {netlist.file}") for name, tree in netlist.settings.initial.items()
+        name: scope.number(tree, f".ic of netlist {netlist.file}")
+        for name, tree in netlist.settings.initial.items()
     }
 
 
@@ -170,7 +179,12 @@ def _inside(
 
 
 def _called(
-    netlist: ParsedNetlist, element: Element, scope: Scope, call: _Call, whole: Scope, chain: tuple[str, ...]
+    netlist: ParsedNetlist,
+    element: Element,
+    scope: Scope,
+    call: _Call,
+    whole: Scope,
+    chain: tuple[str, ...],
 ) -> Iterator[CircuitPart]:
     """The elements of the subcircuit that an X line calls."""
     where, name = element.where, element.model
@@ -181,13 +195,21 @@ def _called(
     if len(chain) > DEEPEST:
         raise InputError(f"{where} must call at most {DEEPEST} subcircuits one within another")
     if call.m != 1.0:
-        raise invalid(where, "call no subcircuit in one that is called with m", element.line.text[:60])
+        raise invalid(
+            where, "call no subcircuit in one that is called with m", element.line.text[:60]
+        )
     if len(element.nodes) != len(body.terminals):
-        raise InputError(f"{where} must give {len(body.terminals)} nodes to {name}, but gives {len(element.nodes)}")
+        raise InputError(
+            f"{where} must give {len(body.terminals)} nodes to {name}, but gives {len(element.nodes)}"
+        )
     outer = dict(zip(body.terminals, map(call.node, element.nodes), strict=True))
     for terminal in GROUND:
         if outer.pop(terminal, call.ground) != call.ground:
-            raise invalid(where, f"connect pin {terminal} of {name} to ground, which ngspice takes it for", name)
+            raise invalid(
+                where,
+                f"connect pin {terminal} of {name} to ground, which ngspice takes it for",
+                name,
+            )
     given = _given(element, body, scope)
     m = given.pop("m", 1.0)
     inner = replace(call, path=f"{call.path}{element.name.lower()}.", outer=outer, m=m)
@@ -196,23 +218,36 @@ def _called(
 
 def _given(element: Element, body: Body, scope: Scope) -> dict[str, float]:
     """What a call gives to the parameters of a subcircuit, and m."""
-    where, given = element.where, dict[str, float]()
+    where = element.where
+    given = dict[str, float]()
     for key, tree in element.options.items():
         if key != "m" and key not in body.defaults and key not in body.parameters:
-            raise unknown(f"parameter of subcircuit {body.name} in {where}", key, [*body.defaults, *body.parameters])
+            raise unknown(
+                f"parameter of subcircuit {body.name} in {where}",
+                key,
+                [*body.defaults, *body.parameters],
+            )
         names = {leaf.names[0] for leaf in tree.leaves if leaf.operation == "name"}
         if also := names & ({*element.options, *body.defaults, *body.parameters} - {key}):
-            raise invalid(where, f"give {key} without {min(also)}, which ngspice takes for the called one", body.name)
+            raise invalid(
+                where,
+                f"give {key} without {min(also)}, which ngspice takes for the called one",
+                body.name,
+            )
         given[key] = scope.number(tree, f"{where}, {key},")
     for key, default in body.defaults.items():
         if default is None and key not in given:
-            raise invalid(where, f"give {key} of {body.name}, which has no default", element.line.text[:60])
+            raise invalid(
+                where, f"give {key} of {body.name}, which has no default", element.line.text[:60]
+            )
     return given
 
 
 def _part(element: Element, scope: Scope, call: _Call) -> CircuitPart:
     """An element of a call of a subcircuit."""
-    kind, where, path = element.kind, element.where, call.path
+    kind = element.kind
+    where = element.where
+    path = call.path
     name = f"{path}{element.name.lower()}"
 
     def leaf(node: Node) -> Node:
@@ -235,7 +270,11 @@ def _part(element: Element, scope: Scope, call: _Call) -> CircuitPart:
     options = {key: scope.number(tree, f"{where}, {key},") for key, tree in element.options.items()}
     if call.m != 1.0 and kind in _MULTIPLIED:
         if "m" in options:
-            raise invalid(where, "have no m of its own in a subcircuit that is called with m", element.line.text[:60])
+            raise invalid(
+                where,
+                "have no m of its own in a subcircuit that is called with m",
+                element.line.text[:60],
+            )
         options["m"] = call.m
     return CircuitPart(
         name=name,
@@ -261,5 +300,7 @@ def _model(element: Element, scope: Scope) -> ModelCard | None:
         must = f"have a model of the type {' or '.join(OF_LETTER[element.kind])}"
         raise invalid(element.where, must, f"{card.name} of the type {card.kind}")
     if element.kind in "rcl" and scope.value(element.model) is not None:
-        raise invalid(element.where, "name a model that no parameter has the name of", element.model)
+        raise invalid(
+            element.where, "name a model that no parameter has the name of", element.model
+        )
     return card

@@ -11,6 +11,9 @@ def columns(rows: Sequence[Sequence[str]], indent: str = "", right: bool = False
     widths = [max(map(len, cells)) for cells in zip(*rows, strict=True)]
     lines = []
     for row in rows:
-        cells = (cell.rjust(width) if right else cell.ljust(width) for cell, width in zip(row, widths, strict=True))
+        cells = (
+            cell.rjust(width) if right else cell.ljust(width)
+            for cell, width in zip(row, widths, strict=True)
+        )
         lines.append((indent + "  ".join(cells)).rstrip())
     return lines

@@ -1,7 +1,8 @@
 """What a computation has to say beside its numbers: a code, how serious it is, what it is about, and its numbers.
 
-Engines and studies make diagnostics; nobody below the terminal, the page or the notebook makes a sentence of them.
-Code that must know whether something happened asks for the code, never for a word of its sentence.
+Engines and studies make diagnostics; nobody below the terminal, the page or the notebook makes a
+sentence of them. Code that must know whether something happened asks for the code, never for a word
+of its sentence.
 """
 
 from collections.abc import Iterable, Mapping

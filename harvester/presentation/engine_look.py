@@ -1,7 +1,8 @@
 """How an engine looks in every figure and on the page of `harvester explore`: colour, line, marker and label.
 
-An engine states its look beside what it computes; the list of engines puts it into `LOOKS`, which figures read by the
-engine's name.  What tells engines apart survives a grey print: dashes, width and markers beside the colour.
+An engine states its look beside what it computes; the list of engines puts it into `LOOKS`, which
+figures read by the engine's name.  What tells engines apart survives a grey print: dashes, width
+and markers beside the colour.
 """
 
 from dataclasses import dataclass
@@ -29,7 +30,11 @@ class EngineLook:
 
     def style(self) -> dict[str, Any]:
         """The arguments of matplotlib for its curve."""
-        keywords: dict[str, Any] = {"color": self.colour, "linestyle": self.line, "zorder": self.order}
+        keywords: dict[str, Any] = {
+            "color": self.colour,
+            "linestyle": self.line,
+            "zorder": self.order,
+        }
         keywords |= {"label": self.label}
         if self.width is not None:
             keywords["linewidth"] = self.width

@@ -7,10 +7,13 @@ MOST_ROWS = 60
 _CELL = "text-align:left;vertical-align:top"
 
 
-def table(title: str, head: Sequence[str], rows: Iterable[Sequence[str]], notes: Iterable[str] = ()) -> str:
+def table(
+    title: str, head: Sequence[str], rows: Iterable[Sequence[str]], notes: Iterable[str] = ()
+) -> str:
     """An HTML table with a title above and notes below."""
     cells = "".join(
-        "<tr>" + "".join(f'<td style="{_CELL}">{escape(cell)}</td>' for cell in row) + "</tr>" for row in rows
+        "<tr>" + "".join(f'<td style="{_CELL}">{escape(cell)}</td>' for cell in row) + "</tr>"
+        for row in rows
     )
     heads = "".join(f'<th style="{_CELL}">{escape(text)}</th>' for text in head)
     top = f"<thead><tr>{heads}</tr></thead>" if head else ""

@@ -32,7 +32,9 @@ def _parts(content: Any) -> Any:
     if hasattr(content, "_asdict"):  # a NamedTuple
         content = content._asdict()
     elif dataclasses.is_dataclass(content):
-        content = {field.name: getattr(content, field.name) for field in dataclasses.fields(content)}
+        content = {
+            field.name: getattr(content, field.name) for field in dataclasses.fields(content)
+        }
     if isinstance(content, Mapping):
         return {_key(name): plain(part) for name, part in content.items()}
     if isinstance(content, list | tuple | set | frozenset):
@@ -51,14 +53,20 @@ def same(content: Any, other: Any) -> bool:
     first, second = _compared_parts(content), _compared_parts(other)
     if first is None or second is None or type(content) is not type(other):
         return bool(content == other)
-    return first.keys() == second.keys() and all(same(part, second[name]) for name, part in first.items())
+    return first.keys() == second.keys() and all(
+        same(part, second[name]) for name, part in first.items()
+    )
 
 
 def _compared_parts(content: Any) -> dict[Any, Any] | None:
     """The parts of what has parts, by their names or places, but for times of computing."""
     parts: dict[Any, Any] | None = None
     if dataclasses.is_dataclass(content):
-        parts = {field.name: getattr(content, field.name) for field in dataclasses.fields(content) if field.compare}
+        parts = {
+            field.name: getattr(content, field.name)
+            for field in dataclasses.fields(content)
+            if field.compare
+        }
     elif isinstance(content, Mapping | list | tuple):
         parts = dict(content) if isinstance(content, Mapping) else dict(enumerate(content))
     return parts and {name: part for name, part in parts.items() if term(str(name)).kind != "clock"}

@@ -1,7 +1,7 @@
 """What all results share: a short repr, a text, a notebook's table, JSON, pandas and xarray, from their fields alone.
 
-A result is a frozen dataclass of values, arrays, tables, diagnostics and other results.  It formats nothing itself:
-what it wants beyond the order of its fields it says in class attributes.
+A result is a frozen dataclass of values, arrays, tables, diagnostics and other results.  It formats
+nothing itself: what it wants beyond the order of its fields it says in class attributes.
 """
 
 import dataclasses
@@ -29,10 +29,11 @@ HANDLED = frozenset({"diagnostics", "physical"})
 class Result:
     """The base of results: what derives from it is a frozen dataclass, which answers a misspelt keyword with its match.
 
-    Of a result's names, its fields but for ``INTERNAL`` ones and then ``DERIVED`` properties, the text shows all but
-    ``NOT_SHOWN``, JSON all but ``NOT_IN_JSON`` (under other names where ``JSON_NAMES`` has some; of those ``OPTIONAL``
-    only what is there), and the short repr those of ``SHORT``; ``RENAMED`` maps names of an earlier version to today's.
-    A field ``diagnostics`` becomes the notes and warnings, ``physical`` states whether the numbers have SI units.
+    Of a result's names, its fields but for ``INTERNAL`` ones and then ``DERIVED`` properties, the
+    text shows all but ``NOT_SHOWN``, JSON all but ``NOT_IN_JSON`` (under other names where
+    ``JSON_NAMES`` has some; of those ``OPTIONAL`` only what is there), and the short repr those of
+    ``SHORT``; ``RENAMED`` maps names of an earlier version to today's. A field ``diagnostics``
+    becomes the notes and warnings, ``physical`` states whether the numbers have SI units.
 
     Two results are equal where all that they say is, but for the seconds of computing.
     """
@@ -47,7 +48,9 @@ class Result:
     RENAMED: ClassVar[dict[str, str]] = {}
 
     def __init_subclass__(cls, kw_only: bool = False) -> None:
-        names_arguments(dataclasses.dataclass(frozen=True, repr=False, eq=False, kw_only=kw_only)(cls))
+        names_arguments(
+            dataclasses.dataclass(frozen=True, repr=False, eq=False, kw_only=kw_only)(cls)
+        )
 
     if TYPE_CHECKING:
         __dataclass_fields__: ClassVar[dict[str, Any]]
@@ -66,9 +69,17 @@ class Result:
         result_unit = str(getattr(self, "unit", ""))
         for name, content in vars(self).items():
             for part in (
-                content.values() if isinstance(content, dict) else content if isinstance(content, tuple) else (content,)
+                content.values()
+                if isinstance(content, dict)
+                else content
+                if isinstance(content, tuple)
+                else (content,)
             ):
-                if isinstance(part, Result) and not hasattr(part, "physical") and hasattr(self, "physical"):
+                if (
+                    isinstance(part, Result)
+                    and not hasattr(part, "physical")
+                    and hasattr(self, "physical")
+                ):
                     object.__setattr__(part, "physical", self.physical)
                     part.__post_init__()
             if isinstance(content, Value) and not content.unit:
@@ -88,12 +99,16 @@ class Result:
     @property
     def warnings(self) -> tuple[Diagnostic, ...]:
         """The diagnostics that doubt it."""
-        return tuple(remark for remark in getattr(self, "diagnostics", ()) if remark.severity == "warning")
+        return tuple(
+            remark for remark in getattr(self, "diagnostics", ()) if remark.severity == "warning"
+        )
 
     @property
     def notes(self) -> tuple[Diagnostic, ...]:
         """The diagnostics that explain it."""
-        return tuple(remark for remark in getattr(self, "diagnostics", ()) if remark.severity == "note")
+        return tuple(
+            remark for remark in getattr(self, "diagnostics", ()) if remark.severity == "note"
+        )
 
     def field_names(self) -> list[str]:
         """The names of its fields and derived properties, in order, but for the diagnostics and ``physical``."""
@@ -119,14 +134,19 @@ class Result:
     def table(self) -> Table:
         """Its numbers and texts as one row."""
         result_unit = str(getattr(self, "unit", ""))
-        cells = {name: content for name in self.field_names() if isinstance(content := getattr(self, name), Cell)}
+        cells = {
+            name: content
+            for name in self.field_names()
+            if isinstance(content := getattr(self, name), Cell)
+        }
         units = {name: unit_of(term(name), self.unit_names, result_unit) for name in cells}
         return Table(tuple(Column(name, [content], units[name]) for name, content in cells.items()))
 
     def to_pandas(self) -> "pandas.DataFrame":
         """Its `table` as a data frame: numbers in SI units (nondimensional scene: without units), nan for none.
 
-        A value has columns for all parts of its error: ``mean_power``, ``mean_power_stderr``, ``mean_power_error95``...
+        A value has columns for all parts of its error: ``mean_power``, ``mean_power_stderr``,
+        ``mean_power_error95``...
         """
         return self.table.to_pandas()
 
@@ -138,7 +158,11 @@ class Result:
         return "\n".join(sheet(self).lines())
 
     def __repr__(self) -> str:
-        parts = [f"{name}={_short(self, name)}" for name in self.SHORT if getattr(self, name, None) is not None]
+        parts = [
+            f"{name}={_short(self, name)}"
+            for name in self.SHORT
+            if getattr(self, name, None) is not None
+        ]
         count = len(self.warnings)
         parts += [f"{count} warning{'s' * (count > 1)}"] if count else []
         return f"{type(self).__name__}({', '.join(parts)})"
@@ -160,7 +184,11 @@ def _short(result: Result, name: str) -> str:
     """One name's content in a short repr: numbers with their unit, of what is long its size."""
     content = getattr(result, name)
     if isinstance(content, Value | float) and not isinstance(content, bool):
-        return quantity(content, term(name), unit_of(term(name), result.unit_names, str(getattr(result, "unit", ""))))
+        return quantity(
+            content,
+            term(name),
+            unit_of(term(name), result.unit_names, str(getattr(result, "unit", ""))),
+        )
     if isinstance(content, str | int | bool):
         return repr(content)
     return f"<{len(content)}>" if hasattr(content, "__len__") else f"<{type(content).__name__}>"

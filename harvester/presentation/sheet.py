@@ -1,7 +1,8 @@
 """A result as people read it, before it is a terminal's text, a notebook's table or a page: rows, tables, remarks.
 
-It is made from the fields of the result (`sheet`), each named and given its unit by `harvester.presentation.glossary`.
-A `Value` or a number is a row, a mapping of them a row each, a `Table` a table; results inside it are its parts.
+It is made from the fields of the result (`sheet`), each named and given its unit by
+`harvester.presentation.glossary`. A `Value` or a number is a row, a mapping of them a row each, a
+`Table` a table; results inside it are its parts.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -63,7 +64,9 @@ class Sheet:
 
     def remarks(self) -> list[str]:
         """Its notes and warnings, each with the word for it."""
-        return [f"note: {text}" for text in self.notes] + [f"warning: {text}" for text in self.warnings]
+        return [f"note: {text}" for text in self.notes] + [
+            f"warning: {text}" for text in self.warnings
+        ]
 
     def html(self) -> str:
         """A fragment of HTML, every text escaped."""
@@ -72,10 +75,13 @@ class Sheet:
         return "".join((rows, *tables, *(part.html() for part in self.parts)))
 
 
-def sheet(result: Presentable, head: str | None = None, units: AnswerUnits | None = None, unit: str = "") -> Sheet:
+def sheet(
+    result: Presentable, head: str | None = None, units: AnswerUnits | None = None, unit: str = ""
+) -> Sheet:
     """The sheet of a result; ``head`` replaces what it says of engine, seconds and steps.
 
-    ``units`` and ``unit`` are those of the result that it is a part of, if it does not know its own.
+    ``units`` and ``unit`` are those of the result that it is a part of, if it does not know its
+    own.
     """
     units = result.unit_names if units is None or hasattr(result, "physical") else units
     page = Sheet(_head(result) if head is None else head)
@@ -106,11 +112,19 @@ def _add(page: Sheet, name: str, content: Any, units: AnswerUnits, unit: str) ->
         page.rows += _rows(name, content, units, unit)
 
 
-def table_of(results: Sequence[Presentable], title: str, units: AnswerUnits, unit: str = "") -> Table:
+def table_of(
+    results: Sequence[Presentable], title: str, units: AnswerUnits, unit: str = ""
+) -> Table:
     """Results of one type as the rows of a table; units as of `unit_of`."""
-    cells = {name: [getattr(result, name) for result in results] for name in results[0].shown_names()}
-    known = {name: some for name, some in cells.items() if any(cell not in (None, "") for cell in some)}
-    return Table(tuple(Column(name, known[name], unit_of(term(name), units, unit)) for name in known), title)
+    cells = {
+        name: [getattr(result, name) for result in results] for name in results[0].shown_names()
+    }
+    known = {
+        name: some for name, some in cells.items() if any(cell not in (None, "") for cell in some)
+    }
+    return Table(
+        tuple(Column(name, known[name], unit_of(term(name), units, unit)) for name in known), title
+    )
 
 
 def with_companions(numbers: Mapping[Any, Any]) -> dict[str, Any]:
@@ -120,7 +134,9 @@ def with_companions(numbers: Mapping[Any, Any]) -> dict[str, Any]:
     """
     joined: dict[str, Any] = {}
     for name, number in numbers.items():
-        companions = [numbers.get(of) for of in (f"{name}_stderr", f"{name}_bias", f"{ERROR_OF}{name}")]
+        companions = [
+            numbers.get(of) for of in (f"{name}_stderr", f"{name}_bias", f"{ERROR_OF}{name}")
+        ]
         stem = str(name).removesuffix("_stderr").removesuffix("_bias")
         if str(name).startswith(ERROR_OF) or (stem != name and stem in numbers):
             continue
@@ -128,15 +144,23 @@ def with_companions(numbers: Mapping[Any, Any]) -> dict[str, Any]:
         joined[str(name)] = number
         if isinstance(number, float | int) and (stderr is not None or bias is not None):
             closed = stderr is None and bias == 0.0
-            joined[str(name)] = Value(float(number), stderr, None if closed else bias, 0.0 if closed else None)
+            joined[str(name)] = Value(
+                float(number), stderr, None if closed else bias, 0.0 if closed else None
+            )
         elif isinstance(number, float | int) and whole is not None:
             joined[str(name)] = WholeError(float(number), whole)
     return joined
 
 
-def mapping_rows(numbers: Mapping[Any, Any], units: AnswerUnits, unit: str = "") -> list[tuple[str, str]]:
+def mapping_rows(
+    numbers: Mapping[Any, Any], units: AnswerUnits, unit: str = ""
+) -> list[tuple[str, str]]:
     """The rows of numbers by their names."""
-    return [row for name, content in with_companions(numbers).items() for row in _rows(name, content, units, unit)]
+    return [
+        row
+        for name, content in with_companions(numbers).items()
+        for row in _rows(name, content, units, unit)
+    ]
 
 
 def _rows(name: str, content: Any, units: AnswerUnits, unit: str) -> Iterator[tuple[str, str]]:
@@ -160,7 +184,11 @@ def _text(content: Any, about: Term, unit: str) -> str:
         return content
     if isinstance(content, tuple) and all(isinstance(part, str) for part in content):
         return ", ".join(content)
-    if isinstance(content, tuple) and len(content) == 2 and all(isinstance(part, float) for part in content):
+    if (
+        isinstance(content, tuple)
+        and len(content) == 2
+        and all(isinstance(part, float) for part in content)
+    ):
         return " to ".join(quantity(part, about, unit) for part in content)
     return ""
 
@@ -195,7 +223,8 @@ def _is_result(content: Any) -> TypeGuard[Presentable]:
 
 def _head(result: Presentable) -> str:
     """The engine, and what it took."""
-    engine, seconds = getattr(result, "engine", ""), getattr(result, "seconds", None)
+    engine = getattr(result, "engine", "")
+    seconds = getattr(result, "seconds", None)
     steps = getattr(result, "steps", 0)
     took = [] if seconds is None else [clock(seconds)]
     took += [f"{steps:.3g} steps"] if steps else []

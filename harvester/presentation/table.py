@@ -1,7 +1,8 @@
 """The one table: typed columns, and CSV, pandas, xarray and the terminal's lines made of them.
 
-A cell is a number, a text, a truth value, None, or a `harvester.uncertainty.value.Value`, whose parts become columns of
-their own wherever cells are plain: ``mean_power``, ``mean_power_stderr``, ``mean_power_dof``, ...
+A cell is a number, a text, a truth value, None, or a `harvester.uncertainty.value.Value`, whose
+parts become columns of their own wherever cells are plain: ``mean_power``, ``mean_power_stderr``,
+``mean_power_dof``, ...
 
 Long because all forms of the one table stand together.
 """
@@ -71,7 +72,10 @@ class Column:
         """Its cells without `Value`: one column, or one for each of `PARTS`."""
         if not self.has_errors:
             return {self.name: [*self.cells]}
-        return {self.name + end: [getattr(cell, part, None) for cell in self.cells] for end, part in PARTS.items()}
+        return {
+            self.name + end: [getattr(cell, part, None) for cell in self.cells]
+            for end, part in PARTS.items()
+        }
 
     def shown(self) -> dict[str, list[str]]:
         """Its cells as people read them, and behind values their whole errors at 95 %."""
@@ -103,7 +107,9 @@ class Table:
     first: tuple[str, ...] = ()  # names of plain columns that stand before the others in files
 
     def __post_init__(self) -> None:
-        assert len({len(column.cells) for column in self.columns}) <= 1, [len(column.cells) for column in self.columns]
+        assert len({len(column.cells) for column in self.columns}) <= 1, [
+            len(column.cells) for column in self.columns
+        ]
 
     def __len__(self) -> int:
         return len(self.columns[0].cells) if self.columns else 0
@@ -113,11 +119,15 @@ class Table:
 
     def cells_or_none(self, name: str) -> "Sequence[Cell] | Floats":
         """The cells of a column, each None where there is no such column."""
-        return next((column.cells for column in self.columns if column.name == name), [None] * len(self))
+        return next(
+            (column.cells for column in self.columns if column.name == name), [None] * len(self)
+        )
 
     def plain(self) -> dict[str, list[Any]]:
         """All columns without `Value`, by name."""
-        cells_of = {name: cells for column in self.columns for name, cells in column.plain().items()}
+        cells_of = {
+            name: cells for column in self.columns for name, cells in column.plain().items()
+        }
         return {name: cells_of[name] for name in self.first} | cells_of
 
     def as_json(self) -> list[dict[str, Any]]:
@@ -137,9 +147,14 @@ class Table:
     def csv_lines(self, units: bool = False) -> Iterator[str]:
         """The lines of a CSV file: nine digits, and an empty cell where there is nothing."""
         of = {name: column for column in self.columns for name in column.plain()}
-        cells_of = {name: map(repr, cells) if of[name].exact else cells for name, cells in self.plain().items()}
+        cells_of = {
+            name: map(repr, cells) if of[name].exact else cells
+            for name, cells in self.plain().items()
+        }
         heads = [
-            f"{name} ({of[name].unit})" if units and of[name].unit and name == of[name].name else name
+            f"{name} ({of[name].unit})"
+            if units and of[name].unit and name == of[name].name
+            else name
             for name in cells_of
         ]
         return csv_lines(heads, zip(*cells_of.values(), strict=True))
@@ -161,7 +176,9 @@ class Table:
     def to_xarray(self) -> "xarray.Dataset":
         """A dataset over the columns of ``index`` (over the rows where there are none); units are attributes."""
         frame = self.to_pandas()
-        dataset = (frame.set_index(list(self.index)) if self.index else frame.rename_axis("row")).to_xarray()
+        dataset = (
+            frame.set_index(list(self.index)) if self.index else frame.rename_axis("row")
+        ).to_xarray()
         for column in self.columns:
             for name in column.plain():
                 dataset[name].attrs = {"long_name": column.head} | (
@@ -172,7 +189,9 @@ class Table:
     def shown(self) -> tuple[list[str], list[list[str]]]:
         """The heads, and the rows as texts."""
         shown = [shown_column for column in self.columns for shown_column in column.shown().items()]
-        return [head for head, _ in shown], [list(row) for row in zip(*(cells for _, cells in shown), strict=True)]
+        return [head for head, _ in shown], [
+            list(row) for row in zip(*(cells for _, cells in shown), strict=True)
+        ]
 
     def lines(self, indent: str = "", elsewhere: str = "") -> list[str]:
         """The lines of a terminal: of a long table the first and the last rows; ``elsewhere`` names who has all."""
@@ -182,7 +201,9 @@ class Table:
         if max(map(len, lines)) > WIDEST:  # keys without their tables
             lines = columns([[name.rpartition(".")[2] for name in head], *body], indent, right=True)
         if len(few) < len(self):
-            more = f"({len(self) - len(few)} more rows" + (f" in {elsewhere})" if elsewhere else ")")
+            more = f"({len(self) - len(few)} more rows" + (
+                f" in {elsewhere})" if elsewhere else ")"
+            )
             lines.insert(1 + MOST_ROWS // 2, indent + more)
         return lines
 

@@ -9,16 +9,19 @@ from typing import Any, get_args
 from harvester.quantities import units
 
 _SHORT = 40  # letters of a unit that an error shows
-_GRAVITY = re.compile(r"(?<![A-Za-z])([mu]?)[gG](?:n|rms|_rms)?(?![A-Za-z])")  # g, mg, ug of an acceleration
+# g, mg, ug of an acceleration
+_GRAVITY = re.compile(r"(?<![A-Za-z])([mu]?)[gG](?:n|rms|_rms)?(?![A-Za-z])")
 
 
 @dataclass(frozen=True, repr=False)
 class Kind:
     """A physical quantity: its name, the SI unit that a bare number is in, an example, its range.
 
-    ``typical`` are the sizes that devices have, from the smallest of silicon to tons: outside there is a warning.
+    ``typical`` are the sizes that devices have, from the smallest of silicon to tons: outside there
+    is a warning.
 
-    As part of an annotation it makes pydantic read the values of a key: ``mass: Annotated[float, MASS]``.
+    As part of an annotation it makes pydantic read the values of a key: ``mass: Annotated[float,
+    MASS]``.
     """
 
     name: str
@@ -47,7 +50,8 @@ class Kind:
     def read(self, value: object) -> float:
         """The value in SI units, from a number or from a text with a unit; ValueError (``must ...``) for another.
 
-        The error's ``why`` (`harvester.quantities.units.Unread`) names which part of a text was not understood.
+        The error's ``why`` (`harvester.quantities.units.Unread`) names which part of a text was not
+        understood.
         """
         return self._checked(*self._number(value))
 
@@ -65,7 +69,9 @@ class Kind:
         if not (number > self.above and self.least <= number <= self.most):
             raise ValueError(f"must {self.must}")
         if number and not units.SMALLEST <= abs(number) <= units.LARGEST:
-            raise ValueError(f"must {self.must}, between {units.SMALLEST:g} and {units.LARGEST:g} in size")
+            raise ValueError(
+                f"must {self.must}, between {units.SMALLEST:g} and {units.LARGEST:g} in size"
+            )
         return number
 
     def _number(self, value: object) -> tuple[float | None, str]:
@@ -79,21 +85,29 @@ class Kind:
                 return None, ""
         parts = units.split_unit(value)
         if parts is None:
-            return None, "a text must begin with a number" if isinstance(value, str) and value.strip() else ""
+            return None, "a text must begin with a number" if isinstance(
+                value, str
+            ) and value.strip() else ""
         number, unit = parts
         if unit == "" and self.unit != "":
-            return None, f"it has no unit: write the number without quotation marks for {self.unit}, or add the unit"
+            return (
+                None,
+                f"it has no unit: write the number without quotation marks for {self.unit}, or add the unit",
+            )
         if unit == "%" and self.unit == "":
             return float(Decimal(repr(number)).scaleb(-2)), ""  # 2.7% is 0.027 to the last digit
         factor, power = self.scale(unit)
         if factor is None:
             return None, self._not_understood(unit)
-        return number * factor if power == 1 else math.copysign(number * number, number) * factor, ""
+        return number * factor if power == 1 else math.copysign(
+            number * number, number
+        ) * factor, ""
 
     def scale(self, unit: str) -> tuple[float | None, int]:
         """The factor that brings a number with this unit to SI, and the power to raise the number to before.
 
-        The power is 2 for the root of a density, such as mg/rtHz; the factor is None for what is no unit of the kind.
+        The power is 2 for the root of a density, such as mg/rtHz; the factor is None for what is no
+        unit of the kind.
         """
         if unit == "":
             return 1.0 if self.unit == "" else None, 1
@@ -136,7 +150,12 @@ class Kind:
         known = {name: bound for name, bound in bounds.items() if math.isfinite(bound)}
         sign = "[+]?" if self.above >= 0.0 else "[+-]?"
         unit = r".*[^\d\s.eE+-]" if self.unit else ""  # a text of such a kind carries its unit
-        return {"anyOf": [{"type": "number", **known}, {"type": "string", "pattern": rf"^\s*{sign}(\d|\.\d){unit}"}]}
+        return {
+            "anyOf": [
+                {"type": "number", **known},
+                {"type": "string", "pattern": rf"^\s*{sign}(\d|\.\d){unit}"},
+            ]
+        }
 
 
 MASS = Kind("a mass (kg)", "kg", "'40 g'", above=0.0, typical=(1e-13, 1e5))
@@ -151,7 +170,9 @@ DAMPING_X4 = Kind("a damping coefficient of X^4 (N s/m^5)", "N s/m^5", "1e6")
 DAMPING_V = Kind("a damping coefficient of |X'| (N s^2/m^2)", "N s^2/m^2", "0.5", least=0.0)
 GAP = Kind("a distance from rest (m)", "m", "'0.5 mm'", typical=(1e-10, 0.3))
 RESTITUTION = Kind("a restitution coefficient", "", "0.96", least=0.0, most=1.0)
-COUPLING = Kind("an electromechanical coupling (N/V)", "N/V", "1e-3", above=0.0, typical=(1e-10, 1e4))
+COUPLING = Kind(
+    "an electromechanical coupling (N/V)", "N/V", "1e-3", above=0.0, typical=(1e-10, 1e4)
+)
 MODE_COUPLING = Kind("an electromechanical coupling (N/V), of either sign", "N/V", "-1e-3")
 PARTICIPATION = Kind("a number", "", "-0.4")
 MAGNIFIER_STIFFNESS = Kind("a stiffness (N/m)", "N/m", "'60 N/m'", above=0.0, typical=(1e-5, 1e12))
@@ -160,7 +181,9 @@ TILT = Kind("an angle in degrees", "", "15", least=0.0, most=90.0)
 STRAIN_OF = Kind("a strain a displacement (1/m)", "1/m", "2.5", above=0.0)
 CAPACITANCE = Kind("a clamped capacitance (F)", "F", "'50.2 nF'", above=0.0, typical=(1e-14, 1e-3))
 RESISTANCE = Kind("a load resistance (ohm)", "ohm", "'1 Mohm'", above=0.0, typical=(1e-2, 1e13))
-ACCELERATION = Kind("an acceleration (m/s^2)", "m/s^2", "'0.1 g'", least=0.0, gravity=True, typical=(1e-9, 1e6))
+ACCELERATION = Kind(
+    "an acceleration (m/s^2)", "m/s^2", "'0.1 g'", least=0.0, gravity=True, typical=(1e-9, 1e6)
+)
 ACCELERATION_PSD = Kind(
     "a one-sided acceleration density ((m/s^2)^2/Hz)",
     "(m/s^2)^2/Hz",
@@ -184,13 +207,15 @@ QUALITY = Kind("a quality factor", "", "125", above=0.0, typical=(0.1, 1e8))
 NUMBER = Kind("a number", "", "0.05")
 NUMBER_FROM_0 = Kind("a number", "", "0.05", least=0.0)
 NUMBER_ABOVE_0 = Kind("a number", "", "1.5", above=0.0)
-ANY = Kind("a number or a quantity with a unit", "", "'10 uF'")  # of any dimension; see `any_quantity`
+# of any dimension; see `any_quantity`
+ANY = Kind("a number or a quantity with a unit", "", "'10 uF'")
 
 
 def with_prefix(value: object, kind: Kind) -> float:
     """A quantity as the command line writes it: "1k", "10M", "1 Mohm", "3e4"; ValueError as `Kind.read`.
 
-    Beside what a scene file reads it takes a text with a bare number, in SI units, for there all values are texts.
+    Beside what a scene file reads it takes a text with a bare number, in SI units, for there all
+    values are texts.
     """
     parts = units.split_unit(value)
     return kind.read(parts[0]) if parts is not None and parts[1] == "" else kind.read(value)

@@ -34,7 +34,11 @@ def logspace(low: float | str, high: float | str, count: int) -> tuple[float | s
     a, b, unit = _ends(low, high, count)
     if not min(a, b) > 0.0:
         raise invalid("the ends of logspace", "be above 0", (low, high))
-    values = [a, *(float(f"{a * (b / a) ** (k / (count - 1)):.15g}") for k in range(1, count - 1)), b]
+    values = [
+        a,
+        *(float(f"{a * (b / a) ** (k / (count - 1)):.15g}") for k in range(1, count - 1)),
+        b,
+    ]
     return tuple(values if unit is None else (f"{value!r} {unit}".rstrip() for value in values))
 
 

@@ -1,6 +1,7 @@
 """Numbers with units: "50.2 nF" is 5.02e-8 F, "0.01 g^2/Hz" an acceleration density; and the SI prefixes.
 
-pint knows the units; it loads (0.3 s) only when a text carries one that is not among the usual ones.
+pint knows the units; it loads (0.3 s) only when a text carries one that is not among the usual
+ones.
 """
 
 import math
@@ -11,20 +12,47 @@ from typing import Any
 # The SI prefixes of the whole package, with their powers of ten.
 PREFIXES = {"f": -15, "p": -12, "n": -9, "u": -6, "m": -3, "": 0, "k": 3, "M": 6, "G": 9, "T": 12}
 SYMBOLS = {power: prefix for prefix, power in PREFIXES.items()}
-SMALLEST, LARGEST = 1e-50, 1e50  # size of a number other than zero: no product of a few of them over- or underflows
+# size of a number other than zero: no product of a few of them over- or underflows
+SMALLEST, LARGEST = 1e-50, 1e50
 
 _NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?)\s*(.*)", re.DOTALL)
-# Letters, products, quotients and one-digit powers of them; a tower of powers would take pint for ever.
+# Letters, products, quotients and one-digit powers of them; a tower of powers would take pint for
+# ever.
 _UNIT = re.compile(r"(?:[A-Za-z_µμΩ·*/()\s]|\^-?[0-9](?!\s*\^))+")
-_POWERS = {"**": "^", "²": "^2", "³": "^3", "µ": "u", "μ": "u", "Ω": "ohm", "\u2126": "ohm", "√": "rt"}
-_INFIX = re.compile(r"(\d+)([pnukKMGR])(\d+)\s*(.*)", re.DOTALL)  # 4k7: the prefix represents the decimal point
-# Units that are often written with other capitals: "50 nf", "3.2hz", "kOhm".  Not s, m, g, N: S is siemens, G giga.
-_WORDS = {"ohm": "ohm", "ohms": "ohm", "hz": "Hz", "hertz": "Hz", "f": "F", "farad": "F", "v": "V", "volt": "V"}
-_WORD = re.compile(r"([Mm]eg|MEG|[fpnumkKMGT]?)\s?(" + "|".join(sorted(_WORDS, key=len)[::-1]) + ")", re.IGNORECASE)
+_POWERS = {
+    "**": "^",
+    "²": "^2",
+    "³": "^3",
+    "µ": "u",
+    "μ": "u",
+    "Ω": "ohm",
+    "\u2126": "ohm",
+    "√": "rt",
+}
+# 4k7: the prefix represents the decimal point
+_INFIX = re.compile(r"(\d+)([pnukKMGR])(\d+)\s*(.*)", re.DOTALL)
+# Units that are often written with other capitals: "50 nf", "3.2hz", "kOhm".  Not s, m, g, N: S is
+# siemens, G giga.
+_WORDS = {
+    "ohm": "ohm",
+    "ohms": "ohm",
+    "hz": "Hz",
+    "hertz": "Hz",
+    "f": "F",
+    "farad": "F",
+    "v": "V",
+    "volt": "V",
+}
+_WORD = re.compile(
+    r"([Mm]eg|MEG|[fpnumkKMGT]?)\s?(" + "|".join(sorted(_WORDS, key=len)[::-1]) + ")", re.IGNORECASE
+)
 _BARE_POWER = re.compile(r"(?<=[A-Za-z)])(-?[2-4])(?![0-9A-Za-z])")  # g2/Hz, m/s2
-_ROOT = re.compile(r"(.+)/\s*(?:rt\(?Hz\)?|rHz|sqrt\(?Hz\)?|Hz\^0?\.5|Hz\^\(?1/2\)?)", re.IGNORECASE)
+_ROOT = re.compile(
+    r"(.+)/\s*(?:rt\(?Hz\)?|rHz|sqrt\(?Hz\)?|Hz\^0?\.5|Hz\^\(?1/2\)?)", re.IGNORECASE
+)
 _LONGEST = 40  # letters of a unit
-# Radians in the units of frequencies and densities: a turn of 2 pi of them is one cycle, which Hz counts.
+# Radians in the units of frequencies and densities: a turn of 2 pi of them is one cycle, which Hz
+# counts.
 _ANGULAR = {"Hz": 1.0, "(m/s^2)^2/Hz": -1.0}
 # Usual units in the SI unit that a kind is in: what nearly every scene file has.
 USUAL_UNITS: dict[tuple[str, str | None], float] = {
@@ -38,7 +66,11 @@ USUAL_UNITS |= {  # in SI base units: what the parameters of nearly every netlis
     for prefix, power in PREFIXES.items()
 }
 USUAL_UNITS |= {("kg", "kg"): 1.0, ("g", "kg"): 1e-3, ("mg", "kg"): 1e-6, ("N s/m", "N s/m"): 1.0}
-USUAL_UNITS |= {("m/s^2", "m/s^2"): 1.0, ("gravity", "m/s^2"): 9.80665, ("gravity^2/Hz", "(m/s^2)^2/Hz"): 9.80665**2}
+USUAL_UNITS |= {
+    ("m/s^2", "m/s^2"): 1.0,
+    ("gravity", "m/s^2"): 9.80665,
+    ("gravity^2/Hz", "(m/s^2)^2/Hz"): 9.80665**2,
+}
 
 
 def split_unit(text: object) -> tuple[float, str] | None:
@@ -50,7 +82,9 @@ def split_unit(text: object) -> tuple[float, str] | None:
     infix = _INFIX.fullmatch(str(text).strip().replace("µ", "u")) if short else None
     if infix is not None:
         whole, prefix, part, unit = infix.groups()
-        return float(f"{whole}.{part}"), "ohm" if (prefix, unit) == ("R", "") else prefix.replace("R", "") + unit
+        return float(f"{whole}.{part}"), "ohm" if (prefix, unit) == ("R", "") else prefix.replace(
+            "R", ""
+        ) + unit
     match = _NUMBER.fullmatch(text.strip()) if isinstance(text, str) else None
     return None if match is None else (float(match[1]), match[2])
 

@@ -1,7 +1,8 @@
 """A logger's record made clean: one axis at even times, without offset and drift; what was found is reported.
 
-What is mended: repeated times, times too coarse for the rate, jitter, gaps of a few samples (by a cubic), the mean and
-a linear drift.  What would be guessed is refused, with the remedy: long gaps, times that go back, a clipped signal.
+What is mended: repeated times, times too coarse for the rate, jitter, gaps of a few samples (by a
+cubic), the mean and a linear drift.  What would be guessed is refused, with the remedy: long gaps,
+times that go back, a clipped signal.
 
 Long because each fault of a record is found, mended and told in one place.
 """
@@ -23,8 +24,10 @@ from harvester.records.record_times import ascending, even, longest_part
 
 MOST_CLIPPED = 0.01  # of all samples
 CLIPPED_RUN = 3  # equal samples at an end of the range that are a clipped one
-STEPS = 2.5  # of the resolution: a run that the signal comes to by less may be its own rounded crest
-NEAR_NYQUIST, LOUD = 0.8, 0.1  # from this share of half the rate on, this share of the power is much
+# of the resolution: a run that the signal comes to by less may be its own rounded crest
+STEPS = 2.5
+# from this share of half the rate on, this share of the power is much
+NEAR_NYQUIST, LOUD = 0.8, 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +72,8 @@ class Part:
         """The rows of the part, at times that ascend but for jitter."""
         rows = slice(0, len(time))
         if self.begin is not None or self.end is not None:
-            end, rounding = time[-1] - time[0] if self.end is None else self.end, 1e-3 * np.ptp(time) / len(time)
+            end = time[-1] - time[0] if self.end is None else self.end
+            rounding = 1e-3 * np.ptp(time) / len(time)
             ends = [(self.begin or 0.0) - rounding, end + rounding]
             rows = slice(*(int(at) for at in np.searchsorted(time - time[0], ends)))
             if rows.stop - rows.start < FEWEST:
@@ -92,7 +96,8 @@ def clean(path: str, axis: str | None, rate: float | None, part: Part | None = N
     Raises InputError in one line, with the remedy, for what cannot be read or must not be guessed.
     """
     table = read_table(path, "FILE")
-    notes, warnings = [table.layout], list[Diagnostic]()
+    notes = [table.layout]
+    warnings = list[Diagnostic]()
     column = _axis(table, axis)
     values = _in_si(table, column)
     time = times(table, "FILE")
@@ -129,7 +134,14 @@ def _unit_of(column: CsvColumn) -> list[Diagnostic]:
     if column.stated or column.clock:
         return []
     factor, _ = column.scale(TIME) or (None, 1)
-    unit = next((unit for unit in column.candidates() if factor is not None and TIME.scale(unit)[0] == factor), "")
+    unit = next(
+        (
+            unit
+            for unit in column.candidates()
+            if factor is not None and TIME.scale(unit)[0] == factor
+        ),
+        "",
+    )
     return [note("unit_of_times", unit=unit, column=column.name)]
 
 
@@ -139,7 +151,9 @@ def check_sizes(column: CsvColumn, values: Floats) -> None:
     if large.any():
         row = int(large.argmax()) + 1
         raise invalid(
-            f"FILE column {column.name!r} row {row}", f"be at most {LARGEST:g} in size", float(column.values[row - 1])
+            f"FILE column {column.name!r} row {row}",
+            f"be at most {LARGEST:g} in size",
+            float(column.values[row - 1]),
         )
 
 
@@ -148,19 +162,29 @@ def _axis(table: CsvTable, axis: str | None) -> CsvColumn:
     columns = table.find(is_acceleration)
     if axis is not None:
         short = axis.strip().lower()
-        named = [column for column in table.columns if short in (column.head.strip().lower(), column.name.lower())]
+        named = [
+            column
+            for column in table.columns
+            if short in (column.head.strip().lower(), column.name.lower())
+        ]
         named += [
-            c for c in columns if short in AXES and {short, "a" + short, "acc" + short, "accel" + short} & set(c.words)
+            c
+            for c in columns
+            if short in AXES and {short, "a" + short, "acc" + short, "accel" + short} & set(c.words)
         ]
         if not named:
-            raise InputError(f"`axis` must be one of the columns of FILE, {shown(table.heads)}, but is {shown(axis)}")
+            raise InputError(
+                f"`axis` must be one of the columns of FILE, {shown(table.heads)}, but is {shown(axis)}"
+            )
         return named[0]
     if not columns:
         others = [column for column in table.columns if not is_time(column)]
         columns = others if len(others) == 1 else []
     if len(columns) != 1:
         names = ", ".join(column.name for column in columns) or table.heads
-        raise InputError(f"`axis` must be given where FILE has several columns, {shown(names)}, but is left out")
+        raise InputError(
+            f"`axis` must be given where FILE has several columns, {shown(names)}, but is left out"
+        )
     return columns[0]
 
 
@@ -169,16 +193,24 @@ def _in_si(table: CsvTable, column: CsvColumn) -> Floats:
     if values is None:
         was = column.stated or "none"
         raise invalid(
-            f"FILE column {column.name!r}", "have a unit such as g, mg or m/s^2 behind its name: 'z (g)'", was
+            f"FILE column {column.name!r}",
+            "have a unit such as g, mg or m/s^2 behind its name: 'z (g)'",
+            was,
         )
     return values
 
 
 def _refuse_words(table: CsvTable, column: CsvColumn) -> None:
     """Refuse cells that are neither a number nor a sign of a missing one."""
-    wrong = [(row, text) for row, index, text in table.bad if index == column.index and text.lower() not in MISSING]
+    wrong = [
+        (row, text)
+        for row, index, text in table.bad
+        if index == column.index and text.lower() not in MISSING
+    ]
     if wrong:
-        raise invalid(f"FILE column {column.name!r} row {wrong[0][0]}", "be a number or empty", wrong[0][1])
+        raise invalid(
+            f"FILE column {column.name!r} row {wrong[0][0]}", "be a number or empty", wrong[0][1]
+        )
 
 
 def _refuse_clipped(values: Floats, warnings: list[Diagnostic]) -> None:
@@ -194,7 +226,8 @@ def _refuse_clipped(values: Floats, warnings: list[Diagnostic]) -> None:
             if behind - begin >= CLIPPED_RUN:
                 beside = known[[max(begin - 1, 0), min(behind, len(known) - 1)]]
                 sudden = np.abs(beside - end).max() > step
-                clipped, crests = clipped + sudden * (behind - begin), crests + (not sudden) * (behind - begin)
+                clipped = clipped + sudden * (behind - begin)
+                crests = crests + (not sudden) * (behind - begin)
     share = clipped / len(known)
     if crests > MOST_CLIPPED * len(known):
         warnings.append(warning("perhaps_clipped", samples=int(crests)))
@@ -210,7 +243,8 @@ def _refuse_clipped(values: Floats, warnings: list[Diagnostic]) -> None:
 def _without_drift(values: Floats, spacing: float, notes: list[Diagnostic]) -> Floats:
     """The values without their mean and a straight line; each is noted if it is large."""
     t = spacing * (np.arange(len(values)) - 0.5 * (len(values) - 1))
-    offset, slope = float(values.mean()), float(t @ values / (t @ t))
+    offset = float(values.mean())
+    slope = float(t @ values / (t @ t))
     rest = values - offset - slope * t
     rms = float(np.sqrt(np.mean(rest**2)))
     if abs(offset) > 0.01 * rms:
@@ -239,7 +273,9 @@ def _resampled(values: Floats, rate: float, target: float, notes: list[Diagnosti
 
     ratio = Fraction(target / rate).limit_denominator(2000)
     if not (1e-3 <= float(ratio) <= 100.0) or abs(float(ratio) * rate / target - 1.0) > 1e-4:
-        raise invalid("`rate`", f"be between {1e-3 * rate:.3g} and {100 * rate:.3g} Hz for this file", target)
+        raise invalid(
+            "`rate`", f"be between {1e-3 * rate:.3g} and {100 * rate:.3g} Hz for this file", target
+        )
     new = np.asarray(resample_poly(values, ratio.numerator, ratio.denominator))
     if len(new) < FEWEST:
         raise invalid("`rate`", f"leave at least {FEWEST} samples", len(new))

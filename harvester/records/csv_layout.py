@@ -1,7 +1,7 @@
 """How a logger's CSV file is laid out: its delimiter, decimal sign, names and units of columns, and where data begin.
 
-Nothing is asked of the file but that its rows hold numbers or times: the layout that makes most lines such rows, and
-whose header has as many cells as they have, is the file's.
+Nothing is asked of the file but that its rows hold numbers or times: the layout that makes most
+lines such rows, and whose header has as many cells as they have, is the file's.
 """
 
 import csv
@@ -20,16 +20,21 @@ DELIMITERS = ("\t", ";", ",", "|", " ")
 LOOKED_AT = 300  # lines that tell the layout
 LONGEST_NUMBER = 64  # letters of a number, a time or a unit: a longer cell is none of them
 COMMENTS = ("#", "%", "//", "!")
-MISSING = frozenset(("", "nan", "na", "n/a", "null", "none", "-", "--", "inf", "-inf", "ovr", "ovl", "#n/a"))
+MISSING = frozenset(
+    ("", "nan", "na", "n/a", "null", "none", "-", "--", "inf", "-inf", "ovr", "ovl", "#n/a")
+)
 _NUMBER = re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?")
-CLOCK = re.compile(r"(?:(\d{4}-\d\d-\d\d|\d\d\.\d\d\.\d{4})[T ]+)?\d{1,2}:\d\d:\d\d(?:[.,]\d+)?(?:Z|[+-]\d\d:?\d\d)?")
+CLOCK = re.compile(
+    r"(?:(\d{4}-\d\d-\d\d|\d\d\.\d\d\.\d{4})[T ]+)?\d{1,2}:\d\d:\d\d(?:[.,]\d+)?(?:Z|[+-]\d\d:?\d\d)?"
+)
 
 
 @dataclass(frozen=True)
 class Layout:
     """The layout of a file: ``heads`` and ``units`` have a text for each column, empty if there is none.
 
-    ``rows`` are the lines of data, ``remarks`` those of comments and of what stands above the header.
+    ``rows`` are the lines of data, ``remarks`` those of comments and of what stands above the
+    header.
     """
 
     delimiter: str
@@ -42,7 +47,9 @@ class Layout:
 
 def layout(text: str) -> Layout | None:
     """The layout of a text; None if no line is a row of numbers."""
-    remarks = tuple(line.rstrip() for line in text.splitlines() if line.lstrip().startswith(COMMENTS))
+    remarks = tuple(
+        line.rstrip() for line in text.splitlines() if line.lstrip().startswith(COMMENTS)
+    )
     plain = plain_lines(text)
     looked = plain[:LOOKED_AT]
     scored = [(_score(looked, *form), form) for form in itertools.product(DELIMITERS, ".,")]
@@ -51,14 +58,20 @@ def layout(text: str) -> Layout | None:
         return None
     data = [is_data(cells(line, delimiter), decimal) for line in looked]
     first = data.index(True)
-    heads, units, above = _header(looked[:first], remarks, delimiter, _width(looked, data, delimiter))
+    heads, units, above = _header(
+        looked[:first], remarks, delimiter, _width(looked, data, delimiter)
+    )
     names = tuple(map(escaped, heads)), tuple(map(escaped, units))
     return Layout(delimiter, decimal, *names, tuple(plain[first:]), (*remarks, *above))
 
 
 def plain_lines(text: str) -> list[str]:
     """The lines that are neither empty nor comments."""
-    return [line.rstrip() for line in text.splitlines() if line.strip() and not line.lstrip().startswith(COMMENTS)]
+    return [
+        line.rstrip()
+        for line in text.splitlines()
+        if line.strip() and not line.lstrip().startswith(COMMENTS)
+    ]
 
 
 def most_cells(text: str) -> int:
@@ -80,7 +93,9 @@ def _score(lines: Sequence[str], delimiter: str, decimal: str) -> tuple[int, boo
 
 def _width(lines: Sequence[str], data: Sequence[bool], delimiter: str) -> int:
     """The commonest number of cells of the rows of data."""
-    counts = Counter(len(cells(line, delimiter)) for line, numeric in zip(lines, data, strict=True) if numeric)
+    counts = Counter(
+        len(cells(line, delimiter)) for line, numeric in zip(lines, data, strict=True) if numeric
+    )
     return max(counts, key=lambda n: (counts[n], n)) if counts else 0
 
 
@@ -97,7 +112,9 @@ def cells(line: str, delimiter: str) -> list[str]:
 def is_data(row: Sequence[str], decimal: str) -> bool:
     """Whether a row holds nothing but numbers, times and missing values, and a number or time among them."""
     numbers = [_is_number(cell, decimal) for cell in row]
-    return any(numbers) and all(number or cell.lower() in MISSING for number, cell in zip(numbers, row, strict=True))
+    return any(numbers) and all(
+        number or cell.lower() in MISSING for number, cell in zip(numbers, row, strict=True)
+    )
 
 
 def _is_number(cell: str, decimal: str) -> bool:
@@ -122,7 +139,9 @@ def _header(
     blank = ("",) * count
     if not rows:  # NumPy writes its header as a comment
         commented = [cells(line.lstrip("#%/! "), delimiter) for line in remarks]
-        header = next((tuple(row) for row in reversed(commented) if len(row) == count and count > 1), None)
+        header = next(
+            (tuple(row) for row in reversed(commented) if len(row) == count and count > 1), None
+        )
         return header or blank, blank, tuple(lines)
     last = tuple(rows[-1])
     above = tuple(lines[: len(rows) - 1])

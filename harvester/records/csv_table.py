@@ -1,7 +1,8 @@
 """One reader of CSV files for scenes, records and measurements: columns by their names, with their units, in SI.
 
-It takes what loggers, analysers and spreadsheets write: `Time`, `t [s]`, `X (mg)`, `freq_hz`, `Acceleration / g`, a
-row of units below the names, ISO times, a decimal comma (`harvester.records.csv_layout`).  pandas reads the rows.
+It takes what loggers, analysers and spreadsheets write: `Time`, `t [s]`, `X (mg)`, `freq_hz`,
+`Acceleration / g`, a row of units below the names, ISO times, a decimal comma
+(`harvester.records.csv_layout`).  pandas reads the rows.
 """
 
 import io
@@ -51,7 +52,9 @@ class CsvColumn:
     @property
     def words(self) -> tuple[str, ...]:
         """The words of its name in small letters: "Acc_X (mg)" has "acc" and "x"."""
-        return tuple(re.findall(r"[^\W_\d]+|\d+", re.sub(r"(?<=[a-z])(?=[A-Z])", " ", self.name).lower()))
+        return tuple(
+            re.findall(r"[^\W_\d]+|\d+", re.sub(r"(?<=[a-z])(?=[A-Z])", " ", self.name).lower())
+        )
 
     @property
     def name(self) -> str:
@@ -62,7 +65,11 @@ class CsvColumn:
     def scale(self, kind: Kind) -> tuple[float, int] | None:
         """The factor to SI and the power (`Kind.scale`) of its unit; None if it has none of that kind."""
         for unit in self.candidates():
-            if prefix_factor(unit) is not None and unit != kind.unit and not (kind.gravity and unit in "gG"):
+            if (
+                prefix_factor(unit) is not None
+                and unit != kind.unit
+                and not (kind.gravity and unit in "gG")
+            ):
                 continue  # a column named T is not a tera
             factor, power = kind.scale(unit)
             if factor is not None:
@@ -88,7 +95,11 @@ class CsvColumn:
         if scale is None:
             return None
         factor, power = scale
-        return self.values * factor if power == 1 else np.copysign(self.values**2, self.values) * factor
+        return (
+            self.values * factor
+            if power == 1
+            else np.copysign(self.values**2, self.values) * factor
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,11 +128,14 @@ class CsvTable:
 def read_table(path: str | Path, argument: str, most: int = MOST_BYTES) -> CsvTable:
     """Read a CSV file; errors begin with ``argument``.
 
-    Raises InputError in one line for a file that cannot be read, is not a text, or has no row of numbers.
+    Raises InputError in one line for a file that cannot be read, is not a text, or has no row of
+    numbers.
     """
     text = decoded(files.read(path, argument, most), path, argument)
     if (widest := most_cells(text)) > MOST_COLUMNS:
-        raise InputError(f"{argument} must have at most {MOST_COLUMNS} columns, but {shown(str(path))} has {widest}")
+        raise InputError(
+            f"{argument} must have at most {MOST_COLUMNS} columns, but {shown(str(path))} has {widest}"
+        )
     rows = layout(text)
     if rows is None:
         raise InputError(
@@ -136,7 +150,9 @@ def decoded(data: bytes, path: str | Path, argument: str) -> str:
     if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
         return data.decode("utf-16", errors="replace")
     if b"\x00" in data:
-        raise InputError(f"{argument} must be a CSV file in UTF-8, but {shown(str(path))} holds bytes that are no text")
+        raise InputError(
+            f"{argument} must be a CSV file in UTF-8, but {shown(str(path))} holds bytes that are no text"
+        )
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -153,8 +169,15 @@ def table_of(form: Layout, text: str, path: str | Path, argument: str) -> CsvTab
     try:  # nothing but numbers, as most files have, a tenth as dear
         frame = _frame(form, text, dtype=float, decimal=form.decimal)
         if np.isfinite(frame.to_numpy()).all():
-            every = zip(form.heads, form.units, frame.to_numpy().T.copy(), range(count), strict=True)
-            return CsvTable(tuple(CsvColumn(*entries) for entries in every), form.remarks, _layout_note(form), ())
+            every = zip(
+                form.heads, form.units, frame.to_numpy().T.copy(), range(count), strict=True
+            )
+            return CsvTable(
+                tuple(CsvColumn(*entries) for entries in every),
+                form.remarks,
+                _layout_note(form),
+                (),
+            )
     except ValueError:
         pass
     return _table(form, "\n".join(plain_lines(text)), path, argument)
@@ -185,9 +208,13 @@ def _table(form: Layout, text: str, path: str | Path, argument: str) -> CsvTable
     count = len(form.heads)
     try:
         frame = _frame(form, text, dtype=str, keep_default_na=False)
-    except ValueError as error:  # pandas' ParserError too: a row with more cells than there are columns
+    except (
+        ValueError
+    ) as error:  # pandas' ParserError too: a row with more cells than there are columns
         why = str(error).splitlines()[0]
-        raise InputError(f"{argument} must be a table, but {shown(str(path))} is not: {why}") from None
+        raise InputError(
+            f"{argument} must be a table, but {shown(str(path))} is not: {why}"
+        ) from None
     columns, bad = [], []
     for index in range(count):
         cells = frame[index].fillna("").str.strip()
@@ -239,8 +266,11 @@ def check_numbers(table: CsvTable, column: CsvColumn, values: Floats, key: str) 
     row = int(wrong.argmax()) + 1
     raw = column.values[row - 1]
     text = next(
-        (text for r, p, text in table.bad if (r, p) == (row, column.index)), "" if math.isnan(raw) else f"{raw:g}"
+        (text for r, p, text in table.bad if (r, p) == (row, column.index)),
+        "" if math.isnan(raw) else f"{raw:g}",
     )
     raise invalid(
-        f"{key} column {column.name!r} row {table.before + row}", f"be a number of at most {LARGEST:g} in size", text
+        f"{key} column {column.name!r} row {table.before + row}",
+        f"be a number of at most {LARGEST:g} in size",
+        text,
     )

@@ -1,7 +1,8 @@
 """The current of a sensor node over time, as power profilers write it: a CSV file of time and current.
 
-Each sample lasts until the next.  Neighbours that differ least are taken together, with the charge that both have,
-until `STATES` are left: the sum of squares that a merger of i, j of lengths a, b loses is (i - j)^2 a b/(a + b).
+Each sample lasts until the next.  Neighbours that differ least are taken together, with the charge
+that both have, until `STATES` are left: the sum of squares that a merger of i, j of lengths a, b
+loses is (i - j)^2 a b/(a + b).
 """
 
 import numpy as np
@@ -22,8 +23,8 @@ Trace = tuple[tuple[float, float], ...]
 def read_trace(path: str) -> Trace:
     """The currents (A) and durations (s) of a file's states.
 
-    Raises InputError in one line for a file that cannot be read or has no such columns, times that do not ascend from
-    0 on, and currents below 0.
+    Raises InputError in one line for a file that cannot be read or has no such columns, times that
+    do not ascend from 0 on, and currents below 0.
     """
     return read_once(_trace, path)
 
@@ -46,10 +47,14 @@ def _trace(path: str) -> Trace:
     bad = (t < 0.0) | (np.diff(t, prepend=-np.inf) <= 0.0)
     if bad.any():
         row = int(bad.argmax())
-        raise InputError(f"{KEY} must have times that ascend from 0 on, but row {row + 1} has {t[row]:g} s")
+        raise InputError(
+            f"{KEY} must have times that ascend from 0 on, but row {row + 1} has {t[row]:g} s"
+        )
     if (current < 0.0).any():
         row = int((current < 0.0).argmax())
-        raise InputError(f"{KEY} must have currents of at least 0, but row {row + 1} has {current[row]:g} A")
+        raise InputError(
+            f"{KEY} must have currents of at least 0, but row {row + 1} has {current[row]:g} A"
+        )
     lengths = np.diff(t)
     return merged(current, np.append(lengths, np.median(lengths)))
 
@@ -60,11 +65,13 @@ def merged(current: Floats, lengths: Floats) -> Trace:
     while len(current) > STATES:
         loss = np.diff(current) ** 2 * lengths[1:] * lengths[:-1] / (lengths[1:] + lengths[:-1])
         around = np.concatenate(([np.inf], loss, [np.inf]))
-        least = np.flatnonzero((loss <= around[:-2]) & (loss < around[2:]))  # no two of them are neighbours
+        # no two of them are neighbours
+        least = np.flatnonzero((loss <= around[:-2]) & (loss < around[2:]))
         least = least[np.argsort(loss[least])][: len(current) - STATES]
         charge = current * lengths
         for sums in (charge, lengths):
             sums[least] += sums[least + 1]
         keep = np.delete(np.arange(len(current)), least + 1)
-        current, lengths = (charge / lengths)[keep], lengths[keep]
+        current = (charge / lengths)[keep]
+        lengths = lengths[keep]
     return tuple(zip(current.tolist(), lengths.tolist(), strict=True))

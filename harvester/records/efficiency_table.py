@@ -14,16 +14,20 @@ Efficiencies = tuple[tuple[float, float, float], ...]
 def read_efficiencies(path: str) -> Efficiencies:
     """Rows of voltage (V), current (A) and efficiency, ascending.
 
-    Raises InputError in one line for a file that cannot be read or has no such columns, voltages and currents that are
-    not above 0, and efficiencies that are no share.
+    Raises InputError in one line for a file that cannot be read or has no such columns, voltages
+    and currents that are not above 0, and efficiencies that are no share.
     """
     return read_once(_efficiencies, path)
 
 
 def _efficiencies(path: str) -> Efficiencies:
     table = read_table(path, KEY)
-    _, volts = numbers(table, KEY, lambda column: "voltage" in column.words, "input voltage", VOLTAGE_FROM_0)
-    _, amperes = numbers(table, KEY, lambda column: "current" in column.words, "input current", CURRENT)
+    _, volts = numbers(
+        table, KEY, lambda column: "voltage" in column.words, "input voltage", VOLTAGE_FROM_0
+    )
+    _, amperes = numbers(
+        table, KEY, lambda column: "current" in column.words, "input current", CURRENT
+    )
     columns = table.find(lambda column: "efficiency" in column.words)
     if not columns:
         raise no_column(table, KEY, "efficiency", CURRENT)

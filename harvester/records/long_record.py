@@ -1,7 +1,7 @@
 """A record of any length, read from its file in blocks of some megabytes, so that a day takes no more memory.
 
-The layout is that of the first block (`harvester.records.csv_layout`).  All rows are counted and checked once; from
-then on a block is read again when its samples are asked for.
+The layout is that of the first block (`harvester.records.csv_layout`).  All rows are counted and
+checked once; from then on a block is read again when its samples are asked for.
 """
 
 from collections.abc import Callable, Iterator
@@ -23,11 +23,14 @@ from harvester.records.records import Record
 BLOCK = 2**22  # bytes
 MOST_BYTES = 8_000_000_000
 UNEVEN = 0.01  # of a step: how far a time may be off an even grid
-FINE, EACH = 8, 2**16  # times to a sample, and samples at once, for the mean jerk
+# times to a sample, and samples at once, for the mean jerk
+FINE = 8
+EACH = 2**16
 MEND = "'harvester record FILE --out clean.csv' mends it"
 UTF_16 = b"\xff\xfe", b"\xfe\xff"
 
-Columns = Callable[[CsvTable], tuple[Floats, Floats]]  # times (s) and accelerations (m/s^2) of a table, checked
+# times (s) and accelerations (m/s^2) of a table, checked
+Columns = Callable[[CsvTable], tuple[Floats, Floats]]
 
 
 class Block(NamedTuple):
@@ -66,7 +69,9 @@ class LongFile:
         """The rows of a block."""
         data = block.repeated + files.read_part(self.path, self.argument, block.offset, block.size)
         text = decoded(data, self.path, self.argument)
-        if not block.offset and (form := layout(text)) is not None:  # without what stands above the rows
+        if (
+            not block.offset and (form := layout(text)) is not None
+        ):  # without what stands above the rows
             text = "\n".join(form.rows)
         table = table_of(self.layout, text, self.path, self.argument)
         return replace(table, before=block.before - bool(block.repeated))
@@ -77,19 +82,27 @@ class LongFile:
         while data := files.read_part(self.path, self.argument, block.offset, BLOCK):
             data = data if len(data) < BLOCK else data[: data.rfind(b"\n") + 1]
             if not data:
-                raise InputError(f"{self.argument} must have lines of at most {BLOCK} bytes, but one has more")
+                raise InputError(
+                    f"{self.argument} must have lines of at most {BLOCK} bytes, but one has more"
+                )
             block = block._replace(size=len(data))
             table = self.table(block)
             rows = len(table.columns[0].values) - bool(block.repeated)
             if rows:  # there may be nothing but remarks
                 yield table, block
-            row = _last_row(data) if rows and any(column.clock for column in table.columns) else block.repeated
+            row = (
+                _last_row(data)
+                if rows and any(column.clock for column in table.columns)
+                else block.repeated
+            )
             block = Block(block.offset + len(data), 0, block.before + rows, row)
 
 
 def _last_row(data: bytes) -> bytes:
     """The last line that holds a row, of lines of which one does."""
-    return next(line + b"\n" for line in reversed(data.split(b"\n")) if plain_lines(line.decode("latin-1")))
+    return next(
+        line + b"\n" for line in reversed(data.split(b"\n")) if plain_lines(line.decode("latin-1"))
+    )
 
 
 @lru_cache(4)
@@ -166,7 +179,9 @@ class LongRecord(Record):
     def mean_jerk(self) -> float:
         """E|a'|, of pieces whose Fourier series are those of `resampled`."""
         pieces = (self.resampled(k, 1, EACH, FINE * EACH) for k in range(self.count // EACH))
-        return float(sum(np.abs(np.diff(piece)).sum() for piece in pieces)) / (self.count * self.spacing)
+        return float(sum(np.abs(np.diff(piece)).sum() for piece in pieces)) / (
+            self.count * self.spacing
+        )
 
     def scaled(self, time: float, value: float) -> "LongRecord":
         """As of `Record`."""
@@ -176,21 +191,34 @@ class LongRecord(Record):
         """As of `Record`."""
         file, blocks = self.scan.file, self.scan.blocks
         firsts = [block.before for block in blocks]
-        some = range(int(np.searchsorted(firsts, begin, "right")) - 1, int(np.searchsorted(firsts, end)))
-        samples = np.concatenate([_samples(file, blocks[k]) for k in some]) if end > begin else np.empty(0)
+        some = range(
+            int(np.searchsorted(firsts, begin, "right")) - 1, int(np.searchsorted(firsts, end))
+        )
+        samples = (
+            np.concatenate([_samples(file, blocks[k]) for k in some])
+            if end > begin
+            else np.empty(0)
+        )
         first = firsts[some.start] if end > begin else 0
         return np.asarray(samples[begin - first : end - first] * self.value)
 
 
-def long_record(path: str, argument: str, columns: Columns, whole: Callable[[], Record]) -> Record | None:
+def long_record(
+    path: str, argument: str, columns: Columns, whole: Callable[[], Record]
+) -> Record | None:
     """The record of a long file; None for one that is short, or that has to be read at once.
 
-    Raises InputError as ``columns`` and for times that are not even; errors begin with ``argument``.
+    Raises InputError as ``columns`` and for times that are not even; errors begin with
+    ``argument``.
     """
     file = LongFile.of(path, argument, columns)
     if file is None:
         return None
-    blocks, count, square, ends, uneven = [], 0, 0.0, list[tuple[int, float]](), 0.0
+    blocks = []
+    count = 0
+    square = 0.0
+    ends = list[tuple[int, float]]()
+    uneven = 0.0
     for table, block in file.blocks():
         time, values = columns(table)
         if block.repeated:
@@ -199,11 +227,16 @@ def long_record(path: str, argument: str, columns: Columns, whole: Callable[[], 
         steps = np.diff(times, prepend=ends[-1][1] if ends else times[0] - 1.0)
         if not (steps > 0.0).all():
             row = count + int(np.argmin(steps > 0.0)) + 1
-            raise InputError(f"{argument} must have ascending times, but row {row} does not: {MEND}")
-        uneven = max(uneven, float(np.abs(times - np.linspace(times[0], times[-1], len(times))).max()))
+            raise InputError(
+                f"{argument} must have ascending times, but row {row} does not: {MEND}"
+            )
+        uneven = max(
+            uneven, float(np.abs(times - np.linspace(times[0], times[-1], len(times))).max())
+        )
         ends += [(count, float(times[0])), (count + len(times) - 1, float(times[-1]))]
         blocks.append(block)
-        count, square = count + len(times), square + float((values[bool(block.repeated) :] ** 2).sum())
+        count = count + len(times)
+        square = square + float((values[bool(block.repeated) :] ** 2).sum())
     rows, when = np.array(ends).T
     spacing = float(when[-1] - when[0]) / (count - 1)
     off = np.abs(when - when[0] - spacing * rows)
@@ -213,4 +246,6 @@ def long_record(path: str, argument: str, columns: Columns, whole: Callable[[], 
         )
     if not square > 0.0:
         raise invalid(argument, "have accelerations other than 0", 0.0)
-    return LongRecord(Scan(file, tuple(blocks), count, spacing, float(np.sqrt(square / count)), whole))
+    return LongRecord(
+        Scan(file, tuple(blocks), count, spacing, float(np.sqrt(square / count)), whole)
+    )

@@ -1,8 +1,9 @@
 """Recorded shaking from CSV files: which columns are the time, the acceleration, the frequency and the density.
 
-The header names the columns with their units, in any order: ``time (s),acceleration (g)`` at equal steps of time, or
-``frequency (Hz),psd (g^2/Hz)``, one-sided.  Other spellings are read too (`harvester.records.csv_table`); what is
-ambiguous or uneven is refused, with the command that mends it.
+The header names the columns with their units, in any order: ``time (s),acceleration (g)`` at equal
+steps of time, or ``frequency (Hz),psd (g^2/Hz)``, one-sided.  Other spellings are read too
+(`harvester.records.csv_table`); what is ambiguous or uneven is refused, with the command that mends
+it.
 """
 
 from collections.abc import Callable
@@ -24,9 +25,13 @@ FEWEST = 16  # rows of a record
 STEP = 1e-9  # of a frequency: the width of a density's step
 RECORD = "excitation.acceleration_file"
 AXES = ("x", "y", "z")
-_TIMES = frozenset(("time", "t", "timestamp", "timestamps", "datetime", "date", "elapsed", "seconds", "sec"))
+_TIMES = frozenset(
+    ("time", "t", "timestamp", "timestamps", "datetime", "date", "elapsed", "seconds", "sec")
+)
 _TIMES |= {"zeit", "uhrzeit", "temps", "relative"}
-_ACCELERATIONS = frozenset(("a", "acc", "accel", "acceleration", "accelerometer", "vibration", "base", "shaker"))
+_ACCELERATIONS = frozenset(
+    ("a", "acc", "accel", "acceleration", "accelerometer", "vibration", "base", "shaker")
+)
 _ACCELERATIONS |= {"beschleunigung"}
 _FREQUENCIES = frozenset(["frequency", "freq", "f", "hz", "frequenz", "frequencies"])
 _DENSITIES = frozenset(["psd", "asd", "density", "spectrum", "dichte", "apsd", "gxx", "spd"])
@@ -34,7 +39,9 @@ _DENSITIES = frozenset(["psd", "asd", "density", "spectrum", "dichte", "apsd", "
 
 def is_time(column: CsvColumn) -> bool:
     """Whether a column is named as a time, or holds dates or times of day."""
-    return column.clock or (column.words[:1] != () and (column.words[0] in _TIMES or column.words[-1] in _TIMES))
+    return column.clock or (
+        column.words[:1] != () and (column.words[0] in _TIMES or column.words[-1] in _TIMES)
+    )
 
 
 def is_frequency(column: CsvColumn) -> bool:
@@ -44,13 +51,20 @@ def is_frequency(column: CsvColumn) -> bool:
 
 def is_acceleration(column: CsvColumn) -> bool:
     """Whether a column is named as an acceleration, by an axis, or as a channel of a logger."""
-    axes = {axis + letter for axis in ("a", "acc", "accel", "") for letter in AXES} | {"ch", "channel", "kanal"}
+    axes = {axis + letter for axis in ("a", "acc", "accel", "") for letter in AXES} | {
+        "ch",
+        "channel",
+        "kanal",
+    }
     return bool(set(column.words) & (_ACCELERATIONS | axes)) and not is_time(column)
 
 
 def _is_density(column: CsvColumn) -> bool:
     """Whether a column is named as a density, or has the unit of one of an acceleration, whatever its name."""
-    named = bool(_DENSITIES & set(column.words)) or column.head.strip("[]() ").lower() in ("g2/hz", "g^2/hz")
+    named = bool(_DENSITIES & set(column.words)) or column.head.strip("[]() ").lower() in (
+        "g2/hz",
+        "g^2/hz",
+    )
     return named or (column.stated != "" and column.in_si(ACCELERATION_PSD) is not None)
 
 
@@ -76,8 +90,8 @@ def times(table: CsvTable, key: str) -> Floats | None:
 def read_record(path: str) -> Record:
     """Read the record of a CSV file, in SI units, with its `bridge` if it is not a whole period; a long one in blocks.
 
-    Raises InputError in one line, for a file that cannot be read or has no such columns, times that do not ascend in
-    equal steps, values that are no finite numbers, or too few of them.
+    Raises InputError in one line, for a file that cannot be read or has no such columns, times that
+    do not ascend in equal steps, values that are no finite numbers, or too few of them.
     """
     return read_once(_record, path)
 
@@ -91,7 +105,9 @@ def _columns(table: CsvTable) -> tuple[Floats, Floats]:
     key = RECORD
     time = times(table, key)
     if time is None:
-        raise no_column(table, key, "time", TIME, ": or 'harvester record FILE --rate HZ' adds the times")
+        raise no_column(
+            table, key, "time", TIME, ": or 'harvester record FILE --rate HZ' adds the times"
+        )
     check_numbers(table, table.find(is_time)[0], time, key)
     columns = table.find(is_acceleration)
     if len(columns) > 1:
@@ -117,7 +133,9 @@ def _whole(path: str) -> Record:
     spacing = float(time[-1] - time[0]) / len(steps)
     off = np.abs(time - time[0] - spacing * np.arange(len(time)))
     if off.max() > UNEVEN * spacing:
-        raise InputError(f"{key} must have equal steps of time, but row {int(off.argmax()) + 1} is off: {MEND}")
+        raise InputError(
+            f"{key} must have equal steps of time, but row {int(off.argmax()) + 1} is off: {MEND}"
+        )
     if not values.any():
         raise invalid(key, "have accelerations other than 0", 0.0)
     return Record.of(spacing, values)
@@ -164,13 +182,19 @@ def numbers(
     if kind is FREQUENCY and not column.stated:  # a frequency has no other usual unit than Hz
         return column, column.values
     if not column.stated:
-        raise InputError(f"{key} column {column.name!r} must have a unit, such as '{name} ({kind.unit})', but has none")
-    raise invalid(f"{key} column {column.name!r}", f"have a unit such as {kind.unit}", column.stated)
+        raise InputError(
+            f"{key} column {column.name!r} must have a unit, such as '{name} ({kind.unit})', but has none"
+        )
+    raise invalid(
+        f"{key} column {column.name!r}", f"have a unit such as {kind.unit}", column.stated
+    )
 
 
 def no_column(table: CsvTable, key: str, name: str, kind: Kind, more: str = "") -> InputError:
     """The error of a file without a column."""
-    has = shown(table.heads) if any(column.stated for column in table.columns) else "none with a unit"
+    has = (
+        shown(table.heads) if any(column.stated for column in table.columns) else "none with a unit"
+    )
     return InputError(f"{key} must have a column '{name} ({kind.unit})', but has {has}{more}")
 
 

@@ -1,9 +1,10 @@
 """The times of a logger's record made even: the number of each row's sample, and gaps of a few samples filled.
 
-A logger samples evenly and stamps when it gets to it: its times jitter, and are rounded.  Where samples are missing the
-times of all later rows are late, where a row was written twice they are early; jitter leaves the later rows where they
-are.  So a row is missing where the median of (time - row times spacing) over the rows behind is a whole spacing above
-that over the rows before, and the spacing is the slope of the times over the samples' numbers.
+A logger samples evenly and stamps when it gets to it: its times jitter, and are rounded.  Where
+samples are missing the times of all later rows are late, where a row was written twice they are
+early; jitter leaves the later rows where they are.  So a row is missing where the median of (time -
+row times spacing) over the rows behind is a whole spacing above that over the rows before, and the
+spacing is the slope of the times over the samples' numbers.
 """
 
 import numpy as np
@@ -16,8 +17,11 @@ from harvester.records.record_files import FEWEST
 LONGEST_GAP = 10  # samples that are filled in
 MOST_FILLED = 0.02  # of all samples
 COARSE = 0.2  # share of repeated times from which on the clock is coarse: whole seconds, say
-SPAN, WINDOW = 16, 32  # rows that the spacing, and the places before and behind a step, are the medians over
-SIDE, SURE = 8, 2.0  # rows behind a step that tell; samples that jitter never makes, which need no such rows
+# rows that the spacing, and the places before and behind a step, are the medians over
+SPAN, WINDOW = 16, 32
+# rows behind a step that tell; samples that jitter never makes, which need no such rows
+SIDE = 8
+SURE = 2.0
 REPORTED_JITTER = 0.01  # of a spacing: jitter from which on it is reported
 
 
@@ -54,14 +58,19 @@ def _spread(time: Floats, notes: list[Diagnostic]) -> Floats:
             "FILE must have times that change at least twice, but its clock is too coarse: leave its times out and "
             "give `rate`"
         )
-    first, count = changes[0], changes[-1] - changes[0]
+    first = changes[0]
+    count = changes[-1] - changes[0]
     spacing = (time[changes[-1]] - time[first]) / count
     repeated = len(time) - 1 - len(changes)
-    notes.append(note("coarse_clock", times=repeated, rate=float(1.0 / spacing), error=float(1.0 / count)))
+    notes.append(
+        note("coarse_clock", times=repeated, rate=float(1.0 / spacing), error=float(1.0 / count))
+    )
     return np.asarray(time[first] + spacing * (np.arange(len(time)) - first))
 
 
-def numbered(time: Floats, notes: list[Diagnostic]) -> "tuple[float, np.ndarray[tuple[int], np.dtype[np.int_]]]":
+def numbered(
+    time: Floats, notes: list[Diagnostic]
+) -> "tuple[float, np.ndarray[tuple[int], np.dtype[np.int_]]]":
     """The spacing (s), and the number of each row's sample, shape (n,): those that are missing are left out.
 
     Raises InputError for steps that are nowhere about even.
@@ -74,7 +83,8 @@ def numbered(time: Floats, notes: list[Diagnostic]) -> "tuple[float, np.ndarray[
         raise InputError(
             f"FILE must have times at about even steps, but they are between {steps.min():.4g} and {steps.max():.4g} s"
         )
-    spacing = float(spans[np.abs(spans / spacing - 1.0) < 1.0 / span].mean())  # without those that lack a sample
+    # without those that lack a sample
+    spacing = float(spans[np.abs(spans / spacing - 1.0) < 1.0 / span].mean())
     numbers = np.arange(len(time))
     for _ in range(3):  # the first spacing is that of rows between which some may be missing
         numbers = np.append(0, np.cumsum(1 + _missing(time / spacing)))
@@ -97,7 +107,9 @@ def _missing(time: Floats) -> "np.ndarray[tuple[int], np.dtype[np.int_]]":
     steps = np.diff(time) - 1.0
     missing = np.zeros(len(steps), int)
     doubtful = np.flatnonzero((np.abs(steps) > 0.5) & (np.abs(behind - before) > 0.3))
-    for n in doubtful[np.argsort(-np.abs(steps[doubtful]), kind="stable")]:  # long gaps first: they hide short ones
+    for n in doubtful[
+        np.argsort(-np.abs(steps[doubtful]), kind="stable")
+    ]:  # long gaps first: they hide short ones
         sides = late[max(n + 1 - WINDOW, 0) : n + 1], late[n + 1 : n + 1 + WINDOW]
         if min(map(len, sides)) < SIDE and abs(steps[n]) < SURE:
             continue
@@ -133,7 +145,9 @@ def even(time: Floats, values: Floats, notes: list[Diagnostic]) -> tuple[float, 
     if not lost:
         return spacing, np.asarray(mean)
     notes.append(note("samples_filled_in", samples=lost, in_a_row=longest))
-    return spacing, np.asarray(PchipInterpolator(indices, mean)(np.arange(indices[0], indices[-1] + 1)))
+    return spacing, np.asarray(
+        PchipInterpolator(indices, mean)(np.arange(indices[0], indices[-1] + 1))
+    )
 
 
 def longest_part(time: Floats, values: Floats, notes: list[Diagnostic]) -> slice:
@@ -141,7 +155,8 @@ def longest_part(time: Floats, values: Floats, notes: list[Diagnostic]) -> slice
     good = np.flatnonzero(np.isfinite(values))
     _, numbers = numbered(time, [])
     cuts = np.flatnonzero(np.diff(numbers[good]) - 1 > LONGEST_GAP)
-    begins, ends = np.append(good[:1], good[cuts + 1]), np.append(good[cuts], good[-1:])
+    begins = np.append(good[:1], good[cuts + 1])
+    ends = np.append(good[cuts], good[-1:])
     best = int(np.argmax(numbers[ends] - numbers[begins]))
     if len(cuts):
         begin, end = (float(time[row] - time[0]) for row in (begins[best], ends[best]))

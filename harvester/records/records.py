@@ -1,12 +1,12 @@
 """Recorded shaking: an acceleration over time, or a table of its density over frequency.
 
-`harvester.records.record_files` reads them.  Between its points a density is a straight line in log-log; beside
-a 0, which has no logarithm, it is one in the density itself.
+`harvester.records.record_files` reads them.  Between its points a density is a straight line in
+log-log; beside a 0, which has no logarithm, it is one in the density itself.
 
-A record is repeated for ever.  One that comes back to its beginning as smoothly as it runs is taken as it stands
-(`whole_period`); the end of any other is joined to its beginning by a cubic over `BRIDGE` steps, which nobody recorded.
-Between its samples it is the Fourier series through them, of which a grid of steps h sees what is below pi/h: nothing
-is folded back.
+A record is repeated for ever.  One that comes back to its beginning as smoothly as it runs is taken
+as it stands (`whole_period`); the end of any other is joined to its beginning by a cubic over
+`BRIDGE` steps, which nobody recorded. Between its samples it is the Fourier series through them, of
+which a grid of steps h sees what is below pi/h: nothing is folded back.
 """
 
 import math
@@ -20,8 +20,12 @@ from harvester.errors import InputError
 
 BRIDGE = 4  # steps
 EDGE = 64  # samples beside a piece, over which it fades
-SMOOTH, KINK = 0.05, 1.5  # fourth difference to the RMS below which a join can be judged; and to the largest inside
-TRIES, LOOKED_AT, CHANCE = 4096, 32, 2e-3  # other joins of a record; and the share of them that may be smooth
+# fourth difference to the RMS below which a join can be judged; and to the largest inside
+SMOOTH, KINK = 0.05, 1.5
+# other joins of a record; and the share of them that may be smooth
+TRIES = 4096
+LOOKED_AT = 32
+CHANCE = 2e-3
 SPAN = 8192.0  # period of a record made from a density, in units of 1/w0
 LINES = 12.0  # of such a record in the narrowest band, at least: E[V^2] is then off by 1 % at worst
 MOST_SAMPLES = 2**20  # of such a record, of which an ensemble has 64 or more: 0.5 GB
@@ -32,8 +36,8 @@ _FINER = 8  # points of a fine grid to one that the content needs, for cubic int
 class Record:
     """One period of a record: samples of shape (n,), ``spacing`` apart.
 
-    ``exact``: the excitation is just that Fourier series, as that of a profile, rather than what a sensor read of it.
-    ``bridged``: the last samples are those of a `bridge`.
+    ``exact``: the excitation is just that Fourier series, as that of a profile, rather than what a
+    sensor read of it. ``bridged``: the last samples are those of a `bridge`.
     """
 
     spacing: float
@@ -83,10 +87,13 @@ class Record:
         from scipy.fft import next_fast_len
 
         edge = math.ceil(EDGE / samples)
-        whole = next_fast_len(windows + 2 * edge, True)  # windows, of a number whose Fourier series is quick
-        low, high = (begin - edge) * samples, (begin - edge + whole) * samples
+        # windows, of a number whose Fourier series is quick
+        whole = next_fast_len(windows + 2 * edge, True)
+        low = (begin - edge) * samples
+        high = (begin - edge + whole) * samples
         values = np.zeros(high - low)
-        first, last = max(low, 0), max(min(high, self.count // samples * samples), low, 0)
+        first = max(low, 0)
+        last = max(min(high, self.count // samples * samples), low, 0)
         values[first - low : last - low] = self.part(first, last)
         fade = np.sin(0.5 * math.pi * np.arange(edge * samples) / (edge * samples)) ** 2
         values[: len(fade)] *= fade
@@ -104,7 +111,8 @@ class Record:
 
         series = rfft(self.values) * (count / len(self.values))
         highest = min(0.5 * count, cut * self.period / (2.0 * math.pi))
-        series[-1] *= 0.5 if count > len(self.values) and len(self.values) % 2 == 0 else 1.0  # of both signs
+        # of both signs
+        series[-1] *= 0.5 if count > len(self.values) and len(self.values) % 2 == 0 else 1.0
         series[np.arange(len(series)) >= highest] = 0.0
         return np.asarray(irfft(series[: count // 2 + 1], count))
 
@@ -112,9 +120,15 @@ class Record:
         """The values at any times, without the frequencies above pi/h that a grid of steps h cannot carry."""
         from scipy.interpolate import CubicSpline
 
-        fine = self.at_even_times(_FINER * min(len(self.values), math.ceil(self.period / h)), math.pi / h)
+        fine = self.at_even_times(
+            _FINER * min(len(self.values), math.ceil(self.period / h)), math.pi / h
+        )
         whole = np.linspace(0.0, self.period, len(fine) + 1)
-        return np.asarray(CubicSpline(whole, np.append(fine, fine[0]), bc_type="periodic")(np.mod(times, self.period)))
+        return np.asarray(
+            CubicSpline(whole, np.append(fine, fine[0]), bc_type="periodic")(
+                np.mod(times, self.period)
+            )
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,7 +161,8 @@ class TabulatedDensity:
         """The density at frequencies between the first and the last, in their shape."""
         f, g = self.frequencies, self.values
         k = np.clip(np.searchsorted(f, frequencies, "right") - 1, 0, len(f) - 2)
-        straight, share = g[k] * g[k + 1] == 0.0, np.log(frequencies / f[k]) / np.log(f[k + 1] / f[k])
+        straight = g[k] * g[k + 1] == 0.0
+        share = np.log(frequencies / f[k]) / np.log(f[k + 1] / f[k])
         ratio = np.where(straight, 1.0, g[k + 1]) / np.where(straight, 1.0, g[k])
         return np.asarray(np.where(straight, np.interp(frequencies, f, g), g[k] * ratio**share))
 
@@ -161,7 +176,10 @@ class TabulatedDensity:
 
     def _within(self, k: Any, f: Floats) -> Floats:
         """The integral from the beginning of the segments k up to f: of G ~ f^p, or of a straight line beside a 0."""
-        low, high, left, right = self.frequencies[k], self.frequencies[k + 1], self.values[k], self.values[k + 1]
+        low = self.frequencies[k]
+        high = self.frequencies[k + 1]
+        left = self.values[k]
+        right = self.values[k + 1]
         straight = left * right == 0.0
         way = f - low
         line = way * (left + 0.5 * (right - left) * way / (high - low))
@@ -178,7 +196,8 @@ class TabulatedDensity:
         Gaussian, and has the whole power of a band that is narrower than that.  The period is `SPAN`, or longer so that
         `LINES` are in the narrowest band.
 
-        Raises InputError if that would be more than `MOST_SAMPLES`, or a step of h carries nothing of the density.
+        Raises InputError if that would be more than `MOST_SAMPLES`, or a step of h carries nothing
+        of the density.
         """
         from scipy.fft import irfft
 
@@ -197,7 +216,9 @@ class TabulatedDensity:
                 f"excitation.acceleration_psd_file must have densities below {math.pi / h:.2g} times w0, which a step "
                 f"of {h:.2g}/w0 can carry, but has none there"
             )
-        series[lines] = np.sqrt(0.5 * powers) * np.exp(2j * math.pi * rng.uniform(size=len(lines))) * count
+        series[lines] = (
+            np.sqrt(0.5 * powers) * np.exp(2j * math.pi * rng.uniform(size=len(lines))) * count
+        )
         return Record(h, np.asarray(irfft(series, count)))
 
 
@@ -221,14 +242,23 @@ def whole_period(values: Floats) -> Floats | None:
 def _joined_by_chance(period: Floats, most: float) -> float:
     """The share of other joins, of places as quiet as the ends, that are as smooth though what follows differs."""
     off = np.abs(period - period.mean())
-    quiet = np.lib.stride_tricks.sliding_window_view(off, 4).max(axis=1) <= max(off[:4].max(), off[-4:].max())
+    quiet = np.lib.stride_tricks.sliding_window_view(off, 4).max(axis=1) <= max(
+        off[:4].max(), off[-4:].max()
+    )
     begins = np.random.default_rng(0).choice(np.flatnonzero(quiet), (TRIES, 2))
     joined = period[begins[:, :, None] + np.arange(4)].reshape(TRIES, 8)
     smooth = np.flatnonzero(np.abs(np.diff(joined, 4)).max(axis=1) <= most)
-    noise = np.sqrt(np.mean(np.diff(period, 4) ** 2) / 70.0)  # at most: of white noise that is what it makes
-    after, first = np.arange(len(period) // 4), np.array([[4], [0]])
-    follow = (period.take(begins[k][:, None] + first + after, mode="wrap") for k in smooth[:LOOKED_AT])
-    other = [np.sqrt(np.mean((first_part - second_part) ** 2)) > 2.0 * noise for first_part, second_part in follow]
+    # at most: of white noise that is what it makes
+    noise = np.sqrt(np.mean(np.diff(period, 4) ** 2) / 70.0)
+    after = np.arange(len(period) // 4)
+    first = np.array([[4], [0]])
+    follow = (
+        period.take(begins[k][:, None] + first + after, mode="wrap") for k in smooth[:LOOKED_AT]
+    )
+    other = [
+        np.sqrt(np.mean((first_part - second_part) ** 2)) > 2.0 * noise
+        for first_part, second_part in follow
+    ]
     return float(len(smooth) / TRIES * np.mean(other)) if other else 0.0
 
 

@@ -32,14 +32,19 @@ def of_run(
 ) -> Page:
     """The page of one engine's answer: its errors, what the scene calls for, and how to do it again.
 
-    ``largest`` are the largest values over a lifetime and ``sensitivity`` the elasticities of the power, where they
-    were asked for.
+    ``largest`` are the largest values over a lifetime and ``sensitivity`` the elasticities of the
+    power, where they were asked for.
     """
     problem = Problem.of(scene)
     parts = "The parts of the error of the mean power, in percent of it."
     ledger = any(name.startswith("ledger_") for name in answer.details)
     caption = f"{parts} Below, where the power went." if ledger else parts
-    tables = [engines.table([answer]), engines.reasons([answer]), *engines.details(answer), *_largest(largest)]
+    tables = [
+        engines.table([answer]),
+        engines.reasons([answer]),
+        *engines.details(answer),
+        *_largest(largest),
+    ]
     if sensitivity is not None:
         caption_of = "Elasticity of the mean power in each key, the largest first"
         said = signs("; ".join(map(str, sensitivity.diagnostics)))
@@ -52,7 +57,9 @@ def of_run(
     )
     seed_text = seed if answer.mean_power.stderr is not None else f"{seed} (nothing was sampled)"
     kind = f"run, engine {answer.engine}"
-    return scene_page(problem, kind, engines.lead(answer), section, provenance(problem), seed=seed_text)
+    return scene_page(
+        problem, kind, engines.lead(answer), section, provenance(problem), seed=seed_text
+    )
 
 
 def _largest(extremes: Extremes | None) -> list[TextTable]:
@@ -63,7 +70,9 @@ def _largest(extremes: Extremes | None) -> list[TextTable]:
     return [replace(text_table(extremes.table), caption=caption, note=signs(extremes.method))]
 
 
-def of_comparison(scene: Scene | Problem, result: Comparison, seed: int, largest: Sequence[Extremes] = ()) -> Page:
+def of_comparison(
+    scene: Scene | Problem, result: Comparison, seed: int, largest: Sequence[Extremes] = ()
+) -> Page:
     """The page of all engines side by side, with z-scores, refusals, and what the paths say.
 
     ``largest`` are the largest values over a lifetime, each way that they were found.
@@ -88,10 +97,16 @@ def of_comparison(scene: Scene | Problem, result: Comparison, seed: int, largest
         ],
         warnings=engines.warnings(result.estimates),
     )
-    lead = [f"{e.engine}: {line[0].lower()}{line[1:]}" for e in result.estimates for line in engines.lead(e)[:1]]
+    lead = [
+        f"{e.engine}: {line[0].lower()}{line[1:]}"
+        for e in result.estimates
+        for line in engines.lead(e)[:1]
+    ]
     lead.append(_agreement(result))
     about = provenance(problem)
-    return scene_page(problem, "compare", lead, section, about, seed=seed, reference=result.reference.engine)
+    return scene_page(
+        problem, "compare", lead, section, about, seed=seed, reference=result.reference.engine
+    )
 
 
 def _agreement(result: Comparison) -> str:
@@ -103,7 +118,9 @@ def _agreement(result: Comparison) -> str:
         away = estimate.mean_power.value - reference.mean_power.value
         within = estimate.mean_power.known_error95 + reference.mean_power.known_error95
         off = f"differs by {share(away, reference.mean_power.value)}"
-        words.append(f"{estimate.engine} {'agrees within the errors' if abs(away) <= within else off}")
+        words.append(
+            f"{estimate.engine} {'agrees within the errors' if abs(away) <= within else off}"
+        )
     return f"Against {reference.engine}: {'; '.join(words)}" if words else "Nothing to compare with"
 
 

@@ -50,7 +50,10 @@ def table(estimates: Sequence[Estimate]) -> TextTable:
 
 def reasons(estimates: Sequence[Estimate]) -> TextTable:
     """The table of what each engine says of its errors: why one is missing, or how that of its model is known."""
-    rows = [[estimate.engine, signs(estimate.reason) or _known_parts(estimate)] for estimate in estimates]
+    rows = [
+        [estimate.engine, signs(estimate.reason) or _known_parts(estimate)]
+        for estimate in estimates
+    ]
     return TextTable("What the errors are, or why there is none", ["engine", "reason"], rows)
 
 
@@ -62,7 +65,9 @@ def refusals(refused: dict[str, str]) -> list[TextTable]:
 
 def details(estimate: Estimate) -> list[TextTable]:
     """The table of an answer's details, such as step and trajectories, if there are any."""
-    rows = [[name, signs(text)] for name, text in mapping_rows(estimate.details, estimate.unit_names)]
+    rows = [
+        [name, signs(text)] for name, text in mapping_rows(estimate.details, estimate.unit_names)
+    ]
     rows += [
         [f"nondimensional {n.replace('_', ' ')}", NONE if v is None else signs(f"{v:.5g}")]
         for n, v in estimate.nondimensional.items()
@@ -72,7 +77,11 @@ def details(estimate: Estimate) -> list[TextTable]:
 
 def warnings(estimates: Sequence[Estimate]) -> list[str]:
     """The warnings of all answers, each with its engine's name."""
-    return [f"{estimate.engine}: {signs(str(word))}" for estimate in estimates for word in estimate.warnings]
+    return [
+        f"{estimate.engine}: {signs(str(word))}"
+        for estimate in estimates
+        for word in estimate.warnings
+    ]
 
 
 def first(value: Value, unit: str) -> str:
@@ -85,7 +94,11 @@ def first(value: Value, unit: str) -> str:
 
 def _known_parts(estimate: Estimate) -> str:
     power = estimate.mean_power
-    has = [name for name, error in (("sampling", power.stderr), ("step", power.bias)) if error is not None]
+    has = [
+        name
+        for name, error in (("sampling", power.stderr), ("step", power.bias))
+        if error is not None
+    ]
     if not has:
         return NONE
     measured = f"errors of {' and '.join(has)} are measured in this run"

@@ -11,7 +11,10 @@ from harvester.studies.record import RecordAnswer
 def of_identification(result: IdentificationResult, title: str) -> Page:
     """The page of an identified device."""
     about = origin()
-    rows = [[parameter.key, *map(signs, number_words(parameter)), parameter.what] for parameter in result.parameters]
+    rows = [
+        [parameter.key, *map(signs, number_words(parameter)), parameter.what]
+        for parameter in result.parameters
+    ]
     numbers = [[signs(f"{number:.2f}") for number in row] for row in result.correlations]
     matrix = [[name, *row] for name, row in zip(result.names, numbers, strict=True)]
     open_ = [[key, why] for key, why in result.missing]
@@ -20,20 +23,45 @@ def of_identification(result: IdentificationResult, title: str) -> Page:
         "Each measurement with its fit, and the residuals over the noise.",
         "Points are measured, lines are the fit; below each, the residuals over the noise of that curve.",
     )
-    tables = [TextTable("Parameters", ["parameter", "value", "95 % interval", "what it is"], rows, (1, 2))]
-    tables += [TextTable("Not determined", ["parameter", "what would determine it"], open_)] if open_ else []
-    tables.append(TextTable("Correlations of what was fitted", ["", *result.names], matrix, range(1, len(matrix) + 1)))
+    tables = [
+        TextTable("Parameters", ["parameter", "value", "95 % interval", "what it is"], rows, (1, 2))
+    ]
+    tables += (
+        [TextTable("Not determined", ["parameter", "what would determine it"], open_)]
+        if open_
+        else []
+    )
+    tables.append(
+        TextTable(
+            "Correlations of what was fitted",
+            ["", *result.names],
+            matrix,
+            range(1, len(matrix) + 1),
+        )
+    )
     residual = f"Residual: {100 * result.residual_rms:.2g} % rms of {result.points} points, {result.left_out} left out."
-    texts = [residual, *(f"note: {remark}" for remark in result.diagnostics if remark.severity == "note")]
+    texts = [
+        residual,
+        *(f"note: {remark}" for remark in result.diagnostics if remark.severity == "note"),
+    ]
     warnings = [str(remark) for remark in result.diagnostics if remark.severity == "warning"]
-    section = Section("What the measurements say", texts=texts, drawings=[figure], tables=tables, warnings=warnings)
+    section = Section(
+        "What the measurements say",
+        texts=texts,
+        drawings=[figure],
+        tables=tables,
+        warnings=warnings,
+    )
     lead = [f"{row[0]}: {row[1]} ({row[2]}, 95 %)" for row in rows]
-    return Page(title or "Identification", "identify", lead, [section], command_line(about), made_by(about))
+    return Page(
+        title or "Identification", "identify", lead, [section], command_line(about), made_by(about)
+    )
 
 
 def of_record(answer: RecordAnswer, title: str) -> Page:
     """The page of a record."""
-    about, record = origin(), answer.record
+    about = origin()
+    record = answer.record
     rows = [[f"{b.low:.3g} to {b.high:.3g} Hz", with_errors(b.rms, "m/s^2")] for b in answer.bands]
     figure = drawing(
         answer.plot(None),
@@ -47,5 +75,7 @@ def of_record(answer: RecordAnswer, title: str) -> Page:
         tables=[TextTable("Rms by octave", ["octave", "rms"], rows, (1,))],
         warnings=list(map(str, record.warnings)),
     )
-    lead = [f"Axis {record.axis}: {len(record.values)} samples at {record.rate:.6g} Hz, rms {record.rms:.4g} m/s²"]
+    lead = [
+        f"Axis {record.axis}: {len(record.values)} samples at {record.rate:.6g} Hz, rms {record.rms:.4g} m/s²"
+    ]
     return Page(title, "record", lead, [section], command_line(about), made_by(about))

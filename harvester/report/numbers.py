@@ -28,6 +28,8 @@ def signs(text: str) -> str:
     """A text with the signs of print (±, ², Ω, µ) instead of those of a terminal (+-, ^2, ohm, u)."""
     for plain, sign in _SIGNS.items():
         text = text.replace(plain, sign)
-    text = re.sub(r"(?<=\d)e([-+]\d+)", lambda power: "·10" + str(int(power[1])).translate(_SUPERSCRIPT), text)
+    text = re.sub(
+        r"(?<=\d)e([-+]\d+)", lambda power: "·10" + str(int(power[1])).translate(_SUPERSCRIPT), text
+    )
     text = re.sub(r"(?<=\d) degree\b", "°", text)
     return re.sub(r"(?<=[\d)⁰¹²³⁴⁵⁶⁷⁸⁹] )u(?=[A-ZΩgms])", "µ", text)

@@ -1,7 +1,7 @@
 """A report as one HTML file: sections of text, figures and tables.
 
-Nothing is loaded from elsewhere: figures are SVG inside data: addresses, styles are in the page, there is no script.
-What a user gave (title, netlist, warnings) is text, which jinja2 escapes.
+Nothing is loaded from elsewhere: figures are SVG inside data: addresses, styles are in the page,
+there is no script. What a user gave (title, netlist, warnings) is text, which jinja2 escapes.
 """
 
 import base64
@@ -84,7 +84,11 @@ class Page:
     def verdict(self) -> str:
         """Whether the answer may be used as it stands."""
         count = sum(len(section.warnings) for section in self.sections)
-        return f"{count} warning{'s' * (count > 1)} below: read before use." if count else "No warning."
+        return (
+            f"{count} warning{'s' * (count > 1)} below: read before use."
+            if count
+            else "No warning."
+        )
 
 
 def drawing(figure: "figures.Plot", alt: str, caption: str) -> Drawing:
@@ -104,7 +108,8 @@ def html(page: Page) -> str:
     templates = jinja2.Environment(
         loader=jinja2.FileSystemLoader(Path(__file__).parent),
         autoescape=True,
-        finalize=lambda value: escaped(value) if type(value) is str else value,  # not what is HTML already
+        # not what is HTML already
+        finalize=lambda value: escaped(value) if type(value) is str else value,
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,

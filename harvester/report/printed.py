@@ -28,7 +28,8 @@ def of_response(scene: Scene | Problem, answer: FrequencyResponses, seed: int) -
     answers = []
     for curve in answer.curves:
         for direction in curve.directions:
-            peak, of = curve.peak(direction), curve.unit_names
+            peak = curve.peak(direction)
+            of = curve.unit_names
             most = with_errors(peak.mean_power, of.power)
             where = f"at {amount(peak.frequency, of.frequency)}, {direction}"
             answers.append(f"{curve.engine}: largest mean power {most} {where}")
@@ -53,12 +54,21 @@ def of_stability(scene: Scene | Problem, answer: Stability, seed: int) -> Page:
     """The page of the stability of rest: the exponents, and if it was computed its region in the plane (mu, D22)."""
     caption = "Where rest is stable, in the plane of the time-constant ratio μ and the parametric noise ε2² D22."
     verdict = f"Rest is {answer.verdict}"
-    return of_result(scene, "stability", answer, caption, (answer.table,) * bool(answer.region), [verdict], seed=seed)
+    return of_result(
+        scene,
+        "stability",
+        answer,
+        caption,
+        (answer.table,) * bool(answer.region),
+        [verdict],
+        seed=seed,
+    )
 
 
 def of_search(scene: Scene | Problem, answer: Optimum | ParetoFront, seed: int) -> Page:
     """The page of whatever `optimise` found; of one optimum with the evaluations of the largest powers."""
-    caption, tables = "What was evaluated, and the optimum with its interval.", tuple[Table, ...]()
+    caption = "What was evaluated, and the optimum with its interval."
+    tables = tuple[Table, ...]()
     answers: list[str] = []
     if isinstance(answer, ParetoFront):
         caption = f"The largest mean power against the {answer.quantity.replace('_', ' ')}."
@@ -77,18 +87,26 @@ def _interval(key: OptimalKey) -> str:
     value = amount(key.value, key.unit)
     if key.low95 is None or key.high95 is None:
         return f"best at {value}"
-    return f"best at {value}, between {amount(key.low95, key.unit)} and {amount(key.high95, key.unit)}"
+    return (
+        f"best at {value}, between {amount(key.low95, key.unit)} and {amount(key.high95, key.unit)}"
+    )
 
 
 def highest(answer: Optimum) -> Table:
     """The places of the largest powers that the engine itself evaluated, as far as they differ in print."""
     known = [(p.power, p) for p in answer.own_points if p.power is not None]
     known.sort(key=lambda pair: -pair[0].value)
-    values = [[key.range.value(float(u)) for key, u in zip(answer.keys, p.u, strict=True)] for _, p in known]
-    columns = [Column(key.key, [row[k] for row in values], key.unit) for k, key in enumerate(answer.keys)]
+    values = [
+        [key.range.value(float(u)) for key, u in zip(answer.keys, p.u, strict=True)]
+        for _, p in known
+    ]
+    columns = [
+        Column(key.key, [row[k] for row in values], key.unit) for k, key in enumerate(answer.keys)
+    ]
     columns.append(Column("mean_power", [power for power, _ in known], answer.unit_names.power))
     evaluated = Table(tuple(columns), f"the highest of what {answer.engine} evaluated")
-    rows = dict(reversed([(tuple(row), k) for k, row in enumerate(evaluated.shown()[1])]))  # the first of those alike
+    # the first of those alike
+    rows = dict(reversed([(tuple(row), k) for k, row in enumerate(evaluated.shown()[1])]))
     return evaluated.rows(sorted(rows.values())[:BEST])
 
 
@@ -98,7 +116,9 @@ def of_tolerance(scene: Scene | Problem, answer: ToleranceResult, seed: int) -> 
         "How many devices have which power. Below, where 5 to 95 % of them are with one key alone, and that key's "
         "share of the variance."
     )
-    kind, count, unit = f"tolerance, engine {answer.engine}", len(answer.power), answer.unit
+    kind = f"tolerance, engine {answer.engine}"
+    count = len(answer.power)
+    unit = answer.unit
     low, middle, high = (amount(answer.quantiles[share].value, unit) for share in (0.05, 0.5, 0.95))
     answers = [f"Median mean power: {middle}; 90 % of devices have {low} to {high}"]
     if answer.met is not None:

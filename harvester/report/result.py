@@ -30,17 +30,25 @@ def of_result(
 ) -> Page:
     """The page of what a study found for a scene, with its figure, and ``tables`` beside its own; ``made`` says how.
 
-    ``answers`` lead it, where the rows of its sheet do not say what was asked for; what it took stands last.
+    ``answers`` lead it, where the rows of its sheet do not say what was asked for; what it took
+    stands last.
     """
-    problem, page = Problem.of(scene), sheet(result)
+    problem = Problem.of(scene)
+    page = sheet(result)
     rows = [f"{name}: {text}" for name, text in page.rows]
     took = hasattr(result, "seconds")
     lead = list(map(signs, (*answers, *[page.head] * (not took), *rows, *[page.head] * took)))
-    plot = getattr(result, "plot", None) if getattr(result, "region", True) else None  # `stability` draws that alone
-    drawings = [] if plot is None else [drawing(plot(None), f"{caption} {'. '.join(lead)}.", caption)]
+    # `stability` draws that alone
+    plot = getattr(result, "plot", None) if getattr(result, "region", True) else None
+    drawings = (
+        [] if plot is None else [drawing(plot(None), f"{caption} {'. '.join(lead)}.", caption)]
+    )
     section = Section(
         "What was found",
-        texts=[f"{note if '.' in note.split()[0] else note[0].upper() + note[1:]}." for note in map(signs, page.notes)],
+        texts=[
+            f"{note if '.' in note.split()[0] else note[0].upper() + note[1:]}."
+            for note in map(signs, page.notes)
+        ],
         drawings=drawings,
         tables=[*_tables(page), *map(text_table, tables)],
         warnings=[signs(warning) for warning in page.warnings],
@@ -61,16 +69,23 @@ def _tables(page: Sheet) -> Iterator[TextTable]:
 def text_table(table: Table) -> TextTable:
     """A table as texts; of a long one its beginning, and how much is left out.
 
-    A column without any text is left out, one that says the same in every row stands below, and so does a sentence
-    that several cells have.
+    A column without any text is left out, one that says the same in every row stands below, and so
+    does a sentence that several cells have.
     """
     few = table.head(MOST_ON_A_PAGE)
     heads, rows = few.shown()
-    notes = [f"{len(table) - len(few)} more rows are in the CSV file."] if len(few) < len(table) else []
+    notes = (
+        [f"{len(table) - len(few)} more rows are in the CSV file."] if len(few) < len(table) else []
+    )
     texts = [list(map(signs, column)) for column in zip(*rows, strict=True)] or [[] for _ in heads]
     first, *others = zip(heads, texts, strict=True)
-    notes += [f"In every row: {head} {cells[0]}." for head, cells in others if _is_one(cells) and cells[0]]
-    kept = [first, *((head, _referred(cells, notes)) for head, cells in others if not _is_one(cells))]
+    notes += [
+        f"In every row: {head} {cells[0]}." for head, cells in others if _is_one(cells) and cells[0]
+    ]
+    kept = [
+        first,
+        *((head, _referred(cells, notes)) for head, cells in others if not _is_one(cells)),
+    ]
     heads, columns = [head for head, _ in kept], [cells for _, cells in kept]
     numbers = [k for k, cells in enumerate(columns) if _are_numbers(cells)]
     title = table.title[:1].upper() + table.title[1:]
@@ -91,13 +106,21 @@ def _are_numbers(cells: list[str]) -> bool:
 def _referred(cells: list[str], notes: list[str]) -> list[str]:
     """Cells of a column, with a number for each sentence that several of them have; the ``notes`` get the sentences.
 
-    Sentences that differ in their numbers alone are one, which stands there with those of the first.
+    Sentences that differ in their numbers alone are one, which stands there with those of the
+    first.
     """
-    kinds = {text: re.sub(r"\d[\d.e+-]*", "#", text) for text in dict.fromkeys(cells) if len(text) > SENTENCE}
-    variants, many = Counter(kinds.values()), Counter(kinds.get(text) for text in cells)
+    kinds = {
+        text: re.sub(r"\d[\d.e+-]*", "#", text)
+        for text in dict.fromkeys(cells)
+        if len(text) > SENTENCE
+    }
+    variants = Counter(kinds.values())
+    many = Counter(kinds.get(text) for text in cells)
     known = dict[str, str]()
     for text, kind in kinds.items():
         if kind not in known and many[kind] > 1:
             known[kind] = f"[{len(notes) + 1}]"
-            notes.append(f"{known[kind]} {text}{' (elsewhere with other numbers)' * (variants[kind] > 1)}.")
+            notes.append(
+                f"{known[kind]} {text}{' (elsewhere with other numbers)' * (variants[kind] > 1)}."
+            )
     return [known.get(kinds.get(text, ""), text) for text in cells]

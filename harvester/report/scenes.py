@@ -16,7 +16,13 @@ from harvester.scene.scene_writer import as_written, written
 
 
 def scene_page(
-    problem: Problem, kind: str, lead: Sequence[str], first: Section, about: dict[str, Any], text: str = "", **made: Any
+    problem: Problem,
+    kind: str,
+    lead: Sequence[str],
+    first: Section,
+    about: dict[str, Any],
+    text: str = "",
+    **made: Any,
 ) -> Page:
     """The page of what was found for a scene: the findings, the scene and its effects, and what made them.
 
@@ -59,11 +65,19 @@ def effects_section(problem: Problem) -> Section:
 
 def coefficients(caption: str, eqs: Equations) -> TextTable:
     """The table of the nondimensional coefficients that are present."""
-    rows, of_keys = [], {key.name: key.meaning for key in chosen("nondimensional")}
+    rows = []
+    of_keys = {key.name: key.meaning for key in chosen("nondimensional")}
     for name in sorted(vars(eqs), key=[*COEFFICIENTS, *vars(eqs)].index):
-        value, meaning = getattr(eqs, name), COEFFICIENTS.get(name) or of_keys.get(name, name)
+        value = getattr(eqs, name)
+        meaning = COEFFICIENTS.get(name) or of_keys.get(name, name)
         if value is not None:
-            rows.append([name, meaning, signs(f"{value:.5g}") if isinstance(value, float) else "from a file"])
+            rows.append(
+                [
+                    name,
+                    meaning,
+                    signs(f"{value:.5g}") if isinstance(value, float) else "from a file",
+                ]
+            )
     return TextTable(caption, ["coefficient", "meaning", "value"], rows, (2,))
 
 
@@ -79,7 +93,9 @@ def made_by(about: dict[str, Any], **more: Any) -> dict[str, str]:
     rows["date"] = about["when"]
     rows["machine"] = f"{machine['processor']}, {machine['cores']} cores, {machine['system']}"
     versions = about["versions"].items()
-    rows["versions"] = ", ".join(f"{name} {version or '(not installed)'}" for name, version in versions)
+    rows["versions"] = ", ".join(
+        f"{name} {version or '(not installed)'}" for name, version in versions
+    )
     if "scene_digest" in about:
         rows["digest of the scene"] = about["scene_digest"]
     return rows
@@ -96,7 +112,9 @@ def _keys(scene: Scene) -> TextTable:
 def _key(table: str, name: str, value: Any) -> list[list[str]]:
     if isinstance(value, dict):
         units = {part: unit_of(f"{table}.{name}.{part}") or "(SI)" for part in value}
-        return [[f"{table}.{name}.{part}", amount(entry, units[part])] for part, entry in value.items()]
+        return [
+            [f"{table}.{name}.{part}", amount(entry, units[part])] for part, entry in value.items()
+        ]
     shown = written(table, name, value)
     if isinstance(shown, float):
         return [[f"{table}.{name}", amount(shown, unit_of(f"{table}.{name}"))]]
@@ -112,4 +130,9 @@ def _scales(problem: Problem) -> TextTable:
         ("voltage θ l/Cp", s.volts, "V"),
         ("power M ω0³ l²", s.watts, "W"),
     ]
-    return TextTable("What a nondimensional 1 is", ["scale", "value"], [[n, amount(v, u)] for n, v, u in values], (1,))
+    return TextTable(
+        "What a nondimensional 1 is",
+        ["scale", "value"],
+        [[n, amount(v, u)] for n, v, u in values],
+        (1,),
+    )

@@ -26,7 +26,11 @@ def of_cost(scene: Scene | Problem, cost: Cost, seed: int, budget: float) -> Pag
     """The page of what accuracy costs: the front, the seconds for an accuracy, and all rows with three errors."""
     problem = Problem.of(scene)
     reached = [(target, *cost.fastest(target)) for target in TARGETS]
-    lead = [f"Within {100 * target:g} %: {name} in {clock(seconds)}" for target, name, seconds in reached if seconds]
+    lead = [
+        f"Within {100 * target:g} %: {name} in {clock(seconds)}"
+        for target, name, seconds in reached
+        if seconds
+    ]
     page = sheet(cost)
     section = Section(
         "What accuracy costs",
@@ -56,7 +60,9 @@ def of_cost(scene: Scene | Problem, cost: Cost, seed: int, budget: float) -> Pag
 
 def of_sweep(scene: Scene | Problem, table: SweepTable) -> Page:
     """The page of a sweep: its figure, each engine's best point, all rows, failures, and the scene to start from."""
-    about, keys, names = table.about, ", ".join(table.keys), table.engines
+    about = table.about
+    keys = ", ".join(table.keys)
+    names = table.engines
     best = [_best(table, name) for name in names if any(row.mean_power for row in table.of(name))]
     seeds = {options["seed"] for options in about["engines"].values() if "seed" in options}
     figure = drawing(
@@ -74,7 +80,9 @@ def of_sweep(scene: Scene | Problem, table: SweepTable) -> Page:
     )
     base = f"Where the points start from; each has its own {keys}."
     seed = ", ".join(map(str, sorted(seeds))) or "nothing was sampled"
-    return scene_page(Problem.of(scene), f"sweep of {keys}", best, section, dict(about), base, seed=seed)
+    return scene_page(
+        Problem.of(scene), f"sweep of {keys}", best, section, dict(about), base, seed=seed
+    )
 
 
 def _best(table: SweepTable, engine: str) -> str:
@@ -89,14 +97,19 @@ def _best(table: SweepTable, engine: str) -> str:
 def _summary(table: SweepTable) -> Table:
     """What each engine took, and the largest errors that it states."""
     rows = {name: table.of(name) for name in table.engines}
-    powers = {name: [row.mean_power for row in mine if row.mean_power is not None] for name, mine in rows.items()}
+    powers = {
+        name: [row.mean_power for row in mine if row.mean_power is not None]
+        for name, mine in rows.items()
+    }
     worst = [max(some, key=_relative_error, default=None) for some in powers.values()]
     return Table(
         (
             Column("engine", list(rows)),
             Column("points", [len(mine) for mine in rows.values()]),
             Column("failed", [sum(bool(row.error) for row in mine) for mine in rows.values()]),
-            Column("with warnings", [sum(bool(row.warnings) for row in mine) for mine in rows.values()]),
+            Column(
+                "with warnings", [sum(bool(row.warnings) for row in mine) for mine in rows.values()]
+            ),
             Column("error, 95 %, at most", [error_in_percent(error) for error in worst]),
             Column("seconds", [sum(row.seconds or 0.0 for row in mine) for mine in rows.values()]),
         ),
@@ -110,7 +123,14 @@ def _relative_error(power: Value) -> float:
 
 def _points(table: SweepTable, failures: bool) -> Table:
     """All rows, with the errors of both means."""
-    shown = (*table.keys, "engine", "mean_power", "mean_square_voltage", "seconds", *["error"] * failures)
+    shown = (
+        *table.keys,
+        "engine",
+        "mean_power",
+        "mean_square_voltage",
+        "seconds",
+        *["error"] * failures,
+    )
     columns = {column.name: column for column in table.table.columns}
     return Table(tuple(columns[name] for name in shown), "Points")
 
@@ -120,8 +140,13 @@ def of_paper(drawn: list[PaperFigure]) -> Page:
     about = origin()
     parameters = Section(
         "Parameters",
-        texts=["As the paper's text prints them. What it leaves open is assumed, and stands in each figure's title."],
-        tables=[coefficients("Figures 1 to 6", RESPONSE), coefficients("Figures 7 to 9", STABILITY)],
+        texts=[
+            "As the paper's text prints them. What it leaves open is assumed, and stands in each figure's title."
+        ],
+        tables=[
+            coefficients("Figures 1 to 6", RESPONSE),
+            coefficients("Figures 7 to 9", STABILITY),
+        ],
     )
     return Page(
         title="The paper's figures: its theory, ours, and Monte Carlo of the coupled equations",
@@ -140,13 +165,24 @@ def _section(published: PaperFigure) -> Section:
         theories = (_off(points, name) for name in ("published", "averaged", "density"))
         noise = share(max(p.ensemble_error95 for p in points), _size(points))
         rows.append([signs(panel), str(len(points)), *theories, noise])
-    heads = ["panel", "points", "published off by", "averaged off by", "density off by", "Monte Carlo, 95 %"]
+    heads = [
+        "panel",
+        "points",
+        "published off by",
+        "averaged off by",
+        "density off by",
+        "Monte Carlo, 95 %",
+    ]
     note = (
         "Largest differences from the Monte Carlo, and its widest 95 % half-interval, relative to the largest"
         " value of the panel."
     )
-    summary = "; ".join(f"{row[0]}: published off by up to {row[2]}, averaged by {row[3]}" for row in rows)
-    figure = drawing(figures.paper(published.points, None), f"{published.title}. {summary}.", published.title)
+    summary = "; ".join(
+        f"{row[0]}: published off by up to {row[2]}, averaged by {row[3]}" for row in rows
+    )
+    figure = drawing(
+        figures.paper(published.points, None), f"{published.title}. {summary}.", published.title
+    )
     table = TextTable("How far the theories are off", heads, rows, range(1, 6), note)
     return Section(f"Figure {published.number}", drawings=[figure], tables=[table])
 

@@ -26,9 +26,15 @@ def check_beside(
     if magnifier is not None:
         _check_alone("magnifier", {"[[mode]]": bool(modes), "excitation.stiffness_noise": noise})
         if magnifier.restitution is not None and stop:
-            raise InputError("magnifier.restitution must be left out beside [stop], but both are given")
+            raise InputError(
+                "magnifier.restitution must be left out beside [stop], but both are given"
+            )
     if ball is not None:
-        beside = {"[stop]": stop, "[magnifier]": magnifier is not None, "excitation.stiffness_noise": noise}
+        beside = {
+            "[stop]": stop,
+            "[magnifier]": magnifier is not None,
+            "excitation.stiffness_noise": noise,
+        }
         _check_alone("ball", beside)
 
 
@@ -38,29 +44,39 @@ def changed_modes(modes: Sequence[Mode], changes: Mapping[str, Any]) -> tuple[Mo
     for key, value in changes.items():
         number, _, name = key.partition(".")
         if int(number) > len(modes) + 1:
-            raise invalid(f"mode.{key}", f"be of a mode that the scene has, {len(modes) + 1} at most", number)
+            raise invalid(
+                f"mode.{key}", f"be of a mode that the scene has, {len(modes) + 1} at most", number
+            )
         keys_by_mode[int(number) - 2][name] = value
     return tuple(mode.replace(**keys) for mode, keys in zip(modes, keys_by_mode, strict=True))
 
 
-def _check_modes(modal: ModalParameters, modes: Sequence[Mode], stiffness_noise: float | None) -> None:
+def _check_modes(
+    modal: ModalParameters, modes: Sequence[Mode], stiffness_noise: float | None
+) -> None:
     """Refuse too many modes, modes that are not in the order of their frequencies, and a coupling too strong.
 
-    A coupling theta takes theta^2/(2 Cp) of energy into the capacitance at a displacement of 1, which must be less than
-    what the mode's spring holds there, stiffness/2: else the capacitance is not that of the clamped piezo.
+    A coupling theta takes theta^2/(2 Cp) of energy into the capacitance at a displacement of 1,
+    which must be less than what the mode's spring holds there, stiffness/2: else the capacitance is
+    not that of the clamped piezo.
     """
     if not modes:
         return
     if len(modes) > MOST:
-        raise invalid("mode", f"be at most {MOST} tables, the second to the fourth mode", len(modes))
+        raise invalid(
+            "mode", f"be at most {MOST} tables, the second to the fourth mode", len(modes)
+        )
     if stiffness_noise:
-        raise InputError("excitation.stiffness_noise must be left out beside [[mode]], but both are given")
+        raise InputError(
+            "excitation.stiffness_noise must be left out beside [[mode]], but both are given"
+        )
     below = modal.frequency / TURN
     for number, mode in enumerate(modes, 2):
         if not mode.frequency > below:
             must = f"be above that of the mode before, {below:.6g} Hz"
             raise invalid(f"mode.{number}.frequency", must, mode.frequency)
-        below, spring = mode.frequency, mode.mass * (TURN * mode.frequency) ** 2
+        below = mode.frequency
+        spring = mode.mass * (TURN * mode.frequency) ** 2
         if (mode.coupling or 0.0) ** 2 >= spring * modal.capacitance:
             most = math.sqrt(spring * modal.capacitance)
             must = f"be below {most:.4g} N/V in size, where the piezo takes all the energy that the mode's spring holds"

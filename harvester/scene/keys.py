@@ -8,19 +8,41 @@ from harvester.presentation.columns import columns
 from harvester.quantities.kinds import Kind, any_quantity, with_prefix
 from harvester.scene.load import Load
 from harvester.scene.nondimensional import Nondimensional
-from harvester.scene.physical import Ball, Excitation, Magnifier, Mode, OppositeStop, Oscillator, Piezo, Stop
+from harvester.scene.physical import (
+    Ball,
+    Excitation,
+    Magnifier,
+    Mode,
+    OppositeStop,
+    Oscillator,
+    Piezo,
+    Stop,
+)
 from harvester.scene.sensor_node import HarvestingChip, SensorNode, Storage
 from harvester.scene.table import SceneKey, SceneTable, key_names, keys_of, notes
 
 TABLES: dict[str, type[SceneTable]] = {
     table.TABLE: table
     for table in (
-        *(Oscillator, Piezo, Stop, OppositeStop, Mode, Magnifier, Ball, Excitation, Load, Storage, SensorNode),
+        *(
+            Oscillator,
+            Piezo,
+            Stop,
+            OppositeStop,
+            Mode,
+            Magnifier,
+            Ball,
+            Excitation,
+            Load,
+            Storage,
+            SensorNode,
+        ),
         *(HarvestingChip, Nondimensional),
     )
 }
 
-SEVERAL = (Mode.TABLE,)  # tables of which a scene has several: [[mode]], the first of which is that of mode 2
+# tables of which a scene has several: [[mode]], the first of which is that of mode 2
+SEVERAL = (Mode.TABLE,)
 BESIDE = (
     Storage.TABLE,
     SensorNode.TABLE,
@@ -30,7 +52,8 @@ BESIDE = (
     Ball.TABLE,
 )  # of what is beside the device
 MODES = ("2", "3", "4")  # the numbers of further modes
-_OF_PARAMETERS = {"R": "ohm", "C": "F", "L": "H", "Rcoil": "ohm", "Rcore": "ohm", "Cp": "F"}  # as in SPICE
+# as in SPICE
+_OF_PARAMETERS = {"R": "ohm", "C": "F", "L": "H", "Rcoil": "ohm", "Rcore": "ohm", "Cp": "F"}
 
 
 def keys() -> tuple[SceneKey, ...]:
@@ -53,7 +76,9 @@ def chosen(what: str | None) -> tuple[SceneKey, ...]:
 
 def text(some: tuple[SceneKey, ...]) -> str:
     """The keys as `harvester keys` lists them, under the names of their tables."""
-    cells = [(key.name, key.unit, key.example, key.meaning + " (needed)" * key.needed) for key in some]
+    cells = [
+        (key.name, key.unit, key.example, key.meaning + " (needed)" * key.needed) for key in some
+    ]
     lines: list[str] = []
     table = ""
     for key, line in zip(some, columns(cells, "  "), strict=True):
@@ -77,7 +102,9 @@ def full_key(key: str) -> str:
     device = [table for table in having if table not in BESIDE]
     candidates = [f"{table}.{key}" for table in device or having]
     if len(candidates) > 1:
-        raise InputError(f"key {key!r} must be given with its table, but several have it: {', '.join(candidates)}")
+        raise InputError(
+            f"key {key!r} must be given with its table, but several have it: {', '.join(candidates)}"
+        )
     return candidates[0] if candidates else key
 
 
@@ -109,7 +136,11 @@ def split_key(key: str) -> tuple[str, str]:
 def read_value(key: str, text: str) -> float:
     """A value of a scene key as the command line writes it ("1k", "1 Mohm"), in SI units; InputError for another."""
     _, name = split_key(key)
-    reader = any_quantity if name.startswith("parameters.") else functools.partial(with_prefix, kind=kind_of(key))
+    reader = (
+        any_quantity
+        if name.startswith("parameters.")
+        else functools.partial(with_prefix, kind=kind_of(key))
+    )
     return reading(key, reader, text)
 
 

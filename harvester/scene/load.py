@@ -4,7 +4,15 @@ from typing import Annotated, ClassVar
 
 from harvester.errors import InputError, invalid
 from harvester.quantities.kinds import ANY, RESISTANCE, VOLTAGE, any_quantity
-from harvester.scene.table import NO_NUMBERS, NONE, FrozenNumbers, Numbers, OptNumber, SceneTable, scene_table
+from harvester.scene.table import (
+    NO_NUMBERS,
+    NONE,
+    FrozenNumbers,
+    Numbers,
+    OptNumber,
+    SceneTable,
+    scene_table,
+)
 
 
 @scene_table
@@ -18,13 +26,27 @@ class Load(SceneTable):
 
     TABLE: ClassVar[str] = "load"
     resistance: Annotated[OptNumber, RESISTANCE, "load resistor across the electrodes"] = NONE
-    netlist: Annotated[str, "instead of resistance: a circuit of netlists/, or a path", "'bridge'"] | None = None
-    parameters: Annotated[Numbers, FrozenNumbers(any_quantity, ANY), "of the netlist", "{ R = '1 Mohm' }"] = NO_NUMBERS
-    terminals: (
-        Annotated[tuple[str, str], "nets of the piezo in a flat netlist, such as KiCad's", "['/PZ_P', '/PZ_N']"] | None
+    netlist: (
+        Annotated[str, "instead of resistance: a circuit of netlists/, or a path", "'bridge'"]
+        | None
     ) = None
-    resistor: Annotated[str, "of a flat netlist, whose power is asked for; else Rload", "'R3'"] | None = None
-    store: Annotated[str, "capacitor of a flat netlist that is the store; else Csmooth", "'C1'"] | None = None
+    parameters: Annotated[
+        Numbers, FrozenNumbers(any_quantity, ANY), "of the netlist", "{ R = '1 Mohm' }"
+    ] = NO_NUMBERS
+    terminals: (
+        Annotated[
+            tuple[str, str],
+            "nets of the piezo in a flat netlist, such as KiCad's",
+            "['/PZ_P', '/PZ_N']",
+        ]
+        | None
+    ) = None
+    resistor: (
+        Annotated[str, "of a flat netlist, whose power is asked for; else Rload", "'R3'"] | None
+    ) = None
+    store: (
+        Annotated[str, "capacitor of a flat netlist that is the store; else Csmooth", "'C1'"] | None
+    ) = None
     supplies: Annotated[
         Numbers,
         FrozenNumbers(VOLTAGE.read, VOLTAGE),
@@ -43,9 +65,13 @@ class Load(SceneTable):
             raise InputError("load.parameters must go with a netlist, but the load is a resistance")
         flat = [key for key in ("resistor", "store", "supplies") if getattr(self, key)]
         if flat and self.terminals is None:
-            raise InputError(f"load.{flat[0]} must go with load.terminals, the piezo's nets, but they are missing")
+            raise InputError(
+                f"load.{flat[0]} must go with load.terminals, the piezo's nets, but they are missing"
+            )
         if self.terminals is not None and (self.netlist is None or not is_path(self.netlist)):
-            raise InputError("load.terminals must go with the file of a flat netlist, but load.netlist is none")
+            raise InputError(
+                "load.terminals must go with the file of a flat netlist, but load.netlist is none"
+            )
 
 
 def is_path(netlist: str) -> bool:

@@ -11,9 +11,10 @@ from harvester.scene.physical import Oscillator, Piezo
 class ModalParameters:
     """M X'' + damping X' + stiffness X + theta v = ..., Cp v' = theta X' - i, in SI units; no damping is None.
 
-    A resonance frequency f in short circuit stands for stiffness = M (2 pi f)^2, a quality factor Q for the damping
-    sqrt(|stiffness| M)/Q, a damping ratio zeta for 2 zeta sqrt(|stiffness| M), and the frequency f_oc of the open
-    circuit, at which stiffness + theta^2/Cp = M (2 pi f_oc)^2, for the coupling theta > 0.
+    A resonance frequency f in short circuit stands for stiffness = M (2 pi f)^2, a quality factor Q
+    for the damping sqrt(|stiffness| M)/Q, a damping ratio zeta for 2 zeta sqrt(|stiffness| M), and
+    the frequency f_oc of the open circuit, at which stiffness + theta^2/Cp = M (2 pi f_oc)^2, for
+    the coupling theta > 0.
     """
 
     mass: float
@@ -46,7 +47,9 @@ def modal_parameters(oscillator: Oscillator, piezo: Piezo) -> ModalParameters:
 
     Raises InputError if the open circuit's frequency is not above that of the short circuit.
     """
-    mass, stiffness, damping = oscillator.mass, oscillator.stiffness, oscillator.damping
+    mass = oscillator.mass
+    stiffness = oscillator.stiffness
+    damping = oscillator.damping
     if stiffness is None:
         stiffness = _spring(mass, oscillator.frequency)
     ratio = None if oscillator.q is None else 0.5 / oscillator.q

@@ -4,7 +4,12 @@ from typing import Annotated, ClassVar
 
 from harvester.errors import InputError, invalid
 from harvester.quantities.kinds import NUMBER, NUMBER_ABOVE_0, NUMBER_FROM_0, RESTITUTION
-from harvester.scene.checks import check_opposite_stop, check_rigid_or_compliant, check_shaking, check_stop_damping
+from harvester.scene.checks import (
+    check_opposite_stop,
+    check_rigid_or_compliant,
+    check_shaking,
+    check_stop_damping,
+)
 from harvester.scene.table import NONE, OptNumber, SceneTable, scene_table
 
 
@@ -35,9 +40,13 @@ class Nondimensional(SceneTable):
     mu: Annotated[OptNumber, NUMBER_FROM_0, "load, 1/(R Cp w0)"] = NONE
     restitution: Annotated[OptNumber, RESTITUTION, "rigid stop"] = NONE
     gap: Annotated[OptNumber, NUMBER, "the stop is at x = -gap"] = NONE
-    opposite_restitution: Annotated[OptNumber, RESTITUTION, "of a second rigid stop, at x = +opposite_gap"] = NONE
+    opposite_restitution: Annotated[
+        OptNumber, RESTITUTION, "of a second rigid stop, at x = +opposite_gap"
+    ] = NONE
     opposite_gap: Annotated[OptNumber, NUMBER, "its distance from rest"] = NONE
-    stop_stiffness: Annotated[OptNumber, NUMBER_FROM_0, "compliant stop, instead of restitution"] = NONE
+    stop_stiffness: Annotated[
+        OptNumber, NUMBER_FROM_0, "compliant stop, instead of restitution"
+    ] = NONE
     stop_damping: Annotated[OptNumber, NUMBER_FROM_0, "of a compliant stop"] = NONE
     eps1: Annotated[OptNumber, NUMBER, "size of the external noise; 1 where left out"] = NONE
     eps2: Annotated[OptNumber, NUMBER, "size of the parametric noise; 1 where left out"] = NONE
@@ -47,22 +56,32 @@ class Nondimensional(SceneTable):
     drive: Annotated[OptNumber, NUMBER_FROM_0, "amplitude of a harmonic acceleration"] = NONE
     drive_frequency: Annotated[OptNumber, NUMBER_ABOVE_0, "its frequency over w0 (rad)"] = NONE
     correlation_time: Annotated[OptNumber, NUMBER_ABOVE_0, "the external noise is coloured"] = NONE
-    centre_frequency: Annotated[OptNumber, NUMBER_ABOVE_0, "the external noise has a band: its centre (rad)"] = NONE
-    bandwidth: Annotated[OptNumber, NUMBER_ABOVE_0, "between the half-power points of that band (rad)"] = NONE
+    centre_frequency: Annotated[
+        OptNumber, NUMBER_ABOVE_0, "the external noise has a band: its centre (rad)"
+    ] = NONE
+    bandwidth: Annotated[
+        OptNumber, NUMBER_ABOVE_0, "between the half-power points of that band (rad)"
+    ] = NONE
 
     def __post_init__(self) -> None:
         check_shaking(self, "drive", "drive_frequency", "D11")
         if self.D12 and self.filtered:
-            raise InputError("nondimensional.D12 must be left out where the noise is filtered, but both are given")
+            raise InputError(
+                "nondimensional.D12 must be left out where the noise is filtered, but both are given"
+            )
         for eps, density in (("eps1", "D11"), ("eps2", "D22")):
             if getattr(self, eps) and getattr(self, density) is None:
-                raise InputError(f"nondimensional.{density} must be given with {eps}, but is left out")
+                raise InputError(
+                    f"nondimensional.{density} must be given with {eps}, but is left out"
+                )
         if self.linear is not None and abs(self.linear) != 1.0:
             raise invalid("nondimensional.linear", "be 1 or -1", self.linear)
         self._check_stops()
         bound = ((self.D11 or 0.0) * (self.D22 or 0.0)) ** 0.5
         if abs(self.D12 or 0.0) > bound * (1 + 1e-12):
-            raise invalid("nondimensional.D12", f"be at most sqrt(D11 D22) = {bound:g} in size", self.D12)
+            raise invalid(
+                "nondimensional.D12", f"be at most sqrt(D11 D22) = {bound:g} in size", self.D12
+            )
 
     @property
     def filtered(self) -> bool:
@@ -73,11 +92,20 @@ class Nondimensional(SceneTable):
         stop = self.restitution is not None or bool(self.stop_stiffness)
         for key, whole in (("gap", stop), ("opposite_gap", self.opposite_restitution is not None)):
             if getattr(self, key) is not None and not whole:
-                raise InputError(f"nondimensional.{key} must go with a stop, but there is none: give its restitution")
+                raise InputError(
+                    f"nondimensional.{key} must go with a stop, but there is none: give its restitution"
+                )
         if stop or self.stop_damping is not None:
             check_rigid_or_compliant(
                 "nondimensional", "stop_", self.restitution, self.stop_stiffness, self.stop_damping
             )
-            check_stop_damping("nondimensional.stop_damping", self.stop_damping, self.stop_stiffness, 1.0)
+            check_stop_damping(
+                "nondimensional.stop_damping", self.stop_damping, self.stop_stiffness, 1.0
+            )
         if self.opposite_restitution is not None:
-            check_opposite_stop("nondimensional.opposite_", self.restitution is not None, self.gap, self.opposite_gap)
+            check_opposite_stop(
+                "nondimensional.opposite_",
+                self.restitution is not None,
+                self.gap,
+                self.opposite_gap,
+            )

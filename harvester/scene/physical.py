@@ -1,7 +1,7 @@
 """The tables of a physical scene: oscillator, piezo, stops and excitation, in SI units.
 
-Numbers are SI; texts carry their unit.  A table or a key that is left out is an effect that is absent.
-Long because users read the explanation of each table.
+Numbers are SI; texts carry their unit.  A table or a key that is left out is an effect that is
+absent. Long because users read the explanation of each table.
 """
 
 from collections.abc import Sequence
@@ -63,20 +63,34 @@ class Oscillator(SceneTable):
     TABLE: ClassVar[str] = "oscillator"
     SAME: ClassVar = {("stiffness", "frequency"): True, ("damping", "damping_ratio", "q"): False}
     mass: Annotated[Number, MASS, "effective (modal) mass"]
-    stiffness: Annotated[OptNumber, STIFFNESS, "linear spring, in short circuit; negative: two wells"] = NONE
-    frequency: Annotated[OptNumber, FREQUENCY, "instead of stiffness: the resonance in short circuit"] = NONE
+    stiffness: Annotated[
+        OptNumber, STIFFNESS, "linear spring, in short circuit; negative: two wells"
+    ] = NONE
+    frequency: Annotated[
+        OptNumber, FREQUENCY, "instead of stiffness: the resonance in short circuit"
+    ] = NONE
     quadratic_stiffness: Annotated[OptNumber, QUADRATIC_STIFFNESS, "force of X^2"] = NONE
-    cubic_stiffness: Annotated[OptNumber, CUBIC_STIFFNESS, "force of X^3; negative: softening"] = NONE
+    cubic_stiffness: Annotated[OptNumber, CUBIC_STIFFNESS, "force of X^3; negative: softening"] = (
+        NONE
+    )
     damping: Annotated[OptNumber, DAMPING, "linear damping"] = NONE
-    damping_ratio: Annotated[OptNumber, NUMBER, "instead of damping: damping/(2 sqrt(|stiffness| mass))"] = NONE
+    damping_ratio: Annotated[
+        OptNumber, NUMBER, "instead of damping: damping/(2 sqrt(|stiffness| mass))"
+    ] = NONE
     q: Annotated[OptNumber, QUALITY, "instead of damping: quality factor in short circuit"] = NONE
     damping_x2: Annotated[OptNumber, DAMPING_X2, "damping of X^2 X'"] = NONE
     damping_x4: Annotated[OptNumber, DAMPING_X4, "damping of X^4 X'"] = NONE
-    damping_v: Annotated[OptNumber, DAMPING_V, "quadratic damping: of |X'| X', such as air's"] = NONE
+    damping_v: Annotated[OptNumber, DAMPING_V, "quadratic damping: of |X'| X', such as air's"] = (
+        NONE
+    )
 
     def __post_init__(self) -> None:
         if self.stiffness == 0.0:
-            raise invalid("oscillator.stiffness", "be other than 0, for it sets the scale of time", self.stiffness)
+            raise invalid(
+                "oscillator.stiffness",
+                "be other than 0, for it sets the scale of time",
+                self.stiffness,
+            )
         check_same(self)
 
 
@@ -95,10 +109,16 @@ class Piezo(SceneTable):
 
     TABLE: ClassVar[str] = "piezo"
     SAME: ClassVar = {("coupling", "open_circuit_frequency"): True}
-    coupling: Annotated[OptNumber, COUPLING, "force per volt, which is charge per displacement"] = NONE
-    open_circuit_frequency: Annotated[OptNumber, FREQUENCY, "instead of coupling: the resonance in open circuit"] = NONE
+    coupling: Annotated[OptNumber, COUPLING, "force per volt, which is charge per displacement"] = (
+        NONE
+    )
+    open_circuit_frequency: Annotated[
+        OptNumber, FREQUENCY, "instead of coupling: the resonance in open circuit"
+    ] = NONE
     capacitance: Annotated[Number, CAPACITANCE, "clamped capacitance: with the mass held"]
-    strain_per_displacement: Annotated[OptNumber, STRAIN_OF, "largest strain of the piezo, for peak_strain"] = NONE
+    strain_per_displacement: Annotated[
+        OptNumber, STRAIN_OF, "largest strain of the piezo, for peak_strain"
+    ] = NONE
 
     def __post_init__(self) -> None:
         check_same(self)
@@ -117,9 +137,15 @@ class Stop(SceneTable):
     """
 
     TABLE: ClassVar[str] = "stop"
-    restitution: Annotated[OptNumber, RESTITUTION, "rigid stop: speed after over speed before an impact"] = NONE
-    gap: Annotated[OptNumber, GAP, "the stop is at X = -gap; 0 where left out, negative: pressed on the mass"] = NONE
-    stiffness: Annotated[OptNumber, STOP_STIFFNESS, "compliant stop, instead of restitution: its stiffness"] = NONE
+    restitution: Annotated[
+        OptNumber, RESTITUTION, "rigid stop: speed after over speed before an impact"
+    ] = NONE
+    gap: Annotated[
+        OptNumber, GAP, "the stop is at X = -gap; 0 where left out, negative: pressed on the mass"
+    ] = NONE
+    stiffness: Annotated[
+        OptNumber, STOP_STIFFNESS, "compliant stop, instead of restitution: its stiffness"
+    ] = NONE
     damping: Annotated[OptNumber, STOP_DAMPING, "of a compliant stop"] = NONE
 
     def __post_init__(self) -> None:
@@ -156,12 +182,20 @@ class Mode(SceneTable):
     """
 
     TABLE: ClassVar[str] = "mode"
-    frequency: Annotated[Number, FREQUENCY, "resonance of a further mode in short circuit, in ascending order"]
+    frequency: Annotated[
+        Number, FREQUENCY, "resonance of a further mode in short circuit, in ascending order"
+    ]
     mass: Annotated[Number, MASS, "modal mass of a further mode"]
     damping_ratio: Annotated[OptNumber, NUMBER_FROM_0, "of a further mode"] = NONE
-    coupling: Annotated[OptNumber, MODE_COUPLING, "force per volt on a further mode; left out: none"] = NONE
-    base: Annotated[OptNumber, PARTICIPATION, "participation in the base's acceleration; 1 where left out"] = NONE
-    at_stop: Annotated[OptNumber, PARTICIPATION, "displacement at the stop over that of the mode; 1 if left out"] = NONE
+    coupling: Annotated[
+        OptNumber, MODE_COUPLING, "force per volt on a further mode; left out: none"
+    ] = NONE
+    base: Annotated[
+        OptNumber, PARTICIPATION, "participation in the base's acceleration; 1 where left out"
+    ] = NONE
+    at_stop: Annotated[
+        OptNumber, PARTICIPATION, "displacement at the stop over that of the mode; 1 if left out"
+    ] = NONE
 
 
 @scene_table
@@ -180,7 +214,9 @@ class Magnifier(SceneTable):
     mass: Annotated[Number, MASS, "between the base and the device"]
     stiffness: Annotated[Number, MAGNIFIER_STIFFNESS, "of its spring to the base"]
     damping: Annotated[OptNumber, STOP_DAMPING, "of its damper to the base"] = NONE
-    restitution: Annotated[OptNumber, RESTITUTION, "of a rigid stop under it; left out: none"] = NONE
+    restitution: Annotated[OptNumber, RESTITUTION, "of a rigid stop under it; left out: none"] = (
+        NONE
+    )
     gap: Annotated[OptNumber, GAP, "that stop is at Z = -gap; 0 where left out"] = NONE
 
     def __post_init__(self) -> None:
@@ -204,7 +240,9 @@ class Ball(SceneTable):
     mass: Annotated[Number, MASS, "of a free ball in a box on the mass"]
     room: Annotated[Number, ROOM, "free way of the ball from end to end of its box"]
     restitution: Annotated[Number, RESTITUTION, "of the ball at both ends of its box"]
-    tilt: Annotated[OptNumber, TILT, "of its way from the horizontal, in degrees; 0 where left out"] = NONE
+    tilt: Annotated[
+        OptNumber, TILT, "of its way from the horizontal, in degrees; 0 where left out"
+    ] = NONE
 
 
 @scene_table
@@ -223,23 +261,43 @@ class Excitation(SceneTable):
     """
 
     TABLE: ClassVar[str] = "excitation"
-    acceleration_psd: Annotated[OptNumber, ACCELERATION_PSD, "white noise of the base, one-sided density"] = NONE
-    stiffness_noise: Annotated[OptNumber, NUMBER_FROM_0, "white noise on the stiffness, N2 = eps2^2 D22"] = NONE
-    acceleration_amplitude: Annotated[OptNumber, ACCELERATION, "harmonic of the base, peak; or of a shock"] = NONE
-    frequency: Annotated[OptNumber, FREQUENCY, "of the harmonic; of a profile: rotation or step rate"] = NONE
-    correlation_time: Annotated[OptNumber, TIME, "the noise is coloured (Ornstein and Uhlenbeck)"] = NONE
+    acceleration_psd: Annotated[
+        OptNumber, ACCELERATION_PSD, "white noise of the base, one-sided density"
+    ] = NONE
+    stiffness_noise: Annotated[
+        OptNumber, NUMBER_FROM_0, "white noise on the stiffness, N2 = eps2^2 D22"
+    ] = NONE
+    acceleration_amplitude: Annotated[
+        OptNumber, ACCELERATION, "harmonic of the base, peak; or of a shock"
+    ] = NONE
+    frequency: Annotated[
+        OptNumber, FREQUENCY, "of the harmonic; of a profile: rotation or step rate"
+    ] = NONE
+    correlation_time: Annotated[
+        OptNumber, TIME, "the noise is coloured (Ornstein and Uhlenbeck)"
+    ] = NONE
     centre_frequency: Annotated[OptNumber, FREQUENCY, "the noise has a band: its centre"] = NONE
     bandwidth: Annotated[OptNumber, FREQUENCY, "between the half-power points of that band"] = NONE
     acceleration_file: (
-        Annotated[str, "recorded acceleration of the base, a CSV file with units", "'shake.csv'"] | None
+        Annotated[str, "recorded acceleration of the base, a CSV file with units", "'shake.csv'"]
+        | None
     ) = None
     acceleration_psd_file: (
-        Annotated[str, "noise of a tabulated density (log-log; a ramp to a 0), CSV", "'psd.csv'"] | None
+        Annotated[str, "noise of a tabulated density (log-log; a ramp to a 0), CSV", "'psd.csv'"]
+        | None
     ) = None
-    profile: Annotated[str, "shaking by name, listed by 'harvester keys profile'", "'walking'"] | None = None
-    level: Annotated[OptNumber, NUMBER, "times the accelerations of a profile; negative: turned round"] = NONE
-    pulse_duration: Annotated[OptNumber, TIME, "of a shock; of a damped sine the time to 1/e"] = NONE
-    event_rate: Annotated[OptNumber, FREQUENCY, "shocks a second; left out: a single one, from rest"] = NONE
+    profile: (
+        Annotated[str, "shaking by name, listed by 'harvester keys profile'", "'walking'"] | None
+    ) = None
+    level: Annotated[
+        OptNumber, NUMBER, "times the accelerations of a profile; negative: turned round"
+    ] = NONE
+    pulse_duration: Annotated[OptNumber, TIME, "of a shock; of a damped sine the time to 1/e"] = (
+        NONE
+    )
+    event_rate: Annotated[
+        OptNumber, FREQUENCY, "shocks a second; left out: a single one, from rest"
+    ] = NONE
     harmonics: Annotated[
         Read[tuple[Annotated[float, ACCELERATION], ...] | None, Sequence[float | str] | None],
         "of a machine: peaks at 1, 2, ... times its frequency",

@@ -18,22 +18,30 @@ def unusual_values(scene: Scene) -> list[Diagnostic]:
     for table, name, value in scene.values():
         kind = key_kind(table, name)
         if kind is not None:
-            warnings += unusual(f"{table}.{name}", value, kind, kind.example.strip("'").partition(" ")[2])
+            warnings += unusual(
+                f"{table}.{name}", value, kind, kind.example.strip("'").partition(" ")[2]
+            )
     if scene.node is not None:
         warnings.append(note("node_left_out"))
     if scene.oscillator is not None:
         warnings += _resonance_warnings(scene.oscillator, scene.modal.frequency, scene.excitation)
-    farads = None if scene.load is None else scene.load.parameters.get("Cp")  # by which the netlist times its switches
+    # by which the netlist times its switches
+    farads = None if scene.load is None else scene.load.parameters.get("Cp")
     if farads is not None and scene.piezo is not None:
         piezo = scene.piezo.capacitance
         if not math.isclose(float(farads), piezo, rel_tol=1e-3):
-            warnings.append(warning("other_capacitance", own=1e9 * float(farads), piezo=1e9 * piezo))
+            warnings.append(
+                warning("other_capacitance", own=1e9 * float(farads), piezo=1e9 * piezo)
+            )
     return warnings
 
 
-def _resonance_warnings(oscillator: Oscillator, w0: float, shaking: Excitation | None) -> list[Diagnostic]:
+def _resonance_warnings(
+    oscillator: Oscillator, w0: float, shaking: Excitation | None
+) -> list[Diagnostic]:
     """Warnings of values that are out of the usual only beside others: damping, and a frequency far off resonance."""
-    warnings, ratio = list[Diagnostic](), 0.5 / oscillator.q if oscillator.q else oscillator.damping_ratio
+    warnings = list[Diagnostic]()
+    ratio = 0.5 / oscillator.q if oscillator.q else oscillator.damping_ratio
     if ratio is not None and ratio >= OVERDAMPED:
         warnings.append(warning("overdamped", damping_ratio=ratio))
     resonance = w0 / (2.0 * math.pi)
@@ -54,4 +62,14 @@ def unusual(what: str, value: float, kind: Kind, prefixed: str = "") -> list[Dia
         return []
     likely = f"{value / 1000.0 ** (math.log10(abs(value)) // 3):.4g} {prefixed}"
     likely = likely if prefixed not in ("", kind.unit) else ""
-    return [warning("unusual_value", key=what, value=value, unit=kind.unit, low=low, high=high, likely=likely)]
+    return [
+        warning(
+            "unusual_value",
+            key=what,
+            value=value,
+            unit=kind.unit,
+            low=low,
+            high=high,
+            likely=likely,
+        )
+    ]

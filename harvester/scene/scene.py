@@ -20,7 +20,17 @@ from harvester.scene.keys import SEVERAL, TABLES, key_kind, read_value, split_ke
 from harvester.scene.load import Load
 from harvester.scene.modal_parameters import ModalParameters, modal_parameters
 from harvester.scene.nondimensional import Nondimensional
-from harvester.scene.physical import FILES, Ball, Excitation, Magnifier, Mode, OppositeStop, Oscillator, Piezo, Stop
+from harvester.scene.physical import (
+    FILES,
+    Ball,
+    Excitation,
+    Magnifier,
+    Mode,
+    OppositeStop,
+    Oscillator,
+    Piezo,
+    Stop,
+)
 from harvester.scene.sensor_node import HarvestingChip, SensorNode, Storage, check_node
 from harvester.scene.table import SceneTable, one_line_errors
 
@@ -58,9 +68,11 @@ class Scene(SceneTable):
     oscillator, piezo, stop, opposite_stop, excitation, load
         the tables of a physical scene, in SI units; one that is None is an effect that is absent.
     mode, magnifier, ball
-        further modes of vibration, the second to the fourth, a mass on a spring under the device, and a free ball.
+        further modes of vibration, the second to the fourth, a mass on a spring under the device,
+        and a free ball.
     storage, node, chip
-        the store, the sensor node and the chip between them that `node` follows behind the load's rectifier.
+        the store, the sensor node and the chip between them that `node` follows behind the load's
+        rectifier.
     nondimensional
         the table of a nondimensional scene, in place of all others.
 
@@ -93,16 +105,27 @@ class Scene(SceneTable):
     def __post_init__(self) -> None:
         physical = [name for name in TABLES if name != "nondimensional" and getattr(self, name)]
         if self.nondimensional is not None and physical:
-            raise InputError(f"[{physical[0]}] must be left out where [nondimensional] is given, but both are given")
-        check_node(self.node, self.storage, None if self.load is None else self.load.netlist, self.chip)
+            raise InputError(
+                f"[{physical[0]}] must be left out where [nondimensional] is given, but both are given"
+            )
+        check_node(
+            self.node, self.storage, None if self.load is None else self.load.netlist, self.chip
+        )
         if self.nondimensional is None:
             for name in ("oscillator", "piezo"):
                 if name not in physical:
-                    raise InputError(f"[{name}] must be given (or [nondimensional] alone), but the table is missing")
-            stop, opposite = self.stop or Stop(restitution=1.0), self.opposite_stop
+                    raise InputError(
+                        f"[{name}] must be given (or [nondimensional] alone), but the table is missing"
+                    )
+            stop = self.stop or Stop(restitution=1.0)
+            opposite = self.opposite_stop
             noise = None if self.excitation is None else self.excitation.stiffness_noise
-            check_beside(self.modal, self.mode, self.magnifier, self.ball, self.stop is not None, noise)
-            check_stop_damping("stop.damping", stop.damping, stop.stiffness, contact_mass(self.modal, self.mode))
+            check_beside(
+                self.modal, self.mode, self.magnifier, self.ball, self.stop is not None, noise
+            )
+            check_stop_damping(
+                "stop.damping", stop.damping, stop.stiffness, contact_mass(self.modal, self.mode)
+            )
             if opposite is not None:
                 rigid = self.stop is not None and self.stop.restitution is not None
                 check_opposite_stop("opposite_stop.", rigid, stop.gap, opposite.gap)
@@ -144,7 +167,9 @@ class Scene(SceneTable):
         names = {"resistance": resistance, "netlist": netlist, "parameters": parameters}
         keys: dict[str, Any] = {name: value for name, value in names.items() if value is not None}
         if load is not None and keys:
-            raise InputError(f"`load` must be left out where `{next(iter(keys))}` is given, but both are given")
+            raise InputError(
+                f"`load` must be left out where `{next(iter(keys))}` is given, but both are given"
+            )
         if isinstance(load, Load):
             return dataclasses.replace(self, load=load)
         if load is not None:
@@ -163,7 +188,14 @@ class Scene(SceneTable):
     def without_stop(self) -> "Scene":
         """The same scene without its stops."""
         if self.nondimensional is not None:
-            keys = ("restitution", "gap", "opposite_restitution", "opposite_gap", "stop_stiffness", "stop_damping")
+            keys = (
+                "restitution",
+                "gap",
+                "opposite_restitution",
+                "opposite_gap",
+                "stop_stiffness",
+                "stop_damping",
+            )
             bare = dataclasses.replace(self.nondimensional, **dict.fromkeys(keys))
             return dataclasses.replace(self, nondimensional=bare)
         return dataclasses.replace(self, stop=None, opposite_stop=None)
@@ -177,8 +209,8 @@ class Scene(SceneTable):
         Parameters
         ----------
         tables
-            ``title``, ``oscillator``, ``piezo``, ``stop``, ``opposite_stop``, ``excitation``, ``load`` and
-            ``nondimensional``, as `Scene` itself takes them.
+            ``title``, ``oscillator``, ``piezo``, ``stop``, ``opposite_stop``, ``excitation``,
+            ``load`` and ``nondimensional``, as `Scene` itself takes them.
 
         >>> import harvester as hv
         >>> scene = hv.load("examples/plate_with_stop.toml")
@@ -199,13 +231,14 @@ class Scene(SceneTable):
     def varied(self, values: Mapping[str, float | str | None]) -> "Scene":
         """The same scene with several keys set at once, checked with all of them set.
 
-        A key takes the place of another that says the same, such as oscillator.frequency that of stiffness.
+        A key takes the place of another that says the same, such as oscillator.frequency that of
+        stiffness.
 
         Parameters
         ----------
         values
-            scene keys, such as "load.resistance", and what they are set to: a number in SI units, a text with its unit
-            ("1 Mohm"), or None for a key that is left out.
+            scene keys, such as "load.resistance", and what they are set to: a number in SI units, a
+            text with its unit ("1 Mohm"), or None for a key that is left out.
 
         Raises
         ------
@@ -217,7 +250,9 @@ class Scene(SceneTable):
             table, name = split_key(key)  # a bare key has its table from there
             changed = changes.setdefault(table, {})
             if name.startswith("parameters."):
-                parameters = changed.setdefault("parameters", dict(self.load.parameters) if self.load else {})
+                parameters = changed.setdefault(
+                    "parameters", dict(self.load.parameters) if self.load else {}
+                )
                 parameters[name.split(".", 1)[1]] = value
             else:
                 changed[name] = value
@@ -243,9 +278,13 @@ class Scene(SceneTable):
 
     def values(self) -> list[tuple[str, str, Any]]:
         """Table, name and value of each key that is present; those of mode 2 have names such as "2.frequency"."""
-        every = [(table, "", keys) for table, keys in self.tables().items() if isinstance(keys, dict)]
+        every = [
+            (table, "", keys) for table, keys in self.tables().items() if isinstance(keys, dict)
+        ]
         every += [(Mode.TABLE, f"{i}.", mode.present()) for i, mode in enumerate(self.mode, 2)]
-        return [(table, of + name, value) for table, of, keys in every for name, value in keys.items()]
+        return [
+            (table, of + name, value) for table, of, keys in every for name, value in keys.items()
+        ]
 
     def to_toml(self) -> str:
         """The scene file of this scene: `loads` gives the same scene back."""

@@ -9,8 +9,13 @@ from harvester.scene.keys import key_kind
 from harvester.scene.scene import Scene
 
 _PREFIXED = ("ohm", "F", "Hz", "m", "s", "N/m", "N/V")  # units that a prefix stands before
-_OTHERS = {"kg": ("g", "mg", "kg"), "m/s^2": ("g", "m/s^2"), "(m/s^2)^2/Hz": ("g^2/Hz", "(m/s^2)^2/Hz")}
-_LEAST, _MOST = 0.1, 1000.0  # the size of a number that a unit is chosen for, where one of the units gives it
+_OTHERS = {
+    "kg": ("g", "mg", "kg"),
+    "m/s^2": ("g", "m/s^2"),
+    "(m/s^2)^2/Hz": ("g^2/Hz", "(m/s^2)^2/Hz"),
+}
+# the size of a number that a unit is chosen for, where one of the units gives it
+_LEAST, _MOST = 0.1, 1000.0
 _FEW = 7  # digits: a text with more of them is no better than the number
 
 
@@ -24,7 +29,9 @@ def as_written(scene: Scene) -> str:
         if isinstance(keys, dict):
             tables[table] = {name: written(table, name, value) for name, value in keys.items()}
         elif isinstance(keys, list):
-            tables[table] = [{name: written(table, name, value) for name, value in row.items()} for row in keys]
+            tables[table] = [
+                {name: written(table, name, value) for name, value in row.items()} for row in keys
+            ]
     return tomli_w.dumps(tables)
 
 
@@ -35,7 +42,8 @@ def written(table: str, name: str, value: Any) -> Any:
         return value
     texts = [text for unit in _units(kind.unit) if (text := _shortest(kind, value, unit))]
     short = [text for text in texts if _LEAST <= abs(float(text.split()[0])) < _MOST]
-    plain = [text for text in texts if text.split(maxsplit=1)[1] == kind.unit]  # rather than 1e8 mohm: 8.1e-4 N/V
+    # rather than 1e8 mohm: 8.1e-4 N/V
+    plain = [text for text in texts if text.split(maxsplit=1)[1] == kind.unit]
     return min(short or plain or texts, key=len) if texts else value
 
 

@@ -1,8 +1,9 @@
 """The JSON schema of scene files, by which an editor completes keys, shows their meaning and marks what is wrong.
 
-pydantic makes it from the scene's dataclasses, and the words are those of `harvester keys`.  It names which tables and
-keys there are, which are needed, and which form and range a value has.  Which unit a text may have, and which keys
-exclude each other, only the program knows: whatever the program takes, the schema takes too.
+pydantic makes it from the scene's dataclasses, and the words are those of `harvester keys`.  It
+names which tables and keys there are, which are needed, and which form and range a value has.
+Which unit a text may have, and which keys exclude each other, only the program knows: whatever the
+program takes, the schema takes too.
 """
 
 import itertools
@@ -51,20 +52,29 @@ def schema() -> dict[str, Any]:
     tables = whole["properties"]
     for key in keys():
         table = tables[key.table].get("items", tables[key.table])  # of [[mode]] there are several
-        table["description"] = table["description"].partition("\n\n")[0]  # without equations and examples
+        # without equations and examples
+        table["description"] = table["description"].partition("\n\n")[0]
         table["properties"][key.name] |= {"title": key.unit or key.name, "description": _help(key)}
     for name, kind in TABLES.items():
         tables[name] |= _of_same(kind.SAME) if kind.SAME else {}
     tables["title"] |= {"description": "Title of tables and plots."}
     either = [{"required": ["nondimensional"]}, {"required": ["oscillator", "piezo"]}]
-    return {"$schema": _OfToml.schema_dialect, **whole, "title": TITLE, "description": HELP, "anyOf": either}
+    return {
+        "$schema": _OfToml.schema_dialect,
+        **whole,
+        "title": TITLE,
+        "description": HELP,
+        "anyOf": either,
+    }
 
 
 def _of_same(same: dict[tuple[str, ...], bool]) -> dict[str, Any]:
     """What a table's schema says of keys that say the same; without allOf, in which Taplo completes no keys."""
     pairs = [list(pair) for names in same for pair in itertools.combinations(names, 2)]
     needed = [names for names, must in same.items() if must]
-    rules: dict[str, Any] = {"not": {"anyOf": [{"required": pair} for pair in pairs]}} if pairs else {}
+    rules: dict[str, Any] = (
+        {"not": {"anyOf": [{"required": pair} for pair in pairs]}} if pairs else {}
+    )
     if needed:
         rules["anyOf"] = [{"required": list(some)} for some in itertools.product(*needed)]
     return rules

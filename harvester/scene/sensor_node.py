@@ -35,13 +35,27 @@ class Storage(SceneTable):
 
     TABLE: ClassVar[str] = "storage"
     capacitance: Annotated[OptNumber, STORAGE, "of the capacitor that feeds the node"] = NONE
-    leakage_resistance: Annotated[OptNumber, RESISTANCE_FROM_0, "across the capacitor; left out: none"] = NONE
-    esr: Annotated[OptNumber, RESISTANCE_FROM_0, "in series: a current out lowers its voltage"] = NONE
-    initial_voltage: Annotated[OptNumber, VOLTAGE_FROM_0, "at the beginning; 0 where left out"] = NONE
-    clamp_voltage: Annotated[OptNumber, VOLTAGE_FROM_0, "what more comes in is lost; left out: none"] = NONE
-    capacitance_left: Annotated[OptNumber, SHARE, "of the capacitance, by tolerance and age; 1 where left out"] = NONE
-    diffusion_capacitance: Annotated[OptNumber, STORAGE, "beside capacitance, deep in the pores"] = NONE
-    diffusion_resistance: Annotated[OptNumber, RESISTANCE, "of the pores, along diffusion_capacitance"] = NONE
+    leakage_resistance: Annotated[
+        OptNumber, RESISTANCE_FROM_0, "across the capacitor; left out: none"
+    ] = NONE
+    esr: Annotated[OptNumber, RESISTANCE_FROM_0, "in series: a current out lowers its voltage"] = (
+        NONE
+    )
+    initial_voltage: Annotated[OptNumber, VOLTAGE_FROM_0, "at the beginning; 0 where left out"] = (
+        NONE
+    )
+    clamp_voltage: Annotated[
+        OptNumber, VOLTAGE_FROM_0, "what more comes in is lost; left out: none"
+    ] = NONE
+    capacitance_left: Annotated[
+        OptNumber, SHARE, "of the capacitance, by tolerance and age; 1 where left out"
+    ] = NONE
+    diffusion_capacitance: Annotated[
+        OptNumber, STORAGE, "beside capacitance, deep in the pores"
+    ] = NONE
+    diffusion_resistance: Annotated[
+        OptNumber, RESISTANCE, "of the pores, along diffusion_capacitance"
+    ] = NONE
     battery_voltage: Annotated[OptNumber, VOLTAGE, "of a battery, instead of capacitance"] = NONE
     battery_charge: Annotated[OptNumber, CHARGE, "of a full battery: 1 mAh is 3.6 C"] = NONE
 
@@ -60,12 +74,16 @@ def _check_store(store: Storage) -> None:
     """Refuse a store that is neither a capacitor nor a battery, or half of what one needs."""
     if (store.capacitance is None) == (store.battery_voltage is None):
         has = "neither is" if store.capacitance is None else "both are"
-        raise InputError(f"storage must have either capacitance or battery_voltage, but {has} given")
+        raise InputError(
+            f"storage must have either capacitance or battery_voltage, but {has} given"
+        )
     _check_both(store, "diffusion_capacitance", "diffusion_resistance")
     _check_both(store, "battery_voltage", "battery_charge")
     for key in ("initial_voltage", "clamp_voltage", "capacitance_left", "diffusion_capacitance"):
         if store.battery_voltage is not None and getattr(store, key) is not None:
-            raise InputError(f"storage.{key} must be left out of a battery, which keeps its voltage, but is given")
+            raise InputError(
+                f"storage.{key} must be left out of a battery, which keeps its voltage, but is given"
+            )
 
 
 def _check_both(table: SceneTable, first: str, other: str) -> None:
@@ -80,10 +98,11 @@ def _check_both(table: SceneTable, first: str, other: str) -> None:
 class SensorNode(SceneTable):
     """A load that begins at ``wake_voltage`` of the store and stops below ``stop_voltage``: packets, and sleep between.
 
-    A packet is a list of ``currents`` with their ``durations``, a ``packet_energy`` that takes the first of the
-    ``durations`` (10 ms where left out), or a ``trace``, a CSV file of time and current as power profilers write it.
-    Currents and energies are those that the node takes from its ``supply_voltage``, which a regulator of an
-    ``efficiency`` makes of the store; without one the store itself gives its currents.
+    A packet is a list of ``currents`` with their ``durations``, a ``packet_energy`` that takes the
+    first of the ``durations`` (10 ms where left out), or a ``trace``, a CSV file of time and
+    current as power profilers write it. Currents and energies are those that the node takes from
+    its ``supply_voltage``, which a regulator of an ``efficiency`` makes of the store; without one
+    the store itself gives its currents.
 
     Of its packets a ``lost_share`` is not answered; each is sent up to ``retries`` times more.  A flag of the store's
     energy goes down below the first of ``low_voltages`` and up above the second: while it is down, packets are a
@@ -100,18 +119,37 @@ class SensorNode(SceneTable):
     stop_voltage: Annotated[Number, VOLTAGE_FROM_0, "of the store, below which it stops"]
     interval: Annotated[Number, TIME, "from the beginning of a packet to that of the next"]
     currents: (
-        Annotated[tuple[Annotated[float, CURRENT], ...], "of a packet's states, in turn", "['4 mA', '20 mA']"] | None
+        Annotated[
+            tuple[Annotated[float, CURRENT], ...],
+            "of a packet's states, in turn",
+            "['4 mA', '20 mA']",
+        ]
+        | None
     ) = None
     durations: (
-        Annotated[tuple[Annotated[float, TIME], ...], "of a packet's states, in turn", "['10 ms', '5 ms']"] | None
+        Annotated[
+            tuple[Annotated[float, TIME], ...], "of a packet's states, in turn", "['10 ms', '5 ms']"
+        ]
+        | None
     ) = None
     packet_energy: Annotated[OptNumber, ENERGY, "of a packet, instead of its currents"] = NONE
-    trace: Annotated[str, "a packet's current over time, a CSV file, instead of currents", "'packet.csv'"] | None = None
+    trace: (
+        Annotated[
+            str, "a packet's current over time, a CSV file, instead of currents", "'packet.csv'"
+        ]
+        | None
+    ) = None
     sleep_current: Annotated[OptNumber, CURRENT, "between packets"] = NONE
-    stopped_current: Annotated[OptNumber, CURRENT, "while it waits for the wake voltage, from the store"] = NONE
-    supply_voltage: Annotated[OptNumber, VOLTAGE_FROM_0, "regulated supply; left out: the store feeds it"] = NONE
+    stopped_current: Annotated[
+        OptNumber, CURRENT, "while it waits for the wake voltage, from the store"
+    ] = NONE
+    supply_voltage: Annotated[
+        OptNumber, VOLTAGE_FROM_0, "regulated supply; left out: the store feeds it"
+    ] = NONE
     efficiency: Annotated[OptNumber, SHARE, "of the regulator; 1 where left out"] = NONE
-    lost_share: Annotated[OptNumber, SHARE, "of packets sent, that nobody answers; left out: none"] = NONE
+    lost_share: Annotated[
+        OptNumber, SHARE, "of packets sent, that nobody answers; left out: none"
+    ] = NONE
     retries: Annotated[OptNumber, RETRIES, "of a packet that nobody answers, at most"] = NONE
     low_voltages: (
         Annotated[
@@ -126,13 +164,21 @@ class SensorNode(SceneTable):
     def __post_init__(self) -> None:
         _check_radio(self)
         if not self.wake_voltage > self.stop_voltage:
-            raise invalid("node.wake_voltage", f"be above stop_voltage, {self.stop_voltage:g} V", self.wake_voltage)
-        given = [key for key in ("currents", "packet_energy", "trace") if getattr(self, key) is not None]
+            raise invalid(
+                "node.wake_voltage",
+                f"be above stop_voltage, {self.stop_voltage:g} V",
+                self.wake_voltage,
+            )
+        given = [
+            key for key in ("currents", "packet_energy", "trace") if getattr(self, key) is not None
+        ]
         if len(given) != 1:
             has = " and ".join(given) + " are given" if given else "none is given"
             raise InputError(f"node must have one of currents, packet_energy and trace, but {has}")
         if self.trace is not None and self.durations is not None:
-            raise InputError("node.durations must be left out with node.trace, which has its times, but is given")
+            raise InputError(
+                "node.durations must be left out with node.trace, which has its times, but is given"
+            )
         for key in ("packet_energy", "efficiency"):
             if getattr(self, key) is not None and not self.supply_voltage:
                 raise InputError(f"node.supply_voltage must be given with {key}, but is left out")
@@ -176,7 +222,9 @@ def _check_durations(node: SensorNode) -> None:
     for key in ("interval", "low_interval"):
         if not longest < (getattr(node, key) or math.inf):
             most = "a packet's durations together" + (" and its retries'" if node.retries else "")
-            raise invalid(f"node.{key}", f"be longer than {most}, {longest:g} s", getattr(node, key))
+            raise invalid(
+                f"node.{key}", f"be longer than {most}, {longest:g} s", getattr(node, key)
+            )
 
 
 @scene_table
@@ -193,15 +241,28 @@ class HarvestingChip(SceneTable):
     """
 
     TABLE: ClassVar[str] = "chip"
-    name: Annotated[str, "ltc3588, bq25570, adp5091, aem30940 or spv1050", "'bq25570'"] | None = None
-    start_voltage: Annotated[OptNumber, VOLTAGE_FROM_0, "of the store, at which the output begins"] = NONE
-    stop_voltage: Annotated[OptNumber, VOLTAGE_FROM_0, "of the store, below which the output ends"] = NONE
-    full_voltage: Annotated[OptNumber, VOLTAGE_FROM_0, "of the store, at which charging ends"] = NONE
+    name: Annotated[str, "ltc3588, bq25570, adp5091, aem30940 or spv1050", "'bq25570'"] | None = (
+        None
+    )
+    start_voltage: Annotated[
+        OptNumber, VOLTAGE_FROM_0, "of the store, at which the output begins"
+    ] = NONE
+    stop_voltage: Annotated[
+        OptNumber, VOLTAGE_FROM_0, "of the store, below which the output ends"
+    ] = NONE
+    full_voltage: Annotated[OptNumber, VOLTAGE_FROM_0, "of the store, at which charging ends"] = (
+        NONE
+    )
     own_current: Annotated[OptNumber, CURRENT, "that the chip takes from the store"] = NONE
-    input_ratio: Annotated[OptNumber, SHARE, "of the voltage without load at which the input is held"] = NONE
+    input_ratio: Annotated[
+        OptNumber, SHARE, "of the voltage without load at which the input is held"
+    ] = NONE
     efficiency: Annotated[OptNumber, SHARE, "of charging"] = NONE
     efficiency_table: (
-        Annotated[str, "instead of efficiency: a CSV file over input voltage and current", "'chip.csv'"] | None
+        Annotated[
+            str, "instead of efficiency: a CSV file over input voltage and current", "'chip.csv'"
+        ]
+        | None
     ) = None
     output_efficiency: Annotated[OptNumber, SHARE, "of the output"] = NONE
 
@@ -217,11 +278,16 @@ class HarvestingChip(SceneTable):
         if self.name is None and self.input_ratio is not None and self.full_voltage is None:
             raise InputError("chip.full_voltage must be given with input_ratio, but is left out")
         if self.efficiency is not None and self.efficiency_table is not None:
-            raise InputError("chip must have one of efficiency and efficiency_table, but both are given")
+            raise InputError(
+                "chip must have one of efficiency and efficiency_table, but both are given"
+            )
 
 
 def check_node(
-    node: SensorNode | None, storage: Storage | None, netlist: str | None, chip: HarvestingChip | None = None
+    node: SensorNode | None,
+    storage: Storage | None,
+    netlist: str | None,
+    chip: HarvestingChip | None = None,
 ) -> None:
     """Refuse a node without a store, or without a netlist that rectifies, and a chip without a node."""
     if chip is not None and node is None:
@@ -230,6 +296,12 @@ def check_node(
         raise InputError("[storage] must be given with [node], but the table is missing")
     battery = None if storage is None else storage.battery_voltage
     if node is not None and battery is not None and node.wake_voltage > battery:
-        raise invalid("node.wake_voltage", f"be at most storage.battery_voltage, {battery:g} V", node.wake_voltage)
+        raise invalid(
+            "node.wake_voltage",
+            f"be at most storage.battery_voltage, {battery:g} V",
+            node.wake_voltage,
+        )
     if node is not None and netlist is None:
-        raise InputError("load.netlist must be given with [node], such as 'bridge', but is left out")
+        raise InputError(
+            "load.netlist must be given with [node], such as 'bridge', but is left out"
+        )

@@ -3,7 +3,17 @@
 import dataclasses
 import functools
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any, ClassVar, Generic, NoReturn, Self, TypeAlias, TypeVar, dataclass_transform
+from typing import (
+    TYPE_CHECKING,
+    Any,
+    ClassVar,
+    Generic,
+    NoReturn,
+    Self,
+    TypeAlias,
+    TypeVar,
+    dataclass_transform,
+)
 
 import pydantic
 from pydantic import ConfigDict, ModelWrapValidatorHandler, model_validator
@@ -23,7 +33,8 @@ Made = TypeVar("Made", bound=type)
 class Read(Generic[Kept, Given]):
     """The type of a key that is read: what it holds, and what it may be given as, such as 0.04 and "40 g".
 
-    Type checkers take it for a descriptor; when the program runs, ``Read[Kept, Given]`` is ``Kept``.
+    Type checkers take it for a descriptor; when the program runs, ``Read[Kept, Given]`` is
+    ``Kept``.
     """
 
     if TYPE_CHECKING:
@@ -46,7 +57,9 @@ class FrozenDict(dict[str, float]):
     """A mapping in a scene: it cannot change, so that scenes can be keys of a mapping themselves."""
 
     def _refuse(self, *_: Any, **__: Any) -> NoReturn:
-        raise TypeError("a scene cannot be changed: make another one by scene.varied({'load.parameters.R': '1 Mohm'})")
+        raise TypeError(
+            "a scene cannot be changed: make another one by scene.varied({'load.parameters.R': '1 Mohm'})"
+        )
 
     __setitem__ = __delitem__ = __ior__ = update = setdefault = pop = popitem = clear = _refuse
 
@@ -69,7 +82,9 @@ class FrozenNumbers:
     kind: Kind
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
-        number = core_schema.no_info_before_validator_function(self.read, core_schema.float_schema())
+        number = core_schema.no_info_before_validator_function(
+            self.read, core_schema.float_schema()
+        )
         numbers = core_schema.dict_schema(core_schema.str_schema(), number)
         return core_schema.no_info_after_validator_function(FrozenDict, numbers)
 
@@ -81,25 +96,35 @@ class SceneTable:
     """A table of a scene file; its keys are the fields of the dataclass that inherits from it."""
 
     TABLE: ClassVar[str] = ""
-    SAME: ClassVar[dict[tuple[str, ...], bool]] = {}  # keys that say the same, of which it has one; True: it must
+    # keys that say the same, of which it has one; True: it must
+    SAME: ClassVar[dict[tuple[str, ...], bool]] = {}
 
     def __repr__(self) -> str:
         keys = [(name, getattr(self, name)) for name in key_names(type(self))]
-        present = [f"{name}={value!r}" for name, value in keys if value is not None and value not in ("", {})]
+        present = [
+            f"{name}={value!r}"
+            for name, value in keys
+            if value is not None and value not in ("", {})
+        ]
         return f"{type(self).__name__}({', '.join(present)})"
 
     def replace(self, **keys: Any) -> Self:
         """The same table with other values of some keys; a key that is None is left out.
 
-        A key takes the place of another that says the same, such as ``frequency`` that of ``stiffness``.
+        A key takes the place of another that says the same, such as ``frequency`` that of
+        ``stiffness``.
         """
-        same = [other for names in self.SAME for other in names if not keys.keys().isdisjoint(names)]
+        same = [
+            other for names in self.SAME for other in names if not keys.keys().isdisjoint(names)
+        ]
         return dataclasses.replace(self, **dict.fromkeys(same) | keys)  # type: ignore[type-var]
 
     def present(self) -> dict[str, Any]:
         """The keys that are present."""
         values = {name: getattr(self, name) for name in key_names(type(self))}
-        plain = {key: dict(value) if isinstance(value, dict) else value for key, value in values.items()}
+        plain = {
+            key: dict(value) if isinstance(value, dict) else value for key, value in values.items()
+        }
         return {key: value for key, value in plain.items() if value is not None and value != {}}
 
     @model_validator(mode="wrap")
@@ -126,10 +151,17 @@ class SceneKey:
 @dataclass_transform(kw_only_default=True, frozen_default=True)
 def scene_table(table: type[Table]) -> type[Table]:
     """Make a class of annotated keys a table that checks them, and explain the keys in its docstring."""
-    made: Any = dataclass(frozen=True, kw_only=True, repr=False, config=ConfigDict(extra="forbid"))(table)
+    made: Any = dataclass(frozen=True, kw_only=True, repr=False, config=ConfigDict(extra="forbid"))(
+        table
+    )
     made = one_line_errors(made)
-    described = [f"    {key.name}\n        {key.meaning}" + f" ({key.unit})" * bool(key.unit) for key in keys_of(made)]
-    made.__doc__ = "\n".join([(table.__doc__ or "").rstrip() + "\n", "    Parameters", "    ----------", *described])
+    described = [
+        f"    {key.name}\n        {key.meaning}" + f" ({key.unit})" * bool(key.unit)
+        for key in keys_of(made)
+    ]
+    made.__doc__ = "\n".join(
+        [(table.__doc__ or "").rstrip() + "\n", "    Parameters", "    ----------", *described]
+    )
     return made  # type: ignore[no-any-return]
 
 
@@ -158,10 +190,15 @@ def keys_of(table: type[SceneTable]) -> list[SceneKey]:
         texts = [note for note in annotations if isinstance(note, str)]
         meaning = texts[0] if texts else kind.name if kind else ""
         example = texts[1] if len(texts) > 1 else kind.example if kind else ""
-        optional = field.default is not dataclasses.MISSING or field.default_factory is not dataclasses.MISSING
+        optional = (
+            field.default is not dataclasses.MISSING
+            or field.default_factory is not dataclasses.MISSING
+        )
         needed = not optional and table.TABLE != "nondimensional"
         unit = kind.unit if kind else ""
-        keys.append(SceneKey(table.TABLE, field.name, unit, meaning, example.replace("'", '"'), needed))
+        keys.append(
+            SceneKey(table.TABLE, field.name, unit, meaning, example.replace("'", '"'), needed)
+        )
     return keys
 
 
@@ -179,7 +216,9 @@ def key_names(table: type) -> list[str]:
 
 def _in_one_line(error: pydantic.ValidationError, table: type[SceneTable]) -> InputError:
     """The first of pydantic's errors in the words of this package; a misspelt key comes first."""
-    first = min(error.errors(include_url=False), key=lambda e: e["type"] != "unexpected_keyword_argument")
+    first = min(
+        error.errors(include_url=False), key=lambda e: e["type"] != "unexpected_keyword_argument"
+    )
     where = [part for part in (table.TABLE, *map(str, first["loc"])) if part]
     key = ".".join(where)
     match first["type"]:

@@ -26,8 +26,8 @@ def loads(text: str, folder: Path | None = None) -> Scene:
     text
         TOML, with numbers in SI units and texts with their unit.
     folder
-        where the paths of its netlist and records start, and which they must not leave; without it, paths are the
-        caller's own: any, from the current folder.
+        where the paths of its netlist and records start, and which they must not leave; without it,
+        paths are the caller's own: any, from the current folder.
 
     Returns
     -------
@@ -45,11 +45,19 @@ def loads(text: str, folder: Path | None = None) -> Scene:
     """
     try:
         tables = tomllib.loads(text)
-    except (ValueError, RecursionError) as error:  # no TOML; a number too long for Python; nested too deep
+    except (
+        ValueError,
+        RecursionError,
+    ) as error:  # no TOML; a number too long for Python; nested too deep
         short = _NO_DIGIT.search(text)
         hint = f": write 0{short[2]} for {short[2]}" if short else ""
         raise InputError(f"scene must be TOML, but {str(error).splitlines()[0]}{hint}") from None
-    files_of = {"load": ("netlist",), "excitation": FILES, "node": ("trace",), "chip": ("efficiency_table",)}
+    files_of = {
+        "load": ("netlist",),
+        "excitation": FILES,
+        "node": ("trace",),
+        "chip": ("efficiency_table",),
+    }
     for table, keys in files_of.items():
         given: Any = tables.get(table)
         if folder is not None and isinstance(given, dict):
@@ -57,7 +65,9 @@ def loads(text: str, folder: Path | None = None) -> Scene:
     return Scene(**tables)
 
 
-def _files_beside(table: str, keys: Sequence[str], given: dict[str, Any], folder: Path) -> dict[str, str]:
+def _files_beside(
+    table: str, keys: Sequence[str], given: dict[str, Any], folder: Path
+) -> dict[str, str]:
     """The absolute paths of a table's files, which must be in the scene's folder."""
     paths = {}
     for key in keys:
@@ -70,7 +80,9 @@ def _files_beside(table: str, keys: Sequence[str], given: dict[str, Any], folder
             path = None
         # Python 3.13 leaves a link as it is where links go in a circle; before, it was an error.
         if path is None or path.is_symlink() or not path.is_relative_to(folder.resolve()):
-            raise invalid(f"{table}.{key}", "be in the folder of the scene file (copy it there)", name)
+            raise invalid(
+                f"{table}.{key}", "be in the folder of the scene file (copy it there)", name
+            )
         paths[key] = str(path)
     return paths
 
@@ -107,7 +119,11 @@ def load(path: str | Path) -> Scene:
             raise
         beside = {p.stem: p.name for p in path.parent.glob("*.toml")}
         near = difflib.get_close_matches(path.stem, beside, n=1)
-        hint = f": did you mean {beside[near[0]]!r}?" if near else ": 'harvester new FILE.toml' makes one"
+        hint = (
+            f": did you mean {beside[near[0]]!r}?"
+            if near
+            else ": 'harvester new FILE.toml' makes one"
+        )
         raise InputError(f"scene must be a file, but there is no {shown(name)}{hint}") from None
     try:
         return loads(data.decode("utf-8-sig"), path.parent)  # some editors begin a text with a mark

@@ -59,7 +59,8 @@ class Chip:
     ``efficiencies`` are those of the output over its current (A), the first also below it.  ``outputs`` are the
     output's voltages with ``rise`` and ``fall`` (V); of a chip that tracks, at 0, the range of its store.
 
-    ``diodes`` are saturation current (A) and emission coefficient of its bridge, or of that before its input: a BAT54.
+    ``diodes`` are saturation current (A) and emission coefficient of its bridge, or of that before
+    its input: a BAT54.
 
     ``names`` are the parameters of the ``netlist`` that is the chip's referee, for the output's voltage, ``rise``,
     ``fall`` and ``full``.  ``source`` names the sheet, and ``assumed`` what no text of it confirmed: there the number
@@ -114,13 +115,15 @@ class Chip:
         """Voltages of the store at which an output begins and ends; None for one that the chip does not have."""
         if self.ratio is None:
             return self.outputs.get(voltage)
-        (low, high), (above, hysteresis) = self.outputs[0.0], MARGIN
+        (low, high) = self.outputs[0.0]
+        (above, hysteresis) = MARGIN
         fall = max(low, voltage + above)
         return (fall + hysteresis, fall) if fall + hysteresis < min(high, self.full) else None
 
 
 SHARP = 0.03  # V: within which a netlist's comparator acts
-MARGIN = 0.2, 0.4  # V: of the end of an output above its voltage, and of its beginning above its end
+# V: of the end of an output above its voltage, and of its beginning above its end
+MARGIN = 0.2, 0.4
 
 
 def _as_tuples(value: Any) -> Any:
@@ -131,12 +134,19 @@ def _chip(keys: dict[str, Any]) -> Chip:
     """A chip of the file: what its ``netlist_keys`` name is a parameter of its netlist."""
     names = keys.pop("netlist_keys", {})
     values = load_circuit(Load(netlist=keys["netlist"])).values if names else {}
-    numbers = {key: values[name] for key, name in names.items()} | {key: _as_tuples(keys[key]) for key in keys}
+    numbers = {key: values[name] for key, name in names.items()} | {
+        key: _as_tuples(keys[key]) for key in keys
+    }
     for key, ends in (("efficiencies", (1e-6,)), ("charging", (1.0, 1e-5))):
         numbers |= {key: ((*ends, numbers[key]),)} if key in names else {}
-    return Chip(**numbers | {"outputs": {volts: (first, second) for volts, first, second in keys["outputs"]}})
+    return Chip(
+        **numbers
+        | {"outputs": {volts: (first, second) for volts, first, second in keys["outputs"]}}
+    )
 
 
-_PARTS = tomllib.loads((netlist_folder() / "parts" / "bought_parts.toml").read_text(encoding="utf-8"))
+_PARTS = tomllib.loads(
+    (netlist_folder() / "parts" / "bought_parts.toml").read_text(encoding="utf-8")
+)
 COILS = {name: BoughtCoil(**keys) for name, keys in _PARTS["coils"].items()}
 CHIPS = {name: _chip(keys) for name, keys in _PARTS["chips"].items()}

@@ -28,12 +28,14 @@ from harvester.storage.supply import input_without_load
 from harvester.uncertainty.value import mean_and_error
 
 WINDOWS, MOST_WINDOWS = 4096, 16_384  # of a course
-OF_CHARGE, INTERVALS = 256.0, 8.0  # windows in the time to the wake voltage; packets' intervals in a course, at least
+# windows in the time to the wake voltage; packets' intervals in a course, at least
+OF_CHARGE, INTERVALS = 256.0, 8.0
 GROUPS = 8  # of courses, whose means are independent
 FEWEST, MOST = 2, 16  # courses of a group
 CLOSE = 4e-3  # of the packets: a standard error of the courses that is small enough
 POINTS = 200  # of the table of a window
-FINITE = 1.0 - 0.5 / MEASURED  # of S: what is seen in the time that is measured, as energy fades in half an amplitude's
+# of S: what is seen in the time that is measured, as energy fades in half an amplitude's
+FINITE = 1.0 - 0.5 / MEASURED
 
 Read = Callable[[NodeCourse], float]
 
@@ -61,9 +63,12 @@ class Fluctuations:
         return Fluctuations(self.length, self.variates[:GROUPS])
 
 
-def fluctuations(run: NodeRun, unit: float, seconds: float, seed: int, each: int = FEWEST) -> Fluctuations:
+def fluctuations(
+    run: NodeRun, unit: float, seconds: float, seed: int, each: int = FEWEST
+) -> Fluctuations:
     """Those of a run for ``seconds`` at most, with ``each`` course of a group; the ``unit`` is the mass's (s)."""
-    current, wake = run.charging[0], min(run.node.wake_voltage, run.top)
+    current = run.charging[0]
+    wake = min(run.node.wake_voltage, run.top)
     came = max(float(current[run.volts <= wake].mean()), 1e-30)
     length = max(unit, run.farads * wake / came / OF_CHARGE)
     count = min(max(math.ceil(INTERVALS * run.node.interval / length), WINDOWS), MOST_WINDOWS)
@@ -92,7 +97,9 @@ def spread_of(run: NodeRun, length: float) -> Floats:
         return np.sqrt(table.column_at("density", run.volts) / (FINITE * length))
     opened = min(float(input_without_load(chip, table.voltages, table.current[None])[0]), chip.most)
     held = np.array(chip.ratio * opened)
-    part = math.sqrt(float(table.column_at("density", held)) / (FINITE * length)) / max(float(table.at(held)), 1e-30)
+    part = math.sqrt(float(table.column_at("density", held)) / (FINITE * length)) / max(
+        float(table.at(held)), 1e-30
+    )
     return np.asarray(part * np.maximum(run.charging[0], 0.0))
 
 
@@ -120,7 +127,11 @@ class Lived:
 
     def error(self, read: Read) -> float:
         """The standard error of a number by so few courses; 0 where nothing fluctuates."""
-        return mean_and_error(np.array([read(course) for course in self.groups]))[1] if self.groups else 0.0
+        return (
+            mean_and_error(np.array([read(course) for course in self.groups]))[1]
+            if self.groups
+            else 0.0
+        )
 
     @property
     def whole(self) -> NodeCourse:
@@ -143,7 +154,9 @@ def mean_course(courses: "tuple[NodeCourse, ...] | list[NodeCourse]") -> NodeCou
     mean.intervals = intervals[:, np.argsort(intervals[0], kind="stable")]
     lasts = [course.last for course in courses if course.last is not None]
     mean.last = max(lasts, default=None)
-    mean.first = None if None in firsts else float(np.mean([first for first in firsts if first is not None]))
+    mean.first = (
+        None if None in firsts else float(np.mean([first for first in firsts if first is not None]))
+    )
     return mean
 
 
@@ -162,4 +175,6 @@ def with_a_part(course: NodeCourse, interval: float) -> NodeCourse:
     """A course whose packets grow evenly over their interval; the last has half of one before it, on average."""
     if course.last is None:
         return course
-    return replace(course, packets=course.packets - 0.5 + min((course.end - course.last) / interval, 1.0))
+    return replace(
+        course, packets=course.packets - 0.5 + min((course.end - course.last) / interval, 1.0)
+    )

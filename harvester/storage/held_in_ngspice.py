@@ -1,9 +1,10 @@
 """What a rectifier's mean current differs by from ngspice's while the store is held, where a netlist is a user's own.
 
-At two voltages on the way to the working voltage the compiled rectifier and ngspice's go on from one state of mass and
-circuit, with the same shaking.  Their stores, which are so large that they are held, gain charges that differ by a
-part.  Each has its own motion; where noise throws the mass at a stop, paths part at impacts, and both move as the
-compiled rectifier lets the mass move (as `harvester.cosimulation.same_motion`).
+At two voltages on the way to the working voltage the compiled rectifier and ngspice's go on from
+one state of mass and circuit, with the same shaking.  Their stores, which are so large that they
+are held, gain charges that differ by a part.  Each has its own motion; where noise throws the mass
+at a stop, paths part at impacts, and both move as the compiled rectifier lets the mass move (as
+`harvester.cosimulation.same_motion`).
 
 The netlists of this package are compared in tests, and `JUDGE` is what those found.
 """
@@ -33,12 +34,16 @@ if TYPE_CHECKING:
 
 PARTS = 0.5, 0.9  # of the working voltage
 RUNS = 8  # under noise, at each voltage; half of them where these show a difference below `JUDGE`
-SETTLING, AVERAGED = (3.0, 1.0), 4.0  # time constants of the mass, after those in which the compiled rectifier settles:
+# time constants of the mass, after those in which the compiled rectifier settles:
+SETTLING = (3.0, 1.0)
+AVERAGED = 4.0
 # under a drive, and under noise, where both begin nearly settled
-HELD = 1e5  # of the store, over the piezo's capacitance: more would be lost in the digits of ngspice's voltage
+# of the store, over the piezo's capacitance: more would be lost in the digits of ngspice's voltage
+HELD = 1e5
 RELTOL = 1e-5  # of ngspice, which is the judge here
 PATIENCE = 60.0  # s, for all runs
-SHUNTS = 0.0, 1e-5, 1e-4  # of the piezo's capacitance, from each node to ground, where ngspice does not converge
+# of the piezo's capacitance, from each node to ground, where ngspice does not converge
+SHUNTS = 0.0, 1e-5, 1e-4
 FAINT = 0.05  # of the largest current: a difference is told as a part of no less
 
 
@@ -50,7 +55,9 @@ class Piece(NamedTuple):
     h: float
 
 
-def error_of_circuit(problem: Problem, volts: float, seed: int = 0, piece: Piece | None = None) -> tuple[float, str]:
+def error_of_circuit(
+    problem: Problem, volts: float, seed: int = 0, piece: Piece | None = None
+) -> tuple[float, str]:
     """By what part a mean current may differ from ngspice's at 95 %, and what of that is not known ("": all is).
 
     ``volts`` is the working voltage of the store.  Of this package's netlists it is `JUDGE`, and no less of a user's
@@ -64,7 +71,9 @@ def error_of_circuit(problem: Problem, volts: float, seed: int = 0, piece: Piece
     return (JUDGE, COMPILED_CIRCUIT) if measured is None else (max(measured, JUDGE), "")
 
 
-def current_difference(problem: Problem, volts: float, seed: int = 0, piece: Piece | None = None) -> float | None:
+def current_difference(
+    problem: Problem, volts: float, seed: int = 0, piece: Piece | None = None
+) -> float | None:
     """The largest relative difference from ngspice at the two voltages, at 95 %; None where it is not known."""
     from harvester.cosimulation.runs import CoupledDevice
     from harvester.cosimulation.worker_pool import map_in_workers
@@ -75,10 +84,13 @@ def current_difference(problem: Problem, volts: float, seed: int = 0, piece: Pie
         return None
     load = held_load(problem.circuit, HELD * scales.capacitance)
     h = whole_steps(step_from_rest(eqs), eqs.shaking_period) if piece is None else piece.h
-    device = CoupledDevice(eqs, scales, load, h, 1, reltol=RELTOL, ideal=compiled_circuit(load, scales))
+    device = CoupledDevice(
+        eqs, scales, load, h, 1, reltol=RELTOL, ideal=compiled_circuit(load, scales)
+    )
     seeds = np.random.SeedSequence([seed, 19]).spawn(RUNS if eqs.is_random else 1)
     deadline = time.monotonic() + PATIENCE
-    gains, half = np.empty((len(PARTS), 0, 2)), (len(seeds) + 1) // 2
+    gains = np.empty((len(PARTS), 0, 2))
+    half = (len(seeds) + 1) // 2
     for some in (seeds[:half], seeds[half:]):
         jobs = [(device, each, part * volts, deadline, piece) for part in PARTS for each in some]
         try:
@@ -104,25 +116,41 @@ def _at_95(pairs: Floats, least: float) -> float:
 
 
 def _gains(
-    device: "CoupledDevice", seed: np.random.SeedSequence, volts: float, deadline: float, piece: Piece | None
+    device: "CoupledDevice",
+    seed: np.random.SeedSequence,
+    volts: float,
+    deadline: float,
+    piece: Piece | None,
 ) -> tuple[float, float]:
     """The voltages (V) that a held store gains in ngspice and in the compiled circuit, in this process."""
     from harvester.cosimulation.runs import new_drive, nodes_of, run_in_this_process
 
-    eqs, h, circuit = device.eqs, device.h, device.ideal
+    eqs = device.eqs
+    h = device.h
+    circuit = device.ideal
     assert isinstance(circuit, CompiledCircuit), "of a compiled circuit"
     if piece is None:
-        unit, repeat = time_constant(eqs), eqs.shaking_period
+        unit = time_constant(eqs)
+        repeat = eqs.shaking_period
         times = FADED, SETTLING[eqs.is_random], AVERAGED
         first, settling, averaged = (_whole(time * unit, h, repeat) for time in times)
-        shaking = forcing(eqs, h, first + settling + averaged, np.random.default_rng(child(seed, 1)))
+        shaking = forcing(
+            eqs, h, first + settling + averaged, np.random.default_rng(child(seed, 1))
+        )
     else:
-        shaking, first, settling = piece.samples, piece.steps, 1
+        shaking = piece.samples
+        first = piece.steps
+        settling = 1
         averaged = len(shaking) - 1 - first - settling
     n_steps = first + settling + averaged
-    noise = three_point_grid(seed, n_steps + n_steps % 2)[:n_steps] if eqs.is_random else np.zeros(n_steps)
+    noise = (
+        three_point_grid(seed, n_steps + n_steps % 2)[:n_steps]
+        if eqs.is_random
+        else np.zeros(n_steps)
+    )
     early, late = (None, None) if shaking is None else (shaking[: first + 1], shaking[first:])
-    state, at = circuit.rest, circuit.charge_at(STORE)
+    state = circuit.rest
+    at = circuit.charge_at(STORE)
     state[at] = held = HELD * device.scales.capacitance * volts
     before = circuit.trace(eqs, noise[:first], h, 1, (eqs.resting_places[0], 0.0), state, early)
     state = before.state
@@ -142,7 +170,9 @@ def _gains(
         except ConvergenceError:
             if shunt == SHUNTS[-1]:
                 raise
-    high, low = (float(store[-1] - store[settling - 1]) for store in (drive.charge, path.voltages[:, 1]))
+    high, low = (
+        float(store[-1] - store[settling - 1]) for store in (drive.charge, path.voltages[:, 1])
+    )
     return high, low
 
 

@@ -18,12 +18,26 @@ import numpy as np
 from harvester.arrays import Floats
 from harvester.scene.sensor_node import SensorNode, Storage
 from harvester.storage.bought_parts import Chip
-from harvester.storage.node_kernel import BINS, COUNTS, END, FIRST, HOUR, INTERVALS, LAST, POINTS, SEEN, follow_node
+from harvester.storage.node_kernel import (
+    BINS,
+    COUNTS,
+    END,
+    FIRST,
+    HOUR,
+    INTERVALS,
+    LAST,
+    POINTS,
+    SEEN,
+    follow_node,
+)
 from harvester.storage.recorded_current import AnyCurrent, RecordedCurrent
 from harvester.storage.rectified_current import times_to
 from harvester.storage.supply import charging_current, output_efficiency
 
-GRID, ROUGH, FEWEST = 4000, 400, 100  # voltages of a state's table; of one in each window, and of one in many
+# voltages of a state's table; of one in each window, and of one in many
+GRID = 4000
+ROUGH = 400
+FEWEST = 100
 MOST_POINTS = 2**21  # of all windows
 BRANCHES = 6  # of a line, the last of which has the rest of its capacitance
 AGAIN = 0.01  # of an empty battery's charge: where it feeds the node again
@@ -65,15 +79,17 @@ class NodeCourse:
 def branches_of(storage: Storage) -> Floats:
     """Conductances, capacitances and first voltages of the branches in parallel with a store, shape (3, n).
 
-    A line of resistance R and capacitance C that is closed at its end is sqrt(sC/R) tanh(sqrt(sRC)), the sum over k of
-    branches with R/2 and 2C/(pi (k - 1/2))^2 in series.
+    A line of resistance R and capacitance C that is closed at its end is sqrt(sC/R)
+    tanh(sqrt(sRC)), the sum over k of branches with R/2 and 2C/(pi (k - 1/2))^2 in series.
     """
     if storage.diffusion_capacitance is None or storage.diffusion_resistance is None:
         return np.empty((3, 0))
     farads = 2.0 * storage.diffusion_capacitance / (math.pi * (np.arange(BRANCHES) + 0.5)) ** 2
     farads[-1] += storage.diffusion_capacitance - farads.sum()
     ones = np.ones(BRANCHES)
-    return np.array([2.0 / storage.diffusion_resistance * ones, farads, (storage.initial_voltage or 0.0) * ones])
+    return np.array(
+        [2.0 / storage.diffusion_resistance * ones, farads, (storage.initial_voltage or 0.0) * ones]
+    )
 
 
 def _top_of(current: AnyCurrent, storage: Storage, chip: Chip | None) -> float:
@@ -93,7 +109,8 @@ def _late(current: AnyCurrent, storage: Storage, node: SensorNode, chip: Chip | 
     Of a chip that holds its input this is the ring-up into an empty store, and half of its first look: what the input's
     capacitor gains in a look it gives back, so that the whole is the most.  A record rings its mass up itself.
     """
-    first, wake = storage.initial_voltage or 0.0, node.wake_voltage
+    first = storage.initial_voltage or 0.0
+    wake = node.wake_voltage
     if isinstance(current, RecordedCurrent) or storage.battery_voltage is not None or first >= wake:
         return 0.0
     if chip is not None and chip.ratio is not None:
@@ -102,20 +119,32 @@ def _late(current: AnyCurrent, storage: Storage, node: SensorNode, chip: Chip | 
     at_once = replace(whole, lag=np.zeros_like(whole.lag), ring_up=0.0)
     levels = np.array([first, wake])
     times, sooner = (times_to(levels, each, storage.farads, math.inf) for each in (whole, at_once))
-    return max(current.start + float(np.diff(times - sooner)[0]), 0.0) if np.isfinite(times).all() else 0.0
+    return (
+        max(current.start + float(np.diff(times - sooner)[0]), 0.0)
+        if np.isfinite(times).all()
+        else 0.0
+    )
 
 
 class NodeRun:
     """A node on a store, whose charging current is a table; with a ``chip`` that is what the chip makes of it."""
 
     def __init__(
-        self, current: AnyCurrent, storage: Storage, node: SensorNode, chip: Chip | None = None, points: int = GRID
+        self,
+        current: AnyCurrent,
+        storage: Storage,
+        node: SensorNode,
+        chip: Chip | None = None,
+        points: int = GRID,
     ) -> None:
-        self.current, self.top = current, _top_of(current, storage, chip)
+        self.current = current
+        self.top = _top_of(current, storage, chip)
         if chip is not None:  # the node begins where the chip's output does
             wake, stop = max(node.wake_voltage, chip.rise), max(node.stop_voltage, chip.fall)
             node = replace(node, wake_voltage=wake, stop_voltage=stop)
-        self.storage, self.node, self.chip = storage, node, chip
+        self.storage = storage
+        self.node = node
+        self.chip = chip
         self.late = _late(current, storage, node, chip)
         self.length = current.length if isinstance(current, RecordedCurrent) else 0.0
         if isinstance(current, RecordedCurrent):
@@ -123,10 +152,15 @@ class NodeRun:
         self.volts = np.linspace(0.0, self.top, points + 1)
         if storage.battery_voltage is not None:
             self.volts[:] = storage.battery_voltage
-        leak = 0.0 if storage.leakage_resistance is None else self.volts / storage.leakage_resistance
-        came = current.at(self.volts) if chip is None else charging_current(chip, current, self.volts)
+        leak = (
+            0.0 if storage.leakage_resistance is None else self.volts / storage.leakage_resistance
+        )
+        came = (
+            current.at(self.volts) if chip is None else charging_current(chip, current, self.volts)
+        )
         self.charging = np.atleast_2d(came - leak)
-        sleep, packet = node.sleep_current or 0.0, sum(seconds for _, seconds in node.states)
+        sleep = node.sleep_current or 0.0
+        packet = sum(seconds for _, seconds in node.states)
         self.states = [*node.states, (sleep, node.interval - packet)]
         self.spared = (node.low_interval or node.interval) - packet
         self.drawn = np.array([self._drawn(amperes) for amperes, _ in self.states])
@@ -144,39 +178,57 @@ class NodeRun:
         node = self.node
         if node.supply_voltage is None:
             return np.full(len(self.volts), amperes)
-        share = node.efficiency or (1.0 if self.chip is None else output_efficiency(self.chip, amperes))
+        share = node.efficiency or (
+            1.0 if self.chip is None else output_efficiency(self.chip, amperes)
+        )
         return amperes * node.supply_voltage / share / np.maximum(self.volts, 1e-3 * self.top)
 
     @property
     def farads(self) -> float:
         """The capacitance (F) of the store, or what a battery's charge is over its voltage."""
         store = self.storage
-        return store.farads if store.battery_voltage is None else (store.battery_charge or 0.0) / self.top
+        return (
+            store.farads
+            if store.battery_voltage is None
+            else (store.battery_charge or 0.0) / self.top
+        )
 
     @property
     def needed(self) -> float:
         """The mean power (W) that the node takes from the store while it runs, at the wake voltage, without retries."""
         k = round(min(self.node.wake_voltage, self.top) / self.top * (len(self.volts) - 1))
-        charge = sum(float(drawn[k]) * seconds for drawn, (_, seconds) in zip(self.drawn, self.states, strict=True))
+        charge = sum(
+            float(drawn[k]) * seconds
+            for drawn, (_, seconds) in zip(self.drawn, self.states, strict=True)
+        )
         return charge / self.node.interval * float(self.volts[k])
 
     def course(self, seconds: float) -> NodeCourse:
         """What happens in a time from the beginning."""
         node, storage = self.node, self.storage
         stops = np.array([self.stop_of(drawn) for drawn in self.drawn])
-        counts, t, volts = np.zeros(COUNTS), np.empty(SEEN + 2), np.empty(SEEN + 2)
+        counts = np.zeros(COUNTS)
+        t = np.empty(SEEN + 2)
+        volts = np.empty(SEEN + 2)
         counts[END] = min(self.late, seconds)
         hours = np.zeros(max(math.ceil(seconds / HOUR), 1))
-        v, wake, farads = min(storage.initial_voltage or 0.0, self.top), node.wake_voltage, storage.farads
+        v = min(storage.initial_voltage or 0.0, self.top)
+        wake = node.wake_voltage
+        farads = storage.farads
         if storage.battery_voltage is not None:
-            v, wake, farads = self.top, AGAIN * self.top, (storage.battery_charge or 0.0) / self.top
+            v = self.top
+            wake = AGAIN * self.top
+            farads = (storage.battery_charge or 0.0) / self.top
         low = node.low_voltages or (-math.inf, -math.inf)
         held = storage.battery_voltage or 0.0
         levels = np.array([wake, self.top, farads, self.length, held, *low, self.spared])
         durations = np.array([duration for _, duration in self.states])
         currents = self.charging, self.drawn, self.waiting
-        branches, course = branches_of(storage), (t, volts, hours)
-        follow_node(currents, durations, stops, levels, branches, self._tries(), v, seconds, counts, course)
+        branches = branches_of(storage)
+        course = (t, volts, hours)
+        follow_node(
+            currents, durations, stops, levels, branches, self._tries(), v, seconds, counts, course
+        )
         ran, packets, lost, brown_outs, given, clamped, end = counts[:7].tolist()
         kept = slice(round(counts[POINTS]))
         numbers, sums = counts[INTERVALS:FIRST].reshape(2, BINS)

@@ -1,14 +1,16 @@
 """The mean power of a chip's load under noise: from the rectifier's mean current, and from how that fluctuates.
 
-The current is measured behind ideal diodes where those of the rectifier are alike, up to where the slow circuit goes.
-That runs until its mean power changes no more, and again in `PAIRS` of runs whose current fluctuates,
-the second as the mirror image of the first, with the measured spectral density and the correlation time of the mass's
-energy.  What they differ by from the run without is added, and counts as an error.
+The current is measured behind ideal diodes where those of the rectifier are alike, up to where the
+slow circuit goes. That runs until its mean power changes no more, and again in `PAIRS` of runs
+whose current fluctuates, the second as the mirror image of the first, with the measured spectral
+density and the correlation time of the mass's energy.  What they differ by from the run without is
+added, and counts as an error.
 
-The time scales are taken apart as far as a direct run agrees: mass and circuit together go on for `DIRECT` time
-constants of the mass from where the fluctuating runs end, as the slow circuit does.  What load and store gain differs
-by a part, which corrects the current (two levels); its size and its sampling are errors of the current.  Runs with a
-held store on the same noise, whose mean is known from many more, take most of the sampling away.
+The time scales are taken apart as far as a direct run agrees: mass and circuit together go on for
+`DIRECT` time constants of the mass from where the fluctuating runs end, as the slow circuit does.
+What load and store gain differs by a part, which corrects the current (two levels); its size and
+its sampling are errors of the current.  Runs with a held store on the same noise, whose mean is
+known from many more, take most of the sampling away.
 """
 
 import math
@@ -39,31 +41,43 @@ from harvester.storage.steady_power import (
 from harvester.uncertainty.control_variate import controlled
 from harvester.uncertainty.value import Value, mean_and_error
 
-MANY, WIDER = 8 * RUNS, 1.25  # runs with a held store; times the highest voltage of the slow run
-PAIRS, ROUGHER = 6, 4.0  # of fluctuating runs; times the slow step and the tolerance there
+# runs with a held store; times the highest voltage of the slow run
+MANY = 8 * RUNS
+WIDER = 1.25
+# of fluctuating runs; times the slow step and the tolerance there
+PAIRS = 6
+ROUGHER = 4.0
 DIRECT = 50.0  # time constants of the mass of the direct run
-LEAST = 0.1  # of the rectifier's energy: what a chip passes on at least, for the part that it differs by
+# of the rectifier's energy: what a chip passes on at least, for the part that it differs by
+LEAST = 0.1
 
 
 def noisy_power(problem: Problem, cut: Cut, seed: int) -> SlowPower:
     """The stationary mean power of the load behind a cut, under noise; see `SlowPower`.
 
-    Where the time scales are not apart its ``scales_apart`` is False, and it has no direct run in its place.
+    Where the time scales are not apart its ``scales_apart`` is False, and it has no direct run in
+    its place.
 
     Raises as `harvester.storage.steady_power.slow_power`.
     """
     assert problem.circuit is not None
     unit = time_constant(problem.equations) / problem.scales.frequency
     circuit, rough = (
-        SlowCircuit(problem.circuit, cut, problem.scales, factor * TOLERANCE) for factor in (1.0, ROUGHER)
+        SlowCircuit(problem.circuit, cut, problem.scales, factor * TOLERANCE)
+        for factor in (1.0, ROUGHER)
     )
-    step, count = ROUGHER * unit / FINER, MANY if Rectifier(problem).ideal else RUNS
+    step = ROUGHER * unit / FINER
+    count = MANY if Rectifier(problem).ideal else RUNS
     first = measured(problem, seed=seed).best
     top = WIDER * float(rough.run(first, first_duration(rough, first, unit), step).rails.max())
-    table, _, steps, _ = measured(problem, min(top, float(first.voltages[-1])), seed=seed, runs=count)
+    table, _, steps, _ = measured(
+        problem, min(top, float(first.voltages[-1])), seed=seed, runs=count
+    )
     table = table.lagging(0.5 * unit)
     path, duration, changed = settled_path(circuit, table, unit)
-    paths = _fluctuating(rough, table, min(duration, FIRST * unit), step, seed, PAIRS * [rough.circuit.rest])
+    paths = _fluctuating(
+        rough, table, min(duration, FIRST * unit), step, seed, PAIRS * [rough.circuit.rest]
+    )
     charge = reached(table, float(path.rails.max()), problem.circuit.smoothing or 0.0)
     elements, _, more = noise_check(problem, table, charge, None, seed)
     gain, direct = _gain(problem, rough, table, paths, DIRECT * unit, seed)
@@ -75,9 +89,13 @@ def noisy_power(problem: Problem, cut: Cut, seed: int) -> SlowPower:
 
     def known(name: str, stderr: float = 0.0) -> tuple[Value, float]:
         """The mean of an integral of the path with its errors, and by how much fluctuations change it."""
-        mean, base, *changed = (mean_rate(run.t, getattr(run, name), *ends) for run in (path, *others))
+        mean, base, *changed = (
+            mean_rate(run.t, getattr(run, name), *ends) for run in (path, *others)
+        )
         by_voltages, by_less, by_sampling = (other - base for other in changed)
-        short, *changes = (mean_rate(run.t, getattr(run, name), *shorter) for run in (others[0], *paths))
+        short, *changes = (
+            mean_rate(run.t, getattr(run, name), *shorter) for run in (others[0], *paths)
+        )
         change, spread = mean_and_error((np.array(changes) - short).reshape(-1, 2).mean(axis=1))
         model = abs(by_voltages) + abs(by_less) + judge * mean + abs(change)
         errors = math.hypot(stderr, by_sampling, spread, gain.normal_stderr * by_less / less)
@@ -104,44 +122,83 @@ def noisy_power(problem: Problem, cut: Cut, seed: int) -> SlowPower:
 
 
 def _fluctuating(
-    circuit: SlowCircuit, table: RectifiedCurrent, duration: float, step: float, seed: int, starts: list[Floats]
+    circuit: SlowCircuit,
+    table: RectifiedCurrent,
+    duration: float,
+    step: float,
+    seed: int,
+    starts: list[Floats],
 ) -> list[SlowPath]:
     """A pair of fluctuating runs from each of the ``starts``, mirror images of each other."""
     rng = np.random.default_rng(np.random.SeedSequence([seed, 16]))
-    variates = rng.standard_normal((len(starts), 1, math.ceil(duration / step))) * np.array([[1.0], [-1.0]])
+    variates = rng.standard_normal((len(starts), 1, math.ceil(duration / step))) * np.array(
+        [[1.0], [-1.0]]
+    )
     pairs = zip(starts, variates, strict=True)
-    return [circuit.run(table, duration, step, 1, normal, start) for start, pair in pairs for normal in pair]
+    return [
+        circuit.run(table, duration, step, 1, normal, start)
+        for start, pair in pairs
+        for normal in pair
+    ]
 
 
 def _gain(
-    problem: Problem, circuit: SlowCircuit, table: RectifiedCurrent, paths: list[SlowPath], seconds: float, seed: int
+    problem: Problem,
+    circuit: SlowCircuit,
+    table: RectifiedCurrent,
+    paths: list[SlowPath],
+    seconds: float,
+    seed: int,
 ) -> tuple[Value, int]:
     """By what part more load and store gain from mass and circuit together than from the slow circuit, and the steps.
 
-    Both go on for so many ``seconds`` from the ends of the ``paths``, with the mass at rest at first.
+    Both go on for so many ``seconds`` from the ends of the ``paths``, with the mass at rest at
+    first.
     """
     assert problem.circuit is not None
-    eqs, scales, farads = problem.equations, problem.scales, problem.circuit.smoothing or 0.0
-    whole, h, root = compiled_circuit(problem.circuit, scales), step_from_rest(eqs), np.random.SeedSequence([seed, 11])
-    slow = _fluctuating(circuit, table, seconds, float(paths[0].t[0]), seed, [path.end for path in paths])
+    eqs = problem.equations
+    scales = problem.scales
+    farads = problem.circuit.smoothing or 0.0
+    whole = compiled_circuit(problem.circuit, scales)
+    h = step_from_rest(eqs)
+    root = np.random.SeedSequence([seed, 11])
+    slow = _fluctuating(
+        circuit, table, seconds, float(paths[0].t[0]), seed, [path.end for path in paths]
+    )
     full = np.array([0.5 * farads * path.store[-1] ** 2 for path in paths])
-    ends = np.array([path.square[-1] / whole.resistance + 0.5 * farads * path.store[-1] ** 2 for path in slow])
+    ends = np.array(
+        [path.square[-1] / whole.resistance + 0.5 * farads * path.store[-1] ** 2 for path in slow]
+    )
     gained = ends.reshape(-1, 2).mean(axis=1) - full
     passed = seconds * float(np.mean([path.rails * table.at(path.rails) for path in slow]))
-    runs, which = Trajectories(eqs, JUDGED, root, h, circuit=whole), np.arange(JUDGED) % len(paths)
-    rows, states = runs.state[0, MASS_ROWS:], np.array([paths[k].end for k in which]).T
+    runs = Trajectories(eqs, JUDGED, root, h, circuit=whole)
+    which = np.arange(JUDGED) % len(paths)
+    rows = runs.state[0, MASS_ROWS:]
+    states = np.array([paths[k].end for k in which]).T
     for k, (name, *_) in enumerate(circuit.circuit.system.charges):
         if name != "piezo":
             rows[whole.charge_at(name)] = states[k]
-    to, switches, since = whole.switches_at, len(whole.system.switches), circuit.circuit.switches_at
+    to = whole.switches_at
+    switches = len(whole.system.switches)
+    since = circuit.circuit.switches_at
     rows[to : to + switches] = states[since : since + switches]
-    load = (eqs.beta or 0.0) * runs.run(seconds * scales.frequency).load * scales.watts * runs.time / scales.frequency
+    load = (
+        (eqs.beta or 0.0)
+        * runs.run(seconds * scales.frequency).load
+        * scales.watts
+        * runs.time
+        / scales.frequency
+    )
     direct = load + 0.5 * farads * rows[whole.voltages_at + 1] ** 2 - (full + gained)[which]
     rectifier = Rectifier(problem)
     held = rectifier.fast(rectifier.held)
     many = Trajectories(eqs, MANY if rectifier.ideal else 3 * JUDGED, root, h, circuit=held)
     volts = float(np.mean([path.rails.mean() for path in slow]))
-    charges = HeldRuns(many, held, rectifier.held, scales).advance(volts, seconds * scales.frequency)[0]
+    charges = HeldRuns(many, held, rectifier.held, scales).advance(
+        volts, seconds * scales.frequency
+    )[0]
     mean = Value(*mean_and_error(charges[JUDGED:]))
     off = controlled(direct, charges[:JUDGED], mean).value
-    return off.scaled(1.0 / max(float(gained.mean()), LEAST * passed, 1e-300)), runs.steps + many.steps
+    return off.scaled(
+        1.0 / max(float(gained.mean()), LEAST * passed, 1e-300)
+    ), runs.steps + many.steps

@@ -1,9 +1,10 @@
 """The rectifier's mean current in each window of a record, at held voltages: many lanes share the record's time.
 
-A record has quiet and loud parts, so that I(V) alone says little.  Here the mass is followed along the whole record
-with the store held at each of some voltages, and I(V, t) is what the rectifier gives in each window of time.  The
-record is taken in pieces; in each a batch of trajectories has some parts of it side by side, which begin early by the
-time that the mass needs to forget its start.
+A record has quiet and loud parts, so that I(V) alone says little.  Here the mass is followed along
+the whole record with the store held at each of some voltages, and I(V, t) is what the rectifier
+gives in each window of time.  The record is taken in pieces; in each a batch of trajectories has
+some parts of it side by side, which begin early by the time that the mass needs to forget its
+start.
 
 Long because windows, lanes and the table that they fill are of one design.
 """
@@ -27,12 +28,22 @@ from harvester.mechanics.kernels.shaking import filter_of, of_batch
 from harvester.mechanics.kernels.step_size import step_from_rest
 from harvester.mechanics.kernels.trajectory_batch import BATCH, IDEAL_SUMS, Batch, Schedule, advance
 from harvester.storage.held_in_ngspice import Piece, error_of_circuit
-from harvester.storage.measured_current import FADED, HELD, Elements, Rectifier, store_row, time_constant
+from harvester.storage.measured_current import (
+    FADED,
+    HELD,
+    Elements,
+    Rectifier,
+    store_row,
+    time_constant,
+)
 from harvester.storage.rectified_current import MeanCurrent, RectifiedCurrent
 
 VOLTAGES = 16
 BATCHES = 2  # side by side
-SHORTEST, PERIODS, MOST_WINDOWS = 1.0, 8.0, 20_000  # s of a window; of the resonance in one; of a record
+# s of a window; of the resonance in one; of a record
+SHORTEST = 1.0
+PERIODS = 8.0
+MOST_WINDOWS = 20_000
 PIECE = 2**22  # steps of a piece of the record
 BEYOND = 3.0  # over the largest rms of the open piezo's voltage in a window
 LOUD, JUDGED = 40, 3  # windows in which stores are compared, and ideal elements with the netlist's
@@ -63,7 +74,9 @@ def grid_of(problem: Problem, h: float | None = None) -> RecordGrid:
     record, w0 = problem.equations.record, problem.scales.frequency
     assert record is not None, "the caller checks"
     h = step_from_rest(replace(problem.equations, record=None)) if h is None else h
-    seconds = max(SHORTEST * w0, PERIODS * 2.0 * math.pi, record.count * record.spacing / MOST_WINDOWS)
+    seconds = max(
+        SHORTEST * w0, PERIODS * 2.0 * math.pi, record.count * record.spacing / MOST_WINDOWS
+    )
     samples = min(next_fast_len(max(round(seconds / record.spacing), 1), True), record.count)
     steps = 8 * next_fast_len(math.ceil(samples * record.spacing / (8.0 * h)), True)
     return RecordGrid(record.count // samples, samples, steps, samples * record.spacing / steps)
@@ -72,19 +85,26 @@ def grid_of(problem: Problem, h: float | None = None) -> RecordGrid:
 class StoreBatch:
     """A batch of trajectories with stores at ``volts``, shape (BATCH,), of ``farads``, on parts of a record."""
 
-    def __init__(self, problem: Problem, circuit: Elements, volts: Floats, farads: float, h: float) -> None:
-        self.eqs, self.scales, self.h, self.charge = problem.equations, problem.scales, h, farads * volts
+    def __init__(
+        self, problem: Problem, circuit: Elements, volts: Floats, farads: float, h: float
+    ) -> None:
+        self.eqs = problem.equations
+        self.scales = problem.scales
+        self.h = h
+        self.charge = farads * volts
         self.circuit, rest = circuit, self.eqs.resting_places[0]
         self._row, self._unit = store_row(circuit, farads, self.scales)
         if isinstance(circuit, CompiledCircuit):
             self.state, self.sums = aligned((circuit.rows, BATCH)), aligned((circuit.sums, BATCH))
             circuit.begin(self.state[None])
         else:
-            self.state, self.sums = aligned((5, BATCH)), aligned((len(IDEAL_SUMS), BATCH))
+            self.state = aligned((5, BATCH))
+            self.sums = aligned((len(IDEAL_SUMS), BATCH))
             self.state[4] = rest
         self.state[0] = rest
         self.hold()
-        self._filter, self._words = aligned((2, BATCH)), aligned((2, BATCH), np.uint64)
+        self._filter = aligned((2, BATCH))
+        self._words = aligned((2, BATCH), np.uint64)
 
     def hold(self) -> None:
         """Set the stores back to what they had at first."""
@@ -100,13 +120,19 @@ class StoreBatch:
         x, v, voltage, stored, middle = self.state[:5]
         before = self.state[self._row] * self._unit
         self.sums[:] = 0.0
-        batch = Batch(x, v, voltage, self._words[0], self._words[1], self.sums, None, stored, middle)
+        batch = Batch(
+            x, v, voltage, self._words[0], self._words[1], self.sums, None, stored, middle
+        )
         schedule = Schedule(steps // 4, 4, 0, False)
         if isinstance(self.circuit, CompiledCircuit):
-            self.circuit.advance(batch._replace(m=None), self.state, schedule, self.h, self.eqs, self._shaker)
+            self.circuit.advance(
+                batch._replace(m=None), self.state, schedule, self.h, self.eqs, self._shaker
+            )
         else:
             update = update_of(self.eqs, self.h, False)
-            advance(batch, schedule, self.h, self.circuit, coefficients(self.eqs), self._shaker, update)
+            advance(
+                batch, schedule, self.h, self.circuit, coefficients(self.eqs), self._shaker, update
+            )
         if isinstance(self.circuit, CompiledCircuit):
             self.circuit.check_sums(self.sums[len(IDEAL_SUMS) :].sum(axis=1), self.state[None])
         gained = self.state[self._row] * self._unit - before
@@ -118,15 +144,20 @@ def _early(problem: Problem, grid: RecordGrid) -> int:
     return math.ceil(FADED * time_constant(problem.equations) / (grid.steps * grid.h))
 
 
-def windows_of(problem: Problem, circuit: Elements, volts: Floats, grid: RecordGrid) -> tuple[Floats, Floats, int]:
+def windows_of(
+    problem: Problem, circuit: Elements, volts: Floats, grid: RecordGrid
+) -> tuple[Floats, Floats, int]:
     """Charges (C) in windows at held voltages, shape (windows, n), the piezo's mean squares (V^2), and the steps made.
 
     The ``circuit`` has a held store; the number of voltages divides `BATCH`.
     """
-    count, parts = len(volts), BATCHES * BATCH // len(volts)
+    count = len(volts)
+    parts = BATCHES * BATCH // len(volts)
     early = _early(problem, grid)
     each = max(min(PIECE // grid.steps, grid.windows) // parts, 1)
-    farads, steps, record = HELD * problem.scales.capacitance, 0, problem.equations.record
+    farads = HELD * problem.scales.capacitance
+    steps = 0
+    record = problem.equations.record
     assert record is not None, "the caller checks"
     moments = np.zeros((2, grid.windows, count))  # charges and mean squares
     held = np.tile(volts, parts // BATCHES)
@@ -142,7 +173,9 @@ def windows_of(problem: Problem, circuit: Elements, volts: Floats, grid: RecordG
                 both = np.array(stores.advance(grid.steps))
                 at = begin + part * each + i - early
                 good = (at < grid.windows) & (i >= early)
-                moments[:, at[good], np.tile(np.arange(count), parts // BATCHES)[good]] = both[:, good]
+                moments[:, at[good], np.tile(np.arange(count), parts // BATCHES)[good]] = both[
+                    :, good
+                ]
             return (early + each) * grid.steps * BATCH
 
         with ThreadPoolExecutor(cores()) as pool:
@@ -153,8 +186,9 @@ def windows_of(problem: Problem, circuit: Elements, volts: Floats, grid: RecordG
 class Recorded(NamedTuple):
     """I(V, t), the same of the scene's step, and how many steps they took.
 
-    ``separation`` is by what part the charges differ that stores of their own capacitance gain, ``elements`` by what
-    part they do behind the netlist's own elements, and those by ngspice's; ``unknown`` says what of that is not known.
+    ``separation`` is by what part the charges differ that stores of their own capacitance gain,
+    ``elements`` by what part they do behind the netlist's own elements, and those by ngspice's;
+    ``unknown`` says what of that is not known.
     """
 
     best: RecordedCurrent
@@ -166,7 +200,10 @@ class Recorded(NamedTuple):
 
 
 def recorded(
-    problem: Problem, farads: float | None = None, top: float | None = None, working: float | None = None
+    problem: Problem,
+    farads: float | None = None,
+    top: float | None = None,
+    working: float | None = None,
 ) -> Recorded:
     """I(V, t) of a record, extrapolated from two steps, up to ``top`` (V) or a voltage that the piezo hardly reaches.
 
@@ -177,12 +214,18 @@ def recorded(
 
     Raises as `CompiledCircuit`.
     """
-    grid, steps, rectifier = grid_of(problem), 0, Rectifier(problem)
+    grid = grid_of(problem)
+    steps = 0
+    rectifier = Rectifier(problem)
     if top is None:
-        closed = IdealCircuit(mu=1e-12, kappa=HELD, n=1e-3, leak=1e-9, loss=0.0, bridge=True)  # to so high a voltage
-        _, squares, steps = windows_of(problem, closed, np.full(1, 1e3 * problem.scales.volts), grid)
+        # to so high a voltage
+        closed = IdealCircuit(mu=1e-12, kappa=HELD, n=1e-3, leak=1e-9, loss=0.0, bridge=True)
+        _, squares, steps = windows_of(
+            problem, closed, np.full(1, 1e3 * problem.scales.volts), grid
+        )
         top = BEYOND * math.sqrt(float(squares.max()))
-    volts, length = np.linspace(0.0, top, VOLTAGES), grid.steps * grid.h / problem.scales.frequency
+    volts = np.linspace(0.0, top, VOLTAGES)
+    length = grid.steps * grid.h / problem.scales.frequency
     tables = []
     for step_grid in (grid, grid._replace(steps=grid.steps // 2, h=2.0 * grid.h)):
         charges, _, more = windows_of(problem, rectifier.fast(rectifier.held), volts, step_grid)
@@ -190,13 +233,20 @@ def recorded(
         steps += more
     separation, many = _separation(problem, rectifier, tables[0], grid, farads or rectifier.held)
     off, more = _elements(problem, rectifier, tables[0], grid) if rectifier.ideal else (0.0, 0)
-    loud, early, record = _loudest(problem, tables[0], grid, 1), _early(problem, grid), problem.equations.record
+    loud = _loudest(problem, tables[0], grid, 1)
+    early = _early(problem, grid)
+    record = problem.equations.record
     assert record is not None, "the caller checks"
-    samples = record.resampled(loud.start - early, early + loud.stop - loud.start, grid.samples, grid.steps)
-    piece, highest = Piece(samples, early * grid.steps, grid.h), float(tables[0].voltages[-1])
+    samples = record.resampled(
+        loud.start - early, early + loud.stop - loud.start, grid.samples, grid.steps
+    )
+    piece = Piece(samples, early * grid.steps, grid.h)
+    highest = float(tables[0].voltages[-1])
     judge, unknown = error_of_circuit(problem, min(working or 0.5 * highest, highest), piece=piece)
     every = steps + many + more
-    return Recorded(tables[0].extrapolated(tables[1]), tables[0], separation, off + judge, every, unknown)
+    return Recorded(
+        tables[0].extrapolated(tables[1]), tables[0], separation, off + judge, every, unknown
+    )
 
 
 def _gained(
@@ -206,11 +256,16 @@ def _gained(
 
     The mass has forgotten its start by then.  Stores that are not slow beside the vibration are not held.
     """
-    early, record, (volts, farads) = _early(problem, grid), problem.equations.record, store
+    early = _early(problem, grid)
+    record = problem.equations.record
+    (volts, farads) = store
     assert record is not None, "the caller checks"
     windows = loud.stop - loud.start
     stores = StoreBatch(problem, circuit, volts, farads, grid.h)
-    stores.begin(record.resampled(loud.start - early, early + windows, grid.samples, grid.steps), np.zeros(BATCH))
+    stores.begin(
+        record.resampled(loud.start - early, early + windows, grid.samples, grid.steps),
+        np.zeros(BATCH),
+    )
     for _ in range(early):
         stores.hold()
         stores.advance(grid.steps)
@@ -221,7 +276,8 @@ def _gained(
 
 def _loudest(problem: Problem, table: RecordedCurrent, grid: RecordGrid, count: int) -> slice:
     """The windows about the one of most current: so many at most, after those in which the mass forgets its start."""
-    most, early = int(np.argmax(table.current.sum(axis=1))), _early(problem, grid)
+    most = int(np.argmax(table.current.sum(axis=1)))
+    early = _early(problem, grid)
     first = min(max(most - count // 2, early), grid.windows - 1)
     return slice(first, min(max(most, first) + (count + 1) // 2, grid.windows))
 
@@ -231,25 +287,32 @@ def _separation(
 ) -> tuple[float, int]:
     """By what part the charges differ that stores of their own capacitance gain, and the steps.
 
-    Each begins at one of the voltages in the lower half, and goes on for as long as all are below the highest.
+    Each begins at one of the voltages in the lower half, and goes on for as long as all are below
+    the highest.
     """
     volts = np.repeat(table.voltages[: VOLTAGES // 2], 2 * BATCH // VOLTAGES)
-    count, v = LOUD, np.full(BATCH, math.inf)
+    count = LOUD
+    v = np.full(BATCH, math.inf)
     while count and v.max() > table.voltages[-1]:
-        loud, count, v = _loudest(problem, table, grid, count), count // 2, volts.copy()
+        loud = _loudest(problem, table, grid, count)
+        count = count // 2
+        v = volts.copy()
         for row in np.repeat(table.current[loud], PARTS, axis=0):
             v += np.interp(v, table.voltages, row) * table.length / PARTS / farads
     gained, steps = _gained(problem, rectifier.fast(farads), loud, grid, (volts, farads))
     return _off(gained, farads * (v - volts)), steps
 
 
-def _elements(problem: Problem, rectifier: Rectifier, table: RecordedCurrent, grid: RecordGrid) -> tuple[float, int]:
+def _elements(
+    problem: Problem, rectifier: Rectifier, table: RecordedCurrent, grid: RecordGrid
+) -> tuple[float, int]:
     """By what part the charges differ that held stores gain behind the netlist's own elements, and the steps."""
     held = rectifier.held
     store = np.repeat(table.voltages, BATCH // VOLTAGES), held
     loud = _loudest(problem, table, grid, JUDGED)
     (ours, steps), (its, many) = (
-        _gained(problem, circuit(held), loud, grid, store) for circuit in (rectifier.fast, rectifier.compiled)
+        _gained(problem, circuit(held), loud, grid, store)
+        for circuit in (rectifier.fast, rectifier.compiled)
     )
     return _off(ours, its), steps + many
 

@@ -9,8 +9,9 @@ A store with a load across it, which this current charges, reaches a voltage by
 
     (C + tau I'(V)) dV/dt = I(V) - V/R,      after the time q0/I(0) of the ring-up
 
-because the current lags behind the rising voltage by tau (first order in the ratio of the time scales).  Under noise
-the charge also diffuses: dV = drift dt + sqrt(S(V)) dW/C, from V = 0, where it is reflected.
+because the current lags behind the rising voltage by tau (first order in the ratio of the time
+scales).  Under noise the charge also diffuses: dV = drift dt + sqrt(S(V)) dW/C, from V = 0, where
+it is reflected.
 """
 
 import math
@@ -51,7 +52,11 @@ class MeanCurrent:
     def halved(self) -> Self:
         """The table without every other voltage but the ends: what it then says differently is the interpolation."""
         keep = np.unique(np.append(np.arange(0, len(self.voltages), 2), len(self.voltages) - 1))
-        columns = {name: column[..., keep] for name, column in vars(self).items() if isinstance(column, np.ndarray)}
+        columns = {
+            name: column[..., keep]
+            for name, column in vars(self).items()
+            if isinstance(column, np.ndarray)
+        }
         return replace(self, **columns)
 
     def extrapolated(self, coarse: Self) -> Self:
@@ -71,7 +76,8 @@ class MeanCurrent:
 class RectifiedCurrent(MeanCurrent):
     """The table of shaking that always is alike, of columns in SI units, shape (n,) each.
 
-    ``square`` is the mean square of the piezo's voltage, with the standard error ``square_error``; ``lag`` is in s.
+    ``square`` is the mean square of the piezo's voltage, with the standard error ``square_error``;
+    ``lag`` is in s.
     """
 
     density: Floats
@@ -109,7 +115,9 @@ class RectifiedCurrent(MeanCurrent):
         return replace(self, ring_up=self.ring_up + seconds * float(self.current[0]))
 
 
-def reached(table: RectifiedCurrent, end: float, farads: float, ohm: float = math.inf) -> tuple[Floats, Floats]:
+def reached(
+    table: RectifiedCurrent, end: float, farads: float, ohm: float = math.inf
+) -> tuple[Floats, Floats]:
     """The voltages up to ``end`` that a store reaches, ascending, and when (s)."""
     volts = np.linspace(0.0, end, FINE)
     times = times_to(volts, table, farads, ohm)
@@ -120,18 +128,22 @@ def times_to(levels: Floats, table: RectifiedCurrent, farads: float, ohm: float)
     """When the store reaches ascending levels (V), without diffusion; infinite for those that it does not reach."""
     volts = np.linspace(0.0, float(levels[-1]), FINE)
     net = table.at(volts) - volts / ohm
-    held = np.maximum(farads + table.column_at("lag", volts) * table.slope(volts), 0.0)  # 0: it is there at once
+    # 0: it is there at once
+    held = np.maximum(farads + table.column_at("lag", volts) * table.slope(volts), 0.0)
     with np.errstate(divide="ignore"):
         rate = np.where(net > 0.0, net, np.nan) / held
     times = cumulative_trapezoid(1.0 / rate, volts, initial=0.0)
-    return np.nan_to_num(np.interp(levels, volts, table.start + np.maximum.accumulate(times)), nan=math.inf)
+    return np.nan_to_num(
+        np.interp(levels, volts, table.start + np.maximum.accumulate(times)), nan=math.inf
+    )
 
 
 def error_of_times(levels: Floats, table: RectifiedCurrent, farads: float, ohm: float) -> Floats:
     """The standard error that sampling of the currents, which are independent, gives to the times to ``levels``."""
     if table.stderr is None:
         return np.zeros(len(levels))
-    base, total = times_to(levels, table, farads, ohm), np.zeros(len(levels))
+    base = times_to(levels, table, farads, ohm)
+    total = np.zeros(len(levels))
     there = np.isfinite(base)
     for k, error in enumerate(table.stderr):
         current = table.current.copy()
@@ -142,24 +154,36 @@ def error_of_times(levels: Floats, table: RectifiedCurrent, farads: float, ohm: 
 
 
 def random_paths(
-    table: RectifiedCurrent, farads: float, ohm: float, top: float, end: float, count: int, seed: int, coarse: bool
+    table: RectifiedCurrent,
+    farads: float,
+    ohm: float,
+    top: float,
+    end: float,
+    count: int,
+    seed: int,
+    coarse: bool,
 ) -> tuple[Floats, Floats]:
     """Times (s) up to ``end``, shape (n,), and voltages (count, n) of stores, at one or (coarse) two steps at once."""
     rng = np.random.default_rng(np.random.SeedSequence([seed, 12]))
-    steps, dt = STEPS, end / STEPS
+    steps = STEPS
+    dt = end / STEPS
     volts = np.linspace(0.0, max(top, float(table.voltages[-1])), FINE)
     effective = farads + table.column_at("lag", volts) * table.slope(volts)
     drift = (table.at(volts) - volts / ohm) / effective
     spread = np.sqrt(table.column_at("density", volts)) / farads
-    v, paths = np.zeros(count), [np.zeros(count)]
+    v = np.zeros(count)
+    paths = [np.zeros(count)]
     for k in range(0, steps, 2 if coarse else 1):
         kick = rng.standard_normal(count)
         length = dt
         if coarse:
-            kick, length = kick + rng.standard_normal(count), 2.0 * dt
+            kick = kick + rng.standard_normal(count)
+            length = 2.0 * dt
         begun = min(max((k * dt + length - table.start) / length, 0.0), 1.0)
         v = np.abs(
-            v + begun * np.interp(v, volts, drift) * length + begun * np.interp(v, volts, spread) * kick * dt**0.5
+            v
+            + begun * np.interp(v, volts, drift) * length
+            + begun * np.interp(v, volts, spread) * kick * dt**0.5
         )
         paths.append(v)
     return np.linspace(0.0, end, len(paths)), np.array(paths).T

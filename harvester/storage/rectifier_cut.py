@@ -1,7 +1,7 @@
 """A load circuit cut in two behind its rectifier, or with its store held at a voltage.
 
-The rectifier is what touches the piezo's electrodes: diodes that lead to two nodes, the rails.  What is behind them
-sees the vibration through the rectifier's current alone.
+The rectifier is what touches the piezo's electrodes: diodes that lead to two nodes, the rails.
+What is behind them sees the vibration through the rectifier's current alone.
 """
 
 from collections.abc import Sequence
@@ -39,7 +39,9 @@ class Cut:
     @property
     def like(self) -> tuple[float, float]:
         """The same of diodes alike that stand for them all: the geometric mean of each."""
-        saturation, emission = np.exp(np.log([diode_law(part) for part in self.rectifier]).mean(axis=0))
+        saturation, emission = np.exp(
+            np.log([diode_law(part) for part in self.rectifier]).mean(axis=0)
+        )
         return float(saturation), float(emission)
 
     @property
@@ -49,7 +51,11 @@ class Cut:
 
     def held(self, farads: float) -> list[CircuitPart]:
         """The rectifier with a capacitance between its rails that hardly changes its voltage."""
-        return [*self.rectifier, _element(STORE, self.rails, farads), _element(LOAD, self.rails, NO_LOAD)]
+        return [
+            *self.rectifier,
+            _element(STORE, self.rails, farads),
+            _element(LOAD, self.rails, NO_LOAD),
+        ]
 
     def slow(self) -> list[CircuitPart]:
         """What is behind the rails, with the rails in place of the electrodes."""
@@ -64,9 +70,14 @@ def cut_behind_rectifier(load: LoadCircuit) -> Cut | None:
     behind = tuple(part for part in parts if part not in rectifier)
     if [part.kind for part in rectifier] != 4 * ["d"]:
         return None
-    positive, negative = _far_nodes(rectifier, 1), _far_nodes(rectifier, 0)  # at cathodes, and at anodes
+    # at cathodes, and at anodes
+    positive, negative = _far_nodes(rectifier, 1), _far_nodes(rectifier, 0)
     seen = {node for part in behind for node in part.nodes_read}
-    if (len(positive), len(negative)) != (1, 1) or ELECTRODES & (positive | negative | seen) or positive == negative:
+    if (
+        (len(positive), len(negative)) != (1, 1)
+        or ELECTRODES & (positive | negative | seen)
+        or positive == negative
+    ):
         return None
     return Cut(rectifier, behind, (positive.pop(), negative.pop()))
 
@@ -79,13 +90,18 @@ def _far_nodes(diodes: Sequence[CircuitPart], end: int) -> set[str]:
 def with_store(parts: Sequence[CircuitPart], farads: float) -> list[CircuitPart]:
     """The elements with another store, and no load."""
     new = {STORE: farads, LOAD: NO_LOAD}
-    return [_element(part.name, part.nodes, new[part.name]) if part.name in new else part for part in parts]
+    return [
+        _element(part.name, part.nodes, new[part.name]) if part.name in new else part
+        for part in parts
+    ]
 
 
 def held_rectifier(load: LoadCircuit, farads: float) -> list[CircuitPart]:
     """The rectifier with a store of ``farads``, and no load: what is behind that of a chip is left out."""
     cut = cut_behind_rectifier(load)
-    return with_store(load.parts, farads) if cut is None or is_plain_store(load) else cut.held(farads)
+    return (
+        with_store(load.parts, farads) if cut is None or is_plain_store(load) else cut.held(farads)
+    )
 
 
 def is_plain_store(load: LoadCircuit) -> bool:
@@ -103,10 +119,15 @@ def plain_bridge(load: LoadCircuit, scales: Scales) -> IdealCircuit | None:
     if cut is None or cut.diode is None or load.smoothing is None or load.storage is None:
         return None
     rails = set(cut.rails)
-    if {part.name: set(part.nodes) for part in cut.behind} != {STORE: rails, LOAD: rails} or load.storage <= 0.0:
+    if {part.name: set(part.nodes) for part in cut.behind} != {
+        STORE: rails,
+        LOAD: rails,
+    } or load.storage <= 0.0:
         return None
     kappa = load.smoothing / scales.capacitance
-    return ideal_bridge(*cut.diode, scales)._replace(kappa=kappa, mu=kappa / (load.storage * scales.frequency))
+    return ideal_bridge(*cut.diode, scales)._replace(
+        kappa=kappa, mu=kappa / (load.storage * scales.frequency)
+    )
 
 
 def _element(name: str, nodes: Sequence[str], value: float) -> CircuitPart:

@@ -2,12 +2,13 @@
 
     tau i' = I(u) - i + sqrt(S(u)) xi        u: the voltage between the rectifier's rails
 
-The current follows I(u) with the lag that was measured, from 0 at rest; under noise it may fluctuate, with the spectral
-density that was measured at frequency zero (xi: white noise of density 1).  Steps are those of the slow circuit, many
-vibrations of the fast one may pass in each; within a step the circuit chooses its own.
+The current follows I(u) with the lag that was measured, from 0 at rest; under noise it may
+fluctuate, with the spectral density that was measured at frequency zero (xi: white noise of density
+1).  Steps are those of the slow circuit, many vibrations of the fast one may pass in each; within a
+step the circuit chooses its own.
 
-How far apart the time scales are `direct_check` tells: mass and circuit together from rest, beside the slow store;
-under noise `noise_check` does, by many runs.
+How far apart the time scales are `direct_check` tells: mass and circuit together from rest, beside
+the slow store; under noise `noise_check` does, by many runs.
 """
 
 import math
@@ -30,8 +31,10 @@ from harvester.storage.rectified_current import RectifiedCurrent
 from harvester.storage.rectifier_cut import Cut
 from harvester.uncertainty.value import bound95
 
-DIRECT, COMPARED = 25.0, 10.0  # time constants of the mass, at most; of charges whose stores are held
-FAINT = 0.1  # of the largest current: less does not bring a store further in the time of the comparison
+# time constants of the mass, at most; of charges whose stores are held
+DIRECT, COMPARED = 25.0, 10.0
+# of the largest current: less does not bring a store further in the time of the comparison
+FAINT = 0.1
 SLICES, JUDGED = 32, 64  # of the time under noise; runs of a compiled circuit there
 EARLY, LATE = 0.5, 0.95  # of the voltage at the end of the direct run
 POINTS = 2048  # of the table that the kernel reads
@@ -43,8 +46,8 @@ SMALL = 50.0  # what is left between the rails of the piezo's capacitance: this 
 class SlowPath:
     """The slow circuit over time, shape (n,): s, V of the rails, the store and the load, and integrals up to then.
 
-    ``square`` is that of the load's squared voltage (V^2 s), ``piezo`` that of the piezo's mean square voltage; ``end``
-    is the circuit's last state.
+    ``square`` is that of the load's squared voltage (V^2 s), ``piezo`` that of the piezo's mean
+    square voltage; ``end`` is the circuit's last state.
     """
 
     t: Floats
@@ -64,8 +67,12 @@ class SlowCircuit:
     Raises as `CompiledCircuit`.
     """
 
-    def __init__(self, load: LoadCircuit, cut: Cut, scales: Scales, tolerance: float = TOLERANCE) -> None:
-        self.scales = replace(scales, coupling=scales.coupling / SMALL, capacitance=scales.capacitance / SMALL)
+    def __init__(
+        self, load: LoadCircuit, cut: Cut, scales: Scales, tolerance: float = TOLERANCE
+    ) -> None:
+        self.scales = replace(
+            scales, coupling=scales.coupling / SMALL, capacitance=scales.capacitance / SMALL
+        )
         self.circuit = CompiledCircuit(load, self.scales, cut.slow(), tolerance)
 
     def run(
@@ -88,7 +95,10 @@ class SlowCircuit:
         top = float(current.voltages[-1])
         volts = np.linspace(0.0, top, POINTS)
         table = np.array(
-            [current.at(volts), *(current.column_at(name, volts) for name in ("lag", "square", "density"))]
+            [
+                current.at(volts),
+                *(current.column_at(name, volts) for name in ("lag", "square", "density")),
+            ]
         )
         out = np.empty((rows, 5))
         circuit = self.circuit.for_kernels(seconds * self.scales.frequency)
@@ -96,10 +106,14 @@ class SlowCircuit:
         room = np.empty((ROOMS, circuit.length))
         charge = self.scales.capacitance * self.scales.volts
         normal = np.empty(0) if variates is None else variates
-        steps, failed = feed(circuit, state, room, table, top, seconds, current.delay, charge, stride, normal, out)
+        steps, failed = feed(
+            circuit, state, room, table, top, seconds, current.delay, charge, stride, normal, out
+        )
         self.circuit.check(steps, failed, state)
         t = seconds * stride * np.arange(1.0, rows + 1.0)
-        return SlowPath(t, out[:, 0], out[:, 1], out[:, 2], out[:, 3], out[:, 4], int(steps), int(failed), state)
+        return SlowPath(
+            t, out[:, 0], out[:, 1], out[:, 2], out[:, 3], out[:, 4], int(steps), int(failed), state
+        )
 
 
 class DirectCheck(NamedTuple):
@@ -117,20 +131,28 @@ class DirectCheck(NamedTuple):
 
 
 def direct_check(
-    problem: Problem, circuit: CompiledCircuit, volts: Floats, times: Floats, longest: float, h: float | None = None
+    problem: Problem,
+    circuit: CompiledCircuit,
+    volts: Floats,
+    times: Floats,
+    longest: float,
+    h: float | None = None,
 ) -> DirectCheck:
     """The check under a drive, of a whole circuit whose store the slow computation takes to ``volts`` at ``times``.
 
     Both are ascending and finite; the direct run is as ``longest`` at most.
     """
-    eqs, w0 = problem.equations, problem.scales.frequency
+    eqs = problem.equations
+    w0 = problem.scales.frequency
     seconds = min(float(times[-1]), DIRECT * time_constant(eqs) / w0, longest)
     step = whole_steps(step_from_rest(eqs) if h is None else h, eqs.shaking_period)
     n_steps = math.ceil(seconds * w0 / step / 16) * 16
     path = circuit.trace(eqs, np.zeros(n_steps), step, 16)
     t = np.append(0.0, step * 16.0 * np.arange(1, len(path.voltages) + 1) / w0)
     store = np.append(0.0, np.maximum.accumulate(path.voltages[:, 1]))
-    levels = np.array([EARLY, LATE]) * min(float(np.interp(seconds, times, volts)), float(store[-1]))
+    levels = np.array([EARLY, LATE]) * min(
+        float(np.interp(seconds, times, volts)), float(store[-1])
+    )
     early, late = np.interp(levels, store, t) - np.interp(levels, volts, times)
     return DirectCheck(float(late), float(early), seconds, path.steps)
 
@@ -158,17 +180,27 @@ def noise_check(
     sampling at 95 %: those of step and elements together, and that of a store that is not held.  Voltages at which the
     ``table`` has next to no current are left out, unless all are such ones.  Runs are ``times_as_many`` as usual.
     """
-    rectifier, scales, eqs = Rectifier(problem), problem.scales, problem.equations
+    rectifier = Rectifier(problem)
+    scales = problem.scales
+    eqs = problem.equations
     strong = table.at(path[0]) > FAINT * table.current.max()
     volts, times = (points[strong | ~strong.any()] for points in path)
     held = rectifier.held
-    unit, last = time_constant(eqs), float(times[-1]) * scales.frequency
-    root, h, steps = np.random.SeedSequence([seed, 11]), step_from_rest(eqs), 0
+    unit = time_constant(eqs)
+    last = float(times[-1]) * scales.frequency
+    root = np.random.SeedSequence([seed, 11])
+    h = step_from_rest(eqs)
+    steps = 0
     judged = times_as_many * JUDGED
-    fast, count = rectifier.fast(held), times_as_many * RUNS if rectifier.ideal else 2 * judged
+    fast = rectifier.fast(held)
+    count = times_as_many * RUNS if rectifier.ideal else 2 * judged
 
     def charges(
-        circuit: Elements, count: int, span: tuple[float, float], free: float = 0.0, twice: bool = False
+        circuit: Elements,
+        count: int,
+        span: tuple[float, float],
+        free: float = 0.0,
+        twice: bool = False,
     ) -> Floats:
         nonlocal steps
         part, duration = span
@@ -176,13 +208,16 @@ def noise_check(
         runs = runs.coarser() if twice else runs
         stores = HeldRuns(runs, circuit, free or held, scales)
         at = np.interp((np.arange(SLICES) + 0.5) / SLICES * part * float(times[-1]), times, volts)
-        gained = np.sum([stores.advance(None if free else float(v), duration / SLICES)[0] for v in at], axis=0)
+        gained = np.sum(
+            [stores.advance(None if free else float(v), duration / SLICES)[0] for v in at], axis=0
+        )
         steps += runs.steps
         return np.asarray(gained.reshape(-1, runs.together).mean(axis=1))
 
     whole = 1.0, min(COMPARED * unit, last)
     base = charges(fast, count, whole)
-    elements, separation = change_at_95(charges(fast, count, whole, twice=True), base), 0.0
+    elements = change_at_95(charges(fast, count, whole, twice=True), base)
+    separation = 0.0
     if rectifier.ideal:
         elements += change_at_95(charges(rectifier.compiled(held), judged, whole), base)
     if farads is not None:

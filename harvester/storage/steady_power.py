@@ -1,12 +1,13 @@
 """The mean power of a chip's load, from the rectifier's current: hours of the slow circuit, and some of both together.
 
-The slow circuit runs from empty until its mean power changes no more.  Its errors are measured: by the rectifier's
-current at twice the step and at half of the voltages, by slow steps of twice the length and a larger tolerance, and by
-a direct run of mass and circuit from rest, on the same shaking, of `DIRECT` time constants of the mass.  What that
-differs by is added to the mean (two levels), and is the error of the separation of time scales.  Where it differs by
-more than `LARGEST_SEPARATION` a longer direct run takes the slow one's place.  What compiled circuits differ by from
-ngspice (`error_of_circuit`) is taken of the rectifier's current, for what the slow circuit makes of it, and of the
-power again.
+The slow circuit runs from empty until its mean power changes no more.  Its errors are measured: by
+the rectifier's current at twice the step and at half of the voltages, by slow steps of twice the
+length and a larger tolerance, and by a direct run of mass and circuit from rest, on the same
+shaking, of `DIRECT` time constants of the mass.  What that differs by is added to the mean (two
+levels), and is the error of the separation of time scales.  Where it differs by more than
+`LARGEST_SEPARATION` a longer direct run takes the slow one's place.  What compiled circuits differ
+by from ngspice (`error_of_circuit`) is taken of the rectifier's current, for what the slow circuit
+makes of it, and of the power again.
 """
 
 import math
@@ -27,10 +28,14 @@ from harvester.storage.slow_circuit import TOLERANCE, SlowCircuit, SlowPath
 from harvester.uncertainty.value import Value
 
 FINER = 256.0  # slow steps to a time constant of the mass
-FIRST, CHARGES = 500.0, 8.0  # time constants of the mass, and times to charge the store, of the first slow run
-SETTLED, MOST = 3e-3, 4e6  # relative change of the mean power from a part of the run to the next; slow steps
-DIRECT, LONGER = 150.0, 4.0  # time constants of the direct run; times that, where it takes the slow one's place
-LARGEST_SEPARATION = 0.05  # of the mean power: a difference from the direct run above which the scales are not apart
+# time constants of the mass, and times to charge the store, of the first slow run
+FIRST, CHARGES = 500.0, 8.0
+# relative change of the mean power from a part of the run to the next; slow steps
+SETTLED, MOST = 3e-3, 4e6
+# time constants of the direct run; times that, where it takes the slow one's place
+DIRECT, LONGER = 150.0, 4.0
+# of the mean power: a difference from the direct run above which the scales are not apart
+LARGEST_SEPARATION = 0.05
 ROUGHER = 4.0  # times the tolerance, beside slow steps of twice the length
 
 
@@ -59,7 +64,8 @@ class SlowPower:
 def slow_power(problem: Problem, cut: Cut) -> SlowPower:
     """The stationary mean power of the load behind a cut, under a harmonic drive.
 
-    Raises as `harvester.circuits.compiled_circuit.CompiledCircuit`, UnboundedResponseError where the motion grows.
+    Raises as `harvester.circuits.compiled_circuit.CompiledCircuit`, UnboundedResponseError where
+    the motion grows.
     """
     assert problem.circuit is not None
     scales = problem.scales
@@ -72,25 +78,38 @@ def slow_power(problem: Problem, cut: Cut) -> SlowPower:
     rougher = SlowCircuit(problem.circuit, cut, scales, ROUGHER * TOLERANCE)
     judge, unknown = error_of_circuit(problem, float(path.rails.max()))
     less = table.scaled(1.0 - judge)
-    base, *others = (rougher.run(current, duration, 2.0 * h, 2) for current in (table, rough, table.halved(), less))
+    base, *others = (
+        rougher.run(current, duration, 2.0 * h, 2)
+        for current in (table, rough, table.halved(), less)
+    )
     direct = _direct(problem, min(DIRECT * unit, duration))
 
     def known(name: str) -> tuple[Value, float]:
         """The mean of an integral of the path, corrected, and by how much."""
-        mean, twice, *changed = (mean_rate(run.t, getattr(run, name), *ends) for run in (path, base, *others))
+        mean, twice, *changed = (
+            mean_rate(run.t, getattr(run, name), *ends) for run in (path, base, *others)
+        )
         by_step, by_voltages, by_judge = (abs(mean_of_other - twice) for mean_of_other in changed)
         off = _off(direct, path, mean, name)
         model = by_voltages + by_judge + judge * mean + abs(off)
-        return Value(mean + off, bias=by_step + abs(twice - mean), model=model, unknown=unknown), off
+        return Value(
+            mean + off, bias=by_step + abs(twice - mean), model=model, unknown=unknown
+        ), off
 
     (power, separation), (square, _) = known("square"), known("piezo")
     steps = measuring + direct.steps
     if not (scales_apart := abs(separation) <= LARGEST_SEPARATION * power.value):
         direct, twice = (_direct(problem, LONGER * direct.seconds, factor) for factor in (1.0, 2.0))
-        power, square = (_of_direct(direct, twice, name, judge).with_unknown(unknown) for name in ("square", "piezo"))
-        changed, steps = 0.0, steps + direct.steps + twice.steps
+        power, square = (
+            _of_direct(direct, twice, name, judge).with_unknown(unknown)
+            for name in ("square", "piezo")
+        )
+        changed = 0.0
+        steps = steps + direct.steps + twice.steps
     return SlowPower(
-        power=replace(power, model=(power.model or 0.0) + changed).scaled(1.0 / circuit.circuit.resistance),
+        power=replace(power, model=(power.model or 0.0) + changed).scaled(
+            1.0 / circuit.circuit.resistance
+        ),
         square=square,
         changed=changed / max(power.value, 1e-300),
         separation=abs(separation) / max(power.value, 1e-300),
@@ -104,7 +123,9 @@ def slow_power(problem: Problem, cut: Cut) -> SlowPower:
     )
 
 
-def settled_path(circuit: SlowCircuit, table: RectifiedCurrent, unit: float) -> tuple[SlowPath, float, float]:
+def settled_path(
+    circuit: SlowCircuit, table: RectifiedCurrent, unit: float
+) -> tuple[SlowPath, float, float]:
     """The slow circuit until its mean power changes no more, how long that is (s), and its last change (V^2).
 
     The ``unit`` is the mass's time constant (s).
@@ -124,7 +145,8 @@ def of_load(path: SlowPath) -> dict[str, float]:
 
     On is above half of the load's largest voltage.  Share and voltages are those of the run but for its first quarter.
     """
-    on, late = path.load > 0.5 * path.load.max(), path.t > 0.25 * path.t[-1]
+    on = path.load > 0.5 * path.load.max()
+    late = path.t > 0.25 * path.t[-1]
     if not path.load.max() > 0.0:
         return {"load_on": 0.0, "store_highest": float(path.store.max())}
     return {
@@ -137,8 +159,13 @@ def of_load(path: SlowPath) -> dict[str, float]:
 
 def first_duration(circuit: SlowCircuit, table: RectifiedCurrent, unit: float) -> float:
     """How long (s) the first slow run is, with a ``unit`` of the mass's time constant: some charges of the store."""
-    farads = sum(1.0 / volts for name, _, _, volts in circuit.circuit.system.charges if name == STORE)
-    return max(FIRST * unit, CHARGES * farads * float(table.voltages[-1]) / max(float(table.current[0]), 1e-30))
+    farads = sum(
+        1.0 / volts for name, _, _, volts in circuit.circuit.system.charges if name == STORE
+    )
+    return max(
+        FIRST * unit,
+        CHARGES * farads * float(table.voltages[-1]) / max(float(table.current[0]), 1e-30),
+    )
 
 
 def halves(duration: float) -> tuple[tuple[float, float], tuple[float, float]]:
@@ -148,8 +175,13 @@ def halves(duration: float) -> tuple[tuple[float, float], tuple[float, float]]:
 
 def mean_rate(t: Floats, integral: Floats, begin: float, end: float) -> float:
     """The mean rate of an integral between two times, weighted by Hann's window: whole cycles need not fit."""
-    middle, rates = 0.5 * (t[1:] + t[:-1]), np.diff(integral) / np.diff(t)
-    weights = np.where((middle > begin) & (middle < end), np.sin(np.pi * (middle - begin) / (end - begin)) ** 2, 0.0)
+    middle = 0.5 * (t[1:] + t[:-1])
+    rates = np.diff(integral) / np.diff(t)
+    weights = np.where(
+        (middle > begin) & (middle < end),
+        np.sin(np.pi * (middle - begin) / (end - begin)) ** 2,
+        0.0,
+    )
     return float((weights * rates).sum() / weights.sum())
 
 
@@ -167,12 +199,21 @@ class _Direct(NamedTuple):
 def _direct(problem: Problem, seconds: float, factor: float = 1.0) -> _Direct:
     """The direct run of so many seconds, at a ``factor`` times the usual step."""
     assert problem.circuit is not None
-    eqs, w0, h = problem.equations, problem.scales.frequency, factor * step_from_rest(problem.equations)
+    eqs = problem.equations
+    w0 = problem.scales.frequency
+    h = factor * step_from_rest(problem.equations)
     n_steps = math.ceil(seconds * w0 / h / 16) * 16
     path = compiled_circuit(problem.circuit, problem.scales).trace(eqs, np.zeros(n_steps), h, 16)
     each = path.h * path.stride / w0
     t = each * np.arange(1.0, len(path.square) + 1.0)
-    return _Direct(t, path.voltages[:, 1], path.square, np.cumsum(path.voltages[:, 0] ** 2) * each, seconds, path.steps)
+    return _Direct(
+        t,
+        path.voltages[:, 1],
+        path.square,
+        np.cumsum(path.voltages[:, 0] ** 2) * each,
+        seconds,
+        path.steps,
+    )
 
 
 def _of_direct(direct: _Direct, coarse: _Direct, name: str, judge: float) -> Value:
@@ -192,8 +233,8 @@ def _of_direct(direct: _Direct, coarse: _Direct, name: str, judge: float) -> Val
 def _off(direct: _Direct, slow: SlowPath, mean: float, name: str) -> float:
     """What a direct run differs by from the slow one in the mean rate of an integral.
 
-    Where nothing has reached the load by then, the difference is that of the energies in the store, as a part of the
-    ``mean``.
+    Where nothing has reached the load by then, the difference is that of the energies in the store,
+    as a part of the ``mean``.
     """
     part = direct.seconds / 4.0, direct.seconds
     slow_mean, direct_mean = (mean_rate(run.t, getattr(run, name), *part) for run in (slow, direct))

@@ -2,15 +2,15 @@
 
 From the store    P = V I(V)
 chip, store at its input    P = eta max V (I(V) - I_own)    from the voltage at which its output ends to that at which
-                                                            it begins: the heaviest load that it always carries, where
-                                                            the store settles
+                                                            it begins: the heaviest load that it
+                                                            always carries, where the store settles
 
-A heavier load is on in cycles and takes less.  The heaviest has eta (V_rise^2 - V_fall^2)/2 / int dV/(I(V) - I_low),
-the energy of a cycle over the time in which the store charges.
+A heavier load is on in cycles and takes less.  The heaviest has eta (V_rise^2 - V_fall^2)/2 / int
+dV/(I(V) - I_low), the energy of a cycle over the time in which the store charges.
 
 chip that tracks    P = eta eta_charging(V, I) V ((1 - idle) I(V) + C (V_look - V)/period) - V_store I_own
-                                                            at V = ratio V_look, where C is at the input and V_look is
-                                                            what a look finds
+                                                            at V = ratio V_look, where C is at the
+                                                            input and V_look is what a look finds
 
 The chip's numbers are those of `harvester.storage.bought_parts.Chip`.
 """
@@ -63,35 +63,45 @@ class Supply:
     def powers(self, table: AnyCurrent, needed: float) -> Floats:
         """The same in each window of a record, shape (windows,); of shaking that always is alike in one."""
         if self.chip is None:
-            return np.asarray(self.voltage * np.atleast_2d(table.at(np.array([self.voltage])))[:, 0])
+            return np.asarray(
+                self.voltage * np.atleast_2d(table.at(np.array([self.voltage])))[:, 0]
+            )
         if self.chip.ratio is None:
             volts = np.linspace(self.fall, self.rise, FINE)
             current = np.atleast_2d(table.at(volts)) - self.chip.own
             mean = current.mean(axis=0)
             k = int(np.argmax(volts * mean))
-            return np.asarray(self.efficiency(needed) * volts[k] * current[:, k] * float(mean[-1] > 0.0))
-        return self.efficiency(needed) * (tracked_power(self.chip, table) - self.chip.full * self.chip.own)
+            return np.asarray(
+                self.efficiency(needed) * volts[k] * current[:, k] * float(mean[-1] > 0.0)
+            )
+        return self.efficiency(needed) * (
+            tracked_power(self.chip, table) - self.chip.full * self.chip.own
+        )
 
     def wake(self, table: RectifiedCurrent, farads: float) -> float:
         """How long (s) an empty store of so many farads takes until the voltage is there; infinite if it never is."""
         if self.chip is None:
             return _time(table, self.voltage, farads)
         if self.chip.ratio is None:
-            return _time(table.scaled(1.0, -(self.chip.low_own or self.chip.own)), self.rise, farads)
-        cold, warm = self.chip.cold_voltage, float(tracked_power(self.chip, table)[0]) - self.rise * self.chip.own
+            return _time(
+                table.scaled(1.0, -(self.chip.low_own or self.chip.own)), self.rise, farads
+            )
+        cold = self.chip.cold_voltage
+        warm = float(tracked_power(self.chip, table)[0]) - self.rise * self.chip.own
         came = cold * float(table.at(np.array(cold)))
         start = self.chip.cold_efficiency * came
         if min(start, warm) <= 0.0 or came < self.chip.cold_power:
             return math.inf
-        first, second = self.chip.hand_over**2, self.rise**2 - self.chip.hand_over**2
+        first = self.chip.hand_over**2
+        second = self.rise**2 - self.chip.hand_over**2
         return 0.5 * farads * (first / start + second / warm)
 
 
 def chip_of(table: HarvestingChip, supply: float | None) -> Chip:
     """The chip that a scene's table means, whose output has the ``supply`` voltage (V), with the table's own numbers.
 
-    Raises InputError for a name that is not known, an output that the chip does not have, thresholds that are no range
-    then, and a table of efficiencies that cannot be read.
+    Raises InputError for a name that is not known, an output that the chip does not have,
+    thresholds that are no range then, and a table of efficiencies that cannot be read.
     """
     if table.name is None:
         chip = Chip({}, ((1e-6, 1.0),), 0.0, math.inf, table.input_ratio)
@@ -110,7 +120,11 @@ def chip_of(table: HarvestingChip, supply: float | None) -> Chip:
 
 def _given(table: HarvestingChip) -> dict[str, Any]:
     """What a table says itself of its chip."""
-    given: dict[str, Any] = {"own": table.own_current, "ratio": table.input_ratio, "full": table.full_voltage}
+    given: dict[str, Any] = {
+        "own": table.own_current,
+        "ratio": table.input_ratio,
+        "full": table.full_voltage,
+    }
     if table.own_current is not None:
         given["low_own"] = 0.0
     if table.efficiency is not None:
@@ -129,9 +143,14 @@ def _levels(table: HarvestingChip, chip: Chip, supply: float | None) -> tuple[fl
         return rise, fall
     levels = None if supply is None else chip.thresholds(supply)
     if levels is None:
-        has = ", ".join(f"{volts:g} V" for volts in chip.outputs if volts) or "up to what its store can have"
+        has = (
+            ", ".join(f"{volts:g} V" for volts in chip.outputs if volts)
+            or "up to what its store can have"
+        )
         was = "is left out" if supply is None else f"is {supply:g} V"
-        raise InputError(f"node.supply_voltage must be one of chip {table.name!r} ({has}), but {was}")
+        raise InputError(
+            f"node.supply_voltage must be one of chip {table.name!r} ({has}), but {was}"
+        )
     return rise or levels[0], fall or levels[1]
 
 
@@ -154,7 +173,8 @@ def charging_efficiency(chip: Chip, volts: Floats, amperes: Floats) -> Floats:
         return np.asarray(lines[0])
     k = np.clip(np.searchsorted(grid, volts) - 1, 0, len(grid) - 2)
     part = np.clip((volts - grid[k]) / (grid[k + 1] - grid[k]), 0.0, 1.0)
-    both, every = np.array(lines), np.arange(len(volts))
+    both = np.array(lines)
+    every = np.arange(len(volts))
     return np.asarray(both[k, every] + part * (both[k + 1, every] - both[k, every]))
 
 
@@ -164,17 +184,30 @@ def tracked_power(chip: Chip, table: AnyCurrent) -> Floats:
     What the input is held at is what the last look found.
     """
     assert chip.ratio is not None, "asked of a chip that tracks"
-    voltages, current, length = table.voltages, np.atleast_2d(table.current), table.length
-    looks = np.arange(len(current)) if length >= chip.period else np.arange(len(current)) * length // chip.period
-    first, opened = np.searchsorted(looks, looks), np.zeros(len(current))  # the window of each look, and what it finds
+    voltages = table.voltages
+    current = np.atleast_2d(table.current)
+    length = table.length
+    looks = (
+        np.arange(len(current))
+        if length >= chip.period
+        else np.arange(len(current)) * length // chip.period
+    )
+    # the window of each look, and what it finds
+    first = np.searchsorted(looks, looks)
+    opened = np.zeros(len(current))
     for some in np.array_split(every := np.unique(first), math.ceil(len(every) / SOME)):
         opened[some] = input_without_load(chip, voltages, current[some])
     opened = np.minimum(opened[first], chip.most)
     held = chip.ratio * opened
-    amperes = np.array([np.interp(v, voltages, window) for v, window in zip(held, current, strict=True)])
+    amperes = np.array(
+        [np.interp(v, voltages, window) for v, window in zip(held, current, strict=True)]
+    )
     amperes = np.where(held >= chip.least, np.maximum(amperes, 0.0), 0.0)
-    back = np.where(amperes > 0.0, INPUT * (opened - held), 0.0) * (chip.idle > 0.0) / chip.period  # after a look
-    return np.asarray(charging_efficiency(chip, held, amperes) * held * ((1.0 - chip.idle) * amperes + back))
+    # after a look
+    back = np.where(amperes > 0.0, INPUT * (opened - held), 0.0) * (chip.idle > 0.0) / chip.period
+    return np.asarray(
+        charging_efficiency(chip, held, amperes) * held * ((1.0 - chip.idle) * amperes + back)
+    )
 
 
 def input_without_load(chip: Chip, voltages: Floats, current: Floats) -> Floats:
@@ -182,7 +215,8 @@ def input_without_load(chip: Chip, voltages: Floats, current: Floats) -> Floats:
 
     From ratio times V it comes to V there, with the time C int dV/I(V).  Without a time of its own a look finds all.
     """
-    fine, ratio = np.linspace(0.0, float(voltages[-1]), FINE), chip.ratio or 1.0
+    fine = np.linspace(0.0, float(voltages[-1]), FINE)
+    ratio = chip.ratio or 1.0
     came = current @ np.array([np.interp(fine, voltages, unit) for unit in np.eye(len(voltages))])
     least = np.maximum(1e-3 * current[:, :1], 1e-30)
     times = cumulative_trapezoid(INPUT / np.maximum(came, least), fine, axis=1, initial=0.0)
@@ -198,10 +232,17 @@ def charging_current(chip: Chip, table: AnyCurrent, volts: Floats) -> Floats:
     if chip.ratio is None:
         return np.asarray(table.at(volts)) - chip.own
     current = np.atleast_2d(table.current)
-    cold = np.array([np.interp(chip.cold_voltage, table.voltages, window) for window in current]) * chip.cold_voltage
-    started = np.where(cold >= max(chip.cold_power, 0.0), chip.cold_efficiency * np.maximum(cold, 0.0), 0.0)
+    cold = (
+        np.array([np.interp(chip.cold_voltage, table.voltages, window) for window in current])
+        * chip.cold_voltage
+    )
+    started = np.where(
+        cold >= max(chip.cold_power, 0.0), chip.cold_efficiency * np.maximum(cold, 0.0), 0.0
+    )
     power = np.where(volts < chip.hand_over, started[:, None], tracked_power(chip, table)[:, None])
-    return np.asarray(power / np.maximum(volts, LOW) - np.where(volts < chip.hand_over, 0.0, chip.own))
+    return np.asarray(
+        power / np.maximum(volts, LOW) - np.where(volts < chip.hand_over, 0.0, chip.own)
+    )
 
 
 def _time(table: RectifiedCurrent, volts: float, farads: float) -> float:

@@ -1,12 +1,13 @@
 """A chip that holds its input, under noise: its law without mean currents, beside what they give, on the same noise.
 
-Each run looks when the chip does: its input, a capacitor of `INPUT`, is left alone for the time of a look, from the
-voltage at which it was held, and is then held at the chip's ratio of what it came to.  The charge that the held input
-gains goes to the store, and what the look brought above that voltage.  The same runs with an input that is always held
-where the mean current says are what is corrected (two levels).
+Each run looks when the chip does: its input, a capacitor of `INPUT`, is left alone for the time of
+a look, from the voltage at which it was held, and is then held at the chip's ratio of what it came
+to.  The charge that the held input gains goes to the store, and what the look brought above that
+voltage.  The same runs with an input that is always held where the mean current says are what is
+corrected (two levels).
 
-Of a long period the first `FADED` time constants of the mass are run, after which the look is forgotten; for the rest
-the input gains the mean current at its voltage.
+Of a long period the first `FADED` time constants of the mass are run, after which the look is
+forgotten; for the rest the input gains the mean current at its voltage.
 """
 
 import math
@@ -33,8 +34,9 @@ STARTED = 10  # vibrations over which a cold start's power is a mean
 class TrackedInput(NamedTuple):
     """By what part the law of a chip puts more into the store than mean currents say, and the error of that (95 %).
 
-    ``error`` is of sampling; ``elements`` is what a step of twice the length and the netlist's own elements change.
-    ``cold`` is the share of what comes to a cold input that comes at a power at which the cold start goes on.
+    ``error`` is of sampling; ``elements`` is what a step of twice the length and the netlist's own
+    elements change. ``cold`` is the share of what comes to a cold input that comes at a power at
+    which the cold start goes on.
     """
 
     gain: float
@@ -49,55 +51,80 @@ class TrackedInput(NamedTuple):
         return replace(other, cold_power=0.0, cold_efficiency=self.cold * chip.cold_efficiency)
 
 
-def tracked_input(problem: Problem, table: RectifiedCurrent, chip: Chip, seed: int) -> TrackedInput | None:
+def tracked_input(
+    problem: Problem, table: RectifiedCurrent, chip: Chip, seed: int
+) -> TrackedInput | None:
     """The law of a chip beside the mean currents of a ``table``; None where these put nothing into the store."""
     opened = min(float(input_without_load(chip, table.voltages, table.current[None])[0]), chip.most)
     law = _Law(problem, table, chip, opened, seed)
     if law.held < chip.least or not float(table.at(np.array(law.held))) > 0.0:
         return None
-    direct, mean = law.energies(law.count), law.energies(law.count, follows=False)
-    changes, level = direct - mean, float(mean.mean())
+    direct = law.energies(law.count)
+    mean = law.energies(law.count, follows=False)
+    changes = direct - mean
+    level = float(mean.mean())
     error = bound95(0.0, float(changes.std(ddof=1)) / math.sqrt(len(changes))) / level
     elements = change_at_95(law.energies(JUDGED, twice=True), direct)
     if law.rectifier.ideal:
         elements += change_at_95(law.energies(JUDGED, compiled=True), direct)
     cold, cold_error = law.cold_share() if chip.cold_power > 0.0 else (1.0, 0.0)
-    return TrackedInput(float(changes.mean()) / level, error + cold_error, elements, cold, law.steps)
+    return TrackedInput(
+        float(changes.mean()) / level, error + cold_error, elements, cold, law.steps
+    )
 
 
 class _Law:
     """Runs of a chip by its law, whose mean current would hold the input at ``held`` (V)."""
 
-    def __init__(self, problem: Problem, table: RectifiedCurrent, chip: Chip, opened: float, seed: int) -> None:
-        self.problem, self.table, self.chip, self.opened = problem, table, chip, opened
-        self.rectifier, self.held, self.steps = Rectifier(problem), (chip.ratio or 1.0) * opened, 0
+    def __init__(
+        self, problem: Problem, table: RectifiedCurrent, chip: Chip, opened: float, seed: int
+    ) -> None:
+        self.problem = problem
+        self.table = table
+        self.chip = chip
+        self.opened = opened
+        self.rectifier = Rectifier(problem)
+        self.held = (chip.ratio or 1.0) * opened
+        self.steps = 0
         self.count = RUNS if self.rectifier.ideal else 2 * JUDGED
-        self.unit, self.w0 = time_constant(problem.equations), problem.scales.frequency
+        self.unit = time_constant(problem.equations)
+        self.w0 = problem.scales.frequency
         self.root = np.random.SeedSequence([seed, 15])
         self.rest = (chip.period - chip.look) * self.w0  # nondimensional time between looks
         self.part = min(FADED * self.unit, self.rest)  # of it, that is run
 
     def _runs(self, count: int, compiled: bool, twice: bool) -> tuple[HeldRuns, HeldRuns]:
         """The same runs with an input that is held, and with one that is left alone; a look takes whole steps."""
-        step, look = step_from_rest(self.problem.equations), self.chip.look * self.w0
+        step = step_from_rest(self.problem.equations)
+        look = self.chip.look * self.w0
         h = look / (2 * math.ceil(look / (2.0 * step))) if look else step
         circuit = self.rectifier.compiled if compiled else self.rectifier.fast
-        held, alone = circuit(self.rectifier.held), circuit(INPUT)
+        held = circuit(self.rectifier.held)
+        alone = circuit(INPUT)
         runs = Trajectories(self.problem.equations, count, self.root, h, circuit=held)
         runs = runs.coarser() if twice else runs
         runs.stride = 1 if twice else 2
         scales = self.problem.scales
-        return HeldRuns(runs, held, self.rectifier.held, scales), HeldRuns(runs, alone, INPUT, scales)
+        return HeldRuns(runs, held, self.rectifier.held, scales), HeldRuns(
+            runs, alone, INPUT, scales
+        )
 
-    def energies(self, count: int, follows: bool = True, compiled: bool = False, twice: bool = False) -> Floats:
+    def energies(
+        self, count: int, follows: bool = True, compiled: bool = False, twice: bool = False
+    ) -> Floats:
         """The energy (J) that each run puts into its store by the law, or with an input that is always held."""
-        chip, table, w0 = self.chip, self.table, self.w0
+        chip = self.chip
+        table = self.table
+        w0 = self.w0
         held, alone = self._runs(count, compiled, twice)
         before = SETTLING + math.ceil(FADED * self.unit / (chip.period * w0))
         looks = before + math.ceil(DIRECT * self.unit / (chip.look * w0 + self.part))
-        rest, missing = self.rest / w0, (self.rest - self.part) / w0  # s
+        # s
+        rest = self.rest / w0
+        missing = (self.rest - self.part) / w0
         volts, seen = np.full(held.runs.count, self.held), np.full(held.runs.count, self.opened)
-        shape, total = (held.runs.blocks, -1), np.zeros(held.runs.count)
+        shape = (held.runs.blocks, -1)
+        total = np.zeros(held.runs.count)
         for k in range(looks):
             gained = alone.advance(volts.reshape(shape), chip.look * w0)[0] if chip.look else 0.0
             if follows and chip.look:
@@ -106,7 +133,12 @@ class _Law:
             charge, _, seconds = held.advance(volts.reshape(shape), self.part)
             charge = charge * (self.part / w0 / seconds) + table.at(volts) * missing
             share = charging_efficiency(chip, volts, charge / rest) * (volts >= chip.least)
-            total += (k >= before) * share * volts * (charge + INPUT * (seen - volts) * (chip.look > 0.0))
+            total += (
+                (k >= before)
+                * share
+                * volts
+                * (charge + INPUT * (seen - volts) * (chip.look > 0.0))
+            )
         self.steps += held.runs.steps
         return np.asarray(total.reshape(-1, held.together).mean(axis=1))
 
@@ -115,16 +147,22 @@ class _Law:
 
         The power is a mean over `STARTED` vibrations.
         """
-        chip, (held, _) = self.chip, self._runs(self.count, False, False)
+        chip = self.chip
+        (held, _) = self._runs(self.count, False, False)
         count = STARTED + math.ceil(DIRECT * self.unit / (2.0 * math.pi))
         held.advance(chip.cold_voltage, FADED * self.unit)
-        power, taken = np.zeros(held.runs.count), np.zeros((2, held.runs.count))
+        power = np.zeros(held.runs.count)
+        taken = np.zeros((2, held.runs.count))
         for k in range(count):
             charge, _, seconds = held.advance(chip.cold_voltage, 2.0 * math.pi)
             power += (charge * chip.cold_voltage / seconds - power) / (STARTED if k else 1.0)
-            taken += (k >= STARTED) * charge * np.array([power >= chip.cold_power, np.ones(len(power))])
+            taken += (
+                (k >= STARTED) * charge * np.array([power >= chip.cold_power, np.ones(len(power))])
+            )
         self.steps += held.runs.steps
         some, every = taken.reshape(2, -1, held.together).mean(axis=2)
         share = float(some.mean() / every.mean())
-        spread = float((some - share * every).std(ddof=1)) / (math.sqrt(len(some)) * float(every.mean()))
+        spread = float((some - share * every).std(ddof=1)) / (
+            math.sqrt(len(some)) * float(every.mean())
+        )
         return share, bound95(0.0, spread)

@@ -16,7 +16,8 @@ from harvester.mechanics.kernels.moments import Moments
 from harvester.uncertainty.controls import controlled_entries
 from harvester.uncertainty.value import Value, mean_and_error
 
-CHANGE, LEAST = 0.05, 1e-3  # of a key, up and down: by less where it could not be so large, and not below
+# of a key, up and down: by less where it could not be so large, and not below
+CHANGE, LEAST = 0.05, 1e-3
 TRAJECTORIES, FEW = 128, 32  # of an ensemble; at least, where a budget has no time for so many
 MEAN = 0.2  # of the budget that a burn-in leaves, for the mean power at most
 ROOT = np.random.SeedSequence(11)
@@ -24,7 +25,8 @@ ROOT = np.random.SeedSequence(11)
 
 def keys_with_elements(problem: Problem) -> Iterator[tuple[str, float]]:
     """The keys of a scene and its netlist's parameters and elements that are numbers other than 0, with values."""
-    circuit, load = problem.circuit, problem.scene.load
+    circuit = problem.circuit
+    load = problem.scene.load
     assert circuit is not None and load is not None, "asked for a netlist"
     for key in quantities(problem.scene):
         if not key.startswith("load."):
@@ -59,12 +61,18 @@ def elasticities(
     begin = time.monotonic()
     deadline = math.inf if budget is None else begin + budget
     burn_in(first, budget)
-    settled, unit, now = first.time, problem.scales.frequency, time.monotonic()
+    settled = first.time
+    unit = problem.scales.frequency
+    now = time.monotonic()
     share = min(max(MEAN * (deadline - now) / (now - begin), LEAST_SHARE), 1.0)
     power = first.run(share * settled)
     seconds = 4.0 * (time.monotonic() - now) / share  # that a key takes
     by_key = dict[str, tuple[float, Value]]()
-    known = [(*pair, change) for pair in keys_with_elements(problem) if (change := _largest_change(problem, *pair))]
+    known = [
+        (*pair, change)
+        for pair in keys_with_elements(problem)
+        if (change := _largest_change(problem, *pair))
+    ]
     part = max(deadline - time.monotonic(), 0.0) / (len(known) * seconds)  # of what all keys take
     count = round(min(max(part, FEW / TRAJECTORIES), 1.0) * TRAJECTORIES / FEW) * FEW
     seconds *= count / TRAJECTORIES
@@ -80,9 +88,15 @@ def elasticities(
     for k, (key, value, change) in enumerate(known):
         if (begin := time.monotonic()) + seconds > deadline:
             break
-        (more, log_more), (less, log_less) = (_logarithm(*at(key, (1.0 + sign * change) * value)) for sign in (1, -1))
+        (more, log_more), (less, log_less) = (
+            _logarithm(*at(key, (1.0 + sign * change) * value)) for sign in (1, -1)
+        )
         width = math.log1p(change) - math.log1p(-change)
-        controls = None if more.controls is None or less.controls is None else more.controls - less.controls
+        controls = (
+            None
+            if more.controls is None or less.controls is None
+            else more.controls - less.controls
+        )
         slope = mean_and_error(controlled_entries((log_more - log_less) / width, controls))
         by_key[key] = value, Value(*slope, dof=count - 1.0, unknown=Compiled.UNKNOWN)
         seconds = max(seconds, time.monotonic() - begin)  # a key's own circuit is made, too

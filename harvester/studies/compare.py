@@ -107,9 +107,15 @@ class Comparison(TableResult):
     def reference(self) -> Estimate:
         """The estimate to compare with: a closed form, or that of the least standard error without a model."""
         closed = [estimate for estimate in self.estimates if ENGINES[estimate.engine].is_exact]
-        finest = [estimate for estimate in self.estimates if ENGINES[estimate.engine].next_fidelity is None]
+        finest = [
+            estimate
+            for estimate in self.estimates
+            if ENGINES[estimate.engine].next_fidelity is None
+        ]
         with_stderr = [estimate for estimate in finest if estimate.mean_power.stderr is not None]
-        return min(closed or with_stderr or self.estimates, key=lambda e: e.mean_power.stderr or 0.0)
+        return min(
+            closed or with_stderr or self.estimates, key=lambda e: e.mean_power.stderr or 0.0
+        )
 
     @property
     def physical(self) -> bool:
@@ -140,7 +146,10 @@ class Comparison(TableResult):
     @property
     def engines(self) -> list[dict[str, Any]]:
         """The estimates as data, each with its ratio and its z-score."""
-        return [{**plain(answer), "ratio": self.ratio(answer), "z": self.z(answer)} for answer in self.estimates]
+        return [
+            {**plain(answer), "ratio": self.ratio(answer), "z": self.z(answer)}
+            for answer in self.estimates
+        ]
 
     @property
     def table(self) -> Table:
@@ -148,8 +157,16 @@ class Comparison(TableResult):
         ratios = [self.ratio(estimate) for estimate in self.estimates]
         columns = (
             Column("engine", [estimate.engine for estimate in self.estimates]),
-            Column("mean_power", [estimate.mean_power for estimate in self.estimates], self.unit_names.power),
-            Column("difference", [None if ratio is None else 100.0 * (ratio - 1.0) for ratio in ratios], "%"),
+            Column(
+                "mean_power",
+                [estimate.mean_power for estimate in self.estimates],
+                self.unit_names.power,
+            ),
+            Column(
+                "difference",
+                [None if ratio is None else 100.0 * (ratio - 1.0) for ratio in ratios],
+                "%",
+            ),
             Column("z", [self.z(estimate) for estimate in self.estimates]),
             Column("seconds", [estimate.seconds for estimate in self.estimates], "s"),
         )
@@ -182,11 +199,13 @@ def compare(
     engines
         engines or their names, in place of all.
     execution
-        has the folder for compare.csv, compare.png and provenance.json; ``out``, ``formats`` and ``progress`` alone.
+        has the folder for compare.csv, compare.png and provenance.json; ``out``, ``formats`` and
+        ``progress`` alone.
     options
-        of the engines, as of `run`: ``within``, ``seed``, ``trajectories``, ...; each engine takes those that it has.
-        A ``budget`` is for all together: each engine gets its share of what those before it left, those that
-        refused in the end, too, without compilation of those that answered.
+        of the engines, as of `run`: ``within``, ``seed``, ``trajectories``, ...; each engine takes
+        those that it has. A ``budget`` is for all together: each engine gets its share of what
+        those before it left, those that refused in the end, too, without compilation of those that
+        answered.
 
     Returns
     -------
@@ -196,8 +215,8 @@ def compare(
     Raises
     ------
     InputError
-        for an engine or option that there is not, a folder that cannot be written, and what `Execution` has for other
-        studies.
+        for an engine or option that there is not, a folder that cannot be written, and what
+        `Execution` has for other studies.
     HarvesterError
         when no engine can handle the scene, the error of the last.
 
@@ -215,7 +234,9 @@ def compare(
     budget = number(next((engine.budget for engine in chosen if isinstance(engine, Request)), None))
     estimates: list[Estimate] = []
     refused: dict[str, HarvesterError] = {}
-    total, done, spent = sum(engine.share_of_time for engine in chosen) + PATHS, 0.0, 0.0
+    total = sum(engine.share_of_time for engine in chosen) + PATHS
+    done = 0.0
+    spent = 0.0
     with working(execution.progress) as progress:
         for engine in chosen:
             part = PartOfProgress(progress, done / total, engine.share_of_time / total, engine.NAME)
@@ -233,9 +254,16 @@ def compare(
             raise list(refused.values())[-1]
         progress.step(done / total, "paths")
         paths = tuple(_paths(problem, seed)) if _has_paths(chosen, refused) else ()
-    result = Comparison(tuple(estimates), {name: str(error) for name, error in refused.items()}, paths)
+    result = Comparison(
+        tuple(estimates), {name: str(error) for name, error in refused.items()}, paths
+    )
     if folder is not None:
-        folder.save("compare", result.table.csv(), result.plot(problem.scene.name), provenance(problem, seed=seed))
+        folder.save(
+            "compare",
+            result.table.csv(),
+            result.plot(problem.scene.name),
+            provenance(problem, seed=seed),
+        )
     return result
 
 
@@ -251,22 +279,29 @@ def _with_share(engine: Engine, left: float | None, shares: float) -> Engine:
 def _has_paths(engines: Sequence[Engine], refused: dict[str, HarvesterError]) -> bool:
     """Whether paths are drawn: ngspice ran, and the published decoupled V, one of the three, has a meaning."""
     meaningless = isinstance(refused.get(Published.NAME), CannotServeError)
-    return any(engine.runs_ngspice and engine.NAME not in refused for engine in engines) and not meaningless
+    return (
+        any(engine.runs_ngspice and engine.NAME not in refused for engine in engines)
+        and not meaningless
+    )
 
 
 def _paths(problem: Problem, seed: int) -> list[PathComparison]:
     """One path with the stop, where there is one, and one without."""
-    paths, bare = [], Problem(problem.scene.without_stop())
+    paths = []
+    bare = Problem(problem.scene.without_stop())
     pairs = [("without the stop", bare)]
     if bare.scene != problem.scene:
         pairs.insert(0, ("with the stop", problem))
     for title, variant in pairs:
-        with contextlib.suppress(UnboundedResponseError):  # the stop may be all that bounds the response
+        # the stop may be all that bounds the response
+        with contextlib.suppress(UnboundedResponseError):
             paths.append(one_path(variant, title, seed))
     return paths
 
 
-def one_path(problem: Problem, title: str, seed: int = 0, dt: float | None = None) -> PathComparison:
+def one_path(
+    problem: Problem, title: str, seed: int = 0, dt: float | None = None
+) -> PathComparison:
     """The voltage by ngspice, exact update and decoupled V on the same noise path; ``dt`` as for the engines."""
     from harvester.averaging.published.orbit import amplitude_through, decoupled, omega2
     from harvester.cosimulation import runs as worker
@@ -275,16 +310,21 @@ def one_path(problem: Problem, title: str, seed: int = 0, dt: float | None = Non
 
     device = set_up(problem, Spice(seed=seed, dt=dt)).device
     eqs = device.eqs
-    device = worker.CoupledDevice(eqs, device.scales, device.load, device.h, max(1, round(READING / 4 / device.h)))
+    device = worker.CoupledDevice(
+        eqs, device.scales, device.load, device.h, max(1, round(READING / 4 / device.h))
+    )
     noise = gaussian_grid(np.random.SeedSequence(seed), round(PATH_DURATION / device.h))
     path = worker.path_in_worker(device, noise)
     exact = trace(eqs, noise, device.h, device.stride)
-    alpha, beta, mu = eqs.alpha or 0.0, eqs.beta or 0.0, eqs.mu or 0.0
+    alpha = eqs.alpha or 0.0
+    beta = eqs.beta or 0.0
+    mu = eqs.mu or 0.0
     A = amplitude_through(path.x, path.v, alpha, beta, mu)
     V = decoupled(path.x, path.v, omega2(A, alpha, beta, mu), mu)
     units = problem.units
     spice, exactly, without = (voltage * units.volts for voltage in (path.V, exact.V, V))
-    t, x = path.t / units.frequency, path.x * units.length
+    t = path.t / units.frequency
+    x = path.x * units.length
     return PathComparison(title, t, x, spice, exactly, without, problem.physical)
 
 

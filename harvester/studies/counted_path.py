@@ -1,7 +1,8 @@
 """What the modes of the density do not resolve, counted on a long path: its joint density with the voltage, passages.
 
-The joint density of displacement and voltage has edges, where impacts end, and the first passage of a voltage would
-need elements of the voltage.  A path needs neither, and its groups tell the standard error.
+The joint density of displacement and voltage has edges, where impacts end, and the first passage of
+a voltage would need elements of the voltage.  A path needs neither, and its groups tell the
+standard error.
 """
 
 import math
@@ -16,7 +17,8 @@ from harvester.uncertainty.value import Value
 
 STEPS = 2_000_000  # of the path
 BURN_IN = 0.25  # share of the path that is left out
-GROUPS, BINS = 32, 40  # parts of the path, each all but independent of the others; bins along each axis
+# parts of the path, each all but independent of the others; bins along each axis
+GROUPS, BINS = 32, 40
 FEWEST = 25  # windows that pass the level, and as many that do not
 LONGEST_WINDOW = 128  # pairs of windows that the path has at least
 
@@ -27,7 +29,9 @@ def longer_path(path: Motion, problem: Problem, seed: int) -> Motion:
     return motion(problem, duration=max(span, path.shown), seed=seed)
 
 
-def voltage_plane(path: Motion, x: tuple[float, float], volts: tuple[float, float]) -> tuple[Floats, ...]:
+def voltage_plane(
+    path: Motion, x: tuple[float, float], volts: tuple[float, float]
+) -> tuple[Floats, ...]:
     """The density of displacement and voltage between some ends, in their units.
 
     Centres of the bins, shape (n,) each, the density and its standard error, shape (n, n).
@@ -36,7 +40,9 @@ def voltage_plane(path: Motion, x: tuple[float, float], volts: tuple[float, floa
     edges = [np.linspace(*ends, BINS + 1) for ends in (x, volts)]
     area = (edges[0][1] - edges[0][0]) * (edges[1][1] - edges[1][0])
     parts = [np.array_split(values[first:], GROUPS) for values in (path.displacement, path.voltage)]
-    counted = [np.histogram2d(a, b, edges)[0] / (len(a) * area) for a, b in zip(*parts, strict=True)]
+    counted = [
+        np.histogram2d(a, b, edges)[0] / (len(a) * area) for a, b in zip(*parts, strict=True)
+    ]
     centres = (0.5 * (edge[1:] + edge[:-1]) for edge in edges)
     return *centres, np.mean(counted, axis=0), np.std(counted, axis=0, ddof=1) / math.sqrt(GROUPS)
 
@@ -50,10 +56,13 @@ def counted_passage(time: Floats, values: Floats, level: float, forgetting_time:
 
     Raises SimulationError if too few windows pass it, or do not.
     """
-    settled, step = np.abs(values[int(BURN_IN * len(values)) :]), float(time[1] - time[0])
+    settled = np.abs(values[int(BURN_IN * len(values)) :])
+    step = float(time[1] - time[0])
     rate, part = _rate(settled, step, level, forgetting_time)
     coarse, _ = _rate(settled[::2], 2.0 * step, level, forgetting_time)
-    return Value(1.0 / rate, part / rate**2, bias=abs(1.0 / coarse - 1.0 / rate), model=forgetting_time)
+    return Value(
+        1.0 / rate, part / rate**2, bias=abs(1.0 / coarse - 1.0 / rate), model=forgetting_time
+    )
 
 
 def _rate(values: Floats, step: float, level: float, forgetting_time: float) -> tuple[float, float]:
@@ -61,14 +70,19 @@ def _rate(values: Floats, step: float, level: float, forgetting_time: float) -> 
     length = max(round(forgetting_time / step), 1)
     while True:
         pairs = len(values) // (2 * length)
-        highest: Floats = np.asarray(values[: 2 * length * pairs].reshape(pairs, 2, length).max(axis=2))
+        highest: Floats = np.asarray(
+            values[: 2 * length * pairs].reshape(pairs, 2, length).max(axis=2)
+        )
         calm = highest < level
-        both, each = calm[:, 0] & calm[:, 1], calm.mean(axis=1)
+        both = calm[:, 0] & calm[:, 1]
+        each = calm.mean(axis=1)
         if both.sum() < 0.5 * pairs or pairs < LONGEST_WINDOW:
             break
         length *= 2
     if both.sum() < FEWEST or calm.size - calm.sum() < FEWEST:
         way = "rarely: give less" if both.sum() >= FEWEST else "often: give more"
-        raise SimulationError(f"`level` is passed too {way}, for it to be counted on a path of {pairs} pieces")
+        raise SimulationError(
+            f"`level` is passed too {way}, for it to be counted on a path of {pairs} pieces"
+        )
     spread = (both / both.mean() - each / each.mean()).std() / math.sqrt(pairs)
     return math.log(each.mean() / both.mean()) / (length * step), float(spread) / (length * step)

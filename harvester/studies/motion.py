@@ -1,7 +1,8 @@
 """One path of a scene: displacement, velocity, voltage and any probe over time, to look at rather than to average.
 
-By the exact update of a load resistor (`harvester.mechanics.kernels.path`), or by ngspice in lock-step.  A path has no
-sampling error, as it is not a mean; that of its step is of second order (with noise: for the path of these kicks).
+By the exact update of a load resistor (`harvester.mechanics.kernels.path`), or by ngspice in
+lock-step.  A path has no sampling error, as it is not a mean; that of its step is of second order
+(with noise: for the path of these kicks).
 
 Long because the path and its function explain their arrays and arguments to users.
 """
@@ -32,7 +33,8 @@ from harvester.studies.motion_in_ngspice import Expected, path_in_ngspice
 from harvester.studies.output_folder import OutputFolder, provenance
 from harvester.studies.smaller_step import at_smaller_steps
 
-PERIODS, LEAD = 40, 4  # what is shown by default, in 2 pi/w0, and how many times that goes before it
+# what is shown by default, in 2 pi/w0, and how many times that goes before it
+PERIODS, LEAD = 40, 4
 ENGINES = {engine.NAME: engine for engine in (Ensemble, Compiled, Spice)}
 MOST_STEPS = 5_000_000
 
@@ -51,9 +53,11 @@ class Motion(TableResult):
     acceleration
         of the base, shape (n,) (m/s^2); None under white noise alone, which has no value at a time.
     impacts
-        a row (time, speed) for each impact, shape (m, 2); the speed is negative at the opposite stop.
+        a row (time, speed) for each impact, shape (m, 2); the speed is negative at the opposite
+        stop.
     stops
-        where the stops of the displacement are (m): none of a ball, nor of a sum of modes, which meets its own.
+        where the stops of the displacement are (m): none of a ball, nor of a sum of modes, which
+        meets its own.
     shown
         the length of the last part, which a plot shows.
     step
@@ -116,18 +120,30 @@ class Motion(TableResult):
     def table(self) -> Table:
         """Time, displacement, velocity, voltage, the base's acceleration and the probes."""
         units = self.unit_names
-        columns = [Column("time", self.time, units.time), Column("displacement", self.displacement, units.length)]
-        columns += [Column("velocity", self.velocity, units.speed), Column("voltage", self.voltage, units.voltage)]
+        columns = [
+            Column("time", self.time, units.time),
+            Column("displacement", self.displacement, units.length),
+        ]
+        columns += [
+            Column("velocity", self.velocity, units.speed),
+            Column("voltage", self.voltage, units.voltage),
+        ]
         if self.acceleration is not None:
             columns.append(Column("base_acceleration", self.acceleration, units.acceleration))
-        columns += [Column(name, values, self.probe_units[name]) for name, values in self.probes.items()]
+        columns += [
+            Column(name, values, self.probe_units[name]) for name, values in self.probes.items()
+        ]
         return Table(tuple(columns), index=("time",))
 
     @property
     def ranges(self) -> Table:
         """Between which ends each of its quantities goes."""
-        ends = [Column(c.name, [min(c.cells), max(c.cells)], c.unit) for c in self.table.columns[1:]]
-        return Table((Column("end", ["least", "largest"]), *ends), "On this path, from its beginning")
+        ends = [
+            Column(c.name, [min(c.cells), max(c.cells)], c.unit) for c in self.table.columns[1:]
+        ]
+        return Table(
+            (Column("end", ["least", "largest"]), *ends), "On this path, from its beginning"
+        )
 
 
 @names_arguments
@@ -150,18 +166,20 @@ def motion(
     engine
         "ensemble"; or "spice" or "compiled", which have the circuit.
     duration
-        of the part that is shown, in seconds or as a text such as "2 s" (nondimensional scene: a number in 1/w0); four
-        times as long goes before it, in which the response settles.
+        of the part that is shown, in seconds or as a text such as "2 s" (nondimensional scene: a
+        number in 1/w0); four times as long goes before it, in which the response settles.
     seed
         the same seed, the same noise.
     from_rest
         show the beginning, and compute nothing before it.
     probe
-        further quantities of the circuit, such as "store" or "v(a,b)", for the engines with a circuit.
+        further quantities of the circuit, such as "store" or "v(a,b)", for the engines with a
+        circuit.
     expected
         is called with the seconds that a long path by ngspice will take, measured on a short one.
     execution
-        has the folder for motion.csv, motion.npz, motion.png and provenance.json; ``out`` and ``formats`` alone.
+        has the folder for motion.csv, motion.npz, motion.png and provenance.json; ``out`` and
+        ``formats`` alone.
 
     Returns
     -------
@@ -171,8 +189,8 @@ def motion(
     Raises
     ------
     InputError
-        for an engine without paths, a duration that is none or too long, a folder that cannot be written, and what
-        `Execution` has for other studies.
+        for an engine without paths, a duration that is none or too long, a folder that cannot be
+        written, and what `Execution` has for other studies.
     CannotServeError
         for a netlist with engine "ensemble", and what the engine does not know.
 
@@ -189,17 +207,22 @@ def motion(
     problem = served(ENGINES[engine], scene)
     span = number(Ensemble(duration=duration).duration) if isinstance(duration, str) else duration
     check_time("duration", span, problem.physical)
-    h, unit = _step(problem), problem.units.frequency
+    h = _step(problem)
+    unit = problem.units.frequency
     shown = 2.0 * math.pi * PERIODS if span is None else span * unit
     parts = 1 if from_rest else 1 + LEAD
     if not h < shown < MOST_STEPS * h / parts:
-        raise invalid("`duration`", f"be between {h / unit:.3g} and {MOST_STEPS * h / unit / parts:.3g}", span)
+        raise invalid(
+            "`duration`", f"be between {h / unit:.3g} and {MOST_STEPS * h / unit / parts:.3g}", span
+        )
     probes = _probes([probe] if isinstance(probe, str) else probe, problem, engine)
     computed = partial(_computed, problem, engine, parts * shown, seed, probes, expected)
     (path, probe_values, stride), h, notes = at_smaller_steps(problem, h, computed)
     a = None if path.shaking is None else path.shaking[stride::stride][: len(path.t)]
-    s, speed = problem.units, problem.units.length * unit
-    base = a if a is None or not problem.physical else -a * speed * unit  # the mass feels the opposite
+    s = problem.units
+    speed = problem.units.length * unit
+    # the mass feels the opposite
+    base = a if a is None or not problem.physical else -a * speed * unit
     result = Motion(
         time=path.t / unit,
         displacement=path.x * s.length,
@@ -212,16 +235,31 @@ def motion(
         step=h / unit,
         physical=problem.physical,
         engine=engine,
-        diagnostics=(*unusual_values(problem.scene), *notes, *_not_drawn(problem.equations), note("one_path")),
-        probes={p.name: values / problem.in_circuit(p.unit) for p, values in zip(probes, probe_values, strict=True)},
+        diagnostics=(
+            *unusual_values(problem.scene),
+            *notes,
+            *_not_drawn(problem.equations),
+            note("one_path"),
+        ),
+        probes={
+            p.name: values / problem.in_circuit(p.unit)
+            for p, values in zip(probes, probe_values, strict=True)
+        },
         probe_units={p.name: p.unit if problem.physical else "" for p in probes},
         hides_noise=base is not None and problem.equations.n1 is not None,
     )
-    _write(result, problem, folder, {"engine": engine, "seed": seed, "from_rest": from_rest, "probe": list(probe)})
+    _write(
+        result,
+        problem,
+        folder,
+        {"engine": engine, "seed": seed, "from_rest": from_rest, "probe": list(probe)},
+    )
     return result
 
 
-def _write(result: Motion, problem: Problem, folder: OutputFolder | None, options: dict[str, Any]) -> None:
+def _write(
+    result: Motion, problem: Problem, folder: OutputFolder | None, options: dict[str, Any]
+) -> None:
     """Write the files of a path with its ``options`` in their provenance; none without a folder."""
     if folder is None:
         return
@@ -257,8 +295,11 @@ def _computed(
         from harvester.circuits.probed_path import probed
 
         assert problem.circuit is not None, "the engine serves netlists"
-        circuit, start = compiled_circuit(problem.circuit, problem.scales), (problem.equations.resting_places[0], 0.0)
-        path = circuit.trace(problem.equations, noise, h, stride, start, shaking=shaking, keep=bool(probes))
+        circuit = compiled_circuit(problem.circuit, problem.scales)
+        start = (problem.equations.resting_places[0], 0.0)
+        path = circuit.trace(
+            problem.equations, noise, h, stride, start, shaking=shaking, keep=bool(probes)
+        )
         return path, probed(circuit, path, probes), stride
     follow = trace if problem.equations.modes is None else trace_modes
     return follow(problem.equations, noise, h, stride, shaking=shaking), np.empty((0, 0)), stride
@@ -282,7 +323,9 @@ def _probes(texts: Sequence[str], problem: Problem, engine: str) -> tuple[Probe,
     if not texts:
         return ()
     if not ENGINES[engine].takes_netlists or problem.circuit is None:
-        raise InputError(f"`probe` must go with engine 'spice', which has the circuit, but the engine is {engine!r}")
+        raise InputError(
+            f"`probe` must go with engine 'spice', which has the circuit, but the engine is {engine!r}"
+        )
     return read_probes(texts, problem.circuit)
 
 

@@ -11,7 +11,9 @@ from harvester.netlists.probes import Probe
 if TYPE_CHECKING:
     from harvester.mechanics.kernels.path import Path
 
-MANY_STEPS, PILOT = 50_000, 0.02  # of a path whose time a pilot measures, and the pilot's share of it
+# of a path whose time a pilot measures, and the pilot's share of it
+MANY_STEPS = 50_000
+PILOT = 0.02
 Expected = Callable[[float], None]  # called with the seconds that a path is expected to take
 
 
@@ -39,11 +41,15 @@ def path_in_ngspice(
 
     find_library()
     assert problem.circuit is not None, "the engine refuses an open circuit"
-    device = CoupledDevice(problem.equations, problem.scales, problem.circuit, h, stride, probes=probes, shunt=shunt)
+    device = CoupledDevice(
+        problem.equations, problem.scales, problem.circuit, h, stride, probes=probes, shunt=shunt
+    )
     if expected is not None and len(noise) > MANY_STEPS:
         few = round(PILOT * len(noise))
         for _ in range(2):  # the first starts the process
             begin = time.perf_counter()
-            probed_path_in_worker(device, noise[:few], None if shaking is None else shaking[: few + 1])
+            probed_path_in_worker(
+                device, noise[:few], None if shaking is None else shaking[: few + 1]
+            )
         expected((time.perf_counter() - begin) / PILOT)
     return probed_path_in_worker(device, noise, shaking)

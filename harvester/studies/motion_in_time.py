@@ -31,9 +31,15 @@ def read_level(level: float | str, problem: Problem) -> float:
         nondimensional = GAP.read(level) / problem.units.length
     except ValueError as error:
         raise InputError(f"`level` {error}") from None
-    low, high = problem.equations.stops if problem.equations.pressure else problem.equations.rigid_stops
-    if not (max(0.0, low) < nondimensional < math.inf) or (nondimensional >= high and -nondimensional <= low):
-        raise invalid("`level`", "be a displacement above 0 that the mass can pass, between its stops", level)
+    low, high = (
+        problem.equations.stops if problem.equations.pressure else problem.equations.rigid_stops
+    )
+    if not (max(0.0, low) < nondimensional < math.inf) or (
+        nondimensional >= high and -nondimensional <= low
+    ):
+        raise invalid(
+            "`level`", "be a displacement above 0 that the mass can pass, between its stops", level
+        )
     return float(nondimensional)
 
 
@@ -46,7 +52,10 @@ def read_voltage(level: float | str, problem: Problem) -> float | None:
 
 def forgetting(problem: Problem, answer: Answer) -> float:
     """The rate at which the motion forgets its energy: the power of the noise over the energy of the motion."""
-    squares = answer.means[NAMES.index("displacement_squared")], answer.means[NAMES.index("velocity_squared")]
+    squares = (
+        answer.means[NAMES.index("displacement_squared")],
+        answer.means[NAMES.index("velocity_squared")],
+    )
     eqs = problem.equations
     power = heat(eqs) if eqs.coloured else float(noise(eqs, np.array(math.sqrt(squares[0]))))
     return float(min(power / squares[1], 1.0 / (eqs.correlation_time or 1e-9)))
@@ -64,7 +73,8 @@ def hop_rate(problem: Problem, answer: Answer) -> Value | None:
         decays = [slowest_decay(solution)[0] for solution in (answer.solution, answer.coarser)]
     except SimulationError:
         return None
-    ratio = decays[0] / min(forgetting(problem, answer), eqs.mu or math.inf)  # a slow load would be the slowest
+    # a slow load would be the slowest
+    ratio = decays[0] / min(forgetting(problem, answer), eqs.mu or math.inf)
     if ratio > MOST_DECAY_RATIO:
         return None
     share = Marginals(answer.solution.form, answer.solution.p).share_below(top)
@@ -78,13 +88,16 @@ def passage_time(problem: Problem, answer: Answer, level: float) -> Value:
     modes = answer.solution.form.modes
     fewer = modes - 2 if modes > 3 else modes
     rate, coarse = (
-        displacement_rate(problem.equations, answer.setting, level, *which) for which in ((1, modes), (0, fewer))
+        displacement_rate(problem.equations, answer.setting, level, *which)
+        for which in ((1, modes), (0, fewer))
     )
     if not (rate > 0.0 and coarse > 0.0):
         raise SimulationError(
             f"`level` is passed too rarely to be resolved: give less than {level * problem.units.length:.3g}"
         )
-    known = Value(1.0 / rate, bias=abs(1.0 / rate - 1.0 / coarse), model=1.0 / forgetting(problem, answer))
+    known = Value(
+        1.0 / rate, bias=abs(1.0 / rate - 1.0 / coarse), model=1.0 / forgetting(problem, answer)
+    )
     return known.scaled(1.0 / problem.units.frequency)
 
 
@@ -94,8 +107,15 @@ def spectrum_of(problem: Problem, answer: Answer, w: Floats) -> dict[str, Any]:
     In Hz and V^2/Hz, or over the angular frequency of a nondimensional scene.
     """
     u = problem.units
-    (fine,), *rest = voltage_spectrum(answer.solution, [1.0]), *voltage_spectrum(answer.coarser, [1.0, *w])
+    (fine,), *rest = (
+        voltage_spectrum(answer.solution, [1.0]),
+        *voltage_spectrum(answer.coarser, [1.0, *w]),
+    )
     per_hertz = 2.0 * u.volts**2 / u.frequency if problem.physical else 1.0 / math.pi
     hertz = u.frequency / (2.0 * math.pi) if problem.physical else 1.0
     error = abs(float(rest[0] / fine) - 1.0)
-    return {"frequency": w * hertz, "spectrum": np.array(rest[1:]) * per_hertz, "spectrum_error": error}
+    return {
+        "frequency": w * hertz,
+        "spectrum": np.array(rest[1:]) * per_hertz,
+        "spectrum_error": error,
+    }

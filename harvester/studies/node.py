@@ -1,8 +1,9 @@
 """How a sensor node lives of a device: the share of the time that it runs, packets per hour, and what limits it.
 
-The rectifier's current at a held voltage is measured once, of a record in each of its windows (`harvester.storage`);
-then days of store, chip and node are one equation of the store's voltage (`harvester.storage.node_run`), under noise
-with a current that fluctuates as it was measured (`harvester.storage.fluctuating_node`).
+The rectifier's current at a held voltage is measured once, of a record in each of its windows
+(`harvester.storage`); then days of store, chip and node are one equation of the store's voltage
+(`harvester.storage.node_run`), under noise with a current that fluctuates as it was measured
+(`harvester.storage.fluctuating_node`).
 
 Long because the result explains its fields to users.
 """
@@ -30,7 +31,16 @@ from harvester.presentation.table import Column, Table
 from harvester.scene.plausibility import unusual_values
 from harvester.scene.sensor_node import SensorNode, Storage
 from harvester.storage.bought_parts import Chip
-from harvester.storage.fluctuating_node import CLOSE, FEWEST, MOST, POINTS, Fluctuations, Lived, fluctuations, lived
+from harvester.storage.fluctuating_node import (
+    CLOSE,
+    FEWEST,
+    MOST,
+    POINTS,
+    Fluctuations,
+    Lived,
+    fluctuations,
+    lived,
+)
 from harvester.storage.measured_current import time_constant
 from harvester.storage.node_run import AGAIN, NodeCourse, NodeRun
 from harvester.storage.recorded_current import AnyCurrent, RecordedCurrent
@@ -43,16 +53,30 @@ CHANGE, LITTLE = 0.1, 1e-3  # of a key, to see which helps; gains below are none
 _OF_STORE = ("capacitance", "leakage_resistance", "esr", "clamp_voltage", "diffusion_capacitance")
 STORE_KEYS = {key: key for key in _OF_STORE}
 _VOLTAGES, _CURRENTS = ("wake_voltage", "stop_voltage"), ("sleep_current", "stopped_current")
-NODE_KEYS = {key: key for key in ("interval", *_VOLTAGES, *_CURRENTS, "efficiency", "lost_share", "low_interval")}
-CHIP_KEYS = {"ratio": "input_ratio", "own": "own_current", "rise": "start_voltage", "fall": "stop_voltage"}
+NODE_KEYS = {
+    key: key
+    for key in ("interval", *_VOLTAGES, *_CURRENTS, "efficiency", "lost_share", "low_interval")
+}
+CHIP_KEYS = {
+    "ratio": "input_ratio",
+    "own": "own_current",
+    "rise": "start_voltage",
+    "fall": "stop_voltage",
+}
 LARGEST_SEPARATION = 0.05  # of the current: a difference above which a direct run is made
 DIRECT = 200.0  # time constants of that run
-ROUNDING, SPARED = 1e-9, 0.9  # of a number; packets over those of the interval, below which energy is spared
-USEFUL, OF_MOST = 0.05, 0.01  # of the packets, and of those of the interval: an error that is small enough
-BUDGET, TIMES_AS_MANY = 20.0, 4  # s, that runs go on for a smaller error; times as many each time
+# of a number; packets over those of the interval, below which energy is spared
+ROUNDING, SPARED = 1e-9, 0.9
+# of the packets, and of those of the interval: an error that is small enough
+USEFUL, OF_MOST = 0.05, 0.01
+# s, that runs go on for a smaller error; times as many each time
+BUDGET = 20.0
+TIMES_AS_MANY = 4
 SAMPLING_SHARE = 0.3  # of the error, that sampling must be at least for more runs
 MUCH = 0.02  # of the current: errors that are checked by more runs
-DAY, HOUR, MOST_DAYS = 86400.0, 3600.0, 366.0
+DAY = 86400.0
+HOUR = 3600.0
+MOST_DAYS = 366.0
 Parts = tuple[Storage, SensorNode, Chip | None]  # what stands behind the rectifier
 
 
@@ -68,8 +92,8 @@ class NodeResult(TableResult):
     packets_lost
         how many an hour do not, in spite of all retries; None if none is lost.
     interval_median, interval_95, interval_longest
-        `Value` each: the time (s) from one packet to the next, which half of all, 95 % and all of them do not exceed;
-        None with fewer than two packets.
+        `Value` each: the time (s) from one packet to the next, which half of all, 95 % and all of
+        them do not exceed; None with fewer than two packets.
     share_running
         a `Value`: the share of the time from its first packet's beginning.
     first_packet
@@ -81,13 +105,14 @@ class NodeResult(TableResult):
     needed
         the power (W) that the node takes from the store while it runs.
     limit
-        what limits it: "interval", "energy", "store", "wake_voltage", "cold_start", "battery" or "time".
+        what limits it: "interval", "energy", "store", "wake_voltage", "cold_start", "battery" or
+        "time".
     helps
-        how many more packets, as a part of those that it sends, a tenth more or less of each key and of the rectifier's
-        current would give, whichever gives more; empty if it sends none.
+        how many more packets, as a part of those that it sends, a tenth more or less of each key
+        and of the rectifier's current would give, whichever gives more; empty if it sends none.
     fewest, most
-        the packets of the whole hours with the fewest and the most of them, from the first packet on, on a record; None
-        for shaking that always is alike.
+        the packets of the whole hours with the fewest and the most of them, from the first packet
+        on, on a record; None for shaking that always is alike.
     bound
         the most that any device of this mass could take (W), and why; None if no bound applies.
     days_packets
@@ -115,7 +140,16 @@ class NodeResult(TableResult):
     NOT_IN_JSON = frozenset({"table"})
     OPTIONAL = frozenset(
         {
-            *("bound", "share_of_possible", "fewest", "most", "packets_lost", "day_fewest", "day_median", "day_most"),
+            *(
+                "bound",
+                "share_of_possible",
+                "fewest",
+                "most",
+                "packets_lost",
+                "day_fewest",
+                "day_median",
+                "day_most",
+            ),
             *("interval_median", "interval_95", "interval_longest"),
         }
     )
@@ -175,7 +209,9 @@ class NodeResult(TableResult):
     @property
     def table(self) -> Table:
         """The store's voltage over time."""
-        return Table((Column("time", self.t, "s"), Column("voltage", self.voltage, "V")), index=("time",))
+        return Table(
+            (Column("time", self.t, "s"), Column("voltage", self.voltage, "V")), index=("time",)
+        )
 
 
 @names_arguments
@@ -189,7 +225,8 @@ def node(scene: AnyScene, *, days: float = 1.0, seed: int = 0) -> NodeResult:
     Parameters
     ----------
     scene
-        a `Scene` with the tables [storage] and [node], and [chip] if there is one, or the path of its file.
+        a `Scene` with the tables [storage] and [node], and [chip] if there is one, or the path of
+        its file.
     days
         how long the node is followed, from its beginning.
     seed
@@ -203,9 +240,11 @@ def node(scene: AnyScene, *, days: float = 1.0, seed: int = 0) -> NodeResult:
     Raises
     ------
     InputError
-        for a scene without [node], days out of range, and a chip that is not known or lacks what it needs.
+        for a scene without [node], days out of range, and a chip that is not known or lacks what it
+        needs.
     CannotServeError
-        for a netlist whose rectifier's current cannot be measured, and a drive or a record beside noise.
+        for a netlist whose rectifier's current cannot be measured, and a drive or a record beside
+        noise.
 
     >>> import harvester as hv
     >>> hv.node("examples/bimorph_packets.toml", days=0.05).limit
@@ -215,18 +254,27 @@ def node(scene: AnyScene, *, days: float = 1.0, seed: int = 0) -> NodeResult:
     storage, consumer = problem.scene.storage, problem.scene.node
     if storage is None or consumer is None:
         tables = "[storage]" if consumer else "[node]" if storage else "both"
-        raise InputError(f"scene must have the tables [storage] and [node], but lacks {tables}; see 'harvester keys'")
+        raise InputError(
+            f"scene must have the tables [storage] and [node], but lacks {tables}; see 'harvester keys'"
+        )
     if not 0.0 < days <= MOST_DAYS:
         raise invalid("`days`", f"be above 0 and at most {MOST_DAYS:g}", days)
     reason = refusal_of_slow(problem, Probe(STORE, "V"), records=True)
     if reason is not None:
         raise CannotServeError(reason)
-    begin, table = time.perf_counter(), problem.scene.chip
+    begin = time.perf_counter()
+    table = problem.scene.chip
     chip = None if table is None else chip_of(table, consumer.supply_voltage)
     outcome = _outcome(problem, (storage, consumer, chip), days, seed)
-    every = *unusual_values(problem.scene), *outcome.result.diagnostics, *_remarks(problem, outcome, chip)
+    every = (
+        *unusual_values(problem.scene),
+        *outcome.result.diagnostics,
+        *_remarks(problem, outcome, chip),
+    )
     diagnostics = tuple(diagnostic for diagnostic in every if diagnostic.code != "node_left_out")
-    return dataclasses.replace(outcome.result, seconds=time.perf_counter() - begin, diagnostics=diagnostics)
+    return dataclasses.replace(
+        outcome.result, seconds=time.perf_counter() - begin, diagnostics=diagnostics
+    )
 
 
 @dataclass(frozen=True)
@@ -245,8 +293,11 @@ def _outcome(problem: Problem, parts: Parts, days: float, seed: int) -> _Outcome
     The first go, which compiles, is not counted.
     """
     storage, consumer, chip = parts
-    wake, effort, spent = max(consumer.wake_voltage, chip.rise if chip else 0.0), Effort(seed), 0.0
-    bound, unit = power_bound(problem), time_constant(problem.equations) / problem.scales.frequency
+    wake = max(consumer.wake_voltage, chip.rise if chip else 0.0)
+    effort = Effort(seed)
+    spent = 0.0
+    bound = power_bound(problem)
+    unit = time_constant(problem.equations) / problem.scales.frequency
     while True:
         begin = time.perf_counter()
         with compilation():
@@ -254,11 +305,19 @@ def _outcome(problem: Problem, parts: Parts, days: float, seed: int) -> _Outcome
         parts = storage, consumer, known.chip or chip
         with compilation():
             direct = _directly(problem, known, parts, days * DAY)
-        noise = _fluctuations(known, parts, unit, days * DAY, seed) if problem.equations.is_random else None
+        noise = (
+            _fluctuations(known, parts, unit, days * DAY, seed)
+            if problem.equations.is_random
+            else None
+        )
         result = _live(known, parts, days, bound, direct, noise)
-        packets, took = result.packets_per_hour, time.perf_counter() - begin
-        error, spent = packets.known_error95, spent + took * (effort.runs > 1)
-        if noise is None or error <= max(USEFUL * packets.value, OF_MOST * HOUR / consumer.interval):
+        packets = result.packets_per_hour
+        took = time.perf_counter() - begin
+        error = packets.known_error95
+        spent = spent + took * (effort.runs > 1)
+        if noise is None or error <= max(
+            USEFUL * packets.value, OF_MOST * HOUR / consumer.interval
+        ):
             return _Outcome(result, known, direct, "")
         checks = effort.checks * (TIMES_AS_MANY if known.elements + known.separation > MUCH else 1)
         if checks == effort.checks and packets.sampling95 < SAMPLING_SHARE * error:
@@ -270,12 +329,17 @@ def _outcome(problem: Problem, parts: Parts, days: float, seed: int) -> _Outcome
 
 def _remarks(problem: Problem, outcome: _Outcome, chip: Chip | None) -> list[Diagnostic]:
     """What is to be said of how the numbers were found."""
-    diagnostics, table, known, direct = list[Diagnostic](), problem.scene.chip, outcome.known, outcome.direct
+    diagnostics = list[Diagnostic]()
+    table = problem.scene.chip
+    known = outcome.known
+    direct = outcome.direct
     if problem.equations.is_random:
         diagnostics.append(note("node_of_fluctuating_current"))
     if outcome.why:
         packets = outcome.result.packets_per_hour
-        diagnostics.append(note(f"node_error_by_{outcome.why}", error=packets.known_error95, seconds=BUDGET))
+        diagnostics.append(
+            note(f"node_error_by_{outcome.why}", error=packets.known_error95, seconds=BUDGET)
+        )
     if direct is not None:
         diagnostics.append(note("run_directly", direct=direct.end, separation=known.separation))
     elif known.separation > LARGEST_SEPARATION:
@@ -283,7 +347,9 @@ def _remarks(problem: Problem, outcome: _Outcome, chip: Chip | None) -> list[Dia
     if known.unknown:
         diagnostics.append(warning("error_unknown", part=known.unknown))
     if chip is not None and table is not None and table.name is not None:
-        diagnostics.append(note("chip_by_its_sheet", table.name, source=chip.source, assumed=chip.assumed))
+        diagnostics.append(
+            note("chip_by_its_sheet", table.name, source=chip.source, assumed=chip.assumed)
+        )
     return diagnostics
 
 
@@ -292,13 +358,19 @@ def _directly(problem: Problem, known: Known, parts: Parts, seconds: float) -> N
     from harvester.storage.direct_node import can_run, direct_course
 
     run = NodeRun(known.table, *parts)
-    if known.separation <= LARGEST_SEPARATION or problem.equations.drive is None or not can_run(run):
+    if (
+        known.separation <= LARGEST_SEPARATION
+        or problem.equations.drive is None
+        or not can_run(run)
+    ):
         return None
     unit = time_constant(problem.equations) / problem.scales.frequency
     return direct_course(problem, run, min(seconds, DIRECT * unit))
 
 
-def _fluctuations(known: Known, parts: Parts, unit: float, seconds: float, seed: int) -> Fluctuations:
+def _fluctuations(
+    known: Known, parts: Parts, unit: float, seconds: float, seed: int
+) -> Fluctuations:
     """How the current fluctuates, in so many courses as give the packets well enough."""
     run = NodeRun(known.table, *parts, points=POINTS)
     each = FEWEST
@@ -327,24 +399,38 @@ class _Reading:
     @property
     def courses(self) -> list[NodeCourse]:
         """All of them."""
-        return [course for life in (self.base, *self.lives) for course in life.every] + list(self.both or ())
+        return [course for life in (self.base, *self.lives) for course in life.every] + list(
+            self.both or ()
+        )
 
     def known_value(
-        self, read: Callable[[Lived], float], off: float = 0.0, late: float = 0.0, error: float = 0.0
+        self,
+        read: Callable[[Lived], float],
+        off: float = 0.0,
+        late: float = 0.0,
+        error: float = 0.0,
     ) -> Value:
         """A number with what each variant changes, and the standard error of its courses."""
         number = read(self.base)
         changes = (*(abs(read(life) - number) for life in self.lives), error)
-        step, *model, sampling, error = (change if change > ROUNDING * abs(number) else 0.0 for change in changes)
-        total, stderr = late + abs(off) + sum(model), math.hypot(sampling, error)
-        # Under noise the step's error is in that of the elements; where nothing changes a number all are 0.
+        step, *model, sampling, error = (
+            change if change > ROUNDING * abs(number) else 0.0 for change in changes
+        )
+        total = late + abs(off) + sum(model)
+        stderr = math.hypot(sampling, error)
+        # Under noise the step's error is in that of the elements; where nothing changes a number
+        # all are 0.
         bias = step if step or not (total or stderr) else None
         return Value(number + off, stderr or None, bias, total, unknown=self.unknown)
 
-    def value(self, read: Callable[[NodeCourse], float], late: float = 0.0, most: float = math.inf) -> Value:
+    def value(
+        self, read: Callable[[NodeCourse], float], late: float = 0.0, most: float = math.inf
+    ) -> Value:
         """The same of what is read of a course, which is no more than the ``most``."""
         off = 0.0 if self.both is None else float(read(self.both[0]) - read(self.both[1]))
-        return self.known_value(lambda life: min(life.number(read), most), off, late, self.base.error(read))
+        return self.known_value(
+            lambda life: min(life.number(read), most), off, late, self.base.error(read)
+        )
 
     def between(self, share: float) -> Value:
         """The times between packets that a share of all is not above."""
@@ -375,30 +461,49 @@ def _live(
     What a ``direct`` run differs by from the slow one of its time is added, and is an error, too: all that the slow one
     leaves out.  Under ``noise`` all are of currents that fluctuate alike.
     """
-    seconds, table, (storage, node, _) = days * DAY, known.table, parts
+    seconds = days * DAY
+    table = known.table
+    (storage, node, _) = parts
     run = NodeRun(table, *parts)
     base = _course(table, parts, seconds, noise)
     both = None if direct is None else (direct, run.course(direct.end))
     less = known.elements + (known.separation if direct is None else 0.0)
-    lives = _variants(known, parts, base, less, lambda current, other: _course(current, other, seconds, noise))
+    lives = _variants(
+        known, parts, base, less, lambda current, other: _course(current, other, seconds, noise)
+    )
     if noise is not None:
         lives.insert(1, _course(table, parts, seconds, noise.coarser()))
     reading = _Reading(base, lives, both, known.unknown)
 
     def running(course: NodeCourse) -> float:
         packet = sum(seconds for _, seconds in node.states)
-        return 0.0 if course.first is None else min(course.ran / (course.end - course.first + packet), 1.0)
+        return (
+            0.0
+            if course.first is None
+            else min(course.ran / (course.end - course.first + packet), 1.0)
+        )
 
     every, whole = reading.courses, base.whole
     first = reading.first(known.late if both is None else 0.0)
     limits = _limit if storage.battery_voltage is None else _limit_with_battery
-    limit, limit_note = limits(run, whole if storage.battery_voltage is None else base.mean, whole.end)
+    limit, limit_note = limits(
+        run, whole if storage.battery_voltage is None else base.mean, whole.end
+    )
     helps = _helps(table, parts, seconds, noise)
-    fewest, most_packets = _of_hours(base.mean, seconds) if isinstance(table, RecordedCurrent) else (None, None)
+    fewest, most_packets = (
+        _of_hours(base.mean, seconds) if isinstance(table, RecordedCurrent) else (None, None)
+    )
     most = max(helps, key=lambda key: helps[key], default="")
-    change = [note("node_change_helps", most, gain=helps[most])] if most and helps[most] > LITTLE else []
-    seen, packets = base.mean if whole.end < seconds else whole, reading.value(_rate, most=HOUR / node.interval)
-    each = packets.value / _rate(seen) if noise is not None and seen is base.mean and seen.packets else 1.0
+    change = (
+        [note("node_change_helps", most, gain=helps[most])] if most and helps[most] > LITTLE else []
+    )
+    seen = base.mean if whole.end < seconds else whole
+    packets = reading.value(_rate, most=HOUR / node.interval)
+    each = (
+        packets.value / _rate(seen)
+        if noise is not None and seen is base.mean and seen.packets
+        else 1.0
+    )
     return NodeResult(
         days=days,
         packets_per_hour=packets,
@@ -415,10 +520,13 @@ def _live(
         seconds=0.0,
         steps=known.steps,
         helps=helps,
-        days_packets=each * seen.hours[: math.floor(days + ROUNDING) * 24].reshape(-1, 24).sum(axis=1).round(6),
+        days_packets=each
+        * seen.hours[: math.floor(days + ROUNDING) * 24].reshape(-1, 24).sum(axis=1).round(6),
         fewest=fewest,
         most=most_packets,
-        packets_lost=base.number(lambda course: course.lost / course.end * HOUR) if node.lost_share else None,
+        packets_lost=base.number(lambda course: course.lost / course.end * HOUR)
+        if node.lost_share
+        else None,
         **_intervals(every, reading.between),
         diagnostics=(limit_note, *change),
     )
@@ -444,13 +552,16 @@ def _variants(
 
     ``less`` is by what part the current may be lower; ``live`` gives what a node does.
     """
-    table, (storage, node, chip) = known.table, parts
+    table = known.table
+    (storage, node, chip) = parts
     lives = [
         base if current is table else live(current, parts)
         for current in (known.by_step, table.halved(), table.scaled(1.0 - less), table.shifted())
     ]
     for other in (
-        () if chip is None else (chip.narrower(), *([chip.charging_by(1.0 - chip.spread)] if chip.spread else ()))
+        ()
+        if chip is None
+        else (chip.narrower(), *([chip.charging_by(1.0 - chip.spread)] if chip.spread else ()))
     ):
         lives.insert(1, live(table, (storage, node, other)))
     return lives
@@ -460,7 +571,11 @@ def _intervals(courses: list[NodeCourse], value: Callable[[float], Value]) -> di
     """The times between packets; empty where any of the courses has none."""
     if any(len(course.intervals[0]) < 1 for course in courses):
         return {}
-    return {"interval_median": value(0.5), "interval_95": value(0.95), "interval_longest": value(1.0)}
+    return {
+        "interval_median": value(0.5),
+        "interval_95": value(0.95),
+        "interval_longest": value(1.0),
+    }
 
 
 def _of_hours(course: NodeCourse, seconds: float) -> tuple[int | None, int | None]:
@@ -471,15 +586,20 @@ def _of_hours(course: NodeCourse, seconds: float) -> tuple[int | None, int | Non
     return (int(whole.min()), int(whole.max())) if len(whole) else (None, None)
 
 
-def _helps(table: AnyCurrent, parts: Parts, seconds: float, noise: Fluctuations | None) -> dict[str, float]:
+def _helps(
+    table: AnyCurrent, parts: Parts, seconds: float, noise: Fluctuations | None
+) -> dict[str, float]:
     """The relative gain in packets of a change of each key that can be changed; empty where there are none to gain.
 
     All are of the same shaking, so that what sampling does to them is alike.
     """
-    gain_of, few = dict[str, float](), None if noise is None else noise.few()
+    gain_of = dict[str, float]()
+    few = None if noise is None else noise.few()
 
     def packets_of(current: AnyCurrent, others: Parts) -> float:
-        return _course(current, others, seconds, few).number(lambda course: course.packets / course.end)
+        return _course(current, others, seconds, few).number(
+            lambda course: course.packets / course.end
+        )
 
     packets = packets_of(table, parts)
     if not packets > 0.0:
@@ -488,7 +608,9 @@ def _helps(table: AnyCurrent, parts: Parts, seconds: float, noise: Fluctuations 
     def gain(current: AnyCurrent, *others: Any) -> float:
         return packets_of(current, others) / packets - 1.0
 
-    for k, (name, keys) in enumerate((("storage", STORE_KEYS), ("node", NODE_KEYS), ("chip", CHIP_KEYS))):
+    for k, (name, keys) in enumerate(
+        (("storage", STORE_KEYS), ("node", NODE_KEYS), ("chip", CHIP_KEYS))
+    ):
         for key, said in keys.items():
             if not (now := getattr(parts[k], key, None)):
                 continue
@@ -497,7 +619,9 @@ def _helps(table: AnyCurrent, parts: Parts, seconds: float, noise: Fluctuations 
                 try:
                     other: Any = dataclasses.replace(parts[k], **{key: now * factor})  # type: ignore[type-var]
                     gains.append(gain(table, *(*parts[:k], other, *parts[k + 1 :])))
-                except InputError:  # such as an efficiency above 1, or a chip's thresholds in another order
+                except (
+                    InputError
+                ):  # such as an efficiency above 1, or a chip's thresholds in another order
                     continue
             gain_of[f"{name}.{said}"] = max(gains)
     gain_of["current"] = max(gain(table.scaled(1.0 + CHANGE), *parts), 0.0)
@@ -507,8 +631,14 @@ def _helps(table: AnyCurrent, parts: Parts, seconds: float, noise: Fluctuations 
 def _limit(run: NodeRun, course: NodeCourse, seconds: float) -> tuple[str, Diagnostic]:
     """What limits the node: a name, and the note that says it."""
     charging = run.charging.mean(axis=0)
-    k = int(np.argmax(charging <= run.waiting)) if (charging <= run.waiting).any() else len(run.volts) - 1
-    highest, node, chip = float(run.volts[k]), run.node, run.chip
+    k = (
+        int(np.argmax(charging <= run.waiting))
+        if (charging <= run.waiting).any()
+        else len(run.volts) - 1
+    )
+    highest = float(run.volts[k])
+    node = run.node
+    chip = run.chip
     about = {"wake": node.wake_voltage, "stop": node.stop_voltage}
     if course.first is None and chip is not None and highest < chip.hand_over:
         least = {"volts": chip.cold_voltage, "watts": chip.cold_power}

@@ -16,9 +16,12 @@ from harvester.storage.recorded_current import AnyCurrent, recorded
 from harvester.storage.rectified_current import RectifiedCurrent, reached
 from harvester.storage.supply import INPUT, input_without_load
 
-VOLTAGES, CLOSER = 24, 2.0  # under noise, and the power by which they are closer at the bottom
+# under noise, and the power by which they are closer at the bottom
+VOLTAGES = 24
+CLOSER = 2.0
 FEWER = 12  # voltages of a rectifier without ideal elements
-RUNS, OF_ELEMENTS = 1024, 64  # under noise at first, at each voltage; of a rectifier without ideal elements
+# under noise at first, at each voltage; of a rectifier without ideal elements
+RUNS, OF_ELEMENTS = 1024, 64
 DAY = 86400.0  # s
 MOST_VOLTS = 1e3  # of a clamp: one above leaves a rectifier's voltage as it is
 
@@ -53,7 +56,9 @@ class Known:
     judge: tuple[float, str] | None = None
 
 
-def measure_current(problem: Problem, storage: Storage, chip: Chip | None, wake: float, effort: Effort) -> Known:
+def measure_current(
+    problem: Problem, storage: Storage, chip: Chip | None, wake: float, effort: Effort
+) -> Known:
     """The rectifier's current of the scene, up to the clamp or the open circuit."""
     tracking = chip if chip is not None and chip.ratio is not None else None
     top = None if tracking else storage.battery_voltage or storage.clamp_voltage
@@ -61,9 +66,15 @@ def measure_current(problem: Problem, storage: Storage, chip: Chip | None, wake:
     farads = INPUT if tracking else storage.farads
     if problem.equations.record is None:
         return _of_alike_shaking(problem, tracking, farads, top, wake, effort)
-    currents = recorded(problem, None if tracking else farads or None, top, None if tracking else wake)
-    known = Known(currents.best, currents.rough, currents.steps, currents.separation, currents.elements)
-    return dataclasses.replace(known, unknown=_together(TIME_SCALES if tracking else "", currents.unknown))
+    currents = recorded(
+        problem, None if tracking else farads or None, top, None if tracking else wake
+    )
+    known = Known(
+        currents.best, currents.rough, currents.steps, currents.separation, currents.elements
+    )
+    return dataclasses.replace(
+        known, unknown=_together(TIME_SCALES if tracking else "", currents.unknown)
+    )
 
 
 def _together(*parts: str) -> str:
@@ -72,24 +83,35 @@ def _together(*parts: str) -> str:
 
 
 def _of_alike_shaking(
-    problem: Problem, tracking: Chip | None, farads: float, top: float | None, wake: float, effort: Effort
+    problem: Problem,
+    tracking: Chip | None,
+    farads: float,
+    top: float | None,
+    wake: float,
+    effort: Effort,
 ) -> Known:
     """The same of shaking that always is alike: of a store of ``farads``, 0 for a battery, or a ``tracking`` chip's.
 
-    A battery holds its voltage as the measurement does; under noise a chip's law is run beside the mean currents.
+    A battery holds its voltage as the measurement does; under noise a chip's law is run beside the
+    mean currents.
     """
     from harvester.storage.slow_circuit import direct_check, noise_check
     from harvester.storage.tracked_input import tracked_input
 
-    seed, noise = effort.seed, problem.equations.is_random
+    seed = effort.seed
+    noise = problem.equations.is_random
     if noise:
         count, runs = (VOLTAGES, RUNS) if Rectifier(problem).ideal else (FEWER, OF_ELEMENTS)
         runs *= effort.runs
-        table, rough, steps, _ = measured(problem, top, seed=seed, count=count, runs=runs, power=CLOSER)
+        table, rough, steps, _ = measured(
+            problem, top, seed=seed, count=count, runs=runs, power=CLOSER
+        )
     else:
         table, rough, steps, _ = measured(problem, top)
     last = float(table.voltages[-1])
-    judge = effort.judge or error_of_circuit(problem, _working(table, tracking, wake if farads else last), seed)
+    judge = effort.judge or error_of_circuit(
+        problem, _working(table, tracking, wake if farads else last), seed
+    )
     elements, unknown = judge
     known = Known(table, rough, steps, 0.0, elements, unknown=unknown, judge=judge)
     if tracking is not None and noise:
@@ -99,27 +121,36 @@ def _of_alike_shaking(
         known = dataclasses.replace(known, steps=steps + law.steps, chip=law.correct(tracking))
         return dataclasses.replace(known, separation=law.error, elements=elements + law.elements)
     if not farads:
-        path, free = (np.full(2, last), np.array([0.0, DAY])), None
+        path = (np.full(2, last), np.array([0.0, DAY]))
+        free = None
     else:
-        path, free = reached(table, last if tracking else min(wake, last), farads), farads
+        path = reached(table, last if tracking else min(wake, last), farads)
+        free = farads
     if noise:
         off, separation, more = noise_check(problem, table, path, free, seed, effort.checks)
-        return dataclasses.replace(known, steps=steps + more, separation=separation, elements=elements + off)
+        return dataclasses.replace(
+            known, steps=steps + more, separation=separation, elements=elements + off
+        )
     if free is None:
         return known
     check = direct_check(problem, Rectifier(problem).compiled(farads), *path, DAY)
-    separation, late = (abs(check.late) + check.error) / check.seconds, check.error
+    separation = (abs(check.late) + check.error) / check.seconds
+    late = check.error
     if tracking is not None:
         late += abs(check.late) + 0.5 * tracking.look
     else:
         table, rough = table.later(check.late), rough.later(check.late)
     steps += check.steps
-    return dataclasses.replace(known, table=table, by_step=rough, steps=steps, separation=separation, late=late)
+    return dataclasses.replace(
+        known, table=table, by_step=rough, steps=steps, separation=separation, late=late
+    )
 
 
 def _working(table: RectifiedCurrent, tracking: Chip | None, volts: float) -> float:
     """The rectifier's voltage (V) that a store is to come to, or that a ``tracking`` chip holds its input at."""
     if tracking is None:
         return min(volts, float(table.voltages[-1]))
-    opened = min(float(input_without_load(tracking, table.voltages, table.current[None])[0]), tracking.most)
+    opened = min(
+        float(input_without_load(tracking, table.voltages, table.current[None])[0]), tracking.most
+    )
     return (tracking.ratio or 1.0) * opened

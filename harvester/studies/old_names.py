@@ -12,7 +12,9 @@ from harvester.studies.optimum.optimise import Texts, optimise
 from harvester.studies.optimum.ranges import NETLIST, Range, Vary, ranges
 
 
-def optimise_circuits(scene: AnyScene, circuits: Sequence[str], over: Vary, engine: Any = None, **options: Any) -> Any:
+def optimise_circuits(
+    scene: AnyScene, circuits: Sequence[str], over: Vary, engine: Any = None, **options: Any
+) -> Any:
     """`optimise` of the best circuit, each over the same keys."""
     vary: list[Range | str] = [*ranges(over), f"{NETLIST}={','.join(circuits)}"]
     return optimise(scene, vary=vary, engine=engine, **options)
@@ -29,13 +31,28 @@ def optimise_robust(
 ) -> Any:
     """`optimise` for most devices and under limits."""
     objective = POWER if share is None else share
-    return optimise(scene, vary=over, spread=vary, objective=objective, constraints=limits, engine=engine, **options)
+    return optimise(
+        scene,
+        vary=over,
+        spread=vary,
+        objective=objective,
+        constraints=limits,
+        engine=engine,
+        **options,
+    )
 
 
 def pareto(
-    scene: AnyScene, over: Vary, aim: str, vary: Texts = (), share: float | str | None = None, **options: Any
+    scene: AnyScene,
+    over: Vary,
+    aim: str,
+    vary: Texts = (),
+    share: float | str | None = None,
+    **options: Any,
 ) -> Any:
     """`optimise` with a second aim."""
     limits = options.pop("limits", ())
     objectives = [aim] if share is None else [share, aim]
-    return optimise(scene, vary=over, spread=vary, objective=objectives, constraints=limits, **options)
+    return optimise(
+        scene, vary=over, spread=vary, objective=objectives, constraints=limits, **options
+    )

@@ -27,11 +27,19 @@ def provenance(scene: Scene | Problem, **extra: Any) -> dict[str, Any]:
     }
 
 
-def provenance_with_engines(scene: Scene | Problem, engines: Sequence[Engine], **extra: Any) -> dict[str, Any]:
+def provenance_with_engines(
+    scene: Scene | Problem, engines: Sequence[Engine], **extra: Any
+) -> dict[str, Any]:
     """`provenance`, with the options of engines, and the version of ngspice where one of them runs it."""
-    options = {e.NAME: {k: v for k, v in vars(e).items() if v is not None and k != "budget"} for e in engines}
+    options = {
+        e.NAME: {k: v for k, v in vars(e).items() if v is not None and k != "budget"}
+        for e in engines
+    }
     about = provenance(scene, **extra, engines=options)
-    if any(engine.runs_ngspice or (engine.chooses and about["netlist"] is not None) for engine in engines):
+    if any(
+        engine.runs_ngspice or (engine.chooses and about["netlist"] is not None)
+        for engine in engines
+    ):
         about["versions"]["ngspice"] = library_digest()
     return about
 
@@ -39,13 +47,14 @@ def provenance_with_engines(scene: Scene | Problem, engines: Sequence[Engine], *
 class OutputFolder:
     """A folder that a study writes its files into, each whole or not at all; ``vector`` are forms of its figures.
 
-    Raises InputError for a form that is neither svg nor pdf, a folder that cannot be made or written, and a file that
-    the disk does not take.
+    Raises InputError for a form that is neither svg nor pdf, a folder that cannot be made or
+    written, and a file that the disk does not take.
     """
 
     def __init__(self, out: str | Path, vector: Sequence[str] = ()) -> None:
         files.check_vector(vector)
-        self.path, self.vector = files.folder(out), vector
+        self.path = files.folder(out)
+        self.vector = vector
 
     @staticmethod
     def of(execution: Execution) -> "OutputFolder | None":
@@ -54,7 +63,10 @@ class OutputFolder:
 
     def table(self, name: str, lines: str | Iterable[str]) -> None:
         """Write ``name``.csv from its text or lines."""
-        files.write(self.path / f"{name}.csv", lines if isinstance(lines, str) else (line.encode() for line in lines))
+        files.write(
+            self.path / f"{name}.csv",
+            lines if isinstance(lines, str) else (line.encode() for line in lines),
+        )
 
     def packed(self, name: str, content: bytes) -> None:
         """Write ``name``.npz from its bytes."""
@@ -64,7 +76,9 @@ class OutputFolder:
         """Write a figure as ``name``.png, and in the vector forms asked for."""
         figures.save(figure, self.path, name, self.vector)
 
-    def save(self, name: str, text: str, figure: "figures.Plot", about: dict[str, Any] | None = None) -> None:
+    def save(
+        self, name: str, text: str, figure: "figures.Plot", about: dict[str, Any] | None = None
+    ) -> None:
         """Write a study's files: ``name``.csv, the figure, and its provenance if there is one."""
         self.table(name, text)
         self.figure(name, figure)

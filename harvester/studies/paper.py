@@ -1,6 +1,7 @@
 """The paper's figures 1 to 9: published theory, our averaging, Monte Carlo of the coupled equations, and the density.
 
-Where the text does not print a value, or has lost its sign, the one assumed stands in `ASSUMED` and in the title.
+Where the text does not print a value, or has lost its sign, the one assumed stands in `ASSUMED` and
+in the title.
 
 Long because it names the curves of nine figures.
 """
@@ -29,10 +30,15 @@ from harvester.presentation.table import Column, Table
 from harvester.studies.output_folder import OutputFolder
 from harvester.studies.stability import region
 
-# Figures 1 and 2 (text): alpha, beta, mu, c1, c2, D11, D22; c3 = 0.1 in Figure 1, r = 0.96 in Figure 2.
-RESPONSE = Equations(alpha=0.5, beta=0.05, mu=0.05, c1=0.01, c2=0.05, c3=0.1, restitution=0.96, n1=0.01, n2=0.01)
+# Figures 1 and 2 (text): alpha, beta, mu, c1, c2, D11, D22; c3 = 0.1 in Figure 1, r = 0.96 in
+# Figure 2.
+RESPONSE = Equations(
+    alpha=0.5, beta=0.05, mu=0.05, c1=0.01, c2=0.05, c3=0.1, restitution=0.96, n1=0.01, n2=0.01
+)
 # Figure 7 (text); the external noise is off.
-STABILITY = Equations(alpha=0.05, beta=0.04, mu=0.1, c1=0.01, c2=0.015, c3=0.025, restitution=0.96, n2=0.06)
+STABILITY = Equations(
+    alpha=0.05, beta=0.04, mu=0.1, c1=0.01, c2=0.015, c3=0.025, restitution=0.96, n2=0.06
+)
 ASSUMED = {
     "1": "r = 0.92, 0.96, 0.99, c1 > 0",
     "2": "c3 = 0.05, 0.1, 0.2, c1 > 0",
@@ -102,7 +108,9 @@ class PaperFigure(TableResult):
     @property
     def table(self) -> Table:
         """Its points."""
-        return Table(tuple(Column(name, [getattr(point, name) for point in self.points]) for name in COLUMNS))
+        return Table(
+            tuple(Column(name, [getattr(point, name) for point in self.points]) for name in COLUMNS)
+        )
 
     def plot(self, title: str | None = "") -> "figures.Plot":
         """The figure, with its own title (empty), another, or none (None) above."""
@@ -112,15 +120,20 @@ class PaperFigure(TableResult):
 def draw(numbers: Sequence[str], execution: Execution = DEFAULT) -> list[PaperFigure]:
     """Compute figures by their numbers; into a folder write figN.csv and figN.png for each.
 
-    Raises InputError if the folder cannot be written, and for what `Execution` has for other studies.
+    Raises InputError if the folder cannot be written, and for what `Execution` has for other
+    studies.
     """
     execution.only("paper", "out", "formats", "progress")
-    folder, drawn = OutputFolder.of(execution), []
+    folder = OutputFolder.of(execution)
+    drawn = []
     with working(execution.progress) as progress:
         for index, number in enumerate(numbers):
-            part = PartOfProgress(progress, index / len(numbers), 1.0 / len(numbers), f"figure {number}")
+            part = PartOfProgress(
+                progress, index / len(numbers), 1.0 / len(numbers), f"figure {number}"
+            )
             part.start(POINTS[number])
-            begin, points = time.perf_counter(), []
+            begin = time.perf_counter()
+            points = []
             for point in figure(number):
                 points.append(point)
                 part.step()
@@ -162,15 +175,31 @@ def _response(panel: str, coefficient: str, values: Floats) -> Iterator[FigurePo
     for index, value in enumerate(values):
         change: dict[str, Any] = {coefficient: float(value)}
         eqs = dataclasses.replace(RESPONSE, **change)
-        trajectories = Trajectories(eqs, _TRAJECTORIES, np.random.SeedSequence([1, int(1e6 * value)]))
+        trajectories = Trajectories(
+            eqs, _TRAJECTORIES, np.random.SeedSequence([1, int(1e6 * value)])
+        )
         burn_in(trajectories)
         ensemble = trajectories.run(trajectories.time).mean("V2")
-        three = (stationary.mean_square_voltage(eqs), two_scale.solve(eqs).mean_square_voltage, *ensemble)
-        solved = None if index % 3 else float(refined(eqs, 1e-3, None, None, LIGHTEST).means[0])  # it takes the longest
+        three = (
+            stationary.mean_square_voltage(eqs),
+            two_scale.solve(eqs).mean_square_voltage,
+            *ensemble,
+        )
+        # it takes the longest
+        solved = None if index % 3 else float(refined(eqs, 1e-3, None, None, LIGHTEST).means[0])
         for name, factor in (("E[V^2]", 1.0), ("E[P]", (eqs.beta or 0.0) * (eqs.mu or 0.0))):
             theory, ours, monte_carlo, error = (factor * v for v in three)
             density = None if solved is None else factor * solved
-            yield FigurePoint(f"{name} against {panel}", "", float(value), theory, ours, monte_carlo, error, density)
+            yield FigurePoint(
+                f"{name} against {panel}",
+                "",
+                float(value),
+                theory,
+                ours,
+                monte_carlo,
+                error,
+                density,
+            )
 
 
 def _densities(curves: dict[str, dict[str, Any]]) -> Iterator[FigurePoint]:
@@ -184,24 +213,40 @@ def _densities(curves: dict[str, dict[str, Any]]) -> Iterator[FigurePoint]:
         law, ours = stationary.density(eqs), two_scale.solve(eqs)
         solution = refined(eqs, 1e-3, None, None, LIGHTEST).solution
         solved = Marginals(solution.form, solution.p)
-        (x, v), stop = _states(eqs), eqs.restitution is not None
-        through = partial(amplitude_through, alpha=eqs.alpha or 0.0, beta=eqs.beta or 0.0, mu=eqs.mu or 0.0)
-        fine, fast = np.arange(0.002, 4.0, 0.004), np.arange(-6.0, 6.0, 0.008)
-        edges, speeds = np.linspace(0.0, 2.4, 41), np.linspace(-3.0, 3.0, 41)
-        plane = np.histogram(through(fine[:, None], fast), edges, weights=solved.phase_plane(fine, fast))[0]
+        (x, v) = _states(eqs)
+        stop = eqs.restitution is not None
+        through = partial(
+            amplitude_through, alpha=eqs.alpha or 0.0, beta=eqs.beta or 0.0, mu=eqs.mu or 0.0
+        )
+        fine = np.arange(0.002, 4.0, 0.004)
+        fast = np.arange(-6.0, 6.0, 0.008)
+        edges = np.linspace(0.0, 2.4, 41)
+        speeds = np.linspace(-3.0, 3.0, 41)
+        plane = np.histogram(
+            through(fine[:, None], fast), edges, weights=solved.phase_plane(fine, fast)
+        )[0]
         at, to = 0.5 * (edges[1:] + edges[:-1]), 0.5 * (speeds[1:] + speeds[:-1])
-        slow = (stationary.displacement_density(at, law, eqs), densities.displacement_density(at, ours, stop))
-        quick = (stationary.velocity_density(to, law, eqs), densities.velocity_density(to, ours, stop))
+        slow = (
+            stationary.displacement_density(at, law, eqs),
+            densities.displacement_density(at, ours, stop),
+        )
+        quick = (
+            stationary.velocity_density(to, law, eqs),
+            densities.velocity_density(to, ours, stop),
+        )
         for panel, bins, values, theories, exact in (
             ("amplitude A", edges, through(x, v), (np.interp(at, law.A, law.p), densities.amplitude_density(at, ours)),
              plane * 0.004 * 0.008 / np.diff(edges)),
             ("displacement x", edges, x, slow, solved.displacement(at)),
             ("velocity x'", speeds, v, quick, solved.velocity(to)),
         ):  # fmt: skip
-            histogram = Histogram(bins, 64)  # groups of trajectories: snapshots of one are not independent
+            # groups of trajectories: snapshots of one are not independent
+            histogram = Histogram(bins, 64)
             histogram.add(values.ravel())
             counted = histogram.density()
-            for row in zip(counted.centres, *theories, counted.value, counted.stderr, exact, strict=True):
+            for row in zip(
+                counted.centres, *theories, counted.value, counted.stderr, exact, strict=True
+            ):
                 yield FigurePoint(f"p({panel})", curve, *(float(v) for v in row))
 
 
@@ -219,7 +264,9 @@ def _states(eqs: Equations) -> Floats:
     return np.moveaxis(np.array(rows), 0, 2)
 
 
-def _exponents(panel: str, curve: str, coefficient: str, values: Floats, base: Equations) -> Iterator[FigurePoint]:
+def _exponents(
+    panel: str, curve: str, coefficient: str, values: Floats, base: Equations
+) -> Iterator[FigurePoint]:
     """Top Lyapunov exponent against one coefficient."""
     from harvester.mechanics.ensemble.lyapunov import exponent
 
@@ -228,7 +275,9 @@ def _exponents(panel: str, curve: str, coefficient: str, values: Floats, base: E
         eqs = dataclasses.replace(base, **change)
         estimate = exponent(eqs, np.random.SeedSequence(3), 2048, 500.0)
         theory = (float(stability.published(eqs)), float(stability.averaged(eqs)))
-        yield FigurePoint(f"lambda against {panel}", curve, float(value), *theory, estimate.value, estimate.stderr)
+        yield FigurePoint(
+            f"lambda against {panel}", curve, float(value), *theory, estimate.value, estimate.stderr
+        )
 
 
 def _boundary(curve: str, base: Equations) -> Iterator[FigurePoint]:

@@ -33,7 +33,8 @@ class Band:
 class RecordAnswer:
     """A clean record and its spectra: density in (m/s^2)^2/Hz at ``f``, shape (m,), and by time, shape (m', k).
 
-    ``possible`` is the most power (W) that any device of a mass takes within a stroke; None if none was asked for.
+    ``possible`` is the most power (W) that any device of a mass takes within a stroke; None if none
+    was asked for.
     """
 
     record: CleanRecord
@@ -71,37 +72,49 @@ class RecordAnswer:
             "rms": record.rms,
             "peak": float(np.abs(record.values).max()),
             **({} if self.possible is None else {"possible_power": self.possible}),
-            "bands": [{"low": b.low, "high": b.high, "rms": b.rms.value, "stderr": b.rms.stderr} for b in self.bands],
+            "bands": [
+                {"low": b.low, "high": b.high, "rms": b.rms.value, "stderr": b.rms.stderr}
+                for b in self.bands
+            ],
             "found": list(map(str, record.notes)),
             "warnings": list(map(str, record.warnings)),
         }
 
     def __str__(self) -> str:
-        record, rms = self.record, self.record.rms
-        peak, n = float(np.abs(record.values).max()), len(record.values)
+        record = self.record
+        rms = self.record.rms
+        peak = float(np.abs(record.values).max())
+        n = len(record.values)
         lines = [
             f"axis {record.axis}: {n} samples, {record.rate:.6g} a second, {n / record.rate:.4g} s",
             f"rms {rms:.4g} m/s^2 ({rms / G:.3g} g), peak {peak:.4g} m/s^2 ({peak / G:.3g} g), of this record",
         ]
         if self.possible is not None:
-            lines.append(f"no device of that mass and stroke takes more than {amount(self.possible, 'W')}")
+            lines.append(
+                f"no device of that mass and stroke takes more than {amount(self.possible, 'W')}"
+            )
         lines += [f"found: {message}" for message in record.notes]
         lines += [f"warning: {message}" for message in record.warnings]
         rows = [(f"{b.low:.3g} to {b.high:.3g} Hz", b.rms.format("m/s^2")) for b in self.bands]
         return "\n".join([*lines, "rms by octave:", *columns(rows, "  ")])
 
 
-def record_spectra(record: CleanRecord, mass: float | None = None, stroke: float | None = None) -> RecordAnswer:
+def record_spectra(
+    record: CleanRecord, mass: float | None = None, stroke: float | None = None
+) -> RecordAnswer:
     """The spectra of a record, and the most power that a mass (kg) takes of it with a ``stroke`` (m) to either side.
 
-    Between stops E[a x'] = -E[a' x], so that any device takes m D E|a'| at most (`harvester.equations.power_bound`).
+    Between stops E[a x'] = -E[a' x], so that any device takes m D E|a'| at most
+    (`harvester.equations.power_bound`).
 
     Raises InputError for one of mass and stroke without the other: a record bounds no power alone.
     """
     from scipy.signal import spectrogram, welch
 
     if (mass is None) != (stroke is None):
-        raise InputError("`mass` and `stroke` must be given together: one alone bounds no power, but one is left out")
+        raise InputError(
+            "`mass` and `stroke` must be given together: one alone bounds no power, but one is left out"
+        )
     if stroke is not None and not stroke > 0.0:
         raise invalid("`stroke`", "be above 0", stroke)
     n = len(record.values)
@@ -127,7 +140,8 @@ def _bands(record: CleanRecord) -> tuple[Band, ...]:
         inside = power[(f > low) & (f <= high)]
         if len(inside) and inside.sum() > 0.0:
             rms = math.sqrt(float(inside.sum()))
-            error = 0.5 * math.sqrt(0.5 * float((inside**2).sum())) / rms  # E[p^2] = 2 Var(p) of a line p
+            # E[p^2] = 2 Var(p) of a line p
+            error = 0.5 * math.sqrt(0.5 * float((inside**2).sum())) / rms
             value = Value(rms, unknown="a tone") if _has_tone(inside) else Value(rms, stderr=error)
             bands.append(Band(float(low), float(high), value))
     return tuple(bands)
@@ -135,5 +149,6 @@ def _bands(record: CleanRecord) -> tuple[Band, ...]:
 
 def _has_tone(lines: Floats) -> bool:
     """Whether one line is so much of a band as chance makes it in none of a million random signals (Fisher's test)."""
-    n, share = len(lines), float(lines.max() / lines.sum())
+    n = len(lines)
+    share = float(lines.max() / lines.sum())
     return n > 1 and n * (1.0 - share) ** (n - 1) < 1e-6

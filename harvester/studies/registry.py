@@ -1,7 +1,8 @@
 """Every study, once: its name, its function, its result, and what its command asks for.
 
-Commands, reports, documentation and tests walk this list.  A study that has no file of its own in harvester/commands/
-gets its command from its entry here: scene, options, --json, and --report with the page that any result has.
+Commands, reports, documentation and tests walk this list.  A study that has no file of its own in
+harvester/commands/ gets its command from its entry here: scene, options, --json, and --report with
+the page that any result has.
 """
 
 from collections.abc import Callable
@@ -52,11 +53,17 @@ STUDIES = (
     Study("sweep", "sweep.sweep:sweep", "sweep.sweep_table:SweepTable"),
     Study("compare", "compare:compare", "compare:Comparison"),
     Study("optimise", "optimum.optimise:optimise", "optimum.optimum_result:Optimum"),
-    Study("tolerance", "tolerance.tolerance:tolerance", "tolerance.tolerance_result:ToleranceResult"),
+    Study(
+        "tolerance", "tolerance.tolerance:tolerance", "tolerance.tolerance_result:ToleranceResult"
+    ),
     Study("charge", "charging.charge:charge", "charging.answer:ChargingResult"),
     Study("design", "design.decision:design", "design.design_result:DesignResult"),
     Study("motion", "motion:motion", "motion:Motion"),
-    Study("response", "frequency_response.response:responses", "frequency_response.responses:FrequencyResponses"),
+    Study(
+        "response",
+        "frequency_response.response:responses",
+        "frequency_response.responses:FrequencyResponses",
+    ),
     Study("stability", "stability.exponent:stability", "stability.exponent:Stability"),
     Study("cost", "work_precision.cost:cost", "work_precision.cost_table:Cost"),
     Study(
@@ -65,7 +72,12 @@ STUDIES = (
         "extremes.extremes:Extremes",
         "Largest displacement, voltage and impact speed of SCENE over a lifetime.",
         (
-            Option("lifetime", str, "1 year", "Lifetime, such as '5 years' (nondimensional scene: a number of 1/w0)."),
+            Option(
+                "lifetime",
+                str,
+                "1 year",
+                "Lifetime, such as '5 years' (nondimensional scene: a number of 1/w0).",
+            ),
             Option("seed", int, 0, "Random seed (same seed, same noise)."),
         ),
         "--lifetime '5 years'",
@@ -76,7 +88,12 @@ STUDIES = (
         "stationary_densities:Densities",
         "Stationary densities of displacement, velocity, voltage and impacts; transition rate; first passages.",
         (
-            Option("level", str, None, "A displacement or voltage, such as '2 mm', for its mean first-passage time."),
+            Option(
+                "level",
+                str,
+                None,
+                "A displacement or voltage, such as '2 mm', for its mean first-passage time.",
+            ),
             Option("spectrum", int, 0, "Number of frequencies of the voltage spectrum."),
             Option("within", str, None, "Target relative error of the power.  Default: 0.01 %."),
             Option("seed", int, 0, "Random seed of the sampled path plotted for comparison."),

@@ -72,7 +72,9 @@ class Sensitivity(TableResult):
         """A row for each key: its value and the elasticity of the power in it."""
         units = ["" if unit == "1" else unit for unit in self.units]
         value = Column("value", self.values, units=units, label="value")
-        return Table((Column("key", self.keys, label="key"), value, Column("elasticity", self.elasticities)))
+        return Table(
+            (Column("key", self.keys, label="key"), value, Column("elasticity", self.elasticities))
+        )
 
 
 @names_arguments
@@ -91,7 +93,8 @@ def sensitivity(
     Parameters
     ----------
     scene
-        a `Scene` that engine `Density` supports, or `Compiled` if it has a netlist; or the path of a scene file.
+        a `Scene` that engine `Density` supports, or `Compiled` if it has a netlist; or the path of
+        a scene file.
     within
         the relative error of the power that is aimed at, such as 0.01; None: 1e-6, of coloured noise 1e-3.  Not with a
         netlist.
@@ -118,14 +121,22 @@ def sensitivity(
     >>> result.keys[0], round(result.elasticities[result.keys.index("nondimensional.D11")].value, 3)
     ('nondimensional.restitution', 1.0)
     """
-    problem, begin = Problem.of(scene), time.perf_counter()
+    problem = Problem.of(scene)
+    begin = time.perf_counter()
     if problem.netlist is not None:
         if within is not None:
-            raise InputError("`within` must be left out with a netlist, whose ensembles are of one size")
+            raise InputError(
+                "`within` must be left out with a netlist, whose ensembles are of one size"
+            )
         return _of_circuit(problem, begin, progress, number(budget))
     target = within or (DEFAULT_WITHIN if problem.equations.coloured is None else None)
-    answer, slopes = Density(within=target, budget=budget).run_with_slopes(served(Density, problem), progress)
-    by_key = {key: (value_of(problem.scene, key), slopes.with_error(key)) for key in quantities(problem.scene)}
+    answer, slopes = Density(within=target, budget=budget).run_with_slopes(
+        served(Density, problem), progress
+    )
+    by_key = {
+        key: (value_of(problem.scene, key), slopes.with_error(key))
+        for key in quantities(problem.scene)
+    }
     return _result(problem, Density.NAME, answer.mean_power, by_key, begin)
 
 
@@ -137,7 +148,11 @@ def _of_circuit(
 
     served(Compiled, problem)
     power, by_key, left, more_seconds = elasticities(problem, progress or (lambda _: None), budget)
-    cut = warning("keys_left_out", keys=", ".join(left), budget=budget, further=more_seconds) if left else None
+    cut = (
+        warning("keys_left_out", keys=", ".join(left), budget=budget, further=more_seconds)
+        if left
+        else None
+    )
     return _result(problem, Compiled.NAME, power, by_key, begin, cut)
 
 

@@ -9,7 +9,8 @@ from harvester.errors import ConvergenceError
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.uncertainty.value import amount
 
-# Each try: parts of the step, and the capacitance from each node to ground as a part of the piezo's.
+# Each try: parts of the step, and the capacitance from each node to ground as a part of the
+# piezo's.
 TRIES = ((1.0, 0.0), (4.0, 0.0), (16.0, 0.0), *((1.0, shunt) for shunt in SHUNTS if shunt))
 Answer = TypeVar("Answer")
 
@@ -21,7 +22,8 @@ def at_smaller_steps(
 
     Also the step that was taken, and what helped if that was not the first.
 
-    Raises ConvergenceError where ngspice converges at none of them, and what ``compute`` raises otherwise.
+    Raises ConvergenceError where ngspice converges at none of them, and what ``compute`` raises
+    otherwise.
     """
 
     def in_units(step: float) -> str:
@@ -39,7 +41,9 @@ def at_smaller_steps(
                 raise ConvergenceError(f"{error}; {tried}") from None
             continue
         if shunt:
-            remark = warning("shunt_converges", share=shunt, capacitance=shunt * problem.scales.capacitance)
+            remark = warning(
+                "shunt_converges", share=shunt, capacitance=shunt * problem.scales.capacitance
+            )
         else:
             remark = note("smaller_step_converges", asked=in_units(h), taken=in_units(step))
         return answer, step, (remark,) if shunt or parts > 1.0 else ()

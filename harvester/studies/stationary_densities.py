@@ -25,7 +25,14 @@ from harvester.presentation.result import TableResult
 from harvester.presentation.table import Column, Table
 from harvester.studies.counted_path import counted_passage, longer_path, voltage_plane
 from harvester.studies.motion import Motion, motion
-from harvester.studies.motion_in_time import forgetting, hop_rate, passage_time, read_level, read_voltage, spectrum_of
+from harvester.studies.motion_in_time import (
+    forgetting,
+    hop_rate,
+    passage_time,
+    read_level,
+    read_voltage,
+    spectrum_of,
+)
 from harvester.uncertainty.value import Value
 
 POINTS = 401  # of a curve
@@ -47,8 +54,9 @@ class Densities(TableResult):
     impact_rate
         a `Value`, impacts a second; None without a stop and where impacts accumulate.
     hop_rate
-        a `Value`: hops a second from one well to the other, either way, without those that are taken back before mass
-        and load have forgotten where they came from; None without two wells that are apart.
+        a `Value`: hops a second from one well to the other, either way, without those that are
+        taken back before mass and load have forgotten where they came from; None without two wells
+        that are apart.
     level, first_passage_time
         a displacement (m) or voltage (V), and the mean time (s), a `Value`, until it is first passed on either side;
         that of a voltage is counted on a path.  None if no level was asked for.
@@ -59,16 +67,17 @@ class Densities(TableResult):
     phase_plane
         the density of displacement and velocity, shape (k, k), at every fourth of their places.
     plane_displacement, plane_voltage, voltage_plane, voltage_plane_stderr
-        the density of displacement and voltage, shape (n, n), counted on a path in bins with these centres, shape (n,),
-        and its standard error; None without a load, where the voltage is the displacement.
+        the density of displacement and voltage, shape (n, n), counted on a path in bins with these
+        centres, shape (n,), and its standard error; None without a load, where the voltage is the
+        displacement.
     impact_speed, impact_density
         speeds at the stop (m/s), and the impacts a second and a unit of speed; None without a stop.
     largest_error
-        the largest difference of a density over its peak, of the worst curve: by a coarser mesh, and of the voltage by
-        half the terms of the series of Gram and Charlier that gives it.
+        the largest difference of a density over its peak, of the worst curve: by a coarser mesh,
+        and of the voltage by half the terms of the series of Gram and Charlier that gives it.
     frequency, spectrum
-        frequencies (Hz; nondimensional scene: angular, in w0), and the one-sided density of the voltage (V^2/Hz); None
-        if none was asked for.
+        frequencies (Hz; nondimensional scene: angular, in w0), and the one-sided density of the
+        voltage (V^2/Hz); None if none was asked for.
     spectrum_error
         its relative change by a finer mesh, at the resonance.
     path
@@ -90,7 +99,14 @@ class Densities(TableResult):
 
     NOT_SHOWN = frozenset({"path", "level"})
     NOT_IN_JSON = frozenset(
-        {"path", "phase_plane", "plane_displacement", "plane_voltage", "voltage_plane", "voltage_plane_stderr"}
+        {
+            "path",
+            "phase_plane",
+            "plane_displacement",
+            "plane_voltage",
+            "voltage_plane",
+            "voltage_plane_stderr",
+        }
     )
     SHORT = ("engine", "displacement_rms", "voltage_rms", "hop_rate", "first_passage_time")
 
@@ -130,12 +146,21 @@ class Densities(TableResult):
         """Places and densities side by side."""
         units = self.unit_names
         columns = []
-        for name, unit in (("displacement", units.length), ("velocity", units.speed), ("voltage", units.voltage)):
+        for name, unit in (
+            ("displacement", units.length),
+            ("velocity", units.speed),
+            ("voltage", units.voltage),
+        ):
             density = getattr(self, f"{name}_density")
-            columns += [Column(name, getattr(self, name), unit), Column(f"{name}_density", density, _per(unit))]
+            columns += [
+                Column(name, getattr(self, name), unit),
+                Column(f"{name}_density", density, _per(unit)),
+            ]
         if self.impact_speed is not None and self.impact_density is not None:
             columns.append(Column("impact_speed", self.impact_speed, units.speed))
-            columns.append(Column("impact_density", self.impact_density, "1/m" if self.physical else ""))
+            columns.append(
+                Column("impact_density", self.impact_density, "1/m" if self.physical else "")
+            )
         return Table(tuple(columns))
 
     def plot(self, title: str | None = "") -> "figures.Plot":
@@ -160,10 +185,11 @@ def densities(
     scene
         a `Scene` that engine `Density` supports, or the path of a scene file.
     level
-        a displacement such as "2 mm" or a voltage such as "5 V", either side of 0, of which the mean time of the first
-        passage is asked for.
+        a displacement such as "2 mm" or a voltage such as "5 V", either side of 0, of which the
+        mean time of the first passage is asked for.
     spectrum
-        at how many frequencies, from a fifth of the resonance to five times it, the voltage's density is computed.
+        at how many frequencies, from a fifth of the resonance to five times it, the voltage's
+        density is computed.
     within
         the relative error of the power that is aimed at, such as 0.001; None: 1e-4.
     seed
@@ -193,7 +219,9 @@ def densities(
     volts = None if level is None else read_voltage(level, problem)
     displacement_level = None if level is None or volts is not None else read_level(level, problem)
     if not 0 <= spectrum <= MOST_FREQUENCIES:
-        raise invalid("`spectrum`", f"be a number of frequencies from 0 to {MOST_FREQUENCIES}", spectrum)
+        raise invalid(
+            "`spectrum`", f"be a number of frequencies from 0 to {MOST_FREQUENCIES}", spectrum
+        )
     begin, report = time.perf_counter(), progress or (lambda _: None)
     exists, answer = Density(within=within).solve(problem, lambda done: report(SOLVED * done))
     curves = _curves(problem, answer)
@@ -201,7 +229,9 @@ def densities(
     remarks = [exists.warning, accumulation(eqs), note("density_solved")]
     path = motion(problem, seed=seed)
     long = longer_path(path, problem, seed)
-    passage = None if displacement_level is None else passage_time(problem, answer, displacement_level)
+    passage = (
+        None if displacement_level is None else passage_time(problem, answer, displacement_level)
+    )
     if volts is not None:
         forgetting_time = 1.0 / (forgetting(problem, answer) * problem.units.frequency)
         passage = counted_passage(long.time, long.voltage, volts, forgetting_time)
@@ -225,7 +255,9 @@ def densities(
 
 def _plane(path: Motion, curves: dict[str, Any]) -> dict[str, Any]:
     """The density of displacement and voltage, counted on a path, between the ends of their own densities."""
-    ends = ((float(curves[name][0]), float(curves[name][-1])) for name in ("displacement", "voltage"))
+    ends = (
+        (float(curves[name][0]), float(curves[name][-1])) for name in ("displacement", "voltage")
+    )
     names = "plane_displacement", "plane_voltage", "voltage_plane", "voltage_plane_stderr"
     return dict(zip(names, voltage_plane(path, *ends), strict=True))
 
@@ -245,23 +277,38 @@ def _means(problem: Problem, answer: Answer) -> dict[str, Any]:
 
 def _curves(problem: Problem, answer: Answer) -> dict[str, Any]:
     """The densities at their places, in the scene's units, and the largest error of one over its peak."""
-    u, box = problem.units, answer.setting.box
-    speed, most = u.length * u.frequency, 5.5 * math.sqrt(abs(float(answer.means[0])))
-    x, v = np.linspace(box.low, box.high, POINTS), np.linspace(-box.speed, box.speed, POINTS)
-    volts, w = np.linspace(-most, most, POINTS), np.linspace(0.0, box.speed, POINTS)
+    u = problem.units
+    box = answer.setting.box
+    speed = u.length * u.frequency
+    most = 5.5 * math.sqrt(abs(float(answer.means[0])))
+    x = np.linspace(box.low, box.high, POINTS)
+    v = np.linspace(-box.speed, box.speed, POINTS)
+    volts = np.linspace(-most, most, POINTS)
+    w = np.linspace(0.0, box.speed, POINTS)
     stopped, loaded = problem.equations.restitution is not None, problem.equations.mu is not None
     modes = answer.solution.form.modes
     both = []
     for solved in (answer.solution, answer.coarser):
         marginals = Marginals(solved.form, solved.p)
-        both.append([marginals.displacement(x), marginals.velocity(v), *([marginals.impacts(w)] if stopped else [])])
+        both.append(
+            [
+                marginals.displacement(x),
+                marginals.velocity(v),
+                *([marginals.impacts(w)] if stopped else []),
+            ]
+        )
     ours, coarse = both
-    cheaper = min((answer.coarser, answer.solution), key=lambda solved: solved.form.mesh.memory(1)).form.mesh
+    cheaper = min(
+        (answer.coarser, answer.solution), key=lambda solved: solved.form.mesh.memory(1)
+    ).form.mesh
     finer = solution(problem.equations, answer.setting, cheaper, max(modes, MODES) if loaded else 1)
     voltage = Marginals(finer.form, finer.p)
     of_volts = voltage.voltage(volts)
     half = voltage.voltage(volts, max(finer.form.modes // 2, 1))
-    errors = [float(np.abs(a - b).max() / a.max()) for a, b in zip([*ours, of_volts], [*coarse, half], strict=True)]
+    errors = [
+        float(np.abs(a - b).max() / a.max())
+        for a, b in zip([*ours, of_volts], [*coarse, half], strict=True)
+    ]
     plane = Marginals(answer.solution.form, answer.solution.p).phase_plane(x[::4], v[::4])
     return {
         "displacement": x * u.length,

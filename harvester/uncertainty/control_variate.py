@@ -2,9 +2,10 @@
 
     E[high] = E[high - a low] + a E[low]
 
-The first mean comes from a few pairs that share their noise, the second from a long run of the cheap model
-alone.  With a fixed weight a the sum has no bias, whatever the cheap model is worth; what it is worth decides the
-variance.  (Peherstorfer, Willcox and Gunzburger, SIAM J. Sci. Comput. 38, A3163, 2016.)
+The first mean comes from a few pairs that share their noise, the second from a long run of the
+cheap model alone.  With a fixed weight a the sum has no bias, whatever the cheap model is worth;
+what it is worth decides the variance.  (Peherstorfer, Willcox and Gunzburger, SIAM J. Sci. Comput.
+38, A3163, 2016.)
 """
 
 import math
@@ -16,15 +17,18 @@ from harvester.arrays import Floats
 from harvester.uncertainty.controls import cross_fitted
 from harvester.uncertainty.value import Value, mean_and_error
 
-WORTH = 2.0  # times less variance must remain, for entries to weigh what weights from elsewhere explain
-LUCK = 2.0  # runs go on until their spread is small enough: where they end, it is smaller than it should be
+# times less variance must remain, for entries to weigh what weights from elsewhere explain
+WORTH = 2.0
+# runs go on until their spread is small enough: where they end, it is smaller than it should be
+LUCK = 2.0
 
 
 @dataclass(frozen=True)
 class Controlled:
     """The estimate, and what decides how the effort is best split.
 
-    ``residual`` is the variance of one pair's high - a low, ``weight`` the mean a, ``correlation`` that of the pairs.
+    ``residual`` is the variance of one pair's high - a low, ``weight`` the mean a, ``correlation``
+    that of the pairs.
     """
 
     value: Value
@@ -41,7 +45,9 @@ class Controlled:
         return 1.0 / (math.sqrt(unexplained) + math.sqrt((1.0 - unexplained) * cost_ratio)) ** 2
 
 
-def controlled(high: Floats, low: Floats, mean: Value, controls: Floats | None = None, together: int = 1) -> Controlled:
+def controlled(
+    high: Floats, low: Floats, mean: Value, controls: Floats | None = None, together: int = 1
+) -> Controlled:
     """The estimate of E[high] from pairs, shape (n,) each, n >= 8, and an independent ``mean`` of low.
 
     Each half of the pairs takes the weight that the other half asks for (least squares), so that it is independent of
@@ -49,9 +55,12 @@ def controlled(high: Floats, low: Floats, mean: Value, controls: Floats | None =
     consecutive entries are of one trajectory (`harvester.uncertainty.controls`).
     """
     off = (low - mean.value)[:, None]
-    rest, weights = cross_fitted(high, off if controls is None else np.hstack([off, controls]), together)
+    rest, weights = cross_fitted(
+        high, off if controls is None else np.hstack([off, controls]), together
+    )
     rest = rest.reshape(-1, together).mean(axis=1)
-    residual, weight = float(rest.var(ddof=1)), float(weights[:, 0].mean())
+    residual = float(rest.var(ddof=1))
+    weight = float(weights[:, 0].mean())
     errors = np.array([math.sqrt(residual / len(rest)), abs(weight) * (mean.stderr or 0.0)])
     value = Value(
         float(rest.mean()),
@@ -75,7 +84,9 @@ def differing(high: Floats, low: Floats, mean: Value, missing: float) -> Control
     dof = _degrees_of_freedom(errors, (len(high) - 1.0, mean.dof or 1e6))
     bias = None if mean.bias is None else mean.bias + missing * abs(mean.value)
     value = Value(mean.value + off, float(math.hypot(*errors)), bias, dof=dof)
-    return Controlled(value, float((high - low).var(ddof=1)), 1.0, float(np.corrcoef(high, low)[0, 1]))
+    return Controlled(
+        value, float((high - low).var(ddof=1)), 1.0, float(np.corrcoef(high, low)[0, 1])
+    )
 
 
 def explained_and_controlled(
@@ -97,7 +108,9 @@ def explained_and_controlled(
     return Controlled(value, whole.residual * more, whole.weight, fitted.correlation)
 
 
-def split(variance: float, residual: float, pair_cost: float, spread: float, time_cost: float) -> tuple[float, float]:
+def split(
+    variance: float, residual: float, pair_cost: float, spread: float, time_cost: float
+) -> tuple[float, float]:
     """(pairs n, time T of the cheap model) with residual/n + spread/T = ``variance`` at the least cost.
 
     n = sqrt(residual/pair_cost) q, T = sqrt(spread/time_cost) q,

@@ -2,8 +2,9 @@
 
     mean of y - a.X,   with a from the entries of the other half, by least squares
 
-Half of the entries takes the coefficients that the other half asks for, so that they are independent of what they
-weigh: whatever X is worth, there is no bias; what it is worth decides the variance.
+Half of the entries takes the coefficients that the other half asks for, so that they are
+independent of what they weigh: whatever X is worth, there is no bias; what it is worth decides the
+variance.
 """
 
 import math
@@ -13,11 +14,15 @@ import numpy as np
 from harvester.arrays import Floats
 from harvester.uncertainty.value import mean_and_error
 
-ENTRIES_A_COLUMN = 4  # that a half has at least: from fewer a fit is worth little, and its stated error less
-SMALLEST = 1e-12  # eigenvalues of the columns' covariance, over the largest: below it they say nothing of their own
+# that a half has at least: from fewer a fit is worth little, and its stated error less
+ENTRIES_A_COLUMN = 4
+# eigenvalues of the columns' covariance, over the largest: below it they say nothing of their own
+SMALLEST = 1e-12
 
 
-def controlled_mean(values: Floats, controls: Floats | None, together: int = 1) -> tuple[float, float]:
+def controlled_mean(
+    values: Floats, controls: Floats | None, together: int = 1
+) -> tuple[float, float]:
     """Mean of ``values``, shape (n,), and its standard error, with the rest as of `controlled_entries`."""
     return mean_and_error(controlled_entries(values, controls, together))
 
@@ -39,9 +44,9 @@ def controlled_entries(values: Floats, controls: Floats | None, together: int = 
 def cross_fitted(values: Floats, controls: Floats, together: int = 1) -> tuple[Floats, Floats]:
     """``values`` less their weighted ``controls``, and the weights of both halves, shape (2, columns).
 
-    The first columns are fitted where the entries do not suffice for all of them; the others have a weight of 0. The
-    spread is that which the mean's error asks for: each half's mean has a part in the other's weights, so that degrees
-    of freedom fall by the number of columns.
+    The first columns are fitted where the entries do not suffice for all of them; the others have a
+    weight of 0. The spread is that which the mean's error asks for: each half's mean has a part in
+    the other's weights, so that degrees of freedom fall by the number of columns.
     """
     # Pairs of neighbours, because trajectories may begin in two places in turn.
     halves = np.arange(len(values)) // (2 * together) % 2
@@ -61,7 +66,9 @@ def cross_fitted(values: Floats, controls: Floats, together: int = 1) -> tuple[F
 def least_squares(values: Floats, columns: Floats) -> Floats:
     """The weights of columns, shape (n, columns), that leave the least of the variance of ``values``."""
     off = columns - columns.mean(axis=0)
-    return np.asarray(np.linalg.lstsq(off.T @ off, off.T @ (values - values.mean()), rcond=SMALLEST)[0])
+    return np.asarray(
+        np.linalg.lstsq(off.T @ off, off.T @ (values - values.mean()), rcond=SMALLEST)[0]
+    )
 
 
 def scaled_least_squares(values: Floats, columns: Floats) -> Floats:

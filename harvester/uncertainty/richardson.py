@@ -2,17 +2,18 @@
 
     E_h = E_0 + c h^p   =>   E_h - E_0 = (E_2h - E_h)/(2^p - 1)
 
-with the order p = 2, or a lower one beside a stop (`harvester.equations.impact_order`).  There both parts may be large
-and of opposite sign, so that a third step tells them apart:
+with the order p = 2, or a lower one beside a stop (`harvester.equations.impact_order`).  There both
+parts may be large and of opposite sign, so that a third step tells them apart:
 
     E_h = E_0 + c h^2 + d h^p,   u = 3 c h^2,   w = (2^p - 1) d h^p
     E_2h - E_h = u + w,   E_4h - E_2h = 4 u + 2^p w
 
-`step_bias` and `extrapolated` take the values at the steps h, 2 h and perhaps 4 h, each with one entry a trajectory,
-shape (n,), entry by entry on the same noise: where the paths of the steps stay together, differences have a smaller
-error than the means; ``controls`` are those of all steps side by side and ``together`` is as of `controlled_entries`.
-Where the paths part, the moments of each step are better controlled by themselves: few entries bear few columns.
-`limit` takes single numbers without noise.
+`step_bias` and `extrapolated` take the values at the steps h, 2 h and perhaps 4 h, each with one
+entry a trajectory, shape (n,), entry by entry on the same noise: where the paths of the steps stay
+together, differences have a smaller error than the means; ``controls`` are those of all steps side
+by side and ``together`` is as of `controlled_entries`. Where the paths part, the moments of each
+step are better controlled by themselves: few entries bear few columns. `limit` takes single numbers
+without noise.
 """
 
 import math
@@ -24,7 +25,8 @@ from harvester.arrays import Floats
 from harvester.uncertainty.controls import controlled_entries
 from harvester.uncertainty.value import mean_and_error
 
-SLOWEST, FASTEST = 2.5, 8.0  # times that a halved step makes changes smaller, where the order is taken to hold
+# times that a halved step makes changes smaller, where the order is taken to hold
+SLOWEST, FASTEST = 2.5, 8.0
 
 
 def step_bias(
@@ -50,19 +52,25 @@ def extrapolated(
     return _combined(np.eye(len(values))[0] - weights, values, controls, together)
 
 
-def _combined(weights: Floats, values: Sequence[Floats], controls: Floats | None, together: int) -> Floats:
+def _combined(
+    weights: Floats, values: Sequence[Floats], controls: Floats | None, together: int
+) -> Floats:
     """Entries of the sum of weighted moments at all steps, by the better of two ways to use their controls."""
     whole = controlled_entries(weights @ np.array(values), controls, together)
     if controls is None:
         return whole
     by_step = np.hsplit(controls, len(values))
-    each = weights @ np.array([controlled_entries(*pair, together) for pair in zip(values, by_step, strict=True)])
+    each = weights @ np.array(
+        [controlled_entries(*pair, together) for pair in zip(values, by_step, strict=True)]
+    )
     return whole if whole.std() < each.std() else each
 
 
 def _bias_weights(steps: int, order: float) -> Floats:
     """Weights of the values at all steps: of the bias at h of the order p, and from three steps of second order."""
-    first, second, power = np.eye(steps)[1] - np.eye(steps)[0], np.eye(steps)[-1] - np.eye(steps)[1], 2.0**order
+    first = np.eye(steps)[1] - np.eye(steps)[0]
+    second = np.eye(steps)[-1] - np.eye(steps)[1]
+    power = 2.0**order
     if steps == 2:
         return np.array([first / (power - 1.0)])
     low = (4.0 * first - second) / (4.0 - power)

@@ -6,7 +6,8 @@ from dataclasses import dataclass, field
 
 from harvester.uncertainty.value import Value
 
-FACTORS = (1.0, 4.0, 2.0, 0.5, 0.25, 0.125, 0.0625, 0.03125)  # of the present step; the first is preferred
+# of the present step; the first is preferred
+FACTORS = (1.0, 4.0, 2.0, 0.5, 0.25, 0.125, 0.0625, 0.03125)
 CHANGE = 1.5  # times cheaper that another step must be, because all begins anew there
 SAFETY = 1.05  # more than the measured spread asks for, so that the next look is the last
 GROWTH = 8.0  # times the present effort that one round may add: an early spread is not yet trusted
@@ -32,14 +33,22 @@ class Target:
     def shortfall(self, value: Value) -> dict[str, float | None]:
         """The numbers of a budget that ended before the target was reached.
 
-        ``error`` is the relative error that there is, None if the mean is not known from zero; sampling alone would
-        take ``more`` seconds to the target at this step, at least, which is ``enough`` in all.
+        ``error`` is the relative error that there is, None if the mean is not known from zero;
+        sampling alone would take ``more`` seconds to the target at this step, at least, which is
+        ``enough`` in all.
         """
-        size, spent = abs(value.value), time.perf_counter() - self.begin
+        size = abs(value.value)
+        spent = time.perf_counter() - self.begin
         excess = (value.sampling95 / (self.within * size)) ** 2 - 1.0 if size > 0.0 else 0.0
         more = spent * max(excess, 0.0)
         error = value.known_error95 / size if size > 0.0 else None
-        return {"within": self.within, "budget": self.budget, "error": error, "more": more, "enough": spent + more}
+        return {
+            "within": self.within,
+            "budget": self.budget,
+            "error": error,
+            "more": more,
+            "enough": spent + more,
+        }
 
     def variance(self, value: Value) -> float:
         """The variance of sampling that meets the target beside the bias; 0 if the bias alone is too large."""
@@ -50,8 +59,8 @@ class Target:
 def best_factor(within: float, bias: float, bias_error: float, order: float = 2.0) -> float:
     """The factor to change the step h by: 1, or one at which the target costs at least `CHANGE` times less.
 
-    Time averages over T have a variance S/T, and T costs T/h: to reach |b| + 1.96 sqrt(S/T) = ``within`` with the bias
-    b h^p of the ``order`` p costs
+    Time averages over T have a variance S/T, and T costs T/h: to reach |b| + 1.96 sqrt(S/T) =
+    ``within`` with the bias b h^p of the ``order`` p costs
 
         S (1.96/(within - |b| f^p h^p))^2 / (f h).
 

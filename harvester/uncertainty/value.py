@@ -15,7 +15,8 @@ from harvester.arrays import Floats
 from harvester.errors import InputError, SimulationError, names_arguments
 from harvester.quantities.units import SYMBOLS
 
-NORMAL_QUANTILE = 1.96  # half-width of a 95 % interval in standard errors, of many degrees of freedom
+# half-width of a 95 % interval in standard errors, of many degrees of freedom
+NORMAL_QUANTILE = 1.96
 ROUNDED = 6  # digits of a value whose only error is rounding
 YEAR = 365.25 * 86400.0  # s
 
@@ -32,8 +33,9 @@ class Value:
     stderr
         the standard sampling error; None: the engine samples nothing.
     bias
-        the estimated error of the finite step; of a closed form that of rounding; 0 beside a model's of 0 if the
-        errors of what a number was computed from change nothing of it, as of a count.
+        the estimated error of the finite step; of a closed form that of rounding; 0 beside a
+        model's of 0 if the errors of what a number was computed from change nothing of it, as of a
+        count.
     model
         the estimated model error itself, 0 for a closed form.  None: no such error, or not known; the reason of
         the answer names which.
@@ -73,7 +75,10 @@ class Value:
     unit: str = ""
 
     def __post_init__(self) -> None:
-        if not all(math.isfinite(v) for v in (self.value, self.stderr or 0.0, self.bias or 0.0, self.model or 0.0)):
+        if not all(
+            math.isfinite(v)
+            for v in (self.value, self.stderr or 0.0, self.bias or 0.0, self.model or 0.0)
+        ):
             raise SimulationError(
                 "the result is not finite: the response grows without bound, or numbers left their range"
             )
@@ -106,13 +111,18 @@ class Value:
 
     def scaled(self, factor: float, unit: str = "") -> "Value":
         """The value and its errors multiplied by a factor, as for another ``unit``."""
-        stderr, bias, model = (_times(error, factor) for error in (self.stderr, self.bias, self.model))
+        stderr, bias, model = (
+            _times(error, factor) for error in (self.stderr, self.bias, self.model)
+        )
         return Value(self.value * factor, stderr, bias, model, self.dof, self.unknown, unit)
 
     def root(self) -> "Value":
         """The square root of a mean square, with its errors to first order."""
-        size, parts = math.sqrt(max(self.value, 0.0)), (self.stderr, self.bias, self.model)
-        stderr, bias, model = (None if e is None else e / (2.0 * size) if size > 0.0 else 0.0 for e in parts)
+        size = math.sqrt(max(self.value, 0.0))
+        parts = (self.stderr, self.bias, self.model)
+        stderr, bias, model = (
+            None if e is None else e / (2.0 * size) if size > 0.0 else 0.0 for e in parts
+        )
         return Value(size, stderr, bias, model, self.dof, self.unknown)
 
     def with_unknown(self, unknown: str) -> "Value":
@@ -172,14 +182,17 @@ class Value:
         digits = 4
         if self.known_error95 > 0.0 and self.value != 0.0:
             digits = max(2, 2 + math.ceil(math.log10(abs(self.value) / self.known_error95)))
-        most = ROUNDED if self.stderr is None and self.model == 0.0 else 9  # no device is known to more digits
+        # no device is known to more digits
+        most = ROUNDED if self.stderr is None and self.model == 0.0 else 9
         text = written(self.value, min(digits, most))
         if self.unknown:
             return f"{text}{behind} ({self._known_parts(written)})"
         if self.stderr is not None:
             text += f" +- {written(self.sampling95)} (95 %, sampling)"
         if self.stderr is None and self.model == 0.0:
-            return f"{text}{behind} ({'no error changes it' if self.bias == 0.0 else 'closed form'})"
+            return (
+                f"{text}{behind} ({'no error changes it' if self.bias == 0.0 else 'closed form'})"
+            )
         if self.bias is not None:
             text += f" +- {written(self.bias)} (step)"
         if self.model:
@@ -192,20 +205,28 @@ class Value:
             return lambda number, digits=2: clock(float(f"{number:.{digits}g}")), ""
         prefixed = unit and "^" not in unit and not unit[0].isdigit()
         scale, prefix = _engineering(self.value) if prefixed else (1.0, "")
-        return lambda number, digits=2: two_digits(number / scale, digits), f" {prefix}{unit}".rstrip()
+        return lambda number, digits=2: two_digits(
+            number / scale, digits
+        ), f" {prefix}{unit}".rstrip()
 
     def __repr__(self) -> str:
         return self.format()
 
     def text(self, unit: str) -> str:
         """The name of `format` before version 0.2."""
-        warnings.warn("Value.text is Value.format from version 0.3 on", DeprecationWarning, stacklevel=2)
+        warnings.warn(
+            "Value.text is Value.format from version 0.3 on", DeprecationWarning, stacklevel=2
+        )
         return self.format(unit)
 
     @property
     def whole_error95(self) -> float | None:
         """The name of `error95` before version 0.2."""
-        warnings.warn("Value.whole_error95 is Value.error95 from version 0.3 on", DeprecationWarning, stacklevel=2)
+        warnings.warn(
+            "Value.whole_error95 is Value.error95 from version 0.3 on",
+            DeprecationWarning,
+            stacklevel=2,
+        )
         return self.error95
 
     def _known_parts(self, written: Callable[[float], str]) -> str:
@@ -219,13 +240,16 @@ class Value:
             )
             if error
         ]
-        return "; ".join([", ".join(parts)] * bool(parts) + [f"the error of {self.unknown} is not known"])
+        return "; ".join(
+            [", ".join(parts)] * bool(parts) + [f"the error of {self.unknown} is not known"]
+        )
 
 
 def amount(number: float, unit: str) -> str:
     """A number without an error with its unit: four digits, and a prefix where the unit takes one; "1" is no unit."""
     if unit == "kg":
-        number, unit = 1e3 * number, "g"
+        number = 1e3 * number
+        unit = "g"
     return Value(number).format("" if unit == "1" else unit)
 
 

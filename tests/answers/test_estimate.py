@@ -44,8 +44,14 @@ def test_a_nondimensional_scene_says_what_its_times_are():
 def test_answers_print_themselves_in_python():
     answer = hv.Averaged().run("examples/plate_with_stop.toml")
     power = answer.mean_power.format("W")
-    assert repr(answer).startswith(f"Estimate(engine='averaged', mean_power={power}, ") and "\n" not in repr(answer)
-    assert str(answer).splitlines()[1].split()[:3] == ["mean", "power", f"{1e6 * answer.mean_power.value:.4g}"]
+    assert repr(answer).startswith(
+        f"Estimate(engine='averaged', mean_power={power}, "
+    ) and "\n" not in repr(answer)
+    assert str(answer).splitlines()[1].split()[:3] == [
+        "mean",
+        "power",
+        f"{1e6 * answer.mean_power.value:.4g}",
+    ]
     assert repr(answer.mean_square_voltage) == answer.mean_square_voltage.format("")
     assert str(hv.Value(-0.08, stderr=1e-3).format("1/s")).endswith(" 1/s")  # and no milli of it
 

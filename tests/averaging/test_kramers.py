@@ -7,8 +7,12 @@ import pytest
 from harvester.averaging.kramers import hopping_rates, taken_up
 from harvester.equations.coefficients import Equations
 
-WELLS = Equations(linear=-1.0, alpha=1.0, c1=-1e-5, n1=0.02e-5)  # U = 1/4, w = sqrt(2), wb = 1; S = 4/3 by hand
-U, W, WB, S = 0.25, math.sqrt(2.0), 1.0, 4.0 / 3.0
+# U = 1/4, w = sqrt(2), wb = 1; S = 4/3 by hand
+WELLS = Equations(linear=-1.0, alpha=1.0, c1=-1e-5, n1=0.02e-5)
+U = 0.25
+W = math.sqrt(2.0)
+WB = 1.0
+S = 4.0 / 3.0
 
 
 def of_damping(g, theta=0.02):
@@ -40,7 +44,15 @@ def test_what_a_turn_takes(d, value):
 
 
 @pytest.mark.parametrize(
-    "other", [{"linear": None}, {"n1": None}, {"c2": -0.1}, {"beta": 0.1}, {"beta": 0.2, "mu": 1.0}, {"c1": 0.1}]
+    "other",
+    [
+        {"linear": None},
+        {"n1": None},
+        {"c2": -0.1},
+        {"beta": 0.1},
+        {"beta": 0.2, "mu": 1.0},
+        {"c1": 0.1},
+    ],
 )
 def test_where_the_formula_is_not_known(other):
     """One well, no white noise, friction that changes with x, an open circuit, strong coupling, damping that feeds."""

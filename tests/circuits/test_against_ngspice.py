@@ -18,7 +18,10 @@ from tests.support.netlists import BRIDGE, STORE, compiled, on_plate
 CIRCUITS = {
     "bridge of BAT54": (BRIDGE.format("BAT54") + STORE, 5e-4),
     "doubler of 1N5817": ("D1 n p 1N5817\nD2 p a 1N5817\nCsmooth a n 1u\nRload a n 6Meg", 5e-4),
-    "zener clamp": (".model zener D(Is=1n Bv=1.2 Ibv=1u)\n" + BRIDGE.format("1N4148") + STORE + "Dz b a zener", 5e-4),
+    "zener clamp": (
+        ".model zener D(Is=1n Bv=1.2 Ibv=1u)\n" + BRIDGE.format("1N4148") + STORE + "Dz b a zener",
+        5e-4,
+    ),
     "switch with hysteresis": (
         ".model relay SW(Ron=1k Roff=1G Vt=1.5 Vh=0.3)\n"
         + BRIDGE.format("BAT54")
@@ -54,7 +57,9 @@ def _powers(scene, steps, h):
     """The mean power of Rload (W), and V: of ngspice and of the compiled circuit, on the same noise."""
     problem = Problem.of(scene)
     noise = three_point_grid(np.random.SeedSequence(3), steps)
-    device = CoupledDevice(problem.equations, problem.scales, problem.circuit, h, 1, patience=1e9, reltol=1e-6)
+    device = CoupledDevice(
+        problem.equations, problem.scales, problem.circuit, h, 1, patience=1e9, reltol=1e-6
+    )
     drive = run_in_this_process(device, new_drive(device, noise, 0.0))
     circuit = compiled(scene)
     path = circuit.trace(problem.equations, noise, h, 1)
@@ -69,14 +74,18 @@ def _powers(scene, steps, h):
     [
         pytest.param(
             name,
-            marks=[] if name in KEPT else pytest.mark.thorough("test_the_power_is_that_of_ngspice_on_the_same_noise"),
+            marks=[]
+            if name in KEPT
+            else pytest.mark.thorough("test_the_power_is_that_of_ngspice_on_the_same_noise"),
         )
         for name in CIRCUITS
     ],
 )
 def test_the_power_is_that_of_ngspice_on_the_same_noise(tmp_path, name):
     body, tolerance = CIRCUITS[name]
-    (powers, correlation, failed) = next(map_in_workers(_powers, [(on_plate(tmp_path, body), 2400, 0.05)]))
+    (powers, correlation, failed) = next(
+        map_in_workers(_powers, [(on_plate(tmp_path, body), 2400, 0.05)])
+    )
     assert powers[1] == pytest.approx(powers[0], rel=tolerance)
     assert correlation > (
         0.9999 if "MOSFET" not in name else 0.9995
@@ -90,9 +99,11 @@ def test_halving_the_step_divides_the_error_by_four(tmp_path):
     scene = hv.loads(hv.load("examples/plate_harmonic.toml").to_toml()).with_load(
         netlist="bridge", parameters={"R": 1e6, "C": 1e-7}
     )
-    problem, circuit = Problem.of(scene), compiled(scene)
+    problem = Problem.of(scene)
+    circuit = compiled(scene)
     squares = [
-        circuit.trace(problem.equations, np.zeros(400 * 2**k), 0.1 / 2**k, 400 * 2**k).square[-1] for k in range(4)
+        circuit.trace(problem.equations, np.zeros(400 * 2**k), 0.1 / 2**k, 400 * 2**k).square[-1]
+        for k in range(4)
     ]
     first, second, third = np.diff(squares)
     assert first / second == pytest.approx(4.0, rel=0.4)

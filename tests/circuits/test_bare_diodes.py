@@ -1,7 +1,8 @@
 """Bridges of diodes as their cards say it, without Rs or Cjo too: every step converges, and the power is right.
 
-The judge is an integration of its own.  With four diodes alike that lead the currents I(v), and V between the piezo's
-electrodes, u between the rails, these float so that V - u is across one pair and -V - u across the other, twice each:
+The judge is an integration of its own.  With four diodes alike that lead the currents I(v), and V
+between the piezo's electrodes, u between the rails, these float so that V - u is across one pair
+and -V - u across the other, twice each:
 
     Cp V' = theta x' - I((V - u)/2) + I(-(V + u)/2)        C u' = I((V - u)/2) + I(-(V + u)/2) - u/R
 """
@@ -26,14 +27,21 @@ from harvester.mechanics.kernels.step_size import step_from_rest, whole_steps
 from harvester.storage.measured_current import Rectifier
 from tests.support.netlists import BRIDGE, compiled, written
 
-HERTZ, GRAVITIES, CP, THETA, MASS, RATIO = 46.0, 0.2, 47e-9, 1.5e-3, 8e-3, 0.012
+HERTZ = 46.0
+GRAVITIES = 0.2
+CP = 47e-9
+THETA = 1.5e-3
+MASS = 8e-3
+RATIO = 0.012
 OHM = 2e5
 BARE = BRIDGE.format("d") + "Csmooth a b {farads}\nRload a b 200k\n.model d D{card}\n"
 OTHERS = {
     "rails with a path to the piezo": BARE + "Rleak b n 1G",
     "rails with a little capacitance to the piezo": BARE + "Cstray b n 10p",
-    "a store with a resistance": BARE.replace("Csmooth a b", "Resr a c 50m\nCsmooth c b") + "Rleak b n 10Meg",
-    "two diodes in series": "D1 p c d\nD5 c a d\nD2 n a d\nD3 b p d\nD4 b n d\n" + BARE.partition("D4 b n d\n")[2],
+    "a store with a resistance": BARE.replace("Csmooth a b", "Resr a c 50m\nCsmooth c b")
+    + "Rleak b n 10Meg",
+    "two diodes in series": "D1 p c d\nD5 c a d\nD2 n a d\nD3 b p d\nD4 b n d\n"
+    + BARE.partition("D4 b n d\n")[2],
     "a doubler": "C2 p m 1u\nD1 m a d\nD2 n m d\nCsmooth a n {farads}\nRload a n 200k\n.model d D{card}\n",
     "a zener": BARE + "Dz b a z\n.model z D(Is=1e-15 Bv=5.1)",
 }
@@ -52,14 +60,20 @@ def driven(folder, body, psd=None):
 def after_jumps(scene, circuit, volts, periods=3):
     """How many steps fail from rest, and after each jump of the store to one of ``volts``."""
     eqs = Problem.of(scene).equations
-    h, at = whole_steps(step_from_rest(eqs), eqs.shaking_period), circuit.charge_at("csmooth")
+    h = whole_steps(step_from_rest(eqs), eqs.shaking_period)
+    at = circuit.charge_at("csmooth")
     n_steps = round(eqs.shaking_period / h) * periods
-    state, start, failed = circuit.rest, (0.0, 0.0), []
+    state = circuit.rest
+    start = (0.0, 0.0)
+    failed = []
     for k, volt in enumerate([None, *volts]):
         if volt is not None:
             state[at] = volt / circuit.system.charges[at][3]
-        path = circuit.trace(eqs, np.zeros(n_steps), h, 1, start, state, forcing(eqs, h, n_steps), k > 0)
-        state, start = path.state, (float(path.samples[-1, 0]), path.speed)
+        path = circuit.trace(
+            eqs, np.zeros(n_steps), h, 1, start, state, forcing(eqs, h, n_steps), k > 0
+        )
+        state = path.state
+        start = (float(path.samples[-1, 0]), path.speed)
         failed.append(path.failed)
     return failed
 
@@ -68,14 +82,18 @@ def test_no_step_fails_with_default_diodes(tmp_path):
     scene = driven(tmp_path, BARE.format(farads="100u", card=""))
     rectifier = Rectifier(Problem.of(scene))
     assert after_jumps(scene, compiled(scene), [3.0, 0.0]) == [0, 0, 0]
-    assert after_jumps(scene, rectifier.compiled(rectifier.held), [2.0, 7.0, 0.0, 100.0, 5.0]) == 6 * [0]
+    assert after_jumps(
+        scene, rectifier.compiled(rectifier.held), [2.0, 7.0, 0.0, 100.0, 5.0]
+    ) == 6 * [0]
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("more", ["", "Cjo=14p", "Rs=1", "Rs=1u Cjo=14p"])
 def test_no_step_fails_whatever_the_diodes_are(tmp_path, more):
     """A held store is 1e16 times what leaks: before the rails' equations were summed, 50 of 100 such cards failed."""
-    for saturation, n in itertools.product(["1e-18", "1e-14", "1e-9", "1e-7", "1e-5"], [0.5, 1.0, 3.0]):
+    for saturation, n in itertools.product(
+        ["1e-18", "1e-14", "1e-9", "1e-7", "1e-5"], [0.5, 1.0, 3.0]
+    ):
         card = f"(Is={saturation} N={n} {more})"
         scene = driven(tmp_path, BARE.format(farads="100u", card=card))
         rectifier = Rectifier(Problem.of(scene))
@@ -88,12 +106,18 @@ def test_no_step_fails_whatever_the_diodes_are(tmp_path, more):
 @pytest.mark.parametrize(
     "name",
     [
-        name if k == 0 else pytest.param(name, marks=pytest.mark.thorough("test_no_step_fails_behind_other_rectifiers"))
+        name
+        if k == 0
+        else pytest.param(
+            name, marks=pytest.mark.thorough("test_no_step_fails_behind_other_rectifiers")
+        )
         for k, name in enumerate(OTHERS)
     ],
 )
 def test_no_step_fails_behind_other_rectifiers(tmp_path, name):
-    for saturation, more in itertools.product(["1e-18", "1e-14", "1e-5"], ["", "Rs=1u", "Rs=1m Cjo=14p"]):
+    for saturation, more in itertools.product(
+        ["1e-18", "1e-14", "1e-5"], ["", "Rs=1u", "Rs=1m Cjo=14p"]
+    ):
         body = OTHERS[name].format(farads="100u", card=f"(Is={saturation} {more})")
         scene = driven(tmp_path, body)
         rectifier = Rectifier(Problem.of(scene))
@@ -111,27 +135,41 @@ def test_what_rails_get_as_a_whole_has_nothing_of_the_store(tmp_path):
     expected = {"p": -2e-12, "a": 2e-12, "b": 2e-12}
     names = list(reduction.system.unknowns)
     assert dict(zip([names[k] for k in reduction.columns], summed, strict=True)) == pytest.approx(
-        {next(name for name in names if name.endswith(key)): value for key, value in expected.items()}, rel=1e-9
+        {
+            next(name for name in names if name.endswith(key)): value
+            for key, value in expected.items()
+        },
+        rel=1e-9,
     )
 
 
 def integrated(card, farads, seconds):
     """V of the store at the end, and the mean power of the load (W), from rest: by a stiff integrator."""
     saturation, n = card
-    w, law = 2.0 * math.pi * HERTZ, interpreted(diode)
+    w = 2.0 * math.pi * HERTZ
+    law = interpreted(diode)
 
     def current(v):
-        return law(v, saturation, n * THERMAL, math.inf, THERMAL, 0.0, 1.0, 0.5, 0.5, 0.0)[0] + 1e-12 * v
+        return (
+            law(v, saturation, n * THERMAL, math.inf, THERMAL, 0.0, 1.0, 0.5, 0.5, 0.0)[0]
+            + 1e-12 * v
+        )
 
     def rates(t, y):
         x, v, piezo, store, _ = y
-        forward, backward = current(0.5 * (piezo - store)), current(-0.5 * (piezo + store))
+        forward = current(0.5 * (piezo - store))
+        backward = current(-0.5 * (piezo + store))
         force = -MASS * w**2 * x - 2.0 * RATIO * MASS * w * v - THETA * piezo
         acceleration = force / MASS - GRAVITIES * 9.80665 * math.cos(w * t)
         u = forward + backward - store / OHM
         return [v, acceleration, (THETA * v - forward + backward) / CP, u / farads, store**2]
 
-    given = {"method": "LSODA", "rtol": 1e-7, "atol": [1e-11, 1e-9, 1e-7, 1e-8, 1e-9], "max_step": 1e-3}
+    given = {
+        "method": "LSODA",
+        "rtol": 1e-7,
+        "atol": [1e-11, 1e-9, 1e-7, 1e-8, 1e-9],
+        "max_step": 1e-3,
+    }
     found = solve_ivp(rates, (0.0, seconds), 5 * [0.0], **given)
     return float(found.y[3, -1]), float(found.y[4, -1]) / OHM / seconds
 
@@ -139,10 +177,12 @@ def integrated(card, farads, seconds):
 @pytest.mark.slow
 @pytest.mark.parametrize("card", [(1e-14, 1.0), (0.2e-6, 1.05), (1e-18, 3.0), (1e-5, 0.5)])
 def test_store_and_power_are_those_of_an_integration_of_its_own(tmp_path, card):
-    farads, vibrations = 10e-6, 23
+    farads = 10e-6
+    vibrations = 23
     scene = driven(tmp_path, BARE.format(farads=farads, card="(Is={} N={})".format(*card)))
     problem = Problem.of(scene)
-    eqs, circuit = problem.equations, CompiledCircuit(problem.circuit, problem.scales, tolerance=3e-3)
+    eqs = problem.equations
+    circuit = CompiledCircuit(problem.circuit, problem.scales, tolerance=3e-3)
     h = whole_steps(0.5 * step_from_rest(eqs), eqs.shaking_period)
     path = circuit.trace(eqs, np.zeros(round(eqs.shaking_period / h) * vibrations), h, 1)
     seconds = vibrations / HERTZ
@@ -171,7 +211,9 @@ def test_under_noise_a_little_resistance_and_capacitance_change_next_to_nothing(
     def power(card):
         scene = driven(tmp_path, BARE.format(farads="1u", card=card), psd="1e-5 g^2/Hz")
         problem = Problem.of(scene)
-        runs = Trajectories(problem.equations, 64, np.random.SeedSequence(5), 0.1, circuit=compiled(scene))
+        runs = Trajectories(
+            problem.equations, 64, np.random.SeedSequence(5), 0.1, circuit=compiled(scene)
+        )
         load = float(runs.run(400.0).load.mean())
         assert runs.own_sums[1] == 0.0
         return load
@@ -179,14 +221,18 @@ def test_under_noise_a_little_resistance_and_capacitance_change_next_to_nothing(
     assert power("") == pytest.approx(power("(Rs=1 Cjo=2p)"), rel=5e-3)
 
 
-RELAY = BRIDGE.format("d") + "Csmooth a b 1u\nRload a b 1.5Meg\n.model d D\nB1 a b I=v(a,b) > 0.01 ? 1m : -1m\n"
+RELAY = (
+    BRIDGE.format("d")
+    + "Csmooth a b 1u\nRload a b 1.5Meg\n.model d D\nB1 a b I=v(a,b) > 0.01 ? 1m : -1m\n"
+)
 WHY = "of the circuit's steps did not converge, at netlist element b1"
 
 
 def test_steps_that_fail_are_no_answer(tmp_path):
     """The current jumps where the store comes to rest, so that there is no solution; the element is named."""
     scene = driven(tmp_path, RELAY, psd="1e-5 g^2/Hz")
-    eqs, circuit = Problem.of(scene).equations, compiled(scene)
+    eqs = Problem.of(scene).equations
+    circuit = compiled(scene)
     with pytest.raises(hv.SimulationError, match=WHY):
         circuit.trace(eqs, np.random.default_rng(0).normal(size=2000), 0.1)
     with pytest.raises(hv.SimulationError, match=WHY):

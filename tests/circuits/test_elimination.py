@@ -25,8 +25,11 @@ def test_random_matrices(seed):
     pattern = (rng.random((n, n)) < 0.3) | np.eye(n, dtype=bool)[rng.permutation(n)]
     samples = rng.normal(size=(8, n, n)) * pattern
     order = pivots(samples, pattern)
-    assert sorted(row for row, _ in order) == sorted(column for _, column in order) == list(range(n))
-    matrix, right = rng.normal(size=(n, n)) * pattern, rng.normal(size=n)
+    assert (
+        sorted(row for row, _ in order) == sorted(column for _, column in order) == list(range(n))
+    )
+    matrix = rng.normal(size=(n, n)) * pattern
+    right = rng.normal(size=n)
     found, safe = solved(matrix, right, order, pattern)
     assert safe
     assert matrix @ found == pytest.approx(right, rel=1e-6, abs=1e-6 * np.abs(right).max())
@@ -38,7 +41,9 @@ def test_a_place_that_may_be_zero_is_no_pivot():
     samples = np.array([[[1.0, 1.0], [1.0, 2.0]], [[0.0, 1.0], [1.0, 0.0]]])
     order = pivots(samples, pattern)
     assert {(0, 1), (1, 0)} == set(order)
-    found, safe = solved(np.array([[1e-12, 1.0], [1.0, 0.0]]), np.array([1.0, 2.0]), [(0, 0), (1, 1)], pattern)
+    found, safe = solved(
+        np.array([[1e-12, 1.0], [1.0, 0.0]]), np.array([1.0, 2.0]), [(0, 0), (1, 1)], pattern
+    )
     assert not safe or not np.isfinite(found).all()
     assert solved(samples[1], np.array([1.0, 2.0]), order, pattern)[0] == pytest.approx([2.0, 1.0])
 
@@ -46,7 +51,9 @@ def test_a_place_that_may_be_zero_is_no_pivot():
 @pytest.mark.slow
 def test_pivots_of_the_matrix_at_hand_take_over(monkeypatch):
     """A circuit whose lines are never called safe moves as the one whose lines always are."""
-    scene = hv.load("examples/plate_harmonic.toml").with_load(netlist="bridge", parameters={"R": 1e6, "C": 1e-7})
+    scene = hv.load("examples/plate_harmonic.toml").with_load(
+        netlist="bridge", parameters={"R": 1e6, "C": 1e-7}
+    )
     equations = Problem.of(scene).equations
 
     def square():

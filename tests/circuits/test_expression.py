@@ -18,7 +18,8 @@ def tree_of(text, language, names):
     return resolved(read(text, "here", language), "here", language, names.get, lambda name: None)
 
 
-# The rows that differ between the languages are those that ngspice 39 gives (tests/netlists/constructs has them again).
+# The rows that differ between the languages are those that ngspice 39 gives
+# (tests/netlists/constructs has them again).
 VALUES = [
     ("1/(r*c)", 0.5, 0.5),
     ("2.2k", 2200.0, 2200.0),
@@ -121,7 +122,9 @@ def of_inputs(text, **values):
     """The tree of an expression whose names x and y are inputs."""
     numbers = {name: constant(value) for name, value in values.items()}
     table = {"x": input_of(0), "y": input_of(1), **numbers}
-    return with_leaves(resolved_tables(read(text, "here", SOURCES)), lambda node: table[node.names[0]])
+    return with_leaves(
+        resolved_tables(read(text, "here", SOURCES)), lambda node: table[node.names[0]]
+    )
 
 
 def resolved_tables(tree):
@@ -135,13 +138,16 @@ def test_generated_derivatives_are_those_of_differences(text):
     tree = of_inputs(text)
     writer = Writer(["x", "y"])
     value, slopes = writer.write(tree)
-    lines = "\n    ".join([*writer.lines, f"return {value}, {slopes.get(0, '0.0')}, {slopes.get(1, '0.0')}"])
+    lines = "\n    ".join(
+        [*writer.lines, f"return {value}, {slopes.get(0, '0.0')}, {slopes.get(1, '0.0')}"]
+    )
     scope = {"math": math, "fudged": fudged, "power_slope": power_slope, "ALMOST": ALMOST}
     scope |= {"table_at": table_at, "table_slope": table_slope}
     exec(f"def f(x, y, p):\n    {lines}", scope)
     rng = np.random.default_rng(1)
     for x, y in rng.uniform(-1.5, 1.5, (40, 2)):
-        p, step = np.array(writer.constants), 1e-7
+        p = np.array(writer.constants)
+        step = 1e-7
         _, by_x, by_y = scope["f"](x, y, p)
         across = scope["f"](x + step, y, p)[0] - scope["f"](x - step, y, p)[0]
         along = scope["f"](x, y + step, p)[0] - scope["f"](x, y - step, p)[0]

@@ -14,11 +14,20 @@ VOLTAGES = [-31.0, -30.2, -29.0, -5.0, -0.2, -0.05, 0.1, 0.3, 0.5]
 @pytest.mark.ngspice
 def test_the_current_of_a_diode_is_that_of_ngspice(tmp_path):
     sources = [f"V{k} a{k} 0 {v}\nD{k} a{k} 0 d" for k, v in enumerate(VOLTAGES)]
-    deck = ["* diodes", *sources, ".model d D(Is=0.1u N=1.2 Cjo=12p M=0.3 Bv=30 Ibv=20u)", ".options reltol=1e-6"]
+    deck = [
+        "* diodes",
+        *sources,
+        ".model d D(Is=0.1u N=1.2 Cjo=12p M=0.3 Bv=30 Ibv=20u)",
+        ".options reltol=1e-6",
+    ]
     prints = [f"print i(V{k})" for k in range(len(VOLTAGES))]
     path = tmp_path / "deck.cir"
-    path.write_text("\n".join([*deck, ".control", "set numdgt=12", "op", *prints, ".endc", ".end"]) + "\n")
-    out = subprocess.run(["ngspice", "-b", str(path)], capture_output=True, text=True, check=False).stdout
+    path.write_text(
+        "\n".join([*deck, ".control", "set numdgt=12", "op", *prints, ".endc", ".end"]) + "\n"
+    )
+    out = subprocess.run(
+        ["ngspice", "-b", str(path)], capture_output=True, text=True, check=False
+    ).stdout
     currents = [-float(value) for value in re.findall(r"i\(v\d+\) = (\S+)", out, re.IGNORECASE)]
     n = 1.2 * THERMAL
     b = breakdown_voltage(0.1e-6, n, 30.0, 20e-6)

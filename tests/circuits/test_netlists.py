@@ -15,26 +15,53 @@ from tests.support.netlists import BRIDGE, STORE, compiled, on_plate
 GOOD = BRIDGE.format("BAT54") + STORE
 
 BAD = {
-    "no path": (GOOD + "Rx y z 1k\nRy z y 2k", "element rx must have a path to the piezo, but its node 'y' has none"),
-    "sources in a loop": (GOOD + "V1 a m 1\nE1 m b a b 2\nB1 a b V=3", "element b1 must not close a loop of sources"),
-    "across the piezo": (GOOD + "V1 p m 1\nV2 m n 2", "element v2 must not set the piezo's voltage"),
-    "current source": (GOOD + "I1 q 0 1u", "element i1 must have a path to the piezo, but its node 'q' has none"),
-    "no load": (GOOD.replace("1.5Meg", "{1-1}"), "board.cir line 8 must be above 0, for rload, but is 0.0"),
+    "no path": (
+        GOOD + "Rx y z 1k\nRy z y 2k",
+        "element rx must have a path to the piezo, but its node 'y' has none",
+    ),
+    "sources in a loop": (
+        GOOD + "V1 a m 1\nE1 m b a b 2\nB1 a b V=3",
+        "element b1 must not close a loop of sources",
+    ),
+    "across the piezo": (
+        GOOD + "V1 p m 1\nV2 m n 2",
+        "element v2 must not set the piezo's voltage",
+    ),
+    "current source": (
+        GOOD + "I1 q 0 1u",
+        "element i1 must have a path to the piezo, but its node 'q' has none",
+    ),
+    "no load": (
+        GOOD.replace("1.5Meg", "{1-1}"),
+        "board.cir line 8 must be above 0, for rload, but is 0.0",
+    ),
     "too large": (
         GOOD + "\n".join(f"R{k} x{k} x{k + 1} 1k" for k in range(200)) + "\nRend x0 p 1k",
         "is the first beyond 150 nodes",
     ),
-    "unknown function": (GOOD + "B1 a b I=bessel(v(a))", "unknown function of netlist board.cir line 9 'bessel'"),
+    "unknown function": (
+        GOOD + "B1 a b I=bessel(v(a))",
+        "unknown function of netlist board.cir line 9 'bessel'",
+    ),
     "time": (GOOD + "B1 a b I=1u*sin(time)", "element b1 depends on the time"),
-    "changing source": (GOOD + "V1 c b SIN(0 1 50)\nR1 c a 1Meg", "element v1 is a source that changes with time"),
+    "changing source": (
+        GOOD + "V1 c b SIN(0 1 50)\nR1 c a 1Meg",
+        "element v1 is a source that changes with time",
+    ),
     "transmission line": (GOOD + "T1 p n a b Z0=50 Td=1n", "element t1 is an element of a kind"),
-    "no model": (GOOD + "D9 p a nothing", "board.cir line 9 must name a model of the netlist, but 'nothing' is none"),
+    "no model": (
+        GOOD + "D9 p a nothing",
+        "board.cir line 9 must name a model of the netlist, but 'nothing' is none",
+    ),
     "level": (
         GOOD + "M1 p a b b x\n.model x NMOS(Level=3 Vto=1)",
         "element m1 has a model of another level than 1, or of another tnom than 27",
     ),
     "vertical": (GOOD + "M1 p a b BSS138", "element m1 has a model of the type vdmos"),
-    "named twice": (GOOD + "D1 p a BAT54", "must have a name that no other element has, but is 'd1'"),
+    "named twice": (
+        GOOD + "D1 p a BAT54",
+        "must have a name that no other element has, but is 'd1'",
+    ),
     "two models": (
         GOOD + ".model z D(Is=1n)\n.model Z D(Is=1p)",
         "must have a name that no other model has, but is 'z'",
@@ -54,7 +81,9 @@ def test_a_bad_netlist_gets_one_line_that_names_the_element(tmp_path, name):
 
 @pytest.mark.parametrize("name", list(BAD)[:5])
 @pytest.mark.parametrize("engine", [hv.Spice, hv.Compiled, hv.Ideal, hv.Slow])
-def test_a_netlist_without_a_solution_is_refused_by_every_engine_in_the_same_line(tmp_path, name, engine):
+def test_a_netlist_without_a_solution_is_refused_by_every_engine_in_the_same_line(
+    tmp_path, name, engine
+):
     """Before ngspice starts, which would name a node, or hold the piezo at the source's voltage."""
     body, complaint = BAD[name]
     with pytest.raises(hv.InputError, match=rf"^netlist {complaint}"):
@@ -88,7 +117,11 @@ def test_values_change_no_source_so_that_they_compile_nothing(tmp_path):
         made = compiled(on_plate(tmp_path, GOOD.replace("BAT54", "own") + more))
         return made.solver.text
 
-    assert source("Is=1n N=1.5 Bv=5", 0.3) == source("Is=30u Rs=0 Cjo=1p Tt=3n", 2) == source("Is=2u N=1", 0.1)
+    assert (
+        source("Is=1n N=1.5 Bv=5", 0.3)
+        == source("Is=30u Rs=0 Cjo=1p Tt=3n", 2)
+        == source("Is=2u N=1", 0.1)
+    )
 
 
 def test_doctor_says_which_elements_of_a_netlist_are_served(tmp_path, harvester):
@@ -103,7 +136,9 @@ def test_doctor_says_which_elements_of_a_netlist_are_served(tmp_path, harvester)
 
 def test_threads_that_ask_at_once_for_a_step_get_one_record(tmp_path):
     """It has addresses of its arrays: of two records one would be freed while a kernel still reads it."""
-    circuit, count, interval = compiled(on_plate(tmp_path, GOOD)), 8, sys.getswitchinterval()
+    circuit = compiled(on_plate(tmp_path, GOOD))
+    count = 8
+    interval = sys.getswitchinterval()
     sys.setswitchinterval(1e-6)
     try:
         for k in range(5):

@@ -56,6 +56,8 @@ def test_a_circuit_that_gives_power_ends_a_long_run_early(tmp_path):
     """Trajectories are looked at between pieces, where ^C is heard, too: to its end this run would take an hour."""
     scene = on_plate(tmp_path, "Rload p n 100k\nC1 p n 1n\nR9 p n -5k")
     problem = Problem.of(scene)
-    many = Trajectories(problem.equations, 128, np.random.SeedSequence(1), 0.01, circuit=compiled(scene))
+    many = Trajectories(
+        problem.equations, 128, np.random.SeedSequence(1), 0.01, circuit=compiled(scene)
+    )
     with pytest.raises(UnboundedResponseError, match="it left the finite numbers"):
         many.run(1e6)

@@ -117,8 +117,16 @@ def test_bad_input(harvester, monkeypatch, args, says):
     [
         ('netlist = "brige"', "spice", "unknown netlist 'brige': did you mean 'bridge'?"),
         ('netlist = "nowhere.cir"', "spice", "load.netlist must be a readable file"),
-        ('netlist = "bridge"', "published", "engine 'published' needs a load resistance, but the load is netlist"),
-        ('netlist = "bridge"', "ensemble", "engine 'ensemble' needs a load resistance, but the load is netlist"),
+        (
+            'netlist = "bridge"',
+            "published",
+            "engine 'published' needs a load resistance, but the load is netlist",
+        ),
+        (
+            'netlist = "bridge"',
+            "ensemble",
+            "engine 'ensemble' needs a load resistance, but the load is netlist",
+        ),
     ],
 )
 def test_load_that_the_engine_cannot_take(harvester, tmp_path, load, engine, says):
@@ -132,8 +140,14 @@ def test_load_that_the_engine_cannot_take(harvester, tmp_path, load, engine, say
 def test_a_netlist_goes_to_spice_by_default(harvester, tmp_path):
     """Neither command asks the engines that cannot serve it; here it fails at the netlist, in spice."""
     scene = plate_with(tmp_path, 'netlist = "brige"')
-    for args in (("run", scene), ("sweep", scene, "--vary", "load.parameters.R=1k", "--out", tmp_path / "out")):
-        assert harvester(*args)[::2] == (2, "harvester: unknown netlist 'brige': did you mean 'bridge'?\n")
+    for args in (
+        ("run", scene),
+        ("sweep", scene, "--vary", "load.parameters.R=1k", "--out", tmp_path / "out"),
+    ):
+        assert harvester(*args)[::2] == (
+            2,
+            "harvester: unknown netlist 'brige': did you mean 'bridge'?\n",
+        )
 
 
 @pytest.mark.parametrize("engine", ["published", "ensemble"])
@@ -181,10 +195,19 @@ NO_MORE = "ulimit -u sets how many threads and processes may start"
 @pytest.mark.parametrize(
     ("error", "line"),
     [
-        (MemoryError(), "there is not enough memory: try fewer --trajectories, --workers or a longer --dt"),
+        (
+            MemoryError(),
+            "there is not enough memory: try fewer --trajectories, --workers or a longer --dt",
+        ),
         (ImportError("failed to map segment"), "the system refused: failed to map segment"),
-        (RuntimeError("can't start new thread"), f"the system refused: can't start new thread; {NO_MORE}"),
-        (BlockingIOError(11, "unavailable"), f"the system refused: [Errno 11] unavailable; {NO_MORE}"),
+        (
+            RuntimeError("can't start new thread"),
+            f"the system refused: can't start new thread; {NO_MORE}",
+        ),
+        (
+            BlockingIOError(11, "unavailable"),
+            f"the system refused: [Errno 11] unavailable; {NO_MORE}",
+        ),
     ],
 )
 def test_no_memory_is_one_line(harvester, monkeypatch, tmp_path, error, line):
@@ -195,7 +218,16 @@ def test_no_memory_is_one_line(harvester, monkeypatch, tmp_path, error, line):
 
     monkeypatch.setattr(hv.Ensemble, "run", fail)
     assert harvester("run", PLATE, "--engine", "ensemble")[::2] == (3, f"harvester: {line}\n")
-    sweep = ("sweep", PLATE, "--engine", "ensemble", "--vary", "load.resistance=1k", "--out", tmp_path)
+    sweep = (
+        "sweep",
+        PLATE,
+        "--engine",
+        "ensemble",
+        "--vary",
+        "load.resistance=1k",
+        "--out",
+        tmp_path,
+    )
     assert harvester(*sweep)[::2] == (3, f"harvester: {line}\n")
 
 
@@ -204,7 +236,11 @@ def test_no_memory_is_one_line(harvester, monkeypatch, tmp_path, error, line):
 @pytest.mark.parametrize(
     ("closed", "status", "said"),
     [
-        (">&-", 2, "harvester: stdout must be open, but is closed: send it to /dev/null where nobody reads it\n"),
+        (
+            ">&-",
+            2,
+            "harvester: stdout must be open, but is closed: send it to /dev/null where nobody reads it\n",
+        ),
         ("2>&- <&-", 0, ""),
         (">&- 2>&-", 2, ""),
     ],
@@ -232,9 +268,8 @@ def test_limits_of_the_process(harvester, monkeypatch):
     assert harvester("run", PLATE)[::2] == (2, line)
     monkeypatch.delenv("NUMBA_DISABLE_JIT")
     monkeypatch.setattr(resource, "getrlimit", lambda _: (600_000 * 1024, -1))
-    line = (
-        "harvester: the address space of a process must be at least 1000 MB, but is 614 MB: raise it with ulimit -v\n"
-    )
+    line = "harvester: the address space of a process must be at least 1000 MB, but is 614 MB: "
+    line += "raise it with ulimit -v\n"
     assert harvester("run", PLATE)[::2] == (3, line)
 
 
@@ -242,16 +277,29 @@ def test_a_current_folder_that_is_gone(harvester, tmp_path, monkeypatch):
     (tmp_path / "gone").mkdir()
     monkeypatch.chdir(tmp_path / "gone")
     (tmp_path / "gone").rmdir()
-    line = "harvester: the current folder must exist, but it has been removed: change to another one\n"
+    line = (
+        "harvester: the current folder must exist, but it has been removed: change to another one\n"
+    )
     assert harvester("run", PLATE)[::2] == (2, line)
 
 
 @pytest.mark.slow
 def test_a_backend_of_figures_that_is_none(tmp_path):
     """Figures are drawn into files: what the user chose for windows, or misspelt, was an internal error."""
-    command = [sys.executable, "-m", "harvester", "sweep", PLATE, "--vary", "load.resistance=1k:10M:3", *PUBLISHED]
+    command = [
+        sys.executable,
+        "-m",
+        "harvester",
+        "sweep",
+        PLATE,
+        "--vary",
+        "load.resistance=1k:10M:3",
+        *PUBLISHED,
+    ]
     env = os.environ | {"MPLBACKEND": "nonsense"}
-    done = subprocess.run([*command, "--out", tmp_path], env=env, capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [*command, "--out", tmp_path], env=env, capture_output=True, text=True, check=False
+    )
     assert (done.returncode, done.stderr) == (0, "")
     assert (tmp_path / "sweep.png").stat().st_size > 10_000
 
@@ -278,13 +326,24 @@ def strict(text):
 def test_json(harvester, scene):
     """The contract's keys; SI for a physical scene, nondimensional for the other."""
     answer = strict(harvester("run", scene, *PUBLISHED, "--json")[1])
-    keys = {"engine", "mean_square_voltage", "mean_power", "nondimensional", "effects", "seconds", "steps", "warnings"}
+    keys = {
+        "engine",
+        "mean_square_voltage",
+        "mean_power",
+        "nondimensional",
+        "effects",
+        "seconds",
+        "steps",
+        "warnings",
+    }
     assert keys <= set(answer)
     plain = answer["nondimensional"]
     assert set(plain) == {"mean_square_voltage", "mean_power", "beta", "mu"}
     assert answer["mean_power"]["stderr"] is answer["mean_square_voltage"]["stderr"] is None
     assert answer["mean_power"]["error95"] is None  # not known, which is not 0
-    assert plain["mean_power"] == pytest.approx(plain["beta"] * plain["mu"] * plain["mean_square_voltage"])
+    assert plain["mean_power"] == pytest.approx(
+        plain["beta"] * plain["mu"] * plain["mean_square_voltage"]
+    )
     physical = answer["mean_power"]["value"] != plain["mean_power"]
     assert physical == (scene == PLATE)
     assert answer["seconds"] > 0.0
@@ -293,7 +352,19 @@ def test_json(harvester, scene):
 
 @pytest.mark.slow
 def test_json_of_an_ensemble_and_its_seed(harvester):
-    args = ("run", FIGURE, "--engine", "ensemble", "--trajectories", 64, "--duration", 20, "--dt", 0.05, "--json")
+    args = (
+        "run",
+        FIGURE,
+        "--engine",
+        "ensemble",
+        "--trajectories",
+        64,
+        "--duration",
+        20,
+        "--dt",
+        0.05,
+        "--json",
+    )
     one, same, other = (strict(harvester(*args, "--seed", seed)[1]) for seed in (1, 1, 2))
     assert one["steps"] > 0
     assert one["mean_power"]["stderr"] > 0.0
@@ -305,13 +376,19 @@ def test_within_chooses_the_engine(harvester, tmp_path):
     """Without --engine, the cheapest one that is known to reach it, with the reason; with it, that one."""
     quick = strict(harvester("run", FIGURE, "--within", "1%", "--json")[1])
     assert quick["engine"] == "averaged"
-    assert quick["reason"].startswith("engine 'averaged' was chosen as the cheapest: its stated error, 0.")
+    assert quick["reason"].startswith(
+        "engine 'averaged' was chosen as the cheapest: its stated error, 0."
+    )
     given = strict(
-        harvester("run", FIGURE, "--within", "5%", "--engine", "ensemble", "--trajectories", 256, "--json")[1]
+        harvester(
+            "run", FIGURE, "--within", "5%", "--engine", "ensemble", "--trajectories", 256, "--json"
+        )[1]
     )
     assert given["mean_power"]["error95"] <= 0.05 * given["mean_power"]["value"]
     assert "--within 5 % chose a step of" in given["reason"]
-    swept = harvester("sweep", FIGURE, "--vary", "nondimensional.mu=.05,.5", "--within", "1%", "--out", tmp_path)
+    swept = harvester(
+        "sweep", FIGURE, "--vary", "nondimensional.mu=.05,.5", "--within", "1%", "--out", tmp_path
+    )
     assert swept[0] == 0
     assert [line.split()[1] for line in swept[1].splitlines()[1:3]] == ["averaged", "averaged"]
 
@@ -327,7 +404,18 @@ def test_a_power_stands_where_the_budget_leaves_too_little_for_its_sensitivity(h
 
 @pytest.mark.ngspice
 def test_alone_is_an_option_of_spice(harvester):
-    args = ("run", PLATE, "--engine", "spice", "--trajectories", 2, "--duration", 5, "--alone", "--json")
+    args = (
+        "run",
+        PLATE,
+        "--engine",
+        "spice",
+        "--trajectories",
+        2,
+        "--duration",
+        5,
+        "--alone",
+        "--json",
+    )
     assert "control_weight" not in strict(harvester(*args)[1])["details"]
 
 
@@ -350,7 +438,8 @@ def test_sweep_and_resume(harvester, tmp_path):
     assert out.splitlines()[-1].startswith(f"written: {tmp_path}/sweep.csv")
     table = (tmp_path / "sweep.csv").read_text()
     assert harvester(*args, "--resume")[0] == 0
-    assert (tmp_path / "sweep.csv").read_text() == table  # nothing was computed again: the seconds are the same
+    # nothing was computed again: the seconds are the same
+    assert (tmp_path / "sweep.csv").read_text() == table
     assert harvester(*args, "--resume", "--vary", "piezo.coupling=1e-3")[0] == 2
 
 
@@ -381,8 +470,12 @@ def test_the_libraries_use_one_thread_unless_told_otherwise():
     """Their threads wait for each other in matrices as small as ours, and the last digits would depend on them."""
     code = "import sys, os, harvester.__main__ as m; sys.argv = ['harvester', '--version']\ntry: m.main()\nexcept "
     code += "SystemExit: print(os.environ['OPENBLAS_NUM_THREADS'], os.environ['MKL_NUM_THREADS'])"
-    env = {name: value for name, value in os.environ.items() if name not in ONE_THREAD} | {"MKL_NUM_THREADS": "3"}
-    done = subprocess.run([sys.executable, "-c", code], env=env, capture_output=True, text=True, check=True)
+    env = {name: value for name, value in os.environ.items() if name not in ONE_THREAD} | {
+        "MKL_NUM_THREADS": "3"
+    }
+    done = subprocess.run(
+        [sys.executable, "-c", code], env=env, capture_output=True, text=True, check=True
+    )
     assert done.stdout.endswith("\n1 3\n")
 
 
@@ -391,10 +484,14 @@ def test_the_libraries_use_one_thread_unless_told_otherwise():
 @pytest.mark.parametrize(("stdout", "status"), [("| true", "0"), ("> /dev/full", "3")])
 def test_stdout_that_takes_nothing(stdout, status):
     line = f"{sys.executable} -m harvester run {PLATE} --engine published {stdout}; echo ${{PIPESTATUS[0]}}"
-    done = subprocess.run(["bash", "-c", line], capture_output=True, text=True, timeout=60, check=True)
+    done = subprocess.run(
+        ["bash", "-c", line], capture_output=True, text=True, timeout=60, check=True
+    )
     assert done.stdout.strip() == status
     assert done.stderr == (
-        "" if status == "0" else "harvester: the system refused: [Errno 28] No space left on device\n"
+        ""
+        if status == "0"
+        else "harvester: the system refused: [Errno 28] No space left on device\n"
     )
 
 
@@ -421,5 +518,7 @@ sys.meta_path.insert(0, Finder)
 sys.argv = ["harvester", "keys"]
 runpy.run_module("harvester", run_name="__main__")
 """
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=60)
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=60
+    )
     assert (done.returncode, done.stdout, done.stderr) == (-signal.SIGINT, "", "")

@@ -45,7 +45,9 @@ def test_meanings_are_told_where_a_shell_shows_them():
     completion = ZshComplete(cli, {}, "harvester", "_HARVESTER_COMPLETE")
     items = completion.get_completions(["sweep", "mine.toml", "--vary"], "stop.")
     assert {item.value: item.help for item in items}["stop.restitution"]
-    assert all(item.help for item in completion.get_completions(["run", "mine.toml", "--engine"], ""))
+    assert all(
+        item.help for item in completion.get_completions(["run", "mine.toml", "--engine"], "")
+    )
 
 
 def test_the_program_prints_the_line_that_the_shell_reads():
@@ -55,4 +57,7 @@ def test_the_program_prints_the_line_that_the_shell_reads():
         capture_output=True, text=True, check=False, timeout=60,
     )  # fmt: skip
     assert (done.returncode, done.stderr) == (0, "")
-    assert "compdef _harvester_completion harvester" in done.stdout or "_HARVESTER_COMPLETE=zsh_complete" in done.stdout
+    assert (
+        "compdef _harvester_completion harvester" in done.stdout
+        or "_HARVESTER_COMPLETE=zsh_complete" in done.stdout
+    )

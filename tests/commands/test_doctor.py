@@ -16,15 +16,23 @@ def lines():
 @pytest.mark.ngspice
 def test_all_is_well():
     found = lines()
-    assert {"python", "harvester", "libngspice", "ngspice", "netlists", "machine", *PACKAGES, *doctor.OPTIONAL} == set(
-        found
-    )
+    assert {
+        "python",
+        "harvester",
+        "libngspice",
+        "ngspice",
+        "netlists",
+        "machine",
+        *PACKAGES,
+        *doctor.OPTIONAL,
+    } == set(found)
     assert not [line for line in found.values() if line.startswith("MISSING")]
     assert "bridge" in found["netlists"]
 
 
 @pytest.mark.parametrize(
-    ("library", "says"), [("/nonexistent", "'pip install piezo-harvester[ngspice]'"), ("/etc/passwd", "does not load")]
+    ("library", "says"),
+    [("/nonexistent", "'pip install piezo-harvester[ngspice]'"), ("/etc/passwd", "does not load")],
 )
 def test_no_ngspice(monkeypatch, library, says):
     monkeypatch.setenv("NGSPICE_LIBRARY_PATH", library)
@@ -52,4 +60,9 @@ def test_an_optional_part_that_is_absent_is_no_fault(monkeypatch, harvester):
     monkeypatch.undo()
     status, out, _ = harvester("doctor", "--json")
     found = json.loads(out)
-    assert status == 0 and found["numpy"]["found"] and found["panel"]["optional"] and not found["numba"]["optional"]
+    assert (
+        status == 0
+        and found["numpy"]["found"]
+        and found["panel"]["optional"]
+        and not found["numba"]["optional"]
+    )

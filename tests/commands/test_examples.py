@@ -29,19 +29,23 @@ def test_a_copy_is_the_same_scene(harvester, tmp_path, monkeypatch, path):
     monkeypatch.chdir(tmp_path)
     status, out, _ = harvester("examples", path.stem)
     assert status == 0
-    copied, scene = hv.load(f"{path.stem}.toml"), hv.load(path)
+    copied = hv.load(f"{path.stem}.toml")
+    scene = hv.load(path)
     assert copied.to_toml().replace(str(tmp_path), str(path.parent)) == scene.to_toml()
     assert (tmp_path / f"{path.stem}.toml").read_text() == f"#:schema ./{NAME}\n{path.read_text()}"
     written = re.findall(r"written: (\S+)", out)
     assert sorted(written) == sorted(one.name for one in tmp_path.iterdir())
-    assert all((path.parent / name).read_bytes() == (tmp_path / name).read_bytes() for name in written[1:-1])
+    assert all(
+        (path.parent / name).read_bytes() == (tmp_path / name).read_bytes()
+        for name in written[1:-1]
+    )
 
 
 def test_a_board_comes_with_its_parts(harvester, tmp_path):
     copy = tmp_path / "mine.toml"
-    assert json.loads(harvester("examples", "bimorph_board", "--out", copy, "--json")[1])["written"] == [
-        str(tmp_path / name) for name in ("mine.toml", "board.cir", "board_parts.lib", NAME)
-    ]
+    assert json.loads(harvester("examples", "bimorph_board", "--out", copy, "--json")[1])[
+        "written"
+    ] == [str(tmp_path / name) for name in ("mine.toml", "board.cir", "board_parts.lib", NAME)]
     assert hv.load(copy).load.netlist == str(tmp_path / "board.cir")
 
 
@@ -49,11 +53,17 @@ def test_nothing_is_overwritten(harvester, tmp_path):
     """Neither the scene nor what it reads; where one file is in the way, none is written."""
     (tmp_path / "shake.csv").write_text("mine")
     (tmp_path / "plate.toml").write_text("mine")
-    for name, says in (("plate", "FILE must be new, but"), ("plate_recorded", "must be new, for the scene reads it")):
+    for name, says in (
+        ("plate", "FILE must be new, but"),
+        ("plate_recorded", "must be new, for the scene reads it"),
+    ):
         status, out, err = harvester("examples", name, "--out", tmp_path / f"{name}.toml")
         assert (status, out) == (2, "")
         assert says in err
-    assert {path.name: path.read_text() for path in tmp_path.iterdir()} == {"shake.csv": "mine", "plate.toml": "mine"}
+    assert {path.name: path.read_text() for path in tmp_path.iterdir()} == {
+        "shake.csv": "mine",
+        "plate.toml": "mine",
+    }
     (tmp_path / NAME).write_text("mine")
     assert harvester("examples", "plate", "--out", tmp_path / "other.toml")[0] == 0
     assert (tmp_path / NAME).read_text() == "mine"
@@ -63,9 +73,15 @@ def test_nothing_is_overwritten(harvester, tmp_path):
     ("args", "says"),
     [
         (("plate_brige",), "unknown example 'plate_brige': did you mean 'plate_bridge'?"),
-        (("--out", "x.toml"), "NAME must be given with --out, but is left out: 'harvester examples' lists them"),
+        (
+            ("--out", "x.toml"),
+            "NAME must be given with --out, but is left out: 'harvester examples' lists them",
+        ),
         (("plate", "--out", "x.txt"), "FILE must end in .toml, but is 'x.txt'"),
-        (("plate", "--out", "nowhere/x.toml"), "FILE must be in a folder that is there, but 'nowhere' is not"),
+        (
+            ("plate", "--out", "nowhere/x.toml"),
+            "FILE must be in a folder that is there, but 'nowhere' is not",
+        ),
     ],
 )
 def test_what_cannot_be(harvester, args, says):
@@ -74,7 +90,9 @@ def test_what_cannot_be(harvester, args, says):
 
 def test_the_tour_is_the_page():
     """docs/tour.md has the commands of `harvester tour`, in their order."""
-    (setup, first, *rest) = [block for block in pages.blocks("docs/tour.md") if block.language == "sh"]
+    (setup, first, *rest) = [
+        block for block in pages.blocks("docs/tour.md") if block.language == "sh"
+    ]
     assert pages.commands(setup.text) == [["make", "setup"]]
     assert pages.commands(first.text) == [[".venv/bin/harvester", "tour"]]
     shown = [words for block in rest for words in pages.commands(block.text)]

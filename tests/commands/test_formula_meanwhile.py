@@ -17,13 +17,17 @@ def line_of(name):
 def test_the_line_is_the_formula_with_its_error():
     power = hv.Averaged().run(hv.load(EXAMPLES / "plate_with_stop.toml")).mean_power
     assert (
-        line_of("plate_with_stop") == f"meanwhile, by the formula of engine 'averaged': mean power {power.format('W')}"
+        line_of("plate_with_stop")
+        == f"meanwhile, by the formula of engine 'averaged': mean power {power.format('W')}"
     )
     assert "engine 'exact'" in line_of("plate")
-    assert "averaged" in line_of("paper_figure3")  # never `published`, which does not know its error
+    # never `published`, which does not know its error
+    assert "averaged" in line_of("paper_figure3")
 
 
-@pytest.mark.parametrize("name", ["plate_bridge", "plate_sece", "plate_harmonic_stop", "plate_coloured"])
+@pytest.mark.parametrize(
+    "name", ["plate_bridge", "plate_sece", "plate_harmonic_stop", "plate_coloured"]
+)
 def test_no_line_where_no_formula_serves(name):
     """A circuit, or a shaking that no theory knows."""
     assert line_of(name) == ""
@@ -33,10 +37,19 @@ def test_no_line_where_no_formula_serves(name):
 @pytest.mark.slow
 def test_on_a_terminal_only(harvester, tmp_path):
     """With an empty cache, whose kernels take seconds, it stands above the answer; in a pipe there is none."""
-    words = ("run", EXAMPLES / "plate_with_stop.toml", "--engine", "ensemble", "--trajectories", "64")
+    words = (
+        "run",
+        EXAMPLES / "plate_with_stop.toml",
+        "--engine",
+        "ensemble",
+        "--trajectories",
+        "64",
+    )
     status, screen = on_terminal(*words, env={"NUMBA_CACHE_DIR": str(tmp_path)}, timeout=120)
     assert status == 0
     assert re.search(
-        r"meanwhile, by the formula of engine 'averaged': mean power .*ensemble: .* s, ", screen, re.DOTALL
+        r"meanwhile, by the formula of engine 'averaged': mean power .*ensemble: .* s, ",
+        screen,
+        re.DOTALL,
     )
     assert "meanwhile" not in "".join(map(str, harvester(*words)))

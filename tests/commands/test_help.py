@@ -21,8 +21,19 @@ PLATE, FIGURE = (str(ROOT / "examples" / f"{name}.toml") for name in ("plate", "
 ESCAPE = "\x1b["
 
 
-LIBRARIES = "import numpy, pydantic.dataclasses, cloup"  # what any answer needs: arrays, scenes, the command line
-HEAVY = ("scipy", "asyncio", "numba", "matplotlib", "pandas", "pint", "loky", "PySpice", "harvester.density")
+# what any answer needs: arrays, scenes, the command line
+LIBRARIES = "import numpy, pydantic.dataclasses, cloup"
+HEAVY = (
+    "scipy",
+    "asyncio",
+    "numba",
+    "matplotlib",
+    "pandas",
+    "pint",
+    "loky",
+    "PySpice",
+    "harvester.density",
+)
 
 
 def best_of(count, *args, program=("-m", "harvester")):
@@ -30,7 +41,9 @@ def best_of(count, *args, program=("-m", "harvester")):
     took = []
     for _ in range(count):
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
-        subprocess.run([sys.executable, *program, *args], check=True, capture_output=True, timeout=60)
+        subprocess.run(
+            [sys.executable, *program, *args], check=True, capture_output=True, timeout=60
+        )
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
         took.append(after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
     return min(took)
@@ -41,7 +54,12 @@ def test_help_is_there_at_once():
     """Measured .07 s; and it loads nothing that computes."""
     assert best_of(3, "--help") < 0.4
     code = "import sys, harvester.cli; print([m for m in sys.modules if m in ('numpy', 'pydantic', 'pint', 'tqdm')])"
-    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"
+    assert (
+        subprocess.run(
+            [sys.executable, "-c", code], capture_output=True, text=True, check=True
+        ).stdout
+        == "[]\n"
+    )
 
 
 @pytest.mark.slow
@@ -60,7 +78,9 @@ from harvester.cli import exit_status
 assert exit_status(["run", {PLATE!r}, "--engine", {engine!r}]) == 0
 print([m for m in {HEAVY!r} if m in sys.modules])
 """
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60)
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60
+    )
     assert done.stdout.splitlines()[-1] == "[]"
 
 
@@ -69,13 +89,22 @@ print([m for m in {HEAVY!r} if m in sys.modules])
 def test_a_formula_is_quick():
     """Measured 1.8 to 2 times what the libraries take that any answer needs, side by side: machines differ."""
     libraries = best_of(5, program=("-c", LIBRARIES))
-    assert max(best_of(5, "run", PLATE, "--engine", engine) for engine in ("exact", "averaged")) < 2.5 * libraries
+    assert (
+        max(best_of(5, "run", PLATE, "--engine", engine) for engine in ("exact", "averaged"))
+        < 2.5 * libraries
+    )
 
 
 def test_help_teaches(harvester):
     text = harvester()[1]
     assert text == harvester("--help")[1]
-    for word in ("A first session", "harvester new", "Exit status: 0 done; 2 bad input", "harvester keys", "NO_COLOR"):
+    for word in (
+        "A first session",
+        "harvester new",
+        "Exit status: 0 done; 2 bad input",
+        "harvester keys",
+        "NO_COLOR",
+    ):
         assert word in text
     listed = re.findall(r"^  (\w+)  +[A-Z]", text, re.MULTILINE)
     assert sorted(listed) == sorted(cli.cli.commands)
@@ -108,16 +137,24 @@ def test_keys_are_those_of_the_dataclasses(harvester):
     text = harvester("keys")[1]
     for key in keys():
         assert key.meaning and key.example, key
-        assert any(key.name in line and key.meaning in line and key.example in line for line in text.splitlines())
+        assert any(
+            key.name in line and key.meaning in line and key.example in line
+            for line in text.splitlines()
+        )
         if key.unit:
             table = "mode.2" if key.table == "mode" else key.table
             assert read_value(f"{table}.{key.name}", key.example.strip('"')) is not None
     assert harvester("keys", "load.resistance")[1].splitlines()[0] == "[load]"
-    assert len(harvester("keys", "stop")[1].splitlines()) == 1 + len(dataclasses.fields(TABLES["stop"]))
+    assert len(harvester("keys", "stop")[1].splitlines()) == 1 + len(
+        dataclasses.fields(TABLES["stop"])
+    )
     assert {one["name"] for one in json.loads(harvester("keys", "load", "--json")[1])} == {
         field.name for field in dataclasses.fields(TABLES["load"])
     }
-    assert harvester("keys", "lod")[::2] == (2, "harvester: unknown scene table or key 'lod': did you mean 'load'?\n")
+    assert harvester("keys", "lod")[::2] == (
+        2,
+        "harvester: unknown scene table or key 'lod': did you mean 'load'?\n",
+    )
 
 
 @pytest.mark.parametrize(
@@ -152,7 +189,8 @@ def test_a_budget_that_is_too_small(harvester):
 @pytest.mark.thorough("test_help_is_there_at_once")
 @pytest.mark.slow
 def test_colours_on_a_terminal_only(harvester):
-    error, warning = ("run", "/nowhere/x.toml"), ("run", PLATE, "--engine", "averaged", "--within", "0.01%")
+    error = ("run", "/nowhere/x.toml")
+    warning = ("run", PLATE, "--engine", "averaged", "--within", "0.01%")
     status, screen = on_terminal(*error)
     assert status == 2
     assert f"{ESCAPE}31m{ESCAPE}1mharvester:" in screen

@@ -8,7 +8,11 @@ from tests.support.paths import EXAMPLES
 
 PLATE = str(EXAMPLES / "plate.toml")
 FORMULA = ("--engine", "published")
-NEW = [part for name, value in (SHEET | NOISE).items() for part in ("--" + name.replace("_", "-"), value)]
+NEW = [
+    part
+    for name, value in (SHEET | NOISE).items()
+    for part in ("--" + name.replace("_", "-"), value)
+]
 
 
 def fail(*_, **__):
@@ -30,12 +34,19 @@ def stop(*_, **__):
             lambda _, scenes: [hv.SimulationError("give a lower `dt_max`") for _ in scenes],
             3,
         ),
-        (("compare", PLATE, "--engine", "averaged", *FORMULA, "--json"), "engines.published.Published.run", fail, 0),
+        (
+            ("compare", PLATE, "--engine", "averaged", *FORMULA, "--json"),
+            "engines.published.Published.run",
+            fail,
+            0,
+        ),
         (("new", "a.toml", *NEW), "devices.interpretation.best_load", fail, 0),
         (("new", "a.toml", *NEW, "--json"), "devices.interpretation.best_load", fail, 0),
     ],
 )
-def test_arguments_are_printed_as_options(harvester, monkeypatch, tmp_path, args, replaced, by, status):
+def test_arguments_are_printed_as_options(
+    harvester, monkeypatch, tmp_path, args, replaced, by, status
+):
     """In errors, answers, JSON, tables of a sweep and the text of a run that was stopped."""
     monkeypatch.chdir(tmp_path)
     for other in ("ensemble.Ensemble", "spice.spice.Spice"):
@@ -58,8 +69,14 @@ def test_warnings_name_options(harvester):
 @pytest.mark.parametrize(
     ("args", "says"),
     [
-        (("run", *FORMULA, "--trajectories", "5"), "--trajectories must be left out with engine 'published'"),
-        (("run", "--engine", "ensemble", "--alone"), "--alone must be left out with engine 'ensemble'"),
+        (
+            ("run", *FORMULA, "--trajectories", "5"),
+            "--trajectories must be left out with engine 'published'",
+        ),
+        (
+            ("run", "--engine", "ensemble", "--alone"),
+            "--alone must be left out with engine 'ensemble'",
+        ),
         (("run", "--within", "1%", "--alone"), "--alone must be left out with engine 'cheapest'"),
         (
             ("sweep", *FORMULA, "--vary", "load.resistance=1k,1M", "--out", "x", "--dt", "1"),
@@ -70,16 +87,43 @@ def test_warnings_name_options(harvester):
             "either --vary or --points must be given, but both are",
         ),
         (
-            ("sweep", "--vary", "load.resistance=1k,1M", "--out", "x", "--workers", "1", "--scheduler", "tcp://a:1"),
+            (
+                "sweep",
+                "--vary",
+                "load.resistance=1k,1M",
+                "--out",
+                "x",
+                "--workers",
+                "1",
+                "--scheduler",
+                "tcp://a:1",
+            ),
             "--workers must be left out where --scheduler is given, but both are given",
         ),
         (
-            ("optimise", "--vary", "load.resistance=1k:1M", "--engine", "averaged", "--duration", "1"),
+            (
+                "optimise",
+                "--vary",
+                "load.resistance=1k:1M",
+                "--engine",
+                "averaged",
+                "--duration",
+                "1",
+            ),
             "--duration must be left out with engine 'averaged'",
         ),
-        (("optimise", "--vary", "load.resistance=1k:1M", "--vector", "svg"), "--vector must go with --out, where"),
-        (("stability", "--vector", "svg"), "--vector must go with --out, where the figure is written, but --out is"),
-        (("compare", "--json", "--vector", "pdf"), "--vector must go with --out, where the figure is written"),
+        (
+            ("optimise", "--vary", "load.resistance=1k:1M", "--vector", "svg"),
+            "--vector must go with --out, where",
+        ),
+        (
+            ("stability", "--vector", "svg"),
+            "--vector must go with --out, where the figure is written, but --out is",
+        ),
+        (
+            ("compare", "--json", "--vector", "pdf"),
+            "--vector must go with --out, where the figure is written",
+        ),
     ],
 )
 def test_an_option_that_would_be_ignored(harvester, monkeypatch, tmp_path, args, says):

@@ -9,7 +9,8 @@ from harvester.machine.system import this_system
 from tests.support.paths import EXAMPLES, ROOT
 
 PLATE = EXAMPLES / "plate_bridge.toml"
-# Each extra that users get: the modules that it brings, a command that needs it, and how the command says so.
+# Each extra that users get: the modules that it brings, a command that needs it, and how the
+# command says so.
 PARTS = {
     "ngspice": (
         ["piezo_harvester_ngspice"],
@@ -24,7 +25,14 @@ PARTS = {
     ),
     "tolerance": (
         ["SALib.analyze"],
-        ["tolerance", EXAMPLES / "plate.toml", "--vary", "oscillator.damping=10%", "--samples", "256"],
+        [
+            "tolerance",
+            EXAMPLES / "plate.toml",
+            "--vary",
+            "oscillator.damping=10%",
+            "--samples",
+            "256",
+        ],
         "pip install 'piezo-harvester[tolerance]'",
     ),
 }
@@ -47,7 +55,9 @@ def without(monkeypatch):
 
 
 def test_every_extra_is_here():
-    extras = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"]
+    extras = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"][
+        "optional-dependencies"
+    ]
     assert set(PARTS) | OF_DEVELOPERS == set(extras)
 
 

@@ -41,7 +41,8 @@ def test_time_left_of_a_fraction(clock):
         clock[0] += 6.0
         assert "00:09 left" in str(bar)  # 15 s, 6 s later
         clock[0] += 60.0
-        assert "00:19 left" in str(bar)  # 0.15 more at the rate of 0.75 in 96 s: what is overdue is not done
+        # 0.15 more at the rate of 0.75 in 96 s: what is overdue is not done
+        assert "00:19 left" in str(bar)
         bar.tell(0.05)  # all begins anew, at a smaller step
         clock[0] += 10.0
         bar.tell(0.1)
@@ -75,7 +76,9 @@ def test_a_row_says_which_of_how_many(clock):
         assert str(bar).endswith("spice 2 of 4")
 
 
-@pytest.mark.parametrize(("each", "told"), [(20.0, "sweep: about 3.3 min in all; fewer runs shortens it\n"), (2.0, "")])
+@pytest.mark.parametrize(
+    ("each", "told"), [(20.0, "sweep: about 3.3 min in all; fewer runs shortens it\n"), (2.0, "")]
+)
 @pytest.mark.parametrize("screen", [Screen, io.StringIO], ids=["terminal", "pipe"])
 def test_long_work_says_so_first(clock, monkeypatch, each, told, screen):
     """After a row of each engine, once, on a terminal and in a pipe; work of half a minute says nothing."""
@@ -92,7 +95,8 @@ def test_long_work_says_so_first(clock, monkeypatch, each, told, screen):
 
 
 @pytest.mark.parametrize(
-    ("enough", "told"), [(0.02, "tolerance: about 8.3 min in all; fewer runs shortens it\n"), (0.15, "")]
+    ("enough", "told"),
+    [(0.02, "tolerance: about 8.3 min in all; fewer runs shortens it\n"), (0.15, "")],
 )
 def test_parts_that_are_alike_say_it_early(clock, monkeypatch, enough, told):
     """Ten of 500 runs, which are all alike, tell how long the whole takes."""
@@ -106,7 +110,9 @@ def test_parts_that_are_alike_say_it_early(clock, monkeypatch, enough, told):
 
 def test_time_left_of_a_budget(clock):
     """A share of the budget is spent: the rest of it is left, whatever the rate of the first reports."""
-    with Bar("optimise", screen := Screen(), at_most=True, shorter="a shorter --budget", budget=60.0) as bar:
+    with Bar(
+        "optimise", screen := Screen(), at_most=True, shorter="a shorter --budget", budget=60.0
+    ) as bar:
         for fraction in (0.001, 0.1, 0.099):  # what is left of a budget may grow by a little
             clock[0] += 4.0
             bar.tell(fraction)
@@ -136,7 +142,9 @@ def test_a_pilot_says_how_long(clock):
         assert "00:04 left" in str(bar)  # late: a tenth of what has passed
 
 
-@pytest.mark.parametrize(("seconds", "text"), [(44.6, "45 s"), (95.0, "1.6 min"), (1200.0, "20 min"), (7200.0, "2 h")])
+@pytest.mark.parametrize(
+    ("seconds", "text"), [(44.6, "45 s"), (95.0, "1.6 min"), (1200.0, "20 min"), (7200.0, "2 h")]
+)
 def test_duration(seconds, text):
     assert duration(seconds) == text
 
@@ -161,7 +169,18 @@ def test_time_left_of_rows(clock):
 
 COMMANDS = [
     ("run", PLATE, "--engine", "ensemble", "--within", "0.2%"),
-    ("sweep", PLATE, "--vary", "load.resistance=100k,1M", "--engine", "ensemble", "--workers", "1", "--out", "out"),
+    (
+        "sweep",
+        PLATE,
+        "--vary",
+        "load.resistance=100k,1M",
+        "--engine",
+        "ensemble",
+        "--workers",
+        "1",
+        "--out",
+        "out",
+    ),
     ("compare", PLATE, "--trajectories", "8", "--duration", "2", "--out", "out"),
     ("stability", FIGURE, "--trajectories", "512"),
 ]
@@ -177,7 +196,10 @@ def test_on_a_terminal(args, tmp_path):
     reports = LEFT.findall(screen)
     fractions = [int(done) for done, _ in reports]
     assert fractions, screen
-    if args[0] not in ("run", "compare"):  # where another step is chosen, or more runs, all begins anew
+    if args[0] not in (
+        "run",
+        "compare",
+    ):  # where another step is chosen, or more runs, all begins anew
         assert fractions == sorted(fractions)
     last = screen.rsplit("left", 1)[1]
     assert last.strip("\r\n \x1b[A")  # the answer stands after the bar
@@ -192,7 +214,9 @@ def test_a_terminal_that_does_not_know_its_size_has_a_bar(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("args", [COMMANDS[0], ("motion", PLATE, "--out", "out")], ids=lambda args: args[0])
+@pytest.mark.parametrize(
+    "args", [COMMANDS[0], ("motion", PLATE, "--out", "out")], ids=lambda args: args[0]
+)
 def test_quiet_in_a_pipe(args, tmp_path, monkeypatch, harvester):
     monkeypatch.chdir(tmp_path)
     status, out, err = harvester(*args)

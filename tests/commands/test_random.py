@@ -1,7 +1,8 @@
 """Random scenes, options and netlists through the whole command line: an answer with errors, or one line.
 
-`HARVESTER_RANDOM=long pytest tests/commands/test_random.py` tries five times as many, of every combination of
-effects, with other numbers each time; it compiles kernels for hundreds of combinations, which takes an hour.
+`HARVESTER_RANDOM=long pytest tests/commands/test_random.py` tries five times as many, of every
+combination of effects, with other numbers each time; it compiles kernels for hundreds of
+combinations, which takes an hour.
 """
 
 import json
@@ -29,15 +30,29 @@ FEW = ("--trajectories", "16")
 # Those with the kernels that other tests compile as well.
 COMPILED = [
     tomllib.loads((EXAMPLES / f"{name}.toml").read_text())
-    for name in ("paper_figure3", "plate", "plate_with_stop", "plate_harmonic", "plate_preloaded", "plate_coloured")
+    for name in (
+        "paper_figure3",
+        "plate",
+        "plate_with_stop",
+        "plate_harmonic",
+        "plate_preloaded",
+        "plate_coloured",
+    )
 ]
-IDEAL = [tomllib.loads((EXAMPLES / f"{name}.toml").read_text()) for name in ("plate_bridge", "plate_sece")]
+IDEAL = [
+    tomllib.loads((EXAMPLES / f"{name}.toml").read_text())
+    for name in ("plate_bridge", "plate_sece")
+]
 
 
 def tries(count):
     """A test of so many examples, five times as many in the long run."""
-    short = settings(max_examples=count, derandomize=True, phases=[Phase.explicit, Phase.generate], **QUIET)
-    long = settings(max_examples=5 * count, phases=[Phase.explicit, Phase.generate], print_blob=True, **QUIET)
+    short = settings(
+        max_examples=count, derandomize=True, phases=[Phase.explicit, Phase.generate], **QUIET
+    )
+    long = settings(
+        max_examples=5 * count, phases=[Phase.explicit, Phase.generate], print_blob=True, **QUIET
+    )
     return long if LONG else short
 
 
@@ -125,7 +140,9 @@ def test_ensemble():
     @tries(60)
     @given(strategies.scenes if LONG else strategies.near(COMPILED))
     def one(scene):
-        statuses.append(judged(scene, "run", "--engine", "ensemble", "--json", *FEW, "--budget", "1s"))
+        statuses.append(
+            judged(scene, "run", "--engine", "ensemble", "--json", *FEW, "--budget", "1s")
+        )
 
     one()
     answered(statuses, 0.1 if LONG else 0.5)
@@ -183,8 +200,12 @@ def test_stability():
 @tries(60)
 @given(st.data())
 def test_options(data):
-    command = data.draw(st.sampled_from(["run", "sweep", "optimise", "motion", "response", "stability"]))
-    scene = data.draw(st.sampled_from(["plate.toml", "paper.toml", "none.toml", "../outside.csv", ""]))
+    command = data.draw(
+        st.sampled_from(["run", "sweep", "optimise", "motion", "response", "stability"])
+    )
+    scene = data.draw(
+        st.sampled_from(["plate.toml", "paper.toml", "none.toml", "../outside.csv", ""])
+    )
     engine = ["--engine", "averaged"] if command in ("run", "sweep", "optimise") else []
     arguments = data.draw(strategies.options(cli.cli.commands[command]))
     answer = asked(command, scene, *engine, *arguments)
@@ -196,7 +217,8 @@ def test_options(data):
 @pytest.mark.slow
 def test_netlists():
     """A netlist is read, without anything dangerous in it, or refused in one line."""
-    path, read = Path("mine.cir"), []
+    path = Path("mine.cir")
+    read = []
 
     @tries(300)
     @given(strategies.netlists())
@@ -210,7 +232,10 @@ def test_netlists():
             read.append(2)
         else:
             assert circuit.name == "mine" or "{" not in circuit.text
-            assert not any(word in circuit.text.lower() for word in (".include", ".control", "shell", "system", "*#"))
+            assert not any(
+                word in circuit.text.lower()
+                for word in (".include", ".control", "shell", "system", "*#")
+            )
             read.append(0)
 
     one()
@@ -233,7 +258,9 @@ def test_an_exponent_that_overflowed():
     """Found here: e^(c1 t) of a strong negative damping."""
     for c1 in (300.0, 1e12):
         Path("scene.toml").write_bytes(
-            strategies.written({"nondimensional": {"c1": c1, "mu": 0.05, "beta": 0.3, "restitution": 1.0}})
+            strategies.written(
+                {"nondimensional": {"c1": c1, "mu": 0.05, "beta": 0.3, "restitution": 1.0}}
+            )
         )
         assert not fault(*asked("stability", "scene.toml", "--json", "--trajectories", "64"))
 
@@ -246,7 +273,11 @@ ENSEMBLE = ("run", "--engine", "ensemble")
 @pytest.mark.parametrize(
     ("keys", "arguments", "says"),
     [
-        ({"beta": 1e12, "mu": 0.05, "c1": -0.01, "D11": 1e-6}, ENSEMBLE, "trajectory-steps of 1e-07/w0"),
+        (
+            {"beta": 1e12, "mu": 0.05, "c1": -0.01, "D11": 1e-6},
+            ENSEMBLE,
+            "trajectory-steps of 1e-07/w0",
+        ),
         ({"beta": 1e50, "mu": 1.0, "c1": -0.01}, ("stability",), "trajectory-steps of 5e-27/w0"),
         (
             {"c1": -0.01, "drive": 0.1, "drive_frequency": 1e-50, "mu": 1.0, "beta": 0.1},

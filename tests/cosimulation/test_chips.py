@@ -19,13 +19,21 @@ pytestmark = pytest.mark.ngspice
 
 CP, W = 50e-9, 300.0
 VREG = 3.3
-CHIPS = {"ltc3588": ("store", "out", "com"), "bq25570": ("store", "out", "com"), "self_powered_sshi": ("a", "a", "b")}
+CHIPS = {
+    "ltc3588": ("store", "out", "com"),
+    "bq25570": ("store", "out", "com"),
+    "self_powered_sshi": ("a", "a", "b"),
+}
 
 
 def traces(name, voc, end, more=(), step=0.4e-3, **given):
     """Times, voltages of store and output, those of other nodes, and the load's power, from empty, by ngspice -b."""
     store, out, com = (f"xload.{node}" for node in CHIPS[name])
-    seen = [f"v({store})-v({com})", f"v({out})-v({com})", *(f"v(xload.{one})-v({com})" for one in more)]
+    seen = [
+        f"v({store})-v({com})",
+        f"v({out})-v({com})",
+        *(f"v(xload.{one})-v({com})" for one in more),
+    ]
     deck = [
         "a piezo at a fixed displacement amplitude",
         f"Vdrive drive 0 SIN(0 {voc!r} {W / (2 * math.pi)!r})",
@@ -43,7 +51,12 @@ def traces(name, voc, end, more=(), step=0.4e-3, **given):
         ".end\n",
     ]
     done = subprocess.run(
-        ["ngspice", "-b", "/dev/stdin"], input="\n".join(deck), capture_output=True, text=True, timeout=120, check=False
+        ["ngspice", "-b", "/dev/stdin"],
+        input="\n".join(deck),
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
     )
     rows = [row.split()[1:] for row in done.stdout.splitlines() if re.match(r"\d+\t", row)]
     assert rows, done.stdout[-2000:] + done.stderr[-2000:]
@@ -66,10 +79,13 @@ def rises(t, y, level):
 
 def test_a_step_down_chip_wakes_and_sleeps_as_its_closed_form():
     """First wake tau ln(V/(V - Vrise)); then load and store share the source: P eta R/Vreg^2 of the time is on."""
-    voc, r, c = 12.0, 5e3, 4e-6
+    voc = 12.0
+    r = 5e3
+    c = 4e-6
     t, store, out, power = traces("ltc3588", voc, 1.2, R=r, C=c, Cout=0.1e-6)
     tau = math.pi * c / (2 * W * CP)
-    top = voc - 2 * 0.02585 * math.log(CP * W * voc / 2 / 4.4e-9)  # two drops at half of the peak current
+    # two drops at half of the peak current
+    top = voc - 2 * 0.02585 * math.log(CP * W * voc / 2 / 4.4e-9)
     wakes = rises(t, out, 0.9 * VREG)
     assert wakes[0] == pytest.approx(tau * math.log(top / (top - 5.05)), rel=0.03)
     sleeps = rises(t, -out, -0.9 * VREG)
@@ -90,7 +106,8 @@ def test_a_step_down_chip_wakes_and_sleeps_as_its_closed_form():
     ("voc", "given", "low", "high"),
     [
         (0.05, {}, 0.0, 0.05),  # hardly any input: nothing wakes
-        (12.0, {"R": 10.0, "C": 1e-7}, 0.0, 5.2),  # a load and an output capacitor much heavier than store and source
+        # a load and an output capacitor much heavier than store and source
+        (12.0, {"R": 10.0, "C": 1e-7}, 0.0, 5.2),
         (400.0, {"R": 1e9, "C": 1e-6}, 19.5, 21.0),  # too much input: the shunt takes it
         (12.0, {"R": 5e3, "C": 1e-2}, 0.0, 0.1),  # a store that takes for ever
     ],
@@ -106,7 +123,17 @@ def test_a_step_up_chip_holds_its_input_and_gives_what_it_says():
     """The input stands at half of what a look saw, and the load gets both efficiencies of a bridge's power there."""
     voc, r = 5.0, 20e3
     t, store, out, vin, power = traces(
-        "bq25570", voc, 1.6, ("in",), R=r, C=2.2e-6, Cout=1e-6, Cin=0.2e-6, etacold=0.5, every=1.0, look=0.1
+        "bq25570",
+        voc,
+        1.6,
+        ("in",),
+        R=r,
+        C=2.2e-6,
+        Cout=1e-6,
+        Cin=0.2e-6,
+        etacold=0.5,
+        every=1.0,
+        look=0.1,
     )
     woken = rises(t, out, 1.6)
     begin = woken[0]
@@ -116,18 +143,22 @@ def test_a_step_up_chip_holds_its_input_and_gives_what_it_says():
     held = np.median(vin[cycles])
     drops = 2 * 0.02585 * math.log(CP * W * voc / 2 / 0.1e-6)
     assert held == pytest.approx(0.5 * (voc - drops), rel=0.05)
-    given = 2 * W * CP / math.pi * held * (voc - held - drops) * 0.9  # the look takes a tenth of the time
+    # the look takes a tenth of the time
+    given = 2 * W * CP / math.pi * held * (voc - held - drops) * 0.9
     assert mean(t[cycles], power[cycles], 0.0) == pytest.approx(0.8 * 0.9 * given, rel=0.15)
     assert store[t > begin].min() > 2.4 - 0.1
     assert out.max() < 1.85
-    looks = rises(t, vin, 0.95 * (voc - drops))  # the first when the cold start has ended, the second 1 s later
+    # the first when the cold start has ended, the second 1 s later
+    looks = rises(t, vin, 0.95 * (voc - drops))
     assert len(looks) == 2
     assert looks[1] - looks[0] == pytest.approx(1.0, abs=0.03)
 
 
 @pytest.mark.thorough("test_efficiency_of_the_output_follows_the_data_sheet")
 def test_a_step_up_chip_stops_charging_when_full():
-    _, store, _, _ = traces("bq25570", 4.0, 0.5, R=1e9, C=0.5e-6, Cin=0.2e-6, Cout=0.1e-6, etacold=0.5, look=0.1)
+    _, store, _, _ = traces(
+        "bq25570", 4.0, 0.5, R=1e9, C=0.5e-6, Cin=0.2e-6, Cout=0.1e-6, etacold=0.5, look=0.1
+    )
     assert 4.15 < store[-1] < 4.25
     assert store.max() < 4.25
 
@@ -149,7 +180,9 @@ def test_hard_cases_of_a_step_up_chip(voc, given, low, high):
     assert out.max() < 1.85
 
 
-@pytest.mark.parametrize(("amps", "efficiency"), [(0.9e-6, 0.4), (4e-6, 0.73), (32e-6, 0.88), (512e-6, 0.93)])
+@pytest.mark.parametrize(
+    ("amps", "efficiency"), [(0.9e-6, 0.4), (4e-6, 0.73), (32e-6, 0.88), (512e-6, 0.93)]
+)
 def test_efficiency_of_the_output_follows_the_data_sheet(amps, efficiency):
     """The store at 3.6 V gives the output's power over the efficiency, and the chip's own current."""
     parts = (netlist_folder() / "parts" / "bq25570.lib").read_text()
@@ -161,7 +194,12 @@ def test_efficiency_of_the_output_follows_the_data_sheet(amps, efficiency):
         ".control\ntran 1m 0.2 0 1m uic\nlet n = length(time)-1\nprint i(vs)[n] v(out)[n]\n.endc\n.end\n",
     ]
     done = subprocess.run(
-        ["ngspice", "-b", "/dev/stdin"], input="\n".join(deck), capture_output=True, text=True, timeout=60, check=False
+        ["ngspice", "-b", "/dev/stdin"],
+        input="\n".join(deck),
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
     )
     current, volts = (float(one) for one in re.findall(r"^\S+ = (\S+)$", done.stdout, re.M))
     assert volts * amps / (-3.6 * current) == pytest.approx(efficiency, rel=0.01)
@@ -171,10 +209,13 @@ def test_efficiency_of_the_output_follows_the_data_sheet(amps, efficiency):
 @pytest.mark.parametrize(("share", "low"), [(0.5, 0.9), (2.0, 0.7)])
 def test_self_powered_sshi_against_its_closed_form(share, low):
     """An upper bound, near at small loads, and far above what a bridge takes at best."""
-    voc, cp, cpeak = 20.0, CP, 2e-9
+    voc = 20.0
+    cp = CP
+    cpeak = 2e-9
     r = share * math.pi / (W * cp)
     t, _, _, power = traces("self_powered_sshi", voc, 0.9, step=0.1e-3, R=r, C=8 * math.pi / W / r)
-    ct, z = cp + 2 * cpeak, math.sqrt(1.0 / (cp + 2 * cpeak))
+    ct = cp + 2 * cpeak
+    z = math.sqrt(1.0 / (cp + 2 * cpeak))
     q = math.exp(-math.pi / 2 * (300 / z + z / 500e3))
     drops = (1 + q) * 1.1 + 2 * (1 - q) * 0.55 + (1 + q) * 0.75
     bound = (2 * cp * voc - ct * drops) / (ct * (1 - q) + math.pi / (W * r))
@@ -203,7 +244,9 @@ def test_self_powered_sshi_does_not_switch_below_its_drops():
 def test_their_files_run_by_hand(name, low, high):
     """The power (mW) that `ngspice -b` prints of each file as it stands."""
     path = netlist_folder() / f"{name}.cir"
-    said = subprocess.run(["ngspice", "-b", path], capture_output=True, text=True, timeout=60, check=False).stdout
+    said = subprocess.run(
+        ["ngspice", "-b", path], capture_output=True, text=True, timeout=60, check=False
+    ).stdout
     assert low < 1e3 * float(said.split("load_power")[1].split()[1]) < high
 
 
@@ -219,7 +262,12 @@ def node_current(volts, end, **given):
         f".control\nset nobreak\ntran 0.2m {end!r} 0 0.2m uic\nlet y = -i(vs)\nprint col time y\n.endc\n.end\n",
     ]
     done = subprocess.run(
-        ["ngspice", "-b", "/dev/stdin"], input="\n".join(deck), capture_output=True, text=True, timeout=60, check=False
+        ["ngspice", "-b", "/dev/stdin"],
+        input="\n".join(deck),
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
     )
     rows = [row.split()[1:3] for row in done.stdout.splitlines() if re.match(r"\d+\t", row)]
     return np.array(rows, dtype=float).T
@@ -228,7 +276,9 @@ def node_current(volts, end, **given):
 def test_a_node_takes_the_mean_of_its_table():
     """Over four cycles of 0.1 s: the trapezoids of the table, and what it takes asleep."""
     t, current = node_current("3", 0.402, every=0.1)
-    table = np.array([[0.0, 4e-3], [10e-3, 4e-3], [10.5e-3, 20e-3], [15.5e-3, 20e-3], [16e-3, 2e-6], [0.1, 2e-6]]).T
+    table = np.array(
+        [[0.0, 4e-3], [10e-3, 4e-3], [10.5e-3, 20e-3], [15.5e-3, 20e-3], [16e-3, 2e-6], [0.1, 2e-6]]
+    ).T
     charge = np.trapezoid(table[1], table[0])
     cycles = (t >= 0.0015) & (t <= 0.4015)
     assert np.trapezoid(current[cycles], t[cycles]) == pytest.approx(4 * charge, rel=0.02)

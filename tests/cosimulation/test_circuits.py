@@ -1,8 +1,9 @@
 """The load circuits at a fixed displacement amplitude against their closed forms, with ngspice -b.
 
-Voc = theta x/Cp is the amplitude of the open-circuit voltage.  The closed forms hold for a smoothing capacitor that
-holds its voltage over a period (here R C is ten periods or more) and for inversions short beside the period (.07 ms of
-314 ms); diodes enter with their voltage drop, the coil with its quality factor.
+Voc = theta x/Cp is the amplitude of the open-circuit voltage.  The closed forms hold for a
+smoothing capacitor that holds its voltage over a period (here R C is ten periods or more) and for
+inversions short beside the period (.07 ms of 314 ms); diodes enter with their voltage drop, the
+coil with its quality factor.
 """
 
 import math
@@ -18,29 +19,38 @@ from tests.support.netlists import original
 
 pytestmark = pytest.mark.ngspice
 
-CP, W, VOC = 50.2e-9, 20.0, 20.0
+CP = 50.2e-9
+W = 20.0
+VOC = 20.0
 THERMAL = 0.025865  # k T/e at ngspice's 27 degrees Celsius
 IS, N = 2.52e-9, 1.752  # of the 1N4148
 COIL = {"L": 10e-3, "Rcoil": 110.0, "Rcore": 441e3}
 SECE_COIL = {"L": 2.0, "Rcoil": 200.0, "Rcore": 500e3}
 CLOSED = 100.0  # ohm of a closed switch
-TOLERANCE = dict.fromkeys(("parallel_sshi", "series_sshi"), 1e-5)  # inversions are 1/4500 of a period
+# inversions are 1/4500 of a period
+TOLERANCE = dict.fromkeys(("parallel_sshi", "series_sshi"), 1e-5)
 PLAY, REST = 0.02, 0.3  # V, of the detection and of SECE's switch
 
 
 def measured(name, resistance, charged, voc=VOC, w=W, settling=30, **more):
     """Mean power and mean voltage of Rload over ten periods, once it is charged, by `ngspice -b`.
 
-    The smoothing capacitor, of twelve periods times 1/R, begins at the voltage `charged`: of what that is off by, at
-    most 4 % are left after `settling` periods, as the source charges it as well as the load empties it.
+    The smoothing capacitor, of twelve periods times 1/R, begins at the voltage `charged`: of what
+    that is off by, at most 4 % are left after `settling` periods, as the source charges it as well
+    as the load empties it.
     """
     period = 2 * math.pi / w
-    given = {"R": resistance, **({} if name == "resistor" else {"C": 12 * period / resistance}), **more}
+    given = {
+        "R": resistance,
+        **({} if name == "resistor" else {"C": 12 * period / resistance}),
+        **more,
+    }
     text = original(name)
     plus, minus = re.search(r"^Rload (\w+) (\w+) ", text, re.M).groups()
     at = {"p": "v(p)", "n": "0"}
     first, second = (at.get(node, f"v(xload.{node})") for node in (plus, minus))
-    begin, end = settling * period, (settling + 10) * period
+    begin = settling * period
+    end = (settling + 10) * period
     deck = [
         "a piezo at a fixed displacement amplitude",
         f"Vdrive drive 0 SIN(0 {voc!r} {w / (2 * math.pi)!r})",
@@ -59,7 +69,12 @@ def measured(name, resistance, charged, voc=VOC, w=W, settling=30, **more):
         ".end\n",
     ]
     done = subprocess.run(
-        ["ngspice", "-b", "/dev/stdin"], input="\n".join(deck), capture_output=True, text=True, timeout=120, check=False
+        ["ngspice", "-b", "/dev/stdin"],
+        input="\n".join(deck),
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
     )
     found = {key: re.search(rf"^{key} +=\s+(\S+)", done.stdout, re.M) for key in ("watts", "volts")}
     assert all(found.values()), done.stdout + done.stderr
@@ -74,8 +89,9 @@ def drop(current, diodes=1):
 def last_drop(voc, w, diodes, capacitance=CP):
     """Drop of each of `diodes` in series when conduction ends, at the displacement's extremum.
 
-    There the source's current is Cp Voc w^2 s, s before the extremum, and the diodes, whose conductance is i/(N Vt),
-    follow it as long as Cp times its rate of change in voltage, diodes N Vt/s, is less than the current itself.
+    There the source's current is Cp Voc w^2 s, s before the extremum, and the diodes, whose
+    conductance is i/(N Vt), follow it as long as Cp times its rate of change in voltage, diodes N
+    Vt/s, is less than the current itself.
     """
     return drop(capacitance * w * math.sqrt(diodes * N * THERMAL * voc))
 
@@ -109,9 +125,12 @@ def doubler(resistance, voc=VOC, w=W, cp=CP):
 
 def parallel_sshi(resistance, voc=VOC, w=W, cp=CP):
     """Vdc = (2 Voc - 2 (1 - q) Vd - (1 + q) Vs)/(1 - q + pi/(w Cp R)), Voc less the play's way back."""
-    q, vd = kept(COIL, cp), last_drop(voc, w, 2, cp)
+    q = kept(COIL, cp)
+    vd = last_drop(voc, w, 2, cp)
     ideal = 2 * voc / (1 - q + math.pi / (w * cp * resistance))
-    charge = 2 * voc - 1.5 * (1 + q) * PLAY - 2 * (1 - q) * vd - (1 + q) * switch_drop(ideal, COIL, cp)
+    charge = (
+        2 * voc - 1.5 * (1 + q) * PLAY - 2 * (1 - q) * vd - (1 + q) * switch_drop(ideal, COIL, cp)
+    )
     return charge / (1 - q + math.pi / (w * cp * resistance))
 
 
@@ -126,10 +145,13 @@ def series_sshi(resistance, voc=VOC, w=W, cp=CP):
 def sece_power(resistance, voc=VOC, w=W, cp=CP):
     """P = eta 2 w Cp Voc^2/pi: what the drops, a quarter of an oscillation, and the free-wheeling coil leave.
 
-    The piezo swings from REST to 2 Voc - REST; the coil's current grows against two diode drops until only REST is
-    left, and runs down against the load's voltage, a drop, the wire, and beside it the core.
+    The piezo swings from REST to 2 Voc - REST; the coil's current grows against two diode drops
+    until only REST is left, and runs down against the load's voltage, a drop, the wire, and beside
+    it the core.
     """
-    z, zeta, wire = math.sqrt(SECE_COIL["L"] / cp), loss(SECE_COIL, cp), SECE_COIL["Rcoil"]
+    z = math.sqrt(SECE_COIL["L"] / cp)
+    zeta = loss(SECE_COIL, cp)
+    wire = SECE_COIL["Rcoil"]
     top = 2 * voc - 1.5 * PLAY - REST
     drops = 2 * drop(0.7 * top / z)
     phase = math.acos((REST - drops) / (top - drops))
@@ -138,7 +160,9 @@ def sece_power(resistance, voc=VOC, w=W, cp=CP):
     for _ in range(50):
         against = volts + drop(0.5 * peak)
         time = SECE_COIL["L"] / wire * math.log1p(wire * peak / against)
-        charge = (SECE_COIL["L"] * peak - against * time) / wire - against * time / SECE_COIL["Rcore"]
+        charge = (SECE_COIL["L"] * peak - against * time) / wire - against * time / SECE_COIL[
+            "Rcore"
+        ]
         power = volts * charge * w / math.pi
         volts = math.sqrt(0.5 * (power * resistance + volts**2))
     return power
@@ -148,11 +172,18 @@ def sece_power(resistance, voc=VOC, w=W, cp=CP):
 def at_load(name, resistance, voc=VOC, w=W):
     """`measured`, from the voltage of the closed form on."""
     if name == "sece":
-        return measured(name, resistance, math.sqrt(sece_power(resistance, abs(voc), w) * resistance), voc, w)
+        return measured(
+            name, resistance, math.sqrt(sece_power(resistance, abs(voc), w) * resistance), voc, w
+        )
     return measured(name, resistance, FORMS[name](resistance, abs(voc), w), voc, w)
 
 
-FORMS = {"bridge": bridge, "doubler": doubler, "parallel_sshi": parallel_sshi, "series_sshi": series_sshi}
+FORMS = {
+    "bridge": bridge,
+    "doubler": doubler,
+    "parallel_sshi": parallel_sshi,
+    "series_sshi": series_sshi,
+}
 Q = kept(COIL)
 # Best loads in units of 1/(w Cp), and the best power in units of w Cp Voc^2, ideal diodes.
 BEST = {
@@ -162,7 +193,8 @@ BEST = {
     "series_sshi": (math.pi / 2 * (1 - Q) / (1 + Q), (1 + Q) / (1 - Q) / (2 * math.pi)),
     "sece": (1.0, 2 / math.pi),
 }
-# Relative: the drops are 2 % to 10 % of the voltage and known to a tenth; the doubler's ripple is 8 % (once a period).
+# Relative: the drops are 2 % to 10 % of the voltage and known to a tenth; the doubler's ripple is 8
+# % (once a period).
 WITHIN = {"bridge": 0.012, "doubler": 0.025, "parallel_sshi": 0.012, "series_sshi": 0.01}
 
 
@@ -178,7 +210,9 @@ PLACES = (0.3, ()), (1.0, ()), (3.0, ()), (1.0, (-8.0, 50.0))
     [
         pytest.param(
             *(name, *place),
-            marks=pytest.mark.thorough("test_voltage_of_the_load") if "sshi" in name and place in PLACES[2:] else (),
+            marks=pytest.mark.thorough("test_voltage_of_the_load")
+            if "sshi" in name and place in PLACES[2:]
+            else (),
         )
         for name in FORMS
         for place in PLACES
@@ -205,16 +239,22 @@ def test_power_of_the_resistor(share):
 
 @pytest.mark.parametrize(
     "resistance, motion",
-    [(3e5, ()), (1e7, ()), pytest.param(1e6, (-8.0, 50.0), marks=pytest.mark.thorough("test_power_of_sece"))],
+    [
+        (3e5, ()),
+        (1e7, ()),
+        pytest.param(1e6, (-8.0, 50.0), marks=pytest.mark.thorough("test_power_of_sece")),
+    ],
 )
 def test_power_of_sece(resistance, motion):
     """P = eta 2 w Cp Voc^2/pi, whatever the load, where the bridge's falls to two fifths.
 
-    Within 4 %: the switch closes over some .05 ms of the quarter oscillation's .5, and an occasional extremum that
-    falls into a long step is resolved coarsely.
+    Within 4 %: the switch closes over some .05 ms of the quarter oscillation's .5, and an
+    occasional extremum that falls into a long step is resolved coarsely.
     """
     voc, w = motion or (VOC, W)
-    assert at_load("sece", resistance, *motion)[0] == pytest.approx(sece_power(resistance, abs(voc), w), rel=0.04)
+    assert at_load("sece", resistance, *motion)[0] == pytest.approx(
+        sece_power(resistance, abs(voc), w), rel=0.04
+    )
 
 
 @pytest.mark.thorough("test_voltage_of_the_load")
@@ -240,13 +280,17 @@ def test_gain_over_the_bridge(name):
     coil = {"Rcoil": 20.0, "Rcore": 1e7} if name == "sece" else {}
     gain = BEST[name][1] * 2 * math.pi
 
-    bridges, watts = power_at_60_volts("bridge"), power_at_60_volts(name, **coil)
+    bridges = power_at_60_volts("bridge")
+    watts = power_at_60_volts(name, **coil)
     assert watts / bridges == pytest.approx(gain, rel=0.13 if name == "sece" else 0.07)
 
 
 @pytest.mark.parametrize(
     ("share", "flip"),
-    [(0.5, 10 * CP), pytest.param(1.5, CP, marks=pytest.mark.thorough("test_sshc_against_its_closed_form"))],
+    [
+        (0.5, 10 * CP),
+        pytest.param(1.5, CP, marks=pytest.mark.thorough("test_sshc_against_its_closed_form")),
+    ],
 )
 def test_sshc_against_its_closed_form(share, flip):
     """Vdc = 2 (Voc - (1 - q) Vd)/(1 - q + pi/(w Cp R)), with q = b/(1 + b), b = Cflip/(Cp + Cflip)."""
@@ -258,21 +302,27 @@ def test_sshc_against_its_closed_form(share, flip):
     assert volts == pytest.approx(expected, rel=0.01)
 
 
-CHIPS = ("ltc3588", "bq25570", "self_powered_sshi", "node", "sshc")  # tests/cosimulation/test_chips.py
+# tests/cosimulation/test_chips.py
+CHIPS = ("ltc3588", "bq25570", "self_powered_sshi", "node", "sshc")
 
 
 @pytest.mark.thorough("test_voltage_of_the_load")
 @pytest.mark.parametrize(
-    "path", sorted(p for p in netlist_folder().glob("*.cir") if p.stem not in CHIPS), ids=lambda p: p.stem
+    "path",
+    sorted(p for p in netlist_folder().glob("*.cir") if p.stem not in CHIPS),
+    ids=lambda p: p.stem,
 )
 def test_netlists_run_by_hand(path):
     """`ngspice -b` runs every file as it stands; the power it prints is near the closed form in its header."""
-    said = subprocess.run(["ngspice", "-b", path], capture_output=True, text=True, timeout=60, check=False).stdout
+    said = subprocess.run(
+        ["ngspice", "-b", path], capture_output=True, text=True, timeout=60, check=False
+    ).stdout
     power = float(said.split("load_power")[1].split()[1])
     unit = 1e-3**2 * W / CP  # (theta/Cp)^2 w Cp, times x^2
     best = {name: 1e-3**2 * unit * share for name, (_, share) in BEST.items()}
     best |= {"bridge": 25e-6 * unit / (2 * math.pi), "resistor": 0.25e-6 * unit / 4}
-    ideal, loss_of_drops = best[path.stem], {"resistor": 1e-3, "parallel_sshi": 0.1, "series_sshi": 0.22, "sece": 0.3}
+    ideal = best[path.stem]
+    loss_of_drops = {"resistor": 1e-3, "parallel_sshi": 0.1, "series_sshi": 0.22, "sece": 0.3}
     assert ideal * (1 - loss_of_drops.get(path.stem, 0.06)) < power < 1.001 * ideal
 
 

@@ -25,7 +25,9 @@ def problem():
     return Problem.of(dataclasses.replace(scene, stop=hv.Stop(restitution=0.96)))
 
 
-def test_a_circuit_waits_for_the_compilation_in_another_process_and_is_the_same(problem, monkeypatch):
+def test_a_circuit_waits_for_the_compilation_in_another_process_and_is_the_same(
+    problem, monkeypatch
+):
     def moments():
         circuit = CompiledCircuit(problem.circuit, problem.scales)
         own = Trajectories(problem.equations, 16, np.random.SeedSequence(0), 0.2, circuit=circuit)
@@ -54,15 +56,23 @@ def test_a_circuit_waits_for_the_compilation_in_another_process_and_is_the_same(
 
 
 @pytest.mark.ngspice
-def test_a_worker_goes_ahead_where_there_are_several_cores_and_is_used_or_ended(problem, monkeypatch):
+def test_a_worker_goes_ahead_where_there_are_several_cores_and_is_used_or_ended(
+    problem, monkeypatch
+):
     monkeypatch.setattr(worker_pool, "worker_count", lambda: 2)
     monkeypatch.setattr(worker_pool, "idle_workers", type(worker_pool.idle_workers)())
     circuit = CompiledCircuit(problem.circuit, problem.scales)
-    device = CoupledDevice(problem.equations, problem.scales, problem.circuit, TYPICAL, 2, ideal=circuit)
+    device = CoupledDevice(
+        problem.equations, problem.scales, problem.circuit, TYPICAL, 2, ideal=circuit
+    )
     with compiled_beforehand(device):
         ((process, futures),) = worker_pool.workers_ahead
     assert list(worker_pool.map_in_workers(abs, [(-1,)])) == [1]
-    assert not worker_pool.workers_ahead and futures[-1].result().steps > 0 and process in worker_pool.idle_workers
+    assert (
+        not worker_pool.workers_ahead
+        and futures[-1].result().steps > 0
+        and process in worker_pool.idle_workers
+    )
     with compiled_beforehand(device):
         assert not worker_pool.workers_ahead  # beside workers that run already
     worker_pool.idle_workers.clear()

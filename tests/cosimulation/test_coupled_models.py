@@ -21,14 +21,20 @@ START = Motion(1e-3, 0.05)
 def piezo_matrix(m, resistance):
     theta, farads = PIEZO.coupling, PIEZO.capacitance
     return np.array(
-        [[0, 1, 0], [-m.k / m.m, -m.c / m.m, -theta / m.m], [0, theta / farads, -1 / (resistance * farads)]]
+        [
+            [0, 1, 0],
+            [-m.k / m.m, -m.c / m.m, -theta / m.m],
+            [0, theta / farads, -1 / (resistance * farads)],
+        ]
     )
 
 
 def coil_matrix(m, k, ohms, henries):
     if henries is None:
         return np.array([[0, 1], [-m.k / m.m, -(m.c + k * k / ohms) / m.m]])
-    return np.array([[0, 1, 0], [-m.k / m.m, -m.c / m.m, -k / m.m], [0, k / henries, -ohms / henries]])
+    return np.array(
+        [[0, 1, 0], [-m.k / m.m, -m.c / m.m, -k / m.m], [0, k / henries, -ohms / henries]]
+    )
 
 
 @pytest.mark.ngspice
@@ -38,12 +44,21 @@ def test_second_order_on_closed_forms(inductance):
     errors, residuals = [], []
     for n in (400, 800, 1600):
         if inductance == "piezo":
-            found = cosimulate(PLATE, hv.Load(resistance=1e6), PIEZO, START, 2.0, 2.0 / n, compiled=False)
+            found = cosimulate(
+                PLATE, hv.Load(resistance=1e6), PIEZO, START, 2.0, 2.0 / n, compiled=False
+            )
             exact = linear(piezo_matrix(PLATE, 1e6), [START.x, START.v, 0.0], found.time)
         else:
             coil = Coil(coupling=10.0, resistance=100.0, inductance=inductance)
             found = cosimulate(
-                MAGNET, hv.Load(resistance=400.0), coil, START, 0.4, 0.4 / n, tolerance=1e-8, compiled=False
+                MAGNET,
+                hv.Load(resistance=400.0),
+                coil,
+                START,
+                0.4,
+                0.4 / n,
+                tolerance=1e-8,
+                compiled=False,
             )
             a = coil_matrix(MAGNET, 10.0, 500.0, inductance)
             exact = linear(a, [START.x, START.v, 0.0][: len(a)], found.time)
@@ -62,7 +77,9 @@ def test_compiled_and_plain_are_one():
     """To the last digit, with noise, a stop and a bridge; and the same seed is the same path."""
     model = PLATE._replace(noise=1e-4, restitution=0.8)
     runs = [
-        cosimulate(model, "bridge", PIEZO, START, "1 s", "5 ms", seed=4, probe="store", compiled=one)
+        cosimulate(
+            model, "bridge", PIEZO, START, "1 s", "5 ms", seed=4, probe="store", compiled=one
+        )
         for one in (True, False, None)
     ]
     assert [one.compiled for one in runs] == [True, False, True]
@@ -85,7 +102,9 @@ def test_white_noise_has_its_stationary_variance():
     q[1, 1] = model.noise / model.m**2
     exact = np.diag(solve_continuous_lyapunov(piezo_matrix(model, 1e6), -q))
     found = cosimulate(model, hv.Load(resistance=1e6), PIEZO, Motion(0.0, 0.0), 802.0, 4e-3, seed=1)
-    for values, expected in zip((found.state["x"], found.state["v"], found.voltage), exact, strict=True):
+    for values, expected in zip(
+        (found.state["x"], found.state["v"], found.voltage), exact, strict=True
+    ):
         blocks = (values[501:] ** 2).reshape(100, -1).mean(axis=1)
         assert abs(blocks.mean() - expected) < 4.0 * blocks.std() / 10.0
     assert found.mean_power.value == pytest.approx(float((found.voltage**2).mean()) / 1e6, rel=2e-3)
@@ -110,18 +129,35 @@ def test_a_drop_on_a_stop(port):
     first = math.sqrt(2 * 0.05 / 9.81)
     times = first + 2 * first * np.cumsum([0.0, *(0.7**k for k in range(1, 8))])
     expected = times[times < 0.5]
-    assert found.events == pytest.approx(expected, rel=1e-6)  # of a coil the first kick is a millionth of a step late
+    # of a coil the first kick is a millionth of a step late
+    assert found.events == pytest.approx(expected, rel=1e-6)
     assert found.state["miss"].max() < 1e-15
 
 
 @pytest.mark.ngspice
 def test_the_answer_is_data():
     found = cosimulate(
-        PLATE, "bridge", PIEZO, START, "100 ms", "5 ms", probe=["store", "i(d1)"], every=2, compiled=False
+        PLATE,
+        "bridge",
+        PIEZO,
+        START,
+        "100 ms",
+        "5 ms",
+        probe=["store", "i(d1)"],
+        every=2,
+        compiled=False,
     )
     assert isinstance(found, Cosimulation)
     assert found.time == pytest.approx(np.arange(11) * 0.01)
-    assert {*found.to_xarray().data_vars} >= {"x", "v", "voltage", "current", "load_power", "store", "i(d1)"}
+    assert {*found.to_xarray().data_vars} >= {
+        "x",
+        "v",
+        "voltage",
+        "current",
+        "load_power",
+        "store",
+        "i(d1)",
+    }
     assert found.to_pandas().shape == (11, 9)
     assert repr(found).startswith("Cosimulation(duration=100 ms, step=5 ms, mean_power=")
     assert len(repr(found)) < 200
@@ -138,7 +174,9 @@ def test_a_circuit_may_be_a_text_or_a_file(tmp_path):
     path = tmp_path / "mine.cir"
     path.write_text(TEXT)
     given = (TEXT, str(path), hv.Load(netlist=str(path), parameters={"R": 1e6}))
-    a, *others = (cosimulate(PLATE, one, PIEZO, START, "50 ms", "5 ms", compiled=False) for one in given)
+    a, *others = (
+        cosimulate(PLATE, one, PIEZO, START, "50 ms", "5 ms", compiled=False) for one in given
+    )
     assert all(np.array_equal(a.voltage, one.voltage) for one in others)
 
 
@@ -159,7 +197,11 @@ class Wrong(NamedTuple):
 
 def wrong(**functions):
     """An object of a class that has them in the place of its own; None takes one away."""
-    kept = {name: one for name, one in (vars(Wrong) | functions).items() if name in ("drift", "kick", "source")}
+    kept = {
+        name: one
+        for name, one in (vars(Wrong) | functions).items()
+        if name in ("drift", "kick", "source")
+    }
     more = {name: one for name, one in functions.items() if name in ("event", "jump")}
     return type("Mine", (), {name: one for name, one in (kept | more).items() if one is not None})()
 
@@ -197,10 +239,19 @@ BAD = {
 @pytest.mark.parametrize("told", BAD)
 def test_bad_input(told):
     """One line, that names the argument, what it must be and what it was; nothing is run."""
-    given = {"model": Wrong(), "circuit": "bridge", "port": PIEZO, "start": START, "duration": 0.1, "step": "5 ms"}
+    given = {
+        "model": Wrong(),
+        "circuit": "bridge",
+        "port": PIEZO,
+        "start": START,
+        "duration": 0.1,
+        "step": "5 ms",
+    }
     given |= BAD[told]
     if given["model"] == "odd":
-        given["model"] = wrong(drift=lambda self, s, h: s, kick=lambda self, s, h, r, n: s, source=lambda self, s: 0.0)
+        given["model"] = wrong(
+            drift=lambda self, s, h: s, kick=lambda self, s, h, r, n: s, source=lambda self, s: 0.0
+        )
     with pytest.raises(hv.InputError) as error:
         cosimulate(**(given | ({"port": given["port"]()} if callable(given["port"]) else {})))
     assert told in str(error.value)
@@ -211,7 +262,9 @@ class Failing(Wrong):
     """A model that fails after 20 ms, in its own ``way``."""
 
     def drift(self, s, h):
-        return Motion(s.x + h * s.v if s.miss < 0.02 or self.way != 1.0 else math.nan, s.v, s.miss + h)
+        return Motion(
+            s.x + h * s.v if s.miss < 0.02 or self.way != 1.0 else math.nan, s.v, s.miss + h
+        )
 
     def event(self, s, h):
         if s.miss > 0.02 and self.way >= 2.0:
@@ -227,12 +280,29 @@ class Failing(Wrong):
 @pytest.mark.parametrize("compiled", [True, False])
 def test_what_fails_on_the_way_is_one_line(compiled):
     """It says which function, when, and in which state; the next run is as good as ever."""
-    told = ("model.drift` must give finite numbers", "model.event` at 0.025 s", "model.event` must come to an end")
+    told = (
+        "model.drift` must give finite numbers",
+        "model.event` at 0.025 s",
+        "model.event` must come to an end",
+    )
     for way, words in enumerate(told, 1):
         with pytest.raises(hv.InputError) as error:
-            cosimulate(Failing(float(way)), "resistor", PIEZO, Motion(1e-3, 0.0), 0.1, "5 ms", compiled=compiled)
+            cosimulate(
+                Failing(float(way)),
+                "resistor",
+                PIEZO,
+                Motion(1e-3, 0.0),
+                0.1,
+                "5 ms",
+                compiled=compiled,
+            )
         assert words in str(error.value) and "\n" not in str(error.value)
-    assert cosimulate(Failing(), "resistor", PIEZO, Motion(1e-3, 0.0), 0.1, "5 ms", compiled=compiled).steps > 20
+    assert (
+        cosimulate(
+            Failing(), "resistor", PIEZO, Motion(1e-3, 0.0), 0.1, "5 ms", compiled=compiled
+        ).steps
+        > 20
+    )
 
 
 @pytest.mark.thorough("test_what_fails_on_the_way_is_one_line")
@@ -250,6 +320,11 @@ def test_an_error_inside_a_model_is_its_authors():
         def source(self, s):
             return float(sorted([str(s.x)])[0])
 
-    with pytest.raises(hv.InputError, match=r"`model` must be such that numba compiles it, .*`compiled`=False"):
+    with pytest.raises(
+        hv.InputError, match=r"`model` must be such that numba compiles it, .*`compiled`=False"
+    ):
         cosimulate(Odd(), "resistor", PIEZO, Motion(1e-3, 0.0), 0.1, "5 ms")
-    assert cosimulate(Odd(), "resistor", PIEZO, Motion(1e-3, 0.0), 0.1, "5 ms", compiled=False).steps > 19
+    assert (
+        cosimulate(Odd(), "resistor", PIEZO, Motion(1e-3, 0.0), 0.1, "5 ms", compiled=False).steps
+        > 19
+    )

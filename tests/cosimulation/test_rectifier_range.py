@@ -21,7 +21,12 @@ from tests.support.systems import changed
 
 pytestmark = pytest.mark.ngspice
 
-CP, W0, IS, N, THERMAL = 50.2e-9, 20.0, 2.52e-9, 1.752, 0.0258649  # the diodes are 1N4148, at 27 degrees Celsius
+# the diodes are 1N4148, at 27 degrees Celsius
+CP = 50.2e-9
+W0 = 20.0
+IS = 2.52e-9
+N = 1.752
+THERMAL = 0.0258649
 RECTIFIERS = ("bridge", "doubler", "parallel_sshi", "series_sshi", "sece")
 FREE = Equations(beta=0.05, c1=-0.05, n1=0.05)  # E[x^2] = 1 where the voltage is small
 STOP = changed(FREE, restitution=0.96)
@@ -32,7 +37,9 @@ PLACE = re.compile(r"trouble with|\bat (node|an unnamed node|the piezo|the curre
 def device(eqs, volts, load, h=0.1, stride=1):
     theta = 1e-3
     mass = theta**2 / (eqs.beta * W0**2 * CP)
-    scales = Scales(mass=mass, frequency=W0, length=volts * CP / theta, coupling=theta, capacitance=CP)
+    scales = Scales(
+        mass=mass, frequency=W0, length=volts * CP / theta, coupling=theta, capacitance=CP
+    )
     return worker.CoupledDevice(eqs, scales, load_circuit(load, CP), h, stride)
 
 
@@ -55,7 +62,11 @@ def deviation(path, exact):
 
 LOADS, CAPACITORS = (1.0, 1e4, 1e9), (1e-9, 1e-6, 1.0)
 # Each circuit meets every load and every capacitor, and each pair of them one or two circuits
-PAIRS = [(n, load, CAPACITORS[(i + k) % 3]) for k, n in enumerate(RECTIFIERS) for i, load in enumerate(LOADS)]
+PAIRS = [
+    (n, load, CAPACITORS[(i + k) % 3])
+    for k, n in enumerate(RECTIFIERS)
+    for i, load in enumerate(LOADS)
+]
 
 
 @pytest.mark.thorough("test_voltage_of_the_load")
@@ -83,10 +94,16 @@ def test_knee_of_the_diode(name, volts):
 
 def test_bridge_from_square_law_to_ideal():
     """P/Voc^4 is constant far below N kT/e = 45 mV, to 2 % up to 16 mV; P/Voc^2 grows to a constant above 100 V."""
-    low = {v: measured(device(FREE, v, rectifier("bridge", 18e6, 1e-8)), 2000)[0] for v in (0.001, 0.004, 0.016)}
+    low = {
+        v: measured(device(FREE, v, rectifier("bridge", 18e6, 1e-8)), 2000)[0]
+        for v in (0.001, 0.004, 0.016)
+    }
     assert low[0.004] / low[0.001] == pytest.approx(4.0**4, rel=2e-3)
     assert low[0.016] / low[0.004] == pytest.approx(4.0**4, rel=0.02)
-    shares = [measured(device(FREE, v, rectifier("bridge")), 2000)[0] / v**2 for v in (0.1, 0.3, 0.8, 3.0, 100.0, 1e3)]
+    shares = [
+        measured(device(FREE, v, rectifier("bridge")), 2000)[0] / v**2
+        for v in (0.1, 0.3, 0.8, 3.0, 100.0, 1e3)
+    ]
     assert (np.diff(shares) > 0.0).all()
     assert shares[-1] == pytest.approx(shares[-2], rel=0.02)
 
@@ -104,9 +121,12 @@ def test_bridge_of_a_small_signal_is_a_resistor(volts):
 @pytest.mark.parametrize("mu", [0.05, 1.0, 30.0])
 def test_resistor_from_nanovolts_to_kilovolts(mu):
     """The nondimensional path does not depend on the signal's level: to 1e-9 from 1 nV to 1 kV, impacts included."""
-    noise, eqs = gaussian_grid(SEED, 1000), changed(STOP, mu=mu)
+    noise = gaussian_grid(SEED, 1000)
+    eqs = changed(STOP, mu=mu)
     load = Load(resistance=1.0 / (mu * CP * W0))
-    paths = [worker.path_in_worker(device(eqs, volts, load), noise) for volts in (1.0, 1e-9, 1e-6, 1e3)]
+    paths = [
+        worker.path_in_worker(device(eqs, volts, load), noise) for volts in (1.0, 1e-9, 1e-6, 1e3)
+    ]
     for path in paths[1:]:
         assert deviation(path, paths[0]) < 1e-9
 
@@ -116,8 +136,11 @@ def test_a_netlist_from_nanovolts_to_kilovolts(tmp_path):
     half = 0.5 / (30.0 * CP * W0)
     text = f"* two\n.subckt two p n\nR1 p a {half!r}\nRload a n {half!r}\n.ends\n"
     (tmp_path / "two.cir").write_text(text)
-    load, noise = Load(netlist=str(tmp_path / "two.cir")), gaussian_grid(SEED, 1000)
-    paths = [worker.path_in_worker(device(FREE, volts, load), noise) for volts in (1.0, 1e-9, 1e-6, 1e3)]
+    load = Load(netlist=str(tmp_path / "two.cir"))
+    noise = gaussian_grid(SEED, 1000)
+    paths = [
+        worker.path_in_worker(device(FREE, volts, load), noise) for volts in (1.0, 1e-9, 1e-6, 1e3)
+    ]
     for path in paths[1:]:
         assert deviation(path, paths[0]) < 1e-6
 
@@ -137,7 +160,8 @@ def test_strong_coupling_of_rectifiers(beta, name):
 @pytest.mark.parametrize("beta", [1.2, 10.0])
 def test_strong_coupling_with_a_stop(beta, mu):
     """beta of 1.2 and 10, mu of .01 to 100, with impacts: the path of the exact update until impacts part them."""
-    noise, h = gaussian_grid(SEED, 400), 0.1 / math.sqrt(1.0 + beta)
+    noise = gaussian_grid(SEED, 400)
+    h = 0.1 / math.sqrt(1.0 + beta)
     eqs = changed(STOP, beta=beta, mu=mu)
     path = worker.path_in_worker(device(eqs, 20.0, Load(resistance=1.0 / (mu * CP * W0)), h), noise)
     exact = trace(eqs, noise, h)

@@ -28,12 +28,15 @@ GOOD = load_circuit(Load(resistance=1e6))
 
 def circuit(*lines):
     """A circuit that ngspice gets as these lines, whatever a netlist could hold."""
-    return LoadCircuit("mine", 2 * GOOD.parts, "\n".join(["r.xload.rload p 0 1Meg", "c.xload.c0 p 0 1p", *lines]))
+    return LoadCircuit(
+        "mine", 2 * GOOD.parts, "\n".join(["r.xload.rload p 0 1Meg", "c.xload.c0 p 0 1p", *lines])
+    )
 
 
 REFUSED = circuit("d.xload.d1 p 0 nosuch")
 FATAL = LoadCircuit("broken", 2 * GOOD.parts, "r.xload.rload p 0 {nothing}")
-HANG = circuit("Bfast x 0 V=sin(1e12*time)", "Rfast x y 1", "Cfast y 0 1p")  # steps of a tenth of a picosecond
+# steps of a tenth of a picosecond
+HANG = circuit("Bfast x 0 V=sin(1e12*time)", "Rfast x y 1", "Cfast y 0 1p")
 
 
 def device(load, **more):
@@ -48,7 +51,9 @@ def goes_on():
     """Good circuits, linear and not, run in every worker and give the same answer everywhere."""
     one = device(GOOD)
     bridge = device(load_circuit(Load(netlist="bridge")))
-    paths = list(map_in_workers(worker.path_in_this_process, [(one, NOISE)] * 4 + [(bridge, NOISE)] * 4))
+    paths = list(
+        map_in_workers(worker.path_in_this_process, [(one, NOISE)] * 4 + [(bridge, NOISE)] * 4)
+    )
     for k, path in enumerate(paths):
         assert path.V.any()
         assert (path.samples == paths[k // 4 * 4].samples).all()
@@ -61,7 +66,13 @@ def killed_on_the_way(device, noise):
 
 
 @pytest.mark.parametrize(
-    "end", [os.abort, pytest.param(os._exit, marks=pytest.mark.thorough("test_a_crash_is_an_error_of_that_run_only"))]
+    "end",
+    [
+        os.abort,
+        pytest.param(
+            os._exit, marks=pytest.mark.thorough("test_a_crash_is_an_error_of_that_run_only")
+        ),
+    ],
 )
 def test_a_crash_is_an_error_of_that_run_only(end):
     """The worker process dies, the program does not, and the next run has a new one."""
@@ -160,7 +171,9 @@ def test_jobs_beside_a_failing_one_are_not_lost():
     good = device(GOOD)
     beside = map_in_workers(worker.path_in_this_process, [(good, NOISE)] * 6)
     first = next(beside)
-    jobs = map_in_workers(worker.path_in_this_process, [(good, NOISE), (device(REFUSED), NOISE), (good, NOISE)])
+    jobs = map_in_workers(
+        worker.path_in_this_process, [(good, NOISE), (device(REFUSED), NOISE), (good, NOISE)]
+    )
     assert (next(jobs).samples == first.samples).all()
     with pytest.raises(CircuitError):
         next(jobs)
@@ -170,7 +183,10 @@ def test_jobs_beside_a_failing_one_are_not_lost():
 @pytest.mark.thorough("test_after_a_fatal_error_a_process_runs_nothing_else")
 @pytest.mark.parametrize(
     "bad, says",
-    [(REFUSED, r"refused the circuit: .*'nosuch'.*d\.xload\.d1"), (FATAL, "refused the circuit: .*")],
+    [
+        (REFUSED, r"refused the circuit: .*'nosuch'.*d\.xload\.d1"),
+        (FATAL, "refused the circuit: .*"),
+    ],
     ids=["model", "fatal"],
 )
 def test_a_refused_circuit_then_a_good_one(bad, says):
@@ -193,7 +209,9 @@ def test_after_a_fatal_error_a_process_runs_nothing_else():
         return None
 
     good, bad = (device(load) for load in (GOOD, FATAL))
-    with pytest.raises(CircuitError, match=r"failed earlier .* another circuit: ngspice refused the circuit: ."):
+    with pytest.raises(
+        CircuitError, match=r"failed earlier .* another circuit: ngspice refused the circuit: ."
+    ):
         list(map_in_workers(twice, [((bad, NOISE), (good, NOISE))]))
     goes_on()
 
@@ -201,7 +219,8 @@ def test_after_a_fatal_error_a_process_runs_nothing_else():
 def test_a_hang_is_a_named_error():
     """A circuit far faster than the vibration needs steps so short that it would take years."""
     with pytest.raises(
-        CircuitError, match=r"stopped at .* came no further than that in 1 s, with steps of \S+e-(09|1)"
+        CircuitError,
+        match=r"stopped at .* came no further than that in 1 s, with steps of \S+e-(09|1)",
     ):
         run(HANG, patience=1.0)
     goes_on()
@@ -212,7 +231,12 @@ def test_a_crawl_is_a_hang():
     """A circuit so fast that a kick takes some seconds: it would end next week."""
     fast = 2.0 * np.pi * 3e4 * WEAK.frequency / 0.1  # so many periods to a kick
     with pytest.raises(CircuitError, match="came no further than that in 2 s"):
-        run(circuit(f"Bfast x 0 V=sin({fast:.3g}*time)", "Rfast x y 1", f"Cfast y 0 {1.0 / fast:.3g}"), patience=2.0)
+        run(
+            circuit(
+                f"Bfast x 0 V=sin({fast:.3g}*time)", "Rfast x y 1", f"Cfast y 0 {1.0 / fast:.3g}"
+            ),
+            patience=2.0,
+        )
     goes_on()
 
 
@@ -240,7 +264,11 @@ FAILING = [
         r"at \S+e-12 s of .* did not converge at the (piezo's terminal|current of the piezo) .*; lower `dt`, or,",
     ),
     (
-        circuit("b.xload.b1 xload.a 0 I=1/(v(xload.a)-0.01)", "r.xload.r1 p xload.a 1", "c.xload.c1 xload.a 0 1n"),
+        circuit(
+            "b.xload.b1 xload.a 0 I=1/(v(xload.a)-0.01)",
+            "r.xload.r1 p xload.a 1",
+            "c.xload.c1 xload.a 0 1n",
+        ),
         r"did not converge at node 'a' even with .*; lower `dt`, or,",
     ),
     (
@@ -265,12 +293,16 @@ def resident(device, runs):
     for k in range(runs):
         worker.path_in_this_process(device, NOISE[:8])
         if k in (runs // 3, runs - 1):
-            found.append(int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE"))
+            found.append(
+                int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+            )
     return found
 
 
 @pytest.mark.thorough("nothing: memory is looked at over many runs")
-@pytest.mark.parametrize("load", [Load(resistance=1e6), Load(netlist="bridge")], ids=["resistor", "bridge"])
+@pytest.mark.parametrize(
+    "load", [Load(resistance=1e6), Load(netlist="bridge")], ids=["resistor", "bridge"]
+)
 def test_memory_does_not_grow_with_the_runs(load):
     one = device(load_circuit(load))
     before, after = next(map_in_workers(resident, [(one, 1000)]))

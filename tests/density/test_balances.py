@@ -14,9 +14,13 @@ from tests.support.systems import PAPER, changed
 SCENES = {
     "paper": PAPER,
     "strong impacts": changed(PAPER, restitution=0.3),
-    "gap and two stops": changed(PAPER, c1=-0.05, gap=0.3, opposite_restitution=0.6, opposite_gap=0.4),
+    "gap and two stops": changed(
+        PAPER, c1=-0.05, gap=0.3, opposite_restitution=0.6, opposite_gap=0.4
+    ),
     "preload": changed(PAPER, c1=-0.05, gap=-0.2, mu=1.0),
-    "compliant": changed(PAPER, c1=-0.05, restitution=None, gap=0.2, stop_stiffness=40.0, stop_damping=1.0),
+    "compliant": changed(
+        PAPER, c1=-0.05, restitution=None, gap=0.2, stop_stiffness=40.0, stop_damping=1.0
+    ),
     "correlated noise": changed(PAPER, n12=0.007),
     "two wells": Equations(c1=-0.2, beta=0.1, mu=0.5, n1=0.1, linear=-1.0, alpha=1.0),
 }
@@ -28,7 +32,8 @@ QUICK = "paper", "compliant"  # the others are the same code
 @pytest.fixture(
     scope="module",
     params=[
-        pytest.param(eqs, id=name, marks=[] if name in QUICK else [pytest.mark.slow]) for name, eqs in SCENES.items()
+        pytest.param(eqs, id=name, marks=[] if name in QUICK else [pytest.mark.slow])
+        for name, eqs in SCENES.items()
     ],
 )
 def coarse(request):
@@ -53,7 +58,11 @@ def test_power_balance_with_impacts():
     found = solution(eqs, setting, mesh(eqs, setting.box, RESOLUTIONS[0]), 6)
     means = dict(zip(NAMES, found.means, strict=True))
     given = eqs.n1 + eqs.n2 * means["displacement_squared"]
-    taken = eqs.beta * eqs.mu * means["voltage_squared"] + 0.03 * means["velocity_squared"] + means["impact_loss"]
+    taken = (
+        eqs.beta * eqs.mu * means["voltage_squared"]
+        + 0.03 * means["velocity_squared"]
+        + means["impact_loss"]
+    )
     assert taken == pytest.approx(given, rel=1e-6)
 
 
@@ -68,7 +77,9 @@ def test_answer_does_not_depend_on_the_frame():
     on = mesh(PAPER, setting.box, RESOLUTIONS[0])
     ours = solution(PAPER, setting, on, 10).means[0]
     frame = setting.frame
-    turned = type(setting)(setting.box, ModeFrame(frame.slope + 0.05, frame.offset, 1.2 * frame.scale), setting.peak)
+    turned = type(setting)(
+        setting.box, ModeFrame(frame.slope + 0.05, frame.offset, 1.2 * frame.scale), setting.peak
+    )
     assert solution(PAPER, turned, on, 16).means[0] == pytest.approx(ours, rel=1e-7)
 
 

@@ -41,9 +41,14 @@ def solved(eqs, modes, noise_modes=5):
 def test_densities_and_spectrum_of_a_linear_scene():
     """Gaussian densities, and 2 D/(1 + w^2 tau^2) times the gain from the base to the voltage."""
     _, found = solved(LINEAR, 8)
-    ours, points = Marginals(found.form, found.p), np.linspace(-3.0, 3.0, 13)
+    ours = Marginals(found.form, found.p)
+    points = np.linspace(-3.0, 3.0, 13)
     gaussian = np.exp(-0.5 * points**2) / math.sqrt(2.0 * math.pi)
-    for name, density in (("displacement", ours.displacement), ("velocity", ours.velocity), ("voltage", ours.voltage)):
+    for name, density in (
+        ("displacement", ours.displacement),
+        ("velocity", ours.velocity),
+        ("voltage", ours.voltage),
+    ):
         s = math.sqrt(found.means[NAMES.index(f"{name}_squared")])
         assert density(points * s) * s == pytest.approx(gaussian, abs=1e-3)
     w = np.array([0.3, 1.05, 2.0])
@@ -62,7 +67,8 @@ def test_first_passages_and_impacts_beside_an_elastic_stop_are_those_of_a_path()
     counted = counted_passage(path.time, path.displacement, level, 20.0)
     told = 1.0 / displacement_rate(CUBIC, setting, level, 0, 1)
     assert abs(counted.value - told) < 4.0 * counted.stderr + 0.02 * told
-    hits, groups = path.impacts[path.impacts[:, 0] > 0.25 * path.time[-1]], 32
+    hits = path.impacts[path.impacts[:, 0] > 0.25 * path.time[-1]]
+    groups = 32
     length = 0.75 * path.time[-1] / groups
     for speed in (0.1, 0.4):
         hard = hits[np.abs(hits[:, 1]) > speed]
@@ -80,7 +86,8 @@ def test_hops_between_wells_are_those_of_a_path():
     problem = Problem.of(scene(WELLS))
     path = longer_path(hv.motion(problem), problem, 2)
     sides = path.displacement[np.abs(path.displacement) > 0.9] > 0.0
-    hops, spent = int(np.sum(sides[1:] != sides[:-1])), float(path.time[-1])
+    hops = int(np.sum(sides[1:] != sides[:-1]))
+    spent = float(path.time[-1])
     assert hops > 100
     assert abs(hops - told.value * spent) < 4.0 * math.hypot(math.sqrt(hops), told.model * spent)
 
@@ -88,7 +95,9 @@ def test_hops_between_wells_are_those_of_a_path():
 def test_no_answer_within_a_budget_is_said_at_once():
     """After the first coarse solution, whatever the machine: the budget is spent before it begins."""
     spent = Pace(1.0, begin=-1e6)
-    with pytest.raises(SimulationError, match=r"^no density in a `budget` of 1 s: it needs at least about .* s"):
+    with pytest.raises(
+        SimulationError, match=r"^no density in a `budget` of 1 s: it needs at least about .* s"
+    ):
         settled(changed(LINEAR, mu=None, beta=None), 20.0, spent)
     assert Pace(None, begin=-1e6).is_late(1e12) is False
 
@@ -100,6 +109,10 @@ def test_error_holds_against_more_modes_and_a_finer_mesh():
     cubic = changed(CUBIC, restitution=None, gap=None)
     found = refined(cubic, 1e-3)
     setting = replace(found.setting, frame=replace(found.setting.frame, noise_modes=9))
-    better = solution(cubic, setting, mesh(cubic, setting.box, RESOLUTIONS[1]), found.solution.form.modes)
+    better = solution(
+        cubic, setting, mesh(cubic, setting.box, RESOLUTIONS[1]), found.solution.form.modes
+    )
     assert np.abs(found.means - better.means)[0] <= found.error[0]
-    assert Density(within=1e-2).run(scene(cubic)).mean_square_voltage.value == pytest.approx(found.means[0], rel=1e-2)
+    assert Density(within=1e-2).run(scene(cubic)).mean_square_voltage.value == pytest.approx(
+        found.means[0], rel=1e-2
+    )

@@ -27,7 +27,11 @@ def test_all_modes_at_once_are_what_sweeps_over_them_are(monkeypatch):
     assert joint.factors.is_joint and not swept.factors.is_joint
     assert np.abs(joint.p - swept.p).max() < 1e-9 * np.abs(swept.p).max()
     right = np.random.default_rng(1).standard_normal(swept.p.shape)
-    right[0] -= np.vdot(right, swept.p) * coupled_modes.integrals(swept.form) / coupled_modes.integrals(swept.form).size
+    right[0] -= (
+        np.vdot(right, swept.p)
+        * coupled_modes.integrals(swept.form)
+        / coupled_modes.integrals(swept.form).size
+    )
     told = [adjoint(one.factors, right) for one in (swept, joint)]
     assert np.abs(told[0] - told[1]).max() < 1e-6 * np.abs(told[0]).max()
 
@@ -42,7 +46,9 @@ def test_a_damped_compliant_stop_with_a_quick_load_is_served(mu):
 
     With a quick load V = x'/mu, so that mu^2 E[V^2] comes near E[x'^2].
     """
-    eqs = Equations(c1=-0.008, beta=1.245, mu=mu, n1=1.0, gap=0.577, stop_stiffness=625.0, stop_damping=5.0)
+    eqs = Equations(
+        c1=-0.008, beta=1.245, mu=mu, n1=1.0, gap=0.577, stop_stiffness=625.0, stop_damping=5.0
+    )
     found = refined(eqs, 1e-3)
     assert found.share < 1e-3
     if mu == 1000.0:
@@ -53,7 +59,9 @@ def test_a_damped_compliant_stop_with_a_quick_load_is_served(mu):
 @pytest.mark.slow
 def test_two_keys_of_the_largest_power_are_those_of_a_grid():
     """Newton's optimum over load and gap against the powers around it."""
-    eqs = changed(PAPER, c1=-0.1, c2=None, c3=None, alpha=None, n2=None, beta=0.02, restitution=0.6, gap=0.3)
+    eqs = changed(
+        PAPER, c1=-0.1, c2=None, c3=None, alpha=None, n2=None, beta=0.02, restitution=0.6, gap=0.3
+    )
     keys = {"nondimensional.mu": (0.2, 5.0), "nondimensional.gap": (0.05, 1.0)}
     found = hv.optimise(scene(eqs), vary=keys, engine="density", budget=200.0)
     best = [one.value for one in found.keys]

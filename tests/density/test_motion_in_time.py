@@ -37,22 +37,37 @@ def test_marginal_densities_of_a_linear_scene_are_gaussian():
     _, found = solved(eqs, 1, 8)
     ours = Marginals(found.form, found.p)
     points = np.linspace(-3.0, 3.0, 13)
-    s, (px, _) = math.sqrt(linear_v2(eqs)), peaks(eqs)
+    s = math.sqrt(linear_v2(eqs))
+    (px, _) = peaks(eqs)
     gaussian = np.exp(-0.5 * points**2) / math.sqrt(2.0 * math.pi)
     assert ours.voltage(points * s) * s == pytest.approx(gaussian, abs=1e-5)
-    assert ours.displacement(points * px.deviation) * px.deviation == pytest.approx(gaussian, abs=1e-5)
-    assert ours.passages(2.0 * px.deviation) == pytest.approx(0.5 * px.rice(2.0 * px.deviation), rel=1e-4)
+    assert ours.displacement(points * px.deviation) * px.deviation == pytest.approx(
+        gaussian, abs=1e-5
+    )
+    assert ours.passages(2.0 * px.deviation) == pytest.approx(
+        0.5 * px.rice(2.0 * px.deviation), rel=1e-4
+    )
 
 
 @pytest.mark.thorough("test_spectrum_of_a_linear_scene_is_the_closed_form")
 @pytest.mark.statistics
 def test_voltage_beside_a_stop_is_distributed_as_on_a_path():
     """The share of the time in each tenth of the range, within the error that half of the terms tell."""
-    found = hv.densities(scene(changed(PAPER, c1=-0.05, c2=None, c3=None, n2=None, mu=1.0)), within=1e-3)
-    path = hv.motion(scene(changed(PAPER, c1=-0.05, c2=None, c3=None, n2=None, mu=1.0)), duration=30_000.0)
+    found = hv.densities(
+        scene(changed(PAPER, c1=-0.05, c2=None, c3=None, n2=None, mu=1.0)), within=1e-3
+    )
+    path = hv.motion(
+        scene(changed(PAPER, c1=-0.05, c2=None, c3=None, n2=None, mu=1.0)), duration=30_000.0
+    )
     edges = np.linspace(-3.0, 3.0, 11) * found.voltage_rms.value
-    counted = np.histogram(path.voltage[len(path.voltage) // 5 :], edges, density=False)[0] / (0.8 * len(path.voltage))
-    told = np.diff(np.interp(edges, found.voltage, np.cumsum(found.voltage_density) * np.diff(found.voltage)[0]))
+    counted = np.histogram(path.voltage[len(path.voltage) // 5 :], edges, density=False)[0] / (
+        0.8 * len(path.voltage)
+    )
+    told = np.diff(
+        np.interp(
+            edges, found.voltage, np.cumsum(found.voltage_density) * np.diff(found.voltage)[0]
+        )
+    )
     assert np.abs(told - counted).max() < found.largest_error * told.max() + 4.0 * 0.002
     assert found.largest_error < 0.06
 
@@ -61,12 +76,15 @@ def test_impact_speeds_of_an_elastic_stop_are_those_of_maxwell():
     """The flux w exp(-w^2/2T), T = N1/c, at 1/pi impacts a unit of time."""
     c, n1 = 0.1, 0.02
     _, found = solved(Equations(c1=-c, n1=n1, restitution=1.0), 1, 1)
-    ours, warmth = Marginals(found.form, found.p), n1 / c
+    ours = Marginals(found.form, found.p)
+    warmth = n1 / c
     speeds = np.linspace(0.1, 1.5, 8)
     law = speeds / warmth * np.exp(-0.5 * speeds**2 / warmth) / math.pi
     assert ours.impacts(speeds) == pytest.approx(law, abs=1e-5)
     harder = np.linspace(0.8, 8.0 * math.sqrt(warmth), 4001)
-    assert np.trapezoid(ours.impacts(harder), harder) == pytest.approx(math.exp(-0.32 / warmth) / math.pi, rel=1e-4)
+    assert np.trapezoid(ours.impacts(harder), harder) == pytest.approx(
+        math.exp(-0.32 / warmth) / math.pi, rel=1e-4
+    )
 
 
 def test_rate_between_wells_is_that_of_kramers_and_below_it():
@@ -80,7 +98,9 @@ def test_rate_between_wells_is_that_of_kramers_and_below_it():
     assert rate == pytest.approx(0.0022168, abs=2e-7)
     assert 0.9 * kramers < rate < kramers
     left = Marginals(found.form, density / np.abs(density).max())
-    assert left.displacement(np.array([-1.0]))[0] == pytest.approx(-left.displacement(np.array([1.0]))[0], rel=1e-5)
+    assert left.displacement(np.array([-1.0]))[0] == pytest.approx(
+        -left.displacement(np.array([1.0]))[0], rel=1e-5
+    )
 
 
 @pytest.mark.thorough("test_spectrum_of_a_linear_scene_is_the_closed_form")
@@ -88,7 +108,8 @@ def test_rate_between_wells_is_that_of_kramers_and_below_it():
 def test_hops_are_those_that_a_path_makes():
     """From the middle of one well to that of the other, in 600000 time units."""
     told = hv.densities(scene(WELLS)).hop_rate
-    path, spent = [], 0.0
+    path = []
+    spent = 0.0
     start = None
     for k in range(6):
         one = trace(WELLS, gaussian_grid(np.random.SeedSequence([k, 3]), 2_000_000), 0.05, 4, start)
@@ -104,8 +125,10 @@ def test_hops_are_those_that_a_path_makes():
 def test_two_deep_wells_with_a_slow_load_are_forgotten_as_on_a_path():
     """The side on which the mass is, correlated over 100 and 800 time units; the load pulls it back after a hop."""
     eqs = Equations(c1=-0.2, beta=0.1, mu=0.05, linear=-1.0, alpha=1.0, n1=0.01)
-    told = 2.0 * hv.densities(scene(eqs), within=1e-2).hop_rate.value  # both wells have half of the time
-    rows, start = [], None
+    # both wells have half of the time
+    told = 2.0 * hv.densities(scene(eqs), within=1e-2).hop_rate.value
+    rows = []
+    start = None
     for k in range(40):
         one = trace(eqs, gaussian_grid(np.random.SeedSequence([k, 5]), 2_000_000), 0.05, 20, start)
         start = float(one.x[-1]), float(one.v[-1]), float(one.V[-1])
@@ -131,7 +154,9 @@ def test_spectrum_beside_a_stop_is_that_of_a_path():
     """The density at three frequencies, by Fourier sums over pieces of a path."""
     eqs = changed(PAPER, c1=-0.1, c2=None, c3=None, n2=None, mu=1.0, restitution=0.7)
     _, found = solved(eqs, 0, 6)
-    h, pieces, length = 0.05, 1500, 4000
+    h = 0.05
+    pieces = 1500
+    length = 4000
     path = trace(eqs, gaussian_grid(np.random.SeedSequence(5), (pieces + 10) * length), h)
     volts = path.V[-pieces * length :].reshape(pieces, length)
     steps = np.array([20, 60, 120])  # whole periods of a piece
@@ -139,7 +164,9 @@ def test_spectrum_beside_a_stop_is_that_of_a_path():
     window = np.hanning(length)
     turned = np.exp(-1j * np.outer(w, h * np.arange(length))) * window
     powers = np.abs(volts @ turned.T) ** 2 * h / (window**2).sum()
-    z = (powers.mean(axis=0) - voltage_spectrum(found, w)) / (powers.std(axis=0) / math.sqrt(pieces))
+    z = (powers.mean(axis=0) - voltage_spectrum(found, w)) / (
+        powers.std(axis=0) / math.sqrt(pieces)
+    )
     assert np.abs(z).max() < 4.0
 
 
@@ -147,8 +174,12 @@ def test_spectrum_beside_a_stop_is_that_of_a_path():
 def test_first_passages_are_fewer_than_passages():
     """Rice counts all passages of a clump, the rate of first passages only the clumps; of high levels both are one."""
     eqs = linear(0.3, 0.7, c=0.1)
-    setting, px = settled(eqs, 20.0), peaks(eqs)[0]
-    ratios = [displacement_rate(eqs, setting, k * px.deviation, 0, 4) / px.rice(k * px.deviation) for k in (2, 3, 4)]
+    setting = settled(eqs, 20.0)
+    px = peaks(eqs)[0]
+    ratios = [
+        displacement_rate(eqs, setting, k * px.deviation, 0, 4) / px.rice(k * px.deviation)
+        for k in (2, 3, 4)
+    ]
     assert ratios == sorted(ratios) and ratios[0] > 0.5 and ratios[-1] < 1.0
     assert displacement_rate(eqs, setting, 3.0 * px.deviation, 1, 4) == pytest.approx(
         displacement_rate(eqs, setting, 3.0 * px.deviation, 0, 4), rel=0.01
@@ -164,7 +195,9 @@ def test_rate_of_first_passages_is_that_counted_on_a_path(restitution):
     setting, found = solved(eqs)
     level = 2.7 * math.sqrt(found.means[2])
     rate = displacement_rate(eqs, setting, level, 1, 6)
-    h, length, count = 0.05, 4000, 6000
+    h = 0.05
+    length = 4000
+    count = 6000
     peaks_of = []
     for k in range(3):
         path = trace(eqs, gaussian_grid(np.random.SeedSequence([k, 9]), count // 3 * length), h)
@@ -183,7 +216,8 @@ def test_rate_of_first_passages_is_that_counted_on_a_path(restitution):
 def test_passages_and_joint_density_of_a_path_are_those_of_a_linear_scene():
     """Displacements, whose passages the density knows, and the Gaussian density of displacement and voltage."""
     eqs = linear(0.3, 0.7, c=0.1)
-    problem, (px, pv) = Problem.of(scene(eqs)), peaks(eqs)
+    problem = Problem.of(scene(eqs))
+    (px, pv) = peaks(eqs)
     path = longer_path(hv.motion(problem), problem, 3)
     setting = settled(eqs, 20.0)
     for level in (2.0, 2.5):
@@ -191,14 +225,17 @@ def test_passages_and_joint_density_of_a_path_are_those_of_a_linear_scene():
         counted = counted_passage(path.time, path.displacement, level * px.deviation, 20.0)
         assert abs(counted.value - told) < 4.0 * counted.stderr + 0.02 * told
     ours = counted_passage(path.time, path.voltage, 2.5 * pv.deviation, 20.0)
-    assert 0.4 < 1.0 / pv.rice(2.5 * pv.deviation) / ours.value < 0.8  # Rice counts each passage of a clump
+    # Rice counts each passage of a clump
+    assert 0.4 < 1.0 / pv.rice(2.5 * pv.deviation) / ours.value < 0.8
     with pytest.raises(SimulationError, match="passed too rarely: give less"):
         counted_passage(path.time, path.voltage, 6.0 * pv.deviation, 20.0)
     with pytest.raises(SimulationError, match="passed too often: give more"):
         counted_passage(path.time, path.voltage, 0.01 * pv.deviation, 20.0)
     s, t = px.deviation, pv.deviation
     x, v, density, error = voltage_plane(path, (-4.0 * s, 4.0 * s), (-4.0 * t, 4.0 * t))
-    rho, (a, b) = t / s, np.meshgrid(x / s, v / t, indexing="ij")  # E[x V] = E[V^2]
+    # E[x V] = E[V^2]
+    rho = t / s
+    (a, b) = np.meshgrid(x / s, v / t, indexing="ij")
     exact = np.exp(-0.5 * (a * a - 2.0 * rho * a * b + b * b) / (1.0 - rho**2))
     exact /= 2.0 * math.pi * s * t * math.sqrt(1.0 - rho**2)
     often = density > 0.1 * density.max()
@@ -215,13 +252,16 @@ def test_a_study_has_all_of_it_in_units():
         found.voltage_rms.value, rel=1e-3
     )
     speeds = found.impact_speed
-    assert np.trapezoid(found.impact_density, speeds) == pytest.approx(found.impact_rate.value, rel=1e-3)
+    assert np.trapezoid(found.impact_density, speeds) == pytest.approx(
+        found.impact_rate.value, rel=1e-3
+    )
     assert found.hop_rate is None and found.level == 6.0
     passage = found.first_passage_time
     problem = Problem.of(hv.load("examples/plate_with_stop.toml"))
     other = longer_path(hv.motion(problem), problem, 9)
     at = np.flatnonzero(np.abs(other.voltage) > 6.0)
-    until = other.time[at[np.searchsorted(at, np.arange(at[-1]))]] - other.time[: at[-1]]  # from every place on
+    # from every place on
+    until = other.time[at[np.searchsorted(at, np.arange(at[-1]))]] - other.time[: at[-1]]
     assert abs(passage.value - until.mean()) < 1.5 * passage.known_error95
     assert passage.stderr < 0.1 * passage.value
     bins = np.diff(found.plane_displacement)[0] * np.diff(found.plane_voltage)[0]

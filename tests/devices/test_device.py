@@ -14,7 +14,8 @@ from harvester.devices.scene_file import text
 def numbers(unit, prefixes, least=1e-6, most=1e6):
     """Values as people write them, and what they are in SI units by plain arithmetic."""
     return st.tuples(
-        st.floats(least, most, allow_subnormal=False).map(lambda x: float(f"{x:.6g}")), st.sampled_from(prefixes)
+        st.floats(least, most, allow_subnormal=False).map(lambda x: float(f"{x:.6g}")),
+        st.sampled_from(prefixes),
     ).map(lambda pair: (f"{pair[0]!r} {pair[1]}{unit}" if unit else repr(pair[0]), pair[0]))
 
 
@@ -35,18 +36,27 @@ def numbers(unit, prefixes, least=1e-6, most=1e6):
     stop=st.one_of(
         st.none(),
         st.tuples(
-            st.sampled_from([0.0, 1.0]) | st.floats(0.01, 0.99), st.one_of(st.none(), numbers("m", ["m", "u", ""]))
+            st.sampled_from([0.0, 1.0]) | st.floats(0.01, 0.99),
+            st.one_of(st.none(), numbers("m", ["m", "u", ""])),
         ),
     ),
     shaking=st.one_of(st.none(), numbers("g^2/Hz", [""], 1e-6, 1e-2), st.just("harmonic")),
     resistance=st.one_of(st.none(), numbers("ohm", ["k", "M", ""], 1.0, 1e3)),
     title=st.text(max_size=30),
 )
-def test_round_trip(mass, spring, damping, capacitance, coupling, ratio, stop, shaking, resistance, title):  # noqa: PLR0912
+def test_round_trip(  # noqa: PLR0912
+    mass, spring, damping, capacitance, coupling, ratio, stop, shaking, resistance, title
+):
     """`loads` gives what each flag's text is to the scene's own reader, to the last digit."""
-    flags = {"mass": mass[0], spring[0]: spring[1][0], damping[0]: damping[1][0], "capacitance": capacitance[0]}
+    flags = {
+        "mass": mass[0],
+        spring[0]: spring[1][0],
+        damping[0]: damping[1][0],
+        "capacitance": capacitance[0],
+    }
     read = hv.Scene(
-        oscillator=hv.Oscillator(mass=mass[0], stiffness=1.0), piezo=hv.Piezo(coupling=1.0, capacitance=capacitance[0])
+        oscillator=hv.Oscillator(mass=mass[0], stiffness=1.0),
+        piezo=hv.Piezo(coupling=1.0, capacitance=capacitance[0]),
     )
     m, cp = read.oscillator.mass, read.piezo.capacitance
     if spring[0] == "stiffness":
@@ -73,7 +83,9 @@ def test_round_trip(mass, spring, damping, capacitance, coupling, ratio, stop, s
     assert scene.title == title
     assert (scene.oscillator.mass, scene.piezo.capacitance) == (m, cp)
     assert scene.oscillator.stiffness == pytest.approx(k, rel=1e-15, abs=0.0)
-    assert scene.oscillator.damping_ratio == (damping[1][1] if damping[0] == "damping_ratio" else 0.5 / damping[1][1])
+    assert scene.oscillator.damping_ratio == (
+        damping[1][1] if damping[0] == "damping_ratio" else 0.5 / damping[1][1]
+    )
     if ratio is None:
         assert scene.piezo == hv.Piezo(coupling=coupling[0], capacitance=capacitance[0])
     else:

@@ -40,11 +40,23 @@ def bench(one, end, step):
     """Time, voltage on 1 Mohm and displacement, shape (n, 3), of the part in its own source."""
     text = part(Problem.of(one), "device")
     options = re.search(r"^\*   (\.options .*)$", text, re.MULTILINE)[1]
-    lines = ["bench", text, "Xbase acc device_base", "Xdevice p 0 acc x device", "Rload p 0 1Meg", options]
+    lines = [
+        "bench",
+        text,
+        "Xbase acc device_base",
+        "Xdevice p 0 acc x device",
+        "Rload p 0 1Meg",
+        options,
+    ]
     lines += [f".tran {step} {end} 0 {step} uic", ".control", "set nobreak", "set width=120", "run"]
     lines += ["linearize v(p) v(x)", "print col time v(p) v(x)", ".endc", ".end"]
     done = subprocess.run(
-        ["ngspice", "-b", "/dev/stdin"], input="\n".join(lines), capture_output=True, text=True, check=False, timeout=60
+        ["ngspice", "-b", "/dev/stdin"],
+        input="\n".join(lines),
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=60,
     )
     rows = [row.split()[1:] for row in done.stdout.splitlines() if re.match(r"\d+\t", row)]
     return np.array(rows, dtype=float)
@@ -55,7 +67,8 @@ def apart(one, end, step, dt="0.5 ms"):
     ours = hv.charge(one, "1000 V", probe="v(p)", duration=end, dt=dt)
     found = bench(one, end, step)
     theirs = np.interp(ours.t, found[:, 0], found[:, 1])
-    mean, difference = np.mean(theirs**2), np.mean((theirs - ours.voltage) ** 2)
+    mean = np.mean(theirs**2)
+    difference = np.mean((theirs - ours.voltage) ** 2)
     return np.sqrt(difference / mean), abs(np.mean(ours.voltage**2) / mean - 1.0)
 
 
@@ -80,7 +93,8 @@ def test_without_a_stop(more):
 def test_the_bench_is_right_to_a_thousandth():
     """With the step that the file prints: E[V^2] of the response to a sinusoid, which was up to .5 % off."""
     one = scene(shaking='acceleration_amplitude = "0.05 g"\nfrequency = 4.1')
-    step, true = float(re.search(r"\.tran (\S+)", part(Problem.of(one), "device"))[1]), hv.Exact().run(one)
+    step = float(re.search(r"\.tran (\S+)", part(Problem.of(one), "device"))[1])
+    true = hv.Exact().run(one)
     t, v, _ = bench(one, 40.0, step).T
     even = 40.0 - 60.0 / 4.1 * np.linspace(1.0, 0.0, 8001)[:-1]
     found = np.mean(np.interp(even, t, v) ** 2)
@@ -91,7 +105,10 @@ def test_the_bench_is_right_to_a_thousandth():
 @pytest.mark.parametrize(
     "stop",
     [
-        pytest.param('[stop]\nrestitution = 0.96\ngap = "1 mm"', marks=pytest.mark.thorough("test_with_a_stop")),
+        pytest.param(
+            '[stop]\nrestitution = 0.96\ngap = "1 mm"',
+            marks=pytest.mark.thorough("test_with_a_stop"),
+        ),
         pytest.param(
             '[stop]\nrestitution = 0.3\ngap = "1 mm"\n[opposite_stop]\nrestitution = 0.5\ngap = "0.9 mm"',
             marks=pytest.mark.thorough("test_with_a_stop"),
@@ -116,7 +133,9 @@ def test_with_a_stop(stop):
             marks=pytest.mark.thorough("test_with_a_stop"),
         ),
         pytest.param(
-            {"stop": hv.Stop(restitution=0.5, gap="0.05 mm")}, 0.01, marks=pytest.mark.thorough("test_with_a_stop")
+            {"stop": hv.Stop(restitution=0.5, gap="0.05 mm")},
+            0.01,
+            marks=pytest.mark.thorough("test_with_a_stop"),
         ),
     ],
     ids=["linear", "compliant", "rigid"],
@@ -124,7 +143,9 @@ def test_with_a_stop(stop):
 def test_several_modes(stop, within):
     """Three modes, a branch each, under a sinusoid from rest: the path of engine `spice`, impacts included."""
     drive = hv.Excitation(acceleration_amplitude="0.5 g", frequency="45 Hz")
-    three = BEAM.replace(mode=(SECOND, THIRD), excitation=drive, **stop).with_load(resistance="1 Mohm")
+    three = BEAM.replace(mode=(SECOND, THIRD), excitation=drive, **stop).with_load(
+        resistance="1 Mohm"
+    )
     assert max(apart(three, 0.1, 2e-6 if within == 0.01 else 5e-6, "5 us")) < within
 
 
@@ -172,7 +193,10 @@ def test_white_noise_has_its_density():
 
 def test_each_number_is_explained():
     """A comment above each element but those that only measure; nothing that LTspice reads otherwise."""
-    text = part(Problem.of(scene("cubic_stiffness = 1e6", '[stop]\nrestitution = 0.9\ngap = "1 mm"')), "device")
+    text = part(
+        Problem.of(scene("cubic_stiffness = 1e6", '[stop]\nrestitution = 0.9\ngap = "1 mm"')),
+        "device",
+    )
     lines = text.splitlines()
     body = lines[lines.index(".subckt device p n acc x") + 1 : lines.index(".ends device")]
     known = ("Edisplacement", "Hspeed", "Cmass", "Vforce", "Hmass", "Vspeed", "Fpiezo", "Cpiezo")
@@ -184,10 +208,17 @@ def test_each_number_is_explained():
 
 def test_drawn_noise_is_a_table_of_points():
     """Coloured noise is written point by point, as long as asked for, the same for the same seed."""
-    problem = Problem.of(scene(shaking='acceleration_psd = "1e-4 g^2/Hz"\ncorrelation_time = "50 ms"'))
+    problem = Problem.of(
+        scene(shaking='acceleration_psd = "1e-4 g^2/Hz"\ncorrelation_time = "50 ms"')
+    )
     short, again, other = (part(problem, "device", "10 s", seed) for seed in (0, 0, 1))
     assert short == again != other
-    numbers = [float(one) for line in short.splitlines() if re.match(r"\+ \d", line) for one in line[2:].split()]
+    numbers = [
+        float(one)
+        for line in short.splitlines()
+        if re.match(r"\+ \d", line)
+        for one in line[2:].split()
+    ]
     times, values = np.array(numbers).reshape(-1, 2).T
     assert times[-1] == pytest.approx(10.0, rel=0.01)
     assert 0.1 < values.std() / np.sqrt(1e-4 * 9.80665**2 / (4 * 0.05)) < 2.0
@@ -198,15 +229,25 @@ def test_command(tmp_path, harvester):
     status, said, _ = harvester("export", EXAMPLES / "plate_with_stop.toml", "--out", out)
     assert (status, "subcircuit my_device" in said) == (0, True)
     assert ".subckt my_device p n acc x" in out.read_text()
-    (tmp_path / "other.toml").write_text("[nondimensional]\nc1 = -0.1\nbeta = 0.1\nmu = 1.0\nD11 = 0.01\n")
-    (tmp_path / "noise.toml").write_text(DEVICE.format(more="", stop="", shaking="stiffness_noise = 0.01"))
+    (tmp_path / "other.toml").write_text(
+        "[nondimensional]\nc1 = -0.1\nbeta = 0.1\nmu = 1.0\nD11 = 0.01\n"
+    )
+    (tmp_path / "noise.toml").write_text(
+        DEVICE.format(more="", stop="", shaking="stiffness_noise = 0.01")
+    )
     for words, what in (
         ((tmp_path / "other.toml", "--out", out), "must be a device"),
         ((tmp_path / "noise.toml", "--out", out), "leave excitation.stiffness_noise out"),
         ((EXAMPLES / "plate.toml", "--out", out, "--name", "2 x"), "--name must be letters"),
         ((EXAMPLES / "plate.toml", "--out", tmp_path / "no" / "x.lib"), "--out must take x.lib"),
-        ((EXAMPLES / "plate.toml", "--out", out, "--duration", "5s"), "--duration must go with noise"),
-        ((EXAMPLES / "plate_coloured.toml", "--out", out, "--duration", "5 V"), "--duration must be a time"),
+        (
+            (EXAMPLES / "plate.toml", "--out", out, "--duration", "5s"),
+            "--duration must go with noise",
+        ),
+        (
+            (EXAMPLES / "plate_coloured.toml", "--out", out, "--duration", "5 V"),
+            "--duration must be a time",
+        ),
     ):
         status, _, wrong = harvester("export", *words)
         assert (status, what in wrong) == (2, True), wrong
@@ -217,7 +258,11 @@ def test_the_file_is_neither_a_folder_nor_the_scene(tmp_path):
     whole = tmp_path / "mine.toml"
     whole.write_text((EXAMPLES / "plate.toml").read_text())
     before = whole.read_text()
-    for out, word in ((".", "be a file"), (tmp_path, "be a file"), (whole, "another file than the scene")):
+    for out, word in (
+        (".", "be a file"),
+        (tmp_path, "be a file"),
+        (whole, "another file than the scene"),
+    ):
         with pytest.raises(InputError, match=word):
             export(whole, out, name="device")
     assert whole.read_text() == before
@@ -225,7 +270,9 @@ def test_the_file_is_neither_a_folder_nor_the_scene(tmp_path):
 
 def test_after_its_last_point_a_base_stands_still():
     """A source through points keeps its last value, which would push for ever."""
-    problem = Problem.of(scene(shaking='acceleration_psd = "1e-4 g^2/Hz"\ncorrelation_time = "50 ms"'))
+    problem = Problem.of(
+        scene(shaking='acceleration_psd = "1e-4 g^2/Hz"\ncorrelation_time = "50 ms"')
+    )
     text = part(problem, "device", "1 s", 0)
     points = text[text.index("PWL(") :].split("+ )")[0].replace("+", " ").split()[1:]
     assert float(points[-1]) == 0.0

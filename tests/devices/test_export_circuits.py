@@ -10,11 +10,14 @@ FIRST_WAKE = 0.15  # s: until then the chip's converter stands still
 
 @pytest.mark.thorough("test_with_a_stop")
 @pytest.mark.ngspice
-@pytest.mark.parametrize(("name", "most"), [("bridge", 1e-3), ("bridge and stop", 0.02), ("chip", 0.01)])
+@pytest.mark.parametrize(
+    ("name", "most"), [("bridge", 1e-3), ("bridge and stop", 0.02), ("chip", 0.01)]
+)
 def test_voltage_of_the_store(name, most):
     """From an empty store, relative RMS: 0.1 % with a bridge, 2 % with a stop, 1 % over the first cycles of a chip.
 
-    Of the chip 0.1 % until it wakes for the first time; after that the two wake at slightly different times.
+    Of the chip 0.1 % until it wakes for the first time; after that the two wake at slightly
+    different times.
     """
     assert set(CASES) == {"bridge", "bridge and stop", "chip"}
     t, plain, ours = both(name)

@@ -25,9 +25,15 @@ def test_what_meets_the_stop_of_several_modes():
     """It is the sum phi.y of all displacements: by the integral of its response to noise, and at one frequency."""
     modes = Modes((0.0, 9.0), (0.0, 0.06), (1.0, -0.5), (1.0, 0.4), (1.0, -0.7))
     eqs = Equations(beta=0.3, mu=0.6, c1=-0.1, n1=0.3, drive=2.0, drive_frequency=1.3, modes=modes)
-    base, contact = np.array([0.0, 0.0, *modes.base, 0.0]), np.array([*modes.contact, 0.0, 0.0, 0.0])
+    base, contact = (
+        np.array([0.0, 0.0, *modes.base, 0.0]),
+        np.array([*modes.contact, 0.0, 0.0, 0.0]),
+    )
     w = np.linspace(-60.0, 60.0, 120_001)
-    response = np.linalg.solve(1j * w[:, None, None] * np.eye(5) - flow(eqs), base[:, None])[..., 0] @ contact
+    response = (
+        np.linalg.solve(1j * w[:, None, None] * np.eye(5) - flow(eqs), base[:, None])[..., 0]
+        @ contact
+    )
     x2, v2 = (np.trapezoid(0.3 / np.pi * abs(response) ** 2 * power, w) for power in (1.0, w * w))
     found = variances(eqs)
     assert found[0] == pytest.approx(x2, rel=1e-4)
@@ -37,7 +43,9 @@ def test_what_meets_the_stop_of_several_modes():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("gap", "often"), [("0.1 mm", "often"), ("0.5 mm", "at times"), ("3 mm", "seldom or never")])
+@pytest.mark.parametrize(
+    ("gap", "often"), [("0.1 mm", "often"), ("0.5 mm", "at times"), ("3 mm", "seldom or never")]
+)
 def test_rate_of_a_distant_stop(gap, often):
     """Rice's rate of a linear mass, counted on one path."""
     flags = {**SHEET, **NOISE, "restitution": "1", "gap": gap, "resistance": "1 Mohm"}

@@ -21,7 +21,10 @@ from tests.support.systems import DRIVEN, scene
 sys.path.append(str(ROOT / "benchmarks"))
 products = importlib.import_module("products")
 
-FREQUENCY, LOAD, CAPACITANCE, COUPLING = 0.127324, 200.0, 0.1, 0.05
+FREQUENCY = 0.127324
+LOAD = 200.0
+CAPACITANCE = 0.1
+COUPLING = 0.05
 
 
 def beam(amplitude: float) -> hv.Scene:
@@ -44,7 +47,9 @@ def integrated(amplitude: float, start: tuple[float, float]) -> tuple[float, flo
         return v, force, (COUPLING * v - voltage / LOAD) / CAPACITANCE, voltage**2 / LOAD, x
 
     times = np.array([140.0, 150.0]) / FREQUENCY
-    found = solve_ivp(rate, (0.0, times[1]), (*start, 0.0, 0.0, 0.0), "DOP853", times, rtol=1e-7, atol=1e-9)
+    found = solve_ivp(
+        rate, (0.0, times[1]), (*start, 0.0, 0.0, 0.0), "DOP853", times, rtol=1e-7, atol=1e-9
+    )
     power, place = np.diff(found.y[3:], axis=1)[:, 0] / np.diff(times)
     return float(power), float(place)
 
@@ -58,15 +63,25 @@ def test_a_bistable_beam_has_three():
     by_power = sorted(answer.responses, key=lambda one: one.mean_power.value)
     assert [one.periods for one in by_power] == [1, 1, 1]
     for one, (expected, _) in zip(by_power, (inner, inner, outer), strict=True):
-        assert abs(one.mean_power.value - expected) < 1.1 * one.mean_power.known_error95 < 3e-3 * expected
+        assert (
+            abs(one.mean_power.value - expected)
+            < 1.1 * one.mean_power.known_error95
+            < 3e-3 * expected
+        )
     assert sum(one.share_of_starts for one in by_power) == pytest.approx(1.0, abs=0.05)
     printed = answer.as_json()["responses"]
-    assert [one["periods"] for one in printed] == [1, 1, 1] and all(one["mean_power"]["error95"] for one in printed)
-    assert "  responses\n" in str(answer) and "  mean power  error, 95 %  fraction of starts" in str(answer)
+    assert [one["periods"] for one in printed] == [1, 1, 1] and all(
+        one["mean_power"]["error95"] for one in printed
+    )
+    assert "  responses\n" in str(
+        answer
+    ) and "  mean power  error, 95 %  fraction of starts" in str(answer)
     row = SweepRow.answered(answer)
     assert row.responses == 3
     found = SweepTable((), (row, SweepRow.failed("ensemble", SimulationError("no"))))
-    assert "ensemble: several responses to the excitation at 1 of 1 points, 3 at most: " in str(found)
+    assert "ensemble: several responses to the excitation at 1 of 1 points, 3 at most: " in str(
+        found
+    )
 
 
 @pytest.mark.slow
@@ -74,7 +89,8 @@ def test_chaos_and_a_subharmonic_are_named():
     """Published as chaos: other starts of the same drive come to a response of five periods, or of one."""
     found = hv.Ensemble().run(beam(0.095)).responses
     (chaos,) = (one for one in found if one.chaotic)
-    assert chaos.periods is None and chaos.share_of_starts > 0.15  # which falls: it lasts some thousand periods
+    # which falls: it lasts some thousand periods
+    assert chaos.periods is None and chaos.share_of_starts > 0.15
     assert sorted(one.periods for one in found if one is not chaos) == [1, 5]
     power, _ = integrated(0.095, (2.0, 0.0))
     (single,) = (one.mean_power for one in found if one.periods == 1)
@@ -86,14 +102,24 @@ def test_chaos_and_a_subharmonic_are_named():
 def test_a_voltage_that_jumps_is_no_second_response(netlist):
     """Read at 16 places of each period, starts differed by a fifth, and a step of a 64th made three periods of one."""
     load = bimorph(
-        'R = "100 kohm", C = "0.2 uF"', "0.4 g", "50 Hz", netlist, '[stop]\nrestitution = 0.8\ngap = "0.2 mm"'
+        'R = "100 kohm", C = "0.2 uF"',
+        "0.4 g",
+        "50 Hz",
+        netlist,
+        '[stop]\nrestitution = 0.8\ngap = "0.2 mm"',
     )
     answer = hv.Ideal(judged=False).run(hv.loads(load))
     (only,) = answer.responses
     assert only.periods == 1 and not any("trajectories" in str(one) for one in answer.warnings)
-    assert only.share_of_starts == 1.0 and only.mean_power.known_error95 < 2e-3 * only.mean_power.value
+    assert (
+        only.share_of_starts == 1.0 and only.mean_power.known_error95 < 2e-3 * only.mean_power.value
+    )
     gap = abs(answer.mean_power.value - only.mean_power.value)
-    assert gap < answer.mean_power.known_error95 + only.mean_power.known_error95 < 5e-3 * only.mean_power.value
+    assert (
+        gap
+        < answer.mean_power.known_error95 + only.mean_power.known_error95
+        < 5e-3 * only.mean_power.value
+    )
 
 
 def test_a_linear_mass_is_not_searched():
@@ -105,13 +131,20 @@ def test_a_linear_mass_is_not_searched():
 def test_ngspice_follows_each_of_three():
     """From well to well the voltage is near 0 where a period begins, beside which no response seemed to come back."""
     answer = hv.Spice().run(beam(0.06))
-    assert any("the excitation has 3 responses, and this is the one from rest" in str(one) for one in answer.warnings)
+    assert any(
+        "the excitation has 3 responses, and this is the one from rest" in str(one)
+        for one in answer.warnings
+    )
     assert answer.details["response_periods"] == 1
     powers = [integrated(0.06, start)[0] for start in ((1.0, 0.0), (1.0, 0.0), (2.0, 0.0))]
     by_power = sorted(answer.responses, key=lambda one: one.mean_power.value)
     for one, expected in zip(by_power, powers, strict=True):
         assert (one.engine, one.periods, one.note) == ("spice", 1, "")
-        assert abs(one.mean_power.value - expected) < one.mean_power.known_error95 + 2e-5 * expected < 3e-4 * expected
+        assert (
+            abs(one.mean_power.value - expected)
+            < one.mean_power.known_error95 + 2e-5 * expected
+            < 3e-4 * expected
+        )
     assert answer.mean_power in [one.mean_power for one in by_power[:2]]
 
 
@@ -137,7 +170,11 @@ def test_ngspice_follows_the_doubler_to_the_other_well(tmp_path):
     ours, other = answer.responses
     assert ours.mean_power == answer.mean_power and other.engine == "spice"
     for one, expected in ((ours, 0.2996017e-3), (other, 0.2142132e-3)):
-        assert abs(one.mean_power.value - expected) < one.mean_power.known_error95 + 6e-9 < 3e-4 * expected
+        assert (
+            abs(one.mean_power.value - expected)
+            < one.mean_power.known_error95 + 6e-9
+            < 3e-4 * expected
+        )
 
 
 @pytest.mark.thorough("test_a_bistable_beam_has_three")
@@ -154,4 +191,6 @@ def test_a_slow_switching_is_told(henries, told):
     answer = hv.Ideal(trajectories=64, budget="5s").run(hv.loads(load))
     words = [str(one) for one in answer.warnings if "each inversion takes" in str(one)]
     assert len(words) == told
-    assert not told or words[0].startswith("each inversion takes 451.2 us, 0.045 of a half-period, but engine 'ideal'")
+    assert not told or words[0].startswith(
+        "each inversion takes 451.2 us, 0.045 of a half-period, but engine 'ideal'"
+    )

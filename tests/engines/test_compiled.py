@@ -25,7 +25,9 @@ def test_a_bridge_is_that_of_engine_ideal(tmp_path, drive):
     scene = on_plate(tmp_path, BRIDGE.format("1N4148") + STORE)
     scene = dataclasses.replace(scene, excitation=dataclasses.replace(scene.excitation, **drive))
     ours = hv.Compiled(within="5%", seed=1).run(scene)
-    ideal = hv.Ideal(within="1%", seed=2).run(scene.with_load(netlist="bridge", parameters={"R": 1.5e6, "C": 1e-6}))
+    ideal = hv.Ideal(within="1%", seed=2).run(
+        scene.with_load(netlist="bridge", parameters={"R": 1.5e6, "C": 1e-6})
+    )
     spread = (ours.mean_power.stderr**2 + ideal.mean_power.stderr**2) ** 0.5
     size = ideal.mean_power.value
     assert abs(ours.mean_power.value - size) < 4.0 * spread + 0.003 * size + ours.mean_power.bias
@@ -41,12 +43,15 @@ def test_a_bridge_is_that_of_engine_ideal(tmp_path, drive):
 def test_what_extrapolation_leaves_of_a_bias_is_within_what_is_stated(tmp_path, stop):
     """Steps of 0.6/w0 and 0.9/w0, whose biases are 2 to 6 %, against one of 0.2/w0."""
     scene = dataclasses.replace(on_plate(tmp_path, BRIDGE.format("BAT54") + STORE), stop=stop)
-    fine, *long = (hv.Compiled(dt=dt, trajectories=256, duration=20.0).run(scene) for dt in (None, 0.01, 0.014))
+    fine, *long = (
+        hv.Compiled(dt=dt, trajectories=256, duration=20.0).run(scene) for dt in (None, 0.01, 0.014)
+    )
     fine = fine.mean_power
     for power in (one.mean_power for one in long):
         apart = abs(power.value - fine.value)
         assert power.bias > 0.25 * apart  # the error that is stated is not arbitrarily large ...
-        assert apart - power.bias - fine.bias < 4.0 * math.hypot(power.stderr, fine.stderr)  # ... nor too small
+        # ... nor too small
+        assert apart - power.bias - fine.bias < 4.0 * math.hypot(power.stderr, fine.stderr)
 
 
 @pytest.mark.thorough("test_what_it_cannot_serve_is_said_with_the_element")
@@ -78,7 +83,9 @@ def test_without_ngspice_the_unknown_part_is_named(tmp_path, monkeypatch):
         raise hv.MissingProgramError("no ngspice")
 
     monkeypatch.setattr("harvester.cosimulation.worker_pool.map_in_workers", missing)
-    ours = hv.Compiled(within="10%", seed=1).run(on_plate(tmp_path, BRIDGE.format("1N4148") + STORE))
+    ours = hv.Compiled(within="10%", seed=1).run(
+        on_plate(tmp_path, BRIDGE.format("1N4148") + STORE)
+    )
     assert ours.mean_power.error95 is None
     assert "the error of the difference from ngspice is not known" in str(ours)
     assert "compare with 'spice'" in str(ours)

@@ -21,16 +21,21 @@ def test_self_powered_sshi_is_ngspices_within_what_is_stated():
         assert abs(here.value - there.value) < here.error95 + there.error95
         assert here.error95 < 2e-3 * here.value
         assert 0.0 < here.model < 1e-3 * here.value
-    assert ours.details["displacement_phase"] == pytest.approx(judge.details["displacement_phase"], abs=0.1)
+    assert ours.details["displacement_phase"] == pytest.approx(
+        judge.details["displacement_phase"], abs=0.1
+    )
     assert ours.details["voltage_phase"] == pytest.approx(judge.details["voltage_phase"], abs=0.3)
 
 
 @pytest.mark.slow
 def test_the_periodic_response_is_what_a_long_run_from_rest_comes_to():
     """A bridge whose capacitor charges for hundreds of periods: far fewer are computed, to the same power."""
-    scene = hv.load("examples/plate_harmonic.toml").with_load(netlist="bridge", parameters={"R": "1 Mohm", "C": "2 uF"})
+    scene = hv.load("examples/plate_harmonic.toml").with_load(
+        netlist="bridge", parameters={"R": "1 Mohm", "C": "2 uF"}
+    )
     problem = Problem.of(scene)
-    circuit, eqs = compiled_circuit(problem.circuit, problem.scales), problem.equations
+    circuit = compiled_circuit(problem.circuit, problem.scales)
+    eqs = problem.equations
     h = eqs.shaking_period / 64
     found = periodic_response(circuit, eqs, h, 1e-5)
     assert found is not None and found.turns == 1
@@ -55,7 +60,8 @@ def test_a_circuit_that_never_comes_back_is_no_periodic_response(tmp_path):
     path = tmp_path / "board.cir"
     path.write_text(f"* a board\n.subckt board p n\n{body}\n.ends\n")
     problem = Problem.of(hv.load("examples/plate_harmonic.toml").with_load(netlist=str(path)))
-    circuit, eqs = compiled_circuit(problem.circuit, problem.scales), problem.equations
+    circuit = compiled_circuit(problem.circuit, problem.scales)
+    eqs = problem.equations
     assert periodic_response(circuit, eqs, eqs.shaking_period / 64, 1e-4) is None
 
 
@@ -65,7 +71,9 @@ def test_a_circuit_that_never_comes_back_is_no_periodic_response(tmp_path):
 def test_a_path_and_its_probes_are_ngspices():
     scene = hv.load("examples/bimorph_self_powered_sshi.toml")
     asked = ("store", "v(top)", "i(lcoil)", "p(load)", "i(rcore)")
-    ours, theirs = (hv.motion(scene, one, 0.3, from_rest=True, probe=asked) for one in ("compiled", "spice"))
+    ours, theirs = (
+        hv.motion(scene, one, 0.3, from_rest=True, probe=asked) for one in ("compiled", "spice")
+    )
     assert np.corrcoef(ours.voltage, theirs.voltage)[0, 1] > 0.9999
     for name in asked:
         here, there = ours.probes[name], theirs.probes[name]
@@ -78,8 +86,12 @@ def test_a_path_and_its_probes_are_ngspices():
 @pytest.mark.ngspice
 @pytest.mark.slow
 def test_the_frequency_response_is_ngspices():
-    scene = hv.load("examples/plate_harmonic.toml").with_load(netlist="bridge", parameters={"C": "0.2 uF"})
-    ours, theirs = (hv.response(scene, [4.2, 4.5, 4.8], engine=one) for one in ("compiled", "spice"))
+    scene = hv.load("examples/plate_harmonic.toml").with_load(
+        netlist="bridge", parameters={"C": "0.2 uF"}
+    )
+    ours, theirs = (
+        hv.response(scene, [4.2, 4.5, 4.8], engine=one) for one in ("compiled", "spice")
+    )
     for here, there in zip(ours.points, theirs.points, strict=True):
         assert here.mean_power.value == pytest.approx(there.mean_power.value, rel=2e-3)
         assert here.displacement_rms.value == pytest.approx(there.displacement_rms.value, rel=1e-3)
@@ -90,9 +102,12 @@ def test_the_frequency_response_is_ngspices():
 def test_ngspice_has_no_more_than_its_patience_and_the_way_there_is_shown(monkeypatch):
     for name in ("PATIENCE", "AGAIN"):
         monkeypatch.setattr(f"harvester.engines.compiled_steady.{name}", 0.0)
-    scene, fractions = hv.load("examples/plate_harmonic.toml").with_load(netlist="bridge"), []
+    scene = hv.load("examples/plate_harmonic.toml").with_load(netlist="bridge")
+    fractions = []
     answer = hv.Compiled().run(scene, fractions.append)
-    assert answer.mean_power.model is None and "compiled_circuit" in {word.code for word in answer.diagnostics}
+    assert answer.mean_power.model is None and "compiled_circuit" in {
+        word.code for word in answer.diagnostics
+    }
     assert fractions[0] == 0.0 and np.all(np.diff(fractions) > 0.0) and fractions[-1] < 1.0
 
 

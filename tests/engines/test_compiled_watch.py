@@ -17,17 +17,22 @@ BODY = BRIDGE.format("1N4148") + STORE.replace("1u", "100n")
 @pytest.mark.thorough("test_what_is_not_told_is_refused_before_anything_is_computed")
 def test_powers_of_elements_are_those_of_their_laws(tmp_path):
     """Of a resistor v^2/R, of a source what it gives to another, of a capacitor nothing."""
-    scene = on_plate(tmp_path, BODY + "Rs p q 10k\nB1 q b I=1n*v(a)*v(a)\nE1 x b a b 2\nRx x b 1Meg")
-    circuit, eqs = compiled(scene), Problem(scene).equations
+    scene = on_plate(
+        tmp_path, BODY + "Rs p q 10k\nB1 q b I=1n*v(a)*v(a)\nE1 x b a b 2\nRx x b 1Meg"
+    )
+    circuit = compiled(scene)
+    eqs = Problem(scene).equations
     path = circuit.trace(eqs, np.random.default_rng(0).normal(size=4000), 0.05, keep=True)
-    y, at = circuit.unknowns(path.states), circuit.system.unknowns
+    y = circuit.unknowns(path.states)
+    at = circuit.system.unknowns
     powers = powers_of_elements(circuit, path.states)
     v = {name.removeprefix("xload."): y[:, k] for name, k in at.items()}
     known = {"rs": (v["p"] - v["q"]) ** 2 / 1e4, "rload": (v["a"] - v["b"]) ** 2 / 1.5e6}
     known["b1"] = 1e-9 * v["a"] ** 2 * (v["q"] - v["b"])
     for name, power in known.items():
         assert powers[name] == pytest.approx(power, abs=1e-6 * abs(power).max())
-    assert powers["e1"].mean() == pytest.approx(-powers["rx"].mean(), rel=1e-9)  # a source, which gives
+    # a source, which gives
+    assert powers["e1"].mean() == pytest.approx(-powers["rx"].mean(), rel=1e-9)
     assert powers["d1"].min() >= 0.0 and "csmooth" not in powers
 
 
@@ -35,7 +40,10 @@ def test_powers_of_elements_are_those_of_their_laws(tmp_path):
 @pytest.mark.thorough("test_what_is_not_told_is_refused_before_anything_is_computed")
 def test_probes_and_powers_of_a_driven_bridge_are_those_of_ngspice(tmp_path):
     scene = replace(on_plate(tmp_path, BODY), excitation=DRIVE)
-    both = [kind(probe=("store", "v(a)", "p(load)"), ledger=True).run(scene) for kind in (hv.Compiled, hv.Spice)]
+    both = [
+        kind(probe=("store", "v(a)", "p(load)"), ledger=True).run(scene)
+        for kind in (hv.Compiled, hv.Spice)
+    ]
     ours, judge = (one.probes for one in both)
     for name in ours:
         assert ours[name].mean.value == pytest.approx(judge[name].mean.value, rel=3e-3)
@@ -52,9 +60,15 @@ def test_elements_beside_a_coil_are_those_of_ngspice():
     """Of self-powered SSHI, whose pulses are much shorter than a step of the mass."""
     scene = hv.load("examples/bimorph_self_powered_sshi.toml")
     ours, judge = (kind(ledger=True).run(scene).details for kind in (hv.Compiled, hv.Spice))
-    taken = {key: value for key, value in judge.items() if key in ours and key.startswith("ledger_circuit_")}
+    taken = {
+        key: value
+        for key, value in judge.items()
+        if key in ours and key.startswith("ledger_circuit_")
+    }
     assert len(taken) > 15
-    assert [ours[key] for key in taken] == pytest.approx([*taken.values()], abs=2e-3 * sum(taken.values()))
+    assert [ours[key] for key in taken] == pytest.approx(
+        [*taken.values()], abs=2e-3 * sum(taken.values())
+    )
 
 
 @pytest.mark.thorough("test_what_is_not_told_is_refused_before_anything_is_computed")
@@ -62,8 +76,12 @@ def test_under_noise_the_probe_of_the_load_is_the_answer(tmp_path):
     """To within both errors of sampling, which the answer's own power, as control variate, makes alike."""
     scene = replace(on_plate(tmp_path, BODY), stop=hv.Stop(restitution=0.9))
     answer = hv.Compiled(probe=("p(load)", "v(p)"), trajectories=128, duration="10s").run(scene)
-    load, piezo = answer.probes["p(load)"].mean, answer.probes["v(p)"]
-    assert abs(load.value - answer.mean_power.value) < 4.0 * answer.mean_power.stderr + 0.01 * load.value
+    load = answer.probes["p(load)"].mean
+    piezo = answer.probes["v(p)"]
+    assert (
+        abs(load.value - answer.mean_power.value)
+        < 4.0 * answer.mean_power.stderr + 0.01 * load.value
+    )
     known = answer.mean_square_voltage
     assert abs(piezo.rms.value**2 - known.value) < 4.0 * np.hypot(
         2.0 * piezo.rms.value * piezo.rms.stderr, known.stderr

@@ -26,7 +26,10 @@ def test_the_same_answer_in_other_units():
     plate = hv.load("examples/plate_with_stop.toml")
     answer = hv.Density(within=1e-3).run(plate)
     averaged = hv.Averaged().run(plate)
-    assert abs(answer.mean_power.value - averaged.mean_power.value) <= averaged.mean_power.known_error95
+    assert (
+        abs(answer.mean_power.value - averaged.mean_power.value)
+        <= averaged.mean_power.known_error95
+    )
     w0 = Problem(plate).scales.frequency
     assert answer.details["impact_rate"] == pytest.approx(w0 / math.pi, rel=0.3)
 
@@ -92,18 +95,25 @@ def test_a_budget_that_ends_too_early_is_said(monkeypatch):
             {"n1": None, "n2": None, "restitution": 0.0, "coloured": 0.01, "correlation_time": 1.0},
             "does not support coloured noise with a dissipative rigid",
         ),
-        ({"n1": None, "n2": None, "coloured": 0.01, "centre": 1.0, "bandwidth": 0.1}, "cannot model band pass noise"),
+        (
+            {"n1": None, "n2": None, "coloured": 0.01, "centre": 1.0, "bandwidth": 0.1},
+            "cannot model band pass noise",
+        ),
         ({"drive": 0.1, "drive_frequency": 1.0}, "cannot model harmonic drive"),
         ({"cv": 0.1}, "cannot model damping_v"),
     ],
 )
 def test_what_has_no_stationary_density_is_refused(changes, words):
-    with pytest.raises(CannotServeError, match=f"^engine 'density' {words}.*: use engine 'ensemble'"):
+    with pytest.raises(
+        CannotServeError, match=f"^engine 'density' {words}.*: use engine 'ensemble'"
+    ):
         hv.Density().run(scene(changed(PAPER, **changes)))
 
 
 def test_a_circuit_and_a_heavy_tail_are_refused():
-    with pytest.raises(CannotServeError, match=r"engine 'density' needs a load resistance.*use engine 'spice'"):
+    with pytest.raises(
+        CannotServeError, match=r"engine 'density' needs a load resistance.*use engine 'spice'"
+    ):
         hv.Density().run(hv.load("examples/plate_bridge.toml"))
     with pytest.raises(InfiniteMeanError, match="do not exist"):
         hv.Density().run(scene(changed(linear(0.05, 0.5), n2=0.1)))
@@ -112,5 +122,7 @@ def test_a_circuit_and_a_heavy_tail_are_refused():
 def test_within_has_a_least_value():
     with pytest.raises(InputError, match="`within` must be between 1e-07% and 100%"):
         hv.Density(within=1e-12)
-    with pytest.raises(InputError, match=r"`within` must be between 0.001% and 100%, but is '1e-5%'"):
+    with pytest.raises(
+        InputError, match=r"`within` must be between 0.001% and 100%, but is '1e-5%'"
+    ):
         hv.Ensemble(within="1e-5%")

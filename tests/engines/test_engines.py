@@ -12,7 +12,12 @@ from harvester.engines.selection import default_engine, default_engines
 from harvester.engines.spice.setup import set_up
 from harvester.equations.bounds import check_bounded
 from harvester.equations.problem import Problem
-from harvester.errors import CannotServeError, InputError, MissingProgramError, UnboundedResponseError
+from harvester.errors import (
+    CannotServeError,
+    InputError,
+    MissingProgramError,
+    UnboundedResponseError,
+)
 from harvester.studies.compare import compare
 from harvester.studies.stability.exponent import stability
 from harvester.uncertainty.value import Value, z_score
@@ -52,7 +57,9 @@ def test_paper_scene_in_spice():
     assert answer.mean_power.known_error95 <= 0.01 * answer.mean_power.value
     assert abs(z((value, math.hypot(error, answer.mean_square_voltage.bias)), *PAPER_V2)) < 4
     assert value == pytest.approx(0.0881, rel=0.01)
-    assert abs(z((answer.details["power_balance"], answer.details["power_balance_stderr"]), 0.0)) < 4
+    assert (
+        abs(z((answer.details["power_balance"], answer.details["power_balance_stderr"]), 0.0)) < 4
+    )
 
 
 @pytest.mark.thorough("test_paper_scene_in_spice")
@@ -73,7 +80,8 @@ def test_identities_in_spice():
         for values in (moments.V, moments.vV - eqs.mu * moments.V2):
             assert abs(z(mean_and_error(values), 0.0)) < 4
         difference, error = mean_and_error(moments.xV - moments.V2)
-        assert abs(difference) < 4 * error + 1e-3 * v2  # holds path by path: the step's bias is what is left
+        # holds path by path: the step's bias is what is left
+        assert abs(difference) < 4 * error + 1e-3 * v2
         assert abs(z(mean_and_error(moments.balance(eqs)), 0.0)) < 4
 
 
@@ -82,12 +90,17 @@ def test_strong_impacts_leave_the_step_in_the_power_balance():
     """It is stated, falls with the step, and with the sampling error covers what the balance is off by."""
     strong = scene(changed(PAPER, restitution=0.37))
     default, quarter = (
-        hv.Ensemble(dt=dt, trajectories=8192, duration=150.0).run(strong).details for dt in (0.0976, 0.0244)
+        hv.Ensemble(dt=dt, trajectories=8192, duration=150.0).run(strong).details
+        for dt in (0.0976, 0.0244)
     )
-    assert default["power_balance_bias"] == pytest.approx(2.6e-3, rel=0.4)  # both parts, which have opposite signs here
+    # both parts, which have opposite signs here
+    assert default["power_balance_bias"] == pytest.approx(2.6e-3, rel=0.4)
     assert quarter["power_balance_bias"] < 0.5 * default["power_balance_bias"]
     for found in (default, quarter):
-        assert abs(found["power_balance"]) < 4 * found["power_balance_stderr"] + found["power_balance_bias"]
+        assert (
+            abs(found["power_balance"])
+            < 4 * found["power_balance_stderr"] + found["power_balance_bias"]
+        )
 
 
 def test_published_is_four_times_too_high_with_the_stop():
@@ -110,21 +123,31 @@ def test_published_is_no_such_thing_in_open_circuit():
 def test_units_of_a_physical_scene():
     """E[P] = E[v^2]/R in SI, and both match the nondimensional numbers."""
     answer = hv.Ensemble(trajectories=256).run(PLATE)
-    assert answer.mean_power.value == pytest.approx(answer.mean_square_voltage.value / 1e6, rel=1e-12)
+    assert answer.mean_power.value == pytest.approx(
+        answer.mean_square_voltage.value / 1e6, rel=1e-12
+    )
     nd = answer.nondimensional
-    assert nd["mean_power"] == pytest.approx(nd["beta"] * nd["mu"] * nd["mean_square_voltage"], rel=1e-12)
-    assert (nd["beta"], nd["mu"]) == pytest.approx((1e-6 / (16 * 50.2e-9), 1 / (1e6 * 50.2e-9 * 20)))
+    assert nd["mean_power"] == pytest.approx(
+        nd["beta"] * nd["mu"] * nd["mean_square_voltage"], rel=1e-12
+    )
+    assert (nd["beta"], nd["mu"]) == pytest.approx(
+        (1e-6 / (16 * 50.2e-9), 1 / (1e6 * 50.2e-9 * 20))
+    )
     psd = 1e-5 * 9.80665**2
     assert answer.mean_power.value < 0.04 * psd / 4  # all that white noise can put in: M G/4
 
 
-@pytest.mark.parametrize("given", [PLATE, scene(changed(PAPER, beta=0.3, mu=0.7))], ids=["plate", "paper"])
+@pytest.mark.parametrize(
+    "given", [PLATE, scene(changed(PAPER, beta=0.3, mu=0.7))], ids=["plate", "paper"]
+)
 def test_samples_have_the_means_that_are_answered(given):
     """Of V^2 nondimensional, of the power in the scene's unit, one for each trajectory."""
     answer = hv.Ensemble(trajectories=256, duration=20.0 if given is PLATE else 200.0).run(given)
     assert len(answer.samples) == len(answer.power_samples) == 256
     assert answer.power_samples.mean() == pytest.approx(answer.mean_power.value, rel=1e-12)
-    assert answer.samples.mean() == pytest.approx(answer.nondimensional["mean_square_voltage"], rel=1e-12)
+    assert answer.samples.mean() == pytest.approx(
+        answer.nondimensional["mean_square_voltage"], rel=1e-12
+    )
 
 
 @pytest.mark.ngspice
@@ -135,13 +158,16 @@ def test_power_of_the_load_resistor_in_ngspice_is_v_squared_over_r():
     device = set_up(Problem(PLATE), hv.Spice()).device
     one = next(worker.measure_in_workers(device, [np.random.SeedSequence(4)], 40_000, 300.0))
     s, eqs = device.scales, device.eqs
-    assert one.load_power == pytest.approx(s.watts * eqs.beta * eqs.mu * one.moments.V2[0], rel=0.01)
+    assert one.load_power == pytest.approx(
+        s.watts * eqs.beta * eqs.mu * one.moments.V2[0], rel=0.01
+    )
 
 
 @pytest.mark.thorough("test_paper_scene_in_spice")
 @pytest.mark.ngspice
 @pytest.mark.parametrize(
-    "engine", [hv.Ensemble(trajectories=512, seed=5), hv.Spice(trajectories=2, duration=5.0, seed=5)]
+    "engine",
+    [hv.Ensemble(trajectories=512, seed=5), hv.Spice(trajectories=2, duration=5.0, seed=5)],
 )
 def test_same_seed_same_answer(engine):
     a, b = engine.run(PLATE), engine.run(PLATE)
@@ -191,7 +217,9 @@ def test_a_netlist_of_ones_own(tmp_path):
 
 @pytest.mark.thorough("test_paper_scene_in_spice")
 @pytest.mark.ngspice
-@pytest.mark.parametrize("given", [hv.load("examples/plate_with_stop.toml"), BRIDGE], ids=["stop", "bridge"])
+@pytest.mark.parametrize(
+    "given", [hv.load("examples/plate_with_stop.toml"), BRIDGE], ids=["stop", "bridge"]
+)
 def test_paired_and_alone_agree(given):
     """The control variate changes the error, not the mean."""
     paired = hv.Spice(seed=4, trajectories=8, duration=10.0).run(given)
@@ -259,8 +287,16 @@ def test_every_answer_warns_of_values_that_no_device_has():
     ("changes", "name", "refusing"),
     [
         ({"gap": 0.2}, "gap", {"published"}),
-        ({"gap": 0.2, "opposite_restitution": 1.0, "opposite_gap": 1.0}, "gap and opposite stop", {"published"}),
-        ({"opposite_restitution": 1.0, "opposite_gap": 1.0}, "opposite stop", {"published", "averaged"}),
+        (
+            {"gap": 0.2, "opposite_restitution": 1.0, "opposite_gap": 1.0},
+            "gap and opposite stop",
+            {"published"},
+        ),
+        (
+            {"opposite_restitution": 1.0, "opposite_gap": 1.0},
+            "opposite stop",
+            {"published", "averaged"},
+        ),
         ({"restitution": None, "stop_stiffness": 1e3}, "compliant stop", {"published", "averaged"}),
         ({"linear": -1.0}, "negative stiffness", {"published", "averaged"}),
         ({"alpha2": 0.3}, "quadratic stiffness", {"published", "averaged"}),
@@ -275,7 +311,10 @@ def test_what_an_engine_does_not_know_is_refused_by_name(changes, name, refusing
     """By those that do not, naming one that does; the ensemble serves everything; the effects are named."""
     problem = Problem(given := scene(changed(PAPER, **changes)))
     for engine in refusing:
-        with pytest.raises(CannotServeError, match=f"^engine '{engine}' cannot model .*{name}: use engine 'ensemble'"):
+        with pytest.raises(
+            CannotServeError,
+            match=f"^engine '{engine}' cannot model .*{name}: use engine 'ensemble'",
+        ):
             hv.engines.engine(engine).run(given)
     assert not hv.Ensemble.refusal(problem)
     assert set(name.replace(" ", "_").split("_and_")) <= set(problem.effects)
@@ -288,23 +327,39 @@ def test_what_an_engine_does_not_know_is_refused_by_name(changes, name, refusing
         ({"restitution": 0.9, "gap": 0.5, "alpha": 0.1}, "cubic stiffness and impact and gap"),
         ({"stop_stiffness": 100.0}, "compliant stop"),
         ({"alpha": -0.1}, "softening stiffness"),
-        ({"alpha2": 0.1, "c2": -0.1, "c3": 0.1}, "quadratic stiffness and damping_x2 and damping_x4"),
+        (
+            {"alpha2": 0.1, "c2": -0.1, "c3": 0.1},
+            "quadratic stiffness and damping_x2 and damping_x4",
+        ),
     ],
 )
 def test_exact_says_what_is_not_linear(changes, name):
     with pytest.raises(CannotServeError) as told:
         hv.Exact().run(scene(changed(linear(0.05, 1.0), **changes)))
-    assert str(told.value) == f"engine 'exact', for linear equations, cannot model {name}: use engine 'ensemble'"
+    assert (
+        str(told.value)
+        == f"engine 'exact', for linear equations, cannot model {name}: use engine 'ensemble'"
+    )
 
 
 def test_the_default_engine():
     """`exact` for a linear scene, unless the options are those of sampling."""
-    assert default_engine(PLATE) == default_engine(PLATE, seed=3, budget=1.0, trajectories=None) == "exact"
+    assert (
+        default_engine(PLATE)
+        == default_engine(PLATE, seed=3, budget=1.0, trajectories=None)
+        == "exact"
+    )
     assert default_engine(PLATE, trajectories=64) == default_engine(scene(PAPER)) == "ensemble"
     assert default_engine(BRIDGE) == default_engine(BRIDGE, dt=1e-3) == "spice"
     assert default_engine(PLATE, within=0.01, dt=1e-3) == "cheapest"
     assert (default_engines(PLATE), default_engines(BRIDGE)) == (["exact"], ["ideal", "spice"])
-    assert default_engines(scene(PAPER)) == ["published", "averaged", "density", "ensemble", "spice"]
+    assert default_engines(scene(PAPER)) == [
+        "published",
+        "averaged",
+        "density",
+        "ensemble",
+        "spice",
+    ]
     chosen = hv.run(PLATE, within="1%")
     assert chosen.reason.startswith("engine 'exact' was chosen as the cheapest: its stated error, ")
     assert chosen.mean_power == hv.run(PLATE).mean_power
@@ -314,9 +369,25 @@ def test_the_default_engine():
 
 def test_engines_that_serve_a_scene():
     """Formulas are not tried where they would refuse; the exact one comes first."""
-    assert hv.engines.serving(PLATE) == ["exact", "published", "averaged", "density", "ensemble", "spice"]
-    assert hv.engines.serving(hv.load("examples/plate_preloaded.toml")) == ["averaged", "density", "ensemble", "spice"]
-    assert hv.engines.serving(hv.load("examples/plate_harmonic.toml")) == ["exact", "ensemble", "spice"]
+    assert hv.engines.serving(PLATE) == [
+        "exact",
+        "published",
+        "averaged",
+        "density",
+        "ensemble",
+        "spice",
+    ]
+    assert hv.engines.serving(hv.load("examples/plate_preloaded.toml")) == [
+        "averaged",
+        "density",
+        "ensemble",
+        "spice",
+    ]
+    assert hv.engines.serving(hv.load("examples/plate_harmonic.toml")) == [
+        "exact",
+        "ensemble",
+        "spice",
+    ]
 
 
 @pytest.mark.parametrize(
@@ -333,7 +404,8 @@ def test_engines_that_serve_a_scene():
 )
 def test_a_spring_that_pushes_the_mass_away_is_refused(changes, side):
     with pytest.raises(
-        UnboundedResponseError, match=f"far {side} rest the spring pushes .*; give a cubic_stiffness above"
+        UnboundedResponseError,
+        match=f"far {side} rest the spring pushes .*; give a cubic_stiffness above",
     ):
         hv.Ensemble().run(scene(changed(PAPER, **changes)))
     check_bounded(changed(PAPER, alpha=None, alpha2=0.1, restitution=0.9))
@@ -398,12 +470,22 @@ def test_a_formula_says_where_it_is_not_within():
     told = "cannot be guaranteed"
     assert not any(told in str(w) for w in hv.Averaged(within=0.01).run(scene(PAPER)).warnings)
     assert any(told in str(w) for w in hv.Averaged(within=0.001).run(scene(PAPER)).warnings)
-    assert any("is not known" in str(w) for w in hv.Published(within=0.5).run(scene(PAPER)).warnings)
+    assert any(
+        "is not known" in str(w) for w in hv.Published(within=0.5).run(scene(PAPER)).warnings
+    )
 
 
 def test_a_mass_that_does_not_move_takes_no_power():
     """Held on a stop: the balance of power is zeros, no nan (which --json cannot say)."""
-    held = changed(linear(0.05, 1.0), n1=None, c1=-0.5, restitution=0.3, gap=-1.0, drive=0.01, drive_frequency=1.0)
+    held = changed(
+        linear(0.05, 1.0),
+        n1=None,
+        c1=-0.5,
+        restitution=0.3,
+        gap=-1.0,
+        drive=0.01,
+        drive_frequency=1.0,
+    )
     answer = hv.Ensemble(trajectories=64, duration=10.0, within=0.05).run(scene(held))
     assert answer.mean_power.value == 0.0
     assert (answer.details["power_balance"], answer.details["power_balance_stderr"]) == (0.0, 0.0)
@@ -424,24 +506,33 @@ def test_a_theory_names_exact_for_a_linear_scene():
 def test_a_large_storage_capacitor_is_named_as_the_cause():
     """R C = 1000 s is not forgotten within a budget of seconds."""
     load = hv.Load(netlist="bridge", parameters={"R": "10M", "C": "100uF"})
-    with pytest.raises(hv.SimulationError, match=r"the cause is the time constant R C = 1e\+03 s, where w0"):
+    with pytest.raises(
+        hv.SimulationError, match=r"the cause is the time constant R C = 1e\+03 s, where w0"
+    ):
         hv.Ideal(trajectories=64, budget="1s").run(PLATE.with_load(load))
 
 
-@pytest.mark.parametrize("engine", [hv.Ideal, hv.Compiled, pytest.param(hv.Spice, marks=pytest.mark.ngspice)])
+@pytest.mark.parametrize(
+    "engine", [hv.Ideal, hv.Compiled, pytest.param(hv.Spice, marks=pytest.mark.ngspice)]
+)
 def test_a_coupling_that_asks_for_too_short_a_step_is_refused_at_once(engine):
     """382 N/V, a slip of the prefix: the first steps of the circuit, before any burn-in, took minutes in any budget."""
     bridge = hv.Load(netlist="bridge", parameters={"R": "1M", "C": "10uF"})
     strong = PLATE.replace(load=bridge).vary("piezo.coupling", 382.0)
     begin = time.process_time()
-    with pytest.raises(hv.SimulationError, match=r"trajectory-steps of 2\.3e-07/w0: give a longer `dt`"):
+    with pytest.raises(
+        hv.SimulationError, match=r"trajectory-steps of 2\.3e-07/w0: give a longer `dt`"
+    ):
         engine(budget="5s").run(strong)
     assert time.process_time() - begin < 15.0
 
 
 def test_open_circuit_with_a_stop_is_the_variance():
     """`averaged` leaves out the mean that V keeps from its start, and says so; `ensemble` tells both together."""
-    found, many = hv.Averaged().run(OPEN), hv.Ensemble(trajectories=1024).run(OPEN)
-    assert any(str(one).startswith("open circuit: this is the variance of V") for one in found.warnings)
+    found = hv.Averaged().run(OPEN)
+    many = hv.Ensemble(trajectories=1024).run(OPEN)
+    assert any(
+        str(one).startswith("open circuit: this is the variance of V") for one in found.warnings
+    )
     mean = many.mean_square_voltage.value - found.mean_square_voltage.value
     assert mean > found.mean_square_voltage.value

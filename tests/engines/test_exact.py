@@ -20,15 +20,25 @@ def test_the_amplitudes_under_a_sinusoid_are_those_of_an_integration():
     def slope(t, y):
         x, speed, voltage = y
         force = DRIVEN["drive"] * math.cos(DRIVEN["drive_frequency"] * t)
-        return speed, force + DRIVEN["c1"] * speed - x - DRIVEN["beta"] * voltage, speed - DRIVEN["mu"] * voltage
+        return (
+            speed,
+            force + DRIVEN["c1"] * speed - x - DRIVEN["beta"] * voltage,
+            speed - DRIVEN["mu"] * voltage,
+        )
 
     times = np.linspace(60.0 * period, 61.0 * period, 2001)
-    path = solve_ivp(slope, (0.0, times[-1]), (0.0, 0.0, 0.0), "DOP853", times, rtol=1e-10, atol=1e-12).y
+    path = solve_ivp(
+        slope, (0.0, times[-1]), (0.0, 0.0, 0.0), "DOP853", times, rtol=1e-10, atol=1e-12
+    ).y
     details = answer.details
     assert math.isclose(details["displacement_amplitude"], np.abs(path[0]).max(), rel_tol=1e-5)
     assert math.isclose(details["voltage_amplitude"], np.abs(path[2]).max(), rel_tol=1e-5)
-    assert math.isclose(details["displacement_rms"], math.sqrt(np.mean(path[0, :-1] ** 2)), rel_tol=1e-6)
-    assert math.isclose(0.5 * details["voltage_amplitude"] ** 2, answer.mean_square_voltage.value, rel_tol=1e-12)
+    assert math.isclose(
+        details["displacement_rms"], math.sqrt(np.mean(path[0, :-1] ** 2)), rel_tol=1e-6
+    )
+    assert math.isclose(
+        0.5 * details["voltage_amplitude"] ** 2, answer.mean_square_voltage.value, rel_tol=1e-12
+    )
 
 
 def test_random_shaking_has_an_rms_and_no_largest_value():
@@ -48,19 +58,34 @@ def integrated(alpha=0.0, restitution=1.0, gap=math.inf, settle=60):
     def slope(t, y):
         x, speed, voltage = y
         force = DRIVEN["drive"] * math.cos(DRIVEN["drive_frequency"] * t)
-        return speed, force + DRIVEN["c1"] * speed - x - alpha * x**3 - DRIVEN["beta"] * voltage, speed - 0.7 * voltage
+        return (
+            speed,
+            force + DRIVEN["c1"] * speed - x - alpha * x**3 - DRIVEN["beta"] * voltage,
+            speed - 0.7 * voltage,
+        )
 
     def stop(_, y):
         return y[0] + gap if gap < math.inf else 1.0
 
-    stop.terminal, stop.direction = True, -1
-    t, end, y, found = 0.0, (settle + 1) * period, (0.0, 0.0, 0.0), [0.0, 0.0]
+    stop.terminal = True
+    stop.direction = -1
+    t = 0.0
+    end = (settle + 1) * period
+    y = (0.0, 0.0, 0.0)
+    found = [0.0, 0.0]
     while t < end:
-        leg = solve_ivp(slope, (t, end), y, "DOP853", events=stop, rtol=1e-10, atol=1e-12, dense_output=True)
-        late = np.linspace(max(t, settle * period), leg.t[-1], 4001) if leg.t[-1] > settle * period else []
+        leg = solve_ivp(
+            slope, (t, end), y, "DOP853", events=stop, rtol=1e-10, atol=1e-12, dense_output=True
+        )
+        late = (
+            np.linspace(max(t, settle * period), leg.t[-1], 4001)
+            if leg.t[-1] > settle * period
+            else []
+        )
         if len(late):
             found = np.maximum(found, np.abs(leg.sol(late)[[0, 2]]).max(axis=1))
-        t, y = leg.t[-1], leg.y[:, -1] * (1.0, -restitution if leg.status == 1 else 1.0, 1.0)
+        t = leg.t[-1]
+        y = leg.y[:, -1] * (1.0, -restitution if leg.status == 1 else 1.0, 1.0)
     return found
 
 
@@ -70,12 +95,16 @@ def integrated(alpha=0.0, restitution=1.0, gap=math.inf, settle=60):
 def test_amplitudes_of_engines_that_step(scene, engine):
     """They stated the RMS alone, or nothing; with a stop the voltage has a corner at its peak."""
     details = engine().run(hv.Scene(nondimensional=hv.Nondimensional(**DRIVEN, **scene))).details
-    for name, true in zip(("displacement_amplitude", "voltage_amplitude"), integrated(**scene), strict=True):
+    for name, true in zip(
+        ("displacement_amplitude", "voltage_amplitude"), integrated(**scene), strict=True
+    ):
         assert abs(details[name] - true) <= details[f"{name}_bias"] < 0.01 * true
     assert details["displacement_rms_bias"] < 1e-3 * details["displacement_rms"]
 
 
 def test_chaos_and_several_responses_have_no_one_amplitude():
     """Two wells, between which the mass goes without coming back."""
-    wells = hv.Nondimensional(c1=-0.1, alpha=1.0, linear=-1.0, beta=0.01, mu=1.0, drive=0.35, drive_frequency=1.2)
+    wells = hv.Nondimensional(
+        c1=-0.1, alpha=1.0, linear=-1.0, beta=0.01, mu=1.0, drive=0.35, drive_frequency=1.2
+    )
     assert "displacement_amplitude" not in hv.Ensemble().run(hv.Scene(nondimensional=wells)).details

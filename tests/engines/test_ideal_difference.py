@@ -40,7 +40,9 @@ def test_what_is_not_measured_is_a_warning():
 def test_of_weak_shaking_it_is_large():
     """A SECE at .7 V leaves much in its diodes, which ideal ones do not."""
     sece = hv.load(EXAMPLES / "plate_sece.toml")
-    weak = dataclasses.replace(sece.excitation, acceleration_psd=sece.excitation.acceleration_psd / 16.0)
+    weak = dataclasses.replace(
+        sece.excitation, acceleration_psd=sece.excitation.acceleration_psd / 16.0
+    )
     scene = dataclasses.replace(sece, excitation=weak)
     ours = hv.Ideal(seed=1, trajectories=128, duration=10.0).run(scene).mean_power
     theirs = hv.Compiled(seed=2, trajectories=128, duration=10.0).run(scene).mean_power
@@ -65,7 +67,9 @@ def test_the_judge_of_a_driven_mass_beside_a_stop_has_steps_of_its_own():
     sece = hv.load(EXAMPLES / "plate_sece.toml")
     driven = hv.Excitation(frequency="3.2 Hz", acceleration_amplitude="0.01 g")
     scene = dataclasses.replace(sece, excitation=driven)
-    ideal, compiled = (one.run(scene).mean_power for one in (hv.Ideal(trajectories=64), hv.Compiled()))
+    ideal, compiled = (
+        one.run(scene).mean_power for one in (hv.Ideal(trajectories=64), hv.Compiled())
+    )
     assert abs(ideal.value - compiled.value) < ideal.error95 + compiled.known_error95
 
 
@@ -75,7 +79,9 @@ def test_the_judge_of_a_driven_mass_beside_a_stop_has_steps_of_its_own():
 def test_noise_beside_the_drive_leaves_the_error_whole():
     """A SECE and its compiled circuit, 5 % apart in a longer run, of which `ideal` states 4 % as its model's."""
     sece = hv.load(EXAMPLES / "plate_sece.toml")
-    driven = hv.Excitation(frequency="3.2 Hz", acceleration_amplitude="0.01 g", acceleration_psd="1e-6 g^2/Hz")
+    driven = hv.Excitation(
+        frequency="3.2 Hz", acceleration_amplitude="0.01 g", acceleration_psd="1e-6 g^2/Hz"
+    )
     scene = dataclasses.replace(sece, excitation=driven)
     ideal = hv.Ideal(trajectories=128, duration=20.0).run(scene).mean_power
     compiled = hv.Compiled(trajectories=64, duration=10.0).run(scene).mean_power

@@ -30,7 +30,9 @@ def test_the_bound_is_mass_times_density_over_four():
     scene = PLATE.scene
     bound = scene.oscillator.mass * scene.excitation.acceleration_psd / 4.0
     for share, said in ((0.999, False), (1.001, True)):
-        found = impossible_power(PLATE, Value(share * bound / PLATE.units.watts), power_bound(PLATE))
+        found = impossible_power(
+            PLATE, Value(share * bound / PLATE.units.watts), power_bound(PLATE)
+        )
         assert (found is not None) == said
     assert found.numbers["bound"] == pytest.approx(bound, rel=1e-9)
     assert "exceeds the upper bound of this excitation for any device" in str(found)
@@ -81,7 +83,8 @@ def test_a_stroke_bounds_what_hardly_damped_mass_takes():
     [
         {"D22": 0.01},  # its force grows with the response
         {"c1": 0.05, "c3": 0.1},  # friction that feeds at small amplitudes
-        {"D11": None, "drive": 1.0, "drive_frequency": 1.0},  # neither friction nor stops limit a drive
+        # neither friction nor stops limit a drive
+        {"D11": None, "drive": 1.0, "drive_frequency": 1.0},
     ],
 )
 def test_where_nothing_limits_the_power_there_is_no_bound(table):
@@ -103,7 +106,12 @@ def test_a_drive_gives_all_of_it_to_the_best_load():
         scene = nondimensional(c1=-0.01, beta=0.5, mu=mu, drive=0.1, drive_frequency=frequency)
         return hv.run(scene, "exact").share_of_possible
 
-    best = minimize(lambda logs: -share(logs), np.log([1.2, 0.02]), method="Nelder-Mead", options={"xatol": 1e-6})
+    best = minimize(
+        lambda logs: -share(logs),
+        np.log([1.2, 0.02]),
+        method="Nelder-Mead",
+        options={"xatol": 1e-6},
+    )
     assert -best.fun == pytest.approx(1.0, abs=1e-3)
     assert -best.fun <= 1.0 + 1e-9
 
@@ -121,8 +129,16 @@ def random_scenes(count=300, seed=8):
             {"D11": between(1e-3, 1.0)},
             {"drive": between(0.1, 2.0), "drive_frequency": between(0.3, 3.0)},
             {"D11": between(1e-3, 1.0), "correlation_time": between(0.1, 10.0)},
-            {"D11": between(1e-3, 1.0), "centre_frequency": between(0.5, 2.0), "bandwidth": between(0.05, 1.0)},
-            {"D11": between(1e-3, 1.0), "drive": between(0.1, 2.0), "drive_frequency": between(0.3, 3.0)},
+            {
+                "D11": between(1e-3, 1.0),
+                "centre_frequency": between(0.5, 2.0),
+                "bandwidth": between(0.05, 1.0),
+            },
+            {
+                "D11": between(1e-3, 1.0),
+                "drive": between(0.1, 2.0),
+                "drive_frequency": between(0.3, 3.0),
+            },
         ][k % 5 if k % 3 == 0 else k % 2]
         if k % 3 == 1:
             table |= {"restitution": rng.uniform(0.3, 1.0), "alpha": between(0.01, 1.0)}

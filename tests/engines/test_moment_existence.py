@@ -24,14 +24,17 @@ def test_no_engine_computes_a_mean_that_does_not_exist(name):
     """The scene of which `ensemble` made a mean for ever; it takes no compilation and no ngspice to say so."""
     begin = time.perf_counter()
     options = {"within": "1%"} if name == "cheapest" else {}
-    with pytest.raises(InfiniteMeanError, match=r"do not exist: .* A\^-\(1 \+ q\), q = 1\.5 \(from 1\.4 to 1\.7\)"):
+    with pytest.raises(
+        InfiniteMeanError, match=r"do not exist: .* A\^-\(1 \+ q\), q = 1\.5 \(from 1\.4 to 1\.7\)"
+    ):
         engine(name, **options).run(device(0.1, restitution=0.95))
     assert time.perf_counter() - begin < 3.0
 
 
 def test_no_law_at_all():
     with pytest.raises(
-        UnboundedResponseError, match="feeds more energy than damping dissipates; give less parametric noise"
+        UnboundedResponseError,
+        match="feeds more energy than damping dissipates; give less parametric noise",
     ):
         hv.Averaged().run(device(0.4, beta=0.001))
 
@@ -39,18 +42,27 @@ def test_no_law_at_all():
 @pytest.mark.parametrize("D22", [0.03, 0.04, 0.045, 0.05])
 def test_averaged_holds_the_exact_mean_beside_a_tail(D22):
     """Near q = 2 what lies in the tail decides: 3 % were missing at q = 2.4, and up to 3 % stated as 0.7 %."""
-    averaged, exact = (engine.run(device(D22, beta=0.01)).mean_square_voltage for engine in (hv.Averaged(), hv.Exact()))
+    averaged, exact = (
+        engine.run(device(D22, beta=0.01)).mean_square_voltage
+        for engine in (hv.Averaged(), hv.Exact())
+    )
     assert abs(averaged.value - exact.value) < averaged.known_error95 < 0.25 * exact.value
 
 
-COUPLED = [(-0.05, 1.0, 2.0, 0.1), (-0.05, 1.0, 2.0, 0.14), (-0.1, 0.5, 0.5, 0.09), (-0.02, 0.1, 1.0, 0.02)]
+COUPLED = [
+    (-0.05, 1.0, 2.0, 0.1),
+    (-0.05, 1.0, 2.0, 0.14),
+    (-0.1, 0.5, 0.5, 0.09),
+    (-0.02, 0.1, 1.0, 0.02),
+]
 
 
 @pytest.mark.parametrize(("c1", "beta", "mu", "D22"), COUPLED)
 def test_averaged_holds_the_exact_mean_beside_a_load(c1, beta, mu, D22):
     """With and without a tail: 5.2 % were missing where 1.3 % was stated; so with a little friction of another kind."""
     table = hv.Nondimensional(c1=c1, beta=beta, mu=mu, D11=0.01, D22=D22)
-    linear, curved = hv.Scene(nondimensional=table), hv.Scene(nondimensional=dataclasses.replace(table, c3=1e-5))
+    linear = hv.Scene(nondimensional=table)
+    curved = hv.Scene(nondimensional=dataclasses.replace(table, c3=1e-5))
     exact = hv.Exact().run(linear).mean_square_voltage.value
     for scene in (linear, curved):
         averaged = hv.Averaged().run(scene).mean_square_voltage

@@ -1,7 +1,7 @@
 """Every circuit, every shaking, and every spring or stop at least once, against ngspice alone with the whole device.
 
-The references are those of `python benchmarks/products.py NAME`, such as ``bridge harmonic gap``, which goes through
-all of them: mean power and its doubt (mW).
+The references are those of `python benchmarks/products.py NAME`, such as ``bridge harmonic gap``,
+which goes through all of them: mean power and its doubt (mW).
 """
 
 import dataclasses
@@ -39,7 +39,8 @@ REFERENCES = {
 }
 LARGEST, SAMPLED = 2e-3, 1.5e-2  # of the power, of both errors together
 FEW = {"trajectories": 8, "duration": 0.25}
-EFFORTS = {"harmonic": {}, "recorded": {"budget": "300s"}, "coloured": FEW}  # a budget: no search for other responses
+# a budget: no search for other responses
+EFFORTS = {"harmonic": {}, "recorded": {"budget": "300s"}, "coloured": FEW}
 
 
 @pytest.mark.thorough("test_engines.py")
@@ -48,12 +49,20 @@ def test_the_answer_holds_the_reference(name, tmp_path):
     """Within what both state, with no warning but that of the record's join, or of a response in either well."""
     circuit, shaking, spring = name.split()
     found = hv.Spice(**EFFORTS[shaking]).run(products.scene_of(circuit, shaking, spring, tmp_path))
-    power, (expected, doubt) = dataclasses.replace(found.mean_power, model=0.0), REFERENCES[name]  # without the join
+    # without the join
+    power = dataclasses.replace(found.mean_power, model=0.0)
+    (expected, doubt) = REFERENCES[name]
     largest = SAMPLED if shaking == "coloured" else LARGEST
     assert abs(1e3 * power.value - expected) < 1e3 * power.error95 + doubt < largest * expected
     words = ["the recording's end does not meet its beginning"] if shaking == "recorded" else []
-    words += ["the excitation has 2 responses, and this is the one from rest"] if spring == "bistable" else []
-    assert len(found.warnings) == len(words) and all(map(str.startswith, map(str, found.warnings), words))
+    words += (
+        ["the excitation has 2 responses, and this is the one from rest"]
+        if spring == "bistable"
+        else []
+    )
+    assert len(found.warnings) == len(words) and all(
+        map(str.startswith, map(str, found.warnings), words)
+    )
 
 
 def test_a_record_is_doubted_alike_by_all_engines(tmp_path):

@@ -15,8 +15,16 @@ from harvester.uncertainty.value import Value
     [
         ((1.0, 1.0), (2.0, 2.0), "no sampling error: nothing is random"),
         ((1.0, 1.01), (2.0, 2.0), None),
-        ((1.0, 1.2), (2.0, 2.0), "trajectories differ in E[V^2], from 0.909 to 1.09 times the mean"),
-        ((1.0, 1.0), (2.0, 3.0), "trajectories differ in the load's power, from 0.8 to 1.2 times the mean"),
+        (
+            (1.0, 1.2),
+            (2.0, 2.0),
+            "trajectories differ in E[V^2], from 0.909 to 1.09 times the mean",
+        ),
+        (
+            (1.0, 1.0),
+            (2.0, 3.0),
+            "trajectories differ in the load's power, from 0.8 to 1.2 times the mean",
+        ),
         ((0.0, 0.0), (0.0, 0.0), "no sampling error: nothing is random"),
     ],
 )
@@ -30,5 +38,7 @@ def test_the_larger_difference_counts(v2, load, said):
 def test_starts_that_are_known_to_come_to_one_response_agree(periods, warned):
     """They differ by the places of impacts and switchings in a step; not so a response that never comes back."""
     moments = SimpleNamespace(V2=np.array([1.0, 1.2]), load=np.array([1.0, 1.0]))
-    responses = tuple(SteadyResponse(Value(1.0), 1.0 / len(periods), one, False, "ideal") for one in periods)
+    responses = tuple(
+        SteadyResponse(Value(1.0), 1.0 / len(periods), one, False, "ideal") for one in periods
+    )
     assert (agreement(moments, "load", responses) is not None) == warned

@@ -17,13 +17,15 @@ from harvester.presentation.diagnostic import has
 from harvester.storage import noisy_power
 from tests.support.paths import EXAMPLES
 
-# Mean power (W) of whole cycles, and what ngspice itself changes by from steps of 50 us to 20 us, or by its reltol.
+# Mean power (W) of whole cycles, and what ngspice itself changes by from steps of 50 us to 20 us,
+# or by its reltol.
 NGSPICE = {"ltc3588": (183.465e-6, 0.3e-6), "bq25570": (71.053e-6, 1.3e-6)}
-# When the store of examples/bimorph_node.toml has a voltage (s): just before its output begins, and with the node on.
-# At steps of 50 us it has them .2 ms later and 1.8 ms sooner; at a reltol of 1e-4 ngspice stops at 1.634 s.
+# When the store of examples/bimorph_node.toml has a voltage (s): just before its output begins, and
+# with the node on. At steps of 50 us it has them .2 ms later and 1.8 ms sooner; at a reltol of 1e-4
+# ngspice stops at 1.634 s.
 NODE = {"5 V": 1.6298, "10 V": 10.0871}
-# Of an LTC3588 at another shaking or store, and on examples/bimorph_sensor.toml, at 20 us and reltol 1e-4
-# (24 November 2026).
+# Of an LTC3588 at another shaking or store, and on examples/bimorph_sensor.toml, at 20 us and
+# reltol 1e-4 (24 November 2026).
 OTHERS = [
     ("bimorph_ltc3588", "0.15 g", "10 uF", 184.11e-6),
     ("bimorph_ltc3588", "0.3 g", "10 uF", 676.9e-6),
@@ -37,7 +39,8 @@ OTHERS = [
 @pytest.mark.slow
 @pytest.mark.parametrize("name", NGSPICE)
 def test_a_chip_takes_what_it_takes_in_ngspice(name):
-    found, (power, change) = hv.run(EXAMPLES / f"bimorph_{name}.toml", "slow"), NGSPICE[name]
+    found = hv.run(EXAMPLES / f"bimorph_{name}.toml", "slow")
+    (power, change) = NGSPICE[name]
     assert abs(found.mean_power.value - power) < found.mean_power.error95 + change
     assert found.mean_power.error95 < 0.025 * power
     assert has(found.diagnostics, "slow_circuit_alone", "run_directly") and not found.warnings
@@ -47,7 +50,9 @@ def test_a_chip_takes_what_it_takes_in_ngspice(name):
 @pytest.mark.thorough("test_by_slow.py")
 @pytest.mark.parametrize("name, acceleration, store, power", OTHERS)
 def test_an_ltc3588_takes_what_it_takes_in_ngspice(name, acceleration, store, power):
-    scene = hv.load(EXAMPLES / f"{name}.toml").vary("excitation.acceleration_amplitude", acceleration)
+    scene = hv.load(EXAMPLES / f"{name}.toml").vary(
+        "excitation.acceleration_amplitude", acceleration
+    )
     scene = scene.with_load(netlist="ltc3588", parameters={"R": 10e3, "C": store})
     if name == "bimorph_ltc3588":
         scene = scene.vary("load.parameters.Cout", "10 uF")
@@ -66,7 +71,9 @@ def test_a_quick_answer_is_near_and_says_what_it_does_not_know():
     on = whole.details["load_on"]
     assert soon.details["load_on"] == pytest.approx(on, abs=0.01)
     assert on * 3.3**2 / 10e3 == pytest.approx(whole.mean_power.value, rel=0.1)  # 3.3 V while on
-    assert 3.67 - 0.05 < whole.details["store_lowest"] < whole.details["store_highest"] < 5.05 + 0.05
+    assert (
+        3.67 - 0.05 < whole.details["store_lowest"] < whole.details["store_highest"] < 5.05 + 0.05
+    )
     lighter = hv.Slow().quick(scene.vary("load.parameters.R", 20e3))
     assert lighter.details["load_on"] > 1.5 * on
 
@@ -103,8 +110,9 @@ def under_noise(chip, store, cout="10 uF"):
     return dataclasses.replace(scene, excitation=hv.Excitation(acceleration_psd="0.002 g^2/Hz"))
 
 
-# Mean power (W) under noise by direct runs and its standard error: `run --engine compiled --trajectories 64`, of the
-# third with --duration 48s; of the first also by ngspice, `run --engine spice`, with its whole error (25 Nov 2026).
+# Mean power (W) under noise by direct runs and its standard error: `run --engine compiled
+# --trajectories 64`, of the third with --duration 48s; of the first also by ngspice, `run --engine
+# spice`, with its whole error (25 Nov 2026).
 DIRECTLY = [
     ("ltc3588", "10 uF", "10 uF", 201.3e-6, 0.8e-6),
     ("ltc3588", "100 uF", "10 uF", 202.70e-6, 0.14e-6),
@@ -122,13 +130,17 @@ def test_a_chip_under_noise_takes_what_it_takes_in_direct_runs():
     assert abs(found.mean_power.value - power) < found.mean_power.error95 + 2.0 * stderr
     assert abs(found.mean_power.value - IN_NGSPICE[0]) < found.mean_power.error95 + IN_NGSPICE[1]
     assert found.mean_power.error95 < 0.045 * power and found.mean_power.stderr > 0.0
-    assert 3.67 - 0.15 < found.details["store_lowest"] < found.details["store_highest"] < 5.05 + 0.05
+    assert (
+        3.67 - 0.15 < found.details["store_lowest"] < found.details["store_highest"] < 5.05 + 0.05
+    )
 
 
 @pytest.mark.thorough("test_a_chip_under_noise_takes_what_it_takes_in_direct_runs")
 @pytest.mark.statistics
 @pytest.mark.parametrize("chip, store, cout, power, stderr", DIRECTLY[1:])
-def test_more_chips_under_noise_take_what_they_take_in_direct_runs(chip, store, cout, power, stderr):
+def test_more_chips_under_noise_take_what_they_take_in_direct_runs(
+    chip, store, cout, power, stderr
+):
     for seed in (0, 1):
         found = hv.run(under_noise(chip, store, cout), "slow", seed=seed).mean_power
         assert abs(found.value - power) < found.error95 + 2.0 * stderr, seed
@@ -141,15 +153,17 @@ def test_more_chips_under_noise_take_what_they_take_in_direct_runs(chip, store, 
 def test_a_chip_whose_store_is_not_slow_under_noise_runs_directly(monkeypatch):
     """A store of 0.47 uF is full within two vibrations.
 
-    Taking the scales apart changes the power by 2 %, which its error holds; where that is more than is borne, mass and
-    circuit run together, and the answer says so.
+    Taking the scales apart changes the power by 2 %, which its error holds; where that is more than
+    is borne, mass and circuit run together, and the answer says so.
     """
     scene = under_noise("ltc3588", "0.47 uF")
     beside = hv.run(scene, "compiled", trajectories=64, seed=1).mean_power
     apart = hv.run(scene, "slow")
     monkeypatch.setattr(noisy_power, "LARGEST_SEPARATION", 0.01)
     found = hv.run(scene, "slow")
-    assert has(apart.diagnostics, "slow_circuit_alone") and not has(apart.diagnostics, "run_directly")
+    assert has(apart.diagnostics, "slow_circuit_alone") and not has(
+        apart.diagnostics, "run_directly"
+    )
     assert found.engine == "slow" and has(found.diagnostics, "run_directly")
     for power in (apart.mean_power, found.mean_power):
         assert abs(power.value - beside.value) < power.error95 + beside.error95
@@ -164,7 +178,14 @@ def test_a_quick_answer_under_noise_is_near():
 @pytest.mark.parametrize(
     "excitation, oscillator",
     [
-        ({"acceleration_psd": "0.002 g^2/Hz", "frequency": "46 Hz", "acceleration_amplitude": "0.1 g"}, {}),
+        (
+            {
+                "acceleration_psd": "0.002 g^2/Hz",
+                "frequency": "46 Hz",
+                "acceleration_amplitude": "0.1 g",
+            },
+            {},
+        ),
         ({"acceleration_psd": "0.002 g^2/Hz"}, {"stiffness": -1364.1, "cubic_stiffness": 1e9}),
     ],
 )
@@ -172,7 +193,10 @@ def test_noise_beside_a_drive_or_several_wells_are_not_for_it(excitation, oscill
     scene = hv.load(EXAMPLES / "bimorph_ltc3588.toml")
     changed = dataclasses.replace(scene.oscillator, **oscillator)
     with pytest.raises(hv.CannotServeError, match="one resting position"):
-        hv.run(dataclasses.replace(scene, oscillator=changed, excitation=hv.Excitation(**excitation)), "slow")
+        hv.run(
+            dataclasses.replace(scene, oscillator=changed, excitation=hv.Excitation(**excitation)),
+            "slow",
+        )
 
 
 def test_it_is_for_chips_under_a_drive_or_noise():

@@ -11,14 +11,22 @@ SQUARES = {0.05: 0.00294487, 0.1: 0.00295576, 0.2: 0.00301284, 0.37: 0.00326729}
 
 
 def device(restitution):
-    table = hv.Nondimensional(c1=-0.02, c2=-0.05, c3=0.2, beta=1.0, mu=2.0, D11=0.02, restitution=restitution)
+    table = hv.Nondimensional(
+        c1=-0.02, c2=-0.05, c3=0.2, beta=1.0, mu=2.0, D11=0.02, restitution=restitution
+    )
     return hv.Scene(nondimensional=table)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "restitution",
-    [0.37, *(pytest.param(r, marks=pytest.mark.thorough("test_the_stated_error_holds")) for r in (0.05, 0.1, 0.2))],
+    [
+        0.37,
+        *(
+            pytest.param(r, marks=pytest.mark.thorough("test_the_stated_error_holds"))
+            for r in (0.05, 0.1, 0.2)
+        ),
+    ],
 )
 def test_the_stated_error_holds(restitution):
     """It was five to seven times too small: the bias falls slower than with the square of the step."""

@@ -23,7 +23,10 @@ def test_rare_hops_end_in_an_answer():
         "(Kramers' formula: about one in 4e+07/w0), so that a mean over the wells would take a burn-in of about "
         in rare
     )
-    assert missed == "`within` 1 % cannot be promised: the mean is known between those of the wells only"
+    assert (
+        missed
+        == "`within` 1 % cannot be promised: the mean is known between those of the wells only"
+    )
 
 
 @pytest.mark.thorough("test_burn_in_waits_for_rare_hops")

@@ -16,7 +16,8 @@ STOP_POWER = 8.3344e-6, 0.003e-6  # W, by `ensemble` within .1 %
 BRIDGE = hv.load("examples/plate_bridge.toml")
 BRIDGE_POWER = 7.7215e-6, 0.006e-6  # W, by `spice` within .1 %
 BOUNCING = dataclasses.replace(BRIDGE, stop=hv.Stop(restitution=0.96))
-BOUNCING_POWER = 6.482e-6, 0.008e-6  # W, by 28 seeds of `spice` at half of the step and a tenth of the tolerance
+# W, by 28 seeds of `spice` at half of the step and a tenth of the tolerance
+BOUNCING_POWER = 6.482e-6, 0.008e-6
 PAPER_POWER = tuple(0.05 * 0.05 * v for v in PAPER_V2)
 
 
@@ -28,11 +29,15 @@ def inside(answers, reference, within):
 @pytest.mark.thorough("test_within_is_reached_and_told")
 @pytest.mark.statistics
 @pytest.mark.parametrize(
-    ("given", "reference"), [(scene(PAPER), PAPER_POWER[0]), (STOP, STOP_POWER[0])], ids=["paper", "stop"]
+    ("given", "reference"),
+    [(scene(PAPER), PAPER_POWER[0]), (STOP, STOP_POWER[0])],
+    ids=["paper", "stop"],
 )
 def test_ensemble_keeps_what_it_promises(given, reference):
     """Few trajectories, so that it is the target that ends each run: 95 % or more of 60 seeds, less four sigma."""
-    answers = [hv.Ensemble(within=0.02, trajectories=64, seed=seed).run(given) for seed in range(60)]
+    answers = [
+        hv.Ensemble(within=0.02, trajectories=64, seed=seed).run(given) for seed in range(60)
+    ]
     assert all(a.mean_power.known_error95 <= 0.02 * a.mean_power.value for a in answers)
     assert inside(answers, reference, 0.02) >= 50
     spread = np.std([a.mean_power.value for a in answers]) / reference
@@ -64,7 +69,9 @@ def test_a_linear_scene_to_a_thousandth():
 @pytest.mark.ngspice
 @pytest.mark.statistics
 @pytest.mark.parametrize(
-    ("given", "reference", "within"), [(STOP, STOP_POWER, 0.01), (BRIDGE, BRIDGE_POWER, 0.02)], ids=["stop", "bridge"]
+    ("given", "reference", "within"),
+    [(STOP, STOP_POWER, 0.01), (BRIDGE, BRIDGE_POWER, 0.02)],
+    ids=["stop", "bridge"],
 )
 def test_spice_keeps_what_it_promises(given, reference, within):
     """With so few seeds none may be outside: 5 % of them would be, were the error no larger than the target allows."""
@@ -72,7 +79,10 @@ def test_spice_keeps_what_it_promises(given, reference, within):
     for answer in answers:
         power = answer.mean_power
         assert power.known_error95 <= within * power.value
-        assert abs(power.value - reference[0]) < 4.0 * math.hypot(power.stderr, reference[1]) + power.bias
+        assert (
+            abs(power.value - reference[0])
+            < 4.0 * math.hypot(power.stderr, reference[1]) + power.bias
+        )
     assert np.mean([a.mean_power.stderr for a in answers]) < within * reference[0]
 
 
@@ -84,7 +94,10 @@ def test_a_loose_target_takes_few_runs_of_ngspice():
     power = answer.mean_power
     assert answer.details["trajectories"] == 4
     assert 2.5 * power.stderr < power.known_error95 <= 0.2 * power.value
-    assert abs(power.value - BOUNCING_POWER[0]) < 4.0 * math.hypot(power.stderr, BOUNCING_POWER[1]) + power.bias
+    assert (
+        abs(power.value - BOUNCING_POWER[0])
+        < 4.0 * math.hypot(power.stderr, BOUNCING_POWER[1]) + power.bias
+    )
 
 
 @pytest.mark.ngspice
@@ -132,5 +145,8 @@ def test_same_options_same_answer():
 
 def test_a_slow_capacitor_is_charged_by_few_trajectories():
     """Each trajectory waits for the capacitor: from a time constant of 300 on there are the fewer, the longer it is."""
-    slow = [IdealCircuit(mu=0.1, kappa=0.1 * memory, n=0.01, leak=1e-4, loss=0.0) for memory in (30.0, 1200.0, 1e6)]
+    slow = [
+        IdealCircuit(mu=0.1, kappa=0.1 * memory, n=0.01, leak=1e-4, loss=0.0)
+        for memory in (30.0, 1200.0, 1e6)
+    ]
     assert [affordable(False, one) for one in slow] == [TRAJECTORIES, TRAJECTORIES // 4, FEWEST]

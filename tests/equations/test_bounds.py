@@ -19,7 +19,9 @@ FILTERED = {"coloured": 0.01, "correlation_time": 1e-8}
 
 @pytest.mark.parametrize("c1, grows", [(1e-6, "5e-07"), (0.2, "0.1"), (1e12, r"1e\+12")])
 def test_linear_growth_is_found_from_the_eigenvalues(c1, grows):
-    with pytest.raises(UnboundedResponseError, match=rf"grows without bound: .* grow as exp\({grows} w0 t\)"):
+    with pytest.raises(
+        UnboundedResponseError, match=rf"grows without bound: .* grow as exp\({grows} w0 t\)"
+    ):
         check_bounded(Equations(c1=c1, beta=1e-9, mu=1.0, **FILTERED))
 
 
@@ -56,14 +58,22 @@ def test_no_step_turns_what_friction_feeds_into_a_loss(eqs, feed):
     assert strongest_feed(eqs) == pytest.approx(feed)
     assert Trajectories(eqs, 64, SEED).h * feed <= 0.5
     if feed:
-        with pytest.raises(InputError, match=r"^`dt` must be below .*/w0, for damping is negative somewhere"):
+        with pytest.raises(
+            InputError, match=r"^`dt` must be below .*/w0, for damping is negative somewhere"
+        ):
             burn_in(Trajectories(eqs, 64, SEED, 0.1))
 
 
 def test_violent_growth_against_a_stop_is_no_small_number():
     """Printed as a mean square voltage of 5e-9 +- 1e-9 before."""
     with pytest.raises(SimulationError):
-        burn_in(Trajectories(Equations(c1=1e12, gap=0.5, restitution=0.9, beta=0.05, mu=1.0, **FILTERED), 64, SEED))
+        burn_in(
+            Trajectories(
+                Equations(c1=1e12, gap=0.5, restitution=0.9, beta=0.05, mu=1.0, **FILTERED),
+                64,
+                SEED,
+            )
+        )
 
 
 def test_a_path_that_grows_is_told_from_one_that_only_begins_quietly():
@@ -78,7 +88,14 @@ def test_a_path_that_grows_is_told_from_one_that_only_begins_quietly():
 @pytest.mark.slow
 def test_a_softening_spring_under_a_sinusoid_is_served_while_it_holds_the_mass():
     """The mean of V^2 is that of an accurate solver, over the last of 60 periods; a drive too strong is told."""
-    table = {"alpha": -0.3, "c1": -0.1, "beta": 0.2, "mu": 1.0, "drive": 0.1, "drive_frequency": 0.9}
+    table = {
+        "alpha": -0.3,
+        "c1": -0.1,
+        "beta": 0.2,
+        "mu": 1.0,
+        "drive": 0.1,
+        "drive_frequency": 0.9,
+    }
 
     def slope(t, z):
         x, v, voltage = z
@@ -86,11 +103,19 @@ def test_a_softening_spring_under_a_sinusoid_is_served_while_it_holds_the_mass()
         return [v, force, v - voltage]
 
     t = np.linspace(59.0, 60.0, 401) * 2.0 * np.pi / 0.9
-    true = np.mean(solve_ivp(slope, (0.0, t[-1]), np.zeros(3), t_eval=t[:-1], rtol=1e-9, atol=1e-12).y[2] ** 2)
-    found = hv.Ensemble(trajectories=64).run(hv.Scene(nondimensional=hv.Nondimensional(**table))).mean_square_voltage
+    true = np.mean(
+        solve_ivp(slope, (0.0, t[-1]), np.zeros(3), t_eval=t[:-1], rtol=1e-9, atol=1e-12).y[2] ** 2
+    )
+    found = (
+        hv.Ensemble(trajectories=64)
+        .run(hv.Scene(nondimensional=hv.Nondimensional(**table)))
+        .mean_square_voltage
+    )
     assert abs(found.value - true) < found.error95 + 1e-4 * true < 0.02 * true
     with pytest.raises(UnboundedResponseError):
-        hv.Ensemble(trajectories=64).run(hv.Scene(nondimensional=hv.Nondimensional(**table | {"drive": 2.0})))
+        hv.Ensemble(trajectories=64).run(
+            hv.Scene(nondimensional=hv.Nondimensional(**table | {"drive": 2.0}))
+        )
 
 
 def test_barriers_are_the_tops_between_resting_places():

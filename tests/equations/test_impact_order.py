@@ -48,8 +48,12 @@ def test_orders_between_no_and_all_restitution():
 def test_only_white_noise_beside_a_rigid_stop_lowers_it():
     strong = changed(PAPER, restitution=0.1)
     assert step_order(strong) == impact_order(0.1)
-    assert step_order(changed(strong, opposite_restitution=0.02, opposite_gap=1.0)) == impact_order(0.02)
-    assert step_order(changed(strong, n1=None)) == step_order(changed(PAPER, restitution=None)) == 2.0
+    assert step_order(changed(strong, opposite_restitution=0.02, opposite_gap=1.0)) == impact_order(
+        0.02
+    )
+    assert (
+        step_order(changed(strong, n1=None)) == step_order(changed(PAPER, restitution=None)) == 2.0
+    )
     assert accumulation(strong) is not None
     assert accumulation(changed(strong, restitution=0.17)) is None
     assert accumulation(changed(strong, n1=None)) is None

@@ -79,7 +79,9 @@ SIGNED = st.floats(-1e6, 1e6).filter(lambda v: abs(v) > 1e-6)
         alpha2=st.none() | SIGNED,
     ),
     stops=st.sampled_from(STOPS),
-    device=st.builds(Scales, mass=SIZE, frequency=SIZE, length=SIZE, coupling=SIZE, capacitance=SIZE),
+    device=st.builds(
+        Scales, mass=SIZE, frequency=SIZE, length=SIZE, coupling=SIZE, capacitance=SIZE
+    ),
 )
 def test_round_trip(eqs, stops, device):
     """To a device and back at the same length: the same numbers to 1e-12, absent ones absent."""
@@ -137,8 +139,18 @@ def test_damping_ratio():
 
 @pytest.mark.parametrize("factor", [1e-3, 0.5, 7.0])
 def test_coefficients_follow_the_length(factor):
-    one, other = equations(FULL, length=1e-3), equations(FULL, length=1e-3 * factor)
-    powers = {"alpha2": 1, "alpha": 2, "c2": 2, "c3": 4, "cv": 1, "n1": -2, "gap": -1, "opposite_gap": -1}
+    one = equations(FULL, length=1e-3)
+    other = equations(FULL, length=1e-3 * factor)
+    powers = {
+        "alpha2": 1,
+        "alpha": 2,
+        "c2": 2,
+        "c3": 4,
+        "cv": 1,
+        "n1": -2,
+        "gap": -1,
+        "opposite_gap": -1,
+    }
     for name, value in dataclasses.asdict(one).items():
         expected = None if value is None else value * factor ** powers.get(name, 0)
         assert getattr(other, name) == pytest.approx(expected, rel=1e-12, abs=0)
@@ -183,7 +195,12 @@ def test_zero_is_absent():
     for number in ("2000.0", "100000.0", "3.0", "-0.001", "2.0", "0.0001", "0.002", "-0.0004"):
         assert f" = {number}\n" in text
         text = text.replace(f" = {number}\n", " = 0\n")
-    assert equations(loads(text)).effects == ("impact", "opposite_stop", "back_coupling", "resistive_load")
+    assert equations(loads(text)).effects == (
+        "impact",
+        "opposite_stop",
+        "back_coupling",
+        "resistive_load",
+    )
 
 
 def test_noise_intensities():
@@ -197,7 +214,12 @@ def test_noise_intensities():
 
 def test_effects():
     assert Equations().effects == ()
-    assert equations(PLATE).effects == ("linear_damping", "external_noise", "back_coupling", "resistive_load")
+    assert equations(PLATE).effects == (
+        "linear_damping",
+        "external_noise",
+        "back_coupling",
+        "resistive_load",
+    )
     assert Equations(restitution=0.0).effects == ("impact",)  # a plastic stop is a stop
     assert Equations(alpha=1, c2=1, c3=1, n2=1, n12=1).effects == (
         "cubic_stiffness",
@@ -206,7 +228,9 @@ def test_effects():
         "parametric_noise",
         "correlated_noise",
     )
-    assert Equations(linear=-1, alpha2=1, alpha=-1, gap=1, opposite_restitution=0.0, stop_stiffness=1).effects == (
+    assert Equations(
+        linear=-1, alpha2=1, alpha=-1, gap=1, opposite_restitution=0.0, stop_stiffness=1
+    ).effects == (
         "negative_stiffness",
         "quadratic_stiffness",
         "softening_stiffness",
@@ -219,7 +243,9 @@ def test_effects():
 def test_default_device_has_the_scenes_beta():
     scene = Scene(nondimensional=Nondimensional(beta=0.3, mu=0.7))
     s = scales(scene)
-    assert s.coupling**2 / (s.mass * s.frequency**2 * s.capacitance) == pytest.approx(0.3, rel=1e-12)
+    assert s.coupling**2 / (s.mass * s.frequency**2 * s.capacitance) == pytest.approx(
+        0.3, rel=1e-12
+    )
     assert 1 / (s.resistance(0.7) * s.capacitance * s.frequency) == pytest.approx(0.7, rel=1e-12)
 
 
@@ -233,14 +259,23 @@ def test_default_device_has_the_scenes_beta():
         ({"piezo.coupling": 1e30}, "piezo.coupling must give beta of at most 1e"),
         ({"oscillator.mass": 1e-50, "oscillator.stiffness": 1e49}, "the length scale, .* but is"),
         (
-            {"oscillator.mass": 1e50, "oscillator.stiffness": 1e-40, "excitation.acceleration_psd": 0},
+            {
+                "oscillator.mass": 1e50,
+                "oscillator.stiffness": 1e-40,
+                "excitation.acceleration_psd": 0,
+            },
             "the power scale mass w0.3 l.2 must be",
         ),
-        ({"piezo.coupling": 1e-50, "piezo.capacitance": 1e50}, "the voltage scale coupling l/capacitance must be"),
+        (
+            {"piezo.coupling": 1e-50, "piezo.capacitance": 1e50},
+            "the voltage scale coupling l/capacitance must be",
+        ),
     ],
 )
 def test_what_is_too_large_to_compute(changes, line):
-    scene = dataclasses.replace(FULL, oscillator=dataclasses.replace(FULL.oscillator, cubic_stiffness=None))
+    scene = dataclasses.replace(
+        FULL, oscillator=dataclasses.replace(FULL.oscillator, cubic_stiffness=None)
+    )
     for key, value in changes.items():
         scene = scene.vary(key, value)
     with pytest.raises(InputError, match=f"^{line}"):
@@ -255,7 +290,8 @@ def test_what_is_no_length(length):
 
 def test_nondimensional_too_large():
     with pytest.raises(
-        InputError, match=r"^\[nondimensional\] must give n1 of at most 1e\+50 in size, but gives 1e\+9"
+        InputError,
+        match=r"^\[nondimensional\] must give n1 of at most 1e\+50 in size, but gives 1e\+9",
     ):
         equations(Scene(nondimensional=Nondimensional(eps1=1e30, D11=1e30)))
 
@@ -267,13 +303,22 @@ def test_correlated_noise_has_no_device():
 
 def test_every_coefficient_belongs_to_an_effect():
     """One that no entry names would be computed with and told by no answer."""
-    parameters = {"opposite_gap", "stop_damping", "drive_frequency", "correlation_time", "centre", "bandwidth"}
+    parameters = {
+        "opposite_gap",
+        "stop_damping",
+        "drive_frequency",
+        "correlation_time",
+        "centre",
+        "bandwidth",
+    }
     named = {effect.coefficient for effect in EFFECTS}
     assert named | parameters == {field.name for field in dataclasses.fields(Equations)}
     assert all(set(effect.known_to) <= set(THEORIES) for effect in EFFECTS)
 
 
-@pytest.mark.parametrize(("name", "unit"), [("plate", "n1"), ("plate_harmonic", "drive"), ("plate_recorded", "record")])
+@pytest.mark.parametrize(
+    ("name", "unit"), [("plate", "n1"), ("plate_harmonic", "drive"), ("plate_recorded", "record")]
+)
 def test_the_shaking_is_the_unit_of_length(name, unit):
     """White noise has N1 = 1, a drive the amplitude 1, a record the RMS 1, so that all numbers are of order one."""
     found = getattr(Problem(load(ROOT / "examples" / f"{name}.toml")).equations, unit)

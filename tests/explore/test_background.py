@@ -61,7 +61,9 @@ def on_ngspice():
 
 
 @pytest.mark.thorough("test_the_answer_is_the_engines")
-@pytest.mark.parametrize("started", [(first().tables(), "ensemble", "0.01%"), on_ngspice()], ids=["ensemble", "spice"])
+@pytest.mark.parametrize(
+    "started", [(first().tables(), "ensemble", "0.01%"), on_ngspice()], ids=["ensemble", "spice"]
+)
 @pytest.mark.ngspice
 def test_cancel_kills_all(started):
     """The run and what it started end at once, and leave nothing that they shared."""

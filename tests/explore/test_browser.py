@@ -18,10 +18,13 @@ from tests.support.browser import CHROMIUM, PHONE, Visit, chromium, serving
 from tests.support.paths import ROOT
 
 WITHOUT = (
-    "harvester: explore must have Panel, but it is not installed: python -m pip install 'piezo-harvester[explore]'\n"
+    "harvester: explore must have Panel, but it is not installed: "
+    "python -m pip install 'piezo-harvester[explore]'\n"
 )
-TURN = "all => all.filter(one => one.checkVisibility()).map(one => one.click()).length"  # how many were turned
-# Each slider there is a step to the left, and each field another number: what they were, and what they are now.
+# how many were turned
+TURN = "all => all.filter(one => one.checkVisibility()).map(one => one.click()).length"
+# Each slider there is a step to the left, and each field another number: what they were, and what
+# they are now.
 PULL = """all => all.filter(one => one.checkVisibility()).map(one => {
     const before = one.ariaValueNow
     one.dispatchEvent(new KeyboardEvent('keydown', {key: 'ArrowLeft', bubbles: true}))
@@ -80,9 +83,11 @@ def settled(visit, ohms):
 def test_every_control_moves(other, url):
     """Each switch, slider, field, picture and card, whatever the scene becomes; no fault, nothing fetched elsewhere.
 
-    Then the page is as narrow as a phone, with all its parts below one another: they fit, and can be reached.
+    Then the page is as narrow as a phone, with all its parts below one another: they fit, and can
+    be reached.
     """
-    page, before = other.page, other.power()
+    page = other.page
+    before = other.power()
     other.step("load.resistance", 3)
     assert other.until_power_changes(before) != before
     switches = page.locator(".switch input")
@@ -114,14 +119,19 @@ def test_every_control_moves(other, url):
     fits(page)
     assert other.faults == []
     ours = urllib.parse.urlsplit(url).netloc
-    elsewhere = [one for one in other.addresses if urllib.parse.urlsplit(one.removeprefix("blob:")).netloc != ours]
+    elsewhere = [
+        one
+        for one in other.addresses
+        if urllib.parse.urlsplit(one.removeprefix("blob:")).netloc != ours
+    ]
     assert [one for one in elsewhere if not one.startswith("data:")] == []
 
 
 def clicked(switch):
     """Click a switch that is there to be seen, unless what was clicked before takes it away meanwhile."""
     if switch.is_visible():
-        switch.evaluate("one => one.scrollIntoView({block: 'end'})")  # clear of the picture, which stays on top
+        # clear of the picture, which stays on top
+        switch.evaluate("one => one.scrollIntoView({block: 'end'})")
         try:
             switch.click(timeout=5_000)
         except playwright.TimeoutError:
@@ -161,7 +171,9 @@ def test_two_users_at_once(other, visit):
     """Each has a scene of their own; while one keeps turning, the other is answered."""
     one, two = other, visit
     theirs = one.page.locator(".field.knob-oscillator-mass input")
-    begin, before, mass = time.monotonic(), two.power(), theirs.input_value()
+    begin = time.monotonic()
+    before = two.power()
+    mass = theirs.input_value()
     one.step("oscillator.mass", 10)
     two.write("load.resistance", "300k")
     changed = two.until_power_changes(before)
@@ -179,7 +191,8 @@ def test_two_users_at_once(other, visit):
 def test_a_circuit_has_its_own_power_in_large_letters(visit):
     """Never that of a resistor in its place: until it is known, the page says that it is computed.
 
-    The power along the axis follows, as points that are joined, and a link opens the page with this very design.
+    The power along the axis follows, as points that are joined, and a link opens the page with this
+    very design.
     """
     page = visit.page
     page.locator(".circuit-bridge button").click()
@@ -187,7 +200,8 @@ def test_a_circuit_has_its_own_power_in_large_letters(visit):
     draft = Draft.read(ROOT / "examples" / "plate_with_stop.toml")
     draft.choose("bridge")
     assert "µW" in visit.power() and "resistor" not in page.locator(".headline").inner_text()
-    shown, own = float(visit.power().split()[0]), hv.Ideal(within="1%").run(draft.scene()).mean_power.value * 1e6
+    shown = float(visit.power().split()[0])
+    own = hv.Ideal(within="1%").run(draft.scene()).mean_power.value * 1e6
     assert shown == pytest.approx(own, rel=0.05)  # either is a sample, to 2 % and to 1 %
     joined = """() => Bokeh.documents.some((one) => [...one._all_models.values()].some(
         (model) => model.name === 'joined-ideal' && model.data.x.length >= 5))"""
@@ -208,7 +222,8 @@ def test_a_circuit_has_its_own_power_in_large_letters(visit):
 
 @pytest.mark.parametrize("circuit", ["parallel_sshi", "sece"])
 def test_the_headline_of_a_switched_circuit_is_what_run_says(visit, circuit):
-    page, draft = visit.page, Draft.read(ROOT / "examples" / "plate_with_stop.toml")
+    page = visit.page
+    draft = Draft.read(ROOT / "examples" / "plate_with_stop.toml")
     draft.choose(circuit)
     own = hv.Ideal(within="1%").run(draft.scene()).mean_power
     page.locator(f".circuit-{circuit} button").click()
@@ -230,7 +245,9 @@ def test_a_chip_has_its_power_and_its_thresholds(browser, url):
     one = Visit(browser, f"{url}?scene={links.held(draft)}")
     one.page.locator(".headline b", has_text="slow").wait_for()
     on = f"{100.0 * own.details['load_on']:.3g} %"
-    refined = "own => Math.abs(parseFloat(document.__deep('.headline .power').innerText) - own) < 0.06"
+    refined = (
+        "own => Math.abs(parseFloat(document.__deep('.headline .power').innerText) - own) < 0.06"
+    )
     one.wait_for(refined, own.mean_power.value * 1e6)  # what came at once is refined to this
     one.page.locator("table.life", has_text=on).wait_for()
     told = one.page.locator("table.life").inner_text()
@@ -253,12 +270,19 @@ def test_runs_pin_and_files(visit):
     page.locator(".run-told", has_text="spice was cancelled").wait_for()
     visit.write("load.resistance", "200k")
     page.locator(".difference td", has_text="200 kohm").wait_for()
-    starts = {"scene-toml": b"title", "figure-png": b"\x89PNG", "figure-svg": b"<?xml", "report-html": b"<!"}
+    starts = {
+        "scene-toml": b"title",
+        "figure-png": b"\x89PNG",
+        "figure-svg": b"<?xml",
+        "report-html": b"<!",
+    }
     for name, start in starts.items():
         with page.expect_download() as download:
             page.locator(f".save-{name} a, .save-{name} button").first.click()
         assert (download.value.path()).read_bytes().lower().startswith(start.lower()), name
-    lost = (ROOT / "examples" / "plate.toml").read_text().partition("[load]")[0] + '[load]\nnetlist = "lost.cir"\n'
+    lost = (ROOT / "examples" / "plate.toml").read_text().partition("[load]")[
+        0
+    ] + '[load]\nnetlist = "lost.cir"\n'
     given = {"name": "a.toml", "mimeType": "text/plain", "buffer": lost.encode()}
     page.locator(".open input[type=file]").set_input_files(given)
     page.locator(
@@ -267,7 +291,9 @@ def test_runs_pin_and_files(visit):
     page.locator(".open input[type=file]").set_input_files(str(ROOT / "examples" / "shake.csv"))
     page.locator(".open-told", has_text="rms").wait_for()
     page.locator(".switch-excitation-acceleration_file input:checked").wait_for()
-    page.locator(".open input[type=file]").set_input_files(str(ROOT / "examples" / "paper_figure3.toml"))
+    page.locator(".open input[type=file]").set_input_files(
+        str(ROOT / "examples" / "paper_figure3.toml")
+    )
     page.locator(".field.knob-nondimensional-mu").wait_for()
     page.locator(".path-told", has_text="one path by ensemble").wait_for()
     assert visit.faults == []
@@ -286,10 +312,21 @@ def status(host, port, path, method="GET", **headers):
 def test_nothing_without_the_token(url):
     """Every other path and method is 403, a websocket of another origin too; only this machine is listened to."""
     parts = urllib.parse.urlsplit(url)
-    host, port, path = parts.hostname, parts.port, parts.path
+    host = parts.hostname
+    port = parts.port
+    path = parts.path
     assert status(host, port, path) == 200
     wrong = path[:-2] + ("A" if path[-2] != "A" else "B") + "/"
-    for other in ("/", wrong, "/static/js/bokeh.min.js", "/ws", "/autoload.js", "/metadata", path + "../", "/%2e%2e/"):
+    for other in (
+        "/",
+        wrong,
+        "/static/js/bokeh.min.js",
+        "/ws",
+        "/autoload.js",
+        "/metadata",
+        path + "../",
+        "/%2e%2e/",
+    ):
         for method in ("GET", "POST", "OPTIONS", "DELETE"):
             assert status(host, port, other, method) == 403, (method, other)
     upgrade = {"Connection": "Upgrade", "Upgrade": "websocket", "Sec-WebSocket-Version": "13"}
@@ -297,7 +334,9 @@ def test_nothing_without_the_token(url):
     assert status(host, port, path + "ws", Origin="http://evil.example", **upgrade) == 403
     with open("/proc/net/tcp") as table:  # noqa: PTH123
         heard = [
-            line.split()[1] for line in table if line.split()[3] == "0A" and line.split()[1].endswith(f":{port:04X}")
+            line.split()[1]
+            for line in table
+            if line.split()[3] == "0A" and line.split()[1].endswith(f":{port:04X}")
         ]
     assert heard == [f"0100007F:{port:04X}"]
 
@@ -339,7 +378,8 @@ def test_interrupted(served):
     assert address.startswith("http://127.0.0.1:")
     os.set_blocking(program.stderr.fileno(), False)
     with contextlib.suppress(BlockingIOError):
-        while os.read(program.stderr.fileno(), 65536):  # what it said of the pages that were closed, and refused
+        # what it said of the pages that were closed, and refused
+        while os.read(program.stderr.fileno(), 65536):
             pass
     os.set_blocking(program.stderr.fileno(), True)
     begin = time.monotonic()

@@ -19,7 +19,9 @@ EXAMPLES = sorted((ROOT / "examples").rglob("*.toml"))
 
 def test_every_key_has_one_knob():
     """Those of the load are made as the circuit asks for them; what is beside the device has none."""
-    known = [key for physical in (True, False) for effect in effects(physical) for key in effect.keys]
+    known = [
+        key for physical in (True, False) for effect in effects(physical) for key in effect.keys
+    ]
     without = ("load", "storage", "chip", "node", "mode", "magnifier", "ball")
     assert set(known) == {f"{one.table}.{one.name}" for one in keys() if one.table not in without}
 
@@ -60,9 +62,15 @@ def test_every_element_of_an_own_netlist_has_a_knob_and_is_in_the_scene_once_it_
     body = BRIDGE.format("1N4148") + STORE + "L3 p q 2\nR4 q n 5k\nV1 c 0 0\nR5 c a 1Meg"
     scene = on_plate(tmp_path, body)
     draft = Draft(replace(scene, load=replace(scene.load, parameters={"rload": "1 Mohm"})))
-    names = {key.removeprefix("load.parameters.") for key in draft.present_keys() if key.startswith("load.")}
+    names = {
+        key.removeprefix("load.parameters.")
+        for key in draft.present_keys()
+        if key.startswith("load.")
+    }
     assert names == {"rload", "L3", "R4", "R5", "Csmooth"}
-    assert draft.texts["load.parameters.L3"] == "2 H" and draft.scene().load.parameters == {"rload": 1e6}
+    assert draft.texts["load.parameters.L3"] == "2 H" and draft.scene().load.parameters == {
+        "rload": 1e6
+    }
     draft.turn("load.parameters.R4", 7e3)
     draft.type("load.parameters.L3", "3 H")
     assert draft.scene().load.parameters == {"rload": 1e6, "R4": 7e3, "L3": 3.0}
@@ -70,7 +78,9 @@ def test_every_element_of_an_own_netlist_has_a_knob_and_is_in_the_scene_once_it_
     assert not any("L3" in key for key in draft.present_keys())
 
 
-@pytest.mark.parametrize("text", ["", "many", "50 kg", "-1 ohm", "1e999", "nan", "<script>", "1" * 5000, "0"])
+@pytest.mark.parametrize(
+    "text", ["", "many", "50 kg", "-1 ohm", "1e999", "nan", "<script>", "1" * 5000, "0"]
+)
 def test_a_wrong_text_is_one_line(text):
     with pytest.raises(hv.InputError, match=r"load\.resistance must be a load resistance") as error:
         normal("load.resistance", text)
@@ -91,7 +101,9 @@ def test_effects_are_absent_or_present():
             one = draft.copy()
             one.switch(effect, True)
             tables = one.scene().tables()
-            present = [key for key in effect.keys if key.split(".")[1] in tables.get(key.split(".")[0], {})]
+            present = [
+                key for key in effect.keys if key.split(".")[1] in tables.get(key.split(".")[0], {})
+            ]
             assert present == ([*effect.keys] if one.has(effect) else [])
             assert sum(other.choice == effect.choice for other in one.on if effect.choice) <= 1
             one.switch(effect, False)
@@ -118,7 +130,9 @@ def test_another_circuit():
     assert draft.tables()["load"] == {"resistance": "220 kohm"}
 
 
-@pytest.mark.parametrize(("key", "value"), [("load.resistance", 1e6), ("stop.restitution", 0.96), ("stop.gap", -5e-4)])
+@pytest.mark.parametrize(
+    ("key", "value"), [("load.resistance", 1e6), ("stop.restitution", 0.96), ("stop.gap", -5e-4)]
+)
 def test_sliders(key, value):
     """A value in the middle is found again to three digits, ends are ends, and more to the right is more in size."""
     one = slide(key, value)
@@ -138,8 +152,13 @@ def test_what_says_the_same_in_another_way_keeps_the_device():
         draft.switch(labels[label], True)
     draft.switch(labels["coupling, as a frequency in open circuit"], True)
     scene = draft.scene()
-    assert scene.oscillator.stiffness is None and scene.oscillator.damping is None and scene.piezo.coupling is None
-    assert hv.run(scene, "averaged").mean_power.value == pytest.approx(before, rel=1e-3)  # texts have six digits
+    assert (
+        scene.oscillator.stiffness is None
+        and scene.oscillator.damping is None
+        and scene.piezo.coupling is None
+    )
+    # texts have six digits
+    assert hv.run(scene, "averaged").mean_power.value == pytest.approx(before, rel=1e-3)
     draft.switch(labels["spring, as a stiffness"], True)
     assert draft.scene().oscillator.frequency is None
     assert draft.scene().modal.stiffness == pytest.approx(16.0, rel=1e-4)

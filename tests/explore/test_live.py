@@ -12,7 +12,16 @@ import pytest
 
 import harvester as hv
 from harvester.equations.problem import Problem
-from harvester.explore import beside, computing, downloads, html_text, in_worker, job, pictures, runs
+from harvester.explore import (
+    beside,
+    computing,
+    downloads,
+    html_text,
+    in_worker,
+    job,
+    pictures,
+    runs,
+)
 from harvester.explore.draft import Draft, first
 from harvester.explore.latest_request import Newest
 from harvester.explore.live import Live, best, engineering, live
@@ -38,12 +47,16 @@ def test_the_curve_is_that_of_the_engines(fine, within):
     scene = draft.scene()
     own = hv.Averaged().run(scene).mean_power
     assert found.here["averaged"].mean_power.value == pytest.approx(own.value, rel=1e-9)
-    assert found.here["averaged"].mean_power.known_error95 == pytest.approx(own.known_error95, rel=1e-6)
+    assert found.here["averaged"].mean_power.known_error95 == pytest.approx(
+        own.known_error95, rel=1e-6
+    )
     assert "cannot model impact" in found.refused["exact"]
     for name in ("averaged", "published"):
         curve = found.curves[name]
         places = curve.x[5::17]
-        truth = [hv.run(scene.vary("load.resistance", float(x)), name).mean_power.value for x in places]
+        truth = [
+            hv.run(scene.vary("load.resistance", float(x)), name).mean_power.value for x in places
+        ]
         np.testing.assert_allclose(curve.power[5::17], truth, rtol=within)
     band = found.curves["averaged"]
     assert (band.low < band.power).all()
@@ -58,9 +71,13 @@ def test_a_resonance_is_seen():
     draft = Draft.read(ROOT / "examples" / "plate_harmonic.toml")
     key = "excitation.frequency"
     found = looked(draft, key, fine=True)
-    curve, at = found.curves["exact"], draft.value(key)
+    curve = found.curves["exact"]
+    at = draft.value(key)
     scene = draft.scene()
-    truth = [hv.run(scene.vary(key, float(f)), "exact").mean_power.value for f in np.linspace(0.8 * at, 1.6 * at, 1501)]
+    truth = [
+        hv.run(scene.vary(key, float(f)), "exact").mean_power.value
+        for f in np.linspace(0.8 * at, 1.6 * at, 1501)
+    ]
     assert curve.power.max() == pytest.approx(max(truth), rel=0.02)
 
 
@@ -71,13 +88,18 @@ def test_words_have_errors_and_no_markup():
     found = looked(draft)
     power = found.here["averaged"].mean_power
     large = html_text.headline(found, [])
-    number, error = (float(one) * 1e-6 for one in re.search(r"([\d.]+) µW.*± ([\d.]+) µW \(95 %\)", large).groups())
+    number, error = (
+        float(one) * 1e-6
+        for one in re.search(r"([\d.]+) µW.*± ([\d.]+) µW \(95 %\)", large).groups()
+    )
     assert number == pytest.approx(power.value, abs=power.known_error95)
     assert error == pytest.approx(power.known_error95, rel=0.05)
     assert "its error is not known" in html_text.headline(published_only(found), [])
     text, _ = html_text.meanings(found.problem)
     assert "Coupling: strong" in text
-    assert "<script>" not in text + html_text.answers(found, []) + html_text.problem_line("<script>")
+    assert "<script>" not in text + html_text.answers(found, []) + html_text.problem_line(
+        "<script>"
+    )
 
 
 def published_only(found):
@@ -94,7 +116,8 @@ def test_a_netlist_has_the_resistor_beside_it():
     own = hv.Averaged().run(first().scene()).mean_power
     assert best(found.here).mean_power.value == pytest.approx(own.value, rel=1e-9)
     large = html_text.headline(found, [])
-    assert "Computing the circuit's power" in large and "µW" not in large  # the resistor's is not the circuit's
+    # the resistor's is not the circuit's
+    assert "Computing the circuit's power" in large and "µW" not in large
     assert "is not known" in html_text.headline(found, [], "no engine serves it")
     with pytest.raises(hv.SimulationError, match="run 'ideal' or 'spice' first"):
         downloads.table(found, [])
@@ -102,7 +125,14 @@ def test_a_netlist_has_the_resistor_beside_it():
 
 def run_of(engine, x, power, **more):
     """A run as the page keeps it, of the design that is shown."""
-    known = {"engine": engine, "x": x, "y": power, "error": 0.1 * power, "known": False, "share": 0.25}
+    known = {
+        "engine": engine,
+        "x": x,
+        "y": power,
+        "error": 0.1 * power,
+        "known": False,
+        "share": 0.25,
+    }
     return known | {"own": True} | more
 
 
@@ -110,13 +140,19 @@ def test_a_pinned_circuit_has_its_own_power_and_never_that_of_a_resistor():
     """Side by side with the present design: its curve and its numbers are those of its own runs, or not known yet."""
     draft = first()
     draft.choose("bridge")
-    pinned, now = looked(draft, "load.parameters.R"), looked(first())
+    pinned = looked(draft, "load.parameters.R")
+    now = looked(first())
     assert html_text.power_here(pinned, []) is None
     assert pictures.pinned_curve(pinned, []) is None
-    runs = [run_of("ideal", 2e6, 5e-6), run_of("ideal", 1e6, 4e-6), run_of("ideal", 3e6, 9e-6, own=False)]
+    runs = [
+        run_of("ideal", 2e6, 5e-6),
+        run_of("ideal", 1e6, 4e-6),
+        run_of("ideal", 3e6, 9e-6, own=False),
+    ]
     x, y = pictures.pinned_curve(pinned, runs)
     assert (x.tolist(), y.tolist()) == ([1e6, 2e6], [4e-6, 5e-6])
-    before, after = html_text.power_here(pinned, runs[1:]), html_text.power_here(now, [])
+    before = html_text.power_here(pinned, runs[1:])
+    after = html_text.power_here(now, [])
     assert (before.engine, before.value, before.share) == ("ideal", 4e-6, 0.25)
     assert (after.engine, after.share) == ("averaged", now.here["averaged"].share_of_possible)
     rows = [("load.netlist", "bridge", "absent")]
@@ -125,18 +161,23 @@ def test_a_pinned_circuit_has_its_own_power_and_never_that_of_a_resistor():
     assert f"{after.value / 4e-6:.4g}" in shown and "25 %" in shown
     assert "<td>largest displacement</td><td>1 mm</td><td>not computed yet</td>" in shown
     assert "not computed yet" in html_text.difference(rows, None, after)
-    large = html_text.headline(pinned, [run_of("ideal", 1e6, 4e-6, error=0.0)])  # neither sampled, nor a closed form
+    # neither sampled, nor a closed form
+    large = html_text.headline(pinned, [run_of("ideal", 1e6, 4e-6, error=0.0)])
     assert "its error is not known" in large and "closed form" not in large
 
 
 @pytest.mark.filterwarnings("ignore::PendingDeprecationWarning")  # of Panel
 def test_a_power_that_has_not_settled_is_pale_and_takes_the_place_of_none():
     """It is said, but is in no line and no pinned curve, whatever error it states."""
-    draft, told = first(), []
-    tables, key = draft.tables(), "load.resistance"
+    draft = first()
+    told = []
+    tables = draft.tables()
+    key = "load.resistance"
     found = hv.run(draft.scene(), "ensemble", trajectories=64)
     cut_off = warning("burn_in_stopped", time=1.0, why="load", constant="R C w0 = 9")
-    early = dataclasses.replace(found, mean_power=hv.Value(1.0, stderr=1e-9), diagnostics=(cut_off,))
+    early = dataclasses.replace(
+        found, mean_power=hv.Value(1.0, stderr=1e-9), diagnostics=(cut_off,)
+    )
     panel = runs.RunPanel(lambda: None, lambda: None, told.append)
     for at, one in ((1e5, early), (1e6, early), (1e6, found), (1e6, early)):
         panel.add("ensemble", (tables, key, at), job.told_of(one))
@@ -155,7 +196,11 @@ def test_a_node_goes_with_its_circuit_and_not_with_the_resistor():
     assert found["short"]["packets per hour"] == f"{own.packets_per_hour.value:.4g}"
     assert found["short"]["awake after"] == f"{own.first_packet.value:.4g} s"
     told = html_text.life(found)
-    assert "packets per hour" in told and "of the upper bound" in told and "limited by its sending interval" in told
+    assert (
+        "packets per hour" in told
+        and "of the upper bound" in told
+        and "limited by its sending interval" in told
+    )
     assert "no such circuit" in html_text.life({"error": "no such circuit"})
 
 
@@ -163,7 +208,10 @@ UNDER = hv.Magnifier(mass="30 g", stiffness="4 N/mm", restitution=0.4, gap="0.02
 BESIDE = {
     "modes": (BEAM.replace(stop=hv.Stop(restitution=0.9, gap="0.05 mm")), "the stop is not drawn"),
     "magnifier": (BEAM.replace(mode=(), magnifier=UNDER), "the stop is not drawn"),
-    "ball": (BEAM.replace(mode=(), ball=hv.Ball(mass="2 g", room="0.1 mm", restitution=0.7)), "the ball is not drawn"),
+    "ball": (
+        BEAM.replace(mode=(), ball=hv.Ball(mass="2 g", room="0.1 mm", restitution=0.7)),
+        "the ball is not drawn",
+    ),
 }
 
 
@@ -214,8 +262,11 @@ def test_the_power_of_the_circuit_itself():
     draft = first()
     draft.choose("bridge")
     scene = draft.scene()
-    found = in_worker.elsewhere(in_worker.power, (scene.tables(), *in_worker.FINE), lambda: False, lambda: False, 60.0)
-    said, own = found["answer"]["mean_power"], hv.Ideal(within="1%", seed=3).run(scene).mean_power
+    found = in_worker.elsewhere(
+        in_worker.power, (scene.tables(), *in_worker.FINE), lambda: False, lambda: False, 60.0
+    )
+    said = found["answer"]["mean_power"]
+    own = hv.Ideal(within="1%", seed=3).run(scene).mean_power
     assert found["engine"] == "ideal"
     assert found["known_error95"] >= 1.9 * said["stderr"] + said["step_bias"]
     stderr = math.hypot(said["stderr"], own.stderr)
@@ -234,8 +285,12 @@ def test_the_power_at_once_is_near_and_its_refinement_is_that_of_run(name):
     if not example.exists():
         draft.choose(name)
     scene = draft.scene()
-    quick, fine = (in_worker.power(scene.tables(), *how) for how in (in_worker.QUICK, in_worker.FINE))
-    own = hv.run(scene, fine["engine"], within="1%" if fine["engine"] == "ideal" else None).mean_power
+    quick, fine = (
+        in_worker.power(scene.tables(), *how) for how in (in_worker.QUICK, in_worker.FINE)
+    )
+    own = hv.run(
+        scene, fine["engine"], within="1%" if fine["engine"] == "ideal" else None
+    ).mean_power
     at_once, refined = (one["answer"]["mean_power"]["value"] for one in (quick, fine))
     assert quick["engine"] == fine["engine"] == ("slow" if example.exists() else "ideal")
     assert refined == pytest.approx(own.value, abs=own.known_error95, rel=1e-6)
@@ -249,13 +304,18 @@ def test_the_power_at_once_is_near_and_its_refinement_is_that_of_run(name):
 @pytest.mark.parametrize("circuit", ["bridge", "parallel_sshi", "series_sshi", "sece"])
 def test_the_first_power_of_a_circuit_is_right_wherever_its_knob_stands(circuit):
     """What the page shows first, of 64 trajectories, is that of `ideal` within its errors of sampling and step."""
-    draft, key = first(), "load.parameters.R"
+    draft = first()
+    key = "load.parameters.R"
     draft.choose(circuit)
     at = draft.value(key)
     for factor in (0.2, 1.0, 5.0):
         draft.turn(key, factor * at)
         soon = in_worker.power(draft.tables(), *in_worker.QUICK)["answer"]["mean_power"]
-        own = dataclasses.replace(hv.Ideal(within="1%", seed=5), judged=False).run(draft.scene()).mean_power
+        own = (
+            dataclasses.replace(hv.Ideal(within="1%", seed=5), judged=False)
+            .run(draft.scene())
+            .mean_power
+        )
         known = 4.0 * math.hypot(soon["stderr"], own.stderr) + soon["step_bias"] + own.bias
         assert abs(soon["value"] - own.value) < known < 0.25 * own.value
 
@@ -279,7 +339,8 @@ class Told:
     """A page that notes what it is told."""
 
     def __init__(self):
-        self.told, self.power = [], threading.Event()
+        self.told = []
+        self.power = threading.Event()
 
     def __getattr__(self, name):
         return lambda *given: self.told.append((name, given))
@@ -296,7 +357,8 @@ def test_a_circuit_s_power_is_asked_for_before_all_else():
     draft.choose("bridge")
     key = "load.parameters.R"
     at = draft.value(key)
-    in_worker.elsewhere(in_worker.power, (draft.tables(), *in_worker.QUICK), bool, bool, 60.0, True)  # it has begun
+    # it has begun
+    in_worker.elsewhere(in_worker.power, (draft.tables(), *in_worker.QUICK), bool, bool, 60.0, True)
     work = computing.Computing(page, lambda action: action())
     work.ask(computing.PageRequest(draft, draft.scene(), draft.tables(), key, at, slide(key, at)))
     assert page.power.wait(60.0)
@@ -304,11 +366,18 @@ def test_a_circuit_s_power_is_asked_for_before_all_else():
     assert shown[0][1].instead and not shown[0][1].serving
     assert all(given[1].serving for given in shown[1:] if isinstance(given[1], Live))
     assert shown[-1][1]["engine"] == "ideal"
-    for load in (2.0 * at, at):  # the last one's power is remembered, and yet not shown before its design
+    for load in (
+        2.0 * at,
+        at,
+    ):  # the last one's power is remembered, and yet not shown before its design
         draft.turn(key, load)
-        asked = computing.PageRequest(draft.copy(), draft.scene(), draft.tables(), key, load, slide(key, load))
+        asked = computing.PageRequest(
+            draft.copy(), draft.scene(), draft.tables(), key, load, slide(key, load)
+        )
         work.ask(asked)
-        while "show_power" not in (told := [name for name, given in page.told if given[0] is asked]):
+        while "show_power" not in (
+            told := [name for name, given in page.told if given[0] is asked]
+        ):
             assert page.power.wait(60.0)
             page.power.clear()
         assert told[0] == "show"
@@ -322,7 +391,10 @@ def priority():
 @pytest.mark.slow
 @pytest.mark.skipif(not hasattr(os, "nice"), reason="the system has no such priorities")
 def test_what_is_computed_in_the_background_gives_way_to_the_first_power():
-    background, soon = (in_worker.elsewhere(priority, (), bool, bool, 60.0, first)["nice"] for first in (False, True))
+    background, soon = (
+        in_worker.elsewhere(priority, (), bool, bool, 60.0, first)["nice"]
+        for first in (False, True)
+    )
     assert soon == os.nice(0)
     assert background == max(soon, in_worker.GIVES_WAY)
 
@@ -340,7 +412,9 @@ def test_downloads():
 
 def test_only_the_newest_is_computed():
     """Of many requests while one is at work the last alone follows it; an error of the work stops nothing."""
-    begun, done, seen = threading.Event(), threading.Event(), []
+    begun = threading.Event()
+    done = threading.Event()
+    seen = []
 
     def work(request, overtaken):
         seen.append((request, overtaken()))
@@ -362,7 +436,8 @@ def test_only_the_newest_is_computed():
 
 def test_who_waits_for_rest_is_woken_by_a_request():
     """A knob that turns on does not wait for the rest of the knob before; without a request there is a rest."""
-    rested, waits = [], threading.Event()
+    rested = []
+    waits = threading.Event()
 
     def work(request, overtaken):
         waits.set()
@@ -376,7 +451,9 @@ def test_who_waits_for_rest_is_woken_by_a_request():
     assert rested == [False, True]
 
 
-@pytest.mark.parametrize(("values", "power"), [([3e-6, 8e-6], -6), ([0.0], 0), ([1e3], 3), ([float("nan"), 2.0], 0)])
+@pytest.mark.parametrize(
+    ("values", "power"), [([3e-6, 8e-6], -6), ([0.0], 0), ([1e3], 3), ([float("nan"), 2.0], 0)]
+)
 def test_prefixes(values, power):
     assert engineering(values) == power
 
@@ -385,7 +462,13 @@ def test_the_axis_of_power_stands_while_the_curve_fits():
     """It ends at a round number above the curve, and changes only when the curve leaves it or becomes small."""
     from harvester.explore.pictures import axis_end
 
-    assert [axis_end(top, 1.0) for top in (9.42, 4.1, 310.0, 0.0, 99.0)] == [10.0, 5.0, 400.0, 1.0, 120.0]
+    assert [axis_end(top, 1.0) for top in (9.42, 4.1, 310.0, 0.0, 99.0)] == [
+        10.0,
+        5.0,
+        400.0,
+        1.0,
+        120.0,
+    ]
     assert axis_end(8.0, 10.0) == axis_end(5.1, 10.0) == 10.0
     assert axis_end(4.0, 10.0) == 5.0
     for top in 10.0 ** np.linspace(-3, 3, 601):
@@ -397,6 +480,10 @@ def test_the_numbers_of_an_axis_of_one_and_a_half_decades_have_room_on_a_phone()
     for mass in (0.04, 0.016542, 1.0):
         range_of_mass = slide("oscillator.mass", mass)
         plot = pictures.PowerPlot("oscillator.mass", range_of_mass).plot
-        seen = [one for one in plot.xaxis[0].ticker.ticks if range_of_mass.low <= one <= range_of_mass.high]
+        seen = [
+            one
+            for one in plot.xaxis[0].ticker.ticks
+            if range_of_mass.low <= one <= range_of_mass.high
+        ]
         assert 4 <= len(seen) <= 6
         assert min(np.divide(seen[1:], seen[:-1])) >= 1.99

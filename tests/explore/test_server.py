@@ -23,7 +23,8 @@ def test_a_page_that_closes_while_it_is_drawn_is_no_fault(caplog):
     """What fails in the background is reported, but for a message to a page that is no longer there."""
     from tornado.websocket import WebSocketClosedError
 
-    from harvester.explore.server import report_failure  # with Panel, which no other test of this process needs
+    # with Panel, which no other test of this process needs
+    from harvester.explore.server import report_failure
 
     loop = asyncio.new_event_loop()
     report_failure(loop, {"message": "of a task", "exception": WebSocketClosedError()})
@@ -49,15 +50,20 @@ def ask(address, method="GET", path="", host=None, **headers):
 
 def memory(program):
     """MB that a program holds."""
-    return int(re.search(r"VmRSS:\s+(\d+)", Path(f"/proc/{program.pid}/status").read_text())[1]) / 1000
+    return (
+        int(re.search(r"VmRSS:\s+(\d+)", Path(f"/proc/{program.pid}/status").read_text())[1]) / 1000
+    )
 
 
 def send(address, size):
     """Send so many bytes to a path without the token; how many were taken until the connection was closed."""
     url = urllib.parse.urlsplit(address)
-    sent, deadline = 0, time.monotonic() + 20.0
+    sent = 0
+    deadline = time.monotonic() + 20.0
     with socket.create_connection((url.hostname, url.port), timeout=5.0) as one:
-        one.sendall(f"POST /x HTTP/1.1\r\nHost: {url.netloc}\r\nContent-Length: {size}\r\n\r\n".encode())
+        one.sendall(
+            f"POST /x HTTP/1.1\r\nHost: {url.netloc}\r\nContent-Length: {size}\r\n\r\n".encode()
+        )
         try:
             while sent < size and time.monotonic() < deadline:
                 sent += one.send(b"x" * min(1_000_000, size - sent))
@@ -72,7 +78,9 @@ async def talk(address, token, message):
     from tornado.websocket import websocket_connect
 
     url = urllib.parse.urlsplit(address)
-    request = HTTPRequest(f"ws://{url.netloc}{url.path}ws", headers={"Origin": f"http://{url.netloc}"})
+    request = HTTPRequest(
+        f"ws://{url.netloc}{url.path}ws", headers={"Origin": f"http://{url.netloc}"}
+    )
     connection = await websocket_connect(request, subprotocols=["bokeh", token])
     await connection.read_message()
     await connection.write_message(message)
@@ -93,9 +101,10 @@ def test_who_may_talk_to_the_server():
         assert ask(address) == 200
         assert ask(address, host=f"localhost:{url.port}") == 200
         assert ask(address, Origin=f"http://localhost:{url.port}") == 200
-        assert [ask(address, path=path) for path in ("/", "/favicon.ico", "/ws", f"/x{token}/", f"//{token}/")] == [
-            403
-        ] * 5
+        assert [
+            ask(address, path=path)
+            for path in ("/", "/favicon.ico", "/ws", f"/x{token}/", f"//{token}/")
+        ] == [403] * 5
         assert ask(address, host="evil.example") == 403
         assert ask(address, host="127.0.0.1:1") == 403
         assert ask(address, Origin="http://evil.example") == 403
@@ -124,8 +133,18 @@ def test_who_may_talk_to_the_server():
 def test_a_host_that_is_asked_for_is_the_only_one():
     """The page then answers to that address and to no other name, with the token as ever, and comes as a QR code."""
     host = "127.0.0.2"  # another one that every Linux has
-    begin = (sys.executable, "-m", "harvester", "explore", str(ROOT / "examples" / "plate.toml"), "--host", host)
-    with subprocess.Popen(begin, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as program:
+    begin = (
+        sys.executable,
+        "-m",
+        "harvester",
+        "explore",
+        str(ROOT / "examples" / "plate.toml"),
+        "--host",
+        host,
+    )
+    with subprocess.Popen(
+        begin, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as program:
         address = program.stdout.readline().removeprefix("open ").strip()
         assert "not encrypted" in program.stdout.readline()
         url = urllib.parse.urlsplit(address)
@@ -133,7 +152,13 @@ def test_a_host_that_is_asked_for_is_the_only_one():
         rows = read_qr([program.stdout.readline() for _ in range(18)])
         assert rows == [list(row) for row in segno.make(address, error="l", micro=False).matrix]
         assert ask(address) == ask(address, Origin=f"http://{url.netloc}") == 200
-        wrong = [f"localhost:{url.port}", f"127.0.0.1:{url.port}", f"0.0.0.0:{url.port}", "evil.example", host]
+        wrong = [
+            f"localhost:{url.port}",
+            f"127.0.0.1:{url.port}",
+            f"0.0.0.0:{url.port}",
+            "evil.example",
+            host,
+        ]
         assert [ask(address, host=one) for one in wrong] == [403] * len(wrong)
         assert [ask(address, Origin=f"http://{one}") for one in wrong] == [403] * len(wrong)
         assert ask(address, path="/") == 403
@@ -158,7 +183,9 @@ def test_a_page_takes_little_memory_and_gives_its_folder_back(tmp_path, monkeypa
             ask(address)
         assert memory(program) - before < 5 * 12.0
         with socket.create_connection((url.hostname, url.port), timeout=60.0) as slow:
-            slow.sendall(f"POST {url.path} HTTP/1.1\r\nHost: {url.netloc}\r\nContent-Length: 9\r\n\r\n".encode())
+            slow.sendall(
+                f"POST {url.path} HTTP/1.1\r\nHost: {url.netloc}\r\nContent-Length: 9\r\n\r\n".encode()
+            )
             begin = time.monotonic()
             while slow.recv(1000):
                 pass
@@ -172,12 +199,19 @@ def test_a_page_takes_little_memory_and_gives_its_folder_back(tmp_path, monkeypa
 def read_qr(lines):
     """The modules of a QR code of half blocks, 1 where dark, without its border of two."""
     halves = {"█": (0, 0), "▀": (0, 1), "▄": (1, 0), " ": (1, 1)}
-    rows = [[halves[letter][half] for letter in line.rstrip("\n")] for line in lines if line.strip() for half in (0, 1)]
+    rows = [
+        [halves[letter][half] for letter in line.rstrip("\n")]
+        for line in lines
+        if line.strip()
+        for half in (0, 1)
+    ]
     size = len(rows[0])
     return [row[2 : size - 2] for row in rows[2 : size - 2]]
 
 
-@pytest.mark.parametrize(("host", "why"), [("0.0.0.0", "answers to one"), ("8.8.8.8", "none"), ("mybox", "'mybox'")])
+@pytest.mark.parametrize(
+    ("host", "why"), [("0.0.0.0", "answers to one"), ("8.8.8.8", "none"), ("mybox", "'mybox'")]
+)
 def test_a_host_must_be_one_address_of_this_machine(host, why):
     from harvester.explore.server import free_port
 

@@ -13,7 +13,9 @@ SCENE = (ROOT / "examples" / "plate.toml").read_text()
 def given(folder, axis="", **files):
     """The draft after these files were given; `a__toml` is a.toml."""
     names = [name.replace("__", ".") for name in files]
-    paths = keep(folder, names, [text.encode() if isinstance(text, str) else text for text in files.values()])
+    paths = keep(
+        folder, names, [text.encode() if isinstance(text, str) else text for text in files.values()]
+    )
     return take(first(), paths, axis)
 
 
@@ -21,7 +23,10 @@ def test_scene_record_and_netlist(tmp_path):
     """A scene, a record that shakes it instead of its noise, and a circuit of one's own."""
     netlist = (ROOT / "netlists" / "bridge.cir").read_text()
     draft, told = given(
-        tmp_path, plate__toml=SCENE, shake__csv=(ROOT / "examples" / "shake.csv").read_text(), own__cir=netlist
+        tmp_path,
+        plate__toml=SCENE,
+        shake__csv=(ROOT / "examples" / "shake.csv").read_text(),
+        own__cir=netlist,
     )
     scene = draft.scene()
     assert scene.excitation.acceleration_psd is None
@@ -56,7 +61,11 @@ def test_what_cannot_be_used_is_one_line(tmp_path, name, content, told):
     (tmp_path / "secret.cir").write_text((ROOT / "netlists" / "bridge.cir").read_text())
     before = first()
     with pytest.raises(hv.HarvesterError, match=told) as error:
-        take(before, keep(folder, [name], [content if isinstance(content, bytes) else content.encode()]), "")
+        take(
+            before,
+            keep(folder, [name], [content if isinstance(content, bytes) else content.encode()]),
+            "",
+        )
     assert "\n" not in str(error.value)
     assert before.tables() == first().tables()
     assert [path.name for path in tmp_path.iterdir() if path.is_file()] == ["secret.cir"]

@@ -38,7 +38,13 @@ def row(power, engine="averaged", varied=None, **errors):
 
 def table(axes, rows, listed=False, physical=True):
     about = {"scene": {"title": "A title"} | ({} if physical else {"nondimensional": {}})}
-    return SweepTable(tuple(Axis(key, tuple(values)) for key, values in axes.items()), tuple(rows), (), listed, about)
+    return SweepTable(
+        tuple(Axis(key, tuple(values)) for key, values in axes.items()),
+        tuple(rows),
+        (),
+        listed,
+        about,
+    )
 
 
 def line(powers, engine="averaged", key=R, values=None, **errors):
@@ -61,19 +67,41 @@ def shown(axis):
 def labels(figure):
     """Of all axes that have numbers of their own."""
     drawn(figure)
-    told = [(a.get_xlabel(), a.xaxis) for a in figure.axes] + [(a.get_ylabel(), a.yaxis) for a in figure.axes]
-    return [label for label, axis in told if any(re.match(r"\W?\d", t.get_text()) for t in shown(axis))]
+    told = [(a.get_xlabel(), a.xaxis) for a in figure.axes] + [
+        (a.get_ylabel(), a.yaxis) for a in figure.axes
+    ]
+    return [
+        label for label, axis in told if any(re.match(r"\W?\d", t.get_text()) for t in shown(axis))
+    ]
 
 
 def motion(physical):
     t = np.linspace(0.0, 10.0, 2000)
     x = 1e-4 * np.abs(np.sin(7 * t))
-    return Motion(t, x, np.gradient(x, t), 3 * x, x, np.array([[9.0, 1.0]]), (0.0,), 3.0, 0.01, physical, "ensemble")
+    return Motion(
+        t,
+        x,
+        np.gradient(x, t),
+        3 * x,
+        x,
+        np.array([[9.0, 1.0]]),
+        (0.0,),
+        3.0,
+        0.01,
+        physical,
+        "ensemble",
+    )
 
 
 def response(physical):
     points = [
-        ResponsePoint(direction, f, Value(1e-4 * f, None, 1e-6), Value(1e-6 / (0.1 + (f - 5) ** 2), 1e-8, 0.0), None)
+        ResponsePoint(
+            direction,
+            f,
+            Value(1e-4 * f, None, 1e-6),
+            Value(1e-6 / (0.1 + (f - 5) ** 2), 1e-8, 0.0),
+            None,
+        )
         for direction in ("up", "down")
         for f in (3.0, 4.0, 5.0, 6.0)
     ]
@@ -81,7 +109,11 @@ def response(physical):
 
 
 def paper_points(panel):
-    return [FigurePoint(panel, curve, x, 2e-4, 1e-4, 1e-4, 1e-6) for curve in ("r = 1", "r = 2") for x in (0.1, 1.0)]
+    return [
+        FigurePoint(panel, curve, x, 2e-4, 1e-4, 1e-4, 1e-6)
+        for curve in ("r = 1", "r = 2")
+        for x in (0.1, 1.0)
+    ]
 
 
 EDGES = [Edge(0.1, 0.2, 0.1, 0.1, 0.01), Edge(1.0, np.inf, 0.2, 0.2, np.inf)]
@@ -92,7 +124,9 @@ EDGES = [Edge(0.1, 0.2, 0.1, 0.1, 0.01), Edge(1.0, np.inf, 0.2, 0.2, np.inf)]
     "figure",
     [
         lambda: table({R: np.geomspace(1e3, 1e7, 5)}, line([1e-6, 2e-6, 9e-6, 2e-6, 1e-7])).plot(),
-        lambda: table({MU: (1.0, 2.0)}, line([1e-4, 2e-4], key=MU, values=(1.0, 2.0)), physical=False).plot(),
+        lambda: table(
+            {MU: (1.0, 2.0)}, line([1e-4, 2e-4], key=MU, values=(1.0, 2.0)), physical=False
+        ).plot(),
         lambda: motion(True).plot(),
         lambda: motion(False).plot(),
         lambda: response(True).plot(),
@@ -163,14 +197,20 @@ def test_odd_sweeps(name):
 def test_a_point_alone_is_a_marker_and_a_failed_one_a_cross():
     powers = [1e-6, None, 3e-6, None]
     figure = table({R: np.geomspace(1e3, 1e7, 4)}, line(powers, "ensemble")).plot()
-    marks = {str(one.get_marker()): one for one in figure.axes[0].lines if str(one.get_marker()) not in ("None", "")}
+    marks = {
+        str(one.get_marker()): one
+        for one in figure.axes[0].lines
+        if str(one.get_marker()) not in ("None", "")
+    }
     assert len(marks["x"].get_xdata()) == 2
     assert len(marks["s"].get_xdata()) == 2  # the line has nothing to join
     assert any("2 of 4 rows failed" in text for text in drawn(figure))
 
 
 def test_error_bars_are_of_95_percent():
-    figure = table({R: (1.0, 2.0)}, line([1e-6, 2e-6], "ensemble", values=(1.0, 2.0), stderr=1e-7)).plot()
+    figure = table(
+        {R: (1.0, 2.0)}, line([1e-6, 2e-6], "ensemble", values=(1.0, 2.0), stderr=1e-7)
+    ).plot()
     bars = next(c for c in figure.axes[0].collections if len(c.get_segments()) == 2)
     low, high = bars.get_segments()[0][:, 1]
     assert high - low == pytest.approx(2 * 1.96 * 0.1)
@@ -183,14 +223,20 @@ def test_several_values_of_another_key_differ_in_marker_and_the_rest_is_told():
         for k, r in enumerate(np.linspace(0.1, 0.9, 8))
         for x in np.geomspace(1e3, 1e5, 9)
     ]
-    axes = {R: tuple(np.geomspace(1e3, 1e5, 9)), "stop.restitution": tuple(np.linspace(0.1, 0.9, 8))}
+    axes = {
+        R: tuple(np.geomspace(1e3, 1e5, 9)),
+        "stop.restitution": tuple(np.linspace(0.1, 0.9, 8)),
+    }
     figure = table(axes, rows).plot()
     assert len({str(one.get_marker()) for one in figure.axes[0].lines}) == 6
     assert any("The first 6 of 8" in text for text in drawn(figure))
 
 
 def test_a_list_of_points_is_no_line():
-    rows = [row(1e-6, varied={R: 1e3, "stop.restitution": 0.5}), row(2e-6, varied={R: 1e5, "stop.restitution": 0.9})]
+    rows = [
+        row(1e-6, varied={R: 1e3, "stop.restitution": 0.5}),
+        row(2e-6, varied={R: 1e5, "stop.restitution": 0.9}),
+    ]
     figure = table({R: (1e3, 1e5), "stop.restitution": (0.5, 0.9)}, rows, listed=True).plot()
     assert figure.axes[0].lines[0].get_linestyle() == "None"
 
@@ -220,7 +266,10 @@ def test_the_legend_covers_no_axes():
 
 def test_engines_are_told_apart_without_colour():
     styles = {name: one.style() for name, one in LOOKS.items()}
-    looks = [(str(s.get("linestyle")), s.get("linewidth", 1.4), s.get("marker", "")) for s in styles.values()]
+    looks = [
+        (str(s.get("linestyle")), s.get("linewidth", 1.4), s.get("marker", ""))
+        for s in styles.values()
+    ]
     assert len(set(looks)) == len(looks)
     assert len({one.marker for one in LOOKS.values()}) == len(LOOKS)
     assert {name: s["color"] for name, s in styles.items()} == {
@@ -251,7 +300,12 @@ def test_the_same_figure_is_the_same_file(form):
 def test_many_points_are_pixels_in_a_vector_file():
     long = np.linspace(0.0, 10.0, 20_000)
     path = dataclasses.replace(
-        motion(True), time=long, displacement=np.sin(long), velocity=np.cos(long), voltage=long, acceleration=None
+        motion(True),
+        time=long,
+        displacement=np.sin(long),
+        velocity=np.cos(long),
+        voltage=long,
+        acceleration=None,
     )
     svg = figures.image(path.plot(), "svg")
     assert b"data:image/png" in svg
@@ -266,7 +320,11 @@ def test_save(tmp_path):
 
 def test_another_form_is_refused_before_anything_is_computed(tmp_path):
     with pytest.raises(InputError, match="`formats` must be svg or pdf, but is 'eps'"):
-        hv.sweep("examples/plate.toml", vary={R: "1k"}, execution=hv.Execution(out=tmp_path, formats=["eps"]))
+        hv.sweep(
+            "examples/plate.toml",
+            vary={R: "1k"},
+            execution=hv.Execution(out=tmp_path, formats=["eps"]),
+        )
     assert list(tmp_path.iterdir()) == []
 
 
@@ -301,9 +359,13 @@ def test_paper_markers_stand_for_curves():
 @pytest.mark.slow
 def test_an_optimum_of_one_evaluation():
     """The budget ended after the first evaluation: the axis is the range that was to be searched, not of zero width."""
-    best = hv.optimise("examples/plate_with_stop.toml", vary={R: ("10k", "10M")}, engine="averaged", within="5%")
+    best = hv.optimise(
+        "examples/plate_with_stop.toml", vary={R: ("10k", "10M")}, engine="averaged", within="5%"
+    )
     place = next(p for p in best.points if p.u == pytest.approx(best.points[0].u))
-    key = dataclasses.replace(best.keys[0], value=best.keys[0].range.value(float(place.u[0])), low95=None, high95=None)
+    key = dataclasses.replace(
+        best.keys[0], value=best.keys[0].range.value(float(place.u[0])), low95=None, high95=None
+    )
     figure = dataclasses.replace(best, keys=(key,), points=(place,)).plot()
     figures.image(figure, "png")  # a layout that collapses is a warning, and so an error here
     assert np.divide(*figure.axes[0].get_xlim()) == pytest.approx(1e-3)

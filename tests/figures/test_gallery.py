@@ -18,11 +18,17 @@ from harvester.studies.work_precision.cost_table import Cost, CostRow
 from harvester.uncertainty.value import Value
 from tests.support.colours import EYES, distance
 
-R, STOP, MU = "load.resistance", "stop.restitution", "nondimensional.mu"
+R = "load.resistance"
+STOP = "stop.restitution"
+MU = "nondimensional.mu"
 SENSOR = "examples/bimorph_sensor.toml"
 PLATE, BRIDGE = "examples/plate_with_stop.toml", "examples/plate_bridge.toml"
-DRIVEN = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.2, beta=0.05, mu=1.0, drive=1.0, drive_frequency=1.0))
-SMALL, PHONE = 7.0, 390  # points, and pixels of a phone's width
+DRIVEN = hv.Scene(
+    nondimensional=hv.Nondimensional(c1=-0.2, beta=0.05, mu=1.0, drive=1.0, drive_frequency=1.0)
+)
+# points, and pixels of a phone's width
+SMALL = 7.0
+PHONE = 390
 APART = 15.0  # in CIELAB: colours of two entries that differ in nothing else
 DEVICE = "Plate (Shock and Vibration 2019, 9093605) with a stop"
 
@@ -34,7 +40,8 @@ def comparison():
     t = [0.01 * k for k in range(500)]
     wave = [(k % 97) / 50.0 - 1.0 for k in range(500)]
     paths = [
-        PathComparison(f"{w} the stop", *map(np.array, (t, t, wave, wave, wave[::-1])), True) for w in ("with", "no")
+        PathComparison(f"{w} the stop", *map(np.array, (t, t, wave, wave, wave[::-1])), True)
+        for w in ("with", "no")
     ]
     return figures.comparison(answers, paths, DEVICE)
 
@@ -52,32 +59,51 @@ def cost():
         "spice, no pairing": [(0.7, 0.018), (3.2, 0.0076)],
         "ideal": [(0.5, 0.02)],
     }
-    rows = [CostRow(name, seconds=s, total_error=e, best=e < 0.01) for name, some in found.items() for s, e in some]
+    rows = [
+        CostRow(name, seconds=s, total_error=e, best=e < 0.01)
+        for name, some in found.items()
+        for s, e in some
+    ]
     return Cost(tuple(rows), "ensemble", Value(8e-6), {}).plot(DEVICE)
 
 
 def region():
     """Where rest of the paper's scene is stable, which `stability` computes into a folder only."""
     with tempfile.TemporaryDirectory() as out:
-        found = hv.stability("examples/paper_figure3.toml", trajectories=64, execution=hv.Execution(out=out))
+        found = hv.stability(
+            "examples/paper_figure3.toml", trajectories=64, execution=hv.Execution(out=out)
+        )
     return found.plot(DEVICE)
 
 
 PICTURES = {
     "run": lambda: hv.Averaged().run(hv.load(PLATE)).plot(DEVICE),
-    "sweep": lambda: hv.sweep(PLATE, vary={R: "10k:10M:9"}, engines=["published", "averaged"]).plot(DEVICE),
+    "sweep": lambda: hv.sweep(PLATE, vary={R: "10k:10M:9"}, engines=["published", "averaged"]).plot(
+        DEVICE
+    ),
     "sweep of two keys": lambda: hv.sweep(
-        PLATE, vary={R: "10k:10M:9", STOP: [0.5, 0.6, 0.7, 0.8, 0.9, 0.95]}, engines=["published", "averaged"]
+        PLATE,
+        vary={R: "10k:10M:9", STOP: [0.5, 0.6, 0.7, 0.8, 0.9, 0.95]},
+        engines=["published", "averaged"],
     ).plot(DEVICE),
-    "optimise": lambda: hv.optimise(PLATE, vary={R: ("10k", "10M")}, engine="averaged").plot(DEVICE),
+    "optimise": lambda: hv.optimise(PLATE, vary={R: ("10k", "10M")}, engine="averaged").plot(
+        DEVICE
+    ),
     "optimise two keys": lambda: hv.optimise(
         PLATE, vary={R: ("10k", "10M"), STOP: (0.5, 0.95)}, engine="averaged"
     ).plot(DEVICE),
-    "response": lambda: hv.response(DRIVEN, sweep=[0.7, 0.8, 0.9, 0.95, 1.0, 1.05, 1.1, 1.2, 1.3]).plot(DEVICE),
+    "response": lambda: hv.response(
+        DRIVEN, sweep=[0.7, 0.8, 0.9, 0.95, 1.0, 1.05, 1.1, 1.2, 1.3]
+    ).plot(DEVICE),
     "charge": lambda: hv.charge(BRIDGE, to="0.5 V", engine="ideal", trajectories=64).plot(DEVICE),
-    "tolerance of one key": lambda: hv.tolerance(PLATE, vary={R: "20%"}, engine="averaged", samples=256).plot(DEVICE),
+    "tolerance of one key": lambda: hv.tolerance(
+        PLATE, vary={R: "20%"}, engine="averaged", samples=256
+    ).plot(DEVICE),
     "tolerance": lambda: hv.tolerance(
-        PLATE, vary={R: "10%", STOP: "3%", "piezo.capacitance": "10%"}, engine="averaged", samples=256
+        PLATE,
+        vary={R: "10%", STOP: "3%", "piezo.capacitance": "10%"},
+        engine="averaged",
+        samples=256,
     ).plot(DEVICE),
     "compare": comparison,
     "cost": cost,
@@ -87,10 +113,16 @@ PICTURES = {
     ).plot(DEVICE),
     "densities": lambda: hv.densities(PLATE).plot(DEVICE),
     "sweep of a netlist": lambda: hv.sweep(
-        BRIDGE, vary={"load.parameters.R": "100k:3M:4"}, engines=[hv.Ideal(trajectories=64, duration=50.0)]
+        BRIDGE,
+        vary={"load.parameters.R": "100k:3M:4"},
+        engines=[hv.Ideal(trajectories=64, duration=50.0)],
     ).plot(DEVICE),
     "compare of a netlist": lambda: hv.compare(
-        BRIDGE, engines=[hv.Ideal(trajectories=64, duration=50.0), hv.Compiled(trajectories=64, duration=50.0)]
+        BRIDGE,
+        engines=[
+            hv.Ideal(trajectories=64, duration=50.0),
+            hv.Compiled(trajectories=64, duration=50.0),
+        ],
     ).plot(DEVICE),
     "design": lambda: hv.design(
         SENSOR, needs="130 uW at 3.3 V", spread="frequency=2Hz", circuits=["bridge", "doubler"]
@@ -106,7 +138,9 @@ PICTURES = {
 BY_NGSPICE = {"compare of a netlist": [pytest.mark.ngspice]}  # which judges compiled circuits
 
 
-@pytest.fixture(scope="module", params=[pytest.param(name, marks=BY_NGSPICE.get(name, [])) for name in PICTURES])
+@pytest.fixture(
+    scope="module", params=[pytest.param(name, marks=BY_NGSPICE.get(name, [])) for name in PICTURES]
+)
 def picture(request):
     """A picture as it is drawn."""
     figure = PICTURES[request.param]()
@@ -123,27 +157,38 @@ def texts(figure):
             for tick in axis.findobj(Tick):
                 if not low <= tick.get_loc() <= high or not axes.get_visible():
                     hidden |= {tick.label1, tick.label2}
-    found = [one for one in figure.findobj(Text) if one.get_visible() and one.get_text().strip() and one not in hidden]
+    found = [
+        one
+        for one in figure.findobj(Text)
+        if one.get_visible() and one.get_text().strip() and one not in hidden
+    ]
     return [(one, one.get_window_extent()) for one in found if one.get_window_extent().width > 0.0]
 
 
 def overlaps(figure):
     """The pairs of texts of which one covers the other, and those that leave the picture."""
-    whole, seen = figure.bbox.padded(1.0), texts(figure)
+    whole = figure.bbox.padded(1.0)
+    seen = texts(figure)
     left = [
         (one.get_text(),)
         for one, box in seen
-        if not (whole.x0 <= box.x0 and box.x1 <= whole.x1 and whole.y0 <= box.y0 and box.y1 <= whole.y1)
+        if not (
+            whole.x0 <= box.x0 and box.x1 <= whole.x1 and whole.y0 <= box.y0 and box.y1 <= whole.y1
+        )
     ]
     pairs = itertools.combinations(seen, 2)
-    over = [(one, other) for (one, x), (other, y) in pairs if x.padded(-0.75).overlaps(y.padded(-0.75))]
+    over = [
+        (one, other) for (one, x), (other, y) in pairs if x.padded(-0.75).overlaps(y.padded(-0.75))
+    ]
     return left + [(one.get_text(), other.get_text()) for one, other in over]
 
 
 def too_small(figure):
     """The texts that are below 7 points on paper, or 7 pixels on a phone."""
     shown = PHONE / (72.0 * figure.get_figwidth())  # pixels of a phone for each point
-    return [one.get_text() for one, _ in texts(figure) if one.get_fontsize() * min(1.0, shown) < SMALL]
+    return [
+        one.get_text() for one, _ in texts(figure) if one.get_fontsize() * min(1.0, shown) < SMALL
+    ]
 
 
 def alike(figure):
@@ -174,9 +219,16 @@ def test_a_fault_that_is_put_in_is_seen():
     figure = hv.Averaged().run(hv.load(PLATE)).plot(DEVICE)
     figure.draw_without_rendering()
     assert (overlaps(figure), too_small(figure), alike(figure)) == ([], [], [])
-    figure.text(0.5, 0.5, "one"), figure.text(0.5, 0.5, "over it"), figure.text(0.9, 0.02, "tiny", fontsize=6.5)
+    (
+        figure.text(0.5, 0.5, "one"),
+        figure.text(0.5, 0.5, "over it"),
+        figure.text(0.9, 0.02, "tiny", fontsize=6.5),
+    )
     figure.text(0.99, 0.6, "beyond the edge")
-    lines = [figure.axes[0].plot([0, 1], color=one, label=one)[0] for one in ("#D55E00", "#8C6D1F", "#0072B2")]
+    lines = [
+        figure.axes[0].plot([0, 1], color=one, label=one)[0]
+        for one in ("#D55E00", "#8C6D1F", "#0072B2")
+    ]
     figure.legend(handles=lines)
     figure.draw_without_rendering()
     found = overlaps(figure)
@@ -204,7 +256,11 @@ def test_the_title_says_question_and_device(picture):
 def look(handle):
     """What tells an entry of a legend apart beside its colour."""
     if hasattr(handle, "get_marker"):
-        return str(handle.get_linestyle()), str(handle.get_marker()), round(handle.get_linewidth(), 1)
+        return (
+            str(handle.get_linestyle()),
+            str(handle.get_marker()),
+            round(handle.get_linewidth(), 1),
+        )
     return (type(handle).__name__,)
 
 
@@ -217,7 +273,9 @@ def test_every_eye_tells_entries_of_a_legend_apart(picture):
 def test_every_eye_tells_engines_and_curves_apart():
     for one, other in itertools.combinations(LOOKS, 2):
         assert distance(LOOKS[one].colour, LOOKS[other].colour) >= APART, (one, other)
-    for one, other in itertools.combinations([colour(n, MOST_CURVES) for n in range(MOST_CURVES)], 2):
+    for one, other in itertools.combinations(
+        [colour(n, MOST_CURVES) for n in range(MOST_CURVES)], 2
+    ):
         assert distance(one, other) >= APART, (one, other)
 
 
@@ -249,7 +307,9 @@ def test_a_charge_of_one_run_has_no_panel_of_shares():
     found = hv.charge(hv.load(BRIDGE), to="0.5 V", engine="ideal", trajectories=64)
     alone = dataclasses.replace(found, stderr=None)
     labels = [axes.get_ylabel() for axes in alone.plot().axes]
-    assert len(labels) == len(found.plot().axes) - 1 and not any("runs" in label for label in labels)
+    assert len(labels) == len(found.plot().axes) - 1 and not any(
+        "runs" in label for label in labels
+    )
 
 
 @pytest.mark.thorough("test_a_fault_that_is_put_in_is_seen")
@@ -257,7 +317,9 @@ def test_a_bar_of_the_tornado_spans_the_quantiles():
     """A load at its best value: both of its ends give less, and no device gives more than it."""
     best = hv.optimise(PLATE, vary={R: ("10k", "10M")}, engine="averaged")
     scene = hv.load(PLATE).varied({R: best.keys[0].value})
-    found = hv.tolerance(scene, vary={R: "20%", "piezo.capacitance": "1%"}, engine="averaged", samples=512)
+    found = hv.tolerance(
+        scene, vary={R: "20%", "piezo.capacitance": "1%"}, engine="averaged", samples=512
+    )
     bar = next(one for one in found.tornado if one.key == R)
     assert found.nominal is not None and bar.quantiles[1] == pytest.approx(found.nominal, rel=1e-4)
     assert bar.quantiles[0] == pytest.approx(min(bar.powers), rel=2e-3)

@@ -40,10 +40,15 @@ def texts(figure):
     return [text.get_text() for text in figure.findobj(lambda artist: hasattr(artist, "get_text"))]
 
 
-def grid(restitutions=(0.8, 0.9, 0.96), loads=(1e4, 1e5, 1e6, 1e7), engines=("averaged", "published")):
+def grid(
+    restitutions=(0.8, 0.9, 0.96), loads=(1e4, 1e5, 1e6, 1e7), engines=("averaged", "published")
+):
     """Rows with the restitution coefficient varied first, as the flags were given."""
     axes = ((STOP, restitutions), (R, loads))
-    return table(axes, [row(e, x * r, **{STOP: r, R: x}) for r in restitutions for x in loads for e in engines])
+    return table(
+        axes,
+        [row(e, x * r, **{STOP: r, R: x}) for r in restitutions for x in loads for e in engines],
+    )
 
 
 def height(band):
@@ -60,15 +65,20 @@ def test_the_ratio_has_the_error_that_averaged_states():
     bands = [height(band) for band in low.collections if band.get_alpha() == 0.2]
     assert bands == [pytest.approx((0.96, 1.06))]
     bars = [one.get_segments()[0][:, 1] for one in low.collections if one.get_alpha() is None]
-    assert np.ptp(bars[0]) / 2.0 == pytest.approx(1.01 * (1.96 * 0.002 + 0.001))  # sampling and step of the ensemble
+    # sampling and step of the ensemble
+    assert np.ptp(bars[0]) / 2.0 == pytest.approx(1.01 * (1.96 * 0.002 + 0.001))
 
 
 def test_averaged_as_the_reference_has_its_error_around_one():
     rows = [
-        one for x in (1e3, 1e6) for one in (row("averaged", 2.0, bias=0.1, **{R: x}), row("published", 3.0, **{R: x}))
+        one
+        for x in (1e3, 1e6)
+        for one in (row("averaged", 2.0, bias=0.1, **{R: x}), row("published", 3.0, **{R: x}))
     ]
     low = table(((R, (1e3, 1e6)),), rows).plot().axes[1]
-    assert [height(band) for band in low.collections if band.get_alpha() == 0.2] == [pytest.approx((0.95, 1.05))]
+    assert [height(band) for band in low.collections if band.get_alpha() == 0.2] == [
+        pytest.approx((0.95, 1.05))
+    ]
 
 
 @pytest.mark.slow
@@ -117,7 +127,9 @@ def responses(down, error=1e-9):
     for direction, factor in (("up", 1.0), ("down", down)):
         for f in (3.0, 4.0, 5.0, 6.0, 7.0):
             power = factor * 1e-6 / (0.1 + (f - 5.0) ** 2)
-            points.append(ResponsePoint(direction, f, Value(power), Value(power, None, error), None))
+            points.append(
+                ResponsePoint(direction, f, Value(power), Value(power, None, error), None)
+            )
     return FrequencyResponse(tuple(points), True)
 
 
@@ -126,7 +138,10 @@ def test_up_and_down_alike_are_one_curve():
     figure = responses(1.0).plot()
     named = {handle.get_label() for handle in figure.legends[0].legend_handles}
     assert named == {"up and down the frequencies, alike", "half-power bandwidth"}
-    assert any("0.01 % of the largest power: too small to be seen" in text.replace("\n", " ") for text in texts(figure))
+    assert any(
+        "0.01 % of the largest power: too small to be seen" in text.replace("\n", " ")
+        for text in texts(figure)
+    )
     apart = responses(0.5, 1e-6).plot()
     assert len(apart.legends[0].legend_handles) == 3  # up, down, and both bandwidths in one entry
     assert any("Bars: 95 % sampling and step." in text for text in texts(apart))
@@ -135,21 +150,30 @@ def test_up_and_down_alike_are_one_curve():
 def harmonic(size=1.1e-3, rest=0.0):
     """A harmonic path about ``rest`` read ten times a period: every reading at one of ten phases."""
     t = np.arange(4000) * 0.1
-    x, v = size * np.sin(2 * np.pi * t), 2 * np.pi * size * np.cos(2 * np.pi * t)
+    x = size * np.sin(2 * np.pi * t)
+    v = 2 * np.pi * size * np.cos(2 * np.pi * t)
     return Motion(t, rest + x, v, 1e3 * x, None, np.empty((0, 2)), (), 20.0, 0.1, True, "ensemble")
 
 
 def test_the_density_of_a_harmonic_path_has_no_gaps():
     figure = harmonic().plot()
-    density = next(axes for axes in figure.axes if axes.get_xlabel() == "displacement (mm)" and axes.patches)
+    density = next(
+        axes for axes in figure.axes if axes.get_xlabel() == "displacement (mm)" and axes.patches
+    )
     heights = density.patches[0].get_data().values
     assert heights.min() > 0.0
     edges = np.linspace(-1.0, 1.0, 81)
     fine = time_spent(np.sin(np.linspace(0.0, 2 * np.pi, 20001)), edges)
     middles = 0.5 * (edges[1:] + edges[:-1])
-    assert fine[10:70] == pytest.approx(1.0 / (np.pi * np.sqrt(1.0 - middles[10:70] ** 2)), rel=1e-3)  # arcsine law
+    # arcsine law
+    assert fine[10:70] == pytest.approx(
+        1.0 / (np.pi * np.sqrt(1.0 - middles[10:70] ** 2)), rel=1e-3
+    )
     assert np.sum(fine * np.diff(edges)) == pytest.approx(1.0)
-    assert np.sum(time_spent(np.array([0.5, 0.5]), np.array([0.0, 0.4, 0.8])) * 0.4) == pytest.approx(1.0)  # at rest
+    # at rest
+    assert np.sum(
+        time_spent(np.array([0.5, 0.5]), np.array([0.0, 0.4, 0.8])) * 0.4
+    ) == pytest.approx(1.0)
 
 
 def test_the_phase_plane_of_a_harmonic_path_has_no_spokes():
@@ -188,11 +212,19 @@ def test_the_map_of_an_optimum_is_smooth_and_whole():
         return 8.0 - 6.0 * (u[..., 0] - 0.5) ** 2 + 2.0 * u[..., 1]
 
     ranges = [Range(R, 1e4, 1e7), Range(STOP, 0.5, 0.9)]
-    keys = [SimpleNamespace(range=one, value=one.value(0.5), low95=None, high95=None) for one in ranges]
+    keys = [
+        SimpleNamespace(range=one, value=one.value(0.5), low95=None, high95=None) for one in ranges
+    ]
     places = np.random.default_rng(2).random((200, 2))
-    points = [SimpleNamespace(is_sound=True, u=u, power=Value(1e-6 * hill(u), model=1e-8)) for u in places]
+    points = [
+        SimpleNamespace(is_sound=True, u=u, power=Value(1e-6 * hill(u), model=1e-8)) for u in places
+    ]
     answer = SimpleNamespace(
-        engine="averaged", keys=keys, own_points=points, estimate=hv.Averaged().run(PLATE), scanned=True
+        engine="averaged",
+        keys=keys,
+        own_points=points,
+        estimate=hv.Averaged().run(PLATE),
+        scanned=True,
     )
     here = figures.optimum(answer, None).axes[0]
     mesh = next(one for one in here.collections if np.ndim(one.get_array()) == 2)
@@ -200,7 +232,8 @@ def test_the_map_of_an_optimum_is_smooth_and_whole():
     side = np.linspace(0.0, 1.0, len(power))
     true = hill(np.stack(np.meshgrid(side, side), axis=-1))
     values = hill(places)
-    assert power == pytest.approx(np.clip(true, values.min(), values.max()), abs=0.15)  # corners included
+    # corners included
+    assert power == pytest.approx(np.clip(true, values.min(), values.max()), abs=0.15)
     assert np.abs(np.diff(power[20:100, 20:100], 2, axis=1)).max() < 0.005  # no facets
 
 
@@ -218,12 +251,19 @@ def test_the_guide_leads_through_noise():
 
 def test_a_path_from_rest_has_no_density_and_its_base_no_white_noise():
     """A beginning has not settled; the white noise of the base has no value at a time."""
-    scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.2, beta=0.1, mu=1.0, D11=0.1, drive=1.0, drive_frequency=1))
+    scene = hv.Scene(
+        nondimensional=hv.Nondimensional(
+            c1=-0.2, beta=0.1, mu=1.0, D11=0.1, drive=1.0, drive_frequency=1
+        )
+    )
     labels = []
     for from_rest in (True, False):
         axes = hv.motion(scene, duration=60.0, from_rest=from_rest).plot().axes
         lines = [
-            line for one in axes for line in one.get_ylabel().splitlines() if "its white noise" in one.get_ylabel()
+            line
+            for one in axes
+            for line in one.get_ylabel().splitlines()
+            if "its white noise" in one.get_ylabel()
         ]
         assert max(map(len, lines)) <= 20  # no taller than its panel
         labels.append([one.get_ylabel().replace("\n", " ") for one in axes])

@@ -24,7 +24,8 @@ def test_intervals_hold_the_truth(tmp_path, kind):
 
     An interval misses one time in twenty: no error may be beyond twice it, and few beyond it.
     """
-    missed, asked = [], 0
+    missed = []
+    asked = 0
     for seed in range(1 if kind in ("bounce", "bounces", "voltage", "ring_downs") else 2):
         names, truth = KINDS[kind](np.random.default_rng([22, seed]), tmp_path)
         found = hv.identify(names)
@@ -46,7 +47,8 @@ HARD = (1, 2, 4, 6, 9, 16, 28, 31)  # which ended in a wrong minimum, one of the
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "seed", [4, 31, *(pytest.param(seed, marks=ANOTHER_SEED) for seed in HARD if seed not in (4, 31))]
+    "seed",
+    [4, 31, *(pytest.param(seed, marks=ANOTHER_SEED) for seed in HARD if seed not in (4, 31))],
 )
 def test_no_ring_down_against_a_stop_ends_in_a_wrong_minimum(tmp_path, seed):
     """Few impacts, small gaps, much noise: of benchmarks/identify.py's 200 files those that a single start lost."""
@@ -66,9 +68,12 @@ def test_a_ring_down_against_a_stop_spoils_no_other_file(tmp_path, seed):
     rng = np.random.default_rng([22, seed])
     names, whole = bench.joint(np.random.default_rng(seed), tmp_path)
     t = np.linspace(0.0, 20.0 / truth.f0, 1200)
-    r, gap = rng.uniform(0.3, 0.9), rng.uniform(0.02, 0.4) * 1e-3
+    r = rng.uniform(0.3, 0.9)
+    gap = rng.uniform(0.02, 0.4) * 1e-3
     y = bench.bouncing(truth, r, gap, 1e-3, t) + 3e-6 * rng.standard_normal(len(t))
-    names.append(bench.write(tmp_path / "b.csv", "Time (s),Displacement (mm)", t, y * 1e3) + "@short")
+    names.append(
+        bench.write(tmp_path / "b.csv", "Time (s),Displacement (mm)", t, y * 1e3) + "@short"
+    )
     found = hv.identify(names)
     for key, value in {**whole, "stop.restitution": r, "stop.gap": gap}.items():
         one = found[key]
@@ -84,7 +89,9 @@ def test_a_coupling_that_vanishes_is_not_determined(tmp_path):
         found = hv.identify(names)
         told = {one.key: one for one in found.parameters}
         assert "oscillator.mass" not in told, seed
-        assert {"oscillator.mass", "coupling_coefficient"} <= {key for key, _ in found.missing}, seed
+        assert {"oscillator.mass", "coupling_coefficient"} <= {key for key, _ in found.missing}, (
+            seed
+        )
         for key in ("short_circuit_frequency", "piezo.capacitance", "piezo.coupling"):
             half = 0.5 * (told[key].high - told[key].low)
             assert 0.0 < half < 0.05 * told[key].value, key
@@ -97,9 +104,17 @@ def test_two_resonances(tmp_path, other):
     """An impedance that holds two is fitted with two modes, whose intervals hold the truth."""
     names, (first, second) = bench.several_modes(np.random.default_rng(3), tmp_path, other)
     found = hv.identify(names)
-    assert [str(one) for one in found.diagnostics if "two resonances" in str(one)] == list(map(str, found.diagnostics))
-    expected = first.parameters("short_circuit_frequency", "oscillator.damping_ratio", "coupling_coefficient")
-    expected |= {"mode.2.frequency": second.f0, "mode.2.damping_ratio": 0.5 / second.q, "piezo.capacitance": first.c}
+    assert [str(one) for one in found.diagnostics if "two resonances" in str(one)] == list(
+        map(str, found.diagnostics)
+    )
+    expected = first.parameters(
+        "short_circuit_frequency", "oscillator.damping_ratio", "coupling_coefficient"
+    )
+    expected |= {
+        "mode.2.frequency": second.f0,
+        "mode.2.damping_ratio": 0.5 / second.q,
+        "piezo.capacitance": first.c,
+    }
     expected |= {"mode.2.coupling_coefficient": second.beta}
     expected |= {"mode.2.coupling_squared_per_mass": second.theta**2 / second.mass}
     stiffness = first.f0**2 * np.array([[1.0 + first.beta, 0.0], [0.0, 0.0]])
@@ -115,7 +130,10 @@ def test_a_scene_of_two_resonances(harvester, tmp_path):
     """What it has of the second mode becomes a scene of two modes, and runs, where `base` is filled in."""
     names, (first, second) = bench.several_modes(np.random.default_rng(3), tmp_path, (6.3, 3.0))
     scene = tmp_path / "two.toml"
-    assert harvester("identify", *names, "--known", f"mass={float(first.mass)!r}", "--out", scene)[0] == 0
+    assert (
+        harvester("identify", *names, "--known", f"mass={float(first.mass)!r}", "--out", scene)[0]
+        == 0
+    )
     written = scene.read_text()
     assert hv.loads(written).mode == ()
     shaken = written.replace("# [[mode]]", "[[mode]]").replace("# base = ?", "base = -0.4")
@@ -210,7 +228,9 @@ def test_a_clamped_impedance_is_a_capacitance(tmp_path):
     assert read_file(str(tmp_path / "e.csv"))[0].clamped
 
 
-GOOD = "Frequency (Hz),Voltage (V/g)\n" + "".join(f"{f},{1 / (1 + (f - 50) ** 2):.4g}\n" for f in range(40, 60))
+GOOD = "Frequency (Hz),Voltage (V/g)\n" + "".join(
+    f"{f},{1 / (1 + (f - 50) ** 2):.4g}\n" for f in range(40, 60)
+)
 
 
 @pytest.mark.parametrize(
@@ -222,20 +242,46 @@ GOOD = "Frequency (Hz),Voltage (V/g)\n" + "".join(f"{f},{1 / (1 + (f - 50) ** 2)
             "",
             "must hold frequency with |Z| and phase, R and X, or G and B; frequency with a voltage",
         ),
-        (GOOD, "", "must say over which load the voltage was measured: write it behind the name, as in 'a.csv@100k'"),
-        (GOOD, "@5 kg", "must be a load resistance (ohm), such as '1 Mohm', above 0, but is '5 kg': the unit 'kg' is"),
+        (
+            GOOD,
+            "",
+            "must say over which load the voltage was measured: write it behind the name, as in 'a.csv@100k'",
+        ),
+        (
+            GOOD,
+            "@5 kg",
+            "must be a load resistance (ohm), such as '1 Mohm', above 0, but is '5 kg': the unit 'kg' is",
+        ),
         (GOOD, "@-1k", "must be a load resistance (ohm)"),
         (GOOD.replace("(Hz)", "(kg)"), "@1k", "must have a unit such as Hz, but is 'kg'"),
-        (GOOD.replace("45,", "45,x"), "@1k", "FILE 'a.csv' column 'Voltage' row 6 must be a number, but is 'x0.03846'"),
-        ("\n".join(GOOD.split("\n")[:9]), "@1k", "must have at least 12 points with numbers, but is 8"),
-        ("time (s),u (V)\n" + "".join(f"{k},1\n" for k in range(30)), "", "must show a ring-down, but its voltage is"),
-        ("time (s),u (V)\n" + "".join(f"{-k},{k}\n" for k in range(30)), "", "must have ascending times"),
+        (
+            GOOD.replace("45,", "45,x"),
+            "@1k",
+            "FILE 'a.csv' column 'Voltage' row 6 must be a number, but is 'x0.03846'",
+        ),
+        (
+            "\n".join(GOOD.split("\n")[:9]),
+            "@1k",
+            "must have at least 12 points with numbers, but is 8",
+        ),
+        (
+            "time (s),u (V)\n" + "".join(f"{k},1\n" for k in range(30)),
+            "",
+            "must show a ring-down, but its voltage is",
+        ),
+        (
+            "time (s),u (V)\n" + "".join(f"{-k},{k}\n" for k in range(30)),
+            "",
+            "must have ascending times",
+        ),
     ],
 )
 def test_what_is_no_measurement(harvester, tmp_path, text, more, says):
     """One line, exit status 2, and no file."""
     (tmp_path / "a.csv").write_text(text)
-    status, out, err = harvester("identify", f"{tmp_path / 'a.csv'}{more}", "--out", tmp_path / "a.toml")
+    status, out, err = harvester(
+        "identify", f"{tmp_path / 'a.csv'}{more}", "--out", tmp_path / "a.toml"
+    )
     assert (status, out, err.count("\n")) == (2, "", 1)
     assert says in err
     assert not (tmp_path / "a.toml").exists()
@@ -249,7 +295,8 @@ def test_an_open_voltage_with_a_known_mass(tmp_path):
     name = bench.write(tmp_path / "v.csv", "Frequency (Hz),Voltage (V/g)", f, v) + "@open"
     found = hv.identify(name, {"mass": truth.mass})
     assert found.residual_rms < 1e-3
-    found = hv.identify(name, {"stop.gap": 0.0, "stop.restitution": 0.9})  # which these data do not need
+    # which these data do not need
+    found = hv.identify(name, {"stop.gap": 0.0, "stop.restitution": 0.9})
     assert found.residual_rms < 1e-3 and "stop.gap" in str(found)
 
 
@@ -279,8 +326,12 @@ def test_a_load_of_a_ring_down(tmp_path):
     assert read_file(str(path))[0].load == 1e5
     path.write_text("time (s),U (V),load (kohm)\n" + "\n".join(f"{one},47" for one in rows))
     assert read_file(str(path))[0].load == pytest.approx(47e3)
-    path.write_text("time (s),U (V),load (kohm)\n" + "\n".join(f"{one},{40 + n}" for n, one in enumerate(rows)))
-    with pytest.raises(hv.InputError, match="must be a ring-down over one load, but its column of loads has 60"):
+    path.write_text(
+        "time (s),U (V),load (kohm)\n" + "\n".join(f"{one},{40 + n}" for n, one in enumerate(rows))
+    )
+    with pytest.raises(
+        hv.InputError, match="must be a ring-down over one load, but its column of loads has 60"
+    ):
         read_file(str(path))
 
 
@@ -294,11 +345,15 @@ def test_a_reactance_of_the_wrong_sign(tmp_path):
 @pytest.mark.parametrize("low, high", [(81.0, 94.0), (83.0, 93.0)])
 def test_a_sweep_mostly_between_two_far_resonances(tmp_path, low, high):
     """Of 84 and 91 Hz, between which the reactance is a coil's; of the wrong sign it is refused all the same."""
-    f, beta = np.linspace(low, high, 200), (91.0 / 84.0) ** 2 - 1.0
-    s, w0 = 2j * np.pi * f, 2.0 * np.pi * 84.0
+    f = np.linspace(low, high, 200)
+    beta = (91.0 / 84.0) ** 2 - 1.0
+    s = 2j * np.pi * f
+    w0 = 2.0 * np.pi * 84.0
     z = 1.0 / (s * 47e-9 * (1.0 - 0.01j + beta * w0**2 / (s**2 + s * w0 / 60.0 + w0**2)))
     z *= 1.0 + 1e-3 * np.random.default_rng(1).standard_normal(len(f))
-    found = hv.identify(bench.write(tmp_path / "z.csv", "f (Hz),R (ohm),X (ohm)", f, z.real, z.imag))
+    found = hv.identify(
+        bench.write(tmp_path / "z.csv", "f (Hz),R (ohm),X (ohm)", f, z.real, z.imag)
+    )
     assert found["short_circuit_frequency"].value == pytest.approx(84.0, rel=1e-4)
     assert found["piezo.capacitance"].value == pytest.approx(47e-9, rel=2e-3)
     with pytest.raises(hv.InputError, match="turn its sign round"):
@@ -315,7 +370,10 @@ def test_options_that_cannot_be(harvester, tmp_path):
         in harvester("identify", name, "--known", "mass")[2]
     )
     assert "unknown key of --known 'gain'" in harvester("identify", name, "--known", "gain=1")[2]
-    assert "--out must be a scene file that ends in .toml" in harvester("identify", name, "--out", "a.csv")[2]
+    assert (
+        "--out must be a scene file that ends in .toml"
+        in harvester("identify", name, "--out", "a.csv")[2]
+    )
 
 
 @pytest.mark.slow
@@ -325,6 +383,8 @@ def test_a_ring_down_of_few_swings_has_a_frequency(tmp_path):
     t = np.linspace(0.0, 57.0 / truth.f0, 2583)
     noise = 5.3e-3 * np.random.default_rng(4).standard_normal(len(t))
     y = bench.bouncing(truth, 0.143, 9.4e-5, 1e-3, t) * 1e3 + noise
-    found = hv.identify(bench.write(tmp_path / "b.csv", "Time (s),Displacement (mm)", t, y + 0.2) + "@short")
+    found = hv.identify(
+        bench.write(tmp_path / "b.csv", "Time (s),Displacement (mm)", t, y + 0.2) + "@short"
+    )
     (r,) = [one for one in found.parameters if one.key == "stop.restitution"]
     assert r.low < 0.143 < r.high

@@ -38,8 +38,12 @@ def test_the_derived_numbers_keep_their_intervals():
     keys = [one.key for one in found]
     matrix = design.correlation(stated.correlate, keys)
     x = design.values_at(found, design.tied(design.sobol_points(4096, len(keys), 0), matrix))
-    m, k, theta = (x[:, keys.index(key)] for key in ("oscillator.mass", "oscillator.stiffness", "piezo.coupling"))
-    resonance, coupling = np.sqrt(k / m) / (2.0 * np.pi), theta**2 / m
+    m, k, theta = (
+        x[:, keys.index(key)]
+        for key in ("oscillator.mass", "oscillator.stiffness", "piezo.coupling")
+    )
+    resonance = np.sqrt(k / m) / (2.0 * np.pi)
+    coupling = theta**2 / m
     low, high = np.quantile(resonance, [0.025, 0.975])
     assert (low, high) == pytest.approx((45.7006, 45.7051), abs=0.0005)
     low, high = np.quantile(coupling, [0.025, 0.975])
@@ -51,18 +55,24 @@ def test_the_derived_numbers_keep_their_intervals():
 def test_by_the_command(harvester, tmp_path):
     """Without --vary it takes them, all five, and says so; a value that the user changed is left as it is."""
     path = tmp_path / "device.toml"
-    path.write_text(IDENTIFIED.replace("capacitance = 4.12498731e-08", 'capacitance = "50 nF"') + SHAKEN)
+    path.write_text(
+        IDENTIFIED.replace("capacitance = 4.12498731e-08", 'capacitance = "50 nF"') + SHAKEN
+    )
     words = ("--samples", "256", "--checks", "0")
     status, out, err = harvester("tolerance", path, *words)
     assert (status, err) == (0, "")
     assert "spreads: the 95 % intervals that the scene file states" in out
-    assert out.rstrip().endswith("without piezo.capacitance, whose value is no longer in its interval")
+    assert out.rstrip().endswith(
+        "without piezo.capacitance, whose value is no longer in its interval"
+    )
     answer = json.loads(harvester("tolerance", path, *words, "--json")[1])
     assert answer["quantiles"]["0.05"] < answer["quantiles"]["0.95"]
 
 
 @pytest.mark.parametrize(
-    ("restitution", "spread"), [("0.9", "normal:0.9:"), ("0.999", "0.998:1.0")], ids=["inside", "at the end"]
+    ("restitution", "spread"),
+    [("0.9", "normal:0.9:"), ("0.999", "0.998:1.0")],
+    ids=["inside", "at the end"],
 )
 def test_a_spread_ends_where_the_key_does(restitution, spread):
     """A normal spread would go beyond a restitution of 1: there the interval itself is the spread."""
@@ -72,7 +82,15 @@ def test_a_spread_ends_where_the_key_does(restitution, spread):
 
 
 @pytest.mark.parametrize(
-    "comment", ["# 95 %: 2 to 1", "# 95 %: nan to 1", "# 95 %: x to y", "# 95 %: 0 to inf", "# about 95 % of it", ""]
+    "comment",
+    [
+        "# 95 %: 2 to 1",
+        "# 95 %: nan to 1",
+        "# 95 %: x to y",
+        "# 95 %: 0 to inf",
+        "# about 95 % of it",
+        "",
+    ],
 )
 def test_comments_that_state_none(harvester, tmp_path, comment):
     path = tmp_path / "device.toml"

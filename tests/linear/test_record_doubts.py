@@ -19,7 +19,9 @@ def recorded(rate, low=20.0, high=48.0, fades=False):
     phases = np.random.default_rng(1).uniform(0.0, 2.0 * np.pi, len(tones))
     a = np.cos(2.0 * np.pi * np.outer(t, tones) + phases).sum(axis=1)
     a *= np.sin(np.pi * t / SECONDS) ** 2 if fades else 1.0
-    record = Record(1.0 / rate, np.append(a, bridge(a)), bridged=True).scaled(2.0 * np.pi * HERTZ, 1.0)
+    record = Record(1.0 / rate, np.append(a, bridge(a)), bridged=True).scaled(
+        2.0 * np.pi * HERTZ, 1.0
+    )
     return Equations(c1=-0.02, beta=0.05, mu=0.5, record=record)
 
 
@@ -45,7 +47,9 @@ def test_without_a_record_there_is_no_doubt():
     assert record_doubts(PAPER) == []
 
 
-@pytest.mark.parametrize(("period", "off"), [(300.0, True), pytest.param(8192.0, False, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    ("period", "off"), [(300.0, True), pytest.param(8192.0, False, marks=pytest.mark.slow)]
+)
 def test_a_density_whose_lines_stand_far_apart_is_told(period, off):
     """A resonance of Q = 50 under a flat density: lines 2 pi/300 apart miss its peak, or hit it too often."""
     density = TabulatedDensity(np.array([0.1, 0.3]), np.array([1.0, 1.0]))
@@ -70,11 +74,17 @@ PLATE = {
 def tone(folder, cycles, rate=40, noise=0.0):
     """The power that a recorded tone of 3.18 Hz gives, and that of the tone itself."""
     t = np.arange(round(cycles * rate)) / (rate * 3.18)
-    a = np.cos(2.0 * np.pi * 3.18 * t + 0.4) + noise * np.random.default_rng(1).standard_normal(len(t))
+    a = np.cos(2.0 * np.pi * 3.18 * t + 0.4) + noise * np.random.default_rng(1).standard_normal(
+        len(t)
+    )
     rows = "".join(f"{at:.12g},{one:.12g}\n" for at, one in zip(t, a, strict=True))
     path = folder / f"{cycles}_{rate}_{noise}.csv"
     path.write_text("time (s),acceleration (m/s^2)\n" + rows)
-    record = hv.Exact().run(hv.Scene(excitation=hv.Excitation(acceleration_file=str(path)), **PLATE)).mean_power
+    record = (
+        hv.Exact()
+        .run(hv.Scene(excitation=hv.Excitation(acceleration_file=str(path)), **PLATE))
+        .mean_power
+    )
     drive = hv.Excitation(acceleration_amplitude=1.0, frequency=3.18)
     return record, hv.Exact().run(hv.Scene(excitation=drive, **PLATE)).mean_power.value
 
@@ -99,9 +109,13 @@ def test_a_join_is_in_the_error(tmp_path, cycles, rate, noise):
 @pytest.mark.parametrize("kind", ["fades", "burst", "over a floor"])
 def test_quiet_ends_are_no_period(tmp_path, kind):
     """A record that ends quietly may end anywhere there: it counted as periodic, with a join that no error had."""
-    rng, rate = np.random.default_rng(6), 100.0
-    t, tones = np.arange(0.0, 40.0, 1.0 / rate), np.arange(2.5, 4.0, 0.05)
-    a = np.cos(2.0 * np.pi * np.outer(t, tones) + rng.uniform(0.0, 2.0 * np.pi, len(tones))).sum(axis=1)
+    rng = np.random.default_rng(6)
+    rate = 100.0
+    t = np.arange(0.0, 40.0, 1.0 / rate)
+    tones = np.arange(2.5, 4.0, 0.05)
+    a = np.cos(2.0 * np.pi * np.outer(t, tones) + rng.uniform(0.0, 2.0 * np.pi, len(tones))).sum(
+        axis=1
+    )
     shape = {"fades": np.sin(np.pi * t / 40.0) ** 2, "burst": np.exp(-(((t - 25.0) / 3.0) ** 2))}
     a = a * shape["burst" if kind == "burst" else "fades"]
     a += 1e-3 * rng.standard_normal(len(t)) * (kind == "over a floor")
@@ -120,7 +134,8 @@ def test_quiet_ends_are_no_period(tmp_path, kind):
 @pytest.mark.parametrize("share", [0.02, 0.06])
 def test_several_tones_of_one_period_need_no_bridge(share):
     """Tones that repeat with the record, not with one another, and noise of a sensor beside a tone."""
-    rng, n = np.random.default_rng(5), 4000
+    rng = np.random.default_rng(5)
+    n = 4000
     lines = rng.integers(20, round(share * n), 60)
     t = np.arange(n) / n
     a = np.cos(2.0 * np.pi * np.outer(t, lines) + rng.uniform(0.0, 2.0 * np.pi, 60)).sum(axis=1)

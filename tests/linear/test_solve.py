@@ -17,7 +17,8 @@ from harvester.records.records import Record, TabulatedDensity
 from tests.support.systems import BAND, COLOURED, DRIVEN, changed, linear, lyapunov, z
 
 SEED = np.random.SeedSequence(20261122)
-FAR = TabulatedDensity(np.array([1e-16, 1e-3, 0.2, 1e9]), np.full(4, 4.0))  # flat: white noise of N1 = 1
+# flat: white noise of N1 = 1
+FAR = TabulatedDensity(np.array([1e-16, 1e-3, 0.2, 1e9]), np.full(4, 4.0))
 TONES = Record(0.2, np.random.default_rng(1).standard_normal(400).cumsum() * 0.05)
 
 
@@ -27,7 +28,9 @@ def off(eqs, exact):
     return abs(found.value - exact) / found.error
 
 
-@pytest.mark.parametrize("beta, mu, c", [(0.05, 0.05, 0.01), (1.25, 1.0, 0.05), (10.0, 100.0, 3.0), (0.5, 1.0, -0.05)])
+@pytest.mark.parametrize(
+    "beta, mu, c", [(0.05, 0.05, 0.01), (1.25, 1.0, 0.05), (10.0, 100.0, 3.0), (0.5, 1.0, -0.05)]
+)
 def test_white_noise(beta, mu, c):
     """All three moments; with negative damping, which the load makes up for, too."""
     eqs = linear(beta, mu, c)
@@ -60,11 +63,17 @@ def test_filtered_noise_with_and_without_noise_on_the_stiffness(eqs, n2):
 
 def test_stated_error_of_random_scenes():
     """From weak to strong damping, coupling and load, sharp resonances and narrow bands: no error beyond the stated."""
-    rng, worst = np.random.default_rng(20261122), 0.0
+    rng = np.random.default_rng(20261122)
+    worst = 0.0
     for k in range(60):
-        c, beta, mu, width, centre, tau = 10.0 ** rng.uniform([-7, -4, -4, -4, -1, -3], [1, 2, 3, 1, 1, 2])
-        filters = ({"n1": 1.0}, {"correlation_time": tau}, {"bandwidth": width, "centre": centre})[k % 3]
-        damped = -0.5 * beta * mu / (1.0 + beta + mu * mu) if k % 2 else c  # or half of what the load takes is fed
+        c, beta, mu, width, centre, tau = 10.0 ** rng.uniform(
+            [-7, -4, -4, -4, -1, -3], [1, 2, 3, 1, 1, 2]
+        )
+        filters = ({"n1": 1.0}, {"correlation_time": tau}, {"bandwidth": width, "centre": centre})[
+            k % 3
+        ]
+        # or half of what the load takes is fed
+        damped = -0.5 * beta * mu / (1.0 + beta + mu * mu) if k % 2 else c
         eqs = Equations(c1=-damped, beta=beta, mu=mu, coloured=1.0 if k % 3 else None, **filters)
         if k % 4 == 3:
             eqs = changed(eqs, n2=0.5 / white(eqs).x2)
@@ -75,7 +84,9 @@ def test_stated_error_of_random_scenes():
 def test_noise_of_short_memory_is_white():
     """Off by the square of its correlation time, to which its density at low frequencies has no first order."""
     exact = white(COLOURED).v2 * COLOURED.coloured
-    errors = [solve(changed(COLOURED, correlation_time=tau)).value / exact - 1.0 for tau in (1e-3, 1e-4)]
+    errors = [
+        solve(changed(COLOURED, correlation_time=tau)).value / exact - 1.0 for tau in (1e-3, 1e-4)
+    ]
     assert errors[0] == pytest.approx(100.0 * errors[1], rel=1e-2)
     assert abs(errors[1]) < 1e-6
 
@@ -97,7 +108,9 @@ def test_a_table_of_slopes_and_zeros():
     assert eqs.density.at(np.sqrt(f[3:5] * f[2:4])) == pytest.approx(np.sqrt(g[3:5] * g[2:4]))
     edges = np.linspace(f[0], f[-1], 1_000_001)
     gains = np.abs(amplitudes(eqs, math.pi * (edges[1:] + edges[:-1]))) ** 2
-    assert response_to_shaking(eqs)[0] == pytest.approx(gains @ np.diff(eqs.density.below(edges)), rel=1e-9)
+    assert response_to_shaking(eqs)[0] == pytest.approx(
+        gains @ np.diff(eqs.density.below(edges)), rel=1e-9
+    )
 
 
 def test_shaking_adds_up():
@@ -119,7 +132,10 @@ def test_lines_have_the_power_of_the_record(count):
     assert record.at_even_times(8 * count)[::8] == pytest.approx(record.values, abs=1e-12)
     cosine = Record(0.1, 3.0 + 2.0 * np.cos(2.0 * math.pi * 7.0 * np.arange(100) / 100.0))
     w, p = lines(cosine)
-    assert (w[p > 1e-12], p[p > 1e-12]) == (pytest.approx([0.0, 1.4 * math.pi]), pytest.approx([9.0, 2.0]))
+    assert (w[p > 1e-12], p[p > 1e-12]) == (
+        pytest.approx([0.0, 1.4 * math.pi]),
+        pytest.approx([9.0, 2.0]),
+    )
 
 
 def test_what_rounding_does_to_weak_lines_is_stated():
@@ -127,7 +143,9 @@ def test_what_rounding_does_to_weak_lines_is_stated():
     n = 1000
     small = 1e-9 * np.cos(2.0 * math.pi * 32.0 * np.arange(n) / n)
     eqs = Equations(c1=-0.1, beta=0.5, mu=1.0, record=Record(0.2, 9.80665 + small))
-    exact = solve(changed(eqs, record=None, drive=1e-9, drive_frequency=2.0 * math.pi * 32.0 / (0.2 * n))).value
+    exact = solve(
+        changed(eqs, record=None, drive=1e-9, drive_frequency=2.0 * math.pi * 32.0 / (0.2 * n))
+    ).value
     assert 1e-8 * exact < abs(solve(eqs).value - exact) < solve(eqs).error < 1e-2 * exact
 
 
@@ -142,10 +160,13 @@ def test_a_narrow_table_is_white_noise_of_its_area():
 
 def test_a_record_of_a_cosine_is_a_drive():
     n = 64
-    record = Record(2.0 * math.pi / DRIVEN.drive_frequency / n, DRIVEN.drive * np.cos(2.0 * math.pi * np.arange(n) / n))
-    assert solve(changed(DRIVEN, drive=None, drive_frequency=None, record=record)).value == pytest.approx(
-        solve(DRIVEN).value, rel=1e-13
+    record = Record(
+        2.0 * math.pi / DRIVEN.drive_frequency / n,
+        DRIVEN.drive * np.cos(2.0 * math.pi * np.arange(n) / n),
     )
+    assert solve(
+        changed(DRIVEN, drive=None, drive_frequency=None, record=record)
+    ).value == pytest.approx(solve(DRIVEN).value, rel=1e-13)
 
 
 def test_open_circuit_and_a_constant_push():
@@ -161,7 +182,10 @@ def test_open_circuit_and_a_constant_push():
     "changes, line",
     [
         ({"c1": 0.3}, r"are linear, .* grow as exp\(0\.[0-9]+ w0 t\)"),
-        ({"c1": None, "beta": None}, "or never settles: nothing takes energy from the motion; give a damping"),
+        (
+            {"c1": None, "beta": None},
+            "or never settles: nothing takes energy from the motion; give a damping",
+        ),
         ({"n2": 0.4}, "noise on the stiffness feeds .* N2 must be below 0.306098, but is 0.4"),
         ({"linear": -1.0}, "the spring pushes the mass away"),
     ],
@@ -185,7 +209,13 @@ def test_growth_without_bound_is_named(changes, line):
         Equations(c1=-0.2, beta=0.5, mu=1.0, record=TONES),
         Equations(c1=-0.2, beta=0.5, mu=1.0, n1=0.01, n2=0.01, record=TONES),
     ],
-    ids=["correlated noise", "band and noise on the stiffness", "drive and both", "record", "record and both"],
+    ids=[
+        "correlated noise",
+        "band and noise on the stiffness",
+        "drive and both",
+        "record",
+        "record and both",
+    ],
 )
 def test_the_ensemble_agrees(eqs):
     """|z| < 4 of E[V^2] at a step of zero; without noise what is left of the step is of fourth order."""
@@ -206,10 +236,14 @@ def test_engine_states_its_error_and_serves_open_circuits():
         hv.Exact().run(hv.load("examples/plate_recorded.toml")).warnings
         == hv.Ensemble(trajectories=64).run(hv.load("examples/plate_recorded.toml")).warnings
     )
-    opened = hv.Exact().run(hv.Scene(oscillator=scene.oscillator, piezo=scene.piezo, excitation=scene.excitation))
+    opened = hv.Exact().run(
+        hv.Scene(oscillator=scene.oscillator, piezo=scene.piezo, excitation=scene.excitation)
+    )
     assert (opened.mean_power.value, opened.mean_square_voltage.value > 0.0) == (0.0, True)
     assert str(opened.warnings[0]).startswith("open circuit")
-    quiet = hv.Exact().run(hv.Scene(oscillator=scene.oscillator, piezo=scene.piezo, load=scene.load))
+    quiet = hv.Exact().run(
+        hv.Scene(oscillator=scene.oscillator, piezo=scene.piezo, load=scene.load)
+    )
     assert (quiet.mean_power.value, str(quiet.warnings[0])[:21]) == (0.0, "the response dies out")
 
 

@@ -13,8 +13,14 @@ from harvester.machine.progress import CallingBack, PartOfProgress
     ("fields", "line"),
     [
         ({"workers": 0}, "`workers` must be between 1 and 1000, but is 0"),
-        ({"workers": 2, "executor": object()}, "`workers` must be left out where an `executor` is given"),
-        ({"resume": True}, "`resume` must go with `out`, the folder of the study, but there is none"),
+        (
+            {"workers": 2, "executor": object()},
+            "`workers` must be left out where an `executor` is given",
+        ),
+        (
+            {"resume": True},
+            "`resume` must go with `out`, the folder of the study, but there is none",
+        ),
         ({"formats": ["svg"]}, "`formats` must go with `out`"),
         ({"formats": ["eps"], "out": "a"}, "`formats` must be svg or pdf, but is 'eps'"),
         ({"worker": 2}, "unknown argument of Execution 'worker': did you mean 'workers'?"),
@@ -29,7 +35,8 @@ def test_parts_of_a_progress():
     """A part measured in rows, some of them done before, and one measured by its fraction, fill the whole."""
     told = []
     whole = CallingBack(lambda done, what: told.append((done, what)))
-    rows, rest = PartOfProgress(whole, 0.0, 0.5, "sweep"), PartOfProgress(whole, 0.5, 0.5)
+    rows = PartOfProgress(whole, 0.0, 0.5, "sweep")
+    rest = PartOfProgress(whole, 0.5, 0.5)
     rows.start(2, "exact", done=1)
     rows.start(2, "spice")
     for engine in ("spice", "exact", "spice"):
@@ -51,15 +58,22 @@ def study(scene, *, engines=(), execution=None):
 def test_a_call_of_version_0_1_still_works_and_warns(tmp_path):
     told = []
     with pytest.warns(DeprecationWarning) as caught:
-        engines, execution = study("scene", ["spice"], tick=told.append, out=tmp_path, vector=["svg"], workers=2)
+        engines, execution = study(
+            "scene", ["spice"], tick=told.append, out=tmp_path, vector=["svg"], workers=2
+        )
     assert (engines, told) == (["spice"], ["scene"])
-    assert execution == hv.Execution(workers=2, out=tmp_path, formats=["svg"], progress=execution.progress)
+    assert execution == hv.Execution(
+        workers=2, out=tmp_path, formats=["svg"], progress=execution.progress
+    )
     assert [str(one.message) for one in caught] == [
         "study takes `engines` by keyword only from version 0.3 on",
         "study takes `workers`, `out`, `formats`, `progress` in execution=hv.Execution(...) from version 0.3 on",
     ]
     assert {one.filename for one in caught} == {__file__}
-    with pytest.raises(hv.InputError, match="study must have `out` in its `execution`"), pytest.warns():
+    with (
+        pytest.raises(hv.InputError, match="study must have `out` in its `execution`"),
+        pytest.warns(),
+    ):
         study("scene", out=tmp_path, execution=hv.Execution())
     with pytest.raises(hv.InputError, match="at most 2 arguments without a name"):
         study("scene", 1, 2)
@@ -72,6 +86,8 @@ def renamed(scene, *, vary):
 
 
 def test_a_keyword_that_had_another_name():
-    with pytest.warns(DeprecationWarning, match=r"^renamed takes `over` as `vary` from version 0\.3 on$"):
+    with pytest.warns(
+        DeprecationWarning, match=r"^renamed takes `over` as `vary` from version 0\.3 on$"
+    ):
         assert renamed("scene", over=1) == 1
     assert renamed("scene", vary=2) == 2

@@ -24,7 +24,9 @@ def test_a_write_that_fails_leaves_the_old_file(tmp_path, monkeypatch, broken):
         raise OSError(28, os.strerror(28))
 
     monkeypatch.setattr(*((os, "fsync", fail) if broken == "fsync" else (Path, "replace", fail)))
-    with pytest.raises(InputError, match=r"^`out` must take a.csv, but writing failed: No space left on device$"):
+    with pytest.raises(
+        InputError, match=r"^`out` must take a.csv, but writing failed: No space left on device$"
+    ):
         files.write(tmp_path / "a.csv", "new")
     assert [(p.name, p.read_text()) for p in tmp_path.iterdir()] == [("a.csv", "old")]
 
@@ -41,7 +43,9 @@ def test_an_interrupt_leaves_nothing_behind(tmp_path, monkeypatch):
 
 def test_write_over_a_folder(tmp_path):
     (tmp_path / "a.csv").mkdir()
-    with pytest.raises(InputError, match=r"^`out` must take a.csv, but writing failed: Is a directory$"):
+    with pytest.raises(
+        InputError, match=r"^`out` must take a.csv, but writing failed: Is a directory$"
+    ):
         files.write(tmp_path / "a.csv", "new")
     assert [p.name for p in tmp_path.iterdir()] == ["a.csv"]
 
@@ -56,7 +60,9 @@ def test_folder(tmp_path):
 @pytest.mark.parametrize("name", ["file", "file/below", "x" * 300])
 def test_no_folder(tmp_path, name):
     (tmp_path / "file").write_text("")
-    with pytest.raises(InputError, match=r"^`out` must be a folder that can be written, but '.*' is not: "):
+    with pytest.raises(
+        InputError, match=r"^`out` must be a folder that can be written, but '.*' is not: "
+    ):
         files.folder(tmp_path / name)
 
 
@@ -67,7 +73,9 @@ def test_folder_without_a_name():
 
 
 def test_read_only_file_system():
-    with pytest.raises(InputError, match=r"^`out` must be a folder that can be written, but '/proc/sweep' is not: "):
+    with pytest.raises(
+        InputError, match=r"^`out` must be a folder that can be written, but '/proc/sweep' is not: "
+    ):
         files.folder("/proc/sweep")
 
 
@@ -85,14 +93,18 @@ def test_read_only_file_system():
 def test_read_what_is_no_file(tmp_path, name, why):
     """A pipe that nobody writes, and a device without end, are refused at once."""
     os.mkfifo(tmp_path / "pipe")
-    with pytest.raises(InputError, match=rf"^`points` must be a readable file, but '.*' is not: {why}$"):
+    with pytest.raises(
+        InputError, match=rf"^`points` must be a readable file, but '.*' is not: {why}$"
+    ):
         files.read(tmp_path / name, "`points`", 10)
 
 
 def test_read(tmp_path):
     (tmp_path / "a").write_bytes(b"0123456789")
     assert files.read(str(tmp_path / "a"), "scene", 10) == b"0123456789"
-    with pytest.raises(InputError, match=r"^scene must be a file of at most 9 bytes, but '.*/a' is longer$"):
+    with pytest.raises(
+        InputError, match=r"^scene must be a file of at most 9 bytes, but '.*/a' is longer$"
+    ):
         files.read(tmp_path / "a", "scene", 9)
 
 
@@ -103,6 +115,8 @@ def test_no_folder_has_this_name(tmp_path):
 
 def test_what_cannot_be_removed(tmp_path):
     (tmp_path / "a").mkdir()
-    with pytest.raises(InputError, match="`out`: cannot write a over the existing one: Is a directory"):
+    with pytest.raises(
+        InputError, match="`out`: cannot write a over the existing one: Is a directory"
+    ):
         files.remove(tmp_path / "a")
     files.remove(tmp_path / "none")

@@ -28,7 +28,9 @@ def test_the_cache_is_closed_to_others(cache):
 def test_a_cache_that_others_may_write_is_refused(cache, mode):
     cache.mkdir(parents=True)
     cache.chmod(mode)
-    with pytest.raises(hv.InputError, match=r"a folder of your own that nobody else may write, but '/.*chmod"):
+    with pytest.raises(
+        hv.InputError, match=r"a folder of your own that nobody else may write, but '/.*chmod"
+    ):
         folders.cache_folder()
 
 
@@ -43,7 +45,15 @@ def test_a_cache_of_another_user_is_refused(cache, monkeypatch):
 def test_kernels_are_not_read_from_there(cache):
     cache.mkdir(parents=True)
     cache.chmod(0o777)
-    command = [sys.executable, "-m", "harvester", "run", EXAMPLES / "plate.toml", "--engine", "ensemble"]
+    command = [
+        sys.executable,
+        "-m",
+        "harvester",
+        "run",
+        EXAMPLES / "plate.toml",
+        "--engine",
+        "ensemble",
+    ]
     done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
     assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1)
     assert done.stderr.startswith(
@@ -65,7 +75,9 @@ def test_the_bare_folder(cache):
     assert (cache / "ngspice").stat().st_mode & 0o777 == 0o500
     (cache / "ngspice").chmod(0o700)
     (cache / "ngspice" / ".spiceinit").write_text("shell true")
-    with pytest.raises(hv.InputError, match=r"must hold nothing but an empty .spiceinit, but does not: remove it$"):
+    with pytest.raises(
+        hv.InputError, match=r"must hold nothing but an empty .spiceinit, but does not: remove it$"
+    ):
         folders.bare("ngspice", ".spiceinit")
     (cache / "ngspice" / ".spiceinit").write_text("")
     (cache / "ngspice" / "spice.rc").write_text("")

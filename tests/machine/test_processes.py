@@ -40,7 +40,9 @@ print(sorted(found), multiprocessing.current_process().daemon)
 
 @pytest.mark.thorough("test_a_process_that_the_system_refuses")
 def test_several_threads_start_processes_at_once():
-    done = subprocess.run([sys.executable, "-c", THREADS], capture_output=True, text=True, check=False, timeout=120)
+    done = subprocess.run(
+        [sys.executable, "-c", THREADS], capture_output=True, text=True, check=False, timeout=120
+    )
     assert (done.stdout, done.stderr) == ("[0, 1, 2, 3, 4, 5] True\n", "")
 
 
@@ -106,14 +108,18 @@ compute()
 @pytest.mark.thorough("test_a_process_that_the_system_refuses")
 def test_a_forked_program_starts_processes_of_its_own():
     """Those of its parent never answered it: it waited for ever, and ended with a traceback."""
-    done = subprocess.run([sys.executable, "-c", FORK], capture_output=True, text=True, check=False, timeout=120)
+    done = subprocess.run(
+        [sys.executable, "-c", FORK], capture_output=True, text=True, check=False, timeout=120
+    )
     assert (done.stdout, done.stderr) == ("3\n3\n0\n3\n", "")
 
 
 def test_a_process_that_dies_after_another_went_idle_is_noticed():
     """The next job of an executor whose process ended for want of work starts one that nobody looked at."""
     process = processes.create(idle=0.1)
-    assert processes.submit_to_one(deque([process]), processes.create, abs, (-1,))[0].result(60) == 1
+    assert (
+        processes.submit_to_one(deque([process]), processes.create, abs, (-1,))[0].result(60) == 1
+    )
     deadline = time.monotonic() + 30.0
     while process._processes and time.monotonic() < deadline:
         time.sleep(0.05)

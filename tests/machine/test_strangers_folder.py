@@ -21,7 +21,17 @@ from tests.support.paths import EXAMPLES, ROOT
 pytestmark = [pytest.mark.thorough("test_folders.py"), pytest.mark.ngspice, pytest.mark.slow]
 
 PLATE = str(EXAMPLES / "plate_bridge.toml")
-SWEEP = ["sweep", PLATE, "--vary", "load.parameters.R=1M,2M", "--engine", "spice", "--alone", "--workers", "2"]
+SWEEP = [
+    "sweep",
+    PLATE,
+    "--vary",
+    "load.parameters.R=1M,2M",
+    "--engine",
+    "spice",
+    "--alone",
+    "--workers",
+    "2",
+]
 SWEEP += ["--trajectories", "2", "--duration", "5", "--dt", "0.01", "--seed", "1", "--out"]
 SETTINGS = {
     ".spiceinit": "shell touch {ran}\nset interp\n",
@@ -34,11 +44,18 @@ SETTINGS = {
 def traps(folder, ran):
     """Fill a folder with every module of Python and of what is installed, each of which notes that it ran.
 
-    But for those that Python itself takes from there, before the first line of `python -m harvester`.
+    But for those that Python itself takes from there, before the first line of `python -m
+    harvester`.
     """
     folder.mkdir()
-    own = subprocess.check_output([sys.executable, "-Pc", "import runpy, sys; print(*sys.modules)"], text=True).split()
-    for name in {*sys.stdlib_module_names, *importlib.metadata.packages_distributions(), "usercustomize"}:
+    own = subprocess.check_output(
+        [sys.executable, "-Pc", "import runpy, sys; print(*sys.modules)"], text=True
+    ).split()
+    for name in {
+        *sys.stdlib_module_names,
+        *importlib.metadata.packages_distributions(),
+        "usercustomize",
+    }:
         if name not in {*own, "harvester"} and name.isidentifier():
             (folder / f"{name}.py").write_text(f"open({str(ran)!r}, 'a').write({name + ' '!r})\n")
     for name, text in SETTINGS.items():
@@ -54,12 +71,22 @@ def swept(tmp_path_factory):
     """
     path = tmp_path_factory.mktemp("stranger")
     command = [*traced(path / "trace"), sys.executable, "-m", "harvester", *SWEEP, path / "out"]
-    env = {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONDONTWRITEBYTECODE": "1", "HOME": str(path / "home")}
-    env |= {folders.VARIABLE: str(folders.cache_folder()), "MPLCONFIGDIR": matplotlib.get_cachedir()}
+    env = {
+        **os.environ,
+        "PYTHONPATH": str(ROOT),
+        "PYTHONDONTWRITEBYTECODE": "1",
+        "HOME": str(path / "home"),
+    }
+    env |= {
+        folders.VARIABLE: str(folders.cache_folder()),
+        "MPLCONFIGDIR": matplotlib.get_cachedir(),
+    }
     (path / "home").mkdir()
     (path / "home" / ".spiceinit").write_text(SETTINGS["spice.rc"].format(ran=path / "ran_at_home"))
     where = traps(path / "traps", path / "ran")
-    done = subprocess.run(command, cwd=where, env=env, capture_output=True, text=True, check=False, timeout=300)
+    done = subprocess.run(
+        command, cwd=where, env=env, capture_output=True, text=True, check=False, timeout=300
+    )
     assert (done.returncode, complaints(done.stderr)) == (0, "")
     return path
 
@@ -76,17 +103,24 @@ def test_no_spiceinit_in_the_home_runs(swept):
 def test_nothing_in_the_folder_changes_an_answer(swept, harvester):
     """The same powers, and the same figure to a byte, as from another folder."""
     assert harvester(*SWEEP, swept / "clean")[0] == 0
-    assert (swept / "out" / "sweep.png").read_bytes() == (swept / "clean" / "sweep.png").read_bytes()
+    assert (swept / "out" / "sweep.png").read_bytes() == (
+        swept / "clean" / "sweep.png"
+    ).read_bytes()
     power = re.compile(r"spice,([^,]+),([^,]+)")
-    first, second = (power.findall((swept / name / "sweep.csv").read_text()) for name in ("out", "clean"))
+    first, second = (
+        power.findall((swept / name / "sweep.csv").read_text()) for name in ("out", "clean")
+    )
     assert first == second
     assert len(first) == 2
 
 
-@pytest.mark.skipif(STRACE is None, reason="strace, which tells the files that a program opens, is not installed")
+@pytest.mark.skipif(
+    STRACE is None, reason="strace, which tells the files that a program opens, is not installed"
+)
 def test_files_that_are_opened(swept):
     """Those of the scene's folder, the output's, Python and its packages, the cache, the system's, no others."""
     found = {one for one, _ in opened(swept / "trace", swept / "traps")}
     assert len(found) > 500
     unknown = {one for one in found if strange(one, [swept / "out"])}
-    assert unknown - {swept / "traps", *map(Path, sys.path)} == set()  # a folder to come back to, folders of modules
+    # a folder to come back to, folders of modules
+    assert unknown - {swept / "traps", *map(Path, sys.path)} == set()

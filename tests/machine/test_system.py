@@ -36,7 +36,9 @@ class Kernel:
             return 0x102
 
         call_again = SimpleNamespace(restype=None, argtypes=None)
-        return type("Function", (), {"__call__": lambda _, *given: call(*given), **vars(call_again)})()
+        return type(
+            "Function", (), {"__call__": lambda _, *given: call(*given), **vars(call_again)}
+        )()
 
 
 @pytest.fixture
@@ -55,9 +57,17 @@ def windows(monkeypatch):
         __enter__ = __exit__ = lambda self, *_: self
 
     def value(key, name):
-        return (" a processor ", 1) if "CentralProcessor" in key.path and name == "ProcessorNameString" else None
+        return (
+            (" a processor ", 1)
+            if "CentralProcessor" in key.path and name == "ProcessorNameString"
+            else None
+        )
 
-    registry = {"HKEY_LOCAL_MACHINE": 1, "OpenKey": lambda _, path: Key(path=path), "QueryValueEx": value}
+    registry = {
+        "HKEY_LOCAL_MACHINE": 1,
+        "OpenKey": lambda _, path: Key(path=path),
+        "QueryValueEx": value,
+    }
     monkeypatch.setitem(sys.modules, "msvcrt", SimpleNamespace(locking=locking, LK_NBLCK=2))
     monkeypatch.setitem(sys.modules, "winreg", SimpleNamespace(**registry))
     monkeypatch.setitem(sys.modules, "harvester.machine.system.windows", None)
@@ -85,7 +95,10 @@ def system(request):
 
 def test_a_lock_is_held_by_one_at_a_time(system, tmp_path):
     """By a file and by a folder: the second one who asks is told at once, and has it when the first lets go."""
-    for open_it, path in ((system.open_to_lock, tmp_path / "file"), (system.open_folder_to_lock, tmp_path)):
+    for open_it, path in (
+        (system.open_to_lock, tmp_path / "file"),
+        (system.open_folder_to_lock, tmp_path),
+    ):
         first, second = open_it(path), open_it(path)
         assert system.lock(first)
         assert not system.lock(second)
@@ -116,7 +129,9 @@ def test_the_current_folder_comes_back(system, tmp_path, monkeypatch):
 def test_the_end_of_a_process_is_noticed(system):
     """A group lives as long as its process, which is told to end at once."""
     options = {} if "creationflags" in system.own_group() else system.own_group()
-    with subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE, **options) as process:
+    with subprocess.Popen(
+        [sys.executable, "-c", "input()"], stdin=subprocess.PIPE, **options
+    ) as process:
         assert system.group_lives(process.pid)
         if options:
             system.kill_group(process.pid)
@@ -146,7 +161,9 @@ def test_windows_ignores_interrupts_meanwhile(windows):
 
 def test_windows_ends_a_group_by_its_own_program(windows, monkeypatch):
     ran = []
-    monkeypatch.setattr(subprocess, "run", lambda command, **_: ran.append([str(one) for one in command]))
+    monkeypatch.setattr(
+        subprocess, "run", lambda command, **_: ran.append([str(one) for one in command])
+    )
     windows.kill_group(1234)
     assert ran == [["/nonexistent/System32/taskkill.exe", "/T", "/F", "/PID", "1234"]]
 
@@ -169,12 +186,16 @@ def test_a_folder_that_others_may_write(tmp_path):
 
 
 def test_macos_looks_in_the_folder_of_homebrew(monkeypatch):
-    monkeypatch.setattr(Path, "is_file", lambda path: str(path) == "/opt/homebrew/lib/libngspice.dylib")
+    monkeypatch.setattr(
+        Path, "is_file", lambda path: str(path) == "/opt/homebrew/lib/libngspice.dylib"
+    )
     monkeypatch.setattr("ctypes.util.find_library", lambda name: None)
     assert MacOS().library("ngspice") == "/opt/homebrew/lib/libngspice.dylib"
 
 
-@pytest.mark.parametrize(("platform", "kind"), [("linux", "Linux"), ("darwin", "MacOS"), ("win32", "Windows")])
+@pytest.mark.parametrize(
+    ("platform", "kind"), [("linux", "Linux"), ("darwin", "MacOS"), ("win32", "Windows")]
+)
 def test_the_system_is_chosen_at_import(platform, kind):
     """By a program that is told that it runs there."""
     code = f"""import ctypes.util, pathlib, subprocess, sys, types
@@ -183,7 +204,9 @@ for name in ("msvcrt", "winreg"):
 sys.platform = {platform!r}
 from harvester.machine.system import this_system
 print(type(this_system).__name__)"""
-    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True
+    )
     assert done.stdout.split() == [kind]
 
 

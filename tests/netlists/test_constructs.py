@@ -53,7 +53,9 @@ def test_ngspice_gets_the_circuit_that_the_text_is(file):
                 written = ask(given_to_ngspice(file), ("p", "0"), "r.xload.rload").power
                 if written != pytest.approx(original, rel=1e-3, abs=1e-10):
                     wrong[row.name] = original, written
-                assert original == pytest.approx(TABLE[row.name]["39"], rel=1e-3, abs=1e-10), row.name
+                assert original == pytest.approx(TABLE[row.name]["39"], rel=1e-3, abs=1e-10), (
+                    row.name
+                )
     assert wrong == {}
 
 

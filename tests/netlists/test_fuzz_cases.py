@@ -23,7 +23,8 @@ def agree(text, theirs, mine):
 @pytest.mark.parametrize("name", sorted(CASES))
 def test_a_kept_netlist_is_answered_as_ngspice_does_or_refused(name):
     """A reader that falls back into one of these faults, of scopes, precedence, multiplicity, models and the like."""
-    file, known = FOLDER / f"{name}.cir", CASES[name]
+    file = FOLDER / f"{name}.cir"
+    known = CASES[name]
     mine = imposed_drive.answered(file, known.get("terminals"), known.get("resistor"))
     if mine.given and "power" in known:
         assert agree(file.read_text(), known["power"], mine)
@@ -35,7 +36,11 @@ def test_the_numbers_kept_are_those_of_ngspice():
     """Numbers that no ngspice gives: the program in batch mode gives the first and last of them."""
     answered = [name for name in sorted(CASES) if "power" in CASES[name]]
     for name in (answered[0], answered[-1]):
-        given = (CASES[name]["terminals"], CASES[name]["resistor"]) if "terminals" in CASES[name] else ()
+        given = (
+            (CASES[name]["terminals"], CASES[name]["resistor"])
+            if "terminals" in CASES[name]
+            else ()
+        )
         said = by_program((FOLDER / f"{name}.cir").read_text(), *given)
         assert said.power == pytest.approx(CASES[name]["power"], rel=1e-3, abs=1e-12)
 
@@ -44,7 +49,9 @@ def test_the_numbers_kept_are_those_of_ngspice():
 @pytest.mark.slow
 def test_random_netlists_are_answered_as_ngspice_does_or_refused(tmp_path):
     """Two readings of one text: 200 random netlists are equal, or refused by one of both."""
-    file, wrong, answered = tmp_path / "board.cir", [], 0
+    file = tmp_path / "board.cir"
+    wrong = []
+    answered = 0
     with Oracle() as ask:
         for seed in SEEDS:
             file.write_text(netlist(seed))

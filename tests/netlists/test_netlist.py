@@ -50,7 +50,11 @@ def test_every_shipped_netlist_is_read(name):
 
 
 def test_only_the_subcircuit_of_a_file_is_used(tmp_path):
-    circuit = given(tmp_path, GOOD + "Vbench x 0 1\n.options interp\n.tran 1 1\n.print tran @r1[p]\n.end\n", R=2e6)
+    circuit = given(
+        tmp_path,
+        GOOD + "Vbench x 0 1\n.options interp\n.tran 1 1\n.print tran @r1[p]\n.end\n",
+        R=2e6,
+    )
     assert circuit.text.splitlines() == [
         "d.xload.d1 p xload.a model1",
         "r.xload.rload xload.a 0 2000000.0",
@@ -89,7 +93,9 @@ def test_what_the_subcircuit_uses_comes_along(tmp_path):
     (tmp_path / "parts" / "diodes.lib").write_text(
         ".model fast D(Is={leak})\n.model slow D(Is=1p)\n.param leak=1n other=1\n.param third=3\n.INC ../more.lib\n"
     )
-    (tmp_path / "more.lib").write_text(".subckt inner a b\nR1 a b 1k\n* c\n+ tc1=0\n.ends\n.subckt unused a b\n.ends\n")
+    (tmp_path / "more.lib").write_text(
+        ".subckt inner a b\nR1 a b 1k\n* c\n+ tc1=0\n.ends\n.subckt unused a b\n.ends\n"
+    )
     text = 'a title\n.include "parts/diodes.lib"\n.subckt mine p n\nD1 p a fast\nX1 a b inner\nRload b n 1k\n.ends\n'
     assert given(tmp_path, text).text.splitlines() == [
         "d.xload.d1 p xload.a model1",
@@ -116,7 +122,9 @@ def test_a_parameter_of_its_own_hides_one_outside(tmp_path):
 def test_the_capacitance_of_the_piezo_is_the_default_of_cp(tmp_path):
     """A netlist that needs the piezo's capacitance has a parameter Cp; a scene's own value goes first."""
     assert load_circuit(Load(netlist="sece"), 1e-9).parameters == {"Cp": 1e-9}
-    assert load_circuit(Load(netlist="sece", parameters={"cp": 2e-9}), 1e-9).parameters == {"Cp": 2e-9}
+    assert load_circuit(Load(netlist="sece", parameters={"cp": 2e-9}), 1e-9).parameters == {
+        "Cp": 2e-9
+    }
     assert load_circuit(Load(netlist="bridge"), 1e-9).parameters == {}
 
 
@@ -244,7 +252,9 @@ def test_the_text_of_another_file_is_never_shown(tmp_path, text):
     """Neither of a file that a scene calls a netlist, nor of one that a netlist includes."""
     assert "sesame" not in refusal(tmp_path, text)
     (tmp_path / "key").write_text(text)
-    assert "netlist key" in (said := refusal(tmp_path, GOOD.replace("Rload", ".include key\nRload")))
+    assert "netlist key" in (
+        said := refusal(tmp_path, GOOD.replace("Rload", ".include key\nRload"))
+    )
     assert "sesame" not in said
 
 
@@ -279,9 +289,14 @@ def test_a_title_is_no_line(tmp_path):
 
 def test_subcircuits_that_multiply_are_refused(tmp_path):
     """Ten levels of ten calls each would be 10^10 elements."""
-    levels = [f".subckt l{k} a b\n" + "".join(f"X{j} a b l{k + 1}\n" for j in range(10)) + ".ends\n" for k in range(10)]
+    levels = [
+        f".subckt l{k} a b\n" + "".join(f"X{j} a b l{k + 1}\n" for j in range(10)) + ".ends\n"
+        for k in range(10)
+    ]
     last = ".subckt l10 a b\nR1 a b 1\n.ends\n"
-    assert "elements" in refusal(tmp_path, GOOD.replace("Rload", "X1 p n l0\nRload") + "".join(levels) + last)
+    assert "elements" in refusal(
+        tmp_path, GOOD.replace("Rload", "X1 p n l0\nRload") + "".join(levels) + last
+    )
 
 
 def test_subcircuits_that_call_each_other_are_refused(tmp_path):
@@ -346,7 +361,15 @@ def test_unknown_names_have_their_nearest_match(tmp_path):
 
 @pytest.mark.parametrize(
     ("text", "value"),
-    [("5Meg", 5e6), ("1u", 1e-6), ("2.2k", 2200.0), ("1e-9", 1e-9), ("1F", 1e-15), ("{R}", None), ("", None)],
+    [
+        ("5Meg", 5e6),
+        ("1u", 1e-6),
+        ("2.2k", 2200.0),
+        ("1e-9", 1e-9),
+        ("1F", 1e-15),
+        ("{R}", None),
+        ("", None),
+    ],
 )
 def test_numbers_of_ngspice(text, value):
     assert plain_number(text) == (None if value is None else pytest.approx(value))
@@ -354,7 +377,9 @@ def test_numbers_of_ngspice(text, value):
 
 def test_charging_time_of_the_smoothing_capacitor():
     """Rload Csmooth from the scene's parameters, else from the netlist's own; none without a capacitor."""
-    assert load_circuit(Load(netlist="bridge", parameters={"R": 1e6, "C": 2e-6})).storage == pytest.approx(2.0)
+    assert load_circuit(
+        Load(netlist="bridge", parameters={"R": 1e6, "C": 2e-6})
+    ).storage == pytest.approx(2.0)
     assert load_circuit(Load(netlist="sece")).storage == pytest.approx(1.0)  # 1 Meg, 1 u
     assert load_circuit(Load(resistance=1e3)).storage is None
 
@@ -376,8 +401,18 @@ def test_calls_without_end(tmp_path):
         ({"R": -1e6}, "", "", r"^load\.parameters\.R must be above 0, for rload, but is -1000000"),
         ({"R": 0.0}, "", "", r"^load\.parameters\.R must be above 0, for rload, but is 0\.0"),
         ({"r": -1.0}, "", "", r"^load\.parameters\.R must be above 0, for rload"),
-        ({"C": -1e-6}, "", "", r"^load\.parameters\.C must be at least 0, for csmooth, but is -1e-06"),
-        ({}, "{R}", "-1k", r"^netlist bridge\.cir line \d+ must be above 0, for rload, but is -1000"),
+        (
+            {"C": -1e-6},
+            "",
+            "",
+            r"^load\.parameters\.C must be at least 0, for csmooth, but is -1e-06",
+        ),
+        (
+            {},
+            "{R}",
+            "-1k",
+            r"^netlist bridge\.cir line \d+ must be above 0, for rload, but is -1000",
+        ),
     ],
 )
 def test_a_load_that_would_give_power_is_refused(tmp_path, parameters, old, new, why):
@@ -388,7 +423,9 @@ def test_a_load_that_would_give_power_is_refused(tmp_path, parameters, old, new,
 
 
 def test_a_parameter_of_a_netlist_without_any(tmp_path):
-    (tmp_path / "r.cir").write_text("* one resistor\n.subckt r p n\nRload p n 1Meg\n.ends r\n.end\n")
+    (tmp_path / "r.cir").write_text(
+        "* one resistor\n.subckt r p n\nRload p n 1Meg\n.ends r\n.end\n"
+    )
     with pytest.raises(
         InputError,
         match=r"unknown parameter of netlist r 'R': it has none but its elements \(Rload\); .*'\.subckt r p n R=1Meg'",

@@ -33,7 +33,9 @@ def own(tmp_path):
 
 
 def test_elements_of_called_subcircuits(own):
-    found = {part.name: tuple(node.removeprefix("xload.") for node in part.nodes) for part in own.parts}
+    found = {
+        part.name: tuple(node.removeprefix("xload.") for node in part.nodes) for part in own.parts
+    }
     assert found == {
         "x1.d1": ("p", "x1.m"),
         "x1.b1": ("x1.m", "a"),
@@ -50,7 +52,9 @@ def test_elements_of_called_subcircuits(own):
 
 def test_vectors_of_probes(own):
     """The second terminal is ground; a power is a voltage times a current, or of a transistor ngspice's own."""
-    probes = read_probes(["v(pz)", "V(x1.m, a)", "i(x2.d1)", "p(load)", "p(q1)", "v(pz)", "v(a,n)"], own)
+    probes = read_probes(
+        ["v(pz)", "V(x1.m, a)", "i(x2.d1)", "p(load)", "p(q1)", "v(pz)", "v(a,n)"], own
+    )
     assert [one.vectors for one in probes] == [
         ("p",),
         ("xload.x1.m", "xload.a"),

@@ -21,7 +21,9 @@ def test_an_element_is_a_parameter_by_its_name(tmp_path):
     after = values(hv.Load(netlist=netlist, parameters={"r7": "47k", "Csmooth": "2u", "L1": 3.0}))
     assert before == {"r7": 1e4, "csmooth": pytest.approx(1e-6), "l1": 5.0, "rload": 1.5e6}
     assert after == {"r7": 4.7e4, "csmooth": pytest.approx(2e-6), "l1": 3.0, "rload": 1.5e6}
-    assert load_circuit(hv.Load(netlist=netlist, parameters={"Csmooth": "2u"})).smoothing == pytest.approx(2e-6)
+    assert load_circuit(
+        hv.Load(netlist=netlist, parameters={"Csmooth": "2u"})
+    ).smoothing == pytest.approx(2e-6)
 
 
 def test_a_misspelt_element_gets_its_nearest_match(tmp_path):
@@ -34,10 +36,21 @@ def test_a_misspelt_element_gets_its_nearest_match(tmp_path):
 
 
 def test_elements_of_a_flat_netlist_are_keys():
-    given = {"netlist": str(ROOT / "examples" / "board.cir"), "terminals": ("/PZ_P", "/PZ_N"), "resistor": "R4"}
+    given = {
+        "netlist": str(ROOT / "examples" / "board.cir"),
+        "terminals": ("/PZ_P", "/PZ_N"),
+        "resistor": "R4",
+    }
     given |= {"store": "C1", "supplies": {"VCC": 3.3}}
     scene = hv.load(ROOT / "examples" / "plate_bridge.toml").with_load(hv.Load(**given))
     found = values(
-        scene.varied({"load.parameters.R2": 2e6, "load.parameters.R4": 5e3, "load.parameters.C2": 3e-6}).load
+        scene.varied(
+            {"load.parameters.R2": 2e6, "load.parameters.R4": 5e3, "load.parameters.C2": 3e-6}
+        ).load
     )
-    assert (found["r2"], found["rload"], found["c2"], found["r1"]) == (2e6, 5e3, pytest.approx(3e-6), 1e5)
+    assert (found["r2"], found["rload"], found["c2"], found["r1"]) == (
+        2e6,
+        5e3,
+        pytest.approx(3e-6),
+        1e5,
+    )

@@ -18,7 +18,9 @@ def test_each_row_may_have_its_own_unit():
 
 def test_an_exact_column_is_written_to_the_last_digit():
     place = 0.1 + 0.2
-    rows = Table((Column("place", [place], exact=True), Column("power", [place]))).csv().splitlines()
+    rows = (
+        Table((Column("place", [place], exact=True), Column("power", [place]))).csv().splitlines()
+    )
     assert rows[1].split(",") == [repr(place), "0.3"]
 
 
@@ -31,5 +33,10 @@ def test_a_whole_number_keeps_what_is_not_known_of_it():
     """360 packets are a count without an error only where nothing is said of one."""
     assert quantity(360.0, term("packets_per_hour"), "") == "360"
     assert quantity(Value(360.0, bias=0.0), term("packets_per_hour"), "") == "360"
-    assert "is not known" in quantity(Value(360.0, bias=0.0, unknown="a circuit"), term("packets_per_hour"), "")
-    assert quantity(Value(360.0, stderr=1.0), term("packets_per_hour"), "") == "360 +- 2 (95 %, sampling)"
+    assert "is not known" in quantity(
+        Value(360.0, bias=0.0, unknown="a circuit"), term("packets_per_hour"), ""
+    )
+    assert (
+        quantity(Value(360.0, stderr=1.0), term("packets_per_hour"), "")
+        == "360 +- 2 (95 %, sampling)"
+    )

@@ -34,7 +34,11 @@ def test_an_attack_goes_on_where_it_stopped():
     assert left == whole[2:]
     second.note("ensemble", "status 0")
     found = second.found()
-    assert (found["tried"], found["outcomes"], len(found["breaks"])) == (3, {"ensemble: status 0": 3}, 1)
+    assert (found["tried"], found["outcomes"], len(found["breaks"])) == (
+        3,
+        {"ensemble: status 0": 3},
+        1,
+    )
 
 
 def test_netlists():
@@ -44,11 +48,19 @@ def test_netlists():
     assert (found.tried, found.breaks) == (3, [])
 
 
-@pytest.mark.skipif(STRACE is None, reason="strace, which tells the files that a program opens, is not installed")
+@pytest.mark.skipif(
+    STRACE is None, reason="strace, which tells the files that a program opens, is not installed"
+)
 def test_a_file_that_a_netlist_reads_is_seen(tmp_path):
     trace = tmp_path / "trace"
-    calls = [f'openat(AT_FDCWD, "{tmp_path}/7.cir", O_RDONLY) = 3', 'openat(AT_FDCWD, "../outside.cir", O_RDONLY) = 3']
-    calls += ['openat(AT_FDCWD, "mine.cir", O_RDONLY) = 3', 'openat(AT_FDCWD, "/usr/x", O_WRONLY) = 3']
+    calls = [
+        f'openat(AT_FDCWD, "{tmp_path}/7.cir", O_RDONLY) = 3',
+        'openat(AT_FDCWD, "../outside.cir", O_RDONLY) = 3',
+    ]
+    calls += [
+        'openat(AT_FDCWD, "mine.cir", O_RDONLY) = 3',
+        'openat(AT_FDCWD, "/usr/x", O_WRONLY) = 3',
+    ]
     calls += ['execve("/bin/sh", ["sh"], 0x0) = 0', 'openat(AT_FDCWD, "/etc/passwd", O_RDONLY) = 3']
     trace.write_text("".join(f"1 {call}\n" for call in calls))
     wrong = [f"{number} {what.split()[1]}" for number, what in netlists.touched(trace, tmp_path)]
@@ -60,10 +72,20 @@ def test_a_file_that_a_netlist_reads_is_seen(tmp_path):
     ("command", "fault", "ends", "says"),
     [
         ("optimise", {"ROOM": "3000"}, "status 2", "No space left on device"),
-        ("sweep", {"ROOM": "30000"}, "status 2", "No space left on device; the points that are done are kept"),
+        (
+            "sweep",
+            {"ROOM": "30000"},
+            "status 2",
+            "No space left on device; the points that are done are kept",
+        ),
         ("new", {"LOOKS": "3", "JUMP": "-300000000"}, "status 0", ""),
         ("run ensemble", {"LOOKS": "3", "JUMP": "-300000000"}, "status 0", ""),
-        ("run ensemble", {"THREADS": "1"}, "status 3", "the system refused: can't start new thread"),
+        (
+            "run ensemble",
+            {"THREADS": "1"},
+            "status 3",
+            "the system refused: can't start new thread",
+        ),
         ("sweep", {"THREADS": "2"}, "status 3", "the system refused: [Errno 11]"),
         ("run spice", {"THREADS": "0"}, "status 3", "the system refused: [Errno 11]"),
         ("sweep", {"DELAY": "100"}, "status 0", ""),
@@ -107,7 +129,8 @@ def test_what_is_cut_off_is_seen(tmp_path):
 
 def test_an_interrupt_before_the_program_begins_is_pythons():
     early = 'Traceback (most recent call last):\n  File "site.py", line 1, in <module>\nKeyboardInterrupt\n'
-    how, ours = {"signal": signal.SIGINT}, early.replace("<module>", "main")
+    how = {"signal": signal.SIGINT}
+    ours = early.replace("<module>", "main")
     assert wholeness.wrong_words(-signal.SIGINT, "", early, how) == ""
     assert wholeness.wrong_words(-signal.SIGINT, "", ours, how) == "a traceback or internal error"
     assert wholeness.wrong_words(1, "", early, how) == "a traceback or internal error"
@@ -118,7 +141,8 @@ def test_growth(monkeypatch):
     monkeypatch.setattr(growth, "SCENES", growth.SCENES[:1])
     found = tally.Tally(60, 60.0)
     looks = growth.attack(found, 5)["looks"]
-    assert [looks[-1][key] - looks[-2][key] for key in ("descriptors", "threads", "processes", "temporary files")] == [
-        0
-    ] * 4
+    assert [
+        looks[-1][key] - looks[-2][key]
+        for key in ("descriptors", "threads", "processes", "temporary files")
+    ] == [0] * 4
     assert found.tried == 60

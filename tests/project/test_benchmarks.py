@@ -31,7 +31,9 @@ SCENES = dict(effects.scenes())
 
 
 @pytest.mark.thorough("test_trajectories.py")
-@pytest.mark.parametrize(("name", "split"), [("stop alone", True), ("all without stop", False), ("all", True)])
+@pytest.mark.parametrize(
+    ("name", "split"), [("stop alone", True), ("all without stop", False), ("all", True)]
+)
 def test_kernel_by_hand_gives_the_same_numbers(name, split):
     """State and sums to rounding, random words exactly, in both orders of the loops."""
     e = SCENES[name]
@@ -44,10 +46,35 @@ def test_kernel_by_hand_gives_the_same_numbers(name, split):
 
 def test_code_by_hand_holds_nothing_of_what_is_absent():
     """Every mark names an effect; the bare scene's code has no stop, noise, damping or load in it."""
-    known = {"stop", "load", "cubic", "back", "linear", "nonlinear", "external", "parametric", "noise", "damped"}
+    known = {
+        "stop",
+        "load",
+        "cubic",
+        "back",
+        "linear",
+        "nonlinear",
+        "external",
+        "parametric",
+        "noise",
+        "damped",
+    }
     assert by_hand.effects(PAPER) == known
     bare = by_hand.source(Equations(), split=False).partition("\n")[2]
-    for word in ("hit", "xi", "bits", "mu", "alpha", "beta", "c1", "c2", "c3", "sqrt", "exp", "speed", "later"):
+    for word in (
+        "hit",
+        "xi",
+        "bits",
+        "mu",
+        "alpha",
+        "beta",
+        "c1",
+        "c2",
+        "c3",
+        "sqrt",
+        "exp",
+        "speed",
+        "later",
+    ):
         assert word not in bare, word
 
 
@@ -112,22 +139,41 @@ def test_peers_integrate_the_same_scene(module, needs, options, h, n):
 def test_every_mutant_fits_the_package():
     """Each piece of code that the mutation check replaces is found exactly once, and its tests by their names."""
     texts, files = mutants.sources(ROOT), mutants.test_files(ROOT)
-    assert [f"{one.name}: {wrong}" for one in mutants.mutants() if (wrong := mutants.misfit(one, texts, files))] == []
+    assert [
+        f"{one.name}: {wrong}"
+        for one in mutants.mutants()
+        if (wrong := mutants.misfit(one, texts, files))
+    ] == []
 
 
 def test_answers_that_differ_are_found():
     """In a last digit, by a key that is gone, or by a status; not by a time, a sentence or a new key."""
-    before = {"rows.0.power": 1.0, "rows.1.power": None, "warnings.0": "before", "seconds": 1.0, "version": "1"}
+    before = {
+        "rows.0.power": 1.0,
+        "rows.1.power": None,
+        "warnings.0": "before",
+        "seconds": 1.0,
+        "version": "1",
+    }
 
     def wrong(status=0, **changes):
         after = {key: value for key, value in (before | changes).items() if value != "gone"}
         return same_answers.differences((status, after, ""), (0, before, ""), None)[0]
 
-    assert wrong() == wrong(**{"warnings.0": "after", "seconds": 2.0, "version": "2", "new": 1.0}) == []
-    assert wrong(**{"rows.0.power": 1.0 + 2.0**-52}) == ["rows.0.power: 1.0000000000000002, there 1.0 (+2.2e-16)"]
+    assert (
+        wrong()
+        == wrong(**{"warnings.0": "after", "seconds": 2.0, "version": "2", "new": 1.0})
+        == []
+    )
+    assert wrong(**{"rows.0.power": 1.0 + 2.0**-52}) == [
+        "rows.0.power: 1.0000000000000002, there 1.0 (+2.2e-16)"
+    ]
     assert wrong(**{"rows.1.power": 0.0}) == ["rows.1.power: 0.0, there None"]
     assert wrong(**{"rows.1.power": "gone"}) == ["2 values, there 3"]
-    assert wrong(**{"rows.0.power": "gone", "rows.1.power": "gone"})[0] == "keys that are gone: rows.*.power"
+    assert (
+        wrong(**{"rows.0.power": "gone", "rows.1.power": "gone"})[0]
+        == "keys that are gone: rows.*.power"
+    )
     assert wrong(3) == ["exit status 3, there 0: "]
 
 
@@ -144,7 +190,10 @@ def test_random_mutants_are_small_changes_that_python_takes():
     """One of each kind, where it stands; docstrings, annotations and texts stay."""
     body = b"if x < 2 and x:\n  x += 1\n g(x)\n return '1' + x * 0.5\n"
     text = b'def f(x: int = 3):\n """A < 1."""\n ' + body
-    found = {text[begin:end].decode(): (new, line) for begin, end, new, line in random_mutants.changes(text)}
+    found = {
+        text[begin:end].decode(): (new, line)
+        for begin, end, new, line in random_mutants.changes(text)
+    }
     assert found == {
         " and ": (" or ", 3), " < ": (" >= ", 3), "2": ("3", 3), "x += 1": ("pass", 4), "1": ("2", 4),
         "g(x)": ("pass", 5), " * ": (" / ", 6), "0.5": ("0.625", 6),

@@ -15,7 +15,8 @@ DEVELOPERS = {path.stem: path.read_text() for path in (ROOT / "docs" / "develope
 PATHS = sorted(
     set(
         re.findall(
-            r"`((?:harvester|tests|docs|netlists|examples|benchmarks)/[\w/.]*)`", PAGE + "".join(DEVELOPERS.values())
+            r"`((?:harvester|tests|docs|netlists|examples|benchmarks)/[\w/.]*)`",
+            PAGE + "".join(DEVELOPERS.values()),
         )
     )
 )
@@ -28,7 +29,9 @@ def test_path_is_there(path):
 
 def test_every_room_is_described():
     """The table of rooms has each folder of the package, and the folder is in it once."""
-    rooms = {path.name for path in (ROOT / "harvester").iterdir() if (path / "__init__.py").exists()}
+    rooms = {
+        path.name for path in (ROOT / "harvester").iterdir() if (path / "__init__.py").exists()
+    }
     table = DEVELOPERS["architecture"].partition("## Subpackages")[2].partition("## Rules")[0]
     assert sorted(re.findall(r"`harvester/(\w+)/`", table)) == sorted(rooms)
 
@@ -61,7 +64,9 @@ def test_the_first_change(harvester, tmp_path, monkeypatch):
     (line,) = re.findall(r'^ +("titanium": Substrate\(.*\)),$', PAGE, re.MULTILINE)
     monkeypatch.setattr(materials, "SUBSTRATES", dict(materials.SUBSTRATES))
     exec(f"SUBSTRATES |= {{{line}}}", vars(materials))
-    (trial,) = re.findall(r"^\.venv/bin/harvester (new mine\.toml .*titanium.*)$", PAGE, re.MULTILINE)
+    (trial,) = re.findall(
+        r"^\.venv/bin/harvester (new mine\.toml .*titanium.*)$", PAGE, re.MULTILINE
+    )
     monkeypatch.chdir(tmp_path)
     assert harvester(*shlex.split(trial))[0] == 0
     assert (
@@ -69,7 +74,9 @@ def test_the_first_change(harvester, tmp_path, monkeypatch):
         in harvester(*shlex.split(trial.replace("titanium", "titanum").replace("mine", "other")))[2]
     )
     names = {}
-    (test,) = [block.text for block in pages.blocks("CONTRIBUTING.md") if block.language == "python"]
+    (test,) = [
+        block.text for block in pages.blocks("CONTRIBUTING.md") if block.language == "python"
+    ]
     exec(test, names)
     names["test_titanium_is_lighter_than_steel"]()
 
@@ -80,7 +87,9 @@ def test_the_papers_references():
     entries = dict(re.findall(r"^@\w+\{(\w+), (.*)\}$", bib, re.MULTILINE))
     assert set(re.findall(r"@(\w+)", paper)) == set(entries)
     for key, entry in entries.items():
-        assert re.search(r"note = \{(doi resolved|doi not resolved|software, without a doi)", entry), key
+        assert re.search(
+            r"note = \{(doi resolved|doi not resolved|software, without a doi)", entry
+        ), key
         assert ("doi = {10." in entry) or "doi resolved" not in entry, key
 
 
@@ -97,4 +106,6 @@ def test_highlights_of_the_changelog():
     """Twenty on top, each a sentence."""
     text = (ROOT / "CHANGELOG.md").read_text().partition("## Highlights")[2].partition("\n## ")[0]
     lines = re.findall(r"^\d+\. (.*)$", text, re.MULTILINE)
-    assert len(lines) == 20 and all(line.endswith((".", ":")) or line[0].isupper() for line in lines)
+    assert len(lines) == 20 and all(
+        line.endswith((".", ":")) or line[0].isupper() for line in lines
+    )

@@ -13,7 +13,11 @@ from tests.support.paths import ROOT
 PYPROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
 PROJECT = PYPROJECT["project"]
 NAME = PROJECT["name"]
-LOCK = [line for line in (ROOT / "lock.txt").read_text().splitlines() if line and not line.startswith("#")]
+LOCK = [
+    line
+    for line in (ROOT / "lock.txt").read_text().splitlines()
+    if line and not line.startswith("#")
+]
 
 
 def requirements():
@@ -37,15 +41,24 @@ def test_lock_file_pins_versions_and_nothing_else():
 
 def test_each_dependency_is_pinned_in_its_range():
     """A dependency without a tested version, or a tested version outside the range that users get, is found."""
-    pinned = {canonicalize_name(name): Version(version) for name, _, version in (line.partition("==") for line in LOCK)}
+    pinned = {
+        canonicalize_name(name): Version(version)
+        for name, _, version in (line.partition("==") for line in LOCK)
+    }
     assert [str(one) for one in requirements() if canonicalize_name(one.name) not in pinned] == []
-    assert [str(one) for one in requirements() if pinned[canonicalize_name(one.name)] not in one.specifier] == []
+    assert [
+        str(one)
+        for one in requirements()
+        if pinned[canonicalize_name(one.name)] not in one.specifier
+    ] == []
 
 
 def test_dependencies_are_ranges():
     """A package that pins a dependency of its users cannot be installed beside others; each range has a lower bound."""
     users = [Requirement(line) for line in PROJECT["dependencies"]]
-    assert [str(one) for one in users if {spec.operator for spec in one.specifier} - {">=", "<"}] == []
+    assert [
+        str(one) for one in users if {spec.operator for spec in one.specifier} - {">=", "<"}
+    ] == []
     assert [str(one) for one in requirements() if not one.specifier] == []
 
 
@@ -61,7 +74,9 @@ def test_setup_takes_the_tested_versions():
     """`make setup` and `make bench` install under the lock file; both and pyproject.toml make the environment anew."""
     assert "--constraint lock.txt" in (ROOT / "setup.sh").read_text()
     makefile = (ROOT / "Makefile").read_text()
-    assert re.search(r"^\.venv/\.complete: pyproject\.toml setup\.sh lock\.txt$", makefile, re.MULTILINE)
+    assert re.search(
+        r"^\.venv/\.complete: pyproject\.toml setup\.sh lock\.txt$", makefile, re.MULTILINE
+    )
     assert "--constraint lock.txt --editable '.[bench]'" in makefile
 
 

@@ -54,7 +54,9 @@ def test_public_names_say_what_they_are():
         one = getattr(hv, name)
         assert one.__doc__, name
         methods = inspect.getmembers(one, inspect.isfunction) if inspect.isclass(one) else []
-        missing = [f"{name}.{k}" for k, v in methods if not k.startswith("_") and not inspect.getdoc(v)]
+        missing = [
+            f"{name}.{k}" for k, v in methods if not k.startswith("_") and not inspect.getdoc(v)
+        ]
         assert missing == []
 
 
@@ -75,7 +77,9 @@ def test_pages(site):
         text = path.read_text()
         for source in re.findall(r'<(?:img|script|link)[^>]*(?:src|href)="([^"]+)"', text):
             if "://" not in source:
-                assert (path.parent / source.partition("?")[0].partition("#")[0]).exists(), f"{path.name}: {source}"
+                assert (path.parent / source.partition("?")[0].partition("#")[0]).exists(), (
+                    f"{path.name}: {source}"
+                )
             else:
                 pytest.fail(f"{path.name} fetches {source}")
 
@@ -94,7 +98,8 @@ def test_pages_in_a_browser(site):
     with chromium() as browser:
         for size in (DESKTOP, PHONE):
             page = browser.new_page(viewport=size)
-            theory, scrolled = [page.stem for page in theory_pages()], 0
+            theory = [page.stem for page in theory_pages()]
+            scrolled = 0
             for name in ("overview", *theory, "audit", "api/power", "commands/power"):
                 page.goto((site / f"{name}.html").as_uri())
                 assert page.evaluate(wider) <= 0, name
@@ -102,7 +107,9 @@ def test_pages_in_a_browser(site):
                     assert page.evaluate(font)
                     scrolled += page.evaluate(cut)
                 contents = page.locator(".toc-drawer").bounding_box()
-                assert (contents["x"] + contents["width"] <= size["width"]) is (size == DESKTOP), name
+                assert (contents["x"] + contents["width"] <= size["width"]) is (size == DESKTOP), (
+                    name
+                )
             assert scrolled <= (0 if size == DESKTOP else 15)
 
 
@@ -137,14 +144,18 @@ def test_the_first_page_has_the_gallery(site):
     """Each figure of the gallery is there, with its title and a link to its section; installing comes before them."""
     first, gallery = ((site / f"{name}.html").read_text() for name in ("index", "gallery"))
     figures = {path.name for path in (ROOT / "docs" / "gallery").glob("*.png")}
-    wall = re.findall(r'href="gallery\.html#([\w-]+)"><img alt="[^"]+" src="_images/([\w.]+)"', first)
+    wall = re.findall(
+        r'href="gallery\.html#([\w-]+)"><img alt="[^"]+" src="_images/([\w.]+)"', first
+    )
     assert {figure for _, figure in wall} == figures
     assert set(re.findall(r'<section id="([\w-]+)"', gallery)) >= {section for section, _ in wall}
     assert first.index("install.html", first.index("<article")) < first.index("_images/")
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("path", sorted((ROOT / "docs").glob("draw_*.py")), ids=lambda path: path.name)
+@pytest.mark.parametrize(
+    "path", sorted((ROOT / "docs").glob("draw_*.py")), ids=lambda path: path.name
+)
 def test_the_scripts_that_draw_find_what_they_import(path):
     """They run for long, and by hand: what they take from the package must be there."""
     assert callable(runpy.run_path(str(path), run_name="imported")["main"])
@@ -156,11 +167,13 @@ def scripts():
     return [str(one.relative_to(ROOT)) for top in SOURCES for one in (ROOT / top).rglob("*.py*")]
 
 
-@pytest.mark.parametrize("page", ["README.md", "CONTRIBUTING.md", *sorted(str(one.relative_to(ROOT)) for one in PAGES)])
+@pytest.mark.parametrize(
+    "page", ["README.md", "CONTRIBUTING.md", *sorted(str(one.relative_to(ROOT)) for one in PAGES)]
+)
 def test_files_that_pages_name_are_there(page):
     """With their folder or without: some file of the package, the tests or the scripts ends so."""
     named = re.findall(r"`((?:\w+/)*\w+\.pyi?)`", (ROOT / page).read_text())
     strangers = {"random.py"}  # a user's own, in the page on reliability
-    assert [name for name in named if not any(f"/{one}".endswith(f"/{name}") for one in scripts())] == [
-        name for name in named if name in strangers
-    ]
+    assert [
+        name for name in named if not any(f"/{one}".endswith(f"/{name}") for one in scripts())
+    ] == [name for name in named if name in strangers]

@@ -12,13 +12,18 @@ from harvester.presentation.result import Result
 PUBLIC = {name: getattr(hv, name) for name in hv.__all__}
 FUNCTIONS = [name for name, one in PUBLIC.items() if inspect.isfunction(one)]
 CLASSES = [name for name, one in PUBLIC.items() if dataclasses.is_dataclass(one)]
-# Names that docstrings write between backticks beside those of the package: of Python and of its libraries.
+# Names that docstrings write between backticks beside those of the package: of Python and of its
+# libraries.
 OTHERS = {"concurrent.futures"}
 
 
 def section(text, title):
     """The lines of a section of a docstring; none where there is no such section."""
-    found = re.search(rf"^{title}\n-+\n(.*?)(?=\n\n|\n\w+\n---|\Z)", inspect.cleandoc(text), re.MULTILINE | re.DOTALL)
+    found = re.search(
+        rf"^{title}\n-+\n(.*?)(?=\n\n|\n\w+\n---|\Z)",
+        inspect.cleandoc(text),
+        re.MULTILINE | re.DOTALL,
+    )
     return found[1].splitlines() if found else []
 
 
@@ -65,6 +70,10 @@ def test_names_in_docstrings_are_public(name):
         for written in re.findall(r"(?<!`)`([A-Za-z_][\w.]*)`(?!`)", prose):
             whole = written.removeprefix("harvester.").removeprefix("hv.")
             first, _, rest = whole.partition(".")
-            own = hasattr(PUBLIC[name], whole) or whole in getattr(PUBLIC[name], "__dataclass_fields__", ())
+            own = hasattr(PUBLIC[name], whole) or whole in getattr(
+                PUBLIC[name], "__dataclass_fields__", ()
+            )
             public = first in PUBLIC and (not rest or hasattr(PUBLIC[first], rest))
-            assert own or public or written in OTHERS, f"{name}: `{written}` in {text.splitlines()[0]!r}"
+            assert own or public or written in OTHERS, (
+                f"{name}: `{written}` in {text.splitlines()[0]!r}"
+            )

@@ -9,7 +9,9 @@ from tests.support.pages import ROOT
 
 PAGE = "examples/README.md"
 EXAMPLES = [
-    path.name for path in sorted((ROOT / "examples").iterdir()) if path.suffix in (".toml", ".py") and path.is_file()
+    path.name
+    for path in sorted((ROOT / "examples").iterdir())
+    if path.suffix in (".toml", ".py") and path.is_file()
 ]
 FIGURES = sorted((ROOT / "docs" / "gallery").glob("*.png"))
 
@@ -56,7 +58,9 @@ def test_example(title, place, monkeypatch):
 
 def test_every_example_is_on_the_page():
     text = "".join(sections().values())
-    assert [name for name in EXAMPLES if f"`{name}`" not in text or f"examples/{name}" not in text] == []
+    assert [
+        name for name in EXAMPLES if f"`{name}`" not in text or f"examples/{name}" not in text
+    ] == []
 
 
 def test_figures():

@@ -34,7 +34,9 @@ def is_error(thing):
     return inspect.isclass(thing) and issubclass(thing, Exception)
 
 
-NAMES = [name for name in hv.__all__ if callable(getattr(hv, name)) and not is_error(getattr(hv, name))]
+NAMES = [
+    name for name in hv.__all__ if callable(getattr(hv, name)) and not is_error(getattr(hv, name))
+]
 
 
 def misspelt(name):
@@ -75,18 +77,30 @@ def test_what_is_given_in_another_form():
         SCENE.with_load(resistanc=1.0)
     assert [one.engine for one in hv.compare(SCENE, engines="averaged").estimates] == ["averaged"]
     with pytest.raises(hv.InputError, match="`within` and `budget` must be numbers or texts"):
-        hv.optimise(SCENE, vary={"load.resistance": ("1 kohm", "1 Mohm")}, engine="averaged", within=None)
+        hv.optimise(
+            SCENE, vary={"load.resistance": ("1 kohm", "1 Mohm")}, engine="averaged", within=None
+        )
 
 
 def test_what_code_of_others_catches():
     """Bad input is a ValueError and an unknown keyword a TypeError, told in the same line, not in pydantic's words."""
-    with pytest.raises(TypeError, match=r"^unknown option of an engine 'sead': did you mean 'seed'"):
+    with pytest.raises(
+        TypeError, match=r"^unknown option of an engine 'sead': did you mean 'seed'"
+    ):
         hv.run(SCENE, sead=1)
     for table, keys, line in (
-        (hv.Piezo, {"coupling": "1 kg", "capacitance": 5e-8}, "piezo.coupling must be an electromechanical coupling"),
+        (
+            hv.Piezo,
+            {"coupling": "1 kg", "capacitance": 5e-8},
+            "piezo.coupling must be an electromechanical coupling",
+        ),
         (hv.Stop, {"restitution": 0.5, "stiffness": 1.0}, "stop.stiffness must be left out"),
         (hv.Scene, {"oscillator": SCENE.oscillator}, r"\[piezo\] must be given"),
-        (hv.Scene, {"oscillator": {"mass": -1.0, "stiffness": 1.0}}, "oscillator.mass must be a mass"),
+        (
+            hv.Scene,
+            {"oscillator": {"mass": -1.0, "stiffness": 1.0}},
+            "oscillator.mass must be a mass",
+        ),
     ):
         with pytest.raises(ValueError, match=f"^{line}") as caught:
             table(**keys)

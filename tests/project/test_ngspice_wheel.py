@@ -23,8 +23,9 @@ pytestmark = [
 SCENES = {"plate": 2.0, "plate_bridge": 2.0, "plate_doubler": 2.0, "plate_with_stop": 2.0, "plate_two_stops": 2.0,
           "plate_compliant_stop": 2.0, "plate_coloured": 2.0, "plate_bistable": 2.0, "plate_harmonic_stop": 2.0,
           "plate_preloaded": 2.0, "bimorph_ltc3588": 0.1}  # fmt: skip
-# Circuits that switch by B sources differ by more between Clang's and GCC's libraries.  In parallel SSHI it is the file
-# inpptree.c alone, which derives these sources; of the others the cause was not looked for.
+# Circuits that switch by B sources differ by more between Clang's and GCC's libraries.  In parallel
+# SSHI it is the file inpptree.c alone, which derives these sources; of the others the cause was not
+# looked for.
 SWITCHING = {"plate_parallel_sshi": 2.0, "plate_series_sshi": 2.0, "plate_sece": 1.0}
 ALIKE = 1e-3  # of the largest displacement: 2e-4 was measured
 EQUAL = 1e-9  # of the largest of each quantity, at each reading of a path
@@ -39,7 +40,8 @@ for name, seconds in json.loads(sys.argv[1]).items():
 numpy.savez("paths.npz", **made)
 """
 POLYNOMIAL = ROOT / "tests/support/polynomial.cir"
-# ngspice alone, through its C interface: a gain, a limit, and a polynomial, which ngspice makes of a code model too.
+# ngspice alone, through its C interface: a gain, a limit, and a polynomial, which ngspice makes of
+# a code model too.
 CIRCUIT = """
 import ctypes, sys
 ng = ctypes.CDLL(sys.argv[1])
@@ -70,7 +72,9 @@ def run(home, *command, paths=()):
     """What a program says on stdout, in an empty home and with nothing on its path."""
     home.mkdir(exist_ok=True)
     env = ngspice_wheel.bare_environment(home, *paths)
-    done = subprocess.run([sys.executable, *command], env=env, cwd=home, capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [sys.executable, *command], env=env, cwd=home, capture_output=True, text=True, check=False
+    )
     assert done.returncode == 0, done.stderr
     return done.stdout
 
@@ -79,20 +83,32 @@ def check_paths(tmp_path, folder, scenes, examples, most=EQUAL, quantities=QUANT
     """The paths of scenes by the wheel's library and by the system's, which must be equal at each reading."""
     found = []
     for name, paths in (("wheel", [folder]), ("system", [])):
-        run(tmp_path / name, "-c", PATHS, json.dumps(scenes), str(examples), json.dumps(QUANTITIES), paths=paths)
+        run(
+            tmp_path / name,
+            "-c",
+            PATHS,
+            json.dumps(scenes),
+            str(examples),
+            json.dumps(QUANTITIES),
+            paths=paths,
+        )
         with np.load(tmp_path / name / "paths.npz") as made:
             found.append(dict(made))
     for what in (f"{scene} {quantity}" for scene in scenes for quantity in quantities):
         ours, theirs = found[0][what], found[1][what]
         assert ours.shape == theirs.shape, what
-        assert np.abs(ours - theirs).max(initial=0.0) <= most * np.abs(theirs).max(initial=0.0), what
+        assert np.abs(ours - theirs).max(initial=0.0) <= most * np.abs(theirs).max(initial=0.0), (
+            what
+        )
 
 
 def test_what_is_in_the_wheel(folder):
     """The library, six code models, the texts of the licences; no start file, which could hold commands."""
     package = folder / "piezo_harvester_ngspice"
     found = {str(path.relative_to(package)) for path in package.rglob("*") if path.is_file()}
-    models = {f"{name}.cm" for name in ("spice2poly", "analog", "digital", "xtradev", "xtraevt", "table")}
+    models = {
+        f"{name}.cm" for name in ("spice2poly", "analog", "digital", "xtradev", "xtraevt", "table")
+    }
     texts = {f"licences/{name}.txt" for name in ("ngspice", "libcxx", "libcxxabi", "zig")}
     assert found == {"__init__.py", "libngspice.so"} | models | texts
     assert "University of California" in (package / "licences/ngspice.txt").read_text()
@@ -103,7 +119,8 @@ def test_the_wheel_fits_old_systems():
     said = " ".join(ngspice_wheel.audited().split())
     assert "manylinux_2_28" in ngspice_wheel.wheel().name
     assert (
-        'constrains the platform tag to "manylinux_2_' in said or "consistent with the following platform tag" in said
+        'constrains the platform tag to "manylinux_2_' in said
+        or "consistent with the following platform tag" in said
     )
     assert not any(f'"manylinux_2_{newer}_' in said for newer in range(29, 60)), said
 
@@ -126,12 +143,22 @@ def test_the_main_job_is_equal_to_the_systems(tmp_path, folder):
     """The sweep of `make demo`, with less of everything: each number of each row but the seconds."""
     rows = []
     for name, paths in (("wheel", [folder]), ("system", [])):
-        command = ["-m", "harvester", "sweep", EXAMPLES / "paper_figure3.toml", "--vary", "nondimensional.mu=0.1:10:2"]
+        command = [
+            "-m",
+            "harvester",
+            "sweep",
+            EXAMPLES / "paper_figure3.toml",
+            "--vary",
+            "nondimensional.mu=0.1:10:2",
+        ]
         command += ["--trajectories", "2", "--duration", "300", "--engine", "spice", "--out", "out"]
         run(tmp_path / name, *command, paths=paths)
         with (tmp_path / name / "out/sweep.csv").open() as file:
             rows.append(
-                [{key: text for key, text in row.items() if "seconds" not in key} for row in csv.DictReader(file)]
+                [
+                    {key: text for key, text in row.items() if "seconds" not in key}
+                    for row in csv.DictReader(file)
+                ]
             )
     assert len(rows[0]) == 2
     for ours, theirs in zip(*rows, strict=True):
@@ -144,9 +171,13 @@ def test_the_main_job_is_equal_to_the_systems(tmp_path, folder):
 
 def test_code_models_compute(tmp_path, folder):
     package = folder / "piezo_harvester_ngspice"
-    ours = run(tmp_path / "wheel", "-c", CIRCUIT, package / "libngspice.so", *sorted(package.glob("*.cm")))
+    ours = run(
+        tmp_path / "wheel", "-c", CIRCUIT, package / "libngspice.so", *sorted(package.glob("*.cm"))
+    )
     theirs = run(tmp_path / "system", "-c", CIRCUIT, this_system.library("ngspice"))
-    assert [float(one) for one in ours.split()] == pytest.approx([5.0, 4.0, 1.0 + 2.0 * 2.0 + 3.0 * 5.0], rel=1e-6)
+    assert [float(one) for one in ours.split()] == pytest.approx(
+        [5.0, 4.0, 1.0 + 2.0 * 2.0 + 3.0 * 5.0], rel=1e-6
+    )
     assert ours == theirs
 
 
@@ -167,7 +198,15 @@ def test_a_damaged_code_model_is_an_error(tmp_path, folder):
     home = tmp_path / "home"
     home.mkdir()
     env = ngspice_wheel.bare_environment(home, copy)
-    command = [sys.executable, "-m", "harvester", "run", EXAMPLES / "plate_bridge.toml", "--engine", "spice"]
+    command = [
+        sys.executable,
+        "-m",
+        "harvester",
+        "run",
+        EXAMPLES / "plate_bridge.toml",
+        "--engine",
+        "spice",
+    ]
     done = subprocess.run(command, env=env, cwd=home, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout) == (2, "")
     assert "analog.cm" in done.stderr

@@ -14,7 +14,11 @@ def test_kept_without_outputs(path):
     """What a cell printed on some day would grow old unseen, and its pictures fill the repository."""
     book = nbformat.read(path, 4)
     nbformat.validate(book)
-    assert [cell.id for cell in book.cells if cell.cell_type == "code" and (cell.outputs or cell.execution_count)] == []
+    assert [
+        cell.id
+        for cell in book.cells
+        if cell.cell_type == "code" and (cell.outputs or cell.execution_count)
+    ] == []
 
 
 @pytest.mark.thorough("test_example")
@@ -27,7 +31,9 @@ def test_every_cell_runs(path, tmp_path):
         book, timeout=300, kernel_name="python3", resources={"metadata": {"path": tmp_path}}
     ).execute()
     outputs = [output for cell in book.cells if cell.cell_type == "code" for output in cell.outputs]
-    assert [output for output in outputs if output.output_type == "stream" and output.name == "stderr"] == []
+    assert [
+        output for output in outputs if output.output_type == "stream" and output.name == "stderr"
+    ] == []
     kinds = {kind for output in outputs for kind in output.get("data", {})}
     assert {"image/png", "text/html"} <= kinds
     assert sum("+-" in output.get("text", "") for output in outputs) >= 4

@@ -50,7 +50,11 @@ def test_names_are_one_list():
 def test_example(name):
     """Each public name has one, and it does what it says."""
     thing = getattr(hv, name)
-    found = [one for one in doctest.DocTestFinder(recurse=False).find(thing, name, globs={}) if one.examples]
+    found = [
+        one
+        for one in doctest.DocTestFinder(recurse=False).find(thing, name, globs={})
+        if one.examples
+    ]
     assert found, f"{name} has no example"
     runner = doctest.DocTestRunner(verbose=False, optionflags=doctest.ELLIPSIS)
     told = []
@@ -78,7 +82,11 @@ def test_texts_are_options():
     assert dataclasses.replace(hv.Spice(within="1%"), seed=3).within == 0.01
     assert hv.Averaged(within="5%").within == 0.05
     assert hv.Ensemble().within is None
-    for bad, says in (("5", "`within` must be a percentage"), ("0%", "`within` must be"), (2.0, "`within` must be")):
+    for bad, says in (
+        ("5", "`within` must be a percentage"),
+        ("0%", "`within` must be"),
+        (2.0, "`within` must be"),
+    ):
         with pytest.raises(InputError, match=says):
             hv.Ensemble(within=bad)
     with pytest.raises(InputError, match="`budget` must be a time above 0"):
@@ -96,7 +104,9 @@ def test_netlist_is_a_load():
 
 def test_sweep_leaves_nothing_behind(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    table = hv.sweep(PLATE, vary={"load.resistance": LOADS}, engines=[hv.Averaged(), hv.Published()])
+    table = hv.sweep(
+        PLATE, vary={"load.resistance": LOADS}, engines=[hv.Averaged(), hv.Published()]
+    )
     assert list(tmp_path.iterdir()) == []
     for engine in (hv.Averaged(), hv.Published()):
         powers = [engine.run(PLATE.with_load(r)).mean_power.value for r in (1e5, 10**5.5, 1e6)]
@@ -111,10 +121,17 @@ def test_sweep_leaves_nothing_behind(tmp_path, monkeypatch):
 @pytest.mark.slow
 def test_sweep_of_several_keys_and_its_files(tmp_path):
     vary = {"load.resistance": "1k:1M:2", "stop.restitution": [0.9, 0.96]}
-    table = hv.sweep(PLATE, vary=vary, engines=[hv.Published()], execution=hv.Execution(out=tmp_path))
+    table = hv.sweep(
+        PLATE, vary=vary, engines=[hv.Published()], execution=hv.Execution(out=tmp_path)
+    )
     places = [tuple(row.varied.values()) for row in table.rows]
     assert places == [(1e3, 0.9), (1e3, 0.96), (1e6, 0.9), (1e6, 0.96)]
-    assert {path.name for path in tmp_path.iterdir()} == {"sweep.csv", "sweep.nc", "sweep.png", "provenance.json"}
+    assert {path.name for path in tmp_path.iterdir()} == {
+        "sweep.csv",
+        "sweep.nc",
+        "sweep.png",
+        "provenance.json",
+    }
 
 
 @pytest.mark.parametrize(
@@ -123,7 +140,10 @@ def test_sweep_of_several_keys_and_its_files(tmp_path):
         ({"load.resistanc": [1.0]}, "did you mean 'resistance'"),
         ({"load.resistance": []}, "load.resistance must have values to take, but has none"),
         ({"load.resistance": ["1 kV"]}, "load.resistance must be a load resistance"),
-        ({"load.resistance": hv.logspace("1 kV", "10 kV", 3)}, "load.resistance must be a load resistance"),
+        (
+            {"load.resistance": hv.logspace("1 kV", "10 kV", 3)},
+            "load.resistance must be a load resistance",
+        ),
         ({}, "`vary` must have a scene key, such as"),
         (None, "`vary` must have a scene key, such as"),
     ],
@@ -156,12 +176,19 @@ def test_sweep_as_in_version_0_1(tmp_path, arguments, says):
 
 
 def test_spaces():
-    assert hv.logspace("1k", "10M", 5) == ("1000.0", "10000.0", "100000.0", "1000000.0", "10000000.0")
+    assert hv.logspace("1k", "10M", 5) == (
+        "1000.0",
+        "10000.0",
+        "100000.0",
+        "1000000.0",
+        "10000000.0",
+    )
     assert hv.logspace("1 kohm", "1 Mohm", 2) == ("1.0 kohm", "1000.0 kohm")
     assert hv.linspace(1, 3, 3) == (1.0, 2.0, 3.0)
     for ends in (("1 kohm", "1 uF"), ("1 kohm", 1e6), ("much", "more")):
         with pytest.raises(
-            InputError, match="the ends of the values must be two numbers or two quantities of one kind"
+            InputError,
+            match="the ends of the values must be two numbers or two quantities of one kind",
         ):
             hv.logspace(*ends, 3)
     with pytest.raises(InputError, match="the ends of logspace must be above 0"):
@@ -175,7 +202,9 @@ class Html(HTMLParser):
 
     def __init__(self, page):
         super().__init__()
-        self.open, self.texts, self.tags = [], [], set()
+        self.open = []
+        self.texts = []
+        self.tags = set()
         self.feed(page)
         assert self.open == []
 
@@ -195,7 +224,9 @@ def test_notebook():
     """Values with unit, error, engine and warnings; what a scene says is escaped."""
     scene = dataclasses.replace(PLATE, title="<script>alert(1)</script> & co")
     answer = hv.Averaged(within="1%").run(scene)
-    answer = dataclasses.replace(answer, diagnostics=(*answer.diagnostics, note("not_followed", error="a < b")))
+    answer = dataclasses.replace(
+        answer, diagnostics=(*answer.diagnostics, note("not_followed", error="a < b"))
+    )
     table = hv.sweep(scene, vary={"load.resistance": LOADS}, engines=[hv.Published()])
     best = hv.optimise(scene, vary={"load.resistance": ("100 kohm", "1 Mohm")}, engine="averaged")
     comparison = hv.Comparison((answer, hv.Published().run(scene)), {"spice": "no <ngspice>"}, ())
@@ -209,8 +240,13 @@ def test_notebook():
         page = Html(thing._repr_html_())
         assert page.tags <= {"div", "table", "caption", "thead", "tbody", "tr", "th", "td"}
         assert set(texts) <= set(page.texts)
-    assert any("`within` 1 % cannot be guaranteed" in text for text in Html(answer._repr_html_()).texts)
-    assert any(text.startswith("warning: published: at 3 of 3 points: ") for text in Html(table._repr_html_()).texts)
+    assert any(
+        "`within` 1 % cannot be guaranteed" in text for text in Html(answer._repr_html_()).texts
+    )
+    assert any(
+        text.startswith("warning: published: at 3 of 3 points: ")
+        for text in Html(table._repr_html_()).texts
+    )
 
 
 RIGHT = """
@@ -264,11 +300,28 @@ WRONG = {  # a call, and the code of mypy's error
 def test_a_users_script_is_typed(tmp_path):
     """mypy --strict, away from this checkout: right calls pass, and each wrong one is an error in its line."""
     (tmp_path / "right.py").write_text(RIGHT)
-    (tmp_path / "wrong.py").write_text("import harvester as hv; scene = hv.Scene()\n" + "\n".join(WRONG) + "\n")
-    cache = ROOT / ".mypy_cache"  # of the check before these tests: the package itself is not read again
-    command = [sys.executable, "-m", "mypy", "--strict", "--cache-dir", cache, "--config-file", ROOT / "pyproject.toml"]
+    (tmp_path / "wrong.py").write_text(
+        "import harvester as hv; scene = hv.Scene()\n" + "\n".join(WRONG) + "\n"
+    )
+    # of the check before these tests: the package itself is not read again
+    cache = ROOT / ".mypy_cache"
+    command = [
+        sys.executable,
+        "-m",
+        "mypy",
+        "--strict",
+        "--cache-dir",
+        cache,
+        "--config-file",
+        ROOT / "pyproject.toml",
+    ]
     done = subprocess.run(
-        [*command, "right.py", "wrong.py"], cwd=tmp_path, capture_output=True, text=True, check=False, timeout=300
+        [*command, "right.py", "wrong.py"],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=300,
     )
     errors = re.findall(r"^(\w+)\.py:(\d+): error:.*\[([\w-]+)\]$", done.stdout, re.MULTILINE)
     assert {(file, int(line), code) for file, line, code in errors} == {
@@ -286,8 +339,14 @@ def test_a_scene_cannot_change_and_is_a_key():
     ):
         with pytest.raises((TypeError, dataclasses.FrozenInstanceError), match=r"cannot|assign"):
             change()
-    assert scene.load.parameters == {"R": 1e6} and scene.tables()["load"]["parameters"] == {"R": 1e6}
-    for again in (pickle.loads(pickle.dumps(scene)), copy.deepcopy(scene), hv.loads(scene.to_toml())):
+    assert scene.load.parameters == {"R": 1e6} and scene.tables()["load"]["parameters"] == {
+        "R": 1e6
+    }
+    for again in (
+        pickle.loads(pickle.dumps(scene)),
+        copy.deepcopy(scene),
+        hv.loads(scene.to_toml()),
+    ):
         assert again == scene and {scene: "known"}[again] == "known"
     other = scene.varied({"load.parameters.R": "2 Mohm"})
     assert other != scene and other.load.parameters["R"] == 2e6
@@ -296,7 +355,9 @@ def test_a_scene_cannot_change_and_is_a_key():
 def test_a_scene_is_replaced_table_by_table():
     stiffer = PLATE.replace(stop=None, oscillator=PLATE.oscillator.replace(stiffness="20 N/m"))
     assert (stiffer.stop, stiffer.oscillator.stiffness) == (None, 20.0) and PLATE.stop is not None
-    assert eval(repr(stiffer), vars(hv) | {name: getattr(hv, name) for name in hv.__all__}) == stiffer
+    assert (
+        eval(repr(stiffer), vars(hv) | {name: getattr(hv, name) for name in hv.__all__}) == stiffer
+    )
     with pytest.raises(InputError, match="did you mean 'load'"):
         PLATE.replace(lod=None)
     with pytest.raises(InputError, match="did you mean 'mass'"):
@@ -313,11 +374,15 @@ def test_a_netlist_is_read_when_it_is_made():
 @pytest.mark.thorough("test_sweep_of_several_keys_and_its_files")
 def test_run_of_a_list():
     """In its order, one by one or together, with the share of the whole as progress; an error names its scene."""
-    scenes, told = [PLATE.with_load(r) for r in ("100 kohm", "1 Mohm")], []
+    scenes = [PLATE.with_load(r) for r in ("100 kohm", "1 Mohm")]
+    told = []
     for engine in ("averaged", hv.Ensemble(trajectories=64, seed=1)):
         together = hv.run(scenes, engine, progress=told.append)
         assert together == [hv.run(scene, engine) for scene in scenes]
-    assert told == sorted(told[: told.index(1.0) + 1]) + told[told.index(1.0) + 1 :] and told[-1] == 1.0
+    assert (
+        told == sorted(told[: told.index(1.0) + 1]) + told[told.index(1.0) + 1 :]
+        and told[-1] == 1.0
+    )
     assert [one.engine for one in hv.run([ROOT / "examples" / "plate.toml"])] == ["exact"]
     with pytest.raises(hv.CannotServeError) as caught:
         hv.run([*scenes, PLATE.with_load(hv.Netlist("bridge"))], "averaged")
@@ -327,9 +392,15 @@ def test_run_of_a_list():
 @pytest.mark.parametrize("engine", [hv.Averaged(), hv.Ensemble(trajectories=64, seed=1)])
 def test_equal_answers_are_equal(engine):
     """Of two runs only the seconds differ; another load or seed is another answer."""
-    first, second, other = (engine.run(scene) for scene in (PLATE, PLATE, PLATE.with_load("1 kohm")))
+    first, second, other = (
+        engine.run(scene) for scene in (PLATE, PLATE, PLATE.with_load("1 kohm"))
+    )
     assert first == second and first != other
-    assert dataclasses.replace(first, seconds=1e9) == first != dataclasses.replace(first, steps=first.steps + 1)
+    assert (
+        dataclasses.replace(first, seconds=1e9)
+        == first
+        != dataclasses.replace(first, steps=first.steps + 1)
+    )
     assert engine.run(PLATE).mean_power.unit == "W" and first.mean_square_voltage.unit == "V^2"
 
 
@@ -337,7 +408,9 @@ def test_a_warning_of_an_old_name_says_when_it_goes():
     """As the page on what stays promises."""
     for path in (ROOT / "harvester").rglob("*.py"):
         text = path.read_text()
-        assert text.count("DeprecationWarning, stacklevel") <= len(re.findall(r"from version 0\.3 on[\"']", text)), path
+        assert text.count("DeprecationWarning, stacklevel") <= len(
+            re.findall(r"from version 0\.3 on[\"']", text)
+        ), path
 
 
 def test_names_of_an_earlier_version_warn():

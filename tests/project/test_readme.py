@@ -19,10 +19,15 @@ BUILT = ROOT / "docs" / "_build"
 PAGES = [
     "README.md",
     "CONTRIBUTING.md",
-    *sorted(str(path.relative_to(ROOT)) for path in (ROOT / "docs").rglob("*.md") if BUILT not in path.parents),
+    *sorted(
+        str(path.relative_to(ROOT))
+        for path in (ROOT / "docs").rglob("*.md")
+        if BUILT not in path.parents
+    ),
 ]
 
-# (what a command must hold, what is added at its end, ends of its words that are replaced: fewer points)
+# (what a command must hold, what is added at its end, ends of its words that are replaced: fewer
+# points)
 LESS = [
     ("harvester sweep", ["--workers", "1"], {"0.01:10:13": "1:10:2", ":13": ":3", ":1000": ":9"}),
     # With spice: `make demo` below.
@@ -35,7 +40,11 @@ LESS = [
     ("harvester response", [], {":61": ":3", ":31": ":7", ":26": ":3", ":11": ":3", ":8": ":2"}),
     ("harvester cost", ["--budget", "1s"], {}),
     ("harvester optimise", ["--budget", "8s", "--within", "10%"], {}),
-    ("harvester tolerance", ["--runs", "16", "--samples", "256", "--checks", "2", "--engine", "averaged"], {}),
+    (
+        "harvester tolerance",
+        ["--runs", "16", "--samples", "256", "--checks", "2", "--engine", "averaged"],
+        {},
+    ),
     ("bridge,parallel_sshi,sece", ["--trajectories", "16"], {",parallel_sshi,sece": ",sece"}),
     ("harvester compare", ["--within", "10%"], {}),
     ("--within 0.3%", ["--within", "2%"], {}),
@@ -53,7 +62,8 @@ LESS = [
         ["--help"],
         {},
     ),  # whose commands are on the page, and run whole in tests/commands/test_examples.py
-    ("harvester explore", ["--help"], {}),  # which would serve for ever: tests/explore looks at its page
+    # which would serve for ever: tests/explore looks at its page
+    ("harvester explore", ["--help"], {}),
     ("response examples/published", [], {":301": ":3"}),
 ]
 
@@ -62,7 +72,9 @@ LESS = [
 def place(tmp_path_factory):
     """A reader's folder; the paper's figures are drawn at their ends only."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(paper, "GRIDS", {name: grid[:: len(grid) - 1] for name, grid in paper.GRIDS.items()})
+        patch.setattr(
+            paper, "GRIDS", {name: grid[:: len(grid) - 1] for name, grid in paper.GRIDS.items()}
+        )
         yield pages.folder(tmp_path_factory.mktemp("reader"))
 
 
@@ -83,7 +95,9 @@ def test_nothing_escapes(page):
     """All code is in fenced blocks of a known language, so that the tests find it; links and figures are there."""
     assert {block.language for block in pages.blocks(page)} <= pages.LANGUAGES
     text = pages.outside(page)
-    assert not re.findall(r"^\s+(?:\.venv/bin|make |harvester |python |ngspice ).*", text, re.MULTILINE)
+    assert not re.findall(
+        r"^\s+(?:\.venv/bin|make |harvester |python |ngspice ).*", text, re.MULTILINE
+    )
     for target in re.findall(r"\]\(([^)#:]+)\)", text):
         assert ((ROOT / page).parent / target).exists(), f"{page}: no {target}"
     for script in re.findall(r"`(?:\.venv/bin/)?python ([\w/]+\.py)", text):
@@ -107,7 +121,9 @@ def test_demo_at_reduced_size(place, monkeypatch):
     for name in set(re.findall(r"out/\w+/sweep\.png", recipe)):
         assert Path(name).exists()
     (last,) = re.findall(r"^\.venv/bin/python (benchmarks/\w+\.py) (.*)$", recipe, re.MULTILINE)
-    done = subprocess.run([sys.executable, ROOT / last[0], last[1]], capture_output=True, text=True, check=True)
+    done = subprocess.run(
+        [sys.executable, ROOT / last[0], last[1]], capture_output=True, text=True, check=True
+    )
     assert re.fullmatch(r"Best load \S+ kohm: \S+ uW; .* agree within \S+ %.*\.\n", done.stdout)
 
 
@@ -123,7 +139,9 @@ def test_the_answer_of_the_demo(tmp_path):
     ]
     head = "load.resistance,engine,mean_power,mean_power_error95"
     (tmp_path / "sweep.csv").write_text("\n".join([head, *map(",".join, rows)]) + "\n")
-    answer = runpy.run_path(str(ROOT / "benchmarks" / "demo_answer.py"))["answer"](tmp_path / "sweep.csv")
+    answer = runpy.run_path(str(ROOT / "benchmarks" / "demo_answer.py"))["answer"](
+        tmp_path / "sweep.csv"
+    )
     assert answer == (
         "Best load 464 kohm: 8.5 uW; formula and ngspice agree within 1.2 %; published is up to 22 % too high."
     )
@@ -132,7 +150,9 @@ def test_the_answer_of_the_demo(tmp_path):
 def skeleton(line):
     """A line with # for each of its numbers, and these numbers."""
     number = r"(?<![\w.])[-+]?\d+(?:\.\d+)?(?:e[-+]\d+)?(?![\w.])"
-    return re.sub(number, "#", " ".join(line.split())), [float(one) for one in re.findall(number, line)]
+    return re.sub(number, "#", " ".join(line.split())), [
+        float(one) for one in re.findall(number, line)
+    ]
 
 
 @pytest.mark.parametrize(
@@ -143,14 +163,20 @@ def skeleton(line):
         pytest.param(
             "docs/tour.md",
             False,
-            marks=[pytest.mark.ngspice, pytest.mark.slow, pytest.mark.thorough("test_printed_results")],
+            marks=[
+                pytest.mark.ngspice,
+                pytest.mark.slow,
+                pytest.mark.thorough("test_printed_results"),
+            ],
         ),
     ],
 )
 def test_printed_results(page, quick, tmp_path, monkeypatch):
     """Each line of the page's blocks of output is printed by the page's own commands, at their full size."""
     monkeypatch.chdir(pages.folder(tmp_path))
-    printed, promised, names = io.StringIO(), [], {"__name__": "page"}
+    printed = io.StringIO()
+    promised = []
+    names = {"__name__": "page"}
     for block in pages.blocks(page):
         if block.language == "python":
             with contextlib.redirect_stdout(printed):
@@ -175,7 +201,9 @@ def test_printed_results(page, quick, tmp_path, monkeypatch):
         told = f"{page} says {line!r}, the command gives {theirs[-len(numbers) :]}"
         if "+-" in line:  # another processor may round otherwise, and its paths part at an impact
             value, *errors = numbers
-            assert theirs[-len(numbers)] == pytest.approx(value, abs=0.5 * sum(e for e in errors if e != 95)), told
+            assert theirs[-len(numbers)] == pytest.approx(
+                value, abs=0.5 * sum(e for e in errors if e != 95)
+            ), told
         assert theirs[-len(numbers) :] == pytest.approx(numbers, rel=0.25), told
 
 
@@ -185,7 +213,9 @@ def test_printed_results(page, quick, tmp_path, monkeypatch):
 def test_the_powers_of_the_audit(tmp_path, monkeypatch):
     """The table of docs/audit.md is what its command gives."""
     monkeypatch.chdir(pages.folder(tmp_path))
-    rows = re.findall(r"^\| `(\w+)` \| ([\d.]+) \| ([^|]*) \|", (ROOT / "docs/audit.md").read_text(), re.MULTILINE)
+    rows = re.findall(
+        r"^\| `(\w+)` \| ([\d.]+) \| ([^|]*) \|", (ROOT / "docs/audit.md").read_text(), re.MULTILINE
+    )
     compared = hv.compare(hv.load("examples/paper_figure3.toml"), within="1%")
     powers = {one.engine: one.mean_power for one in compared.estimates}
     assert {name for name, *_ in rows} == set(powers)
@@ -222,8 +252,13 @@ def test_a_page_that_lies_is_found(tmp_path, monkeypatch):
     """A wrong command, a file that is not made and a block without a language are all seen."""
     monkeypatch.chdir(pages.folder(tmp_path))
     with pytest.raises(AssertionError, match=r"wrong\.md:1"):
-        pages.run([".venv/bin/harvester", "run", "examples/plate.toml", "--engine", "magic"], "wrong.md:1")
+        pages.run(
+            [".venv/bin/harvester", "run", "examples/plate.toml", "--engine", "magic"], "wrong.md:1"
+        )
     with pytest.raises(AssertionError, match="no way to run"):
         pages.run(["rm", "-rf", "nothing"], "wrong.md:1")
-    assert pages.commands("# a remark\nmake demo   # tables\na b \\\n  c\n") == [["make", "demo"], ["a", "b", "c"]]
+    assert pages.commands("# a remark\nmake demo   # tables\na b \\\n  c\n") == [
+        ["make", "demo"],
+        ["a", "b", "c"],
+    ]
     assert pages.written("written: out/a.csv, b.png") == [Path("out/a.csv"), Path("out/b.png")]

@@ -36,7 +36,10 @@ def test_conda_recipe_has_the_same_requirements():
 def test_conda_recipe_is_of_this_version():
     assert RECIPE["context"]["version"] == hv.__version__
     assert PROJECT["requires-python"] == f">={RECIPE['context']['python_min']}"
-    assert (RECIPE["package"]["name"], RECIPE["about"]["license"]) == (PROJECT["name"], PROJECT["license"])
+    assert (RECIPE["package"]["name"], RECIPE["about"]["license"]) == (
+        PROJECT["name"],
+        PROJECT["license"],
+    )
     (name, target), *_ = PROJECT["scripts"].items()
     assert RECIPE["build"]["python"]["entry_points"] == [f"{name} = {target}"]
 

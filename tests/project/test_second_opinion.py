@@ -26,7 +26,9 @@ def test_noise_and_stops(name):
 
 def test_it_would_see_a_wrong_answer():
     """The same rule for a stop that takes 8 % of the speed instead of 4: far off, in standard errors."""
-    wrong = hv.Scene(nondimensional=hv.Nondimensional(**second.SCENES["stop"] | {"restitution": 0.92}))
+    wrong = hv.Scene(
+        nondimensional=hv.Nondimensional(**second.SCENES["stop"] | {"restitution": 0.92})
+    )
     theirs, error = second.by_heun(wrong, 2, 256, 150.0, 60.0)
     assert abs(theirs - 0.08814) > 8 * error  # E[V^2] of the stop's scene, tests/support/systems.py
 
@@ -42,9 +44,18 @@ def test_a_bridge():
 def test_it_uses_nothing_of_the_package():
     """No inner part is imported; of the public names only the reader of scenes and the engines that are judged."""
     tree = ast.parse((ROOT / "benchmarks" / "second_opinion.py").read_text())
-    imported = {alias.name for node in ast.walk(tree) if isinstance(node, ast.Import) for alias in node.names}
+    imported = {
+        alias.name
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Import)
+        for alias in node.names
+    }
     imported |= {node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)}
     assert {name for name in imported if name.startswith("harvester")} == {"harvester"}
     attributes = [node for node in ast.walk(tree) if isinstance(node, ast.Attribute)]
-    used = {node.attr for node in attributes if isinstance(node.value, ast.Name) and node.value.id == "hv"}
+    used = {
+        node.attr
+        for node in attributes
+        if isinstance(node.value, ast.Name) and node.value.id == "hv"
+    }
     assert used == {"Scene", "Nondimensional", "load", "loads", "Ensemble", "Spice"}

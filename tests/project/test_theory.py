@@ -45,14 +45,28 @@ def checks(*labels):
 
 
 def coefficients(eqs):
-    return tuple(getattr(eqs, name) or 0.0 for name in ("alpha", "beta", "mu", "c1", "c2", "c3", "n1", "n2", "n12"))
+    return tuple(
+        getattr(eqs, name) or 0.0
+        for name in ("alpha", "beta", "mu", "c1", "c2", "c3", "n1", "n2", "n12")
+    )
 
 
 @checks("numbers", "noise", "components")
 def test_components_to_numbers_and_back():
-    M, k, k3, b1, b2, b4, theta, Cp, R, G = 0.022, 40.0, 3e5, 0.1, 5.0, 2e6, 4.57e-3, 43e-9, 2e5, 0.3
+    M = 0.022
+    k = 40.0
+    k3 = 3e5
+    b1 = 0.1
+    b2 = 5.0
+    b4 = 2e6
+    theta = 4.57e-3
+    Cp = 43e-9
+    R = 2e5
+    G = 0.3
     scene = hv.Scene(
-        oscillator=hv.Oscillator(mass=M, stiffness=k, cubic_stiffness=k3, damping=b1, damping_x2=b2, damping_x4=b4),
+        oscillator=hv.Oscillator(
+            mass=M, stiffness=k, cubic_stiffness=k3, damping=b1, damping_x2=b2, damping_x4=b4
+        ),
         piezo=hv.Piezo(coupling=theta, capacitance=Cp),
         excitation=hv.Excitation(acceleration_psd=G),
         load=hv.Load(resistance=R),
@@ -72,7 +86,8 @@ def test_components_to_numbers_and_back():
     back = physical(e, s)
     assert back.piezo.coupling == pytest.approx(np.sqrt(e.beta * k * Cp), rel=1e-12)
     assert back.load.resistance == pytest.approx(1 / (e.mu * Cp * w0), rel=1e-12)
-    flow = [np.array([[0, 1, 0], [-1, 0, -e.beta], [0, 1, -mu]]) for mu in (0.0, 1e9)]  # open and short circuit
+    # open and short circuit
+    flow = [np.array([[0, 1, 0], [-1, 0, -e.beta], [0, 1, -mu]]) for mu in (0.0, 1e9)]
     open_, short = (np.abs(np.linalg.eigvals(one).imag).max() for one in flow)
     assert (open_ / short) ** 2 - 1 == pytest.approx(e.beta, rel=1e-6)
 
@@ -91,7 +106,9 @@ def test_stationary_identities(beta, mu, harvested):
     assert (beta * mu * m.V2).mean() > harvested * given.mean()
     assert m.balance(eqs) == pytest.approx((given - taken) / given.mean(), rel=1e-9, abs=1e-12)
     for values in (m.V, m.xV - m.V2, m.vV - mu * m.V2, given - taken):
-        assert abs(values.mean()) < 4 * values.std(ddof=1) / np.sqrt(len(values)) + 2e-3 * m.V2.mean()
+        assert (
+            abs(values.mean()) < 4 * values.std(ddof=1) / np.sqrt(len(values)) + 2e-3 * m.V2.mean()
+        )
 
 
 @checks("decoupled", "omega", "drift", "diffusion", "noisemean")
@@ -110,15 +127,22 @@ def test_published_averaging(r):
     def diffusion(A):
         _, _, k, Q = parts(A)
         cubic = alpha * A**2
-        external, parametric = n1 * (k + 5 / 8 * cubic), n2 * A**2 / 4 * (k + 3 / 4 * cubic)
+        external = n1 * (k + 5 / 8 * cubic)
+        parametric = n2 * A**2 / 4 * (k + 3 / 4 * cubic)
         return (external + parametric + 8 / (3 * np.pi) * n12 * A * (k + 7 / 10 * cubic)) / Q**2
 
     A = np.geomspace(0.05, 4.0, 9)
     w2, C, k, Q = parts(A)
     cubic = alpha * A**2
-    noise = n1 * (k + 3 / 4 * cubic) + n2 * A**2 * (k / 2 + 7 / 16 * cubic) + 4 / np.pi * n12 * A * (k + 5 / 6 * cubic)
+    noise = (
+        n1 * (k + 3 / 4 * cubic)
+        + n2 * A**2 * (k / 2 + 7 / 16 * cubic)
+        + 4 / np.pi * n12 * A * (k + 5 / 6 * cubic)
+    )
     slope = (diffusion(A * 1.00001) - diffusion(A * 0.99999)) / (2e-5 * A)
-    b = -c3 * (16 * A**5 * k + 13 * alpha * A**7) / 256 + c2 * (A**3 * k / 8 + 3 / 32 * alpha * A**5)
+    b = -c3 * (16 * A**5 * k + 13 * alpha * A**7) / 256 + c2 * (
+        A**3 * k / 8 + 3 / 32 * alpha * A**5
+    )
     b += (c1 - C) * (8 * A * k + 5 * alpha * A**3) / 16
     if r is not None:
         b -= (1 - r) / np.pi * A * (k + cubic / 2) ** 1.5
@@ -126,28 +150,39 @@ def test_published_averaging(r):
     assert ito.drift(A, eqs) == pytest.approx(b, rel=1e-7)
     assert sum(ito.diffusion(A, eqs)) == pytest.approx(diffusion(A), rel=1e-12)
     assert orbit.omega2(A, alpha, beta, mu) == pytest.approx(w2, rel=1e-12)
-    assert orbit.decoupled(A, 0.3 * A, w2, mu) == pytest.approx((w2 * A + mu * 0.3 * A) / (mu**2 + w2), rel=1e-12)
+    assert orbit.decoupled(A, 0.3 * A, w2, mu) == pytest.approx(
+        (w2 * A + mu * 0.3 * A) / (mu**2 + w2), rel=1e-12
+    )
 
 
 @checks("mostwhite", "mostdamped", "moststroke")
 def test_the_most_that_a_device_can_take():
     """On the path of a driven mass between stops each step of the derivation holds, and the bound is the least one."""
-    F, W, c, D = 0.7, 1.1, 0.08, 0.4
+    F = 0.7
+    W = 1.1
+    c = 0.08
+    D = 0.4
     table = {"c1": -c, "beta": 0.3, "mu": 0.8, "drive": F, "drive_frequency": W}
     table |= {"restitution": 0.7, "gap": D, "opposite_restitution": 0.7}
     eqs = equations(hv.Scene(nondimensional=hv.Nondimensional(**table, opposite_gap=D)))
     h = 2 * np.pi / W / 4096
     path = trace(eqs, np.zeros(4096 * 200), h)
     last = slice(-4096 * 100, None)
-    a, x, v = F * np.cos(W * h * np.arange(1, 4096 * 200 + 1))[last], path.x[last], np.gradient(path.x, h)[last]
-    given, taken = np.mean(a * v), c * np.mean(v**2)
-    stroke, damped = D * np.mean(np.abs(np.gradient(a, h))), np.mean(a**2) / (4 * c)
+    a = F * np.cos(W * h * np.arange(1, 4096 * 200 + 1))[last]
+    x = path.x[last]
+    v = np.gradient(path.x, h)[last]
+    given = np.mean(a * v)
+    taken = c * np.mean(v**2)
+    stroke = D * np.mean(np.abs(np.gradient(a, h)))
+    damped = np.mean(a**2) / (4 * c)
     assert given == pytest.approx(-np.mean(np.gradient(a, h) * x), rel=0.02)
     assert 0.3 * 0.8 * np.mean(path.V[last] ** 2) < given - taken < min(damped, stroke)
     assert (damped, stroke) == pytest.approx((F**2 / (8 * c), 2 / np.pi * D * F * W), rel=1e-5)
 
     def most(**changes):
-        return power_bound(Problem.of(hv.Scene(nondimensional=hv.Nondimensional(**table | changes)))).value
+        return power_bound(
+            Problem.of(hv.Scene(nondimensional=hv.Nondimensional(**table | changes)))
+        ).value
 
     assert most(opposite_gap=D) == pytest.approx(min(damped, stroke), rel=1e-5)
     assert most(opposite_gap=10.0) == pytest.approx(damped, rel=1e-5)
@@ -162,18 +197,27 @@ def test_published_power():
     u = np.linspace(np.log(1e-4), np.log(12.0), 4001)
     A = np.exp(u)
     diffusion = sum(ito.diffusion(A, PAPER))
-    log_p = cumulative_simpson(2 * ito.drift(A, PAPER) / diffusion * A, x=u, initial=0.0) - np.log(diffusion)
+    log_p = cumulative_simpson(2 * ito.drift(A, PAPER) / diffusion * A, x=u, initial=0.0) - np.log(
+        diffusion
+    )
     p = np.exp(log_p - log_p.max())
-    w2, k = orbit.omega2(A, alpha, beta, mu), 1 + orbit.K(A, alpha, beta, mu)
+    w2 = orbit.omega2(A, alpha, beta, mu)
+    k = 1 + orbit.K(A, alpha, beta, mu)
     phi = (np.arange(64) + 0.5) * np.pi / 64
     nu2 = (k + 0.75 * alpha * A**2)[:, None] + 0.25 * (alpha * A**2)[:, None] * np.cos(2 * phi)
     weight = nu2**-0.5 / (nu2**-0.5).sum(axis=1, keepdims=True)
-    x2, v2 = A**2 * (weight * np.cos(phi) ** 2).sum(axis=1), A**2 * (weight * nu2 * np.sin(phi) ** 2).sum(axis=1)
+    x2 = A**2 * (weight * np.cos(phi) ** 2).sum(axis=1)
+    v2 = A**2 * (weight * nu2 * np.sin(phi) ** 2).sum(axis=1)
     on_orbit = (w2**2 * x2 + mu**2 * v2) / (mu**2 + w2) ** 2
     mean = simpson(p * A * on_orbit, x=u) / simpson(p * A, x=u)
     assert stationary.mean_square_voltage(PAPER) == pytest.approx(mean, rel=1e-5)
-    assert hv.Published().run(hv.load(ROOT / "examples/paper_figure3.toml")).mean_power.value == pytest.approx(
-        beta * mu * stationary.mean_square_voltage(equations(hv.load(ROOT / "examples/paper_figure3.toml"))), rel=1e-12
+    assert hv.Published().run(
+        hv.load(ROOT / "examples/paper_figure3.toml")
+    ).mean_power.value == pytest.approx(
+        beta
+        * mu
+        * stationary.mean_square_voltage(equations(hv.load(ROOT / "examples/paper_figure3.toml"))),
+        rel=1e-12,
     )
 
 
@@ -194,16 +238,23 @@ def test_voltage_of_a_linear_orbit(m):
     assert simpson(V**2, x=tau) / np.pi == pytest.approx(square, rel=1e-8)
     (found,) = Orbits(np.ones(1), Equations(mu=m, restitution=1.0)).averages().V2
     assert found == pytest.approx(square, rel=1e-10)
-    best = minimize_scalar(lambda m: -m * chi(m) / (1 + m**2), bounds=(0.5, 5.0), options={"xatol": 1e-8}).x
+    best = minimize_scalar(
+        lambda m: -m * chi(m) / (1 + m**2), bounds=(0.5, 5.0), options={"xatol": 1e-8}
+    ).x
     assert best == pytest.approx(2.115, abs=5e-4)
-    assert 1 / chi(1e-6) == pytest.approx(1 / (1 - 8 / np.pi**2), rel=1e-5) == pytest.approx(5.3, abs=0.05)
+    assert (
+        1 / chi(1e-6)
+        == pytest.approx(1 / (1 - 8 / np.pi**2), rel=1e-5)
+        == pytest.approx(5.3, abs=0.05)
+    )
 
 
 def by_differences(phi, nu, mu, stop):
     """P of p'' - mu^2 p = -sin Phi nu with P'(tau) = 0 (no stop) or P(tau) = 0, on a fine grid, and dP/dt."""
     h = phi[1] - phi[0]
     between = 0.5 * (nu[1:] + nu[:-1])
-    diagonal, off = np.zeros(len(phi)), -between / h
+    diagonal = np.zeros(len(phi))
+    off = -between / h
     diagonal[:-1] += between / h
     diagonal[1:] += between / h
     load = np.sin(phi) * h
@@ -237,13 +288,15 @@ def averages(eqs, law, phi, nu, p, slope, stop):
     """Of the page, over each orbit in time: everything that b and sigma are made of."""
     alpha, _, mu, c1, c2, c3, *_ = coefficients(eqs)
     A = law.A[:, None]
-    x, v = A * np.cos(phi), -A * np.sin(phi) * nu
+    x = A * np.cos(phi)
+    v = -A * np.sin(phi) * nu
     tau = simpson(1 / nu, x=phi)
 
     def mean(values):
         return simpson(values / nu, x=phi) / tau
 
-    V2 = A[:, 0] ** 2 * mean(slope**2 + (mu * p) ** 2)  # the two parts of V = A (p' - mu p) are even and odd
+    # the two parts of V = A (p' - mu p) are even and odd
+    V2 = A[:, 0] ** 2 * mean(slope**2 + (mu * p) ** 2)
     return {
         "T": (2 if stop else 4) * tau,
         "x": mean(x) if stop else 0.0 * tau,
@@ -267,7 +320,9 @@ def test_cycle(stop):
     found = averages(eqs, law, phi, nu, p, slope, stop)
     free, _ = by_differences(phi, nu[at], eqs.mu, False)
     tau = found["tau"][at]
-    square = simpson(np.sin(phi) * free, x=phi) - stop * eqs.mu / np.tanh(eqs.mu * tau) * free[-1] ** 2
+    square = (
+        simpson(np.sin(phi) * free, x=phi) - stop * eqs.mu / np.tanh(eqs.mu * tau) * free[-1] ** 2
+    )
     assert law.A[at] ** 2 * square / tau == pytest.approx(found["V2"][at], rel=1e-4)
     fast = (law.mass * found["V2"]).sum()
     assert fast * widths(eqs, law, found, stop) == pytest.approx(law.fast, rel=2e-3)
@@ -327,10 +382,24 @@ def test_order_of_the_step_beside_a_stop():
         a = 2.0 * (impact_order(r) - 1.0)
         assert 2.0 * r**a * np.cos(np.pi * (1.0 - a) / 3.0) == pytest.approx(1.0, rel=1e-9)
         assert abs(a) > 1e-3
-    assert (impact_order(0.0), impact_order(0.5), impact_order(1.0)) == pytest.approx((0.75, 1.5, 2.0), abs=1e-9)
+    assert (impact_order(0.0), impact_order(0.5), impact_order(1.0)) == pytest.approx(
+        (0.75, 1.5, 2.0), abs=1e-9
+    )
 
 
-@checks("bend", "energy", "edrift", "edensity", "resolvent", "slow", "widths", "sum", "small", "second", "bias")
+@checks(
+    "bend",
+    "energy",
+    "edrift",
+    "edensity",
+    "resolvent",
+    "slow",
+    "widths",
+    "sum",
+    "small",
+    "second",
+    "bias",
+)
 @pytest.mark.parametrize("stop", [False, True])
 def test_two_scales(stop):
     """From the package's orbits nu(A, Phi) alone: the bent orbit itself, the law, both voltages, the stated error."""
@@ -340,10 +409,18 @@ def test_two_scales(stop):
     likely = law.mass > 0.02 * law.mass.max()
 
     mean, slow, paid = slow_voltage(eqs, law, found, stop)
-    pushed = np.maximum(mean, -0.3 * law.A / beta)[:, None] * (1 - np.cos(phi)) / law.A[:, None] if stop else 0.0
+    pushed = (
+        np.maximum(mean, -0.3 * law.A / beta)[:, None] * (1 - np.cos(phi)) / law.A[:, None]
+        if stop
+        else 0.0
+    )
     work = cumulative_simpson(slope * np.sin(phi), x=phi, initial=0.0) + pushed
     with np.errstate(invalid="ignore"):
-        bent = 1 + 0.5 * alpha * law.A[:, None] ** 2 * (1 + np.cos(phi) ** 2) + 2 * beta * work / np.sin(phi) ** 2
+        bent = (
+            1
+            + 0.5 * alpha * law.A[:, None] ** 2 * (1 + np.cos(phi) ** 2)
+            + 2 * beta * work / np.sin(phi) ** 2
+        )
     inside = slice(40, None)
     assert nu[likely, inside] ** 2 == pytest.approx(bent[likely, inside], rel=5e-3, abs=3e-3)
 
@@ -352,7 +429,11 @@ def test_two_scales(stop):
     r2 = (eqs.restitution or 1.0) ** 2
     b = b - 2 * (1 - r2) / (1 + r2) * found["wall"] / found["T"]
     sigma2 = 2 * n1 * found["v2"] + 2 * n2 * found["x2v2"]
-    log_p = cumulative_simpson(2 * b / sigma2, x=E, initial=0.0) - np.log(sigma2) + np.log(np.gradient(E))
+    log_p = (
+        cumulative_simpson(2 * b / sigma2, x=E, initial=0.0)
+        - np.log(sigma2)
+        + np.log(np.gradient(E))
+    )
     mass = np.exp(log_p - log_p.max())
     mass /= mass.sum()
     assert mass[likely] == pytest.approx(law.mass[likely], rel=0.04)
@@ -364,17 +445,27 @@ def test_two_scales(stop):
     slow = whole(slow) / (1 + (mu / (2 * w)) ** 2) if stop else 0.0
     fast = whole(found["V2"]) * widths(eqs, law, found, stop)
 
-    T, energy_mean = whole(found["T"]), whole(E)
+    T = whole(found["T"])
+    energy_mean = whole(E)
     power_in = n1 + n2 * whole(found["x2"])
     e = power_in * T / energy_mean
     i = 2 * (1 - r2) / (1 + r2) * whole(found["wall"] / found["T"]) * T / energy_mean
     q = 0.5 * beta * (fast + slow) / energy_mean
     o = e - i - beta * mu * (fast + slow) * T / energy_mean
-    assert (law.exchange, law.impact_loss, law.stored) == pytest.approx((e, i if stop else 0.0, q), rel=3e-3)
+    assert (law.exchange, law.impact_loss, law.stored) == pytest.approx(
+        (e, i if stop else 0.0, q), rel=3e-3
+    )
     if stop:
         k = (0.056 + 0.077 / (1 + mu / w)) * i**2 - 0.11 * q * (1 + 3 * i) / (1 + (q / 0.2) ** 4)
         beyond = min(8 * max(q - 0.22, 0) * (i + 0.1), 1)
-        bias = 0.005 + 0.03 * i + 0.02 * i**2 + 0.01 * min(max(o, 0.0), 1.5) ** 2 + 0.2 * q * (1 + i) + beyond
+        bias = (
+            0.005
+            + 0.03 * i
+            + 0.02 * i**2
+            + 0.01 * min(max(o, 0.0), 1.5) ** 2
+            + 0.2 * q * (1 + i)
+            + beyond
+        )
         bias *= 1 + max(-o, 0.0) / e
     else:
         k = 0.0
@@ -388,14 +479,25 @@ def test_two_scales(stop):
 @checks("martingale", "boundary", "controlled")
 def test_control_variates():
     """Own paths of a linear device with a stop: both kinds of sums have mean zero, and leave little of the variance."""
-    rng, paths, step, n, c, mu, beta, r = np.random.default_rng(5), 4096, 0.1, 0.01, 0.1, 0.5, 0.1, 0.9
+    rng = np.random.default_rng(5)
+    paths = 4096
+    step = 0.1
+    n = 0.01
+    c = 0.1
+    mu = 0.5
+    beta = 0.1
+    r = 0.9
     x, v, V = np.zeros((3, paths))
 
     def drift(x, v, V, h):
         v = v - h * (x + c * v + beta * V)
         new = x + h * v
         hit = new < 0.0
-        return np.abs(new), np.where(hit, -r * v, v), (V + np.where(hit, np.abs(new) - x, h * v)) * np.exp(-mu * h)
+        return (
+            np.abs(new),
+            np.where(hit, -r * v, v),
+            (V + np.where(hit, np.abs(new) - x, h * v)) * np.exp(-mu * h),
+        )
 
     def ends():
         E = 0.5 * (v**2 + x**2)
@@ -403,10 +505,15 @@ def test_control_variates():
 
     for _ in range(1500):
         x, v, V = drift(x, v + np.sqrt(2 * n * step) * rng.standard_normal(paths), V, step)
-    begin, sums, mean = ends(), np.zeros((9, paths)), np.zeros(paths)
+    begin = ends()
+    sums = np.zeros((9, paths))
+    mean = np.zeros(paths)
     for _ in range(2000):
-        kick, E = np.sqrt(2 * n * step) * rng.standard_normal(paths), 0.5 * (v**2 + x**2)
-        sums += kick * np.array([v, v * np.sqrt(E), v * E, v * E**2, v * x, v * V, x, np.sqrt(E), V])
+        kick = np.sqrt(2 * n * step) * rng.standard_normal(paths)
+        E = 0.5 * (v**2 + x**2)
+        sums += kick * np.array(
+            [v, v * np.sqrt(E), v * E, v * E**2, v * x, v * V, x, np.sqrt(E), V]
+        )
         x, v, V = drift(x, v + kick, V, step)
         mean += V**2 / 2000
     columns = np.vstack([sums, ends() - begin])
@@ -424,8 +531,14 @@ def test_control_variates():
 @checks("ito")
 def test_ito_with_a_stop():
     """On short steps of an own path: the jumps of h at impacts belong to the identity, and vanish where h is alike."""
-    rng, step, n, c, r = np.random.default_rng(8), 1e-4, 0.02, 0.2, 0.7
-    x, v, kicks = 0.3, 0.0, np.sqrt(2 * n * step) * rng.standard_normal(400_000)
+    rng = np.random.default_rng(8)
+    step = 1e-4
+    n = 0.02
+    c = 0.2
+    r = 0.7
+    x = 0.3
+    v = 0.0
+    kicks = np.sqrt(2 * n * step) * rng.standard_normal(400_000)
     functions = {  # h, its derivatives by x and x', and the second one by x'
         "energy": (lambda x, v: (x * x + v * v) / 2, lambda x, v: (x, v, 1.0)),
         "product": (lambda x, v: x * v, lambda x, v: (v, x, 0.0)),
@@ -445,7 +558,8 @@ def test_ito_with_a_stop():
             x, v = -r * x, -r * v
     for name, (h, _) in functions.items():
         change = h(x, v) - begin[name]
-        assert abs(change - sums[name] - jumps[name]) < 0.002  # of the order of the root of the step
+        # of the order of the root of the step
+        assert abs(change - sums[name] - jumps[name]) < 0.002
     assert jumps["product"] == 0.0
     assert jumps["energy"] < -0.5
 
@@ -469,8 +583,11 @@ def test_halved_steps():
     """Of sums whose error is c h^2 exactly, both are exact; without noise and without controls."""
     from harvester.uncertainty.richardson import extrapolated, step_bias
 
-    limit, c, h = np.array([1.0, 2.5, 0.3]), np.array([0.2, -0.1, 0.4]), 0.3
-    fine, coarse = limit + c * h**2, limit + c * (2 * h) ** 2
+    limit = np.array([1.0, 2.5, 0.3])
+    c = np.array([0.2, -0.1, 0.4])
+    h = 0.3
+    fine = limit + c * h**2
+    coarse = limit + c * (2 * h) ** 2
     assert step_bias([fine, coarse])[0] == pytest.approx((c * h**2).mean(), rel=1e-12)
     assert extrapolated([fine, coarse]) == pytest.approx(limit, rel=1e-12)
 
@@ -485,14 +602,21 @@ def test_ledger():
     from harvester.mechanics.kernels.compiled import interpreted
     from harvester.mechanics.kernels.equation_of_motion import kick as compiled
 
-    h, x, v0, V, xi = 0.1, 0.4, 0.9, -0.2, 0.6
+    h = 0.1
+    x = 0.4
+    v0 = 0.9
+    V = -0.2
+    xi = 0.6
     s = SimpleNamespace(noise_work=0.0, spring_work=0.0, voltage_work=0.0, damping_work=0.0)
     v1 = interpreted(compiled)(State(x, v0, V), xi, h, coefficients(PAPER))
     interpreted(add_works_of_kick)(s, v0, v1, x, V, xi, h, coefficients(PAPER))
     mean = (v0 + v1) / 2
     noise = np.sqrt(2 * h * (PAPER.n1 + PAPER.n2 * x**2)) * xi * mean
-    spring, voltage = -h * (x + PAPER.alpha * x**3) * mean, -h * PAPER.beta * V * mean
-    assert (s.noise_work, s.spring_work, s.voltage_work) == pytest.approx((noise, spring, voltage), rel=1e-12)
+    spring = -h * (x + PAPER.alpha * x**3) * mean
+    voltage = -h * PAPER.beta * V * mean
+    assert (s.noise_work, s.spring_work, s.voltage_work) == pytest.approx(
+        (noise, spring, voltage), rel=1e-12
+    )
     assert sum(vars(s).values()) == pytest.approx((v1**2 - v0**2) / 2, rel=1e-12)
     ledger = EnergyLedger(input=5.0, damping=2.0, impacts=1.0, circuit=0.5, load=1.0, stored=0.4)
     assert ledger.residual == pytest.approx((5.0 - 4.9) / 5.0, rel=1e-12)
@@ -501,11 +625,18 @@ def test_ledger():
 @checks("rice", "vanmarcke", "lifetime")
 def test_largest_values_of_a_linear_scene():
     """The level of a lifetime from sums over the frequency, with the page's formulas."""
-    c, beta, mu, n1, span, share = 0.1, 0.5, 0.7, 0.3, 1e5, 0.95
+    c = 0.1
+    beta = 0.5
+    mu = 0.7
+    n1 = 0.3
+    span = 1e5
+    share = 0.95
     w = np.linspace(1e-4, 60.0, 600_001)
     s = 1j * w
     x = 1 / (1 + c * s + s**2 + beta * s / (s + mu))
-    found = hv.extremes(hv.Scene(nondimensional=hv.Nondimensional(c1=-c, beta=beta, mu=mu, D11=n1)), lifetime=span)
+    found = hv.extremes(
+        hv.Scene(nondimensional=hv.Nondimensional(c1=-c, beta=beta, mu=mu, D11=n1)), lifetime=span
+    )
     for name, response in (("peak_displacement", x), ("peak_voltage", s / (s + mu) * x)):
         S = 2 * n1 * np.abs(response) ** 2 / np.pi
         l0, l1, l2 = (simpson(w**k * S, x=w) for k in range(3))
@@ -515,8 +646,13 @@ def test_largest_values_of_a_linear_scene():
         def passages(a, l0=l0, l2=l2):
             return np.sqrt(l2 / l0) / np.pi * np.exp(-(a**2) / (2 * l0))
 
-        a, q = level.value, np.sqrt(1 - l1**2 / (l0 * l2))
-        clumps = passages(a) * -np.expm1(-np.sqrt(np.pi / 2) * q**1.2 * a / np.sqrt(l0)) / -np.expm1(-(a**2) / (2 * l0))
+        a = level.value
+        q = np.sqrt(1 - l1**2 / (l0 * l2))
+        clumps = (
+            passages(a)
+            * -np.expm1(-np.sqrt(np.pi / 2) * q**1.2 * a / np.sqrt(l0))
+            / -np.expm1(-(a**2) / (2 * l0))
+        )
         assert np.exp(-clumps * span) == pytest.approx(share, abs=2e-3)
         assert np.exp(-passages(a + level.model) * span) == pytest.approx(share, abs=2e-3)
 
@@ -527,7 +663,12 @@ def test_exponents():
     _, beta, mu, c1, *_, n2, _ = coefficients(eqs)
     r = eqs.restitution
     k0 = (mu**2 + (1 + beta) ** 2) / (mu**2 + 1 + beta)
-    published = c1 / 2 - beta * mu / (2 * (mu**2 + 1 + beta)) - (1 - r) / np.pi * np.sqrt(k0) + n2 / (4 * k0)
+    published = (
+        c1 / 2
+        - beta * mu / (2 * (mu**2 + 1 + beta))
+        - (1 - r) / np.pi * np.sqrt(k0)
+        + n2 / (4 * k0)
+    )
     assert float(stability.published(eqs)) == pytest.approx(published, rel=1e-12)
     w2 = 1.0
     for _ in range(100):
@@ -540,10 +681,14 @@ def test_exponents():
 @checks("tail", "moments", "tailstop")
 def test_tails():
     """The rate of the second moments, its root without a stop, and the exponent with one."""
-    c, w2, n2 = 0.05, 1.3, 0.04
+    c = 0.05
+    w2 = 1.3
+    n2 = 0.04
     eqs = Equations(c1=-c, beta=w2 - 1.0, n2=n2)
     matrix = np.array([[0.0, 2.0, 0.0], [-w2, -c, 1.0], [2.0 * n2, -2.0 * w2, -2.0 * c]])
-    assert tail.moment_growth(eqs, 2) == pytest.approx(np.linalg.eigvals(matrix).real.max(), rel=1e-9)
+    assert tail.moment_growth(eqs, 2) == pytest.approx(
+        np.linalg.eigvals(matrix).real.max(), rel=1e-9
+    )
     assert tail.power_tail(changed(eqs, n2=c * w2)).exponent == pytest.approx(2.0, rel=1e-9)
     stopped = Equations(c1=-c, n2=n2, restitution=0.95)
     growth = float(stability.averaged(stopped))
@@ -553,7 +698,8 @@ def test_tails():
 @checks("wells")
 def test_wells_that_are_left_at_two_rates():
     """p f is the mean of what each well's start gives, at any time, and so lies between these."""
-    rates, f = np.array([[-0.3, 0.3], [0.1, -0.1]]), np.array([2.0, 5.0])
+    rates = np.array([[-0.3, 0.3], [0.1, -0.1]])
+    f = np.array([2.0, 5.0])
     p = np.array([0.25, 0.75])
     assert p @ rates == pytest.approx(0.0, abs=1e-15)
     for time in (0.0, 0.4, 3.0):
@@ -561,7 +707,9 @@ def test_wells_that_are_left_at_two_rates():
         assert p @ begun == pytest.approx(p @ f, rel=1e-12)
         entries = np.repeat(begun, 4)
         value = Hopping(0, 8, 1.0, 0.4, np.repeat([0, 1], 4), np.full(8, True)).mean(entries)
-        assert (value.value, value.model) == pytest.approx((begun.mean(), 0.5 * np.ptp(begun)), rel=1e-12)
+        assert (value.value, value.model) == pytest.approx(
+            (begun.mean(), 0.5 * np.ptp(begun)), rel=1e-12
+        )
         assert abs(p @ f - value.value) <= value.model
 
 
@@ -569,7 +717,8 @@ def test_wells_that_are_left_at_two_rates():
 @pytest.mark.parametrize("c", [0.01, 0.7])
 def test_kramers(c):
     """Wells of x^4/4 - x^2/2: U = 1/4, w = sqrt(2 - c^2/4), w_b = 1, and a turn at the barrier's height of S = 4/3."""
-    T, w = 0.03, np.sqrt(2 - c**2 / 4)
+    T = 0.03
+    w = np.sqrt(2 - c**2 / 4)
 
     def taken(d):
         def inner(z):
@@ -580,7 +729,9 @@ def test_kramers(c):
     d = c * 4 / 3 / T
     A = taken(d) ** 2 / taken(2 * d)
     k = A * (np.sqrt(c**2 / 4 + 1) - c / 2) * w / (2 * np.pi) * np.exp(-0.25 / T)
-    assert hopping_rates(Equations(linear=-1.0, alpha=1.0, c1=-c, n1=T * c)) == pytest.approx((k, k), rel=1e-4)
+    assert hopping_rates(Equations(linear=-1.0, alpha=1.0, c1=-c, n1=T * c)) == pytest.approx(
+        (k, k), rel=1e-4
+    )
 
 
 @checks("rule", "xmu")
@@ -604,18 +755,29 @@ def test_kick():
     from harvester.mechanics.kernels.equation_of_motion import kick as compiled
 
     e = changed(PAPER, n12=0.003)
-    x, v, V, xi, h = 1.3, -0.7, 0.4, 1.0, 0.3
+    x = 1.3
+    v = -0.7
+    V = 0.4
+    xi = 1.0
+    h = 0.3
     noise = e.n1 + 2 * e.n12 * x + e.n2 * x**2
     y = (e.c3 * x**4 - e.c2 * x**2 - e.c1) * h
     force = -(x + e.alpha * x**3 + e.beta * V) * h + np.sqrt(2 * noise * h) * xi
     expected = (v + (1 + y / 2) * force) / (1 + y + y**2 / 2)
-    assert compiled.py_func(State(x, v, V), xi, h, coefficients(e)) == pytest.approx(expected, rel=1e-12)
+    assert compiled.py_func(State(x, v, V), xi, h, coefficients(e)) == pytest.approx(
+        expected, rel=1e-12
+    )
 
 
 @checks("linear", "response")
 def test_linear_scenes():
     """White noise of N1 + N2 E[x^2], and the sum over a record's lines beside it."""
-    c, beta, mu, n1, n2, n = 0.1, 0.5, 0.7, 0.3, 0.02, 40
+    c = 0.1
+    beta = 0.5
+    mu = 0.7
+    n1 = 0.3
+    n2 = 0.02
+    n = 40
     v2_at_one = 1 / (c * (1 + beta + mu**2 + c * mu) + beta * mu)
     x2_at_one = v2_at_one * (1 + mu**2 + c * mu)
     a = np.random.default_rng(1).standard_normal(n + 1)
@@ -634,9 +796,18 @@ def on_gauss_points(found):
     from harvester.density.elements import evaluated, quadrature
 
     mesh = found.form.mesh
-    along, across = (quadrature(breaks, mesh.degree, mesh.degree + 4) for breaks in (mesh.x_breaks, mesh.v_breaks))
+    along, across = (
+        quadrature(breaks, mesh.degree, mesh.degree + 4)
+        for breaks in (mesh.x_breaks, mesh.v_breaks)
+    )
     v = across.points.ravel()
-    p = np.einsum("keij,qi,rj->keqr", found.p, along.values, evaluated(mesh.v_breaks, mesh.degree, v), optimize=True)
+    p = np.einsum(
+        "keij,qi,rj->keqr",
+        found.p,
+        along.values,
+        evaluated(mesh.v_breaks, mesh.degree, v),
+        optimize=True,
+    )
     return along.points[:, :, None], v, along.weights[:, :, None] * across.weights.ravel(), p
 
 
@@ -662,15 +833,22 @@ def test_weak_form_of_the_density():
     series = [hermeval(z, np.eye(8)[k]) / norms[k] for k in range(8)]
     gauss = gauss / np.sqrt(2.0 * np.pi)
     p = np.einsum("keqr,kz->eqrz", modes, series, optimize=True)
-    x, v, weights = x[..., None], v[:, None], weights[..., None] * gauss
+    x = x[..., None]
+    v = v[:, None]
+    weights = weights[..., None] * gauss
     y = frame.slope * x + frame.offset + frame.scale * z
     force = -x - e.alpha * x**3 - e.beta * (x - y)
-    loss, noise = e.c3 * x**4 - e.c2 * x**2 - e.c1, e.n1 + e.n2 * x**2
+    loss = e.c3 * x**4 - e.c2 * x**2 - e.c1
+    noise = e.n1 + e.n2 * x**2
     low = found.form.mesh.v_breaks
     w = v[v[:, 0] > 0.0]
-    half_weights = weights[0, 0, v[:, 0] > 0.0] / (found.form.mesh.x_breaks[1] - found.form.mesh.x_breaks[0])
+    half_weights = weights[0, 0, v[:, 0] > 0.0] / (
+        found.form.mesh.x_breaks[1] - found.form.mesh.x_breaks[0]
+    )
     half_weights = half_weights / half_weights.sum() * low[-1]
-    at_wall = np.einsum("kj,rj,kz->rz", found.p[:, 0, 0], evaluated(low, found.form.mesh.degree, -w[:, 0]), series)
+    at_wall = np.einsum(
+        "kj,rj,kz->rz", found.p[:, 0, 0], evaluated(low, found.form.mesh.degree, -w[:, 0]), series
+    )
     y_wall = frame.offset + frame.scale * z
     powers = [
         (1, 0, 0),
@@ -685,11 +863,15 @@ def test_weak_form_of_the_density():
         (1, 2, 0),
     ]
     for i, j, k in powers:
-        made = v * i * x ** max(i - 1, 0) * v**j * y**k + (force - loss * v) * j * x**i * v ** max(j - 1, 0) * y**k
+        made = (
+            v * i * x ** max(i - 1, 0) * v**j * y**k
+            + (force - loss * v) * j * x**i * v ** max(j - 1, 0) * y**k
+        )
         made = made + noise * j * (j - 1) * x**i * v ** max(j - 2, 0) * y**k
         made = made + e.mu * (x - y) * k * x**i * v**j * y ** max(k - 1, 0)
         jump = (0.0**i) * ((e.restitution * w) ** j - (-w) ** j) * y_wall**k
-        moved, hit = float((p * made * weights).sum()), float((at_wall * w * jump * half_weights).sum())
+        moved = float((p * made * weights).sum())
+        hit = float((at_wall * w * jump * half_weights).sum())
         size = float(np.abs(p * made * weights).sum())
         assert abs(moved + hit) < 1e-6 * size, (i, j, k)
 
@@ -717,7 +899,11 @@ def test_exponent_at_the_grazing_corner(restitution, near):
     setting = settled(e, 20.0)
     found = solution(e, setting, on := mesh(e, setting.box, Resolution(6, 6, 12)), 1)
     v = np.geomspace(1e-3, 7e-3, 15) * on.v_breaks[-1]
-    k = brentq(lambda k: 2.0 * np.sin(np.pi / 6.0 - np.pi * k / 3.0) - restitution ** -(2.0 + k), -1.99, -0.01)
+    k = brentq(
+        lambda k: 2.0 * np.sin(np.pi / 6.0 - np.pi * k / 3.0) - restitution ** -(2.0 + k),
+        -1.99,
+        -0.01,
+    )
     for way in (-1.0, 1.0):
         p = evaluated(on.v_breaks, on.degree, way * v) @ found.p[0, 0, 0]
         assert np.polyfit(np.log(v), np.log(p), 1)[0] == pytest.approx(k, abs=near)
@@ -743,7 +929,8 @@ def test_adjoint_of_the_density():
     q = adjoint(found.factors, right)
     drawn = np.random.default_rng(1).standard_normal(q.shape)
     assert np.vdot(q, found.form.apply(drawn)) == pytest.approx(np.vdot(right, drawn), rel=1e-7)
-    # More noise everywhere is a larger scale: dE[V^2]/dN by its own difference is tested in tests/density.
+    # More noise everywhere is a larger scale: dE[V^2]/dN by its own difference is tested in
+    # tests/density.
     assert gradient(e, found, setting)["n1"] > 0.0
 
 
@@ -762,14 +949,18 @@ def test_density_in_time():
     found = solution(e, setting, mesh(e, setting.box, RESOLUTIONS[0]), 1)
     form = found.form
     rate, p = slowest_decay(found)
-    assert form.apply(p) == pytest.approx(-rate * form.mass(p), abs=1e-5 * rate * np.abs(form.mass(p)).max())
+    assert form.apply(p) == pytest.approx(
+        -rate * form.mass(p), abs=1e-5 * rate * np.abs(form.mass(p)).max()
+    )
     lossy = WeakForm(e, form.mesh, form.frame, 1, (True, True))
     lost = first_passage(lossy, 1.0)
-    # With the shape function 1 the form loses what leaves the ends, and the rate is that loss over the mass.
+    # With the shape function 1 the form loses what leaves the ends, and the rate is that loss over
+    # the mass.
     u = Factors(lossy, None).solve(-form.mass(found.p))
     assert lost * np.vdot(integrals(form), u[0]) == pytest.approx(1.0, rel=0.01)
     assert np.vdot(lossy.loss(), u[0]) == pytest.approx(1.0, rel=1e-6)
-    # An open circuit has V = x: at small frequencies S is the Lorentzian of the hops, 2 E[x^2] rate/(rate^2 + w^2).
+    # An open circuit has V = x: at small frequencies S is the Lorentzian of the hops, 2 E[x^2]
+    # rate/(rate^2 + w^2).
     low = voltage_spectrum(found, [0.5 * rate, rate])
     assert low[0] / low[1] == pytest.approx(2.0 / 1.25, rel=0.01)
 

@@ -24,21 +24,31 @@ def thorough(node):
 
 def test_what_is_left_to_test_all_has_a_test_that_remains():
     """Each marker names a test of `make test`, or a file with such tests, or says that there is none and why."""
-    remaining, named = set(), {}
+    remaining = set()
+    named = {}
     for name, tree in parsed(TESTS).items():
-        functions = [one for one in tree.body if isinstance(one, ast.FunctionDef) and one.name.startswith("test_")]
+        functions = [
+            one
+            for one in tree.body
+            if isinstance(one, ast.FunctionDef) and one.name.startswith("test_")
+        ]
         marked = [
             one
             for one in tree.body
-            if isinstance(one, ast.Assign) and re.match("pytestmark.*mark.thorough", ast.unparse(one))
+            if isinstance(one, ast.Assign)
+            and re.match("pytestmark.*mark.thorough", ast.unparse(one))
         ]
         if not marked:
             left = {one.name for one in functions if not any(map(thorough, one.decorator_list))}
             remaining |= left | ({name.rpartition("/")[2]} if left else set())
-        named |= {f"{name}:{node.lineno}": what for node in ast.walk(tree) if (what := thorough(node))}
+        named |= {
+            f"{name}:{node.lineno}": what for node in ast.walk(tree) if (what := thorough(node))
+        }
     assert len(named) > 100
     assert [
-        (where, what) for where, what in named.items() if what not in remaining and not what.startswith("nothing: ")
+        (where, what)
+        for where, what in named.items()
+        if what not in remaining and not what.startswith("nothing: ")
     ] == []
 
 

@@ -31,7 +31,9 @@ def rows(name, how_many):
 
 def on_page(row, page=PAGE):
     """Published value, ours and the deviation (%) of a row, as the page has them."""
-    found = re.search(rf"^\| {re.escape(row.what)} \| {NUMBER}\| {NUMBER}\| ([-+.\d]+) ?%", page, re.MULTILINE)
+    found = re.search(
+        rf"^\| {re.escape(row.what)} \| {NUMBER}\| {NUMBER}\| ([-+.\d]+) ?%", page, re.MULTILINE
+    )
     assert found, f"docs/formulas.md has no row {row.what!r}"
     return tuple(float(text) for text in found.groups())
 
@@ -39,7 +41,8 @@ def on_page(row, page=PAGE):
 @pytest.mark.thorough("test_products.py")
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "name, how_many, most",  # rows that are computed here, and the largest deviation (%) that they may have
+    # rows that are computed here, and the largest deviation (%) that they may have
+    "name, how_many, most",
     [
         ("erturk_inman", 6, 1.0),
         ("white_noise", 4, 0.5),
@@ -56,7 +59,9 @@ def test_rows_of_the_page(name, how_many, most):
         assert row.published == pytest.approx(theirs, rel=1e-3), row.what
         assert abs(row.ours - ours) <= 2.0 * (row.error or 0.0) + 1e-4 * ours, row.what
         assert abs(100.0 * row.deviation) < most, row.what
-        assert deviation == pytest.approx(100.0 * row.deviation, abs=0.02 + 200.0 * (row.error or 0.0) / ours), row.what
+        assert deviation == pytest.approx(
+            100.0 * row.deviation, abs=0.02 + 200.0 * (row.error or 0.0) / ours
+        ), row.what
 
 
 def test_the_page_has_what_the_command_prints():
@@ -88,13 +93,16 @@ def test_first_pages_have_the_summary_of_the_predictions():
     """README and the pages' first page have its numbers; docs/validation.md has each device's row."""
     for row in predictions.by_device():
         assert row in PREDICTED
-    inside, of, off = re.search(r"(\d+) of (\d+) intervals.* (\d+) %", predictions.summary()).groups()
+    inside, of, off = re.search(
+        r"(\d+) of (\d+) intervals.* (\d+) %", predictions.summary()
+    ).groups()
     index = (ROOT / "docs" / "index.md").read_text()
     for page in (README, index):
         text = " ".join(page.split())
         assert re.search(rf"\b{of} (?:measured )?quantities of six ", text)
         assert re.search(
-            rf"{inside} of {of} inside the (?:predicted )?95 % interval[;,] median deviation {off} %", text
+            rf"{inside} of {of} inside the (?:predicted )?95 % interval[;,] median deviation {off} %",
+            text,
         )
 
 
@@ -114,7 +122,9 @@ def test_no_restitution_gives_the_voltage_that_was_measured():
     real = predictions.measured()["liu", "voltage at 36 Hz, 1 g"].value
     on_the_page = re.search(r"36 Hz, 1 g, liu \| 124 mV \| (.+) \|", PREDICTED)[1].split(" | ")
     for restitution, there in zip(missed.CONSTANTS[:3:2], on_the_page[:3:2], strict=True):
-        up = predictions.branches(scene.vary("stop.restitution", restitution), np.arange(32.0, 37.0, 1.0))["up"]
+        up = predictions.branches(
+            scene.vary("stop.restitution", restitution), np.arange(32.0, 37.0, 1.0)
+        )["up"]
         ours = 1e3 * up.voltage[up.frequency == 36.0][0] / 2.0**0.5
         assert ours == pytest.approx(float(there), rel=0.03)
         assert ours > 1.4 * real
@@ -156,7 +166,12 @@ def test_bridge_by_its_whole_first_harmonic():
 def test_the_first_mode_of_the_measured_beam():
     """Its dimensions and materials give the numbers of the scenes, to the digits that they have."""
     mode = published.first_mode()
-    for name in ("erturk_inman_2009", "adhikari_friswell_inman_2009", "shu_lien_2006", "shu_lien_wu_2007"):
+    for name in (
+        "erturk_inman_2009",
+        "adhikari_friswell_inman_2009",
+        "shu_lien_2006",
+        "shu_lien_wu_2007",
+    ):
         scene = hv.load(published.SCENES / f"{name}.toml")
         found = {"mass": scene.oscillator.mass, "stiffness": scene.oscillator.stiffness}
         found |= {"coupling": scene.piezo.coupling, "capacitance": scene.piezo.capacitance}
@@ -176,10 +191,17 @@ def test_readme_has_the_measured_device():
     power, load, resonance = map(
         float,
         re.search(
-            r"power within ([\d.]+) %, best load within ([\d.]+) %, resonance within ([\d.]+) %", README
+            r"power within ([\d.]+) %, best load within ([\d.]+) %, resonance within ([\d.]+) %",
+            README,
         ).groups(),
     )
     measured = PAGE.partition("## A measured bimorph")[2].partition("\n## ")[0]
-    for what, most in [("resonance", resonance), ("best load", load), ("power at 45.6 Hz, 35 kohm, 1 g", power)]:
-        found = re.findall(rf"^\| {re.escape(what)}[^|]*\|[^|]*\|[^|]*\| ([-+.\d]+) ?%", measured, re.MULTILINE)
+    for what, most in [
+        ("resonance", resonance),
+        ("best load", load),
+        ("power at 45.6 Hz, 35 kohm, 1 g", power),
+    ]:
+        found = re.findall(
+            rf"^\| {re.escape(what)}[^|]*\|[^|]*\|[^|]*\| ([-+.\d]+) ?%", measured, re.MULTILINE
+        )
         assert found and max(abs(float(one)) for one in found) <= most, what

@@ -31,14 +31,29 @@ def test_wheel_runs_with_its_netlists(tmp_path):
     assert (tmp_path / "installed" / "harvester" / "report" / "page.html").is_file()
     environment = {**os.environ, "PYTHONPATH": str(tmp_path / "installed")}
     (tmp_path / "empty").mkdir()
-    for words in (["examples", "plate_recorded"], ["run", "plate_recorded.toml", "--engine", "exact"]):
+    for words in (
+        ["examples", "plate_recorded"],
+        ["run", "plate_recorded.toml", "--engine", "exact"],
+    ):
         program = [sys.executable, "-m", "harvester", *words]
-        subprocess.run(program, cwd=tmp_path / "empty", env=environment, check=True, capture_output=True, timeout=60)
+        subprocess.run(
+            program,
+            cwd=tmp_path / "empty",
+            env=environment,
+            check=True,
+            capture_output=True,
+            timeout=60,
+        )
     assert (tmp_path / "empty" / "shake.csv").is_file()
     code = "from harvester.netlists.load_circuit import load_circuit, netlist_folder\n"
     code += "from harvester.scene.load import Load\n"
     code += "print(netlist_folder()); print(load_circuit(Load(netlist='ltc3588')).name)"
     told = subprocess.run(
-        [sys.executable, "-c", code], cwd=tmp_path, env=environment, check=True, capture_output=True, text=True
+        [sys.executable, "-c", code],
+        cwd=tmp_path,
+        env=environment,
+        check=True,
+        capture_output=True,
+        text=True,
     ).stdout.split()
     assert told == [str(tmp_path / "installed" / "harvester" / "netlists"), "ltc3588"]

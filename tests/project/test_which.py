@@ -19,8 +19,15 @@ def test_the_table_is_that_of_the_engines():
 
 def test_the_glossary_has_each_nondimensional_number():
     """Every key of the table, as a code word in a row of its section, and no word that is none."""
-    page = (ROOT / "docs" / "glossary.md").read_text().partition("## The nondimensional numbers")[2].partition("##")[0]
+    page = (
+        (ROOT / "docs" / "glossary.md")
+        .read_text()
+        .partition("## The nondimensional numbers")[2]
+        .partition("##")[0]
+    )
     named = [
-        name for row in page.splitlines() for name in re.findall(r"`(\w+)`", row.partition("| ")[2].partition("|")[0])
+        name
+        for row in page.splitlines()
+        for name in re.findall(r"`(\w+)`", row.partition("| ")[2].partition("|")[0])
     ]
     assert sorted(named) == sorted(one.name for one in keys() if one.table == "nondimensional")

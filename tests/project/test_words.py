@@ -5,8 +5,9 @@ import pytest
 from tests.support import words
 from tests.support.paths import ROOT
 
-# The most places of a pattern that there may be today, in the documents, the texts of the package and the comments of
-# the netlists. Whoever lowers a number writes it here; `python -m tests.support.words SET NAME` prints the places.
+# The most places of a pattern that there may be today, in the documents, the texts of the package
+# and the comments of the netlists. Whoever lowers a number writes it here; `python -m
+# tests.support.words SET NAME` prints the places.
 BOUNDS = {
     "headless of": (0, 296, 0),
     "tell and say": (1, 289, 0),

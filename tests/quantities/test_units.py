@@ -7,7 +7,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import harvester as hv
-from harvester.quantities.kinds import ACCELERATION, CAPACITANCE, FREQUENCY, Kind, any_quantity, with_prefix
+from harvester.quantities.kinds import (
+    ACCELERATION,
+    CAPACITANCE,
+    FREQUENCY,
+    Kind,
+    any_quantity,
+    with_prefix,
+)
 from harvester.quantities.units import USUAL_UNITS, factor_by_pint
 from harvester.scene.keys import read_value
 
@@ -66,7 +73,20 @@ def test_read(kind, text, value):
     "bad",
     [
         *(True, None, [1.0], {}, 0.0, -1.0, float("nan"), float("inf"), 10**400, 1e-51, 1e51),
-        *("", "40", "g", "40 s", "-1 g", "nan kg", "1e999 kg", "1e99 kg", "5 5 kg", "1 kg kg", "1 kg\nkg", "1 kg/0"),
+        *(
+            "",
+            "40",
+            "g",
+            "40 s",
+            "-1 g",
+            "nan kg",
+            "1e999 kg",
+            "1e99 kg",
+            "5 5 kg",
+            "1 kg kg",
+            "1 kg\nkg",
+            "1 kg/0",
+        ),
         *("1 (", "1 )", "1 %", "1 degC", "1 kg^degC", "1 lambda", "1 __import__('os')"),
     ],
 )
@@ -81,7 +101,11 @@ def test_what_is_no_mass(bad):
         (LOAD, "1 kOm", "the unit 'kOm' was not understood"),
         (LOAD, "5 kg", "the unit 'kg' is one of another quantity"),
         (LOAD, "about 5", "a text must begin with a number"),
-        (LOAD, "40", "it has no unit: write the number without quotation marks for ohm, or add the unit"),
+        (
+            LOAD,
+            "40",
+            "it has no unit: write the number without quotation marks for ohm, or add the unit",
+        ),
         (CAPACITANCE, "5,2 nF", "the decimal sign must be a point"),
         (RATIO, "0.5 kg", "'kg' after the number was not understood, for it has no unit"),
     ],
@@ -104,7 +128,8 @@ def test_a_root_of_a_density_keeps_its_sign():
 
 
 @pytest.mark.parametrize(
-    ("kind", "text"), [(MASS, "40 g rad"), (FREQUENCY, "3 rad^2/s"), (FREQUENCY, "3 Hz/rad"), (PSD, "1 g^2 rad/Hz")]
+    ("kind", "text"),
+    [(MASS, "40 g rad"), (FREQUENCY, "3 rad^2/s"), (FREQUENCY, "3 Hz/rad"), (PSD, "1 g^2 rad/Hz")],
 )
 def test_angles_elsewhere_are_no_units(kind, text):
     with pytest.raises(ValueError, match="must be a"):
@@ -112,7 +137,15 @@ def test_angles_elsewhere_are_no_units(kind, text):
 
 
 @pytest.mark.parametrize(
-    "slow", ["1 kg^9^9^9^9", "1 kg*9^9^9^9", "1 kg**9**9**9", "1 kg²^9^9", "1 x" + " " * 50_000 + "y", "1" * 50_000]
+    "slow",
+    [
+        "1 kg^9^9^9^9",
+        "1 kg*9^9^9^9",
+        "1 kg**9**9**9",
+        "1 kg²^9^9",
+        "1 x" + " " * 50_000 + "y",
+        "1" * 50_000,
+    ],
 )
 def test_what_would_take_for_ever(slow):
     """Towers of powers and quadratic matching: seconds to hours without their guards (the suite would hang)."""
@@ -122,7 +155,10 @@ def test_what_would_take_for_ever(slow):
 
 @pytest.mark.slow
 @settings(deadline=None, max_examples=300, derandomize=True)
-@given(st.text(max_size=30) | st.text("0123456789.eE+-*/^() gkmsHzµΩ²_%°\n", max_size=30).map("1".__add__))
+@given(
+    st.text(max_size=30)
+    | st.text("0123456789.eE+-*/^() gkmsHzµΩ²_%°\n", max_size=30).map("1".__add__)
+)
 def test_any_text_is_a_number_or_a_value_error(text):
     for read in (MASS.read, PSD.read, RATIO.read, any_quantity, lambda t: with_prefix(t, LOAD)):
         try:
@@ -132,7 +168,8 @@ def test_any_text_is_a_number_or_a_value_error(text):
 
 
 @pytest.mark.parametrize(
-    ("text", "value"), [("1k", 1e3), ("10M", 1e7), ("2 Meg", 2e6), ("1 Mohm", 1e6), ("3e4", 3e4), (".5", 0.5)]
+    ("text", "value"),
+    [("1k", 1e3), ("10M", 1e7), ("2 Meg", 2e6), ("1 Mohm", 1e6), ("3e4", 3e4), (".5", 0.5)],
 )
 def test_command_line_numbers(text, value):
     assert with_prefix(text, LOAD) == pytest.approx(value, rel=1e-14)
@@ -144,7 +181,9 @@ def test_what_is_no_command_line_number(text):
         with_prefix(text, LOAD)
 
 
-@pytest.mark.parametrize(("text", "value"), [("10 uF", 1e-5), ("10u", 1e-5), (5, 5.0), ("1 Mohm", 1e6), ("-2 V", -2.0)])
+@pytest.mark.parametrize(
+    ("text", "value"), [("10 uF", 1e-5), ("10u", 1e-5), (5, 5.0), ("1 Mohm", 1e6), ("-2 V", -2.0)]
+)
 def test_any_quantity(text, value):
     assert any_quantity(text) == pytest.approx(value, rel=1e-14)
 
@@ -172,11 +211,21 @@ def test_usual_units_are_those_of_pint():
 def test_times_with_a_unit(harvester, tmp_path):
     """--dt 1ms is a thousandth of a second; of a nondimensional scene no time has a unit, nor is mu's table needed."""
     assert hv.Ensemble(dt="1ms").dt == hv.Ensemble(dt="0.001").dt == 1e-3
-    with pytest.raises(hv.InputError, match=r"`dt` must be a time .*, but is '1 kg': the unit 'kg' is none of time"):
+    with pytest.raises(
+        hv.InputError, match=r"`dt` must be a time .*, but is '1 kg': the unit 'kg' is none of time"
+    ):
         hv.Ensemble(dt="1 kg")
     path = tmp_path / "a.toml"
     path.write_text("nondimensional = { c1 = -0.1, beta = 0.05, mu = 1.0, D11 = 0.01 }")
     _, _, err = harvester("run", path, "--engine", "ensemble", "--dt", "1ms")
-    assert "--dt must be a number without a unit, in 1/w0, for a nondimensional scene, but is 0.001 s" in err
-    assert harvester("sweep", path, "--vary", "mu=0.5,2", "--engine", "exact", "--out", tmp_path / "out")[0] == 0
+    assert (
+        "--dt must be a number without a unit, in 1/w0, for a nondimensional scene, but is 0.001 s"
+        in err
+    )
+    assert (
+        harvester(
+            "sweep", path, "--vary", "mu=0.5,2", "--engine", "exact", "--out", tmp_path / "out"
+        )[0]
+        == 0
+    )
     assert (tmp_path / "out" / "sweep.csv").read_text().startswith("nondimensional.mu,")

@@ -13,13 +13,17 @@ from harvester.records.record_files import read_record
 from harvester.studies.record import record_spectra
 
 G = 9.80665
-N, RATE = 2000, 500.0
+N = 2000
+RATE = 500.0
 T = np.arange(N) / RATE
 SHAKING = np.sin(2 * np.pi * 20 * T) + 0.5 * np.sin(2 * np.pi * 3 * T + 1)
 
 
 def written(path, heads, *columns, keep=None):
-    rows = [",".join("" if np.isnan(v) else f"{v:.6f}" for v in row) for row in zip(*columns, strict=True)]
+    rows = [
+        ",".join("" if np.isnan(v) else f"{v:.6f}" for v in row)
+        for row in zip(*columns, strict=True)
+    ]
     rows = rows if keep is None else [row for row, one in zip(rows, keep, strict=True) if one]
     path.write_text("\n".join([heads, *rows]) + "\n")
     return path
@@ -30,7 +34,9 @@ def test_three_axes_with_offset_and_drift(harvester, tmp_path):
     """The z axis in mg with gravity on it: at even times, without gravity and drift, as a scene reads it."""
     z = 1000.0 * (SHAKING + 1.0 + 0.05 * T)
     path = written(tmp_path / "a.csv", "Time (s),X (mg),Y (mg),Z (mg)", T, z + 5, z - 7, z)
-    status, out, err = harvester("record", path, "--axis", "z", "--out", tmp_path / "c.csv", "--report")
+    status, out, err = harvester(
+        "record", path, "--axis", "z", "--out", tmp_path / "c.csv", "--report"
+    )
     assert (status, err) == (0, "")
     assert "found: offset of 10.79 m/s^2 removed (1.1 g)" in out
     assert "found: drift of 1." in out
@@ -43,7 +49,9 @@ def test_three_axes_with_offset_and_drift(harvester, tmp_path):
         "--axis must be given where FILE 'a.csv' has several columns, 'X, Y, Z', but is left out"
         in harvester("record", path)[2]
     )
-    assert "--axis must be one of the columns of FILE" in harvester("record", path, "--axis", "w")[2]
+    assert (
+        "--axis must be one of the columns of FILE" in harvester("record", path, "--axis", "w")[2]
+    )
 
 
 @pytest.mark.slow
@@ -58,7 +66,9 @@ def test_gaps_repeats_and_jitter(harvester, tmp_path):
     answer = json.loads(harvester("record", path, "--out", tmp_path / "c.csv", "--json")[1])
     assert any("1 times repeat" in line for line in answer["found"])
     assert any("missing samples filled in, 5 in a row" in line for line in answer["found"])
-    np.testing.assert_allclose(read_record(str(tmp_path / "c.csv")).values[:N], G * SHAKING, atol=0.2 * G)
+    np.testing.assert_allclose(
+        read_record(str(tmp_path / "c.csv")).values[:N], G * SHAKING, atol=0.2 * G
+    )
     keep[300:330] = False
     path = written(tmp_path / "a.csv", "t [s],a [g]", T, SHAKING, keep=keep)
     assert "must have no gap of more than 10 samples" in harvester("record", path)[2]
@@ -70,7 +80,8 @@ def logged(seed):
     Returns times in s, values, the rate, the true samples (m/s^2), and how many of them are lost.
     """
     rng = np.random.default_rng([8, seed])
-    rate, n = np.exp(rng.uniform(np.log(200.0), np.log(900.0))), 3000
+    rate = np.exp(rng.uniform(np.log(200.0), np.log(900.0)))
+    n = 3000
     sample = np.arange(n)
     truth = np.convolve(rng.standard_normal(n + 40), np.hanning(41), "valid")[:n]
     times = sample / rate + rng.uniform(0.0, 0.3) / rate * rng.standard_normal(n)
@@ -98,9 +109,12 @@ def test_jitter_is_no_missing_sample(tmp_path, seed):
     assert len(found.values) == len(truth)
     told = {one.code: one.numbers for one in found.notes}
     assert told.get("samples_filled_in", {"samples": 0})["samples"] == lost
-    assert told.get("unit_of_times") == ({"unit": "ms", "column": name} if name == "timestamp_ms" else None)
+    assert told.get("unit_of_times") == (
+        {"unit": "ms", "column": name} if name == "timestamp_ms" else None
+    )
     off = found.values - detrend(truth)
-    assert np.sqrt(np.mean(off**2)) < 0.1 * truth.std()  # a place that is off by a row or two near a gap
+    # a place that is off by a row or two near a gap
+    assert np.sqrt(np.mean(off**2)) < 0.1 * truth.std()
 
 
 def test_a_part_of_a_record(harvester, tmp_path):
@@ -115,9 +129,12 @@ def test_a_part_of_a_record(harvester, tmp_path):
     assert any("the longest of 3 parts: from 0.68 to 2.998 s" in line for line in answer["found"])
     answer = json.loads(harvester("record", path, "--from", "700ms", "--to", "1.698", "--json")[1])
     assert answer["samples"] == 500
-    assert "--to must be later than --from" in harvester("record", path, "--from", "2", "--to", "1")[2]
     assert (
-        "--from and --to must leave at least 16 samples of the 3.998 s" in harvester("record", path, "--from", "9")[2]
+        "--to must be later than --from" in harvester("record", path, "--from", "2", "--to", "1")[2]
+    )
+    assert (
+        "--from and --to must leave at least 16 samples of the 3.998 s"
+        in harvester("record", path, "--from", "9")[2]
     )
     assert "--from must be at least 0 s" in harvester("record", path, "--from=-1")[2]
 
@@ -197,8 +214,12 @@ def test_paired_times_and_a_record_too_large(harvester, tmp_path, monkeypatch):
 @pytest.mark.slow
 def test_resampling_folds_nothing_back(harvester, tmp_path):
     """170 Hz at 200 samples a second would be 30 Hz: the filter takes it away, and the rest stays."""
-    path = written(tmp_path / "a.csv", "time (s),a (m/s^2)", T, SHAKING + np.sin(2 * np.pi * 170 * T))
-    answer = json.loads(harvester("record", path, "--rate", "200", "--out", tmp_path / "c.csv", "--json")[1])
+    path = written(
+        tmp_path / "a.csv", "time (s),a (m/s^2)", T, SHAKING + np.sin(2 * np.pi * 170 * T)
+    )
+    answer = json.loads(
+        harvester("record", path, "--rate", "200", "--out", tmp_path / "c.csv", "--json")[1]
+    )
     assert answer["rate"] == 200.0
     values = read_record(str(tmp_path / "c.csv")).values[:800]
     power = np.abs(np.fft.rfft(values)) ** 2
@@ -210,7 +231,9 @@ def test_resampling_folds_nothing_back(harvester, tmp_path):
 def test_rms_by_octave_is_the_whole(tmp_path):
     """The octaves' squares add up to that of the record, and white noise lies within its stated error."""
     noise = np.random.default_rng(4).standard_normal(N)
-    found = record_spectra(clean(str(written(tmp_path / "a.csv", "t (s),a (m/s2)", T, noise)), None, None))
+    found = record_spectra(
+        clean(str(written(tmp_path / "a.csv", "t (s),a (m/s2)", T, noise)), None, None)
+    )
     assert sum(b.rms.value**2 for b in found.bands) == pytest.approx(found.record.rms**2, rel=1e-9)
     for band in found.bands[3:]:
         high = min(band.high, RATE / 2)
@@ -224,7 +247,9 @@ def test_error_of_an_octave_is_its_scatter():
     rng = np.random.default_rng(8)
     z = []
     for _ in range(60):
-        for band in record_spectra(CleanRecord(RATE, rng.standard_normal(N), "a", (), ())).bands[5:]:
+        for band in record_spectra(CleanRecord(RATE, rng.standard_normal(N), "a", (), ())).bands[
+            5:
+        ]:
             expected = np.sqrt((min(band.high, RATE / 2) - band.low) / (RATE / 2))
             z.append((band.rms.value - expected) / band.rms.stderr)
     assert np.std(z) == pytest.approx(1.0, abs=4.0 / np.sqrt(2 * len(z)))
@@ -234,13 +259,23 @@ def test_error_of_an_octave_is_its_scatter():
     ("heads", "values", "says"),
     [
         ("t (s),a (g)", np.clip(SHAKING, -0.8, 0.8), "FILE 'a.csv' must not be clipped, but "),
-        ("t (s),a (kg)", SHAKING, "FILE 'a.csv' column 'a' must have a unit such as g, mg or m/s^2"),
-        ("t (s),a", SHAKING, "must have a unit such as g, mg or m/s^2 behind its name: 'z (g)', but is 'none'"),
+        (
+            "t (s),a (kg)",
+            SHAKING,
+            "FILE 'a.csv' column 'a' must have a unit such as g, mg or m/s^2",
+        ),
+        (
+            "t (s),a",
+            SHAKING,
+            "must have a unit such as g, mg or m/s^2 behind its name: 'z (g)', but is 'none'",
+        ),
         ("t (s),a (g)", 0 * SHAKING, "FILE 'a.csv' must have accelerations that change"),
     ],
 )
 def test_what_is_refused(harvester, tmp_path, heads, values, says):
-    status, out, err = harvester("record", written(tmp_path / "a.csv", heads, T, values), "--out", tmp_path / "c.csv")
+    status, out, err = harvester(
+        "record", written(tmp_path / "a.csv", heads, T, values), "--out", tmp_path / "c.csv"
+    )
     assert (status, out, err.count("\n")) == (2, "", 1)
     assert says in err
     assert not (tmp_path / "c.csv").exists()
@@ -249,7 +284,10 @@ def test_what_is_refused(harvester, tmp_path, heads, values, says):
 def test_files_that_are_none(harvester, tmp_path):
     path = written(tmp_path / "a.csv", "t (s),a (g)", T[::-1], SHAKING)
     assert "must have times that do not go back, but row 2 does" in harvester("record", path)[2]
-    assert "--out must be another file than the record itself" in harvester("record", path, "--out", path)[2]
+    assert (
+        "--out must be another file than the record itself"
+        in harvester("record", path, "--out", path)[2]
+    )
     (tmp_path / "a.csv").write_text("")
     assert "must have rows of numbers below the names" in harvester("record", path)[2]
     with pytest.raises(hv.InputError, match=r"harvester record FILE --axis z --out clean\.csv"):
@@ -263,17 +301,24 @@ def test_octaves_have_all_the_power(harvester, tmp_path, n):
     values = SHAKING[:n] + 0.2 * np.cos(np.pi * np.arange(n)) * (t < 1.0)
     path = written(tmp_path / "a.csv", "t [s],a [g]", t, values)
     answer = json.loads(harvester("record", path, "--json")[1])
-    assert answer["rms"] == pytest.approx(sum(band["rms"] ** 2 for band in answer["bands"]) ** 0.5, rel=1e-9)
+    assert answer["rms"] == pytest.approx(
+        sum(band["rms"] ** 2 for band in answer["bands"]) ** 0.5, rel=1e-9
+    )
 
 
 def test_what_a_mass_could_take_of_a_record_before_there_is_a_device():
     """Of a tone a sin(w t) the mean jerk is 2 w a/pi; no device between stops takes more, and a bound needs both."""
-    a, w, t = 2.0, 2.0 * np.pi * 25.0, np.arange(1000) / 500.0
+    a = 2.0
+    w = 2.0 * np.pi * 25.0
+    t = np.arange(1000) / 500.0
     tone = CleanRecord(500.0, a * np.sin(w * t), "a", (), ())
     found = record_spectra(tone, 0.01, 2e-3)
     assert found.possible == pytest.approx(0.01 * 2e-3 * 2.0 * w * a / np.pi, rel=1e-3)
     assert "no device of that mass and stroke takes more than 4 mW" in str(found)
-    assert found.as_json()["possible_power"] == found.possible and record_spectra(tone).possible is None
+    assert (
+        found.as_json()["possible_power"] == found.possible
+        and record_spectra(tone).possible is None
+    )
     with pytest.raises(hv.InputError, match="`mass` and `stroke` must be given together"):
         record_spectra(tone, 0.01)
     with pytest.raises(hv.InputError, match="`stroke` must be above 0"):

@@ -18,7 +18,10 @@ ROWS = [(0.01 * k, round(math.sin(k), 3)) for k in range(40)]
 
 def body(sep=",", sign=".", time="{:.3f}", factor=1.0, scale=1.0):
     """The rows, with the delimiter, the decimal sign and the form of the times."""
-    lines = ((time.format(t * factor).replace(".", sign), f"{a * scale:.3f}".replace(".", sign)) for t, a in ROWS)
+    lines = (
+        (time.format(t * factor).replace(".", sign), f"{a * scale:.3f}".replace(".", sign))
+        for t, a in ROWS
+    )
     return "".join(sep.join(line) + "\n" for line in lines)
 
 
@@ -95,7 +98,9 @@ def test_a_standard_as_a_density():
     assert found.rms == pytest.approx(np.sqrt(39.2 + 20.0) * G, rel=1e-9)
 
 
-@pytest.mark.parametrize("text", ["t (s),a (g)\n" + "1" * 200_000 + "x,2\n", "a" + "( " * 50_000 + ",b\n1,2\n"])
+@pytest.mark.parametrize(
+    "text", ["t (s),a (g)\n" + "1" * 200_000 + "x,2\n", "a" + "( " * 50_000 + ",b\n1,2\n"]
+)
 def test_long_cells_take_no_time(tmp_path, text):
     """Patterns over a long run of digits or brackets took the square of its length: minutes."""
     path = tmp_path / "a.csv"
@@ -120,7 +125,9 @@ def test_dates_with_and_without_a_fraction(tmp_path):
 def test_a_table_of_too_many_columns(tmp_path):
     """400 kB of columns took 45 s."""
     path = tmp_path / "a.csv"
-    path.write_text(",".join(f"c{k}" for k in range(20_000)) + "\n" + (",".join(["1"] * 20_000) + "\n") * 5)
+    path.write_text(
+        ",".join(f"c{k}" for k in range(20_000)) + "\n" + (",".join(["1"] * 20_000) + "\n") * 5
+    )
     begin = time.perf_counter()
     with pytest.raises(InputError, match=r"FILE must have at most 1000 columns, but .* has 20000"):
         read_table(path, "FILE")
@@ -137,9 +144,18 @@ def test_control_characters_in_names_are_shown(tmp_path):
 @pytest.mark.parametrize(
     "text, rms",
     [
-        ("Frequency (Hz),Amplitude (g^2/Hz)\n20,0.01\n80,0.05\n350,0.05\n2000,0.01\n", 6.92030892086149 * 9.80665),
-        ("Frequency;PSD\nHz;(m/s^2)^2/Hz\n10;10\n100;10\n300;0,51\n500;5\n2000;5\n", 96.5651501276714),
-        ("f (Hz),PSD (g^2/Hz)\n5,.02\n20,.02\n20,.005\n200,.005\n200,.001\n500,.001\n", 1.5**0.5 * 9.80665),
+        (
+            "Frequency (Hz),Amplitude (g^2/Hz)\n20,0.01\n80,0.05\n350,0.05\n2000,0.01\n",
+            6.92030892086149 * 9.80665,
+        ),
+        (
+            "Frequency;PSD\nHz;(m/s^2)^2/Hz\n10;10\n100;10\n300;0,51\n500;5\n2000;5\n",
+            96.5651501276714,
+        ),
+        (
+            "f (Hz),PSD (g^2/Hz)\n5,.02\n20,.02\n20,.005\n200,.005\n200,.001\n500,.001\n",
+            1.5**0.5 * 9.80665,
+        ),
     ],
     ids=["named by its unit alone", "a row of units", "steps"],
 )

@@ -10,22 +10,34 @@ from harvester.records.current_trace import STATES, merged, read_trace
 def test_merging_keeps_charge_duration_and_peaks():
     """A noisy sleep with one pulse of three samples: the pulse stays apart."""
     rng = np.random.default_rng(1)
-    current, lengths = np.abs(rng.normal(2e-6, 1e-7, 5000)), rng.uniform(0.5e-4, 1.5e-4, 5000)
+    current = np.abs(rng.normal(2e-6, 1e-7, 5000))
+    lengths = rng.uniform(0.5e-4, 1.5e-4, 5000)
     current[2000:2003] = 20e-3
     found = np.array(merged(current, lengths))
     assert len(found) == STATES
     assert found[:, 1].sum() == pytest.approx(lengths.sum(), rel=1e-12)
     assert (found[:, 0] * found[:, 1]).sum() == pytest.approx((current * lengths).sum(), rel=1e-12)
     pulse = found[found[:, 0] > 1e-3]
-    assert pulse[:, 0] == pytest.approx(20e-3) and pulse[:, 1].sum() == pytest.approx(lengths[2000:2003].sum())
+    assert pulse[:, 0] == pytest.approx(20e-3) and pulse[:, 1].sum() == pytest.approx(
+        lengths[2000:2003].sum()
+    )
 
 
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("time (s),current (A)\n-0.001,1e-3\n0.001,1e-3\n", "ascend from 0 on, but row 1 has -0.001 s"),
-        ("time (s),current (A)\n0,1e-3\n0.002,1e-3\n0.001,1e-3\n", "ascend from 0 on, but row 3 has 0.001 s"),
-        ("time (s),current (mA)\n0,1\n0.001,-2\n", "currents of at least 0, but row 2 has -0.002 A"),
+        (
+            "time (s),current (A)\n-0.001,1e-3\n0.001,1e-3\n",
+            "ascend from 0 on, but row 1 has -0.001 s",
+        ),
+        (
+            "time (s),current (A)\n0,1e-3\n0.002,1e-3\n0.001,1e-3\n",
+            "ascend from 0 on, but row 3 has 0.001 s",
+        ),
+        (
+            "time (s),current (mA)\n0,1\n0.001,-2\n",
+            "currents of at least 0, but row 2 has -0.002 A",
+        ),
         ("time (s),voltage (V)\n0,1\n0.001,2\n", "must have a column 'current"),
         ("time (s),current (A)\n0,1\n", "at least 2 rows"),
         ("", "must have rows of numbers"),

@@ -8,7 +8,8 @@ from harvester.records import csv_table, long_record
 from harvester.records.long_record import LongRecord
 from harvester.records.record_files import read_record
 
-N, RATE = 3000, 500.0
+N = 3000
+RATE = 500.0
 
 
 def values(count=N):
@@ -17,7 +18,9 @@ def values(count=N):
 
 def plain(a, times=None):
     t = np.arange(len(a)) / RATE if times is None else times
-    return "time (s),acceleration (m/s^2)\n" + "".join(f"{x:.3f},{y}\n" for x, y in zip(t, a, strict=True))
+    return "time (s),acceleration (m/s^2)\n" + "".join(
+        f"{x:.3f},{y}\n" for x, y in zip(t, a, strict=True)
+    )
 
 
 def german(a):
@@ -55,7 +58,8 @@ def read(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    "text", [plain, german, with_remarks, with_a_long_end, pytest.param(clock, marks=pytest.mark.slow)]
+    "text",
+    [plain, german, with_remarks, with_a_long_end, pytest.param(clock, marks=pytest.mark.slow)],
 )
 def test_blocks_have_the_samples_of_the_whole(read, text):
     found = read(text(values()))
@@ -67,9 +71,12 @@ def test_blocks_have_the_samples_of_the_whole(read, text):
         assert found.part(begin, end) == pytest.approx(whole.values[begin:end], rel=1e-15)
     other = found.scaled(2.0, -3.0)
     assert (
-        other.part(3, 9) == pytest.approx(whole.scaled(2.0, -3.0).values[3:9]) and other.spacing == 2.0 * found.spacing
+        other.part(3, 9) == pytest.approx(whole.scaled(2.0, -3.0).values[3:9])
+        and other.spacing == 2.0 * found.spacing
     )
-    assert found.resampled(2, 5, 100, 256) == pytest.approx(whole.resampled(2, 5, 100, 256), abs=1e-12)
+    assert found.resampled(2, 5, 100, 256) == pytest.approx(
+        whole.resampled(2, 5, 100, 256), abs=1e-12
+    )
 
 
 @pytest.mark.slow
@@ -93,7 +100,8 @@ def test_no_row_is_lost_where_a_block_ends_in_a_remark(read, text, between):
 @pytest.mark.parametrize("text", [plain, clock])
 def test_a_block_may_be_of_one_line(read, text):
     rows = text(values()).splitlines(keepends=True)
-    begin = int(np.searchsorted(np.cumsum([len(row) for row in rows]), 4099, "right"))  # the second block's first line
+    # the second block's first line
+    begin = int(np.searchsorted(np.cumsum([len(row) for row in rows]), 4099, "right"))
     found = read("".join(rows[: begin + 1]))
     assert isinstance(found, LongRecord) and found.count == begin
     assert found.part(0, begin) == pytest.approx(found.whole.values[:begin], rel=1e-15)

@@ -24,11 +24,17 @@ CUT = """() => [...document.querySelectorAll(".wide, pre")].filter((one) => one.
 def pages():
     """Seven pages: of many columns, of tolerances, of engines, of a sweep, of a search, of circuits, of a node."""
     response = hv.responses(DRIVEN, [3.0, 4.0, 4.5, 5.0, 6.0])
-    scattered = hv.tolerance(PLATE, vary={"load.resistance": "10%", "stop.restitution": "3%"}, engine="averaged")
+    scattered = hv.tolerance(
+        PLATE, vary={"load.resistance": "10%", "stop.restitution": "3%"}, engine="averaged"
+    )
     compared = hv.compare(PLATE, engines=["published", "averaged"])
-    swept = hv.sweep(PLATE, vary={"load.resistance": "1k:10M:13"}, engines=["published", "averaged"])
+    swept = hv.sweep(
+        PLATE, vary={"load.resistance": "1k:10M:13"}, engines=["published", "averaged"]
+    )
     searched = hv.optimise(PLATE, vary={"load.resistance": "1k:10M"}, engine="averaged")
-    designed = hv.design("examples/bimorph_sensor.toml", needs="40 uW at 3.3 V", circuits=["bridge", "parallel_sshi"])
+    designed = hv.design(
+        "examples/bimorph_sensor.toml", needs="40 uW at 3.3 V", circuits=["bridge", "parallel_sshi"]
+    )
     node = "examples/bimorph_packets.toml"
     return {
         "design": report.html(of_result(designed.scene, "design", designed)),
@@ -65,10 +71,16 @@ def test_nothing_is_wider_than_the_page(pages):
 @pytest.mark.slow
 def test_the_answer_leads_the_page(pages):
     assert "largest mean power" in pages["response"].partition("<nav")[0]
-    leads = {name: pages[name].partition('<ul class="lead">')[2].split("<li>")[1] for name in ("design", "node")}
+    leads = {
+        name: pages[name].partition('<ul class="lead">')[2].split("<li>")[1]
+        for name in ("design", "node")
+    }
     assert leads["design"].startswith("circuit: bridge") and leads["node"].startswith("days: 1")
     assert "packets per hour: 359.9" in pages["node"].partition("<nav")[0]
-    assert "272.2 kΩ" in pages["design"] and pages["design"].count("<img") == pages["node"].count("<img") == 1
+    assert (
+        "272.2 kΩ" in pages["design"]
+        and pages["design"].count("<img") == pages["node"].count("<img") == 1
+    )
     assert "Median mean power" in pages["tolerance"].partition("<nav")[0]
     assert "Against published: averaged differs by 5.8 %" in pages["compare"].partition("<nav")[0]
     assert "1 warning below: read before use." in pages["compare"]
@@ -90,7 +102,10 @@ def test_a_sentence_of_many_cells_is_said_once():
 
 
 def test_sentences_that_differ_in_their_numbers_are_said_once():
-    late = [f"no density in a budget of {1.9 - k / 10:.2f}: it needs at least about 8.1 s" for k in range(3)]
+    late = [
+        f"no density in a budget of {1.9 - k / 10:.2f}: it needs at least about 8.1 s"
+        for k in range(3)
+    ]
     columns = (
         Column("load.resistance", [1e3, 1e4, 1e5, 1e6], "ohm"),
         Column("error", [*late, "other, and alone " * 3]),

@@ -43,7 +43,12 @@ class Page(HTMLParser):
 
     def __init__(self, text):
         super().__init__(convert_charrefs=True)
-        self.open, self.tags, self.ids, self.addresses, self.text, self.alts = [], [], [], [], "", []
+        self.open = []
+        self.tags = []
+        self.ids = []
+        self.addresses = []
+        self.text = ""
+        self.alts = []
         self.feed(text)
         self.close()
         assert self.open == []
@@ -55,7 +60,9 @@ class Page(HTMLParser):
         if tag not in VOID:
             self.open.append(tag)
         self.ids += [given["id"]] if "id" in given else []
-        self.addresses += [given[name] for name in ("src", "href", "action", "data", "srcset") if name in given]
+        self.addresses += [
+            given[name] for name in ("src", "href", "action", "data", "srcset") if name in given
+        ]
         if tag == "img":
             assert given["src"].startswith("data:image/svg+xml;base64,")
             self.alts.append(given["alt"])
@@ -89,17 +96,39 @@ def checked(text):
 
 
 def provenance_of(page):
-    for word in ("numpy", "scipy", "matplotlib", "python", "cores", "seed", "date", "The command that remakes it"):
+    for word in (
+        "numpy",
+        "scipy",
+        "matplotlib",
+        "python",
+        "cores",
+        "seed",
+        "date",
+        "The command that remakes it",
+    ):
         assert word in page.text
 
 
 def command(text):
-    return shlex.split(Page(re.search(r'<pre class="command"[^>]*>(.*?)</pre>', text, re.S)[1]).text)
+    return shlex.split(
+        Page(re.search(r'<pre class="command"[^>]*>(.*?)</pre>', text, re.S)[1]).text
+    )
 
 
 def test_run(harvester, tmp_path):
     file = tmp_path / "mine.html"
-    args = ("run", PLATE, "--engine", "ensemble", "--trajectories", "256", "--seed", "7", "--report", file)
+    args = (
+        "run",
+        PLATE,
+        "--engine",
+        "ensemble",
+        "--trajectories",
+        "256",
+        "--seed",
+        "7",
+        "--report",
+        file,
+    )
     status, out, _ = harvester(*args)
     assert status == 0
     assert out.endswith(f"report: {file}\n")
@@ -109,7 +138,14 @@ def test_run(harvester, tmp_path):
     assert "Plate (Shock and Vibration 2019, 9093605) with a stop" in page.text
     assert "restitution = 0.96" in page.text  # the scene file
     assert "ensemble" in page.text and "(95 %, sampling)" in page.text
-    for line in ("impact", "rigid stop: impacts", "compliant_stop", "time-constant ratio", "50.2 nF", "1 MΩ"):
+    for line in (
+        "impact",
+        "rigid stop: impacts",
+        "compliant_stop",
+        "time-constant ratio",
+        "50.2 nF",
+        "1 MΩ",
+    ):
         assert line in page.text
     assert command(text) == ["harvester", *map(str, args)]
     assert "7" in re.search(r"seed</th><td>(.*?)</td>", text)[1]
@@ -129,16 +165,28 @@ def test_json_stands_alone(harvester, tmp_path, monkeypatch):
     ("args", "says"),
     [
         (("run", "--report", PLATE), "put --report after SCENE or give it a name"),
-        (("run", PLATE, "--report", "mine.htm"), "--report must be followed by a name that ends in .html"),
-        (("run", PLATE, "--report", "/proc/none/mine.html"), "--report must be a folder that can be written"),
+        (
+            ("run", PLATE, "--report", "mine.htm"),
+            "--report must be followed by a name that ends in .html",
+        ),
+        (
+            ("run", PLATE, "--report", "/proc/none/mine.html"),
+            "--report must be a folder that can be written",
+        ),
         (("run", PLATE, "--report", "folder.html"), "--report must be a file"),
-        (("cost", PLATE, "--out", "/proc/none", "--report"), "--out must be a folder that can be written"),
+        (
+            ("cost", PLATE, "--out", "/proc/none", "--report"),
+            "--out must be a folder that can be written",
+        ),
         (
             ("sweep", PLATE, "--vary", "load.resistance=1k", "--out", "x", "--vector", "eps"),
             "--vector must be svg or pdf",
         ),
         (("stability", PLATE, "--vector", "svg"), "--vector must go with --out"),
-        (("optimise", PLATE, "--vary", "load.resistance=1k:1M", "--vector", "svg"), "--vector must go with --out"),
+        (
+            ("optimise", PLATE, "--vary", "load.resistance=1k:1M", "--vector", "svg"),
+            "--vector must go with --out",
+        ),
         (("compare", PLATE, "--json", "--vector", "svg"), "--vector must go with --out"),
     ],
 )
@@ -153,7 +201,14 @@ def test_bad_input(harvester, tmp_path, monkeypatch, args, says):
 @pytest.mark.slow
 def test_sweep_with_failed_points(harvester, tmp_path):
     out = tmp_path / "out"
-    keys = ("--vary", "excitation.acceleration_psd=0,1e-4,1e-3", "--engine", "averaged", "--engine", "published")
+    keys = (
+        "--vary",
+        "excitation.acceleration_psd=0,1e-4,1e-3",
+        "--engine",
+        "averaged",
+        "--engine",
+        "published",
+    )
     status, told, _ = harvester("sweep", PLATE, *keys, "--out", out, "--report", "--vector", "svg")
     assert status == 0
     assert "sweep.png, sweep.svg" in told
@@ -167,8 +222,14 @@ def test_sweep_with_failed_points(harvester, tmp_path):
 
 
 def test_paper(harvester, tmp_path):
-    points = [FigurePoint("lambda against mu", "beta = 1", mu, 2.0, 1.0, 1.0, 0.01) for mu in (0.1, 1.0)]
-    page = checked(report.html(report.of_paper([PaperFigure("8", "Figure 8: <exponents>", tuple(points), 1.5)])))
+    points = [
+        FigurePoint("lambda against mu", "beta = 1", mu, 2.0, 1.0, 1.0, 0.01) for mu in (0.1, 1.0)
+    ]
+    page = checked(
+        report.html(
+            report.of_paper([PaperFigure("8", "Figure 8: <exponents>", tuple(points), 1.5)])
+        )
+    )
     provenance_of(page)
     assert "Figure 8: <exponents>" in page.text
     assert "100 %" in page.text  # published is off by as much as the value
@@ -188,7 +249,9 @@ def estimates():
         (warning("step_bias_not_measured", error="<b>beware</b>"),),
     )
     none = note("theory")
-    formula = Estimate("averaged", True, Value(2.01e-6, model=1e-8), Value(1.0), {}, (), 0.01, 0, (none,))
+    formula = Estimate(
+        "averaged", True, Value(2.01e-6, model=1e-8), Value(1.0), {}, (), 0.01, 0, (none,)
+    )
 
     return sampled, formula
 
@@ -206,21 +269,47 @@ def test_comparison():
 
 
 PLATE_HARMONIC = ROOT / "examples" / "plate_harmonic.toml"
-OPTIMUM = ("optimise", PLATE, "--engine", "averaged", "--vary", "load.resistance=100k:1M", "--within", "5%")
+OPTIMUM = (
+    "optimise",
+    PLATE,
+    "--engine",
+    "averaged",
+    "--vary",
+    "load.resistance=100k:1M",
+    "--within",
+    "5%",
+)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("args", "says"),
     [
-        (("response", PLATE_HARMONIC, "--sweep", "3Hz:6Hz:7", "--out", "."), ["half-power bandwidth", "4.5 Hz", "up"]),
+        (
+            ("response", PLATE_HARMONIC, "--sweep", "3Hz:6Hz:7", "--out", "."),
+            ["half-power bandwidth", "4.5 Hz", "up"],
+        ),
         (
             ("motion", PLATE_HARMONIC, "--duration", "2", "--out", "."),
             ["single trajectory is not a mean", "largest", " mm/s"],
         ),
-        (OPTIMUM, ["The largest power is at", "The highest of what averaged evaluated", "(model, estimated) µW"]),
         (
-            ("charge", ROOT / "examples" / "plate_bridge.toml", "--to", "2V", "--trajectories", "64"),
+            OPTIMUM,
+            [
+                "The largest power is at",
+                "The highest of what averaged evaluated",
+                "(model, estimated) µW",
+            ],
+        ),
+        (
+            (
+                "charge",
+                ROOT / "examples" / "plate_bridge.toml",
+                "--to",
+                "2V",
+                "--trajectories",
+                "64",
+            ),
             ["mean time: ", "On the way", "2 V"],
         ),
     ],
@@ -243,9 +332,18 @@ def test_studies_that_say_what_they_found(harvester, tmp_path, monkeypatch, args
 def test_front_and_circuits():
     """The other answers of `optimise`: a table of designs, or of circuits, those without an optimum too."""
     scene = hv.load(ROOT / "examples" / "plate.toml")
-    points = tuple(FrontPoint({"load.resistance": r}, Value(1e-6 * r**0.1, model=1e-8), 1e-9 * r) for r in (1e5, 1e6))
+    points = tuple(
+        FrontPoint({"load.resistance": r}, Value(1e-6 * r**0.1, model=1e-8), 1e-9 * r)
+        for r in (1e5, 1e6)
+    )
     front = ParetoFront(
-        "averaged", "peak_displacement", -1, points, True, 1.0, (warning("step_bias_not_measured", error="beware"),)
+        "averaged",
+        "peak_displacement",
+        -1,
+        points,
+        True,
+        1.0,
+        (warning("step_bias_not_measured", error="beware"),),
     )
     page = checked(report.html(report.of_search(scene, front, 0)))
     for word in ("100 µm", "100 kΩ", "peak displacement", "beware"):
@@ -266,7 +364,9 @@ def test_stability():
     assert "averaged: -1.1 ± 0.01 (model, estimated) 1/s" in bare
     assert "rest: stable" in bare and "beware" in bare and "<figure>" not in bare
     edges = [Edge(0.1, 0.2, 0.1, 0.1, 0.01), Edge(1.0, float("inf"), 0.2, 0.2, float("inf"))]
-    page = checked(report.html(report.of_stability(hv.load(PLATE), replace(answer, region=tuple(edges)), 3)))
+    page = checked(
+        report.html(report.of_stability(hv.load(PLATE), replace(answer, region=tuple(edges)), 3))
+    )
     for word in ("The edge of stability", "0.01", "inf"):
         assert word in page.text
 
@@ -278,7 +378,9 @@ def test_a_scene_without_a_title_has_that_of_its_file(harvester, tmp_path):
     assert harvester("run", scene, "--engine", "averaged", "--report", file)[0] == 0
     text = file.read_text()
     assert '<h1 id="answer">my &lt;beam&gt;</h1>' in text
-    assert "A scene without a title" in report.html(report.of_run(hv.load(scene), estimates()[0], 0))
+    assert "A scene without a title" in report.html(
+        report.of_run(hv.load(scene), estimates()[0], 0)
+    )
 
 
 def test_a_page_shows_what_the_user_wrote():
@@ -308,7 +410,25 @@ def test_figures_are_as_wide_as_the_page():
 @pytest.mark.slow
 def test_cost():
     rows = (
-        CostRow("ensemble", "a", 0.01, 1.0, 64, None, "", 1e-6, 0.1, 1.0, 0.01, 1e-3, 1e-4, 0.0, 0.0, 0.011, True),
+        CostRow(
+            "ensemble",
+            "a",
+            0.01,
+            1.0,
+            64,
+            None,
+            "",
+            1e-6,
+            0.1,
+            1.0,
+            0.01,
+            1e-3,
+            1e-4,
+            0.0,
+            0.0,
+            0.011,
+            True,
+        ),
         CostRow("spice", "b", error="it <failed>"),
     )
     cost = Cost(rows, "ensemble", Value(1e-6, 1e-9), {"published": "it refuses"})
@@ -322,8 +442,12 @@ NASTY = "<script>alert(1)</script>\"'&<img src=x onerror=alert(2)>"
 
 
 def test_what_a_user_gives_is_text(tmp_path):
-    (tmp_path / "mine.cir").write_text(f".subckt mine a b R=1\n* {NASTY}\nRload a b {{R<2&&R>0?R:R}}\n.ends mine\n")
-    toml = PLATE.read_text().replace('resistance = "1 Mohm"', 'netlist = "mine.cir"\nparameters = { R = 1e6 }')
+    (tmp_path / "mine.cir").write_text(
+        f".subckt mine a b R=1\n* {NASTY}\nRload a b {{R<2&&R>0?R:R}}\n.ends mine\n"
+    )
+    toml = PLATE.read_text().replace(
+        'resistance = "1 Mohm"', 'netlist = "mine.cir"\nparameters = { R = 1e6 }'
+    )
     toml = re.sub("title = .*", f"title = '''{NASTY}'''", toml)
     scene = hv.loads(toml, tmp_path)
     answer = estimates()[0]
@@ -339,7 +463,9 @@ def test_a_report_that_cannot_be_written_leaves_the_old_one(tmp_path, monkeypatc
     file = tmp_path / "mine.html"
     file.write_text("old")
     page = report.of_run(hv.load(PLATE), estimates()[0], 0)
-    monkeypatch.setattr("os.fsync", lambda _: (_ for _ in ()).throw(OSError(28, "No space left on device")))
+    monkeypatch.setattr(
+        "os.fsync", lambda _: (_ for _ in ()).throw(OSError(28, "No space left on device"))
+    )
     with pytest.raises(InputError, match=r"`report` must take mine\.html"):
         report.write(file, page)
     assert file.read_text() == "old"
@@ -349,9 +475,12 @@ def test_a_report_that_cannot_be_written_leaves_the_old_one(tmp_path, monkeypatc
 def test_every_effect_has_a_word():
     many = Equations(**dict.fromkeys(Equations.__dataclass_fields__, 1.0) | {"modes": None})
     several = [
-        Problem.of(ROOT / "examples" / f"{name}.toml").equations for name in ("two_modes_with_stop", "magnifier")
+        Problem.of(ROOT / "examples" / f"{name}.toml").equations
+        for name in ("two_modes_with_stop", "magnifier")
     ]
-    several.append(Problem(BEAM.replace(ball=hv.Ball(mass=1e-3, room=1e-3, restitution=0.5))).equations)
+    several.append(
+        Problem(BEAM.replace(ball=hv.Ball(mass=1e-3, room=1e-3, restitution=0.5))).equations
+    )
     variants = [many, Equations(alpha=-1.0, coloured=1.0), *several]
     names = {name for eqs in variants for name in eqs.effects} | {"netlist"}
     assert names >= set(EFFECTS)
@@ -376,7 +505,10 @@ def test_present_and_absent_make_all():
         (amount(8.3e-6, "W"), "8.3 µW"),
         (amount(1e6, "ohm"), "1 MΩ"),
         (amount(3e-5, "V^2"), "3·10⁻⁵ V²"),
-        (signs("8.36 +- 0.05 (95 %, sampling) +- 0.01 (step) uW"), "8.36 ± 0.05 (95 %, sampling) ± 0.01 (step) µW"),
+        (
+            signs("8.36 +- 0.05 (95 %, sampling) +- 0.01 (step) uW"),
+            "8.36 ± 0.05 (95 %, sampling) ± 0.01 (step) µW",
+        ),
         (share(None, 1.0), "-"),
         (share(0.1, 0.0), "-"),
         (share(-3.3, 1.0), "330 %"),
@@ -392,7 +524,8 @@ def test_numbers(found, shown):
 def test_no_report_loads_neither_templates_nor_figures():
     """In a fresh interpreter: what a page needs costs nothing where none is written.
 
-    The scene is one of bare numbers, as pint loads dask where that is installed, which loads jinja2.
+    The scene is one of bare numbers, as pint loads dask where that is installed, which loads
+    jinja2.
     """
     scene = ROOT / "examples" / "paper_figure3.toml"
     code = (
@@ -400,14 +533,20 @@ def test_no_report_loads_neither_templates_nor_figures():
         "'--engine', 'averaged']; atexit.register(lambda: print([m for m in sys.modules"
         " if m.split('.')[0] in ('jinja2', 'matplotlib', 'numba')])); main()"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=60)
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=60
+    )
     assert (done.returncode, done.stdout.splitlines()[-1]) == (0, "[]")
 
 
 def test_no_address_but_data():
     """The template itself names no place in the net."""
     template = (ROOT / "harvester" / "report" / "page.html").read_text()
-    assert not [word for word in re.split(r"[\s\"'()<>]+", template) if urlparse(word).scheme in ("http", "https")]
+    assert not [
+        word
+        for word in re.split(r"[\s\"'()<>]+", template)
+        if urlparse(word).scheme in ("http", "https")
+    ]
 
 
 def test_a_title_with_control_characters():

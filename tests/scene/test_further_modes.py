@@ -13,7 +13,9 @@ THREE = BEAM.replace(mode=(SECOND, THIRD))
 
 def test_keys_of_a_mode_are_varied_and_written():
     """The number of a mode counts from the oscillator, which is the first."""
-    found = THREE.varied({"mode.3.frequency": "900 Hz", "mode.2.base": None, "load.resistance": "1 kohm"})
+    found = THREE.varied(
+        {"mode.3.frequency": "900 Hz", "mode.2.base": None, "load.resistance": "1 kohm"}
+    )
     assert [one.frequency for one in found.mode] == [310.0, 900.0]
     assert found.mode[0].base is None and found.mode[0].coupling == SECOND.coupling
     assert hv.loads(found.to_toml()) == found
@@ -35,14 +37,23 @@ MAGNIFIER = hv.Magnifier(mass="20 g", stiffness="1 N/mm", restitution=0.5)
             lambda: BEAM.vary("mode.2.coupling", "0.1 N/V"),
             "mode.2.coupling must be below 0.04771 N/V in size, where the piezo takes all the energy that the mode's",
         ),
-        (lambda: BEAM.vary("mode.3.mass", 1.0), "mode.3.mass must be of a mode that the scene has, 2 at most, but is"),
+        (
+            lambda: BEAM.vary("mode.3.mass", 1.0),
+            "mode.3.mass must be of a mode that the scene has, 2 at most, but is",
+        ),
         (
             lambda: BEAM.vary("mode.mass", 1.0),
             "'mode.mass' must have the number of a further mode, such as mode.2.mass",
         ),
         (lambda: BEAM.vary("mode.2.mas", 1.0), "unknown [[mode]] key 'mas': did you mean 'mass'?"),
-        (lambda: hv.Magnifier(mass=1.0, stiffness=1.0, gap=1e-3), "magnifier.restitution must be given with gap"),
-        (lambda: BEAM.replace(magnifier=MAGNIFIER), "[[mode]] must be left out beside [magnifier], but both are given"),
+        (
+            lambda: hv.Magnifier(mass=1.0, stiffness=1.0, gap=1e-3),
+            "magnifier.restitution must be given with gap",
+        ),
+        (
+            lambda: BEAM.replace(magnifier=MAGNIFIER),
+            "[[mode]] must be left out beside [magnifier], but both are given",
+        ),
         (
             lambda: BEAM.replace(mode=(), magnifier=MAGNIFIER, stop=hv.Stop(restitution=1.0)),
             "magnifier.restitution must be left out beside [stop], but both are given",
@@ -56,7 +67,10 @@ MAGNIFIER = hv.Magnifier(mass="20 g", stiffness="1 N/mm", restitution=0.5)
             lambda: BEAM.replace(ball=BALL, stop=hv.Stop(restitution=1.0)),
             "[stop] must be left out beside [ball], but both are given",
         ),
-        (lambda: hv.run(BEAM.replace(ball=BALL), "exact"), "engine 'exact', for linear equations, cannot model impact"),
+        (
+            lambda: hv.run(BEAM.replace(ball=BALL), "exact"),
+            "engine 'exact', for linear equations, cannot model impact",
+        ),
         (
             lambda: BEAM.replace(excitation=hv.Excitation(stiffness_noise=0.1)),
             "excitation.stiffness_noise must be left out beside [[mode]], but both are given",
@@ -69,7 +83,10 @@ MAGNIFIER = hv.Magnifier(mass="20 g", stiffness="1 N/mm", restitution=0.5)
             lambda: hv.response(DRIVEN.with_load(netlist="bridge"), "40Hz:60Hz:3", engine="spice"),
             "this study cannot model further modes: use engine 'ensemble', which",
         ),
-        (lambda: hv.run(BEAM, "density"), "engine 'density' cannot model further modes: use engine 'ensemble'"),
+        (
+            lambda: hv.run(BEAM, "density"),
+            "engine 'density' cannot model further modes: use engine 'ensemble'",
+        ),
         (
             lambda: hv.extremes(BEAM, lifetime="1 h"),
             "this study cannot model further modes: use engine 'ensemble', which",

@@ -15,7 +15,12 @@ def test_the_same_scene_comes_back(path):
 
 def test_values_are_those_that_the_user_wrote():
     text = as_written(hv.load(EXAMPLES / "plate_with_stop.toml"))
-    for line in ('mass = "40 g"', 'stiffness = "16 N/m"', 'capacitance = "50.2 nF"', 'resistance = "1 Mohm"'):
+    for line in (
+        'mass = "40 g"',
+        'stiffness = "16 N/m"',
+        'capacitance = "50.2 nF"',
+        'resistance = "1 Mohm"',
+    ):
         assert line in text.splitlines()
     assert 'acceleration_psd = "1e-5 g^2/Hz"' in text
     assert "restitution = 0.96" in text
@@ -34,7 +39,8 @@ def test_units_are_those_that_people_write():
     """The shortest text of all would be 1e8 mohm or 867008.9 nN/V."""
     assert written("load", "resistance", 100e3) == "100 kohm"
     assert written("piezo", "coupling", 0.0008670089) == "867.0089 uN/V"
-    assert written("piezo", "capacitance", 2.988288e-08) == "2.988288e-8 F"  # 29.88288 nF is another float
+    # 29.88288 nF is another float
+    assert written("piezo", "capacitance", 2.988288e-08) == "2.988288e-8 F"
     assert written("piezo", "capacitance", 2.2e-10) == "220 pF"
     assert written("excitation", "frequency", 50.0) == "50 Hz"
     assert written("excitation", "acceleration_psd", 9.80665**2 * 1e-5) == "1e-5 g^2/Hz"

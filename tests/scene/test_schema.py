@@ -20,7 +20,10 @@ from tests.support.paths import EXAMPLES
 SCHEMA = schema()
 VALIDATOR = jsonschema.Draft7Validator(SCHEMA)
 SCENES = [*sorted(EXAMPLES.glob("*.toml")), *sorted(EXAMPLES.glob("published/*.toml"))]
-OSCILLATOR, PIEZO = '[oscillator]\nmass = "40 g"\nstiffness = 16\n', "[piezo]\ncoupling = 1e-3\ncapacitance = 5e-8\n"
+OSCILLATOR, PIEZO = (
+    '[oscillator]\nmass = "40 g"\nstiffness = 16\n',
+    "[piezo]\ncoupling = 1e-3\ncapacitance = 5e-8\n",
+)
 BARE = OSCILLATOR + PIEZO
 ND = "[nondimensional]\nbeta = 0.05\n"
 
@@ -69,8 +72,14 @@ BROKEN = [
     BARE + '[excitation]\nprofile = "rotating"\nharmonics = [-1]\n',
     ND + "mu = -1\n",
 ]
-# What only the program can tell: a unit of another quantity, and keys that exclude or need each other.
-BEYOND = [BARE.replace('"40 g"', '"40 V"'), BARE + "[load]\n", BARE + "[excitation]\nfrequency = 3\n", ND + BARE]
+# What only the program can tell: a unit of another quantity, and keys that exclude or need each
+# other.
+BEYOND = [
+    BARE.replace('"40 g"', '"40 V"'),
+    BARE + "[load]\n",
+    BARE + "[excitation]\nfrequency = 3\n",
+    ND + BARE,
+]
 
 
 def faults(text):
@@ -130,12 +139,18 @@ def test_it_takes_what_the_program_takes(scene):
 
 def test_keys_schema(harvester, tmp_path):
     assert json.loads(harvester("keys", "--schema")[1]) == SCHEMA
-    assert harvester("keys", "--schema", "--out", tmp_path / NAME)[:2] == (0, f"written: {tmp_path / NAME}\n")
+    assert harvester("keys", "--schema", "--out", tmp_path / NAME)[:2] == (
+        0,
+        f"written: {tmp_path / NAME}\n",
+    )
     assert json.loads((tmp_path / NAME).read_text()) == SCHEMA
     assert harvester("keys", "load", "--schema")[2] == (
         "harvester: TABLE|KEY must be left out with --schema, but is given\n"
     )
-    assert harvester("keys", "--out", "x")[2] == "harvester: --out must go with --schema, but --schema is left out\n"
+    assert (
+        harvester("keys", "--out", "x")[2]
+        == "harvester: --out must go with --schema, but --schema is left out\n"
+    )
 
 
 @pytest.mark.thorough("test_it_marks_a_broken_scene")
@@ -149,6 +164,11 @@ def test_taplo_reads_it(harvester, tmp_path):
     (tmp_path / "bad.toml").write_text(good.replace("stiffness", "stifness"))
     for name, status, says in (("good", 0, ""), ("bad", 1, "'stifness' was unexpected")):
         done = subprocess.run(
-            [taplo, "lint", f"{name}.toml"], cwd=tmp_path, capture_output=True, text=True, check=False, timeout=60
+            [taplo, "lint", f"{name}.toml"],
+            cwd=tmp_path,
+            capture_output=True,
+            text=True,
+            check=False,
+            timeout=60,
         )
         assert (done.returncode, says in done.stderr) == (status, True), done.stderr

@@ -29,22 +29,28 @@ def head(path, name):
     ],
 )
 def test_a_circuit_has_the_parameters_of_its_part(circuit, part, name):
-    ours, its = head(FOLDER / f"{circuit}.cir", circuit), head(FOLDER / "parts" / f"{part}.lib", name)
+    ours = head(FOLDER / f"{circuit}.cir", circuit)
+    its = head(FOLDER / "parts" / f"{part}.lib", name)
     both = ours.keys() & its.keys()
     assert len(both) > 3 and {key: ours[key] for key in both} == {key: its[key] for key in both}
 
 
 def test_the_keys_of_a_scene_name_every_chip():
-    assert set(re.findall(r"\w+\d+", HarvestingChip.__annotations__["name"].__args__[0].__metadata__[0])) == set(CHIPS)
+    assert set(
+        re.findall(r"\w+\d+", HarvestingChip.__annotations__["name"].__args__[0].__metadata__[0])
+    ) == set(CHIPS)
 
 
 def test_what_a_netlist_says_in_another_form_is_what_the_file_says():
     """Thresholds of an output, its table of efficiencies and the diodes."""
-    ltc, text = CHIPS["ltc3588"], (FOLDER / "parts" / "ltc3588.lib").read_text()
+    ltc = CHIPS["ltc3588"]
+    text = (FOLDER / "parts" / "ltc3588.lib").read_text()
     own = head(FOLDER / "parts" / "ltc3588.lib", "ltc3588_1")
     assert ltc.outputs[float(own["Vreg"])] == (float(own["Vrise"]), float(own["Vfall"]))
     assert re.search(r"\.model rectifier D\(Is=4\.4n N=1 ", text) and ltc.diodes == (4.4e-9, 1.0)
-    assert re.search(r"\.model BAT54 D\(Is=0\.1u N=1 ", (FOLDER / "parts" / "diodes.lib").read_text())
+    assert re.search(
+        r"\.model BAT54 D\(Is=0\.1u N=1 ", (FOLDER / "parts" / "diodes.lib").read_text()
+    )
     assert all(chip.diodes == (1e-7, 1.0) for name, chip in CHIPS.items() if name != "ltc3588")
     line = re.search(r"Beta .*1e-9\)\), (.*)\)", (FOLDER / "parts" / "bq25570.lib").read_text())[1]
     points = [float(one) for one in line.split(",")]

@@ -35,7 +35,8 @@ def test_the_boards_diodes_give_what_they_do_in_ngspice(excitation, stop):
 def test_a_compiled_circuit_of_other_diodes_is_told(excitation, monkeypatch):
     """Those of the packaged bridge beside ngspice with the board's: the difference is that of their mean currents."""
     scene = noisy_node(excitation=excitation)
-    board, other = Problem.of(scene), noisy_node(excitation=excitation, load=hv.Netlist("bridge", Is="1 pA", N=1.0))
+    board = Problem.of(scene)
+    other = noisy_node(excitation=excitation, load=hv.Netlist("bridge", Is="1 pA", N=1.0))
     other = Problem.of(other)
     assert board.circuit is not None and other.circuit is not None
 
@@ -44,7 +45,9 @@ def test_a_compiled_circuit_of_other_diodes_is_told(excitation, monkeypatch):
 
     monkeypatch.setattr(held_in_ngspice, "compiled_circuit", compiled)
     found = current_difference(board, 3.0)
-    ours, its = (float(measured(one, top=2.7, count=2, runs=1024).best.current[-1]) for one in (board, other))
+    ours, its = (
+        float(measured(one, top=2.7, count=2, runs=1024).best.current[-1]) for one in (board, other)
+    )
     expected = abs(ours / its - 1.0)
     assert expected > 0.02
     assert 0.5 * expected < found < 2.0 * expected + 0.02
@@ -54,7 +57,9 @@ def test_a_compiled_circuit_of_other_diodes_is_told(excitation, monkeypatch):
 def test_of_a_chip_the_rectifier_alone_is_run():
     """The package's LTC3588 as a file of one's own says the same as by its name, with a whole error."""
     scene = hv.load(EXAMPLES / "bimorph_ltc3588.toml")
-    load = hv.Load(netlist=str(netlist_folder() / "ltc3588.cir"), parameters=dict(scene.load.parameters))
+    load = hv.Load(
+        netlist=str(netlist_folder() / "ltc3588.cir"), parameters=dict(scene.load.parameters)
+    )
     own = dataclasses.replace(scene, load=load)
     names = [part.name for part in held_load(Problem.of(own).circuit, 1e-3).parts]
     assert names == ["xchip.d1", "xchip.d2", "xchip.d3", "xchip.d4", "csmooth", "rload"]
@@ -94,6 +99,8 @@ def test_on_a_record_a_piece_of_it_is_run(tmp_path):
     t = np.arange(0.0, 4.0, 0.002)
     shaken = on_record(tmp_path, t, 2.0 * np.sin(2.0 * np.pi * 46.0 * t)).excitation
     own = hv.node(noisy_node(excitation=shaken), days=0.01).harvested
-    bridge = hv.node(noisy_node(excitation=shaken, load=hv.Netlist("bridge", Is=1e-6, N=1.05)), days=0.01).harvested
+    bridge = hv.node(
+        noisy_node(excitation=shaken, load=hv.Netlist("bridge", Is=1e-6, N=1.05)), days=0.01
+    ).harvested
     assert own.error95 is not None and own.error95 < 0.1 * own.value
     assert abs(own.value - bridge.value) < own.error95 + bridge.error95

@@ -12,9 +12,16 @@ C = 1e-4
 
 def run(amperes=1e-5, storage=None, **node):
     """A constant current into 100 uF up to 6 V; a node that sends 10 ms of 5 mA every second, from 4 V to 2 V."""
-    volts, one = np.linspace(0.0, 6.0, 12), np.ones(12)
+    volts = np.linspace(0.0, 6.0, 12)
+    one = np.ones(12)
     table = RectifiedCurrent(volts, amperes * one, None, one, one, 0.0 * one, 0.0)
-    given = {"wake_voltage": 4.0, "stop_voltage": 2.0, "interval": 1.0, "currents": (5e-3,), "durations": (0.01,)}
+    given = {
+        "wake_voltage": 4.0,
+        "stop_voltage": 2.0,
+        "interval": 1.0,
+        "currents": (5e-3,),
+        "durations": (0.01,),
+    }
     kept = storage or {}
     capacitor = {} if "battery_voltage" in kept else {"capacitance": C}
     return NodeRun(table, hv.Storage(**capacitor | kept), hv.SensorNode(**given | node))
@@ -22,7 +29,9 @@ def run(amperes=1e-5, storage=None, **node):
 
 def test_the_first_packet_is_after_the_charge_to_the_wake_voltage():
     assert run().course(1000.0).first == pytest.approx(4.0 * C / 1e-5 + 0.01, rel=1e-9)
-    assert run(storage={"initial_voltage": 3.0}).course(1000.0).first == pytest.approx(1.0 * C / 1e-5 + 0.01, rel=1e-6)
+    assert run(storage={"initial_voltage": 3.0}).course(1000.0).first == pytest.approx(
+        1.0 * C / 1e-5 + 0.01, rel=1e-6
+    )
 
 
 def test_energy_limits_packets_to_what_comes_in():
@@ -48,19 +57,25 @@ def test_the_energy_that_comes_in_is_stored_or_taken():
     packet = 5e-3 * 1.8 * 0.01 / 0.9
     stored = 0.5 * C * course.volts[-1] ** 2
     assert course.clamped > 3.0 * course.packets * packet
-    assert course.given - course.clamped == pytest.approx(course.packets * packet + stored, rel=2e-3)
+    assert course.given - course.clamped == pytest.approx(
+        course.packets * packet + stored, rel=2e-3
+    )
 
 
 def test_repeated_cycles_count_as_if_each_was_followed():
     """The long course jumps over cycles that repeat; the sum of short ones from the same voltage does not."""
     long = run().course(20_000.0)
     per_cycle = run().course(250.0)
-    assert long.packets / long.end == pytest.approx(per_cycle.packets / (per_cycle.end - 40.0), rel=0.1)
+    assert long.packets / long.end == pytest.approx(
+        per_cycle.packets / (per_cycle.end - 40.0), rel=0.1
+    )
     assert long.end == pytest.approx(20_000.0)
 
 
 def test_a_regulator_takes_its_power_over_the_efficiency():
-    course = run(amperes=0.0, storage={"initial_voltage": 4.0}, supply_voltage=1.8, efficiency=0.9).course(1.0)
+    course = run(
+        amperes=0.0, storage={"initial_voltage": 4.0}, supply_voltage=1.8, efficiency=0.9
+    ).course(1.0)
     energy = 5e-3 * 1.8 * 0.01 / 0.9
     assert course.volts[-1] == pytest.approx((4.0**2 - 2.0 * energy / C) ** 0.5, rel=1e-5)
 
@@ -80,10 +95,16 @@ def test_leakage_keeps_a_store_from_waking():
 
 def test_charge_that_moves_into_pores_is_that_of_a_line():
     """300 sections of a line beside the capacitor, from another code: the store's voltage alone for two hours."""
-    storage = {"diffusion_capacitance": 0.4 * C, "diffusion_resistance": 3600.0 / (0.4 * C), "initial_voltage": None}
+    storage = {
+        "diffusion_capacitance": 0.4 * C,
+        "diffusion_resistance": 3600.0 / (0.4 * C),
+        "initial_voltage": None,
+    }
     course = run(amperes=1e-7, storage=storage, wake_voltage=6.0).course(7200.0)
-    n, h = 300, 5.0
-    g, c = n / storage["diffusion_resistance"], storage["diffusion_capacitance"] / n
+    n = 300
+    h = 5.0
+    g = n / storage["diffusion_resistance"]
+    c = storage["diffusion_capacitance"] / n
     matrix = np.zeros((n + 1, n + 1))
     for k in range(n):
         part = 2.0 * g if k == 0 else g  # the first capacitor is half a section away
@@ -91,7 +112,9 @@ def test_charge_that_moves_into_pores_is_that_of_a_line():
         matrix[k + 1, k + 1] -= part
         matrix[k, k + 1], matrix[k + 1, k] = part, part
     held = np.diag([C, *n * [c]])
-    step, v, found = held / h - 0.5 * matrix, np.zeros(n + 1), []
+    step = held / h - 0.5 * matrix
+    v = np.zeros(n + 1)
+    found = []
     forward = np.linalg.solve(step, held / h + 0.5 * matrix)
     kick = np.linalg.solve(step, np.eye(n + 1)[0] * 1e-7)
     for _ in range(round(7200.0 / h)):
@@ -100,7 +123,8 @@ def test_charge_that_moves_into_pores_is_that_of_a_line():
     at = np.array([600.0, 3600.0, 7190.0])
     expected = np.interp(at, h * np.arange(1, len(found) + 1), found)
     assert np.interp(at, course.t, course.volts) == pytest.approx(expected, rel=4e-3)
-    assert (np.interp(at, course.t, course.volts) < 0.93 * 1e-7 * at / C).all()  # which the capacitor alone has
+    # which the capacitor alone has
+    assert (np.interp(at, course.t, course.volts) < 0.93 * 1e-7 * at / C).all()
 
 
 def test_a_store_with_pores_discharges_by_itself():
@@ -117,7 +141,9 @@ def test_packets_that_nobody_answers_are_sent_again():
     battery = {"battery_voltage": 5.0, "battery_charge": 1e4}
     course = run(amperes=0.0, storage=battery, lost_share=0.4, retries=2).course(20_000.0)
     share = 0.4**3
-    assert course.lost / 20_000.0 == pytest.approx(share, abs=4.0 * (share * (1 - share) / 20_000.0) ** 0.5)
+    assert course.lost / 20_000.0 == pytest.approx(
+        share, abs=4.0 * (share * (1 - share) / 20_000.0) ** 0.5
+    )
     spent = (1.0 - course.volts[-1] / 5.0) * 1e4
     assert spent == pytest.approx(20_000.0 * 5e-5 * (1.0 - share) / 0.6, rel=0.015)
     assert course.interval(0.5) == pytest.approx(1.0, rel=1e-3) and course.interval(1.0) > 1.9
@@ -129,7 +155,9 @@ def test_a_battery_keeps_its_voltage_and_runs_empty():
     assert course.brown_outs == 0 and course.packets == 24
     course = run(storage={"battery_voltage": 5.0, "battery_charge": 1e-3}).course(60.0)
     assert course.brown_outs >= 1 and 24 <= course.packets < 40
-    course = run(amperes=1e-4, storage={"battery_voltage": 5.0, "battery_charge": 1e-3}).course(1000.0)
+    course = run(amperes=1e-4, storage={"battery_voltage": 5.0, "battery_charge": 1e-3}).course(
+        1000.0
+    )
     assert course.packets == 1000 and course.clamped == pytest.approx(5.0 * (0.1 - 0.05), rel=2e-3)
 
 
@@ -145,11 +173,20 @@ def test_a_flag_of_low_energy_spares_packets():
 @pytest.mark.parametrize(
     ("keys", "message"),
     [
-        ({"capacitance": 1e-4, "battery_voltage": 3.0}, "either capacitance or battery_voltage, but both are"),
+        (
+            {"capacitance": 1e-4, "battery_voltage": 3.0},
+            "either capacitance or battery_voltage, but both are",
+        ),
         ({}, "either capacitance or battery_voltage, but neither is"),
         ({"battery_voltage": 3.0}, "battery_charge must be given with battery_voltage"),
-        ({"capacitance": 1e-4, "diffusion_resistance": 1e3}, "diffusion_capacitance must be given with"),
-        ({"battery_voltage": 3.0, "battery_charge": 10.0, "clamp_voltage": 3.0}, "clamp_voltage must be left out of a"),
+        (
+            {"capacitance": 1e-4, "diffusion_resistance": 1e3},
+            "diffusion_capacitance must be given with",
+        ),
+        (
+            {"battery_voltage": 3.0, "battery_charge": 10.0, "clamp_voltage": 3.0},
+            "clamp_voltage must be left out of a",
+        ),
     ],
 )
 def test_a_store_that_cannot_be_says_what_is_wrong(keys, message):
@@ -169,7 +206,10 @@ def test_a_store_that_cannot_be_says_what_is_wrong(keys, message):
         ({"intervall": 1.0}, "did you mean"),
         ({"retries": 2}, "lost_share must be given with retries"),
         ({"retries": 2.5, "lost_share": 0.1}, "retries must be a whole number"),
-        ({"retries": 100, "lost_share": 0.1, "durations": (0.1,)}, "longer than a packet's durations together and its"),
+        (
+            {"retries": 100, "lost_share": 0.1, "durations": (0.1,)},
+            "longer than a packet's durations together and its",
+        ),
         ({"low_voltages": (3.0, 2.5), "low_interval": 5.0}, "low_voltages must ascend"),
         ({"low_voltages": (2.5, 3.0)}, "low_interval must be given with low_voltages"),
     ],

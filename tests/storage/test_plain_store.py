@@ -6,7 +6,12 @@ import numpy as np
 import pytest
 
 from harvester.cosimulation.charging import first_passages
-from harvester.storage.rectified_current import RectifiedCurrent, error_of_times, random_paths, times_to
+from harvester.storage.rectified_current import (
+    RectifiedCurrent,
+    error_of_times,
+    random_paths,
+    times_to,
+)
 
 C, OHM = 1e-4, 1e6
 
@@ -14,7 +19,9 @@ C, OHM = 1e-4, 1e6
 def table(current, density=0.0, stderr=None, lag=0.0, ring_up=0.0):
     volts = np.linspace(0.0, 10.0, 12)
     one = np.ones(len(volts))
-    return RectifiedCurrent(volts, current(volts) * one, stderr, density * one, one, lag * one, ring_up)
+    return RectifiedCurrent(
+        volts, current(volts) * one, stderr, density * one, one, lag * one, ring_up
+    )
 
 
 def test_a_constant_current_with_a_resistor_charges_exponentially():
@@ -33,7 +40,9 @@ def test_the_ring_up_and_the_lag_are_counted():
     falling = lambda v: 1e-5 - 1e-6 * v  # noqa: E731 - a line
     levels = np.array([5.0])
     plain = times_to(levels, table(falling), C, math.inf)[0]
-    assert times_to(levels, table(falling, ring_up=2e-5), C, math.inf)[0] == pytest.approx(plain + 2.0, rel=1e-9)
+    assert times_to(levels, table(falling, ring_up=2e-5), C, math.inf)[0] == pytest.approx(
+        plain + 2.0, rel=1e-9
+    )
     assert times_to(levels, table(falling, lag=3.0), C, math.inf)[0] == pytest.approx(
         plain - 3.0 * math.log(2), rel=1e-4
     )
@@ -42,10 +51,15 @@ def test_the_ring_up_and_the_lag_are_counted():
 @pytest.mark.slow
 def test_random_paths_pass_as_a_random_walk_with_drift():
     """Mean L/v and variance D L/v^3 of the first passage through L, D being the density of V; the wall at 0 is far."""
-    density, level, count = (2e-6) ** 2, 8.0, 4096
-    t, v = random_paths(table(lambda v: 1e-5 + 0.0 * v, density=density), C, math.inf, level, 200.0, count, 3, False)
+    density = (2e-6) ** 2
+    level = 8.0
+    count = 4096
+    t, v = random_paths(
+        table(lambda v: 1e-5 + 0.0 * v, density=density), C, math.inf, level, 200.0, count, 3, False
+    )
     times = np.array([first_passages(t, one, np.array([level]))[0] for one in v])
-    mean, variance = level * C / 1e-5, density / C**2 * level / (1e-5 / C) ** 3
+    mean = level * C / 1e-5
+    variance = density / C**2 * level / (1e-5 / C) ** 3
     assert abs(times.mean() - mean) < 4.0 * math.sqrt(variance / count) + 0.01 * mean
     assert times.var() == pytest.approx(variance, rel=0.1)
 

@@ -10,7 +10,12 @@ from harvester.equations.problem import Problem
 from harvester.storage.measured_current import measured
 from harvester.storage.rectified_current import RectifiedCurrent
 
-MASS, STIFFNESS, RATIO, THETA, CP, A = 0.02, 1800.0, 0.02, 1e-4, 50e-9, 40.0
+MASS = 0.02
+STIFFNESS = 1800.0
+RATIO = 0.02
+THETA = 1e-4
+CP = 50e-9
+A = 40.0
 
 
 @pytest.fixture(scope="module")
@@ -34,8 +39,10 @@ def test_it_is_that_of_a_bridge_on_a_fixed_amplitude(weak):
     drop = 1.752 * 0.02585 * math.log(CP * w * voc / 2.52e-9)
     volts = np.linspace(0.0, 0.7, 5) * voc
     expected = 2.0 * w * CP * (voc - volts - 2.0 * drop) / math.pi
-    assert table.at(volts) == pytest.approx(expected, abs=0.02 * expected[0])  # drops fall with the current
-    assert abs(float(table.at(np.array([2.0 * voc]))[0])) < 1e-3 * expected[0]  # nothing but leakage
+    # drops fall with the current
+    assert table.at(volts) == pytest.approx(expected, abs=0.02 * expected[0])
+    # nothing but leakage
+    assert abs(float(table.at(np.array([2.0 * voc]))[0])) < 1e-3 * expected[0]
 
 
 def test_the_ring_up_takes_a_time_constant_of_the_mass(weak):

@@ -7,7 +7,12 @@ from harvester.circuits.idealised import ideal_circuit
 from harvester.equations.problem import Problem
 from harvester.netlists.load_circuit import load_circuit
 from harvester.scene.load import Load
-from harvester.storage.rectifier_cut import cut_behind_rectifier, held_rectifier, is_plain_store, plain_bridge
+from harvester.storage.rectifier_cut import (
+    cut_behind_rectifier,
+    held_rectifier,
+    is_plain_store,
+    plain_bridge,
+)
 from tests.support.netlists import BRIDGE, PLATE, STORE, on_plate
 
 LAW = ".model own D(Is=2.52n N=1.752)\n"
@@ -18,7 +23,8 @@ OTHERS = {
     "unlike diodes": BOARD.replace("D4 b n own", "D4 b n BAT54"),
     "no store": BOARD.replace("Csmooth a b 1u\n", ""),
     "a load of its own": BOARD.replace("Rload a b", "R1 a c 1k\nRload c b"),
-    "a doubler": "D1 p a own\nD2 b p own\nCsmooth a b 1u\nC2 a n 1u\nC3 n b 1u\nRload a b 1Meg\n" + LAW,
+    "a doubler": "D1 p a own\nD2 b p own\nCsmooth a b 1u\nC2 a n 1u\nC3 n b 1u\nRload a b 1Meg\n"
+    + LAW,
 }
 
 
@@ -27,7 +33,8 @@ def circuit(name):
 
 
 @pytest.mark.parametrize(
-    ("name", "rails"), [("bridge", ("a", "b")), ("ltc3588", ("store", "com")), ("bq25570", ("in", "com"))]
+    ("name", "rails"),
+    [("bridge", ("a", "b")), ("ltc3588", ("store", "com")), ("bq25570", ("in", "com"))],
 )
 def test_a_bridge_of_diodes_is_cut_off(name, rails):
     cut = cut_behind_rectifier(circuit(name))
@@ -36,12 +43,18 @@ def test_a_bridge_of_diodes_is_cut_off(name, rails):
     assert [one.kind for one in cut.rectifier] == ["d"] * 4
     nodes = {node for one in cut.slow() for node in one.nodes}
     assert {"p", "0"} <= nodes
-    assert not nodes & {*rails}  # they have the electrodes' names now, also where expressions name them
+    # they have the electrodes' names now, also where expressions name them
+    assert not nodes & {*rails}
     assert not {node for one in cut.slow() for node in one.nodes_read} & {*rails}
-    assert {one.name for one in cut.held(1.0)} == {one.name for one in cut.rectifier} | {"csmooth", "rload"}
+    assert {one.name for one in cut.held(1.0)} == {one.name for one in cut.rectifier} | {
+        "csmooth",
+        "rload",
+    }
 
 
-@pytest.mark.parametrize("name", ["doubler", "parallel_sshi", "series_sshi", "sece", "self_powered_sshi", "resistor"])
+@pytest.mark.parametrize(
+    "name", ["doubler", "parallel_sshi", "series_sshi", "sece", "self_powered_sshi", "resistor"]
+)
 def test_other_circuits_are_not_cut(name):
     assert cut_behind_rectifier(circuit(name)) is None
 
@@ -69,7 +82,8 @@ def test_a_users_bridge_has_the_circuit_of_the_packages(tmp_path):
     """The same currents of the same diodes, and the same store and load."""
     values = {"R": 1.5e6, "C": 1e-6, "Is": 2.52e-9, "N": 1.752}
     problem = Problem(PLATE.with_load(hv.Netlist("bridge", **values)))
-    ours, its = bridge_of(on_plate(tmp_path, BOARD)), ideal_circuit(problem.circuit, problem.scales)
+    ours = bridge_of(on_plate(tmp_path, BOARD))
+    its = ideal_circuit(problem.circuit, problem.scales)
     assert its.bridge and ours.bridge
     for name in ("mu", "kappa", "n", "leak", "loss"):
         assert getattr(ours, name) == pytest.approx(getattr(its, name), rel=1e-12), name

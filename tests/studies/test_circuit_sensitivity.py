@@ -30,7 +30,9 @@ def test_every_element_is_a_key(tmp_path):
     assert names == {"L3", "R4", "Csmooth", "Rload"}
     assert own["load.parameters.R4"] == 5e3 and own["oscillator.mass"] == pytest.approx(0.04)
     (tmp_path / "flat.cir").write_text(FLAT)
-    load = hv.Load(netlist=str(tmp_path / "flat.cir"), terminals=["/P", "/N"], resistor="R7", store="C1")
+    load = hv.Load(
+        netlist=str(tmp_path / "flat.cir"), terminals=["/P", "/N"], resistor="R7", store="C1"
+    )
     scene = hv.Scene(**{**vars(on_plate(tmp_path, LINEAR)), "load": load})
     flat = dict(keys_with_elements(Problem(scene)))
     told = [flat[f"load.parameters.{name}"] for name in ("R9", "R", "C")]
@@ -49,7 +51,12 @@ def test_a_linear_circuit_has_the_elasticities_that_units_ask_for(tmp_path):
     assert found.engine == "compiled" and found.mean_power.value > 0.0
     shaking = of["excitation.acceleration_psd"]
     assert abs(shaking.value - 1.0) < 2.0 * shaking.sampling95 + 1e-3 < 5e-3
-    powers = {"oscillator.mass": 1, "oscillator.stiffness": 1, "oscillator.damping": 1, "piezo.coupling": 1}
+    powers = {
+        "oscillator.mass": 1,
+        "oscillator.stiffness": 1,
+        "oscillator.damping": 1,
+        "piezo.coupling": 1,
+    }
     powers |= {"piezo.capacitance": 1, "load.parameters.C2": 1}
     powers |= {"load.parameters.R1": -1, "load.parameters.Rload": -1}
     for weights, total in ((powers, 1.0), (_volts(), 0.0)):
@@ -61,7 +68,11 @@ def test_a_linear_circuit_has_the_elasticities_that_units_ask_for(tmp_path):
 def _volts():
     """Powers of V of the keys' units: coupling N/V, capacitance J/V^2, resistance V^2/W."""
     capacitances = {"piezo.capacitance": -2, "load.parameters.C2": -2}
-    return {"piezo.coupling": -1, "load.parameters.R1": 2, "load.parameters.Rload": 2} | capacitances
+    return {
+        "piezo.coupling": -1,
+        "load.parameters.R1": 2,
+        "load.parameters.Rload": 2,
+    } | capacitances
 
 
 def test_options_that_would_do_nothing_are_refused(tmp_path):

@@ -33,7 +33,13 @@ def test_path_with_and_without_the_stop():
 
 def test_comparison_has_every_engine_and_its_z():
     result = compare(scene(PAPER), trajectories=32, duration=200.0)
-    assert [e.engine for e in result.estimates] == ["published", "averaged", "density", "ensemble", "spice"]
+    assert [e.engine for e in result.estimates] == [
+        "published",
+        "averaged",
+        "density",
+        "ensemble",
+        "spice",
+    ]
     told = result.as_json()
     rows = {row["engine"]: row for row in told["engines"]}
     reference = rows.pop(told["reference"])
@@ -61,7 +67,9 @@ def test_engines_that_cannot_serve_are_named():
 def test_a_stop_that_is_all_that_bounds_the_response():
     """Without the stop negative damping grows without bound: no such path, and the comparison stands."""
     result = compare(
-        scene(Equations(c1=0.02, restitution=0.9, mu=0.5, beta=0.05, n1=0.01)), trajectories=64, duration=50.0
+        scene(Equations(c1=0.02, restitution=0.9, mu=0.5, beta=0.05, n1=0.01)),
+        trajectories=64,
+        duration=50.0,
     )
     assert {"ensemble", "spice"} <= {e.engine for e in result.estimates}
     assert [p.title for p in result.paths] == ["with the stop"]
@@ -72,15 +80,25 @@ def test_it_writes_when_it_is_told_to(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     told = []
     progress = CallingBack(lambda done, what: told.append((round(done, 6), what)))
-    found = compare(scene(PAPER), engines=["published", "averaged"], execution=hv.Execution(progress=progress))
+    found = compare(
+        scene(PAPER), engines=["published", "averaged"], execution=hv.Execution(progress=progress)
+    )
     assert list(tmp_path.iterdir()) == []
     assert [what for _, what in told] == ["published", "averaged", "paths"] and told == sorted(told)
-    again = compare(scene(PAPER), engines=["published", "averaged"], execution=hv.Execution(out="out"))
-    assert {path.name for path in (tmp_path / "out").iterdir()} == {"compare.csv", "compare.png", "provenance.json"}
+    again = compare(
+        scene(PAPER), engines=["published", "averaged"], execution=hv.Execution(out="out")
+    )
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {
+        "compare.csv",
+        "compare.png",
+        "provenance.json",
+    }
     rows = (tmp_path / "out" / "compare.csv").read_text().splitlines()
     assert rows[1].split(",")[1] == f"{again.estimates[0].mean_power.value:.9g}"
     assert str(found).splitlines()[1].strip() == "against published" and "%" in str(found)
-    with pytest.raises(hv.InputError, match="must have `out`, `formats`, `progress` only, but has `workers`"):
+    with pytest.raises(
+        hv.InputError, match="must have `out`, `formats`, `progress` only, but has `workers`"
+    ):
         compare(scene(PAPER), execution=hv.Execution(workers=2))
 
 
@@ -89,11 +107,20 @@ def test_a_budget_is_for_all_engines_together(monkeypatch):
     given = []
     for kind in (hv.Ensemble, hv.Density):
         run = kind.run
-        monkeypatch.setattr(kind, "run", lambda self, *them, run=run: given.append(self.budget) or run(self, *them))
-    result = compare(scene(PAPER), engines=["averaged", "density", "ensemble"], within=0.01, budget="5s")
-    assert {"averaged", "ensemble"} <= {one.engine for one in result.estimates}  # density may need more than its share
-    share, others = hv.Density.share_of_time, hv.Ensemble.share_of_time + PATHS
-    assert given[0] <= 5.0 * share / (share + others) and given[1] <= 5.0 * hv.Ensemble.share_of_time / others
+        monkeypatch.setattr(
+            kind, "run", lambda self, *them, run=run: given.append(self.budget) or run(self, *them)
+        )
+    result = compare(
+        scene(PAPER), engines=["averaged", "density", "ensemble"], within=0.01, budget="5s"
+    )
+    # density may need more than its share
+    assert {"averaged", "ensemble"} <= {one.engine for one in result.estimates}
+    share = hv.Density.share_of_time
+    others = hv.Ensemble.share_of_time + PATHS
+    assert (
+        given[0] <= 5.0 * share / (share + others)
+        and given[1] <= 5.0 * hv.Ensemble.share_of_time / others
+    )
     late = compare(scene(PAPER), engines=["ensemble", "density"], budget=1e-3)
     assert [one.engine for one in late.estimates] == ["ensemble"]
     assert late.refused["density"].startswith("the `budget` was spent before its turn")
@@ -106,12 +133,17 @@ def test_an_engine_that_refuses_has_spent_of_the_budget(monkeypatch):
         time.sleep(0.5)
         raise hv.SimulationError("no density in that time")
 
-    run, given = hv.Ensemble.run, []
+    run = hv.Ensemble.run
+    given = []
     monkeypatch.setattr(hv.Density, "run", refuse)
-    monkeypatch.setattr(hv.Ensemble, "run", lambda self, *them: given.append(self.budget) or run(self, *them))
+    monkeypatch.setattr(
+        hv.Ensemble, "run", lambda self, *them: given.append(self.budget) or run(self, *them)
+    )
     result = compare(scene(PAPER), engines=["density", "ensemble"], budget="5s")
     shares = hv.Ensemble.share_of_time + PATHS
-    assert given[0] <= (5.0 - 0.5) * hv.Ensemble.share_of_time / shares and list(result.refused) == ["density"]
+    assert given[0] <= (5.0 - 0.5) * hv.Ensemble.share_of_time / shares and list(
+        result.refused
+    ) == ["density"]
 
 
 def test_a_budget_bounds_the_processor_time_of_all_engines():

@@ -21,7 +21,9 @@ def test_steady_response_to_a_drive():
     """RMS voltage of the part shown is that of the transfer function, within the step's second order."""
     found = motion(scene(DRIVEN))
     last = found.time >= found.time[-1] - found.shown
-    assert np.sqrt(np.mean(found.voltage[last] ** 2)) == pytest.approx(abs(continuum(DRIVEN)[1]) / 2**0.5, rel=5e-3)
+    assert np.sqrt(np.mean(found.voltage[last] ** 2)) == pytest.approx(
+        abs(continuum(DRIVEN)[1]) / 2**0.5, rel=5e-3
+    )
     assert found.acceleration.max() == pytest.approx(DRIVEN.drive, rel=1e-3)
 
 
@@ -31,9 +33,14 @@ def test_units_of_a_physical_scene():
     assert found.stops == pytest.approx((-TWO.stop.gap, TWO.opposite_stop.gap))
     assert found.stops[0] <= found.displacement.min() < 0.9 * found.stops[0]
     assert 0.9 * found.stops[1] < found.displacement.max() <= found.stops[1]
-    theta, capacitance, load = TWO.piezo.coupling, TWO.piezo.capacitance, TWO.load.resistance
+    theta = TWO.piezo.coupling
+    capacitance = TWO.piezo.capacitance
+    load = TWO.load.resistance
     dt = np.diff(found.time)
-    charge = capacitance * np.diff(found.voltage) + dt * 0.5 * (found.voltage[1:] + found.voltage[:-1]) / load
+    charge = (
+        capacitance * np.diff(found.voltage)
+        + dt * 0.5 * (found.voltage[1:] + found.voltage[:-1]) / load
+    )
     error = charge - theta * np.diff(found.displacement)
     assert np.sqrt(np.mean(error**2)) < 0.02 * np.sqrt(np.mean(charge**2))
     assert (found.impacts[:, 1] > 0).any()
@@ -59,7 +66,9 @@ def test_a_pilot_says_how_long_a_path_by_ngspice_takes(monkeypatch):
     """Once, before it, and the path is what it is without a pilot; a harmonic drive, as it has shaking to cut short."""
     monkeypatch.setattr("harvester.studies.motion_in_ngspice.MANY_STEPS", 100)
     told = []
-    one, other = (motion(scene(DRIVEN), "spice", duration=20.0, expected=ask) for ask in (told.append, None))
+    one, other = (
+        motion(scene(DRIVEN), "spice", duration=20.0, expected=ask) for ask in (told.append, None)
+    )
     assert len(told) == 1 and 0.0 < told[0] < 600.0
     assert np.array_equal(one.voltage, other.voltage)
 
@@ -76,8 +85,18 @@ def test_netlists_need_ngspice(tmp_path):
 @pytest.mark.ngspice
 def test_probes_from_rest(tmp_path, harvester):
     """The store begins empty; it is v(a,b), Rload takes v^2/R, and both files have the same columns with units."""
-    words = ("motion", "examples/plate_bridge.toml", "--from-rest", "--duration", "2s", "--out", tmp_path)
-    status, _, wrong = harvester(*words, "--probe", "store", "--probe", "v(a,b)", "--probe", "p(load)")
+    words = (
+        "motion",
+        "examples/plate_bridge.toml",
+        "--from-rest",
+        "--duration",
+        "2s",
+        "--out",
+        tmp_path,
+    )
+    status, _, wrong = harvester(
+        *words, "--probe", "store", "--probe", "v(a,b)", "--probe", "p(load)"
+    )
     assert (status, wrong) == (0, "")
     with np.load(tmp_path / "motion.npz") as packed:
         found = dict(packed)
@@ -100,7 +119,14 @@ def test_probes_need_the_circuit():
 
 @pytest.mark.slow
 def test_files_and_command(tmp_path):
-    arguments = ["motion", "examples/plate_recorded.toml", "--duration", "2", "--out", str(tmp_path)]
+    arguments = [
+        "motion",
+        "examples/plate_recorded.toml",
+        "--duration",
+        "2",
+        "--out",
+        str(tmp_path),
+    ]
     done = CliRunner().invoke(cli, arguments)
     assert done.exit_code == 0, done.output
     assert "a single trajectory is not a mean" in done.output
@@ -119,10 +145,13 @@ def test_files_and_command(tmp_path):
 
 
 def test_seed_and_refusals():
-    same, other = motion(scene(PAPER), duration=20.0), motion(scene(PAPER), duration=20.0, seed=1)
+    same = motion(scene(PAPER), duration=20.0)
+    other = motion(scene(PAPER), duration=20.0, seed=1)
     assert (same.displacement == motion(scene(PAPER), duration=20.0).displacement).all()
     assert (same.displacement != other.displacement).any()
-    with pytest.raises(InputError, match="unknown engine 'averaged': it must be one of ensemble, compiled, spice"):
+    with pytest.raises(
+        InputError, match="unknown engine 'averaged': it must be one of ensemble, compiled, spice"
+    ):
         motion(scene(PAPER), "averaged")
     for duration in (0.0, -1.0, 1e9, float("nan")):
         with pytest.raises(InputError, match="`duration` must be between"):
@@ -136,5 +165,9 @@ def test_a_probe_that_is_rounding_is_drawn_as_zero():
     probes = {"v(out)": 1e-14 * wave, "v(in)": 1e-6 * wave, "i(d1)": 1e-14 * wave}
     units = {"v(out)": "V", "v(in)": "V", "i(d1)": "A"}
     drawn = dataclasses.replace(path, probes=probes, probe_units=units).plot()
-    heights = {one.get_ylabel().split("\n")[0]: np.ptp(one.lines[0].get_ydata()) for one in drawn.axes if one.lines}
+    heights = {
+        one.get_ylabel().split("\n")[0]: np.ptp(one.lines[0].get_ydata())
+        for one in drawn.axes
+        if one.lines
+    }
     assert heights["v(out)"] == 0.0 < min(heights["v(in)"], heights["i(d1)"])

@@ -34,7 +34,11 @@ def changed(**keys):
         table, _, name = key.partition("__")
         tables.setdefault(table, {})[name] = value
     return dataclasses.replace(
-        scene, **{name: dataclasses.replace(getattr(scene, name), **values) for name, values in tables.items()}
+        scene,
+        **{
+            name: dataclasses.replace(getattr(scene, name), **values)
+            for name, values in tables.items()
+        },
     )
 
 
@@ -45,10 +49,14 @@ def test_a_node_with_enough_sends_every_interval():
     assert found.packets_per_hour.value == pytest.approx(360.0, rel=0.02)
     assert found.share_running.value == pytest.approx(1.0, abs=1e-6)
     charge = hv.charge(
-        dataclasses.replace(hv.load(SCENE), load=hv.Netlist("bridge", R="5 Mohm", C="470 uF")), to="4.2 V"
+        dataclasses.replace(hv.load(SCENE), load=hv.Netlist("bridge", R="5 Mohm", C="470 uF")),
+        to="4.2 V",
     )
     packet = 0.015
-    assert abs(found.first_packet.value - packet - charge.time.value) < 2 * found.first_packet.known_error95 + 0.05
+    assert (
+        abs(found.first_packet.value - packet - charge.time.value)
+        < 2 * found.first_packet.known_error95 + 0.05
+    )
 
 
 def test_energy_limits_one_that_sends_too_often():
@@ -63,17 +71,25 @@ def test_energy_limits_one_that_sends_too_often():
 
 def test_a_weak_vibration_never_wakes_it():
     found = hv.node(changed(excitation__acceleration_amplitude=0.4), days=0.1)
-    assert found.limit == "wake_voltage" and found.first_packet is None and found.packets_per_hour.value == 0.0
+    assert (
+        found.limit == "wake_voltage"
+        and found.first_packet is None
+        and found.packets_per_hour.value == 0.0
+    )
     assert "below the wake voltage" in str(found)
     storage = dataclasses.replace(changed().storage, clamp_voltage=None)
     far = hv.node(dataclasses.replace(changed(node__wake_voltage=1e6), storage=storage), days=0.1)
-    assert far.limit == "wake_voltage" and far.share_of_possible < 0.2  # a grid of volts up to 1e6 gave 34
+    # a grid of volts up to 1e6 gave 34
+    assert far.limit == "wake_voltage" and far.share_of_possible < 0.2
 
 
 def test_a_doubler_without_a_clamp_charges_to_twice_the_voltage():
     storage = dataclasses.replace(changed().storage, clamp_voltage=None, leakage_resistance=None)
     scene = dataclasses.replace(changed(node__wake_voltage=1e3), storage=storage)
-    volts = [hv.node(dataclasses.replace(scene, load=hv.Netlist(name)), days=0.2).voltage[-1] for name in PAIR]
+    volts = [
+        hv.node(dataclasses.replace(scene, load=hv.Netlist(name)), days=0.2).voltage[-1]
+        for name in PAIR
+    ]
     assert 1.5 < volts[1] / volts[0] < 2.1
 
 
@@ -86,16 +102,25 @@ def test_a_store_too_small_for_a_packet():
 def test_the_change_that_helps_most():
     """Where energy limits, packets grow as the current does; where the interval does, a shorter one gives 1/0.9."""
     energy = hv.node(changed(node__interval=0.2, node__sleep_current=0.0), days=0.2)
-    assert energy.helps["current"] == pytest.approx(0.1, abs=0.03) and energy.helps["node.interval"] < 0.05
+    assert (
+        energy.helps["current"] == pytest.approx(0.1, abs=0.03)
+        and energy.helps["node.interval"] < 0.05
+    )
     enough = hv.node(SCENE, days=0.1)
-    assert enough.helps["node.interval"] == pytest.approx(1 / 0.9 - 1, abs=0.01) and enough.helps["current"] < 0.01
+    assert (
+        enough.helps["node.interval"] == pytest.approx(1 / 0.9 - 1, abs=0.01)
+        and enough.helps["current"] < 0.01
+    )
     assert enough.notes[-1].about == "node.interval" and enough.plot() is not None
 
 
 @pytest.mark.slow
 def test_an_aged_store_is_a_smaller_one():
     """The rate of a store of half the capacitance is the same as of one that has half of its own left."""
-    aged, small = hv.node(changed(storage__capacitance_left=0.5)), hv.node(changed(storage__capacitance=235e-6))
+    aged, small = (
+        hv.node(changed(storage__capacitance_left=0.5)),
+        hv.node(changed(storage__capacitance=235e-6)),
+    )
     assert aged.first_packet.value == small.first_packet.value < hv.node(SCENE).first_packet.value
 
 
@@ -106,7 +131,8 @@ def test_a_trace_is_as_its_states(tmp_path):
     (tmp_path / "packet.csv").write_text("Timestamp (ms),Current (mA)\n" + "\n".join(rows) + "\n")
     text = SCENE.read_text().replace('currents = ["4 mA", "20 mA"]', 'trace = "packet.csv"')
     (tmp_path / "scene.toml").write_text(text.replace('durations = ["10 ms", "5 ms"]\n', ""))
-    found, states = hv.node(tmp_path / "scene.toml", days=0.05), hv.node(SCENE, days=0.05)
+    found = hv.node(tmp_path / "scene.toml", days=0.05)
+    states = hv.node(SCENE, days=0.05)
     assert found.needed == pytest.approx(states.needed, rel=1e-9)
     assert found.packets_per_hour.value == pytest.approx(states.packets_per_hour.value, rel=1e-12)
 
@@ -121,7 +147,9 @@ def test_a_battery_lasts_as_its_charge_does():
     assert lost == pytest.approx((found.needed - found.harvested.value) * found.t[-1], rel=0.01)
     said = next(one for one in found.diagnostics if one.code == "battery_lasts")
     assert said.numbers["seconds"] == pytest.approx(0.9 / (found.needed - found.harvested.value))
-    with pytest.raises(hv.InputError, match=r"wake_voltage must be at most storage.battery_voltage, 3 V"):
+    with pytest.raises(
+        hv.InputError, match=r"wake_voltage must be at most storage.battery_voltage, 3 V"
+    ):
         dataclasses.replace(changed(), storage=battery)
 
 
@@ -131,7 +159,10 @@ def test_what_is_between_packets_is_said():
     keys = {"node__low_voltages": (3.0, 3.5), "node__low_interval": 5.0, "node__lost_share": 0.2}
     found = hv.node(changed(node__interval=0.2, **keys), days=0.1)
     assert found.limit == "energy" and found.brown_outs == 0.0
-    assert found.interval_median.value < 1.0 and found.interval_longest.value >= found.interval_95.value > 4.9
+    assert (
+        found.interval_median.value < 1.0
+        and found.interval_longest.value >= found.interval_95.value > 4.9
+    )
     assert found.packets_lost == pytest.approx(0.25 * found.packets_per_hour.value, rel=0.2)
     assert hv.node(SCENE, days=0.05).packets_lost is None
 
@@ -147,13 +178,21 @@ def test_what_is_missing_is_said():
     scene = hv.load(SCENE)
     with pytest.raises(hv.InputError, match=r"\[storage\] must be given with \[node\]"):
         dataclasses.replace(scene, storage=None)
-    with pytest.raises(hv.InputError, match=r"must have the tables \[storage\] and \[node\], but lacks \[node\]"):
+    with pytest.raises(
+        hv.InputError, match=r"must have the tables \[storage\] and \[node\], but lacks \[node\]"
+    ):
         hv.node(dataclasses.replace(scene, node=None))
     with pytest.raises(hv.InputError, match="`days` must be above 0"):
         hv.node(scene, days=-1.0)
 
 
-OWN = {"start_voltage": 3.5, "stop_voltage": 2.4, "full_voltage": 5.0, "input_ratio": 0.5, "own_current": 0.0}
+OWN = {
+    "start_voltage": 3.5,
+    "stop_voltage": 2.4,
+    "full_voltage": 5.0,
+    "input_ratio": 0.5,
+    "own_current": 0.0,
+}
 
 
 def with_chip(**keys):
@@ -180,14 +219,23 @@ def test_a_known_chip_says_what_of_it_is_assumed():
     [
         ({"name": "bq2557"}, "did you mean 'bq25570'"),
         ({"input_ratio": 0.8}, "chip.start_voltage must be given for a chip of your own"),
-        ({"start_voltage": 3.0, "stop_voltage": 2.0, "input_ratio": 2.0}, "above 0 and at most 1, but is 2"),
+        (
+            {"start_voltage": 3.0, "stop_voltage": 2.0, "input_ratio": 2.0},
+            "above 0 and at most 1, but is 2",
+        ),
         ({"start_voltage": 3.0}, "chip.stop_voltage must be given"),
         ({"start_voltage": 2.0, "stop_voltage": 3.0}, "must be above stop_voltage, 3 V"),
-        ({"start_voltage": 3.0, "stop_voltage": 2.0, "input_ratio": 0.5}, "chip.full_voltage must be given"),
+        (
+            {"start_voltage": 3.0, "stop_voltage": 2.0, "input_ratio": 0.5},
+            "chip.full_voltage must be given",
+        ),
         ({"name": "bq25570", "start_voltage": 9.0}, "must be at most the full voltage, 5 V"),
         ({"name": "ltc3588"}, "node.supply_voltage must be one of chip 'ltc3588'"),
         ({"name": "bq25570", "efficiency": 0.5, "efficiency_table": "x.csv"}, "both are given"),
-        ({"name": "bq25570", "start_voltage": 3.0, "efficiency_table": "x.csv"}, "must be a readable file"),
+        (
+            {"name": "bq25570", "start_voltage": 3.0, "efficiency_table": "x.csv"},
+            "must be a readable file",
+        ),
     ],
 )
 def test_a_chip_that_cannot_be_is_one_line(keys, said):
@@ -196,8 +244,12 @@ def test_a_chip_that_cannot_be_is_one_line(keys, said):
     assert "\n" not in str(error.value)
 
 
-# Mean power (W) of the netlists' loads by ngspice alone, as in tests/engines/test_slow.py; output (V), load (ohm).
-NGSPICE = {"ltc3588": (183.465e-6, 3.3, 10e3, "47 uF", 4.4e-9), "bq25570": (71.053e-6, 1.8, 5e3, "2.2 uF", 1e-7)}
+# Mean power (W) of the netlists' loads by ngspice alone, as in tests/engines/test_slow.py; output
+# (V), load (ohm).
+NGSPICE = {
+    "ltc3588": (183.465e-6, 3.3, 10e3, "47 uF", 4.4e-9),
+    "bq25570": (71.053e-6, 1.8, 5e3, "2.2 uF", 1e-7),
+}
 
 
 @pytest.mark.slow
@@ -205,13 +257,16 @@ NGSPICE = {"ltc3588": (183.465e-6, 3.3, 10e3, "47 uF", 4.4e-9), "bq25570": (71.0
 def test_a_chip_by_its_sheet_gives_what_its_netlist_does_in_ngspice(name):
     """A node that takes what the netlist's resistor takes while the output is there, behind the chip's own diodes."""
     power, volts, ohm, store, saturation = NGSPICE[name]
-    amperes, own = volts / ohm, {} if name == "ltc3588" else {"start_voltage": 3.0, "stop_voltage": 2.4}
+    amperes = volts / ohm
+    own = {} if name == "ltc3588" else {"start_voltage": 3.0, "stop_voltage": 2.4}
     node = {"wake_voltage": 0.1, "stop_voltage": 0.05, "interval": 2e-3, "durations": (1e-3,)}
     scene = dataclasses.replace(
         hv.load(EXAMPLES / f"bimorph_{name}.toml"),
         load=hv.Netlist("bridge", Is=saturation, N=1.0),
         storage=hv.Storage(capacitance=store),
-        node=hv.SensorNode(**node, currents=(amperes,), sleep_current=amperes, supply_voltage=volts),
+        node=hv.SensorNode(
+            **node, currents=(amperes,), sleep_current=amperes, supply_voltage=volts
+        ),
         chip=hv.HarvestingChip(name=name, **own),
     )
     found = hv.node(scene, days=0.05)
@@ -220,10 +275,15 @@ def test_a_chip_by_its_sheet_gives_what_its_netlist_does_in_ngspice(name):
 
 def waiting(chip, acceleration, store, amperes=1e-6, interval=1e3, **keys):
     """A scene whose node sends as soon as the chip's output begins; a chip that tracks begins at 3 V."""
-    waits, own = {"wake_voltage": 0.1, "stop_voltage": 0.05}, {"start_voltage": 3.0, "stop_voltage": 2.4}
+    waits, own = (
+        {"wake_voltage": 0.1, "stop_voltage": 0.05},
+        {"start_voltage": 3.0, "stop_voltage": 2.4},
+    )
     tracks = chip != "ltc3588"
     return dataclasses.replace(
-        hv.load(EXAMPLES / "bimorph_ltc3588.toml").vary("excitation.acceleration_amplitude", acceleration),
+        hv.load(EXAMPLES / "bimorph_ltc3588.toml").vary(
+            "excitation.acceleration_amplitude", acceleration
+        ),
         load=hv.Netlist("bridge", Is=1e-7 if tracks else 4.4e-9, N=1.0),
         storage=hv.Storage(capacitance=store),
         node=hv.SensorNode(
@@ -238,8 +298,8 @@ def waiting(chip, acceleration, store, amperes=1e-6, interval=1e3, **keys):
     )
 
 
-# When the netlist's output begins (s) from rest, in ngspice alone as in tests/engines/test_slow.py, with steps of 20 us
-# and reltol 1e-5 until then (the LTC3588 at 10 uF: 1e-4).
+# When the netlist's output begins (s) from rest, in ngspice alone as in tests/engines/test_slow.py,
+# with steps of 20 us and reltol 1e-5 until then (the LTC3588 at 10 uF: 1e-4).
 BEGINS = [
     ("ltc3588", "0.3 g", "10 uF", 0.329),
     ("ltc3588", "0.3 g", "47 uF", 1.162),
@@ -259,13 +319,18 @@ BEGINS = [
         BEGINS[0],
         *(
             pytest.param(
-                *one, marks=pytest.mark.thorough("test_the_first_packet_is_sent_when_the_netlists_output_begins")
+                *one,
+                marks=pytest.mark.thorough(
+                    "test_the_first_packet_is_sent_when_the_netlists_output_begins"
+                ),
             )
             for one in BEGINS[1:]
         ),
     ],
 )
-def test_the_first_packet_is_sent_when_the_netlists_output_begins(chip, acceleration, store, seconds):
+def test_the_first_packet_is_sent_when_the_netlists_output_begins(
+    chip, acceleration, store, seconds
+):
     """Within what it states, and 1 ms for the packet."""
     first = hv.node(waiting(chip, acceleration, store), days=0.001).first_packet
     assert abs(first.value - 1e-3 - seconds) < first.error95 + 2e-3
@@ -275,7 +340,9 @@ def test_the_first_packet_is_sent_when_the_netlists_output_begins(chip, accelera
 @pytest.mark.slow
 def test_a_store_that_is_not_slow_is_run_directly():
     """The node of a load that is too heavy: in its direct run it is on as long as the energy that comes says."""
-    found = hv.node(waiting("ltc3588", "0.3 g", "10 uF", 330e-6, 2e-3, sleep_current=330e-6), days=0.01)
+    found = hv.node(
+        waiting("ltc3588", "0.3 g", "10 uF", 330e-6, 2e-3, sleep_current=330e-6), days=0.01
+    )
     assert any(one.code == "run_directly" for one in found.notes) and not found.warnings
     taken = found.share_running.value * 330e-6 * 3.3 / 0.85
     assert taken == pytest.approx(found.harvested.value - 950e-9 * 4.4, rel=0.03)
@@ -290,27 +357,39 @@ SHEETS = [
 
 @pytest.mark.thorough("test_the_first_packet_is_sent_when_the_netlists_output_begins")
 @pytest.mark.parametrize("chip, acceleration, store", SHEETS)
-def test_a_chip_without_a_netlist_does_what_its_law_does_with_the_rectifier_itself(chip, acceleration, store):
+def test_a_chip_without_a_netlist_does_what_its_law_does_with_the_rectifier_itself(
+    chip, acceleration, store
+):
     """No mean current: the compiled rectifier charges the input, and the chip's table moves that on (20 s of it).
 
-    The looks of an AEM30940, of 5 ms, are shorter than a vibration, and too short to charge the input.
+    The looks of an AEM30940, of 5 ms, are shorter than a vibration, and too short to charge the
+    input.
     """
     scene = waiting(chip, acceleration, store, 360e-6, 2e-3, sleep_current=360e-6)
-    scene = dataclasses.replace(scene, chip=scene.chip.replace(stop_voltage=2.7))  # above where the cold start ends
-    found, problem = hv.node(scene, days=0.01), Problem.of(scene)
+    # above where the cold start ends
+    scene = dataclasses.replace(scene, chip=scene.chip.replace(stop_voltage=2.7))
+    found = hv.node(scene, days=0.01)
+    problem = Problem.of(scene)
     law = chip_of(scene.chip, 1.8)
     table = measured(problem).best
     run = NodeRun(table, scene.storage, scene.node, law)
     direct = direct_course(problem, run, 20.0)
     if direct.first is None:
-        assert found.first_packet is None or found.first_packet.value > 20.0 - found.first_packet.error95
+        assert (
+            found.first_packet is None
+            or found.first_packet.value > 20.0 - found.first_packet.error95
+        )
         return
     assert abs(found.first_packet.value - direct.first) < found.first_packet.error95 + 2e-3
     slow = run.course(20.0)
-    assert abs(slow.ran - direct.ran) < (found.share_running.error95 + 0.03 * found.share_running.value) * 20.0
+    assert (
+        abs(slow.ran - direct.ran)
+        < (found.share_running.error95 + 0.03 * found.share_running.value) * 20.0
+    )
 
 
-# When the netlist's store has the voltage (s) under noise, and 95 % errors: benchmarks/chips_under_noise.py, `spice`.
+# When the netlist's store has the voltage (s) under noise, and 95 % errors:
+# benchmarks/chips_under_noise.py, `spice`.
 NOISY = [("ltc3588", "10 uF", 4.9, 0.681, 0.088), ("bq25570", "2.2 uF", 2.9, 1.36, 0.194)]
 
 
@@ -320,11 +399,16 @@ NOISY = [("ltc3588", "10 uF", 4.9, 0.681, 0.088), ("bq25570", "2.2 uF", 2.9, 1.3
     [
         NOISY[0],
         pytest.param(
-            *NOISY[1], marks=pytest.mark.thorough("test_under_noise_a_chip_starts_when_its_netlist_does_in_ngspice")
+            *NOISY[1],
+            marks=pytest.mark.thorough(
+                "test_under_noise_a_chip_starts_when_its_netlist_does_in_ngspice"
+            ),
         ),
     ],
 )
-def test_under_noise_a_chip_starts_when_its_netlist_does_in_ngspice(chip, store, volts, seconds, error):
+def test_under_noise_a_chip_starts_when_its_netlist_does_in_ngspice(
+    chip, store, volts, seconds, error
+):
     scene = waiting(chip, "0.1 g", store)
     own = scene.chip.replace(start_voltage=volts, stop_voltage=2.4)
     noise = hv.Excitation(acceleration_psd="0.002 g^2/Hz")
@@ -337,7 +421,9 @@ def shaken(chip, density, store=1.0):
     """A scene of the same noise, whose store is filled so far that the chip is past its cold start."""
     scene = waiting(chip, "0.1 g", store, 1e-9)
     filled = dataclasses.replace(scene.storage, initial_voltage=3.5)
-    return dataclasses.replace(scene, excitation=hv.Excitation(acceleration_psd=density), storage=filled)
+    return dataclasses.replace(
+        scene, excitation=hv.Excitation(acceleration_psd=density), storage=filled
+    )
 
 
 @pytest.mark.statistics
@@ -353,14 +439,21 @@ def shaken(chip, density, store=1.0):
 def test_under_noise_a_chip_puts_into_its_store_what_its_law_does_directly(chip, density, keys):
     """Slice by slice, on another noise, by the netlist's own diodes; the looks of the last two are often and short."""
     scene = shaken(chip, density)
-    problem, law = Problem.of(scene), dataclasses.replace(chip_of(scene.chip, 1.8), **keys)
+    problem = Problem.of(scene)
+    law = dataclasses.replace(chip_of(scene.chip, 1.8), **keys)
     table = measured(problem).best
-    runs = [direct_course(problem, NodeRun(table, scene.storage, scene.node, law), 31.0, seed) for seed in range(8)]
-    energies = [0.5 * float(np.diff(np.interp([3.0, 31.0], one.t, one.volts) ** 2)[0]) for one in runs]
+    runs = [
+        direct_course(problem, NodeRun(table, scene.storage, scene.node, law), 31.0, seed)
+        for seed in range(8)
+    ]
+    energies = [
+        0.5 * float(np.diff(np.interp([3.0, 31.0], one.t, one.volts) ** 2)[0]) for one in runs
+    ]
     check = tracked_input(problem, table, law, 0)
     course = NodeRun(table, scene.storage, scene.node, check.correct(law)).course(31.0)
     slow = course.given / 31.0 * 28.0
-    sampling, its_own = np.std(energies, ddof=1) / math.sqrt(8.0), stderr_of95(check.error + check.elements) * slow
+    sampling = np.std(energies, ddof=1) / math.sqrt(8.0)
+    its_own = stderr_of95(check.error + check.elements) * slow
     assert sampling < 0.08 * slow and its_own < 0.03 * slow
     assert abs(np.mean(energies) - slow) < 4.0 * math.hypot(sampling, its_own)
 
@@ -370,7 +463,8 @@ def test_under_noise_a_chip_that_holds_its_input_states_a_whole_error():
     """The law takes off some per cent where looks find less of the noise than its mean current says."""
     found = hv.node(shaken("aem30940", "0.002 g^2/Hz"), days=0.01)
     assert 0.0 < found.harvested.error95 < 0.4 * found.harvested.value and not found.warnings
-    problem, law = Problem.of(shaken("aem30940", "0.002 g^2/Hz")), chip_of(hv.HarvestingChip(name="aem30940"), 1.8)
+    problem = Problem.of(shaken("aem30940", "0.002 g^2/Hz"))
+    law = chip_of(hv.HarvestingChip(name="aem30940"), 1.8)
     check = tracked_input(problem, measured(problem).best, law, 0)
     assert -0.06 < check.gain < 0.0 < check.error < 0.03 and check.cold == 1.0
 
@@ -379,7 +473,9 @@ def test_under_noise_a_chip_that_holds_its_input_states_a_whole_error():
 @pytest.mark.thorough("test_the_first_packet_is_sent_when_the_netlists_output_begins")
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("netlist, store, volts", [("bridge", 47e-6, 2.0), ("doubler", 22e-6, 2.5)])
-def test_under_noise_a_node_wakes_when_direct_charges_of_the_netlist_do(netlist, store, volts, seed):
+def test_under_noise_a_node_wakes_when_direct_charges_of_the_netlist_do(
+    netlist, store, volts, seed
+):
     """On another noise, by the netlist's own diodes: node and charge state whole errors, which cover the difference."""
     scene = changed(
         storage__capacitance=store,
@@ -391,14 +487,21 @@ def test_under_noise_a_node_wakes_when_direct_charges_of_the_netlist_do(netlist,
         node__durations=(1e-3,),
         node__sleep_current=0.0,
     )
-    noise = {"excitation": hv.Excitation(acceleration_psd="0.002 g^2/Hz"), "load": hv.Netlist(netlist)}
+    noise = {
+        "excitation": hv.Excitation(acceleration_psd="0.002 g^2/Hz"),
+        "load": hv.Netlist(netlist),
+    }
     first = hv.node(dataclasses.replace(scene, **noise), days=0.01, seed=seed).first_packet
     assert first.error95 < 0.15 * first.value and first.bias is None
-    alone = dataclasses.replace(scene, **noise | {"load": hv.Netlist(netlist, R=1e9, C=store)}, storage=None, node=None)
+    alone = dataclasses.replace(
+        scene, **noise | {"load": hv.Netlist(netlist, R=1e9, C=store)}, storage=None, node=None
+    )
     direct = hv.charge(alone, to=volts, engine="compiled", seed=100 + seed).time
     slow = hv.charge(alone, to=volts, engine="slow", seed=seed).time
     for value, error in ((first.value - 1e-3, first.error95), (slow.value, slow.error95)):
-        assert abs(value - direct.value) < 4.0 * stderr_of95(math.hypot(error, direct.known_error95))
+        assert abs(value - direct.value) < 4.0 * stderr_of95(
+            math.hypot(error, direct.known_error95)
+        )
 
 
 @pytest.mark.statistics
@@ -408,7 +511,9 @@ def test_under_noise_a_node_wakes_when_direct_charges_of_the_netlist_do(netlist,
         (5.0, "0.0005 g^2/Hz"),
         pytest.param(
             *(1.0, "0.002 g^2/Hz"),
-            marks=pytest.mark.thorough("test_under_noise_packets_are_as_many_as_those_of_direct_nodes"),
+            marks=pytest.mark.thorough(
+                "test_under_noise_packets_are_as_many_as_those_of_direct_nodes"
+            ),
         ),
     ],
 )
@@ -416,12 +521,16 @@ def test_under_noise_packets_are_as_many_as_those_of_direct_nodes(interval, leve
     """The first is one that its harvest just feeds: by the mean current alone 580 +- 780 packets an hour."""
     noise = hv.Excitation(acceleration_psd=level)
     scene = noisy_node(node={"interval": interval}, excitation=noise, load=hv.Netlist("bridge"))
-    found, problem = hv.node(scene, days=100.0 / 86400.0), Problem.of(scene)
+    found = hv.node(scene, days=100.0 / 86400.0)
+    problem = Problem.of(scene)
     run = NodeRun(measured(problem, count=3, runs=64).best, scene.storage, scene.node)
     direct = direct_nodes(problem, run, 100.0, 128, seed=7)
     counted = mean_and_error(direct.packets / direct.seconds * 3600.0)
     harvest = mean_and_error((direct.given - direct.clamped) / direct.seconds)
-    for value, (mean, error), most in ((found.packets_per_hour, counted, 0.15), (found.harvested, harvest, 0.06)):
+    for value, (mean, error), most in (
+        (found.packets_per_hour, counted, 0.15),
+        (found.harvested, harvest, 0.06),
+    ):
         assert abs(value.value - mean) < 4.0 * math.hypot(stderr_of95(value.error95), error)
         assert 0.0 < value.error95 < most * value.value
 

@@ -17,10 +17,13 @@ pytestmark = pytest.mark.slow
 def drawn(tmp_path_factory):
     """The folder of a figure, drawn when it is first asked for.
 
-    At the ends of the figures; Figure 9, whose search is tested in tests/studies/stability, between them.
+    At the ends of the figures; Figure 9, whose search is tested in tests/studies/stability, between
+    them.
     """
     out = tmp_path_factory.mktemp("paper")
-    grids = {name: grid[:: len(grid) - 1] for name, grid in paper.GRIDS.items()} | {"9": paper.GRIDS["9"][3:4]}
+    grids = {name: grid[:: len(grid) - 1] for name, grid in paper.GRIDS.items()} | {
+        "9": paper.GRIDS["9"][3:4]
+    }
 
     @cache
     def draw(number):
@@ -37,11 +40,20 @@ def drawn(tmp_path_factory):
 def columns(drawn, number, panel):
     text = (drawn(number) / f"fig{number}.csv").read_text().splitlines()
     rows = [row for row in csv.DictReader(text) if row["panel"] == panel]
-    return (np.array([float(row[name]) for row in rows]) for name in paper.COLUMNS[2:] if name != "density")
+    return (
+        np.array([float(row[name]) for row in rows])
+        for name in paper.COLUMNS[2:]
+        if name != "density"
+    )
 
 
 @pytest.mark.parametrize(
-    "number", [*(pytest.param(one, marks=pytest.mark.thorough("test_data_and_plot")) for one in "14"), "7", "9"]
+    "number",
+    [
+        *(pytest.param(one, marks=pytest.mark.thorough("test_data_and_plot")) for one in "14"),
+        "7",
+        "9",
+    ],
 )
 def test_data_and_plot(drawn, number):
     out = drawn(number)

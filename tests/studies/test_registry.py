@@ -17,21 +17,30 @@ from harvester.report.result import of_result
 from harvester.studies.registry import STUDIES
 from tests.support.paths import ROOT
 
-DRIVEN = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.2, beta=0.05, mu=1.0, drive=1.0, drive_frequency=1.0))
+DRIVEN = hv.Scene(
+    nondimensional=hv.Nondimensional(c1=-0.2, beta=0.05, mu=1.0, drive=1.0, drive_frequency=1.0)
+)
 NOISY = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.2, beta=0.05, mu=1.0, D11=0.01))
-# The scene and the keywords of a call that takes a moment; of a study that is not here the scene alone is asked for.
+# The scene and the keywords of a call that takes a moment; of a study that is not here the scene
+# alone is asked for.
 CALLS = {
     "sweep": (NOISY, {"vary": {"nondimensional.mu": [0.5, 1.0]}, "engines": ["averaged"]}),
     "compare": (NOISY, {"engines": ["averaged", "published"]}),
     "optimise": (NOISY, {"vary": {"nondimensional.mu": (0.1, 10.0)}, "engine": "averaged"}),
     "tolerance": (NOISY, {"vary": {"nondimensional.mu": "5%"}, "samples": 64}),
-    "charge": (ROOT / "examples" / "plate_bridge.toml", {"to": "0.5 V", "engine": "ideal", "trajectories": 64}),
+    "charge": (
+        ROOT / "examples" / "plate_bridge.toml",
+        {"to": "0.5 V", "engine": "ideal", "trajectories": 64},
+    ),
     "motion": (NOISY, {"duration": 20.0}),
     "response": (DRIVEN, {"sweep": [0.9, 1.0, 1.1]}),
     "stability": (NOISY, {"trajectories": 64, "duration": 20.0}),
     "extremes": (NOISY, {"lifetime": 1e6}),
     "densities": (NOISY, {"within": 1e-3}),
-    "design": (ROOT / "examples" / "bimorph_sensor.toml", {"needs": "40 uW at 3.3 V", "circuits": ["bridge"]}),
+    "design": (
+        ROOT / "examples" / "bimorph_sensor.toml",
+        {"needs": "40 uW at 3.3 V", "circuits": ["bridge"]},
+    ),
     "node": (ROOT / "examples" / "bimorph_packets.toml", {"days": 0.02}),
 }
 ELSEWHERE = {"cost"}  # measures for seconds: tests/studies/work_precision has its result
@@ -88,7 +97,11 @@ def test_its_scene_comes_first(case):
 
 def test_a_result_is_short_in_python_and_long_in_print(case):
     _, _, found = case
-    assert repr(found).startswith(f"{type(found).__name__}(") and len(repr(found)) < 300 and "\n" not in repr(found)
+    assert (
+        repr(found).startswith(f"{type(found).__name__}(")
+        and len(repr(found)) < 300
+        and "\n" not in repr(found)
+    )
     assert str(found) == "\n".join(sheet(found).lines()) and "nan" not in str(found).lower().split()
 
 
@@ -112,7 +125,8 @@ def test_a_notebook_and_a_page_show_its_numbers(case):
 
 def test_rows_become_frames_and_datasets(case):
     _, _, found = case
-    frame, table = found.to_pandas(), found.table
+    frame = found.to_pandas()
+    table = found.table
     assert list(frame.columns) == [*table.plain()] and len(frame) == len(table)
     assert set(found.to_xarray().variables) <= {*table.plain(), "row"}
 
@@ -141,7 +155,10 @@ def test_every_result_compares_as_the_base_does():
 def test_an_estimate_and_what_is_identified_are_tables_too():
     """An answer is one row, with the parts of its errors; its parts have the units of the whole."""
     answer = hv.Averaged().run(NOISY)
-    assert answer.to_pandas()["mean_power"].tolist() == [answer.mean_power.value] and len(answer.to_xarray()) > 10
+    assert (
+        answer.to_pandas()["mean_power"].tolist() == [answer.mean_power.value]
+        and len(answer.to_xarray()) > 10
+    )
     found = hv.identify(str(ROOT / "examples" / "bench_impedance.csv"))
     assert "\n" not in repr(found) and len(repr(found)) < 300
     known = found.to_pandas().set_index("key")
@@ -155,8 +172,19 @@ def test_commands_come_from_the_registry(harvester, tmp_path):
     """A study without a file of its own in commands/ has its options, its JSON and its page."""
     for command in study_commands():
         scene = "bimorph_packets.toml" if command.name == "node" else "plate.toml"
-        quick = [part for name, value in CALLS.get(command.name, ("", {}))[1].items() for part in (f"--{name}", value)]
-        asked = (command.name, ROOT / "examples" / scene, "--json", "--report", tmp_path / "x.html", *quick)
+        quick = [
+            part
+            for name, value in CALLS.get(command.name, ("", {}))[1].items()
+            for part in (f"--{name}", value)
+        ]
+        asked = (
+            command.name,
+            ROOT / "examples" / scene,
+            "--json",
+            "--report",
+            tmp_path / "x.html",
+            *quick,
+        )
         status, said, _ = harvester(*asked)
         assert status == 0 and json.loads(said)
         assert "<h1" in (tmp_path / "x.html").read_text()

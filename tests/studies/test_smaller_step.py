@@ -33,7 +33,9 @@ def test_the_first_step_that_converges_is_taken_and_told():
 
 def test_an_error_says_which_steps_were_tried():
     tried = []
-    with pytest.raises(CircuitError, match=r"at node 'com'; steps of .* to .*s and 5.* pF from each node .* tried"):
+    with pytest.raises(
+        CircuitError, match=r"at node 'com'; steps of .* to .*s and 5.* pF from each node .* tried"
+    ):
         at_smaller_steps(PLATE, 0.08, stiff(0.0, tried))
     assert len(tried) == len(TRIES)
 

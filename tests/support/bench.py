@@ -1,7 +1,8 @@
 """Measurements as a bench gives them, made of equations that the fit does not use: matrices, and SciPy's integrator.
 
-Each kind is a function of a random generator and a folder: it writes CSV files with the noise of instruments and
-returns their names, as `harvester identify` takes them, and the true value of each parameter.
+Each kind is a function of a random generator and a folder: it writes CSV files with the noise of
+instruments and returns their names, as `harvester identify` takes them, and the true value of each
+parameter.
 """
 
 import math
@@ -56,11 +57,15 @@ class Truth:
 
     def states(self, load):
         """The matrix of (x, x', v) in open circuit or over a load; without v in short circuit."""
-        k, d, m = self.stiffness, self.damping, self.mass
+        k = self.stiffness
+        d = self.damping
+        m = self.mass
         if load == 0.0:
             return np.array([[0, 1], [-k / m, -d / m]])
         leak = 0.0 if load == math.inf else 1.0 / (load * self.c)
-        return np.array([[0, 1, 0], [-k / m, -d / m, -self.theta / m], [0, self.theta / self.c, -leak]])
+        return np.array(
+            [[0, 1, 0], [-k / m, -d / m, -self.theta / m], [0, self.theta / self.c, -leak]]
+        )
 
 
 MECHANICAL = ("short_circuit_frequency", "quality_factor", "oscillator.damping_ratio")
@@ -112,18 +117,31 @@ def decay_of(truth, t, load, x0):
 def bouncing(truth, r, gap, x0, t):
     """The displacement of a ring-down against a stop at x = -gap, by DOP853 from one turning point to the next.
 
-    Where the mass turns beyond the stop it has met it on the way; a mere event would pass over one that only grazes.
+    Where the mass turns beyond the stop it has met it on the way; a mere event would pass over one
+    that only grazes.
     """
-    a, state, at, out = truth.states(0.0), np.array([x0, 0.0]), 0.0, np.full(len(t), -gap)
+    a = truth.states(0.0)
+    state = np.array([x0, 0.0])
+    at = 0.0
+    out = np.full(len(t), -gap)
     turn = lambda _, y: y[1]  # noqa: E731
-    turn.terminal, turn.direction = True, 1
+    turn.terminal = True
+    turn.direction = 1
     fast = x0 * 2 * math.pi * truth.f0
     while at < t[-1]:
         span = (at, at + 1.5 / truth.f0)
         run = solve_ivp(
-            lambda _, y: a @ y, span, state, "DOP853", events=turn, rtol=1e-10, atol=1e-14, dense_output=True
+            lambda _, y: a @ y,
+            span,
+            state,
+            "DOP853",
+            events=turn,
+            rtol=1e-10,
+            atol=1e-14,
+            dense_output=True,
         )
-        end, after = run.t[-1], np.array([run.y[0, -1], 1e-12 * fast])
+        end = run.t[-1]
+        after = np.array([run.y[0, -1], 1e-12 * fast])
         if run.y[0, -1] < -gap:
             falls = np.linspace(at, end, 2000)
             last = falls[np.flatnonzero(run.sol(falls)[0] > -gap)[-1]]
@@ -138,7 +156,11 @@ def bouncing(truth, r, gap, x0, t):
 
 
 def write(path, heads, *columns):
-    path.write_text(heads + "\n" + "\n".join(",".join(f"{v:.9g}" for v in row) for row in zip(*columns, strict=True)))
+    path.write_text(
+        heads
+        + "\n"
+        + "\n".join(",".join(f"{v:.9g}" for v in row) for row in zip(*columns, strict=True))
+    )
     return str(path)
 
 
@@ -165,20 +187,25 @@ def impedance(rng, folder, form="polar"):
     elif form == "rx":
         path = write(folder / "z.csv", "f [Hz],R [kOhm],X [kOhm]", f, z.real / 1e3, z.imag / 1e3)
     else:
-        path = write(folder / "z.csv", "freq (Hz),G (uS),B (uS)", f, (1 / z).real * 1e6, (1 / z).imag * 1e6)
+        path = write(
+            folder / "z.csv", "freq (Hz),G (uS),B (uS)", f, (1 / z).real * 1e6, (1 / z).imag * 1e6
+        )
     return [path], truth.parameters(*ELECTRICAL, "dielectric_loss", "open_circuit_frequency")
 
 
 def voltage(rng, folder):
     """V/g over four loads, within 1 %, and its phase within half a degree."""
     truth = device(rng)
-    f, names = _sweep(truth, 121), []
+    f = _sweep(truth, 121)
+    names = []
     for n, ratio in enumerate((0.1, 0.6, 2.5, 15.0)):
         load = ratio / (2 * math.pi * truth.f0 * truth.c)
         v = response_of(truth, f, load)[1] * G
         size = outliers(rng, np.abs(v) * (1 + 0.01 * rng.standard_normal(len(f))), 0.01, 0.5)
         phase = np.degrees(np.angle(v)) + 0.5 * rng.standard_normal(len(f))
-        path = write(folder / f"v{n}.csv", "Frequency (Hz),Voltage (V/g),Phase (deg)", f, size, phase)
+        path = write(
+            folder / f"v{n}.csv", "Frequency (Hz),Voltage (V/g),Phase (deg)", f, size, phase
+        )
         names.append(f"{path}@{load:.12g}")
     return names, truth.parameters(*WHOLE)
 
@@ -187,15 +214,18 @@ def displacement(rng, folder):
     """The tip in short circuit, within 1 %, without a phase."""
     truth = device(rng)
     f = _sweep(truth, 161)
-    size = np.abs(response_of(truth, f, 0.0)[0]) * G * 1e3 * (1 + 0.01 * rng.standard_normal(len(f)))
-    return [write(folder / "x.csv", "Frequency (Hz),Displacement (mm/g)", f, size) + "@short"], truth.parameters(
-        *MECHANICAL
+    size = (
+        np.abs(response_of(truth, f, 0.0)[0]) * G * 1e3 * (1 + 0.01 * rng.standard_normal(len(f)))
     )
+    return [
+        write(folder / "x.csv", "Frequency (Hz),Displacement (mm/g)", f, size) + "@short"
+    ], truth.parameters(*MECHANICAL)
 
 
 def ring_downs(rng, folder):
     """Displacement in short and open circuit and voltage over a load, noise of 0.3 % of the first swing."""
-    truth, names = device(rng), []
+    truth = device(rng)
+    names = []
     t = np.linspace(0.0, 2.5 * truth.q / truth.f0 / math.pi, 1500)
     load = 1 / (2 * math.pi * truth.f0 * truth.c)
     for name, at, column in (("s", 0.0, 0), ("o", math.inf, 0), ("v", load, 2)):
@@ -205,7 +235,9 @@ def ring_downs(rng, folder):
             path = write(folder / f"{name}.csv", "Time (s),Displacement (mm)", t, y * 1e3)
             names.append(path + ("@short" if at == 0.0 else "@open"))
         else:
-            names.append(write(folder / f"{name}.csv", "t [ms],U [V]", t * 1e3, y) + f"@{load:.12g}")
+            names.append(
+                write(folder / f"{name}.csv", "t [ms],U [V]", t * 1e3, y) + f"@{load:.12g}"
+            )
     return names, truth.parameters(*ELECTRICAL)
 
 
@@ -223,11 +255,16 @@ def joint(rng, folder, beta=None):
     size = np.abs(z) * (1 + 3e-3 * rng.standard_normal(len(f)))
     phase = np.degrees(np.angle(z)) + 0.2 * rng.standard_normal(len(f))
     first = write(folder / "z.csv", "Frequency (Hz),|Z| (ohm),Phase (deg)", f, size, phase)
-    load, f = 0.5 / (2 * math.pi * truth.f0 * truth.c), _sweep(truth, 101)
+    load = 0.5 / (2 * math.pi * truth.f0 * truth.c)
+    f = _sweep(truth, 101)
     w = 2 * np.pi * f
     h = 1j * w * truth.c / (1j * w * truth.c * (1 - 1j * truth.loss) + 1 / load)
     k = truth.stiffness * (1 + truth.beta * h) - w * w * truth.mass + 1j * w * truth.damping
-    v = np.abs(truth.mass / k * truth.theta / truth.c * h) * G * (1 + 0.01 * rng.standard_normal(len(f)))
+    v = (
+        np.abs(truth.mass / k * truth.theta / truth.c * h)
+        * G
+        * (1 + 0.01 * rng.standard_normal(len(f)))
+    )
     second = write(folder / "v.csv", f"Frequency (Hz),Voltage at {load:.12g} ohm (V/g)", f, v)
     return [first, second], truth.parameters(*WHOLE, "dielectric_loss")
 
@@ -235,25 +272,43 @@ def joint(rng, folder, beta=None):
 def bounce(rng, folder):
     """A ring-down against a stop at a distance: a laser's displacement, noise of 0.3 % of the first swing."""
     truth = device(rng)
-    r, x0 = rng.uniform(0.5, 0.95), 1e-3
+    r = rng.uniform(0.5, 0.95)
+    x0 = 1e-3
     gap = rng.uniform(0.1, 0.4) * x0
     t = np.linspace(0.0, 12.0 / truth.f0, 2400)
     y = bouncing(truth, r, gap, x0, t) + 3e-3 * x0 * rng.standard_normal(len(t))
     path = write(folder / "b.csv", "Time (s),Displacement (mm)", t, (y + 2e-4) * 1e3)
-    return [path + "@short"], {**truth.parameters(*MECHANICAL), "stop.restitution": r, "stop.gap": gap}
+    return [path + "@short"], {
+        **truth.parameters(*MECHANICAL),
+        "stop.restitution": r,
+        "stop.gap": gap,
+    }
 
 
 def bounces(rng, folder):
     """As `bounce`, of many kinds: r from 0.3, gaps from 0, qualities to 300, few and many swings, samples and noise."""
     truth = device(rng)
-    truth = Truth(truth.mass, truth.f0, math.exp(rng.uniform(math.log(15.0), math.log(300.0))), truth.beta, truth.c)
-    r, x0, gap = rng.uniform(0.3, 0.97), 1e-3, rng.uniform(0.0, 0.5) * 1e-3
-    swings, count = rng.uniform(8.0, 40.0), int(rng.uniform(25.0, 100.0) * 25.0)
+    truth = Truth(
+        truth.mass,
+        truth.f0,
+        math.exp(rng.uniform(math.log(15.0), math.log(300.0))),
+        truth.beta,
+        truth.c,
+    )
+    r = rng.uniform(0.3, 0.97)
+    x0 = 1e-3
+    gap = rng.uniform(0.0, 0.5) * 1e-3
+    swings = rng.uniform(8.0, 40.0)
+    count = int(rng.uniform(25.0, 100.0) * 25.0)
     t = np.linspace(0.0, swings / truth.f0, max(count, int(30 * swings)))
     noise = math.exp(rng.uniform(math.log(1e-3), math.log(1e-2)))
     y = bouncing(truth, r, gap, x0, t) + noise * x0 * rng.standard_normal(len(t))
     path = write(folder / "b.csv", "Time (s),Displacement (mm)", t, (y + 2e-4) * 1e3)
-    return [path + "@short"], {**truth.parameters(*MECHANICAL), "stop.restitution": r, "stop.gap": gap}
+    return [path + "@short"], {
+        **truth.parameters(*MECHANICAL),
+        "stop.restitution": r,
+        "stop.gap": gap,
+    }
 
 
 def several_modes(rng, folder, *modes):
@@ -268,7 +323,10 @@ def several_modes(rng, folder, *modes):
     )
     size = np.abs(z) * (1 + 3e-3 * rng.standard_normal(len(f)))
     phase = np.degrees(np.angle(z)) + 0.2 * rng.standard_normal(len(f))
-    return [write(folder / "z.csv", "Frequency (Hz),|Z| (ohm),Phase (deg)", f, size, phase)], (truth, *others)
+    return [write(folder / "z.csv", "Frequency (Hz),|Z| (ohm),Phase (deg)", f, size, phase)], (
+        truth,
+        *others,
+    )
 
 
 def impedance_rx(rng, folder):
@@ -281,5 +339,15 @@ def impedance_gb(rng, folder):
 
 KINDS = {
     one.__name__: one
-    for one in (impedance, impedance_rx, impedance_gb, voltage, displacement, ring_downs, joint, bounce, bounces)
+    for one in (
+        impedance,
+        impedance_rx,
+        impedance_gb,
+        voltage,
+        displacement,
+        ring_downs,
+        joint,
+        bounce,
+        bounces,
+    )
 }

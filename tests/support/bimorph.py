@@ -20,4 +20,6 @@ parameters = {{ {parameters} }}
 
 def bimorph(parameters, level="0.25 g", frequency="46 Hz", netlist="bridge", stop=""):
     """The text of its scene file; ``parameters`` are those of the netlist, ``stop`` a table of its own."""
-    return _SCENE.format(parameters=parameters, level=level, frequency=frequency, netlist=netlist, stop=stop)
+    return _SCENE.format(
+        parameters=parameters, level=level, frequency=frequency, netlist=netlist, stop=stop
+    )

@@ -17,7 +17,9 @@ def serving(*arguments, cwd=None):
     """The running program, its address and the seconds until it printed that; it is ended by ^C."""
     begin = time.monotonic()
     command = [sys.executable, "-m", "harvester", "explore", *arguments]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=cwd) as program:
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=cwd
+    ) as program:
         try:
             line, further = program.stdout.readline(), program.stdout.readline()
             assert further == "only this machine sees it, with that address; ^C ends it\n"
@@ -38,7 +40,9 @@ def chromium():
     from playwright.sync_api import sync_playwright
 
     with sync_playwright() as driver:
-        browser = driver.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"] if os.getuid() == 0 else [])
+        browser = driver.chromium.launch(
+            executable_path=CHROMIUM, args=["--no-sandbox"] if os.getuid() == 0 else []
+        )
         try:
             yield browser
         finally:
@@ -51,7 +55,10 @@ class Visit:
     def __init__(self, browser, url):
         self.page = browser.new_page(viewport=DESKTOP)
         self.faults, self.addresses = [], []
-        self.page.on("console", lambda message: self.faults.append(message.text) if message.type == "error" else None)
+        self.page.on(
+            "console",
+            lambda message: self.faults.append(message.text) if message.type == "error" else None,
+        )
         self.page.on("pageerror", lambda error: self.faults.append(str(error)))
         self.page.on("request", lambda request: self.addresses.append(request.url))
         self.page.set_default_timeout(25_000)
@@ -68,7 +75,9 @@ class Visit:
 
     def until_power_changes(self, before):
         """Wait for another power than ``before``."""
-        self.wait_for("(before) => document.__deep('.headline .power').innerText !== before", before)
+        self.wait_for(
+            "(before) => document.__deep('.headline .power').innerText !== before", before
+        )
         return self.power()
 
     def wait_for(self, condition, *arguments):

@@ -35,7 +35,11 @@ def truck(t):
     frequencies = np.fft.rfftfreq(len(t), 1.0 / RATE)
     hertz, density = np.array(CURVES["mil-std-810-truck-vertical"].points).T
     some = np.clip(frequencies, hertz[0], hertz[-1])
-    level = G**2 * 10.0 ** np.interp(np.log10(some), np.log10(hertz), np.log10(density)) * (frequencies == some)
+    level = (
+        G**2
+        * 10.0 ** np.interp(np.log10(some), np.log10(hertz), np.log10(density))
+        * (frequencies == some)
+    )
     rng = np.random.default_rng(4)
     return 0.3 * np.fft.irfft(
         np.sqrt(level * RATE * len(t) / 2.0) * np.exp(2j * math.pi * rng.random(len(level))), len(t)
@@ -57,28 +61,47 @@ def packets_directly(scene, seconds, slice_=0.1):
     problem = Problem.of(dataclasses.replace(scene, storage=None, node=None))
     scales, eqs = problem.scales, problem.equations
     circuit = Rectifier(problem).compiled(storage.farads)
-    at, h = circuit.charge_at(STORE), 0.1
+    at = circuit.charge_at(STORE)
+    h = 0.1
     kicks = round(slice_ * scales.frequency / h)
     h = slice_ * scales.frequency / kicks
     shaking = forcing(eqs, h, kicks * round(seconds / slice_))
-    packet = sum(amperes * length for amperes, length in node.states) * node.supply_voltage / node.efficiency
-    state, start, on, due, sent = circuit.rest, (0.0, 0.0), False, 0.0, 0
+    packet = (
+        sum(amperes * length for amperes, length in node.states)
+        * node.supply_voltage
+        / node.efficiency
+    )
+    state = circuit.rest
+    start = (0.0, 0.0)
+    on = False
+    due = 0.0
+    sent = 0
     for k in range(round(seconds / slice_)):
         part = shaking[k * kicks : (k + 1) * kicks + 1]
         path = circuit.trace(eqs, np.zeros(kicks), h, kicks, start, state, part)
         x, _, _, v, _ = map(float, path.samples[-1])
-        state, start = path.state, (x, v + 0.5 * h * float(part[-1]))
+        state = path.state
+        start = (x, v + 0.5 * h * float(part[-1]))
         volts = state[at] / storage.farads
         volts -= slice_ * volts / storage.leakage_resistance / storage.farads
         if on:
-            volts -= slice_ * node.sleep_current * node.supply_voltage / node.efficiency / volts / storage.farads
+            volts -= (
+                slice_
+                * node.sleep_current
+                * node.supply_voltage
+                / node.efficiency
+                / volts
+                / storage.farads
+            )
         now = (k + 1) * slice_
         if not on and volts >= node.wake_voltage:
-            on, due = True, now
+            on = True
+            due = now
         if on and now >= due:
             left = volts**2 - 2.0 * packet / storage.farads
             on = left > node.stop_voltage**2
-            sent, due = sent + on, due + node.interval
+            sent = sent + on
+            due = due + node.interval
             volts = math.sqrt(max(left, node.stop_voltage**2))
         on = on and volts > node.stop_voltage
         state[at] = min(volts, storage.clamp_voltage) * storage.farads

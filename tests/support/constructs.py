@@ -1,9 +1,10 @@
 # ruff: noqa: E501, as a row of a table is a line
 """What a netlist may hold, construct by construct: the smallest netlist of each, for ngspice and for the package.
 
-A `Row` is a subcircuit ``board`` with Rload between the piezo's electrodes p and n (`text`); the current that feeds it
-is that of tests/support/ngspice_oracle.py.  Three bodies recur: a value in series with the load, an expression in
-braces that is such a value, and a function that a B source draws from the piezo.
+A `Row` is a subcircuit ``board`` with Rload between the piezo's electrodes p and n (`text`); the
+current that feeds it is that of tests/support/ngspice_oracle.py.  Three bodies recur: a value in
+series with the load, an expression in braces that is such a value, and a function that a B source
+draws from the piezo.
 """
 
 from typing import NamedTuple
@@ -127,12 +128,25 @@ def _scopes():
         ("a pin called gnd elsewhere", "X1 p a s\nR2 a n 1k\nRload p n 100k", ".subckt s x gnd\nR1 x gnd 100k\n.ends"),
     ):  # fmt: skip
         yield Row("scopes", words, body, outside)
-    yield Row("scopes", "the load's own node called p", "R1 x p 1Meg\nRload p y 1Meg\nCs x y 1n", "", "x y")
+    yield Row(
+        "scopes",
+        "the load's own node called p",
+        "R1 x p 1Meg\nRload p y 1Meg\nCs x y 1n",
+        "",
+        "x y",
+    )
     model = ".subckt s a b\nD1 a b dm\n.ends\n"
     outer = "X1 p a s\n.model dm D(Is=1u)\nR2 p n 1Meg\nRload a n 200k"
     yield Row("scopes", "the caller's model", outer, model)
-    yield Row("scopes", "the caller's model, and a global one", outer, model + ".model dm D(Is=1n N=2)")
-    yield Row("scopes", "a global model", outer.replace(".model dm D(Is=1u)\n", ""), model + ".model dm D(Is=1n)")
+    yield Row(
+        "scopes", "the caller's model, and a global one", outer, model + ".model dm D(Is=1n N=2)"
+    )
+    yield Row(
+        "scopes",
+        "a global model",
+        outer.replace(".model dm D(Is=1u)\n", ""),
+        model + ".model dm D(Is=1n)",
+    )
 
 
 def _elements():
@@ -227,4 +241,6 @@ def given_to_ngspice(file):
     """What engine `spice` gives to ngspice of a netlist's file: lines with the piezo between p and 0."""
     load = load_circuit(Load(netlist=str(file)), CAPACITANCE)
     check_solvable(load)
-    return "\n".join([load.text, *(f".options {name}={value!r}" for name, value in load.settings.items())])
+    return "\n".join(
+        [load.text, *(f".options {name}={value!r}" for name, value in load.settings.items())]
+    )

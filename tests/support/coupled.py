@@ -11,8 +11,8 @@ from tests.support.systems import padded
 def coupled(eqs):
     """E[V^2] of the coupled equations, the bias of the step taken off, and its standard error.
 
-    With control variates, which tests/mechanics compares with plain means: half the error of 8192 plain trajectories
-    in an eighth of their time.
+    With control variates, which tests/mechanics compares with plain means: half the error of 8192
+    plain trajectories in an eighth of their time.
     """
     many = Trajectories(padded(eqs), 512, np.random.SeedSequence(5), controlled=True)
     burn_in(many)

@@ -12,11 +12,17 @@ from tests.support.bimorph import bimorph
 
 STOP = '[stop]\nrestitution = 0.9\ngap = "0.1 mm"'
 STEP = "0.05 ms"  # of ours
-# name: (the scene's text, nodes of the circuit between which the voltage is compared, seconds, longest step of ngspice)
+# name: (the scene's text, nodes of the circuit between which the voltage is compared, seconds,
+# longest step of ngspice)
 CASES = {
     "bridge": (bimorph('R = "100 kohm", C = "1 uF"'), ("a", "b"), 0.3, 5e-5),
     "bridge and stop": (bimorph('R = "100 kohm", C = "1 uF"', stop=STOP), ("a", "b"), 0.2, 2e-6),
-    "chip": (bimorph('R = "10 kohm", C = "2.2 uF", Cout = "1 uF"', netlist="ltc3588"), ("store", "com"), 0.3, 5e-5),
+    "chip": (
+        bimorph('R = "10 kohm", C = "2.2 uF", Cout = "1 uF"', netlist="ltc3588"),
+        ("store", "com"),
+        0.3,
+        5e-5,
+    ),
 }
 
 
@@ -32,13 +38,27 @@ def both(name):
         options = options.replace("reltol=1e-5", "reltol=1e-4")
     lines = ["bench", exported, circuit.text, "Xbase acc device_base", "Xdevice p 0 acc x device"]
     lines += [options, f".save v(p) v(xload.{plus}) v(xload.{minus})"]
-    lines += [f".tran {max(step, 5e-5)} {end} 0 {step} uic", ".control", "set nobreak", "set width=150", "run"]
+    lines += [
+        f".tran {max(step, 5e-5)} {end} 0 {step} uic",
+        ".control",
+        "set nobreak",
+        "set width=150",
+        "run",
+    ]
     lines += ["linearize v(p) " + f"v(xload.{plus}) v(xload.{minus})"]
     lines += [f"print col time v(p) v(xload.{plus})-v(xload.{minus})", ".endc", ".end"]
     done = subprocess.run(
-        ["ngspice", "-b", "/dev/stdin"], input="\n".join(lines), capture_output=True, text=True, check=False, timeout=90
+        ["ngspice", "-b", "/dev/stdin"],
+        input="\n".join(lines),
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=90,
     )
-    rows = np.array([row.split()[1:] for row in done.stdout.splitlines() if re.match(r"\d+\t", row)], dtype=float)
+    rows = np.array(
+        [row.split()[1:] for row in done.stdout.splitlines() if re.match(r"\d+\t", row)],
+        dtype=float,
+    )
     assert len(rows), done.stdout[-2000:] + done.stderr[-2000:]
     probe = f"v({plus},{minus})"
     ours = hv.charge(one, "1000 V", probe=probe, duration=end, dt=STEP)

@@ -20,12 +20,24 @@ from tests.support.paths import ROOT
 
 PACKAGE = ROOT / "harvester"
 MOST_BRANCHES, MOST_PARAMETERS = 15, 12
-NORMAL_95 = (1.9599, 1.9601)  # between these lies the quantile that makes 95 % of a normal distribution
+# between these lies the quantile that makes 95 % of a normal distribution
+NORMAL_95 = (1.9599, 1.9601)
 
 WORDS = r"(warning|note|reason|doubt|refusal|remark|advice|missed|missing|why|told|said)s?"
-OF_WORDS = re.compile(rf"(.*_)?{WORDS}", re.IGNORECASE)  # names of what holds sentences for the user
-HELD = re.compile(r"(.*_)?(warning|note|reason|doubt|refusal)s?", re.IGNORECASE)  # which nothing else is called
-READERS = {"startswith", "endswith", "removeprefix", "removesuffix", "partition", "rpartition", "find", "index"}
+# names of what holds sentences for the user
+OF_WORDS = re.compile(rf"(.*_)?{WORDS}", re.IGNORECASE)
+# which nothing else is called
+HELD = re.compile(r"(.*_)?(warning|note|reason|doubt|refusal)s?", re.IGNORECASE)
+READERS = {
+    "startswith",
+    "endswith",
+    "removeprefix",
+    "removesuffix",
+    "partition",
+    "rpartition",
+    "find",
+    "index",
+}
 MESSAGES = re.compile(r"harvester/presentation/messages\b")
 # Whose notes are below pictures and tables of a page; and what the fields of results mean.
 CAPTIONS = re.compile(r"harvester/(figures/|report/|explore/|presentation/glossary\b)")
@@ -48,7 +60,10 @@ def syntax_trees(folder):
 
     That takes two seconds, which those processes do not spend that run other tests.
     """
-    return {file.relative_to(ROOT).as_posix(): ast.parse(file.read_text()) for file in sorted(folder.rglob("*.py"))}
+    return {
+        file.relative_to(ROOT).as_posix(): ast.parse(file.read_text())
+        for file in sorted(folder.rglob("*.py"))
+    }
 
 
 @cache
@@ -90,12 +105,15 @@ def functions_of_many_parameters():
     """Functions with more than 12 parameters, `self` among them."""
     for name, node in walked(ast.FunctionDef, ast.AsyncFunctionDef):
         a = node.args
-        count = len([*a.posonlyargs, *a.args, *a.kwonlyargs]) + sum(one is not None for one in (a.vararg, a.kwarg))
+        count = len([*a.posonlyargs, *a.args, *a.kwonlyargs]) + sum(
+            one is not None for one in (a.vararg, a.kwarg)
+        )
         if count > MOST_PARAMETERS:
             yield place(name, node, f"{node.name} has {count}")
 
 
-# Rooms whose files bear the name of what they serve: the command, figure, page or messages of the study of that name.
+# Rooms whose files bear the name of what they serve: the command, figure, page or messages of the
+# study of that name.
 NAMED_AFTER = re.compile(r"harvester/(commands|figures|report|presentation/messages)/")
 
 
@@ -117,9 +135,17 @@ def engines():
     for file, node in walked(ast.ClassDef):
         if file.startswith("harvester/engines/"):
             for line in node.body:
-                target = line.target if isinstance(line, ast.AnnAssign) else getattr(line, "targets", [None])[0]
+                target = (
+                    line.target
+                    if isinstance(line, ast.AnnAssign)
+                    else getattr(line, "targets", [None])[0]
+                )
                 value = getattr(line, "value", None)
-                if isinstance(target, ast.Name) and target.id == "NAME" and isinstance(value, ast.Constant):
+                if (
+                    isinstance(target, ast.Name)
+                    and target.id == "NAME"
+                    and isinstance(value, ast.Constant)
+                ):
                     found[node.name] = value.value
     return found
 
@@ -152,7 +178,9 @@ def normal_quantiles():
     """The number 1.96 outside harvester/uncertainty, also under the name that it has there."""
 
     def is_it(node):
-        return isinstance(node, ast.Constant) and isinstance(node.value, float) and inside(node.value)
+        return (
+            isinstance(node, ast.Constant) and isinstance(node.value, float) and inside(node.value)
+        )
 
     def inside(value):
         return NORMAL_95[0] < value < NORMAL_95[1]
@@ -173,9 +201,15 @@ def normal_quantiles():
 def is_sentence(node):
     """Whether a string, or an f-string, has a space between words."""
     if isinstance(node, ast.JoinedStr):
-        text = "".join(part.value if isinstance(part, ast.Constant) else "x" for part in node.values)
+        text = "".join(
+            part.value if isinstance(part, ast.Constant) else "x" for part in node.values
+        )
         return is_sentence(ast.Constant(text))
-    return isinstance(node, ast.Constant) and isinstance(node.value, str) and bool(re.search(r"\w \w", node.value))
+    return (
+        isinstance(node, ast.Constant)
+        and isinstance(node.value, str)
+        and bool(re.search(r"\w \w", node.value))
+    )
 
 
 def sentences(node):
@@ -211,8 +245,16 @@ def sentences_read():
             continue
         if isinstance(node, ast.Compare):
             parts = [node.left, *node.comparators]
-            texts = [one for one in parts if isinstance(one, ast.Constant) and isinstance(one.value, str) and one.value]
-            held = [one for one in parts if HELD.fullmatch(name_of(one)) and not isinstance(one, ast.Call)]
+            texts = [
+                one
+                for one in parts
+                if isinstance(one, ast.Constant) and isinstance(one.value, str) and one.value
+            ]
+            held = [
+                one
+                for one in parts
+                if HELD.fullmatch(name_of(one)) and not isinstance(one, ast.Call)
+            ]
         elif isinstance(node.func, ast.Attribute) and node.func.attr in READERS and node.args:
             parts = texts = node.args
             held = [node.func.value] if HELD.fullmatch(name_of(node.func.value)) else []
@@ -223,7 +265,8 @@ def sentences_read():
             yield place(name, node)
 
 
-GIVING = ast.keyword, ast.Assign, ast.AugAssign, ast.AnnAssign, ast.Call, ast.FunctionDef  # what has or takes words
+# what has or takes words
+GIVING = ast.keyword, ast.Assign, ast.AugAssign, ast.AnnAssign, ast.Call, ast.FunctionDef
 
 
 def words_made():
@@ -242,7 +285,11 @@ def words_made():
             given = [node.value]
         elif isinstance(node, ast.Assign | ast.AugAssign | ast.AnnAssign):
             targets = node.targets if isinstance(node, ast.Assign) else [node.target]
-            given = [node.value] if node.value and any(OF_WORDS.fullmatch(name_of(one)) for one in targets) else []
+            given = (
+                [node.value]
+                if node.value and any(OF_WORDS.fullmatch(name_of(one)) for one in targets)
+                else []
+            )
         elif isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute):
             adds = node.func.attr in ("append", "extend", "insert", "add")
             given = node.args if adds and OF_WORDS.fullmatch(name_of(node.func.value)) else []
@@ -261,7 +308,9 @@ def vague_names():
     for file, node in walked(*kinds):
         if isinstance(getattr(node, "ctx", None), ast.Load | ast.Del):
             continue
-        name = next(getattr(node, field) for field in ("id", "attr", "arg", "name") if hasattr(node, field))
+        name = next(
+            getattr(node, field) for field in ("id", "attr", "arg", "name") if hasattr(node, field)
+        )
         if VAGUE.fullmatch(name):
             yield place(file, node, name)
 

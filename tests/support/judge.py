@@ -17,7 +17,8 @@ def asked(*arguments):
     """Exit status, stdout and stderr of the command line, run in this process."""
     out, err = io.StringIO(), io.StringIO()
     words = [*map(str, arguments)]
-    argv = mock.patch.object(sys, "argv", ["harvester", *words])  # which the provenance of a result quotes
+    # which the provenance of a result quotes
+    argv = mock.patch.object(sys, "argv", ["harvester", *words])
     with argv, contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
         status = cli.exit_status(words)
     return status, out.getvalue(), err.getvalue()
@@ -25,7 +26,11 @@ def asked(*arguments):
 
 def complaints(err):
     """What a program said on stderr but for how long its work will take, which depends on the machine."""
-    return "".join(line for line in err.splitlines(keepends=True) if not re.match(r"\w+: about .* shorten", line))
+    return "".join(
+        line
+        for line in err.splitlines(keepends=True)
+        if not re.match(r"\w+: about .* shorten", line)
+    )
 
 
 def fault(status, out, err):
@@ -65,7 +70,9 @@ def unexplained(answer):
         if name == "mean_square_voltage" and value["value"] < 0.0:
             return f"{name} is {value['value']}"
         errors = [value[key] for key in ("stderr", "step_bias", "model_bias")]
-        if not (any(error is not None for error in errors) or answer.get("reason") or answer["warnings"]):
+        if not (
+            any(error is not None for error in errors) or answer.get("reason") or answer["warnings"]
+        ):
             return f"{name} has neither an error nor a reason"
         if any(error is not None and error < 0.0 for error in errors):
             return f"an error of {name} is negative"

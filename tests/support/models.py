@@ -16,7 +16,9 @@ from tests.support.paths import ROOT
 @cache
 def example(name):
     """A script of examples/ as a module."""
-    spec = importlib.util.spec_from_file_location(f"example_{name}", ROOT / "examples" / f"{name}.py")
+    spec = importlib.util.spec_from_file_location(
+        f"example_{name}", ROOT / "examples" / f"{name}.py"
+    )
     module = sys.modules[spec.name] = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
@@ -64,7 +66,8 @@ class Oscillator(NamedTuple):
 
 def linear(a, start, times):
     """The exact y' = a y at equally spaced times, shape (times, len(start))."""
-    step, rows = expm(a * (times[1] - times[0])), [np.array(start, dtype=float)]
+    step = expm(a * (times[1] - times[0]))
+    rows = [np.array(start, dtype=float)]
     for _ in times[1:]:
         rows += [step @ rows[-1]]
     return np.array(rows)

@@ -1,7 +1,8 @@
 """Random netlists of the grammar that ngspice reads, by a seed: mostly answerable, a tenth of them odd.
 
-`netlist(seed)` is the text of a file with a subcircuit ``board`` of two terminals and a resistor Rload.  Its elements
-are drawn from a spine, which leaves a path for direct current from terminal to terminal, and from what hangs beside it:
+`netlist(seed)` is the text of a file with a subcircuit ``board`` of two terminals and a resistor
+Rload.  Its elements are drawn from a spine, which leaves a path for direct current from terminal to
+terminal, and from what hangs beside it:
 
     elements       R C L K D Q J M S W B E F G H V I X, in every form that a netlist writes them
     values         numbers with suffixes and units, parameters, expressions in braces, quotes and bare
@@ -15,12 +16,33 @@ from dataclasses import dataclass, field
 
 ODD = 0.12  # share of netlists with an odd construct
 SUFFIXES = {"t": 12, "g": 9, "meg": 6, "k": 3, "": 0, "m": -3, "u": -6, "n": -9, "p": -12}
-UNITS = {"r": ("ohm", "", "", "o"), "c": ("F", "", "", ""), "l": ("H", "", ""), "v": ("V", "", ""), "": ("",)}
+UNITS = {
+    "r": ("ohm", "", "", "o"),
+    "c": ("F", "", "", ""),
+    "l": ("H", "", ""),
+    "v": ("V", "", ""),
+    "": ("",),
+}
 NODES = ("a", "b", "c", "x1", "mid", "OUT", "n2", "7", "net_3", "p", "n")
 NAMES = ("g", "k", "gain", "r0", "q", "width", "K2", "vt0", "temp", "c", "m2", "Rx")
 BRACE_ONE = ("abs", "sqrt", "exp", "ln", "log", "log10", "sqr", "int", "nint", "floor", "ceil", "sgn", "sin", "cos",
              "tanh", "atan", "arctan", "cosh")  # fmt: skip
-SOURCE_ONE = ("abs", "sin", "cos", "tanh", "atan", "u", "uramp", "u2", "sgn", "floor", "ceil", "nint", "sinh", "asinh")
+SOURCE_ONE = (
+    "abs",
+    "sin",
+    "cos",
+    "tanh",
+    "atan",
+    "u",
+    "uramp",
+    "u2",
+    "sgn",
+    "floor",
+    "ceil",
+    "nint",
+    "sinh",
+    "asinh",
+)
 SMOOTH_ONE = ("abs", "sin", "cos", "tanh", "atan", "uramp", "u2", "asinh")
 
 
@@ -47,7 +69,23 @@ def flat_netlist(seed):
 def is_rough(text):
     """Whether a netlist jumps, so that two integrations agree less well: switches, steps and comparisons."""
     low = text.lower()
-    words = ("floor(", "ceil(", "nint(", "sgn(", "u(", ">", "<", "==", "!=", "&&", "||", "%", ".model sw", " sw", "csw")
+    words = (
+        "floor(",
+        "ceil(",
+        "nint(",
+        "sgn(",
+        "u(",
+        ">",
+        "<",
+        "==",
+        "!=",
+        "&&",
+        "||",
+        "%",
+        ".model sw",
+        " sw",
+        "csw",
+    )
     sources = [line for line in low.splitlines() if "v(" in line or "i(" in line]
     return any(word in line for line in sources for word in words) or " sw" in low or "csw" in low
 
@@ -56,8 +94,11 @@ class _Writer:
     """Writes one file."""
 
     def __init__(self, rng):
-        self.rng, self.count, self.outer = rng, 0, Scope()
-        self.used, self.foreign = set(), {}
+        self.rng = rng
+        self.count = 0
+        self.outer = Scope()
+        self.used = set()
+        self.foreign = {}
         self.odd = rng.random() < ODD
 
     # Small choices
@@ -93,7 +134,9 @@ class _Writer:
             return text
         if self.odd and self.maybe(0.08):
             return f"{value / 25.4e-6:.5g}mil"
-        return f"{scaled:.5g}{self.cased(suffix) if suffix else ''}{self.one(*UNITS.get(unit, ('',)))}"
+        return (
+            f"{scaled:.5g}{self.cased(suffix) if suffix else ''}{self.one(*UNITS.get(unit, ('',)))}"
+        )
 
     def literal(self, value):
         """A value as a literal of an expression, where a suffix is allowed as well."""
@@ -110,7 +153,8 @@ class _Writer:
             return f"{self.cased(name)}{self.one('*', ' * ')}{self.literal(value / scope.parameters[name])}"
         if form < 0.6:
             a = self.rng.uniform(0.2, 2.0)
-            first, second = self.braces(value * a, scope, depth + 1), self.braces(value * (1 - a), scope, depth + 1)
+            first = self.braces(value * a, scope, depth + 1)
+            second = self.braces(value * (1 - a), scope, depth + 1)
             return f"({first}){self.one('+', ' + ')}({second})"
         if form < 0.66:
             return f"{self.literal(value * 8)}/2^{self.one('3', '2', '2^1', '(3)', '1^2')}"
@@ -131,14 +175,29 @@ class _Writer:
             return f"{self.literal(value)}*(2{self.one('-', '+', '*', '--', '*-', '^-')}{self.one('1', '3')})"
         if form < 0.93 and scope.functions:
             name = self.one(*scope.functions)
-            given = ",".join(f"{self.rng.uniform(0.5, 2.0):.3g}" for _ in range(scope.functions[name]))
+            given = ",".join(
+                f"{self.rng.uniform(0.5, 2.0):.3g}" for _ in range(scope.functions[name])
+            )
             return f"{self.literal(value)}*{self.cased(name)}({given})"
         if form < 0.95:
             return f"-{self.literal(-value)}"
         if form < 0.97:
             return f"{self.literal(value)}*(7{self.one('%', '%')}{self.one('3', '4', '2.5')})"
         if self.odd:
-            return self.one("e", "pi", "temper", "u(1)", "if(1,2,3)", "1e3k", "2^-q", "x*-k", "!0", "~1", "3 k", "{k}")
+            return self.one(
+                "e",
+                "pi",
+                "temper",
+                "u(1)",
+                "if(1,2,3)",
+                "1e3k",
+                "2^-q",
+                "x*-k",
+                "!0",
+                "~1",
+                "3 k",
+                "{k}",
+            )
         return self.literal(value)
 
     def value(self, value, scope, unit=""):
@@ -148,7 +207,11 @@ class _Writer:
             return self.number(value, unit)
         expression = self.braces(value, scope)
         if form < 0.6:
-            exact = [name for name, known in scope.parameters.items() if known and 0.1 < known / value < 10.0]
+            exact = [
+                name
+                for name, known in scope.parameters.items()
+                if known and 0.1 < known / value < 10.0
+            ]
             return self.cased(self.one(*exact)) if exact else self.number(value, unit)
         blank = self.one("", "", " ")
         return f"'{expression}'" if form < 0.7 else f"{{{blank}{expression}{blank}}}"
@@ -173,12 +236,18 @@ class _Writer:
             inner = self.source(nodes, controls, scope, depth + 1)
             return f"{self.one('min', 'max')}({inner},{self.atom(scope)})"
         if form < 0.72:
-            inner, power = self.source(nodes, controls, scope, depth + 1), self.one("2", "2", "3", "1.5")
+            inner = self.source(nodes, controls, scope, depth + 1)
+            power = self.one("2", "2", "3", "1.5")
             return self.one(
-                f"({inner})^{power}", f"({inner})**{power}", f"pow({inner},{power})", f"pwr({inner},{power})"
+                f"({inner})^{power}",
+                f"({inner})**{power}",
+                f"pow({inner},{power})",
+                f"pwr({inner},{power})",
             )
         if form < 0.77:
-            points, x, y = [], -self.rng.uniform(0.5, 4.0), self.rng.uniform(-2.0, 0.0)
+            points = []
+            x = -self.rng.uniform(0.5, 4.0)
+            y = self.rng.uniform(-2.0, 0.0)
             for _ in range(self.rng.randint(2, 4)):
                 points += [self.literal(x), self.literal(y)]
                 x, y = x + self.rng.uniform(0.5, 4.0), y + self.rng.uniform(0.0, 2.0)
@@ -202,7 +271,17 @@ class _Writer:
             return f"{self.probe(nodes, controls)}*{self.one('pi', 'e', 'temper/27', '2^3^2/64', '2*-1', '-1')}"
         if self.odd:
             inner = self.probe(nodes, controls)
-            forms = ("int({})", "{}%2", "{}*1mil*1k", "limit({},0,1)", "ln({})", "sqrt({})", "{}*-1.5", "!{}", "{}&1")
+            forms = (
+                "int({})",
+                "{}%2",
+                "{}*1mil*1k",
+                "limit({},0,1)",
+                "ln({})",
+                "sqrt({})",
+                "{}*-1.5",
+                "!{}",
+                "{}&1",
+            )
             return self.one(*forms, "ddt({})", "{}*echarge", "{}*time", "v (mid)*{}").format(inner)
         return self.probe(nodes, controls)
 
@@ -227,7 +306,11 @@ class _Writer:
         v = self.one("v", "v", "V")
         if self.maybe(0.5):
             return f"{v}({first})"
-        return f"{v}({first}{self.one(',', ', ')}{second})" if first.lower() != second.lower() else f"{v}({first})"
+        return (
+            f"{v}({first}{self.one(',', ', ')}{second})"
+            if first.lower() != second.lower()
+            else f"{v}({first})"
+        )
 
     # Models
 
@@ -235,12 +318,16 @@ class _Writer:
         """The name of a model of a kind, a new one or one that the scope or the file has."""
         if self.odd and self.foreign.get(kind) and self.maybe(0.3):
             return self.one(*self.foreign[kind])  # of another subcircuit
-        known = scope.models.get(kind, []) + (self.outer.models.get(kind, []) if self.maybe(0.5) else [])
+        known = scope.models.get(kind, []) + (
+            self.outer.models.get(kind, []) if self.maybe(0.5) else []
+        )
         if known and self.maybe(0.5):
             return self.cased(self.one(*known))
         home = scope if scope is self.outer or self.maybe(0.6) else self.outer
         number = "1n" if self.odd else "1n4x"  # ngspice drops a model whose name reads as a number
-        name = self.one(f"{kind}m", f"m{kind}", "dm", number, "mod") + (str(len(self.used)) if self.maybe(0.8) else "")
+        name = self.one(f"{kind}m", f"m{kind}", "dm", number, "mod") + (
+            str(len(self.used)) if self.maybe(0.8) else ""
+        )
         others = [model.lower() for models in home.models.values() for model in models]
         if name.lower() in others:
             name += f"z{len(self.used)}"
@@ -274,12 +361,19 @@ class _Writer:
         keys = common[{"pnp": "npn", "pjf": "njf", "pmos": "nmos"}.get(kind, kind)]
         if kind == "pmos":
             keys["vto"] = -keys["vto"]
-        must = {"d": {"is"}, "sw": {"vt", "ron", "roff"}, "csw": {"it", "ron", "roff"}, "r": {"r"}, "c": {"cap"}}
+        must = {
+            "d": {"is"},
+            "sw": {"vt", "ron", "roff"},
+            "csw": {"it", "ron", "roff"},
+            "r": {"r"},
+            "c": {"cap"},
+        }
         chosen = [key for key in keys if key in must.get(kind, ()) or self.maybe(0.45)]
         if "ibv" in chosen and "bv" not in chosen:
             chosen.remove("ibv")
         self.rng.shuffle(chosen)
-        equals, blank = self.one("=", "=", "=", " = ", " "), self.one(" ", " ", " ", ", ")
+        equals = self.one("=", "=", "=", " = ", " ")
+        blank = self.one(" ", " ", " ", ", ")
         aliases = {"cjo": ("cjo", "cj0", "cj"), "is": ("is", "js") if kind == "d" else ("is",), "vj": ("vj", "pb"),
                    "m": ("m", "mj"), "vaf": ("vaf", "va"), "vto": ("vto", "vt0")}  # fmt: skip
         pairs = []
@@ -289,7 +383,18 @@ class _Writer:
                 text = f"{{{self.braces(keys[key], scope)}}}"
             pairs.append(f"{self.cased(self.one(*aliases.get(key, (key,))))}{equals}{text}")
         if self.maybe(0.1):
-            rare = ("tnom=27", "kf=1e-16", "af=1", "eg=1.11", "xti=3", "vpk=100", "iave=1", "mfg=2", "tmx=3", "isz=1n")
+            rare = (
+                "tnom=27",
+                "kf=1e-16",
+                "af=1",
+                "eg=1.11",
+                "xti=3",
+                "vpk=100",
+                "iave=1",
+                "mfg=2",
+                "tmx=3",
+                "isz=1n",
+            )
             pairs.append(self.one(*rare))
         if self.odd and self.maybe(0.3):
             odd = (
@@ -309,7 +414,13 @@ class _Writer:
         inner = blank.join(pairs)
         word = self.cased(kind)
         form = self.rng.random()
-        body = f"{word}({inner})" if form < 0.6 else f"{word} ({inner})" if form < 0.8 else f"{word} {inner}"
+        body = (
+            f"{word}({inner})"
+            if form < 0.6
+            else f"{word} ({inner})"
+            if form < 0.8
+            else f"{word} {inner}"
+        )
         if self.odd and self.maybe(0.05):
             body = f"{word}({inner}"
         return f"{self.cased('.model')} {self.one(name, name.upper())} {body}"
@@ -344,14 +455,17 @@ class _Writer:
             text = f"{self.one('r', 'R', 'resistance')}{self.one('=', ' = ')}{self.value(value, scope, 'r')}"
         elif form < 0.93:
             model = self.model("r", scope)
-            text = self.one(model, f"{self.number(value)} {model}", f"{model} r={self.number(value)}")
+            text = self.one(
+                model, f"{self.number(value)} {model}", f"{model} r={self.number(value)}"
+            )
         else:
             text = self.value(value, scope, "r")
         return f"{name} {a} {b} {text}{self.options('r', scope)}"
 
     def spine(self, a, b, nodes, controls, scope):
         """Elements in series from a to b that leave a path for direct current."""
-        before, lines = a, []
+        before = a
+        lines = []
         for _ in range(self.rng.choice((0, 1, 1, 2))):
             after = self.fresh(nodes)
             lines.append(self.series(before, after, nodes, controls, scope))
@@ -384,9 +498,15 @@ class _Writer:
         return self.resistor(self.name("R"), a, b, 10 ** self.rng.uniform(3, 5), scope)
 
     def diode(self, a, b, scope):
-        name, model = self.name("D"), self.model("d", scope)
-        last = " 2" if self.odd else ""  # which ngspice takes for the model's name, unless another element has it
-        area = self.one("", "", " area=2", " area={2}", last, " off", " pj=1") if self.maybe(0.4) else ""
+        name = self.name("D")
+        model = self.model("d", scope)
+        # which ngspice takes for the model's name, unless another element has it
+        last = " 2" if self.odd else ""
+        area = (
+            self.one("", "", " area=2", " area={2}", last, " off", " pj=1")
+            if self.maybe(0.4)
+            else ""
+        )
         return f"{name} {a} {b} {model}{area}{self.options('d', scope)}"
 
     def switch(self, a, b, nodes, controls, scope):
@@ -411,10 +531,13 @@ class _Writer:
         if form < 0.4:
             return self.diode(a, b, scope)
         if form < 0.47:
-            kind, name = self.one("npn", "npn", "pnp"), self.name("Q")
+            kind = self.one("npn", "npn", "pnp")
+            name = self.name("Q")
             other = self.one(*nodes)
             area = self.one("", "", " 2", " area=2", " off") if self.maybe(0.5) else ""
-            return f"{name} {a} {other} {b} {self.model(kind, scope)}{area}{self.options('q', scope)}"
+            return (
+                f"{name} {a} {other} {b} {self.model(kind, scope)}{area}{self.options('q', scope)}"
+            )
         if form < 0.52:
             area = self.one("", "", " 2", " area=3") if self.maybe(0.5) else ""
             model = self.model(self.one("njf", "pjf"), scope)
@@ -440,9 +563,12 @@ class _Writer:
             pair = self.one(f"{first} {second}", f"({first},{second})", f"{first} {second}")
             if self.maybe(0.25):
                 expression = f"({self.source(nodes, controls, scope)})*1u"
-                key, text = self.one("value", "VALUE", "cur"), self.one(f"{{{expression}}}", f"'{expression}'")
+                key = self.one("value", "VALUE", "cur")
+                text = self.one(f"{{{expression}}}", f"'{expression}'")
                 return f"{self.name('G')} {a} {b} {key}{self.one('=', ' = ')}{text}{self.one('', '', ' m=2')}"
-            return f"{self.name('G')} {a} {b} {words}{pair} {gain}{self.one('', '', ' m=2', ' m=3')}"
+            return (
+                f"{self.name('G')} {a} {b} {words}{pair} {gain}{self.one('', '', ' m=2', ' m=3')}"
+            )
         if form < 0.89 and controls:
             gain = self.value(self.rng.choice((1, -1)) * self.rng.uniform(0.05, 0.4), scope)
             return f"{self.name('F')} {a} {b} {self.cased(self.one(*controls))} {gain}{self.one('', '', ' m=2')}"
@@ -472,12 +598,16 @@ class _Writer:
             )
         else:
             gain = self.value(self.rng.uniform(-1.5, 1.5), scope)
-            source = f"{self.name('E')} {node} {a} {self.one('', '', 'vcvs ')}{first} {second} {gain}"
+            source = (
+                f"{self.name('E')} {node} {a} {self.one('', '', 'vcvs ')}{first} {second} {gain}"
+            )
         return f"{source}\n{joined}"
 
     def transformer(self, a, b, nodes, scope):
         """Two coupled coils, the first behind a resistor, the second on one of its own."""
-        first, second, node = self.name("L"), self.name("L"), self.fresh(nodes)
+        first = self.name("L")
+        second = self.name("L")
+        node = self.fresh(nodes)
         free = [one for one in NODES if one.lower() not in {known.lower() for known in nodes}]
         between = free[0] if free else a
         lines = [
@@ -491,7 +621,9 @@ class _Writer:
             nodes.append(between)
         if self.odd and self.maybe(0.4):
             other = self.one(first, second)
-            lines.append(f"{self.name('K')} {other} {self.one(first, second)} {self.one('.2', '.1')}")
+            lines.append(
+                f"{self.name('K')} {other} {self.one(first, second)} {self.one('.2', '.1')}"
+            )
         return "\n".join(lines)
 
     # Subcircuits and the file
@@ -501,18 +633,25 @@ class _Writer:
         for _ in range(count):
             name = self.one("temper", "e") if self.odd and self.maybe(0.2) else self.one(*NAMES)
             value = self.rng.choice((1e5, 2.2e5, 1e-8, 3.0, 0.5, 2.0, 4.7e4))
-            known = scope.parameters.pop(name.lower(), None)  # no parameter is an expression of itself
+            # no parameter is an expression of itself
+            known = scope.parameters.pop(name.lower(), None)
             text = (
                 self.literal(value)
                 if self.maybe(0.6)
-                else self.one(f"{{{self.braces(value, scope, 1)}}}", f"'{self.braces(value, scope, 1)}'")
+                else self.one(
+                    f"{{{self.braces(value, scope, 1)}}}", f"'{self.braces(value, scope, 1)}'"
+                )
             )
-            scope.lines.append(f"{self.cased('.param')} {self.cased(name)}{self.one('=', ' = ')}{text}")
-            scope.parameters[name.lower()] = value if known is None else 0.0  # or of one that is an expression of it
+            scope.lines.append(
+                f"{self.cased('.param')} {self.cased(name)}{self.one('=', ' = ')}{text}"
+            )
+            # or of one that is an expression of it
+            scope.parameters[name.lower()] = value if known is None else 0.0
 
     def functions(self, scope):
         """Add a .func line."""
-        name, many = self.one("f", "twice", "fx", "half"), self.rng.randint(1, 2)
+        name = self.one("f", "twice", "fx", "half")
+        many = self.rng.randint(1, 2)
         body = (
             self.one("x*2", "x+1", "2*x-1", "x/(x+1)", "x^2")
             if many == 1
@@ -526,7 +665,9 @@ class _Writer:
 
     def body(self, a, b, scope, size, top, calls):
         """The elements between two terminals, with Rload where it is the ``top``."""
-        nodes, controls, coils = [a, b], [], []
+        nodes = [a, b]
+        controls = []
+        coils = []
         lines, end = self.spine(a, b, nodes, controls, scope)
         if top:
             options = self.one("", "", "", "", " m=2", " tc1=1m") if self.maybe(0.3) else ""
@@ -540,7 +681,9 @@ class _Writer:
             lines.append(self.series(end, b, nodes, controls, scope))
             lines.append(self.resistor(self.name("R"), a, b, 10 ** self.rng.uniform(5, 6.5), scope))
         if top and self.maybe(0.5):
-            lines.append(f"Csmooth {end} {b} {self.value(10 ** self.rng.uniform(-8.5, -6.3), scope, 'c')}")
+            lines.append(
+                f"Csmooth {end} {b} {self.value(10 ** self.rng.uniform(-8.5, -6.3), scope, 'c')}"
+            )
         for _ in range(size):
             coils = [line.split()[0] for line in lines if line[:1].lower() == "l"]
             lines.append(self.beside(nodes, controls, coils, scope))
@@ -580,16 +723,21 @@ class _Writer:
         if self.maybe(0.15):
             self.functions(scope)
         elements = self.body(a, b, scope, size, False, calls)
-        if self.maybe(0.1) and (self.odd or scope.parameters):  # a name of the caller's, or of nobody
-            elements.append(f"{self.name('R')} {a} {b} {{{self.one(*(list(scope.parameters) or ['k']))}}}")
+        if self.maybe(0.1) and (
+            self.odd or scope.parameters
+        ):  # a name of the caller's, or of nobody
+            elements.append(
+                f"{self.name('R')} {a} {b} {{{self.one(*(list(scope.parameters) or ['k']))}}}"
+            )
         words = " ".join(
-            f"{self.cased(key)}{self.one('=', ' = ')}{self.literal(value)}" for key, value in header.items()
+            f"{self.cased(key)}{self.one('=', ' = ')}{self.literal(value)}"
+            for key, value in header.items()
         )
         params = self.one("", "", "params: ", "PARAMS: ") if words else ""
         lines = scope.lines + elements if self.maybe(0.7) else elements + scope.lines
-        head = (
-            f"{self.cased('.subckt')} {name} {self.one(f'{a} {b}', f'{a} {b}', f'({a} {b})')} {params}{words}".rstrip()
-        )
+        subckt = self.cased(".subckt")
+        nodes = self.one(f"{a} {b}", f"{a} {b}", f"({a} {b})")
+        head = f"{subckt} {name} {nodes} {params}{words}".rstrip()
         return [head, *lines, self.one(".ends", f".ends {name}", ".ENDS")], header
 
     def file(self):
@@ -607,7 +755,10 @@ class _Writer:
             inner.append((name, header))
             blocks.append(lines)
         scope = Scope(parameters=dict(self.outer.parameters), functions=dict(self.outer.functions))
-        header = {self.one(*NAMES).lower(): rng.choice((1e5, 3.0, 2e-8)) for _ in range(rng.choice((0, 0, 1, 2)))}
+        header = {
+            self.one(*NAMES).lower(): rng.choice((1e5, 3.0, 2e-8))
+            for _ in range(rng.choice((0, 0, 1, 2)))
+        }
         scope.parameters |= header
         if self.maybe(0.2):
             self.parameters(scope, 1)
@@ -615,7 +766,9 @@ class _Writer:
         calls = [inner[-1]] if inner else []
         calls += [rng.choice(inner) for _ in range(rng.choice((0, 0, 1)))] if inner else []
         elements = self.body(a, b, scope, rng.randint(1, 4), True, calls)
-        words = " ".join(f"{self.cased(key)}={self.literal(value)}" for key, value in header.items())
+        words = " ".join(
+            f"{self.cased(key)}={self.literal(value)}" for key, value in header.items()
+        )
         lines = scope.lines + elements if self.maybe(0.7) else elements + scope.lines
         board = [f".subckt board {a} {b} {words}".rstrip(), *lines, ".ends"]
         blocks.append(board)
@@ -626,7 +779,12 @@ class _Writer:
         if self.odd and self.maybe(0.3):
             text.append(
                 self.one(
-                    ".options temp=50", ".temp 40", ".options gmin=1n", ".option tnom=27", ".ic v(a)=1", ".global a"
+                    ".options temp=50",
+                    ".temp 40",
+                    ".options gmin=1n",
+                    ".option tnom=27",
+                    ".ic v(a)=1",
+                    ".global a",
                 )
             )
         return "\n".join(["* a random netlist", *(self.dressed(line) for line in text), ""])
@@ -639,13 +797,20 @@ class _Writer:
         elements = self.body(a, b, self.outer, self.rng.randint(1, 4), True, [])
         if b != "0":
             value = self.value(10 ** self.rng.uniform(1, 6), self.outer, "r")
-            elements.append(f"{self.name('R')} {self.one('0', 'GND', 'gnd')} {self.one(b, a)} {value}")
+            elements.append(
+                f"{self.name('R')} {self.one('0', 'GND', 'gnd')} {self.one(b, a)} {value}"
+            )
         load = self.one("R7", "Rload", "R_load")
         elements = [
-            f"{load} {line.partition(' ')[2]}" if line.lower().startswith("rload") else line for line in elements
+            f"{load} {line.partition(' ')[2]}" if line.lower().startswith("rload") else line
+            for line in elements
         ]
         text = [part for line in [*self.outer.lines, *elements] for part in line.split("\n")]
-        return "\n".join([".title a board", *(self.dressed(line) for line in text), ".end", ""]), (a, b), load
+        return (
+            "\n".join([".title a board", *(self.dressed(line) for line in text), ".end", ""]),
+            (a, b),
+            load,
+        )
 
     def dressed(self, line):
         """A line with continuations, comments and blanks."""

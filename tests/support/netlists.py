@@ -27,7 +27,12 @@ def original(name):
     lines = (folder / f"{name}.cir").read_text().splitlines()
     first = next(k for k, line in enumerate(lines) if line.startswith(f".subckt {name} "))
     last = next(k for k, line in enumerate(lines) if line.startswith(f".ends {name}"))
-    return "\n".join([*lines[first : last + 1], *(path.read_text() for path in sorted(folder.glob("parts/*.lib")))])
+    return "\n".join(
+        [
+            *lines[first : last + 1],
+            *(path.read_text() for path in sorted(folder.glob("parts/*.lib"))),
+        ]
+    )
 
 
 def on_plate(folder, body, name="board"):

@@ -1,11 +1,13 @@
 """What ngspice says of a load circuit that a given current feeds: its own reading of the text, never one of ours.
 
-A piezo of a capacitance CAPACITANCE with a leak beside it is driven by three sines of current (DRIVE) for SECONDS from
-rest, and what is told is the mean power of Rload and the RMS of the terminals' voltage.  The netlist's text reaches
-ngspice letter by letter, between a bench of three lines before it and ``.end`` behind.
+A piezo of a capacitance CAPACITANCE with a leak beside it is driven by three sines of current
+(DRIVE) for SECONDS from rest, and what is told is the mean power of Rload and the RMS of the
+terminals' voltage.  The netlist's text reaches ngspice letter by letter, between a bench of three
+lines before it and ``.end`` behind.
 
-`Oracle` answers thousands: it loads the library once, and each netlist in a process forked from that one, so that a
-crash, an endless loop or what an option leaves behind stays in it.  `by_program` asks ``ngspice -b``.
+`Oracle` answers thousands: it loads the library once, and each netlist in a process forked from
+that one, so that a crash, an endless loop or what an option leaves behind stays in it.
+`by_program` asks ``ngspice -b``.
 """
 
 import ctypes
@@ -23,11 +25,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 CAPACITANCE, LEAK = 50e-9, 10e6  # F and ohm, of the piezo
-DRIVE = ((1.0, 47.0, 0.0), (0.7, 83.0, 40.0), (0.4, 131.0, 200.0))  # V at an open circuit, Hz, degrees
+# V at an open circuit, Hz, degrees
+DRIVE = ((1.0, 47.0, 0.0), (0.7, 83.0, 40.0), (0.4, 131.0, 200.0))
 SECONDS, LONGEST_STEP = 0.06, 2.5e-5
 VOLTS = 6.0  # what the sines are times
 _OPTIONS = ".options reltol=1e-6 vntol=1e-9 abstol=1e-15 chgtol=1e-18 method=gear itl4=60"
-_REFUSING = re.compile(r"error|unknown|undefined|unable|too few|too many|mismatch|cannot|malformed|doanalyses", re.I)
+_REFUSING = re.compile(
+    r"error|unknown|undefined|unable|too few|too many|mismatch|cannot|malformed|doanalyses", re.I
+)
 _HARMLESS = re.compile(r"^Note|Using SPARSE|no compat", re.I)
 
 
@@ -52,7 +57,10 @@ def amplitudes():
 
 def bench(calls, first, second, load, step):
     """The lines around a netlist whose piezo is between two nodes, and the vectors that tell its voltage and power."""
-    lines = [f"Cpiezo_oracle {first} {second} {CAPACITANCE!r}", f"Rpiezo_oracle {first} {second} {LEAK!r}"]
+    lines = [
+        f"Cpiezo_oracle {first} {second} {CAPACITANCE!r}",
+        f"Rpiezo_oracle {first} {second} {LEAK!r}",
+    ]
     for k, (amplitude, f, phase) in enumerate(amplitudes()):
         wave = f"sin(0 {amplitude!r} {f!r} 0 0 {math.degrees(phase)!r})"
         lines.append(f"Ipiezo_oracle{k} {second} {first} dc 0 {wave}")
@@ -71,7 +79,8 @@ def bench_of(text, terminals=None, resistor="Rload", step=LONGEST_STEP):
 
 def subcircuit_of(text):
     """The name of the subcircuit that holds Rload."""
-    name, known = "", []
+    name = ""
+    known = []
     lines = [re.split(r";|//|\s\$", line)[0].strip() for line in text.lower().splitlines()]
     whole = "\n".join(line for line in lines if line and line[0] != "*").replace("\n+", " ")
     for line in whole.splitlines():
@@ -103,7 +112,12 @@ def by_program(text, terminals=None, resistor="Rload", program="ngspice", patien
         file.write_text("\n".join(["* oracle", *lines, *control, text, ".end", ""]))
         try:
             done = subprocess.run(
-                [program, "-b", file.name], capture_output=True, text=True, timeout=patience, cwd=folder, check=False
+                [program, "-b", file.name],
+                capture_output=True,
+                text=True,
+                timeout=patience,
+                cwd=folder,
+                check=False,
             )
         except subprocess.TimeoutExpired:
             return Answer(why="does not end")
@@ -111,7 +125,9 @@ def by_program(text, terminals=None, resistor="Rload", program="ngspice", patien
             return Answer(why=reason((done.stdout + done.stderr).splitlines()))
         rows = [[float(word) for word in line.split()] for line in found.read_text().splitlines()]
     times, *voltages, powers = zip(*rows, strict=True)
-    return measured(times, _difference(voltages, signs), powers, (done.stdout + done.stderr).splitlines())
+    return measured(
+        times, _difference(voltages, signs), powers, (done.stdout + done.stderr).splitlines()
+    )
 
 
 def measured(times, voltages, powers, messages):
@@ -121,7 +137,8 @@ def measured(times, voltages, powers, messages):
     square, power = 0.0, 0.0
     for k in range(1, len(times)):
         h = times[k] - times[k - 1]
-        a, b = voltages[k - 1], voltages[k]
+        a = voltages[k - 1]
+        b = voltages[k]
         square += h * (a * a + a * b + b * b) / 3.0
         power += 0.5 * h * (powers[k - 1] + powers[k])
     voltage = math.sqrt(square / SECONDS)
@@ -144,14 +161,17 @@ class Oracle:
         """``library`` is the path of another one than is found."""
         self.patience = patience
         self._messages = []
-        path = library or os.environ.get("NGSPICE_LIBRARY_PATH") or ctypes.util.find_library("ngspice")
+        path = (
+            library or os.environ.get("NGSPICE_LIBRARY_PATH") or ctypes.util.find_library("ngspice")
+        )
         os.environ.setdefault("OMP_NUM_THREADS", "1")
         self._spice = ctypes.CDLL(path)
         text = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_char_p, ctypes.c_int, ctypes.c_void_p)
         leave = ctypes.CFUNCTYPE(
             ctypes.c_int, ctypes.c_int, ctypes.c_bool, ctypes.c_bool, ctypes.c_int, ctypes.c_void_p
         )
-        self._kept = text(self._told), text(lambda *_: 0), leave(self._left)  # ngspice holds their addresses
+        # ngspice holds their addresses
+        self._kept = text(self._told), text(lambda *_: 0), leave(self._left)
         self._spice.ngSpice_Init(*self._kept, None, None, None, None)
         self._spice.ngGet_Vec_Info.restype = ctypes.POINTER(_Vector)
         self._pipe = -1
@@ -205,7 +225,8 @@ class Oracle:
 
     def _heard(self, pipe):
         """All that a child writes; None where it takes too long."""
-        said, deadline = b"", time.monotonic() + self.patience
+        said = b""
+        deadline = time.monotonic() + self.patience
         while True:
             ready, _, _ = select.select([pipe], [], [], max(deadline - time.monotonic(), 0.0))
             if not ready:
@@ -240,12 +261,17 @@ class Oracle:
 
 def _signs(terminals):
     """The signs of the voltages of the piezo's nodes that are not ground."""
-    return [sign for node, sign in zip(terminals or ("p", "0"), (1.0, -1.0), strict=True) if node != "0"]
+    return [
+        sign for node, sign in zip(terminals or ("p", "0"), (1.0, -1.0), strict=True) if node != "0"
+    ]
 
 
 def _difference(voltages, signs):
     """The piezo's voltage from those of its nodes."""
-    return [sum(sign * v for sign, v in zip(signs, point, strict=True)) for point in zip(*voltages, strict=True)]
+    return [
+        sum(sign * v for sign, v in zip(signs, point, strict=True))
+        for point in zip(*voltages, strict=True)
+    ]
 
 
 class _Vector(ctypes.Structure):
@@ -261,4 +287,9 @@ class _Vector(ctypes.Structure):
 
 def _tell(pipe, found):
     """Write a child's answer."""
-    os.write(pipe, json.dumps(found | ({"messages": found["messages"][-40:]} if "messages" in found else {})).encode())
+    os.write(
+        pipe,
+        json.dumps(
+            found | ({"messages": found["messages"][-40:]} if "messages" in found else {})
+        ).encode(),
+    )

@@ -27,7 +27,9 @@ def _recipe_hash():
 @cache
 def wheel():
     """The path of the wheel; a test is skipped where the index or the source of ngspice is not to be had."""
-    made = (cache_folder() or pytest.skip("there is no cache for the wheel")) / f"ngspice-wheel-{_recipe_hash()}"
+    made = (
+        cache_folder() or pytest.skip("there is no cache for the wheel")
+    ) / f"ngspice-wheel-{_recipe_hash()}"
     made.mkdir(exist_ok=True)
     with alone(made / "lock"):
         if not (found := list(made.glob("*.whl"))):
@@ -42,16 +44,35 @@ def _build(made):
     python = environment / "bin/python"
     subprocess.run([sys.executable, "-m", "venv", environment], check=True, timeout=300)
     needs = tomllib.loads((FOLDER / "pyproject.toml").read_text())["build-system"]["requires"]
-    got = subprocess.run([python, "-m", "pip", "install", "-q", *needs, "auditwheel"], check=False, capture_output=True)
+    got = subprocess.run(
+        [python, "-m", "pip", "install", "-q", *needs, "auditwheel"],
+        check=False,
+        capture_output=True,
+    )
     if got.returncode:
         pytest.skip("the package index, which has the compiler, is not reached")
     code = "import sys; from pathlib import Path; from recipe import source; print(source.archive(Path(sys.argv[1])))"
-    got = subprocess.run([python, "-c", code, made], cwd=FOLDER, check=False, capture_output=True, text=True)
+    got = subprocess.run(
+        [python, "-c", code, made], cwd=FOLDER, check=False, capture_output=True, text=True
+    )
     if got.returncode:
         pytest.skip(f"the source of ngspice is not to be had: {got.stderr.splitlines()[-1]}")
-    command = [python, "-m", "pip", "wheel", "-q", "--no-deps", "--no-build-isolation", "-w", made, FOLDER]
+    command = [
+        python,
+        "-m",
+        "pip",
+        "wheel",
+        "-q",
+        "--no-deps",
+        "--no-build-isolation",
+        "-w",
+        made,
+        FOLDER,
+    ]
     env = {**os.environ, "NGSPICE_SOURCE": got.stdout.strip(), "NGSPICE_BUILD": str(made / "build")}
-    done = subprocess.run(command, env=env, check=False, capture_output=True, text=True, timeout=LONGEST)
+    done = subprocess.run(
+        command, env=env, check=False, capture_output=True, text=True, timeout=LONGEST
+    )
     assert done.returncode == 0, done.stdout + done.stderr
 
 
@@ -71,4 +92,9 @@ def installed(folder):
 def bare_environment(home, *paths):
     """The environment of a user with an empty home, a path without programs, and packages in folders."""
     path = os.pathsep.join(str(one) for one in (*paths, ROOT))
-    return {"HOME": str(home), "PATH": "/nonexistent", "PYTHONPATH": path, "XDG_CACHE_HOME": str(home / "cache")}
+    return {
+        "HOME": str(home),
+        "PATH": "/nonexistent",
+        "PYTHONPATH": path,
+        "XDG_CACHE_HOME": str(home / "cache"),
+    }

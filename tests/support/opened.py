@@ -20,7 +20,11 @@ SYSTEM = ("/usr", "/lib", "/lib64", "/bin", "/sbin", "/etc", "/proc", "/sys", "/
 def traced(trace):
     """The words before a command that write each file it opens to ``trace``; none where there is no strace."""
     calls = ["-e", "open,openat,execve,chdir,fchdir"]
-    return [STRACE, "-f", "--seccomp-bpf", "-z", *calls, "-s", "300", "-o", str(trace)] if STRACE else []
+    return (
+        [STRACE, "-f", "--seccomp-bpf", "-z", *calls, "-s", "300", "-o", str(trace)]
+        if STRACE
+        else []
+    )
 
 
 def opened(trace, start):
@@ -42,5 +46,9 @@ def strange(path, own):
     """Whether a file is in none of: ``own`` folders, Python and its packages, the cache, the fonts', the system's."""
     places = {*own, EXAMPLES, ROOT / "harvester", ROOT / "netlists", folders.cache_folder()}
     places |= {Path(sys.prefix), Path(sys.base_prefix), *map(Path, sysconfig.get_paths().values())}
-    places |= {Path(matplotlib.get_configdir()), Path(matplotlib.get_cachedir()), *map(Path, SYSTEM)}
+    places |= {
+        Path(matplotlib.get_configdir()),
+        Path(matplotlib.get_cachedir()),
+        *map(Path, SYSTEM),
+    }
     return not any(path.is_relative_to(place) for place in places)

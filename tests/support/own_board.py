@@ -31,7 +31,13 @@ def own_board(unlike=False):
 def noisy_node(unlike=False, node=None, excitation=None, load=None, stop=None):
     """The board with a store of 100 uF and a node that sends 18 ms of 5 mA every 5 s, from 3 V to 2 V."""
     packet = {"currents": (5e-3,), "durations": (0.018,)}
-    given = {"wake_voltage": 3.0, "stop_voltage": 2.0, "interval": 5.0, "sleep_current": 1e-6, **packet}
+    given = {
+        "wake_voltage": 3.0,
+        "stop_voltage": 2.0,
+        "interval": 5.0,
+        "sleep_current": 1e-6,
+        **packet,
+    }
     return hv.Scene(
         oscillator=hv.Oscillator(mass="16.542 g", stiffness=1364.1, damping_ratio=0.027),
         piezo=hv.Piezo(coupling=2.5261e-3, capacitance="41.259 nF"),

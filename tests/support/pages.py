@@ -1,6 +1,7 @@
 """The code blocks of the project's pages, and a way to run them as a reader would, in a folder of their own.
 
-Programs of Python run in this process, which has loaded NumPy, the kernels and ngspice's processes already.
+Programs of Python run in this process, which has loaded NumPy, the kernels and ngspice's processes
+already.
 """
 
 import contextlib
@@ -49,7 +50,11 @@ def blocks(page):
     """All code blocks of a page."""
     whole = (ROOT / page).read_text()
     return [
-        Block(f"{page}:{whole[: one.start()].count(chr(10)) + 2}", one[1].split()[0] if one[1] else "", one[2])
+        Block(
+            f"{page}:{whole[: one.start()].count(chr(10)) + 2}",
+            one[1].split()[0] if one[1] else "",
+            one[2],
+        )
         for one in FENCE.finditer(whole)
     ]
 
@@ -57,7 +62,9 @@ def blocks(page):
 def theory_pages():
     """The page of the theory, and the pages below it, a topic each."""
     folder = ROOT / "docs"
-    below = re.search(r"^```\{toctree\}\n:hidden:\n\n(.*?)^```$", (folder / "theory.md").read_text(), re.M | re.S)[1]
+    below = re.search(
+        r"^```\{toctree\}\n:hidden:\n\n(.*?)^```$", (folder / "theory.md").read_text(), re.M | re.S
+    )[1]
     return [folder / "theory.md", *(folder / f"{name}.md" for name in below.split())]
 
 
@@ -86,7 +93,8 @@ def folder(path):
 
 def smaller(words, less):
     """The command at reduced size: ``less`` has (what a command must hold, additions, replacements in its words)."""
-    whole, words = " ".join(words), list(words)
+    whole = " ".join(words)
+    words = list(words)
     for holds, additions, replaced in less:
         if holds in whole:
             for old, new in replaced.items():
@@ -108,8 +116,12 @@ def run(words, where, less=()):
         status, out, told = script(rest)
     else:
         assert program == "ngspice", f"{where}: a test knows no way to run {program!r}"
-        done = subprocess.run([shutil.which(program), *rest], capture_output=True, text=True, check=False, timeout=120)
-        status, out, told = done.returncode, done.stdout, done.stderr[-2000:]
+        done = subprocess.run(
+            [shutil.which(program), *rest], capture_output=True, text=True, check=False, timeout=120
+        )
+        status = done.returncode
+        out = done.stdout
+        told = done.stderr[-2000:]
     assert status == 0, f"{where}: {shlex.join(words)}\n{out[-2000:]}\n{told}"
     for line in out.splitlines():
         if line.startswith("written: "):
@@ -120,13 +132,20 @@ def run(words, where, less=()):
 
 def script(argv):
     """Exit status, stdout and what ended ``python argv``: a file and its arguments, which sees no difference."""
-    out, told, status = io.StringIO(), "", 0
+    out = io.StringIO()
+    told = ""
+    status = 0
     path = [str(Path(argv[0]).parent), *sys.path]
-    with mock.patch.object(sys, "argv", argv), mock.patch.object(sys, "path", path), contextlib.redirect_stdout(out):
+    with (
+        mock.patch.object(sys, "argv", argv),
+        mock.patch.object(sys, "path", path),
+        contextlib.redirect_stdout(out),
+    ):
         try:
             runpy.run_path(argv[0], run_name="__main__")
         except SystemExit as end:
-            status, told = end.code or 0, str(end.code)
+            status = end.code or 0
+            told = str(end.code)
     return status, out.getvalue(), told
 
 
@@ -134,14 +153,23 @@ def written(line):
     """Files of a line such as 'written: out/sweep.csv, sweep.png'; those without a folder are beside the first."""
     names = [name.strip() for name in line.removeprefix("written: ").split(",") if name.strip()]
     first = Path(names[0])
-    return [first, *(first.parent / name for name in names[1:] if "/" not in name and " " not in name)]
+    return [
+        first,
+        *(first.parent / name for name in names[1:] if "/" not in name and " " not in name),
+    ]
 
 
 def made(targets):
     """What ``make TARGET`` would do, without doing it."""
     environment = {k: v for k, v in os.environ.items() if not k.startswith("MAKE")}
     done = subprocess.run(
-        ["make", "-n", *targets], cwd=ROOT, env=environment, capture_output=True, text=True, check=False, timeout=60
+        ["make", "-n", *targets],
+        cwd=ROOT,
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=60,
     )
     assert done.returncode == 0, done.stderr
     return done.stdout

@@ -38,7 +38,9 @@ def g(y: Floats, alpha: Coefficient, K: Floats) -> Floats:
     return (1.0 + K) * y + alpha * y**3
 
 
-def nu2_coupled(A: Floats, Phi: Floats, alpha: Coefficient, beta: Coefficient, mu: Coefficient) -> Floats:
+def nu2_coupled(
+    A: Floats, Phi: Floats, alpha: Coefficient, beta: Coefficient, mu: Coefficient
+) -> Floats:
     """Square of the instantaneous frequency with the load's stiffness at nu itself (Eq. 9).
 
         nu^2 = [G1 + sqrt(G1^2 + 4 G0)]/2,   G1 = s + beta - mu^2,   G0 = mu^2 s,
@@ -61,7 +63,9 @@ def folded(y: Floats, v: Floats) -> tuple[Floats, Floats]:
 
 def damping(A: Floats, y: Floats, eqs: Equations) -> Floats:
     """f(y) + C(A), f = c3 y^4 - c2 y^2 - c1 (Eq. 14)."""
-    c1, c2, c3 = or_zero(eqs.c1), or_zero(eqs.c2), or_zero(eqs.c3)
+    c1 = or_zero(eqs.c1)
+    c2 = or_zero(eqs.c2)
+    c3 = or_zero(eqs.c3)
     return c3 * y**4 - c2 * y**2 - c1 + C(A, or_zero(eqs.alpha), or_zero(eqs.beta), or_zero(eqs.mu))
 
 
@@ -101,7 +105,9 @@ def sigma(A: Floats, Phi: Floats, eqs: Equations) -> tuple[Floats, Floats, Float
     Without a stop sgn is 1.
     """
     k, Q = stiffness(A, eqs)
-    n, sin, cos = nu(A, Phi, or_zero(eqs.alpha), k - 1.0), np.sin(Phi), np.cos(Phi)
+    n = nu(A, Phi, or_zero(eqs.alpha), k - 1.0)
+    sin = np.sin(Phi)
+    cos = np.cos(Phi)
     sign = np.ones_like(cos) if eqs.restitution is None else np.sign(cos)
     return -sign * n * sin / Q, -A * n * sin * cos / Q, -sign * n * cos / (A * Q), -n * cos**2 / Q
 
@@ -114,15 +120,17 @@ def nu_coefficients(A: Floats, k: Floats, alpha: Coefficient) -> Floats:
     """
     w2 = k + 0.75 * alpha * A**2
     eta = 0.25 * alpha * A**2 / w2
-    b: Floats = np.sqrt(w2) * np.array([1 - eta**2 / 16, eta / 2 + 3 * eta**3 / 64, -(eta**2) / 16, eta**3 / 64])
+    b: Floats = np.sqrt(w2) * np.array(
+        [1 - eta**2 / 16, eta / 2 + 3 * eta**3 / 64, -(eta**2) / 16, eta**3 / 64]
+    )
     return b
 
 
 def nu_series(b: Floats, Phi: Floats) -> Floats:
     """The sum nu = b0 + b2 cos 2 Phi + b4 cos 4 Phi + b6 cos 6 Phi (Eq. 16).
 
-    In error by at most 0.078 %, at eta = 1/3, where the cubic force is all; at the paper's alpha, up to A = 3.4,
-    by less than the 0.03 % that it states.
+    In error by at most 0.078 %, at eta = 1/3, where the cubic force is all; at the paper's alpha,
+    up to A = 3.4, by less than the 0.03 % that it states.
     """
     n: Floats = b[0] + b[1] * np.cos(2 * Phi) + b[2] * np.cos(4 * Phi) + b[3] * np.cos(6 * Phi)
     return n
@@ -136,7 +144,12 @@ def external_drift(A: Floats, eqs: Equations) -> Floats:
     k, Q = stiffness(A, eqs)
     b0, b2, b4, b6 = b = nu_coefficients(A, k, or_zero(eqs.alpha))
     brackets = np.array([4 * b0 - 2 * b2, 2 * b2 - 2 * b0 - b4, 2 * b4 - b2 - b6, 2 * b6 - b4])
-    slopes = _slope(lambda a: nu_coefficients(a, stiffness(a, eqs)[0], or_zero(eqs.alpha)) / stiffness(a, eqs)[1], A)
+    slopes = _slope(
+        lambda a: (
+            nu_coefficients(a, stiffness(a, eqs)[0], or_zero(eqs.alpha)) / stiffness(a, eqs)[1]
+        ),
+        A,
+    )
     spread = (brackets * slopes).sum(axis=0) / (8 * Q)
     per_n1: Floats = spread + (2 * b0**2 + 2 * (b**2).sum(axis=0)) / (8 * A * Q**2)
     return or_zero(eqs.n1) * per_n1
@@ -169,18 +182,25 @@ def _slope(f: Callable[[Floats], Floats], A: Floats) -> Floats:
 
 def energy_density(law: Stationary, eqs: Equations) -> tuple[Floats, Floats]:
     """H and p(H) = p(A) dA/dH at the amplitudes of ``law``, each of shape (n,) (Eq. 27)."""
-    (k, Q), A = stiffness(law.A, eqs), law.A
+    (k, Q) = stiffness(law.A, eqs)
+    A = law.A
     slope = dK_dA(A, or_zero(eqs.alpha), or_zero(eqs.beta), or_zero(eqs.mu))
     return G(A, or_zero(eqs.alpha), k - 1.0), law.p / (A * Q + 0.5 * A**2 * slope)
 
 
 def exponent_as_printed(eqs: Equations) -> float:
     """Lambda of Eq. 38 as it stands: the noise's factor upside down, with beta for 2 beta."""
-    m, beta, n2 = eqs.mu or 0.0, eqs.beta or 0.0, eqs.n2 or 0.0
-    return float(published(eqs, n2=0.0)) + n2 * (1 + m**2 + beta + beta**2) / (4 * (m**2 + 1 + beta))
+    m = eqs.mu or 0.0
+    beta = eqs.beta or 0.0
+    n2 = eqs.n2 or 0.0
+    return float(published(eqs, n2=0.0)) + n2 * (1 + m**2 + beta + beta**2) / (
+        4 * (m**2 + 1 + beta)
+    )
 
 
-def simple_exponent(eqs: Equations, mu: Override = None, n2: Override = None, restitution: Override = None) -> Floats:
+def simple_exponent(
+    eqs: Equations, mu: Override = None, n2: Override = None, restitution: Override = None
+) -> Floats:
     """Lambda = (c1 - C)/2 + (w/pi) ln r + N2/(4 w^2): the load as one damping C and one stiffness w^2 - 1."""
     m, n, r = with_overrides(eqs, mu, n2, restitution)
     w2, damping = load(eqs, m, r)

@@ -22,17 +22,24 @@ from harvester.mechanics.kernels.path import Path
 class PythonCallbacks:
     """The three callbacks of one run, in Python; ``state`` is ngspice's copy of the drive's, one element.
 
-    ngspice cannot pass on an exception, and would read a source without a value: the first exception is kept
-    in ``error``, to be raised after the run, and from then on the source holds its last finite value.
+    ngspice cannot pass on an exception, and would read a source without a value: the first
+    exception is kept in ``error``, to be raised after the run, and from then on the source holds
+    its last finite value.
     """
 
     def __init__(self, drive: Drive, state: Any) -> None:
-        self.drive, self.state = drive, state.view(np.recarray)[0]
+        self.drive = drive
+        self.state = state.view(np.recarray)[0]
         self.error: Exception | None = None
         self.last = 0.0
-        self._source_voltage, self._proposed_step = interpreted(source_voltage), interpreted(proposed_step)
+        self._source_voltage, self._proposed_step = (
+            interpreted(source_voltage),
+            interpreted(proposed_step),
+        )
         self._accept_point = interpreted(accept_point)
-        number = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_void_p, ctypes.c_double, ctypes.c_double)
+        number = ctypes.CFUNCTYPE(
+            ctypes.c_double, ctypes.c_void_p, ctypes.c_double, ctypes.c_double
+        )
         point = ctypes.CFUNCTYPE(ctypes.c_int32, ctypes.c_void_p, *5 * [ctypes.c_double])
         self._pointers = {
             "source_at": number(self.source),
@@ -68,18 +75,27 @@ class PythonCallbacks:
         if self.error is None:
             drive = self.drive
             try:
-                self._accept_point(self.state, Point(t, v, power, current, smooth), drive.recording, drive.coefficients)
+                self._accept_point(
+                    self.state,
+                    Point(t, v, power, current, smooth),
+                    drive.recording,
+                    drive.coefficients,
+                )
             except Exception as error:
                 self.error = error
         return 0
 
 
-def path_in_python(device: runs.CoupledDevice, noise: Floats, shaking: Floats | None = None) -> Path:
+def path_in_python(
+    device: runs.CoupledDevice, noise: Floats, shaking: Floats | None = None
+) -> Path:
     """As `harvester.cosimulation.runs.path_in_this_process`, with these callbacks."""
     return run_in_python(device, runs.new_drive(device, noise, shaking=shaking)).path()
 
 
-def run_in_python(device: runs.CoupledDevice, drive: Drive, kind: type[PythonCallbacks] = PythonCallbacks) -> Drive:
+def run_in_python(
+    device: runs.CoupledDevice, drive: Drive, kind: type[PythonCallbacks] = PythonCallbacks
+) -> Drive:
     """As `harvester.cosimulation.runs.run_in_this_process`, with these callbacks; raises their first exception."""
     from harvester.cosimulation.ngspice.instance import ngspice
 

@@ -1,7 +1,7 @@
 """Random scenes, options and netlists: sensible ones, extreme ones, and ones with something wrong.
 
-The keys come from the package's own tables, so that a new key is drawn as soon as it exists; a sensible value lies
-around the example that the key's own error message gives.
+The keys come from the package's own tables, so that a new key is drawn as soon as it exists; a
+sensible value lies around the example that the key's own error message gives.
 """
 
 import math
@@ -17,7 +17,16 @@ NUMBERS = {
     for name, table in TABLES.items()
 }
 TEXTS = {"excitation": ("acceleration_file", "acceleration_psd_file"), "load": ("netlist",)}
-RECORDS = ("shake.csv", "shake_psd.csv", "none.csv", "../outside.csv", "/etc/hostname", "scene.toml", ".", "")
+RECORDS = (
+    "shake.csv",
+    "shake_psd.csv",
+    "none.csv",
+    "../outside.csv",
+    "/etc/hostname",
+    "scene.toml",
+    ".",
+    "",
+)
 NETLISTS = ("bridge", "doubler", "parallel_sshi", "series_sshi", "sece", "resistor")
 LOADS = (*NETLISTS, "brigde", "none.cir", "../outside.cir", "/etc/passwd", "")
 
@@ -26,7 +35,10 @@ PLAIN = 4
 STOPS = ((), (), ("restitution",), ("restitution",))
 STOPS += (("restitution", "gap"), ("stiffness",), ("stiffness", "damping"), ("stiffness", "gap"))
 STOPS_OF_NUMBERS = ((), (), ("restitution",), ("restitution",), ("restitution", "gap"))
-STOPS_OF_NUMBERS += (("stop_stiffness", "stop_damping"), ("restitution", "gap", "opposite_restitution", "opposite_gap"))
+STOPS_OF_NUMBERS += (
+    ("stop_stiffness", "stop_damping"),
+    ("restitution", "gap", "opposite_restitution", "opposite_gap"),
+)
 SHAKING = (
     ("acceleration_psd",),
     ("acceleration_psd",),
@@ -122,13 +134,18 @@ def tables(draw, sensible=True, plain=False):
         return tuple(key for key in keys if draw(st.integers(0, 9)))
 
     if draw(st.booleans()):
-        keys = often("c1", "mu", "beta") + maybe("c2", "c3", "alpha", *(() if plain else ("alpha2", "linear")))
+        keys = often("c1", "mu", "beta") + maybe(
+            "c2", "c3", "alpha", *(() if plain else ("alpha2", "linear"))
+        )
         keys += draw(st.sampled_from(NOISES[:PLAIN] if plain else NOISES))
         keys += draw(st.sampled_from(STOPS_OF_NUMBERS[:PLAIN] if plain else STOPS_OF_NUMBERS))
         return {"nondimensional": draw(table("nondimensional", keys, sensible))}
     keys = draw(st.sampled_from([("damping",), ("damping_ratio",), ("damping_ratio",), ()]))
     keys += maybe(
-        "cubic_stiffness", "damping_x2", "damping_x4", *(() if plain else ("quadratic_stiffness", "damping_v"))
+        "cubic_stiffness",
+        "damping_x2",
+        "damping_x4",
+        *(() if plain else ("quadratic_stiffness", "damping_v")),
     )
     scene = {"oscillator": draw(table("oscillator", ("mass", "stiffness", *keys), sensible))}
     scene["piezo"] = draw(table("piezo", ("coupling", "capacitance"), sensible))
@@ -140,12 +157,18 @@ def tables(draw, sensible=True, plain=False):
     scene["excitation"] = draw(
         table("excitation", draw(st.sampled_from(SHAKING[:PLAIN] if plain else SHAKING)), sensible)
     )
-    load = ("resistance",) if plain else draw(st.sampled_from([("resistance",), ("resistance",), ("netlist",), ()]))
+    load = (
+        ("resistance",)
+        if plain
+        else draw(st.sampled_from([("resistance",), ("resistance",), ("netlist",), ()]))
+    )
     if load:
         scene["load"] = draw(table("load", load, sensible))
         if "netlist" in load and draw(st.booleans()):
             names = st.sampled_from(
-                ["R", "C", "R", "C"] if sensible else ["R", "L", "Cp", "nothing", "R; quit", ".control"]
+                ["R", "C", "R", "C"]
+                if sensible
+                else ["R", "L", "Cp", "nothing", "R; quit", ".control"]
             )
             values = one(NUMBERS["load"]["resistance"], sensible)
             scene["load"]["parameters"] = draw(st.dictionaries(names, values, max_size=2))
@@ -186,17 +209,23 @@ def written(scene):
         return b"[oscillator]\nmass = " + b"9" * 5000 + b"\n"
 
 
-scenes = st.one_of(tables(), tables(plain=True), tables(plain=True), tables(plain=True, sensible=False), broken())
+scenes = st.one_of(
+    tables(), tables(plain=True), tables(plain=True), tables(plain=True, sensible=False), broken()
+)
 
 
 @st.composite
 def near(draw, scenes):
     """One of the scenes with other numbers, in one of three with extreme ones: its kernels are compiled already."""
-    scene, extreme = draw(st.sampled_from(scenes)), draw(st.sampled_from([False, False, True]))
+    scene = draw(st.sampled_from(scenes))
+    extreme = draw(st.sampled_from([False, False, True]))
     found = {}
     for name, some in scene.items():
         if isinstance(some, dict):
-            found[name] = {key: draw(_around(NUMBERS[name].get(key), value, extreme)) for key, value in some.items()}
+            found[name] = {
+                key: draw(_around(NUMBERS[name].get(key), value, extreme))
+                for key, value in some.items()
+            }
     return found
 
 
@@ -210,17 +239,58 @@ def _around(kind, value, extreme):
     return st.one_of(*[usual] * 9, st.sampled_from(EDGES)) if extreme else usual
 
 
-ODD_WORDS = ["nan", "inf", "-inf", "-1", "0", "1e999", "-0", "", " ", "--", "-", "1%", "101%", "1 kg", "0x10", "1_0"]
-ODD_WORDS += ["9" * 400, "../..", "/proc/self/mem", "/dev/full", "~", "a\nb", "\x1b[31m", "%s", "{}", "$(id)", "\udcff"]
+ODD_WORDS = [
+    "nan",
+    "inf",
+    "-inf",
+    "-1",
+    "0",
+    "1e999",
+    "-0",
+    "",
+    " ",
+    "--",
+    "-",
+    "1%",
+    "101%",
+    "1 kg",
+    "0x10",
+    "1_0",
+]
+ODD_WORDS += [
+    "9" * 400,
+    "../..",
+    "/proc/self/mem",
+    "/dev/full",
+    "~",
+    "a\nb",
+    "\x1b[31m",
+    "%s",
+    "{}",
+    "$(id)",
+    "\udcff",
+]
 ODD = st.text(max_size=12) | st.sampled_from(ODD_WORDS)
-RANGES = ["load.resistance=1k:1M:2", "load.resistance=1k,1M", "nondimensional.mu=.1:1:2", "stop.restitution=0:1:2"]
+RANGES = [
+    "load.resistance=1k:1M:2",
+    "load.resistance=1k,1M",
+    "nondimensional.mu=.1:1:2",
+    "stop.restitution=0:1:2",
+]
 RANGES += [
     "load.resistance=1k",
     "load.resistance=1k:1M:0",
     "load.resistance=1k:1M:10000000000",
     "load.resistnce=1k:2k:2",
 ]
-RANGES += ["load.resistance=1M:1k:2", "=", "a=b", "title=1:2:3", "load.netlist=1:2:3", "load.resistance=-1:1:3"]
+RANGES += [
+    "load.resistance=1M:1k:2",
+    "=",
+    "a=b",
+    "title=1:2:3",
+    "load.netlist=1:2:3",
+    "load.resistance=-1:1:3",
+]
 OPTIONS = {  # what each option may well have; the other half of the time it has an odd value
     "--engine": ["published", "averaged", "ensemble", "spice", "ideal", "enssemble"],
     "--within": ["20%", "0.5", "90%"],
@@ -332,7 +402,9 @@ def netlists(draw):
     def line():
         names = {"k": st.integers(1, 30), "v": st.sampled_from(VALUES), "w": st.sampled_from(WORDS)}
         names |= dict.fromkeys("ab", st.sampled_from(["p", "n", "a", "0", "x.y", "gnd"]))
-        return draw(st.sampled_from(LINES)).format(**{name: draw(value) for name, value in names.items()})
+        return draw(st.sampled_from(LINES)).format(
+            **{name: draw(value) for name, value in names.items()}
+        )
 
     body = [line() for _ in range(draw(st.integers(0, 8)))]
     text = [

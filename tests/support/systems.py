@@ -12,7 +12,9 @@ from harvester.linear.solve import solve
 from harvester.linear.transfer import amplitudes
 
 # The paper's Figures 1 and 2.
-PAPER = Equations(alpha=0.5, beta=0.05, mu=0.05, c1=0.01, c2=0.05, c3=0.1, restitution=0.96, n1=0.01, n2=0.01)
+PAPER = Equations(
+    alpha=0.5, beta=0.05, mu=0.05, c1=0.01, c2=0.05, c3=0.1, restitution=0.96, n1=0.01, n2=0.01
+)
 # Its E[V^2] by event-driven Monte Carlo, independent of this package: value and standard error.
 PAPER_V2 = (0.08814, 6e-5)
 # Linear scenes under other shaking than white noise.
@@ -42,7 +44,9 @@ def lyapunov(eqs):
     m = [[0, 1, 0], [-1, g.get("c1", 0), -g.get("beta", 0)], [0, 1, -g["mu"]]]
     noise = {(1, 1): 2 * g.get("n1", 0)}
     if eqs.correlation_time is not None:
-        m = [[*row, int(k == 1)] for k, row in enumerate(m)] + [[0, 0, 0, -1 / g["correlation_time"]]]
+        m = [[*row, int(k == 1)] for k, row in enumerate(m)] + [
+            [0, 0, 0, -1 / g["correlation_time"]]
+        ]
         noise[3, 3] = 2 * g["coloured"] / g["correlation_time"] ** 2
     elif eqs.bandwidth is not None:
         filters = [[0, 0, 0, -g["bandwidth"], -g["centre"]], [0, 0, 0, g["centre"], 0]]
@@ -59,7 +63,10 @@ def lyapunov(eqs):
     for k in range(len(rows)):
         pivot = next(row for row in rows[k:] if row[k])
         rows.remove(pivot)
-        rows = [[a - row[k] / pivot[k] * b for a, b in zip(row, pivot, strict=True)] if row[k] else row for row in rows]
+        rows = [
+            [a - row[k] / pivot[k] * b for a, b in zip(row, pivot, strict=True)] if row[k] else row
+            for row in rows
+        ]
         rows.insert(k, [a / pivot[k] for a in pivot])
     return np.array([[float(rows[place[i, j]][-1]) for j in range(len(m))] for i in range(len(m))])
 
@@ -75,17 +82,27 @@ def padded(eqs, **more):
     test_hard_scenes.py holds that this changes nothing but the last digits.  Left as they were: stop, external noise,
     an open circuit, a stop that nothing presses the mass on, and what ``more`` does not name.
     """
-    zeros = dict.fromkeys(("alpha", "c1", "c2", "c3", "n2"), 0.0) | ({"mu": 1.0} if eqs.beta is None else {})
+    zeros = dict.fromkeys(("alpha", "c1", "c2", "c3", "n2"), 0.0) | (
+        {"mu": 1.0} if eqs.beta is None else {}
+    )
     if eqs.restitution is None or eqs.n1 is not None:
         zeros["beta"] = 0.0
-    return changed(eqs, **{name: value for name, value in (zeros | more).items() if getattr(eqs, name) is None})
+    return changed(
+        eqs, **{name: value for name, value in (zeros | more).items() if getattr(eqs, name) is None}
+    )
 
 
 def scene(eqs):
     """A nondimensional scene of these equations."""
     import harvester as hv
 
-    names = {"n1": "D11", "n2": "D22", "n12": "D12", "coloured": "D11", "centre": "centre_frequency"}
+    names = {
+        "n1": "D11",
+        "n2": "D22",
+        "n12": "D12",
+        "coloured": "D11",
+        "centre": "centre_frequency",
+    }
     table = {names.get(k, k): v for k, v in vars(eqs).items() if v is not None}
     return hv.Scene(nondimensional=hv.Nondimensional(**table))
 
@@ -102,8 +119,12 @@ def continuum(eqs):
 
 
 # A beam of two or three modes, each normalised to the tip.
-SECOND = hv.Mode(frequency="310 Hz", mass="12 g", damping_ratio=0.03, coupling="-5e-3 N/V", base=-0.4)
-THIRD = hv.Mode(frequency="880 Hz", mass="9 g", damping_ratio=0.02, coupling="7e-3 N/V", base=0.2, at_stop=-1.0)
+SECOND = hv.Mode(
+    frequency="310 Hz", mass="12 g", damping_ratio=0.03, coupling="-5e-3 N/V", base=-0.4
+)
+THIRD = hv.Mode(
+    frequency="880 Hz", mass="9 g", damping_ratio=0.02, coupling="7e-3 N/V", base=0.2, at_stop=-1.0
+)
 BEAM = hv.Scene(
     oscillator=hv.Oscillator(mass="10 g", frequency="50 Hz", damping_ratio=0.03),
     piezo=hv.Piezo(coupling="2e-3 N/V", capacitance="50 nF"),

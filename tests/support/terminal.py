@@ -14,8 +14,8 @@ import time
 def on_terminal(*args, answers=(), env=None, cwd=None, timeout=60.0, size=(40, 100)):
     """Run the program with stdin, stdout and stderr on a pty; returns exit status and what the screen was sent.
 
-    ``answers`` are typed one after another, each when the program has been silent after a question (": ").
-    ``size`` are lines and columns, both 0 on a terminal that does not know them.
+    ``answers`` are typed one after another, each when the program has been silent after a question
+    (": "). ``size`` are lines and columns, both 0 on a terminal that does not know them.
     """
     master, slave = pty.openpty()
     fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("HHHH", *size, 0, 0))
@@ -32,7 +32,9 @@ def on_terminal(*args, answers=(), env=None, cwd=None, timeout=60.0, size=(40, 1
         start_new_session=True,
     )
     os.close(slave)
-    told, waiting, end = b"", list(answers), time.monotonic() + timeout
+    told = b""
+    waiting = list(answers)
+    end = time.monotonic() + timeout
     answered = 0
     try:
         while time.monotonic() < end:

@@ -26,7 +26,8 @@ def physical(eqs: Equations, s: Scales, title: str = "") -> Scene:
         raise invalid("n12", "be absent from a physical scene", eqs.n12)
     if eqs.record is not None or eqs.density is not None:
         raise invalid("record", "be absent, as only a file can hold it", "given")
-    stiffness, rate = s.mass * s.frequency**2, s.mass * s.frequency
+    stiffness = s.mass * s.frequency**2
+    rate = s.mass * s.frequency
     oscillator = Oscillator(
         mass=s.mass,
         stiffness=stiffness * (eqs.linear or 1.0),
@@ -56,7 +57,9 @@ def physical(eqs: Equations, s: Scales, title: str = "") -> Scene:
             damping=scaled(eqs.stop_damping, rate),
         )
     if eqs.opposite_restitution is not None:
-        opposite = OppositeStop(restitution=eqs.opposite_restitution, gap=scaled(eqs.opposite_gap, s.length))
+        opposite = OppositeStop(
+            restitution=eqs.opposite_restitution, gap=scaled(eqs.opposite_gap, s.length)
+        )
     return Scene(
         title=title,
         oscillator=oscillator,

@@ -42,9 +42,16 @@ COMMENT = re.compile(r"^\s*[*;#]\s?(.*)$|;\s(.*)$", re.MULTILINE)
 def documents():
     """Each page for readers with its prose: no code, no formulas, no addresses, a cell or paragraph a line."""
     built = ROOT / "docs" / "_build"
-    pages = [ROOT / name for name in ("README.md", "CONTRIBUTING.md", "SUPPORT.md", "CODE_OF_CONDUCT.md")]
-    quoting = ROOT / "docs" / "developers" / "english.md"  # the style guide, which quotes what it advises against
-    pages += [one for one in sorted((ROOT / "docs").rglob("*.md")) if built not in one.parents and one != quoting]
+    pages = [
+        ROOT / name for name in ("README.md", "CONTRIBUTING.md", "SUPPORT.md", "CODE_OF_CONDUCT.md")
+    ]
+    # the style guide, which quotes what it advises against
+    quoting = ROOT / "docs" / "developers" / "english.md"
+    pages += [
+        one
+        for one in sorted((ROOT / "docs").rglob("*.md"))
+        if built not in one.parents and one != quoting
+    ]
     pages += [ROOT / name / "README.md" for name in ("examples", "benchmarks", "packaging/ngspice")]
     pages += sorted((ROOT / "paper").glob("*.md"))
     for path in (one for one in pages if one.exists()):
@@ -63,7 +70,11 @@ def prose(text):
 def package():
     """Each file of the package with its docstrings, messages and other texts of more than one word."""
     for path in sorted((ROOT / "harvester").rglob("*.py")):
-        texts = (node.value for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.Constant))
+        texts = (
+            node.value
+            for node in ast.walk(ast.parse(path.read_text()))
+            if isinstance(node, ast.Constant)
+        )
         sentences = (one for one in texts if isinstance(one, str) and " " in one)
         yield (
             str(path.relative_to(ROOT)),
@@ -75,7 +86,10 @@ def netlists():
     """Each netlist of the package with its comments."""
     for path in sorted((ROOT / "netlists").rglob("*")):
         if path.suffix in (".cir", ".lib", ".toml"):
-            yield str(path.relative_to(ROOT)), "\n".join(a or b for a, b in COMMENT.findall(path.read_text()))
+            yield (
+                str(path.relative_to(ROOT)),
+                "\n".join(a or b for a, b in COMMENT.findall(path.read_text())),
+            )
 
 
 SETS = {"documents": documents, "package": package, "netlists": netlists}

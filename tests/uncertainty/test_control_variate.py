@@ -6,7 +6,12 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
 
-from harvester.uncertainty.control_variate import controlled, differing, explained_and_controlled, split
+from harvester.uncertainty.control_variate import (
+    controlled,
+    differing,
+    explained_and_controlled,
+    split,
+)
 from harvester.uncertainty.value import Value
 
 RNG = np.random.default_rng(20261121)
@@ -39,12 +44,14 @@ def test_no_bias(n):
 
 
 @pytest.mark.statistics
-@pytest.mark.parametrize("correlation", [pytest.param(0.0, marks=pytest.mark.thorough("test_stated_error")), 0.999])
+@pytest.mark.parametrize(
+    "correlation", [pytest.param(0.0, marks=pytest.mark.thorough("test_stated_error")), 0.999]
+)
 def test_stated_error(correlation):
     """The 95 % interval with Student's quantile holds the truth in 95 % of the cases, with 16 pairs as with many.
 
-    As 8 pairs weigh the other 8, the squared error that is stated is 8 to 15 % above the variance; of 4000 variances
-    the scatter is 2.3 %.
+    As 8 pairs weigh the other 8, the squared error that is stated is 8 to 15 % above the variance;
+    of 4000 variances the scatter is 2.3 %.
     """
     found = many(4000, 16, correlation, 0.02)
     inside = np.mean([abs(one.value.value - 3.0) < one.value.sampling95 for one in found])
@@ -73,12 +80,17 @@ def test_nothing_to_gain():
     """A cheap model that is constant, or has nothing to do with it, leaves the plain mean."""
     high, _ = pairs(16, 0.0)
     constant = controlled(high, np.ones(16), Value(1.0, 0.0))
-    assert (constant.value.value, constant.weight, constant.correlation) == (pytest.approx(high.mean()), 0.0, 0.0)
+    assert (constant.value.value, constant.weight, constant.correlation) == (
+        pytest.approx(high.mean()),
+        0.0,
+        0.0,
+    )
     assert constant.value.stderr == pytest.approx(high.std(ddof=1) / 4.0, rel=0.2)
 
 
 @pytest.mark.parametrize(
-    ("residual", "pair_cost", "spread", "time_cost"), [(1.0, 2.0, 30.0, 0.01), (0.01, 5.0, 1.0, 1.0)]
+    ("residual", "pair_cost", "spread", "time_cost"),
+    [(1.0, 2.0, 30.0, 0.01), (0.01, 5.0, 1.0, 1.0)],
 )
 def test_split_is_the_cheapest(residual, pair_cost, spread, time_cost):
     """Against a search over all ways to reach the same variance."""
@@ -87,9 +99,14 @@ def test_split_is_the_cheapest(residual, pair_cost, spread, time_cost):
     assert residual / n + spread / duration == pytest.approx(variance)
 
     def cost(share):  # of the variance that the pairs may have
-        return residual / (share * variance) * pair_cost + spread / ((1.0 - share) * variance) * time_cost
+        return (
+            residual / (share * variance) * pair_cost
+            + spread / ((1.0 - share) * variance) * time_cost
+        )
 
-    best = minimize_scalar(cost, bounds=(1e-6, 1.0 - 1e-6), method="bounded", options={"xatol": 1e-10})
+    best = minimize_scalar(
+        cost, bounds=(1e-6, 1.0 - 1e-6), method="bounded", options={"xatol": 1e-10}
+    )
     assert n * pair_cost + duration * time_cost == pytest.approx(best.fun, rel=1e-6)
     gain = 1.0 / (math.sqrt(0.5) + math.sqrt(0.5 * 0.01)) ** 2
     high, low = pairs(40_000, math.sqrt(0.5))
@@ -100,18 +117,26 @@ def test_split_is_the_cheapest(residual, pair_cost, spread, time_cost):
 def test_what_is_known_to_be_explained_is_not_fitted():
     """Eight runs, whose six entries go together: less than half of the variance, and an honest interval.
 
-    The controls' weights are those of many other entries, here the true ones; where they explain nothing, they are
-    weighed by the entries.
+    The controls' weights are those of many other entries, here the true ones; where they explain
+    nothing, they are weighed by the entries.
     """
-    fitted, known, useless = [], [], []
+    fitted = []
+    known = []
+    useless = []
     for _ in range(600):
         explained, of_low, of_high = (np.repeat(RNG.standard_normal(8), 6) for _ in range(3))
         low, high = 5.0 + explained + 0.3 * of_low, 3.0 + explained + 0.3 * of_high
         mean = Value(5.0, 1e-3)
         fitted.append(controlled(high, low, mean, explained[:, None], 6).value)
         known.append(explained_and_controlled(high, low, mean, explained, 6).value)
-        useless.append(explained_and_controlled(high, low, mean, 50.0 * np.repeat(RNG.standard_normal(8), 6), 6).value)
-    of_fitted, of_known, of_useless = (np.array([one.value for one in each]) for each in (fitted, known, useless))
+        useless.append(
+            explained_and_controlled(
+                high, low, mean, 50.0 * np.repeat(RNG.standard_normal(8), 6), 6
+            ).value
+        )
+    of_fitted, of_known, of_useless = (
+        np.array([one.value for one in each]) for each in (fitted, known, useless)
+    )
     assert of_known.var() < 0.5 * of_fitted.var()
     assert of_useless.var() < 4.0 * of_fitted.var()
     assert abs(of_known.mean() - 3.0) < 4.0 * of_known.std() / math.sqrt(600)

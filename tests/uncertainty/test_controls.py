@@ -35,7 +35,11 @@ def test_too_many_controls_for_the_entries_are_left_out():
     """The first ones are used; of too few entries for one column none."""
     values, x = entries(64, 13, 0.1)
     assert controlled_mean(values, x) == pytest.approx(controlled_mean(values, x[:, :8]), rel=1e-12)
-    assert controlled_mean(values[:6], x[:6]) == controlled_mean(values[:6], None) == mean_and_error(values[:6])
+    assert (
+        controlled_mean(values[:6], x[:6])
+        == controlled_mean(values[:6], None)
+        == mean_and_error(values[:6])
+    )
 
 
 def test_controls_without_spread_or_use_change_nothing():

@@ -24,7 +24,8 @@ def test_the_best_step_is_near_the_cheapest(bias):
 
 
 @pytest.mark.parametrize(
-    ("bias", "error", "factor"), [(0.02, 0.03, 1.0), (0.02, 0.001, 0.25), (0.0, 0.01, 1.0), (0.0, 1e-5, 4.0)]
+    ("bias", "error", "factor"),
+    [(0.02, 0.03, 1.0), (0.02, 0.001, 0.25), (0.0, 0.01, 1.0), (0.0, 1e-5, 4.0)],
 )
 def test_only_what_is_seen_counts(bias, error, factor):
     """Noise does not shorten a step, and a longer one must be known to be good."""
@@ -47,7 +48,11 @@ def test_budget():
     target = Target(0.01, budget=2.0, begin=time.perf_counter() - 1.5)
     assert 0.4 < target.seconds_left < 0.5
     short = target.shortfall(Value(1.0, 0.1))
-    assert (short["within"], short["budget"], short["error"]) == (target.within, 2.0, pytest.approx(0.196))
+    assert (short["within"], short["budget"], short["error"]) == (
+        target.within,
+        2.0,
+        pytest.approx(0.196),
+    )
     assert 500.0 < short["more"] < 600.0 and short["enough"] > short["more"]
     assert target.shortfall(Value(0.0, 0.1))["error"] is None
 

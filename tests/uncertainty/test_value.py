@@ -41,7 +41,13 @@ def test_a_value_is_a_number_with_a_unit():
     """float(), a format, arrays; without a format the errors and the unit are said."""
     power = Value(8.4e-6, stderr=1e-8, unit="W")
     assert float(power) == 8.4e-6 and f"{power:.1e}" == "8.4e-06"
-    assert f"{power}" == str(power) == repr(power) == power.format("W") == "8.4 +- 0.02 (95 %, sampling) uW"
+    assert (
+        f"{power}"
+        == str(power)
+        == repr(power)
+        == power.format("W")
+        == "8.4 +- 0.02 (95 %, sampling) uW"
+    )
     assert np.array([power, power], dtype=float).tolist() == [8.4e-6, 8.4e-6]
     assert math.isclose(power, 8.4e-6)
     assert power.scaled(1e-3, "J").unit == "J" and power.scaled(2.0).unit == ""
@@ -49,11 +55,19 @@ def test_a_value_is_a_number_with_a_unit():
 
 def test_values_are_ordered_by_their_numbers():
     """Whatever their errors are, also among plain numbers; not where they have different units."""
-    low, high = Value(1.0, stderr=5.0, unit="W"), Value(2.0, unit="W")
+    low = Value(1.0, stderr=5.0, unit="W")
+    high = Value(2.0, unit="W")
     assert low < high and high > low and not low > high
-    assert low < 1.5 < high and low >= 1.0 and max([low, high]) is high and sorted([high, low]) == [low, high]
+    assert (
+        low < 1.5 < high
+        and low >= 1.0
+        and max([low, high]) is high
+        and sorted([high, low]) == [low, high]
+    )
     assert low != dataclasses.replace(low, stderr=4.0)  # equal are those of equal errors
-    with pytest.raises(InputError, match="values must have one unit to be ordered, but have W and V"):
+    with pytest.raises(
+        InputError, match="values must have one unit to be ordered, but have W and V"
+    ):
         _ = low < Value(2.0, unit="V")
     with pytest.raises(TypeError):
         _ = low < "2.0"
@@ -85,7 +99,11 @@ def test_times_are_told_as_people_say_them(seconds, told):
         (Value(780e-6, stderr=1e-3), "W", "780 +- 2000 (95 %, sampling) uW"),
         (Value(780.0, stderr=1000.0), "s", "13 min +- 33 min 20 s (95 %, sampling)"),
         (Value(240.0, unknown="the step"), "s", "4 min (the error of the step is not known)"),
-        (Value(243.0, stderr=5.0, bias=0.1), "s", "4 min 3 s +- 9.8 s (95 %, sampling) +- 0.1 s (step)"),
+        (
+            Value(243.0, stderr=5.0, bias=0.1),
+            "s",
+            "4 min 3 s +- 9.8 s (95 %, sampling) +- 0.1 s (step)",
+        ),
         (Value(243.12, stderr=0.05), "s", "243.12 +- 0.098 (95 %, sampling) s"),
         (Value(7500.0), "s", "2 h 5 min"),
         (Value(0.0123, bias=1e-4), "s", "12.3 +- 0.1 (step) ms"),
@@ -98,7 +116,13 @@ def test_no_number_of_a_size_that_people_say_has_an_exponent(value, unit, told):
 
 @pytest.mark.parametrize(
     ("error", "value", "told"),
-    [(0.05, -2.0, "2.5 %"), (0.0, 3.0, "0 %"), (1e-9, 2.0, "< 0.001 %"), (2.0, 0.01, "20000 %"), (1.99, 2.0, "100 %")],
+    [
+        (0.05, -2.0, "2.5 %"),
+        (0.0, 3.0, "0 %"),
+        (1e-9, 2.0, "< 0.001 %"),
+        (2.0, 0.01, "20000 %"),
+        (1.99, 2.0, "100 %"),
+    ],
 )
 def test_an_error_in_percent(error, value, told):
     assert percent(error, value) == told

@@ -5,21 +5,25 @@ On an orbit (y, y') of `harvester.averaging.published.orbit`, with Q = 1 + K + a
     dA/dt     = m1 + sigma11 xi1 + sigma12 xi2          (Eq. 18)
     dGamma/dt = m2 + sigma21 xi1 + sigma22 xi2
 
-with, by friction, load, impacts and noise (Eq. 19, corrected; f = c3 y^4 - c2 y^2 - c1, C of the load),
+with, by friction, load, impacts and noise (Eq. 19, corrected; f = c3 y^4 - c2 y^2 - c1, C of the
+load),
 
     m1 = -A nu^2 sin^2 Phi (f + C)/Q - (1 - r) A^2 nu^3 |sin^3 Phi|/Q delta(A cos Phi)
     sigma11 = -sgn(cos Phi) nu sin Phi/Q        sigma12 = -A nu sin Phi cos Phi/Q
 
-and on average over Phi, uniform in (0, 2 pi) as in the paper (Eq. 22; over time the weight would be 1/nu),
+and on average over Phi, uniform in (0, 2 pi) as in the paper (Eq. 22; over time the weight would be
+1/nu),
 
     dA = b(A) dt + sigma(A) dB                          (Eq. 20)
 
-K is held constant in time (not in A), as in the paper.  Both noises act through one acceleration, of intensity
+K is held constant in time (not in A), as in the paper.  Both noises act through one acceleration,
+of intensity
 
     N(y) = N1 + 2 N12 |y| + N2 y^2
 
-at the mirrored y: external noise there carries sgn y, parametric noise does not, so their product has |y|.  Without a
-stop nothing is mirrored, the product is odd in y, and correlation has no effect on average.
+at the mirrored y: external noise there carries sgn y, parametric noise does not, so their product
+has |y|.  Without a stop nothing is mirrored, the product is odd in y, and correlation has no effect
+on average.
 """
 
 import math
@@ -44,8 +48,12 @@ def drift(A: Floats, eqs: Equations) -> Floats:
     terms stand in a compact form equal to the corrected Fourier sums.  The impact term,
     -(1 - r) A nu^3(pi/2)/(pi Q), is the paper's, of first order in 1 - r.
     """
-    alpha, beta, mu = or_zero(eqs.alpha), or_zero(eqs.beta), or_zero(eqs.mu)
-    c1, c2, c3 = or_zero(eqs.c1), or_zero(eqs.c2), or_zero(eqs.c3)
+    alpha = or_zero(eqs.alpha)
+    beta = or_zero(eqs.beta)
+    mu = or_zero(eqs.mu)
+    c1 = or_zero(eqs.c1)
+    c2 = or_zero(eqs.c2)
+    c3 = or_zero(eqs.c3)
     k, Q = stiffness(A, eqs)
     b = -c3 * (16 * A**5 * k + 13 * alpha * A**7) / 256
     b += c2 * (A**3 * k / 8 + 3 * alpha * A**5 / 32)
@@ -70,7 +78,8 @@ def diffusion(A: Floats, eqs: Equations) -> tuple[Floats, Floats, Floats]:
     leaves D12 out; s12^2 may be negative, the sum may not.
     """
     N1, N2, N12 = intensities(eqs)
-    (k, Q), a = stiffness(A, eqs), or_zero(eqs.alpha) * A**2
+    (k, Q) = stiffness(A, eqs)
+    a = or_zero(eqs.alpha) * A**2
     s1 = N1 * (k + 0.625 * a) / Q**2
     s2 = N2 * A**2 * (k + 0.75 * a) / (4 * Q**2)
     s12 = 8 * N12 * A * (k + 0.7 * a) / (3 * math.pi * Q**2)
@@ -82,11 +91,17 @@ def noise_drift(A: Floats, eqs: Equations) -> Floats:
 
         1/4 d(sigma^2)/dA + <nu^2 N(y)>/(2 A Q^2)
 
-    <nu^2 N> = N1 (1+K+3/4 alpha A^2) + N2 A^2 [(1+K)/2 + 7/16 alpha A^2] + 4/pi N12 A (1+K+5/6 alpha A^2).
+    <nu^2 N> = N1 (1+K+3/4 alpha A^2) + N2 A^2 [(1+K)/2 + 7/16 alpha A^2] + 4/pi N12 A (1+K+5/6
+    alpha A^2).
     """
     N1, N2, N12 = intensities(eqs)
-    (k, Q), a = stiffness(A, eqs), or_zero(eqs.alpha) * A**2
-    mean = N1 * (k + 0.75 * a) + N2 * A**2 * (k / 2 + 7 * a / 16) + 4 / math.pi * N12 * A * (k + 5 * a / 6)
+    (k, Q) = stiffness(A, eqs)
+    a = or_zero(eqs.alpha) * A**2
+    mean = (
+        N1 * (k + 0.75 * a)
+        + N2 * A**2 * (k / 2 + 7 * a / 16)
+        + 4 / math.pi * N12 * A * (k + 5 * a / 6)
+    )
     return 0.25 * diffusion_slope(A, eqs) + mean / (2 * A * Q**2)
 
 
@@ -94,9 +109,14 @@ def diffusion_slope(A: Floats, eqs: Equations) -> Floats:
     """Slope d(sigma^2)/dA of the diffusion (Eq. 24), with K'(A)."""
     N1, N2, N12 = intensities(eqs)
     alpha = or_zero(eqs.alpha)
-    (k, Q), a = stiffness(A, eqs), alpha * A**2
+    (k, Q) = stiffness(A, eqs)
+    a = alpha * A**2
     dk = dK_dA(A, alpha, or_zero(eqs.beta), or_zero(eqs.mu))
-    top = N1 * (k + 0.625 * a) + N2 * A**2 * (k + 0.75 * a) / 4 + 8 * N12 * A * (k + 0.7 * a) / (3 * math.pi)
+    top = (
+        N1 * (k + 0.625 * a)
+        + N2 * A**2 * (k + 0.75 * a) / 4
+        + 8 * N12 * A * (k + 0.7 * a) / (3 * math.pi)
+    )
     dtop = N1 * (dk + 1.25 * alpha * A) + N2 * (A**2 * dk / 4 + A * (k + 1.5 * a) / 2)
     dtop += 8 * N12 * (A * dk + k + 2.1 * a) / (3 * math.pi)
     return dtop / Q**2 - 2 * top * (dk + 2 * alpha * A) / Q**3

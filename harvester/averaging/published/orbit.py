@@ -7,7 +7,8 @@ On an orbit of amplitude A the load's stiffness K = K(A) is a constant, so that
 Symbols are the paper's: A amplitude, alpha cubic stiffness, beta electromechanical coupling,
 mu time-constant ratio.  All arrays broadcast.
 
-The voltage is that of an x which is harmonic about zero: from V' + mu V = x', without the start's decaying term,
+The voltage is that of an x which is harmonic about zero: from V' + mu V = x', without the start's
+decaying term,
 
     V(t) = int_0^inf e^(-mu s) x'(t - s) ds,   Phi = omega(A) t + Gamma     (Eqs. 4, 5)
 """
@@ -55,7 +56,8 @@ def nu(A: Floats, Phi: Floats, alpha: Coefficient, K: Floats) -> Floats:
 def frequency(A: Floats, alpha: Coefficient, K: Floats) -> Floats:
     """Frequency 2 pi/T(A) of an orbit, T = int_0^2pi dPhi/nu the time that it takes (Gauss).
 
-        2 pi/T = agm[nu(A, 0), nu(A, pi/2)] = agm[sqrt(1 + K + alpha A^2), sqrt(1 + K + alpha A^2/2)]
+        2 pi/T = agm[nu(A, 0), nu(A, pi/2)] = agm[sqrt(1 + K + alpha A^2), sqrt(1 + K + alpha
+        A^2/2)]
 
     The omega(A) of Eq. 10 is above this by up to 2.3 %.
     """
@@ -101,14 +103,17 @@ def dK_dA(A: Floats, alpha: Coefficient, beta: Coefficient, mu: Coefficient) -> 
     return 1.5 * alpha * beta * mu**2 * A / ((mu**2 + omega2(A, alpha, beta, mu)) * root)
 
 
-def amplitude_through(x: Floats, v: Floats, alpha: Coefficient, beta: Coefficient, mu: Coefficient) -> Floats:
+def amplitude_through(
+    x: Floats, v: Floats, alpha: Coefficient, beta: Coefficient, mu: Coefficient
+) -> Floats:
     """Amplitude A of the orbit through (x, v) with the load's stiffness at A: v^2/2 + G(x; K(A)) = G(A; K(A)).
 
     A fixed point; each round at least halves the error, as K'(A) A < 1 + K + alpha A^2.
     """
     A = amplitude(x, v, alpha, np.asarray(0.0))
     for _ in range(60):
-        before, A = A, amplitude(x, v, alpha, K(A, alpha, beta, mu))
+        before = A
+        A = amplitude(x, v, alpha, K(A, alpha, beta, mu))
         if np.allclose(A, before, rtol=1e-14, atol=0.0):
             break
     return A

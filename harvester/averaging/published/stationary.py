@@ -1,7 +1,7 @@
 """Stationary densities: of the amplitude, with the mean square voltage, and of the state (paper, Eqs. 25-30).
 
-Those of state, displacement and velocity follow from that of the amplitude.  Between orbits K = K(A) changes, so that
-at a displacement y the energy rises with A as
+Those of state, displacement and velocity follow from that of the amplitude.  Between orbits K =
+K(A) changes, so that at a displacement y the energy rises with A as
 
     J(A, y) = g(A) + K'(A) (A^2 - y^2)/2
 
@@ -19,7 +19,16 @@ from scipy.integrate import cumulative_simpson
 from harvester.arrays import Coefficient, Floats
 from harvester.averaging.grids import noisy_stacks, or_zero, stacked, where_the_mass_is
 from harvester.averaging.published.ito import diffusion, drift, stiffness
-from harvester.averaging.published.orbit import G, G_inverse, K, amplitude_through, dK_dA, frequency, nu2, omega2
+from harvester.averaging.published.orbit import (
+    G,
+    G_inverse,
+    K,
+    amplitude_through,
+    dK_dA,
+    frequency,
+    nu2,
+    omega2,
+)
 from harvester.equations.coefficients import Equations
 from harvester.errors import SimulationError, UnboundedResponseError
 
@@ -62,8 +71,8 @@ def density(eqs: Equations) -> Stationary:
     in ln A and normalised in log space, so that no scene over- or underflows.  The grid spans the
     amplitudes where p A is above 1e-14 of its peak.
 
-    Raises SimulationError without external noise, where no density exists; UnboundedResponseError if p does not fall
-    off, or so slowly that E[A^2] is infinite.
+    Raises SimulationError without external noise, where no density exists; UnboundedResponseError
+    if p does not fall off, or so slowly that E[A^2] is infinite.
     """
     if eqs.n1 is None:
         raise SimulationError(_NO_NOISE)
@@ -77,7 +86,9 @@ def density(eqs: Equations) -> Stationary:
 def _densities(eqs: Equations, scenes: int, points: int) -> tuple[Stationary, Any]:
     """Densities of a stack of scenes, and which of them do not fall off."""
     ends = np.full(scenes, _WIDEST[0]), np.full(scenes, _WIDEST[1])
-    low, high, unbounded = where_the_mass_is(ends, 6 * [_SEARCH], lambda u: _log_mass(u, eqs), (_KEPT, _KEPT))
+    low, high, unbounded = where_the_mass_is(
+        ends, 6 * [_SEARCH], lambda u: _log_mass(u, eqs), (_KEPT, _KEPT)
+    )
     u = np.linspace(low, high, points, axis=-1)
     log_mass = _log_mass(u, eqs)
     mass = np.exp(log_mass - log_mass.max(axis=-1, keepdims=True))
@@ -106,7 +117,8 @@ def mean_square_voltage(eqs: Equations) -> float:
     With a stop the paper uses the same V with x = |y|, so the value does not depend on it
     other than through p(A): here lies its factor of about four.
 
-    Raises SimulationError, UnboundedResponseError as `density`, and where E[V^2] is infinite though p(A) exists.
+    Raises SimulationError, UnboundedResponseError as `density`, and where E[V^2] is infinite though
+    p(A) exists.
     """
     answer = mean_square_voltages([eqs])[0]
     if isinstance(answer, SimulationError):
@@ -133,7 +145,9 @@ def _mean_square_voltages(scenes: list[Equations]) -> list[float | SimulationErr
 
 def voltage_on_orbit(A: Floats, eqs: Equations) -> Floats:
     """Time average <V^2> of the decoupled V (Eq. 6) over the orbit of amplitude A."""
-    alpha, beta, mu = or_zero(eqs.alpha), or_zero(eqs.beta), or_zero(eqs.mu)
+    alpha = or_zero(eqs.alpha)
+    beta = or_zero(eqs.beta)
+    mu = or_zero(eqs.mu)
     w2 = omega2(A, alpha, beta, mu)
     x2, v2 = orbit_means(A, alpha, K(A, alpha, beta, mu))
     return np.asarray((w2**2 * x2 + mu**2 * v2) / (mu**2 + w2) ** 2)
@@ -163,7 +177,8 @@ def displacement_density(x: Floats, law: Stationary, eqs: Equations) -> Floats:
     y = np.abs(x)[:, None]
     alpha, beta, mu = _symbols(eqs)
     k = K(law.A, alpha, beta, mu)
-    v = np.sqrt(np.maximum(2.0 * (G(law.A, alpha, k) - G(y, alpha, k)), 0.0))  # where the orbit passes x, else 0
+    # where the orbit passes x, else 0
+    v = np.sqrt(np.maximum(2.0 * (G(law.A, alpha, k) - G(y, alpha, k)), 0.0))
     p = 2.0 * np.asarray(np.trapezoid(_on_orbit(np.maximum(law.A, y), y, law, eqs), v, axis=1))
     return p if eqs.restitution is None else np.where(x < 0.0, 0.0, 2.0 * p)
 
@@ -177,7 +192,9 @@ def velocity_density(v: Floats, law: Stationary, eqs: Equations) -> Floats:
     k = K(law.A, alpha, beta, mu)
     y = G_inverse(np.maximum(G(law.A, alpha, k) - 0.5 * v[:, None] ** 2, 0.0), alpha, k)
     slowest = amplitude_through(np.zeros_like(v), v, alpha, beta, mu)[:, None]
-    return 2.0 * np.asarray(np.trapezoid(_on_orbit(np.maximum(law.A, slowest), y, law, eqs), y, axis=1))
+    return 2.0 * np.asarray(
+        np.trapezoid(_on_orbit(np.maximum(law.A, slowest), y, law, eqs), y, axis=1)
+    )
 
 
 def _on_orbit(A: Floats, y: Floats, law: Stationary, eqs: Equations) -> Floats:

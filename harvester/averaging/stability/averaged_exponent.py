@@ -6,8 +6,8 @@ At rest without external noise Eq. 2 linearises to
 
 whose size grows as e^(lambda t); alpha, c2 and c3 drop out.  V counts as part of the size where it
 acts on the mass through a load.  Without a load V = x is a spring, W^2 = 1 + beta; without coupling
-the exponent is that of (x, x').  The functions take arrays of mu, n2 and restitution that broadcast,
-in place of those of the equations, so that a map of stability is one call.
+the exponent is that of (x, x').  The functions take arrays of mu, n2 and restitution that
+broadcast, in place of those of the equations, so that a map of stability is one call.
 """
 
 import math
@@ -18,7 +18,15 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.averaging.stability.exact_exponent import decoupled, noiseless
-from harvester.averaging.stability.linearised import Override, coupled, load, log, m_coth, modes, with_overrides
+from harvester.averaging.stability.linearised import (
+    Override,
+    coupled,
+    load,
+    log,
+    m_coth,
+    modes,
+    with_overrides,
+)
 from harvester.equations.coefficients import Equations
 from harvester.presentation.diagnostic import Diagnostic, warning
 
@@ -26,7 +34,9 @@ DOUBTFUL = 0.02  # estimated error over the sum of the formula's terms that brin
 PULL = 0.1  # of the slow voltage, above which its first-order effect is not enough
 
 
-def published(eqs: Equations, mu: Override = None, n2: Override = None, restitution: Override = None) -> Floats:
+def published(
+    eqs: Equations, mu: Override = None, n2: Override = None, restitution: Override = None
+) -> Floats:
     """The exponent lambda of the paper's Eq. 38, misprints corrected.
 
     lambda = c1/2 - C0/2 - (1 - r)/pi sqrt(1 + K0) + N2/(4 (1 + K0)),
@@ -45,7 +55,9 @@ def _published_parts(eqs: Equations, m: Floats, r: Floats | None) -> tuple[Float
     return k, rest if r is None else rest - (1.0 - r) / math.pi * np.sqrt(k)
 
 
-def averaged(eqs: Equations, mu: Override = None, n2: Override = None, restitution: Override = None) -> Floats:
+def averaged(
+    eqs: Equations, mu: Override = None, n2: Override = None, restitution: Override = None
+) -> Floats:
     """The exponent lambda by impact-aware averaging: exact at beta = 0, else to first order in beta and N2 beta.
 
     With a stop, with n = N2/(4 w^2), m = mu/w and g = 4 beta/(pi^2 w^2),
@@ -61,8 +73,8 @@ def averaged(eqs: Equations, mu: Override = None, n2: Override = None, restituti
     ones; between, f = (1 - m^2)/(1 + m^2)/(1 + m^2/16) is not a theory but a fit to Monte Carlo (r = 1).
 
     Without a stop: the rightmost eigenvalue lambda_i of (x, x', V), plus what noise does to an
-    oscillator of the frequency that has the mode's first-order response, -N2 (l_v x_i)^2, with right
-    vectors (x_i, ...) and left ones (..., l_v, ...) of unit product.
+    oscillator of the frequency that has the mode's first-order response, -N2 (l_v x_i)^2, with
+    right vectors (x_i, ...) and left ones (..., l_v, ...) of unit product.
     """
     m, n2, r = with_overrides(eqs, mu, n2, restitution)
     if not coupled(eqs, mu):
@@ -80,26 +92,35 @@ def averaged(eqs: Equations, mu: Override = None, n2: Override = None, restituti
 def _with_slow_voltage(eqs: Equations, m: Floats, n2: Floats, r: Floats) -> tuple[Floats, Floats]:
     """The exponent with a stop and a load, and how far the slow voltage moves the centre of the orbits, g p."""
     w2, damping = load(eqs, m, r)
-    beta, ratio2, n = eqs.beta or 0.0, m**2 / w2, n2 / (4.0 * w2)
-    log_r, g = np.sqrt(w2) / math.pi * log(r), 4.0 * beta / (math.pi**2 * w2)
+    beta = eqs.beta or 0.0
+    ratio2 = m**2 / w2
+    n = n2 / (4.0 * w2)
+    log_r = np.sqrt(w2) / math.pi * log(r)
+    g = 4.0 * beta / (math.pi**2 * w2)
     bare = decoupled(damping, w2, n2, r)
     # The kink of the voltage at an impact changes the speed there: kappa = q/((1 + m^2) w).
     kappa2 = (m_coth(np.sqrt(ratio2)) / (1.0 + ratio2)) ** 2 / w2
     s = bare - log_r * beta * kappa2 - n * (beta * pushed(ratio2) - (w2 - 1.0))
-    loss, weak = log_r - 0.5 * damping - 5.0 / 3.0 * n, np.where(g < 1.0, g, 0.5)
+    loss = log_r - 0.5 * damping - 5.0 / 3.0 * n
+    weak = np.where(g < 1.0, g, 0.5)
 
     def root(s: Floats) -> Floats:
         """The larger root of l = s + weak (loss + l) l/(l + mu), in the form that does not cancel."""
         b = m - s - weak * loss
         d = np.sqrt(np.maximum(b * b + 4.0 * (1.0 - weak) * s * m, 0.0))
-        return np.where(b > 0.0, 2.0 * s * m / np.where(b > 0.0, b + d, 1.0), (d - b) / (2.0 * (1.0 - weak)))
+        return np.where(
+            b > 0.0, 2.0 * s * m / np.where(b > 0.0, b + d, 1.0), (d - b) / (2.0 * (1.0 - weak))
+        )
 
     f = (1.0 - ratio2) / (1.0 + ratio2) / (1.0 + ratio2 / 16.0)
-    mean, typical = root(s - 0.5 * n * (1.0 + weak * f)), root(s - 0.5 * n * weak * (1.0 + f))
+    mean = root(s - 0.5 * n * (1.0 + weak * f))
+    typical = root(s - 0.5 * n * weak * (1.0 + f))
     few = mean + m < 0.5 * n
     slow = np.where(few, typical, mean)
     pull = weak * slow / np.maximum(slow + m, 1e-300)
-    return np.where(g < 1.0, np.where(few, typical, mean + 0.5 * n), bare), np.where(g < 1.0, pull, np.inf)
+    return np.where(g < 1.0, np.where(few, typical, mean + 0.5 * n), bare), np.where(
+        g < 1.0, pull, np.inf
+    )
 
 
 def pushed(ratio2: Floats) -> Floats:
@@ -107,7 +128,12 @@ def pushed(ratio2: Floats) -> Floats:
 
     From <x^2>/E - <x^2 x'^2>/E^2 at equal energy E at the stop, to first order in beta.
     """
-    offset = 2.0 * m_coth(np.sqrt(ratio2)) * (ratio2 - 15.0) / (math.pi * (ratio2 + 1.0) * (ratio2 + 9.0))
+    offset = (
+        2.0
+        * m_coth(np.sqrt(ratio2))
+        * (ratio2 - 15.0)
+        / (math.pi * (ratio2 + 1.0) * (ratio2 + 9.0))
+    )
     return np.asarray((1.0 + offset) / (1.0 + ratio2))
 
 
@@ -149,13 +175,18 @@ def checks(eqs: Equations) -> ExponentChecks:
     """Compare `averaged` with what is exact without noise, and estimate what noise and load do together."""
     m, n2, r = with_overrides(eqs, None, None, None)
     w2, _ = load(eqs, m, r)
-    warnings, error = list[Diagnostic](), 0.0
+    warnings = list[Diagnostic]()
+    error = 0.0
     if coupled(eqs, None):
         if r is not None and r < 0.5:
             warnings.append(warning("unreliable_restitution", restitution=float(r)))
-        quiet, n, ratio2 = noiseless(eqs), float(n2 / (4.0 * w2)), float(m**2 / w2)
+        quiet = noiseless(eqs)
+        n = float(n2 / (4.0 * w2))
+        ratio2 = float(m**2 / w2)
         g = 4.0 * (eqs.beta or 0.0) / (math.pi**2 * float(w2))
-        error = g * n * (9.0 * n if r is None else 6.0 * n + 0.5 * math.sqrt(ratio2) / (1.0 + ratio2))
+        error = (
+            g * n * (9.0 * n if r is None else 6.0 * n + 0.5 * math.sqrt(ratio2) / (1.0 + ratio2))
+        )
         if quiet is not None:
             error += abs(quiet - float(averaged(eqs, n2=0.0)))
         scale = n if r is None else n - float(np.sqrt(w2) / math.pi * log(r))

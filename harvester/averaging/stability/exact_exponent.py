@@ -5,11 +5,21 @@ import math
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.averaging.stability.linearised import Override, coupled, load, log, matrix, modes, with_overrides
+from harvester.averaging.stability.linearised import (
+    Override,
+    coupled,
+    load,
+    log,
+    matrix,
+    modes,
+    with_overrides,
+)
 from harvester.equations.coefficients import Equations
 
 
-def decoupled(c1: Floats | float, stiffness: Floats | float, n2: Floats | float, r: Override = None) -> Floats:
+def decoupled(
+    c1: Floats | float, stiffness: Floats | float, n2: Floats | float, r: Override = None
+) -> Floats:
     """Exponent lambda of x'' - c1 x' + W^2 x = x noise, with a stop or without, exact for any noise and restitution.
 
         lambda = c1/2 + I_(1/2)/(2 I_(-1/2)) + J ln r,   J = s/(sqrt(2 pi) I_(-1/2)) impacts in a unit of time,
@@ -18,9 +28,13 @@ def decoupled(c1: Floats | float, stiffness: Floats | float, n2: Floats | float,
     By quadrature over y = sqrt(u), where the trapezoidal rule converges faster than any power.
     """
     q, n2 = np.broadcast_arrays(np.asarray(stiffness - 0.25 * np.square(c1)), np.maximum(n2, 1e-30))
-    # Beyond y either power of the exponent has cut the integrand to e^-40 (for q < 0: the sixth alone).
-    sixth, square = (480.0 * n2) ** (1 / 6), np.sqrt(40.0 * n2 / np.maximum(np.abs(q), 1e-30))
-    top = np.where(q > 0.0, np.minimum(sixth, square), np.maximum(2.0**0.2 * sixth, (24.0 * np.abs(q)) ** 0.25))
+    # Beyond y either power of the exponent has cut the integrand to e^-40 (for q < 0: the sixth
+    # alone).
+    sixth = (480.0 * n2) ** (1 / 6)
+    square = np.sqrt(40.0 * n2 / np.maximum(np.abs(q), 1e-30))
+    top = np.where(
+        q > 0.0, np.minimum(sixth, square), np.maximum(2.0**0.2 * sixth, (24.0 * np.abs(q)) ** 0.25)
+    )
     y = top[..., None] * np.linspace(0.0, 1.0, 401)
     exponent = -(q[..., None] * y**2 + y**6 / 12.0) / n2[..., None]
     peak = exponent.max(axis=-1)
@@ -40,7 +54,8 @@ def noiseless(eqs: Equations) -> float | None:
     to (0, v, V'), q' = V'/v; at q' = q, lambda = ln(v)/T.  Without a stop: the rightmost eigenvalue.
     None if the mass leaves the stop for good, or q settles on nothing.
     """
-    from scipy.optimize import brentq  # most of the seconds that a formula takes would be its loading
+    # most of the seconds that a formula takes would be its loading
+    from scipy.optimize import brentq
 
     m, _, r = with_overrides(eqs, None, 0.0, None)
     if not coupled(eqs, None):
@@ -49,7 +64,8 @@ def noiseless(eqs: Equations) -> float | None:
     if r is None:
         return float(modes(eqs, m)[0].max())
     values, right = np.linalg.eig(matrix(eqs, m))
-    left, q = np.linalg.inv(right), 0.0
+    left = np.linalg.inv(right)
+    q = 0.0
     growth = float(values.real.max())  # taken out of the flow, so that no exponential overflows
     values = values - growth
     times = np.linspace(0.0, 8.0 * math.pi, 1601)[1:]
@@ -66,7 +82,8 @@ def noiseless(eqs: Equations) -> float | None:
         v = float(-r * state(period, 1))
         if v <= 0.0:
             return None
-        before, q = q, float(state(period, 2)) / v
+        before = q
+        q = float(state(period, 2)) / v
         if abs(q - before) <= 1e-12 * (1.0 + abs(q)):
             return float(math.log(v) / period) + growth
     return None

@@ -13,7 +13,9 @@ from harvester.equations.coefficients import Equations
 Override = Floats | float | None  # an argument in place of the equations' own; None: theirs
 
 
-def with_overrides(eqs: Equations, mu: Override, n2: Override, r: Override) -> tuple[Floats, Floats, Floats | None]:
+def with_overrides(
+    eqs: Equations, mu: Override, n2: Override, r: Override
+) -> tuple[Floats, Floats, Floats | None]:
     """The arguments mu, N2 and r as arrays of one shape; None: that of the equations, where no load is mu = 0."""
     mu, n2 = eqs.mu or 0.0 if mu is None else mu, eqs.n2 or 0.0 if n2 is None else n2
     r = eqs.restitution if r is None else r
@@ -40,7 +42,11 @@ def load(eqs: Equations, m: Floats, r: Floats | None) -> tuple[Floats, Floats]:
 
 def share(m: Floats, r: Floats | None) -> Floats:
     """What a stop leaves of the harmonic voltage: chi = 1 - 4 m coth(pi m/2)/(pi (1 + m^2)); 1 without one."""
-    return np.ones_like(m) if r is None or not np.any(m) else 1.0 - 4.0 * m_coth(m) / (math.pi * (1.0 + m * m))
+    return (
+        np.ones_like(m)
+        if r is None or not np.any(m)
+        else 1.0 - 4.0 * m_coth(m) / (math.pi * (1.0 + m * m))
+    )
 
 
 def m_coth(m: Floats) -> Floats:
@@ -58,7 +64,10 @@ def matrix(eqs: Equations, m: Floats) -> Floats:
     """Matrix of the flow of (x, x', V), shape (..., 3, 3)."""
     a = np.zeros((*m.shape, 3, 3))
     a[..., 0, 1] = a[..., 2, 1] = 1.0
-    a[..., 1, 0], a[..., 1, 1], a[..., 1, 2], a[..., 2, 2] = -1.0, eqs.c1 or 0.0, -(eqs.beta or 0.0), -m
+    a[..., 1, 0] = -1.0
+    a[..., 1, 1] = eqs.c1 or 0.0
+    a[..., 1, 2] = -(eqs.beta or 0.0)
+    a[..., 2, 2] = -m
     return a
 
 

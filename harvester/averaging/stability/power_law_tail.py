@@ -1,15 +1,18 @@
 """The power tail that parametric noise gives the amplitude, and so which means exist at all.
 
-Where nothing but linear damping, the load and the stop at rest take energy, a large amplitude A multiplies by factors
-that do not depend on it, so that its moments grow or fade as E[A^p] ~ exp(Lambda(p) t), and its stationary density is
+Where nothing but linear damping, the load and the stop at rest take energy, a large amplitude A
+multiplies by factors that do not depend on it, so that its moments grow or fade as E[A^p] ~
+exp(Lambda(p) t), and its stationary density is
 
     p(A) ~ A^-(1 + q)   with   Lambda(q) = 0   (Kesten, Acta Math. 131, 207, 1973)
 
-E[A^p] exists for p < q alone: the mean square voltage and the power need q > 2, a finite variance of them q > 4.
-A spring or a friction that grows with the amplitude, or a second stop, leaves no such tail.
+E[A^p] exists for p < q alone: the mean square voltage and the power need q > 2, a finite variance
+of them q > 4. A spring or a friction that grows with the amplitude, or a second stop, leaves no
+such tail.
 
-Without a stop the even moments obey closed linear equations, whose largest eigenvalue is Lambda(2) and Lambda(4).
-With one, ln A drifts at the top Lyapunov exponent lambda and spreads by n = N2/(4 w^2), w^2 = 1 + K, to first order
+Without a stop the even moments obey closed linear equations, whose largest eigenvalue is Lambda(2)
+and Lambda(4). With one, ln A drifts at the top Lyapunov exponent lambda and spreads by n = N2/(4
+w^2), w^2 = 1 + K, to first order
 
     Lambda(p) = lambda p + n p^2/2,   q = -2 lambda/n
 """
@@ -26,9 +29,11 @@ from harvester.averaging.stability.linearised import coupled, load, matrix, with
 from harvester.equations.bounds import friction_bounds
 from harvester.equations.coefficients import Equations
 
-MEAN, VARIANCE = 2.0, 4.0  # powers of the amplitude whose mean the mean of V^2 needs, and its variance
+# powers of the amplitude whose mean the mean of V^2 needs, and its variance
+MEAN, VARIANCE = 2.0, 4.0
 LIGHT = 12.0  # above it no moment of interest is touched, and nothing more is asked
-# Couplings g above, and rates mu of the load over |lambda| + n below, at which its slow voltage may hold the mass
+# Couplings g above, and rates mu of the load over |lambda| + n below, at which its slow voltage may
+# hold the mass
 STRONG, QUICK = 0.2, 4.0
 
 
@@ -56,13 +61,13 @@ class PowerTail:
 def power_tail(eqs: Equations, driven: bool = False) -> PowerTail | None:
     """The tail of the amplitude's stationary law; None if all moments exist.
 
-    ``driven``: by a circuit that is not in the equations, of which no more is known than that it takes energy; and of a
-    compliant stop no more than that it does not feed any.
+    ``driven``: by a circuit that is not in the equations, of which no more is known than that it
+    takes energy; and of a compliant stop no more than that it does not feed any.
 
-    With a stop and a load, d = 1 - r and g = 4 beta/(pi^2 w^2), the ends are q (1 - 0.03 - 0.6 d - 0.3 g), or the
-    exponent without both if that is more, and q (1 + 0.05 + 0.2 d + 2.5 g), or none where the slow voltage may take
-    more than averaging knows: chosen on 40 random scenes, and tried on 40 others, by Monte
-    Carlo of Lambda, that of the linearised motion.
+    With a stop and a load, d = 1 - r and g = 4 beta/(pi^2 w^2), the ends are q (1 - 0.03 - 0.6 d -
+    0.3 g), or the exponent without both if that is more, and q (1 + 0.05 + 0.2 d + 2.5 g), or none
+    where the slow voltage may take more than averaging knows: chosen on 40 random scenes, and tried
+    on 40 others, by Monte Carlo of Lambda, that of the linearised motion.
     """
     nonlinear = (eqs.linear, eqs.alpha2, eqs.alpha)
     if not eqs.n2 or friction_bounds(eqs) or any(term is not None for term in nonlinear):
@@ -80,14 +85,18 @@ def _with_stop(eqs: Equations, bare: float) -> PowerTail | None:
     """The tail with a stop; ``bare`` is the exponent without stop and load."""
     m, n2, r = with_overrides(eqs, None, None, None)
     w2, _ = load(eqs, m, r)
-    n, growth = float(n2 / (4.0 * w2)), float(exponent.averaged(eqs))
-    q, lost = -2.0 * growth / n, 1.0 - float(1.0 if r is None else r)
+    n = float(n2 / (4.0 * w2))
+    growth = float(exponent.averaged(eqs))
+    q = -2.0 * growth / n
+    lost = 1.0 - float(1.0 if r is None else r)
     if q > LIGHT:
         return None
     g = 4.0 * (eqs.beta or 0.0) / (math.pi**2 * float(w2)) if coupled(eqs, None) else 0.0
     lowest = max(q - abs(q) * (0.03 + 0.6 * lost + 0.3 * g), bare)
     slow = g > 0.0 and (g > STRONG or float(m) < QUICK * (abs(growth) + n))
-    return PowerTail(max(q, lowest), lowest, math.inf if slow else q + abs(q) * (0.05 + 0.2 * lost + 2.5 * g))
+    return PowerTail(
+        max(q, lowest), lowest, math.inf if slow else q + abs(q) * (0.05 + 0.2 * lost + 2.5 * g)
+    )
 
 
 def _without_stop(eqs: Equations) -> float:
@@ -102,7 +111,8 @@ def _without_stop(eqs: Equations) -> float:
 def moment_growth(eqs: Equations, degree: int) -> float:
     """The rate Lambda(degree) at which the moments of that even degree grow, of linear equations without a stop.
 
-    Of z' = M z with the noise x sqrt(2 N2) dW/dt on x', z = (x, x', V), or (x, x') where V has no load, the generator
+    Of z' = M z with the noise x sqrt(2 N2) dW/dt on x', z = (x, x', V), or (x, x') where V has no
+    load, the generator
 
         L = sum_ij M_ij z_j d/dz_i + N2 x^2 d^2/dx'^2
 

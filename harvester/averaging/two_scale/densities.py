@@ -1,7 +1,7 @@
 """Stationary densities of our theory: of amplitude, state, displacement and velocity.
 
-An orbit of amplitude A has the kinetic energy k(A, x) = x'^2/2 at the displacement x, and spends dx/x'
-of its period T there, so that p(A) dA spreads over the plane as
+An orbit of amplitude A has the kinetic energy k(A, x) = x'^2/2 at the displacement x, and spends
+dx/x' of its period T there, so that p(A) dA spreads over the plane as
 
     p(x, x') = p(A)/(T dk/dA),   A from k(A, x) = x'^2/2
 
@@ -27,7 +27,8 @@ def amplitude_density(A: Floats, law: TwoScale) -> Floats:
     """Density p(A) at amplitudes of any shape (right turning points); 0 outside those that matter."""
     if law.spread is not None:
         return gap_densities.amplitude_density(A, law.spread, law.period)
-    u, at = np.log(law.A), np.log(A)
+    u = np.log(law.A)
+    at = np.log(A)
     log_p = CubicSpline(u, np.log(law.mass / (u[1] - u[0])))(at) - at
     return np.asarray(np.where((at < u[0]) | (at > u[-1]), 0.0, np.exp(log_p)))
 
@@ -40,15 +41,19 @@ def state_density(x: Floats, v: Floats, law: TwoScale, stop: bool) -> Floats:
     if law.spread is not None:
         return gap_densities.state_density(x, v, law.spread)
     u = np.log(law.A)
-    du, kinetic = u[1] - u[0], _kinetic(np.abs(x), law)
+    du = u[1] - u[0]
+    kinetic = _kinetic(np.abs(x), law)
     rise = slope_on_grid(np.broadcast_to(u, kinetic.shape), kinetic)
     if (law.mass * ((rise <= 0.0) & (kinetic > 0.0))).sum(axis=1).max() > _MOST_CROSSING:
-        raise SimulationError("the voltage is so strong that averaged orbits cross: use engine 'ensemble'")
+        raise SimulationError(
+            "the voltage is so strong that averaged orbits cross: use engine 'ensemble'"
+        )
     rise = np.maximum(rise, 1e-3 * law.A**2)
     half = 0.5 * np.asarray(v, dtype=np.float64) ** 2
     p = np.zeros((len(x), len(half)))
     for j, (k, dk) in enumerate(zip(kinetic, rise, strict=True)):
-        # From the last orbit that does not pass x, if there is one; below the smallest, the law is flat.
+        # From the last orbit that does not pass x, if there is one; below the smallest, the law is
+        # flat.
         rows = slice(max(int(np.searchsorted(k, 0.0)) - 1, 0), None)
         at = np.maximum.accumulate(k[rows] + 1e-12 * law.A[rows] ** 2)
         inside = half <= at[-1]
@@ -73,7 +78,8 @@ def velocity_density(v: Floats, law: TwoScale, stop: bool) -> Floats:
     if law.spread is not None:
         return gap_densities.velocity_density(v, law.spread)
     nodes, weights = np.polynomial.legendre.leggauss(_POINTS)
-    x, weights = 0.5 * law.A[-1] * (nodes + 1.0), 0.5 * law.A[-1] * weights
+    x = 0.5 * law.A[-1] * (nodes + 1.0)
+    weights = 0.5 * law.A[-1] * weights
     p = weights @ state_density(x, np.abs(v), law, stop)
     return np.asarray(p if stop else 2.0 * p)
 
@@ -93,13 +99,16 @@ def _kinetic(x: Floats, law: TwoScale) -> Floats:
     relative = np.asarray(x)[:, None] / law.A
     phi = np.arccos(np.minimum(relative, 1.0))
     at = np.stack([nu2(phi[:, i])[i] for i in range(len(law.A))], axis=1)
-    beyond = np.minimum(1.0 - relative**2, 0.0)  # sin^2 Phi of a place that the orbit does not reach
+    # sin^2 Phi of a place that the orbit does not reach
+    beyond = np.minimum(1.0 - relative**2, 0.0)
     return np.asarray(0.5 * law.A**2 * (1.0 - relative**2) * (at + 0.5 * nu2(0.0, 2) * beyond))
 
 
 def _with_ends(values: Floats, phi: Floats) -> Floats:
     """The values at the Gauss points and, by the polynomial through them, at 0 and pi/2: shape (n, N + 2)."""
-    basis = [np.polynomial.legendre.Legendre.basis(j, domain=[0.0, 0.5 * np.pi]) for j in range(len(phi))]
+    basis = [
+        np.polynomial.legendre.Legendre.basis(j, domain=[0.0, 0.5 * np.pi]) for j in range(len(phi))
+    ]
     inside = np.array([b(phi) for b in basis])
     ends = np.array([b(np.array([0.0, 0.5 * np.pi])) for b in basis])
     both = values @ np.linalg.solve(inside, ends)

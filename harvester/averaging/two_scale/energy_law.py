@@ -23,7 +23,9 @@ def drift(cycle: Cycles, slow: Floats, eqs: Equations) -> Floats:
 
 def diffusion(cycle: Cycles, eqs: Equations) -> Floats:
     """Diffusion sigma^2(E) of the energy at each amplitude."""
-    n1, n2, n12 = or_zero(eqs.n1), or_zero(eqs.n2), or_zero(eqs.n12)
+    n1 = or_zero(eqs.n1)
+    n2 = or_zero(eqs.n2)
+    n12 = or_zero(eqs.n12)
     return 2.0 * n1 * cycle.v2 + 2.0 * n2 * cycle.x2v2 + 4.0 * n12 * cycle.xv2
 
 
@@ -31,9 +33,14 @@ def log_mass(u: Floats, cycle: Cycles, slope: Floats, slow: Floats, eqs: Equatio
     """Logarithm of p(E) dE/du up to a constant; its integral is by the trapezoidal rule with an end correction."""
     s = diffusion(cycle, eqs)
     rate = 2.0 * drift(cycle, slow, eqs) / s * slope
-    du, bend = u[..., 1:] - u[..., :-1], slope_on_grid(u, rate)
-    inner = 0.5 * du * (rate[..., 1:] + rate[..., :-1]) - du**2 / 12.0 * (bend[..., 1:] - bend[..., :-1])
-    return np.asarray(np.log(slope / s) + np.concatenate([0.0 * u[..., :1], np.cumsum(inner, axis=-1)], axis=-1))
+    du = u[..., 1:] - u[..., :-1]
+    bend = slope_on_grid(u, rate)
+    inner = 0.5 * du * (rate[..., 1:] + rate[..., :-1]) - du**2 / 12.0 * (
+        bend[..., 1:] - bend[..., :-1]
+    )
+    return np.asarray(
+        np.log(slope / s) + np.concatenate([0.0 * u[..., :1], np.cumsum(inner, axis=-1)], axis=-1)
+    )
 
 
 def slope_on_grid(u: Floats, values: Floats) -> Floats:
@@ -42,7 +49,8 @@ def slope_on_grid(u: Floats, values: Floats) -> Floats:
     slope = np.empty_like(values)
     over_2, over_4 = values[..., 2:] - values[..., :-2], values[..., 4:] - values[..., :-4]
     slope[..., 2:-2] = (8.0 * over_2[..., 1:-1] - over_4) / 12.0
-    slope[..., 1], slope[..., -2] = 0.5 * over_2[..., 0], 0.5 * over_2[..., -1]
+    slope[..., 1] = 0.5 * over_2[..., 0]
+    slope[..., -2] = 0.5 * over_2[..., -1]
     slope[..., 0] = -1.5 * values[..., 0] + 2.0 * values[..., 1] - 0.5 * values[..., 2]
     slope[..., -1] = 1.5 * values[..., -1] - 2.0 * values[..., -2] + 0.5 * values[..., -3]
     return np.asarray(slope / du[..., None])
@@ -62,8 +70,8 @@ def normalised(log_p: Floats) -> Floats:
 def with_tail(mass: Floats, A: Floats) -> Floats:
     """The probabilities as weights of means of what grows as A^2, with all that lies beyond the last amplitude.
 
-    There mass falls as A^-q, and each step further of du weighs exp((2 - q) du) times the one before: a factor
-    1/(1 - exp((2 - q) du)) on the last weight, infinite where no such mean exists.
+    There mass falls as A^-q, and each step further of du weighs exp((2 - q) du) times the one
+    before: a factor 1/(1 - exp((2 - q) du)) on the last weight, infinite where no such mean exists.
     """
     weights = mass.copy()
     du = np.log(A[..., -1] / A[..., -2])
@@ -72,7 +80,9 @@ def with_tail(mass: Floats, A: Floats) -> Floats:
     return np.asarray(weights)
 
 
-def slow_voltage(u: Floats, cycle: Cycles, slope: Floats, mass: Floats, eqs: Equations) -> tuple[Floats, Floats]:
+def slow_voltage(
+    u: Floats, cycle: Cycles, slope: Floats, mass: Floats, eqs: Equations
+) -> tuple[Floats, Floats]:
     """Mean and mean square of the slow voltage V = xt - y at each amplitude, y' = mu (xt - y).
 
     (mu - L) E[y|A] = mu xt,    (2 mu - L) E[y^2|A] = 2 mu xt E[y|A]
@@ -104,17 +114,25 @@ def _resolvent(rate: Floats, right: Floats, flow: Floats, mass: Floats) -> Float
     """
     margin = rate * mass
     # A scene whose law is not finite must not spoil its neighbours.
-    known = np.isfinite(flow).all(axis=1) & np.isfinite(margin).all(axis=1) & (margin > 0.0).all(axis=1)
+    known = (
+        np.isfinite(flow).all(axis=1) & np.isfinite(margin).all(axis=1) & (margin > 0.0).all(axis=1)
+    )
     lost = np.logical_not(known)[:, None]
     margin, flow = np.where(lost, 1.0, margin), np.where(lost, 0.0, flow)
     sums = np.where(lost, np.nan, mass * right)
     flow = np.concatenate([flow, 0.0 * margin[:, :1]], axis=1)
-    return np.array([_one_scene(*rows) for rows in zip(margin.tolist(), flow.tolist(), sums.tolist(), strict=True)])
+    return np.array(
+        [
+            _one_scene(*rows)
+            for rows in zip(margin.tolist(), flow.tolist(), sums.tolist(), strict=True)
+        ]
+    )
 
 
 def _one_scene(margin: list[float], flow: list[float], sums: list[float]) -> list[float]:
     """The solution for one scene, one amplitude after another; ``margin`` is what the diagonal exceeds the flow by."""
-    excess, diagonal = margin[0], [margin[0] + flow[0]]
+    excess = margin[0]
+    diagonal = [margin[0] + flow[0]]
     for k in range(1, len(margin)):
         share = flow[k - 1] / diagonal[-1]
         excess = margin[k] + share * excess

@@ -1,13 +1,15 @@
 """Energies on both sides of grazing, for orbits that may miss a stop at a distance or preloaded.
 
-The variable is z = 0 at grazing.  An orbit about the rest position c has the half-width b, and B = b - c:
+The variable is z = 0 at grazing.  An orbit about the rest position c has the half-width b, and B =
+b - c:
 
     b = g e^z below grazing,   b = |g| cosh z above,   g = gap + c
 
-for period and averages have a square root in the energy there, which cosh z takes away.  With a preload, g < 0, all
-orbits are above.  Two panels of Gauss points, parted at grazing if that is among the energies that matter, give
-integrals and slopes of functions that are smooth on either side; what follows the energy slowly is found by finite
-elements on them, the sums of the panels' Legendre polynomials that are continuous where they meet.
+for period and averages have a square root in the energy there, which cosh z takes away.  With a
+preload, g < 0, all orbits are above.  Two panels of Gauss points, parted at grazing if that is
+among the energies that matter, give integrals and slopes of functions that are smooth on either
+side; what follows the energy slowly is found by finite elements on them, the sums of the panels'
+Legendre polynomials that are continuous where they meet.
 """
 
 import math
@@ -20,14 +22,21 @@ import numpy as np
 from harvester.arrays import Floats
 from harvester.averaging.grids import KEPT, SEARCH, or_zero, where_the_mass_is
 from harvester.averaging.two_scale.cycles import Cycles
-from harvester.averaging.two_scale.energy_law import diffusion, drift, log_mass, normalised, slope_on_grid
+from harvester.averaging.two_scale.energy_law import (
+    diffusion,
+    drift,
+    log_mass,
+    normalised,
+    slope_on_grid,
+)
 from harvester.averaging.two_scale.gap_cycles import DistantOrbits
 from harvester.equations.coefficients import Equations
 
 _POINTS, _DEGREE = 32, 12  # of a panel
 _NARROWEST, _WIDEST = 1e-8, 1e8  # half-widths b
 _GRAZING = 1e-5  # the least z with a preload
-SELDOM = 1e-7  # of the largest mass: below it the slow voltage is not determined by the orbits that are there
+# of the largest mass: below it the slow voltage is not determined by the orbits that are there
+SELDOM = 1e-7
 _STEEPEST = 10.0  # the slow voltage may slow the rise of the energy along z by this factor
 
 
@@ -47,13 +56,15 @@ class Panels:
 def panels() -> Panels:
     """The panels, made once."""
     y, weights = np.polynomial.legendre.leggauss(_POINTS)
-    weights, none = 0.5 * weights, np.zeros((_POINTS, _POINTS))
+    weights = 0.5 * weights
+    none = np.zeros((_POINTS, _POINTS))
     powers = [np.polynomial.Legendre.basis(k) for k in range(_POINTS)]
     inverse = np.linalg.inv(np.array([p(y) for p in powers]).T)
     slope = 2.0 * np.array([p.deriv()(y) for p in powers]).T @ inverse
     integral = 0.5 * np.array([p.integ(lbnd=-1)(y) for p in powers]).T @ inverse
     rising = np.polynomial.Legendre([0.5, 0.5])
-    # On either panel: a ramp from the seam down to the outer end, its complement, and functions that end in 0.
+    # On either panel: a ramp from the seam down to the outer end, its complement, and functions
+    # that end in 0.
     inner = [1.0 - rising, *(p.integ(lbnd=-1) for p in powers[1:_DEGREE])]
     first = [(rising, 1.0 - rising), *((f, 0.0 * f) for f in inner)]
     second = [(0.0 * f, f) for f in (rising, *inner[1:])]
@@ -64,13 +75,16 @@ def panels() -> Panels:
         slope=np.block([[slope, none], [none, slope]]),
         integral=np.block([[integral, none], [np.broadcast_to(weights, none.shape), integral]]),
         basis=np.array([np.concatenate([f(y), g(y)]) for f, g in pairs]),
-        basis_slopes=np.array([2.0 * np.concatenate([f.deriv()(y), g.deriv()(y)]) for f, g in pairs]),
+        basis_slopes=np.array(
+            [2.0 * np.concatenate([f.deriv()(y), g.deriv()(y)]) for f, g in pairs]
+        ),
     )
 
 
 def half_width(z: Floats, g: Floats) -> tuple[Floats, Floats]:
     """The half-width b(z) and its slope."""
-    size, below = np.abs(g), np.abs(g) * np.exp(np.minimum(z, 0.0))
+    size = np.abs(g)
+    below = np.abs(g) * np.exp(np.minimum(z, 0.0))
     return np.where(z > 0.0, size * np.cosh(z), below), np.where(z > 0.0, size * np.sinh(z), below)
 
 
@@ -83,16 +97,20 @@ def z_of(b: Floats, g: Floats) -> Floats:
 class Grid:
     """Energies between the half-widths ``low`` and ``high``, each of shape (scenes, 1), at the points of two panels.
 
-    ``B``, ``weights`` (of integrals over z) and all values on the grid have the shape (scenes, 2 n).
+    ``B``, ``weights`` (of integrals over z) and all values on the grid have the shape (scenes, 2
+    n).
     """
 
     def __init__(self, low: Floats, high: Floats, rest: Floats, eqs: Equations) -> None:
         g = or_zero(eqs.gap) + rest
         first, last = z_of(low, g), z_of(high, g)
         seam = np.where((first < 0.0) & (last > 0.0), 0.0, 0.5 * (first + last))
-        p, self._eqs = panels(), eqs
+        p = panels()
+        self._eqs = eqs
         self._width = np.where(p.nodes < 1.0, seam - first, last - seam)
-        z = np.where(p.nodes < 1.0, first + self._width * p.nodes, seam + self._width * (p.nodes - 1.0))
+        z = np.where(
+            p.nodes < 1.0, first + self._width * p.nodes, seam + self._width * (p.nodes - 1.0)
+        )
         b, rise = half_width(z, g)
         self.B, self.weights = b - rest, self._width * p.weights
         self._bare = rise * _force(b, eqs)
@@ -105,7 +123,9 @@ class Grid:
         """The probability of each point, from the averaged law p(E) ~ sigma^-2 exp(int 2 b/sigma^2 dE)."""
         s = diffusion(cycle, self._eqs)
         rate = 2.0 * drift(cycle, slow, self._eqs) / s * slope
-        return normalised(np.log(slope / s * self.weights) + (rate * self._width) @ panels().integral.T)
+        return normalised(
+            np.log(slope / s * self.weights) + (rate * self._width) @ panels().integral.T
+        )
 
     def slow_voltage(self, cycle: Cycles, slope: Floats, mass: Floats) -> tuple[Floats, Floats]:
         """Mean and mean square of the slow voltage V = xt - y at each energy, y' = mu (xt - y).
@@ -115,8 +135,10 @@ class Grid:
         xt = cycle.x - (mass * cycle.x).sum(axis=-1, keepdims=True)
         if self._eqs.mu is None:
             return xt, xt**2
-        p, mu = panels(), or_zero(self._eqs.mu)
-        held = np.maximum(mass, SELDOM * mass.max(axis=-1, keepdims=True))  # else what is never there bends the law
+        p = panels()
+        mu = or_zero(self._eqs.mu)
+        # else what is never there bends the law
+        held = np.maximum(mass, SELDOM * mass.max(axis=-1, keepdims=True))
         current = 0.5 * diffusion(cycle, self._eqs) * held / (slope * self._width) ** 2
         memory = (p.basis * held[:, None]) @ p.basis.T
         exchange = (p.basis_slopes * current[:, None]) @ p.basis_slopes.T
@@ -135,14 +157,16 @@ def _solved(matrix: Floats, right: Floats) -> Floats:
     scale = 1.0 / np.sqrt(np.diagonal(matrix, axis1=1, axis2=2))
     matrix, unit = matrix * scale[:, :, None] * scale[:, None, :], np.eye(matrix.shape[-1])
     finite = np.asarray(np.isfinite(matrix).all(axis=(1, 2)))[:, None]
-    matrix, right = np.where(finite[..., None], matrix, unit), np.where(finite, right * scale, np.nan)
+    matrix = np.where(finite[..., None], matrix, unit)
+    right = np.where(finite, right * scale, np.nan)
     return np.asarray(np.linalg.solve(matrix + 1e-15 * unit, right[..., None])[..., 0] * scale)
 
 
 def half_widths_that_matter(eqs: Equations, scenes: int) -> tuple[Floats, Floats, Any]:
     """The ends of the grid of b, shape (scenes, 1), and which scenes have no end to it.
 
-    With a preload the search is in ln sinh z: how little the mass leaves the stop is not known beforehand.
+    With a preload the search is in ln sinh z: how little the mass leaves the stop is not known
+    beforehand.
     """
     g = or_zero(eqs.gap)
     pressed = g < 0.0

@@ -1,13 +1,16 @@
 """Two-scale averaging where the stop is at a distance from rest, or preloaded.
 
-Orbits below the stop's energy do not meet it, those above lose (1 - r^2) times their kinetic energy there:
+Orbits below the stop's energy do not meet it, those above lose (1 - r^2) times their kinetic energy
+there:
 
-    b = -<f x'^2> - beta mu <V^2> - 2 (1 - r^2)/(1 + r^2) (x'^2/2 at the stop)/T + N1 + N2 <x^2> + 2 N12 <x>
+    b = -<f x'^2> - beta mu <V^2> - 2 (1 - r^2)/(1 + r^2) (x'^2/2 at the stop)/T + N1 + N2 <x^2> + 2
+    N12 <x>
 
-with averages over the orbits of `harvester.averaging.two_scale.gap_cycles`, and one law of the energy across grazing.
-The cycle's mean displacement, 0 on free orbits, makes the slow voltage; that shifts the rest position c of the free
-orbits.  The harmonic j of a cycle has the frequency n w, w = Phi_e/tau and n = j pi/Phi_e, and the share n^2/(n^2 -
-1)^2 of <x'^2>: the even numbers of |cos| with a stop at rest, 1 alone on a free orbit.
+with averages over the orbits of `harvester.averaging.two_scale.gap_cycles`, and one law of the
+energy across grazing. The cycle's mean displacement, 0 on free orbits, makes the slow voltage; that
+shifts the rest position c of the free orbits.  The harmonic j of a cycle has the frequency n w, w =
+Phi_e/tau and n = j pi/Phi_e, and the share n^2/(n^2 - 1)^2 of <x'^2>: the even numbers of |cos|
+with a stop at rest, 1 alone on a free orbit.
 
 The correction of second order is that of a stop at rest, to the power of the squared probability of an orbit that
 meets the stop.  The stated errors stand beside it (`harvester.averaging.two_scale.second_order`).  What does not settle
@@ -36,7 +39,8 @@ from harvester.equations.coefficients import Equations
 
 _ROUNDS = 6  # of the voltage, the potential that it bends, and the rest position
 _UNSETTLED = 0.1  # change of E[V^2] in the last round beyond which there is no answer
-_AT_AN_END = 0.05  # density at an end of the grid, to its peak, beyond which the law is not on the grid
+# density at an end of the grid, to its peak, beyond which the law is not on the grid
+_AT_AN_END = 0.05
 _ROUNDING = 1e-11  # <V^2>/a^2 of a mass that hardly leaves a preloaded stop, lost in differences
 _HARMONICS = np.arange(1.0, 60.0)[:, None, None]
 
@@ -62,10 +66,14 @@ class Spread:
     def of(self, scene: int, length: float) -> "Spread":
         """The spread of one scene of a stack, with x in units of the equations: ``length`` is the stack's own unit."""
         powers = {"A": 1, "B": 1, "left": 1, "nu": 0, "energy": 2, "mass": 0, "level": -2, "gap": 1}
-        return Spread(**{name: getattr(self, name)[scene] * length**power for name, power in powers.items()})
+        return Spread(
+            **{name: getattr(self, name)[scene] * length**power for name, power in powers.items()}
+        )
 
 
-def solve_distant(eqs: Equations, scenes: int) -> tuple[dict[str, Floats], dict[str, Floats], Spread, Any]:
+def solve_distant(
+    eqs: Equations, scenes: int
+) -> tuple[dict[str, Floats], dict[str, Floats], Spread, Any]:
     """Solve a stack of scenes: moments and small parameters, shape (scenes,), orbits, and which are unbounded."""
     low, high, unbounded = half_widths_that_matter(eqs, scenes)
     rest = np.zeros((scenes, 1))
@@ -79,17 +87,26 @@ def solve_distant(eqs: Equations, scenes: int) -> tuple[dict[str, Floats], dict[
         slope = grid.rising(cycle.energy)
         mass = grid.mass(cycle, slope, slow)
         memory, square = grid.slow_voltage(cycle, slope, mass)
-        offset = offset + (memory - offset) / (1.0 + or_zero(eqs.beta))  # a free orbit's mean gives way by beta V
-        slow, rest = paid(square, cycle, eqs), _rest(offset[:, :1], eqs)
-        before, size = size, (mass * (cycle.V2 + slow)).sum(axis=-1)
+        # a free orbit's mean gives way by beta V
+        offset = offset + (memory - offset) / (1.0 + or_zero(eqs.beta))
+        slow = paid(square, cycle, eqs)
+        rest = _rest(offset[:, :1], eqs)
+        before = size
+        size = (mass * (cycle.V2 + slow)).sum(axis=-1)
     parts = _summary(eqs, orbits, cycle, mass, memory)
-    density, unsettled = mass / grid.weights, np.abs(size / before - 1.0)
+    density = mass / grid.weights
+    unsettled = np.abs(size / before - 1.0)
     outside = np.maximum(density[:, 0], density[:, -1]) > _AT_AN_END * density.max(axis=-1)
-    lost = outside | (unsettled > _UNSETTLED) | (size < _ROUNDING * (mass * orbits.a**2).sum(axis=-1))
+    lost = (
+        outside | (unsettled > _UNSETTLED) | (size < _ROUNDING * (mass * orbits.a**2).sum(axis=-1))
+    )
     parts["bias"] = np.where(lost, math.nan, parts["bias"] + unsettled)
     arrays = {"A": orbits.A, "mass": mass, "period": cycle.period, "nu": orbits.nu}
-    level, above = density / (slope * cycle.period), cycle.energy - _least(eqs)
-    spread = Spread(orbits.A, orbits.B, orbits.left, orbits.nu, above, mass, level, or_zero(eqs.gap)[:, 0])
+    level = density / (slope * cycle.period)
+    above = cycle.energy - _least(eqs)
+    spread = Spread(
+        orbits.A, orbits.B, orbits.left, orbits.nu, above, mass, level, or_zero(eqs.gap)[:, 0]
+    )
     return parts, arrays, spread, unbounded
 
 
@@ -100,15 +117,19 @@ def _least(eqs: Equations) -> Floats:
 
 def _rest(offset: Floats, eqs: Equations) -> Floats:
     """Where c + alpha c^3 = -beta V for free orbits under the slow voltage V, by Newton's method; 0 with a preload."""
-    alpha, force = or_zero(eqs.alpha), -or_zero(eqs.beta) * offset
+    alpha = or_zero(eqs.alpha)
+    force = -or_zero(eqs.beta) * offset
     c = force
     for _ in range(8):
         c = (force + 2.0 * alpha * c**3) / (1.0 + 3.0 * alpha * c**2)
-    # Not more than half of the way to the stop; with a preload there are no free orbits, or too few to be told.
+    # Not more than half of the way to the stop; with a preload there are no free orbits, or too few
+    # to be told.
     return np.where(or_zero(eqs.gap) > 0.0, np.maximum(c, -0.5 * or_zero(eqs.gap)), 0.0)
 
 
-def _summary(eqs: Equations, orbits: DistantOrbits, cycle: Cycles, mass: Floats, memory: Floats) -> dict[str, Floats]:
+def _summary(
+    eqs: Equations, orbits: DistantOrbits, cycle: Cycles, mass: Floats, memory: Floats
+) -> dict[str, Floats]:
     """Put the scales together, with the widths of their lines; arrays of shape (scenes,)."""
 
     def mean(values: Floats) -> Floats:
@@ -117,23 +138,33 @@ def _summary(eqs: Equations, orbits: DistantOrbits, cycle: Cycles, mass: Floats,
     def scalar(value: Any) -> Any:
         return 0.0 if value is None else value[:, 0]
 
-    mu, beta, r2 = scalar(eqs.mu), scalar(eqs.beta), scalar(eqs.restitution) ** 2
+    mu = scalar(eqs.mu)
+    beta = scalar(eqs.beta)
+    r2 = scalar(eqs.restitution) ** 2
     x2, v2, xbar, period = (mean(values) for values in (cycle.x2, cycle.v2, cycle.x, cycle.period))
     slow = mean((cycle.x - xbar[:, None]) * memory)
     power_in = scalar(eqs.n1) + scalar(eqs.n2) * x2 + 2.0 * scalar(eqs.n12) * xbar
-    c = (np.maximum(power_in - beta * mu * (mean(cycle.V2) + slow), 0.0) / v2)[:, None]  # losses other than the load
+    # losses other than the load
+    c = (np.maximum(power_in - beta * mu * (mean(cycle.V2) + slow), 0.0) / v2)[:, None]
     # A free orbit has one harmonic, whose share is all: the formula reports it just short of pi.
     end = np.minimum(orbits.end, math.pi - 1e-6)
-    w, n = end / orbits.tau, _HARMONICS * math.pi / end
-    share, narrow = (n / (n**2 - 1.0)) ** 2, (n * w) ** 2 + or_zero(eqs.mu) ** 2
-    # With a preload, where the frequency falls with the amplitude, the lines are narrower: a factor from ensembles.
+    w = end / orbits.tau
+    n = _HARMONICS * math.pi / end
+    share = (n / (n**2 - 1.0)) ** 2
+    narrow = (n * w) ** 2 + or_zero(eqs.mu) ** 2
+    # With a preload, where the frequency falls with the amplitude, the lines are narrower: a factor
+    # from ensembles.
     dying = _HARMONICS * np.minimum(math.pi / end, 4.0 * end / math.pi)
-    lines = (share / (narrow + dying * c * or_zero(eqs.mu))).sum(axis=0) / (share / narrow).sum(axis=0)
+    lines = (share / (narrow + dying * c * or_zero(eqs.mu))).sum(axis=0) / (share / narrow).sum(
+        axis=0
+    )
     fast = mean(cycle.V2 * lines)
     slow = slow / (1.0 + (0.5 * mu / mean(w)) ** 2)
-    total, least = mean(cycle.energy), _least(eqs)[:, 0]
+    total = mean(cycle.energy)
+    least = _least(eqs)[:, 0]
     energy = total - least
-    exchange, stored = power_in * period / energy, 0.5 * beta * (fast + slow) / energy
+    exchange = power_in * period / energy
+    stored = 0.5 * beta * (fast + slow) / energy
     impact_loss = 2.0 * (1.0 - r2) / (1.0 + r2) * mean(cycle.wall / cycle.period) * period / energy
     load = beta * mu * (fast + slow) * period / energy
     friction = exchange - impact_loss - load
@@ -148,7 +179,9 @@ def _summary(eqs: Equations, orbits: DistantOrbits, cycle: Cycles, mass: Floats,
         "v2": v2,
         "bias": np.where(
             scalar(eqs.gap) < 0.0,
-            stated_error_preloaded(impact_loss, stored, friction_loss, load, mu * period / math.pi, least / total),
+            stated_error_preloaded(
+                impact_loss, stored, friction_loss, load, mu * period / math.pi, least / total
+            ),
             stated_error_distant(impact_loss, stored, friction_loss, load, exchange, touching),
         )
         * amplified(friction, exchange),

@@ -1,8 +1,9 @@
 """Impact-aware two-scale averaging: what the published theory becomes with the true voltage.
 
-Fast scale: on each cycle the periodic voltage is computed for the true orbit (`harvester.averaging.two_scale.cycles`);
-with a stop it has zero mean and only even harmonics.  Slow scale: the cycle's mean displacement
-wanders with the amplitude, and the load high-passes it.  Energy E is the slow variable,
+Fast scale: on each cycle the periodic voltage is computed for the true orbit
+(`harvester.averaging.two_scale.cycles`); with a stop it has zero mean and only even harmonics.
+Slow scale: the cycle's mean displacement wanders with the amplitude, and the load high-passes it.
+Energy E is the slow variable,
 
     dE = b dt + sigma dW
     b = -<f x'^2> - beta mu <V^2> - 2 (1 - r^2)/(1 + r^2) (x'^2/2 at the stop)/T + N1 + N2 <x^2> + 2 N12 <x>
@@ -14,8 +15,8 @@ wanders with the amplitude, and the load high-passes it.  Energy E is the slow v
 An impact takes E to r^2 E; between impacts noise adds energy at a steady rate, so that the time
 average stands midway, hence (1 - r^2)/(1 + r^2) instead of the published 1 - r.  The slow voltage
 pushes the mass: its mean at each amplitude enters the orbits' potential.  Both scales have lines of
-finite width: a harmonic n w of x that dies out at the rate n c/2 gives n^2 w^2/(n^2 w^2 + mu^2 + n c mu),
-and nothing slow is faster than the cycle, which takes 1/(1 + (mu/2w)^2) off the slow part.
+finite width: a harmonic n w of x that dies out at the rate n c/2 gives n^2 w^2/(n^2 w^2 + mu^2 + n
+c mu), and nothing slow is faster than the cycle, which takes 1/(1 + (mu/2w)^2) off the slow part.
 """
 
 import math
@@ -26,9 +27,23 @@ from typing import Any
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.averaging.grids import KEPT, SEARCH, noisy_stacks, or_zero, stacked, where_the_mass_is
+from harvester.averaging.grids import (
+    KEPT,
+    SEARCH,
+    noisy_stacks,
+    or_zero,
+    stacked,
+    where_the_mass_is,
+)
 from harvester.averaging.two_scale.cycles import Cycles, Orbits
-from harvester.averaging.two_scale.energy_law import log_mass, normalised, paid, rising, slow_voltage, with_tail
+from harvester.averaging.two_scale.energy_law import (
+    log_mass,
+    normalised,
+    paid,
+    rising,
+    slow_voltage,
+    with_tail,
+)
 from harvester.averaging.two_scale.gap_law import Spread, solve_distant
 from harvester.averaging.two_scale.second_order import amplified, correction, stated_error
 from harvester.equations.coefficients import Equations
@@ -82,9 +97,10 @@ def solve(eqs: Equations) -> TwoScale:
     where linear scenes come out exact, the bias is a hundredth of exchange and store.
     For a stop at a distance or preloaded see `harvester.averaging.two_scale.gap_law`.
 
-    Raises SimulationError without external noise, where no stationary law exists. Also where the voltage and the orbits
-    that it bends do not settle (strong coupling near grazing), or where a preloaded mass hardly leaves the stop;
-    UnboundedResponseError if the law does not fall off at large amplitudes.
+    Raises SimulationError without external noise, where no stationary law exists. Also where the
+    voltage and the orbits that it bends do not settle (strong coupling near grazing), or where a
+    preloaded mass hardly leaves the stop; UnboundedResponseError if the law does not fall off at
+    large amplitudes.
     """
     answer = solve_many([eqs])[0]
     if isinstance(answer, SimulationError):
@@ -102,13 +118,17 @@ def _in_units_of(length: float, eqs: Equations) -> Equations:
     """The same scene with x measured in ``length``: no answer depends on it, and no scale is out of reach."""
     powers = {"alpha": 2, "c2": 2, "c3": 4, "n1": -2, "n12": -1, "gap": -1}
     scaled = {name: getattr(eqs, name) for name in powers}
-    return replace(eqs, **{name: v if v is None else v * length ** powers[name] for name, v in scaled.items()})
+    return replace(
+        eqs, **{name: v if v is None else v * length ** powers[name] for name, v in scaled.items()}
+    )
 
 
 def _solve(scenes: list[Equations]) -> list[TwoScale | SimulationError]:
     """Solve a stack of scenes with the same effects: arrays are (scenes, amplitudes)."""
     lengths = [math.sqrt(or_zero(eqs.n1)) for eqs in scenes]
-    eqs = stacked([_in_units_of(length, scene) for length, scene in zip(lengths, scenes, strict=True)])
+    eqs = stacked(
+        [_in_units_of(length, scene) for length, scene in zip(lengths, scenes, strict=True)]
+    )
     spread = None
     if eqs.gap is None:
         parts, orbits, unbounded = _at_rest(eqs, len(lengths))
@@ -119,13 +139,19 @@ def _solve(scenes: list[Equations]) -> list[TwoScale | SimulationError]:
         scales = {name: float(values[k]) for name, values in parts.items()}
         for name in ("mean_square_voltage", "fast", "slow", "x2", "v2"):
             scales[name] *= length**2
-        arrays = {name: values[k] * (length if name == "A" else 1.0) for name, values in orbits.items()}
+        arrays = {
+            name: values[k] * (length if name == "A" else 1.0) for name, values in orbits.items()
+        }
         if unbounded[k]:
             answers.append(
-                UnboundedResponseError("the averaged amplitude grows without bound: add damping that bounds it")
+                UnboundedResponseError(
+                    "the averaged amplitude grows without bound: add damping that bounds it"
+                )
             )
         elif not all(map(math.isfinite, scales.values())):
-            answers.append(SimulationError("the averaged law finds no finite mean here: use engine 'ensemble'"))
+            answers.append(
+                SimulationError("the averaged law finds no finite mean here: use engine 'ensemble'")
+            )
         else:
             mine = None if spread is None else spread.of(k, length)
             answers.append(TwoScale(**scales, **arrays, spread=mine))  # type: ignore[arg-type]
@@ -145,8 +171,10 @@ def _at_rest(eqs: Equations, scenes: int) -> tuple[dict[str, Floats], dict[str, 
         mass = normalised(log_mass(u, cycle, slope, slow, eqs))
         memory, square = slow_voltage(u, cycle, slope, mass, eqs)
         if eqs.beta is not None:
-            # Beyond this the offset's push would keep the mass of that amplitude from reaching the stop.
-            offset, slow = np.maximum(memory, -0.3 * A / eqs.beta), paid(square, cycle, eqs)
+            # Beyond this the offset's push would keep the mass of that amplitude from reaching the
+            # stop.
+            offset = np.maximum(memory, -0.3 * A / eqs.beta)
+            slow = paid(square, cycle, eqs)
     arrays = {"A": A, "mass": mass, "period": cycle.period, "nu": orbits.nu}
     return _summary(eqs, cycle, mass, memory), arrays, unbounded
 
@@ -168,13 +196,15 @@ def _summary(eqs: Equations, cycle: Cycles, mass: Floats, memory: Floats) -> dic
     slow = mean((cycle.x - xbar[:, None]) * memory)
     power_in = scalar(eqs.n1) + scalar(eqs.n2) * x2 + 2.0 * scalar(eqs.n12) * xbar
     w = (2.0 if eqs.restitution is None else 1.0) * math.pi / period
-    c = np.maximum(power_in - beta * mu * (fast + slow), 0.0) / v2  # rate of the losses other than the load
+    # rate of the losses other than the load
+    c = np.maximum(power_in - beta * mu * (fast + slow), 0.0) / v2
     if eqs.restitution is None:
         fast *= (w * w + mu * mu) / (w * w + mu * mu + c * mu)
     else:
         n = 2.0 * _HARMONICS
         share = n**2 / (n**2 - 1.0) ** 2  # of <x'^2> in the harmonics of |cos|
-        whole, narrow = n**2 * w**2 + mu**2 + n * c * mu, n**2 * w**2 + mu**2
+        whole = n**2 * w**2 + mu**2 + n * c * mu
+        narrow = n**2 * w**2 + mu**2
         fast *= (share / whole).sum(axis=0) / (share / narrow).sum(axis=0)
         slow /= 1.0 + (0.5 * mu / w) ** 2
     exchange = power_in * period / energy
@@ -184,10 +214,14 @@ def _summary(eqs: Equations, cycle: Cycles, mass: Floats, memory: Floats) -> dic
         bias = 0.002 + 0.01 * np.minimum(exchange, 1.0) + 0.01 * stored
     else:
         r2 = scalar(eqs.restitution) ** 2
-        impact_loss = 2.0 * (1.0 - r2) / (1.0 + r2) * mean(cycle.wall / cycle.period) * period / energy
+        impact_loss = (
+            2.0 * (1.0 - r2) / (1.0 + r2) * mean(cycle.wall / cycle.period) * period / energy
+        )
         friction_loss = exchange - impact_loss - beta * mu * (fast + slow) * period / energy
         factor = correction(impact_loss, stored, mu / w)
-        bias = stated_error(impact_loss, stored, np.maximum(friction_loss, 0.0)) * amplified(friction_loss, exchange)
+        bias = stated_error(impact_loss, stored, np.maximum(friction_loss, 0.0)) * amplified(
+            friction_loss, exchange
+        )
     return {
         "mean_square_voltage": factor * (fast + slow),
         "fast": fast,

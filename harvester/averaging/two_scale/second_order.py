@@ -1,14 +1,16 @@
 """What averaging leaves out with a stop, to second order: a correction of E[V^2], and the error that is left.
 
-Averaging is of first order in what one cycle changes.  Three small numbers say how much that is: the share i of the
-energy that impacts take in a cycle, the share q that the piezo holds, and the load m = mu T/pi over a cycle of T.
-The next order was measured, not derived.  On 300 random scenes (`benchmarks/accuracy.py`; r from 0.3 to 1, beta
-from 0.02 to 10, mu from 0.02 to 10) the logarithm of the true E[V^2] over the averaged one is
+Averaging is of first order in what one cycle changes.  Three small numbers say how much that is:
+the share i of the energy that impacts take in a cycle, the share q that the piezo holds, and the
+load m = mu T/pi over a cycle of T. The next order was measured, not derived.  On 300 random scenes
+(`benchmarks/accuracy.py`; r from 0.3 to 1, beta from 0.02 to 10, mu from 0.02 to 10) the logarithm
+of the true E[V^2] over the averaged one is
 
     k = (0.056 + 0.077/(1 + m)) i^2 - 0.11 q (1 + 3 i)/(1 + (q/0.2)^4)
 
-of which the first part is that of weak coupling: an impact that takes much of the energy makes each cycle lopsided and
-spreads the energies of the cycles, both of which the voltage squared feels.  E[V^2] is multiplied by exp(k).
+of which the first part is that of weak coupling: an impact that takes much of the energy makes each
+cycle lopsided and spreads the energies of the cycles, both of which the voltage squared feels.
+E[V^2] is multiplied by exp(k).
 """
 
 import numpy as np
@@ -20,7 +22,8 @@ _LARGEST = 1.7  # impact loss up to which the correction was measured: r = 0.3 w
 
 def correction(impact_loss: Floats, stored: Floats, load: Floats) -> Floats:
     """The factor exp(k) on E[V^2]; all arrays of one shape, ``load`` is m."""
-    i, q = np.minimum(impact_loss, _LARGEST), stored
+    i = np.minimum(impact_loss, _LARGEST)
+    q = stored
     k = (0.056 + 0.077 / (1.0 + load)) * i**2 - 0.11 * q * (1.0 + 3.0 * i) / (1.0 + (q / 0.2) ** 4)
     return np.asarray(np.exp(k))
 
@@ -33,8 +36,11 @@ def stated_error(impact_loss: Floats, stored: Floats, friction: Floats) -> Float
     the last term where q is above 0.22: a piezo that holds so much makes the motion another one.  Not exceeded in the
     600 scenes by which it was chosen, nor in 215 others.
     """
-    i, q, o = np.minimum(impact_loss, _LARGEST), stored, np.minimum(friction, 1.5)
-    beyond = np.minimum(8.0 * np.maximum(q - 0.22, 0.0) * (i + 0.1), 1.0)  # where the piezo holds too much
+    i = np.minimum(impact_loss, _LARGEST)
+    q = stored
+    o = np.minimum(friction, 1.5)
+    # where the piezo holds too much
+    beyond = np.minimum(8.0 * np.maximum(q - 0.22, 0.0) * (i + 0.1), 1.0)
     return np.asarray(0.005 + 0.03 * i + 0.02 * i**2 + 0.01 * o**2 + 0.2 * q * (1.0 + i) + beyond)
 
 
@@ -48,7 +54,12 @@ def amplified(friction: Floats, exchange: Floats) -> Floats:
 
 
 def stated_error_distant(
-    impact_loss: Floats, stored: Floats, friction: Floats, load: Floats, exchange: Floats, touching: Floats
+    impact_loss: Floats,
+    stored: Floats,
+    friction: Floats,
+    load: Floats,
+    exchange: Floats,
+    touching: Floats,
 ) -> Floats:
     """Relative error that is left in E[V^2] with a stop at a distance; ``touching`` is the probability of an impact.
 
@@ -58,7 +69,10 @@ def stated_error_distant(
     quarter more (`benchmarks/averaged_error.py`): a slow load with strong coupling is a spring that lets go slowly, of
     which averaging knows the mean only, 19 % too high at worst.
     """
-    i, q, o, taken = np.minimum(impact_loss, _LARGEST), stored, np.minimum(friction, 1.5), np.minimum(load, 1.5)
+    i = np.minimum(impact_loss, _LARGEST)
+    q = stored
+    o = np.minimum(friction, 1.5)
+    taken = np.minimum(load, 1.5)
     beyond = np.maximum(q - 0.22, 0.0)
     impacting = 0.003 + 0.051 * i + 0.034 * i**2 + 1.4 * q * i + np.minimum(15.0 * beyond * i, 1.0)
     free = 0.002 + 0.01 * np.minimum(exchange, 1.0) + 0.01 * q + 0.2 * beyond
@@ -67,7 +81,12 @@ def stated_error_distant(
 
 
 def stated_error_preloaded(
-    impact_loss: Floats, stored: Floats, friction: Floats, load: Floats, slowness: Floats, pressed: Floats
+    impact_loss: Floats,
+    stored: Floats,
+    friction: Floats,
+    load: Floats,
+    slowness: Floats,
+    pressed: Floats,
 ) -> Floats:
     """Relative error that is left in E[V^2] with a preload; ``slowness`` is m, the load over a cycle.
 
@@ -76,7 +95,10 @@ def stated_error_preloaded(
     that are left out: E[V^2] is more than twice too high at worst.  Constants as in `stated_error_distant`, of 69
     scenes and without the quarter.
     """
-    i, q, o, taken = np.minimum(impact_loss, _LARGEST), stored, np.minimum(friction, 1.5), np.minimum(load, 1.5)
+    i = np.minimum(impact_loss, _LARGEST)
+    q = stored
+    o = np.minimum(friction, 1.5)
+    taken = np.minimum(load, 1.5)
     lifted = (3.0 + 15.0 / (1.0 + slowness)) * q**2
     spring = pressed * (0.43 * i + 0.36 * i**2)
     return np.asarray(0.003 + 0.029 * i**2 + 0.18 * o**2 + 0.08 * taken**2 + spring + lifted)

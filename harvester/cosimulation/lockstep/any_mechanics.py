@@ -1,26 +1,29 @@
 """The lock-step for mechanics of one's own: the steps of `transitions` with a user's functions in place of the mass.
 
-A model drifts from one grid time to the next, or to an event and from there on; each such part of length a begins and
-ends with half a kick (Strang's splitting), and ngspice ends a step exactly at each of its ends:
+A model drifts from one grid time to the next, or to an event and from there on; each such part of
+length a begins and ends with half a kick (Strang's splitting), and ngspice ends a step exactly at
+each of its ends:
 
     kick of a/2, drift of a, kick of a/2; then the record at a grid time, or the jump at an event
 
-so that the force after an event is that of the time after it, and the whole is of second order with events too.  How
-long the part to an event is depends on its first kick, and that on the length: they are iterated together.  Where the
-noise acts on a model, whose path has no second order, the kicks are those of whole steps, as how much noise comes must
-not depend on the event; the event is then met in mid-drift, as it also is where the iteration finds no length.
+so that the force after an event is that of the time after it, and the whole is of second order with
+events too.  How long the part to an event is depends on its first kick, and that on the length:
+they are iterated together.  Where the noise acts on a model, whose path has no second order, the
+kicks are those of whole steps, as how much noise comes must not depend on the event; the event is
+then met in mid-drift, as it also is where the iteration finds no length.
 
-``f`` are the model's `Functions`, ``m`` its coefficients, ``at`` its state, and ``s`` the record of the run
-(`harvester.cosimulation.lockstep.state`), in SI units: w0 = 1.
+``f`` are the model's `Functions`, ``m`` its coefficients, ``at`` its state, and ``s`` the record of
+the run (`harvester.cosimulation.lockstep.state`), in SI units: w0 = 1.
 
     port      source's voltage u           reaction R          work of the model against R
     piezo     coupling source/Cp           coupling V          (R0 + R1)/2 (source1 - source0) of each leg
     coil      coupling source + line       coupling i          a/2 R (source- + source+)/2 of each half kick
 
-The charge of a piezo is continuous, and so is V.  The e.m.f. of a coil would jump at each kick, and its current with
-it; so it goes on from part to part along the ``line`` b (t - middle of the part), where b is its growth by the last
-kick over the kick's time.  The i of a kick goes by the mean currents j0, j1 of the last two parts, (3 j1 - j0)/2 for
-equal ones (Adams and Bashforth): of second order, and no charge is lost, however short the pulses of a rectifier are.
+The charge of a piezo is continuous, and so is V.  The e.m.f. of a coil would jump at each kick, and
+its current with it; so it goes on from part to part along the ``line`` b (t - middle of the part),
+where b is its growth by the last kick over the kick's time.  The i of a kick goes by the mean
+currents j0, j1 of the last two parts, (3 j1 - j0)/2 for equal ones (Adams and Bashforth): of second
+order, and no charge is lost, however short the pulses of a rectifier are.
 
 Long because all that happens at a target is one state machine.
 """
@@ -34,11 +37,12 @@ from harvester.cosimulation.lockstep.transitions import reached, set_target
 from harvester.mechanics.kernels.compiled import inlined
 from harvester.mechanics.kernels.noise import HALF_ROOT
 
-# Parts of a step after which the first kick comes, at the beginning and after an event of a coil: ngspice tells no
-# current at time 0, and none of the time after a jump.
+# Parts of a step after which the first kick comes, at the beginning and after an event of a coil:
+# ngspice tells no current at time 0, and none of the time after a jump.
 START = 1e-6
 MOST, ROUNDS = 100, 60  # events in a step; iterations of a part's length
-# What ended a motion: the function that gave no finite number; an event outside its step, or too many of them.
+# What ended a motion: the function that gave no finite number; an event outside its step, or too
+# many of them.
 DRIFT, KICKED, JUMP, SOURCE, EVENT, OFTEN = range(1, 7)
 
 
@@ -56,9 +60,9 @@ class Functions(NamedTuple):
 class ModelRecord(NamedTuple):
     """Arrays of a run of n steps.
 
-    ``noise``, shape (n, 2), are normal variates of the first two parts of each step, and of all others in turn;
-    ``samples`` have a row at every reading: the state, the terminals' voltage, the current and the load's power;
-    ``events`` are times.
+    ``noise``, shape (n, 2), are normal variates of the first two parts of each step, and of all
+    others in turn; ``samples`` have a row at every reading: the state, the terminals' voltage, the
+    current and the load's power; ``events`` are times.
     """
 
     noise: Floats
@@ -112,7 +116,9 @@ def write_row(s, at, p, samples):
         row = samples[s.n_steps // s.stride]
         for k in range(len(at)):
             row[k] = at[k]
-        row[-3], row[-2], row[-1] = p.v, p.current, p.power
+        row[-3] = p.v
+        row[-2] = p.current
+        row[-1] = p.power
 
 
 @inlined
@@ -148,7 +154,8 @@ def time_to_event(s, at, f, m):
 @inlined
 def is_noisy(s, at, reaction, f, m):
     """Whether the noise acts on this state."""
-    up, down = f.kick(m, at, s.h, reaction, 1.0), f.kick(m, at, s.h, reaction, -1.0)
+    up = f.kick(m, at, s.h, reaction, 1.0)
+    down = f.kick(m, at, s.h, reaction, -1.0)
     return f.floats(up) != f.floats(down)
 
 
@@ -156,9 +163,14 @@ def is_noisy(s, at, reaction, f, m):
 def part_to_event(s, at, first, reaction, record, f, m):
     """Time to the event after the kick of a part that ends there, the present ``part`` from then on; or infinite.
 
-    With the kick of the whole step the event is at ``first``, so that such a length lies below the step's.
+    With the kick of the whole step the event is at ``first``, so that such a length lies below the
+    step's.
     """
-    low, high, wait, last, short = 0.0, s.part, first, s.part, first - s.part
+    low = 0.0
+    high = s.part
+    wait = first
+    last = s.part
+    short = first - s.part
     for _ in range(ROUNDS):
         s.part = wait
         again = time_to_event(s, kicked(s, at, reaction, record, f, m), f, m)
@@ -169,7 +181,11 @@ def part_to_event(s, at, first, reaction, record, f, m):
             low = wait
         else:
             high = wait
-        secant = wait - now * (wait - last) / (now - short) if now < math.inf and now != short else math.inf
+        secant = (
+            wait - now * (wait - last) / (now - short)
+            if now < math.inf and now != short
+            else math.inf
+        )
         if now < math.inf:
             last, short = wait, now
         wait = secant if low < secant < high else 0.5 * (low + high)
@@ -180,7 +196,10 @@ def part_to_event(s, at, first, reaction, record, f, m):
 def begin_part(s, at, reaction, record, f, m):
     """Begin a part: the state after its first half kick, and where it leads to, (state, phase, goal)."""
     whole = s.h - s.phase
-    s.split, s.part, target, goal = 0, whole, s.h, KICK
+    s.split = 0
+    s.part = whole
+    target = s.h
+    goal = KICK
     first = time_to_event(s, kicked(s, at, reaction, record, f, m), f, m)
     if first < math.inf:
         length = math.inf
@@ -189,7 +208,8 @@ def begin_part(s, at, reaction, record, f, m):
         s.split = 1 if length < math.inf else 0
         if s.split == 0:
             s.part = whole
-        target, goal = s.phase + (length if s.split == 1 else first), IMPACT
+        target = s.phase + (length if s.split == 1 else first)
+        goal = IMPACT
     after = half_kick(s, at, reaction, record, f, m)
     s.middle = s.phase + 0.5 * s.part
     if s.coil == 1 and s.part > TINY * s.h:
@@ -201,10 +221,15 @@ def begin_part(s, at, reaction, record, f, m):
 def end_step(s, p, at, record):
     """Come to a grid time: the reading, and the next step."""
     s.n_steps += 1
-    s.phase, s.flown, s.parts = 0.0, 0, 0
+    s.phase = 0.0
+    s.flown = 0
+    s.parts = 0
     write_row(s, at, p, record.samples)
     if s.n_steps == s.noise_size:
-        s.measuring, s.end, s.voltage_end, s.smooth_end = AFTER, p.t, p.v, p.smooth
+        s.measuring = AFTER
+        s.end = p.t
+        s.voltage_end = p.v
+        s.smooth_end = p.smooth
 
 
 @inlined
@@ -239,7 +264,9 @@ def reaction_of(s, p):
     elif s.part > TINY * s.h:
         mean = s.charge / s.part
         i = mean + (mean - s.mean_before) * s.part / (s.part + s.part_before)
-    s.charge, s.mean_before, s.part_before = 0.0, mean, s.part
+    s.charge = 0.0
+    s.mean_before = mean
+    s.part_before = s.part
     return s.coupling * i
 
 
@@ -276,7 +303,8 @@ def accept_model(s, p, record, f, m, at):
         return at
     if s.fault != 0 or s.measuring == AFTER:  # the rest is ngspice's alone
         if s.measuring == DURING:
-            s.measuring, s.end = AFTER, s.leg_t
+            s.measuring = AFTER
+            s.end = s.leg_t
         s.n_steps += 1
         set_target(s, s.h, KICK)
         return at
@@ -286,7 +314,9 @@ def accept_model(s, p, record, f, m, at):
     if s.coil == 0:
         s.voltage_work += 0.5 * (s.reaction + reaction) * come
     elif s.n_steps == 0 and s.goal == SAMPLE:
-        record.samples[0, -3], record.samples[0, -2], record.samples[0, -1] = p.v, p.current, p.power
+        record.samples[0, -3] = p.v
+        record.samples[0, -2] = p.current
+        record.samples[0, -1] = p.power
     goal, events = s.goal, s.impacts
     while True:
         at, target, goal = next_leg(s, p, at, goal, reaction, record, f, m)
@@ -294,7 +324,8 @@ def accept_model(s, p, record, f, m, at):
             break
         at = drifted(s, at, target, f, m)
     set_target(s, target, goal)
-    s.driven, s.reaction = f.source(m, at), reaction
+    s.driven = f.source(m, at)
+    s.reaction = reaction
     s.turned = 1 if s.impacts > events else 0
     if s.coil == 1:
         s.voltage = port_voltage(s, s.t, f, m, at)
@@ -306,5 +337,6 @@ def accept_model(s, p, record, f, m, at):
 def begin_model(s: Any, start: Any, samples: Floats, f: Functions, m: Any) -> None:
     """Begin a run: the first target is a little after time 0, where the current is known and the first kick is made."""
     samples[0, : len(start)] = start
-    s.measuring, s.driven = DURING, f.source(m, start)
+    s.measuring = DURING
+    s.driven = f.source(m, start)
     s.next_phase, s.goal, s.target_time = START * s.h, SAMPLE, START * s.h

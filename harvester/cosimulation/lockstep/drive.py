@@ -49,8 +49,8 @@ class Drive:
     h, stride
         nondimensional step, and kicks between samples.
     start
-        (x, x', V, voltage of Csmooth) at the beginning, of several modes as of `started`; None: at rest in the first of
-        `resting_places`.
+        (x, x', V, voltage of Csmooth) at the beginning, of several modes as of `started`; None: at
+        rest in the first of `resting_places`.
     free
         whether ngspice may take smaller steps of its own between targets.
     since
@@ -58,7 +58,8 @@ class Drive:
     shaking
         as of `harvester.mechanics.kernels.path.trace`.
     smooth
-        whether drifts bend (`source_voltage`), as they may where neither white noise nor a compliant stop acts.
+        whether drifts bend (`source_voltage`), as they may where neither white noise nor a
+        compliant stop acts.
 
     Attributes
     ----------
@@ -67,23 +68,25 @@ class Drive:
     coefficients
         of the equations, without mu.
     samples, charge, impacts
-        the path at the samples, shape (n, 5); the voltage (V) of the load's Csmooth there; time and velocity of each
-        impact.
+        the path at the samples, shape (n, 5); the voltage (V) of the load's Csmooth there; time and
+        velocity of each impact.
     kicked
-        ahead of each kick x, x', V and the voltage of Csmooth, and the energy that the load took (J), shape (kicks, 5).
-        Where the run ``follows`` another, by that field of the state, this begins as the other's record: the force on
-        the mass is that of its voltages, and so the motion is the same.
+        ahead of each kick x, x', V and the voltage of Csmooth, and the energy that the load took
+        (J), shape (kicks, 5). Where the run ``follows`` another, by that field of the state, this
+        begins as the other's record: the force on the mass is that of its voltages, and so the
+        motion is the same.
     smoothing
         capacitance of the load's Csmooth (F) once the run is over, 0 without one.
     nodes
-        voltage (V) of each node and current (A) of each coil at the last kick once the run is over, where its deck says
-        to keep them.
+        voltage (V) of each node and current (A) of each coil at the last kick once the run is over,
+        where its deck says to keep them.
     currents
         of coils (A) at the beginning, by the names of their vectors.
     earlier, nodes_earlier
         what ``nodes`` were so many kicks before the last one; empty for 0.
     series
-        vectors of ngspice by name at all accepted points, and their ``time`` (s), where its deck has probes.
+        vectors of ngspice by name at all accepted points, and their ``time`` (s), where its deck
+        has probes.
     """
 
     def __init__(
@@ -100,12 +103,19 @@ class Drive:
         shaking: Floats | None = None,
         smooth: bool = False,
     ) -> None:
-        self.smoothing, self.nodes, self.series = 0.0, dict[str, float](), dict[str, Floats]()
-        self.currents, self.earlier, self.nodes_earlier = dict[str, float](), 0, dict[str, float]()
+        self.smoothing = 0.0
+        self.nodes = dict[str, float]()
+        self.series = dict[str, Floats]()
+        self.currents = dict[str, float]()
+        self.earlier = 0
+        self.nodes_earlier = dict[str, float]()
         count = len(noise) // stride
         self.noise = np.ascontiguousarray(noise[: count * stride])
-        self.shaking = forcing(eqs, h, len(noise)) if shaking is None else np.ascontiguousarray(shaking)
-        self.samples, self.charge = np.zeros((count, len(COLUMNS))), np.zeros(count)
+        self.shaking = (
+            forcing(eqs, h, len(noise)) if shaking is None else np.ascontiguousarray(shaking)
+        )
+        self.samples = np.zeros((count, len(COLUMNS)))
+        self.charge = np.zeros(count)
         self.kicked = np.zeros((len(self.noise), 5))
         self.impacts = room_for_impacts(eqs, len(self.noise))
         start = (eqs.resting_places[0], 0.0, 0.0, 0.0) if start is None else start
@@ -113,11 +123,17 @@ class Drive:
         if eqs.modes is not None:
             self.modes = np.zeros((3, (2 * eqs.modes.count + 1) * BATCH))
             self.modes[0, ::BATCH] = y = started(eqs, start)
-            start = (float(np.dot(eqs.modes.coupling, y[: eqs.modes.count])), *start[1:4])  # as the circuit sees it
+            # as the circuit sees it
+            start = (float(np.dot(eqs.modes.coupling, y[: eqs.modes.count])), *start[1:4])
         self.eqs, self.start, self._numbers = eqs, start, np.array(_numbers(self.coefficients))
         self.state = state = np.zeros(1, STATE).view(np.recarray)
-        state["h"], state["w0"], state["volts"], state["since"] = h, w0, volts, since / w0
-        state["stride"], state["free"], state["has_beta"] = stride, free, eqs.beta is not None
+        state["h"] = h
+        state["w0"] = w0
+        state["volts"] = volts
+        state["since"] = since / w0
+        state["stride"] = stride
+        state["free"] = free
+        state["has_beta"] = eqs.beta is not None
         state["noise_size"], state["impacts_size"] = len(self.noise), len(self.impacts)
         for name, array in (*self.recording._asdict().items(), ("coefficients", self._numbers)):
             state[f"{name}_at"] = 0 if array is None else array.ctypes.data
@@ -126,30 +142,49 @@ class Drive:
     @staticmethod
     def _coefficients(eqs: Equations) -> Any:
         """The coefficients of the mass, or of several modes, without mu."""
-        return coefficients(eqs)._replace(mu=None) if eqs.modes is None else modal_coefficients(replace(eqs, mu=None))
+        return (
+            coefficients(eqs)._replace(mu=None)
+            if eqs.modes is None
+            else modal_coefficients(replace(eqs, mu=None))
+        )
 
     def _begin(self, smooth: bool) -> None:
         """Begin the first drift.  Half a kick comes first, as in `trace`; interpreted: not worth a compilation."""
-        state, start, c = self.state, self.start, self.coefficients
+        state = self.state
+        start = self.start
+        c = self.coefficients
         if self.modes is not None:
             begin_modes(state[0], self.modes, self.shaking, c)
             interpreted(next_target)(state[0], self.impacts)
             return
         a = None if self.shaking is None else float(self.shaking[0])
         speed = float(interpreted(kick)(State(*start[:3]), 0.0, 0.5 * state["h"][0], c, a))
-        state["x"], state["v"], state["meet"] = start[0], speed, math.inf
+        state["x"] = start[0]
+        state["v"] = speed
+        state["meet"] = math.inf
         if c.r is not None and c.n1 is None:
             mean, _ = interpreted(between_kicks)(self.shaking, 1)
             interpreted(plan_impact)(state[0], start[2], mean, c)
         if smooth:
             straight = state["meet"][0] < math.inf
-            state["smooth"], state["bend"] = 1, 0.0 if straight else (speed - start[1]) / (0.5 * state["h"][0])
+            state["smooth"], state["bend"] = (
+                1,
+                0.0 if straight else (speed - start[1]) / (0.5 * state["h"][0]),
+            )
         interpreted(next_event)(state[0], self.impacts, c)
 
     @property
     def recording(self) -> Recording:
         """The arrays of the run, as the callbacks take them."""
-        return Recording(self.noise, self.shaking, self.samples, self.impacts, self.charge, self.kicked, self.modes)
+        return Recording(
+            self.noise,
+            self.shaking,
+            self.samples,
+            self.impacts,
+            self.charge,
+            self.kicked,
+            self.modes,
+        )
 
     @property
     def duration(self) -> float:
@@ -165,4 +200,6 @@ class Drive:
         s = self.state[0]
         if s.impacts > len(self.impacts):
             raise SimulationError(NARROW)
-        return Path(float(s.h), int(s.stride), self.samples, self.impacts[: s.impacts].copy(), self.shaking)
+        return Path(
+            float(s.h), int(s.stride), self.samples, self.impacts[: s.impacts].copy(), self.shaking
+        )

@@ -3,14 +3,16 @@
     input = damping + impacts + circuit + load + stored
 
     kick        v0 -> v1 by an impulse J at fixed x: work J (v0 + v1)/2, so that all of a kick's works add up to
-                the change of v^2/2; noise, spring and voltage have their own J, damping has the rest
+                the change of v^2/2; noise, spring and voltage have their own J, damping has the
+                rest
     impact      (1 - r^2) v^2/2
     terminals   integral of v i, and of the power of Rload, over ngspice's accepted points
     stored      v^2/2 and the spring's energy of the mass, Cp v^2/2, and C v^2/2 of a capacitor called Csmooth
 
-What the terminals delivered, less the load's and Csmooth's share, is the circuit's loss (diodes, switches, coils); a
-plain load resistor has none.  So the sum is a check: of the force -beta V on the mass against v i in ngspice,
-and of the works of the spring against its energy; both differ by the second order in the step.
+What the terminals delivered, less the load's and Csmooth's share, is the circuit's loss (diodes,
+switches, coils); a plain load resistor has none.  So the sum is a check: of the force -beta V on
+the mass against v i in ngspice, and of the works of the spring against its energy; both differ by
+the second order in the step.
 """
 
 import math
@@ -42,7 +44,9 @@ def add_works_of_kick(s, v0, v1, x, volts, xi, h, c, a=None):
 
     The work of other shaking counts as that of the noise.
     """
-    noise = xi * math.sqrt(2.0 * h * intensity(x, c)) if c.n1 is not None or c.n2 is not None else 0.0
+    noise = (
+        xi * math.sqrt(2.0 * h * intensity(x, c)) if c.n1 is not None or c.n2 is not None else 0.0
+    )
     if a is not None:
         noise += h * a
     pull = h * spring(x, c)
@@ -73,10 +77,16 @@ def note_stored_energy(s, p, energy):
         return
     if begins:
         s.measuring = DURING
-        s.begin, s.energy_begin, s.voltage_begin, s.smooth_begin = p.t, energy, p.v, p.smooth
+        s.begin = p.t
+        s.energy_begin = energy
+        s.voltage_begin = p.v
+        s.smooth_begin = p.smooth
     else:
         s.measuring = AFTER
-        s.end, s.energy_end, s.voltage_end, s.smooth_end = p.t, energy, p.v, p.smooth
+        s.end = p.t
+        s.energy_end = energy
+        s.voltage_end = p.v
+        s.smooth_end = p.smooth
 
 
 @dataclass(frozen=True)
@@ -105,8 +115,8 @@ class EnergyLedger:
 def ledger_of(s: Any, scales: Scales, smoothing: float, linear: bool) -> EnergyLedger:
     """The energy ledger of a finished run.
 
-    ``s`` is its state, ``smoothing`` the capacitance of Csmooth (F), 0 without one; ``linear`` says that the load is a
-    plain resistor, whose circuit loses nothing.
+    ``s`` is its state, ``smoothing`` the capacitance of Csmooth (F), 0 without one; ``linear`` says
+    that the load is a plain resistor, whose circuit loses nothing.
     """
     time = float(s.end - s.begin)
     if s.measuring != AFTER or time <= 0.0:
@@ -128,5 +138,8 @@ def ledger_of(s: Any, scales: Scales, smoothing: float, linear: bool) -> EnergyL
 def mean_ledger(ledgers: list[EnergyLedger]) -> EnergyLedger:
     """The mean ledger of equally long runs."""
     return EnergyLedger(
-        *(math.fsum(getattr(ledger, f.name) for ledger in ledgers) / len(ledgers) for f in fields(EnergyLedger))
+        *(
+            math.fsum(getattr(ledger, f.name) for ledger in ledgers) / len(ledgers)
+            for f in fields(EnergyLedger)
+        )
     )

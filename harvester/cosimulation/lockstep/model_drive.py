@@ -30,16 +30,35 @@ class ModelDrive:
         coil: bool,
         free: bool,
     ) -> None:
-        self.smoothing, self.nodes, self.series = 0.0, dict[str, float](), dict[str, Floats]()
+        self.smoothing = 0.0
+        self.nodes = dict[str, float]()
+        self.series = dict[str, Floats]()
         steps = len(noise)
         self.at, self.coefficients = start, coefficients
-        samples, events = np.zeros((steps // stride + 1, len(start) + 3)), np.zeros(steps + 100)
+        samples = np.zeros((steps // stride + 1, len(start) + 3))
+        events = np.zeros(steps + 100)
         self.record = ModelRecord(noise, samples, events)
         self.state = state = np.zeros(1, STATE).view(np.recarray)
-        given = {"h": h, "w0": 1.0, "volts": volts, "coupling": coupling, "coil": coil, "free": free, "stride": stride}
+        given = {
+            "h": h,
+            "w0": 1.0,
+            "volts": volts,
+            "coupling": coupling,
+            "coil": coil,
+            "free": free,
+            "stride": stride,
+        }
         given |= {"noise_size": steps, "impacts_size": len(events), "has_beta": True}
-        arrays = {"noise": noise, "samples": samples, "impacts": events, "coefficients": coefficients, "model": start}
-        for name, value in (given | {f"{name}_at": array.ctypes.data for name, array in arrays.items()}).items():
+        arrays = {
+            "noise": noise,
+            "samples": samples,
+            "impacts": events,
+            "coefficients": coefficients,
+            "model": start,
+        }
+        for name, value in (
+            given | {f"{name}_at": array.ctypes.data for name, array in arrays.items()}
+        ).items():
             state[name] = value
 
     @property
@@ -51,7 +70,8 @@ class ModelDrive:
     def ledger(self, capacitance: float, linear: bool) -> EnergyLedger:
         """The energy ledger of the finished run; ``input`` is the work of the model against the port's reaction.
 
-        ``capacitance`` (F) is that of a piezo, 0 of a coil; ``linear``: the circuit is no more than a load resistor.
+        ``capacitance`` (F) is that of a piezo, 0 of a coil; ``linear``: the circuit is no more than
+        a load resistor.
         """
         s: Any = self.state[0]
         time = float(s.end)

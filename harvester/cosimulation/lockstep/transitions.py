@@ -1,24 +1,29 @@
 """What happens to the mass when ngspice asks: the functions that its three callbacks call, compiled.
 
-The mass is kicked at grid times (spring, damping, noise, and the voltage's force -beta V) and moves at constant
-velocity in between (`harvester.mechanics.kernels.equation_of_motion`).  ngspice advances the circuit under that motion
-and ends a step exactly at every target: kick, impact or sample; at a kick the accepted voltage is known, so that the
-force has no lag.  The piezo is a voltage source theta x/Cp in series with Cp, whose slope is the integrator's velocity:
-x is continuous where the velocity jumps, at kicks and at impacts.
+The mass is kicked at grid times (spring, damping, noise, and the voltage's force -beta V) and moves
+at constant velocity in between (`harvester.mechanics.kernels.equation_of_motion`).  ngspice
+advances the circuit under that motion and ends a step exactly at every target: kick, impact or
+sample; at a kick the accepted voltage is known, so that the force has no lag.  The piezo is a
+voltage source theta x/Cp in series with Cp, whose slope is the integrator's velocity: x is
+continuous where the velocity jumps, at kicks and at impacts.
 
     ngspice asks                 answer
     SYNC, before a step          step to the next target         `proposed_step`
     source voltage at time t     theta x(t)/Cp of this leg       `source_voltage`
     accepted v(t)                at a target: act, choose anew   `accept_point`
 
-`source_voltage` is a pure function of the accepted state and t, so a rejected step changes nothing.  ``s`` is the state
-of a run (`harvester.cosimulation.lockstep.state`), ``c`` the coefficients: one that is None is an effect that is
-absent.
+`source_voltage` is a pure function of the accepted state and t, so a rejected step changes nothing.
+``s`` is the state of a run (`harvester.cosimulation.lockstep.state`), ``c`` the coefficients: one
+that is None is an effect that is absent.
 """
 
 import math
 
-from harvester.cosimulation.lockstep.compliant_stop import arrive_in_contact, contact_energy, target_in_contact
+from harvester.cosimulation.lockstep.compliant_stop import (
+    arrive_in_contact,
+    contact_energy,
+    target_in_contact,
+)
 from harvester.cosimulation.lockstep.energy_ledger import (
     add_terminal_flow,
     add_works_of_kick,
@@ -26,21 +31,34 @@ from harvester.cosimulation.lockstep.energy_ledger import (
     stored_in_mass,
 )
 from harvester.cosimulation.lockstep.rigid_stop import arrive, plan_impact, target_as_planned
-from harvester.cosimulation.lockstep.state import BEYOND, DURING, EARLY, IMPACT, KICK, SAMPLE, TINY, note_impact
+from harvester.cosimulation.lockstep.state import (
+    BEYOND,
+    DURING,
+    EARLY,
+    IMPACT,
+    KICK,
+    SAMPLE,
+    TINY,
+    note_impact,
+)
 from harvester.mechanics.kernels.coefficients import State
 from harvester.mechanics.kernels.compiled import inlined
 from harvester.mechanics.kernels.offset_stops import kick_at_stops, lower_stop
 from harvester.mechanics.kernels.path import between_kicks
 
-NEAR = 1e-3  # parts of a kick's step before a target, from which on rounding is not to halve ngspice's steps any more
-FIRST = 64.0  # parts of a kick's step, of which ngspice's first step after a turn of the motion is one
+# parts of a kick's step before a target, from which on rounding is not to halve ngspice's steps any
+# more
+NEAR = 1e-3
+# parts of a kick's step, of which ngspice's first step after a turn of the motion is one
+FIRST = 64.0
 
 
 @inlined
 def source_voltage(s, t):
     """Open-circuit voltage theta x(t)/Cp at a time within the present leg, in volt.
 
-    A drift is a straight line, or the parabola of the last kick's acceleration between the same ends.
+    A drift is a straight line, or the parabola of the last kick's acceleration between the same
+    ends.
     """
     into = s.w0 * (t - s.leg_t)
     x = s.x + s.v * into
@@ -67,7 +85,9 @@ def proposed_step(s, t, delta):
     if s.turned == 1 and t <= s.leg_t:
         delta = min(delta, s.h / (FIRST * s.w0))
     near = s.smooth != 0 or left * s.w0 < NEAR * s.h
-    if delta >= left or (near and delta >= (1.0 - TINY) * left):  # the same but for rounding: no slivers ever smaller
+    if delta >= left or (
+        near and delta >= (1.0 - TINY) * left
+    ):  # the same but for rounding: no slivers ever smaller
         return left
     return min(delta, 0.5 * left)
 
@@ -117,9 +137,11 @@ def arrive_in_flight(s, x1, impacts, c):
 @inlined
 def next_event(s, impacts, c):
     """Choose the next target: the kick at the end of the drift, a sample in mid-drift, or an impact."""
-    target, goal = s.h, KICK
+    target = s.h
+    goal = KICK
     if s.phase < 0.5 * s.h and s.n_steps > 0 and s.n_steps % s.stride == 0:
-        target, goal = 0.5 * s.h, SAMPLE
+        target = 0.5 * s.h
+        goal = SAMPLE
     if c.k is not None:
         target, goal = target_in_contact(s, target, goal, impacts, c)
     elif c.r is not None and c.n1 is None:
@@ -151,7 +173,11 @@ def reached(s, p):
 def keep_kick(s, V, smooth, row):
     """Put the states ahead of a kick on record, and return the voltage of its force: of the record it follows, or V."""
     force = row[2] if s.follows == 1 else V
-    row[0], row[1], row[2], row[3], row[4] = s.x, s.v, force, smooth / s.volts, s.load
+    row[0] = s.x
+    row[1] = s.v
+    row[2] = force
+    row[3] = smooth / s.volts
+    row[4] = s.load
     return force
 
 
@@ -173,11 +199,13 @@ def arrive_at_target(s, impacts, c):
 @inlined
 def make_kick(s, p, recording, c):
     """Kick the mass, with what goes into the ledger, and begin the next drift."""
-    before, V = s.v, p.v / s.volts
+    before = s.v
+    V = p.v / s.volts
     force = V
     if s.n_steps < s.noise_size:
         force = keep_kick(s, V, p.smooth, recording.kicked[s.n_steps])
-        xi, (_, a) = recording.noise[s.n_steps], between_kicks(recording.shaking, s.n_steps + 1)
+        xi = recording.noise[s.n_steps]
+        (_, a) = between_kicks(recording.shaking, s.n_steps + 1)
         s.v = kick_at_stops(State(s.x, before, force), xi, s.h, c, a)
         if s.measuring == DURING:
             add_works_of_kick(s, before, s.v, s.x, force, xi, s.h, c, a)
@@ -186,7 +214,8 @@ def make_kick(s, p, recording, c):
     note_stored_energy(s, p, stored_in_mass(s, contact_energy(s.x, c), c))
     if s.n_steps % s.stride == 0 and s.n_steps <= s.noise_size:
         row = s.n_steps // s.stride - 1
-        recording.samples[row, 0], recording.samples[row, 1] = s.x, V
+        recording.samples[row, 0] = s.x
+        recording.samples[row, 1] = V
     if c.r is not None and c.n1 is None:
         mean, _ = between_kicks(recording.shaking, min(s.n_steps + 1, s.noise_size))
         plan_impact(s, force, mean, c)
@@ -204,7 +233,9 @@ def accept_point(s, p, recording, c):
     if s.goal == SAMPLE:
         row = s.n_steps // s.stride - 1
         samples = recording.samples
-        samples[row, 2], samples[row, 3], samples[row, 4] = s.x, s.v, p.v / s.volts
+        samples[row, 2] = s.x
+        samples[row, 3] = s.v
+        samples[row, 4] = p.v / s.volts
         recording.charge[row] = p.smooth
     elif s.goal == KICK:
         make_kick(s, p, recording, c)

@@ -1,6 +1,7 @@
 """The lock-step's callbacks as C functions: ngspice calls compiled code, without Python in between.
 
-Where a run's state holds the addresses of other C functions, such as those of the tests, these are asked instead.
+Where a run's state holds the addresses of other C functions, such as those of the tests, these are
+asked instead.
 """
 
 from functools import cache
@@ -20,8 +21,14 @@ from harvester.mechanics.kernels.compiled import c_function, inlined, strict
 from harvester.mechanics.kernels.trajectory_batch import BATCH
 from harvester.mechanics.modes.modal_step import ModalCoefficients
 
-source_voltage, proposed_step = strict(transitions.source_voltage), strict(transitions.proposed_step)
-accept_point, accept_modal_point = strict(transitions.accept_point), strict(modal_drift.accept_modal_point)
+source_voltage, proposed_step = (
+    strict(transitions.source_voltage),
+    strict(transitions.proposed_step),
+)
+accept_point, accept_modal_point = (
+    strict(transitions.accept_point),
+    strict(modal_drift.accept_modal_point),
+)
 
 
 @intrinsic
@@ -61,13 +68,20 @@ def _coefficients(typingctx, address, pattern):
     """Read coefficients at an address, None where the ``pattern`` has it, tuples of them one after the other."""
 
     def codegen(context, builder, signature, args):
-        start, indices = builder.inttoptr(args[0], ir.DoubleType().as_pointer()), count()
+        start = builder.inttoptr(args[0], ir.DoubleType().as_pointer())
+        indices = count()
 
         def read(kind):
             if isinstance(kind, types.BaseTuple):
-                return context.make_tuple(builder, kind, [read(kind_of_item) for kind_of_item in kind])
+                return context.make_tuple(
+                    builder, kind, [read(kind_of_item) for kind_of_item in kind]
+                )
             address_of_item = builder.gep(start, [ir.Constant(ir.IntType(32), next(indices))])
-            return context.get_dummy_value() if isinstance(kind, types.NoneType) else builder.load(address_of_item)
+            return (
+                context.get_dummy_value()
+                if isinstance(kind, types.NoneType)
+                else builder.load(address_of_item)
+            )
 
         return read(pattern)
 
@@ -88,7 +102,9 @@ def _real(values, index):
 def source_callback(value, t, node, ident, user):
     """Answer ngspice's GetVSRCData: the source's voltage at a candidate time."""
     s = carray(user, 1)[0]
-    carray(value, 1)[0] = _ask(s.source_at, user, t, 0.0) if s.source_at != 0 else source_voltage(s, t)
+    carray(value, 1)[0] = (
+        _ask(s.source_at, user, t, 0.0) if s.source_at != 0 else source_voltage(s, t)
+    )
     return 0
 
 
@@ -96,8 +112,11 @@ def source_callback(value, t, node, ident, user):
 def sync_callback(t, delta, old_delta, redo, ident, location, user):
     """Answer ngspice's GetSyncData: before a step (location 0) set its length; after it (1) accept what converged."""
     if location == 0:
-        s, step = carray(user, 1)[0], carray(delta, 1)
-        step[0] = _ask(s.step_at, user, t, step[0]) if s.step_at != 0 else proposed_step(s, t, step[0])
+        s = carray(user, 1)[0]
+        step = carray(delta, 1)
+        step[0] = (
+            _ask(s.step_at, user, t, step[0]) if s.step_at != 0 else proposed_step(s, t, step[0])
+        )
     return redo
 
 
@@ -110,7 +129,9 @@ def data_callback(vectors, count, ident, user):
     s = carray(user, 1)[0]
     table = carray(_pointer(vectors), 2, np.uintp)[1]
     values = carray(_pointer(table), count, np.uintp)
-    t, v, power = _real(values, s.time_index), _real(values, s.voltage_index), _real(values, s.power_index)
+    t = _real(values, s.time_index)
+    v = _real(values, s.voltage_index)
+    power = _real(values, s.power_index)
     smooth = _real(values, s.smooth_index) - _real(values, s.smooth_minus_index)
     current = -_real(values, s.current_index)  # out of the piezo; ngspice counts it into the source
     return _call(s.accepted_at, user, t, v, power, current, smooth)

@@ -9,10 +9,14 @@ from harvester.netlists.for_ngspice import lines_for_ngspice
 from harvester.netlists.load_circuit import LoadCircuit
 
 REST = (0.0, 0.0, 0.0)
-TEMPERATURES = {"temp": 27.0, "tnom": 27.0}  # of all parts and of their models' parameters, in degrees Celsius
-SOME_CAPACITANCE = 1e-4  # F: times the signal's size the charge that the tolerances of a coil's circuit go by
-CURRENT, FLUX = 1e-3, 1e-7  # of a coil: A of a volt at node z, and the capacitor (F) that has the flux
-ROUNDING = 1e-11  # of a voltage: the last digits of a difference of two nodes, over the least usual tolerance
+# of all parts and of their models' parameters, in degrees Celsius
+TEMPERATURES = {"temp": 27.0, "tnom": 27.0}
+# F: times the signal's size the charge that the tolerances of a coil's circuit go by
+SOME_CAPACITANCE = 1e-4
+# of a coil: A of a volt at node z, and the capacitor (F) that has the flux
+CURRENT, FLUX = 1e-3, 1e-7
+# of a voltage: the last digits of a difference of two nodes, over the least usual tolerance
+ROUNDING = 1e-11
 
 
 @dataclass(frozen=True)
@@ -46,16 +50,18 @@ def build_deck(
 ) -> Deck:
     """The whole circuit: the piezo, driven by the voltage theta x/Cp, and the load on it.
 
-    capacitance in farad, step and duration in second; ``start`` is where it begins: theta x/Cp, the terminals'
-    voltage and that of Csmooth, in volt; ``volts`` is the signal's size, with ``reltol`` and ``trapezoidal`` for
-    `integration_options`; with ``nodes``, the voltages at the beginning by name, all nodes are saved if it ``keeps``
-    them; ``probes`` are the names of further vectors that are; ``shunt`` is a capacitance from each node to ground (F).
-    The piezo is that voltage in series with Cp (Thevenin), so that each step of ngspice carries exactly the charge
-    theta (x1 - x0), whatever its integration rule; a current theta x' in parallel, given at the step's end, would not.
+    capacitance in farad, step and duration in second; ``start`` is where it begins: theta x/Cp, the
+    terminals' voltage and that of Csmooth, in volt; ``volts`` is the signal's size, with ``reltol``
+    and ``trapezoidal`` for `integration_options`; with ``nodes``, the voltages at the beginning by
+    name, all nodes are saved if it ``keeps`` them; ``probes`` are the names of further vectors that
+    are; ``shunt`` is a capacitance from each node to ground (F). The piezo is that voltage in
+    series with Cp (Thevenin), so that each step of ngspice carries exactly the charge theta (x1 -
+    x0), whatever its integration rule; a current theta x' in parallel, given at the step's end,
+    would not.
 
-    The load resistor runs with fixed steps between targets and with the one-step rule that is exact for
-    its time constant (`harvester.mechanics.kernels.ngspice_rule`); any other load leaves the steps between targets to
-    ngspice.
+    The load resistor runs with fixed steps between targets and with the one-step rule that is exact
+    for its time constant (`harvester.mechanics.kernels.ngspice_rule`); any other load leaves the
+    steps between targets to ngspice.
     """
     numbers = (capacitance, step, duration, volts, *start)
     # A NumPy scalar prints its type.
@@ -63,7 +69,9 @@ def build_deck(
     across = open_circuit - (nodes or {}).get("p", terminals)
     source = ["Vdrive drive 0 external", f"Cp drive p {capacitance!r} ic={across!r}"]
     time_constant = None if load.resistance is None else load.resistance * capacitance
-    options = integration_options(step, time_constant, volts, capacitance, reltol, trapezoidal, load.smoothing)
+    options = integration_options(
+        step, time_constant, volts, capacitance, reltol, trapezoidal, load.smoothing
+    )
     options += f" cshunt={float(shunt)!r}" if shunt else ""
     return whole_deck(load, source, options, (step, duration), charge, nodes, probes, keeps)
 
@@ -81,15 +89,23 @@ def coil_deck(
 
     ``times`` are step and duration (s); the others as of `build_deck`.
     """
-    nodes = ["drive", *(["coil"] if resistance and inductance else []), *(["p"] if resistance or inductance else [])]
+    nodes = [
+        "drive",
+        *(["coil"] if resistance and inductance else []),
+        *(["p"] if resistance or inductance else []),
+    ]
     source = [f"Vdrive {'drive' if len(nodes) > 1 else 'p'} 0 external"]
-    if inductance is not None:  # a capacitor behind two controlled sources: the least ringing of an element L stops all
+    if (
+        inductance is not None
+    ):  # a capacitor behind two controlled sources: the least ringing of an element L stops all
         across = f"drive {nodes[1]}"
         source += [f"Gcoil {across} z 0 {CURRENT!r}", f"Cz z 0 {FLUX!r} ic=0"]
         source += [f"Gflux 0 z {across} {FLUX / (CURRENT * inductance)!r}"]
     if resistance is not None:
         source += [f"Rcoil {nodes[-2]} p {resistance!r}"]
-    options = integration_options(times[0], None, volts, SOME_CAPACITANCE, reltol, smoothing=load.smoothing)
+    options = integration_options(
+        times[0], None, volts, SOME_CAPACITANCE, reltol, smoothing=load.smoothing
+    )
     return whole_deck(load, source, options, times, probes=probes)
 
 
@@ -105,8 +121,8 @@ def whole_deck(
 ) -> Deck:
     """The load between p and 0, with the lines of its ``source``, whose driven voltage is Vdrive.
 
-    ``times`` are step and duration (s), ``charge`` the voltage of Csmooth at the beginning; the rest as of
-    `build_deck`.
+    ``times`` are step and duration (s), ``charge`` the voltage of Csmooth at the beginning; the
+    rest as of `build_deck`.
     """
     step, duration = times
     elements = [".title harvester", *source]
@@ -114,12 +130,23 @@ def whole_deck(
     vectors = ("time", "p", "@r.xload.rload[p]", "vdrive#branch", *smooth)
     if nodes:
         elements.append(".ic " + " ".join(f"v({name})={value!r}" for name, value in nodes.items()))
-    saved = ["v(p)", "@r.xload.rload[p]", "i(vdrive)", *(f"v({node})" for node in smooth if "." in node)]
+    saved = [
+        "v(p)",
+        "@r.xload.rload[p]",
+        "i(vdrive)",
+        *(f"v({node})" for node in smooth if "." in node),
+    ]
     keeps = keeps and nodes is not None
     if keeps:
         saved = ["all", "@r.xload.rload[p]"]
-    saved = list(dict.fromkeys([*saved, *(name if name.startswith("@") else f"v({name})" for name in probes)]))
-    temperatures = "".join(f" {name}={value!r}" for name, value in (TEMPERATURES | load.settings).items())
+    saved = list(
+        dict.fromkeys(
+            [*saved, *(name if name.startswith("@") else f"v({name})" for name in probes)]
+        )
+    )
+    temperatures = "".join(
+        f" {name}={value!r}" for name, value in (TEMPERATURES | load.settings).items()
+    )
     cards = [
         "\n".join(lines_for_ngspice(load.parts, {"csmooth": charge})) if charge else load.text,
         f"{options}{temperatures}",
@@ -146,8 +173,9 @@ def integration_options(
     That of a charge is no less than what rounding leaves on the capacitor ``smoothing`` (F): beside one of a farad
     ngspice would take shorter and shorter steps.
 
-    Gear's rule damps what rings after a jump, and a coil's oscillation with it; the ``trapezoidal`` rule damps nothing,
-    and with a seventh of ngspice's usual ``trtol`` comes nearer in as many steps.
+    Gear's rule damps what rings after a jump, and a coil's oscillation with it; the ``trapezoidal``
+    rule damps nothing, and with a seventh of ngspice's usual ``trtol`` comes nearer in as many
+    steps.
     """
     if time_constant is None:
         charge = 1e-8 * volts * capacitance

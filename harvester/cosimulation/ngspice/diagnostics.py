@@ -7,7 +7,9 @@ from harvester.uncertainty.value import clock
 
 _SINGULAR = re.compile(r"singular matrix:\s*check nodes?\s+(.*)", re.IGNORECASE)
 _SMALL = re.compile(r"timestep too small;\s*time = (\S+), timestep = (\S+?):\s*(.*)", re.IGNORECASE)
-_CULPRIT = re.compile(r'trouble with (?:node|\S+)\s+"?([^"\s]+)"?|trouble with (\S+)', re.IGNORECASE)
+_CULPRIT = re.compile(
+    r'trouble with (?:node|\S+)\s+"?([^"\s]+)"?|trouble with (\S+)', re.IGNORECASE
+)
 _CHATTER = (
     "note:",
     "circuit:",
@@ -71,7 +73,11 @@ def why_given_up(end: float, duration: float, step: float, patience: float) -> s
 
 def why_out_of_time(end: float, duration: float, seconds: float) -> str:
     """Say that a run had not ended after the ``seconds`` that were left to it, and what it would take."""
-    whole = f"; to its end it would take about {clock(seconds * duration / end)}" if min(end, seconds) > 0.0 else ""
+    whole = (
+        f"; to its end it would take about {clock(seconds * duration / end)}"
+        if min(end, seconds) > 0.0
+        else ""
+    )
     return (
         f"{_stopped(end, duration)}: the `budget` left it {clock(max(seconds, 0.0))}{whole}: give more, fewer "
         "`trajectories` or a shorter `duration`, or slow down what is faster than the vibration"

@@ -1,8 +1,9 @@
 """The ngspice library in this process, through PySpice's handle on it: the one file that imports PySpice.
 
-A process has one ngspice, with global state; `harvester.cosimulation.runs` keeps it out of the user's process.
-Time and the source come from the lock-step, compiled or in Python.  PySpice's own callbacks, which find their object
-through the one user pointer that ngspice keeps for all, are replaced by methods that do not use it.
+A process has one ngspice, with global state; `harvester.cosimulation.runs` keeps it out of the
+user's process. Time and the source come from the lock-step, compiled or in Python.  PySpice's own
+callbacks, which find their object through the one user pointer that ngspice keeps for all, are
+replaced by methods that do not use it.
 
 Long because the library has one global state, which a run's callbacks, threads and vectors share.
 """
@@ -31,15 +32,18 @@ from harvester.cosimulation.ngspice.locate_libngspice import REMEDY, code_models
 from harvester.errors import CircuitError, ConvergenceError, MissingProgramError, OutOfTimeError
 from harvester.machine.system import this_system
 
-os.environ.setdefault("OMP_NUM_THREADS", "1")  # Debian's ngspice has OpenMP on: slower for small circuits
+# Debian's ngspice has OpenMP on: slower for small circuits
+os.environ.setdefault("OMP_NUM_THREADS", "1")
 logging.getLogger("PySpice").setLevel(logging.CRITICAL)  # "Unsupported Ngspice version" is harmless
 
 with warnings.catch_warnings():
-    warnings.simplefilter("ignore", SyntaxWarning)  # from Python 3.12 on, of a backslash in its docstrings
+    # from Python 3.12 on, of a backslash in its docstrings
+    warnings.simplefilter("ignore", SyntaxWarning)
     from PySpice.Spice.NgSpice.Shared import NgSpiceShared, ffi, ffi_string_utf8
 
 SLOWEST = 1.0  # kicks a second of a run that gets anywhere
-LOOK, TINY = 5.0, 1e-9  # s between looks; of a step: shorter ones all the time between two looks lead nowhere
+# s between looks; of a step: shorter ones all the time between two looks lead nowhere
+LOOK, TINY = 5.0, 1e-9
 
 
 class Ngspice(NgSpiceShared):  # type: ignore[misc]
@@ -54,7 +58,8 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
         self.smoothing = 0.0  # its capacitance Csmooth, F
         self.names: list[str] = []  # of its nodes and of its coils' branches
         self.nodes: dict[str, float] = {}  # their voltages at its last kick, V, and currents, A
-        self.series: dict[str, Floats] = {}  # the time (s) and the probes' vectors at its accepted points
+        # the time (s) and the probes' vectors at its accepted points
+        self.series: dict[str, Floats] = {}
         super().__init__(send_data=True)
 
     # The six callbacks of PySpice, as methods: cffi takes the bound method.
@@ -79,7 +84,11 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
     def _send_init_data(self, data: Any, ident: int, user: Any) -> int:
         """Note where the vectors that the lock-step reads stand among those of the coming run."""
         names = [ffi_string_utf8(data.vecs[i].vecname).lower() for i in range(data.veccount)]
-        voltages = [name for name in names if name != "time" and name[:1] != "@" and not name.endswith("#branch")]
+        voltages = [
+            name
+            for name in names
+            if name != "time" and name[:1] != "@" and not name.endswith("#branch")
+        ]
         self.names = voltages + [name for name in names if COIL.fullmatch(name)]
         for what, name in zip(VECTORS, self.vectors, strict=True):
             self.state[f"{what}_index"] = names.index(name) if name in names else -1
@@ -101,7 +110,9 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
         )
         source = ffi.cast("GetVSRCData *", compiled_callbacks.source_callback.address)
         sync = ffi.cast("GetSyncData *", compiled_callbacks.sync_callback.address)
-        self._ngspice_shared.ngSpice_Init_Sync(source, self._get_isrc_data_c, sync, ffi.NULL, pointer)
+        self._ngspice_shared.ngSpice_Init_Sync(
+            source, self._get_isrc_data_c, sync, ffi.NULL, pointer
+        )
 
     def load(self, code_models: Sequence[Path]) -> None:
         """Load code models from the folder that they are in: the command would take some letters of a path as its own.
@@ -117,7 +128,11 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
                 raise OSError("; ".join(self.messages))
 
     def run_driven(
-        self, deck: Deck, drive: Drive | ModelDrive, patience: float = math.inf, deadline: float = math.inf
+        self,
+        deck: Deck,
+        drive: Drive | ModelDrive,
+        patience: float = math.inf,
+        deadline: float = math.inf,
     ) -> None:
         """Load the circuit, run its ``.tran`` with the drive's mass in lock-step, and forget both.
 
@@ -125,25 +140,35 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
         ``patience`` seconds, or has not ended at the ``deadline`` of `time.monotonic`, can be given up; it cannot be
         stopped.  After that, and after a fatal error, no other circuit runs in this process.
 
-        Raises CircuitError with the node and the time in trouble when ngspice refuses the netlist, stops before the end
-        or comes no further; OutOfTimeError, which says how far it came, at the deadline.
+        Raises CircuitError with the node and the time in trouble when ngspice refuses the netlist,
+        stops before the end or comes no further; OutOfTimeError, which says how far it came, at the
+        deadline.
         """
         if self.lost:
-            raise CircuitError(f"ngspice failed earlier in this process and cannot run another circuit: {self.failure}")
+            raise CircuitError(
+                f"ngspice failed earlier in this process and cannot run another circuit: {self.failure}"
+            )
         try:
             self._follow(deck, drive, patience, deadline)
         except CircuitError as error:
             self.failure = str(error)
             raise
 
-    def _follow(self, deck: Deck, drive: Drive | ModelDrive, patience: float, deadline: float) -> None:
+    def _follow(
+        self, deck: Deck, drive: Drive | ModelDrive, patience: float, deadline: float
+    ) -> None:
         """Run a circuit as `run_driven` says."""
         self.state[:] = drive.state
-        if isinstance(drive, Drive) and not drive.state["accepted_at"][0]:  # others bring callbacks of their own
+        if (
+            isinstance(drive, Drive) and not drive.state["accepted_at"][0]
+        ):  # others bring callbacks of their own
             self.state["accepted_at"] = compiled_callbacks.point_function(
                 compiled_callbacks.pattern_of(drive.coefficients), drive.shaking is not None
             ).address
-        self.vectors, self.loaded, self.smoothing, self.nodes = deck.vectors, False, 0.0, {}
+        self.vectors = deck.vectors
+        self.loaded = False
+        self.smoothing = 0.0
+        self.nodes = {}
         self.nodes_earlier: dict[str, float] = {}
         self.series = {}
         self.messages.clear()
@@ -152,8 +177,11 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
         run = threading.Thread(target=self._run, args=(deck, currents, earlier), daemon=True)
         seconds = deadline - time.monotonic()
         run.start()
-        error = self._wait(run, TINY * float(drive.state["h"][0] / drive.state["w0"][0]), patience, deadline)
-        end, stuck = float(self.state["t"][0]), run.is_alive()
+        error = self._wait(
+            run, TINY * float(drive.state["h"][0] / drive.state["w0"][0]), patience, deadline
+        )
+        end = float(self.state["t"][0])
+        stuck = run.is_alive()
         self.lost = self.lost or stuck
         if stuck and error is None:
             late = OutOfTimeError(diagnostics.why_out_of_time(end, drive.duration, seconds))
@@ -163,13 +191,19 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
             kind, step, waited = error
             raise kind(diagnostics.why_given_up(end, drive.duration, step, waited))
         drive.state[:] = self.state
-        drive.smoothing, drive.nodes, drive.series = self.smoothing, self.nodes, self.series
+        drive.smoothing = self.smoothing
+        drive.nodes = self.nodes
+        drive.series = self.series
         if isinstance(drive, Drive):
             drive.nodes_earlier = self.nodes_earlier
         if not self.loaded:
             raise CircuitError(diagnostics.why_refused(self.messages))
         if end < drive.duration * (1 - 1e-6):
-            kind = ConvergenceError if diagnostics.no_step_was_small_enough(self.messages) else CircuitError
+            kind = (
+                ConvergenceError
+                if diagnostics.no_step_was_small_enough(self.messages)
+                else CircuitError
+            )
             raise kind(diagnostics.why_stopped(self.messages, end, drive.duration))
 
     def _wait(
@@ -177,20 +211,23 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
     ) -> tuple[type[CircuitError], float, float] | None:
         """Wait for a run until it ends, or the deadline; why it is given up where it gets nowhere.
 
-        That is the error, the step (s) of its last points, and the time (s) waited; steps below ``tiny`` lead nowhere.
+        That is the error, the step (s) of its last points, and the time (s) waited; steps below
+        ``tiny`` lead nowhere.
         """
         since = time.monotonic()
         before = now = self._progress()
         while run.is_alive() and (left := deadline - time.monotonic()) > 0.0:
             run.join(min(patience, LOOK, left))
-            looked, now = now, self._progress()
+            looked = now
+            now = self._progress()
             step = (now["t"] - looked["t"]) / max(now["accepted"] - looked["accepted"], 1.0)
             if 0.0 < step < tiny:
                 return ConvergenceError, step, min(patience, LOOK)
             if time.monotonic() - since >= patience:
                 if now["n_steps"] - before["n_steps"] < SLOWEST * patience:
                     return CircuitError, step, patience
-                before, since = now, time.monotonic()
+                before = now
+                since = time.monotonic()
         return None
 
     def _progress(self) -> dict[str, float]:
@@ -208,16 +245,23 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
     def _run(self, deck: Deck, currents: Mapping[str, float], earlier: int) -> None:
         """Give ngspice the circuit, run it, and make ngspice forget it; coils begin with ``currents`` (A)."""
         api = self._ngspice_shared
-        api.ngSpice_Command(b"unset cshunt_value")  # a deck's option cshunt would hold for all that follow it
+        # a deck's option cshunt would hold for all that follow it
+        api.ngSpice_Command(b"unset cshunt_value")
         lines = [ffi.new("char[]", line.encode()) for line in [*deck.text.splitlines(), ""]]
         self.loaded = not api.ngSpice_Circ(ffi.new("char *[]", [*lines, ffi.NULL]))
-        begin = [f"alter {name.partition('#')[0]} ic = {value!r}".encode() for name, value in currents.items()]
+        begin = [
+            f"alter {name.partition('#')[0]} ic = {value!r}".encode()
+            for name, value in currents.items()
+        ]
         steps: list[Callable[[], object]]
         steps = [
             lambda: [api.ngSpice_Command(command) for command in [*begin, b"run"]],
             lambda: self._keep(deck, earlier),
         ]
-        steps += [lambda: api.ngSpice_Command(b"destroy all"), lambda: api.ngSpice_Command(b"remcirc")]
+        steps += [
+            lambda: api.ngSpice_Command(b"destroy all"),
+            lambda: api.ngSpice_Command(b"remcirc"),
+        ]
         for step in steps:
             if self.loaded and not self.lost:  # a run that was given up, or a fatal error, ends all
                 step()

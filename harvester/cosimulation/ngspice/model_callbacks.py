@@ -17,7 +17,13 @@ from harvester.cosimulation.lockstep import any_mechanics
 from harvester.cosimulation.lockstep.any_mechanics import Functions, ModelRecord
 from harvester.cosimulation.lockstep.model_drive import ModelDrive
 from harvester.cosimulation.lockstep.state import STATE, Point
-from harvester.cosimulation.ngspice.compiled_callbacks import _F8, _I4, _STATE_POINTER, _coefficients, _pointer
+from harvester.cosimulation.ngspice.compiled_callbacks import (
+    _F8,
+    _I4,
+    _STATE_POINTER,
+    _coefficients,
+    _pointer,
+)
 from harvester.mechanics.kernels.compiled import COMPILER, PART, STRICT, interpreted, strict
 
 
@@ -36,14 +42,19 @@ def _as_function(method: Any) -> Callable[..., Any]:
     return lambda _, *arguments: method(*arguments)
 
 
-def _functions(of: Any, made: Callable[[Any], Any], plain: Callable[[Any], Any], floats: Any) -> Functions:
+def _functions(
+    of: Any, made: Callable[[Any], Any], plain: Callable[[Any], Any], floats: Any
+) -> Functions:
     """The functions of a model, or of its class, each ``made`` into one that can be called in lock-step.
 
     ``plain`` makes it of one that is no method.
     """
     functions = {name: made(getattr(of, name)) for name in ("drift", "kick", "source")}
     absent = {"event": never, "jump": unchanged}
-    functions |= {name: made(getattr(of, name)) if hasattr(of, name) else plain(absent[name]) for name in absent}
+    functions |= {
+        name: made(getattr(of, name)) if hasattr(of, name) else plain(absent[name])
+        for name in absent
+    }
     return Functions(**functions, floats=floats)
 
 
@@ -53,7 +64,9 @@ def _number_as_written(function: Any) -> Any:
         return function
     names = function.__globals__
     known = {name: names[name] for name in function.__code__.co_names if name in names}
-    called = {name: inner for name, inner in known.items() if isinstance(inner, python_types.FunctionType)}
+    called = {
+        name: inner for name, inner in known.items() if isinstance(inner, python_types.FunctionType)
+    }
     if called:
         names = {**names, **{name: _number_as_written(inner) for name, inner in called.items()}}
         function = python_types.FunctionType(
@@ -75,7 +88,9 @@ def compiled(kind: Any, state_kind: Any, absent: tuple[bool, ...]) -> tuple[Any,
 
         def codegen(context, builder, signature, args):
             parts = [
-                context.cast(builder, builder.extract_value(args[0], k), kind_of_item, types.float64)
+                context.cast(
+                    builder, builder.extract_value(args[0], k), kind_of_item, types.float64
+                )
                 for k, kind_of_item in enumerate(signature.args[0].types)
             ]
             return context.make_tuple(builder, made, parts)
@@ -88,16 +103,21 @@ def compiled(kind: Any, state_kind: Any, absent: tuple[bool, ...]) -> tuple[Any,
 
     f = _functions(kind, _number_as_written, _number_as_written, floats)
     f.event.compile((numba.typeof(m0), numba.typeof(at0), types.float64))
-    if isinstance(f.event.nopython_signatures[0].return_type, types.NoneType):  # of these coefficients there is none
+    if isinstance(
+        f.event.nopython_signatures[0].return_type, types.NoneType
+    ):  # of these coefficients there is none
         f = f._replace(event=_number_as_written(never))
     voltage, accept = strict(any_mechanics.port_voltage), strict(any_mechanics.accept_model)
 
     @numba.cfunc(_F8(_STATE_POINTER, _F8, _F8), **COMPILER)
     def source(user, t, delta):
         s = carray(user, 1)[0]
-        return voltage(s, t, f, _coefficients(s.coefficients_at, m0), _coefficients(s.model_at, at0))
+        return voltage(
+            s, t, f, _coefficients(s.coefficients_at, m0), _coefficients(s.model_at, at0)
+        )
 
-    width, size = len(at0) + 3, len(at0)
+    width = len(at0) + 3
+    size = len(at0)
 
     @numba.cfunc(_I4(_STATE_POINTER, _F8, _F8, _F8, _F8, _F8), **COMPILER)
     def step(user, t, v, power, current, smooth):
@@ -128,14 +148,23 @@ class PlainCallbacks:
     REPORTED = "t", "leg_t", "target_time", "turned", "free", "n_steps", "accepted"
 
     def __init__(self, model: Any, start: Any, drive: ModelDrive, shared: Any) -> None:
-        self.at, self.model, self.drive = start, model, drive
-        self.s = python_types.SimpleNamespace(**{name: drive.state[name][0].item() for name in STATE.names or ()})
+        self.at = start
+        self.model = model
+        self.drive = drive
+        self.s = python_types.SimpleNamespace(
+            **{name: drive.state[name][0].item() for name in STATE.names or ()}
+        )
         self.f = _functions(model, _as_function, lambda function: function, lambda at: at)
         self.error: Exception | None = None
         self.last = 0.0
         self._reported = [(name, shared[name]) for name in self.REPORTED]
-        self._voltage, self._accept = interpreted(any_mechanics.port_voltage), interpreted(any_mechanics.accept_model)
-        number = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_void_p, ctypes.c_double, ctypes.c_double)
+        self._voltage, self._accept = (
+            interpreted(any_mechanics.port_voltage),
+            interpreted(any_mechanics.accept_model),
+        )
+        number = ctypes.CFUNCTYPE(
+            ctypes.c_double, ctypes.c_void_p, ctypes.c_double, ctypes.c_double
+        )
         point = ctypes.CFUNCTYPE(ctypes.c_int32, ctypes.c_void_p, *5 * [ctypes.c_double])
         self._kept = number(self._source), point(self._step)
 
@@ -154,7 +183,8 @@ class PlainCallbacks:
 
     def _fail(self, error: Exception) -> None:
         """Keep an error; the next target is beyond the end."""
-        self.error, self.s.free = error, 1
+        self.error = error
+        self.s.free = 1
         self.s.target_time = 2.0 * self.drive.duration
 
     def _source(self, _: int, t: float, __: float) -> float:
@@ -171,7 +201,9 @@ class PlainCallbacks:
         if self.error is None:
             point = Point(t, v, power, current, smooth)
             try:
-                self.at = self._accept(self.s, point, self.drive.record, self.f, self.model, self.at)
+                self.at = self._accept(
+                    self.s, point, self.drive.record, self.f, self.model, self.at
+                )
             except Exception as error:
                 self._fail(error)
         for name, entry in self._reported:
@@ -181,4 +213,6 @@ class PlainCallbacks:
 
 def coefficients_of(model: Any) -> Floats:
     """A model's coefficients as an array, nan for one that is None."""
-    return np.array([math.nan if number is None else float(number) for number in model], dtype=np.float64)
+    return np.array(
+        [math.nan if number is None else float(number) for number in model], dtype=np.float64
+    )

@@ -1,7 +1,8 @@
 """Whether an ngspice does what the lock-step needs: a short run with a known end, as versions differ.
 
-A mass goes at a steady speed and meets a stop; its charge flows through a load resistor.  Within a step of constant
-slope the resistor's rule is exact, so that from step to step, but for the first ones, the voltage is to rounding
+A mass goes at a steady speed and meets a stop; its charge flows through a load resistor.  Within a
+step of constant slope the resistor's rule is exact, so that from step to step, but for the first
+ones, the voltage is to rounding
 
     V1 = exp(-z) V0 + (1 - exp(-z)) theta v R,    z = h/(R Cp),    before the stop
 
@@ -27,9 +28,16 @@ from harvester.netlists.load_circuit import load_circuit
 from harvester.scene.load import Load
 
 TESTED = (39,)  # versions that all tests have run with
-COMPARED = (46, 47)  # versions with which scenes gave its answers: docs/install.md has which, and their differences
-STEP, STEPS, EVENT = 1e-3, 40, 0.0255  # s, their number, and when the stop comes (s)
-COUPLING, CAPACITANCE, RESISTANCE = 1e-3, 5e-8, 1e6  # N/V, F, ohm
+# versions with which scenes gave its answers: docs/install.md has which, and their differences
+COMPARED = (46, 47)
+# s, their number, and when the stop comes (s)
+STEP = 1e-3
+STEPS = 40
+EVENT = 0.0255
+# N/V, F, ohm
+COUPLING = 1e-3
+CAPACITANCE = 5e-8
+RESISTANCE = 1e6
 ROUNDING = 1e-9  # of the voltage
 
 
@@ -68,11 +76,17 @@ class SteadyMotion:
 def faults(library: Ngspice) -> str:
     """What of the lock-step an ngspice does not do, in words; "" where all is well."""
     for netlist in ("resistor", "bridge"):
-        load = load_circuit(Load(resistance=RESISTANCE) if netlist == "resistor" else Load(netlist=netlist))
-        model, start = SteadyMotion(), TrialState(0.0, 1.0, 0.0)
-        at, volts = np.array(start, dtype=np.float64), COUPLING / CAPACITANCE
+        load = load_circuit(
+            Load(resistance=RESISTANCE) if netlist == "resistor" else Load(netlist=netlist)
+        )
+        model = SteadyMotion()
+        start = TrialState(0.0, 1.0, 0.0)
+        at = np.array(start, dtype=np.float64)
+        volts = COUPLING / CAPACITANCE
         free = not load.linear
-        drive = ModelDrive(at, np.empty(0), np.zeros((STEPS, 2)), STEP, 1, volts, COUPLING, coil=False, free=free)
+        drive = ModelDrive(
+            at, np.empty(0), np.zeros((STEPS, 2)), STEP, 1, volts, COUPLING, coil=False, free=free
+        )
         plain = Functions(None, None, lambda _, at: at.x, None, None, None)
         begin_model(drive.state[0], start, drive.record.samples, plain, model)
         callbacks = PlainCallbacks(model, start, drive, library.state)
@@ -87,11 +101,14 @@ def faults(library: Ngspice) -> str:
         if len(events) != 1 or abs(events[0] - EVENT) > 1e-9 * STEP:
             return "it does not end a step where it is told to"
         seen = drive.record.samples[4 : int(EVENT / STEP) + 1, -3]
-        decay, steady = math.exp(-STEP / (RESISTANCE * CAPACITANCE)), COUPLING * RESISTANCE
+        decay = math.exp(-STEP / (RESISTANCE * CAPACITANCE))
+        steady = COUPLING * RESISTANCE
         off = np.abs(seen[1:] - decay * seen[:-1] - (1.0 - decay) * steady).max() / steady
         if load.linear and not off < ROUNDING:
             return f"a step of a resistor's voltage is off by {off:.1e}"
-        if not (np.isfinite(drive.record.samples).all() and math.isfinite(float(drive.state[0].load))):
+        if not (
+            np.isfinite(drive.record.samples).all() and math.isfinite(float(drive.state[0].load))
+        ):
             return f"it gives no numbers of the {netlist}"
     return ""
 
@@ -100,7 +117,8 @@ def faults(library: Ngspice) -> str:
 def checked_ngspice() -> Ngspice:
     """The one ngspice of this process, after its trial where its version is not among those `TESTED`.
 
-    Raises MissingProgramError as `harvester.cosimulation.ngspice.instance.ngspice`, and for one that fails its trial.
+    Raises MissingProgramError as `harvester.cosimulation.ngspice.instance.ngspice`, and for one
+    that fails its trial.
     """
     library = ngspice()
     why = "" if library.ngspice_version in TESTED else faults(library)

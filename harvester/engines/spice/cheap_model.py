@@ -41,14 +41,20 @@ def cheap_circuit(
     """
     from harvester.circuits.compiled_circuit import compiled_circuit
 
-    eqs, scales, load = problem.equations, problem.scales, problem.circuit
+    eqs = problem.equations
+    scales = problem.scales
+    load = problem.circuit
     assert load is not None, "the engine refuses an open circuit"
     if charging > LONGEST_CHARGING or eqs.mu is not None:
         return None, None, False
     ideal = _ideal_elements(problem, load)
     if charging > LONGEST_COMPILED or not _bears_compiled(eqs):
         return ideal, ideal, False
-    short = settled and _tells_paths_apart(eqs) and (options.trajectories, options.duration) == (None, None)
+    short = (
+        settled
+        and _tells_paths_apart(eqs)
+        and (options.trajectories, options.duration) == (None, None)
+    )
     closely = short and (number(options.within) or 1.0) < CLOSE
     if ideal is not None and not (closely and ideal.hysteresis is not None):
         return ideal, ideal, False
@@ -84,7 +90,10 @@ def _tells_paths_apart(eqs: Equations) -> bool:
 
 
 def pilot_of(
-    problem: Problem, options: MonteCarloOptions, ideal: "IdealCircuit | CompiledCircuit | None", ngspice_rule: bool
+    problem: Problem,
+    options: MonteCarloOptions,
+    ideal: "IdealCircuit | CompiledCircuit | None",
+    ngspice_rule: bool,
 ) -> "tuple[Trajectories, float]":
     """The trajectories of the cheap model, compiled, and the seconds that compiling took."""
     from harvester.circuits.compiled_circuit import CompiledCircuit
@@ -99,7 +108,9 @@ def pilot_of(
     if isinstance(ideal, CompiledCircuit):
         many = LOOSE  # whose steps take a hundred times as long
     count = max(affordable(eqs.is_steady, ideal, many), 0 if eqs.density is None else DRAWN)
-    pilot = Trajectories(eqs, count, seed, h, circuit=ideal, ngspice_rule=ngspice_rule, controlled=True)
+    pilot = Trajectories(
+        eqs, count, seed, h, circuit=ideal, ngspice_rule=ngspice_rule, controlled=True
+    )
     with compilation() as compiling:
         compile_pair(pilot, number(options.budget))
     return pilot, compiling.seconds
@@ -121,8 +132,11 @@ def cheap_model(
     from harvester.circuits.compiled_circuit import CompiledCircuit
     from harvester.mechanics.ensemble.richardson import RichardsonPair
 
-    budget, within, spent = number(options.budget), number(options.within), time.perf_counter() - begin
-    share, is_twin = None if budget is None else SHARE * budget, pilot.circuit is not circuit
+    budget = number(options.budget)
+    within = number(options.within)
+    spent = time.perf_counter() - begin
+    share = None if budget is None else SHARE * budget
+    is_twin = pilot.circuit is not circuit
     first = FIRST if isinstance(pilot.circuit, CompiledCircuit) else 1.0
     pair = RichardsonPair(pilot, first * first_duration(burn_in, spent, share), budget)
     if within is not None:
@@ -135,11 +149,16 @@ def cheap_model(
 
 
 def _compiled_beside(
-    twin: "RichardsonPair", circuit: "CompiledCircuit", charging_time: float, budget: float | None, begin: float
+    twin: "RichardsonPair",
+    circuit: "CompiledCircuit",
+    charging_time: float,
+    budget: float | None,
+    begin: float,
 ) -> "tuple[RichardsonPair, float]":
     """The compiled circuit at the step of its ``twin``, settled from its states, and the seconds of compiling.
 
-    That is of ideal elements: it knows the step and its bias in a hundredth of the time, and fills the store.
+    That is of ideal elements: it knows the step and its bias in a hundredth of the time, and fills
+    the store.
     """
     from harvester.circuits.beside_ideal import SETTLING, compiled_beside
     from harvester.mechanics.ensemble.burn_in import memory
@@ -161,7 +180,8 @@ def settled_starts(
 ) -> "tuple[float, list[Start]]":
     """The burn-in of runs that begin in states of the circuit of ideal elements, and these states.
 
-    It is `MEMORIES` of the response or of the charging: the circuits differ by little, and controls take what is left.
+    It is `MEMORIES` of the response or of the charging: the circuits differ by little, and controls
+    take what is left.
     """
     from harvester.circuits.compiled_circuit import CompiledCircuit
     from harvester.mechanics.ensemble.burn_in import memory
@@ -170,13 +190,19 @@ def settled_starts(
     slowest = max(memory(pilot, pair.moments, pair.duration), charging_time)
     rng = np.random.default_rng(np.random.SeedSequence([seed, 3]))
     states = rng.permutation(np.moveaxis(pilot.state, 1, 2).reshape(-1, pilot.state.shape[1]))
-    is_compiled = isinstance(pilot.circuit, CompiledCircuit)  # which has more states than x, x', V and that of Csmooth
-    circuit_at = 4 if is_compiled else 5 if pilot.modes is not None else None  # where the states of several modes go on
-    starts: list[Start] = [(*map(float, state[:4]), *([state[circuit_at:]] if circuit_at else [])) for state in states]
+    # which has more states than x, x', V and that of Csmooth
+    is_compiled = isinstance(pilot.circuit, CompiledCircuit)
+    # where the states of several modes go on
+    circuit_at = 4 if is_compiled else 5 if pilot.modes is not None else None
+    starts: list[Start] = [
+        (*map(float, state[:4]), *([state[circuit_at:]] if circuit_at else [])) for state in states
+    ]
     return min(MEMORIES * slowest, from_rest), starts
 
 
-def _with_best_step(pair: "RichardsonPair", name: str, target: Target, fixed: bool) -> "RichardsonPair":
+def _with_best_step(
+    pair: "RichardsonPair", name: str, target: Target, fixed: bool
+) -> "RichardsonPair":
     """The pair with its bias known well enough for the target, at a smaller step where that is called for.
 
     A longer step would save little of the few ngspice runs that are needed.
@@ -188,7 +214,10 @@ def _with_best_step(pair: "RichardsonPair", name: str, target: Target, fixed: bo
             pair.stop_coarse()
         if factor < 1.0:
             pair = pair.with_step(factor * pair.trajectories.h)
-        elif error < 0.25 * target.within or target.seconds_left < pair.seconds_a_unit * pair.duration:
+        elif (
+            error < 0.25 * target.within
+            or target.seconds_left < pair.seconds_a_unit * pair.duration
+        ):
             return pair
         else:
             pair.extend(pair.duration)

@@ -1,8 +1,8 @@
 """The other responses that a steady drive may have: found without ngspice from many starts, each continued by ngspice.
 
-The search (`harvester.engines.coexisting_responses`) is by the equations with a load resistor or with ideal elements.
-A run of ngspice begins in a state of each response that it names, and goes to the periodic one near it, where there is
-one.
+The search (`harvester.engines.coexisting_responses`) is by the equations with a load resistor or
+with ideal elements. A run of ngspice begins in a state of each response that it names, and goes to
+the periodic one near it, where there is one.
 """
 
 import dataclasses
@@ -11,7 +11,11 @@ import time
 import numpy as np
 
 from harvester.answers.estimate import Estimate, SteadyResponse
-from harvester.engines.coexisting_responses import SearchedResponse, may_have_several, steady_responses
+from harvester.engines.coexisting_responses import (
+    SearchedResponse,
+    may_have_several,
+    steady_responses,
+)
 from harvester.engines.ensemble import Ensemble
 from harvester.engines.ideal import Ideal
 from harvester.engines.options import MonteCarloOptions
@@ -26,30 +30,46 @@ NAME = "spice"
 
 
 def with_others(
-    options: MonteCarloOptions, answer: Estimate, problem: Problem, reltol: float, steady: Steady | None
+    options: MonteCarloOptions,
+    answer: Estimate,
+    problem: Problem,
+    reltol: float,
+    steady: Steady | None,
 ) -> Estimate:
     """The answer with all responses to the same drive, each with ngspice's mean, and what that says of the answer.
 
     ``steady`` is the response from rest, None where it does not come back.  Not searched is a linear mass, which has
     one response, and a circuit whose ideal elements are not known; nor where runs or a budget are asked for.
     """
-    if (options.trajectories, options.duration, options.budget) != (None, None, None) or not may_have_several(problem):
+    if (options.trajectories, options.duration, options.budget) != (
+        None,
+        None,
+        None,
+    ) or not may_have_several(problem):
         return answer
     problem = problem.plain
     engine = Ensemble() if problem.netlist is None else Ideal()
     if engine.refusal(problem) is not None:
         return _with_remark(answer, note("others_not_sought"))
     begin = time.perf_counter()
-    candidates = steady_responses(problem, engine.model(problem), engine.seed, engine.NAME, engine.UNKNOWN)
+    candidates = steady_responses(
+        problem, engine.model(problem), engine.seed, engine.NAME, engine.UNKNOWN
+    )
     if not candidates:
         answer = _with_remark(answer, warning("search_not_settled"))
-    elif steady is not None and [candidate.response.periods for candidate in candidates] == [steady.last.turns]:
-        only = dataclasses.replace(candidates[0].response, mean_power=answer.mean_power, engine=NAME)
+    elif steady is not None and [candidate.response.periods for candidate in candidates] == [
+        steady.last.turns
+    ]:
+        only = dataclasses.replace(
+            candidates[0].response, mean_power=answer.mean_power, engine=NAME
+        )
         answer = _with_remark(answer, note("no_other_response", engine=engine.NAME), only)
     else:
         responses = _continued(options, problem, reltol, steady, answer.mean_power, candidates)
         numbers = {"responses": len(responses), "from_rest": steady is not None}
-        answer = _with_remark(answer, warning("several_responses", engine=engine.NAME, **numbers), *responses)
+        answer = _with_remark(
+            answer, warning("several_responses", engine=engine.NAME, **numbers), *responses
+        )
     return dataclasses.replace(answer, seconds=answer.seconds + time.perf_counter() - begin)
 
 
@@ -91,7 +111,9 @@ def _continued(
     return tuple(sorted(responses, key=lambda response: -response.share_of_starts))
 
 
-def _alike(reached: list[tuple[SteadyResponse | None, Steady]]) -> list[list[tuple[SteadyResponse | None, Steady]]]:
+def _alike(
+    reached: list[tuple[SteadyResponse | None, Steady]],
+) -> list[list[tuple[SteadyResponse | None, Steady]]]:
     """What led to the same response of ngspice, together."""
     from harvester.mechanics.ensemble.coexisting_responses import linked
 
@@ -115,7 +137,9 @@ def _continued_from(
     section = CoupledState(x, v, across=(voltage * volts, stored * volts))
     steady = to_be_found(options, problem, reltol)
     try:
-        comes_back = steady.begin(None, Origin(section, candidate.phase, candidate.response.periods or 1))
+        comes_back = steady.begin(
+            None, Origin(section, candidate.phase, candidate.response.periods or 1)
+        )
     except CircuitError as error:
         return note("not_followed", error=str(error))
     return steady if comes_back else note("does_not_come_back")
@@ -124,4 +148,8 @@ def _continued_from(
 def _means(steady: Steady) -> list[float]:
     """The means of V^2, x^2 and x (nondimensional) of a response at the longest step."""
     response = steady.responses[0, 0]
-    return [response.square, float(np.mean(response.wave[:, 0] ** 2)), float(np.mean(response.wave[:, 0]))]
+    return [
+        response.square,
+        float(np.mean(response.wave[:, 0] ** 2)),
+        float(np.mean(response.wave[:, 0])),
+    ]

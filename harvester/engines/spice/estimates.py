@@ -1,6 +1,7 @@
 """What engine `spice` answers: from runs on noise, from a periodic response, or where its time was over before.
 
-Means, with what is known of their errors, the power balance or the energy ledger, and under a steady drive the motion.
+Means, with what is known of their errors, the power balance or the energy ledger, and under a
+steady drive the motion.
 """
 
 import dataclasses
@@ -31,15 +32,29 @@ if TYPE_CHECKING:
 
 
 def sampled_estimate(
-    name: str, problem: Problem, runs: Runs, exists: MomentExistence, watch: Watch, said: list[Diagnostic | None]
+    name: str,
+    problem: Problem,
+    runs: Runs,
+    exists: MomentExistence,
+    watch: Watch,
+    said: list[Diagnostic | None],
 ) -> Estimate:
     """The answer that runs give; ``said`` is what their sampling has to say."""
-    setup, eqs, unit = runs.setup, problem.equations, problem.units.frequency
-    step, burn_in = setup.device.h / unit, setup.settling / unit
+    setup = runs.setup
+    eqs = problem.equations
+    unit = problem.units.frequency
+    step = setup.device.h / unit
+    burn_in = setup.settling / unit
     details = {"step": step, "burn_in": burn_in, "duration": runs.n_steps * step - burn_in}
-    details |= {"trajectories": len(runs.done)} | runs.details() | {"warm_up_seconds": runs.warm_up_seconds}
+    details |= (
+        {"trajectories": len(runs.done)}
+        | runs.details()
+        | {"warm_up_seconds": runs.warm_up_seconds}
+    )
     remarks, moments = runs.remarks(), runs.moments()
-    if setup.resistive and eqs.stop_stiffness is None and eqs.modes is None:  # what the balance holds for
+    if (
+        setup.resistive and eqs.stop_stiffness is None and eqs.modes is None
+    ):  # what the balance holds for
         details["power_balance"], details["power_balance_stderr"] = power_balance(moments, eqs)
     else:
         watts = problem.scales.watts / problem.units.watts
@@ -54,8 +69,19 @@ def sampled_estimate(
         for controlled in (runs.mean_square_voltage(), runs.power())
     )
     known = setup.biases(runs.tolerance is not None, runs.followed)
-    diagnostics = [*setup.diagnostics, *said, exists.warning, *remarks, known, agreed, stand_in(problem)]
-    seconds, steps = setup.seconds + runs.seconds, sum(run.steps for run in (*runs.done, *runs.coarse))
+    diagnostics = [
+        *setup.diagnostics,
+        *said,
+        exists.warning,
+        *remarks,
+        known,
+        agreed,
+        stand_in(problem),
+    ]
+    seconds, steps = (
+        setup.seconds + runs.seconds,
+        sum(run.steps for run in (*runs.done, *runs.coarse)),
+    )
     answer = estimate(name, problem, v2, power, diagnostics, seconds, steps, details, moments.V2)
     return with_sampled_probes(answer, problem, watch, runs) if watch.all else answer
 
@@ -64,8 +90,11 @@ def steady_estimate(
     options: MonteCarloOptions, name: str, problem: Problem, steady: Steady, seconds: float
 ) -> Estimate:
     """The answer that a periodic response gives, with its energy ledger, after so many ``seconds`` with compilation."""
-    units, last, within = problem.units, steady.last, number(options.within)
-    watts, everything = units.watts / problem.scales.watts, steady.responses.values()
+    units = problem.units
+    last = steady.last
+    within = number(options.within)
+    watts = units.watts / problem.scales.watts
+    everything = steady.responses.values()
     power, square = steady.value("power"), steady.value("square")
     if power.value + power.known_error95 < 0.0:
         raise gives_power(-power.value)
@@ -76,9 +105,14 @@ def steady_estimate(
     }
     if steady.unknown is None:
         parts = ("step_error", "tolerance_error", "settling_error")
-        details |= {part: error * watts for part, error in zip(parts, steady.errors("power")[1], strict=True)}
+        details |= {
+            part: error * watts
+            for part, error in zip(parts, steady.errors("power")[1], strict=True)
+        }
     details |= {"warm_up_seconds": steady.warm_up_seconds} | ledger_entries(
-        [last.ledger], 1.0 / watts, (power.known_error95 + abs(power.value - last.ledger.load)) * watts
+        [last.ledger],
+        1.0 / watts,
+        (power.known_error95 + abs(power.value - last.ledger.load)) * watts,
     )
     diagnostics = [
         *ledger_remarks(2 * [last.ledger]),
@@ -90,15 +124,21 @@ def steady_estimate(
         note("tolerance_reused") if steady.unknown is None and steady.reused is not None else None,
         stand_in(problem),
     ]
-    v2, power = square.scaled(problem.scales.volts**-2), power.scaled(1.0 / problem.scales.watts)
-    seconds, steps = seconds - steady.warm_up_seconds, sum(response.steps for response in everything)
+    v2 = square.scaled(problem.scales.volts**-2)
+    power = power.scaled(1.0 / problem.scales.watts)
+    seconds = seconds - steady.warm_up_seconds
+    steps = sum(response.steps for response in everything)
     return estimate(name, problem, v2, power, diagnostics, seconds, steps, details)
 
 
 def missed(within: float, power: Value) -> Diagnostic | None:
     """The warning that a periodic response's power was not known ``within`` an error; None where it is."""
     error = None if power.unknown or not power.value else power.known_error95 / abs(power.value)
-    return None if error is not None and error <= within else warning("steady_within", within=within, error=error)
+    return (
+        None
+        if error is not None and error <= within
+        else warning("steady_within", within=within, error=error)
+    )
 
 
 def motion_details(
@@ -108,7 +148,8 @@ def motion_details(
 
     ``value`` gives a quantity of the ``last`` of the responses at steps that are halved.
     """
-    units, details = problem.units, dict[str, float]()
+    units = problem.units
+    details = dict[str, float]()
     names = "displacement", "peak_displacement", "peak_voltage"
     scales = units.length, units.length, units.volts
     between = 0.0, *(peak for _, peak in last.peaks)
@@ -117,12 +158,18 @@ def motion_details(
         details[key] = mean.value * scale
         if mean.bias is not None and not mean.unknown:
             details[f"{key}_bias"] = (mean.bias + (mean.model or 0.0) + more) * scale
-    phases = (phase_to_base(harmonic, problem.equations, problem.physical) for harmonic in last.harmonics)
+    phases = (
+        phase_to_base(harmonic, problem.equations, problem.physical) for harmonic in last.harmonics
+    )
     return details | dict(zip(PHASES, phases, strict=True))
 
 
 def partial_answer(
-    name: str, problem: Problem, error: OutOfTimeError, seconds: float, setup: SpiceSetup | None = None
+    name: str,
+    problem: Problem,
+    error: OutOfTimeError,
+    seconds: float,
+    setup: SpiceSetup | None = None,
 ) -> Estimate:
     """What the cheap model of a ``setup`` knows, or else the means that one run of ngspice had come to.
 
@@ -134,19 +181,41 @@ def partial_answer(
         raise error
     else:
         watts, square, covered = error.so_far
-        said = warning("mean_while_settling", covered=covered, why=str(error), steady=problem.equations.is_steady)
-        v2, power = square / problem.scales.volts**2, watts / problem.scales.watts
-        answer = estimate(name, problem, Value(v2, unknown=CUT_SHORT), Value(power, unknown=CUT_SHORT), [said], seconds)
+        said = warning(
+            "mean_while_settling",
+            covered=covered,
+            why=str(error),
+            steady=problem.equations.is_steady,
+        )
+        v2 = square / problem.scales.volts**2
+        power = watts / problem.scales.watts
+        answer = estimate(
+            name,
+            problem,
+            Value(v2, unknown=CUT_SHORT),
+            Value(power, unknown=CUT_SHORT),
+            [said],
+            seconds,
+        )
     return answer
 
 
-def _by_cheap_model(name: str, problem: Problem, error: OutOfTimeError, seconds: float, setup: SpiceSetup) -> Estimate:
+def _by_cheap_model(
+    name: str, problem: Problem, error: OutOfTimeError, seconds: float, setup: SpiceSetup
+) -> Estimate:
     """The means of the long ensemble that the runs of ngspice were to be paired with."""
-    pair, eqs, unit = setup.pair, problem.equations, problem.units.frequency
+    pair = setup.pair
+    eqs = problem.equations
+    unit = problem.units.frequency
     assert pair is not None
     factor = (eqs.beta or 0.0) * ((eqs.mu or 0.0) if setup.resistive else 1.0)
-    v2, power = mean_with_errors(pair, "V2"), mean_with_errors(pair, setup.quantity).scaled(factor)
-    details = {"step": setup.device.h / unit, "burn_in": pair.burn_in / unit, "duration": pair.duration / unit}
+    v2 = mean_with_errors(pair, "V2")
+    power = mean_with_errors(pair, setup.quantity).scaled(factor)
+    details = {
+        "step": setup.device.h / unit,
+        "burn_in": pair.burn_in / unit,
+        "duration": pair.duration / unit,
+    }
     details["trajectories"] = pair.trajectories.count
     said = warning("ngspice_left_out", resistive=setup.resistive, why=str(error))
     known = v2.with_unknown(WITHOUT_NGSPICE), power.with_unknown(WITHOUT_NGSPICE)

@@ -19,7 +19,9 @@ SHORTEST = 30.0  # s: in a smaller budget a few runs may not end; steps are coun
 STEPS_A_SECOND = 1e5  # that a budget counts for: of a netlist on a slow machine
 WINDOWS = 3.0  # burn-ins that a trajectory goes on for, paired or towards a target
 TOGETHER = 0.5  # the same where it stays on one path with its pair
-SHORT, SHORT_RUNS = 8.0, 64  # nondimensional duration of short runs, and how many there are at first
+# nondimensional duration of short runs, and how many there are at first
+SHORT = 8.0
+SHORT_RUNS = 64
 BLOCKS = 5.0  # that it goes on for at least from settled states, where the burn-in is short
 
 
@@ -34,9 +36,11 @@ def first_batch(
 ) -> Runs:
     """As many runs as the target is likely to need at least; those of a later batch are as long.
 
-    Raises SimulationError where they would take more steps than the budget has time for, or `PATIENCE`.
+    Raises SimulationError where they would take more steps than the budget has time for, or
+    `PATIENCE`.
     """
-    n_steps, blocks = setup.n_steps(_duration(options, problem, setup, paired)), 1
+    n_steps = setup.n_steps(_duration(options, problem, setup, paired))
+    blocks = 1
     if setup.has_controls and controlled:
         blocks = max(round((n_steps * setup.device.h - setup.settling) / BLOCK), 1)
     fewest = fewest_pairs(number(options.within), blocks) if paired else FEWEST
@@ -59,7 +63,9 @@ def first_batch(
     return runs
 
 
-def _duration(options: MonteCarloOptions, problem: Problem, setup: SpiceSetup, paired: bool) -> float:
+def _duration(
+    options: MonteCarloOptions, problem: Problem, setup: SpiceSetup, paired: bool
+) -> float:
     """The nondimensional duration of a trajectory after its burn-in."""
     if setup.short:
         return SHORT
@@ -71,7 +77,9 @@ def _duration(options: MonteCarloOptions, problem: Problem, setup: SpiceSetup, p
     return max(STEPS / TRAJECTORIES * setup.device.h, 4.0 * setup.burn_in)
 
 
-def _check_patience(steps: float, budget: float | None, problem: Problem, setup: SpiceSetup) -> None:
+def _check_patience(
+    steps: float, budget: float | None, problem: Problem, setup: SpiceSetup
+) -> None:
     """Refuse runs that nobody asked for, and mostly for their burn-in, in a SimulationError."""
     most = PATIENCE if budget is None else STEPS_A_SECOND * max(budget, SHORTEST)
     if steps > most:

@@ -12,10 +12,15 @@ from harvester.uncertainty.value import Value, mean_and_error
 if TYPE_CHECKING:
     from harvester.cosimulation.lockstep.energy_ledger import EnergyLedger
 
-GIVEN, STORED, SURE = 0.02, 0.1, 4.0  # shares of the load's power that are told, beyond so many standard errors
+# shares of the load's power that are told, beyond so many standard errors
+GIVEN = 0.02
+STORED = 0.1
+SURE = 4.0
 
 
-def ledger_entries(ledgers: "list[EnergyLedger]", watts: float, load_bias: float = 0.0) -> dict[str, float]:
+def ledger_entries(
+    ledgers: "list[EnergyLedger]", watts: float, load_bias: float = 0.0
+) -> dict[str, float]:
     """Where the energy went, the mean of these, in units of ``watts``, with errors; see `energy_ledger`.
 
     Of several runs each entry has its standard error (by Student's t where they are few).  That of the load, which is
@@ -26,16 +31,22 @@ def ledger_entries(ledgers: "list[EnergyLedger]", watts: float, load_bias: float
     whole = mean_ledger(ledgers)
     entries = {f"ledger_{name}": value / watts for name, value in vars(whole).items()}
     for name in vars(whole) if len(ledgers) > 1 else ():
-        mean, stderr = mean_and_error(np.array([getattr(ledger, name) for ledger in ledgers]) / watts)
+        mean, stderr = mean_and_error(
+            np.array([getattr(ledger, name) for ledger in ledgers]) / watts
+        )
         if stderr > 0.0:
-            entries[f"ledger_{name}_stderr"] = Value(mean, stderr, dof=len(ledgers) - 1.0).normal_stderr
+            entries[f"ledger_{name}_stderr"] = Value(
+                mean, stderr, dof=len(ledgers) - 1.0
+            ).normal_stderr
     known = {"ledger_load_bias": load_bias} if load_bias else {}
     return entries | known | {"ledger_residual": whole.residual}
 
 
 def gives_power(watts: float) -> SimulationError:
     """The error of a load that gives so much power in place of taking it."""
-    return SimulationError(f"Rload of the netlist must be above 0 and take power, but gives {watts:.3g} W")
+    return SimulationError(
+        f"Rload of the netlist must be above 0 and take power, but gives {watts:.3g} W"
+    )
 
 
 def ledger_remarks(ledgers: "list[EnergyLedger]") -> list[Diagnostic]:

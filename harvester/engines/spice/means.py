@@ -14,7 +14,12 @@ from harvester.engines.spice.setup import SpiceSetup
 from harvester.equations.impact_order import step_order
 from harvester.presentation.diagnostic import Diagnostic
 from harvester.presentation.messages.unknown_parts import STEP, TOLERANCE
-from harvester.uncertainty.control_variate import Controlled, controlled, differing, explained_and_controlled
+from harvester.uncertainty.control_variate import (
+    Controlled,
+    controlled,
+    differing,
+    explained_and_controlled,
+)
 from harvester.uncertainty.controls import controlled_entries, scaled_least_squares
 from harvester.uncertainty.value import Value, mean_and_error
 
@@ -57,19 +62,29 @@ class RunMeans:
         device = self.setup.device
         beta, mu = device.eqs.beta or 0.0, device.eqs.mu or 0.0
         if self.setup.resistive:
-            square, size = self.mean_square_voltage(), beta * mu
-            return dataclasses.replace(square, value=square.value.scaled(size), residual=square.residual * size**2)
+            square = self.mean_square_voltage()
+            size = beta * mu
+            return dataclasses.replace(
+                square, value=square.value.scaled(size), residual=square.residual * size**2
+            )
         high = np.concatenate([run.load_power for run in self.done]) / device.scales.watts
         return self._estimate("load", high, beta)
 
     def _estimate(self, name: str, high: Floats, factor: float) -> Controlled:
         """The mean of ``high``, whose cheap model is ``factor`` times a moment."""
-        pair, (controls, explained) = self.setup.pair, self._controls(name)
+        pair = self.setup.pair
+        (controls, explained) = self._controls(name)
         if not self.paired or pair is None:
             high = high if explained is None else high - factor * explained
             entries = controlled_entries(high, controls, self.blocks)
-            mean, variance = float(entries.mean()), float(entries.var(ddof=1))
-            value = Value(mean, math.sqrt(variance / len(entries)), self._step_bias(name, mean), dof=len(entries) - 1.0)
+            mean = float(entries.mean())
+            variance = float(entries.var(ddof=1))
+            value = Value(
+                mean,
+                math.sqrt(variance / len(entries)),
+                self._step_bias(name, mean),
+                dof=len(entries) - 1.0,
+            )
             return Controlled(self._with_tolerance(value, name), variance, 0.0, 0.0)
         low = factor * np.concatenate([getattr(run.control, name) for run in self.done])
         mean_of_low = Value(*pair.mean(name), pair.largest_bias(name)).scaled(factor)
@@ -78,7 +93,9 @@ class RunMeans:
         elif explained is None:
             estimate = controlled(high, low, mean_of_low, controls, self.blocks)
         else:
-            estimate = explained_and_controlled(high, low, mean_of_low, factor * explained, self.blocks)
+            estimate = explained_and_controlled(
+                high, low, mean_of_low, factor * explained, self.blocks
+            )
         return dataclasses.replace(estimate, value=self._with_tolerance(estimate.value, name))
 
     def _step_bias(self, name: str, mean: float) -> float | None:
@@ -88,18 +105,22 @@ class RunMeans:
         if not self.followed:
             return None
         order = step_order(self.setup.device.eqs)
-        return largest_step_bias(name, self.done, self.coarse, self.setup.device.scales.watts, order)
+        return largest_step_bias(
+            name, self.done, self.coarse, self.setup.device.scales.watts, order
+        )
 
     def _controls(self, name: str) -> tuple[Floats | None, Floats | None]:
         """The controls of the runs' blocks, shape (n, columns), where they have any, or what they explain, shape (n,).
 
-        With a circuit of ideal elements, which has the same ones, that is their sum with the weights that explain that
-        circuit's moment: its many trajectories know them better than the runs' few blocks.
+        With a circuit of ideal elements, which has the same ones, that is their sum with the
+        weights that explain that circuit's moment: its many trajectories know them better than the
+        runs' few blocks.
         """
         known = [run.moments.controls for run in self.done if run.moments.controls is not None]
         if not known:
             return None, None
-        controls, pair = np.vstack(known), self.setup.pair
+        controls = np.vstack(known)
+        pair = self.setup.pair
         cheap = None if pair is None or self.setup.device.ideal is None else pair.moments.controls
         if pair is None or cheap is None:
             return controls, None
@@ -143,7 +164,11 @@ class RunMeans:
 
 
 def largest_step_bias(
-    name: str, fine: "Sequence[TrajectoryMeans]", coarse: "Sequence[TrajectoryMeans]", watts: float, order: float = 2.0
+    name: str,
+    fine: "Sequence[TrajectoryMeans]",
+    coarse: "Sequence[TrajectoryMeans]",
+    watts: float,
+    order: float = 2.0,
 ) -> float:
     """The largest bias of a mean at the step of ``fine`` that ``coarse``, of twice the step, leaves at 95 %.
 
@@ -154,7 +179,9 @@ def largest_step_bias(
     fine = fine[: len(coarse)]
     blocks = len(fine[0].load_power)
     rough, ours = (_entries(name, several, watts) for several in (coarse, fine))
-    entries = controlled_entries(rough - ours, _side_by_side(fine, coarse), blocks) / (2.0**order - 1.0)
+    entries = controlled_entries(rough - ours, _side_by_side(fine, coarse), blocks) / (
+        2.0**order - 1.0
+    )
     bias = Value(*mean_and_error(entries), dof=len(entries) - 1.0)
     return abs(bias.value) + bias.sampling95
 
@@ -168,5 +195,8 @@ def _entries(name: str, several: "Sequence[TrajectoryMeans]", watts: float) -> F
 
 def _side_by_side(*both: "Sequence[TrajectoryMeans]") -> Floats | None:
     """The controls of all, those of each member in columns of its own; None where there are none."""
-    columns = [[run.moments.controls for run in several if run.moments.controls is not None] for several in both]
+    columns = [
+        [run.moments.controls for run in several if run.moments.controls is not None]
+        for several in both
+    ]
     return np.hstack([np.vstack(several) for several in columns]) if all(columns) else None

@@ -44,7 +44,9 @@ class Watch:
 def watch_of(problem: Problem, probe: str | Sequence[str], ledger: bool) -> Watch:
     """What is to be looked at in the circuit of a problem; InputError for what is not there."""
     if ledger and problem.netlist is None:
-        raise InputError("`ledger` must go with a netlist, whose elements it tells, but the load is a resistance")
+        raise InputError(
+            "`ledger` must go with a netlist, whose elements it tells, but the load is a resistance"
+        )
     assert problem.circuit is not None, "the engine refuses an open circuit"
     parts = element_powers(problem.circuit) if ledger else {}
     of_elements = tuple((name, tuple(some)) for name, some in parts.items())
@@ -59,13 +61,19 @@ def with_probes(
 
     ``window`` is the time that they cover, in the scene's unit.
     """
-    probes, details, of_probes = {}, dict(answer.details), iter(columns)
+    probes = {}
+    details = dict(answer.details)
+    of_probes = iter(columns)
     for probe in watch.probes:
-        scale, means_of = 1.0 / problem.in_circuit(probe.unit), next(of_probes)
+        scale = 1.0 / problem.in_circuit(probe.unit)
+        means_of = next(of_probes)
         unit = probe.unit if problem.physical else ""
         mean, least, largest = (means_of[column].scaled(scale) for column in (MEAN, LEAST, LARGEST))
-        probes[probe.name] = ProbeMeans(unit, window, mean, means_of[SQUARE].root().scaled(scale), least, largest)
-    watts, taken = problem.in_circuit("W"), 0.0
+        probes[probe.name] = ProbeMeans(
+            unit, window, mean, means_of[SQUARE].root().scaled(scale), least, largest
+        )
+    watts = problem.in_circuit("W")
+    taken = 0.0
     for name, some in watch.parts:
         means = [next(of_probes)[MEAN] for _ in some]
         value = sum(mean.value for mean in means) / watts
@@ -77,7 +85,9 @@ def with_probes(
         details["ledger_circuit_rest"] = details["ledger_circuit"] - taken
     unknown = dict.fromkeys(probe.mean.unknown for probe in probes.values() if probe.mean.unknown)
     warnings = [warning("error_unknown", ", ".join(probes), part=part) for part in unknown]
-    return dataclasses.replace(answer, details=details, probes=probes, diagnostics=(*answer.diagnostics, *warnings))
+    return dataclasses.replace(
+        answer, details=details, probes=probes, diagnostics=(*answer.diagnostics, *warnings)
+    )
 
 
 def with_sampled_probes(answer: Estimate, problem: Problem, watch: Watch, runs: "Runs") -> Estimate:
@@ -92,25 +102,35 @@ def with_sampled_probes(answer: Estimate, problem: Problem, watch: Watch, runs: 
     from harvester.cosimulation.same_motion import sizes_of_probes
 
     rows = np.array([run.probed for run in runs.done])
-    mean, bias = rows.mean(axis=0), np.zeros((len(watch.all), 4))
-    unknown = " and ".join([STEP] * (not runs.followed) + [TOLERANCE] * (runs.probed_tolerance is None))
+    mean = rows.mean(axis=0)
+    bias = np.zeros((len(watch.all), 4))
+    unknown = " and ".join(
+        [STEP] * (not runs.followed) + [TOLERANCE] * (runs.probed_tolerance is None)
+    )
     if not unknown:
         assert runs.probed_tolerance is not None, "it is known"
         coarse = np.array([run.probed for run in runs.coarse])
         low = 1.0 / (2.0 ** step_order(problem.equations) - 1.0)
         change = (coarse - rows[: len(coarse)]) * np.array([low, low, 1.0, 1.0])
-        spread = stdtrit(len(coarse) - 1.0, 0.975) * change.std(axis=0, ddof=1) / math.sqrt(len(coarse))
+        spread = (
+            stdtrit(len(coarse) - 1.0, 0.975) * change.std(axis=0, ddof=1) / math.sqrt(len(coarse))
+        )
         bias = np.abs(change.mean(axis=0)) + spread + runs.probed_tolerance * sizes_of_probes(mean)
 
     def value(probe: int, column: int) -> Value:
-        known = *mean_and_error(rows[:, probe, column]), None if unknown else float(bias[probe, column])
+        known = (
+            *mean_and_error(rows[:, probe, column]),
+            None if unknown else float(bias[probe, column]),
+        )
         return Value(*known, dof=len(rows) - 1.0, unknown=unknown)
 
     columns = [[value(k, j) for j in range(4)] for k in range(len(watch.all))]
     return with_probes(answer, problem, watch, columns, answer.details["duration"])
 
 
-def with_steady_probes(answer: Estimate, problem: Problem, watch: Watch, steady: "Steady") -> Estimate:
+def with_steady_probes(
+    answer: Estimate, problem: Problem, watch: Watch, steady: "Steady"
+) -> Estimate:
     """An answer with the means of a periodic response, and errors of step, tolerance and settling where known."""
     from harvester.cosimulation.coupled_period import MEASURED
 
@@ -124,7 +144,11 @@ def _steady_value(steady: "Steady", probe: int, column: int) -> Value:
 
     def at(halvings: int, tenths: int) -> float | None:
         response = steady.responses.get((halvings, tenths))
-        return None if response is None or response.probed is None else float(response.probed[probe, column])
+        return (
+            None
+            if response is None or response.probed is None
+            else float(response.probed[probe, column])
+        )
 
     finest, tenths = steady.finest, steady.tenths
     values = [value for k in range(finest - 2, finest + 1) if (value := at(k, tenths)) is not None]

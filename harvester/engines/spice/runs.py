@@ -35,15 +35,17 @@ def fewest_pairs(within: float | None, blocks: int) -> int:
     >>> fewest_pairs(0.2, blocks=5), fewest_pairs(0.2, blocks=1), fewest_pairs(0.01, blocks=5)
     (4, 8, 8)
     """
-    return FEW if within is not None and within >= LOOSE and FEW * blocks >= FEWEST_BLOCKS else FEWEST
+    return (
+        FEW if within is not None and within >= LOOSE and FEW * blocks >= FEWEST_BLOCKS else FEWEST
+    )
 
 
 @dataclass(kw_only=True)
 class Runs(RunMeans):
     """Trajectories of ``n_steps`` each, of which more can be run.
 
-    What has not ended at the ``deadline`` of `time.monotonic` is given up; ``step_is_fixed`` says that the user gave
-    the step.
+    What has not ended at the ``deadline`` of `time.monotonic` is given up; ``step_is_fixed`` says
+    that the user gave the step.
     """
 
     n_steps: int
@@ -67,11 +69,15 @@ class Runs(RunMeans):
         if self.setup.pair is not None or math.isinf(self.deadline) or count <= few:
             return self.run_batch(count)
         self.run_batch(few)
-        more = max(min(count - few, int((self.deadline - time.monotonic()) / self.cost - RESERVED)), 0)
+        more = max(
+            min(count - few, int((self.deadline - time.monotonic()) / self.cost - RESERVED)), 0
+        )
         if more:
             self.run_batch(more)
         if len(self.done) == few + more < count:
-            self.setup.diagnostics.append(warning("runs_ended", ended=len(self.done), asked=count, paired=False))
+            self.setup.diagnostics.append(
+                warning("runs_ended", ended=len(self.done), asked=count, paired=False)
+            )
         return None
 
     def run_batch(self, count: int) -> None:
@@ -83,10 +89,22 @@ class Runs(RunMeans):
         from harvester.mechanics.kernels.noise import child
 
         begin = time.perf_counter()
-        setup, before = self.setup, len(self.done)
+        setup = self.setup
+        before = len(self.done)
         seeds = [child(self.seed, 0, before + k) for k in range(count)]
-        starts = setup.starts and [setup.starts[(before + k) % len(setup.starts)] for k in range(count)]
-        given = setup.device, seeds, self.n_steps, setup.settling, self.paired, self.deadline, self.blocks, starts
+        starts = setup.starts and [
+            setup.starts[(before + k) % len(setup.starts)] for k in range(count)
+        ]
+        given = (
+            setup.device,
+            seeds,
+            self.n_steps,
+            setup.settling,
+            self.paired,
+            self.deadline,
+            self.blocks,
+            starts,
+        )
         try:
             for k, means in enumerate(worker.measure_in_workers(*given)):
                 self.done.append(means)
@@ -109,19 +127,36 @@ class Runs(RunMeans):
         self.paired = self.paired and not alone
         self.setup.diagnostics.append(said)
 
-    def _run_coarse(self, seeds: list[np.random.SeedSequence], starts: "list[Start] | None") -> None:
+    def _run_coarse(
+        self, seeds: list[np.random.SeedSequence], starts: "list[Start] | None"
+    ) -> None:
         """The same runs at twice the step, same noise, where no cheap model tells the bias; of probes, a few runs."""
         from harvester.cosimulation import runs as worker
 
-        setup, n_steps = self.setup, self.n_steps // 2
-        if len(self.coarse) + len(seeds) < len(self.done) or (setup.pair is not None and not setup.device.probes):
+        setup = self.setup
+        n_steps = self.n_steps // 2
+        if len(self.coarse) + len(seeds) < len(self.done) or (
+            setup.pair is not None and not setup.device.probes
+        ):
             return
         if setup.pair is not None:
-            seeds, starts = seeds[:FEWEST], starts and starts[:FEWEST]
-        given = setup.device.coarser(), seeds, n_steps, setup.settling, False, self.deadline, self.blocks, starts
+            seeds = seeds[:FEWEST]
+            starts = starts and starts[:FEWEST]
+        given = (
+            setup.device.coarser(),
+            seeds,
+            n_steps,
+            setup.settling,
+            False,
+            self.deadline,
+            self.blocks,
+            starts,
+        )
         try:
             self.coarse.extend(worker.measure_in_workers(*given))
-        except SimulationError as error:  # of a circuit that does not bear the step, or of time that is over
+        except (
+            SimulationError
+        ) as error:  # of a circuit that does not bear the step, or of time that is over
             setup.diagnostics.append(warning("step_bias_not_measured", error=str(error)))
 
     def measure_tolerance(self, needed: bool = False) -> None:
@@ -135,9 +170,12 @@ class Runs(RunMeans):
         from harvester.cosimulation.same_motion import tolerance_in_workers
         from harvester.mechanics.kernels.noise import child
 
-        setup, device, begin = self.setup, self.setup.device, time.perf_counter()
+        setup = self.setup
+        device = self.setup.device
+        begin = time.perf_counter()
         if device.load.linear:
-            self.tolerance, self.probed_tolerance = dict.fromkeys(("V2", "load"), 0.0), 0.0
+            self.tolerance = dict.fromkeys(("V2", "load"), 0.0)
+            self.probed_tolerance = 0.0
             return
         if 3.0 * self.cost > self.deadline - time.monotonic():
             return
@@ -146,13 +184,17 @@ class Runs(RunMeans):
         starts = [starts[k % len(starts)] for k in range(2)]
         n_steps = min(setup.n_steps(TOLERANCE_TIME), self.n_steps)
         try:
-            both = list(tolerance_in_workers(device, seeds, n_steps, setup.settling, self.deadline, starts))
+            both = list(
+                tolerance_in_workers(device, seeds, n_steps, setup.settling, self.deadline, starts)
+            )
         except CircuitError as error:
             if needed and isinstance(error, ConvergenceError):
                 raise
             setup.diagnostics.append(warning("tolerance_not_measured", error=str(error)))
         else:
-            self.tolerance = {name: max(abs(difference[name]) for difference, _ in both) for name in both[0][0]}
+            self.tolerance = {
+                name: max(abs(difference[name]) for difference, _ in both) for name in both[0][0]
+            }
             self.probed_tolerance = np.max([np.abs(difference) for _, difference in both], axis=0)
         self.seconds += time.perf_counter() - begin
 
@@ -184,7 +226,9 @@ class Runs(RunMeans):
         """
         power = self.power()
         variance = target.variance(power.value)
-        if variance == 0.0:  # a larger ensemble knows the bias no better: it was asked for before the first run
+        if (
+            variance == 0.0
+        ):  # a larger ensemble knows the bias no better: it was asked for before the first run
             return self._too_large_a_bias(power.value, target)
         pairs, longer = self.effort(power, variance)
         share = min(target.seconds_left / (pairs * self.cost + longer * self.rate), 1.0)
@@ -201,20 +245,26 @@ class Runs(RunMeans):
         error = (self.tolerance or {}).get(self.setup.quantity, 0.0)
         if 2.0 * error > target.within:
             reltol = 0.1 * self.setup.device.reltol
-            return warning("needs_smaller_tolerance", within=target.within, error=error, reltol=reltol)
+            return warning(
+                "needs_smaller_tolerance", within=target.within, error=error, reltol=reltol
+            )
         if self.step_is_fixed or target.budget is None:
             return warning("needs_smaller_dt", within=target.within)
         return warning("target_missed", **target.shortfall(value))
 
     def effort(self, power: Controlled, variance: float) -> tuple[float, float]:
         """(further runs, further time of the cheap model) for a variance of the power, as cheap as may be."""
-        now, pair = float(len(self.done)), self.setup.pair
+        now = float(len(self.done))
+        pair = self.setup.pair
         if not self.paired or pair is None:
             return added_effort(now, power.residual / variance), 0.0
         spread = max((power.value.stderr or 0.0) ** 2 - power.residual / now, 0.0) * pair.duration
         runs, duration = split(variance, power.residual, self.cost, spread, self.rate)
-        dof = power.value.dof and min(max(runs, now), 1e6) - 2.0  # of more runs, whose quantile is smaller
+        # of more runs, whose quantile is smaller
+        dof = power.value.dof and min(max(runs, now), 1e6) - 2.0
         ratio = (power.value.quantile / dataclasses.replace(power.value, dof=dof).quantile) ** 2
         runs, duration = runs / ratio, duration / ratio
         more = added_effort(now, runs) if runs > now else 0.0
-        return more, added_effort(pair.duration, duration) if duration > pair.duration or more == 0.0 else 0.0
+        return more, added_effort(
+            pair.duration, duration
+        ) if duration > pair.duration or more == 0.0 else 0.0

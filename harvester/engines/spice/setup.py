@@ -7,7 +7,13 @@ from typing import TYPE_CHECKING
 
 from harvester.engines.options import MonteCarloOptions, number
 from harvester.engines.sampling import run_burn_in, step_and_effort
-from harvester.engines.spice.cheap_model import LONGEST_CHARGING, cheap_circuit, cheap_model, pilot_of, settled_starts
+from harvester.engines.spice.cheap_model import (
+    LONGEST_CHARGING,
+    cheap_circuit,
+    cheap_model,
+    pilot_of,
+    settled_starts,
+)
 from harvester.engines.spice.difference import difference_from_ngspice
 from harvester.equations.effects import RULE, unknown_to
 from harvester.equations.problem import Problem
@@ -21,11 +27,13 @@ if TYPE_CHECKING:
     from harvester.mechanics.ensemble.richardson import RichardsonPair
     from harvester.mechanics.ensemble.trajectories import Trajectories
 
-NEAR, LOOSE = 0.3, 0.02  # of a target, and of one where none is given: what a compiled circuit may differ by
+# of a target, and of one where none is given: what a compiled circuit may differ by
+NEAR, LOOSE = 0.3, 0.02
 HALF = 0.5  # of that, below which half of the runs that tell it do
-# Capacitances from each node to ground that are tried in turn where ngspice does not converge, of the piezo's: diodes
-# without one of their own leave a node between them that nothing holds while both block.  The last try is that of a
-# netlist which bears none of them: an answer without one, whose tolerance could not be measured.
+# Capacitances from each node to ground that are tried in turn where ngspice does not converge, of
+# the piezo's: diodes without one of their own leave a node between them that nothing holds while
+# both block.  The last try is that of a netlist which bears none of them: an answer without one,
+# whose tolerance could not be measured.
 SHUNTS = 0.0, 1e-5, 1e-4, 0.0
 READING = 0.4  # nondimensional time between readings: V^2 varies on the scale of 1
 
@@ -34,11 +42,12 @@ READING = 0.4  # nondimensional time between readings: V^2 varies on the scale o
 class SpiceSetup:
     """What runs, and what is known of it before.
 
-    ``burn_in`` is nondimensional; ``pair`` is the cheap model of the same device, settled, which makes the same steps
-    (None where no circuit of ideal elements serves); ``seconds`` is what all this took, without compilation;
-    ``starts`` are states of that model, from which runs begin near their stationary law (None: at rest, which takes a
-    ``burn_in_from_rest``); ``unknown`` is a part of every mean's error that nothing tells; where runs are
-    short, ``difference`` has the relative differences of moments on the same motion (`difference_from_ngspice`).
+    ``burn_in`` is nondimensional; ``pair`` is the cheap model of the same device, settled, which
+    makes the same steps (None where no circuit of ideal elements serves); ``seconds`` is what all
+    this took, without compilation; ``starts`` are states of that model, from which runs begin near
+    their stationary law (None: at rest, which takes a ``burn_in_from_rest``); ``unknown`` is a part
+    of every mean's error that nothing tells; where runs are short, ``difference`` has the relative
+    differences of moments on the same motion (`difference_from_ngspice`).
     """
 
     device: "CoupledDevice"
@@ -59,8 +68,14 @@ class SpiceSetup:
         """The same, with a capacitance from each node to ground, of the piezo's (0: none), which is told."""
         if not shunt:
             return self
-        diagnostic = warning("shunted", share=shunt, capacitance=shunt * self.device.scales.capacitance)
-        return replace(self, device=replace(self.device, shunt=shunt), diagnostics=[*self.diagnostics, diagnostic])
+        diagnostic = warning(
+            "shunted", share=shunt, capacitance=shunt * self.device.scales.capacitance
+        )
+        return replace(
+            self,
+            device=replace(self.device, shunt=shunt),
+            diagnostics=[*self.diagnostics, diagnostic],
+        )
 
     @property
     def short(self) -> bool:
@@ -122,7 +137,8 @@ class SpiceSetup:
         if duration > MOST_STEPS * self.device.h:
             length = f"{duration / self.device.h:.3g} steps"
             raise invalid("`duration`", f"be at most {MOST_STEPS:.0e} steps", length)
-        device, repeat = self.device, self.device.eqs.shaking_period
+        device = self.device
+        repeat = self.device.eqs.shaking_period
         whole = math.lcm(device.stride, 2) if repeat is None else round(repeat / device.h)
         return math.ceil((self.settling + duration) / device.h / whole - 1e-6) * whole
 
@@ -143,7 +159,8 @@ def set_up(
 ) -> SpiceSetup:
     """Step, burn-in and bias come from an ensemble: with a load resistor, or ideal elements, it makes the same steps.
 
-    Where runs may begin ``settled``, they begin in states of the cheap model's circuit (`settled_starts`).
+    Where runs may begin ``settled``, they begin in states of the cheap model's circuit
+    (`settled_starts`).
 
     MissingProgramError when ngspice is not installed.
     """
@@ -153,33 +170,44 @@ def set_up(
     from harvester.mechanics.ensemble.burn_in import CHARGING_TIMES
 
     find_library()
-    eqs, scales, unit, circuit = problem.equations, problem.scales, problem.units.frequency, problem.circuit
+    eqs = problem.equations
+    scales = problem.scales
+    unit = problem.units.frequency
+    circuit = problem.circuit
     assert circuit is not None, "the engine refuses an open circuit"
     repeat = eqs.shaking_period
     charging = CHARGING_TIMES * (circuit.storage or 0.0) * scales.frequency
     ideal, twin, short = cheap_circuit(problem, options, charging, settled and not probes)
     ngspice_rule = unknown_to(RULE).isdisjoint(problem.effects) and eqs.mu is not None
     begin = time.perf_counter()
-    device = CoupledDevice(eqs, scales, circuit, TYPICAL, 2, ideal=ideal, ngspice_rule=ngspice_rule, probes=probes)
+    device = CoupledDevice(
+        eqs, scales, circuit, TYPICAL, 2, ideal=ideal, ngspice_rule=ngspice_rule, probes=probes
+    )
     with compiled_beforehand(device):
         pilot, compilation_seconds = pilot_of(problem, options, twin, ngspice_rule)
         begin += compilation_seconds  # which are not counted
         diagnostics = _burn_in(pilot, problem, number(options.budget))
     from_rest = _whole_periods(max(_settled_after(pilot), min(charging, LONGEST_CHARGING)), repeat)
     if charging > LONGEST_CHARGING:
-        diagnostics.append(warning("charging_cut_short", time=from_rest / unit, storage=circuit.storage))
-    pair, time_constant = None, charging / CHARGING_TIMES
+        diagnostics.append(
+            warning("charging_cut_short", time=from_rest / unit, storage=circuit.storage)
+        )
+    pair = None
+    time_constant = charging / CHARGING_TIMES
     if eqs.mu is not None or ideal is not None:
         pair, begin = cheap_model(pilot, ideal, from_rest, time_constant, options, begin)
     pilot = pilot if pair is None else pair.trajectories
-    burn_in, starts = from_rest, None
+    burn_in = from_rest
+    starts = None
     if settled and ideal is not None and pair is not None and eqs.is_shaken_by_white_noise:
         burn_in, starts = settled_starts(pair, time_constant, from_rest, options.seed)
     device = replace(device, h=pilot.h, stride=_stride(pilot), reltol=reltol, gaussian=gaussian)
     unknown = "" if pilot.hopping is None else WELLS
     seconds = time.perf_counter() - begin
     known = device, burn_in, diagnostics, pair, seconds, starts, from_rest, unknown
-    return SpiceSetup(*known, _difference(problem, pilot.h, starts, burn_in, options) if short else {})
+    return SpiceSetup(
+        *known, _difference(problem, pilot.h, starts, burn_in, options) if short else {}
+    )
 
 
 def _stride(pilot: "Trajectories") -> int:
@@ -199,7 +227,11 @@ def _burn_in(pilot: "Trajectories", problem: Problem, budget: float | None) -> l
 
 
 def _difference(
-    problem: Problem, h: float, starts: "list[Start] | None", settling: float, options: MonteCarloOptions
+    problem: Problem,
+    h: float,
+    starts: "list[Start] | None",
+    settling: float,
+    options: MonteCarloOptions,
 ) -> dict[str, float]:
     """What the compiled circuit differs by from ngspice on the same motion, where runs may be short; else none."""
     if starts is None:
@@ -211,7 +243,11 @@ def _difference(
 
 def _settled_after(pilot: "Trajectories") -> float:
     """The time in which a motion from rest settles: that of the pilot, of whose starts others may take longer."""
-    from harvester.mechanics.ensemble.burn_in import CORRELATION_TIMES, TRANSIENTS, slowest_transient
+    from harvester.mechanics.ensemble.burn_in import (
+        CORRELATION_TIMES,
+        TRANSIENTS,
+        slowest_transient,
+    )
 
     slowest = slowest_transient(pilot.eqs) if pilot.eqs.is_steady else 0.0
     return min(pilot.time, TRANSIENTS * CORRELATION_TIMES * slowest) if slowest else pilot.time
@@ -225,5 +261,10 @@ def _whole_periods(time: float, period: float | None) -> float:
 def stand_in(problem: Problem) -> Diagnostic | None:
     """Which device stands in for a nondimensional scene; None for a physical one."""
     s = problem.scales
-    numbers = {"mass": s.mass, "frequency": s.frequency, "capacitance": s.capacitance, "coupling": s.coupling}
+    numbers = {
+        "mass": s.mass,
+        "frequency": s.frequency,
+        "capacitance": s.capacitance,
+        "coupling": s.coupling,
+    }
     return None if problem.physical else note("stand_in", **numbers)

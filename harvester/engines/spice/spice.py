@@ -36,7 +36,8 @@ if TYPE_CHECKING:
     from harvester.cosimulation.periodic_responses import Neighbour
 
 GRACE, SLACK = 1.1, 1.0  # all may last so many times the `budget`, and so many seconds more
-RUNNING = 0.5  # of what the burn-in leaves, for the runs at least: their processes take some seconds to start
+# of what the burn-in leaves, for the runs at least: their processes take some seconds to start
+RUNNING = 0.5
 
 
 class Spice(MonteCarloOptions, Engine):
@@ -73,7 +74,8 @@ class Spice(MonteCarloOptions, Engine):
     MissingProgramError
         when ngspice is not installed.
     CircuitError
-        when ngspice refuses the circuit or does not converge, or too few runs end in the ``budget``.
+        when ngspice refuses the circuit or does not converge, or too few runs end in the
+        ``budget``.
     UnboundedResponseError
         where no stationary response exists.
     """
@@ -99,7 +101,9 @@ class Spice(MonteCarloOptions, Engine):
         if not 1e-7 <= self.reltol <= 1e-2:
             raise invalid("reltol", "be between 1e-7 and 1e-2", self.reltol)
         if self.gaussian and not self.alone:
-            raise invalid("gaussian", "be given with alone only: pairs share the ensemble's noise", "True")
+            raise invalid(
+                "gaussian", "be given with alone only: pairs share the ensemble's noise", "True"
+            )
 
     @classmethod
     def refusal(cls, problem: Problem) -> Diagnostic | None:
@@ -108,7 +112,11 @@ class Spice(MonteCarloOptions, Engine):
             return refusal("needs_load", cls.NAME, engine=cls.NAME)
         if problem.netlist is not None:
             needs_circuit(problem, cls.NAME)
-        return None if problem.equations.is_shaken else refusal("needs_shaking", cls.NAME, engine=cls.NAME)
+        return (
+            None
+            if problem.equations.is_shaken
+            else refusal("needs_shaking", cls.NAME, engine=cls.NAME)
+        )
 
     def run(self, scene: AnyScene, progress: Progress | None = None) -> Estimate:
         """Independent trajectories, each its own ngspice run; means after the burn-in.
@@ -130,7 +138,8 @@ class Spice(MonteCarloOptions, Engine):
 
         Raises MissingProgramError, which is no fault of a scene.
         """
-        answers, near = list[Estimate | HarvesterError](), None
+        answers = list[Estimate | HarvesterError]()
+        near = None
         for scene in scenes:
             try:
                 problem = Problem.of(scene)
@@ -154,7 +163,11 @@ class Spice(MonteCarloOptions, Engine):
             return partial_answer(self.NAME, problem, error, time.perf_counter() - begin), None
 
     def run_from(
-        self, scene: AnyScene, near: "Neighbour | None", progress: Progress | None = None, judged: bool = True
+        self,
+        scene: AnyScene,
+        near: "Neighbour | None",
+        progress: Progress | None = None,
+        judged: bool = True,
     ) -> "tuple[Estimate, Neighbour | None]":
         """As `run_near`, and where the response of the longest step begins."""
         answer, steady = self.run_near(scene, near, progress)
@@ -166,29 +179,51 @@ class Spice(MonteCarloOptions, Engine):
         """As `run`, and the periodic response if it has one: from rest, or on from ``near``, of a drive close by."""
         from harvester.mechanics.kernels.compiled import machine_code
 
-        problem, begin = served(type(self), scene), time.perf_counter()
+        problem = served(type(self), scene)
+        begin = time.perf_counter()
         watch = watch_of(problem, self.probe, self.ledger) if self.probe or self.ledger else Watch()
         problem = problem if self.ledger else problem.plain
         exists = existence(problem)
         self.check_times(problem.physical)
         said: list[Diagnostic | None] = []
         one_mode = problem.equations.modes is None  # the search for a periodic response is of one
-        if one_mode and problem.equations.is_steady and self.trajectories is None and self.duration is None:
-            if (steady := steady_response(self, problem, self.reltol, progress, watch.all, near)) is not None:
-                answer = steady_estimate(self, self.NAME, problem, steady, time.perf_counter() - begin)
-                return with_steady_probes(answer, problem, watch, steady) if watch.all else answer, steady
+        if (
+            one_mode
+            and problem.equations.is_steady
+            and self.trajectories is None
+            and self.duration is None
+        ):
+            if (
+                steady := steady_response(self, problem, self.reltol, progress, watch.all, near)
+            ) is not None:
+                answer = steady_estimate(
+                    self, self.NAME, problem, steady, time.perf_counter() - begin
+                )
+                return with_steady_probes(
+                    answer, problem, watch, steady
+                ) if watch.all else answer, steady
             said.append(note("not_periodic"))
-        searched, code = time.perf_counter() - begin, machine_code()
-        setup = set_up(problem, self, self.reltol, self.gaussian, self.SETTLED and not self.alone, watch.all)
+        searched = time.perf_counter() - begin
+        code = machine_code()
+        setup = set_up(
+            problem, self, self.reltol, self.gaussian, self.SETTLED and not self.alone, watch.all
+        )
         setup = dataclasses.replace(setup, seconds=setup.seconds + searched)
         try:
             runs, chosen = self._all_runs(problem, setup, code, exists, progress)
         except OutOfTimeError as error:
-            return partial_answer(self.NAME, problem, error, time.perf_counter() - begin, setup), None
+            return partial_answer(
+                self.NAME, problem, error, time.perf_counter() - begin, setup
+            ), None
         return sampled_estimate(self.NAME, problem, runs, exists, watch, [*chosen, *said]), None
 
     def _all_runs(
-        self, problem: Problem, setup: SpiceSetup, code: int, exists: MomentExistence, progress: Progress | None
+        self,
+        problem: Problem,
+        setup: SpiceSetup,
+        code: int,
+        exists: MomentExistence,
+        progress: Progress | None,
     ) -> tuple[Runs, list[Diagnostic | None]]:
         """The runs of an answer, and what to say of their target; again with a shunt where any does not converge."""
         begin = time.monotonic()
@@ -198,7 +233,9 @@ class Spice(MonteCarloOptions, Engine):
                 so_far = dataclasses.replace(setup.with_shunt(shunt), seconds=setup.seconds + spent)
                 runs, target = self._first_runs(problem, so_far, code, progress)
                 now = time.monotonic()
-                runs.measure_tolerance(needed=k < len(SHUNTS) and 3.0 * (now - begin) < runs.deadline - now)
+                runs.measure_tolerance(
+                    needed=k < len(SHUNTS) and 3.0 * (now - begin) < runs.deadline - now
+                )
                 if target is None:
                     return runs, []
                 obstacle = exists.obstacle(target.within)
@@ -216,16 +253,26 @@ class Spice(MonteCarloOptions, Engine):
     ) -> tuple[Runs, Target | None]:
         """The first batch of runs, and the target that they work towards.
 
-        Where the netlist does not bear states of ideal elements, such as beyond a breakdown, they begin at rest.
+        Where the netlist does not bear states of ideal elements, such as beyond a breakdown, they
+        begin at rest.
         """
         from harvester.cosimulation import runs as worker
         from harvester.mechanics.kernels.compiled import machine_code
 
-        paired = setup.pair is not None and self.PAIRING and not self.alone and problem.equations.is_random
+        paired = (
+            setup.pair is not None
+            and self.PAIRING
+            and not self.alone
+            and problem.equations.is_random
+        )
         warm = worker.warm_up_workers(setup.device, paired)
         start = warm if 0 < code == machine_code() else 0.0  # compilation is not in the budget
         within, budget = number(self.within), number(self.budget)
-        target = None if within is None else Target(within, budget, time.perf_counter() - setup.seconds - start)
+        target = (
+            None
+            if within is None
+            else Target(within, budget, time.perf_counter() - setup.seconds - start)
+        )
         deadline = math.inf
         if budget is not None:
             left = max(GRACE * budget - setup.seconds, 0.0) + SLACK

@@ -1,12 +1,14 @@
 """Engine `spice` under a steady drive: one periodic response, at several steps and tolerances; nothing is sampled.
 
-The response is found once, from rest or from a neighbouring one, and followed to steps of a half and a quarter and to a
-tenth of ngspice's tolerance; ngspice integrates by the trapezoidal rule, or by Gear's where that does not converge.
-Where neither does, each node has a capacitance to ground, which is halved with the first tenth of the tolerance.
-What the step changes is extrapolated where it falls as the order says (`harvester.uncertainty.richardson`), what the
-tolerance changes is added; what both may still change, and what settling further would, is the error.
+The response is found once, from rest or from a neighbouring one, and followed to steps of a half
+and a quarter and to a tenth of ngspice's tolerance; ngspice integrates by the trapezoidal rule, or
+by Gear's where that does not converge. Where neither does, each node has a capacitance to ground,
+which is halved with the first tenth of the tolerance. What the step changes is extrapolated where
+it falls as the order says (`harvester.uncertainty.richardson`), what the tolerance changes is
+added; what both may still change, and what settling further would, is the error.
 
-Long because the way to smaller steps and tolerances, and the error of where it ends, read the same responses.
+Long because the way to smaller steps and tolerances, and the error of where it ends, read the same
+responses.
 """
 
 import dataclasses
@@ -26,16 +28,22 @@ if TYPE_CHECKING:
     from harvester.cosimulation.runs import CoupledDevice
 
 WITHIN = 1e-3  # relative error that is worked towards where none is asked for
-HALVINGS, TIGHTEST = 4, 0.9e-7  # of the first step at most, and the smallest tolerance
-BORNE = 0.7  # of the error that is asked for: what the tolerance may make while the step is still halved
+# of the first step at most, and the smallest tolerance
+HALVINGS = 4
+TIGHTEST = 0.9e-7
+# of the error that is asked for: what the tolerance may make while the step is still halved
+BORNE = 0.7
 TENTH = 0.1  # of the tolerance, to see what it does
 REMAINS = 0.5  # of that change, at a tenth of the tolerance: of an error as reltol^(2/3), doubled
 RUNNING = 0.5  # of the budget, for the runs at least: their processes take some seconds to start
-SETTLED = 0.1  # of the error that is asked for: what settling may leave, relative to the response's size
+# of the error that is asked for: what settling may leave, relative to the response's size
+SETTLED = 0.1
 ROUGHEST, FINEST = 3e-4, 1e-6  # the same, of the response's size
 FEWEST_STEPS = 64  # steps in a period, of the longest step
 SAME_PHASE = 1e-9  # of the drive's period
-LITTLE, NEIGHBOURS = 0.02, 8  # of the error asked for: a tolerance's part that is measured at one of so many neighbours
+# of the error asked for: a tolerance's part that is measured at one of so many neighbours
+LITTLE = 0.02
+NEIGHBOURS = 8
 
 
 @dataclass
@@ -74,7 +82,8 @@ class Steady:
     def remains(self) -> float:
         """Of the change to a tenth of the tolerance, what may remain there.
 
-        Gear's damping falls more slowly, and of what capacitances from each node to ground do, half remains.
+        Gear's damping falls more slowly, and of what capacitances from each node to ground do, half
+        remains.
         """
         return REMAINS if self.first.trapezoidal and not self.first.shunt else 1.0
 
@@ -98,11 +107,14 @@ class Steady:
         from harvester.cosimulation.worker_pool import map_in_workers
 
         origin = origin or Origin(CoupledState(self.first.eqs.resting_places[0]))
-        before, ahead, so_far = None if self.near is None else self.near.before, near, None
+        before = None if self.near is None else self.near.before
+        ahead = near
+        so_far = None
         if near is not None:
             if before is not None and before.nodes.keys() == near.section.nodes.keys():
                 ahead = dataclasses.replace(near, section=near.section.moved(before, near.section))
-            self.continued, self.before = True, near.section
+            self.continued = True
+            self.before = near.section
         for trapezoidal, start_near in ((True, ahead), (False, near)):
             self.first = dataclasses.replace(self.first, trapezoidal=trapezoidal)
             given = self.first, origin, self.deadline, self.enough, start_near
@@ -111,8 +123,11 @@ class Steady:
             except OutOfTimeError as error:
                 error.so_far = error.so_far or so_far
                 raise
-            except CircuitError as error:  # it may be a state on the way that ngspice cannot begin with: a run tells
-                so_far, self.diverged = error.so_far, self.diverged or isinstance(error, ConvergenceError)
+            except (
+                CircuitError
+            ) as error:  # it may be a state on the way that ngspice cannot begin with: a run tells
+                so_far = error.so_far
+                self.diverged = self.diverged or isinstance(error, ConvergenceError)
                 continue
             if response is not None:
                 self.responses[0, 0] = response
@@ -126,11 +141,16 @@ class Steady:
 
         jobs = []
         for halvings, tenths in settings:
-            h, reltol = self.first.h / 2**halvings, self.first.reltol * TENTH**tenths
-            device = dataclasses.replace(self.first, h=h, reltol=reltol, shunt=self.first.shunt / 2**tenths)
+            h = self.first.h / 2**halvings
+            reltol = self.first.reltol * TENTH**tenths
+            device = dataclasses.replace(
+                self.first, h=h, reltol=reltol, shunt=self.first.shunt / 2**tenths
+            )
             jobs.append((device, self._guess((halvings, tenths)), self.deadline, self.enough))
         try:
-            for setting, response in zip(settings, map_in_workers(same_response, jobs), strict=True):
+            for setting, response in zip(
+                settings, map_in_workers(same_response, jobs), strict=True
+            ):
                 if response is None:
                     self.unknown = _unknown("lost")
                     return
@@ -149,8 +169,12 @@ class Steady:
         there = None if self.near is None else self.near.responses.get(setting)
         if there is None or self.near is None:
             return self.last
-        since, now = self.near.responses[0, 0], self.responses[0, 0]
-        if there.turns != now.turns or max(abs(near.phase - now.phase) for near in (there, since)) > SAME_PHASE:
+        since = self.near.responses[0, 0]
+        now = self.responses[0, 0]
+        if (
+            there.turns != now.turns
+            or max(abs(near.phase - now.phase) for near in (there, since)) > SAME_PHASE
+        ):
             return self.last
         if there.section.nodes.keys() != now.section.nodes.keys():
             return self.last
@@ -162,7 +186,9 @@ class Steady:
         """The warning that each node has a capacitance to ground; None where it has none."""
         if not (shunt := self.first.shunt):
             return None
-        return warning("shunted_response", share=shunt, capacitance=shunt * self.first.scales.capacitance)
+        return warning(
+            "shunted_response", share=shunt, capacitance=shunt * self.first.scales.capacitance
+        )
 
     def reusable(self) -> tuple[float, int] | None:
         """What a neighbour may take for the relative error of its tolerance; None where it must measure that."""
@@ -182,11 +208,15 @@ class Steady:
         values = [float(getattr(response, name)) for response in three]
         value, step = limit(values)
         which = 0 if name == "power" else 1
-        lefts = [float(response.left[which]) * abs(v) for response, v in zip(three, values, strict=True)]
+        lefts = [
+            float(response.left[which]) * abs(v) for response, v in zip(three, values, strict=True)
+        ]
         left = (4.0 * lefts[-1] + lefts[-2]) / 3.0  # as the limit weighs them
         tighter = self.responses.get((finest, tenths + 1))
         change = 0.0 if tighter is None else float(getattr(tighter, name)) - values[-1]
-        tolerance = self.remains * abs(change) if self.reused is None else self.reused[0] * abs(value)
+        tolerance = (
+            self.remains * abs(change) if self.reused is None else self.reused[0] * abs(value)
+        )
         return value + change, (step, tolerance, left)
 
     def value(self, name: str) -> Value:
@@ -221,19 +251,31 @@ class Steady:
         """Halve the step, or go on to the next tolerance, whichever makes the larger error; whether there is one."""
         _, (step, tolerance, _) = self.errors("power")
         finest, tenths = self.finest, self.tenths
-        before, finer = dict(self.responses), finest < self.halvings
+        before = dict(self.responses)
+        finer = finest < self.halvings
         tighter = (finest, tenths + 1) in self.responses
-        if tighter and self.first.reltol * TENTH ** (tenths + 2) > TIGHTEST and (tolerance > step or not finer):
+        if (
+            tighter
+            and self.first.reltol * TENTH ** (tenths + 2) > TIGHTEST
+            and (tolerance > step or not finer)
+        ):
             top = min(finest + (step > 0.25 * tolerance), self.halvings)
-            row = [(k, tenths + 1) for k in range(top - 2, top + 1) if (k, tenths + 1) not in self.responses]
+            row = [
+                (k, tenths + 1)
+                for k in range(top - 2, top + 1)
+                if (k, tenths + 1) not in self.responses
+            ]
             self.continue_to([*row, (top, tenths + 2)])
             tenths += 1
         elif finer:
-            self.continue_to([(finest + 1, tenths), *([(finest + 1, tenths + 1)] if tighter else [])])
+            self.continue_to(
+                [(finest + 1, tenths), *([(finest + 1, tenths + 1)] if tighter else [])]
+            )
         else:
             return False
         if self.unknown:  # what was known before is known all the same
-            self.responses, self.unknown = before, None
+            self.responses = before
+            self.unknown = None
             return False
         self.tenths = tenths
         return True

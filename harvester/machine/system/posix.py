@@ -19,7 +19,8 @@ from typing import Any
 
 LOOK = 0.3  # seconds between two checks whether the program that started a worker still lives
 _BY_OTHERS = 0o022  # permissions to write
-_LIBRARY_FOLDERS = ("/opt/homebrew/lib", "/usr/local/lib", "/opt/local/lib")  # Homebrew's on both processors, MacPorts'
+# Homebrew's on both processors, MacPorts'
+_LIBRARY_FOLDERS = ("/opt/homebrew/lib", "/usr/local/lib", "/opt/local/lib")
 
 
 class Posix:
@@ -124,7 +125,8 @@ class Linux(Posix):
     def library(self, name: str) -> str | None:
         """The name by which an installed library loads, from the linker's list; None if it is not found.
 
-        Raises OSError if the system starts no process, which Python's search takes for a missing library.
+        Raises OSError if the system starts no process, which Python's search takes for a missing
+        library.
         """
         library = ctypes.util.find_library(name)
         if library is None:
@@ -141,7 +143,9 @@ class Linux(Posix):
     def _listed(self) -> str:
         """The linker's list, empty if there is none."""
         with suppress(FileNotFoundError, PermissionError):
-            return subprocess.run(["/sbin/ldconfig", "-p"], capture_output=True, text=True, check=False).stdout
+            return subprocess.run(
+                ["/sbin/ldconfig", "-p"], capture_output=True, text=True, check=False
+            ).stdout
         return ""
 
 
@@ -156,13 +160,17 @@ class MacOS(Posix):
         """Ask sysctl."""
         with suppress(OSError):
             command = ["/usr/sbin/sysctl", "-n", "machdep.cpu.brand_string"]
-            return subprocess.run(command, capture_output=True, text=True, check=False).stdout.strip()
+            return subprocess.run(
+                command, capture_output=True, text=True, check=False
+            ).stdout.strip()
         return ""
 
     def library(self, name: str) -> str | None:
         """Look where the system's own search does not, too: Homebrew on Apple's processors."""
         paths = [Path(folder) / f"lib{name}.dylib" for folder in _LIBRARY_FOLDERS]
-        return ctypes.util.find_library(name) or next((str(path) for path in paths if path.is_file()), None)
+        return ctypes.util.find_library(name) or next(
+            (str(path) for path in paths if path.is_file()), None
+        )
 
     def library_file(self, library: str) -> Path:
         """The library's own path."""

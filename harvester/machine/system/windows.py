@@ -16,7 +16,10 @@ from pathlib import Path
 from typing import Any
 
 _LOCKED_BYTE = 1 << 30  # behind all content: a locked byte cannot be read
-_SYNCHRONIZE, _FOREVER, _STILL_RUNS = 0x00100000, 0xFFFFFFFF, 0x102  # of its function WaitForSingleObject
+# of its function WaitForSingleObject
+_SYNCHRONIZE = 0x00100000
+_FOREVER = 0xFFFFFFFF
+_STILL_RUNS = 0x102
 _PROCESSOR = r"HARDWARE\DESCRIPTION\System\CentralProcessor\0"
 
 
@@ -51,7 +54,9 @@ class Windows:
 
     def open_folder_to_lock(self, path: Path) -> int:
         """Open a file in it, as a folder cannot be opened; it is gone when it is closed."""
-        return os.open(path / ".locked", os.O_RDWR | os.O_CREAT | os.O_NOINHERIT | os.O_TEMPORARY, 0o600)
+        return os.open(
+            path / ".locked", os.O_RDWR | os.O_CREAT | os.O_NOINHERIT | os.O_TEMPORARY, 0o600
+        )
 
     def lock(self, file: int) -> bool:
         """Lock one byte behind the content."""

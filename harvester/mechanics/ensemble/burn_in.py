@@ -1,24 +1,38 @@
 """Burn-in: trajectories run until their start is forgotten, as the data and the scene's memory show.
 
-Windows of doubled length follow each other until the means of E[x^2], E[x'^2] and E[V^2] in two neighbours agree within
-two standard errors, and until these times have gone by: `LOAD_TIMES` time constants of the load (1/mu; with a circuit,
-`CHARGING_TIMES` of its capacitor, kappa/mu, and its power agrees too) and `CORRELATION_TIMES` correlation times of the
-energy, of V^2 and of the load's power, estimated from the same window.  The last one may be shorter.
+Windows of doubled length follow each other until the means of E[x^2], E[x'^2] and E[V^2] in two
+neighbours agree within two standard errors, and until these times have gone by: `LOAD_TIMES` time
+constants of the load (1/mu; with a circuit, `CHARGING_TIMES` of its capacitor, kappa/mu, and its
+power agrees too) and `CORRELATION_TIMES` correlation times of the energy, of V^2 and of the load's
+power, estimated from the same window.  The last one may be shorter.
 
-Between unlike wells these times are those of x, too, which sees hops.  Where hops are so rare that this would take too
-long, the burn-in ends when all else is forgotten (`harvester.mechanics.ensemble.hopping`).
+Between unlike wells these times are those of x, too, which sees hops.  Where hops are so rare that
+this would take too long, the burn-in ends when all else is forgotten
+(`harvester.mechanics.ensemble.hopping`).
 """
 
 import time
 
-from harvester.equations.bounds import SLOWEST, friction_bounds, growth_near, strongest_feed, surely_bounded
+from harvester.equations.bounds import (
+    SLOWEST,
+    friction_bounds,
+    growth_near,
+    strongest_feed,
+    surely_bounded,
+)
 from harvester.equations.coefficients import Equations
 from harvester.errors import SimulationError, UnboundedResponseError, invalid
 from harvester.linear.record_doubts import density_doubts, record_doubts
 from harvester.mechanics.ensemble.hopping import Hopping, hopping
 from harvester.mechanics.ensemble.trajectories import NotFiniteError, Trajectories
 from harvester.mechanics.kernels.moments import Moments, correlation_time
-from harvester.mechanics.kernels.step_size import STEP, chatter, remedy, shorter_step, typical_frequency
+from harvester.mechanics.kernels.step_size import (
+    STEP,
+    chatter,
+    remedy,
+    shorter_step,
+    typical_frequency,
+)
 from harvester.presentation.diagnostic import Diagnostic, warning
 from harvester.records.records import Record
 from harvester.uncertainty.value import two_digits
@@ -28,13 +42,16 @@ SHORTEST = 0.25  # of the window before: one that ends a burn-in
 LONGEST = 2e5  # time units: the burn-in ends here whatever the data say
 LOAD_TIMES = 5.0  # time constants of the load
 CHARGING_TIMES = 6.0  # time constants of a smoothing capacitor
-CORRELATION_TIMES = 10.0  # from a window of half the burn-in they come out too short by a quarter at worst
+# from a window of half the burn-in they come out too short by a quarter at worst
+CORRELATION_TIMES = 10.0
 DRIFTING = 2.0  # times as long, where means may still change by hops between wells
-TRANSIENTS = 1.2  # times CORRELATION_TIMES: time constants of a small transient, of which e^-12 is left
+# times CORRELATION_TIMES: time constants of a small transient, of which e^-12 is left
+TRANSIENTS = 1.2
 MOST_STEPS = 2e10  # trajectory-steps of a burn-in without a budget: half a minute or so
 STEPS_A_SECOND = 3e8  # that are counted on at most, and until their rate is measured
 MEASURED = 0.1  # seconds after which the rate is known
-COMPLIANT = 16.0  # steps that one of a compliant stop counts for, which looks for the contact's ends
+# steps that one of a compliant stop counts for, which looks for the contact's ends
+COMPLIANT = 16.0
 OWN_KERNEL = 64.0  # steps that one with a circuit's own kernel counts for
 GROWN = 1e12  # times the first energy: a growth that no response without a growing friction shows
 
@@ -45,12 +62,18 @@ def burn_in(trajectories: Trajectories, budget: float | None = None) -> list[Dia
     A step that turns out too long for the response is made shorter, and the trajectories begin again, unless their step
     is fixed.  ``budget`` is the time that this may take, about, in seconds; below one it counts as one.
 
-    Raises UnboundedResponseError when the energy keeps growing; SimulationError when it is bounded, but does not become
-    stationary in the budget, or in a sensible time; InputError for a fixed step in which friction feeds too much.
+    Raises UnboundedResponseError when the energy keeps growing; SimulationError when it is bounded,
+    but does not become stationary in the budget, or in a sensible time; InputError for a fixed step
+    in which friction feeds too much.
     """
-    if trajectories.step_is_fixed and trajectories.h * (feed := strongest_feed(trajectories.eqs)) > 1.0:
+    if (
+        trajectories.step_is_fixed
+        and trajectories.h * (feed := strongest_feed(trajectories.eqs)) > 1.0
+    ):
         raise invalid(
-            "`dt`", f"be below {1.0 / feed:.3g}/w0, for damping is negative somewhere", f"{trajectories.h:.3g}/w0"
+            "`dt`",
+            f"be below {1.0 / feed:.3g}/w0, for damping is negative somewhere",
+            f"{trajectories.h:.3g}/w0",
         )
     begin = time.perf_counter()
     while True:
@@ -61,7 +84,10 @@ def burn_in(trajectories: Trajectories, budget: float | None = None) -> list[Dia
                 raise
             trajectories.restart(trajectories.h / 8)
             continue
-        eqs, h, x2, v2 = trajectories.eqs, trajectories.h, moments.mean("x2")[0], moments.mean("v2")[0]
+        eqs = trajectories.eqs
+        h = trajectories.h
+        x2 = moments.mean("x2")[0]
+        v2 = moments.mean("v2")[0]
         frequency = typical_frequency(eqs, x2, v2)
         shorter = None if trajectories.step_is_fixed else shorter_step(h, frequency)
         if shorter is None:
@@ -81,11 +107,14 @@ def until_steady(
 
     ``begin`` is the time (`time.perf_counter`) from which the ``budget`` counts, by default now.
 
-    Raises UnboundedResponseError when the energy keeps growing; SimulationError when it is bounded, but still changes
-    after `LONGEST`; or when more steps are needed than ``budget`` allows.
+    Raises UnboundedResponseError when the energy keeps growing; SimulationError when it is bounded,
+    but still changes after `LONGEST`; or when more steps are needed than ``budget`` allows.
     """
-    load, begin = _load_memory(trajectories), time.perf_counter() if begin is None else begin
-    length, before, first = FIRST_WINDOW, None, None
+    load = _load_memory(trajectories)
+    begin = time.perf_counter() if begin is None else begin
+    length = FIRST_WINDOW
+    before = None
+    first = None
     while True:
         check_cost(trajectories, length, budget, begin)
         now = trajectories.run(length)
@@ -109,13 +138,18 @@ def until_steady(
             if not steady:
                 raise _not_stationary(trajectories)
             return now, [_cut_short(trajectories, load, response)]
-        length, before = _next_window(trajectories, length, same, max(load, response)), means
+        length = _next_window(trajectories, length, same, max(load, response))
+        before = means
 
 
 def _next_window(trajectories: Trajectories, length: float, same: bool, end: float) -> float:
     """Twice the length of the last; with a compiled circuit no longer than to the ``end``, once windows agree."""
     is_dear = same and trajectories.own_circuit is not None
-    return min(2.0 * length, max(end - trajectories.time, SHORTEST * length)) if is_dear else 2.0 * length
+    return (
+        min(2.0 * length, max(end - trajectories.time, SHORTEST * length))
+        if is_dear
+        else 2.0 * length
+    )
 
 
 def _agree(means: Moments, before: Moments | None, *names: str) -> bool:
@@ -139,7 +173,9 @@ def _check_growth(trajectories: Trajectories, energy: float, first: float) -> No
         )
 
 
-def _rare_hops(trajectories: Trajectories, now: Moments, length: float, same: bool, load: float) -> Hopping | None:
+def _rare_hops(
+    trajectories: Trajectories, now: Moments, length: float, same: bool, load: float
+) -> Hopping | None:
     """The hops between unlike wells, if they are few and all else is forgotten; None elsewhere."""
     eqs = trajectories.eqs
     if not (eqs.has_unlike_wells and eqs.is_shaken and eqs.is_random):
@@ -157,7 +193,9 @@ def _all_but_hops(
     return trajectories.time >= max(load, within if same else DRIFTING * within)
 
 
-def memory(trajectories: Trajectories, window: Moments, length: float, hops: Hopping | None = None) -> float:
+def memory(
+    trajectories: Trajectories, window: Moments, length: float, hops: Hopping | None = None
+) -> float:
     """Longest correlation time of energy, V^2 and load power, from a window of a ``length`` that ends now.
 
     Without noise that of a small transient (`slowest_transient`), so that `CORRELATION_TIMES` of it leave `TRANSIENTS`
@@ -174,7 +212,9 @@ def memory(trajectories: Trajectories, window: Moments, length: float, hops: Hop
     if circuit is not None:
         pairs.append((window.load, circuit.mu * trajectories.state[:, 3].ravel() ** 2))
     if hops is not None:
-        pairs = [(hops.less_well_means(means), hops.less_well_means(values)) for means, values in pairs]
+        pairs = [
+            (hops.less_well_means(means), hops.less_well_means(values)) for means, values in pairs
+        ]
     return max(correlation_time(means, values, length) for means, values in pairs)
 
 
@@ -185,7 +225,11 @@ def slowest_transient(eqs: Equations) -> float:
 
 
 def check_cost(
-    trajectories: Trajectories, length: float, budget: float | None, begin: float, before: float = 0.0
+    trajectories: Trajectories,
+    length: float,
+    budget: float | None,
+    begin: float,
+    before: float = 0.0,
 ) -> None:
     """Refuse a window of a ``length`` that would go beyond the budget, or beyond `MOST_STEPS` if there is none.
 
@@ -193,7 +237,9 @@ def check_cost(
 
     Raises SimulationError, which says what would help.
     """
-    beyond, steps, seconds = _cost(trajectories, length, budget if budget is None else budget - before, begin)
+    beyond, steps, seconds = _cost(
+        trajectories, length, budget if budget is None else budget - before, begin
+    )
     if beyond:
         raise SimulationError(
             f"the start is not forgotten after {trajectories.time:g}/w0, and a burn-in of {length:g}/w0 more "
@@ -202,11 +248,14 @@ def check_cost(
         )
 
 
-def _cost(trajectories: Trajectories, length: float, budget: float | None, begin: float) -> tuple[bool, float, float]:
+def _cost(
+    trajectories: Trajectories, length: float, budget: float | None, begin: float
+) -> tuple[bool, float, float]:
     """Whether a ``length`` more goes beyond the budget, or `MOST_STEPS`; all steps then, and the seconds they take."""
     weight = COMPLIANT if trajectories.eqs.stop_stiffness is not None else 1.0
     weight = max(weight, 1.0 if trajectories.own_circuit is None else OWN_KERNEL)
-    made, more = weight * trajectories.steps, weight * length / trajectories.h * trajectories.count
+    made = weight * trajectories.steps
+    more = weight * length / trajectories.h * trajectories.count
     spent = time.perf_counter() - begin
     rate = min(made / spent, STEPS_A_SECOND) if spent > MEASURED else STEPS_A_SECOND
     beyond = made + more > MOST_STEPS if budget is None else spent + more / rate > max(budget, 1.0)
@@ -218,10 +267,13 @@ def _cut_short(trajectories: Trajectories, load: float, response: float) -> Diag
     why, constant = "", ""
     if load > trajectories.time:
         circuit = trajectories.circuit
-        constant = f"1/mu = {load / LOAD_TIMES:g}" if circuit is None else f"R C w0 = {circuit.memory:g}"
+        constant = (
+            f"1/mu = {load / LOAD_TIMES:g}" if circuit is None else f"R C w0 = {circuit.memory:g}"
+        )
         why = "load"
     elif response > trajectories.time:
-        why, constant = "response", f"{response / CORRELATION_TIMES:.2g}"
+        why = "response"
+        constant = f"{response / CORRELATION_TIMES:.2g}"
     return warning("burn_in_stopped", time=trajectories.time, why=why, constant=constant)
 
 
@@ -229,7 +281,9 @@ def _not_stationary(trajectories: Trajectories) -> SimulationError:
     """The error of a response that still changes after `LONGEST`."""
     after = f"its energy still changes after {trajectories.time:g}/w0"
     if surely_bounded(trajectories.eqs):
-        return SimulationError(f"no stationary response was seen: {after}; add damping, so that it settles sooner")
+        return SimulationError(
+            f"no stationary response was seen: {after}; add damping, so that it settles sooner"
+        )
     return UnboundedResponseError(
         f"the response grows without bound: {after}; add damping or a stop with restitution below 1"
     )

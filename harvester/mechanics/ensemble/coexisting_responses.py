@@ -1,8 +1,9 @@
 """The responses to a steady drive that trajectories from many starts come to: which are one, and of what kind each is.
 
-Each trajectory has a phase of the drive of its own, so that what is compared between them are means over whole periods.
-A response that comes back after some periods of the drive is periodic; of one that does not, neighbouring motions part
-exponentially if it is chaotic (a positive Lyapunov exponent), and stay together if it is quasi-periodic.
+Each trajectory has a phase of the drive of its own, so that what is compared between them are means
+over whole periods. A response that comes back after some periods of the drive is periodic; of one
+that does not, neighbouring motions part exponentially if it is chaotic (a positive Lyapunov
+exponent), and stay together if it is quasi-periodic.
 """
 
 import math
@@ -28,9 +29,12 @@ NEAR = 0.02  # of the motion's size: a return
 LARGEST_GAP = 0.02  # of a mean: a gap between means that are of several responses
 ASIDE, PARTED = 1e-7, 1e-3  # of the motion's size: a small change, and one that has grown by chaos
 FOLLOWED = 64  # periods in which it may
-LONGER = 5  # times at most that the time doubles until nearly all trajectories are where they come to
+# times at most that the time doubles until nearly all trajectories are where they come to
+LONGER = 5
 FEWEST = 0.02  # of the trajectories: fewer are still on their way
-STARTS, WIDE = 256, 2.0  # the second: times the motion's root mean square from rest, or the place farthest from x = 0
+# the second: times the motion's root mean square from rest, or the place farthest from x = 0
+STARTS = 256
+WIDE = 2.0
 SAME = 0.2  # of a mean: what a step twice as long may change in a response
 
 
@@ -52,7 +56,10 @@ class Attractor:
 
     def like(self, other: "Attractor") -> bool:
         """Whether it is the same response at another step: of the same kind and place, and nearly the same size."""
-        mine, its = (np.array([at.entries(name).mean() for name in ("V2", "x2", "x")]) for at in (self, other))
+        mine, its = (
+            np.array([at.entries(name).mean() for name in ("V2", "x2", "x")])
+            for at in (self, other)
+        )
         return self.turns == other.turns and bool(_alike(mine[None], its, SAME)[0])
 
 
@@ -68,7 +75,9 @@ def from_many_starts(
     moments = pilot.run(MULTIPLES * (eqs.shaking_period or 1.0))
     low, high = eqs.rigid_stops
     size = WIDE * max(*map(abs, eqs.resting_places), math.sqrt(float(moments.x2.max())))
-    speed = max(size * math.sqrt(max(eqs.spring[0], 1.0)), WIDE * math.sqrt(float(moments.v2.max())))
+    speed = max(
+        size * math.sqrt(max(eqs.spring[0], 1.0)), WIDE * math.sqrt(float(moments.v2.max()))
+    )
     draws = np.random.default_rng(child(seed, 4)).uniform(-1.0, 1.0, (2, STARTS))
     start = np.zeros((3, STARTS))
     start[0] = np.clip(size * draws[0], low, high)
@@ -85,9 +94,14 @@ def attractors(trajectories: Trajectories) -> list[Attractor]:
     """
     there = 0
     for _ in range(LONGER):
-        present, before = _present(trajectories), there
-        there = sum(len(attractor.members) for attractor in present if attractor.turns or attractor.chaotic)
-        if there > (1.0 - FEWEST) * trajectories.count or 0 < there <= before:  # what is left comes to no more of them
+        present = _present(trajectories)
+        before = there
+        there = sum(
+            len(attractor.members) for attractor in present if attractor.turns or attractor.chaotic
+        )
+        if (
+            there > (1.0 - FEWEST) * trajectories.count or 0 < there <= before
+        ):  # what is left comes to no more of them
             break
         trajectories.run(trajectories.time)  # many wander for long before they come to a response
     return present
@@ -96,16 +110,24 @@ def attractors(trajectories: Trajectories) -> list[Attractor]:
 def sections(trajectories: Trajectories) -> Floats:
     """Where all trajectories are in mid-drift, and at which part of a period of a steady drive: shape (5, count).
 
-    The rows are x, x', V, the voltage of a circuit's capacitor (0 without a circuit), and that part.
+    The rows are x, x', V, the voltage of a circuit's capacitor (0 without a circuit), and that
+    part.
     """
     eqs, h = trajectories.eqs, trajectories.h
-    now, there = trajectories.filter, trajectories.snapshot()
+    now = trajectories.filter
+    there = trajectories.snapshot()
     p, q = now[:, 0].ravel(), now[:, 1].ravel()
     if eqs.drive is None:  # q is the place in the record
         phase = (q + 0.5) * h / (eqs.shaking_period or h)
     else:
-        phase = (np.arctan2(q / eqs.drive, p / eqs.drive) + 0.5 * h * (eqs.drive_frequency or 0.0)) / (2.0 * math.pi)
-    stored = np.zeros(trajectories.count) if trajectories.circuit is None else trajectories.state[:, 3].ravel()
+        phase = (
+            np.arctan2(q / eqs.drive, p / eqs.drive) + 0.5 * h * (eqs.drive_frequency or 0.0)
+        ) / (2.0 * math.pi)
+    stored = (
+        np.zeros(trajectories.count)
+        if trajectories.circuit is None
+        else trajectories.state[:, 3].ravel()
+    )
     return np.vstack([there, stored, phase % 1.0])
 
 
@@ -118,14 +140,20 @@ def _present(trajectories: Trajectories) -> list[Attractor]:
         trajectories.run(period)
         sections.append(trajectories.snapshot()[:2])
     moments = trajectories.run(MULTIPLES * period)
-    spread = np.sqrt(np.maximum(moments.x2 - moments.x**2, 1e-300)), np.sqrt(np.maximum(moments.v2, 1e-300))
+    spread = (
+        np.sqrt(np.maximum(moments.x2 - moments.x**2, 1e-300)),
+        np.sqrt(np.maximum(moments.v2, 1e-300)),
+    )
     turns = _turns(np.array(sections) / np.array(spread))
     parted = _parts(trajectories, np.array(spread), period)
     turns[parted] = 0  # near an unstable response for a while
-    responses, of_all = [], moments
+    responses = []
+    of_all = moments
     for count in np.unique(turns):
         moments = of_all
-        if count and MULTIPLES % count:  # a mean over a part of what comes back would differ with where it begins
+        if (
+            count and MULTIPLES % count
+        ):  # a mean over a part of what comes back would differ with where it begins
             moments = trajectories.run(count * -(-MULTIPLES // count) * period)
         means = _means(moments, spread[0])
         those = np.flatnonzero(turns == count)
@@ -133,13 +161,19 @@ def _present(trajectories: Trajectories) -> list[Attractor]:
         for number in np.unique(which):
             here = those[which == number]
             responses.append(Attractor(here, int(count), bool(parted[here].mean() > 0.5), moments))
-    enough = [attractor for attractor in responses if len(attractor.members) >= FEWEST * trajectories.count]
+    enough = [
+        attractor
+        for attractor in responses
+        if len(attractor.members) >= FEWEST * trajectories.count
+    ]
     return sorted(enough, key=lambda attractor: -len(attractor.members))
 
 
 def _means(moments: Moments, spread: Floats) -> Floats:
     """The means of V^2, x^2 and x of each trajectory, shape (count, 3); a mean of x that is next to nothing is 0."""
-    return np.array([moments.V2, moments.x2, np.where(np.abs(moments.x) > NEAR * spread, moments.x, 0.0)]).T
+    return np.array(
+        [moments.V2, moments.x2, np.where(np.abs(moments.x) > NEAR * spread, moments.x, 0.0)]
+    ).T
 
 
 def _turns(sections: Floats) -> Indices:
@@ -154,11 +188,16 @@ def _turns(sections: Floats) -> Indices:
 def linked(means: Floats) -> Indices:
     """Numbers of the responses of trajectories, from their means, shape (n, 3), of V^2, x^2 and x.
 
-    Means of one response scatter by the places of impacts in a step, more than `LARGEST_GAP` in all, without gaps.
+    Means of one response scatter by the places of impacts in a step, more than `LARGEST_GAP` in
+    all, without gaps.
     """
     square = np.maximum(means[:, :2], 1e-300)
     positions = np.column_stack([np.log(square), means[:, 2] / np.sqrt(square[:, 1])])
-    return np.asarray(fclusterdata(positions, LARGEST_GAP, criterion="distance", metric="chebyshev", method="single"))
+    return np.asarray(
+        fclusterdata(
+            positions, LARGEST_GAP, criterion="distance", metric="chebyshev", method="single"
+        )
+    )
 
 
 def _alike(means: Floats, response: Floats, part: float) -> Floats:

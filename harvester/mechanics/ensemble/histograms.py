@@ -57,14 +57,22 @@ class Histogram:
 
     def __init__(self, edges: Floats, groups: int) -> None:
         self.edges = np.linspace(edges[0], edges[-1], len(edges))
-        self.counts, self.values_a_group = np.zeros((groups, len(edges) - 1)), 0
+        self.counts = np.zeros((groups, len(edges) - 1))
+        self.values_a_group = 0
 
     def add(self, values: Floats) -> None:
         """Count values, shape (m k,): k of each group, the groups one after the other."""
         rows = np.ascontiguousarray(values.reshape(len(self.counts), -1))
-        _count(rows, self.edges[0], self.counts.shape[1] / (self.edges[-1] - self.edges[0]), self.counts)
+        _count(
+            rows,
+            self.edges[0],
+            self.counts.shape[1] / (self.edges[-1] - self.edges[0]),
+            self.counts,
+        )
         self.values_a_group += rows.shape[1]
 
     def density(self) -> HistogramDensity:
         """The density of all values so far: counts over the number of values and the bins' width."""
-        return HistogramDensity(self.edges, self.counts / (self.values_a_group * (self.edges[1] - self.edges[0])))
+        return HistogramDensity(
+            self.edges, self.counts / (self.values_a_group * (self.edges[1] - self.edges[0]))
+        )

@@ -5,8 +5,9 @@ included, so that a trajectory may be scaled at any time without changing what i
 
     lambda = lim ln |(x, x', V)| / t = (sum of the logs of the scales) / time
 
-The steps are those of `harvester.mechanics.kernels.equation_of_motion` (`drift`, `kick`).  V counts where it acts on
-the mass through a load; without a load V = x is a spring; without coupling the size is that of (x, x').
+The steps are those of `harvester.mechanics.kernels.equation_of_motion` (`drift`, `kick`).  V counts
+where it acts on the mass through a load; without a load V = x is a spring; without coupling the
+size is that of (x, x').
 """
 
 import math
@@ -45,8 +46,12 @@ def grow(b, logs, pushes, rounds, draws, coarse, h, c):  # type: ignore[no-untyp
     first order, and g = x and V.  A round has ``draws`` of two random variates, for two steps each or, where these are
     ``coarse``, for one.
     """
-    x, v, V, d = b.x, b.v, b.V, interval(h, h, c.mu)
-    noise, steps = np.zeros((2, BATCH)), 1 if coarse else 2
+    x = b.x
+    v = b.v
+    V = b.V
+    d = interval(h, h, c.mu)
+    noise = np.zeros((2, BATCH))
+    steps = 1 if coarse else 2
     force = 0.0 if c.n2 is None else math.sqrt(2.0 * c.n2 * h)
     for _ in range(rounds):
         for _ in range(draws):
@@ -69,7 +74,8 @@ def grow(b, logs, pushes, rounds, draws, coarse, h, c):  # type: ignore[no-untyp
             logs[i] += math.log(size)
             x[i] /= size
             v[i] /= size
-            # Without a load V - x = 0 for good; in a shrinking motion its rounding errors would not shrink along.
+            # Without a load V - x = 0 for good; in a shrinking motion its rounding errors would not
+            # shrink along.
             V[i] = x[i] if c.mu is None else V[i] / size
 
 
@@ -91,8 +97,9 @@ def memory(eqs: Equations) -> float:
 class Growth:
     """A measured exponent (nondimensional), with its errors and what it took.
 
-    ``bias`` is the size of the error of the finite step; ``samples`` holds one exponent a trajectory, ``pushed``,
-    shape (n, 3), sums of mean zero beside it: the controls (`harvester.uncertainty.control_variate`) of ``value``.
+    ``bias`` is the size of the error of the finite step; ``samples`` holds one exponent a
+    trajectory, ``pushed``, shape (n, 3), sums of mean zero beside it: the controls
+    (`harvester.uncertainty.control_variate`) of ``value``.
     """
 
     value: float
@@ -120,8 +127,8 @@ def exponent(
     the same answer, whatever the number of threads.  External noise and nonlinear terms of ``eqs``
     play no part.  The burn-in is `memory`, at most `LONGEST`.  ``progress`` is called with the fraction done.
 
-    Raises SimulationError if a trajectory stops dead (restitution 0 and no voltage that pushes the mass off), or
-    would take too long.
+    Raises SimulationError if a trajectory stops dead (restitution 0 and no voltage that pushes the
+    mass off), or would take too long.
     """
     if h is None:
         h = STEP / (math.sqrt(1.0 + (eqs.beta or 0.0)) + math.cbrt(eqs.n2 or 0.0))
@@ -160,12 +167,15 @@ def _run(
     time = 2 * draws * h  # of a round
     before, after = math.ceil(burn_in / time), math.ceil(duration / time)
     words = np.stack([random_words(child(seed, 0, k), BATCH) for k in range(blocks)])
-    phase = np.random.default_rng(child(seed, 1)).uniform(-0.5 * math.pi, 0.5 * math.pi, (blocks, BATCH))
+    phase = np.random.default_rng(child(seed, 1)).uniform(
+        -0.5 * math.pi, 0.5 * math.pi, (blocks, BATCH)
+    )
     state = np.stack([np.cos(phase), np.sin(phase), np.zeros_like(phase)], axis=1)
     mu = eqs.mu if eqs.beta else None
     if mu is None:
         state[:, 2] = state[:, 0]
-    logs, pushes = np.zeros((blocks, BATCH)), np.zeros((blocks, 3, BATCH))
+    logs = np.zeros((blocks, BATCH))
+    pushes = np.zeros((blocks, 3, BATCH))
 
     step = 2.0 * h if coarse else h
     c = Coefficients(mu=mu, beta=eqs.beta, c1=eqs.c1, n2=eqs.n2, r=eqs.restitution)
@@ -185,4 +195,8 @@ def _run(
             "a trajectory of the linearised motion stops dead: lambda is minus infinity; give a restitution above 0"
         )
     made = (draws if coarse else 2 * draws) * (before + after) * blocks * BATCH
-    return logs.ravel() / (after * time), np.moveaxis(pushes, 1, 2).reshape(-1, 3) / (after * time), made
+    return (
+        logs.ravel() / (after * time),
+        np.moveaxis(pushes, 1, 2).reshape(-1, 3) / (after * time),
+        made,
+    )

@@ -30,7 +30,13 @@ class OwnCircuit(Protocol):
         """Fill the rows below x, x' and V of states at the beginning, shape (blocks, rows, BATCH)."""
 
     def advance(
-        self, batch: Batch, state: Floats, schedule: Schedule, h: float, eqs: Equations, shaker: Filter | None
+        self,
+        batch: Batch,
+        state: Floats,
+        schedule: Schedule,
+        h: float,
+        eqs: Equations,
+        shaker: Filter | None,
     ) -> None:
         """Advance a batch, whose states are all in ``state``, by a schedule of steps of h."""
 
@@ -49,5 +55,7 @@ class OwnCircuit(Protocol):
     ) -> Path:
         """One trajectory from x, x' and a state of the circuit, which are the rows of states below the fourth."""
 
-    def mid_drift(self, state: Floats, out: Floats, h: float, eqs: Equations, shaker: Filter | None) -> None:
+    def mid_drift(
+        self, state: Floats, out: Floats, h: float, eqs: Equations, shaker: Filter | None
+    ) -> None:
         """Go from the states of a block after a kick to x, x' and V half a step later."""

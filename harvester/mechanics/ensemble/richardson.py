@@ -1,6 +1,7 @@
 """The time-step bias, measured: trajectories beside others of twice the step, on the same noise.
 
-Beside a stop of strong impacts, whose bias falls slowly with the step, there are others of four times the step, too.
+Beside a stop of strong impacts, whose bias falls slowly with the step, there are others of four
+times the step, too.
 """
 
 import contextlib
@@ -19,7 +20,8 @@ from harvester.uncertainty.richardson import extrapolated, step_bias
 from harvester.uncertainty.value import Value, mean_and_error
 
 SETTLED = 0.3  # of a burn-in: what trajectories make from states that have settled at another step
-LEFT = 0.25  # of the bias that is taken off: what of it may be left, of the order above, up to a step of `SHORT`
+# of the bias that is taken off: what of it may be left, of the order above, up to a step of `SHORT`
+LEFT = 0.25
 SHORT = 0.4  # beyond it what is left of the bias grows as the step does
 GROWN = 1e3  # times the fine step's E[x^2]: a coarse step that is unstable, though still finite
 
@@ -27,12 +29,15 @@ GROWN = 1e3  # times the fine step's E[x^2]: a coarse step that is unstable, tho
 def compile_pair(trajectories: Trajectories, budget: float | None = None) -> None:
     """Compile all that a `RichardsonPair` of trajectories calls, by a few steps of a single block of them.
 
-    Raises SimulationError, before anything is computed, where the shortest burn-in would go beyond the ``budget``.
+    Raises SimulationError, before anything is computed, where the shortest burn-in would go beyond
+    the ``budget``.
     """
     check_cost(trajectories, FIRST_WINDOW, budget, time.perf_counter())
     eqs = trajectories.eqs
-    block = trajectories.block(1e-3 if eqs.shaking_period is None and eqs.density is None else None)  # else in records
-    with contextlib.suppress(UnboundedResponseError):  # for a very stiff scene this step is too long
+    # else in records
+    block = trajectories.block(1e-3 if eqs.shaking_period is None and eqs.density is None else None)
+    # for a very stiff scene this step is too long
+    with contextlib.suppress(UnboundedResponseError):
         block.run(0.01)
         block.snapshot()
         RichardsonPair(block, 0.01)
@@ -45,8 +50,8 @@ class RichardsonPair:
     first, within ``budget`` seconds.  ``burn_in`` and ``duration`` are the nondimensional times before and of the
     averages, ``seconds_a_unit`` what a unit of time took in the last `extend`.
 
-    Trajectories that share a record of tabulated noise have soon seen all of it, and are one entry together: to go on,
-    others begin on other records.
+    Trajectories that share a record of tabulated noise have soon seen all of it, and are one entry
+    together: to go on, others begin on other records.
 
     A ``twin`` is a pair with a circuit of ideal elements in the place of a compiled one, at the same step: it tells the
     bias for a thousandth of the time.  Both circuits meet the mass in the same way, once a step, and the compiled one
@@ -67,16 +72,20 @@ class RichardsonPair:
     ) -> None:
         if trajectories.time == 0.0:
             burn_in(trajectories, budget)
-        self.trajectories, self.budget, self._twin = trajectories, budget, twin
+        self.trajectories = trajectories
+        self.budget = budget
+        self._twin = twin
         settled_in = max(trajectories.time, settled_in)
-        self.duration, self.burn_in = 0.0, max(settled_in, FIRST_WINDOW)
+        self.duration = 0.0
+        self.burn_in = max(settled_in, FIRST_WINDOW)
         self.order = step_order(trajectories.eqs)
         self._coarser = self._coarser_ones() if twin is None else []
         self._steps = 0 if twin is None else twin.steps  # of trajectories that were stopped
         self._time_of_both = 0.0
         self.seconds_a_unit = 0.0
         self._moments: Moments | None = None
-        self._moments_of_all: list[Moments] = []  # at the step h and at the longer ones, over the time of all
+        # at the step h and at the longer ones, over the time of all
+        self._moments_of_all: list[Moments] = []
         self._known: dict[tuple[str, str], Any] = {}  # what was fitted to the present moments
         self._burn_in_coarser(settled_in)
         self._extend(duration)
@@ -91,7 +100,10 @@ class RichardsonPair:
     @property
     def _goes_on_from_states(self) -> bool:
         """Whether trajectories of another step begin in states of these."""
-        return self.trajectories.own_circuit is not None and not self.trajectories.eqs.is_shaken_otherwise
+        return (
+            self.trajectories.own_circuit is not None
+            and not self.trajectories.eqs.is_shaken_otherwise
+        )
 
     def _burn_in_coarser(self, duration: float) -> None:
         if self._goes_on_from_states and self._coarser:
@@ -128,12 +140,17 @@ class RichardsonPair:
             self._burn_in_coarser(self.burn_in)
 
     def _extend(self, duration: float) -> None:
-        clock, begin = time.perf_counter(), self.trajectories.time
+        clock = time.perf_counter()
+        begin = self.trajectories.time
         self._known.clear()
         now = self.trajectories.run(duration)
         duration = self.trajectories.time - begin
         self.duration += duration
-        self._moments = now if self._moments is None else self._with(self._moments, now, duration / self.duration)
+        self._moments = (
+            now
+            if self._moments is None
+            else self._with(self._moments, now, duration / self.duration)
+        )
         if self._coarser:
             self._extend_coarser(now, duration)
         self.seconds_a_unit = (time.perf_counter() - clock) / duration
@@ -152,7 +169,9 @@ class RichardsonPair:
         self._time_of_both += duration
         share, new = duration / self._time_of_both, [now, *then]
         before = self._moments_of_all
-        self._moments_of_all = [self._with(*both, share) for both in zip(before, new, strict=True)] if before else new
+        self._moments_of_all = (
+            [self._with(*both, share) for both in zip(before, new, strict=True)] if before else new
+        )
 
     def _with(self, before: Moments, now: Moments, share: float) -> Moments:
         """Moments with those of a later time, which is the ``share`` of all of it; or with those on other records."""
@@ -170,7 +189,8 @@ class RichardsonPair:
 
     def with_step(self, h: float) -> "RichardsonPair":
         """A fresh pair of the same scene, duration and budget at another step, on other noise."""
-        fresh, settled_in = self.trajectories.with_step(h), 0.0
+        fresh = self.trajectories.with_step(h)
+        settled_in = 0.0
         if self._goes_on_from_states:
             settled_in = self.burn_in
             fresh.state[:] = self.trajectories.state
@@ -180,7 +200,9 @@ class RichardsonPair:
     @property
     def steps(self) -> int:
         """Trajectory-steps of all."""
-        return self._steps + sum(trajectories.steps for trajectories in (self.trajectories, *self._coarser))
+        return self._steps + sum(
+            trajectories.steps for trajectories in (self.trajectories, *self._coarser)
+        )
 
     @property
     def moments(self) -> Moments:
@@ -191,7 +213,12 @@ class RichardsonPair:
     @property
     def extrapolates(self) -> bool:
         """Whether means are those of a step of 0, so that the coarser trajectories go on."""
-        return bool(self._goes_on_from_states and self._moments_of_all and self._coarser and self.order >= STRONG)
+        return bool(
+            self._goes_on_from_states
+            and self._moments_of_all
+            and self._coarser
+            and self.order >= STRONG
+        )
 
     def mean(self, name: str) -> tuple[float, float]:
         """Mean of one moment at the step h, or of 0, and its standard error."""
@@ -203,7 +230,9 @@ class RichardsonPair:
             if self.extrapolates:
                 self._known["mean", name] = extrapolated(*self._at_all_steps(name))
             else:
-                self._known["mean", name] = self.moments.controlled(name, self.trajectories.together)
+                self._known["mean", name] = self.moments.controlled(
+                    name, self.trajectories.together
+                )
         return np.asarray(self._known["mean", name])
 
     def bias(self, name: str) -> tuple[float, float]:
@@ -212,7 +241,8 @@ class RichardsonPair:
         Where twice the step is unstable nothing is known of it: the mean itself.
         """
         if self._twin is not None:
-            size, (bias, error) = abs(self.mean(name)[0]), self._twin.relative_bias(name)
+            size = abs(self.mean(name)[0])
+            (bias, error) = self._twin.relative_bias(name)
             return size * bias, size * error
         if not self._moments_of_all:
             return self.mean(name)[0], 0.0
@@ -238,10 +268,21 @@ class RichardsonPair:
 
         Where twice the step is unstable, the mean at the step h.
         """
-        return mean_and_error(extrapolated(*self._at_all_steps(name))) if self._moments_of_all else self.mean(name)
+        return (
+            mean_and_error(extrapolated(*self._at_all_steps(name)))
+            if self._moments_of_all
+            else self.mean(name)
+        )
 
     def _at_all_steps(self, name: str) -> tuple[list[Floats], float, Floats | None, int]:
         """What `step_bias` takes: a moment at all steps, the order, and the controls of all steps side by side."""
-        controls = [moments.controls for moments in self._moments_of_all if moments.controls is not None]
+        controls = [
+            moments.controls for moments in self._moments_of_all if moments.controls is not None
+        ]
         values = [getattr(moments, name) for moments in self._moments_of_all]
-        return values, self.order, np.hstack(controls) if controls else None, self.trajectories.together
+        return (
+            values,
+            self.order,
+            np.hstack(controls) if controls else None,
+            self.trajectories.together,
+        )

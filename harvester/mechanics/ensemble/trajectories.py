@@ -1,7 +1,8 @@
 """Many trajectories side by side, and the means of what they do.
 
-One compiled kernel advances a batch of `BATCH` trajectories in a thread of its own.  Every trajectory gives one
-independent time average, so that standard errors need no correlation time; of tabulated noise every block, on a record.
+One compiled kernel advances a batch of `BATCH` trajectories in a thread of its own.  Every
+trajectory gives one independent time average, so that standard errors need no correlation time; of
+tabulated noise every block, on a record.
 
 Long because loads of three kinds have kernels of their own.
 """
@@ -32,19 +33,37 @@ from harvester.mechanics.kernels.noise import child, random_words
 from harvester.mechanics.kernels.offset_stops import loss_unit
 from harvester.mechanics.kernels.path import check_start
 from harvester.mechanics.kernels.shaken_control_variates import martingales
-from harvester.mechanics.kernels.shaking import Filter, filter_of, filter_start, of_batch, rows_of, samples_of
+from harvester.mechanics.kernels.shaking import (
+    Filter,
+    filter_of,
+    filter_start,
+    of_batch,
+    rows_of,
+    samples_of,
+)
 from harvester.mechanics.kernels.step_size import STEP, remedy, typical_frequency, whole_steps
-from harvester.mechanics.kernels.trajectory_batch import BATCH, IDEAL_SUMS, SUMS, Batch, Schedule, advance, mid_drift
+from harvester.mechanics.kernels.trajectory_batch import (
+    BATCH,
+    IDEAL_SUMS,
+    SUMS,
+    Batch,
+    Schedule,
+    advance,
+    mid_drift,
+)
 from harvester.mechanics.modes.modal_batch import RESISTOR_ROWS, ModalMotion
 
 SHORTEST, LONGEST = 1e-6, 1e3  # steps
 MOST_OF_A_PERIOD = 2e6  # steps
-LARGEST = 1e100  # of a state with a circuit: what is above grows without bound, by steps that take ever longer
+# of a state with a circuit: what is above grows without bound, by steps that take ever longer
+LARGEST = 1e100
 MOST_STEPS = 1e10  # of one trajectory in one go
 SOON = 8192  # steps of blocks of trajectories that no thread is started for: a few milliseconds
-PIECE = 4096  # steps of a trajectory with a circuit of its own between two looks whether it is given up
+# steps of a trajectory with a circuit of its own between two looks whether it is given up
+PIECE = 4096
 
-Progress = Callable[[float], None]  # called with the nondimensional time times trajectories that a block has done
+# called with the nondimensional time times trajectories that a block has done
+Progress = Callable[[float], None]
 
 
 class NotFiniteError(UnboundedResponseError):
@@ -54,9 +73,10 @@ class NotFiniteError(UnboundedResponseError):
 class Trajectories:
     """A set of trajectories in blocks of `BATCH`, with their own random generators.
 
-    ``count`` is their number, ``together`` of them are on one record of a density, ``h`` is the nondimensional step,
-    ``time`` how far they are and ``steps`` the trajectory-steps made in all; ``state`` holds x, x', V (with a circuit
-    also its capacitor's voltage and the switch's place), shape (blocks, 3 or 5, BATCH), after a kick.
+    ``count`` is their number, ``together`` of them are on one record of a density, ``h`` is the
+    nondimensional step, ``time`` how far they are and ``steps`` the trajectory-steps made in all;
+    ``state`` holds x, x', V (with a circuit also its capacitor's voltage and the switch's place),
+    shape (blocks, 3 or 5, BATCH), after a kick.
 
     Parameters
     ----------
@@ -67,7 +87,8 @@ class Trajectories:
     seed
         the same seed, the same trajectories.
     h
-        nondimensional step; None: `STEP` over `typical_frequency`, which the burn-in may make shorter.
+        nondimensional step; None: `STEP` over `typical_frequency`, which the burn-in may make
+        shorter.
     start
         x, x' and V at the beginning, shape (3,) or (3, count) with whole blocks; None: at rest, in each of
         `resting_places` in turn.  Where nothing random shakes it, off it by 1 or half-way to the opposite stop; under a
@@ -75,15 +96,17 @@ class Trajectories:
     circuit
         the load, in place of the resistive one of the equations; its capacitor is empty at first.
     ngspice_rule
-        advance the load resistor by ngspice's integration rule (`harvester.mechanics.kernels.ngspice_rule`), for a stop
-        at rest or none.
+        advance the load resistor by ngspice's integration rule
+        (`harvester.mechanics.kernels.ngspice_rule`), for a stop at rest or none.
     controlled
-        with the sums of mean zero that make means cheaper, where white or coloured noise has any: see
-        `harvester.mechanics.kernels.control_variates`, `circuit_features` and `shaken_features`.
+        with the sums of mean zero that make means cheaper, where white or coloured noise has any:
+        see `harvester.mechanics.kernels.control_variates`, `circuit_features` and
+        `shaken_features`.
     origin
         ``state``, ``filter`` and ``words`` of others, to go on from.
 
-    Raises InputError for a start behind a stop, a step out of range, and a circuit on a device with mu.
+    Raises InputError for a start behind a stop, a step out of range, and a circuit on a device with
+    mu.
     """
 
     def __init__(
@@ -102,9 +125,12 @@ class Trajectories:
         if circuit is not None and eqs.mu is not None:
             raise invalid("mu beside a load circuit", "be None", eqs.mu)
         if h is not None and not SHORTEST <= h <= LONGEST:
-            raise invalid("`dt`", f"be between {SHORTEST:g} and {LONGEST:g} times 1/w0", f"{h:.3g}/w0")
+            raise invalid(
+                "`dt`", f"be between {SHORTEST:g} and {LONGEST:g} times 1/w0", f"{h:.3g}/w0"
+            )
         self.blocks = -(-count // BATCH)
-        self.count, self.together = self.blocks * BATCH, 1 if eqs.density is None else BATCH
+        self.count = self.blocks * BATCH
+        self.together = 1 if eqs.density is None else BATCH
         resting = np.array(eqs.resting_places)
         if start is None:
             off = np.resize(np.minimum(1.0, 0.5 * (eqs.rigid_stops[1] - resting)), self.count)
@@ -113,31 +139,43 @@ class Trajectories:
             start = np.zeros((3, self.count))
             start[0] = np.resize(resting, self.count) + off
         check_start(eqs.rigid_stops, start[0].min(), start[0].max())
-        self.eqs, self.seed, self.step_is_fixed, self.start = eqs, seed, h is not None, start
-        self.ngspice_rule, self.steps = ngspice_rule, 0
+        self.eqs = eqs
+        self.seed = seed
+        self.step_is_fixed = h is not None
+        self.start = start
+        self.ngspice_rule = ngspice_rule
+        self.steps = 0
         self.put_behind(circuit)
-        self._coefficients: Any = coefficients(eqs) if self.modes is None else self.modes.coefficients
+        self._coefficients: Any = (
+            coefficients(eqs) if self.modes is None else self.modes.coefficients
+        )
         self.hopping: Hopping | None = None  # where hops are too rare for the start to be forgotten
         self.controlled = controlled and not ngspice_rule and _has_controls(eqs)
         self._kind = circuit, ngspice_rule, self.controlled
         self.own_sums: Any = 0.0  # what an `OwnCircuit` has counted, in all
-        self.doublings, self._origin = 0, origin  # the first: of a step whose noise is that of the steps in it
+        # the first: of a step whose noise is that of the steps in it
+        self.doublings = 0
+        self._origin = origin
         self.restart(STEP / typical_frequency(eqs, float(np.max(resting**2))) if h is None else h)
 
     def restart(self, h: float) -> None:
         """Begin again with a step of h, or the next shorter one of which a period takes whole multiples.
 
-        Raises SimulationError for a shaking so fast that its steps are below `SHORTEST`, or so slow that a period takes
-        more than `MOST_OF_A_PERIOD`.
+        Raises SimulationError for a shaking so fast that its steps are below `SHORTEST`, or so slow
+        that a period takes more than `MOST_OF_A_PERIOD`.
         """
         repeat = self.eqs.shaking_period
         self.h = h = whole_steps(h, repeat)
-        self.time, self.hopping = 0.0, None
-        # Two steps to a draw, a sample every 0.4 or so: V^2 varies on the scale of 1, but jumps alike under a drive.
+        self.time = 0.0
+        self.hopping = None
+        # Two steps to a draw, a sample every 0.4 or so: V^2 varies on the scale of 1, but jumps
+        # alike under a drive.
         self.stride = 2 if self.eqs.drive is not None else 2 * max(1, round(0.2 / h))
         if repeat is not None:  # whole samples to a period
             _check_period(h, repeat)
-            self.stride = max(2, math.gcd(round(repeat / h) // 16, 2 ** int(math.log2(self.stride))))
+            self.stride = max(
+                2, math.gcd(round(repeat / h) // 16, 2 ** int(math.log2(self.stride)))
+            )
         start = np.moveaxis(self.start.reshape(3, -1, BATCH if self.start.ndim > 1 else 1), 1, 0)
         self.state = aligned((self.blocks, self._rows, BATCH))
         self.state[:, :3] = start
@@ -146,7 +184,9 @@ class Trajectories:
         elif self.circuit is not None:
             self.state[:, 4] = start[:, 0]
         if self.modes is not None:
-            self.modes.begin(self.state, RESISTOR_ROWS if self.circuit is None else self._circuit_rows)
+            self.modes.begin(
+                self.state, RESISTOR_ROWS if self.circuit is None else self._circuit_rows
+            )
         self.words = aligned((self.blocks, 2, BATCH), np.uint64)
         for k, words in enumerate(self.words):
             words[:] = random_words(child(self.seed, 0, k), BATCH)
@@ -159,13 +199,15 @@ class Trajectories:
 
     def put_behind(self, circuit: IdealCircuit | OwnCircuit | None) -> None:
         """Go on with a circuit of the same elements with other values."""
-        self.circuit, self.own_circuit = circuit, None if isinstance(circuit, IdealCircuit) else circuit
+        self.circuit = circuit
+        self.own_circuit = None if isinstance(circuit, IdealCircuit) else circuit
         self.modes = _modal_motion(self.eqs, circuit)
 
     def _begin_shaking(self) -> None:
         """Make the filters of shaking other than white noise; all share a record that is not drawn at random."""
         coarse = self.doublings > 0
-        grid, known = 0.5 * self.h if coarse else self.h, filter_of(self.eqs, self.h, coarse)
+        grid = 0.5 * self.h if coarse else self.h
+        known = filter_of(self.eqs, self.h, coarse)
         samples = None
         for k, (states, words) in enumerate(zip(self.filter, self.words, strict=True)):
             rng = np.random.default_rng(child(self.seed, 2, k))
@@ -177,22 +219,31 @@ class Trajectories:
     def run(self, duration: float, progress: Progress | None = None) -> Moments:
         """Advance all trajectories by ``duration`` (rounded to whole samples, and periods of a drive) and average.
 
-        Raises UnboundedResponseError when a trajectory leaves the finite numbers, CircuitError where too many steps of
-        a circuit fail.
+        Raises UnboundedResponseError when a trajectory leaves the finite numbers, CircuitError
+        where too many steps of a circuit fail.
         """
         if duration > MOST_STEPS * self.h:
-            raise invalid("`duration`", f"be at most {MOST_STEPS:.0e} steps", f"{duration / self.h:.3g} steps")
-        eqs, time = self.eqs, self.stride * self.h  # from one sample to the next
+            raise invalid(
+                "`duration`", f"be at most {MOST_STEPS:.0e} steps", f"{duration / self.h:.3g} steps"
+            )
+        # from one sample to the next
+        eqs = self.eqs
+        time = self.stride * self.h
         samples_a_period = round((eqs.shaking_period or time) / time)
         samples = samples_a_period * max(1, round(duration / (samples_a_period * time)))
         kernels = self._kernels
-        rows = len(SUMS if self.circuit is None else IDEAL_SUMS) if kernels is None else kernels.sums
+        rows = (
+            len(SUMS if self.circuit is None else IDEAL_SUMS) if kernels is None else kernels.sums
+        )
         sums = aligned((self.blocks, rows, BATCH))
         noise = aligned((self.blocks, self._martingales, BATCH)) if self.controlled else None
         begin = self._boundary() if self.controlled else np.empty(0)
-        schedule = Schedule(samples, self.stride, self.doublings, self.ngspice_rule and self.time > 0.0)
+        schedule = Schedule(
+            samples, self.stride, self.doublings, self.ngspice_rule and self.time > 0.0
+        )
         update = update_of(eqs, self.h, self.ngspice_rule)
-        piece, given_up = max(1, PIECE // self.stride) if self.own_circuit else samples, threading.Event()
+        piece = max(1, PIECE // self.stride) if self.own_circuit else samples
+        given_up = threading.Event()
 
         def block(k: int) -> None:
             batch = self._batch(k, sums[k], None if noise is None else noise[k])
@@ -205,7 +256,15 @@ class Trajectories:
                     if given_up.is_set() or math.isnan(self.state[k, 0, 0]):
                         break
             else:
-                advance(batch, schedule, self.h, self.circuit, self._coefficients, self.shakers[k], update)
+                advance(
+                    batch,
+                    schedule,
+                    self.h,
+                    self.circuit,
+                    self._coefficients,
+                    self.shakers[k],
+                    update,
+                )
             if progress is not None:
                 progress(samples * time * BATCH)
 
@@ -213,7 +272,9 @@ class Trajectories:
         elapsed = samples * time
         self.time += elapsed
         self.steps += samples * self.stride * self.count
-        if not all(np.isfinite(array).all() for array in (sums, self.state, noise) if array is not None):
+        if not all(
+            np.isfinite(array).all() for array in (sums, self.state, noise) if array is not None
+        ):
             raise NotFiniteError(
                 f"the response grows without bound: it left the finite numbers after {self.time:g}/w0 "
                 f"at a step of {self.h:.3g}/w0; {remedy(self.eqs, self.h)}"
@@ -243,7 +304,9 @@ class Trajectories:
         """How many rows the states of a block have."""
         if self._kernels is None:
             return 3 if self.circuit is None else 5
-        return self._kernels.rows + (0 if self.modes in (None, self._kernels) else self.modes.rows - RESISTOR_ROWS)
+        return self._kernels.rows + (
+            0 if self.modes in (None, self._kernels) else self.modes.rows - RESISTOR_ROWS
+        )
 
     @property
     def _martingales(self) -> int:
@@ -262,14 +325,17 @@ class Trajectories:
     def _batch(self, k: int, sums: Floats | None = None, controls: Floats | None = None) -> Batch:
         """A block as the kernels take it."""
         (x, v, voltage, *circuit), (s0, s1) = self.state[k], self.words[k]
-        return Batch(x, v, voltage, s0, s1, sums, controls, *(() if self.circuit is None else circuit[:2]))
+        return Batch(
+            x, v, voltage, s0, s1, sums, controls, *(() if self.circuit is None else circuit[:2])
+        )
 
     def snapshot(self) -> Floats:
         """Displacement, velocity and voltage of all trajectories now, in mid-drift: shape (3, count)."""
         out = np.empty((3, self.count))
         if self.ngspice_rule and self.time > 0.0:
             return self._states().copy()
-        columns = np.empty((3, BATCH))  # in one piece, also of several blocks: else their kernel is compiled twice
+        # in one piece, also of several blocks: else their kernel is compiled twice
+        columns = np.empty((3, BATCH))
         for k, shaker in enumerate(self.shakers):
             if (kernels := self._kernels) is not None:
                 kernels.mid_drift(self.state[k], columns, self.h, self.eqs, shaker)
@@ -285,7 +351,9 @@ class Trajectories:
     def _boundary(self) -> Floats:
         """The functions of the present states whose change is one kind of controls."""
         if self.modes is not None:
-            return self.modes.boundary(self._states(), self.eqs, None if self.circuit is None else self._circuit_rows)
+            return self.modes.boundary(
+                self._states(), self.eqs, None if self.circuit is None else self._circuit_rows
+            )
         return (boundary if self.circuit is None else circuit_boundary)(self._states(), self.eqs)
 
     def block(self, h: float | None) -> "Trajectories":
@@ -302,7 +370,8 @@ class Trajectories:
         Without shaking other than white noise these have coarser ones, too.
         """
         other = Trajectories(self.eqs, self.count, self.seed, 2.0 * self.h, self.start, *self._kind)
-        other.doublings, other._origin = self.doublings + 1, self._origin
+        other.doublings = self.doublings + 1
+        other._origin = self._origin
         other.restart(other.h)
         other.stride = max(self.stride // 2, 1)
         return other
@@ -326,7 +395,11 @@ def _each(block: Callable[[int], None], blocks: int, steps: int, given_up: threa
 
 def _modal_motion(eqs: Equations, circuit: IdealCircuit | OwnCircuit | None) -> ModalMotion | None:
     """What moves several modes, with an ideal circuit or without; None of one mode."""
-    return None if eqs.modes is None else ModalMotion(eqs, circuit if isinstance(circuit, IdealCircuit) else None)
+    return (
+        None
+        if eqs.modes is None
+        else ModalMotion(eqs, circuit if isinstance(circuit, IdealCircuit) else None)
+    )
 
 
 def _has_controls(eqs: Equations) -> bool:
@@ -338,7 +411,9 @@ def _check_period(h: float, repeat: float) -> None:
     """Refuse a shaking whose period ``repeat`` is too short or too long for steps of h."""
     period = f"the shaking repeats after {repeat:.2g}/w0"
     if h < SHORTEST:
-        raise SimulationError(f"{period}, too fast for the mass to follow: a step would be {h:.1e}/w0")
+        raise SimulationError(
+            f"{period}, too fast for the mass to follow: a step would be {h:.1e}/w0"
+        )
     if repeat > MOST_OF_A_PERIOD * h:
         raise SimulationError(
             f"{period}, which would take {repeat / h:.1e} steps of {h:.2g}/w0: too slow for the response, "

@@ -1,10 +1,11 @@
 """Effects that are absent cost nothing, nor do questions whether one is there: a pass of the compiler.
 
-numba leaves out a branch such as ``if alpha is not None`` where the argument alpha is None.  Of a field of an argument,
-as in ``if c.alpha is not None``, it does not know that before it has found the types, and fails in the branch that adds
-a number to None; and what stands in the other branch, of an effect that is there, it compiles for nothing.  This pass,
-which runs before branches are left out, writes None in the place of each field whose type reports it, and the answer in
-the place of each question whether an argument, or a field of one, is None.
+numba leaves out a branch such as ``if alpha is not None`` where the argument alpha is None.  Of a
+field of an argument, as in ``if c.alpha is not None``, it does not know that before it has found
+the types, and fails in the branch that adds a number to None; and what stands in the other branch,
+of an effect that is there, it compiles for nothing.  This pass, which runs before branches are left
+out, writes None in the place of each field whose type reports it, and the answer in the place of
+each question whether an argument, or a field of one, is None.
 """
 
 import operator
@@ -26,7 +27,8 @@ class AbsentEffects(compiler_machinery.FunctionPass):
 
     def run_pass(self, state: Any) -> bool:
         """Whether the function has changed."""
-        function, changed = state.func_ir, False
+        function = state.func_ir
+        changed = False
         for block in function.blocks.values():
             for assignment in block.find_insts(ir.Assign):
                 value = assignment.value
@@ -45,7 +47,10 @@ def _answer(state: Any, value: Any) -> tuple[bool | None] | None:
     if value.op == "getattr" and isinstance(_kind(state, value), types.NoneType):
         return (None,)
     if value.op == "binop" and value.fn in QUESTIONS:
-        what, beside = (ir_utils.guard(ir_utils.get_definition, state.func_ir, side) for side in (value.lhs, value.rhs))
+        what, beside = (
+            ir_utils.guard(ir_utils.get_definition, state.func_ir, side)
+            for side in (value.lhs, value.rhs)
+        )
         if isinstance(beside, ir.Const) and beside.value is None:
             kind = _kind(state, what)
             if isinstance(kind, types.Number | types.Array | types.BaseTuple):

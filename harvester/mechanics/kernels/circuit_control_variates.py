@@ -1,13 +1,13 @@
 """Controls as of `harvester.mechanics.kernels.control_variates`, of a device with any load circuit and its states.
 
-With the voltage V of the piezo and U of the load's smoothing capacitor (0 without one), E the energy of the mass and
-W = |E| + beta V^2/2,
+With the voltage V of the piezo and U of the load's smoothing capacitor (0 without one), E the
+energy of the mass and W = |E| + beta V^2/2,
 
     martingale   g = v, v U, v sqrt W, V, v U^2, V sqrt W, v x, x sqrt W, v V
     boundary     h = U^2 sqrt W, U, W, U^2, sqrt W, |V| U, x v, x V, V^2
 
-in the order of their worth, as measured on a bridge with and without a stop and on a parallel SSHI: a fit to few
-entries takes the first.
+in the order of their worth, as measured on a bridge with and without a stop and on a parallel SSHI:
+a fit to few entries takes the first.
 """
 
 import numpy as np
@@ -78,8 +78,9 @@ def path_controls(
 ) -> Floats:
     """Both kinds of sums of consecutive blocks of a recorded path, over their ``length``: shape (blocks, 18 or 26).
 
-    ``states``, shape (4, blocks, n + 1), are (x, v, V, U) before each kick of a block, and before the one after
-    it; ``noise``, shape (blocks, n), the variates of its kicks; ``filtered`` as of `shaken_path_controls`.
+    ``states``, shape (4, blocks, n + 1), are (x, v, V, U) before each kick of a block, and before
+    the one after it; ``noise``, shape (blocks, n), the variates of its kicks; ``filtered`` as of
+    `shaken_path_controls`.
     """
     x, v, V, U = states[:, :, :-1]
     root = np.sqrt(_all_energy(x, v, V, eqs))

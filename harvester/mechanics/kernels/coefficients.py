@@ -62,12 +62,17 @@ class Impacts(NamedTuple):
 def coefficients(eqs: Equations) -> Coefficients:
     """The coefficients of equations, as kernels of one mode take them.
 
-    Raises CannotServeError for further modes or a magnifier, whose kernels are in `harvester.mechanics.modes`.
+    Raises CannotServeError for further modes or a magnifier, whose kernels are in
+    `harvester.mechanics.modes`.
     """
     check_one_mode(eqs)
     given = {name: getattr(eqs, name) for name in Coefficients._fields if name in vars(eqs)}
     given |= {"r": eqs.restitution, "r_high": eqs.opposite_restitution, "high": eqs.opposite_gap}
-    if eqs.gap is not None or eqs.opposite_restitution is not None or eqs.stop_stiffness is not None:
+    if (
+        eqs.gap is not None
+        or eqs.opposite_restitution is not None
+        or eqs.stop_stiffness is not None
+    ):
         given["gap"] = eqs.gap or 0.0
         given["pull"] = eqs.spring_force(-given["gap"])
     if eqs.opposite_gap is not None:

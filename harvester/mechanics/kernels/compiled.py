@@ -1,8 +1,9 @@
 """How this package compiles: decorators over numba with one set of flags and one cache.
 
-numba's own cache looks only at the path and the time of the file of the function that it stores; here a kernel is made
-of functions from several files, so the cache folder is named by a hash of what stands in all of them.  A compiled
-function can also be built again from its source, interpreted or compiled to exactly the same arithmetic.
+numba's own cache looks only at the path and the time of the file of the function that it stores;
+here a kernel is made of functions from several files, so the cache folder is named by a hash of
+what stands in all of them.  A compiled function can also be built again from its source,
+interpreted or compiled to exactly the same arithmetic.
 """
 
 import hashlib
@@ -40,7 +41,9 @@ F = TypeVar("F", bound=Callable[..., Any])
 FLAGS: dict[str, Any] = {"fastmath": {"contract", "reassoc", "nsz", "arcp"}, "error_model": "numpy"}
 STRICT: dict[str, Any] = {"fastmath": False, "error_model": "numpy"}
 LONGEST_WAIT = 30.0  # s, for a compilation in another process
-DECORATED = re.compile(rb"^ *(@(kernel|inlined|forced|c_function|intrinsic)\b|class \w+\(NamedTuple\))", re.MULTILINE)
+DECORATED = re.compile(
+    rb"^ *(@(kernel|inlined|forced|c_function|intrinsic)\b|class \w+\(NamedTuple\))", re.MULTILINE
+)
 
 
 class Compiler(vector_width.Chosen):
@@ -51,7 +54,9 @@ class Compiler(vector_width.Chosen):
     def define_pipelines(self) -> list[Any]:
         """The passes, and where they put the code."""
         if self.state.library is None:
-            self.state.library = self.library(self.state.targetctx.codegen(), self.state.func_id.func_qualname)
+            self.state.library = self.library(
+                self.state.targetctx.codegen(), self.state.func_id.func_qualname
+            )
             self.state.library.enable_object_caching()
         return absent_effects.add_to(super().define_pipelines())
 
@@ -63,7 +68,11 @@ class PartCompiler(Compiler):
 
 
 COMPILER: dict[str, Any] = {"pipeline_class": Compiler}
-PART: dict[str, Any] = {"pipeline_class": PartCompiler, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+PART: dict[str, Any] = {
+    "pipeline_class": PartCompiler,
+    "no_cpython_wrapper": True,
+    "no_cfunc_wrapper": True,
+}
 
 
 @cache
@@ -94,13 +103,18 @@ def _cache_folder() -> str | None:
 
 def machine_code() -> int:
     """How many files the cache holds for these sources, which are more after a compilation; 0 without a cache."""
-    return sum(name.endswith(".nbc") for *_, names in os.walk(_cache_folder() or os.devnull) for name in names)
+    return sum(
+        name.endswith(".nbc")
+        for *_, names in os.walk(_cache_folder() or os.devnull)
+        for name in names
+    )
 
 
 @contextmanager
 def own_cache(function: Callable[..., Any]) -> Iterator[bool]:
     """Point numba at the folder of `_cache_folder` while a function is decorated; yields whether there is one."""
-    folder, previous = _cache_folder(), (config.CACHE_DIR, caching.IndexDataCacheFile)
+    folder = _cache_folder()
+    previous = (config.CACHE_DIR, caching.IndexDataCacheFile)
     ours = Path(function.__code__.co_filename) in compiled_sources()
     config.CACHE_DIR = folder or config.CACHE_DIR
     caching.IndexDataCacheFile = FilesOfThisPackage if ours else KeptFiles
@@ -120,7 +134,8 @@ class Compilation:
 @contextmanager
 def compilation() -> Iterator[Compilation]:
     """Time the first call of a kernel; on a terminal, say what is going on if it takes long."""
-    took, begin = Compilation(), time.perf_counter()
+    took = Compilation()
+    begin = time.perf_counter()
     notice = threading.Timer(0.5, _print_notice)
     notice.daemon = True
     notice.start()
@@ -133,7 +148,10 @@ def compilation() -> Iterator[Compilation]:
 
 def _print_notice() -> None:
     if sys.stderr.isatty():
-        print("compiling the kernel for this scene's effects: some seconds, once; it is cached", file=sys.stderr)
+        print(
+            "compiling the kernel for this scene's effects: some seconds, once; it is cached",
+            file=sys.stderr,
+        )
 
 
 class _Part(CPUDispatcher):
@@ -150,7 +168,11 @@ class _Part(CPUDispatcher):
 @cache
 def _alone(part: _Part) -> Any:
     """A part compiled to be called from Python."""
-    return kernel(part.py_func) if part.targetoptions["fastmath"] else njit(**COMPILER, **STRICT)(part.py_func)
+    return (
+        kernel(part.py_func)
+        if part.targetoptions["fastmath"]
+        else njit(**COMPILER, **STRICT)(part.py_func)
+    )
 
 
 def _part(function: F, flags: dict[str, Any] = FLAGS, **options: Any) -> F:
@@ -168,8 +190,8 @@ def inlined(function: F) -> F:
 def forced(function: F) -> F:
     """Compile a function that is inlined into its kernel whatever its size.
 
-    A call that is left cannot become vector instructions, and counts references to its arrays with atomic operations:
-    up to twenty times slower.
+    A call that is left cannot become vector instructions, and counts references to its arrays with
+    atomic operations: up to twenty times slower.
     """
     return _part(function, forceinline=True)
 
@@ -196,12 +218,18 @@ def c_function(signature: Any, later: bool = False) -> Callable[[Callable[..., A
 class LaterFunction:
     """A C function that is compiled when its address is first asked for.
 
-    ``elsewhere`` is a job of another process that compiles it meanwhile, for the cache that both share.
+    ``elsewhere`` is a job of another process that compiles it meanwhile, for the cache that both
+    share.
     """
 
-    def __init__(self, compiled: Callable[[Callable[..., Any]], Any], function: Callable[..., Any]) -> None:
-        self.function, self.compiled, self._lock = function, compiled, threading.Lock()
-        self._address, self.elsewhere = 0, Future[Any]()
+    def __init__(
+        self, compiled: Callable[[Callable[..., Any]], Any], function: Callable[..., Any]
+    ) -> None:
+        self.function = function
+        self.compiled = compiled
+        self._lock = threading.Lock()
+        self._address = 0
+        self.elsewhere = Future[Any]()
         self.elsewhere.set_result(None)
 
     @property
@@ -220,7 +248,8 @@ class LaterFunction:
         """The address, which threads ask for side by side and one makes."""
         with self._lock:
             if not self._address:
-                wait([self.elsewhere] * self.waits, LONGEST_WAIT)  # where it fails there, it is compiled here
+                # where it fails there, it is compiled here
+                wait([self.elsewhere] * self.waits, LONGEST_WAIT)
                 self._address = int(self.compiled(self.function).address)
             return self._address
 
@@ -245,6 +274,12 @@ def _rebuilt(function: Any, rebuild: Callable[[Any], Any]) -> types.FunctionType
     """The Python function of a compiled one, in which ``rebuild`` has replaced the compiled functions that it calls."""
     plain = function.py_func
     names = plain.__globals__
-    called = {name: names[name] for name in plain.__code__.co_names if isinstance(names.get(name), Dispatcher)}
+    called = {
+        name: names[name]
+        for name in plain.__code__.co_names
+        if isinstance(names.get(name), Dispatcher)
+    }
     replaced = {**names, **{name: rebuild(inner) for name, inner in called.items()}}
-    return types.FunctionType(plain.__code__, replaced, plain.__name__, plain.__defaults__, plain.__closure__)
+    return types.FunctionType(
+        plain.__code__, replaced, plain.__name__, plain.__defaults__, plain.__closure__
+    )

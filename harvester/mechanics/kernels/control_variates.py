@@ -4,13 +4,15 @@ With the generator L of the motion and any phi(x, x', V), Ito's formula gives ov
 
     phi(end) - phi(begin) = integral of L phi dt + integral of sqrt(2 N) dphi/dv dW
 
-so that with L phi = E[f] - f the error of a time average of f is spanned by sums of two kinds, both of mean zero:
+so that with L phi = E[f] - f the error of a time average of f is spanned by sums of two kinds, both
+of mean zero:
 
     martingale   sum over kicks of g sqrt(N) xi, with g of the states before the noise xi   (`add_martingales`)
     boundary     h(end) - h(begin) of a stationary path                                     (`boundary`)
 
-The former have mean zero at every step, with impacts and every spring, for xi is independent of what came before.
-(Assaraf and Caffarel, Phys. Rev. Lett. 83, 4682, 1999; Henderson and Glynn, Math. Oper. Res. 27, 253, 2002.)
+The former have mean zero at every step, with impacts and every spring, for xi is independent of
+what came before. (Assaraf and Caffarel, Phys. Rev. Lett. 83, 4682, 1999; Henderson and Glynn, Math.
+Oper. Res. 27, 253, 2002.)
 """
 
 import math
@@ -45,7 +47,10 @@ def add_martingales(i, before, sums, controls, c):
     before each kick, and of sqrt(N) xi, shape (2, BATCH).  g is v {1, sqrt E, E, E^2, x, V} and {x, sqrt E, V}: a
     kick's own v, because the stop turns it round, and what varies less but once for both.
     """
-    x, V, p, q = before[0, i], before[2, i], sums[0, i], sums[1, i]
+    x = before[0, i]
+    V = before[2, i]
+    p = sums[0, i]
+    q = sums[1, i]
     E = energy(x, before[1, i], c)
     root = math.sqrt(abs(E))
     controls[0, i] += p

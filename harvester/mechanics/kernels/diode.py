@@ -1,13 +1,15 @@
 """The charge that a diode lets through under a voltage of constant slope, in closed form, for loops over lanes.
 
-Shockley's ideal diode passes leak (exp(w/n) - 1) at a voltage w.  Where the voltage would go from w0 to w1 on its own
-in a time t, and a charge q through the diode lowers it by (1 + g) q, the equation is one of Bernoulli's:
+Shockley's ideal diode passes leak (exp(w/n) - 1) at a voltage w.  Where the voltage would go from
+w0 to w1 on its own in a time t, and a charge q through the diode lowers it by (1 + g) q, the
+equation is one of Bernoulli's:
 
     w' = (w1 - w0)/t - (1 + g) leak exp(w/n)
     (1 + g) q = n ln(1 + (1 + g) leak t/n <exp(w/n)>),   <> the mean along the way from w0 to w1
 
-(the reverse current -leak is the caller's).  For n -> 0 this is the ideal diode with the threshold n ln(i/leak) at a
-current i.  Exponential and logarithm are polynomials without a branch or a library call, so that loops vectorise.
+(the reverse current -leak is the caller's).  For n -> 0 this is the ideal diode with the threshold
+n ln(i/leak) at a current i.  Exponential and logarithm are polynomials without a branch or a
+library call, so that loops vectorise.
 """
 
 from typing import Any
@@ -23,20 +25,25 @@ from harvester.mechanics.kernels.equation_of_motion import decayed
 _LOG2E, _LN2 = 1.4426950408889634, 0.6931471805599453
 _LN2_HIGH, _LN2_LOW = 0.693147180369123816490, 1.90821492927058770002e-10
 _ROOT2, _LN_ROOT2 = 1.4142135623730951, 0.34657359027997264
-_MANTISSA, _EXPONENT_OF_1 = (1 << 52) - 1, 1023 << 52
+_MANTISSA = (1 << 52) - 1
+_EXPONENT_OF_1 = 1023 << 52
 FAR = 600.0  # exponents beyond this are followed linearly, as their exponential would overflow
 
 
 @intrinsic
 def _bits(_context: Any, x: Any) -> Any:
     """The 64 bits of a float as an integer."""
-    return types.int64(types.float64), lambda _c, builder, _s, args: builder.bitcast(args[0], ir.IntType(64))
+    return types.int64(types.float64), lambda _c, builder, _s, args: builder.bitcast(
+        args[0], ir.IntType(64)
+    )
 
 
 @intrinsic
 def _number(_context: Any, bits: Any) -> Any:
     """The float of 64 bits: inverse of `_bits`."""
-    return types.float64(types.int64), lambda _c, builder, _s, args: builder.bitcast(args[0], ir.DoubleType())
+    return types.float64(types.int64), lambda _c, builder, _s, args: builder.bitcast(
+        args[0], ir.DoubleType()
+    )
 
 
 @forced
@@ -46,7 +53,9 @@ def exponential(z):
     k = np.int32(z * _LOG2E + 1100.5) - np.int32(1100)  # rounded: the argument is positive
     r = (z - k * _LN2_HIGH) - k * _LN2_LOW
     r2 = r * r
-    even = 1.0 + r2 * (1.0 / 2 + r2 * (1.0 / 24 + r2 * (1.0 / 720 + r2 * (1.0 / 40320 + r2 * (1.0 / 3628800)))))
+    even = 1.0 + r2 * (
+        1.0 / 2 + r2 * (1.0 / 24 + r2 * (1.0 / 720 + r2 * (1.0 / 40320 + r2 * (1.0 / 3628800))))
+    )
     odd = 1.0 + r2 * (1.0 / 6 + r2 * (1.0 / 120 + r2 * (1.0 / 5040 + r2 * (1.0 / 362880))))
     return (even + r * odd) * _number(int64(_EXPONENT_OF_1) + (int64(k) << int64(52)))
 
@@ -63,7 +72,12 @@ def logarithm(y):
     s = (m - _ROOT2) / (m + _ROOT2)
     z = s * s
     tail = z * (
-        1.0 / 3 + z * (1.0 / 5 + z * (1.0 / 7 + z * (1.0 / 9 + z * (1.0 / 11 + z * (1.0 / 13 + z * (1.0 / 15))))))
+        1.0 / 3
+        + z
+        * (
+            1.0 / 5
+            + z * (1.0 / 7 + z * (1.0 / 9 + z * (1.0 / 11 + z * (1.0 / 13 + z * (1.0 / 15)))))
+        )
     )
     return e * _LN2 + (_LN_ROOT2 + 2.0 * (s + s * tail))
 

@@ -18,9 +18,10 @@ composition is symmetric and of second order.  During a drift the mass moves at 
 speed, so it meets the stop at most once and never leaves x >= 0, whatever h and r.  Where no
 noise keeps it from resting on the stop, it may stick there (`drift_at_stop`).
 
-``s`` is the state, ``c`` the coefficients (`harvester.mechanics.kernels.coefficients`), ``d`` the drift
-(`harvester.mechanics.kernels.intervals`).  What is None is an effect that the scene does not have: numba compiles a
-version without it.  Called without numba (``.py_func``) the same lines are the readable reference.
+``s`` is the state, ``c`` the coefficients (`harvester.mechanics.kernels.coefficients`), ``d`` the
+drift (`harvester.mechanics.kernels.intervals`).  What is None is an effect that the scene does not
+have: numba compiles a version without it.  Called without numba (``.py_func``) the same lines are
+the readable reference.
 
 Long because a step's parts stand together.
 """
@@ -68,7 +69,9 @@ def drift(s, d, mu, r):
     """
     if d.weight is not None:
         return drift_by_ngspice_rule(s, d.t, mu, r, d.weight)
-    x, v, V = s.x, s.v, s.V
+    x = s.x
+    v = s.v
+    V = s.V
     x1 = x + d.t * v
     if r is None:
         if mu is None:
@@ -136,7 +139,8 @@ def drift_at_stop(s, d, c, r, pull=None, shaking=None):
     the mass sticks: x = x' = 0 (for r = 1, which loses nothing, it goes on bouncing).
     `harvester.mechanics.kernels.offset_stops.kick_at_stops` frees it.
 
-    Without a stop, with external noise, without a force at the stop, or by ngspice's rule, this is `drift`.
+    Without a stop, with external noise, without a force at the stop, or by ngspice's rule, this is
+    `drift`.
     """
     if r is None or c.n1 is not None or d.weight is not None:
         return drift(s, d, c.mu, r)
@@ -153,7 +157,8 @@ def _drift_and_stick(s, d, c, r, a):
         free, _ = drift(s, d, c.mu, None)
         return State(max(free.x, 0.0), free.v, free.V), 0.0
     before, speed = meeting(x, v, d.h, a)
-    up, left = r * speed, d.t - before
+    up = r * speed
+    left = d.t - before
     if 2.0 * up <= -a * d.h:  # back within a step
         if r < 1.0 or up == 0.0:
             up = left = a = 0.0
@@ -216,14 +221,16 @@ def spring(x, c):
 def impulse(x, xi, h, c, other=None):
     """The velocity sqrt(2 h N(x)) xi that white noise gives in a kick; xi is a variate of mean 0 and variance 1.
 
-    With an ``other`` variate, independent of xi, both noises have one of their own, and no step takes a root:
+    With an ``other`` variate, independent of xi, both noises have one of their own, and no step
+    takes a root:
 
         sqrt(2 h) [(sqrt(N1) + x N12/sqrt(N1)) xi + x sqrt(N2 - N12^2/N1) other]
 
     which has the same mean and variance at every x.
     """
     if other is not None and c.n1 is not None and c.n2 is not None:
-        dv, alone = math.sqrt(2.0 * h * c.n1) * xi, c.n2
+        dv = math.sqrt(2.0 * h * c.n1) * xi
+        alone = c.n2
         if c.n12 is not None:
             dv += c.n12 / c.n1 * x * dv
             alone -= c.n12 * c.n12 / c.n1

@@ -19,7 +19,8 @@ def _filter_path(xi, p, q, f, out):
     """Fill ``out``, shape (3, n), as `filtered` does, from variates of shape (2, n)."""
     for k in range(out.shape[1]):
         out[0, k], out[1, k], out[2, k] = p, q, f.l11 * xi[0, k]
-        p1, q1 = f.a11 * p + f.l11 * xi[0, k], 0.0
+        p1 = f.a11 * p + f.l11 * xi[0, k]
+        q1 = 0.0
         if f.a12 is not None:
             p1 += f.a12 * q
             q1 = f.a21 * p + f.a22 * q + f.l21 * xi[0, k] + f.l22 * xi[1, k]
@@ -29,21 +30,27 @@ def _filter_path(xi, p, q, f, out):
 def filtered(eqs: Equations, h: float, steps: int, rng: np.random.Generator) -> Floats:
     """States (p, q) of the filter of coloured noise at the times 0, h, ..., steps h, and what is new in p's next step.
 
-    Shape (3, steps + 1); the first row is the `forcing` of the same ``rng``, but for a sinusoid beside it.
+    Shape (3, steps + 1); the first row is the `forcing` of the same ``rng``, but for a sinusoid
+    beside it.
     """
     return _filtered(filter_start(eqs, h, 1, rng)[:2, 0], eqs, h, steps, rng)
 
 
-def _filtered(start: Floats, eqs: Equations, h: float, steps: int, rng: np.random.Generator) -> Floats:
+def _filtered(
+    start: Floats, eqs: Equations, h: float, steps: int, rng: np.random.Generator
+) -> Floats:
     """`filtered` from a first state (p, q)."""
     out = np.empty((3, steps + 1))
     p, q = start
-    xi = np.ascontiguousarray(rng.standard_normal((steps + 1, 2)).T)  # a longer path begins as a shorter one
+    # a longer path begins as a shorter one
+    xi = np.ascontiguousarray(rng.standard_normal((steps + 1, 2)).T)
     _filter_path(xi, p, q, filter_of(eqs, h), out)
     return out
 
 
-def coarse_forcing(eqs: Equations, h: float, steps: int, rng: np.random.Generator | None = None) -> Floats | None:
+def coarse_forcing(
+    eqs: Equations, h: float, steps: int, rng: np.random.Generator | None = None
+) -> Floats | None:
     """The `forcing` at steps of h of that which goes in steps of h/2: of the coarse member of a Richardson pair."""
     gain = 1.0 if eqs.coloured is None else filter_of(eqs, h, coarse=True).gain or 1.0
     fine = forcing(eqs, 0.5 * h, 2 * steps, rng, gain)
@@ -67,7 +74,11 @@ def forcing(
             return drawn_record(eqs, h, rng).at(h * np.arange(steps + 1, dtype=np.float64), h)
         start = filter_start(eqs, h, 1, rng)[:, 0]
         noise = np.asarray(gain * _filtered(start[:2], eqs, h, steps, rng)[0])
-        return noise if eqs.drive is None else noise + _sinusoid(eqs, h, steps, math.atan2(start[3], start[2]))
+        return (
+            noise
+            if eqs.drive is None
+            else noise + _sinusoid(eqs, h, steps, math.atan2(start[3], start[2]))
+        )
     if eqs.drive is not None:
         return _sinusoid(eqs, h, steps, 0.0 if rng is None else rng.uniform(0.0, 2.0 * math.pi))
     if eqs.record is not None:

@@ -1,18 +1,20 @@
 """Load circuits of diodes, switches and coils on a piezo, solved in closed form between the kicks of the mass.
 
-The piezo gives V' = x' - i at constant x' (`harvester.mechanics.kernels.equation_of_motion`); the smoothing capacitor
-of kappa Cp, with the load across it, has kappa U' = i - mu U - loss.  Voltages are in units of theta l/Cp, currents of
-theta l w0.
+The piezo gives V' = x' - i at constant x' (`harvester.mechanics.kernels.equation_of_motion`); the
+smoothing capacitor of kappa Cp, with the load across it, has kappa U' = i - mu U - loss.  Voltages
+are in units of theta l/Cp, currents of theta l w0.
 
     bridge       i on the side s of V through two diodes:  V = s (U + w)
     doubler      i through one diode:  V = U + w;  another one holds V > -w
     open         the piezo is open between switchings
 
-The diodes are Shockley's (`harvester.mechanics.kernels.diode`); of the load it takes that i is uniform over a drift,
-which is exact to second order, and for every mu and h in the limits of a slow and of a fast U.
+The diodes are Shockley's (`harvester.mechanics.kernels.diode`); of the load it takes that i is
+uniform over a drift, which is exact to second order, and for every mu and h in the limits of a slow
+and of a fast U.
 
-Switches act at once, after x has come back from an extremum by 1.5 ``hysteresis`` as in the netlists: m follows x with
-a play of +-``hysteresis``, and the side that x comes back from is discharged while it is above the switch's threshold:
+Switches act at once, after x has come back from an extremum by 1.5 ``hysteresis`` as in the
+netlists: m follows x with a play of +-``hysteresis``, and the side that x comes back from is
+discharged while it is above the switch's threshold:
 
     parallel SSHI   V - Vs -> -q (V - Vs) through the coil
     series SSHI     V - U - 3 Vs -> -q (V - U - 3 Vs) through coil and bridge; the charge enters the capacitor
@@ -40,8 +42,8 @@ class SwitchedCoil(NamedTuple):
 class Flyback(NamedTuple):
     """A coil that takes the piezo's energy and gives it to the load.
 
-    ``damping`` ratio of the coil with Cp, ``peak`` as in `SwitchedCoil`, ``rest`` the voltage left, ``wire`` the
-    wire's resistance times Cp w0, ``core`` the core's conductance over Cp w0.
+    ``damping`` ratio of the coil with Cp, ``peak`` as in `SwitchedCoil`, ``rest`` the voltage left,
+    ``wire`` the wire's resistance times Cp w0, ``core`` the core's conductance over Cp w0.
     """
 
     damping: float
@@ -96,7 +98,8 @@ class Leg(NamedTuple):
 def conducted(V, U, v, t, circuit):
     """The voltages (V, U) after a time t at constant velocity v, without switching.
 
-    A charge q that arrives uniformly leaves U higher by g q, g = (1 - exp(-z))/(mu t) with z = mu t/kappa.
+    A charge q that arrives uniformly leaves U higher by g q, g = (1 - exp(-z))/(mu t) with z = mu
+    t/kappa.
     """
     n, leak = circuit.n, circuit.leak
     g = share(circuit.mu * t / circuit.kappa) / circuit.kappa
@@ -127,7 +130,8 @@ def flown_back(w, U, coil, kappa, n, leak):
     y = wire i/u, and u^2 core a time 2 E/(i u) is lost in the core; the rest charges the capacitor against U + drop.
     """
     two = 2.0 * drop(0.5 * w * coil.peak, n, leak)
-    a, b = w - two, coil.rest - two
+    a = w - two
+    b = coil.rest - two
     if a <= max(b, 0.0):
         return w, U
     if b <= -math.exp(-math.pi * coil.damping) * a:  # the current ends before the switch opens
@@ -148,7 +152,10 @@ def flown_back(w, U, coil, kappa, n, leak):
 @inlined
 def switched(V, U, s, circuit):
     """The voltages (V, U) after the switch has acted on the side s of the piezo; as before, if that is too low."""
-    w, kappa, n, leak = s * V, circuit.kappa, circuit.n, circuit.leak
+    w = s * V
+    kappa = circuit.kappa
+    n = circuit.n
+    leak = circuit.leak
     if circuit.parallel is not None:
         w -= drop(0.5 * max(w, 0.0) * circuit.parallel.peak, n, leak)
         return V - s * (1.0 + circuit.parallel.kept) * max(w, 0.0), U
@@ -172,7 +179,8 @@ def until_switched(x, v, V, store, t, circuit):
     s = 1.0 if v > 0.0 else -1.0
     before = s * (x - store.m)
     after = before + s * v * t
-    U, left = store.U, t
+    U = store.U
+    left = t
     if before <= 0.5 * circuit.hysteresis < after:
         left = t - (0.5 * circuit.hysteresis - before) / (s * v)
         V, U = conducted(V, U, v, t - left, circuit)
@@ -188,10 +196,13 @@ def until_last_event(s, store, d, c, circuit, a):
     speed.  Of the state x and v are those at the end; V and the store go on along the ``leg`` (`conducted`).
     """
     s1, impacts = move(s, d, c, a)
-    wall, first, w = s.x, 0.0, s.v
+    wall = s.x
+    first = 0.0
+    w = s.v
     if c.r is not None or c.gap is not None:
         if impacts.number > 0.0:
-            wall, first = wall_of(impacts.speed, c), impacts.time
+            wall = wall_of(impacts.speed, c)
+            first = impacts.time
         w = (s1.x - wall) / (d.t - first) if d.t > first else 0.0
     V, store, leg = followed(s.x, wall, first, w, d.t, s.V, store, circuit)
     return State(s1.x, s1.v, V), store, leg, impacts
@@ -201,10 +212,12 @@ def until_last_event(s, store, d, c, circuit, a):
 def followed(x, wall, first, w, t, V, store, circuit):
     """The circuit up to the last event of a drift of a length t: (V, store, leg).
 
-    What drives it goes from x to the ``wall`` in the time ``first``, 0 without an impact, and on at the speed w.
+    What drives it goes from x to the ``wall`` in the time ``first``, 0 without an impact, and on at
+    the speed w.
     """
     if first > 0.0:
-        speed, rest = (wall - x) / first, first
+        speed = (wall - x) / first
+        rest = first
         if circuit.hysteresis is not None:
             V, store, rest = until_switched(x, speed, V, store, first, circuit)
         V, U = conducted(V, store.U, speed, rest, circuit)

@@ -1,18 +1,21 @@
 """What a drift of a given length does to the voltage: numbers made once a run, which every step of it uses.
 
-The voltage at the end of a drift without an impact is e V + g v, with e = exp(-mu t) and g = (1 - e)/mu.
+The voltage at the end of a drift without an impact is e V + g v, with e = exp(-mu t) and g = (1 -
+e)/mu.
 
-An impact of a mass of speed v, a time a before the end of a step, changes the voltage there by a multiple of
+An impact of a mass of speed v, a time a before the end of a step, changes the voltage there by a
+multiple of
 
     v P(a),   P(a) = (1 - exp(-mu a))/mu        (`harvester.mechanics.kernels.equation_of_motion.drift`)
 
-where a = x1/v takes a division, as slow as ten other operations, and P a series.  Where white noise moves the mass, all
-places of an impact in a step are equally likely, and the straight line that is nearest to P over them by least squares,
+where a = x1/v takes a division, as slow as ten other operations, and P a series.  Where white noise
+moves the mass, all places of an impact in a step are equally likely, and the straight line that is
+nearest to P over them by least squares,
 
     v P(a) ~ first v + slope x1
 
-has an error, up to mu h^2/12 of v, of mean zero and uncorrelated with a: it enters no mean of V or x V, and that of
-V^2 by its own square only.
+has an error, up to mu h^2/12 of v, of mean zero and uncorrelated with a: it enters no mean of V or
+x V, and that of V^2 by its own square only.
 """
 
 import math
@@ -23,7 +26,8 @@ from harvester.mechanics.kernels.compiled import forced
 from harvester.mechanics.kernels.ngspice_rule import rule_weight
 
 SLOW = 0.5  # mu h, at most: the square is then below 0.0004 of E[V^2]
-HEAT = 0.01  # (beta h^2)^2/(1 - r^2), at most: the voltage's error then gives below 1e-4 of what an impact takes
+# (beta h^2)^2/(1 - r^2), at most: the voltage's error then gives below 1e-4 of what an impact takes
+HEAT = 0.01
 _TERMS = 12  # of a series in mu h, for `SLOW` to the last digit
 
 Line = tuple[float, float]
@@ -32,7 +36,8 @@ Line = tuple[float, float]
 class Update(NamedTuple):
     """How the voltage is carried along: the lines of impacts in a step and in half a step (`fitted`), None: exact.
 
-    A ``weight`` states that it follows ngspice's rule instead (`harvester.mechanics.kernels.ngspice_rule`).
+    A ``weight`` states that it follows ngspice's rule instead
+    (`harvester.mechanics.kernels.ngspice_rule`).
     """
 
     line: Line | None = None
@@ -57,7 +62,9 @@ class Interval(NamedTuple):
 @forced
 def drifts(h, mu, update):
     """The drifts of a step and of half a step with a load of 1/mu, None for an open circuit."""
-    return interval(h, h, mu, update.line, update.weight), interval(h, 0.5 * h, mu, update.half_line, update.weight)
+    return interval(h, h, mu, update.line, update.weight), interval(
+        h, 0.5 * h, mu, update.half_line, update.weight
+    )
 
 
 @forced
@@ -71,12 +78,17 @@ def interval(h, t, mu, line=None, weight=None):
 def update_of(eqs: Equations, h: float, ngspice_rule: bool = False) -> Update:
     """How an ensemble carries the voltage along: by ngspice's rule, or exact, in the mean if that is enough.
 
-    It is exact at each impact where no white noise moves the mass, between two stops, and where the load or the
-    back-coupling is too fast for the step (`SLOW`, `HEAT`).
+    It is exact at each impact where no white noise moves the mass, between two stops, and where the
+    load or the back-coupling is too fast for the step (`SLOW`, `HEAT`).
     """
     if ngspice_rule and eqs.mu is not None:
         return Update(weight=rule_weight(eqs.mu * h))
-    if eqs.mu is None or eqs.restitution is None or eqs.n1 is None or eqs.opposite_restitution is not None:
+    if (
+        eqs.mu is None
+        or eqs.restitution is None
+        or eqs.n1 is None
+        or eqs.opposite_restitution is not None
+    ):
         return EXACT
     if eqs.mu * h > SLOW or ((eqs.beta or 0.0) * h * h) ** 2 > HEAT * (1.0 - eqs.restitution**2):
         return EXACT
@@ -92,7 +104,9 @@ def fitted(mu: float, h: float) -> Line:
     >>> round(1e6 * first, 3), round(slope, 6)
     (41.583, 0.997504)
     """
-    first, slope, term = 0.0, 0.0, 1.0
+    first = 0.0
+    slope = 0.0
+    term = 1.0
     for n in range(1, _TERMS + 1):
         term /= n  # (-mu h)^(n - 1)/n!
         mean_0, mean_1 = term / (n + 1), term / (n + 2)

@@ -1,9 +1,9 @@
 """Files of machine code that several processes read and write at once, one file for each set of argument types.
 
-A file begins with the checksum of the rest: one that was cut off or altered, as by a crash or a worn disk, counts as
-absent, for what is in it is run.  Of several processes that lack the same machine code, one locks its turn and
-compiles, and the others wait for what it keeps.  Where nothing can be kept, as on a full disk, kernels are compiled in
-each process.
+A file begins with the checksum of the rest: one that was cut off or altered, as by a crash or a
+worn disk, counts as absent, for what is in it is run.  Of several processes that lack the same
+machine code, one locks its turn and compiles, and the others wait for what it keeps.  Where nothing
+can be kept, as on a full disk, kernels are compiled in each process.
 """
 
 import contextlib
@@ -28,14 +28,17 @@ class KeptFiles(numba_caching.IndexDataCacheFile):
 
     def __init__(self, cache_path: str, filename_base: str, source_stamp: Any) -> None:
         super().__init__(cache_path, filename_base, source_stamp)
-        self._turns: dict[Any, IO[bytes] | None] = {}  # one that is not saved, as after ^C, stays ours
+        # one that is not saved, as after ^C, stays ours
+        self._turns: dict[Any, IO[bytes] | None] = {}
 
     def load(self, key: Any) -> Any:
         """The machine code of a key; None if this process must compile it, and no other does so meanwhile."""
         path = self._file(key)
         code = _read(path)
         if code is None and path not in self._turns:
-            self._turns[path] = locked(path.with_name(f"{path.name.rsplit('.', 2)[0]}.turn-{_digest(key)[:2]}"))
+            self._turns[path] = locked(
+                path.with_name(f"{path.name.rsplit('.', 2)[0]}.turn-{_digest(key)[:2]}")
+            )
             code = _read(path)
             if code is not None:
                 unlock(self._turns.pop(path))
@@ -72,7 +75,8 @@ class FilesOfThisPackage(KeptFiles):
 
     def __init__(self, cache_path: str, filename_base: str, source_stamp: Any) -> None:
         room = Path(cache_path)
-        room = room.with_name(room.name.rsplit("_", 1)[0])  # numba appends a hash of the source's path
+        # numba appends a hash of the source's path
+        room = room.with_name(room.name.rsplit("_", 1)[0])
         with contextlib.suppress(OSError):
             room.mkdir(parents=True, exist_ok=True)
         super().__init__(str(room), filename_base, None)

@@ -16,7 +16,8 @@ from harvester.mechanics.kernels.trajectory_batch import IDEAL_SUMS
 from harvester.uncertainty.controls import controlled_entries
 from harvester.uncertainty.value import mean_and_error
 
-GROWN = 1e9  # times the energy: what no noise does to a stationary path, nor a record that begins quietly
+# times the energy: what no noise does to a stationary path, nor a record that begins quietly
+GROWN = 1e9
 FEWEST = 30  # samples of a path that is long enough to grow
 
 
@@ -39,9 +40,10 @@ class Moments:
     impacts: Floats  # impacts in a unit of time
     impact_loss: Floats  # energy that the stops took in a unit of time
     driven: Floats  # power that other shaking than white noise put in, a x'
-    load: Floats  # power into the load over beta: mu V^2 of a resistance, mu U^2 of a circuit with a capacitor
-    # Sums of mean zero over the time, shape (n, columns) (`harvester.mechanics.kernels.control_variates`); None: not
-    # asked for.
+    # power into the load over beta: mu V^2 of a resistance, mu U^2 of a circuit with a capacitor
+    load: Floats
+    # Sums of mean zero over the time, shape (n, columns)
+    # (`harvester.mechanics.kernels.control_variates`); None: not asked for.
     controls: Floats | None = None
 
     def mean(self, name: str) -> tuple[float, float]:
@@ -53,7 +55,8 @@ class Moments:
 
         ``together`` consecutive ones come as their mean.
 
-        Of stationary trajectories only: a control that is the change of a state has a mean of zero there.
+        Of stationary trajectories only: a control that is the change of a state has a mean of zero
+        there.
         """
         return controlled_entries(getattr(self, name), self.controls, together)
 
@@ -73,12 +76,16 @@ class Moments:
     def averaged(self, together: int) -> "Moments":
         """Means of each ``together`` consecutive entries, such as the blocks of a trajectory, as one; no controls."""
         one_each = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "controls"}
-        return Moments(**{name: values.reshape(-1, together).mean(axis=1) for name, values in one_each.items()})
+        return Moments(
+            **{name: values.reshape(-1, together).mean(axis=1) for name, values in one_each.items()}
+        )
 
     def _joined(self, other: "Moments", join: Callable[[Floats, Floats], Floats]) -> "Moments":
         """Each moment of both joined, and the controls if both have them."""
         pairs = {f.name: (getattr(self, f.name), getattr(other, f.name)) for f in fields(self)}
-        return Moments(**{name: join(*two) for name, two in pairs.items() if two[0] is not None is not two[1]})
+        return Moments(
+            **{name: join(*two) for name, two in pairs.items() if two[0] is not None is not two[1]}
+        )
 
     def balance(self, eqs: Equations) -> Floats:
         """Power in minus power out, over power in, entry by entry: zero within the errors.
@@ -86,7 +93,12 @@ class Moments:
         N1 + N2 E[x^2] + 2 N12 E[x] + E[a x'] = E[f x'^2] + beta mu E[V^2] + what the stops took
         """
         mass = 1.0 if eqs.modes is None else eqs.modes.shaken_mass
-        power_in = mass * (eqs.n1 or 0.0) + (eqs.n2 or 0.0) * self.x2 + 2.0 * (eqs.n12 or 0.0) * self.x + self.driven
+        power_in = (
+            mass * (eqs.n1 or 0.0)
+            + (eqs.n2 or 0.0) * self.x2
+            + 2.0 * (eqs.n12 or 0.0) * self.x
+            + self.driven
+        )
         out = self.damped + (eqs.beta or 0.0) * (eqs.mu or 0.0) * self.V2 + self.impact_loss
         return np.asarray((power_in - out) / power_in.mean())
 
@@ -98,20 +110,24 @@ _friction = friction.py_func  # type: ignore[attr-defined]
 def correlation_time(means: Floats, values: Floats, length: float) -> float:
     """Integrated correlation time of a quantity from its means over windows of a length, and its values at one time.
 
-    Var(mean) = 2 tau/length Var(value) for independent entries and length >> tau; from a window shorter than tau
-    it comes out as length/2 at most.
+    Var(mean) = 2 tau/length Var(value) for independent entries and length >> tau; from a window
+    shorter than tau it comes out as length/2 at most.
     """
     spread = float(values.var())
     return 0.5 * length * float(means.var()) / spread if spread > 0.0 else 0.0
 
 
-def from_sums(sums: Floats, samples: int, elapsed: float, loss: float, mu: float | None = None) -> Moments:
+def from_sums(
+    sums: Floats, samples: int, elapsed: float, loss: float, mu: float | None = None
+) -> Moments:
     """Moments of each trajectory, from its sums over ``samples`` in the time ``elapsed``.
 
     ``sums`` has the shape (blocks, rows, BATCH), the rows those of `IDEAL_SUMS`; of a resistance,
     whose sums lack the last one, the power is mu V^2.  ``loss`` is the unit of the impacts' losses.
     """
-    s = dict(zip(IDEAL_SUMS, np.moveaxis(sums, 1, 0).reshape(sums.shape[1], -1) / samples, strict=False))
+    s = dict(
+        zip(IDEAL_SUMS, np.moveaxis(sums, 1, 0).reshape(sums.shape[1], -1) / samples, strict=False)
+    )
     rate = samples / elapsed
     v2 = 0.5 * (s["V2_kick"] + s["V2_mid"])
     return Moments(
@@ -146,13 +162,18 @@ def check_stationary(samples: Floats) -> None:
 
 
 def from_path(
-    eqs: Equations, path: Path, discard: float, batches: int = 1, circuit: IdealCircuit | None = None
+    eqs: Equations,
+    path: Path,
+    discard: float,
+    batches: int = 1,
+    circuit: IdealCircuit | None = None,
 ) -> Moments:
     """Moments of a path after the time ``discard``, cut into ``batches`` equal parts; for rigid stops only.
 
     The load's power is that of a resistance, or of the ``circuit`` that the path was made with.
 
-    Raises UnboundedResponseError if x^2 + x'^2 + V^2 grew `GROWN` times from the first to the last third of them.
+    Raises UnboundedResponseError if x^2 + x'^2 + V^2 grew `GROWN` times from the first to the last
+    third of them.
     """
     first = math.ceil(discard / (path.h * path.stride) - 1e-6)
     rows = (len(path.samples) - first) // batches

@@ -18,8 +18,8 @@ from harvester.mechanics.kernels.compiled import inlined
 def rule_weight(z: float) -> float:
     """The weight w of a step's beginning, ngspice's xmu: 1/z - 1/(exp(z) - 1) for a drift of z = mu h.
 
-    It is 1/2, the trapezoidal rule, for a short step and goes to 0, backward Euler, for a long one, where the
-    trapezoidal rule would ring.
+    It is 1/2, the trapezoidal rule, for a short step and goes to 0, backward Euler, for a long one,
+    where the trapezoidal rule would ring.
     """
     if z < 1e-3:
         return 0.5 - z / 12.0

@@ -78,7 +78,8 @@ def two_variates(bits):
 def variates(bits, coarse):
     """The variates of the coming two steps, or of one ``coarse`` step in the first place.
 
-    The sum of both has the moments that weak order 2 uses, as they have: a coarse step is made on the same noise.
+    The sum of both has the moments that weak order 2 uses, as they have: a coarse step is made on
+    the same noise.
     """
     first, second = two_variates(bits)
     return (first + second) * HALF_ROOT if coarse else first, second
@@ -88,7 +89,8 @@ def variates(bits, coarse):
 def draw_noise(noise, s0, s1, doublings):
     """Draw the `variates` of all lanes: into noise, shape (2, lanes).
 
-    Steps that are doubled once have a draw each, and those doubled twice have two, whose sum they take.
+    Steps that are doubled once have a draw each, and those doubled twice have two, whose sum they
+    take.
     """
     for i in range(noise.shape[1]):
         bits, s0[i], s1[i] = shuffle(s0[i], s1[i])

@@ -1,7 +1,7 @@
 """Where the code of a kernel and of its parts is kept: parts as LLVM's code only, machine code of whole kernels alone.
 
-numba makes machine code of each function that it compiles.  That of a part is never run, for the kernel has the part's
-LLVM code inside: a tenth of the compiling, for nothing.
+numba makes machine code of each function that it compiles.  That of a part is never run, for the
+kernel has the part's LLVM code inside: a tenth of the compiling, for nothing.
 """
 
 from typing import Any

@@ -39,7 +39,9 @@ class Path:
     @property
     def t(self) -> Floats:
         """Times of the samples x, v and V in mid-drift; those at the kicks are h/2 earlier."""
-        return np.asarray((np.arange(1, len(self.samples) + 1) * self.stride + 0.5) * self.h, dtype=np.float64)
+        return np.asarray(
+            (np.arange(1, len(self.samples) + 1) * self.stride + 0.5) * self.h, dtype=np.float64
+        )
 
     @property
     def x(self) -> Floats:
@@ -69,8 +71,11 @@ def between_kicks(shaking, k):
 def _trace(noise, shaking, s, store, h, stride, samples, charge, impacts, update, c, circuit):
     """Fill samples, the charge of a circuit and impacts, whose number is returned."""
     whole, half = drifts(h, c.mu, update)
-    count, landed = 0, 0.0
-    if update.weight is None:  # from a start other than rest half a kick comes first: the force of the first half step
+    count = 0
+    landed = 0.0
+    if (
+        update.weight is None
+    ):  # from a start other than rest half a kick comes first: the force of the first half step
         _, a = between_kicks(shaking, 0)
         s = State(s.x, kick_at_stops(s, 0.0, 0.5 * h, c, a), s.V)
     for k in range(1, len(samples) * stride + 1):
@@ -90,7 +95,8 @@ def _trace(noise, shaking, s, store, h, stride, samples, charge, impacts, update
             if circuit is not None:
                 charge[k // stride - 1, 0], charge[k // stride - 1, 1] = store.U, store_mid.U
             if update.weight is not None:  # ngspice lands there, and goes on
-                s, landed = mid, half.t
+                s = mid
+                landed = half.t
                 count = _note(impacts, count, k * h, did)
     return count
 
@@ -100,7 +106,8 @@ def _note(impacts, count, begin, did):
     """Note the first impact of a drift from ``begin``, if there is one, and how many have been noted."""
     if did.speed == 0.0:
         return count
-    impacts[count, 0], impacts[count, 1] = begin + did.time, did.speed
+    impacts[count, 0] = begin + did.time
+    impacts[count, 1] = did.speed
     return count + 1
 
 
@@ -130,7 +137,9 @@ def trace(
 
     Raises InputError for a start behind a stop, and coloured noise without ``shaking``.
     """
-    x, v, V, U = ((*start, 0.0) if start is not None else (eqs.resting_places[0], 0.0, 0.0, 0.0))[:4]
+    x, v, V, U = ((*start, 0.0) if start is not None else (eqs.resting_places[0], 0.0, 0.0, 0.0))[
+        :4
+    ]
     check_start(eqs.rigid_stops, x, x)
     samples = np.empty((len(noise) // stride, len(COLUMNS)))
     charge = None if circuit is None else np.empty((len(samples), 2))
@@ -140,7 +149,9 @@ def trace(
     begin = State(float(x), float(v), float(V))
     update = update_of(eqs, h, ngspice_rule) if ngspice_rule else EXACT
     records = samples, charge, impacts
-    count = _trace(noise, shaking, begin, store, h, stride, *records, update, coefficients(eqs), circuit)
+    count = _trace(
+        noise, shaking, begin, store, h, stride, *records, update, coefficients(eqs), circuit
+    )
     return Path(h, stride, samples, impacts[:count].copy(), shaking, charge)
 
 

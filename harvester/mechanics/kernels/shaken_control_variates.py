@@ -1,7 +1,7 @@
 """Controls as of `harvester.mechanics.kernels.control_variates`, of coloured noise, whose filter has its own noise.
 
-What is new in a step of the filter's p, which nothing before foretells, makes martingales as the kicks of white noise
-do: sums of g times that, of mean zero at every step, with
+What is new in a step of the filter's p, which nothing before foretells, makes martingales as the
+kicks of white noise do: sums of g times that, of mean zero at every step, with
 
     g = x, v, V, A, A cos 2 theta, A sin 2 theta, p, q   of x = A cos theta, v = A sin theta, the filter's (p, q)
 
@@ -36,13 +36,29 @@ def shake_and_add(b, states, accelerations, coarse, shaker, mu):
     if b.controls is None or shaker.l11 is None:
         shake(accelerations, coarse, shaker)
     else:
-        p, q, x, v, V = shaker.p, shaker.q, b.x, b.v, b.V
-        for i in range(len(p)):  # an assignment of rows would compile the text of its errors, in 2.6 s
+        p = shaker.p
+        q = shaker.q
+        x = b.x
+        v = b.v
+        V = b.V
+        for i in range(
+            len(p)
+        ):  # an assignment of rows would compile the text of its errors, in 2.6 s
             states[0, i], states[1, i] = p[i], q[i]
         shake(accelerations, coarse, shaker)
         for i in range(len(p)):
             p0, q0 = states[0, i], states[1, i]
-            _add(i, x[i], v[i], V[i], p0, q0, p[i] - _foreseen(p0, q0, coarse, shaker), b.controls, mu)
+            _add(
+                i,
+                x[i],
+                v[i],
+                V[i],
+                p0,
+                q0,
+                p[i] - _foreseen(p0, q0, coarse, shaker),
+                b.controls,
+                mu,
+            )
 
 
 @forced
@@ -71,8 +87,9 @@ def _add(i, x, v, V, p, q, new, controls, mu):
 def shaken_path_controls(states: Floats, filtered: Floats) -> Floats:
     """The same sums of consecutive blocks of a recorded path, shape (8, blocks).
 
-    ``states``, shape (4, blocks, n), are (x, v, V, ...) before each step, ``filtered``, shape (3, blocks, n), the
-    filter's (p, q) there and what its next step brings that is new (`harvester.mechanics.kernels.forcing.filtered`).
+    ``states``, shape (4, blocks, n), are (x, v, V, ...) before each step, ``filtered``, shape (3,
+    blocks, n), the filter's (p, q) there and what its next step brings that is new
+    (`harvester.mechanics.kernels.forcing.filtered`).
     """
     x, v, V = states[:3]
     p, q, new = filtered

@@ -10,10 +10,11 @@ The first three are a linear filter of two states, a = p, whose step is exact in
 
     (p, q)  <-  A (p, q) + L (xi1, xi2)     with variates of mean 0 and variance 1
 
-A kick takes a at its own time, so that the scheme stays of second order.  Coloured noise is less smooth: of
-correlation times below the step its samples would carry too much power to low frequencies.  Their variance is
-therefore (2 D/h) tanh(h/(2 tau)) in place of D/tau, which makes the spectrum at frequency 0 exact for every tau and h;
-as tau -> 0 the kicks become those of white noise of intensity D, as h -> 0 the samples those of the process.
+A kick takes a at its own time, so that the scheme stays of second order.  Coloured noise is less
+smooth: of correlation times below the step its samples would carry too much power to low
+frequencies.  Their variance is therefore (2 D/h) tanh(h/(2 tau)) in place of D/tau, which makes the
+spectrum at frequency 0 exact for every tau and h; as tau -> 0 the kicks become those of white noise
+of intensity D, as h -> 0 the samples those of the process.
 """
 
 import math
@@ -100,10 +101,11 @@ class Filter(NamedTuple):
 def filter_of(eqs: Equations, h: float, coarse: bool = False) -> Filter:
     """The filter of a shaking other than white noise, each coefficient None if absent.
 
-    ``coarse``: it makes two steps of h/2 in each step, on the noise of both, so that the trajectories of a Richardson
-    pair are shaken alike.
+    ``coarse``: it makes two steps of h/2 in each step, on the noise of both, so that the
+    trajectories of a Richardson pair are shaken alike.
     """
-    whole, h = h, 0.5 * h if coarse else h
+    whole = h
+    h = 0.5 * h if coarse else h
     tone = None
     if eqs.drive is not None:
         assert eqs.drive_frequency is not None
@@ -114,24 +116,36 @@ def filter_of(eqs: Equations, h: float, coarse: bool = False) -> Filter:
         fading = h / eqs.correlation_time
         spread = deviation(eqs, h)
         gain = deviation(eqs, whole) / spread  # 1, unless coarse
-        return Filter(math.exp(-fading), l11=spread * math.sqrt(-math.expm1(-2.0 * fading)), gain=gain, tone=tone)
+        return Filter(
+            math.exp(-fading),
+            l11=spread * math.sqrt(-math.expm1(-2.0 * fading)),
+            gain=gain,
+            tone=tone,
+        )
     a, lower = _noise_filter(eqs, h)
     (a11, a12, a21, a22), (l11, _, l21, l22) = a.ravel().tolist(), lower.ravel().tolist()
     return Filter(a11, a12, a21, a22, l11, l21, l22, tone=tone)
 
 
 def filter_start(
-    eqs: Equations, h: float, trajectories: int, rng: np.random.Generator, samples: Floats | None = None
+    eqs: Equations,
+    h: float,
+    trajectories: int,
+    rng: np.random.Generator,
+    samples: Floats | None = None,
 ) -> Floats:
     """The filter's first states (p, q), shape (2, trajectories): of random phase or place, or of the noise's law.
 
-    Those of a sinusoid beside coloured noise come after the noise's, in two further rows. In a record of a density the
-    places are evenly apart from a random one on, so that together they soon see all of it.
+    Those of a sinusoid beside coloured noise come after the noise's, in two further rows. In a
+    record of a density the places are evenly apart from a random one on, so that together they soon
+    see all of it.
     """
     if samples is not None:
         indices = rng.integers(0, len(samples), trajectories)
         if eqs.density is not None:
-            indices = (indices[0] + len(samples) * np.arange(trajectories) // trajectories) % len(samples)
+            indices = (indices[0] + len(samples) * np.arange(trajectories) // trajectories) % len(
+                samples
+            )
         return np.array([samples[indices], indices])
     states = np.empty((0, trajectories))
     if eqs.coloured is not None:
@@ -150,7 +164,9 @@ def rows_of(eqs: Equations) -> int:
 def of_batch(known: Filter, states: Floats, words: Words, samples: Floats | None) -> Filter:
     """A filter with the states of `filter_start` and the random words of a batch, both shared with the caller."""
     tone = None if known.tone is None else known.tone._replace(p=states[2], q=states[3])
-    return known._replace(p=states[0], q=states[1], s0=words[0], s1=words[1], samples=samples, tone=tone)
+    return known._replace(
+        p=states[0], q=states[1], s0=words[0], s1=words[1], samples=samples, tone=tone
+    )
 
 
 @forced
@@ -180,8 +196,10 @@ def shake(accelerations, coarse, shaker):
             _step_of_filter(i, shaker)
     for i in range(count):
         _step_of_filter(i, shaker)
-        before, after = accelerations[0, i], last_acceleration(i, shaker)
-        accelerations[0, i], accelerations[1, i] = 0.5 * (before + after), after
+        before = accelerations[0, i]
+        after = last_acceleration(i, shaker)
+        accelerations[0, i] = 0.5 * (before + after)
+        accelerations[1, i] = after
 
 
 @forced
@@ -199,9 +217,11 @@ def _step_of_filter(i, f):
     if f.samples is not None:
         index = int(q[i]) + 1
         index = index if index < len(f.samples) else 0
-        p[i], q[i] = f.samples[index], index
+        p[i] = f.samples[index]
+        q[i] = index
         return
-    p1, q1 = f.a11 * p[i], 0.0
+    p1 = f.a11 * p[i]
+    q1 = 0.0
     if f.a12 is not None:
         p1 += f.a12 * q[i]
         q1 = f.a21 * p[i] + f.a22 * q[i]

@@ -7,7 +7,8 @@ from harvester.equations.coefficients import Equations
 from harvester.equations.impact_order import STRONG, step_order
 
 STEP = 0.1  # default step, in units of 1/(frequency of the response)
-STEP_OF_HIGHEST = 0.5  # the same of the highest of several modes: no more than 0.2 % of bias, without a stop
+# the same of the highest of several modes: no more than 0.2 % of bias, without a stop
+STEP_OF_HIGHEST = 0.5
 AT_STOP = 0.2  # the same where a stop excites it: 1 % or so
 TOLERATED = 1.5  # times the default: a longer step is not kept
 FINEST = 64  # steps to a period of the excitation, at least
@@ -31,7 +32,11 @@ def whole_steps(h: float, repeat: float | None) -> float:
         return h
     parts = repeat / h
     quarter = FINEST // 4
-    if parts > 0.5 and abs(parts / quarter - round(parts / quarter)) < 1e-9 * parts and parts > 0.9 * quarter:
+    if (
+        parts > 0.5
+        and abs(parts / quarter - round(parts / quarter)) < 1e-9 * parts
+        and parts > 0.9 * quarter
+    ):
         return h
     return repeat / (FINEST * math.ceil(parts / FINEST))
 
@@ -98,11 +103,13 @@ def chatter(pressure: float, n1: float | None, v2: float) -> float:
 def remedy(eqs: Equations, h: float) -> str:
     """What to do about a response that grew without bound at step h.
 
-    A shorter step is asked for unless h shrinks small motions of the unloaded linear system (Jury's criterion): the
-    matrix of one step, ((1, h), (-b, a - b h)) on (x, x') with a = 1/q, b = h w^2 (1 + y/2)/q,
-    q = 1 + y + y^2/2 and y = -c1 h, has its eigenvalues inside the unit circle for b h < 2 (1 + a).
+    A shorter step is asked for unless h shrinks small motions of the unloaded linear system (Jury's
+    criterion): the matrix of one step, ((1, h), (-b, a - b h)) on (x, x') with a = 1/q, b = h w^2
+    (1 + y/2)/q, q = 1 + y + y^2/2 and y = -c1 h, has its eigenvalues inside the unit circle for b h
+    < 2 (1 + a).
     """
-    y, frequency = -(eqs.c1 or 0.0) * h, typical_frequency(eqs, 0.0)
+    y = -(eqs.c1 or 0.0) * h
+    frequency = typical_frequency(eqs, 0.0)
     if not (h * frequency) ** 2 * (1.0 + 0.5 * y) < 2.0 * (2.0 + y + 0.5 * y * y):
         return f"the step itself feeds energy: give a `dt` below {2.0 / frequency:.3g}/w0"
     return "add damping that bounds it, or try a smaller `dt` if the scene is known to be bounded"

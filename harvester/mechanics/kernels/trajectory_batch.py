@@ -17,7 +17,12 @@ from harvester.mechanics.kernels.circuit_control_variates import add_circuit_fea
 from harvester.mechanics.kernels.coefficients import State
 from harvester.mechanics.kernels.compiled import forced, kernel
 from harvester.mechanics.kernels.control_variates import add_martingales
-from harvester.mechanics.kernels.equation_of_motion import drift_at_stop, friction, impulse, is_damped
+from harvester.mechanics.kernels.equation_of_motion import (
+    drift_at_stop,
+    friction,
+    impulse,
+    is_damped,
+)
 from harvester.mechanics.kernels.ideal_circuit import Store, conducted, until_last_event
 from harvester.mechanics.kernels.intervals import drifts, interval
 from harvester.mechanics.kernels.noise import draw_noise, draw_two_noises
@@ -27,9 +32,23 @@ from harvester.mechanics.kernels.shaking import last_acceleration, shaken
 
 BATCH = 64
 
-# Rows of the sums of one trajectory.  A sample has x and V at the kick and in mid-drift: their errors of order h^2 have
-# opposite signs.  The last row is of a circuit only.
-SUMS = ("V", "V2_kick", "V2_mid", "x", "x2_kick", "x2_mid", "v2", "xV", "vV", "fv2", "impacts", "impact_loss", "driven")
+# Rows of the sums of one trajectory.  A sample has x and V at the kick and in mid-drift: their
+# errors of order h^2 have opposite signs.  The last row is of a circuit only.
+SUMS = (
+    "V",
+    "V2_kick",
+    "V2_mid",
+    "x",
+    "x2_kick",
+    "x2_mid",
+    "v2",
+    "xV",
+    "vV",
+    "fv2",
+    "impacts",
+    "impact_loss",
+    "driven",
+)
 IDEAL_SUMS = (*SUMS, "load")
 
 
@@ -92,7 +111,8 @@ def _kick_and_add_work(i, sums, s, xi, other, h, c, a):
 def _step(i, s, xi, xi2, sums, accelerations, d, c, shaker):
     """Make one step of trajectory i with a resistor, and add up its impacts and its work.
 
-    Returns its state, the velocity just before the kick, and what the noise added to it, over sqrt(2 h).
+    Returns its state, the velocity just before the kick, and what the noise added to it, over
+    sqrt(2 h).
     """
     a, a1 = shaken(i, accelerations, shaker)
     s = _drift_and_add_impacts(i, sums, s, d, c, a)
@@ -106,7 +126,8 @@ def _step(i, s, xi, xi2, sums, accelerations, d, c, shaker):
 def _drift_with_circuit(x, v, V, U, m, did, accelerations, d, c, circuit, shaker):
     """Drift all trajectories under the first row of ``accelerations``.
 
-    ``did``, shape (4, BATCH), gets in its last two rows the number of impacts and the energy that they took.
+    ``did``, shape (4, BATCH), gets in its last two rows the number of impacts and the energy that
+    they took.
     """
     if c.r is None and c.gap is None and circuit.hysteresis is None:
         for i in range(BATCH):
@@ -115,9 +136,18 @@ def _drift_with_circuit(x, v, V, U, m, did, accelerations, d, c, circuit, shaker
         return
     for i in range(BATCH):
         a, _ = shaken(i, accelerations, shaker)
-        s, store, leg, impacts = until_last_event(State(x[i], v[i], V[i]), Store(U[i], m[i]), d, c, circuit, a)
-        x[i], v[i], V[i], U[i], m[i] = s.x, s.v, s.V, store.U, store.m
-        did[0, i], did[1, i], did[2, i], did[3, i] = leg.v, leg.t, impacts.number, impacts.energy
+        s, store, leg, impacts = until_last_event(
+            State(x[i], v[i], V[i]), Store(U[i], m[i]), d, c, circuit, a
+        )
+        x[i] = s.x
+        v[i] = s.v
+        V[i] = s.V
+        U[i] = store.U
+        m[i] = store.m
+        did[0, i] = leg.v
+        did[1, i] = leg.t
+        did[2, i] = impacts.number
+        did[3, i] = impacts.energy
     for i in range(BATCH):
         V[i], U[i] = conducted(V[i], U[i], did[0, i], did[1, i], circuit)
 
@@ -142,10 +172,18 @@ def add_sample(i, sums, s, mid, c):
 def _to_mid_drift(b, room, did, accelerations, half, c, circuit, shaker):
     """Fill ``room`` with the states of all trajectories half a step after their kick."""
     for i in range(BATCH):  # an assignment of rows would compile the text of its errors, in 2.6 s
-        room[0, i], room[1, i], room[2, i], room[3, i], room[4, i] = b.x[i], b.v[i], b.V[i], b.U[i], b.m[i]
+        room[0, i], room[1, i], room[2, i], room[3, i], room[4, i] = (
+            b.x[i],
+            b.v[i],
+            b.V[i],
+            b.U[i],
+            b.m[i],
+        )
         if shaker is not None:
             accelerations[0, i] = last_acceleration(i, shaker)
-    _drift_with_circuit(room[0], room[1], room[2], room[3], room[4], did, accelerations, half, c, circuit, shaker)
+    _drift_with_circuit(
+        room[0], room[1], room[2], room[3], room[4], did, accelerations, half, c, circuit, shaker
+    )
 
 
 @kernel
@@ -156,12 +194,22 @@ def advance(b, schedule, h, circuit, c, shaker, update):
     coefficients, and ``shaker`` the `harvester.mechanics.kernels.shaking.Filter` of the batch, its states changed in
     place.  Where there is noise of the force and of the stiffness, each has a draw with a resistor (`impulse`).
     """
-    x, v, V, U, sums = b.x, b.v, b.V, b.U, b.sums
+    x = b.x
+    v = b.v
+    V = b.V
+    U = b.U
+    sums = b.sums
     whole, half = drifts(h, c.mu, update)
-    noise, other, kick_sums = np.zeros((2, BATCH)), np.zeros((2, BATCH)), np.zeros((2, BATCH))
+    noise = np.zeros((2, BATCH))
+    other = np.zeros((2, BATCH))
+    kick_sums = np.zeros((2, BATCH))
     accelerations, filtered = np.zeros((2, BATCH)), np.zeros((2, BATCH))
-    before, mid, did = np.zeros((3, BATCH)), np.zeros((5, BATCH)), np.zeros((4, BATCH))
-    landed, coarse, steps = schedule.landed, schedule.doublings > 0, 1 if schedule.doublings > 0 else 2
+    before = np.zeros((3, BATCH))
+    mid = np.zeros((5, BATCH))
+    did = np.zeros((4, BATCH))
+    landed = schedule.landed
+    coarse = schedule.doublings > 0
+    steps = 1 if schedule.doublings > 0 else 2
     for _ in range(schedule.samples):
         for first in range(0, schedule.stride, steps):
             _draw(b, noise, other, schedule.doublings, c, circuit, update)
@@ -169,22 +217,36 @@ def advance(b, schedule, h, circuit, c, shaker, update):
             for k in range(steps):
                 shake_and_add(b, filtered, accelerations, coarse, shaker, _load(c, circuit))
                 if update.weight is not None:
-                    _step_by_ngspice_rule(b, k, noise, half if landed and first + k == 0 else whole, c)
+                    _step_by_ngspice_rule(
+                        b, k, noise, half if landed and first + k == 0 else whole, c
+                    )
                 elif circuit is None:
                     for i in range(BATCH):
                         (x[i], v[i], V[i]), v_kicked, kicked = _step(
-                            i, State(x[i], v[i], V[i]), noise[k, i], other[k, i], sums, accelerations, whole, c, shaker
+                            i,
+                            State(x[i], v[i], V[i]),
+                            noise[k, i],
+                            other[k, i],
+                            sums,
+                            accelerations,
+                            whole,
+                            c,
+                            shaker,
                         )
                         if b.controls is not None:
                             kick_sums[0, i] += v_kicked * kicked
                             kick_sums[1, i] += kicked
                 else:
-                    _drift_with_circuit(x, v, V, U, b.m, did, accelerations, whole, c, circuit, shaker)
+                    _drift_with_circuit(
+                        x, v, V, U, b.m, did, accelerations, whole, c, circuit, shaker
+                    )
                     _add_impacts(sums, did, c)
                     for i in range(BATCH):
                         xi = noise[k, i]
                         if b.controls is not None:
-                            add_circuit_features(i, State(x[i], v[i], V[i]), U[i], xi, b.controls, c)
+                            add_circuit_features(
+                                i, State(x[i], v[i], V[i]), U[i], xi, b.controls, c
+                            )
                         _, a = shaken(i, accelerations, shaker)
                         vi = v[i]
                         v[i] = _kick_and_add_work(i, sums, State(x[i], vi, V[i]), xi, None, h, c, a)
@@ -195,7 +257,9 @@ def advance(b, schedule, h, circuit, c, shaker, update):
         for i in range(BATCH):
             s = State(x[i], v[i], V[i])
             if circuit is not None:
-                stored, s_mid, stored_mid = U[i], State(mid[0, i], mid[1, i], mid[2, i]), mid[3, i]
+                stored = U[i]
+                s_mid = State(mid[0, i], mid[1, i], mid[2, i])
+                stored_mid = mid[3, i]
                 sums[13, i] += 0.5 * circuit.mu * (stored * stored + stored_mid * stored_mid)
             elif update.weight is None:
                 s_mid, _ = move(s, half, c, last_acceleration(i, shaker))
@@ -208,7 +272,9 @@ def advance(b, schedule, h, circuit, c, shaker, update):
 @forced
 def _step_by_ngspice_rule(b, k, noise, d, c):
     """Make one step of all trajectories with a resistor by ngspice's rule, on row k of the noise."""
-    x, v, V = b.x, b.v, b.V
+    x = b.x
+    v = b.v
+    V = b.V
     for i in range(BATCH):
         s = _drift_and_add_impacts(i, b.sums, State(x[i], v[i], V[i]), d, c, None)
         x[i], v[i], V[i] = s.x, kick_at_stops(s, noise[k, i], d.h, c), s.V
@@ -266,7 +332,9 @@ def mid_drift(b, out, h, c, circuit=None, shaker=None):
             s = State(b.x[i], b.v[i], b.V[i])
             (out[0, i], out[1, i], out[2, i]), _ = move(s, half, c, last_acceleration(i, shaker))
     else:
-        room, did, accelerations = np.zeros((5, BATCH)), np.zeros((4, BATCH)), np.zeros((2, BATCH))
+        room = np.zeros((5, BATCH))
+        did = np.zeros((4, BATCH))
+        accelerations = np.zeros((2, BATCH))
         _to_mid_drift(b, room, did, accelerations, half, c, circuit, shaker)
         for i in range(BATCH):
             out[0, i], out[1, i], out[2, i] = room[0, i], room[1, i], room[2, i]

@@ -1,10 +1,10 @@
 """How wide the vectors of kernels are: 512 bits where a measurement of this processor finds them faster than 256.
 
-LLVM takes 256 bits where a processor has 512, because some clock themselves down at 512; only a trial shows whether
-512 are worth it.  It is made once, when a first kernel is compiled, takes half a second, and is kept beside the
-kernels; a file that is missing, wrong, or of another processor or numba is no more than a new trial.  A processor
-without AVX-512 is not tried.  Where the user says by NUMBA_CPU_FEATURES or NUMBA_CPU_NAME what to compile for, that is
-done.
+LLVM takes 256 bits where a processor has 512, because some clock themselves down at 512; only a
+trial shows whether 512 are worth it.  It is made once, when a first kernel is compiled, takes half
+a second, and is kept beside the kernels; a file that is missing, wrong, or of another processor or
+numba is no more than a new trial.  A processor without AVX-512 is not tried.  Where the user says
+by NUMBA_CPU_FEATURES or NUMBA_CPU_NAME what to compile for, that is done.
 
 Lanes are added up each by itself, so that results do not depend on the width.
 """
@@ -57,23 +57,32 @@ def width() -> int:
     if cached is None:
         return 256
     known = {"processor": binding.get_host_cpu_name(), "numba": numba.__version__}
-    with locks.alone(cached / f"{FILE}.turn"):  # two that measure at a time would disturb each other
-        with contextlib.suppress(InputError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
+    # two that measure at a time would disturb each other
+    with locks.alone(cached / f"{FILE}.turn"):
+        with contextlib.suppress(
+            InputError, ValueError, KeyError, TypeError, AttributeError, RecursionError
+        ):
             kept = json.loads(files.read(cached / FILE, FILE, _LONGEST))
             if known.items() <= kept.items() and kept["bits"] in (256, 512):
                 return int(kept["bits"])
         ratio = faster()
         bits = 512 if ratio >= FASTER else 256
         with contextlib.suppress(InputError):
-            files.write(cached / FILE, json.dumps({**known, "bits": bits, "times_faster": round(ratio, 3)}) + "\n")
+            files.write(
+                cached / FILE,
+                json.dumps({**known, "bits": bits, "times_faster": round(ratio, 3)}) + "\n",
+            )
     return bits
 
 
 def faster() -> float:
     """How many times faster 512 bits are than 256 on a loop that resembles a step: the shortest of `TRIES` each."""
-    x, v, bits = np.ones(64), np.zeros(64), np.arange(1, 65, dtype=np.uint64)
+    x = np.ones(64)
+    v = np.zeros(64)
+    bits = np.arange(1, 65, dtype=np.uint64)
     kinds = {
-        width: numba.njit(fastmath=True, nogil=True, pipeline_class=kind)(_steps) for width, kind in _KINDS.items()
+        width: numba.njit(fastmath=True, nogil=True, pipeline_class=kind)(_steps)
+        for width, kind in _KINDS.items()
     }
     shortest = dict.fromkeys(kinds, float("inf"))
     for k in range(TRIES + 1):
@@ -108,7 +117,8 @@ class _WideLower(lowering.Lower):  # type: ignore[misc]
     """Lowering of a function to LLVM with the request for 512 bits."""
 
     def lower_function_body(self) -> Any:
-        set.add(self.function.attributes, '"prefer-vector-width"="512"')  # which llvmlite does not know
+        # which llvmlite does not know
+        set.add(self.function.attributes, '"prefer-vector-width"="512"')
         return super().lower_function_body()
 
 
@@ -129,7 +139,10 @@ class _Wide(compiler.Compiler):  # type: ignore[misc]
     def define_pipelines(self) -> list[Any]:
         managers: list[Any] = super().define_pipelines()
         for manager in managers:
-            steps = [(_WideLowering if step is passes.NativeLowering else step, what) for step, what in manager.passes]
+            steps = [
+                (_WideLowering if step is passes.NativeLowering else step, what)
+                for step, what in manager.passes
+            ]
             manager.passes = steps
         return managers
 

@@ -1,11 +1,12 @@
 """The kernel of many trajectories of several modes, as `harvester.mechanics.kernels.trajectory_batch` of one.
 
-A block's states have the rows y_1, v_1, V, y_2, ..., v_2, ..., shape (1 + 2 n, BATCH); its sums are those of one mode,
-x being the oscillator's displacement and the impact's energy that of the contact coordinate.
+A block's states have the rows y_1, v_1, V, y_2, ..., v_2, ..., shape (1 + 2 n, BATCH); its sums are
+those of one mode, x being the oscillator's displacement and the impact's energy that of the contact
+coordinate.
 
-Controls as of `harvester.mechanics.kernels.control_variates`: sums over kicks of z_j xi {1, sqrt E} for each state z_j
-of (y, v, V), and the change of z.P z with P of the Lyapunov equation for V^2, which together leave nothing of a linear
-device's V^2 but the step's error.
+Controls as of `harvester.mechanics.kernels.control_variates`: sums over kicks of z_j xi {1, sqrt E}
+for each state z_j of (y, v, V), and the change of z.P z with P of the Lyapunov equation for V^2,
+which together leave nothing of a linear device's V^2 but the step's error.
 """
 
 import math
@@ -25,24 +26,34 @@ from harvester.mechanics.kernels.noise import draw_noise
 from harvester.mechanics.kernels.shaking import Filter, last_acceleration, shake
 from harvester.mechanics.kernels.trajectory_batch import BATCH, IDEAL_SUMS, SUMS, Batch, Schedule
 from harvester.mechanics.modes.modal_circuit import add_modal_features, drift_with_ideal
-from harvester.mechanics.modes.modal_step import dot, drift_modes, energy_of_modes, kick_modes, modal_coefficients
+from harvester.mechanics.modes.modal_step import (
+    dot,
+    drift_modes,
+    energy_of_modes,
+    kick_modes,
+    modal_coefficients,
+)
 
 RESISTOR_ROWS = 3  # rows of one mode with a resistor: x, x', V
 BESIDE = 7  # rows of z beside the states: two of noise, two of shaking; impacts, their energy, work
 
 
 @kernel
-def advance_modes(z, s0, s1, sums, controls, schedule, h, c, shaker, update, store=None, circuit=None):
+def advance_modes(
+    z, s0, s1, sums, controls, schedule, h, c, shaker, update, store=None, circuit=None
+):
     """Advance states z by a `Schedule` of steps h, and add up the moments; z has `BESIDE` rows more, and `controls`.
 
-    With an ideal ``circuit`` its U and m are in ``store``, shape (2, BATCH), and controls are those of one mode.
+    With an ideal ``circuit`` its U and m are in ``store``, shape (2, BATCH), and controls are those
+    of one mode.
     """
     whole, half = drifts(h, c.oscillator.mu, update)
     states = 2 * len(c.k) + 1
     noise = np.zeros((2, BATCH))
     accelerations = z[(states + 2) * BATCH : (states + 4) * BATCH].reshape(2, BATCH)
     mid = np.zeros(states * BATCH)
-    coarse, steps = schedule.doublings > 0, 1 if schedule.doublings > 0 else 2
+    coarse = schedule.doublings > 0
+    steps = 1 if schedule.doublings > 0 else 2
     for _ in range(schedule.samples):
         for _first in range(0, schedule.stride, steps):
             if c.oscillator.n1 is not None:
@@ -53,7 +64,9 @@ def advance_modes(z, s0, s1, sums, controls, schedule, h, c, shaker, update, sto
                 for i in range(BATCH):
                     z[states * BATCH + i] = noise[k, i]
                 for i in range(BATCH):
-                    _step(i, z, z[states * BATCH + i], h, whole, c, shaker, controls, store, circuit)
+                    _step(
+                        i, z, z[states * BATCH + i], h, whole, c, shaker, controls, store, circuit
+                    )
         for i in range(states * BATCH):
             mid[i] = z[i]
         _to_mid_drift(mid, sums, half, c, shaker, store, circuit)
@@ -92,7 +105,11 @@ def _step(i, z, xi, h, d, c, shaker, controls, store, circuit):
     """Make one step of lane i, and add up impacts, work and controls."""
     n = len(c.k)
     a, a1 = _shaken(i, z, n, shaker)
-    impacts = drift_modes(i, z, d, c, a) if circuit is None else drift_with_ideal(i, z, store, d, c, a, circuit)
+    impacts = (
+        drift_modes(i, z, d, c, a)
+        if circuit is None
+        else drift_with_ideal(i, z, store, d, c, a, circuit)
+    )
     if c.contact is not None:
         z[(2 * n + 5) * BATCH + i] += impacts.number
         z[(2 * n + 6) * BATCH + i] += impacts.energy
@@ -120,8 +137,11 @@ def _shaken(i, z, n, shaker):
 def add_sample_of_modes(i, sums, z, mid, c):
     """Add up a sample: x and V at the kick, and all in mid-drift."""
     n = len(c.k)
-    x, V, V_mid = dot(c.e, z, 0, i), z[2 * n * BATCH + i], mid[2 * n * BATCH + i]
-    x_mid, speed = dot(c.e, mid, 0, i), dot(c.e, mid, n, i)
+    x = dot(c.e, z, 0, i)
+    V = z[2 * n * BATCH + i]
+    V_mid = mid[2 * n * BATCH + i]
+    x_mid = dot(c.e, mid, 0, i)
+    speed = dot(c.e, mid, n, i)
     sums[0, i] += 0.5 * (V + V_mid)
     sums[1, i] += V * V
     sums[2, i] += V_mid * V_mid
@@ -138,7 +158,8 @@ def add_sample_of_modes(i, sums, z, mid, c):
 def taken_by_damping(i, z, c):
     """The power that damping takes."""
     speeds = len(c.k) * BATCH + i
-    x, speed = dot(c.e, z, 0, i), dot(c.e, z, len(c.k), i)
+    x = dot(c.e, z, 0, i)
+    speed = dot(c.e, z, len(c.k), i)
     total = friction(x, speed, c.oscillator) * speed * speed if is_damped(c.oscillator) else 0.0
     for j in range(len(c.d)):
         total += c.d[j] * z[speeds + j * BATCH] * z[speeds + j * BATCH]
@@ -148,7 +169,8 @@ def taken_by_damping(i, z, c):
 @kernel
 def mid_drift_of_modes(z, out, h, c, shaker, store=None, circuit=None):
     """Go from a copy of states, which is changed, to x, x' and V half a step after their kick, shape (3, BATCH)."""
-    half, n = interval(h, 0.5 * h, c.oscillator.mu), len(c.k)
+    half = interval(h, 0.5 * h, c.oscillator.mu)
+    n = len(c.k)
     for i in range(BATCH):
         if circuit is None:
             drift_modes(i, z, half, c, last_acceleration(i, shaker))
@@ -160,20 +182,25 @@ def mid_drift_of_modes(z, out, h, c, shaker, store=None, circuit=None):
 class ModalMotion:
     """What `harvester.mechanics.ensemble.trajectories` needs of several modes: rows of states and sums, and kernels.
 
-    The load is a resistor, or an ideal ``circuit``, whose U and m stand in the rows below x, x' and V.
+    The load is a resistor, or an ideal ``circuit``, whose U and m stand in the rows below x, x' and
+    V.
     """
 
     def __init__(self, eqs: Equations, circuit: IdealCircuit | None = None) -> None:
         assert eqs.modes is not None
-        self.circuit, self.sums = circuit, len(SUMS if circuit is None else IDEAL_SUMS)
+        self.circuit = circuit
+        self.sums = len(SUMS if circuit is None else IDEAL_SUMS)
         self.before = RESISTOR_ROWS if circuit is None else RESISTOR_ROWS + 2
-        self.coefficients, self.count = modal_coefficients(eqs), eqs.modes.count
+        self.coefficients = modal_coefficients(eqs)
+        self.count = eqs.modes.count
         self.rows, self.martingales = self.before - 2 + 2 * self.count, 2 * (2 * self.count + 1)
-        self.modes, self.mobility = eqs.modes, eqs.modes.mobility
+        self.modes = eqs.modes
+        self.mobility = eqs.modes.mobility
 
     def order(self, first: int | None = None) -> list[int]:
         """The rows of a block's state in the order of the kernels, y, v and V; those of y_2 begin at the ``first``."""
-        first, n = self.before if first is None else first, self.count
+        first = self.before if first is None else first
+        n = self.count
         return [0, *range(first, first + n - 1), 1, *range(first + n - 1, first + 2 * n - 2), 2]
 
     def begin(self, state: Floats, first: int) -> None:
@@ -182,10 +209,17 @@ class ModalMotion:
             state[:, first + self.count - 2] = self.modes.at_rest(state[:, 0])[-1]
 
     def advance(
-        self, batch: Batch, state: Floats, schedule: Schedule, h: float, eqs: Equations, shaker: Filter | None
+        self,
+        batch: Batch,
+        state: Floats,
+        schedule: Schedule,
+        h: float,
+        eqs: Equations,
+        shaker: Filter | None,
     ) -> None:
         """Advance a batch, whose states are all in ``state``, by a schedule of steps of h."""
-        order, store = self.order(), self._store(state)
+        order = self.order()
+        store = self._store(state)
         rows = len(order)
         z = aligned((rows + BESIDE + (0 if batch.controls is None else self.martingales), BATCH))
         z[:rows] = state[order]
@@ -194,10 +228,14 @@ class ModalMotion:
         advance_modes(z.reshape(-1), *of_batch, *given)
         state[order] = z[:rows]
 
-    def mid_drift(self, state: Floats, out: Floats, h: float, eqs: Equations, shaker: Filter | None) -> None:
+    def mid_drift(
+        self, state: Floats, out: Floats, h: float, eqs: Equations, shaker: Filter | None
+    ) -> None:
         """Go from the states of a block after a kick to x, x' and V half a step later."""
         store = None if self.circuit is None else self._store(state).copy()
-        mid_drift_of_modes(state[self.order()].reshape(-1), out, h, self.coefficients, shaker, store, self.circuit)
+        mid_drift_of_modes(
+            state[self.order()].reshape(-1), out, h, self.coefficients, shaker, store, self.circuit
+        )
 
     def _store(self, state: Floats) -> Any:
         """The rows of an ideal circuit; None without one."""
@@ -206,7 +244,8 @@ class ModalMotion:
     def boundary(self, states: Floats, eqs: Equations, circuit: int | None = None) -> Floats:
         """The functions of states, shape (rows, count), whose changes are controls.
 
-        With a resistor z.P z, shape (1, count); with a circuit, up to whose row those states go, `boundary_functions`.
+        With a resistor z.P z, shape (1, count); with a circuit, up to whose row those states go,
+        `boundary_functions`.
         """
         from scipy.linalg import solve_continuous_lyapunov
 
@@ -219,16 +258,24 @@ class ModalMotion:
             weights[-1] = 1.0
         else:
             weights[: self.count] = eqs.modes.coupling
-        bound = [j for j in range(len(z)) if j % self.count < eqs.modes.sprung or j == 2 * self.count]
-        z, weights, matrix = z[bound], weights[bound], flow(eqs)[np.ix_(bound, bound)]
+        bound = [
+            j for j in range(len(z)) if j % self.count < eqs.modes.sprung or j == 2 * self.count
+        ]
+        z = z[bound]
+        weights = weights[bound]
+        matrix = flow(eqs)[np.ix_(bound, bound)]
         form = solve_continuous_lyapunov(matrix.T, -np.outer(weights, weights))
         return np.asarray(np.einsum("jn,jk,kn->n", z, form, z)[None])
 
     def _circuit_boundary(self, z: Floats, U: Floats, eqs: Equations) -> Floats:
         """The functions of modes z and the voltage U of a circuit's store, shape (9, count)."""
-        modes, n, V = eqs.modes, self.count, z[-1]
+        modes = eqs.modes
+        n = self.count
+        V = z[-1]
         assert modes is not None
-        y, v, x = z[:n], z[n : 2 * n], modes.direction @ z[:n]
+        y = z[:n]
+        v = z[n : 2 * n]
+        x = modes.direction @ z[:n]
         energy = eqs.spring[0] * x * x + (v * v).sum(axis=0) + np.array(modes.stiffness) @ (y * y)
         W = 0.5 * np.abs(energy) + 0.5 * (eqs.beta or 0.0) * V * V
         return boundary_functions(np.array(modes.coupling) @ y, np.array(modes.base) @ v, V, U, W)

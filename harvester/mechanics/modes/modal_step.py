@@ -3,15 +3,17 @@
     drift   y' = v,  V' = s.v - mu V,  with the impacts of w = phi.y    (exact)
     kick    y_j' = v_j,  v_j' = -d_j v_j - k_j y_j - e_j F - beta s_j V + g_j (a + noise)    (y and V held; ball: -pull)
 
-The stops are those of one mode, on the contact coordinate w (`harvester.mechanics.kernels.offset_stops.move`), where it
-begins without voltage, with m = phi/(phi.phi), e = exp(-mu h) and g = (1 - e)/mu:
+The stops are those of one mode, on the contact coordinate w
+(`harvester.mechanics.kernels.offset_stops.move`), where it begins without voltage, with m =
+phi/(phi.phi), e = exp(-mu h) and g = (1 - e)/mu:
 
     (w1, w1', U) = move(w, w', 0)
     y += h v + m (w1 - w - h w'),   v += m (w1' - w'),   V <- e V + g s.v + (s.m) (U - g w')
 
-All of a lane i is in one array z, shape (rows x BATCH,): row j is y_j, row n + j is v_j, row 2 n is V, and those from
-there on are what a kernel adds up.  Places that differ by constants are known to the compiler not to be the same, so
-that loops over lanes become vector instructions; in several arrays a step takes three to five times as long.
+All of a lane i is in one array z, shape (rows x BATCH,): row j is y_j, row n + j is v_j, row 2 n is
+V, and those from there on are what a kernel adds up.  Places that differ by constants are known to
+the compiler not to be the same, so that loops over lanes become vector instructions; in several
+arrays a step takes three to five times as long.
 
 Long because drift, kick and rest on a stop are one step, whose parts share the rows of z.
 """
@@ -22,7 +24,13 @@ from typing import NamedTuple
 from harvester.equations.coefficients import Equations, friction_names
 from harvester.mechanics.kernels.coefficients import Coefficients, Impacts, State
 from harvester.mechanics.kernels.compiled import forced
-from harvester.mechanics.kernels.equation_of_motion import friction, impulse, is_damped, kick, spring
+from harvester.mechanics.kernels.equation_of_motion import (
+    friction,
+    impulse,
+    is_damped,
+    kick,
+    spring,
+)
 from harvester.mechanics.kernels.offset_stops import lower_stop, move
 from harvester.mechanics.kernels.trajectory_batch import BATCH
 
@@ -32,8 +40,8 @@ AT_REST = 1e-12  # of the stop's place, or of 1: rounding of sums over modes
 class ModalCoefficients(NamedTuple):
     """The coefficients above: ``oscillator`` those of the oscillator, ``contact`` those of w, None without a stop.
 
-    The others as of `harvester.equations.modes.Modes`, but ``e`` None if it is (1, 0, ...), ``pull`` None if
-    it is 0, and ``m`` and ``sm``.
+    The others as of `harvester.equations.modes.Modes`, but ``e`` None if it is (1, 0, ...),
+    ``pull`` None if it is 0, and ``m`` and ``sm``.
     """
 
     oscillator: Coefficients
@@ -55,15 +63,21 @@ def modal_coefficients(eqs: Equations) -> ModalCoefficients:
     assert modes is not None
     names = ("mu", "alpha", "beta", *friction_names(), "cv", "n1", "linear", "alpha2")
     plain = Coefficients(**{name: getattr(eqs, name) for name in names})
-    of = ModalCoefficients(plain, None, modes.stiffness, modes.damping, modes.coupling, modes.base, modes.oscillator)
+    of = ModalCoefficients(
+        plain, None, modes.stiffness, modes.damping, modes.coupling, modes.base, modes.oscillator
+    )
     if eqs.restitution is None and eqs.stop_stiffness is None:
         return of
     mobility = modes.mobility
     m = tuple(phi / mobility for phi in modes.contact)
-    contact = Coefficients(mu=eqs.mu, n1=None if modes.is_carried else eqs.n1, r=eqs.restitution, gap=eqs.gap or 0.0)
+    contact = Coefficients(
+        mu=eqs.mu, n1=None if modes.is_carried else eqs.n1, r=eqs.restitution, gap=eqs.gap or 0.0
+    )
     contact = contact._replace(high=eqs.opposite_gap, r_high=eqs.opposite_restitution)
     if eqs.stop_stiffness is not None:
-        contact = contact._replace(k=eqs.stop_stiffness * mobility, c=(eqs.stop_damping or 0.0) * mobility)
+        contact = contact._replace(
+            k=eqs.stop_stiffness * mobility, c=(eqs.stop_damping or 0.0) * mobility
+        )
     sm = math.fsum(s * m_j for s, m_j in zip(modes.coupling, m, strict=True))
     return of._replace(contact=contact, phi=modes.contact, m=m, sm=sm, pull=modes.pull or None)
 
@@ -85,7 +99,8 @@ def _pushed(i, z, c, a):
     voltage = 2 * len(c.k) * BATCH + i
     if c.contact.n1 is not None:
         return None
-    force, total = spring(dot(c.e, z, 0, i), c.oscillator), 0.0
+    force = spring(dot(c.e, z, 0, i), c.oscillator)
+    total = 0.0
     for j in range(len(c.phi)):
         push = -c.k[j] * z[j * BATCH + i]
         if c.oscillator.beta is not None:
@@ -105,7 +120,8 @@ def _pushed(i, z, c, a):
 @forced
 def _drift_freely(i, z, d, c):
     """Drift lane i without an impact."""
-    speeds, voltage = len(c.k) * BATCH + i, 2 * len(c.k) * BATCH + i
+    speeds = len(c.k) * BATCH + i
+    voltage = 2 * len(c.k) * BATCH + i
     z[voltage] = d.e * z[voltage] + d.g * dot(c.s, z, len(c.k), i)
     for j in range(len(c.s)):
         z[j * BATCH + i] += d.t * z[speeds + j * BATCH]
@@ -129,11 +145,14 @@ def drift_modes(i, z, d, c, a):
         return _drift_freely(i, z, d, c)
     if _is_stuck(i, z, c):
         return _drift_on_stop(i, z, d, c)
-    speeds, voltage = len(c.k) * BATCH + i, 2 * len(c.k) * BATCH + i
+    speeds = len(c.k) * BATCH + i
+    voltage = 2 * len(c.k) * BATCH + i
     rate = dot(c.s, z, len(c.k), i)
-    w, speed = dot(c.phi, z, 0, i), dot(c.phi, z, len(c.k), i)
+    w = dot(c.phi, z, 0, i)
+    speed = dot(c.phi, z, len(c.k), i)
     after, impacts = move(State(w, speed, 0.0), d, c.contact, _pushed(i, z, c, a))
-    way, jump = after.x - w - d.t * speed, after.v - speed
+    way = after.x - w - d.t * speed
+    jump = after.v - speed
     for j in range(len(c.s)):
         z[j * BATCH + i] += d.t * z[speeds + j * BATCH] + c.m[j] * way
     for j in range(len(c.s)):
@@ -145,9 +164,12 @@ def drift_modes(i, z, d, c, a):
 @forced
 def kick_modes(i, z, xi, h, c, a):
     """Kick lane i for a time h at fixed y and V: the power that the excitation a puts in, times h; 0 without."""
-    speeds, voltage = len(c.k) * BATCH + i, 2 * len(c.k) * BATCH + i
-    x, hit = dot(c.e, z, 0, i), 0.0
-    stuck, work = _is_stuck(i, z, c), 0.0
+    speeds = len(c.k) * BATCH + i
+    voltage = 2 * len(c.k) * BATCH + i
+    x = dot(c.e, z, 0, i)
+    hit = 0.0
+    stuck = _is_stuck(i, z, c)
+    work = 0.0
     if a is not None:
         work = 0.5 * h * a * dot(c.g, z, len(c.k), i)
         hit += h * a
@@ -182,12 +204,18 @@ def _kick_with_common_friction(i, z, x, hit, h, c):
     e^T (1 + diag(b)/2)^-1 (v + dv/2) over 1 + f h/2 e^T (1 + diag(b)/2)^-1 e.
     """
     speeds = len(c.k) * BATCH + i
-    force, moved, size = spring(x, c.oscillator), 0.0, 0.0
+    force = spring(x, c.oscillator)
+    moved = 0.0
+    size = 0.0
     for j in range(len(c.k)):
         inverse = 1.0 / (1.0 + 0.5 * h * c.d[j])
         moved += c.e[j] * inverse * _twice_and_kicked(i, j, z, force, hit, h, c)
         size += c.e[j] * c.e[j] * inverse
-    f = 0.5 * h * friction(x, dot(c.e, z, len(c.k), i), c.oscillator) if is_damped(c.oscillator) else 0.0
+    f = (
+        0.5 * h * friction(x, dot(c.e, z, len(c.k), i), c.oscillator)
+        if is_damped(c.oscillator)
+        else 0.0
+    )
     if c.oscillator.cv is not None:
         f = 0.5 * h * friction(x, 0.5 * moved / (1.0 + f * size), c.oscillator)
     common = f * moved / (1.0 + f * size)
@@ -200,7 +228,8 @@ def _kick_with_common_friction(i, z, x, hit, h, c):
 @forced
 def _twice_and_kicked(i, j, z, force, hit, h, c):
     """Twice the speed of the coordinate j, and what a kick adds to it: 2 v_j + dv_j."""
-    speeds, voltage = len(c.k) * BATCH + i, 2 * len(c.k) * BATCH + i
+    speeds = len(c.k) * BATCH + i
+    voltage = 2 * len(c.k) * BATCH + i
     push = c.e[j] * force - c.k[j] * z[j * BATCH + i]
     if c.oscillator.beta is not None:
         push -= c.oscillator.beta * c.s[j] * z[voltage]
@@ -214,7 +243,8 @@ def _is_stuck(i, z, c):
         return False
     if c.contact.r is None:
         return False
-    (off, _), speed = _nearer_stop(dot(c.phi, z, 0, i), c), dot(c.phi, z, len(c.k), i)
+    (off, _) = _nearer_stop(dot(c.phi, z, 0, i), c)
+    speed = dot(c.phi, z, len(c.k), i)
     return max(abs(off), abs(speed)) <= AT_REST * max(1.0, abs(lower_stop(c.contact)))
 
 
@@ -231,16 +261,21 @@ def _nearer_stop(w, c):
 def _keep_on_stop(i, z, x, h, c):
     """Take the speed along phi of a mass that a kick of length h would push into the stop it rests on.
 
-    The stop's impulse acts during the kick and is damped as others are: the mass rests where forces are in balance.
+    The stop's impulse acts during the kick and is damped as others are: the mass rests where forces
+    are in balance.
     """
     if c.contact is None:
         return
-    into, (_, away), size = dot(c.phi, z, len(c.k), i), _nearer_stop(dot(c.phi, z, 0, i), c), 0.0
+    into = dot(c.phi, z, len(c.k), i)
+    (_, away) = _nearer_stop(dot(c.phi, z, 0, i), c)
+    size = 0.0
     if away * into < 0.0:
         for j in range(len(c.m)):
             size += c.phi[j] * c.phi[j] * _left_of_impulse(i, j, z, x, h, c)
         for j in range(len(c.m)):
-            z[(len(c.k) + j) * BATCH + i] -= into / size * c.phi[j] * _left_of_impulse(i, j, z, x, h, c)
+            z[(len(c.k) + j) * BATCH + i] -= (
+                into / size * c.phi[j] * _left_of_impulse(i, j, z, x, h, c)
+            )
 
 
 @forced
@@ -263,6 +298,7 @@ def energy_of_modes(i, z, c):
     if c.oscillator.linear is not None:
         double *= c.oscillator.linear
     for j in range(len(c.k)):
-        y, v = z[j * BATCH + i], z[speeds + j * BATCH]
+        y = z[j * BATCH + i]
+        v = z[speeds + j * BATCH]
         double += v * v + c.k[j] * y * y
     return 0.5 * double

@@ -1,9 +1,9 @@
 """The sentence of every diagnostic, once, by its code.
 
-Each file of this folder has the ``MESSAGES`` of the subpackages that it is named after: a text with the names of its numbers
-in braces, or a function of them if the sentence depends on them; ``{seconds!t}`` is a time with its unit, and
-``{error!p}`` a fraction in per cent.  An argument of Python stands in backticks, such as `within`; a command prints it as
---within.
+Each file of this folder has the ``MESSAGES`` of the subpackages that it is named after: a text with
+the names of its numbers in braces, or a function of them if the sentence depends on them;
+``{seconds!t}`` is a time with its unit, and ``{error!p}`` a fraction in per cent.  An argument of
+Python stands in backticks, such as `within`; a command prints it as --within.
 """
 
 from collections.abc import Callable, Mapping
@@ -36,7 +36,11 @@ def sentence(code: str, numbers: Mapping[str, float | int | str | bool | None]) 
     'the error was not measured for a restitution coefficient of 0.2, below 0.3'
     """
     message = catalogue()[code]
-    return _Sentence().vformat(message, (), numbers) if isinstance(message, str) else message(**numbers)
+    return (
+        _Sentence().vformat(message, (), numbers)
+        if isinstance(message, str)
+        else message(**numbers)
+    )
 
 
 class _Sentence(Formatter):

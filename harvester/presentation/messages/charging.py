@@ -5,7 +5,9 @@ from collections.abc import Callable
 from harvester.uncertainty.value import duration
 
 
-def _not_reached(share: float, runs: int, time: float, unit: str, by_default: bool, height: float) -> str:
+def _not_reached(
+    share: float, runs: int, time: float, unit: str, by_default: bool, height: float
+) -> str:
     who = f"{share:.1%} of the runs do" if runs > 1 else "the run does"
     limit = "the default" if by_default else "`duration`"
     where = f"at {height:.3g} times the target on average"

@@ -32,11 +32,15 @@ def _stop_at_rest(rate: float | None) -> str:
     return f"at the rest position, so it is hit in every swing{often}"
 
 
-def _stop_under_noise(how: str, rms: float, distance: float, is_open: bool, rate: float | None) -> str:
+def _stop_under_noise(
+    how: str, rms: float, distance: float, is_open: bool, rate: float | None
+) -> str:
     sentence = f"hit {how}: without it the displacement is {amount(rms, 'm')} (RMS, linear), "
     sentence += f"and it is {amount(distance, 'm')} away"
     sentence += ", in open circuit" if is_open else ""
-    return sentence if rate is None else f"{sentence}; it would be reached {rate:.2g} times per second"
+    return (
+        sentence if rate is None else f"{sentence}; it would be reached {rate:.2g} times per second"
+    )
 
 
 def _stop_under_drive(peak: float, distance: float, is_noisy: bool) -> str:
@@ -65,7 +69,9 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     ),
     "stop_under_noise": _stop_under_noise,
     "stop_under_drive": _stop_under_drive,
-    "stop_distance": lambda distance: f"{amount(distance, 'm')} away; harvester motion shows how often it is hit",
+    "stop_distance": lambda distance: (
+        f"{amount(distance, 'm')} away; harvester motion shows how often it is hit"
+    ),
     "drive_off_resonance": "the excitation at {hertz:.4g} Hz is {ratio:.3g} times the resonance; most power is at {best:.3g} Hz, {gain:.2g} times as much for the same acceleration (linear)",
     "geometry_mode": "first mode of an Euler-Bernoulli beam, {wired}; the tip moves {tip:.4g} times as far as the scene's mass{block}",
     "geometry_strain": "the piezo's strain is largest at the clamp, {strain:.4g} microstrain per mm of the scene's displacement{lifetime}",

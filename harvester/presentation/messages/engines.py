@@ -1,7 +1,7 @@
 """Messages of engines about their answers, and reasons why one does not support a scene.
 
-Arguments of several messages: ``physical`` is True if times are in seconds, False if in 1/w0; ``within`` is the
-target relative error.
+Arguments of several messages: ``physical`` is True if times are in seconds, False if in 1/w0;
+``within`` is the target relative error.
 """
 
 import math
@@ -17,11 +17,14 @@ def _s(physical: bool) -> str:
     return " s" if physical else ""
 
 
-def _target_missed(within: float, budget: float, error: float | None, more: float, enough: float) -> str:
+def _target_missed(
+    within: float, budget: float, error: float | None, more: float, enough: float
+) -> str:
     text = f"`within` {in_percent(within)} was not reached in {budget:g} s: "
     if error is None:
         return text + "the mean is not distinguishable from zero"
-    unit = 10.0 ** (math.floor(math.log10(1.2 * enough)) - 1)  # a fifth more, rounded up to two digits
+    # a fifth more, rounded up to two digits
+    unit = 10.0 ** (math.floor(math.log10(1.2 * enough)) - 1)
     rounded = f"{math.ceil(1.2 * enough / unit) * unit:.12g}"
     return (
         text
@@ -35,7 +38,13 @@ def _beyond_formula(engine: str, within: float, error: float | None) -> str:
 
 
 def _effort(
-    within: float, step: float, bias: float, bias_error: float, duration: float, trajectories: int, physical: bool
+    within: float,
+    step: float,
+    bias: float,
+    bias_error: float,
+    duration: float,
+    trajectories: int,
+    physical: bool,
 ) -> str:
     return (
         f"`within` {in_percent(within)} chose a step of {step:.3g}{_s(physical)}, whose bias is {bias:.2%} +- "
@@ -44,7 +53,9 @@ def _effort(
     )
 
 
-def _cheapest(engine: str, why: str, error: float | None, within: float, formula: str, refused: str) -> str:
+def _cheapest(
+    engine: str, why: str, error: float | None, within: float, formula: str, refused: str
+) -> str:
     stated = "" if error is None else in_percent(error)
     reason = {
         "netlist": "the load is a netlist, and the model error of 'ideal' is known only after its run",
@@ -61,7 +72,9 @@ def _averaging_doubtful(error: float, why: str) -> str:
         "noise": "parametric noise is strong compared with the damping",
         "impacts": "impacts absorb much of the energy in one cycle",
     }[why]
-    return f"averaging is doubtful here (estimated error {error:.0%}): {reason}; check with 'ensemble'"
+    return (
+        f"averaging is doubtful here (estimated error {error:.0%}): {reason}; check with 'ensemble'"
+    )
 
 
 def _rare_hops(
@@ -75,7 +88,11 @@ def _rare_hops(
     physical: bool,
 ) -> str:
     second = " s" if physical else "/w0"
-    formula = "" if formula_time is None else f" (Kramers' formula: about one in {formula_time:.1g}{second})"
+    formula = (
+        ""
+        if formula_time is None
+        else f" (Kramers' formula: about one in {formula_time:.1g}{second})"
+    )
     return (
         f"transitions between the wells at {places} are rare: {hops} in {time:.2g}{second} of all trajectories "
         f"together{formula}, so a mean over the wells would need a burn-in of "
@@ -114,7 +131,11 @@ def _unserved_effects(engine: str, effects: str, linear_only: bool, linear: bool
 
 
 def _slow_circuit(constant: float, frequency: float | None) -> str:
-    time = f"{constant:.3g}/w0" if frequency is None else f"{constant:.3g} s, where w0 is {frequency:.4g} rad/s,"
+    time = (
+        f"{constant:.3g}/w0"
+        if frequency is None
+        else f"{constant:.3g} s, where w0 is {frequency:.4g} rad/s,"
+    )
     return (
         f"the cause is the time constant R C = {time} of load and storage capacitor, which limits the averaging: a "
         "smaller capacitor, still long compared with the period of the mass, gives nearly the same mean power sooner"
@@ -122,14 +143,19 @@ def _slow_circuit(constant: float, frequency: float | None) -> str:
 
 
 def _unknown_effects(who: str, effects: str, instead: str) -> str:
-    words = effects.split(" ")  # a damping is named by its key, of which damping_v has no word that is shorter
-    effects_named = " ".join(word if word.startswith("damping_") else word.replace("_", " ") for word in words)
+    # a damping is named by its key, of which damping_v has no word that is shorter
+    words = effects.split(" ")
+    effects_named = " ".join(
+        word if word.startswith("damping_") else word.replace("_", " ") for word in words
+    )
     return f"{who} cannot model {effects_named}: use {instead}"
 
 
 EXACT = "'exact', which supports all linear scenes"
 BETWEEN_WELLS = "the mean is only known to lie between those of the wells"
-LESS = "less parametric noise (stiffness_noise, D22), more damping, or damping that grows (damping_x2)"
+LESS = (
+    "less parametric noise (stiffness_noise, D22), more damping, or damping that grows (damping_x2)"
+)
 MESSAGES: dict[str, str | Callable[..., str]] = {
     # powers that no device gives
     "negative_power": lambda power, unit: (

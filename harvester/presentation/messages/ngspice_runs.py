@@ -10,7 +10,9 @@ from harvester.uncertainty.value import duration, in_percent
 
 def _runs_ended(ended: int, asked: int, paired: bool) -> str:
     said = f"{ended} of {asked} ngspice runs had ended when the `budget` was spent"
-    alone = ", too few to pair them with a cheap model: give a shorter `duration` or a larger `budget`"
+    alone = (
+        ", too few to pair them with a cheap model: give a shorter `duration` or a larger `budget`"
+    )
     return said + (alone if paired else "")
 
 
@@ -24,16 +26,12 @@ def _biases(followed: int, cheap_model: bool, tolerance_measured: bool, short: b
     measured = "was measured against a tenth of it on the same motion"
     if not tolerance_measured:
         measured = "was not measured (for lack of time, or see the warning)"
-    step = (
-        f"the largest consistent at 95 % with {followed} runs of ngspice and those of twice the step on the same noise"
-    )
+    step = f"the largest consistent at 95 % with {followed} runs of ngspice and those of twice the step on the same noise"
     if cheap_model:
         step = "that of the circuit without ngspice"
     runs = "runs alone"
     if short:
-        runs = (
-            "runs alone, short ones from states of the compiled circuit, whose difference from it is counted as a bias"
-        )
+        runs = "runs alone, short ones from states of the compiled circuit, whose difference from it is counted as a bias"
     return f"the time-step bias is {step}, that of ngspice's tolerance {measured}; the energy balance is of the ngspice {runs}"
 
 

@@ -30,7 +30,9 @@ MESSAGES = {
         f"the battery lasts {amount(seconds, 's')}: the rectifier supplies {amount(given, 'W')} on average, and the node consumes "
         f"{amount(needed, 'W')} while it runs"
     ),
-    "node_change_helps": lambda gain: f"the change that helps most: 10 % of it gives {100.0 * gain:.3g} % more packets",
+    "node_change_helps": lambda gain: (
+        f"the change that helps most: 10 % of it gives {100.0 * gain:.3g} % more packets"
+    ),
     "slow_circuit_alone": lambda direct, separation: (
         f"the circuit behind the rectifier was computed alone, fed by its mean current; {direct:.3g} s of mass and "
         f"circuit together differ by {in_percent(separation)}, which is corrected and counted as an error"

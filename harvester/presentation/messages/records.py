@@ -10,7 +10,11 @@ def _file_layout(delimiter: str, decimal: str) -> str:
 
 
 def _unit_of_times(unit: str, column: str) -> str:
-    return f"the times are in {unit}, from the name {column!r}" if unit else "the times have no unit: in seconds"
+    return (
+        f"the times are in {unit}, from the name {column!r}"
+        if unit
+        else "the times have no unit: in seconds"
+    )
 
 
 MESSAGES: dict[str, str | Callable[..., str]] = {

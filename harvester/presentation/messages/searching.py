@@ -13,7 +13,9 @@ STAGES = {
 }
 
 
-def _budget_spent(budget: float, stage: str, evaluations: int, engine: str, usual: int, each: float | None) -> str:
+def _budget_spent(
+    budget: float, stage: str, evaluations: int, engine: str, usual: int, each: float | None
+) -> str:
     takes = f"about {usual}" if evaluations < usual else "more here"
     cost = ", which first compiles it" if each is None else f", each of {clock(each)}"
     return (
@@ -27,7 +29,9 @@ def _search_cut_short(stage: str, budget: float) -> str:
 
 
 def _best_circuit(best: str, alike: str) -> str:
-    return f"the best circuit is {best}" + (f", statistically indistinguishable from {alike}" if alike else "")
+    return f"the best circuit is {best}" + (
+        f", statistically indistinguishable from {alike}" if alike else ""
+    )
 
 
 def _alike_designs(count: int) -> str:

@@ -7,7 +7,8 @@ from harvester.records.profiles.lines_and_shocks import LINES, SHOCKS
 from harvester.records.profiles.standard_curves import CURVES, Profile
 
 PROFILES: dict[str, Profile] = {**CURVES, **LINES, **SHOCKS}
-PROFILE_KEYS = ("level", "pulse_duration", "event_rate", "harmonics")  # keys that only go with a profile
+# keys that only go with a profile
+PROFILE_KEYS = ("level", "pulse_duration", "event_rate", "harmonics")
 SHARED = ("acceleration_amplitude", "frequency")  # keys that a harmonic motion has too
 
 
@@ -27,9 +28,13 @@ def check_profile(keys: Mapping[str, object]) -> None:
     profile = PROFILES[str(name)]
     for key in (*SHARED, *PROFILE_KEYS):
         if key in profile.needs and keys.get(key) is None:
-            raise InputError(f"excitation.{key} must be given with profile {name!r}, but is left out")
+            raise InputError(
+                f"excitation.{key} must be given with profile {name!r}, but is left out"
+            )
         if key not in (*profile.needs, *profile.takes) and keys.get(key) is not None:
-            raise InputError(f"excitation.{key} must be left out with profile {name!r}, but is given")
+            raise InputError(
+                f"excitation.{key} must be left out with profile {name!r}, but is given"
+            )
     level = keys.get("level")
     if level == 0.0 or (profile.random and isinstance(level, float) and level < 0.0):
         must = "be above 0" if profile.random else "be other than 0"
@@ -47,5 +52,11 @@ def text() -> str:
     lines = []
     for profile in PROFILES.values():
         keys = [*profile.needs, *(f"{key} (optional)" for key in profile.takes)]
-        lines += [profile.name, f"  {profile.what}", f"  keys: {', '.join(keys)}", f"  source: {profile.source}", ""]
+        lines += [
+            profile.name,
+            f"  {profile.what}",
+            f"  keys: {', '.join(keys)}",
+            f"  source: {profile.source}",
+            "",
+        ]
     return "\n".join(lines[:-1])

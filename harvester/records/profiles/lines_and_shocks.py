@@ -6,16 +6,18 @@ A shock is single, or there are so many a second:
     sawtooth       A t/D                          for 0 < t < D, which ends at its peak
     damped sine    A exp(-t/D) sin(2 pi f t)      from t = 0 on
 
-Repeated every T they are the Fourier series of c_n = 1/T times the integral of a(t) exp(-2 pi i n t/T), in closed form.
-c_0 = 0: the base comes back to rest, so that the velocity that a shock gives is taken back evenly until the next.
+Repeated every T they are the Fourier series of c_n = 1/T times the integral of a(t) exp(-2 pi i n
+t/T), in closed form. c_0 = 0: the base comes back to rest, so that the velocity that a shock gives
+is taken back evenly until the next.
 
 A machine has lines at its speed of rotation and multiples of it, a walker at those of the steps:
 
     machine    a(t) = level * sum of A_k sin(2 pi k f t)                  f turns a second, A_k given
     walking    a(t) = level * g * sum of alpha_k cos(2 pi k f t)          f steps per second
 
-A walker pushes the ground with W (1 + sum of alpha_k cos(...)), W the weight; by Newton's second law the
-centre of mass is accelerated by g times the sum.  The source states no phases: ours are those of cosines in step.
+A walker pushes the ground with W (1 + sum of alpha_k cos(...)), W the weight; by Newton's second
+law the centre of mass is accelerated by g times the sum.  The source states no phases: ours are
+those of cosines in step.
 """
 
 import math
@@ -29,7 +31,8 @@ from harvester.errors import InputError, invalid
 from harvester.records.profiles.standard_curves import G, Profile
 from harvester.records.records import MOST_SAMPLES, Record
 
-FINE = 16.0  # lines go up to so many times 1/D and f, and at least to 2 FINE times the resonance of the device
+# lines go up to so many times 1/D and f, and at least to 2 FINE times the resonance of the device
+FINE = 16.0
 SMALL = 0.02  # angle below which a closed form is a series
 _OTHERS = ("event_rate", "level")
 SHOCKS = {
@@ -62,22 +65,36 @@ SHOCKS = {
 
 @lru_cache(8)
 def shock(
-    name: str, amplitude: float, duration: float, frequency: float | None, period: float, resonance: float
+    name: str,
+    amplitude: float,
+    duration: float,
+    frequency: float | None,
+    period: float,
+    resonance: float,
 ) -> Record:
     """One period of a repeated shock in SI units, with lines far beyond the ``resonance`` of the device (Hz).
 
-    A mass follows a line at 2 `FINE` times its resonance and beyond by less than a thousandth of the base's motion:
-    what is left out changes its mean square by less than a millionth.
+    A mass follows a line at 2 `FINE` times its resonance and beyond by less than a thousandth of
+    the base's motion: what is left out changes its mean square by less than a millionth.
 
-    Raises InputError for a shock without size, one that is longer than the period, and a period of more than
-    `MOST_SAMPLES`.
+    Raises InputError for a shock without size, one that is longer than the period, and a period of
+    more than `MOST_SAMPLES`.
     """
     if amplitude == 0.0:
         raise invalid("excitation.acceleration_amplitude of a shock", "be above 0", amplitude)
     if name != "damped-sine-shock" and duration > period:
-        raise invalid("excitation.pulse_duration", f"be at most the time between two shocks, {period:.4g} s", duration)
+        raise invalid(
+            "excitation.pulse_duration",
+            f"be at most the time between two shocks, {period:.4g} s",
+            duration,
+        )
     needed = math.ceil(2.0 * FINE * resonance * period)
-    lines = max(needed, min(math.ceil(FINE * period * max(1.0 / duration, frequency or 0.0)), MOST_SAMPLES // 2 - 1))
+    lines = max(
+        needed,
+        min(
+            math.ceil(FINE * period * max(1.0 / duration, frequency or 0.0)), MOST_SAMPLES // 2 - 1
+        ),
+    )
     if 2 * lines + 1 > MOST_SAMPLES:
         raise InputError(
             f"excitation.event_rate must be so high that a period of the shocks takes at most {MOST_SAMPLES} samples, "
@@ -165,4 +182,6 @@ def walking(frequency: float | None, level: float) -> Record:
 def _angles(lines: int) -> Floats:
     """The angles of the lines at the samples of a period, shape (samples, lines); no line is at half the rate."""
     samples = max(16, 2 * lines + 2)
-    return np.asarray(2.0 * math.pi / samples * np.outer(np.arange(samples), np.arange(1, lines + 1)), float)
+    return np.asarray(
+        2.0 * math.pi / samples * np.outer(np.arange(samples), np.arange(1, lines + 1)), float
+    )

@@ -1,7 +1,8 @@
 """What a shaking by name is, and those that test standards prescribe as densities, each with its document.
 
-A curve is here only where its document is public and its points give the rms acceleration that the document states
-beside them, which a test computes.  Between the points it is straight in log-log, and 0 outside of them.
+A curve is here only where its document is public and its points give the rms acceleration that the
+document states beside them, which a test computes.  Between the points it is straight in log-log,
+and 0 outside of them.
 """
 
 from dataclasses import dataclass
@@ -39,7 +40,15 @@ class Curve(Profile):
 
 
 def _curve(name: str, what: str, source: str, rms: float, *points: tuple[float, float]) -> Curve:
-    return Curve(name, f"{what}, {rms:g} g rms", source, takes=("level",), random=True, points=points, rms=rms)
+    return Curve(
+        name,
+        f"{what}, {rms:g} g rms",
+        source,
+        takes=("level",),
+        random=True,
+        points=points,
+        rms=rms,
+    )
 
 
 _TRUCK = "MIL-STD-810F and G, method 514, annex C, figure 1"

@@ -1,6 +1,7 @@
 """After the first passage: how much of the time a quantity is at or above the target, and how often it rises to it.
 
-A chip's output goes on and off as its store fills and empties; its first passage is the first time that it wakes.
+A chip's output goes on and off as its store fills and empties; its first passage is the first time
+that it wakes.
 """
 
 import math
@@ -16,9 +17,9 @@ from harvester.uncertainty.value import mean_and_error
 class Afterwards(NamedTuple):
     """One run after its first passage through the target.
 
-    ``share`` is the part of the time for which it is at or above the target, not a number where it never gets there;
-    ``error`` is half of its 95 % interval over the run's cycles; ``rises`` counts the passages from below, the first of
-    them included.
+    ``share`` is the part of the time for which it is at or above the target, not a number where it
+    never gets there; ``error`` is half of its 95 % interval over the run's cycles; ``rises`` counts
+    the passages from below, the first of them included.
     """
 
     share: float
@@ -35,10 +36,13 @@ def afterwards(t: Floats, u: Floats, level: float) -> Afterwards:
     """
     above = u >= level
     change = np.flatnonzero(above[1:] != above[:-1])
-    crossed = t[change] + (level - u[change]) / (u[change + 1] - u[change]) * (t[change + 1] - t[change])
+    crossed = t[change] + (level - u[change]) / (u[change + 1] - u[change]) * (
+        t[change + 1] - t[change]
+    )
     if above[0]:
         crossed = np.append(t[0], crossed)
-    rises, falls = crossed[::2], crossed[1::2]
+    rises = crossed[::2]
+    falls = crossed[1::2]
     if len(rises) == 0 or t[-1] <= rises[0]:
         return Afterwards(math.nan, math.nan, len(rises))
     whole = t[-1] - rises[0]

@@ -16,8 +16,9 @@ FEW = 20  # runs, of which 5 % are less than one
 class Level(Result):
     """One voltage on the way: the store's energy there, and the times and the power that it takes to get there.
 
-    ``time`` is None if a run never gets there; ``low`` and ``high`` are the times by which 5 and 95 % of the runs
-    have; ``power`` is the mean from the level before, None if a run never gets there or the probe is not the store.
+    ``time`` is None if a run never gets there; ``low`` and ``high`` are the times by which 5 and 95
+    % of the runs have; ``power`` is the mean from the level before, None if a run never gets there
+    or the probe is not the store.
     """
 
     SHORT = ("voltage", "time")
@@ -71,8 +72,8 @@ class ChargingResult(TableResult):
     steps
         steps of all runs.
     afterwards
-        a `Value`: the share of the time at or above the target after the first arrival; None if it was not asked
-        for.
+        a `Value`: the share of the time at or above the target after the first arrival; None if it
+        was not asked for.
     rises
         how often a run rises to the target; None if it was not asked for.
     diagnostics
@@ -120,7 +121,11 @@ class ChargingResult(TableResult):
     def strongest(self) -> Level | None:
         """The level on whose way the store takes the most power; None where that is not known."""
         known = [level for level in self.levels if level.power is not None]
-        return max(known, key=lambda level: level.power.value if level.power else 0.0) if known else None
+        return (
+            max(known, key=lambda level: level.power.value if level.power else 0.0)
+            if known
+            else None
+        )
 
     @property
     def lower_bound(self) -> Value | None:
@@ -149,7 +154,11 @@ class ChargingResult(TableResult):
         known = [self.voltage, *self.quantiles]
         names = [f"{self.probe}_{column}" for column in ("mean", "low", "high")]
         columns = [Column(name, cells, self.unit) for name, cells in zip(names, known, strict=True)]
-        columns = [Column("time", self.t, self.unit_names.time), *columns, Column("share_arrived", self.arrived)]
+        columns = [
+            Column("time", self.t, self.unit_names.time),
+            *columns,
+            Column("share_arrived", self.arrived),
+        ]
         if self.stderr is not None:
             columns.append(Column(f"{self.probe}_mean_stderr", self.stderr, self.unit))
         return Table(tuple(columns), index=("time",))

@@ -27,7 +27,8 @@ from harvester.uncertainty.value import bound95
 RUNS = 512  # direct ones under noise
 SLOW_FROM = 30.0  # time constants of the mass: a charge that takes less is not slow
 DIRECT = 25.0  # time constants of the mass of the direct run, at most
-LARGE = 1000.0  # times the piezo's capacitance: a store that is charged slowly without being asked for
+# times the piezo's capacitance: a store that is charged slowly without being asked for
+LARGE = 1000.0
 
 
 def refusal_of_slow(problem: Problem, probe: Probe, records: bool = False) -> Diagnostic | None:
@@ -83,15 +84,23 @@ def charge_slowly(runs: ChargeRuns) -> Passages:
             fields = _random(runs)
     runs.tell(1.0)
     fields["seconds"] = time.perf_counter() - begin
-    return Passages(levels=runs.levels, end=runs.duration, capacitance=problem.circuit.smoothing or 0.0, **fields)
+    return Passages(
+        levels=runs.levels,
+        end=runs.duration,
+        capacitance=problem.circuit.smoothing or 0.0,
+        **fields,
+    )
 
 
 def _steady(runs: ChargeRuns) -> dict[str, Any]:
     """One run under a drive."""
     from harvester.storage.slow_circuit import direct_check
 
-    problem, levels, duration = runs.problem, runs.levels, runs.duration
-    circuit, top = problem.circuit, float(levels[-1])
+    problem = runs.problem
+    levels = runs.levels
+    duration = runs.duration
+    circuit = problem.circuit
+    top = float(levels[-1])
     assert circuit is not None and circuit.smoothing is not None, "the refusal checks this"
     table, rough, steps, _ = measured(problem, top, runs.h)
     both = compiled_circuit(circuit, problem.scales)
@@ -113,7 +122,10 @@ def _steady(runs: ChargeRuns) -> dict[str, Any]:
         "at": at_times,
         "curves": np.interp(at_times, curve + check.late, volts, left=0.0)[None],
         "steps": steps + check.steps,
-        "notes": (note("slow_charge", direct=check.seconds, change=check.late), *_not_apart(float(times[-1]), unit)),
+        "notes": (
+            note("slow_charge", direct=check.seconds, change=check.late),
+            *_not_apart(float(times[-1]), unit),
+        ),
         "model": _finite(at(table.halved()) - times) + check.error + judge * _finite(times),
         "unknown": unknown,
     }
@@ -129,27 +141,44 @@ def _random(runs: ChargeRuns) -> dict[str, Any]:
     problem, levels = runs.problem, runs.levels
     scales, circuit = problem.scales, problem.circuit
     assert circuit is not None and circuit.smoothing is not None, "the refusal checks this"
-    top, store = float(levels[-1]), (circuit.smoothing, compiled_circuit(circuit, scales).resistance)
+    top = float(levels[-1])
+    store = (circuit.smoothing, compiled_circuit(circuit, scales).resistance)
     table, _, steps, _ = measured(problem, top, runs.h, runs.seed)
     mean = times_to(levels, table, *store)
     end = min(runs.duration, LONGER * float(mean[-1]))
-    paths_by_step = [random_paths(table, *store, top, end, runs.count, runs.seed, coarse) for coarse in (False, True)]
-    times, coarse = (np.array([first_passages(t, v, levels) for v in paths]) for t, paths in paths_by_step)
-    at, unit = np.linspace(0.0, end, SAMPLES), time_constant(problem.equations) / scales.frequency
-    remarks, both = _not_apart(float(mean[-1]), unit), None
+    paths_by_step = [
+        random_paths(table, *store, top, end, runs.count, runs.seed, coarse)
+        for coarse in (False, True)
+    ]
+    times, coarse = (
+        np.array([first_passages(t, v, levels) for v in paths]) for t, paths in paths_by_step
+    )
+    at = np.linspace(0.0, end, SAMPLES)
+    unit = time_constant(problem.equations) / scales.frequency
+    remarks = _not_apart(float(mean[-1]), unit)
+    both = None
     if ideal_circuit(circuit, scales) is not None and not remarks:
         level = int(np.searchsorted(mean, min(DIRECT * unit, float(mean[-1]))))
         watched = LONGER * float(mean[level])
-        direct = charge_side_by_side(ChargeRuns(problem, levels[: level + 1], watched, RUNS, runs.seed, runs.h))
-        both, slow = direct.time_to(level), times[:, level]
+        direct = charge_side_by_side(
+            ChargeRuns(problem, levels[: level + 1], watched, RUNS, runs.seed, runs.h)
+        )
+        both = direct.time_to(level)
+        slow = times[:, level]
     free = None if both else circuit.smoothing
-    elements, separation, more = noise_check(problem, table, reached(table, top, *store), free, runs.seed)
+    elements, separation, more = noise_check(
+        problem, table, reached(table, top, *store), free, runs.seed
+    )
     judge, unknown = error_of_circuit(problem, top, runs.seed)
     model = np.array([bound95(0.0, stderr) for stderr in error_of_times(levels, table, *store)])
-    model += _finite(times_to(levels, table.halved(), *store) - mean) + (judge + elements + separation) * _finite(mean)
+    model += _finite(times_to(levels, table.halved(), *store) - mean) + (
+        judge + elements + separation
+    ) * _finite(mean)
     if both is not None:
         late = both.value - float(slow.mean())
-        times, coarse, model = times + late, coarse + late, model + both.known_error95
+        times = times + late
+        coarse = coarse + late
+        model = model + both.known_error95
         remarks.append(note("slow_charge", direct=both.value, change=late))
     return {
         "times": times,
@@ -176,14 +205,21 @@ def _behind_a_rectifier(runs: ChargeRuns) -> dict[str, Any]:
     cut = cut_behind_rectifier(circuit)
     assert cut is not None, "the refusal checks this"
     table, rough, steps, _ = measured(problem)
-    slow, unit = SlowCircuit(circuit, cut, scales), time_constant(problem.equations) / scales.frequency
-    paths = [slow.run(current, runs.duration, unit / FINER, stride=4) for current in (table, rough, table.halved())]
+    slow = SlowCircuit(circuit, cut, scales)
+    unit = time_constant(problem.equations) / scales.frequency
+    paths = [
+        slow.run(current, runs.duration, unit / FINER, stride=4)
+        for current in (table, rough, table.halved())
+    ]
     end = int(paths[0].store.argmax()) + 1
     risen = np.maximum.accumulate(paths[0].store[:end]), paths[0].t[:end]
     check = direct_check(problem, compiled_circuit(circuit, scales), *risen, runs.duration, runs.h)
-    times, coarse, other = (first_passages(path.t, path.store, levels) + check.late for path in paths)
+    times, coarse, other = (
+        first_passages(path.t, path.store, levels) + check.late for path in paths
+    )
     parts_after = [afterwards(path.t, path.store, float(levels[-1])) for path in paths[:2]]
-    at, separation = np.linspace(0.0, runs.duration, SAMPLES), abs(check.late) + check.error
+    at = np.linspace(0.0, runs.duration, SAMPLES)
+    separation = abs(check.late) + check.error
     judge, unknown = error_of_circuit(problem, float(paths[0].rails.max()))
     alone = note("slow_charge_of_chip", direct=check.seconds, change=check.late)
     return {
@@ -206,4 +242,8 @@ def _finite(changes: Floats) -> Floats:
 
 def _not_apart(seconds: float, unit: float) -> list[Diagnostic]:
     """A warning where charging does not take long beside the mass' own transients."""
-    return [warning("charge_not_slow", seconds=seconds, transients=unit)] if seconds < SLOW_FROM * unit else []
+    return (
+        [warning("charge_not_slow", seconds=seconds, transients=unit)]
+        if seconds < SLOW_FROM * unit
+        else []
+    )

@@ -1,7 +1,8 @@
 """How long a storage capacitor takes from empty to a voltage: a mean, a distribution, and a curve.
 
-The mass begins at rest and all capacitors empty; then the shaking begins.  A run that has not reached the voltage when
-the time is over is counted, and told: a mean without it would be too short.
+The mass begins at rest and all capacitors empty; then the shaking begins.  A run that has not
+reached the voltage when the time is over is counted, and told: a mean without it would be too
+short.
 
 Long because the public function explains its arguments to users.
 """
@@ -36,7 +37,8 @@ from harvester.studies.charging.request import (
 from harvester.studies.charging.side_by_side import charge_side_by_side
 from harvester.studies.output_folder import OutputFolder, provenance
 
-LONGER = 2.0  # times the time that a slow charge takes: how long a direct one is watched if it is not slow
+# times the time that a slow charge takes: how long a direct one is watched if it is not slow
+LONGER = 2.0
 
 
 @names_arguments
@@ -61,13 +63,14 @@ def charge(
     scene
         a `Scene`, or the path of a scene file.
     to
-        a number in the unit of the probe, or a text such as "3.3 V"; of a nondimensional scene a number, in units of
-        theta l/Cp.
+        a number in the unit of the probe, or a text such as "3.3 V"; of a nondimensional scene a
+        number, in units of theta l/Cp.
     probe
         the storage capacitor Csmooth ("store"), or a quantity of the circuit such as "v(a,b)".
     engine
-        "slow", "ideal", "compiled" or "spice"; None: "slow" for a store of 1000 times the piezo's capacitance or more,
-        unless its charge is not slow beside the vibration, else "ideal" where that supports, else "spice".
+        "slow", "ideal", "compiled" or "spice"; None: "slow" for a store of 1000 times the piezo's
+        capacitance or more, unless its charge is not slow beside the vibration, else "ideal" where
+        that supports, else "spice".
     duration
         how long a run is watched, in seconds or as a text (nondimensional scene: 1/w0); None: until all have arrived,
         but at most five time constants of store and load.  With it, "spice" also says for how much of the time the
@@ -85,7 +88,8 @@ def charge(
     notice
         is called before many runs of ngspice that nobody chose, with the reason.
     execution
-        has the folder for charge.csv, levels.csv, charge.png and provenance.json; ``out`` and ``formats`` alone.
+        has the folder for charge.csv, levels.csv, charge.png and provenance.json; ``out`` and
+        ``formats`` alone.
 
     Returns
     -------
@@ -95,8 +99,8 @@ def charge(
     Raises
     ------
     InputError
-        for a scene without storage capacitor, an unknown probe or engine, options that are out of range or would do
-        nothing, and a folder that cannot be written.
+        for a scene without storage capacitor, an unknown probe or engine, options that are out of
+        range or would do nothing, and a folder that cannot be written.
     CannotServeError
         for a scene that the engine does not support.
     MissingProgramError
@@ -113,7 +117,9 @@ def charge(
     problem = Problem.of(scene)
     folder = OutputFolder.of(execution)
     if problem.circuit is None:
-        raise InputError("charging must have a [load] with a storage capacitor, but the circuit is open")
+        raise InputError(
+            "charging must have a [load] with a storage capacitor, but the circuit is open"
+        )
     if problem.netlist is None and probe == STORE:
         raise InputError(
             "charging must have a circuit with a storage capacitor, but this scene has a resistor alone: set "
@@ -133,20 +139,33 @@ def charge(
     levels = target * problem.in_circuit(seen.unit) * np.arange(1, LEVELS + 1) / LEVELS
     real = watched * unit / problem.scales.frequency  # in seconds of the device that runs
     looked = None if seen.name == STORE else seen
-    runs = ChargeRuns(problem, levels, real, count, seed, h, looked, anywhere, duration is not None, progress)
+    runs = ChargeRuns(
+        problem, levels, real, count, seed, h, looked, anywhere, duration is not None, progress
+    )
     passages = _passages(name, runs)
     if engine is None and has(passages.notes, "charge_not_slow"):
         reason = dataclasses.replace(passages.notes[-1], severity="note")
         name = choose_engine(problem, seen, None, slowly=False)[0]
-        again, direct = count_of_runs(trajectories, name, steady), min(real, LONGER * passages.at[-1])
+        again = count_of_runs(trajectories, name, steady)
+        direct = min(real, LONGER * passages.at[-1])
         passages = _passages(name, dataclasses.replace(runs, count=again, duration=direct))
     charging = _answer(problem, passages, name, seen, target, reason, not chosen)
     if folder is not None:
-        arguments = {"trajectories": trajectories, "seed": seed, "probe": probe, "engine": engine, "duration": duration}
+        arguments = {
+            "trajectories": trajectories,
+            "seed": seed,
+            "probe": probe,
+            "engine": engine,
+            "duration": duration,
+        }
         arguments |= {"anywhere": anywhere, "dt": dt}
-        about = provenance(problem, to=to, runs=charging.runs, chosen_engine=charging.engine, **arguments)
+        about = provenance(
+            problem, to=to, runs=charging.runs, chosen_engine=charging.engine, **arguments
+        )
         folder.table("levels", charging.ladder.csv(units=True))
-        folder.save("charge", charging.table.csv(units=True), charging.plot(problem.scene.name), about)
+        folder.save(
+            "charge", charging.table.csv(units=True), charging.plot(problem.scene.name), about
+        )
     return charging
 
 
@@ -154,7 +173,11 @@ def _passages(engine: str, runs: ChargeRuns) -> Passages:
     """The passages by an engine."""
     if ENGINES[engine].by_mean_current:
         return charge_slowly(runs)
-    return charge_in_ngspice(runs) if ENGINES[engine].runs_ngspice else charge_side_by_side(runs, engine)
+    return (
+        charge_in_ngspice(runs)
+        if ENGINES[engine].runs_ngspice
+        else charge_side_by_side(runs, engine)
+    )
 
 
 def _answer(
@@ -168,7 +191,9 @@ def _answer(
 ) -> ChargingResult:
     """The answer in the scene's units; arguments as of `ChargingResult`, ``by_default``: nobody chose the duration."""
     s, units = problem.scales, problem.units
-    clock, scale, watts = s.frequency / units.frequency, problem.in_circuit(probe.unit), units.watts / s.watts
+    clock = s.frequency / units.frequency
+    scale = problem.in_circuit(probe.unit)
+    watts = units.watts / s.watts
     curves = passages.curves / scale
     runs = len(curves)
     stored = probe.name == STORE and passages.capacitance > 0.0
@@ -177,7 +202,9 @@ def _answer(
     for k, voltage in enumerate(passages.levels):
         energy = 0.5 * passages.capacitance * float(voltage) ** 2
         power = passages.power_between(k, energy - below) if stored else None
-        mean, low, high = passages.time_to(k), passages.quantile(LOW, k), passages.quantile(HIGH, k)
+        mean = passages.time_to(k)
+        low = passages.quantile(LOW, k)
+        high = passages.quantile(HIGH, k)
         levels.append(
             Level(
                 float(voltage) / scale,
@@ -237,16 +264,30 @@ def _known(engine: str, runs: int) -> list[Diagnostic]:
     return [*([note("one_run_is_all")] if runs == 1 else []), note("error_of_charging")]
 
 
-def _diagnostics(problem: Problem, passages: Passages, clock: float, by_default: bool, runs: int) -> list[Diagnostic]:
+def _diagnostics(
+    problem: Problem, passages: Passages, clock: float, by_default: bool, runs: int
+) -> list[Diagnostic]:
     """What to beware of."""
-    diagnostics, unit = [], " s" if problem.physical else ""
+    diagnostics = []
+    unit = " s" if problem.physical else ""
     if passages.reached < 1.0:
         height = float(passages.curves[:, -1].mean()) / float(passages.levels[-1])
-        known: dict[str, Any] = {"runs": runs, "time": passages.end * clock, "unit": unit, "by_default": by_default}
-        diagnostics.append(warning("target_not_reached", share=1.0 - passages.reached, height=height, **known))
+        known: dict[str, Any] = {
+            "runs": runs,
+            "time": passages.end * clock,
+            "unit": unit,
+            "by_default": by_default,
+        }
+        diagnostics.append(
+            warning("target_not_reached", share=1.0 - passages.reached, height=height, **known)
+        )
     record = problem.equations.record
-    if record is not None and passages.end * problem.scales.frequency > record.period * (1.0 + 1e-6):
-        diagnostics.append(warning("record_repeats", period=record.period / problem.units.frequency, unit=unit))
+    if record is not None and passages.end * problem.scales.frequency > record.period * (
+        1.0 + 1e-6
+    ):
+        diagnostics.append(
+            warning("record_repeats", period=record.period / problem.units.frequency, unit=unit)
+        )
     records = runs // passages.together
     if records < runs and records < FEW:
         diagnostics.append(warning("few_records", records=records, together=passages.together))

@@ -69,7 +69,8 @@ class Passages:
     after: tuple[list[Afterwards], list[Afterwards]] | None = None
     notes: tuple[Diagnostic, ...] = ()  # of how it was computed
     model: Floats | None = None  # errors of the mean times that no run shows, at 95 %, one a level
-    together: int = 1  # consecutive runs on one record of a density, which are no more than one independent entry
+    # consecutive runs on one record of a density, which are no more than one independent entry
+    together: int = 1
 
     @property
     def reached(self) -> float:
@@ -79,11 +80,12 @@ class Passages:
     def reached_between(self) -> tuple[float, float]:
         """The 95 % interval of the share that reaches the target; of a single run, which nothing random shakes, itself.
 
-        Runs on one record are alike: all are worth as many independent ones as the spread of the records' shares says,
-        less for the uncertainty of that spread (Korn and Graubard, Survey Methodology 24, 193, 1998), and the records
-        where all of them have the same share.
+        Runs on one record are alike: all are worth as many independent ones as the spread of the
+        records' shares says, less for the uncertainty of that spread (Korn and Graubard, Survey
+        Methodology 24, 193, 1998), and the records where all of them have the same share.
         """
-        runs, share = len(self.times), self.reached
+        runs = len(self.times)
+        share = self.reached
         if runs == 1:
             return share, share
         if self.together == 1:
@@ -91,7 +93,8 @@ class Passages:
         from scipy.special import stdtrit
 
         shares = self.independent(np.isfinite(self.times[:, -1]).astype(float))
-        records, spread = len(shares), mean_and_error(shares)[1]
+        records = len(shares)
+        spread = mean_and_error(shares)[1]
         if spread == 0.0:
             return share_interval(share * records, records)
         few = float(stdtrit(runs - 1.0, 0.975) / stdtrit(records - 1.0, 0.975))
@@ -144,7 +147,9 @@ class Passages:
         """
         if not (np.isfinite(self.times[:, -1]).any() or np.isfinite(self.coarse[:, -1]).any()):
             return Value(self.end)
-        return self.mean(np.minimum(self.times[:, -1], self.end), np.minimum(self.coarse[:, -1], self.end))
+        return self.mean(
+            np.minimum(self.times[:, -1], self.end), np.minimum(self.coarse[:, -1], self.end)
+        )
 
     def share_afterwards(self) -> Value | None:
         """The mean share of the time for which a run is at or above the target, once it has been there.
@@ -155,7 +160,9 @@ class Passages:
         """
         if self.after is None:
             return None
-        fine, coarse = (np.array([after.share for after in runs_after]) for runs_after in self.after)
+        fine, coarse = (
+            np.array([after.share for after in runs_after]) for runs_after in self.after
+        )
         if not (np.isfinite(fine).all() and np.isfinite(coarse).all()):
             return None
         share = self.mean(fine, coarse)
@@ -165,7 +172,9 @@ class Passages:
 
     def rises(self) -> float | None:
         """How often a run rises through the target, on average; None if that was not looked at."""
-        return None if self.after is None else float(np.mean([after.rises for after in self.after[0]]))
+        return (
+            None if self.after is None else float(np.mean([after.rises for after in self.after[0]]))
+        )
 
     def quantile(self, share: float, level: int = -1) -> float | None:
         """The time by which that share of the runs has reached a level; None if it is after the end."""
@@ -179,13 +188,16 @@ class Passages:
     def power_between(self, level: int, joules: float) -> Value | None:
         """The mean power (W) that takes the store up by ``joules`` to a level from the one below it.
 
-        The energy over the mean time that this takes, with its relative errors; None if a run does not get there.
+        The energy over the mean time that this takes, with its relative errors; None if a run does
+        not get there.
         """
 
         def durations(times: Floats) -> Floats:
             return times[:, level] - (times[:, level - 1] if level else 0.0)
 
-        if not (np.isfinite(self.times[:, level]).all() and np.isfinite(self.coarse[:, level]).all()):
+        if not (
+            np.isfinite(self.times[:, level]).all() and np.isfinite(self.coarse[:, level]).all()
+        ):
             return None
         took = self.mean(durations(self.times), durations(self.coarse))
         return None if took.value <= 0.0 else took.scaled(joules / took.value**2)

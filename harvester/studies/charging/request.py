@@ -14,7 +14,9 @@ from harvester.studies.charging.by_slow import charges_slowly, refusal_of_slow
 ENGINES = {engine.NAME: engine for engine in (Ideal, Compiled, Slow, Spice)}
 RUNS = {Ideal.NAME: 2048, Compiled.NAME: 512, Slow.NAME: 2048, Spice.NAME: 16}
 MOST_RUNS = 100_000
-SHORTEST, LONGEST = 120.0 * math.pi, 2e4  # nondimensional: what is watched by default, at least and at most
+# nondimensional: what is watched by default, at least and at most
+SHORTEST = 120.0 * math.pi
+LONGEST = 2e4
 CHARGED = 5.0  # time constants of store and load, after which the voltage grows no more
 MOST = 1e6  # nondimensional duration
 SMALLEST_STEP, LARGEST_STEP = 1e-5, 1.0  # nondimensional
@@ -60,7 +62,10 @@ def read_target(to: str | float, probe: Probe, problem: Problem) -> float:
     if problem.physical:
         names = {"V": "a voltage (V)", "A": "a current (A)", "W": "a power (W)"}
         kind = Kind(
-            names[probe.unit], probe.unit, {"V": "'3.3 V'", "A": "'1 mA'", "W": "'5 uW'"}[probe.unit], above=0.0
+            names[probe.unit],
+            probe.unit,
+            {"V": "'3.3 V'", "A": "'1 mA'", "W": "'5 uW'"}[probe.unit],
+            above=0.0,
         )
     try:
         return with_prefix(to.strip(), kind) if isinstance(to, str) else kind.read(to)
@@ -86,19 +91,26 @@ def check_anywhere(anywhere: bool, problem: Problem) -> None:
     """Refuse to begin anywhere in what has no beginning."""
     eqs = problem.equations
     if anywhere and eqs.drive is None and eqs.record is None:
-        raise InputError("`anywhere` must go with a record or a harmonic drive, which noise is not, but is given")
+        raise InputError(
+            "`anywhere` must go with a record or a harmonic drive, which noise is not, but is given"
+        )
 
 
 def time_watched(duration: str | float | None, problem: Problem, slow: bool) -> tuple[float, bool]:
     """How long runs are watched at most, in the scene's unit, and whether that was asked for; ``slow``: by `Slow`."""
-    unit, least, longest, most = problem.units.frequency, 1.0, math.inf if slow else LONGEST, math.inf if slow else MOST
+    unit = problem.units.frequency
+    least = 1.0
+    longest = math.inf if slow else LONGEST
+    most = math.inf if slow else MOST
     if duration is None:
         storage = (problem.circuit.storage if problem.circuit else None) or math.inf
         charged = CHARGED * storage * problem.scales.frequency
         return min(max(charged, SHORTEST), longest) / unit, False
     watched = read_time("duration", duration, problem)
     if not least <= watched * unit <= most:
-        raise invalid("`duration`", f"be between {least / unit:.3g} and {most / unit:.3g}", duration)
+        raise invalid(
+            "`duration`", f"be between {least / unit:.3g} and {most / unit:.3g}", duration
+        )
     return watched, True
 
 
@@ -109,7 +121,9 @@ def read_step(dt: str | float | None, problem: Problem) -> float | None:
     unit = problem.units.frequency
     h = read_time("dt", dt, problem) * unit
     if not SMALLEST_STEP <= h <= LARGEST_STEP:
-        raise invalid("`dt`", f"be between {SMALLEST_STEP / unit:.3g} and {LARGEST_STEP / unit:.3g}", dt)
+        raise invalid(
+            "`dt`", f"be between {SMALLEST_STEP / unit:.3g} and {LARGEST_STEP / unit:.3g}", dt
+        )
     return h
 
 

@@ -11,7 +11,11 @@ from harvester.errors import CannotServeError
 from harvester.mechanics.kernels.compiled import compilation
 from harvester.netlists.probes import STORE, Probe
 from harvester.presentation.diagnostic import refusal
-from harvester.presentation.messages.unknown_parts import COMPILED_CIRCUIT, IDEAL_ELEMENTS, TIME_SCALES
+from harvester.presentation.messages.unknown_parts import (
+    COMPILED_CIRCUIT,
+    IDEAL_ELEMENTS,
+    TIME_SCALES,
+)
 from harvester.quantities.preferred_numbers import between
 from harvester.scene.load import Load
 from harvester.scene.scene import Scene
@@ -24,11 +28,16 @@ from harvester.studies.charging.by_slow import refusal_of_slow
 from harvester.studies.design.design_need import DesignNeed
 from harvester.uncertainty.value import Value, amount
 
-SERIES, SMALLEST, LARGEST = "E6", 1e-6, 1.0  # of capacitors (F)
+# of capacitors (F)
+SERIES = "E6"
+SMALLEST = 1e-6
+LARGEST = 1.0
 WIDE = 1.2  # for capacitors that have less than they say
 RIPPLE = 0.01  # of the voltage, at twice the frequency of the excitation
 LOW = 0.9  # of the voltage needed, to which a store goes down in the quiet parts of a record
-INSTANT, LONGEST = 1e-6, 30.0 * 86400.0  # s: of a packet that only tells when a store is full; to wait for that
+# s: of a packet that only tells when a store is full; to wait for that
+INSTANT = 1e-6
+LONGEST = 30.0 * 86400.0
 FEW, MANY = 4, 12  # voltages at which the current is measured, of a device of many
 
 
@@ -52,8 +61,8 @@ class Candidate:
 class Given:
     """What a candidate gives of a scene: the power there (W), and the rest.
 
-    ``wake`` (s) is infinite where the voltage is never reached; ``displacement`` (m) is None under noise and on a
-    record, for whose quiet parts the store keeps the energy ``kept`` (J).
+    ``wake`` (s) is infinite where the voltage is never reached; ``displacement`` (m) is None under
+    noise and on a record, for whose quiet parts the store keeps the energy ``kept`` (J).
     """
 
     power: Value
@@ -82,14 +91,16 @@ class Given:
 def candidates(scene: Scene, circuit: str, needed: DesignNeed) -> list[Candidate]:
     """The candidates of a circuit: with each coil that it may have, or with a chip's settings.
 
-    Raises InputError for a circuit that cannot be read, CannotServeError for one that cannot be measured at a held
-    store, and for a chip without that output.
+    Raises InputError for a circuit that cannot be read, CannotServeError for one that cannot be
+    measured at a held store, and for a chip without that output.
     """
     chip = CHIPS.get(circuit)
     if chip is not None:
         levels = chip.thresholds(needed.voltage)
         if levels is None:
-            raise CannotServeError(refusal("chip_without_output", chip=circuit, voltage=needed.voltage))
+            raise CannotServeError(
+                refusal("chip_without_output", chip=circuit, voltage=needed.voltage)
+            )
         values = (needed.voltage, *levels, chip.full)
         settings = dict(zip(chip.names, values, strict=False))
         return [Candidate(circuit, None, settings, Supply(needed.voltage, chip, *levels))]
@@ -101,11 +112,17 @@ def candidates(scene: Scene, circuit: str, needed: DesignNeed) -> list[Candidate
     assert problem.circuit is not None, "a netlist was asked for"
     if "L" not in problem.circuit.values:
         return [bare]
-    return [dataclasses.replace(bare, coil=name, parameters=_with(coil)) for name, coil in COILS.items()]
+    return [
+        dataclasses.replace(bare, coil=name, parameters=_with(coil)) for name, coil in COILS.items()
+    ]
 
 
 def _with(coil: BoughtCoil) -> dict[str, float]:
-    return {"L": coil.inductance, "Rcoil": coil.resistance, "Rcore": float(f"{coil.core_resistance:.3g}")}
+    return {
+        "L": coil.inductance,
+        "Rcoil": coil.resistance,
+        "Rcore": float(f"{coil.core_resistance:.3g}"),
+    }
 
 
 def saturates(candidate: Candidate, scene: Scene) -> bool:
@@ -113,15 +130,21 @@ def saturates(candidate: Candidate, scene: Scene) -> bool:
     if candidate.coil is None:
         return False
     coil = COILS[candidate.coil]
-    return candidate.supply.voltage * math.sqrt(scene.modal.capacitance / coil.inductance) > coil.current
+    return (
+        candidate.supply.voltage * math.sqrt(scene.modal.capacitance / coil.inductance)
+        > coil.current
+    )
 
 
-def evaluate(candidate: Candidate, scene: Scene, needed: DesignNeed, farads: float, seed: int, count: int) -> Given:
+def evaluate(
+    candidate: Candidate, scene: Scene, needed: DesignNeed, farads: float, seed: int, count: int
+) -> Given:
     """What a candidate gives, with a store of so many ``farads``.
 
     Raises HarvesterError where the current cannot be measured.
     """
-    problem, supply = Problem(candidate.scene(scene, needed)), candidate.supply
+    problem = Problem(candidate.scene(scene, needed))
+    supply = candidate.supply
     if problem.equations.record is not None:
         return _on_record(candidate, scene, needed)
     with compilation():
@@ -130,7 +153,9 @@ def evaluate(candidate: Candidate, scene: Scene, needed: DesignNeed, farads: flo
     power = supply.power(table, needed.power)
     known = Value(
         power,
-        stderr=None if table.stderr is None else abs(supply.power(table.shifted(), needed.power) - power),
+        stderr=None
+        if table.stderr is None
+        else abs(supply.power(table.shifted(), needed.power) - power),
         bias=abs(supply.power(currents.rough, needed.power) - power),
         model=_of_chip(supply, table, needed.power, power) + JUDGE * power,
         unknown=IDEAL_ELEMENTS if table.stderr is not None and Rectifier(problem).ideal else "",
@@ -143,22 +168,32 @@ def _of_chip(supply: Supply, table: AnyCurrent, needed: float, power: float) -> 
     if supply.chip is None:
         return 0.0
     worse = replace(supply, chip=supply.chip.worse())
-    return abs(supply.power(table.halved(), needed) - power) + abs(worse.power(table, needed) - power)
+    return abs(supply.power(table.halved(), needed) - power) + abs(
+        worse.power(table, needed) - power
+    )
 
 
 def _on_record(candidate: Candidate, scene: Scene, needed: DesignNeed) -> Given:
     """What a candidate gives on a record, behind ideal diodes if there are any; a chip's rectifier is the bridge.
 
-    The time scales are compared on a store that hardly moves, as what takes the power keeps the voltage.
+    The time scales are compared on a store that hardly moves, as what takes the power keeps the
+    voltage.
     """
     from harvester.storage.node_run import NodeRun
 
-    supply, whole = candidate.supply, candidate.scene(scene, needed)
+    supply = candidate.supply
+    whole = candidate.scene(scene, needed)
     if supply.chip is not None:
         diodes = dict(zip(("Is", "N"), supply.chip.diodes, strict=True))
         whole = dataclasses.replace(whole, load=Load(netlist="bridge", parameters=diodes))
     wakes = supply.voltage if supply.chip is None else supply.rise
-    node = SensorNode(wake_voltage=wakes, stop_voltage=0.9 * wakes, interval=1.0, currents=(0.0,), durations=(INSTANT,))
+    node = SensorNode(
+        wake_voltage=wakes,
+        stop_voltage=0.9 * wakes,
+        interval=1.0,
+        currents=(0.0,),
+        durations=(INSTANT,),
+    )
     chip = supply.chip and replace(supply.chip, rise=supply.rise, fall=supply.fall)
     with compilation():
         currents = recorded(Problem(whole), top=supply.top)
@@ -167,7 +202,8 @@ def _on_record(candidate: Candidate, scene: Scene, needed: DesignNeed) -> Given:
     known = Value(
         power,
         bias=abs(supply.power(currents.rough, needed.power) - power),
-        model=(currents.separation + currents.elements) * power + _of_chip(supply, currents.best, needed.power, power),
+        model=(currents.separation + currents.elements) * power
+        + _of_chip(supply, currents.best, needed.power, power),
         unknown=TIME_SCALES if supply.chip and supply.chip.ratio else "",
     )
     ahead = np.cumsum(np.tile(powers - needed.power, 2)) * currents.best.length
@@ -181,7 +217,8 @@ def _on_record(candidate: Candidate, scene: Scene, needed: DesignNeed) -> Given:
 def capacitance(needed: DesignNeed, scene: Scene, kept: float = 0.0) -> float:
     """The smallest capacitor that keeps the voltage, `WIDE` times the energy of a node's packet, and what is ``kept``.
 
-    With that energy (J) it goes down to the node's stop voltage, or if there is none to `LOW` of the voltage needed.
+    With that energy (J) it goes down to the node's stop voltage, or if there is none to `LOW` of
+    the voltage needed.
     """
     frequency = scene.modal.frequency / (2.0 * math.pi)
     if scene.excitation is not None and scene.excitation.frequency is not None:
@@ -189,17 +226,25 @@ def capacitance(needed: DesignNeed, scene: Scene, kept: float = 0.0) -> float:
     least = needed.power / (2.0 * frequency * RIPPLE * needed.voltage**2)
     if needed.packet:
         least = max(least, 2.0 * WIDE * needed.packet / (needed.voltage**2 - needed.stop**2))
-    least = max(least, 2.0 * WIDE * kept / (needed.voltage**2 - (needed.stop or LOW * needed.voltage) ** 2))
+    least = max(
+        least, 2.0 * WIDE * kept / (needed.voltage**2 - (needed.stop or LOW * needed.voltage) ** 2)
+    )
     series = between(SERIES, SMALLEST, LARGEST)
     return next((capacitor for capacitor in series if capacitor >= least), series[-1])
 
 
-def nominal(scene: Scene, circuit: str, needed: DesignNeed, farads: float, seed: int) -> tuple[Candidate, Given]:
+def nominal(
+    scene: Scene, circuit: str, needed: DesignNeed, farads: float, seed: int
+) -> tuple[Candidate, Given]:
     """The best candidate of a circuit: of several coils the one of most power, none of which is saturated.
 
     Raises CannotServeError if every coil is saturated, and as `candidates` and `evaluate`.
     """
-    usable = [candidate for candidate in candidates(scene, circuit, needed) if not saturates(candidate, scene)]
+    usable = [
+        candidate
+        for candidate in candidates(scene, circuit, needed)
+        if not saturates(candidate, scene)
+    ]
     if not usable:
         raise CannotServeError(refusal("coils_saturate", voltage=needed.voltage))
     if scene.excitation is not None and scene.excitation.acceleration_file is not None:
@@ -207,6 +252,9 @@ def nominal(scene: Scene, circuit: str, needed: DesignNeed, farads: float, seed:
         most = int(np.argmax([given.power.value for given in every]))
         return usable[most], every[most]
     several = len(usable) > 1
-    rough = [evaluate(part, scene, needed, farads, seed, 2).power.value if several else 0.0 for part in usable]
+    rough = [
+        evaluate(part, scene, needed, farads, seed, 2).power.value if several else 0.0
+        for part in usable
+    ]
     best = usable[int(np.argmax(rough))]
     return best, evaluate(best, scene, needed, farads, seed, MANY)

@@ -1,7 +1,7 @@
 """The study of designs: from a requirement to the circuit, the parts and the capacitor that meet it.
 
-The rectifier's mean current of each circuit is measured at a held store (`harvester.storage`), which says at once what
-is there at the voltage needed and how long an empty store takes to it.
+The rectifier's mean current of each circuit is measured at a held store (`harvester.storage`),
+which says at once what is there at the voltage needed and how long an empty store takes to it.
 """
 
 import math
@@ -51,7 +51,8 @@ def design(
 ) -> DesignResult:
     """The circuit, coil or chip, and capacitor that give a power at a voltage, and how many devices meet it.
 
-    Without a spread the first circuit that meets everything is chosen, with one that which most devices do with.
+    Without a spread the first circuit that meets everything is chosen, with one that which most
+    devices do with.
 
     Parameters
     ----------
@@ -66,8 +67,9 @@ def design(
     limit
         texts such as "peak_displacement < 1 mm" (under a drive) and "mean_power > 50 uW".
     circuits, chips
-        names of netlists, the simplest first, and of chips; both left out: bridge, doubler, series_sshi, parallel_sshi
-        and under a drive every chip that has a netlist (under noise a chip takes minutes).
+        names of netlists, the simplest first, and of chips; both left out: bridge, doubler,
+        series_sshi, parallel_sshi and under a drive every chip that has a netlist (under noise a
+        chip takes minutes).
     seed
         the same seed, the same noise.
     execution
@@ -81,8 +83,8 @@ def design(
     Raises
     ------
     InputError
-        for texts of another form, a scene without a device in SI units, a limit of the displacement under noise, and
-        where no circuit meets everything, with the nearest.
+        for texts of another form, a scene without a device in SI units, a limit of the displacement
+        under noise, and where no circuit meets everything, with the nearest.
 
     >>> import harvester as hv
     >>> hv.design("examples/bimorph_sensor.toml", needs="40 uW at 3.3 V", circuits=["bridge"]).circuit
@@ -94,11 +96,14 @@ def design(
         raise InputError("scene must be a device in SI units for a design, but is nondimensional")
     needed = read_need(device, needs, wake, limit)
     spreads = read_spreads(spread, device, "spread") if spread else ()
-    folder, begin = OutputFolder.of(execution), time.perf_counter()
+    folder = OutputFolder.of(execution)
+    begin = time.perf_counter()
     names = _names(circuits, chips, problem)
     farads = capacitance(needed, device)
     candidates, left_out = _nominal(device, names, needed, farads, seed, execution)
-    meeting = {name: candidate for name, candidate in candidates.items() if not candidate[1].unmet(needed)}
+    meeting = {
+        name: candidate for name, candidate in candidates.items() if not candidate[1].unmet(needed)
+    }
     if not meeting:
         raise InputError(_nearest(candidates, needed, problem, left_out))
     shares = _shares(device, meeting, needed, farads, spreads, seed, execution) if spreads else {}
@@ -106,7 +111,12 @@ def design(
     chosen, best = candidates[order[0]]
     farads = capacitance(needed, device, best.kept)
     check = note("design_check", needed=needed.load, whole=needed.voltage**2 / best.power.value)
-    remarks = [*unusual_values(device), *left_out, note("design_by_share" if spreads else "design_simplest"), check]
+    remarks = [
+        *unusual_values(device),
+        *left_out,
+        note("design_by_share" if spreads else "design_simplest"),
+        check,
+    ]
     if chosen.coil is not None:
         remarks.append(warning("detector_not_counted", chosen.circuit))
     result = _result(problem, needed, farads, candidates, order, shares, remarks, begin)
@@ -114,13 +124,18 @@ def design(
         folder.table("design", result.table.csv())
         files.write(folder.path / "design.toml", as_written(result.scene))
         folder.figure("design", result.plot())
-        folder.provenance(provenance(problem, needs=needed.needs, wake=needed.wake_written, circuits=list(names)))
+        folder.provenance(
+            provenance(problem, needs=needed.needs, wake=needed.wake_written, circuits=list(names))
+        )
     return result
 
 
-def _names(circuits: Sequence[str] | None, chips: Sequence[str] | None, problem: Problem) -> tuple[str, ...]:
+def _names(
+    circuits: Sequence[str] | None, chips: Sequence[str] | None, problem: Problem
+) -> tuple[str, ...]:
     """The names of circuits and chips to choose from; InputError for a chip that there is not."""
-    of_netlists = [name for name, chip in CHIPS.items() if chip.netlist == name]  # the others are tables for a node
+    # the others are tables for a node
+    of_netlists = [name for name, chip in CHIPS.items() if chip.netlist == name]
     if circuits is None and chips is None:
         return CIRCUITS if problem.equations.drive is None else (*CIRCUITS, *of_netlists)
     for chip_name in chips or ():
@@ -132,10 +147,16 @@ def _names(circuits: Sequence[str] | None, chips: Sequence[str] | None, problem:
 
 
 def _nominal(
-    device: Scene, names: Sequence[str], needed: DesignNeed, farads: float, seed: int, execution: Execution
+    device: Scene,
+    names: Sequence[str],
+    needed: DesignNeed,
+    farads: float,
+    seed: int,
+    execution: Execution,
 ) -> tuple[dict[str, tuple[Candidate, Given]], list[Diagnostic]]:
     """What each circuit gives of the scene itself, and which are left out; InputError where none gives anything."""
-    candidates, left_out = dict[str, tuple[Candidate, Given]](), list[Diagnostic]()
+    candidates = dict[str, tuple[Candidate, Given]]()
+    left_out = list[Diagnostic]()
 
     def given(name: str) -> tuple[Candidate, Given] | Diagnostic:
         try:
@@ -187,7 +208,10 @@ def _order(meeting: Outcomes, shares: Mapping[str, ShareInterval]) -> list[str]:
     best = max(shares.values(), key=lambda share: share.value)
     alike = [name for name, share in shares.items() if share.value >= (best.low or 0.0)]
     others = [name for name in meeting if name != alike[0]]
-    return [alike[0], *sorted(others, key=lambda name: -shares[name].value if name in shares else 1.0)]
+    return [
+        alike[0],
+        *sorted(others, key=lambda name: -shares[name].value if name in shares else 1.0),
+    ]
 
 
 def _result(
@@ -202,7 +226,10 @@ def _result(
 ) -> DesignResult:
     """The decision, of a study that went on since the time ``begin`` of `time.perf_counter`."""
     chosen, best = candidates[order[0]]
-    requirements = [needed.needs, *([f"awake in {needed.wake_written}"] if needed.wake is not None else [])]
+    requirements = [
+        needed.needs,
+        *([f"awake in {needed.wake_written}"] if needed.wake is not None else []),
+    ]
     return DesignResult(
         circuit=chosen.circuit,
         coil=chosen.coil,
@@ -235,14 +262,23 @@ def _result(
     )
 
 
-def _nearest(candidates: Outcomes, needed: DesignNeed, problem: Problem, left_out: Sequence[Diagnostic]) -> str:
+def _nearest(
+    candidates: Outcomes, needed: DesignNeed, problem: Problem, left_out: Sequence[Diagnostic]
+) -> str:
     """The one line that says that no circuit meets everything, and which comes nearest."""
-    by_unmet = {name: (len(given.unmet(needed)), -given.power.value) for name, (_, given) in candidates.items()}
+    by_unmet = {
+        name: (len(given.unmet(needed)), -given.power.value)
+        for name, (_, given) in candidates.items()
+    }
     name = min(by_unmet, key=lambda circuit: by_unmet[circuit])
     candidate, best = candidates[name]
     with_coil = "" if candidate.coil is None else f" with {candidate.coil}"
     bound = power_bound(problem)
-    most = "" if bound is None else f"; no device of this mass takes more than {amount(bound.value, 'W')}"
+    most = (
+        ""
+        if bound is None
+        else f"; no device of this mass takes more than {amount(bound.value, 'W')}"
+    )
     out = f" (left out: {', '.join(reason.about for reason in left_out)})" if left_out else ""
     return (
         f"`needs`, `wake` and `limit` must be met by a circuit, but none of {', '.join(candidates)}{out} does: nearest "

@@ -19,7 +19,8 @@ MOST_VOLTS = 1000.0
 class DesignNeed:
     """A ``power`` (W) at a ``voltage`` (V), ``wake`` s after an empty store, and ``limits``; and how it was written.
 
-    ``packet`` is the energy (J) of a node's packet at the store, ``stop`` the voltage that the store must keep then.
+    ``packet`` is the energy (J) of a node's packet at the store, ``stop`` the voltage that the
+    store must keep then.
     """
 
     power: float
@@ -37,11 +38,13 @@ class DesignNeed:
         return self.voltage**2 / self.power
 
 
-def read_need(scene: Scene, needs: str | None, wake: float | str | None, limit: Sequence[str] | str) -> DesignNeed:
+def read_need(
+    scene: Scene, needs: str | None, wake: float | str | None, limit: Sequence[str] | str
+) -> DesignNeed:
     """What texts ask for; without ``needs`` what the scene's [node] takes.
 
-    Raises InputError for texts of another form, a scene without [node] where ``needs`` is left out, and a limit of the
-    displacement under noise.
+    Raises InputError for texts of another form, a scene without [node] where ``needs`` is left out,
+    and a limit of the displacement under noise.
     """
     limits = _limits(scene, [limit] if isinstance(limit, str) else limit)
     seconds = None if wake is None else _read("wake", str(wake), TIME)
@@ -54,15 +57,20 @@ def read_need(scene: Scene, needs: str | None, wake: float | str | None, limit: 
     volts = _read("needs", match[2], VOLTAGE)
     if not 0.0 < volts <= MOST_VOLTS:
         raise invalid("the voltage of `needs`", f"be above 0 and at most {MOST_VOLTS:g}", volts)
-    watts, written = _read("needs", match[1], POWER), " ".join(needs.split())
+    watts = _read("needs", match[1], POWER)
+    written = " ".join(needs.split())
     return DesignNeed(watts, volts, seconds, limits, written, wake_written)
 
 
 def _limits(scene: Scene, texts: Sequence[str]) -> tuple[Limit, ...]:
-    limits = tuple(parse(text, quantities={name: QUANTITIES[name] for name in _LIMITED}) for text in texts)
+    limits = tuple(
+        parse(text, quantities={name: QUANTITIES[name] for name in _LIMITED}) for text in texts
+    )
     steady = scene.excitation is not None and scene.excitation.frequency is not None
     if not steady and any(limit.quantity == "peak_displacement" for limit in limits):
-        raise InputError("a limit of peak_displacement under noise is for 'harvester tolerance' with `lifetime`")
+        raise InputError(
+            "a limit of peak_displacement under noise is for 'harvester tolerance' with `lifetime`"
+        )
     return limits
 
 
@@ -73,14 +81,27 @@ def _read(argument: str, text: str, kind: Kind) -> float:
         raise InputError(f"`{argument}` {error}, but is {text[:80]!r}") from None
 
 
-def _of_node(scene: Scene, wake: float | None, limits: tuple[Limit, ...], written: str) -> DesignNeed:
+def _of_node(
+    scene: Scene, wake: float | None, limits: tuple[Limit, ...], written: str
+) -> DesignNeed:
     """What a scene's [node] takes on average, at its wake voltage."""
     node = scene.node
     if node is None:
-        raise InputError("`needs` must be given, such as '40 uW at 3.3 V', where the scene has no [node]")
+        raise InputError(
+            "`needs` must be given, such as '40 uW at 3.3 V', where the scene has no [node]"
+        )
     sleep = node.sleep_current or 0.0
     asleep = node.interval - sum(seconds for _, seconds in node.states)
     packet = sum(amperes * seconds for amperes, seconds in node.states)
-    volts = node.wake_voltage if node.supply_voltage is None else node.supply_voltage / (node.efficiency or 1.0)
+    volts = (
+        node.wake_voltage
+        if node.supply_voltage is None
+        else node.supply_voltage / (node.efficiency or 1.0)
+    )
     power = volts * (packet + sleep * asleep) / node.interval
-    return DesignNeed(*(power, node.wake_voltage, wake, limits, "[node]"), written, packet * volts, node.stop_voltage)
+    return DesignNeed(
+        *(power, node.wake_voltage, wake, limits, "[node]"),
+        written,
+        packet * volts,
+        node.stop_voltage,
+    )

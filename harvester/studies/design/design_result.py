@@ -58,7 +58,8 @@ class DesignResult(TableResult):
     load_resistance
         the resistance (ohm) that takes the power needed at the voltage needed.
     capacitor
-        the smallest of the series E6 (F) that keeps the voltage within 1 % over half a period, or a node's packet.
+        the smallest of the series E6 (F) that keeps the voltage within 1 % over half a period, or a
+        node's packet.
     available
         a `Value`: the mean power (W) that is there at the voltage needed.
     wake
@@ -131,7 +132,11 @@ class DesignResult(TableResult):
     @property
     def share_met_between(self) -> tuple[float, float] | None:
         """The 95 % interval of that share."""
-        return None if self.met is None else (self.met.low or 0.0, 1.0 if self.met.high is None else self.met.high)
+        return (
+            None
+            if self.met is None
+            else (self.met.low or 0.0, 1.0 if self.met.high is None else self.met.high)
+        )
 
     @property
     def table(self) -> Table:

@@ -1,7 +1,8 @@
 """The share of devices that meet a requirement with one circuit: every device is measured, or a curve through some.
 
-Of one key that scatters, `NODES` devices are measured, and power, speed of waking and displacement between them follow
-a monotone curve; what that says without every other of them is its error.  Of several keys `SAMPLES` devices are.
+Of one key that scatters, `NODES` devices are measured, and power, speed of waking and displacement
+between them follow a monotone curve; what that says without every other of them is its error.  Of
+several keys `SAMPLES` devices are.
 """
 
 from collections.abc import Sequence
@@ -20,7 +21,9 @@ from harvester.studies.tolerance.design import sobol_points, values_at
 from harvester.studies.tolerance.distribution import ShareInterval, wilson
 from harvester.studies.tolerance.spreads import PartSpread
 
-NODES, SAMPLES, FINE = 13, 64, 20_001
+NODES = 13
+SAMPLES = 64
+FINE = 20_001
 
 
 def share_met(
@@ -34,14 +37,20 @@ def share_met(
 ) -> ShareInterval:
     """The share of devices of the ``spreads`` that meet what is ``needed``; one that has no answer does not."""
     alone = len(spreads) == 1 and spreads[0].kind != "measured"
-    u = np.linspace(0.0, 1.0, NODES)[:, None] if alone else sobol_points(SAMPLES, len(spreads), seed)
+    u = (
+        np.linspace(0.0, 1.0, NODES)[:, None]
+        if alone
+        else sobol_points(SAMPLES, len(spreads), seed)
+    )
     devices = [
         scene.varied({part.key: float(value) for part, value in zip(spreads, values, strict=True)})
         for values in values_at(spreads, u)
     ]
     rows = []
     with ThreadPoolExecutor(cores()) as pool:
-        for row in pool.map(lambda device: _given(candidate, device, needed, farads, seed), devices):
+        for row in pool.map(
+            lambda device: _given(candidate, device, needed, farads, seed), devices
+        ):
             rows.append(row)
             progress(len(rows) / len(u))
     given = np.array(rows)
@@ -53,10 +62,14 @@ def share_met(
     return ShareInterval(share, max(share - error, 0.0), min(share + error, 1.0))
 
 
-def _given(candidate: Candidate, device: Scene, needed: DesignNeed, farads: float, seed: int) -> list[float]:
+def _given(
+    candidate: Candidate, device: Scene, needed: DesignNeed, farads: float, seed: int
+) -> list[float]:
     """Power (W), one over the time to wake (1/s) and displacement (m, 0 where not known) of one device."""
     try:
-        given = evaluate(candidate, device, needed, farads, seed, MANY if candidate.supply.top is None else FEW)
+        given = evaluate(
+            candidate, device, needed, farads, seed, MANY if candidate.supply.top is None else FEW
+        )
     except HarvesterError:
         return [0.0, 0.0, np.inf]
     return [given.power.value, 1.0 / given.wake, given.displacement or 0.0]

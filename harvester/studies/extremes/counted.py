@@ -1,7 +1,8 @@
 """The largest values of a long path in blocks, and its impacts: counted where Rice's formula does not hold.
 
-The path is that of the exact RC update (`harvester.mechanics.kernels.path`).  A block is so long that its largest value
-tells nothing of the next block's: its length is doubled until their correlation is below `UNCORRELATED`.
+The path is that of the exact RC update (`harvester.mechanics.kernels.path`).  A block is so long
+that its largest value tells nothing of the next block's: its length is doubled until their
+correlation is below `UNCORRELATED`.
 """
 
 import math
@@ -57,27 +58,38 @@ def count(eqs: Equations, seed: int = 0, blocks: int = BLOCKS) -> Counted:
     piece = max(LONGEST // block_steps, 1)
     parts: list[tuple[Floats, Floats, Floats, Floats]] = []
     start: tuple[float, float, float] | None = None
-    left, sequence = blocks + blocks // 4, np.random.SeedSequence([seed, 11])  # the first fifth is left out
+    # the first fifth is left out
+    left = blocks + blocks // 4
+    sequence = np.random.SeedSequence([seed, 11])
     while left > 0:
         n_blocks = min(piece, left)
-        path = trace(eqs, gaussian_grid(sequence.spawn(1)[0], n_blocks * block_steps), h, stride, start)
+        path = trace(
+            eqs, gaussian_grid(sequence.spawn(1)[0], n_blocks * block_steps), h, stride, start
+        )
         if not np.isfinite(path.samples[-1]).all():
-            raise SimulationError("the path is not finite: the response grows without bound, or the step is too long")
+            raise SimulationError(
+                "the path is not finite: the response grows without bound, or the step is too long"
+            )
         start = float(path.x[-1]), float(path.v[-1]), float(path.V[-1])
         number = np.minimum((path.impacts[:, 0] / (block_steps * h)).astype(int), n_blocks - 1)
-        speed, hits = np.zeros(n_blocks), np.bincount(number, minlength=n_blocks).astype(float)
+        speed = np.zeros(n_blocks)
+        hits = np.bincount(number, minlength=n_blocks).astype(float)
         np.maximum.at(speed, number, np.abs(path.impacts[:, 1]))
         peaks = (np.abs(values).reshape(n_blocks, -1).max(axis=1) for values in (path.x, path.V))
         parts.append((*peaks, speed, hits))
         left -= n_blocks
-    x, voltage, speed, hits = (np.concatenate(column)[-blocks:] for column in zip(*parts, strict=True))
+    x, voltage, speed, hits = (
+        np.concatenate(column)[-blocks:] for column in zip(*parts, strict=True)
+    )
     block = block_steps * h
     while _correlation(x) > UNCORRELATED or _correlation(voltage) > UNCORRELATED:
         if len(x) < 2 * FEWEST:
             raise SimulationError(
                 "the largest values of the path stay correlated: it takes longer than was counted to forget them"
             )
-        x, voltage, speed = (v[: len(v) // 2 * 2].reshape(-1, 2).max(axis=1) for v in (x, voltage, speed))
+        x, voltage, speed = (
+            v[: len(v) // 2 * 2].reshape(-1, 2).max(axis=1) for v in (x, voltage, speed)
+        )
         hits = 0.5 * hits[: len(hits) // 2 * 2].reshape(-1, 2).sum(axis=1)
         block *= 2.0
     if not eqs.has_stop:

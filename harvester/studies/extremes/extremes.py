@@ -39,11 +39,12 @@ class Extremes(TableResult):
     lifetime
         how long the device is used (s, or 1/w0).
     levels
-        of each quantity (peak_displacement, peak_voltage, peak_impact_speed, and peak_strain where the scene has its
-        piezo.strain_per_displacement) the level, a `Value`, that a share of devices stays below:
-        ``levels["peak_voltage"][0.95]`` (m, V, m/s).
+        of each quantity (peak_displacement, peak_voltage, peak_impact_speed, and peak_strain where
+        the scene has its piezo.strain_per_displacement) the level, a `Value`, that a share of
+        devices stays below: ``levels["peak_voltage"][0.95]`` (m, V, m/s).
     impact_rate
-        a `Value`: the mean number of impacts a unit of time; None without a stop and where impacts accumulate.
+        a `Value`: the mean number of impacts a unit of time; None without a stop and where impacts
+        accumulate.
     physical
         whether its numbers are in SI units, rather than nondimensional.
     diagnostics
@@ -70,7 +71,10 @@ class Extremes(TableResult):
     def __post_init__(self) -> None:
         super().__post_init__()
         units = self._units
-        levels = {name: {k: replace(v, unit=units[name]) for k, v in row.items()} for name, row in self.levels.items()}
+        levels = {
+            name: {k: replace(v, unit=units[name]) for k, v in row.items()}
+            for name, row in self.levels.items()
+        }
         object.__setattr__(self, "levels", levels)
 
     @property
@@ -91,7 +95,8 @@ class Extremes(TableResult):
         names, units = self.unit_names, [*self._units.values()]
         columns = [Column("largest", [*self.levels], label="largest in the lifetime")]
         for share in SHARES:
-            levels, label = [level[share] for level in self.levels.values()], f"below this in {share:.0%} of devices"
+            levels = [level[share] for level in self.levels.values()]
+            label = f"below this in {share:.0%} of devices"
             columns.append(Column(f"level_{share:g}", levels, units=units, label=label))
         return Table(tuple(columns), f"over {amount(self.lifetime, names.time)}", ("largest",))
 
@@ -103,12 +108,17 @@ class Extremes(TableResult):
 @as_in_version_0_1("lifetime", "seed", executes=False)
 @names_arguments
 def extremes(
-    scene: AnyScene, *, lifetime: float | str, seed: int = 0, counted: bool = False, passages: bool = False
+    scene: AnyScene,
+    *,
+    lifetime: float | str,
+    seed: int = 0,
+    counted: bool = False,
+    passages: bool = False,
 ) -> Extremes:
     """The largest displacement, voltage and impact speed that a scene under white noise has over a lifetime.
 
-    A linear scene under white noise of its base is Gaussian, and Rice's formula holds; else the largest values of
-    blocks of a long path are extrapolated.
+    A linear scene under white noise of its base is Gaussian, and Rice's formula holds; else the
+    largest values of blocks of a long path are extrapolated.
 
     Parameters
     ----------
@@ -126,7 +136,8 @@ def extremes(
     Returns
     -------
     Extremes
-        the levels (m, V, m/s; nondimensional scene: without units) that 50 % and 95 % of such devices stay below.
+        the levels (m, V, m/s; nondimensional scene: without units) that 50 % and 95 % of such
+        devices stay below.
 
     Raises
     ------
@@ -149,14 +160,24 @@ def extremes(
         return _by_passages(problem, span)
     if rice_holds(problem) and not counted:
         of_share = {share: linear_peaks(problem, span, share) for share in SHARES}
-        levels = {name: {share: of_share[share][name] for share in SHARES} for name in of_share[SHARES[0]]}
+        levels = {
+            name: {share: of_share[share][name] for share in SHARES} for name in of_share[SHARES[0]]
+        }
         return Extremes(span, levels, None, problem.physical, (note("by_rice"),))
     result = counted_levels(problem, span, seed)
-    path, n_blocks, unit = result.path, len(result.path.x), " s" * problem.physical
+    path = result.path
+    n_blocks = len(result.path.x)
+    unit = " s" * problem.physical
     counted_time = path.time / problem.units.frequency
-    by_blocks = note("by_blocks", blocks=n_blocks, time=counted_time, unit=unit, times=result.blocks / n_blocks)
+    by_blocks = note(
+        "by_blocks", blocks=n_blocks, time=counted_time, unit=unit, times=result.blocks / n_blocks
+    )
     hit = 0 if path.speed is None else int((path.speed > 0.0).sum())
-    few = [] if path.speed is None or SPEED in result.levels else [warning("few_impacts", blocks=n_blocks, hit=hit)]
+    few = (
+        []
+        if path.speed is None or SPEED in result.levels
+        else [warning("few_impacts", blocks=n_blocks, hit=hit)]
+    )
     if (uncounted := accumulation(problem.equations)) is not None:
         return Extremes(span, result.levels, None, problem.physical, (by_blocks, uncounted, *few))
     return Extremes(span, result.levels, result.rate, problem.physical, (by_blocks, *few))
@@ -168,16 +189,27 @@ def _by_passages(problem: Problem, span: float) -> Extremes:
     from harvester.studies.extremes.passage_levels import PassageLevels
 
     if math.isfinite(sum(problem.equations.rigid_stops)):
-        raise CannotServeError("`passages` must go with a side without a rigid stop, but both sides have one")
+        raise CannotServeError(
+            "`passages` must go with a side without a rigid stop, but both sides have one"
+        )
     served(Density, problem)
     units = problem.units
     _, answer = Density(within=WITHIN).solve(problem)
     passages = PassageLevels(problem, answer)
-    by_share = {share: passages.level(share, span * units.frequency).scaled(units.length) for share in SHARES}
+    by_share = {
+        share: passages.level(share, span * units.frequency).scaled(units.length)
+        for share in SHARES
+    }
     levels = {"peak_displacement": by_share}
     if (strain := strain_factor(problem)) is not None:
         levels[STRAIN] = {share: level.scaled(strain) for share, level in by_share.items()}
-    return Extremes(span, levels, None, problem.physical, (note("by_first_passages", solved=len(passages.known)),))
+    return Extremes(
+        span,
+        levels,
+        None,
+        problem.physical,
+        (note("by_first_passages", solved=len(passages.known)),),
+    )
 
 
 def extremes_both_ways(scene: AnyScene, lifetime: float | str, seed: int = 0) -> list[Extremes]:
@@ -211,9 +243,15 @@ def read_lifetime(lifetime: float | str, problem: Problem) -> float:
         must = f"be a time above 0 and below {LONGEST:g} (s, or 1/w0), such as '5 years'"
         raise invalid("`lifetime`", must, lifetime)
     if isinstance(span, Seconds) and not problem.physical:
-        raise InputError(f"`lifetime` must be a number of 1/w0 for a nondimensional scene, but is {shown(lifetime)}")
+        raise InputError(
+            f"`lifetime` must be a number of 1/w0 for a nondimensional scene, but is {shown(lifetime)}"
+        )
     least = 2.0 * math.pi * SHORTEST / problem.units.frequency
     if span < least:
         unit = " s" if problem.physical else ""
-        raise invalid("`lifetime`", f"be at least {SHORTEST} cycles of the device, {least:.3g}{unit}", lifetime)
+        raise invalid(
+            "`lifetime`",
+            f"be at least {SHORTEST} cycles of the device, {least:.3g}{unit}",
+            lifetime,
+        )
     return float(span)

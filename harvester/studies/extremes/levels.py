@@ -42,7 +42,9 @@ def rice_holds(problem: Problem) -> bool:
 
 def is_sinusoidal(problem: Problem) -> bool:
     """Whether displacement and voltage are sinusoids, of the same amplitudes for ever: linear, under a drive alone."""
-    return problem.equations.drive is not None and problem.equations.is_steady and rice_holds(problem)
+    return (
+        problem.equations.drive is not None and problem.equations.is_steady and rice_holds(problem)
+    )
 
 
 def strain_factor(problem: Problem) -> float | None:
@@ -72,7 +74,10 @@ def linear_peaks(problem: Problem, lifetime: float, share: float = SHARES[-1]) -
         span = lifetime * units.frequency
         ends = [(peak.largest(share, span), peak.bound(share, span)) for peak in peaks(eqs)]
         levels = [Value(low, model=max(high - low, 0.0)) for low, high in ends]
-    by_name = {name: level.scaled(factor) for (name, factor), level in zip(scales.items(), levels, strict=True)}
+    by_name = {
+        name: level.scaled(factor)
+        for (name, factor), level in zip(scales.items(), levels, strict=True)
+    }
     if (strain := strain_factor(problem)) is not None:
         by_name[STRAIN] = by_name["peak_displacement"].scaled(strain)
     return by_name
@@ -91,14 +96,16 @@ class CountedLevels:
     blocks: float
 
 
-def counted_levels(problem: Problem, lifetime: float, seed: int = 0, blocks: int = BLOCKS) -> CountedLevels:
+def counted_levels(
+    problem: Problem, lifetime: float, seed: int = 0, blocks: int = BLOCKS
+) -> CountedLevels:
     """The levels over a lifetime (seconds, or 1/w0) extrapolated from ``blocks`` blocks of a path.
 
-    A quantity that stays 0 on the path, such as the voltage without coupling, has none, nor has the speed of impacts
-    that too few blocks have.
+    A quantity that stays 0 on the path, such as the voltage without coupling, has none, nor has the
+    speed of impacts that too few blocks have.
 
-    Raises InputError for a lifetime that is shorter than the motion takes to forget itself, and SimulationError if
-    the path has no stationary response.
+    Raises InputError for a lifetime that is shorter than the motion takes to forget itself, and
+    SimulationError if the path has no stationary response.
     """
     units = problem.units
     path = count(problem.equations, seed, blocks)
@@ -117,12 +124,16 @@ def counted_levels(problem: Problem, lifetime: float, seed: int = 0, blocks: int
         if tail is not None:
             levels[name] = {p: tail.largest(p, n_blocks).scaled(scale) for p in SHARES}
     if (strain := strain_factor(problem)) is not None and "peak_displacement" in levels:
-        levels[STRAIN] = {p: level.scaled(strain) for p, level in levels["peak_displacement"].items()}
+        levels[STRAIN] = {
+            p: level.scaled(strain) for p, level in levels["peak_displacement"].items()
+        }
     rate = None if path.impacts is None else path.impacts.scaled(units.frequency)
     return CountedLevels(levels, rate, path, n_blocks)
 
 
-def limited_peaks(problem: Problem, lifetime: float, seed: int = 0, blocks: int = BLOCKS) -> dict[str, Value]:
+def limited_peaks(
+    problem: Problem, lifetime: float, seed: int = 0, blocks: int = BLOCKS
+) -> dict[str, Value]:
     """What a limit may ask of one device: the level of each quantity that 95 % stay below, and the mean impact rate.
 
     Raises as `counted_levels`.

@@ -1,11 +1,13 @@
 """The largest displacement over a lifetime by the rate of first passages of the density, without sampling.
 
-Passages of a high level are a Poisson process of the rate lambda(a) of `harvester.density.first_passages`, so that
+Passages of a high level are a Poisson process of the rate lambda(a) of
+`harvester.density.first_passages`, so that
 
     P(largest |x| in T below a) = exp(-lambda(a) T)
 
-The level of a share p of devices has lambda(a) = -ln(p)/T, which secants of ln lambda over a^2 find.  Its error is that
-of ln lambda by a finer mesh and by fewer modes, and what the motion takes to forget its beginning, over d ln lambda/da.
+The level of a share p of devices has lambda(a) = -ln(p)/T, which secants of ln lambda over a^2
+find.  Its error is that of ln lambda by a finer mesh and by fewer modes, and what the motion takes
+to forget its beginning, over d ln lambda/da.
 """
 
 import math
@@ -19,8 +21,11 @@ from harvester.studies.motion_in_time import forgetting
 from harvester.uncertainty.value import Value
 
 FIRST, NEXT = 1.0, 1.05  # of the guess: the first two levels
-CLOSE, MOST = 0.01, 12  # of ln lambda, and solutions
-FEW, MODES = 3, 10  # modes that are exact, as the voltage does not act on the mass; least number of others
+# of ln lambda, and solutions
+CLOSE = 0.01
+MOST = 12
+# modes that are exact, as the voltage does not act on the mass; least number of others
+FEW, MODES = 3, 10
 CALM = 0.7  # of a level that is too far up to be resolved: where to go on
 
 
@@ -40,12 +45,18 @@ class PassageLevels:
         """
         target = math.log(-math.log(share) / lifetime)
         a, slope = self._solved(target)
-        others = [self._rate(a, 1, self.modes), self._rate(a, 0, self.modes - 2 if self.modes > FEW else self.modes)]
+        others = [
+            self._rate(a, 1, self.modes),
+            self._rate(a, 0, self.modes - 2 if self.modes > FEW else self.modes),
+        ]
         if min(others) <= 0.0:
-            raise SimulationError("a level so rarely passed is not resolved: give a shorter lifetime")
+            raise SimulationError(
+                "a level so rarely passed is not resolved: give a shorter lifetime"
+            )
         error = sum(abs(self.known[a] - math.log(rate)) for rate in others)
         error += 1.0 / (forgetting(self.problem, self.answer) * lifetime)
-        return Value(a + (target - math.log(others[0])) / slope, bias=error / abs(slope))  # by the finer mesh
+        # by the finer mesh
+        return Value(a + (target - math.log(others[0])) / slope, bias=error / abs(slope))
 
     def _rate(self, level: float, mesh: int, modes: int) -> float:
         return displacement_rate(self.problem.equations, self.answer.setting, level, mesh, modes)
@@ -69,6 +80,10 @@ class PassageLevels:
             while not (rate := self._rate(a, 0, self.modes)) > 0.0:
                 a = CALM * a
                 if a < rms:
-                    raise SimulationError("no level is passed at a rate that is resolved: use engine 'ensemble'")
+                    raise SimulationError(
+                        "no level is passed at a rate that is resolved: use engine 'ensemble'"
+                    )
             self.known[a] = math.log(rate)
-        raise SimulationError("no level with the rate of the lifetime was found: use engine 'ensemble'")
+        raise SimulationError(
+            "no level with the rate of the lifetime was found: use engine 'ensemble'"
+        )

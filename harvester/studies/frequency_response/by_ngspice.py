@@ -1,7 +1,8 @@
 """A response by ngspice or a compiled circuit: each frequency's periodic response, sought from that of the one before.
 
-Where the mass alone is linear, there is one response from any start, and the one at the frequency before is near it.
-Where it is not, there may be several: these are followed up the frequencies and down again, as a slow sweep would.
+Where the mass alone is linear, there is one response from any start, and the one at the frequency
+before is near it. Where it is not, there may be several: these are followed up the frequencies and
+down again, as a slow sweep would.
 """
 
 import dataclasses
@@ -42,16 +43,20 @@ def by_ngspice(
 ) -> tuple[list[ResponsePoint], list[Failure], list[Diagnostic]]:
     """The points, the frequencies without one, and the warnings.
 
-    Raises CannotServeError for what the engine does not know, MissingProgramError without ngspice, and the last error
-    where no frequency has a point.
+    Raises CannotServeError for what the engine does not know, MissingProgramError without ngspice,
+    and the last error where no frequency has a point.
     """
     served(type(engine), driven.problem)
     check_one_mode(driven.problem.equations)
-    points, failures, warnings = list[ResponsePoint](), list[Failure](), list[Diagnostic]()
+    points = list[ResponsePoint]()
+    failures = list[Failure]()
+    warnings = list[Diagnostic]()
     last: HarvesterError | None = None
     for turn, direction in enumerate(directions(driven)):
         near: Neighbour | CircuitStart | None = None
-        for index, frequency in enumerate(frequencies if direction != "down" else frequencies[::-1]):
+        for index, frequency in enumerate(
+            frequencies if direction != "down" else frequencies[::-1]
+        ):
             number = turn * len(frequencies) + index
             if (step := steps.earlier(number)) is not None:
                 with as_written():
@@ -62,7 +67,8 @@ def by_ngspice(
                 except MissingProgramError:
                     raise
                 except HarvesterError as error:
-                    last, near = error, None
+                    last = error
+                    near = None
                     failures.append(Failure(frequency, " ".join(str(error).split())))
                 steps.add(number, step)
             if step is not None:
@@ -78,7 +84,8 @@ def _step(
 ) -> "tuple[Step, Neighbour | CircuitStart | None]":
     """The response at one frequency from its neighbour's state, and the state from which the next one begins."""
     estimate, near = engine.run_from(driven.at(frequency), near, judged=False)
-    rms, bias = estimate.details.get(DISPLACEMENT), estimate.details.get(f"{DISPLACEMENT}_bias")
+    rms = estimate.details.get(DISPLACEMENT)
+    bias = estimate.details.get(f"{DISPLACEMENT}_bias")
     displacement = None if rms is None else Value(rms, bias=bias)
     phases = (estimate.details.get(name) for name in PHASES)
     means = estimate.mean_square_voltage, estimate.mean_power
@@ -92,7 +99,11 @@ def _state(near: "Neighbour | CircuitStart") -> State:
 
     if isinstance(near, CircuitStart):
         return {"x": near.x, "v": near.v, "circuit": near.state.tolist(), "turns": near.turns}
-    ways = None if near.secants is None else {name: values.tolist() for name, values in vars(near.secants).items()}
+    ways = (
+        None
+        if near.secants is None
+        else {name: values.tolist() for name, values in vars(near.secants).items()}
+    )
     numbers = {name: getattr(near, name) for name in ("phase", "turns", "farads", "quiet")}
     return {"section": dataclasses.asdict(near.section), **numbers, "secants": ways}
 
@@ -112,7 +123,11 @@ def _neighbour(state: State) -> "Neighbour | CircuitStart":
         if not np.isfinite(vector).all() or not 1 <= int(state["turns"]) <= MULTIPLES:
             raise ValueError("no state of mass and circuit")
         return CircuitStart(float(vector[0]), float(vector[1]), vector[2:], int(state["turns"]))
-    numbers = state["section"]["x"], state["section"]["v"], *(state[name] for name in ("phase", "farads", "quiet"))
+    numbers = (
+        state["section"]["x"],
+        state["section"]["v"],
+        *(state[name] for name in ("phase", "farads", "quiet")),
+    )
     x, v, phase, farads, quiet = map(float, numbers)
     nodes = {str(name): float(volts) for name, volts in state["section"]["nodes"].items()}
     plain = all(re.fullmatch(r"[!-'*-~]{1,200}", name) for name in nodes)  # no blank and no bracket
@@ -120,6 +135,8 @@ def _neighbour(state: State) -> "Neighbour | CircuitStart":
     finite = all(map(math.isfinite, (x, v, phase, farads, quiet, *nodes.values())))
     if not (plain and finite and 1 <= turns <= MULTIPLES):
         raise ValueError("no state of mass and circuit")
-    ways = state["secants"] and {name: np.array(values, dtype=float) for name, values in state["secants"].items()}
+    ways = state["secants"] and {
+        name: np.array(values, dtype=float) for name, values in state["secants"].items()
+    }
     parts = CoupledState(x, v, nodes), phase, turns, Secants(**ways) if ways else None
     return Neighbour(*parts, farads, quiet)

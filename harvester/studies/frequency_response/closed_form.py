@@ -29,18 +29,32 @@ def closed_form(driven: HarmonicDrive, frequencies: Sequence[float]) -> list[Res
     for direction, way in (("up", list(frequencies)), ("down", list(frequencies)[::-1])):
         for frequency in way:
             problem = driven.at(frequency)
-            answer, eqs = Exact().run(problem), problem.equations
-            spread, phases = None, list[float]()
+            answer = Exact().run(problem)
+            eqs = problem.equations
+            spread = None
+            phases = list[float]()
             if not driven.is_random:
-                assert eqs.drive is not None and eqs.drive_frequency is not None, "Driven checks this"
+                assert eqs.drive is not None and eqs.drive_frequency is not None, (
+                    "Driven checks this"
+                )
                 x, voltage = eqs.drive * amplitudes(eqs, eqs.drive_frequency)
                 spread = 0.0
-                phases = [phase_to_base(complex(amplitude), eqs, problem.physical) for amplitude in (x, voltage)]
+                phases = [
+                    phase_to_base(complex(amplitude), eqs, problem.physical)
+                    for amplitude in (x, voltage)
+                ]
             v2, power = answer.mean_square_voltage, answer.mean_power
             square = solve(eqs)
-            share = square.error / square.value if square.value else 0.0  # rounding, as that of E[V^2]
-            displacement = Value(square.x2, bias=share * square.x2, model=0.0).scaled(problem.units.length**2).root()
-            points.append(ResponsePoint(direction, frequency, v2, power, spread, displacement, *phases))
+            # rounding, as that of E[V^2]
+            share = square.error / square.value if square.value else 0.0
+            displacement = (
+                Value(square.x2, bias=share * square.x2, model=0.0)
+                .scaled(problem.units.length**2)
+                .root()
+            )
+            points.append(
+                ResponsePoint(direction, frequency, v2, power, spread, displacement, *phases)
+            )
     return points
 
 
@@ -61,7 +75,9 @@ def resolved(power: Callable[[float], float], frequencies: Sequence[float]) -> l
     if not values[top] > 0.0:
         return given
     ends = given[max(top - 1, 0)], given[min(top + 1, len(given) - 1)]
-    optimum = minimize_scalar(lambda f: -power(f), bounds=ends, method="bounded", options={"xatol": 1e-9 * ends[1]})
+    optimum = minimize_scalar(
+        lambda f: -power(f), bounds=ends, method="bounded", options={"xatol": 1e-9 * ends[1]}
+    )
     peak = float(optimum.x) if -optimum.fun > values[top] else given[top]
     half = 0.5 * max(-optimum.fun, values[top])
     edges = []
@@ -69,7 +85,9 @@ def resolved(power: Callable[[float], float], frequencies: Sequence[float]) -> l
         inner = peak
         for outer in side:
             if power(outer) <= half:
-                edges.append(float(brentq(lambda f: power(f) - half, inner, outer, xtol=1e-12 * peak)))
+                edges.append(
+                    float(brentq(lambda f: power(f) - half, inner, outer, xtol=1e-12 * peak))
+                )
                 break
             inner = outer
     between = np.linspace(edges[0], edges[1], ACROSS).tolist() if len(edges) == 2 else edges

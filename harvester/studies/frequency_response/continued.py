@@ -1,7 +1,8 @@
 """A response up the frequencies and down again by trajectories that go on from each frequency to the next.
 
-They keep their motion, the phase of the drive, and with a circuit of ideal elements what its capacitors hold, so that a
-response of two branches (a hardening or softening spring, a stop) shows the hysteresis of a slow sweep at the bench.
+They keep their motion, the phase of the drive, and with a circuit of ideal elements what its
+capacitors hold, so that a response of two branches (a hardening or softening spring, a stop) shows
+the hysteresis of a slow sweep at the bench.
 """
 
 import math
@@ -28,7 +29,8 @@ if TYPE_CHECKING:
     from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
 
 QUIET, NOISY = 64, 1024  # trajectories, without and with noise beside the drive
-WAVES = 16  # periods of the drive from which a first harmonic is taken: whole turns of subharmonics, too
+# periods of the drive from which a first harmonic is taken: whole turns of subharmonics, too
+WAVES = 16
 Phases = tuple[float | None, float | None]
 
 
@@ -37,11 +39,12 @@ def continued(
 ) -> list[ResponsePoint]:
     """The points up and down again, by engine `ensemble` or `ideal`.
 
-    Raises CannotServeError for what the engine does not know; UnboundedResponseError and SimulationError as
-    `harvester.mechanics.ensemble.burn_in.until_steady`.
+    Raises CannotServeError for what the engine does not know; UnboundedResponseError and
+    SimulationError as `harvester.mechanics.ensemble.burn_in.until_steady`.
     """
     model = engine.model(served(type(engine), driven.problem))
-    points, trajectories = list[ResponsePoint](), None
+    points = list[ResponsePoint]()
+    trajectories = None
     ways = [("up", f) for f in frequencies] + [("down", f) for f in frequencies[::-1]]
     for number, (direction, frequency) in enumerate(ways):
         problem = driven.at(frequency)
@@ -53,7 +56,9 @@ def continued(
                 trajectories = _trajectories(problem, model.circuit, engine.seed, None)
             pair = _steady(trajectories, problem, engine)
             trajectories = pair.trajectories
-            step = Step(_point(problem, engine, direction, frequency, pair), (), _state(trajectories))
+            step = Step(
+                _point(problem, engine, direction, frequency, pair), (), _state(trajectories)
+            )
             steps.add(number, step)
         points.append(step.point)
     return points
@@ -76,7 +81,11 @@ def _trajectories(
     rest[0] = eqs.resting_places[0]
     if state is None:
         return Trajectories(eqs, rest.shape[1], np.random.SeedSequence(seed), None, rest, circuit)
-    now = np.array(state["state"], float), np.array(state["filter"], float), np.array(state["words"], np.uint64)
+    now = (
+        np.array(state["state"], float),
+        np.array(state["filter"], float),
+        np.array(state["words"], np.uint64),
+    )
     sequence = np.random.SeedSequence(seed, spawn_key=tuple(map(int, state["seed"])))
     return Trajectories(eqs, rest.shape[1], sequence, float(state["h"]), rest, circuit, origin=now)
 
@@ -93,7 +102,9 @@ def _steady(before: "Trajectories", problem: Problem, engine: Ensemble) -> "Rich
     while h is not None:
         trajectories = before.continued(eqs, h)
         moments, _ = until_steady(trajectories)
-        h = shorter_step(trajectories.h, typical_frequency(eqs, moments.mean("x2")[0], moments.mean("v2")[0]))
+        h = shorter_step(
+            trajectories.h, typical_frequency(eqs, moments.mean("x2")[0], moments.mean("v2")[0])
+        )
     return RichardsonPair(trajectories, trajectories.time)
 
 
@@ -101,7 +112,9 @@ def _point(
     problem: Problem, engine: Ensemble, direction: str, frequency: float, pair: "RichardsonPair"
 ) -> ResponsePoint:
     """The means of one frequency, with their sampling errors and step, in the scene's units."""
-    model, units, moments = engine.model(problem), problem.units, pair.moments
+    model = engine.model(problem)
+    units = problem.units
+    moments = pair.moments
     noisy = problem.equations.is_random
     spread = None if noisy else _spread(getattr(moments, model.name))
 
@@ -114,7 +127,11 @@ def _point(
     power = power.scaled(model.factor * units.watts)
     mean_x = np.mean(moments.x) if noisy else moments.x  # of each trajectory if nothing is random
     variance = np.maximum(moments.x2 - mean_x**2, 0.0)
-    displacement = value(variance, *mean_and_error(variance), pair.bias("x2")[0]).scaled(units.length**2).root()
+    displacement = (
+        value(variance, *mean_and_error(variance), pair.bias("x2")[0])
+        .scaled(units.length**2)
+        .root()
+    )
     known = spread is not None and spread <= UNLIKE and problem.equations.modes is None
     phases = _phases(problem, pair, model.circuit) if known else (None, None)
     return ResponsePoint(direction, frequency, v2, power, spread, displacement, *phases)
@@ -125,7 +142,9 @@ def _spread(each: Floats) -> float:
     return float(np.ptp(each) / each.max()) if each.max() > 0.0 else 0.0
 
 
-def _phases(problem: Problem, pair: "RichardsonPair", circuit: "IdealCircuit | OwnCircuit | None") -> Phases:
+def _phases(
+    problem: Problem, pair: "RichardsonPair", circuit: "IdealCircuit | OwnCircuit | None"
+) -> Phases:
     """The phases of displacement and voltage to the base, on one path that goes on from where the trajectories are.
 
     They are in the middle of a drift there, half a step after the drive's phase that their filter has, and so is the
@@ -141,7 +160,8 @@ def _phases(problem: Problem, pair: "RichardsonPair", circuit: "IdealCircuit | O
     first = math.atan2(float(trajectories.filter[0, 1, 0]), float(trajectories.filter[0, 0, 0]))
     angles = first + eqs.drive_frequency * h * (np.arange(steps + 1.0) + 0.5)
     x, v, voltage = (float(values[0]) for values in trajectories.snapshot())
-    quiet, shaking = np.zeros(steps), abs(eqs.drive) * np.cos(angles)
+    quiet = np.zeros(steps)
+    shaking = abs(eqs.drive) * np.cos(angles)
     stored = 0.0 if circuit is None else float(trajectories.state[0, 3, 0])
     if circuit is None or isinstance(circuit, IdealCircuit):
         path = trace(eqs, quiet, h, 1, (x, v, voltage, stored), shaking, circuit)
@@ -150,7 +170,10 @@ def _phases(problem: Problem, pair: "RichardsonPair", circuit: "IdealCircuit | O
     variance = float(np.mean(pair.moments.x2 - pair.moments.x**2))
     if not abs(float(np.var(path.x)) - variance) <= UNLIKE * variance:
         return None, None
-    phases = first + eqs.drive_frequency * h * np.arange(2.0, steps + 2.0)  # half a step after each kick
+    # half a step after each kick
+    phases = first + eqs.drive_frequency * h * np.arange(2.0, steps + 2.0)
     harmonics = (first_harmonic(values, phases) for values in (path.x, path.V))
-    x_phase, voltage_phase = (phase_to_base(harmonic, eqs, problem.physical) for harmonic in harmonics)
+    x_phase, voltage_phase = (
+        phase_to_base(harmonic, eqs, problem.physical) for harmonic in harmonics
+    )
     return x_phase, voltage_phase

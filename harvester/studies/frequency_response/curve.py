@@ -52,14 +52,15 @@ class FrequencyResponse(TableResult):
     Attributes
     ----------
     points
-        a point for each frequency and direction, with ``frequency``, ``mean_power``, ``voltage_rms`` and
-        ``displacement_rms``.
+        a point for each frequency and direction, with ``frequency``, ``mean_power``,
+        ``voltage_rms`` and ``displacement_rms``.
     physical
         whether its numbers are in SI units, rather than nondimensional.
     remarks
         warnings and notes beside those of the curve itself.
     resolved
-        whether the peak and its half-power points are among the points; else the peak is the best of them.
+        whether the peak and its half-power points are among the points; else the peak is the best
+        of them.
     engine
         the name of the engine that computed it.
     level
@@ -98,7 +99,9 @@ class FrequencyResponse(TableResult):
 
     def sweep(self, direction: str) -> list[ResponsePoint]:
         """The points of one direction ("up", "down" or "from rest"), frequencies ascending."""
-        return sorted((p for p in self.points if p.direction == direction), key=lambda p: p.frequency)
+        return sorted(
+            (p for p in self.points if p.direction == direction), key=lambda p: p.frequency
+        )
 
     def peak(self, direction: str) -> ResponsePoint:
         """The frequency of the sweep with the largest power."""
@@ -137,7 +140,8 @@ class FrequencyResponse(TableResult):
             return frequencies
         downwards = {down.frequency: down.mean_square_voltage for down in self.sweep("down")}
         for up in self.sweep("up"):
-            a, b = up.mean_square_voltage, downwards.get(up.frequency)
+            a = up.mean_square_voltage
+            b = downwards.get(up.frequency)
             if b is not None and abs(a.value - b.value) > 0.01 * max(a.value, b.value) + 2.0 * (
                 a.known_error95 + b.known_error95
             ):
@@ -162,31 +166,54 @@ class FrequencyResponse(TableResult):
         return table_of(rows, "", self.unit_names)
 
     def _sweep(self, direction: str) -> DirectionPeak:
-        best, points = self.peak(direction), list[dict[str, Any]]()
+        best = self.peak(direction)
+        points = list[dict[str, Any]]()
         for point in self.sweep(direction):
-            per_g = {} if self.level is None else {name: value(point, self.level) for name, (value, _) in PER_G.items()}
+            per_g = (
+                {}
+                if self.level is None
+                else {name: value(point, self.level) for name, (value, _) in PER_G.items()}
+            )
             points.append(point.as_json() | per_g)
-        return DirectionPeak(direction, best.mean_power, best.frequency, self.bandwidth(direction), tuple(points))
+        return DirectionPeak(
+            direction, best.mean_power, best.frequency, self.bandwidth(direction), tuple(points)
+        )
 
     @property
     def table(self) -> Table:
         """Its points, then the frequencies that failed, with the reason in the last column."""
-        names, points, blank = self.unit_names, self.points, [None] * len(self.failures)
+        names = self.unit_names
+        points = self.points
+        blank = [None] * len(self.failures)
 
         def column(name: str, unit: str, cells: list[Cell]) -> Column:
             return Column(name, [*cells, *blank], unit)
 
-        frequencies = [*(p.frequency for p in points), *(failure.frequency for failure in self.failures)]
+        frequencies = [
+            *(p.frequency for p in points),
+            *(failure.frequency for failure in self.failures),
+        ]
         columns = [column("direction", "", [p.direction for p in points])]
         columns.append(Column("frequency", frequencies, names.frequency))
-        units = {"voltage_rms": names.voltage, "mean_power": names.power, "displacement_rms": names.length}
+        units = {
+            "voltage_rms": names.voltage,
+            "mean_power": names.power,
+            "displacement_rms": names.length,
+        }
         units |= dict.fromkeys(("displacement_phase", "voltage_phase"), "degree")
-        columns += [column(name, unit, [getattr(p, name) for p in points]) for name, unit in units.items()]
+        columns += [
+            column(name, unit, [getattr(p, name) for p in points]) for name, unit in units.items()
+        ]
         if self.level is not None:
             over = self.level
-            columns += [column(name, unit, [of_g(p, over) for p in points]) for name, (of_g, unit) in PER_G.items()]
+            columns += [
+                column(name, unit, [of_g(p, over) for p in points])
+                for name, (of_g, unit) in PER_G.items()
+            ]
         columns.append(column("spread_of_trajectories", "", [p.spread for p in points]))
-        columns.append(Column("error", [None] * len(points) + [failure.error for failure in self.failures]))
+        columns.append(
+            Column("error", [None] * len(points) + [failure.error for failure in self.failures])
+        )
         return Table(tuple(columns), index=() if self.failures else ("direction", "frequency"))
 
     @property
@@ -197,31 +224,39 @@ class FrequencyResponse(TableResult):
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
         """Its remarks, and what its points say: where the true peaks may be, hysteresis, what failed or differs."""
-        hertz, remarks = f" {self.unit_names.frequency}".rstrip(), list(self.remarks)
+        hertz = f" {self.unit_names.frequency}".rstrip()
+        remarks = list(self.remarks)
         remarks += [remark for direction in self.directions for remark in self._where(direction)]
         f = [p.frequency for p in self.sweep(self.directions[0])]
         if not self.resolved and len(f) > 1:
             widest = max(b - a for a, b in itertools.pairwise(f))
             remarks.append(note("frequencies_apart", widest=widest, unit=hertz))
         if self.hysteresis:
-            remarks.append(note("hysteresis", low=min(self.hysteresis), high=max(self.hysteresis), unit=hertz))
+            remarks.append(
+                note("hysteresis", low=min(self.hysteresis), high=max(self.hysteresis), unit=hertz)
+            )
         if differing := self.differing:
             most = max(p.spread or 0.0 for p in differing)
-            remarks.append(warning("trajectories_differ", first=differing[0].frequency, unit=hertz, most=most))
+            remarks.append(
+                warning("trajectories_differ", first=differing[0].frequency, unit=hertz, most=most)
+            )
         if self.failures:
-            first, several = self.failures[0], len(self.failures)
+            first = self.failures[0]
+            several = len(self.failures)
             numbers: Any = {"failed": several, "of": len(f) + several, "first": first.frequency}
             remarks.append(warning("frequencies_failed", unit=hertz, why=first.error, **numbers))
         return tuple(remarks)
 
     def _where(self, direction: str) -> list[Diagnostic]:
         """Where the true peak may be: between the neighbours of the best point, or beyond the sweep."""
-        f, best = [p.frequency for p in self.sweep(direction)], self.peak(direction).frequency
+        f = [p.frequency for p in self.sweep(direction)]
+        best = self.peak(direction).frequency
         hertz = f" {self.unit_names.frequency}".rstrip()
         if best in (f[0], f[-1]):
             return [note("peak_at_an_end", direction, at=best, unit=hertz)]
         if self.resolved:
             return []
         index = f.index(best)
-        low, high = f[index - 1], f[index + 1]
+        low = f[index - 1]
+        high = f[index + 1]
         return [note("peak_between", direction, low=low, high=high, unit=hertz)]

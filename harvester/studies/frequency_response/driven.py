@@ -17,14 +17,17 @@ from harvester.studies.frequency_response.point import GRAVITY
 class HarmonicDrive:
     """A scene whose drive's frequency is to be swept.
 
-    Raises InputError for a scene without a harmonic drive, and CannotServeError for shaking of other kinds.
+    Raises InputError for a scene without a harmonic drive, and CannotServeError for shaking of
+    other kinds.
     """
 
     problem: Problem
 
     def __post_init__(self) -> None:
         table, amplitude, _ = self._names
-        if reason := unknown_effects(self.problem, unknown_to(SWEPT), "a frequency response", "engine 'ensemble'"):
+        if reason := unknown_effects(
+            self.problem, unknown_to(SWEPT), "a frequency response", "engine 'ensemble'"
+        ):
             raise CannotServeError(reason)
         if self.problem.equations.drive is None:
             given = getattr(getattr(self.problem.scene, table), amplitude, None)
@@ -71,5 +74,9 @@ class HarmonicDrive:
         ends = dict.fromkeys((min(frequencies), max(frequencies))) if len(frequencies) else {}
         for frequency in ends:
             at_end = unusual_values(self.at(frequency).scene)
-            diagnostics += [warning("unusual_at_an_end", what=str(word)) for word in at_end if word not in unusual]
+            diagnostics += [
+                warning("unusual_at_an_end", what=str(word))
+                for word in at_end
+                if word not in unusual
+            ]
         return diagnostics

@@ -11,7 +11,8 @@ from harvester.errors import CannotServeError, InputError, named_once
 
 BUDGET = 20.0  # seconds of a point by ngspice
 CIRCUIT_OPTIONS = frozenset({"probe", "ledger"})  # of `Spice`, which a response has no room for
-USED = frozenset({"seed"})  # of the others: they choose step, time and trajectories at each frequency
+# of the others: they choose step, time and trajectories at each frequency
+USED = frozenset({"seed"})
 
 
 def engines_of(
@@ -21,15 +22,20 @@ def engines_of(
 
     ``budget`` is the time of a point by `Spice`, in seconds, by default `BUDGET`.
 
-    Raises InputError for an unknown engine, one named twice, an option that a response does not use, and a budget
-    without `Spice`; CannotServeError for an engine that gives no response.
+    Raises InputError for an unknown engine, one named twice, an option that a response does not
+    use, and a budget without `Spice`; CannotServeError for an engine that gives no response.
     """
     named = [selection.default_engine(Problem.of(scene))] if engines is None else engines
-    made = [_responding(choice, seed, budget) for choice in ([named] if isinstance(named, str) else named)]
+    made = [
+        _responding(choice, seed, budget)
+        for choice in ([named] if isinstance(named, str) else named)
+    ]
     named_once([engine.NAME for engine in made], "`engine`")
     if budget is not None and not any(engine.runs_ngspice for engine in made):
         ours = " and ".join(repr(engine.NAME) for engine in made)
-        raise InputError(f"`budget` must be left out with engine {ours}, but is given: it is an option of 'spice'")
+        raise InputError(
+            f"`budget` must be left out with engine {ours}, but is given: it is an option of 'spice'"
+        )
     return made
 
 
@@ -37,7 +43,9 @@ def _responding(choice: Named, seed: int, budget: float | None) -> Engine:
     """The engine that is named, with the seed, and the time of a point by ngspice; refusals as of `engines_of`."""
     engine = selection.engine(choice)
     if not engine.has_frequency_response:
-        known = ", ".join(repr(name) for name, kind in ENGINES.items() if kind.has_frequency_response)
+        known = ", ".join(
+            repr(name) for name, kind in ENGINES.items() if kind.has_frequency_response
+        )
         raise CannotServeError(
             f"`engine` {engine.NAME!r} has no frequency response, as its formulas are for noise: use {known}"
         )
@@ -53,7 +61,11 @@ def _ignored(engine: Engine) -> str:
     """Why an engine's options are refused: those that are given and that a response does not use; empty without."""
     fields = dataclasses.fields(engine)  # type: ignore[arg-type]
     given = [field.name for field in fields if getattr(engine, field.name) != field.default]
-    unused = [name for name in given if (name in CIRCUIT_OPTIONS if engine.runs_ngspice else name not in USED)]
+    unused = [
+        name
+        for name in given
+        if (name in CIRCUIT_OPTIONS if engine.runs_ngspice else name not in USED)
+    ]
     if not unused:
         return ""
     names = ", ".join(f"`{name}`" for name in unused)

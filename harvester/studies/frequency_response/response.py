@@ -1,8 +1,9 @@
 """Frequency response under a harmonic drive: power, voltage, displacement and phases against the frequency.
 
-A linear scene is solved in closed form, whose peak is then resolved between the frequencies of the sweep
-(`closed_form`).  Other scenes are followed up the frequencies and down again by engine `ensemble`, or `ideal` with a
-circuit of ideal elements (`continued`); engine `spice` follows the periodic response (`by_ngspice`).
+A linear scene is solved in closed form, whose peak is then resolved between the frequencies of the
+sweep (`closed_form`).  Other scenes are followed up the frequencies and down again by engine
+`ensemble`, or `ideal` with a circuit of ideal elements (`continued`); engine `spice` follows the
+periodic response (`by_ngspice`).
 
 Long because two public functions explain their arguments to users.
 """
@@ -34,7 +35,8 @@ from harvester.studies.sweep.points import Points, axis_of, grid, read_axis
 LEAST, MOST = 3, 10_000  # frequencies
 Values = str | Sequence[float | str]
 Sweep = str | Sequence[float]  # the text of `frequencies`, or these themselves
-Callback = Callable[[str], None]  # called with the engine's name after each of the frequencies asked for, each way
+# called with the engine's name after each of the frequencies asked for, each way
+Callback = Callable[[str], None]
 
 
 def frequencies(problem: Problem, text: str) -> tuple[float, ...]:
@@ -45,8 +47,16 @@ def frequencies(problem: Problem, text: str) -> tuple[float, ...]:
     Raises InputError for anything else.
     """
     parts = text.split(":")
-    if len(parts) != 3 or not re.fullmatch("[0-9]{1,5}", parts[2]) or not LEAST <= int(parts[2]) <= MOST:
-        raise invalid("`sweep`", f"be FROM:TO:COUNT with a COUNT from {LEAST} to {MOST}, such as 1Hz:10Hz:60", text)
+    if (
+        len(parts) != 3
+        or not re.fullmatch("[0-9]{1,5}", parts[2])
+        or not LEAST <= int(parts[2]) <= MOST
+    ):
+        raise invalid(
+            "`sweep`",
+            f"be FROM:TO:COUNT with a COUNT from {LEAST} to {MOST}, such as 1Hz:10Hz:60",
+            text,
+        )
     key = "excitation.frequency" if problem.physical else "nondimensional.drive_frequency"
     values = sorted(read_axis(f"{key}={text}").values)
     if values[0] == values[-1]:
@@ -63,23 +73,36 @@ def points_of(scene: AnyScene, vary: Mapping[str, Values] | Points | None) -> Po
     if not vary:
         return None
     problem = Problem.of(scene)
-    points = vary if isinstance(vary, Points) else grid([axis_of(key, some) for key, some in vary.items()])
+    points = (
+        vary
+        if isinstance(vary, Points)
+        else grid([axis_of(key, some) for key, some in vary.items()])
+    )
     swept = HarmonicDrive(problem).frequency_key
     if swept in points.keys:
-        raise InputError(f"`vary` must leave out {swept}, which is what `sweep` goes over, but names it")
+        raise InputError(
+            f"`vary` must leave out {swept}, which is what `sweep` goes over, but names it"
+        )
     points.check(problem.scene)
     return points
 
 
-def rows_of(scene: AnyScene, engines: Sequence[Engine], frequencies: int, points: Points | None) -> dict[str, int]:
+def rows_of(
+    scene: AnyScene, engines: Sequence[Engine], frequencies: int, points: Points | None
+) -> dict[str, int]:
     """How often progress is reported for each engine: up and down, or once by ngspice and a linear mass."""
-    curves, ways = 1 if points is None else len(points), len(directions(HarmonicDrive(Problem.of(scene))))
+    curves = 1 if points is None else len(points)
+    ways = len(directions(HarmonicDrive(Problem.of(scene))))
     return {e.NAME: curves * frequencies * (ways if e.follows_periods else 2) for e in engines}
 
 
 @names_arguments
 def response(
-    scene: AnyScene, sweep: Sweep, seed: int = 0, tick: Callback | None = None, engine: Named | None = None
+    scene: AnyScene,
+    sweep: Sweep,
+    seed: int = 0,
+    tick: Callback | None = None,
+    engine: Named | None = None,
 ) -> FrequencyResponse:
     """The response of a scene with a harmonic drive at several frequencies.
 
@@ -182,7 +205,9 @@ def _responses(
     journal: ResponseJournal | None = None,
 ) -> FrequencyResponses:
     """All curves; each step goes into the ``journal`` at once, and those that were there call ``report_reused``."""
-    several = [dict[str, float]()] if points is None else [points.varied(k) for k in range(len(points))]
+    several = (
+        [dict[str, float]()] if points is None else [points.varied(k) for k in range(len(points))]
+    )
     curves = list[FrequencyResponse]()
     for number, values in enumerate(several):
         driven = HarmonicDrive(Problem(problem.scene.varied(values)) if values else problem)
@@ -199,20 +224,25 @@ def _curve(
     engine: Engine, driven: HarmonicDrive, sweep: Sweep, varied: Mapping[str, float], steps: Steps
 ) -> FrequencyResponse:
     """One response by one engine."""
-    problem, resolving = driven.problem, isinstance(sweep, str)
+    problem = driven.problem
+    resolving = isinstance(sweep, str)
     swept = _frequencies(problem, sweep)
-    failures, warnings = list[Failure](), driven.diagnostics(swept)
+    failures = list[Failure]()
+    warnings = driven.diagnostics(swept)
     if engine.is_exact:
         if reason := Exact.refusal(problem):
             raise CannotServeError(reason)
-        points = closed_form(driven, resolved(lambda f: power_at(driven, f), swept) if resolving else swept)
+        points = closed_form(
+            driven, resolved(lambda f: power_at(driven, f), swept) if resolving else swept
+        )
         for _ in range(2 * len(swept)):
             steps.on_computed()
     elif engine.follows_periods:
         points, failures, more = by_ngspice(cast(Spice | Compiled, engine), driven, swept, steps)
         warnings = without_repeats([*warnings, *more])
     else:
-        points = continued(cast(Ensemble, engine), driven, swept, steps)  # or derived from it: engines_of checks
+        # or derived from it: engines_of checks
+        points = continued(cast(Ensemble, engine), driven, swept, steps)
     is_resolved = resolving and engine.is_exact
     known = engine.NAME, driven.level, dict(varied), tuple(failures)
     return FrequencyResponse(tuple(points), problem.physical, tuple(warnings), is_resolved, *known)
@@ -239,20 +269,30 @@ def draw(
 
     Raises as `responses`, and InputError for an earlier response that was another one.
     """
-    problem, report = Problem.of(scene), report or _nothing
+    problem = Problem.of(scene)
+    report = report or _nothing
     HarmonicDrive(problem)
     if per_g and not problem.physical:
-        raise InputError("`per_g` must go with a physical scene, whose base has an acceleration, but is given")
-    chosen, points = engines_of(problem, engines, seed), points_of(problem, vary)
+        raise InputError(
+            "`per_g` must go with a physical scene, whose base has an acceleration, but is given"
+        )
+    chosen = engines_of(problem, engines, seed)
+    points = points_of(problem, vary)
     if out is None:
         return _responses(problem, sweep, points, chosen, report)
     swept = _frequencies(problem, sweep)
-    folder, counted = OutputFolder(out, vector), [e for e in chosen if not e.is_exact]  # which takes no time
+    # which takes no time
+    folder = OutputFolder(out, vector)
+    counted = [e for e in chosen if not e.is_exact]
     total = sum(rows_of(problem, counted, len(swept), points).values())
-    varied = {} if points is None else {"vary": {axis.key: list(axis.values) for axis in points.axes}}
+    varied = (
+        {} if points is None else {"vary": {axis.key: list(axis.values) for axis in points.axes}}
+    )
     about = provenance_with_engines(problem, chosen, sweep=list(swept), **varied)
     with response_journal(folder.path, about, resume, total) as journal:
-        result = _responses(problem, sweep, points, chosen, report, report_reused or report, journal)
+        result = _responses(
+            problem, sweep, points, chosen, report, report_reused or report, journal
+        )
         drawn = figures.response(result.curves, problem.scene.name, per_g)
         folder.save("response", result.table.csv(units=True), drawn, about)
     return result

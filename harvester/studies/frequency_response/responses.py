@@ -10,7 +10,8 @@ from harvester.presentation.table import Cell, Column, Table
 from harvester.scene.keys import unit_of
 from harvester.studies.frequency_response.curve import FrequencyResponse
 
-ONE_EACH = frozenset({"hysteresis", "peak_at_an_end", "peak_between"})  # remarks that many responses count instead
+# remarks that many responses count instead
+ONE_EACH = frozenset({"hysteresis", "peak_at_an_end", "peak_between"})
 
 
 class FrequencyResponses(TableResult):
@@ -85,13 +86,23 @@ class FrequencyResponses(TableResult):
 
         def before(name: str, cells: list[Cell], unit: str = "") -> Column:
             return Column(
-                name, [cell for cell, (_, table) in zip(cells, pairs, strict=True) for _ in range(len(table))], unit
+                name,
+                [
+                    cell
+                    for cell, (_, table) in zip(cells, pairs, strict=True)
+                    for _ in range(len(table))
+                ],
+                unit,
             )
 
         units = {key: unit_of(key) for key in self.keys}
-        keys = [before(k, [c.varied[k] for c in self.curves], "" if u == "1" else u) for k, u in units.items()]
+        keys = [
+            before(k, [c.varied[k] for c in self.curves], "" if u == "1" else u)
+            for k, u in units.items()
+        ]
         engine = before("engine", [curve.engine for curve in self.curves])
-        # A column that only some of them have, such as the bandwidth, is empty in the rows of the others.
+        # A column that only some of them have, such as the bandwidth, is empty in the rows of the
+        # others.
         named = {column.name: column.unit for table in tables for column in table.columns}
         rest = [
             Column(name, [cell for table in tables for cell in table.cells_or_none(name)], unit)

@@ -1,7 +1,8 @@
 """The finished steps of a response: each frequency, with the state from which the next one begins.
 
-They are in response.journal at once, a row each (`harvester.studies.sweep.journal`), until the files of the response
-are whole; `--resume` takes them from there, and goes on from the last state as an undisturbed run would.
+They are in response.journal at once, a row each (`harvester.studies.sweep.journal`), until the
+files of the response are whole; `--resume` takes them from there, and goes on from the last state
+as an undisturbed run would.
 """
 
 import dataclasses
@@ -68,9 +69,12 @@ class ResponseJournal:
     """The steps of all curves of a response into a folder."""
 
     def __init__(self, journal: Journal, rows: Sequence[JournalRow]) -> None:
-        self.journal, self._rows = journal, {(row.point, row.engine_index): row for row in rows}
+        self.journal = journal
+        self._rows = {(row.point, row.engine_index): row for row in rows}
 
-    def steps(self, curve: int, engine_index: int, engine: str, on_computed: Callback, on_reused: Callback) -> Steps:
+    def steps(
+        self, curve: int, engine_index: int, engine: str, on_computed: Callback, on_reused: Callback
+    ) -> Steps:
         """Those of one curve, by the engine of this index among the engines.
 
         Raises InputError for a row that is not what this version writes.
@@ -98,18 +102,26 @@ def as_written() -> Iterator[None]:
     """Raise InputError if what is read from the journal is not what this version writes there."""
     try:
         yield
-    except (ValueError, TypeError, KeyError, AttributeError, OverflowError):  # pydantic's and NumPy's too
+    except (
+        ValueError,
+        TypeError,
+        KeyError,
+        AttributeError,
+        OverflowError,
+    ):  # pydantic's and NumPy's too
         raise InputError(
             f"`resume` must find {RESPONSE.file} as it was written, but a step in it is none of this version: remove it"
         ) from None
 
 
 @contextmanager
-def response_journal(out: Path, about: Mapping[str, Any], resume: bool, total: int) -> Iterator[ResponseJournal]:
+def response_journal(
+    out: Path, about: Mapping[str, Any], resume: bool, total: int
+) -> Iterator[ResponseJournal]:
     """The journal of the response with the provenance ``about`` and ``total`` steps; it is removed when all are done.
 
-    Raises InputError if ``resume`` finds another response, or another program is at work in the folder;
-    KeyboardInterrupt at ^C, with a text that says how to go on.
+    Raises InputError if ``resume`` finds another response, or another program is at work in the
+    folder; KeyboardInterrupt at ^C, with a text that says how to go on.
     """
     now = identity(about, RESPONSE)
     with closing(Journal(out, RESPONSE)) as journal:

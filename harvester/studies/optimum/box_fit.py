@@ -16,7 +16,9 @@ DROP = 0.1  # of the power, between the middle of a box and its faces
 ROUNDING = 1e-9  # relative noise of a power that has no other
 
 
-def fit_box(rounds: list[list[Evaluation]], u: Floats, width: Floats, degree: int = CUBIC) -> tuple[Fit, Floats]:
+def fit_box(
+    rounds: list[list[Evaluation]], u: Floats, width: Floats, degree: int = CUBIC
+) -> tuple[Fit, Floats]:
     """Fit a polynomial to the means of several rounds of one design in a box; also the time-step bias at each point.
 
     The box has its middle at ``u`` and half-widths ``width``.  Points that are not sound are left out where there are
@@ -28,7 +30,8 @@ def fit_box(rounds: list[list[Evaluation]], u: Floats, width: Floats, degree: in
     bias = np.mean([[value.bias or 0.0 for value in served(points)[2]] for points in kept], axis=0)
     covariance = np.sum([_covariance(points) for points in kept], axis=0) / len(rounds) ** 2
     covariance = covariance + (ROUNDING * power.mean()) ** 2 * np.eye(len(good))
-    low, high = np.maximum(u - width, 0.0), np.minimum(u + width, 1.0)
+    low = np.maximum(u - width, 0.0)
+    high = np.minimum(u + width, 1.0)
     x = (np.array([p.u for p in kept[0]]) - u) / width
     walls = np.array([low <= 0.0, high >= 1.0])
     return Fit(x, power, covariance, (low - u) / width, (high - u) / width, walls, degree), bias
@@ -42,14 +45,17 @@ def peak_of_box(fit: Fit, bias: Floats, u: Floats, width: Floats) -> Peak:
     if fit.exits.any() or fit.resolution < SEEN:
         return Peak(best, power, faces, width=width, why=note("curvature_in_noise"))
     half = width * (fit.half_widths + fit.bias_shift(bias))
-    return Peak(best, power, faces, np.clip(best - half, 0.0, 1.0), np.clip(best + half, 0.0, 1.0), width)
+    return Peak(
+        best, power, faces, np.clip(best - half, 0.0, 1.0), np.clip(best + half, 0.0, 1.0), width
+    )
 
 
 def next_box(fit: Fit, u: Floats, width: Floats) -> tuple[Floats, Floats, bool]:
     """The middle and half-widths of the box to fit after this one, and whether it is good enough to stop there.
 
-    A box moves towards a peak outside it, shrinks where its polynomial does not fit, grows where the curvature drowns
-    in the noise, and ends at the size where the power falls by `DROP` from its middle to its faces.
+    A box moves towards a peak outside it, shrinks where its polynomial does not fit, grows where
+    the curvature drowns in the noise, and ends at the size where the power falls by `DROP` from its
+    middle to its faces.
     """
     middle = np.clip(u + width * fit.best, 0.0, 1.0)
     doubtful = fit.on_face & ~fit.surely_on_face
@@ -79,10 +85,16 @@ def _usable(rounds: list[list[Evaluation]], least: int) -> list[int]:
     """Which points of the design have an answer in every round: more than ``least``, the sound ones if they are."""
     columns = [*enumerate(zip(*rounds, strict=True))]
     sound = [k for k, some in columns if all(point.is_sound for point in some)]
-    good = sound if len(sound) > least else [k for k, some in columns if all(point.power is not None for point in some)]
+    good = (
+        sound
+        if len(sound) > least
+        else [k for k, some in columns if all(point.power is not None for point in some)]
+    )
     if len(good) <= least:
         failed = next(point.answer for some in rounds for point in some if point.power is None)
-        raise SimulationError(f"too few points near the optimum have an answer; the last that failed: {failed}")
+        raise SimulationError(
+            f"too few points near the optimum have an answer; the last that failed: {failed}"
+        )
     return good
 
 
@@ -90,6 +102,9 @@ def _covariance(points: list[Evaluation]) -> Floats:
     """The covariance of the powers of a design, shape (m, m): from the trajectories where they share their noise."""
     answers = [p.answer for p in points if isinstance(p.answer, Estimate)]
     known = [s for s in [a.power_samples for a in answers] if s is not None]
-    if len(known) == len(points) and len({p.seed for p in points}) == len({len(s) for s in known}) == 1:
+    if (
+        len(known) == len(points)
+        and len({p.seed for p in points}) == len({len(s) for s in known}) == 1
+    ):
         return np.asarray(np.cov(np.array(known)) / len(known[0]))
     return np.diag([(a.mean_power.stderr or 0.0) ** 2 for a in answers])

@@ -24,7 +24,8 @@ from harvester.studies.optimum.ranges import NETLIST, Vary, varied
 from harvester.studies.optimum.search import SearchRequest
 from harvester.studies.output_folder import OutputFolder
 
-UNLIKE = 1.5  # times the quality of the worst coil of several circuits, from which on they are not alike
+# times the quality of the worst coil of several circuits, from which on they are not alike
+UNLIKE = 1.5
 
 
 class CircuitChoice(Optimum, kw_only=True):
@@ -60,7 +61,10 @@ class CircuitChoice(Optimum, kw_only=True):
 
     @classmethod
     def of(
-        cls, optima: dict[str, Optimum | HarvesterError], seconds: float, remarks: tuple[Diagnostic, ...] = ()
+        cls,
+        optima: dict[str, Optimum | HarvesterError],
+        seconds: float,
+        remarks: tuple[Diagnostic, ...] = (),
     ) -> "CircuitChoice":
         """The choice between circuits, with ``remarks`` on all; raises the first error if none has an optimum."""
         ranked = _ranked(optima)
@@ -87,13 +91,21 @@ class CircuitChoice(Optimum, kw_only=True):
         """The circuits whose power cannot be told from that of the best."""
         (_, top), *others = self.ranked.items()
         low = top.mean_power.value - top.mean_power.known_error95
-        near = [name for name, optimum in others if optimum.mean_power.value + optimum.mean_power.known_error95 >= low]
+        near = [
+            name
+            for name, optimum in others
+            if optimum.mean_power.value + optimum.mean_power.known_error95 >= low
+        ]
         return tuple(name for name in near if name not in self.unsound)
 
     @property
     def unfinished(self) -> tuple[str, ...]:
         """The circuits that may have more power than was found: the budget ended before their search did."""
-        return tuple(name for name, optimum in self.ranked.items() if has(optimum.diagnostics, "budget_spent"))
+        return tuple(
+            name
+            for name, optimum in self.ranked.items()
+            if has(optimum.diagnostics, "budget_spent")
+        )
 
     @property
     def unscanned(self) -> tuple[str, ...]:
@@ -104,20 +116,32 @@ class CircuitChoice(Optimum, kw_only=True):
     def unsound(self) -> tuple[str, ...]:
         """The circuits that cannot be compared with others that can."""
         (_, top), *others = self.ranked.items()
-        return tuple(name for name, optimum in others if not optimum.estimate.is_sound) if top.estimate.is_sound else ()
+        return (
+            tuple(name for name, optimum in others if not optimum.estimate.is_sound)
+            if top.estimate.is_sound
+            else ()
+        )
 
     @property
     def circuits(self) -> Table:
         """A row a circuit, the one of most power first; as they were given where that cannot be said."""
         if self.best is None:
             return self._rows([*self.optima.items()])
-        return self._rows([*self.ranked.items(), *(pair for pair in self.optima.items() if pair[0] not in self.ranked)])
+        return self._rows(
+            [
+                *self.ranked.items(),
+                *(pair for pair in self.optima.items() if pair[0] not in self.ranked),
+            ]
+        )
 
     @property
     def table(self) -> Table:
         """A row a circuit, in the order that they were given."""
         rows, powers = [*self.optima.items()], [_optimum(answer) for answer in self.optima.values()]
-        bias = Column("mean_power_bias", [None if optimum is None else optimum.mean_power.bias for optimum in powers])
+        bias = Column(
+            "mean_power_bias",
+            [None if optimum is None else optimum.mean_power.bias for optimum in powers],
+        )
         table = self._rows(rows)
         return dataclasses.replace(table, columns=(*table.columns[:-2], bias, *table.columns[-2:]))
 
@@ -125,11 +149,15 @@ class CircuitChoice(Optimum, kw_only=True):
         optima = [_optimum(answer) for _, answer in rows]
         columns = [Column(NETLIST, [name for name, _ in rows])]
         for k, key in enumerate(self.keys):
-            columns.append(Column(key.key, [None if o is None else o.keys[k].value for o in optima], key.unit))
+            columns.append(
+                Column(key.key, [None if o is None else o.keys[k].value for o in optima], key.unit)
+            )
         powers = [None if o is None else o.mean_power for o in optima]
         columns.append(Column("mean_power", powers, self.unit_names.power))
         columns.append(Column("search", [self._state(name, a) for name, a in rows]))
-        columns.append(Column("error", [str(a) if isinstance(a, HarvesterError) else "" for _, a in rows]))
+        columns.append(
+            Column("error", [str(a) if isinstance(a, HarvesterError) else "" for _, a in rows])
+        )
         return Table(tuple(columns), "largest mean power of each circuit")
 
     def _state(self, name: str, answer: Optimum | HarvesterError) -> str:
@@ -149,17 +177,27 @@ class CircuitChoice(Optimum, kw_only=True):
             remarks = [note("no_best_circuit", early=" and ".join(self.unscanned))]
         if self.unfinished:
             remarks.append(note("circuits_cut_short", names=" and ".join(self.unfinished)))
-        unknown = dict.fromkeys(o.mean_power.unknown for o in self.ranked.values() if o.mean_power.unknown)
+        unknown = dict.fromkeys(
+            o.mean_power.unknown for o in self.ranked.values() if o.mean_power.unknown
+        )
         remarks += [note("error_unknown", part=part) for part in unknown]
-        failed = ((name, answer) for name, answer in self.optima.items() if isinstance(answer, HarvesterError))
+        failed = (
+            (name, answer)
+            for name, answer in self.optima.items()
+            if isinstance(answer, HarvesterError)
+        )
         remarks += [note("no_optimum", name, why=str(error)) for name, error in failed]
         remarks += [warning("circuit_unsound", name) for name in self.unsound]
-        return remarks + [word.of(name) for name, optimum in self.ranked.items() for word in optimum.warnings]
+        return remarks + [
+            word.of(name) for name, optimum in self.ranked.items() for word in optimum.warnings
+        ]
 
 
 def _ranked(optima: Mapping[str, Optimum | HarvesterError]) -> dict[str, Optimum]:
     pairs = [(name, answer) for name, answer in optima.items() if isinstance(answer, Optimum)]
-    return dict(sorted(pairs, key=lambda pair: (not pair[1].estimate.is_sound, -pair[1].mean_power.value)))
+    return dict(
+        sorted(pairs, key=lambda pair: (not pair[1].estimate.is_sound, -pair[1].mean_power.value))
+    )
 
 
 def _optimum(answer: Optimum | HarvesterError) -> Optimum | None:
@@ -181,18 +219,30 @@ def best_circuit(
     circuits together have the ``budget`` for each, and each a folder in that of the ``execution``, beside circuits.csv.
     First all are scanned alike (`harvester.studies.optimum.race`).
 
-    Raises InputError for a circuit that there is not, and HarvesterError if none has an optimum, the first's error.
+    Raises InputError for a circuit that there is not, and HarvesterError if none has an optimum,
+    the first's error.
     """
-    base, begin = Problem.of(scene).scene, time.perf_counter()
+    base = Problem.of(scene).scene
+    begin = time.perf_counter()
     scenes = {name: _with(base, name) for name in circuits}
     folder = OutputFolder.of(execution)
-    requests = {name: SearchRequest.of(scene, vary, engine, within, budget) for name, scene in scenes.items()}
-    race, answers = Race(requests, execution.progress), dict[str, Optimum | HarvesterError]()
+    requests = {
+        name: SearchRequest.of(scene, vary, engine, within, budget)
+        for name, scene in scenes.items()
+    }
+    race = Race(requests, execution.progress)
+    answers = dict[str, Optimum | HarvesterError]()
     for name in race.order():
-        inside = None if folder is None else OutputFolder(folder.path / Path(name).stem, execution.formats)
+        inside = (
+            None
+            if folder is None
+            else OutputFolder(folder.path / Path(name).stem, execution.formats)
+        )
         try:
             answers[name] = race.optimum(name, inside)
-        except SimulationError as error:  # what the user asked is in order: this circuit has no answer
+        except (
+            SimulationError
+        ) as error:  # what the user asked is in order: this circuit has no answer
             answers[name] = error
     optima = {name: answers[name] for name in scenes}
     answer = CircuitChoice.of(optima, time.perf_counter() - begin, compare_coils(scenes, vary))
@@ -208,11 +258,20 @@ def compare_coils(scenes: Mapping[str, Scene], vary: Vary) -> tuple[Diagnostic, 
     known: dict[str, float] = {}
     for name, scene in scenes.items():
         circuit = Problem(scene).circuit
-        quality = coil_quality(circuit.values, scene.modal.capacitance) if circuit and scene.piezo else None
+        quality = (
+            coil_quality(circuit.values, scene.modal.capacitance)
+            if circuit and scene.piezo
+            else None
+        )
         known |= {} if quality is None else {name: quality}
     if not known or max(known.values()) < UNLIKE * min(known.values()):
         return ()
-    return (warning("coils_differ", coils=", ".join(f"{name} {quality:.2g}" for name, quality in known.items())),)
+    return (
+        warning(
+            "coils_differ",
+            coils=", ".join(f"{name} {quality:.2g}" for name, quality in known.items()),
+        ),
+    )
 
 
 def _with(scene: Scene, name: str) -> Scene:

@@ -88,7 +88,8 @@ class Surface:
 
         Runs of ngspice have what is left of ``share`` at most.
 
-        Raises SpentError when ``share`` of the budget is spent before all are done; those that are done are kept.
+        Raises SpentError when ``share`` of the budget is spent before all are done; those that are
+        done are kept.
         """
         done: list[Evaluation] = []
         size = _TOGETHER if engine.is_formula else 1
@@ -107,9 +108,12 @@ class Surface:
         return done
 
     def _answers(self, where: Floats, engine: Engine) -> list[Estimate | HarvesterError]:
-        problem_of = partial(problem_at, self.scene, self.ranges)  # raises for stops without room between them
+        # raises for stops without room between them
+        problem_of = partial(problem_at, self.scene, self.ranges)
         problems = [answer_or_error(problem_of, u) for u in where]
-        answers = iter(engine.run_many([problem for problem in problems if isinstance(problem, Problem)]))
+        answers = iter(
+            engine.run_many([problem for problem in problems if isinstance(problem, Problem)])
+        )
         return [next(answers) if isinstance(problem, Problem) else problem for problem in problems]
 
 
@@ -123,8 +127,14 @@ def served(points: Sequence[Evaluation]) -> tuple[Floats, Floats, list[Value]]:
     good = [(p.u, p.power) for p in sound if p.power is not None]
     if not good:
         last = points[-1].answer if points else None
-        raise last if isinstance(last, HarvesterError) else SimulationError("no place was evaluated")
-    return np.array([u for u, _ in good]), np.array([v.value for _, v in good]), [v for _, v in good]
+        raise (
+            last if isinstance(last, HarvesterError) else SimulationError("no place was evaluated")
+        )
+    return (
+        np.array([u for u, _ in good]),
+        np.array([v.value for _, v in good]),
+        [v for _, v in good],
+    )
 
 
 def local_maxima(u: Floats, power: Floats) -> list[int]:
@@ -134,7 +144,9 @@ def local_maxima(u: Floats, power: Floats) -> list[int]:
     if len(u) < 3:
         return [int(np.argmax(power))]
     _, near = cKDTree(u).query(u, min(2 * u.shape[1] + 1, len(u)))
-    return sorted([k for k in range(len(u)) if power[k] >= power[near[k]].max()], key=lambda k: -power[k])
+    return sorted(
+        [k for k in range(len(u)) if power[k] >= power[near[k]].max()], key=lambda k: -power[k]
+    )
 
 
 def flatness(power: Floats) -> Diagnostic | None:

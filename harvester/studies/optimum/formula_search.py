@@ -4,8 +4,8 @@ Where the power is P(u) with an model error of at most m(u), the true optimum li
 
     P(u) + m(u) >= P(best) - m(best),
 
-however the errors are correlated.  The interval of each key is the extent of that set, found by scans of ever
-smaller boxes about it.
+however the errors are correlated.  The interval of each key is the extent of that set, found by
+scans of ever smaller boxes about it.
 """
 
 from dataclasses import dataclass, replace
@@ -15,7 +15,14 @@ import numpy as np
 from harvester.arrays import Floats
 from harvester.engines.protocol import Engine
 from harvester.presentation.diagnostic import Diagnostic, note, warning
-from harvester.studies.optimum.evaluations import Evaluation, SpentError, Surface, flatness, local_maxima, served
+from harvester.studies.optimum.evaluations import (
+    Evaluation,
+    SpentError,
+    Surface,
+    flatness,
+    local_maxima,
+    served,
+)
 from harvester.studies.optimum.ranges import spread
 from harvester.studies.optimum.search_result import Peak, SearchResult
 from harvester.uncertainty.value import Value
@@ -45,7 +52,8 @@ class FormulaSearch:
 
     def find(self, interval: bool) -> SearchResult:
         """As `search`."""
-        missing, climbed = "", list[Peak]()
+        missing = ""
+        climbed = list[Peak]()
         try:
             self.evaluate(spread(SCAN[self.surface.dimensions], self.surface.dimensions), "scan")
         except SpentError:
@@ -55,7 +63,9 @@ class FormulaSearch:
             return SearchResult((self.highest(),), flat)
         if not missing:
             try:
-                climbed = [self.climb(u[start], len(u)) for start in local_maxima(u, power)[:STARTS]]
+                climbed = [
+                    self.climb(u[start], len(u)) for start in local_maxima(u, power)[:STARTS]
+                ]
             except SpentError:
                 missing = "climb"
         climbed = self.separate(climbed) if climbed and not missing else [self.highest()]
@@ -77,7 +87,8 @@ class FormulaSearch:
             warnings.append(warning("interval_rough"))
         if any(np.all((peak.u >= low) & (peak.u <= high)) for peak in others):
             warnings.insert(0, warning("other_peak_within_model"))
-        best = replace(self.highest(), low=low, high=high)  # the scans may have come nearer than the climb
+        # the scans may have come nearer than the climb
+        best = replace(self.highest(), low=low, high=high)
         flat = note("flat_within_model") if np.all(high - low > 1 - _END) else None
         return SearchResult((best, *others), flat, tuple(warnings))
 
@@ -92,13 +103,16 @@ class FormulaSearch:
     def highest(self, begin: int | None = None) -> Peak:
         """The best place so far, of the evaluations from ``begin`` on."""
         peak = Peak.best_of(self.surface.points[self.begin if begin is None else begin :])
-        return replace(peak, faces=np.where(peak.u < _END, -1.0, np.where(peak.u > 1.0 - _END, 1.0, 0.0)))
+        return replace(
+            peak, faces=np.where(peak.u < _END, -1.0, np.where(peak.u > 1.0 - _END, 1.0, 0.0))
+        )
 
     def climb(self, start: Floats, scanned: int) -> Peak:
         """Climb by the simplex method within the ranges, from a simplex as large as the scan's spacing."""
         from scipy.optimize import minimize
 
-        begin, n = len(self.surface.points), len(start)
+        begin = len(self.surface.points)
+        n = len(start)
         size = scanned ** (-1.0 / n)
         simplex = np.vstack([start, start + np.where(start < 0.5, size, -size) * np.eye(n)])
         scale = 0.0
@@ -146,7 +160,8 @@ class FormulaSearch:
         spacing = np.full(n, SCAN[n] ** (-1.0 / n))
         for _ in range(ROUNDS):
             low, high = self.hull()
-            low, high = np.maximum(low - 1.5 * spacing, 0.0), np.minimum(high + 1.5 * spacing, 1.0)
+            low = np.maximum(low - 1.5 * spacing, 0.0)
+            high = np.minimum(high + 1.5 * spacing, 1.0)
             self.evaluate(low + spread(SCAN[n], n) * (high - low), "level set")
             spacing = (high - low) * SCAN[n] ** (-1.0 / n)
         low, high = self.hull()
@@ -156,4 +171,7 @@ class FormulaSearch:
 def trusted(points: list[Evaluation], most: float) -> bool:
     """Whether all evaluations have answers whose model error is known and at most ``most`` of the power."""
     values = [p.power for p in points]
-    return all(v is not None and v.model is not None and v.known_error95 <= most * abs(v.value) for v in values)
+    return all(
+        v is not None and v.model is not None and v.known_error95 <= most * abs(v.value)
+        for v in values
+    )

@@ -1,7 +1,8 @@
 """The Pareto front of two objectives: the largest power for each bound on another quantity.
 
-The quantity's best value in the ranges and its value at the largest power are the ends; between them the power is made
-as large as it can be under a bound that goes from one to the other (epsilon constraint; Haimes, Lasdon, Wismer 1971).
+The quantity's best value in the ranges and its value at the largest power are the ends; between
+them the power is made as large as it can be under a bound that goes from one to the other (epsilon
+constraint; Haimes, Lasdon, Wismer 1971).
 """
 
 import dataclasses
@@ -36,20 +37,29 @@ def front(request: SearchRequest, points: int, progress: Progress) -> ParetoFron
     request, progress = with_counted_peaks(request, progress)
     *bounds, second = robust_of(request).limits
     quantity, sign = second.quantity, second.sign
-    search = _Search(dataclasses.replace(request, budget=request.budget / (points + 1)), progress, points + 1)
+    search = _Search(
+        dataclasses.replace(request, budget=request.budget / (points + 1)), progress, points + 1
+    )
     most = search.best()
     end = search.extreme(sign)
-    best, designs, warnings = end.quantity, [most], list[Diagnostic]()
+    best = end.quantity
+    designs = [most]
+    warnings = list[Diagnostic]()
     if abs(best - most.quantity) > BARELY * max(abs(best), abs(most.quantity)):
         designs.append(end)
-        between = (Limit(quantity, sign, float(bound), "") for bound in _bounds(best, most.quantity, points)[1:-1])
+        between = (
+            Limit(quantity, sign, float(bound), "")
+            for bound in _bounds(best, most.quantity, points)[1:-1]
+        )
         designs += [search.best((*bounds, limit)) for limit in between]
     else:
         warnings.append(warning("nothing_to_choose", quantity=quantity))
     kept = _front(designs, sign)
     notes = tuple(dict.fromkeys([*warnings, *search.warnings, *remarks(quantity, sign, kept, ())]))
     seconds = time.perf_counter() - begin
-    return ParetoFront(robust_of(request).engine.NAME, quantity, sign, kept, request.scene.physical, seconds, notes)
+    return ParetoFront(
+        robust_of(request).engine.NAME, quantity, sign, kept, request.scene.physical, seconds, notes
+    )
 
 
 def _bounds(best: float, most: float, points: int) -> Floats:
@@ -63,7 +73,9 @@ def _bounds(best: float, most: float, points: int) -> Floats:
 def _front(designs: Sequence[FrontPoint], sign: int) -> tuple[FrontPoint, ...]:
     """The designs that no other beats in both aims, from the best quantity on."""
     kept: list[FrontPoint] = []
-    for design in sorted(designs, key=lambda point: (-sign * point.quantity, -point.mean_power.value)):
+    for design in sorted(
+        designs, key=lambda point: (-sign * point.quantity, -point.mean_power.value)
+    ):
         if not kept or design.mean_power.value > kept[-1].mean_power.value:
             kept.append(design)
     return tuple(kept)
@@ -84,7 +96,9 @@ class _Search:
         part = PartOfProgress(self.progress, self.done / self.parts, 1.0 / self.parts)
         request = self.request
         if limits is not None:
-            request = dataclasses.replace(request, engine=dataclasses.replace(robust_of(request), limits=limits))
+            request = dataclasses.replace(
+                request, engine=dataclasses.replace(robust_of(request), limits=limits)
+            )
         optimum = Search.begin(request, part).finish()
         self.done += 1
         self.warnings += [word for word in optimum.warnings if word.code in CUT_SHORT]
@@ -99,10 +113,14 @@ class _Search:
         """The design with the best value of the quantity in the ranges: the best of many places, climbed from."""
         from scipy.optimize import minimize
 
-        robust, scene, ranges = robust_of(self.request), self.request.scene, self.request.ranges
+        robust = robust_of(self.request)
+        scene = self.request.scene
+        ranges = self.request.ranges
 
         def values(u: Floats) -> dict[str, float]:
-            return {r.key: r.value(float(np.clip(x, 0.0, 1.0))) for r, x in zip(ranges, u, strict=True)}
+            return {
+                r.key: r.value(float(np.clip(x, 0.0, 1.0))) for r, x in zip(ranges, u, strict=True)
+            }
 
         def loss(u: Floats) -> float:
             try:

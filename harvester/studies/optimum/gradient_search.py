@@ -1,8 +1,8 @@
 """The search for the optimum of an engine that knows the gradient of the power, without noise.
 
-Of the logarithm L(u) of the power over the unit cube of the keys, a scan finds where to begin, a quasi-Newton method
-(L-BFGS-B) climbs from there within the ranges, and a Newton step with the curvature H = d2L/du2, from differences of
-the gradient g, ends the climb:
+Of the logarithm L(u) of the power over the unit cube of the keys, a scan finds where to begin, a
+quasi-Newton method (L-BFGS-B) climbs from there within the ranges, and a Newton step with the
+curvature H = d2L/du2, from differences of the gradient g, ends the climb:
 
     u* = u - H^-1 g,    error of u* = |H^-1| (error of g) (1 + t) + t |u* - u|,
     t = |g(u + h) + g(u - h) - 2 g(u)|/|g(u + h) - g(u - h)|
@@ -22,7 +22,14 @@ from harvester.answers.estimate import Estimate
 from harvester.arrays import Floats
 from harvester.errors import HarvesterError
 from harvester.presentation.diagnostic import note, warning
-from harvester.studies.optimum.evaluations import Evaluation, SpentError, Surface, flatness, local_maxima, served
+from harvester.studies.optimum.evaluations import (
+    Evaluation,
+    SpentError,
+    Surface,
+    flatness,
+    local_maxima,
+    served,
+)
 from harvester.studies.optimum.ranges import problem_at, spread
 from harvester.studies.optimum.search_result import Peak, SearchResult
 from harvester.uncertainty.value import Value
@@ -66,13 +73,17 @@ class GradientSearch:
 
     def find(self) -> SearchResult:
         """As `search`."""
-        surface, n = self.surface, self.surface.dimensions
+        surface = self.surface
+        n = self.surface.dimensions
         where = np.clip(spread(SCAN[n], n), NEAR, 1.0 - NEAR)
-        scanned, missing, climbed = True, "", list[Peak]()
+        scanned = True
+        missing = ""
+        climbed = list[Peak]()
         try:
             surface.evaluate(where, self.engine.at_many_points, "scan")
         except SpentError:
-            scanned, missing = False, "scan"
+            scanned = False
+            missing = "scan"
         u, power, _ = served(surface.points)
         if flat := flatness(power):
             return SearchResult((Peak.best_of(surface.points),), flat, scanned=scanned)
@@ -87,7 +98,9 @@ class GradientSearch:
             cut = warning("search_cut_short", stage=missing, budget=surface.budget)
             if climbed:  # the best start led to its peak, another had no time
                 return SearchResult(tuple(climbed), warnings=(cut,))
-            return SearchResult((Peak.best_of(surface.points, cut),), warnings=(cut,), scanned=scanned)
+            return SearchResult(
+                (Peak.best_of(surface.points, cut),), warnings=(cut,), scanned=scanned
+            )
         kept = list[Peak]()
         for peak in sorted(climbed, key=lambda peak: -peak.power.value):
             if all(np.abs(peak.u - other.u).max() > SEPARATION for other in kept):
@@ -100,20 +113,30 @@ class GradientSearch:
         if surface.left < (1.0 - surface.share) * surface.budget:
             raise SpentError
         u = np.clip(u, NEAR, 1.0 - NEAR)
-        u = u + [0.01 * NEAR * (r.value(float(at)) == 0.0) for r, at in zip(surface.ranges, u, strict=True)]
+        u = u + [
+            0.01 * NEAR * (r.value(float(at)) == 0.0)
+            for r, at in zip(surface.ranges, u, strict=True)
+        ]
         answer, gradient = self.engine.run_with_slopes(problem_at(surface.scene, surface.ranges, u))
         surface.points.append(Evaluation(u, self.engine.NAME, stage, None, answer))
         surface.progress.step(min(1.0 - surface.left / surface.budget, 1.0))
         stretch = np.array([r.slope(float(x)) for r, x in zip(surface.ranges, u, strict=True)])
         keys = [r.key for r in surface.ranges]
-        known = [gradient.with_error(k) if errors else Value(gradient.elasticity(k), bias=0.0) for k in keys]
-        slopes, error = (np.array([getattr(value, part) for value in known]) for part in ("value", "bias"))
+        known = [
+            gradient.with_error(k) if errors else Value(gradient.elasticity(k), bias=0.0)
+            for k in keys
+        ]
+        slopes, error = (
+            np.array([getattr(value, part) for value in known]) for part in ("value", "bias")
+        )
         return Slopes(u, answer.mean_power.value, stretch * slopes, np.abs(stretch) * error)
 
     def _leads_to(self, start: Floats, top: Floats) -> bool:
         """Whether the way from a place to a peak rises at its beginning and in its middle: one hill."""
         way = top - start
-        return all(float(self._at(start + part * way, "climb").slopes @ way) > 0.0 for part in (0.0, 0.5))
+        return all(
+            float(self._at(start + part * way, "climb").slopes @ way) > 0.0 for part in (0.0, 0.5)
+        )
 
     def _climb(self, start: Floats) -> Floats:
         """The highest place that a quasi-Newton climb reaches from a place."""
@@ -125,7 +148,8 @@ class GradientSearch:
             try:
                 here = self._at(SPACING * w, "climb")
             except HarvesterError:
-                return 1e3, np.zeros(len(w))  # a place without an answer, which no line search takes
+                # a place without an answer, which no line search takes
+                return 1e3, np.zeros(len(w))
             best.append(here)
             return -math.log(max(here.value, 1e-300) / best[0].value), -SPACING * here.slopes
 
@@ -138,19 +162,30 @@ class GradientSearch:
         """The peak near a place where a climb has ended, with its interval."""
         here = self._at(u, "curvature", errors=True)
         power = self._last.mean_power
-        low, high = here.u <= NEAR * 1.5, here.u >= 1.0 - NEAR * 1.5
-        faces = np.where(low & (here.slopes < 0.0), -1.0, np.where(high & (here.slopes > 0.0), 1.0, 0.0))
+        low = here.u <= NEAR * 1.5
+        high = here.u >= 1.0 - NEAR * 1.5
+        faces = np.where(
+            low & (here.slopes < 0.0), -1.0, np.where(high & (here.slopes > 0.0), 1.0, 0.0)
+        )
         free = np.flatnonzero(faces == 0.0)
         top = np.where(faces < 0.0, 0.0, np.where(faces > 0.0, 1.0, here.u))
         if not len(free):
             return Peak(top, power, faces, top, top)
-        curvature, third = np.zeros((len(free), len(free))), 0.0
+        curvature = np.zeros((len(free), len(free)))
+        third = 0.0
         for row, k in enumerate(free):
             middle = np.clip(here.u[k], NEAR + CURVED, 1.0 - NEAR - CURVED)
-            ends = [np.where(np.arange(len(u)) == k, middle + step, here.u) for step in (-CURVED, CURVED)]
+            ends = [
+                np.where(np.arange(len(u)) == k, middle + step, here.u)
+                for step in (-CURVED, CURVED)
+            ]
             less, more = (self._at(end, "curvature").slopes[free] for end in ends)
             curvature[row] = (more - less) / (2.0 * CURVED)
-            uneven = np.linalg.norm(more + less - 2.0 * here.slopes[free]) if middle == here.u[k] else np.inf
+            uneven = (
+                np.linalg.norm(more + less - 2.0 * here.slopes[free])
+                if middle == here.u[k]
+                else np.inf
+            )
             third = max(third, float(uneven / np.linalg.norm(more - less)))
         curvature = 0.5 * (curvature + curvature.T)
         if np.linalg.eigvalsh(curvature).max() >= 0.0 or third >= 1.0:
@@ -160,7 +195,8 @@ class GradientSearch:
         half = np.zeros(len(u))
         half[free] = (np.abs(inverse) @ here.error[free]) * (1.0 + third) + third * np.abs(step)
         top[free] = np.clip(here.u[free] + step, 0.0, 1.0)
-        low95, high95 = np.clip(top - half, 0.0, 1.0), np.clip(top + half, 0.0, 1.0)
+        low95 = np.clip(top - half, 0.0, 1.0)
+        high95 = np.clip(top + half, 0.0, 1.0)
         return Peak(top, power, faces, low95, high95, why=note("by_gradient", third=third))
 
     @property

@@ -11,15 +11,16 @@ from harvester.studies.tolerance.device_limits import QUANTITIES, Limit
 
 POWER = "mean_power"
 WAYS = {"low": -1, "high": 1}
-ObjectiveSpec: TypeAlias = str | float | Sequence[str | float]  # "mean_power", "5%", "voltage_rms:high", or several
+# "mean_power", "5%", "voltage_rms:high", or several
+ObjectiveSpec: TypeAlias = str | float | Sequence[str | float]
 
 
 @dataclass(frozen=True)
 class Objective:
     """The power that all but a ``share`` of the devices exceed (None: the mean), and a second aim besides.
 
-    ``aimed`` is a limit that any value of the second quantity meets, with the sign of what is better: 1 if it is to
-    be high; None without one.
+    ``aimed`` is a limit that any value of the second quantity meets, with the sign of what is
+    better: 1 if it is to be high; None without one.
     """
 
     share: float | None = None
@@ -30,11 +31,20 @@ class Objective:
         """What the argument ``objective`` describes; raises InputError for what it cannot be."""
         words = [objective] if isinstance(objective, str | float | int) else list(objective)
         others = [word for word in words if word != POWER]
-        shares = [word for word in others if not isinstance(word, str) or word.strip()[:1] in "0123456789.-"]
+        shares = [
+            word
+            for word in others
+            if not isinstance(word, str) or word.strip()[:1] in "0123456789.-"
+        ]
         quantities = [word for word in others if word not in shares]
         if len(shares) > 1 or len(quantities) > 1:
-            raise invalid("`objective`", "be a share of devices, a second quantity, or one of each", objective)
-        return cls(read_share(shares[0]) if shares else None, read_second(str(quantities[0])) if quantities else None)
+            raise invalid(
+                "`objective`", "be a share of devices, a second quantity, or one of each", objective
+            )
+        return cls(
+            read_share(shares[0]) if shares else None,
+            read_second(str(quantities[0])) if quantities else None,
+        )
 
 
 def read_share(share: str | float) -> float:

@@ -40,12 +40,20 @@ class SearchOptions(TypedDict, total=False):
 
 @overload
 def optimise(
-    scene: AnyScene, *, vary: Vary, objective: Literal["mean_power"] = "mean_power", **options: Unpack[SearchOptions]
+    scene: AnyScene,
+    *,
+    vary: Vary,
+    objective: Literal["mean_power"] = "mean_power",
+    **options: Unpack[SearchOptions],
 ) -> Optimum: ...
 @overload
-def optimise(scene: AnyScene, *, vary: Vary, objective: ObjectiveSpec, **options: Unpack[SearchOptions]) -> Any: ...
+def optimise(
+    scene: AnyScene, *, vary: Vary, objective: ObjectiveSpec, **options: Unpack[SearchOptions]
+) -> Any: ...
 @as_in_version_0_1(
-    *("vary", "engine", "within", "budget", "out", "tick", "vector"), adapter=calls_with_fraction, over="vary"
+    *("vary", "engine", "within", "budget", "out", "tick", "vector"),
+    adapter=calls_with_fraction,
+    over="vary",
 )
 @names_arguments
 def optimise(
@@ -73,9 +81,9 @@ def optimise(
         "E24:1k:10M", the values of a series; or a list of texts KEY=LOW:HIGH.  Several names of "load.netlist" make it
         choose between circuits, each with its own best values of the other keys; all have the ``budget`` each.
     objective
-        "mean_power"; or a share such as "5%": the power of which only 5 % of the devices have less, whose parts scatter
-        by ``spread``; or a second quantity such as "peak_displacement", to be low (with ":high" behind it high), which
-        makes the answer a front; or a list of both.
+        "mean_power"; or a share such as "5%": the power of which only 5 % of the devices have less,
+        whose parts scatter by ``spread``; or a second quantity such as "peak_displacement", to be
+        low (with ":high" behind it high), which makes the answer a front; or a list of both.
     constraints
         texts such as "voltage_rms < 2 V".  Of a limited quantity the value counts that all but the share keep.
     spread, lifetime
@@ -92,20 +100,21 @@ def optimise(
     points
         the most designs of a front (default: 9).
     execution
-        has the folder for optimise.csv (all evaluations), optimise.png and provenance.json; of circuits for
-        circuits.csv and a folder each; of a front for pareto.csv and pareto.png.
+        has the folder for optimise.csv (all evaluations), optimise.png and provenance.json; of
+        circuits for circuits.csv and a folder each; of a front for pareto.csv and pareto.png.
 
     Returns
     -------
     Optimum
-        with the best values and their intervals; a `CircuitChoice` of circuits, a `RobustOptimum` with a share,
-        constraints or a spread, and a `ParetoFront` with a second quantity.
+        with the best values and their intervals; a `CircuitChoice` of circuits, a `RobustOptimum`
+        with a share, constraints or a spread, and a `ParetoFront` with a second quantity.
 
     Raises
     ------
     InputError
-        for a range, an objective, a constraint or a spread that cannot be, the engine 'cheapest', a target or a budget
-        out of range, a share without a spread, or a folder that cannot be written.
+        for a range, an objective, a constraint or a spread that cannot be, the engine 'cheapest', a
+        target or a budget out of range, a share without a spread, or a folder that cannot be
+        written.
     HarvesterError
         where the engine fails everywhere, the last error.
 
@@ -115,10 +124,13 @@ def optimise(
     >>> f"{best.keys[0].value:.2f}"  # sqrt(1 + beta)
     '1.02'
     """
-    target, (circuits, ranges) = Objective.of(objective), varied(vary)
+    target = Objective.of(objective)
+    (circuits, ranges) = varied(vary)
     kind = kind_of_search(vary, objective, constraints, spread, lifetime)
     if points is not None and target.second is None:
-        raise InputError("`points` must go with a second quantity in `objective`, but there is none")
+        raise InputError(
+            "`points` must go with a second quantity in `objective`, but there is none"
+        )
     if points is not None and not 2 <= points <= MOST_POINTS:
         raise invalid("`points`", f"be between 2 and {MOST_POINTS}", points)
     with working(execution.progress) as progress:
@@ -126,12 +138,16 @@ def optimise(
             return best_circuit(scene, circuits, ranges, engine, within, budget, execution)
         folder = OutputFolder.of(execution)
         if kind == "plain":
-            return Search.begin(SearchRequest.of(scene, ranges, engine, within, budget), progress).finish(folder)
+            return Search.begin(
+                SearchRequest.of(scene, ranges, engine, within, budget), progress
+            ).finish(folder)
         if target.second is not None and not spread and target.share is None and _samples(engine):
             request = SearchRequest.of(scene, ranges, engine, within, budget)
             answer = sampled_front(request, target.second, constraints, lifetime, progress)
         else:
-            robust = robust_request(scene, ranges, target, constraints, spread, engine, lifetime, within, budget)
+            robust = robust_request(
+                scene, ranges, target, constraints, spread, engine, lifetime, within, budget
+            )
             if target.second is None:
                 return under_limits(robust, progress, folder)
             answer = front(robust, points or POINTS, progress)
@@ -153,7 +169,11 @@ def kind_of_search(
     """
     circuits, ranges = varied(vary)
     series = any(r.steps for r in ranges)
-    special = bool(constraints or spread or series) or lifetime is not None or Objective.of(objective) != Objective()
+    special = (
+        bool(constraints or spread or series)
+        or lifetime is not None
+        or Objective.of(objective) != Objective()
+    )
     if circuits and special:
         names = "`constraints`, `lifetime`, `spread`, `objective` and series"
         raise InputError(f"{names} must be left out where circuits are compared, but one is given")
@@ -173,6 +193,9 @@ def _write_front(
 ) -> None:
     """The files of a front."""
     texts = [constraints] if isinstance(constraints, str) else [*constraints]
-    options = {"over": {r.key: [r.low, r.high] for r in ranges}, "pareto": f"{answer.quantity}:{answer.aim}"}
+    options = {
+        "over": {r.key: [r.low, r.high] for r in ranges},
+        "pareto": f"{answer.quantity}:{answer.aim}",
+    }
     about = provenance(problem, **options, limits=texts, engine=answer.engine)
     folder.save("pareto", answer.table.csv(), answer.plot(problem.scene.name), about)

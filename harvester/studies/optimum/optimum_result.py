@@ -20,8 +20,15 @@ FLAT = (
     *("no_power", "no_power_anywhere", "same_power_everywhere"),
     *("flat_within_model", "no_place_better", "power_changes_little"),
 )
-NO_INTERVAL = ("no_model_error", "curvature_in_noise", "no_curvature", "not_narrowed", "search_cut_short")
-CUT_SHORT = ("budget_spent", "search_cut_short", "interval_rough")  # the budget ended before the search did
+NO_INTERVAL = (
+    "no_model_error",
+    "curvature_in_noise",
+    "no_curvature",
+    "not_narrowed",
+    "search_cut_short",
+)
+# the budget ended before the search did
+CUT_SHORT = ("budget_spent", "search_cut_short", "interval_rough")
 
 
 class OptimalKey(Result):
@@ -57,18 +64,20 @@ class PowerPeak(NamedTuple):
 class Optimum(TableResult, kw_only=True):
     """The largest mean power over ranges of keys.
 
-    The interval of each key is where the optimum lies: at 95 % for an engine that samples (sampling, shape of the
-    surface and time-step bias), within the model's stated error for a formula; ``why`` says why there is none.
+    The interval of each key is where the optimum lies: at 95 % for an engine that samples
+    (sampling, shape of the surface and time-step bias), within the model's stated error for a
+    formula; ``why`` says why there is none.
 
     Attributes
     ----------
     engine
         the name of the engine that computed it.
     keys
-        of each varied key its name ``key``, best ``value`` and interval ``low95`` to ``high95`` (SI units).
+        of each varied key its name ``key``, best ``value`` and interval ``low95`` to ``high95`` (SI
+        units).
     estimate
-        the engine's `Estimate` at the best place; of an engine that samples with noise that had no part in finding
-        the place, for the highest power of many is too high.
+        the engine's `Estimate` at the best place; of an engine that samples with noise that had no
+        part in finding the place, for the highest power of many is too high.
     peaks
         all places of a largest power, the best first, each with its keys and power.
     points
@@ -78,7 +87,8 @@ class Optimum(TableResult, kw_only=True):
     diagnostics
         warnings and notes, each with a code, numbers and a sentence (``str``).
     scanned
-        False if the budget ended before the whole range was looked at: more power may lie anywhere in it.
+        False if the budget ended before the whole range was looked at: more power may lie anywhere
+        in it.
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, D11=0.01))
@@ -89,12 +99,24 @@ class Optimum(TableResult, kw_only=True):
 
     FILE: ClassVar[str] = "optimise"  # the name of its files
     DERIVED: ClassVar[tuple[str, ...]] = (
-        *("mean_power", "evaluation_count", "evaluations", "failed", "key_table", "other_peaks", "flat", "no_interval"),
+        *(
+            "mean_power",
+            "evaluation_count",
+            "evaluations",
+            "failed",
+            "key_table",
+            "other_peaks",
+            "flat",
+            "no_interval",
+        ),
     )
     INTERNAL = frozenset({"estimate", "points", "keys"})
     NOT_SHOWN = frozenset({"peaks", "scanned", "evaluations", "failed", "flat", "no_interval"})
     NOT_IN_JSON = frozenset({"key_table", "other_peaks"})
-    JSON_NAMES: ClassVar[dict[str, str]] = {"evaluation_count": "evaluations", "evaluations": "evaluations_by_engine"}
+    JSON_NAMES: ClassVar[dict[str, str]] = {
+        "evaluation_count": "evaluations",
+        "evaluations": "evaluations_by_engine",
+    }
 
     engine: str
     keys: tuple[OptimalKey, ...]
@@ -128,7 +150,9 @@ class Optimum(TableResult, kw_only=True):
     no_interval = why
 
     def _sentence(self, codes: tuple[str, ...]) -> str:
-        return next((str(diagnostic) for diagnostic in self.diagnostics if diagnostic.code in codes), "")
+        return next(
+            (str(diagnostic) for diagnostic in self.diagnostics if diagnostic.code in codes), ""
+        )
 
     @property
     def is_cut_short(self) -> bool:
@@ -158,11 +182,16 @@ class Optimum(TableResult, kw_only=True):
     @property
     def key_table(self) -> Table:
         """The best value of each key, and the ends of its interval."""
-        rows, units = self.keys, [key.unit for key in self.keys]
+        rows = self.keys
+        units = [key.unit for key in self.keys]
         made = [Column("key", [key.key for key in rows])]
         for name in ("value", "low95", "high95", "boundary"):
             cells = [getattr(key, name) for key in rows]
-            made += [Column(name, cells, units=units)] if any(cell is not None for cell in cells) else []
+            made += (
+                [Column(name, cells, units=units)]
+                if any(cell is not None for cell in cells)
+                else []
+            )
         return Table(tuple(made), "the largest power is at")
 
     @property
@@ -171,7 +200,9 @@ class Optimum(TableResult, kw_only=True):
         if len(self.peaks) < 2:
             return None
         rows = self.peaks[1:]
-        columns = [Column(key.key, [peak.keys[key.key] for peak in rows], key.unit) for key in self.keys]
+        columns = [
+            Column(key.key, [peak.keys[key.key] for peak in rows], key.unit) for key in self.keys
+        ]
         power = Column("mean_power", [peak.mean_power for peak in rows], self.unit_names.power)
         return Table((power, *columns), "another peak" if len(rows) == 1 else "other peaks")
 
@@ -181,16 +212,38 @@ class Optimum(TableResult, kw_only=True):
         points, units = self.points, self.unit_names
         powers = [point.power for point in points]
         values = zip(
-            *([key.range.value(float(u)) for key, u in zip(self.keys, p.u, strict=True)] for p in points), strict=True
+            *(
+                [key.range.value(float(u)) for key, u in zip(self.keys, p.u, strict=True)]
+                for p in points
+            ),
+            strict=True,
         )
-        columns = [Column(key.key, cells, key.unit, exact=True) for key, cells in zip(self.keys, values, strict=True)]
-        columns += [Column(name, [getattr(point, name) for point in points]) for name in ("engine", "stage", "seed")]
+        columns = [
+            Column(key.key, cells, key.unit, exact=True)
+            for key, cells in zip(self.keys, values, strict=True)
+        ]
+        columns += [
+            Column(name, [getattr(point, name) for point in points])
+            for name in ("engine", "stage", "seed")
+        ]
         columns.append(Column("mean_power", powers, units.power))
-        columns.append(Column("mean_power_bias", [None if p is None else p.systematic for p in powers], units.power))
+        columns.append(
+            Column(
+                "mean_power_bias",
+                [None if p is None else p.systematic for p in powers],
+                units.power,
+            )
+        )
         answers = [point.answer for point in points]
-        columns.append(Column("seconds", [a.seconds if isinstance(a, Estimate) else None for a in answers], "s"))
+        columns.append(
+            Column(
+                "seconds", [a.seconds if isinstance(a, Estimate) else None for a in answers], "s"
+            )
+        )
         columns.append(Column("is_sound", [point.is_sound for point in points]))
-        columns.append(Column("error", ["" if isinstance(a, Estimate) else str(a) for a in answers]))
+        columns.append(
+            Column("error", ["" if isinstance(a, Estimate) else str(a) for a in answers])
+        )
         return Table(tuple(columns), "evaluations")
 
     def as_json(self) -> dict[str, Any]:

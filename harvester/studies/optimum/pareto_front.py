@@ -29,7 +29,8 @@ class FrontPoint:
 class ParetoFront(TableResult):
     """Designs of which none has both more power and a better second quantity, from the best quantity to the most power.
 
-    Peaks are at the unsafe end of their error; a quantity has the relative error of the engine otherwise.
+    Peaks are at the unsafe end of their error; a quantity has the relative error of the engine
+    otherwise.
 
     Attributes
     ----------
@@ -48,8 +49,8 @@ class ParetoFront(TableResult):
     diagnostics
         warnings and notes, each with a code, numbers and a sentence (``str``).
     alike
-        designs that an engine that samples cannot tell from the front: they are beaten by less than the errors; in
-        the table they stand behind the front.
+        designs that an engine that samples cannot tell from the front: they are beaten by less than
+        the errors; in the table they stand behind the front.
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, D11=0.01))
@@ -89,7 +90,9 @@ class ParetoFront(TableResult):
     def as_json(self) -> dict[str, Any]:
         """The object that ``--json`` prints: its fields, with the designs of the front and those like them."""
         designs = {"front": self.points, "not_told_from_front": self.alike}
-        return super().as_json() | {name: [self._design(point) for point in points] for name, points in designs.items()}
+        return super().as_json() | {
+            name: [self._design(point) for point in points] for name, points in designs.items()
+        }
 
     def _design(self, point: FrontPoint) -> dict[str, Any]:
         power = {"mean_power": point.mean_power.value, "error95": point.mean_power.error95}
@@ -112,14 +115,25 @@ class ParetoFront(TableResult):
         table = self._rows(points)
         if self.points[0].quantity_error95 is None:
             return table
-        return Table((*table.columns, Column("on_front", [point in self.points for point in points])), table.title)
+        return Table(
+            (*table.columns, Column("on_front", [point in self.points for point in points])),
+            table.title,
+        )
 
     def _rows(self, points: Sequence[FrontPoint]) -> Table:
-        columns = [Column(key, [point.keys[key] for point in points], unit_of(key)) for key in self.points[0].keys]
+        columns = [
+            Column(key, [point.keys[key] for point in points], unit_of(key))
+            for key in self.points[0].keys
+        ]
         known = any(point.quantity_error95 is not None for point in points)
-        values = [Value(point.quantity, model=point.quantity_error95) if known else point.quantity for point in points]
+        values = [
+            Value(point.quantity, model=point.quantity_error95) if known else point.quantity
+            for point in points
+        ]
         columns.append(Column(self.quantity, values, self.unit))
-        columns.append(Column("mean_power", [point.mean_power for point in points], self.unit_names.power))
+        columns.append(
+            Column("mean_power", [point.mean_power for point in points], self.unit_names.power)
+        )
         return Table(tuple(columns), "none has more power and a better other quantity")
 
     def plot(self, title: str | None = "") -> "figures.Plot":
@@ -127,9 +141,13 @@ class ParetoFront(TableResult):
         return figures.front(self, title)
 
 
-def remarks(quantity: str, sign: int, points: Sequence[FrontPoint], alike: Sequence[FrontPoint]) -> list[Diagnostic]:
+def remarks(
+    quantity: str, sign: int, points: Sequence[FrontPoint], alike: Sequence[FrontPoint]
+) -> list[Diagnostic]:
     """What is to be said of a front: its aims, what of its errors is not known, how many designs are alike."""
     diagnostics = [note("two_aims", quantity=quantity, aim="high" if sign > 0 else "low")]
-    unknown = dict.fromkeys(point.mean_power.unknown for point in points if point.mean_power.unknown)
+    unknown = dict.fromkeys(
+        point.mean_power.unknown for point in points if point.mean_power.unknown
+    )
     diagnostics += [note("error_unknown", part=part) for part in unknown]
     return diagnostics + ([note("alike_designs", count=len(alike))] if alike else [])

@@ -1,8 +1,8 @@
 """The limited peaks at any place of a search whose scene is not linear: surfaces through paths that were counted.
 
-Places of the ranges and devices about them are drawn together, evenly, with the ends of each; a path of each is counted
-(`harvester.studies.tolerance.peaks`), and polynomials of the keys, by ratio where a range is searched by ratio, stand
-for all others.
+Places of the ranges and devices about them are drawn together, evenly, with the ends of each; a
+path of each is counted (`harvester.studies.tolerance.peaks`), and polynomials of the keys, by ratio
+where a range is searched by ratio, stand for all others.
 """
 
 import time
@@ -32,14 +32,18 @@ class PlacePeaks:
     by_ratio: frozenset[str]
     surfaces: PeakSurfaces
 
-    def unsafe_levels(self, scene: Scene, varied: Mapping[str, Floats] | None = None) -> dict[str, Floats]:
+    def unsafe_levels(
+        self, scene: Scene, varied: Mapping[str, Floats] | None = None
+    ) -> dict[str, Floats]:
         """The level of each quantity, shape (n,), at a place whose devices have the ``varied`` values, each (n,).
 
         It is at the unsafe end of its error.  None: the device as it stands, n = 1.
         """
         values = {key: np.atleast_1d(_value(scene, key)) for key in self.keys} | dict(varied or {})
         count = max(len(column) for column in values.values())
-        columns = [np.broadcast_to(_axis(values[key], key, self.by_ratio), count) for key in self.keys]
+        columns = [
+            np.broadcast_to(_axis(values[key], key, self.by_ratio), count) for key in self.keys
+        ]
         levels, off = self.surfaces(np.stack(columns, axis=1))
         return {name: level * (1.0 + off[name]) for name, level in levels.items()}
 
@@ -55,15 +59,22 @@ def place_peaks(
 ) -> PlacePeaks:
     """Count at places of the ranges and devices about them; ``progress`` shows the share of paths done.
 
-    Raises HarvesterError where a place has no peaks, and SimulationError if `SHARE` of the budget is too short.
+    Raises HarvesterError where a place has no peaks, and SimulationError if `SHARE` of the budget
+    is too short.
     """
-    begin, count = time.perf_counter(), len(ranges) + len(vary)
+    begin = time.perf_counter()
+    count = len(ranges) + len(vary)
     inner = design.sobol_points(COUNTED * (count + 1), count, 0)
     u = np.vstack([inner, design.outer(count)])
     keys = tuple(dict.fromkeys([*(r.key for r in ranges), *(full_key(key) for key, _ in vary)]))
     by_ratio = frozenset(r.key for r in ranges if r.logarithmic)
     scenes = [_device(scene, ranges, vary, row) for row in u]
-    x = np.array([[float(_axis(np.array(_value(device, key)), key, by_ratio)) for key in keys] for device in scenes])
+    x = np.array(
+        [
+            [float(_axis(np.array(_value(device, key)), key, by_ratio)) for key in keys]
+            for device in scenes
+        ]
+    )
 
     def done(number: int) -> None:
         taken = time.perf_counter() - begin
@@ -77,9 +88,13 @@ def place_peaks(
     return PlacePeaks(keys, by_ratio, peak_surfaces(scenes, x, len(inner), lifetime, seed, done))
 
 
-def _device(scene: Scene, ranges: Sequence[Range], vary: Sequence[tuple[str, str]], u: Floats) -> Scene:
+def _device(
+    scene: Scene, ranges: Sequence[Range], vary: Sequence[tuple[str, str]], u: Floats
+) -> Scene:
     """The device at a place u of the unit cube: the values of the ranges, and the spreads about them."""
-    nominal = scene.varied({r.key: r.value(float(np.clip(a, 0.0, 1.0))) for r, a in zip(ranges, u, strict=False)})
+    nominal = scene.varied(
+        {r.key: r.value(float(np.clip(a, 0.0, 1.0))) for r, a in zip(ranges, u, strict=False)}
+    )
     parts = [spread(key, written, nominal) for key, written in vary]
     values = {part.key: float(part.at(a)) for part, a in zip(parts, u[len(ranges) :], strict=True)}
     return nominal.varied(values) if values else nominal

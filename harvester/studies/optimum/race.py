@@ -1,9 +1,9 @@
 """Several searches that share a budget, which begin with the same number of places each.
 
-The places of the first scan come in rounds, coarse to fine: in a round each search evaluates one more place, so that
-none is judged by fewer places than another.  A search whose scan shows less than `HOPELESS` of the largest power ends
-there; what is left of the budget is shared out among the others, that of the largest power first.  A power that has
-not settled ends no other search.
+The places of the first scan come in rounds, coarse to fine: in a round each search evaluates one
+more place, so that none is judged by fewer places than another.  A search whose scan shows less
+than `HOPELESS` of the largest power ends there; what is left of the budget is shared out among the
+others, that of the largest power first.  A power that has not settled ends no other search.
 """
 
 import time
@@ -48,10 +48,16 @@ class Race:
         """Scan all searches alike; their names, in the order in which they go on."""
         for name, request in self.requests.items():
             self.searches[name] = search = Search.begin(request, _Elapsed(self))
-            search.surface.budget, search.surface.begin = SCANS * self.total_budget, self.start
-        sampling = {name: s.sampled_search for name, s in self.searches.items() if s.sampled_search is not None}
+            search.surface.budget = SCANS * self.total_budget
+            search.surface.begin = self.start
+        sampling = {
+            name: s.sampled_search
+            for name, s in self.searches.items()
+            if s.sampled_search is not None
+        }
         try:
-            while sum(scan_one_more(search) for search in sampling.values()):  # a round: each has a place more
+            # a round: each has a place more
+            while sum(scan_one_more(search) for search in sampling.values()):
                 if not self.plan_reported:
                     self._report_plan()
             self.scanned = True
@@ -63,7 +69,8 @@ class Race:
 
     def _report_plan(self) -> None:
         """Say what the budget is good for, once a round has shown what a place takes, compilation included."""
-        seconds, search = time.perf_counter() - self.start, next(iter(self.searches.values()))
+        seconds = time.perf_counter() - self.start
+        search = next(iter(self.searches.values()))
         size = SCAN[search.surface.dimensions]
         fit = min(int(SCANS * self.total_budget / seconds), size)
         plan = note("scan_fits", seconds=seconds, fit=fit, places=size, circuits=len(self.searches))
@@ -87,20 +94,27 @@ class Race:
 
         Raises HarvesterError where every place fails, the last error.
         """
-        search, surface = self.searches[name], self.searches[name].surface
+        search = self.searches[name]
+        surface = self.searches[name].surface
         going_on = [other for other in self.waiting if not self._hopeless(other)]
         self.waiting.remove(name)
         surface.begin, now = time.perf_counter(), time.perf_counter()
         surface.budget = max(self.start + self.total_budget - now, SHORTEST) / max(len(going_on), 1)
         result = None
         if search.sampled_search is not None and self._hopeless(name):
-            word = warning("ended_with_scan", share=self.scan_power[name] / self.scan_power[self.top], top=self.top)
+            word = warning(
+                "ended_with_scan",
+                share=self.scan_power[name] / self.scan_power[self.top],
+                top=self.top,
+            )
             result = SearchResult((best_of_scan(search.sampled_search),), warnings=(word,))
         return search.finish(folder, result)
 
     def _hopeless(self, name: str) -> bool:
         """Whether all were scanned, and this one has too little power to go on."""
-        return self.scanned and 0.0 < self.scan_power.get(name, 0.0) < HOPELESS * self.scan_power.get(self.top, 0.0)
+        return self.scanned and 0.0 < self.scan_power.get(
+            name, 0.0
+        ) < HOPELESS * self.scan_power.get(self.top, 0.0)
 
 
 @dataclass
@@ -125,8 +139,10 @@ def scan_one_more(search: SampledSearch) -> bool:
 
     Raises SpentError where the budget has ended.
     """
-    first, dimensions = scanning(search), search.surface.dimensions
-    done, points = len(first.of_scan), scan(SCAN[dimensions], dimensions)
+    first = scanning(search)
+    dimensions = search.surface.dimensions
+    done = len(first.of_scan)
+    points = scan(SCAN[dimensions], dimensions)
     if done == len(points):
         return False
     search.surface.evaluate(points[done][None], first.coarse(first.scan_seed), "scan")

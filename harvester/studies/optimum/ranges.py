@@ -30,7 +30,11 @@ class Range:
     def __post_init__(self) -> None:
         split_key(self.key)
         if not (math.isfinite(self.low) and math.isfinite(self.high) and self.low < self.high):
-            raise invalid(f"the range of {self.key}", "be LOW:HIGH with LOW below HIGH", f"{self.low:g}:{self.high:g}")
+            raise invalid(
+                f"the range of {self.key}",
+                "be LOW:HIGH with LOW below HIGH",
+                f"{self.low:g}:{self.high:g}",
+            )
 
     @property
     def logarithmic(self) -> bool:
@@ -41,7 +45,10 @@ class Range:
         """The key's value at a place from 0 to 1."""
         if self.steps:
             return self.steps[min(int(u * len(self.steps)), len(self.steps) - 1)]
-        if u in (0.0, 1.0):  # to the last digit: a value beyond the end may be one that the key cannot take
+        if u in (
+            0.0,
+            1.0,
+        ):  # to the last digit: a value beyond the end may be one that the key cannot take
             return self.high if u else self.low
         if self.logarithmic:
             return float(self.low * (self.high / self.low) ** u)
@@ -67,7 +74,11 @@ def parse(text: str) -> Range:
     series, _, rest = ends.partition(":")
     stepped = series.strip().upper() in SERIES
     if not equals or (rest if stepped else ends).count(":") != 1:
-        raise invalid("`vary`", f"be KEY={series.strip().upper()}:LOW:HIGH" if stepped else "be KEY=LOW:HIGH", text)
+        raise invalid(
+            "`vary`",
+            f"be KEY={series.strip().upper()}:LOW:HIGH" if stepped else "be KEY=LOW:HIGH",
+            text,
+        )
     key = ".".join(split_key(key))
     low, high = (read_value(key, end) for end in (rest if stepped else ends).split(":"))
     if not stepped:

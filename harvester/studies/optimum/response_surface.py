@@ -1,11 +1,13 @@
 """A polynomial fitted to the powers of a design in a small box, its highest place, and how well that is known.
 
-The coefficients are linear in the powers, c = L P, so their covariance is L C L' with C that of the powers.  With the
-same noise at every point of a design most of the error is common to all of it: C, measured trajectory by trajectory,
-knows that, and the error of a difference is small.  What the polynomial leaves of the powers beyond their noise, s^2 =
-|P - X c|^2/(m - k) less its expectation, counts as further noise of each: it is the shape that no such polynomial has.
+The coefficients are linear in the powers, c = L P, so their covariance is L C L' with C that of the
+powers.  With the same noise at every point of a design most of the error is common to all of it: C,
+measured trajectory by trajectory, knows that, and the error of a difference is small.  What the
+polynomial leaves of the powers beyond their noise, s^2 = |P - X c|^2/(m - k) less its expectation,
+counts as further noise of each: it is the shape that no such polynomial has.
 
-Where the gradient vanishes, its error moves the place by -H^-1 times it (delta method): Cov(x) = H^-1 G L C L' G' H^-1.
+Where the gradient vanishes, its error moves the place by -H^-1 times it (delta method): Cov(x) =
+H^-1 G L C L' G' H^-1.
 """
 
 from dataclasses import dataclass
@@ -34,7 +36,8 @@ def design_size(dimensions: int) -> int:
 class Fit:
     """A polynomial over places ``x`` (m, keys), within -1 to 1, through powers (m,) with ``covariance`` (m, m).
 
-    ``low`` and ``high`` are the ends of the box within the ranges; ``walls`` (2, keys) names which are ends of a range.
+    ``low`` and ``high`` are the ends of the box within the ranges; ``walls`` (2, keys) names which
+    are ends of a range.
     """
 
     x: Floats
@@ -88,7 +91,8 @@ class Fit:
 
     def _rows(self, x: Floats, orders: tuple[int, ...] = ()) -> Floats:
         """The monomials at places x (n, keys), or their derivative by the keys in ``orders``; shape (n, k)."""
-        powers, factor = self._exponents.copy(), np.ones(len(self._exponents))
+        powers = self._exponents.copy()
+        factor = np.ones(len(self._exponents))
         for k in orders:
             factor = factor * powers[:, k]
             powers[:, k] = np.maximum(powers[:, k] - 1.0, 0.0)
@@ -102,14 +106,23 @@ class Fit:
         """The highest place in the box."""
         from scipy.optimize import minimize
 
-        starts = [self.x[int(np.argmax(self.power))], np.clip(np.zeros(len(self.low)), self.low, self.high)]
+        starts = [
+            self.x[int(np.argmax(self.power))],
+            np.clip(np.zeros(len(self.low)), self.low, self.high),
+        ]
         scale = max(float(np.ptp(self.power)), 1e-300)
 
         def down(x: Floats) -> tuple[float, Floats]:
             return -self.value(x)[0] / scale, -(self._gradient_rows(x) @ self.coefficients) / scale
 
         results = [
-            minimize(down, start, jac=True, method="L-BFGS-B", bounds=list(zip(self.low, self.high, strict=True)))
+            minimize(
+                down,
+                start,
+                jac=True,
+                method="L-BFGS-B",
+                bounds=list(zip(self.low, self.high, strict=True)),
+            )
             for start in starts
         ]
         return np.asarray(min(results, key=lambda result: float(result.fun)).x)
@@ -117,13 +130,17 @@ class Fit:
     def value(self, x: Floats) -> tuple[float, float]:
         """The power at a place, and its standard error."""
         row = self._rows(x[None])[0]
-        return float(row @ self.coefficients), float(np.sqrt(max(row @ self._covariance @ row, 0.0)))
+        return float(row @ self.coefficients), float(
+            np.sqrt(max(row @ self._covariance @ row, 0.0))
+        )
 
     @cached_property
     def faces(self) -> Floats:
         """The face that the highest place lies on, for each key: -1 the lower, 1 the upper, 0 none."""
         size = _EDGE * (self.high - self.low)
-        return np.where(self.best <= self.low + size, -1.0, np.where(self.best >= self.high - size, 1.0, 0.0))
+        return np.where(
+            self.best <= self.low + size, -1.0, np.where(self.best >= self.high - size, 1.0, 0.0)
+        )
 
     @property
     def exits(self) -> Floats:
@@ -161,7 +178,9 @@ class Fit:
         direction[free] = vectors[:, 0]
         n = len(direction)
         row = sum(
-            direction[i] * direction[j] * self._rows(self.best[None], (i, j))[0] for i in range(n) for j in range(n)
+            direction[i] * direction[j] * self._rows(self.best[None], (i, j))[0]
+            for i in range(n)
+            for j in range(n)
         )
         error = float(np.sqrt(max(row @ self._covariance @ row, 0.0)))
         return float(weakest[0]) / error if error > 0.0 else float(np.sign(weakest[0])) * np.inf
@@ -170,9 +189,11 @@ class Fit:
     def half_widths(self) -> Floats:
         """The half-widths of the 95 % interval of the highest place, shape (keys,); of keys on a face as `_reach`.
 
-        Wider by 1/(1 - (Q/z)^2), as Fieller's interval is, for a curvature of z standard errors (Q: the 95 % quantile).
+        Wider by 1/(1 - (Q/z)^2), as Fieller's interval is, for a curvature of z standard errors (Q:
+        the 95 % quantile).
         """
-        free, half = np.flatnonzero(~self.on_face), self._reach.copy()
+        free = np.flatnonzero(~self.on_face)
+        half = self._reach.copy()
         if len(free):
             rows = self._gradient_rows(self.best)[free]
             inverse = np.linalg.inv(self.hessian[np.ix_(free, free)])
@@ -203,11 +224,14 @@ class Fit:
     @property
     def power_lost(self) -> float:
         """The power that is lost at the ends of the interval, the most of all keys that are on no face."""
-        return 0.5 * float(np.max(np.where(self.on_face, 0.0, np.abs(np.diag(self.hessian)) * self.half_widths**2)))
+        return 0.5 * float(
+            np.max(np.where(self.on_face, 0.0, np.abs(np.diag(self.hessian)) * self.half_widths**2))
+        )
 
     def bias_shift(self, bias: Floats) -> Floats:
         """How far a bias of the powers (m,), its sign unknown, moves the highest place; shape (keys,)."""
-        free, shift = np.flatnonzero(~self.on_face), np.zeros(len(self.best))
+        free = np.flatnonzero(~self.on_face)
+        shift = np.zeros(len(self.best))
         if len(free):
             gradient = self._gradient_rows(self.best)[free] @ self._solver @ bias
             shift[free] = np.abs(np.linalg.solve(self.hessian[np.ix_(free, free)], gradient))

@@ -1,9 +1,10 @@
 """An engine around an engine of formulas: its power is that of the worst few per cent of devices, under limits.
 
-Each place of a search stands for many devices, whose parts scatter about the values there.  The engine computes a few
-of them, the same places of the spreads everywhere, and a polynomial through these gives the quantile of many.  A place
-that breaks limits has its power multiplied by exp(-`PENALTY` v), v being how far it breaks them, relatively: the search
-comes to the edge of what is allowed, and stays there where the power grows beyond.
+Each place of a search stands for many devices, whose parts scatter about the values there.  The
+engine computes a few of them, the same places of the spreads everywhere, and a polynomial through
+these gives the quantile of many.  A place that breaks limits has its power multiplied by
+exp(-`PENALTY` v), v being how far it breaks them, relatively: the search comes to the edge of what
+is allowed, and stays there where the power grows beyond.
 """
 
 import contextlib
@@ -39,8 +40,8 @@ BINDS = 0.005  # how near to its bound, relatively, a limit is felt
 class DesignOutcome:
     """What a design gives: the ``objective`` (power, before any penalty), limited quantities, their ``violation``.
 
-    ``off`` is the relative error of the engine and of the polynomial there, None if it is not known;
-    ``quantities`` are those of each limit, in its order.
+    ``off`` is the relative error of the engine and of the polynomial there, None if it is not
+    known; ``quantities`` are those of each limit, in its order.
     """
 
     objective: float
@@ -51,7 +52,9 @@ class DesignOutcome:
     @property
     def power(self) -> Value:
         """The objective with its error."""
-        return Value(self.objective, model=None if self.off is None else self.off * abs(self.objective))
+        return Value(
+            self.objective, model=None if self.off is None else self.off * abs(self.objective)
+        )
 
 
 @dataclass(frozen=True)
@@ -87,14 +90,18 @@ class Robust(Engine):
     def _run_devices(self, scenes: Sequence[Scene]) -> None:
         """Compute devices as they stand at once, which a formula does for little more than one; errors come later."""
         new = {key: scene for scene in scenes if (key := scene.to_toml()) not in self._known}
-        for (key, scene), answer in zip(new.items(), self.engine.run_many([*new.values()]), strict=True):
+        for (key, scene), answer in zip(
+            new.items(), self.engine.run_many([*new.values()]), strict=True
+        ):
             if isinstance(answer, Estimate):
                 with contextlib.suppress(HarvesterError):  # of the peaks: `outcome` raises it again
                     self._known[key] = answer, self._single_device(scene, answer)
 
     def _single_device(self, scene: Scene, answer: Estimate) -> DesignOutcome:
         """The outcome of a device as it stands."""
-        power, square = (np.array([mean.value]) for mean in (answer.mean_power, answer.mean_square_voltage))
+        power, square = (
+            np.array([mean.value]) for mean in (answer.mean_power, answer.mean_square_voltage)
+        )
         peaks = {name: np.array([v]) for name, v in self._peaks(scene).items()}
         return self._summed(power, square, peaks, _off(answer.mean_power))
 
@@ -125,7 +132,9 @@ class Robust(Engine):
         served = [answer for answer in answers if isinstance(answer, Estimate)]
         if len(served) < len(devices):
             failed = next(answer for answer in answers if isinstance(answer, HarvesterError))
-            raise SimulationError(f"{len(devices) - len(served)} of {len(devices)} devices have no answer: {failed}")
+            raise SimulationError(
+                f"{len(devices) - len(served)} of {len(devices)} devices have no answer: {failed}"
+            )
         scored = len(x) - 2 * len(self.vary)  # the others hold the outer ends
         powers = fit(x, np.array([answer.mean_power.value for answer in served]), scored)
         squares = fit(x, np.array([answer.mean_square_voltage.value for answer in served]), scored)
@@ -134,19 +143,30 @@ class Robust(Engine):
         peaks = self._peaks_of_many(nominal, devices, x, many)
         return first, self._summed(powers(many), np.maximum(squares(many), 0.0), peaks, off)
 
-    def _peaks_of_many(self, nominal: Scene, devices: Sequence[AnyScene], x: Floats, many: Floats) -> dict[str, Floats]:
+    def _peaks_of_many(
+        self, nominal: Scene, devices: Sequence[AnyScene], x: Floats, many: Floats
+    ) -> dict[str, Floats]:
         """The peaks at the keys' values ``many``, by those of ``devices``, at ``x``, or by what was counted."""
         if self.counted is not None:
-            return self.counted.unsafe_levels(nominal, {key: many[:, k] for k, (key, _) in enumerate(self.vary)})
-        peaks, scored = [self._peaks(device) for device in devices], len(x) - 2 * len(self.vary)
-        return {name: fit(x, np.array([levels[name] for levels in peaks]), scored)(many) for name in peaks[0]}
+            return self.counted.unsafe_levels(
+                nominal, {key: many[:, k] for k, (key, _) in enumerate(self.vary)}
+            )
+        peaks = [self._peaks(device) for device in devices]
+        scored = len(x) - 2 * len(self.vary)
+        return {
+            name: fit(x, np.array([levels[name] for levels in peaks]), scored)(many)
+            for name in peaks[0]
+        }
 
     def _peaks(self, scene: AnyScene) -> dict[str, float]:
         """The peaks over the lifetime, at the unsafe end of their error; none where no limit asks for them."""
         if self.lifetime is None:
             return {}
         if self.counted is not None:
-            return {name: float(v[0]) for name, v in self.counted.unsafe_levels(Problem.of(scene).scene).items()}
+            return {
+                name: float(v[0])
+                for name, v in self.counted.unsafe_levels(Problem.of(scene).scene).items()
+            }
         peaks = linear_peaks(Problem.of(scene), self.lifetime)
         return {name: level.value + level.known_error95 for name, level in peaks.items()}
 
@@ -159,13 +179,21 @@ class Robust(Engine):
         model = None if outcome.off is None else outcome.off * abs(power)
         return dataclasses.replace(first, mean_power=Value(power, model=model), power_samples=None)
 
-    def _summed(self, power: Floats, square: Floats, peaks: dict[str, Floats], off: float | None) -> DesignOutcome:
+    def _summed(
+        self, power: Floats, square: Floats, peaks: dict[str, Floats], off: float | None
+    ) -> DesignOutcome:
         """The outcome of devices that have these powers, mean square voltages and peaks, each of shape (n,)."""
-        values = {"mean_power": power, "mean_square_voltage": square, "voltage_rms": np.sqrt(square)}
+        values = {
+            "mean_power": power,
+            "mean_square_voltage": square,
+            "voltage_rms": np.sqrt(square),
+        }
         values |= peaks
         objective = self._kept(power, 1)
         kept = tuple(self._kept(values[limit.quantity], limit.sign) for limit in self.limits)
-        violations = (max(-limit.margin(value), 0.0) for limit, value in zip(self.limits, kept, strict=True))
+        violations = (
+            max(-limit.margin(value), 0.0) for limit, value in zip(self.limits, kept, strict=True)
+        )
         return DesignOutcome(objective, off, kept, sum(violations))
 
     def _kept(self, values: Floats, sign: int) -> float:
@@ -188,7 +216,9 @@ class Robust(Engine):
         spreads = [spread(key, written, scene) for key, written in self.vary]
         x, many = (design.values_at(spreads, u) for u in self._cube_points)
         keys = [s.key for s in spreads]
-        devices: list[Any] = [scene.varied(dict(zip(keys, map(float, row), strict=True))) for row in x]
+        devices: list[Any] = [
+            scene.varied(dict(zip(keys, map(float, row), strict=True))) for row in x
+        ]
         return devices, x, many
 
 

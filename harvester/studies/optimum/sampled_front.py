@@ -1,8 +1,9 @@
 """The Pareto front of two objectives by an engine that samples: the best of many points, and those within its errors.
 
-All places are computed with the same noise, coarse to fine, until the budget ends.  A place is on the front where none
-has both more power and a better other quantity.  Of one that is beaten, the front may still hold it: by each place that
-beats it, in one aim or the other by less than the root of both squared errors,
+All places are computed with the same noise, coarse to fine, until the budget ends.  A place is on
+the front where none has both more power and a better other quantity.  Of one that is beaten, the
+front may still hold it: by each place that beats it, in one aim or the other by less than the root
+of both squared errors,
 
     e^2 = e1^2 + e2^2   (95 % each; the noise that they share makes the true one smaller).
 """
@@ -37,15 +38,19 @@ def sampled_front(
 ) -> ParetoFront:
     """The front of the power and of the quantity that ``aimed`` names, to be low or high by its sign, under limits.
 
-    Raises InputError for limits that cannot be and an engine that does not support the scene; SimulationError if fewer
-    than `FEWEST` places have an answer that keeps the limits, with what to change.
+    Raises InputError for limits that cannot be and an engine that does not support the scene;
+    SimulationError if fewer than `FEWEST` places have an answer that keeps the limits, with what to
+    change.
     """
-    begin, warnings, problem = time.perf_counter(), list[Diagnostic](), Problem.of(request.scene)
+    begin = time.perf_counter()
+    warnings = list[Diagnostic]()
+    problem = Problem.of(request.scene)
     bounds = limits(constraints, problem.physical)
     years = lifetime_of([*bounds, second], lifetime, problem)
     if reason := request.engine.refusal(problem):
         raise InputError(reason)
-    surface, engine = Search.begin(request, progress).surface, request.engine
+    surface = Search.begin(request, progress).surface
+    engine = request.engine
     if getattr(engine, "trajectories", None) is None:
         engine = with_options(engine, within=request.within)
     sound, others = list[FrontPoint](), list[FrontPoint]()
@@ -63,11 +68,16 @@ def sampled_front(
                 (sound if evaluation.is_sound else others).append(design)
     except SpentError:
         done = len(surface.points)
-        warnings.append(warning("front_cut_short", budget=request.budget, done=done, places=len(candidates)))
+        warnings.append(
+            warning("front_cut_short", budget=request.budget, done=done, places=len(candidates))
+        )
     designs = sound if len(sound) >= FEWEST else [*sound, *others]
     if others and designs is sound:
-        count, left_out = len(surface.points), len(others)
-        warnings.append(warning("evaluations_unsound", unsound=left_out, count=count, engine=engine.NAME))
+        count = len(surface.points)
+        left_out = len(others)
+        warnings.append(
+            warning("evaluations_unsound", unsound=left_out, count=count, engine=engine.NAME)
+        )
     if len(designs) < FEWEST:
         why = f": {refused}" if refused is not None else ""
         raise SimulationError(
@@ -78,16 +88,22 @@ def sampled_front(
     points, alike = split(designs, second.sign)
     diagnostics = (*warnings, *remarks(second.quantity, second.sign, points, alike))
     head = engine.NAME, second.quantity, second.sign
-    return ParetoFront(*head, points, problem.physical, time.perf_counter() - begin, diagnostics, alike)
+    return ParetoFront(
+        *head, points, problem.physical, time.perf_counter() - begin, diagnostics, alike
+    )
 
 
-def split(designs: Sequence[FrontPoint], sign: int) -> tuple[tuple[FrontPoint, ...], tuple[FrontPoint, ...]]:
+def split(
+    designs: Sequence[FrontPoint], sign: int
+) -> tuple[tuple[FrontPoint, ...], tuple[FrontPoint, ...]]:
     """The designs that none beats in both aims, and those that are beaten within the errors only.
 
     From the best quantity to the most power; ``sign`` is 1 if the quantity is to be high.
     """
     points, alike = list[FrontPoint](), list[FrontPoint]()
-    for design in sorted(designs, key=lambda point: (-sign * point.quantity, -point.mean_power.value)):
+    for design in sorted(
+        designs, key=lambda point: (-sign * point.quantity, -point.mean_power.value)
+    ):
         beaten = [other for other in designs if other is not design and _beats(other, design, sign)]
         if not beaten:
             points.append(design)
@@ -98,7 +114,9 @@ def split(designs: Sequence[FrontPoint], sign: int) -> tuple[tuple[FrontPoint, .
 
 def _gains(design: FrontPoint, other: FrontPoint, sign: int) -> tuple[float, float]:
     """What one has more than another of the power, and of what is good in the quantity."""
-    return design.mean_power.value - other.mean_power.value, sign * (design.quantity - other.quantity)
+    return design.mean_power.value - other.mean_power.value, sign * (
+        design.quantity - other.quantity
+    )
 
 
 def _beats(design: FrontPoint, other: FrontPoint, sign: int) -> bool:
@@ -115,17 +133,27 @@ def _beats_beyond_errors(design: FrontPoint, other: FrontPoint, sign: int) -> bo
 
 
 def _design(
-    surface: Surface, evaluation: Evaluation, second: Limit, limits: Sequence[Limit], lifetime: float | None
+    surface: Surface,
+    evaluation: Evaluation,
+    second: Limit,
+    limits: Sequence[Limit],
+    lifetime: float | None,
 ) -> FrontPoint | None:
     """The design at a place; None if it breaks a limit, at the unsafe end of the error."""
     answer, u = evaluation.answer, evaluation.u
     if not isinstance(answer, Estimate):
         raise answer
     square = answer.mean_square_voltage
-    values = {"mean_power": answer.mean_power, "mean_square_voltage": square, "voltage_rms": square.root()}
+    values = {
+        "mean_power": answer.mean_power,
+        "mean_square_voltage": square,
+        "voltage_rms": square.root(),
+    }
     if any(limit.quantity in PEAKS for limit in (*limits, second)):
         assert lifetime is not None
-        values |= limited_peaks(problem_at(surface.scene, surface.ranges, u), lifetime, evaluation.seed or 0, BLOCKS)
+        values |= limited_peaks(
+            problem_at(surface.scene, surface.ranges, u), lifetime, evaluation.seed or 0, BLOCKS
+        )
     for limit in limits:
         value = values[limit.quantity]
         if limit.sign * (value.value - limit.bound) < value.known_error95:

@@ -1,12 +1,14 @@
 """The search for the optimum of an engine that samples.
 
-Candidates come from a scout, a cheaper engine, or from a coarse scan of its own.  From each, boxes of points with a
-polynomial through them (`response_surface`, `box_fit`) climb at a coarse accuracy, and grow or shrink
-until the power falls by `DROP` between the middle and a face: a smaller box drowns in noise, a larger one has a shape
-that no cubic has.  The last box is evaluated at full accuracy, again and again with new noise, until its curvature
-stands above the noise and little power is lost at the ends of the keys' interval.
+Candidates come from a scout, a cheaper engine, or from a coarse scan of its own.  From each, boxes
+of points with a polynomial through them (`response_surface`, `box_fit`) climb at a coarse accuracy,
+and grow or shrink until the power falls by `DROP` between the middle and a face: a smaller box
+drowns in noise, a larger one has a shape that no cubic has.  The last box is evaluated at full
+accuracy, again and again with new noise, until its curvature stands above the noise and little
+power is lost at the ends of the keys' interval.
 
-The file is long because all steps share what the search has learnt: its seeds, the pilot, the scan, the last box.
+The file is long because all steps share what the search has learnt: its seeds, the pilot, the scan,
+the last box.
 """
 
 import dataclasses
@@ -25,7 +27,14 @@ from harvester.errors import HarvesterError
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.studies.optimum import formula_search
 from harvester.studies.optimum.box_fit import fit_box, next_box, peak_of_box
-from harvester.studies.optimum.evaluations import Evaluation, SpentError, Surface, local_maxima, served, with_options
+from harvester.studies.optimum.evaluations import (
+    Evaluation,
+    SpentError,
+    Surface,
+    local_maxima,
+    served,
+    with_options,
+)
 from harvester.studies.optimum.ranges import problem_at, scan, spread
 from harvester.studies.optimum.response_surface import CUBIC, QUADRATIC, Fit, design_size
 from harvester.studies.optimum.search_result import Peak, SearchResult
@@ -34,8 +43,11 @@ from harvester.uncertainty.value import half95
 SCAN = {1: 13, 2: 33, 3: 65, 4: 129}
 CANDIDATES = 3
 FIRST = 0.06  # half-width of the first box
-MOVES, BOXES, ROUNDS = 16, 4, 16
-COARSE, FEWEST = 8, 256  # a coarse evaluation has so many times fewer trajectories, but not fewer than that
+MOVES = 16
+BOXES = 4
+ROUNDS = 16
+# a coarse evaluation has so many times fewer trajectories, but not fewer than that
+COARSE, FEWEST = 8, 256
 RESOLVED = 8.0  # standard errors that a curvature must have to be believed
 LOST = 0.25  # of the target error: power that may be lost at the ends of the keys' interval
 TRUSTED = 0.05  # a scout's own error, at most
@@ -64,14 +76,19 @@ class SampledSearch:
     def new_seed(self) -> int:
         """A seed that no evaluation has had."""
         self.seeds += 1
-        return int(np.random.SeedSequence([getattr(self.engine, "seed", 0), self.seeds]).generate_state(1)[0])
+        return int(
+            np.random.SeedSequence([getattr(self.engine, "seed", 0), self.seeds]).generate_state(1)[
+                0
+            ]
+        )
 
     def find(self) -> SearchResult:
         """Find the peaks, best first.
 
         Raises HarvesterError where every place fails, the last error.
         """
-        begin, flat = len(self.surface.points), None
+        begin = len(self.surface.points)
+        flat = None
         peaks: list[Peak] = []
         try:
             starts = self._scouted() or self._scan()
@@ -103,15 +120,23 @@ class SampledSearch:
         assert self.pilot is not None
         d = self.pilot.details
         if not self.shares_noise:
-            return with_options(self.engine, within=self.within, budget=self.surface.left_now, seed=seed)
-        options = {"dt": d.get("step"), "duration": d.get("duration"), "trajectories": int(d.get("trajectories", 0))}
+            return with_options(
+                self.engine, within=self.within, budget=self.surface.left_now, seed=seed
+            )
+        options = {
+            "dt": d.get("step"),
+            "duration": d.get("duration"),
+            "trajectories": int(d.get("trajectories", 0)),
+        }
         known = {k: v for k, v in options.items() if v}
         return with_options(self.engine, **known, within=None, budget=None, seed=seed)
 
     def coarse(self, seed: int) -> Any:
         """The engine at a coarse accuracy."""
         if self.pilot is None or not self.shares_noise:
-            has_trajectories = self.engine.samples and not self.engine.runs_ngspice and not self._finds_periods
+            has_trajectories = (
+                self.engine.samples and not self.engine.runs_ngspice and not self._finds_periods
+            )
             known: dict[str, Any] = {"trajectories": FEWEST} if has_trajectories else {}
             return with_options(self.engine, within=None, budget=None, seed=seed, **known)
         full = self.full(seed)
@@ -138,12 +163,17 @@ class SampledSearch:
     @property
     def of_scan(self) -> list[Evaluation]:
         """The evaluations of the coarse scan by this engine, in its order."""
-        return [point for point in self.surface.points if (point.stage, point.engine) == ("scan", self.engine.NAME)]
+        return [
+            point
+            for point in self.surface.points
+            if (point.stage, point.engine) == ("scan", self.engine.NAME)
+        ]
 
     def scout(self) -> "SampledSearch | None":
         """The search by a cheaper engine that samples too: for ngspice the circuit of ideal elements, if it has one.
 
-        Under a steady drive there is none: ngspice's periodic response is the cheaper one, and the truer.
+        Under a steady drive there is none: ngspice's periodic response is the cheaper one, and the
+        truer.
         """
         problem = Problem.of(self.surface.scene)
         if self.engine.runs_ngspice and self._cheaper is None and not problem.equations.is_steady:
@@ -158,7 +188,9 @@ class SampledSearch:
 
     def _scouted(self) -> list[tuple[Floats, Floats]]:
         """Places and half-widths of boxes where a cheaper engine has peaks; none if none can be trusted."""
-        surface, engine, begin = self.surface, self.engine, len(self.surface.points)
+        surface = self.surface
+        engine = self.engine
+        begin = len(self.surface.points)
         surface.share, before = SCOUTED * surface.share, surface.share
         try:
             if engine.runs_ngspice:
@@ -172,7 +204,11 @@ class SampledSearch:
                 scout = formula(middle)()
                 scout.run(middle)
                 peaks = formula_search.search(surface, scout, interval=False).peaks
-                best = [p for p in peaks if p.power.value >= (1.0 - 2.0 * TRUSTED) * peaks[0].power.value]
+                best = [
+                    p
+                    for p in peaks
+                    if p.power.value >= (1.0 - 2.0 * TRUSTED) * peaks[0].power.value
+                ]
                 if formula_search.trusted(surface.points[begin:], TRUSTED):
                     return [(p.u, np.full(surface.dimensions, FIRST)) for p in best][:CANDIDATES]
         except (HarvesterError, SpentError):
@@ -183,7 +219,8 @@ class SampledSearch:
 
     def _scan(self) -> list[tuple[Floats, Floats]]:
         """Places and half-widths of the peaks of a coarse scan with the same noise everywhere, best first."""
-        n, points = self.surface.dimensions, scan(SCAN[self.surface.dimensions], self.surface.dimensions)
+        n = self.surface.dimensions
+        points = scan(SCAN[self.surface.dimensions], self.surface.dimensions)
         self.surface.evaluate(points[len(self.of_scan) :], self.coarse(self.scan_seed), "scan")
         u, power, _ = served(self.of_scan)
         width = np.full(n, max(FIRST, SCAN[n] ** (-1.0 / n)))
@@ -193,7 +230,9 @@ class SampledSearch:
         """The peak near a place, and why there is none where the surface is flat."""
         self.rough_peak = None
         engine = with_options(self.engine, within=self.within, budget=0.3 * self.surface.left_now)
-        first = self.surface.evaluate(u[None], with_options(engine, seed=self.new_seed()), "pilot")[0]
+        first = self.surface.evaluate(u[None], with_options(engine, seed=self.new_seed()), "pilot")[
+            0
+        ]
         if isinstance(first.answer, HarvesterError):
             raise first.answer
         self.pilot = first.answer
@@ -214,7 +253,8 @@ class SampledSearch:
         """The peak in a box, by cubics at full accuracy, and why there is none where the box is flat."""
         for box in range(BOXES):
             fit, bias = self._sample_box(u, width)
-            inside, last = not fit.exits.any(), box == BOXES - 1
+            inside = not fit.exits.any()
+            last = box == BOXES - 1
             if inside or last:
                 if self._known(fit) and (last or not fit.misfit_dominates):
                     break
@@ -243,7 +283,11 @@ class SampledSearch:
             return None
         if fit.flat:
             return note("no_place_better")
-        return note("power_changes_little") if np.ptp(fit.power) < LOST * self.within * fit.power.mean() else None
+        return (
+            note("power_changes_little")
+            if np.ptp(fit.power) < LOST * self.within * fit.power.mean()
+            else None
+        )
 
     def _known(self, fit: Fit) -> bool:
         """Whether the peak is resolved, and little is lost at the ends of the keys' interval."""
@@ -253,17 +297,25 @@ class SampledSearch:
             and fit.power_lost <= LOST * self.within * abs(fit.value(fit.best)[0])
         )
 
-    def _design(self, u: Floats, width: Floats, stage: str, coarse: bool = False) -> list[Evaluation]:
+    def _design(
+        self, u: Floats, width: Floats, stage: str, coarse: bool = False
+    ) -> list[Evaluation]:
         """Evaluate points that fill the box, with the same noise where `shares_noise`."""
         n = self.surface.dimensions
-        low, high = np.maximum(u - width, 0.0), np.minimum(u + width, 1.0)
+        low = np.maximum(u - width, 0.0)
+        high = np.minimum(u + width, 1.0)
         where = low + spread(design_size(n), n) * (high - low)
-        make, seed = self.coarse if coarse else self.full, self.new_seed()
+        make = self.coarse if coarse else self.full
+        seed = self.new_seed()
         if self.shares_noise:
             return self.surface.evaluate(where, make(seed), stage)
-        return [self.surface.evaluate(point[None], make(self.new_seed()), stage)[0] for point in where]
+        return [
+            self.surface.evaluate(point[None], make(self.new_seed()), stage)[0] for point in where
+        ]
 
-    def _fit(self, rounds: list[list[Evaluation]], u: Floats, width: Floats, degree: int = CUBIC) -> tuple[Fit, Floats]:
+    def _fit(
+        self, rounds: list[list[Evaluation]], u: Floats, width: Floats, degree: int = CUBIC
+    ) -> tuple[Fit, Floats]:
         """The fit of a box (`fit_box`), whose peak is kept in case the budget ends here."""
         fit, bias = fit_box(rounds, u, width, degree)
         self.rough_peak = peak_of_box(fit, bias, u, width)

@@ -26,7 +26,8 @@ from harvester.studies.optimum.search_result import SearchResult
 from harvester.studies.output_folder import OutputFolder, provenance
 
 SEARCHED = 0.75  # of the budget at most, so that the rest evaluates the power at the optimum
-DISAGREE = 4.0  # standard errors between the surface's power and the last evaluation's that bring a warning
+# standard errors between the surface's power and the last evaluation's that bring a warning
+DISAGREE = 4.0
 
 
 @dataclass(frozen=True)
@@ -41,21 +42,39 @@ class SearchRequest:
 
     @classmethod
     def of(
-        cls, scene: AnyScene, vary: Vary, engine: Named | None, within: float | str, budget: float | str
+        cls,
+        scene: AnyScene,
+        vary: Vary,
+        engine: Named | None,
+        within: float | str,
+        budget: float | str,
     ) -> "SearchRequest":
         """The arguments of `harvester.optimise`, checked; raises InputError as it does."""
-        searched, problem = ranges(vary), Problem.of(scene)
+        searched = ranges(vary)
+        problem = Problem.of(scene)
         chosen = engine_of(default_engine(problem) if engine is None else engine)
         if chosen.chooses:
-            raise InputError("`engine` must be one for all places, such as 'ensemble', but is left out")
+            raise InputError(
+                "`engine` must be one for all places, such as 'ensemble', but is left out"
+            )
         if any(r.steps for r in searched) and not chosen.is_formula:
-            raise InputError(f"`engine` must be one of formulas for the values of a series, but is {chosen.NAME!r}")
+            raise InputError(
+                f"`engine` must be one of formulas for the values of a series, but is {chosen.NAME!r}"
+            )
         options = Request(within=within, budget=budget)
         if options.within is None or options.budget is None:
-            raise InputError("`within` and `budget` must be numbers or texts, but one of them is None")
+            raise InputError(
+                "`within` and `budget` must be numbers or texts, but one of them is None"
+            )
         for ends in ({r.key: r.low for r in searched}, {r.key: r.high for r in searched}):
             problem.scene.varied(ends)  # a key of another table is an error before anything runs
-        return cls(problem.scene, searched, chosen, number(options.within) or 0.0, number(options.budget) or 0.0)
+        return cls(
+            problem.scene,
+            searched,
+            chosen,
+            number(options.within) or 0.0,
+            number(options.budget) or 0.0,
+        )
 
 
 @dataclass
@@ -74,21 +93,31 @@ class Search:
             engine = with_options(request.engine, within=gradient_search.FINER * request.within)
             return cls(replace(request, engine=engine), surface, None)
         formula = request.engine.is_formula
-        return cls(request, surface, None if formula else SampledSearch(surface, request.engine, request.within))
+        return cls(
+            request,
+            surface,
+            None if formula else SampledSearch(surface, request.engine, request.within),
+        )
 
-    def finish(self, folder: OutputFolder | None = None, result: SearchResult | None = None) -> Optimum:
+    def finish(
+        self, folder: OutputFolder | None = None, result: SearchResult | None = None
+    ) -> Optimum:
         """The optimum; an engine that samples may have begun to scan.
 
-        ``found`` is what was found already, where the search is to end with it; ``folder`` gets the files.
+        ``found`` is what was found already, where the search is to end with it; ``folder`` gets the
+        files.
         """
-        begin, surface = time.perf_counter(), self.surface
+        begin = time.perf_counter()
+        surface = self.surface
         if result is None:
             surface.share = SEARCHED
             engine = self.request.engine
             if self.sampled_search is not None:
                 result = self.sampled_search.find()
             else:
-                result = (gradient_search if engine.has_gradient else formula_search).search(surface, engine)
+                result = (gradient_search if engine.has_gradient else formula_search).search(
+                    surface, engine
+                )
         surface.share = math.inf  # the optimum itself is always evaluated
         result, estimate, warnings = self._last(result)
         answer = self._answer(result, estimate, warnings, time.perf_counter() - begin)
@@ -99,17 +128,28 @@ class Search:
     def _sound_before(self) -> list[Evaluation]:
         """The engine's own sound evaluations under a steady drive, where no noise favours the highest of many."""
         steady = Problem.of(self.request.scene).equations.is_steady
-        return [p for p in self.surface.points if steady and p.is_sound and p.engine == self.request.engine.NAME]
+        return [
+            p
+            for p in self.surface.points
+            if steady and p.is_sound and p.engine == self.request.engine.NAME
+        ]
 
     def _last(self, result: SearchResult) -> tuple[SearchResult, Estimate, list[Diagnostic]]:
         """The answer at the optimum: an engine that samples gives it anew, with noise of its own.
 
-        Where that has no time left, the best of what was sound before is the optimum, if nothing is random.
+        Where that has no time left, the best of what was sound before is the optimum, if nothing is
+        random.
         """
-        surface, engine, best = self.surface, self.request.engine, result.peaks[0]
+        surface = self.surface
+        engine = self.request.engine
+        best = result.peaks[0]
         if self.sampled_search is None:
             return result, engine.run(problem_at(surface.scene, surface.ranges, best.u)), []
-        options = {"within": self.request.within, "budget": surface.left_now, "seed": self.sampled_search.new_seed()}
+        options = {
+            "within": self.request.within,
+            "budget": surface.left_now,
+            "seed": self.sampled_search.new_seed(),
+        }
         last = surface.evaluate(best.u[None], with_options(engine, **options), "optimum")[0]
         if not last.is_sound and (sound := self._sound_before()):
             best = self.sampled_search.best_so_far(sound)
@@ -118,19 +158,33 @@ class Search:
         answer = last.answer
         if not isinstance(answer, Estimate):
             raise answer
-        power, error = answer.mean_power, best.power.stderr
+        power = answer.mean_power
+        error = best.power.stderr
         if best.low is None or not error:
             return result, answer, []
         difference = abs(power.value - best.power.value)
         if difference <= DISAGREE * math.hypot(error, power.stderr or 0.0) + (power.bias or 0.0):
             return result, answer, []
-        return result, answer, [warning("surface_disagrees", surface=best.power.value, own=power.value)]
+        return (
+            result,
+            answer,
+            [warning("surface_disagrees", surface=best.power.value, own=power.value)],
+        )
 
-    def _answer(self, result: SearchResult, estimate: Estimate, warnings: list[Diagnostic], seconds: float) -> Optimum:
-        surface, keys = self.surface, self._keys(result)
-        remarks = [*result.warnings, *warnings, *_failures(surface.points, self.request.engine.NAME)]
+    def _answer(
+        self, result: SearchResult, estimate: Estimate, warnings: list[Diagnostic], seconds: float
+    ) -> Optimum:
+        surface = self.surface
+        keys = self._keys(result)
+        remarks = [
+            *result.warnings,
+            *warnings,
+            *_failures(surface.points, self.request.engine.NAME),
+        ]
         remarks += [remark for remark in (result.flat, result.peaks[0].why) if remark is not None]
-        remarks += [note("end_of_range", key=key.key, end=key.boundary) for key in keys if key.boundary]
+        remarks += [
+            note("end_of_range", key=key.key, end=key.boundary) for key in keys if key.boundary
+        ]
         return Optimum(
             engine=self.request.engine.NAME,
             keys=keys,
@@ -144,7 +198,8 @@ class Search:
 
     def _keys(self, result: SearchResult) -> tuple[OptimalKey, ...]:
         """The best value of each key with its interval: the whole range where the surface is flat."""
-        best, keys = result.peaks[0], list[OptimalKey]()
+        best = result.peaks[0]
+        keys = list[OptimalKey]()
         for k, r in enumerate(self.surface.ranges):
             low, high = (None if u is None else r.value(float(u[k])) for u in (best.low, best.high))
             ends = (r.low, r.high, None) if result.flat else (low, high, end(best.faces[k]))
@@ -159,7 +214,9 @@ class Search:
         about = provenance(
             request.scene,
             over={r.key: [r.low, r.high] for r in request.ranges},
-            engine={engine.NAME: {name: value for name, value in chosen.items() if value is not None}},
+            engine={
+                engine.NAME: {name: value for name, value in chosen.items() if value is not None}
+            },
         )
         folder.save("optimise", answer.table.csv(), answer.plot(request.scene.name), about)
 
@@ -170,8 +227,19 @@ def _failures(points: list[Evaluation], engine: str) -> list[Diagnostic]:
     failed = [p.answer for p in evaluations if not isinstance(p.answer, Estimate)]
     warnings = []
     if failed:
-        warnings.append(warning("evaluations_failed", failed=len(failed), count=len(evaluations), first=str(failed[0])))
+        warnings.append(
+            warning(
+                "evaluations_failed",
+                failed=len(failed),
+                count=len(evaluations),
+                first=str(failed[0]),
+            )
+        )
     served = Counter(p.is_sound for p in evaluations if isinstance(p.answer, Estimate))
     if served[True] and served[False]:
-        warnings.append(warning("evaluations_unsound", unsound=served[False], count=len(evaluations), engine=engine))
+        warnings.append(
+            warning(
+                "evaluations_unsound", unsound=served[False], count=len(evaluations), engine=engine
+            )
+        )
     return warnings

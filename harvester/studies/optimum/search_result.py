@@ -15,9 +15,10 @@ from harvester.uncertainty.value import Value
 class Peak:
     """A place in the unit cube with a higher power than all places near it.
 
-    ``low`` and ``high`` are the ends of its interval, None if there is none, as ``why`` says; ``faces`` is of each
-    key -1, 0 or 1: at the lower end of the range, inside, at the upper end; ``width`` the half-width of a box over
-    which the power falls by a tenth or so, None if that is not known.
+    ``low`` and ``high`` are the ends of its interval, None if there is none, as ``why`` says;
+    ``faces`` is of each key -1, 0 or 1: at the lower end of the range, inside, at the upper end;
+    ``width`` the half-width of a box over which the power falls by a tenth or so, None if that is
+    not known.
     """
 
     u: Floats
@@ -40,7 +41,8 @@ class Peak:
 class SearchResult:
     """The peaks of a search, best first; ``flat`` says why no place is better than another, if that is so.
 
-    ``scanned`` is False if the budget ended before the whole range was looked at: more power may lie anywhere.
+    ``scanned`` is False if the budget ended before the whole range was looked at: more power may
+    lie anywhere.
     """
 
     peaks: tuple[Peak, ...]

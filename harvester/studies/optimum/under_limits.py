@@ -53,8 +53,8 @@ class RobustOptimum(Optimum, kw_only=True):
     binds
         the limits that keep the power from growing.
     limited_peaks
-        those of a long path of the best design itself, where the scene is not linear and no part scatters; each is a
-        `Value`.
+        those of a long path of the best design itself, where the scene is not linear and no part
+        scatters; each is a `Value`.
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, D11=0.01))
@@ -66,9 +66,15 @@ class RobustOptimum(Optimum, kw_only=True):
 
     DERIVED = (*Optimum.DERIVED, "limit_table", "limit_values", "straddled", "met")
     INTERNAL = Optimum.INTERNAL | {"outcome", "peaks", "limits"}
-    NOT_SHOWN = Optimum.NOT_SHOWN | {*("share", "binds", "limited_peaks", "limit_values", "straddled", "met")}
+    NOT_SHOWN = Optimum.NOT_SHOWN | {
+        *("share", "binds", "limited_peaks", "limit_values", "straddled", "met")
+    }
     NOT_IN_JSON = Optimum.NOT_IN_JSON | {"limit_table"}
-    JSON_NAMES = Optimum.JSON_NAMES | {"share": "for", "limit_values": "limits", "limited_peaks": "peaks"}
+    JSON_NAMES = Optimum.JSON_NAMES | {
+        "share": "for",
+        "limit_values": "limits",
+        "limited_peaks": "peaks",
+    }
     RENAMED: ClassVar[dict[str, str]] = {"place": "outcome"}
 
     share: float | None
@@ -80,14 +86,20 @@ class RobustOptimum(Optimum, kw_only=True):
     @property
     def optimum(self) -> Optimum:
         """The result itself: in version 0.1 it had the search inside."""
-        warnings.warn("RobustOptimum.optimum is itself from version 0.3 on", DeprecationWarning, stacklevel=2)
+        warnings.warn(
+            "RobustOptimum.optimum is itself from version 0.3 on", DeprecationWarning, stacklevel=2
+        )
         return self
 
     @property
     def straddled(self) -> tuple[Limit, ...]:
         """The limits of which a long path cannot tell whether they are met: its interval holds the bound."""
         known = ((limit, self.limited_peaks.get(limit.quantity)) for limit in self.limits)
-        return tuple(limit for limit, peak in known if peak and abs(peak.value - limit.bound) <= peak.known_error95)
+        return tuple(
+            limit
+            for limit, peak in known
+            if peak and abs(peak.value - limit.bound) <= peak.known_error95
+        )
 
     @property
     def met(self) -> bool:
@@ -97,7 +109,10 @@ class RobustOptimum(Optimum, kw_only=True):
     @property
     def limit_values(self) -> dict[str, float]:
         """The value of each limited quantity, by the limit as it was written."""
-        return {limit.written: value for limit, value in zip(self.limits, self.outcome.quantities, strict=True)}
+        return {
+            limit.written: value
+            for limit, value in zip(self.limits, self.outcome.quantities, strict=True)
+        }
 
     @property
     def limit_table(self) -> Table | None:
@@ -106,8 +121,13 @@ class RobustOptimum(Optimum, kw_only=True):
             return None
         units = [QUANTITIES[limit.quantity].unit if self.physical else "" for limit in self.limits]
         values = self.outcome.quantities
-        columns = [Column("limit", [limit.written for limit in self.limits]), Column("value", values, units=units)]
-        columns.append(Column("state", [self._state(*pair) for pair in zip(self.limits, values, strict=True)]))
+        columns = [
+            Column("limit", [limit.written for limit in self.limits]),
+            Column("value", values, units=units),
+        ]
+        columns.append(
+            Column("state", [self._state(*pair) for pair in zip(self.limits, values, strict=True)])
+        )
         if self.limited_peaks:
             paths = [self.limited_peaks.get(limit.quantity) for limit in self.limits]
             columns.append(Column("on_a_long_path", paths, units=units))
@@ -120,14 +140,21 @@ class RobustOptimum(Optimum, kw_only=True):
 
     def remarks(self) -> list[Diagnostic]:
         """What is to be said of the aim and of the limits."""
-        diagnostics = [] if self.share is None else [note("power_of_most", percent=100.0 * self.share)]
-        diagnostics += [note("unsafe_end")] if any(limit.quantity in PEAKS for limit in self.limits) else []
+        diagnostics = (
+            [] if self.share is None else [note("power_of_most", percent=100.0 * self.share)]
+        )
+        diagnostics += (
+            [note("unsafe_end")] if any(limit.quantity in PEAKS for limit in self.limits) else []
+        )
         if not self.met:
             diagnostics.append(warning("limits_broken", broken=self.outcome.violation))
         for limit in self.limits:
             if limit in self.straddled:
                 diagnostics.append(warning("limit_not_told", limit=limit.written))
-            elif limit.quantity in self.limited_peaks and limit.margin(self.limited_peaks[limit.quantity].value) < 0.0:
+            elif (
+                limit.quantity in self.limited_peaks
+                and limit.margin(self.limited_peaks[limit.quantity].value) < 0.0
+            ):
                 diagnostics.append(warning("limit_broken_on_path", limit=limit.written))
         return diagnostics
 
@@ -147,7 +174,8 @@ def robust_request(
 
     The second aim, if there is one, is the last of the limits.  Raises InputError as that does.
     """
-    problem, searched = Problem.of(scene), ranges(vary)
+    problem = Problem.of(scene)
+    searched = ranges(vary)
     bounds = limits(constraints, problem.physical)
     bounds = bounds if objective.second is None else (*bounds, objective.second)
     years = lifetime_of(bounds, lifetime, problem)
@@ -159,24 +187,37 @@ def robust_request(
         )
     if reason := inner.refusal(problem):
         raise InputError(reason)
-    start = problem.scene.varied({r.key: r.value(0.5) for r in searched})  # a key that is searched has a value
+    # a key that is searched has a value
+    start = problem.scene.varied({r.key: r.value(0.5) for r in searched})
     parts = spreads(spread, start, "spread") if spread else ()
     if objective.share is not None and not parts:
-        raise InputError("`objective` of a share must go with `spread`, which makes devices differ, but there is none")
-    robust = Robust(inner, tuple((part.key, part.written) for part in parts), objective.share, bounds, years)
+        raise InputError(
+            "`objective` of a share must go with `spread`, which makes devices differ, but there is none"
+        )
+    robust = Robust(
+        inner, tuple((part.key, part.written) for part in parts), objective.share, bounds, years
+    )
     return SearchRequest.of(problem, searched, robust, within, budget)
 
 
-def with_counted_peaks(request: SearchRequest, progress: Progress) -> tuple[SearchRequest, Progress]:
+def with_counted_peaks(
+    request: SearchRequest, progress: Progress
+) -> tuple[SearchRequest, Progress]:
     """The request with surfaces of the limited peaks, where these are counted, and the progress of the rest."""
-    robust, scene = robust_of(request), request.scene
+    robust = robust_of(request)
+    scene = request.scene
     if robust.lifetime is None or rice_holds(Problem(scene)):
         return request, progress
-    begin, part = time.perf_counter(), PartOfProgress(progress, 0.0, SHARE)
-    counted = place_peaks(scene, request.ranges, robust.vary, robust.lifetime, request.budget, robust.path_seed, part)
+    begin = time.perf_counter()
+    part = PartOfProgress(progress, 0.0, SHARE)
+    counted = place_peaks(
+        scene, request.ranges, robust.vary, robust.lifetime, request.budget, robust.path_seed, part
+    )
     left = max(request.budget - (time.perf_counter() - begin), SHORTEST)
     robust = dataclasses.replace(robust, counted=counted)
-    return dataclasses.replace(request, engine=robust, budget=left), PartOfProgress(progress, SHARE, 1.0 - SHARE)
+    return dataclasses.replace(request, engine=robust, budget=left), PartOfProgress(
+        progress, SHARE, 1.0 - SHARE
+    )
 
 
 def robust_of(request: SearchRequest) -> Robust:
@@ -185,13 +226,16 @@ def robust_of(request: SearchRequest) -> Robust:
     return request.engine
 
 
-def under_limits(request: SearchRequest, progress: Progress, folder: OutputFolder | None) -> RobustOptimum:
+def under_limits(
+    request: SearchRequest, progress: Progress, folder: OutputFolder | None
+) -> RobustOptimum:
     """The values of keys with the largest power of most devices, under limits.
 
     Raises HarvesterError where the engine fails everywhere, the last error.
     """
     request, progress = with_counted_peaks(request, progress)
-    robust, best = robust_of(request), Search.begin(request, progress).finish(folder)
+    robust = robust_of(request)
+    best = Search.begin(request, progress).finish(folder)
     scene = request.scene.varied({key.range.key: key.value for key in best.keys})
     outcome = robust.outcome(scene)[1]
     peaks = {}
@@ -211,14 +255,22 @@ def under_limits(request: SearchRequest, progress: Progress, folder: OutputFolde
     return dataclasses.replace(answer, diagnostics=(*best.diagnostics, *answer.remarks()))
 
 
-def _binding(robust: Robust, best: Optimum, scene: Scene, outcome: DesignOutcome) -> tuple[Limit, ...]:
+def _binding(
+    robust: Robust, best: Optimum, scene: Scene, outcome: DesignOutcome
+) -> tuple[Limit, ...]:
     """The limits with hardly anything to spare, or that a next value of a series with more power would break."""
-    binding = {k for k, limit in enumerate(robust.limits) if limit.margin(outcome.quantities[k]) <= BINDS}
+    binding = {
+        k for k, limit in enumerate(robust.limits) if limit.margin(outcome.quantities[k]) <= BINDS
+    }
     for key in best.keys:
         steps = key.range.steps
         index = steps.index(key.value) if key.value in steps else 0
         for value in steps[max(index - 1, 0) : index + 2] if steps else ():
             beside = robust.outcome(scene.vary(key.range.key, value))[1]
             if beside.objective > outcome.objective:
-                binding |= {k for k, limit in enumerate(robust.limits) if limit.margin(beside.quantities[k]) < 0.0}
+                binding |= {
+                    k
+                    for k, limit in enumerate(robust.limits)
+                    if limit.margin(beside.quantities[k]) < 0.0
+                }
     return tuple(robust.limits[k] for k in sorted(binding))

@@ -81,13 +81,17 @@ class Stability(TableResult):
     def table(self) -> Table:
         """The edge of stability: at each mu the parametric noise eps2^2 D22 at which rest turns unstable."""
         names = ("mu", "published", "averaged", "ensemble", "ensemble_stderr")
-        columns = tuple(Column(name, [getattr(edge, name) for edge in self.region]) for name in names)
+        columns = tuple(
+            Column(name, [getattr(edge, name) for edge in self.region]) for name in names
+        )
         return Table(columns, "The edge of stability")
 
     def plot(self, title: str | None = "") -> "figures.Plot":
         """The region of stability in the plane (mu, D22); raises InputError where that was not computed."""
         if not self.region:
-            raise InputError("`plot` must have a region of stability, which only `stability` with `out` computes")
+            raise InputError(
+                "`plot` must have a region of stability, which only `stability` with `out` computes"
+            )
         return figures.region([edge.mu for edge in self.region], self.region, title)
 
 
@@ -112,13 +116,14 @@ def stability(
     trajectories, duration
         of the Monte Carlo; the duration is in units of 1/w0, also for a physical scene.
     execution
-        has the folder for the region of stability, for which the scene's own mu and D22 do not matter: stability.csv
-        and stability.png; ``out``, ``formats`` and ``progress`` alone.
+        has the folder for the region of stability, for which the scene's own mu and D22 do not
+        matter: stability.csv and stability.png; ``out``, ``formats`` and ``progress`` alone.
 
     Returns
     -------
     Stability
-        the exponent (1/s; nondimensional scene: without unit) by the paper's formula, by ours and by Monte Carlo.
+        the exponent (1/s; nondimensional scene: without unit) by the paper's formula, by ours and
+        by Monte Carlo.
 
     Raises
     ------
@@ -143,7 +148,8 @@ def stability(
     problem = Problem.of(scene)
     check_rest(problem)
     folder = OutputFolder.of(execution)
-    eqs, unit = problem.equations, problem.units.frequency
+    eqs = problem.equations
+    unit = problem.units.frequency
     diagnostics = unusual_values(problem.scene)
     if eqs.is_shaken:
         diagnostics.append(warning("shaking_left_out"))
@@ -152,16 +158,20 @@ def stability(
     share = 1.0 if folder is None else 0.2  # of the time
     with working(execution.progress) as progress:
         part = PartOfProgress(progress, 0.0, share)
-        growth = lyapunov.exponent(eqs, np.random.SeedSequence(seed), trajectories, duration, progress=part.step)
+        growth = lyapunov.exponent(
+            eqs, np.random.SeedSequence(seed), trajectories, duration, progress=part.step
+        )
         region: list[Edge] = []
         for edge in () if folder is None else edges(eqs, LOADS, np.random.SeedSequence(seed)):
             region.append(edge)
             progress.step(share + (1.0 - share) * len(region) / len(LOADS), "region")
-    assessment, quiet = formula.checks(eqs), noiseless(eqs)
-    bias, unknown = growth.bias, ""
+    assessment = formula.checks(eqs)
+    quiet = noiseless(eqs)
+    bias = growth.bias
+    unknown = ""
     if eqs.n2 is None and eqs.restitution is not None:
-        # All trajectories can come to one path whose impacts lock to the grid: neither their scatter nor a run of twice
-        # the step tells how far that is off.
+        # All trajectories can come to one path whose impacts lock to the grid: neither their
+        # scatter nor a run of twice the step tells how far that is off.
         if quiet is None:
             unknown = "the step, as impacts can lock to its grid without noise"
         else:
@@ -177,7 +187,11 @@ def stability(
         model=None if assessment.error is None else assessment.error * unit,
         ensemble=Value(growth.value, growth.stderr, bias, unknown=unknown).scaled(unit),
         noiseless=None if quiet is None else quiet * unit,
-        diagnostics=(*diagnostics, note("error_unknown", "published", part=PAPERS_FORMULA), *assessment.diagnostics),
+        diagnostics=(
+            *diagnostics,
+            note("error_unknown", "published", part=PAPERS_FORMULA),
+            *assessment.diagnostics,
+        ),
         region=tuple(region),
     )
     if folder is not None:

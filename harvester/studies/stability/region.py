@@ -29,15 +29,19 @@ class Measured:
     @property
     def ensemble_error95(self) -> float:
         """The half-width of its 95 % sampling interval."""
-        return Value(0.0, self.ensemble_stderr).sampling95 if math.isfinite(self.ensemble_stderr) else math.inf
+        return (
+            Value(0.0, self.ensemble_stderr).sampling95
+            if math.isfinite(self.ensemble_stderr)
+            else math.inf
+        )
 
 
 @dataclass(frozen=True)
 class Edge(Measured):
     """The boundary of stability at one mu: N2 = eps2^2 D22 at which the top exponent is zero, stable below.
 
-    0 where rest is unstable without noise, infinite where no noise makes it unstable; ``ensemble`` is
-    by Monte Carlo, with its standard error (infinite: none was found).
+    0 where rest is unstable without noise, infinite where no noise makes it unstable; ``ensemble``
+    is by Monte Carlo, with its standard error (infinite: none was found).
     """
 
     mu: float
@@ -50,15 +54,24 @@ class Edge(Measured):
 def edges(eqs: Equations, mu: Floats, seed: np.random.SeedSequence) -> Iterator[Edge]:
     """Compute the boundary lambda = 0 at each mu, the Monte Carlo by Newton's method from our boundary.
 
-    lambda is measured at our N2, moved by the slope of our theory, and measured again until the move is
-    within its error.
+    lambda is measured at our N2, moved by the slope of our theory, and measured again until the
+    move is within its error.
     """
     boundary = stability.boundary(eqs, mu)
-    for m, published, averaged in zip(boundary.mu, boundary.published, boundary.averaged, strict=True):
-        yield Edge(float(m), float(published), float(averaged), *_measured(eqs, float(m), float(averaged), seed))
+    for m, published, averaged in zip(
+        boundary.mu, boundary.published, boundary.averaged, strict=True
+    ):
+        yield Edge(
+            float(m),
+            float(published),
+            float(averaged),
+            *_measured(eqs, float(m), float(averaged), seed),
+        )
 
 
-def _measured(eqs: Equations, mu: float, n2: float, seed: np.random.SeedSequence) -> tuple[float, float]:
+def _measured(
+    eqs: Equations, mu: float, n2: float, seed: np.random.SeedSequence
+) -> tuple[float, float]:
     from harvester.mechanics.ensemble.lyapunov import exponent
 
     if not 0.0 < n2 < math.inf:
@@ -66,8 +79,11 @@ def _measured(eqs: Equations, mu: float, n2: float, seed: np.random.SeedSequence
     for _ in range(_ROUNDS):
         here = dataclasses.replace(eqs, mu=mu, n2=n2)
         growth = exponent(here, seed, 2048, 500.0)
-        slope = float(stability.averaged(here, n2=1.05 * n2) - stability.averaged(here)) / (0.05 * n2)
-        move, error = growth.value / slope, growth.stderr / abs(slope)
+        slope = float(stability.averaged(here, n2=1.05 * n2) - stability.averaged(here)) / (
+            0.05 * n2
+        )
+        move = growth.value / slope
+        error = growth.stderr / abs(slope)
         n2 = max(n2 - move, 0.1 * n2)
         if abs(move) < 2.0 * error:
             break

@@ -27,7 +27,8 @@ def client_of(address: str | None) -> AbstractContextManager[Any]:
 def dask_client(address: str) -> Iterator[Any]:
     """The client of the Dask scheduler at an address such as tcp://host:8786, for `harvester.Execution`.
 
-    Raises MissingProgramError if Dask is not installed; InputError if no scheduler answers, or has no workers.
+    Raises MissingProgramError if Dask is not installed; InputError if no scheduler answers, or has
+    no workers.
     """
     with _without_tracebacks():
         client = _connected(address)
@@ -44,7 +45,9 @@ def by_scheduler(study: Study) -> Study:
     def called(*arguments: Any, scheduler: str | None = None, **options: Any) -> Any:
         if scheduler is None:
             return study(*arguments, **options)
-        text = f"{study.__name__} takes a Dask client as executor of its execution from version 0.3 on"
+        text = (
+            f"{study.__name__} takes a Dask client as executor of its execution from version 0.3 on"
+        )
         warnings.warn(text, DeprecationWarning, stacklevel=3)
         with dask_client(scheduler) as client:
             execution = replace(options.pop("execution", DEFAULT), executor=client)
@@ -79,7 +82,8 @@ def _connected(address: str) -> Any:
             "`scheduler` must have Dask installed, but it is not: pip install 'piezo-harvester[dask]'"
         ) from None
     must = (
-        "be the address of a Dask scheduler that answers, such as tcp://host:8786 (tls: with Dask's certificates set)"
+        "be the address of a Dask scheduler that answers, such as tcp://host:8786 "
+        "(tls: with Dask's certificates set)"
     )
     try:  # Dask itself would take a minute to give up, and not in one line
         socket.create_connection(get_address_host_port(address, strict=True), PATIENCE).close()
@@ -90,5 +94,7 @@ def _connected(address: str) -> Any:
         client.wait_for_workers(1, timeout=PATIENCE)
     except TimeoutError:
         client.close(timeout=5)
-        raise InputError(f"`scheduler` must have workers, but {address} has none: dask worker {address}") from None
+        raise InputError(
+            f"`scheduler` must have workers, but {address} has none: dask worker {address}"
+        ) from None
     return client

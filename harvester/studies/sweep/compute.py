@@ -53,16 +53,19 @@ def compute_table(
     answers are the same, but for their seconds, and for what a budget makes of these.  The progress is told the rows of
     each engine.  A ``budget`` (s) is that of all rows together; ``in_place_of``: for which formulas an engine stands.
 
-    Raises InputError for a point that no scene can be, before anything is computed, an option that no engine takes, a
-    folder that cannot be written, or an earlier sweep that was another one; KeyboardInterrupt at ^C, with a text that
-    says how to go on; HarvesterError when every point failed, the last error; the table is written all the same.
+    Raises InputError for a point that no scene can be, before anything is computed, an option that
+    no engine takes, a folder that cannot be written, or an earlier sweep that was another one;
+    KeyboardInterrupt at ^C, with a text that says how to go on; HarvesterError when every point
+    failed, the last error; the table is written all the same.
     """
     engines = [engine.at_many_points for engine in engines]
     names = [engine.NAME for engine in engines]
     named_once(names, "`engine`")
     points.check(scene)
     vary = {axis.key: list(axis.values) for axis in points.axes}
-    about = provenance_with_engines(scene, engines, points="list" if points.listed else "grid", vary=vary)
+    about = provenance_with_engines(
+        scene, engines, points="list" if points.listed else "grid", vary=vary
+    )
     about |= {"in_place_of": in_place_of} if in_place_of else {}
     folder = OutputFolder.of(execution)
     with (
@@ -71,9 +74,13 @@ def compute_table(
     ):
         sweep = _Sweep(points, engines, about, journal, folder, execution)
         sweep.begin()
-        todo = tasks(scene, points, engines, lambda point, engine_index: not journal.has(point, engine_index))
+        todo = tasks(
+            scene, points, engines, lambda point, engine_index: not journal.has(point, engine_index)
+        )
         try:
-            return sweep.finished(sweep.fill(_answers(todo, execution, budget, sweep.rows_that_sample)))
+            return sweep.finished(
+                sweep.fill(_answers(todo, execution, budget, sweep.rows_that_sample))
+            )
         except KeyboardInterrupt:
             if folder is None:
                 raise
@@ -88,7 +95,8 @@ def _answers(todo: Iterator[Task], execution: Execution, budget: float | None, r
     workers = execution.workers if execution.executor is None else 1
     if workers is None:  # a process takes a second to start
         first = list(itertools.islice(todo, 2 * cores()))
-        workers, todo = max(1, min(cores(), len(first) // 2)), itertools.chain(first, todo)
+        workers = max(1, min(cores(), len(first) // 2))
+        todo = itertools.chain(first, todo)
     shared = None if budget is None else SharedBudget(budget, rows, workers)
     todo = todo if shared is None else shared.share(todo)
     done = _computed(todo, execution, workers)
@@ -128,7 +136,11 @@ class _Sweep:
     def rows_that_sample(self) -> int:
         """How many rows of engines that sample are to come."""
         sampling = [index for index, engine in enumerate(self.engines) if not engine.is_formula]
-        return sum(not self.journal.has(point, index) for index in sampling for point in range(len(self.points)))
+        return sum(
+            not self.journal.has(point, index)
+            for index in sampling
+            for point in range(len(self.points))
+        )
 
     @property
     def units(self) -> AnswerUnits:
@@ -143,7 +155,10 @@ class _Sweep:
         if self.folder is not None:
             self.save()  # before the provenance, which must never stand beside another sweep's rows
             self.folder.provenance(self.about)
-            for name in ("sweep.nc", *(f"sweep.{form}" for form in ("png", *files.VECTOR))):  # nor an older plot
+            for name in (
+                "sweep.nc",
+                *(f"sweep.{form}" for form in ("png", *files.VECTOR)),
+            ):  # nor an older plot
                 files.remove(self.folder.path / name)
         done = Counter(row.engine_index for row in kept)
         for index, name in enumerate(self.names):
@@ -152,16 +167,23 @@ class _Sweep:
     def fill(self, done: Done) -> HarvesterError | None:
         """Write the answers into the journal as they come; returns the last error of a point."""
         last: HarvesterError | None = None
-        saved, took = time.monotonic(), 0.0
+        saved = time.monotonic()
+        took = 0.0
         try:
             for task, answers in done:
                 name = self.names[task.engine_index]
                 rows: list[JournalRow] = []
                 for point, answer in zip(task.points, answers, strict=True):
-                    if self.journal.has(point, task.engine_index):  # of a batch that other points needed again
+                    if self.journal.has(
+                        point, task.engine_index
+                    ):  # of a batch that other points needed again
                         continue
                     last = answer if isinstance(answer, HarvesterError) else last
-                    row = SweepRow.failed(name, answer) if isinstance(answer, HarvesterError) else answer
+                    row = (
+                        SweepRow.failed(name, answer)
+                        if isinstance(answer, HarvesterError)
+                        else answer
+                    )
                     rows.append(JournalRow(point, task.engine_index, row.engine, row.written))
                 self.journal.add(rows)
                 for _ in rows:
@@ -193,7 +215,9 @@ class _Sweep:
     def finished(self, last: HarvesterError | None) -> SweepTable:
         """The whole table, in its files; the last error if there is nothing but errors."""
         which = array("q", (row.point for row in self.journal.rows()))
-        table = SweepTable(self.points.axes, tuple(self.rows()), which, self.points.listed, self.about)
+        table = SweepTable(
+            self.points.axes, tuple(self.rows()), which, self.points.listed, self.about
+        )
         self.save()
         if last is not None and all(row.error for row in table.rows):
             self.journal.remove()
@@ -222,7 +246,8 @@ class _Sweep:
         try:
             before = json.loads(files.read(out / "provenance.json", "`out`", MOST_BYTES))
             text = files.read(out / "sweep.csv", "`out`", MOST_BYTES).decode()
-            table = csv.DictReader(io.StringIO(text[: text.rfind("\n") + 1]))  # a last line without end was cut off
+            # a last line without end was cut off
+            table = csv.DictReader(io.StringIO(text[: text.rfind("\n") + 1]))
             lines_read = list(table)
         except (InputError, ValueError, RecursionError, csv.Error):
             return
@@ -235,7 +260,9 @@ class _Sweep:
             )
         points_by_values: dict[tuple[str, ...], list[int]] = {}
         for point in range(len(self.points)):
-            points_by_values.setdefault(tuple(map(repr, self.points.values(point))), []).append(point)
+            points_by_values.setdefault(tuple(map(repr, self.points.values(point))), []).append(
+                point
+            )
         chosen = next((engine.NAME for engine in self.engines if engine.chooses), None)
         for cells in lines_read:
             row = read_cells(cells)

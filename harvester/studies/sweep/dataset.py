@@ -67,7 +67,8 @@ def dataset(table: TableShape) -> "xarray.Dataset":
 def netcdf(table: TableShape) -> bytes:
     """The dataset as the bytes of a NetCDF 3 file (64-bit offsets), which every reader knows.
 
-    SciPy writes it, and texts as xarray reads them: loading xarray takes longer than most sweeps by a formula.
+    SciPy writes it, and texts as xarray reads them: loading xarray takes longer than most sweeps by
+    a formula.
     """
     from scipy.io import netcdf_file
 
@@ -93,7 +94,11 @@ def _characters(dimensions: tuple[str, ...], texts: Any, about: dict[str, str]) 
     """A variable of texts as one of characters, with their number as its last dimension."""
     coded = np.char.encode(texts.astype(str), "utf-8")
     characters = coded.astype(f"S{max(coded.itemsize, 1)}")[..., None].view("S1")
-    return (*dimensions, f"string{characters.shape[-1]}"), characters, about | {"_Encoding": "utf-8"}
+    return (
+        (*dimensions, f"string{characters.shape[-1]}"),
+        characters,
+        about | {"_Encoding": "utf-8"},
+    )
 
 
 def _variables(table: TableShape) -> tuple[dict[str, Variable], dict[str, Variable]]:
@@ -102,19 +107,32 @@ def _variables(table: TableShape) -> tuple[dict[str, Variable], dict[str, Variab
         shape: tuple[int, ...] = (len(table.axes[0].values),)
         dimensions: tuple[str, ...] = ("point",)
     else:
-        shape, dimensions = tuple(len(a.values) for a in table.axes), tuple(table.keys)
-    engines, size = table.engines, math.prod(shape)
-    indices = [engines.index(row.engine) * size + point for row, point in zip(table.rows, table.points, strict=True)]
+        shape = tuple(len(a.values) for a in table.axes)
+        dimensions = tuple(table.keys)
+    engines = table.engines
+    size = math.prod(shape)
+    indices = [
+        engines.index(row.engine) * size + point
+        for row, point in zip(table.rows, table.points, strict=True)
+    ]
     variables: dict[str, Variable] = {}
     for column in table.table.columns:
         if column.name not in ("engine", *table.keys):
             for name, cells in column.plain().items():
                 values = _laid_out(cells, indices, len(engines) * size).reshape(-1, *shape)
-                variables[name] = (("engine", *dimensions), values, _meaning(column, name, values.dtype == object))
+                variables[name] = (
+                    ("engine", *dimensions),
+                    values,
+                    _meaning(column, name, values.dtype == object),
+                )
     labels: dict[str, Variable] = {"engine": (("engine",), np.array(engines, object), {})}
     for a in table.axes:
         unit = unit_of(a.key)
-        labels[a.key] = (("point" if table.listed else a.key,), np.array(a.values), {"units": unit} if unit else {})
+        labels[a.key] = (
+            ("point" if table.listed else a.key,),
+            np.array(a.values),
+            {"units": unit} if unit else {},
+        )
     return variables, labels
 
 
@@ -133,7 +151,10 @@ def _meaning(column: Column, name: str, is_text: bool) -> dict[str, str]:
     meaning = MEANINGS.get(end, "{}").format(column.head)
     if is_text:
         return {"long_name": f"{meaning}, '' for none"}
-    return {"long_name": meaning, "units": "1" if end in PURE else column.unit.replace("^", "") or "1"}
+    return {
+        "long_name": meaning,
+        "units": "1" if end in PURE else column.unit.replace("^", "") or "1",
+    }
 
 
 def _attributes(about: Mapping[str, Any]) -> dict[str, str]:

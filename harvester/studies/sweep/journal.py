@@ -1,11 +1,11 @@
 """What a sweep or a response has done so far: an SQLite database beside its files, until these are whole.
 
-Each finished task is one transaction, so that whatever ends the program costs the points in flight only.  The database
-does not wait for the disk: a failure of the machine's power may damage it, and then costs what came after sweep.csv was
-last written (of a response: all).
+Each finished task is one transaction, so that whatever ends the program costs the points in flight
+only.  The database does not wait for the disk: a failure of the machine's power may damage it, and
+then costs what came after sweep.csv was last written (of a response: all).
 
-Each row has a checksum of all that it says, of the sweep, and of the versions that made it.  It finds accidents and
-edits by hand; it has no secret, so that it keeps no forger out.
+Each row has a checksum of all that it says, of the sweep, and of the versions that made it.  It
+finds accidents and edits by hand; it has no secret, so that it keeps no forger out.
 """
 
 import contextlib
@@ -44,14 +44,20 @@ class JournalRow:
     @property
     def warnings(self) -> tuple[Diagnostic, ...]:
         """A warning for each time that other versions kept it, the last time first."""
-        return tuple(warning("kept_from_other_versions", before=old, now=new) for old, new in reversed(self.kept))
+        return tuple(
+            warning("kept_from_other_versions", before=old, now=new)
+            for old, new in reversed(self.kept)
+        )
 
     def seen_by(self, before: str, now: str) -> "JournalRow":
         """The row that the versions ``before`` made, as the versions ``now`` keep it."""
         made, here = before.split(", "), now.split(", ")
         if not before or set(made) == set(here):
             return self
-        old, new = (", ".join(p for p in some if p not in rest) for some, rest in ((made, here), (here, made)))
+        old, new = (
+            ", ".join(p for p in some if p not in rest)
+            for some, rest in ((made, here), (here, made))
+        )
         return replace(self, kept=(*self.kept, (old or "fewer packages", new or "fewer packages")))
 
 
@@ -61,7 +67,9 @@ def _checksum(study: Mapping[str, str], cells: Sequence[object]) -> str:
 
 def _row(cells: Sequence[Any]) -> JournalRow:
     point, engine_index, engine, content, kept = cells
-    return JournalRow(point, engine_index, engine, content, tuple((old, new) for old, new in json.loads(kept)))
+    return JournalRow(
+        point, engine_index, engine, content, tuple((old, new) for old, new in json.loads(kept))
+    )
 
 
 class Journal:
@@ -73,11 +81,14 @@ class Journal:
     """
 
     def __init__(self, out: Path | None, kind: JournalKind = SWEEP) -> None:
-        self.kind, self.path = kind, (out or Path()) / kind.file
-        self._files = [] if out is None else [self.path, out / f"{kind.file}-journal"]  # SQLite's own, of a transaction
+        self.kind = kind
+        self.path = (out or Path()) / kind.file
+        # SQLite's own, of a transaction
+        self._files = [] if out is None else [self.path, out / f"{kind.file}-journal"]
         self._identity: dict[str, str] = {}
         self._database: sqlite3.Connection | None = None
-        self._folder, self._locks = -1, True
+        self._folder = -1
+        self._locks = True
         if out is not None:
             self._lock(out)
 
@@ -95,8 +106,8 @@ class Journal:
     def earlier(self, now: Mapping[str, str]) -> list[JournalRow] | None:
         """The rows of an earlier run of the same study; None if there is no journal, or it is damaged.
 
-        Raises InputError if the journal is that of another study or of version 0.1, and for a row that was changed
-        since or added.
+        Raises InputError if the journal is that of another study or of version 0.1, and for a row
+        that was changed since or added.
         """
         if not self.path.exists():
             return None
@@ -110,7 +121,9 @@ class Journal:
                     f"`resume` must find {self.path.name} as this version writes it, but version 0.1 wrote it: "
                     f"let that version end its {self.kind.name}, or remove {str(self.path)!r} to begin anew"
                 )
-            stored = self._execute(f"SELECT {', '.join(COLUMNS)} FROM rows ORDER BY point, place").fetchall()
+            stored = self._execute(
+                f"SELECT {', '.join(COLUMNS)} FROM rows ORDER BY point, place"
+            ).fetchall()
         except sqlite3.DatabaseError:
             return None
         check_same(self.path.parent, before, now, self.kind)
@@ -140,7 +153,10 @@ class Journal:
             texts = ", ".join(f"{name} TEXT NOT NULL" for name in COLUMNS[2:])
             for table, columns in (
                 ("identity", "(what TEXT PRIMARY KEY, hash TEXT NOT NULL)"),
-                ("rows", f"(point INTEGER, place INTEGER, {texts}, PRIMARY KEY (point, place)) WITHOUT ROWID"),
+                (
+                    "rows",
+                    f"(point INTEGER, place INTEGER, {texts}, PRIMARY KEY (point, place)) WITHOUT ROWID",
+                ),
             ):
                 self._execute(f"DROP TABLE IF EXISTS {table}")
                 self._execute(f"CREATE TABLE {table} {columns}")
@@ -149,7 +165,9 @@ class Journal:
 
     def has(self, point: int, engine_index: int) -> bool:
         """Whether there is a row of an engine at a point."""
-        cursor = self._execute("SELECT 1 FROM rows WHERE point = ? AND place = ?", (point, engine_index))
+        cursor = self._execute(
+            "SELECT 1 FROM rows WHERE point = ? AND place = ?", (point, engine_index)
+        )
         return cursor.fetchone() is not None
 
     def add(self, rows: Sequence[JournalRow]) -> None:
@@ -160,7 +178,9 @@ class Journal:
     def rows(self) -> Iterator[JournalRow]:
         """All rows in the order of the points, from the disk; raises InputError as `add`."""
         with self._disk_errors():
-            cursor = self._execute(f"SELECT {', '.join(COLUMNS[:-1])} FROM rows ORDER BY point, place")
+            cursor = self._execute(
+                f"SELECT {', '.join(COLUMNS[:-1])} FROM rows ORDER BY point, place"
+            )
             yield from map(_row, cursor)
 
     def count(self) -> int:
@@ -170,7 +190,9 @@ class Journal:
     def interrupted(self, whole: str) -> KeyboardInterrupt:
         """What ^C raises, with how many of the ``whole``, such as "9 points", are done, and how to go on."""
         done = f"{self.count()} of {whole} are in {str(self.path.parent)!r}"
-        return KeyboardInterrupt(f"interrupted: {done}; the same command with `resume` goes on from there")
+        return KeyboardInterrupt(
+            f"interrupted: {done}; the same command with `resume` goes on from there"
+        )
 
     def close(self) -> None:
         """Let go of the folder; the file stays."""
@@ -192,7 +214,11 @@ class Journal:
                     raise InputError(
                         f"`out` must take {self.path.name}, but there is a {path.name} that is no file: remove it"
                     )
-            address = f"{self.path.absolute().as_uri()}?nolock={int(not self._locks)}" if self._files else ":memory:"
+            address = (
+                f"{self.path.absolute().as_uri()}?nolock={int(not self._locks)}"
+                if self._files
+                else ":memory:"
+            )
             self._database = sqlite3.connect(address, uri=bool(self._files), isolation_level=None)
             self._database.executescript(f"PRAGMA synchronous = OFF; PRAGMA cache_size = -{_CACHE}")
         return self._database
@@ -206,7 +232,10 @@ class Journal:
         return self._connected().execute(statement, values)
 
     def _insert(self, rows: Sequence[JournalRow]) -> None:
-        contents = ((row.point, row.engine_index, row.engine, row.content, json.dumps(row.kept)) for row in rows)
+        contents = (
+            (row.point, row.engine_index, row.engine, row.content, json.dumps(row.kept))
+            for row in rows
+        )
         summed = ((*cells, _checksum(self._identity, cells)) for cells in contents)
         marks = ", ".join("?" * len(COLUMNS))
         self._connected().executemany(f"INSERT OR REPLACE INTO rows VALUES ({marks})", summed)
@@ -217,7 +246,10 @@ class Journal:
         try:
             yield
         except sqlite3.OperationalError as error:
-            known = {sqlite3.SQLITE_FULL: os.strerror(ENOSPC), sqlite3.SQLITE_IOERR_WRITE: f"{error} (ulimit -f?)"}
+            known = {
+                sqlite3.SQLITE_FULL: os.strerror(ENOSPC),
+                sqlite3.SQLITE_IOERR_WRITE: f"{error} (ulimit -f?)",
+            }
             why = known.get(error.sqlite_errorcode, error)
             raise InputError(
                 f"`out` must take {self.path.name}, but writing failed: {why}; the points that are done are kept for "

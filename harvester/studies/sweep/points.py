@@ -47,9 +47,17 @@ def read_axis(text: str) -> Axis:
     parts = written.split(":")
     if len(parts) == 1:
         return Axis(key, tuple(read_value(key, part) for part in written.split(",")))
-    if len(parts) != 3 or not re.fullmatch("[0-9]{1,6}", parts[2]) or not 1 <= int(parts[2]) <= MOST_POINTS:
-        raise invalid("`vary`", f"be KEY=FROM:TO:COUNT with a whole COUNT between 1 and {MOST_POINTS}", text)
-    low, high, count = read_value(key, parts[0]), read_value(key, parts[1]), int(parts[2])
+    if (
+        len(parts) != 3
+        or not re.fullmatch("[0-9]{1,6}", parts[2])
+        or not 1 <= int(parts[2]) <= MOST_POINTS
+    ):
+        raise invalid(
+            "`vary`", f"be KEY=FROM:TO:COUNT with a whole COUNT between 1 and {MOST_POINTS}", text
+        )
+    low = read_value(key, parts[0])
+    high = read_value(key, parts[1])
+    count = int(parts[2])
     by_ratio = Axis(key, (low, high)).logarithmic
     values = np.geomspace(low, high, count) if by_ratio else np.linspace(low, high, count)
     return Axis(key, tuple(map(float, values)))
@@ -62,7 +70,12 @@ def axis_of(key: str, values: str | Sequence[float | str]) -> Axis:
     key = ".".join(split_key(key))
     if len(values) == 0:
         raise InputError(f"{key} must have values to take, but has none")
-    return Axis(key, tuple(read_value(key, value) if isinstance(value, str) else float(value) for value in values))
+    return Axis(
+        key,
+        tuple(
+            read_value(key, value) if isinstance(value, str) else float(value) for value in values
+        ),
+    )
 
 
 @dataclass(frozen=True)
@@ -72,8 +85,8 @@ class Points:
     The n-th point of a list takes the n-th value of each axis.  ``argument`` is the argument that the points come from,
     if it is not that of a sweep.
 
-    Raises InputError for a key that is named twice, more than `MOST_POINTS` points, and listed axes of unequal length
-    or none.
+    Raises InputError for a key that is named twice, more than `MOST_POINTS` points, and listed axes
+    of unequal length or none.
     """
 
     axes: tuple[Axis, ...]
@@ -100,14 +113,20 @@ class Points:
     @property
     def shape(self) -> tuple[int, ...]:
         """The number of values along each axis; of a list, of points."""
-        return (len(self.axes[0].values),) if self.listed else tuple(len(a.values) for a in self.axes)
+        return (
+            (len(self.axes[0].values),) if self.listed else tuple(len(a.values) for a in self.axes)
+        )
 
     def __len__(self) -> int:
         return math.prod(self.shape)
 
     def values(self, point: int) -> tuple[float, ...]:
         """The keys' values at a point."""
-        indices = [point] * len(self.axes) if self.listed else map(int, np.unravel_index(point, self.shape))
+        indices = (
+            [point] * len(self.axes)
+            if self.listed
+            else map(int, np.unravel_index(point, self.shape))
+        )
         return tuple(a.values[k] for a, k in zip(self.axes, indices, strict=True))
 
     def varied(self, point: int) -> dict[str, float]:
@@ -133,14 +152,19 @@ def grid(axes: Sequence[Axis]) -> Points:
 def read_points(path: str | Path) -> Points:
     """A list of points from a CSV file: scene keys in the first line, then one point a line, units allowed.
 
-    Raises InputError if the file cannot be read, or says something that no scene key can take, with the line.
+    Raises InputError if the file cannot be read, or says something that no scene key can take, with
+    the line.
     """
     data = files.read(path, "`points`", MOST_BYTES)
     try:
-        lines = csv.reader(io.StringIO(data.decode("utf-8-sig"), newline=""), skipinitialspace=True, strict=True)
+        lines = csv.reader(
+            io.StringIO(data.decode("utf-8-sig"), newline=""), skipinitialspace=True, strict=True
+        )
         rows = [(lines.line_num, row) for row in lines if any(cell.strip() for cell in row)]
     except (UnicodeDecodeError, csv.Error) as error:
-        raise InputError(f"`points` must be a CSV file in UTF-8, but {shown(str(path))} is not: {error}") from None
+        raise InputError(
+            f"`points` must be a CSV file in UTF-8, but {shown(str(path))} is not: {error}"
+        ) from None
     if len(rows) < 2:
         raise InputError(
             f"`points` must have scene keys in its first line and then points, but {shown(str(path))} has none"
@@ -149,10 +173,15 @@ def read_points(path: str | Path) -> Points:
     columns: list[list[float]] = [[] for _ in keys]
     for number, row in rows[1:]:
         if len(row) != len(keys):
-            raise InputError(f"`points`, line {number}, must have {len(keys)} values, but has {len(row)}")
+            raise InputError(
+                f"`points`, line {number}, must have {len(keys)} values, but has {len(row)}"
+            )
         for key, column, cell in zip(keys, columns, row, strict=True):
             try:
                 column.append(read_value(key, cell.strip()))
             except InputError as error:
                 raise InputError(f"`points`, line {number}: {error}") from None
-    return Points(tuple(Axis(key, tuple(column)) for key, column in zip(keys, columns, strict=True)), listed=True)
+    return Points(
+        tuple(Axis(key, tuple(column)) for key, column in zip(keys, columns, strict=True)),
+        listed=True,
+    )

@@ -1,6 +1,7 @@
 """The rows of a sweep: what an engine answered at a point, or why it did not; in the journal, and as a table's columns.
 
-Numbers have nine digits from the first, so that a row that is read from sweep.csv is the one that was written there.
+Numbers have nine digits from the first, so that a row that is read from sweep.csv is the one that
+was written there.
 """
 
 import dataclasses
@@ -23,7 +24,8 @@ from harvester.uncertainty.value import Value, percent
 
 POWER = ("mean_power",)
 QUANTITIES = ("mean_square_voltage", *POWER)
-# The columns of sweep.csv behind the varied keys that come first, in this order; those of the other parts follow.
+# The columns of sweep.csv behind the varied keys that come first, in this order; those of the other
+# parts follow.
 COLUMNS = (
     "engine",
     "mean_square_voltage",
@@ -84,7 +86,11 @@ class SweepRow:
         """The row that `written` wrote; ValueError, KeyError or TypeError where it did not."""
         parts = json.loads(text)
         values = {name: Value(**parts[name]) for name in QUANTITIES if name in parts}
-        return SweepRow(**parts | values | {"warnings": tuple(Diagnostic(**w) for w in parts.get("warnings", ()))})
+        return SweepRow(
+            **parts
+            | values
+            | {"warnings": tuple(Diagnostic(**w) for w in parts.get("warnings", ()))}
+        )
 
     @property
     def written(self) -> str:
@@ -95,8 +101,16 @@ class SweepRow:
     def with_units(self, units: Mapping[str, str]) -> "SweepRow":
         """The row with the units of its values, which a file of an earlier run does not tell."""
         values = {name: getattr(self, name) for name in units}
-        known = {name: dataclasses.replace(v, unit=units[name]) for name, v in values.items() if v is not None}
-        return dataclasses.replace(self, **known) if any(values[name].unit != units[name] for name in known) else self
+        known = {
+            name: dataclasses.replace(v, unit=units[name])
+            for name, v in values.items()
+            if v is not None
+        }
+        return (
+            dataclasses.replace(self, **known)
+            if any(values[name].unit != units[name] for name in known)
+            else self
+        )
 
     def at(self, varied: Mapping[str, float]) -> "SweepRow":
         """The row at values of the varied keys."""
@@ -105,7 +119,9 @@ class SweepRow:
 
 def columns_of(keys: Sequence[str], rows: Sequence[SweepRow], units: AnswerUnits) -> Table:
     """The rows as a table: all that sweep.csv says."""
-    columns = [Column(key, [row.varied[key] for row in rows], unit_of(key), exact=True) for key in keys]
+    columns = [
+        Column(key, [row.varied[key] for row in rows], unit_of(key), exact=True) for key in keys
+    ]
     columns += [Column("engine", [row.engine for row in rows])]
     for name in QUANTITIES:
         values = [getattr(row, name) for row in rows]
@@ -113,7 +129,11 @@ def columns_of(keys: Sequence[str], rows: Sequence[SweepRow], units: AnswerUnits
     columns += [
         Column("seconds", [row.seconds for row in rows], "s"),
         Column("error", [row.error for row in rows]),
-        Column("mean_power_bias", [row.mean_power and row.mean_power.systematic for row in rows], units.power),
+        Column(
+            "mean_power_bias",
+            [row.mean_power and row.mean_power.systematic for row in rows],
+            units.power,
+        ),
         Column("warnings", ["; ".join(map(str, row.warnings)) for row in rows]),
         Column("responses", [row.responses for row in rows]),
         Column("bound", [row.bound for row in rows], units.power),
@@ -124,9 +144,16 @@ def columns_of(keys: Sequence[str], rows: Sequence[SweepRow], units: AnswerUnits
 def powers_of(keys: Sequence[str], rows: Sequence[SweepRow], units: AnswerUnits) -> Table:
     """The rows as people read them: the powers with their whole errors at 95 %."""
     powers: list[Cell] = [FAILED if row.mean_power is None else row.mean_power for row in rows]
-    shown = [c for c in columns_of(keys, rows, units).columns if c.name in (*keys, "engine", *POWER, "seconds")]
+    shown = [
+        c
+        for c in columns_of(keys, rows, units).columns
+        if c.name in (*keys, "engine", *POWER, "seconds")
+    ]
     shown = [dataclasses.replace(c, cells=powers) if c.name in POWER else c for c in shown]
-    shares = [percent(row.mean_power.value, row.bound) if row.mean_power and row.bound else None for row in rows]
+    shares = [
+        percent(row.mean_power.value, row.bound) if row.mean_power and row.bound else None
+        for row in rows
+    ]
     return Table((*shown, *([Column("share_of_possible", shares)] if any(shares) else [])))
 
 
@@ -147,18 +174,27 @@ def read_cells(cells: Mapping[str, str]) -> SweepRow | None:
         seconds = float(cells["seconds"])
         if not (0.0 <= seconds < math.inf and (responses or 0) in range(MOST_RESPONSES)):
             return None
-    except (ValueError, TypeError, KeyError, HarvesterError):  # no such cells; numbers that are none, or not finite
+    except (
+        ValueError,
+        TypeError,
+        KeyError,
+        HarvesterError,
+    ):  # no such cells; numbers that are none, or not finite
         return None
     if cells["error"]:
         return None
     earlier = (warning("said_by_earlier_run", text=cells["warnings"]),) if cells["warnings"] else ()
-    return SweepRow(cells["engine"], voltage, power, seconds, warnings=earlier, responses=responses, bound=bound)
+    return SweepRow(
+        cells["engine"], voltage, power, seconds, warnings=earlier, responses=responses, bound=bound
+    )
 
 
 def _read_value(cells: Mapping[str, str], name: str) -> Value:
     """The value whose parts stand in columns that begin with its name."""
     texts = {part: cells[name + end] for end, part in PARTS.items() if part != "error95"}
-    parts: dict[str, Any] = {part: text if part == "unknown" else _number(text) for part, text in texts.items()}
+    parts: dict[str, Any] = {
+        part: text if part == "unknown" else _number(text) for part, text in texts.items()
+    }
     return Value(**parts)
 
 

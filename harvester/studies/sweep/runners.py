@@ -1,7 +1,7 @@
 """The ways to compute the tasks of a sweep: in this process, in a pool, or by an executor, with the same answers.
 
-Each yields tasks with their answers, in the order in which they are done, and leaves nothing running when it ends: by
-an error, because nobody asks for more, or because the program died.
+Each yields tasks with their answers, in the order in which they are done, and leaves nothing
+running when it ends: by an error, because nobody asks for more, or because the program died.
 """
 
 import itertools
@@ -34,11 +34,13 @@ def in_this_process(tasks: Iterator[Task]) -> Done:
         yield task, compute(task)
 
 
-def pool(tasks: Iterator[Task], workers: int, meanwhile: Callable[[], object] | None = None) -> Done:
+def pool(
+    tasks: Iterator[Task], workers: int, meanwhile: Callable[[], object] | None = None
+) -> Done:
     """Compute the tasks in a number of worker processes, which share the cores; ``meanwhile`` is called once beside it.
 
-    A process that dies is replaced; its task is tried once more, a batch then point by point, and is an error if
-    that dies, too.
+    A process that dies is replaced; its task is tried once more, a batch then point by point, and
+    is an error if that dies, too.
     """
     from harvester.machine import processes
 
@@ -51,7 +53,9 @@ def pool(tasks: Iterator[Task], workers: int, meanwhile: Callable[[], object] | 
         task = again.popleft() if again else next(tasks, None)
         if task is None:
             return None
-        return task, *processes.submit_to_one(idle, lambda: processes.create(env=env), compute_alone, (task,))
+        return task, *processes.submit_to_one(
+            idle, lambda: processes.create(env=env), compute_alone, (task,)
+        )
 
     try:
         for task, job, process in processes.completed(start, workers, meanwhile):
@@ -73,26 +77,42 @@ def pool(tasks: Iterator[Task], workers: int, meanwhile: Callable[[], object] | 
 def by_executor(tasks: Iterator[Task], executor: Any) -> Done:
     """Compute the tasks by an executor of `concurrent.futures`, or the client of a Dask scheduler, on a core each.
 
-    Dask gives a task whose worker died to another worker; one that ended several is computed point by point, and a
-    point that did is an error.
+    Dask gives a task whose worker died to another worker; one that ended several is computed point
+    by point, and a point that did is an error.
 
     Raises SimulationError if the executor goes while it is needed, or has no worker for `PATIENCE`.
     """
-    name = f"the Dask scheduler at {executor.scheduler.address}" if hasattr(executor, "scheduler") else "the executor"
+    name = (
+        f"the Dask scheduler at {executor.scheduler.address}"
+        if hasattr(executor, "scheduler")
+        else "the executor"
+    )
     try:
         yield from _by_executor(tasks, executor, name)
     except HarvesterError:
         raise
     except Exception as error:
-        is_there = executor.status == "running" if hasattr(executor, "status") else not isinstance(error, GONE)
+        is_there = (
+            executor.status == "running"
+            if hasattr(executor, "status")
+            else not isinstance(error, GONE)
+        )
         if is_there:
             raise
         raise SimulationError(f"{name} has gone: start another, and `resume`") from None
 
 
 def _by_executor(tasks: Iterator[Task], executor: Any, name: str) -> Done:
-    submit = executor.get_executor(pure=False).submit if hasattr(executor, "get_executor") else executor.submit
-    ahead = max(AHEAD * sum(executor.nthreads().values()), FEWEST) if hasattr(executor, "nthreads") else FEWEST
+    submit = (
+        executor.get_executor(pure=False).submit
+        if hasattr(executor, "get_executor")
+        else executor.submit
+    )
+    ahead = (
+        max(AHEAD * sum(executor.nthreads().values()), FEWEST)
+        if hasattr(executor, "nthreads")
+        else FEWEST
+    )
     pending = {submit(compute_on_one_core, task): task for task in itertools.islice(tasks, ahead)}
     try:
         for job in _as_completed(pending, executor, name):
@@ -105,7 +125,9 @@ def _by_executor(tasks: Iterator[Task], executor: Any, name: str) -> Done:
             except Exception as error:
                 if type(error).__name__ != "KilledWorker":
                     why = f"{type(error).__name__}: {error}"
-                    raise SimulationError(f"a worker must run this version of harvester, but fails: {why}") from None
+                    raise SimulationError(
+                        f"a worker must run this version of harvester, but fails: {why}"
+                    ) from None
                 repeats, answers = task.split(), task.lost()
             if not repeats:
                 yield task, answers

@@ -9,7 +9,8 @@ from typing import Any
 
 from harvester.errors import InputError
 
-VERSIONS = ("harvester", "numpy", "scipy", "numba", "PySpice", "ngspice")  # of which last digits may depend
+# of which last digits may depend
+VERSIONS = ("harvester", "numpy", "scipy", "numba", "PySpice", "ngspice")
 
 
 @dataclass(frozen=True)
@@ -29,7 +30,9 @@ class JournalKind:
         return f"{self.name}.journal"
 
 
-SWEEP = JournalKind("sweep", ("scene_digest", "netlist", "points", "vary", "engines"), "to go on from sweep.csv")
+SWEEP = JournalKind(
+    "sweep", ("scene_digest", "netlist", "points", "vary", "engines"), "to go on from sweep.csv"
+)
 
 
 def identity(about: Mapping[str, Any], kind: JournalKind = SWEEP) -> dict[str, str]:
@@ -38,7 +41,9 @@ def identity(about: Mapping[str, Any], kind: JournalKind = SWEEP) -> dict[str, s
     made_by = about.get("versions")
     known = made_by if isinstance(made_by, dict) else {}
     versions = ", ".join(f"{name} {known[name]}" for name in VERSIONS if name in known)
-    return {key: short_hash(json.dumps(about.get(key), default=str)) for key in kind.same} | {"versions": versions}
+    return {key: short_hash(json.dumps(about.get(key), default=str)) for key in kind.same} | {
+        "versions": versions
+    }
 
 
 def short_hash(text: str) -> str:
@@ -46,7 +51,9 @@ def short_hash(text: str) -> str:
     return hashlib.sha256(text.encode(errors="surrogatepass")).hexdigest()[:16]
 
 
-def check_same(out: Path, before: object, now: Mapping[str, str], kind: JournalKind = SWEEP) -> None:
+def check_same(
+    out: Path, before: object, now: Mapping[str, str], kind: JournalKind = SWEEP
+) -> None:
     """Raise InputError, with what differs, where the identity of the earlier study in a folder is not that of now."""
     for key in kind.same:
         if not isinstance(before, dict) or before.get(key) != now[key]:

@@ -19,9 +19,11 @@ class SharedBudget:
     """
 
     def __init__(self, seconds: float, rows: int, beside: int) -> None:
-        self._seconds, self._end = seconds, time.monotonic() + seconds
+        self._seconds = seconds
+        self._end = time.monotonic() + seconds
         self._rows, self._beside = rows, beside
-        self._given: dict[tuple[int, tuple[int, ...]], tuple[float, float]] = {}  # when, and what, of tasks at work
+        # when, and what, of tasks at work
+        self._given: dict[tuple[int, tuple[int, ...]], tuple[float, float]] = {}
         self._beyond: dict[int, float] = {}  # of an engine, by its index
 
     def share(self, tasks: Iterator[Task]) -> Iterator[Task]:
@@ -30,7 +32,9 @@ class SharedBudget:
             yield task if task.engine.is_formula else self._with_share(task)
 
     def _with_share(self, task: Task) -> Task:
-        count, left, beyond = len(task.points), self._end - time.monotonic(), self._beyond.get(task.engine_index, 0.0)
+        count = len(task.points)
+        left = self._end - time.monotonic()
+        beyond = self._beyond.get(task.engine_index, 0.0)
         share = left * min(self._beside / max(self._rows, count), 1.0)
         self._rows -= count
         if left <= beyond:
@@ -44,8 +48,13 @@ class SharedBudget:
         for task, answers in done:
             begin, given = self._given.pop((task.engine_index, task.points), (0.0, 0.0))
             if given:
-                seconds = [row.seconds or 0.0 for row in answers if isinstance(row, SweepRow)]  # no worker's start
-                took = (sum(seconds) if len(seconds) == len(answers) else time.monotonic() - begin) / len(task.points)
+                # no worker's start
+                seconds = [row.seconds or 0.0 for row in answers if isinstance(row, SweepRow)]
+                took = (
+                    sum(seconds) if len(seconds) == len(answers) else time.monotonic() - begin
+                ) / len(task.points)
                 beyond = max(took - given, 0.0)
-                self._beyond[task.engine_index] = min(beyond, self._beyond.get(task.engine_index, beyond))
+                self._beyond[task.engine_index] = min(
+                    beyond, self._beyond.get(task.engine_index, beyond)
+                )
             yield task, answers

@@ -17,7 +17,8 @@ from harvester.studies.sweep.compute import compute_table
 from harvester.studies.sweep.points import Axis, Points, axis_of, grid
 from harvester.studies.sweep.sweep_table import SweepTable
 
-Values: TypeAlias = str | Sequence[float | str]  # "1k:10M:25", or numbers in SI units and texts with their unit
+# "1k:10M:25", or numbers in SI units and texts with their unit
+Values: TypeAlias = str | Sequence[float | str]
 
 
 @as_in_version_0_1("over", "values", "engines", "out", adapter=calls_with_name)
@@ -39,29 +40,30 @@ def sweep(
     scene
         a `Scene`, or the path of a scene file.
     vary
-        scene keys, such as "load.resistance", and their values: numbers in SI units, texts with their unit ("1 kohm"),
-        or one text FROM:TO:COUNT as on the command line, such as "1k:10M:25", whose values each are the same multiple
-        of the one before.
+        scene keys, such as "load.resistance", and their values: numbers in SI units, texts with
+        their unit ("1 kohm"), or one text FROM:TO:COUNT as on the command line, such as
+        "1k:10M:25", whose values each are the same multiple of the one before.
     engines
         engines or their names; by default `Exact` for a linear scene, for a netlist `Spice` beside
         `Ideal`, else all that support it, `Density` under white noise only.  For a netlist `Ideal`, else `Compiled`, is
         computed in place of formulas.
     execution
-        who computes, how progress is shown, and the folder for sweep.csv, sweep.nc, sweep.png and provenance.json;
-        without a folder nothing is left on the disk.
+        who computes, how progress is shown, and the folder for sweep.csv, sweep.nc, sweep.png and
+        provenance.json; without a folder nothing is left on the disk.
     over, values
         names of version 0.1, which warn.
 
     Returns
     -------
     SweepTable
-        a row for each point and engine, in SI units (nondimensional scene: without units); a point that failed has its
-        reason in place of numbers.
+        a row for each point and engine, in SI units (nondimensional scene: without units); a point
+        that failed has its reason in place of numbers.
 
     Raises
     ------
     InputError
-        for a key that no scene has, a value that it cannot take, or a folder that cannot be written.
+        for a key that no scene has, a value that it cannot take, or a folder that cannot be
+        written.
     HarvesterError
         where every point failed, the last error.
 
@@ -73,27 +75,42 @@ def sweep(
     """
     vary = _varied(vary, over, values)
     if not isinstance(vary, Points) and not vary:
-        raise InputError("`vary` must have a scene key, such as {'load.resistance': '1k:10M:25'}, but has none")
+        raise InputError(
+            "`vary` must have a scene key, such as {'load.resistance': '1k:10M:25'}, but has none"
+        )
     axes = [axis_of(key, some) for key, some in vary.items()] if isinstance(vary, Mapping) else vary
     problem = Problem.of(scene)
-    named, stand_ins = for_circuit(problem, default_engines(problem) if engines is None else engines)
+    named, stand_ins = for_circuit(
+        problem, default_engines(problem) if engines is None else engines
+    )
     points = axes if isinstance(axes, Points) else grid(axes)
     return compute_table(problem.scene, points, engines_of(named), execution, in_place_of=stand_ins)
 
 
-def for_circuit(problem: Problem, which: Sequence[Named]) -> tuple[Sequence[Named], dict[str, list[str]]]:
+def for_circuit(
+    problem: Problem, which: Sequence[Named]
+) -> tuple[Sequence[Named], dict[str, list[str]]]:
     """Engines whose answers stand in one figure, and for each that is in place of formulas the names of these.
 
-    No formula knows a netlist: in their place is the circuit of ideal elements, `Ideal`, else `Compiled`.
+    No formula knows a netlist: in their place is the circuit of ideal elements, `Ideal`, else
+    `Compiled`.
     """
     which = [which] if isinstance(which, str | Engine) else which
     known = dict(zip(which, engines_of(which), strict=True))
-    formulas = [engine.NAME for engine in known.values() if engine.is_formula and problem.netlist is not None]
-    instead = [kind.NAME for kind in (Ideal, Compiled) if formulas and kind.refusal(problem) is None][:1]
+    formulas = [
+        engine.NAME
+        for engine in known.values()
+        if engine.is_formula and problem.netlist is not None
+    ]
+    instead = [
+        kind.NAME for kind in (Ideal, Compiled) if formulas and kind.refusal(problem) is None
+    ][:1]
     if not instead:
         return which, {}
     others = [named for named, engine in known.items() if not engine.is_formula]
-    return [*({*instead} - {known[named].NAME for named in others}), *others], {instead[0]: formulas}
+    return [*({*instead} - {known[named].NAME for named in others}), *others], {
+        instead[0]: formulas
+    }
 
 
 def _varied(vary: Any, over: Any, values: Values | None) -> Any:
@@ -103,7 +120,9 @@ def _varied(vary: Any, over: Any, values: Values | None) -> Any:
     if vary is not None:
         raise InputError("`vary` must be given alone, but `over` or `values` is given beside it")
     if isinstance(over, str) != (values is not None):
-        raise InputError(f"`values` must go with a single key, but is {'left out' if values is None else 'given'}")
+        raise InputError(
+            f"`values` must go with a single key, but is {'left out' if values is None else 'given'}"
+        )
     text = "sweep takes vary={key: values} in place of over and values from version 0.3 on"
     warnings.warn(text, DeprecationWarning, stacklevel=6)
     return {over: values} if isinstance(over, str) else over

@@ -31,7 +31,8 @@ class SweepTable(TableResult):
         a row for each point and engine: ``varied`` (keys in SI units), ``engine``, ``mean_power``,
         ``mean_square_voltage``, ``seconds``, ``error``, ``warnings``.
     points
-        the number of each row's point, in the order of the grid (the last key fastest) or of the list.
+        the number of each row's point, in the order of the grid (the last key fastest) or of the
+        list.
     listed
         whether the points are no grid: each takes the n-th value of every axis.
     about
@@ -102,8 +103,14 @@ class SweepTable(TableResult):
     def diagnostics(self) -> tuple[Diagnostic, ...]:
         """Of each engine the first warning, how many points have several responses, and why the first point failed."""
         in_place = self.about.get("in_place_of", {}).items()
-        stand_ins = [note("stands_for_formulas", name, formulas=" and ".join(those)) for name, those in in_place]
-        return (*stand_ins, *(remark for name in self.engines for remark in _remarks(name, self.of(name))))
+        stand_ins = [
+            note("stands_for_formulas", name, formulas=" and ".join(those))
+            for name, those in in_place
+        ]
+        return (
+            *stand_ins,
+            *(remark for name in self.engines for remark in _remarks(name, self.of(name))),
+        )
 
     def of(self, engine: str) -> list[SweepRow]:
         """The rows of an engine."""
@@ -138,8 +145,18 @@ def _remarks(engine: str, rows: Sequence[SweepRow]) -> Iterator[Diagnostic]:
     several = [row.responses for row in rows if row.responses is not None]
     failed = [row.error for row in rows if row.error]
     if warned:
-        yield warning("warned_at_points", engine, count=len(warned), total=len(rows), first=str(warned[0]))
+        yield warning(
+            "warned_at_points", engine, count=len(warned), total=len(rows), first=str(warned[0])
+        )
     if more := [count for count in several if count > 1]:
-        yield warning("several_responses_at_points", engine, count=len(more), total=len(several), most=max(more))
+        yield warning(
+            "several_responses_at_points",
+            engine,
+            count=len(more),
+            total=len(several),
+            most=max(more),
+        )
     if failed:
-        yield warning("failed_at_points", engine, count=len(failed), total=len(rows), first=failed[0])
+        yield warning(
+            "failed_at_points", engine, count=len(failed), total=len(rows), first=failed[0]
+        )

@@ -1,7 +1,7 @@
 """What is computed in one go: one point of an engine that samples, or a batch for an engine of formulas.
 
-An engine with continuation goes from the answer at one point to that at the next, through a few points at a time, which
-are always the same ones.
+An engine with continuation goes from the answer at one point to that at the next, through a few
+points at a time, which are always the same ones.
 """
 
 import dataclasses
@@ -19,7 +19,8 @@ from harvester.studies.sweep.points import Points
 from harvester.studies.sweep.rows import SweepRow
 
 BATCH = 256  # points that an engine of formulas computes at once
-CONTINUED = 7  # points through which an engine goes from answer to answer: what is lost where a program is killed
+# points through which an engine goes from answer to answer: what is lost where a program is killed
+CONTINUED = 7
 
 Answer: TypeAlias = SweepRow | HarvesterError  # a row without the varied keys, or why there is none
 
@@ -35,7 +36,8 @@ class Task:
     points: tuple[int, ...]
     values: tuple[tuple[float, ...], ...]
     tries: int = 0  # how often its worker died
-    left_out: float | None = None  # the budget (s) of the sweep that was spent before it could begin
+    # the budget (s) of the sweep that was spent before it could begin
+    left_out: float | None = None
 
     @property
     def by_continuation(self) -> bool:
@@ -72,17 +74,22 @@ def tasks(
 ) -> Iterator[Task]:
     """The tasks of a sweep, made one by one; ``is_missing(point, index)`` says what is not done yet.
 
-    A batch is always the same points, also where some of them are done: an answer's last digits depend on the batch.
+    A batch is always the same points, also where some of them are done: an answer's last digits
+    depend on the batch.
     """
     for begin in range(0, len(points), BATCH):
         batch = range(begin, min(begin + BATCH, len(points)))
         sizes = [_at_once(engine, scene, points, begin) for engine in engines]
         for size in (BATCH, CONTINUED, 1):
             for numbers in (batch[first : first + size] for first in range(0, len(batch), size)):
-                for index in (index for index, engine_size in enumerate(sizes) if engine_size == size):
+                for index in (
+                    index for index, engine_size in enumerate(sizes) if engine_size == size
+                ):
                     if any(is_missing(point, index) for point in numbers):
                         values = tuple(points.values(point) for point in numbers)
-                        yield Task(scene, engines[index], index, points.keys, tuple(numbers), values)
+                        yield Task(
+                            scene, engines[index], index, points.keys, tuple(numbers), values
+                        )
 
 
 def _at_once(engine: Engine, scene: Scene, points: Points, first: int) -> int:
@@ -100,9 +107,9 @@ def _at_once(engine: Engine, scene: Scene, points: Points, first: int) -> int:
 def compute_alone(task: Task) -> tuple[list[Answer], bool]:
     """Compute a task in a worker process, and say whether that may take another one.
 
-    Where an engine goes from point to point, ngspice runs in this very process, which is not started for more; a task
-    that ended its process before, or whose runs may be given up at the end of a budget, has processes of ngspice as
-    elsewhere.
+    Where an engine goes from point to point, ngspice runs in this very process, which is not
+    started for more; a task that ended its process before, or whose runs may be given up at the end
+    of a budget, has processes of ngspice as elsewhere.
     """
     if not task.by_continuation or task.tries or getattr(task.engine, "budget", None) is not None:
         return compute(task), True
@@ -121,7 +128,9 @@ def compute(task: Task) -> list[Answer]:
         return [SimulationError(SPENT.format(task.left_out)) for _ in task.points]
     answers: list[Estimate | HarvesterError] = []
     try:
-        scenes = [task.scene.varied(dict(zip(task.keys, values, strict=True))) for values in task.values]
+        scenes = [
+            task.scene.varied(dict(zip(task.keys, values, strict=True))) for values in task.values
+        ]
         if task.engine.is_formula:
             answers = task.engine.run_many(scenes)
         elif task.by_continuation:
@@ -136,4 +145,6 @@ def compute(task: Task) -> list[Answer]:
         if os.environ.get("HARVESTER_TRACEBACK"):
             raise
         answers = [named(error) for _ in task.points]
-    return [SweepRow.answered(answer) if isinstance(answer, Estimate) else answer for answer in answers]
+    return [
+        SweepRow.answered(answer) if isinstance(answer, Estimate) else answer for answer in answers
+    ]

@@ -1,13 +1,13 @@
 """Which devices are computed: quasi-random samples of all spreads at once, and each key alone at its ends.
 
-Places are Sobol's scrambled sequence in the unit cube, which fills it more evenly than random ones.  Keys that go
-together are tied by a Gaussian copula: the places become normal numbers, get the correlation matrix C = L L^T by the
-factor L, and become places again,
+Places are Sobol's scrambled sequence in the unit cube, which fills it more evenly than random ones.
+Keys that go together are tied by a Gaussian copula: the places become normal numbers, get the
+correlation matrix C = L L^T by the factor L, and become places again,
 
     u' = Phi(L Phi^-1(u)),
 
-so that each key keeps its own distribution.  A correlation is that of the normal numbers behind the keys; of uniform
-spreads it is within 0.02 of their own.
+so that each key keeps its own distribution.  A correlation is that of the normal numbers behind the
+keys; of uniform spreads it is within 0.02 of their own.
 """
 
 from collections.abc import Mapping, Sequence
@@ -36,11 +36,13 @@ def sobol_points(count: int, dimensions: int, seed: int) -> Floats:
     return np.asarray(np.clip(u, INSIDE, 1.0 - INSIDE))
 
 
-def correlation(given: Sequence[str] | Mapping[tuple[str, str], float], keys: Sequence[str]) -> Floats | None:
+def correlation(
+    given: Sequence[str] | Mapping[tuple[str, str], float], keys: Sequence[str]
+) -> Floats | None:
     """The matrix of correlations that texts ``A,B=.7`` or pairs describe, shape (n, n); None if there are none.
 
-    Raises InputError for a text of another form, a key that is not varied, a number outside -1 to 1, and correlations
-    that cannot be true together.
+    Raises InputError for a text of another form, a key that is not varied, a number outside -1 to
+    1, and correlations that cannot be true together.
     """
     pairs = dict(given) if isinstance(given, Mapping) else dict(_pair(text) for text in given)
     if not pairs:
@@ -58,7 +60,9 @@ def correlation(given: Sequence[str] | Mapping[tuple[str, str], float], keys: Se
         a, b = keys.index(first), keys.index(second)
         matrix[a, b] = matrix[b, a] = value
     if np.linalg.eigvalsh(matrix).min() <= 1e-9:
-        raise InputError("`correlate` must give correlations that can be true together, but these cannot")
+        raise InputError(
+            "`correlate` must give correlations that can be true together, but these cannot"
+        )
     return matrix
 
 

@@ -14,7 +14,14 @@ from harvester.equations.problem import Problem
 from harvester.errors import InputError, invalid, reading, unknown
 from harvester.quantities.kinds import Kind, with_prefix
 from harvester.studies.extremes.extremes import read_lifetime
-from harvester.studies.extremes.levels import RATE, SPEED, STRAIN, check_served, is_sinusoidal, strain_factor
+from harvester.studies.extremes.levels import (
+    RATE,
+    SPEED,
+    STRAIN,
+    check_served,
+    is_sinusoidal,
+    strain_factor,
+)
 
 POWER = Kind("a mean power (W)", "W", "'5 uW'")
 SQUARE = Kind("a mean square voltage (V^2)", "V^2", "'4 V^2'")
@@ -28,7 +35,13 @@ OFTEN = Kind("a rate (Hz)", "Hz", "'7 Hz'")
 QUANTITIES = {"mean_power": POWER, "mean_square_voltage": SQUARE, "voltage_rms": VOLTAGE}
 # Over a lifetime: 95 % of devices of these values stay below; the impact rate is a mean.
 PEAKS = ("peak_displacement", "peak_voltage", STRAIN, SPEED, RATE)
-QUANTITIES |= {"peak_displacement": LENGTH, "peak_voltage": VOLTAGE, STRAIN: PURE, SPEED: FAST, RATE: OFTEN}
+QUANTITIES |= {
+    "peak_displacement": LENGTH,
+    "peak_voltage": VOLTAGE,
+    STRAIN: PURE,
+    SPEED: FAST,
+    RATE: OFTEN,
+}
 _FORM = re.compile(r"\s*([\w.]+)\s*(>=|<=|>|<)\s*(.+?)\s*")
 
 
@@ -47,7 +60,11 @@ class Limit:
 
     def margin(self, value: float) -> float:
         """How far a value is within the limit, relatively; below 0 beyond it, infinite for an infinite bound."""
-        return self.sign * (value - self.bound) / ((math.isfinite(self.bound) and abs(self.bound)) or 1.0)
+        return (
+            self.sign
+            * (value - self.bound)
+            / ((math.isfinite(self.bound) and abs(self.bound)) or 1.0)
+        )
 
     def met(self, values: Floats) -> NDArray[np.bool_]:
         """Which of the values, of any shape, meet it; a bound itself is met, and nan never is."""
@@ -57,13 +74,17 @@ class Limit:
 def parse(text: str, physical: bool = True, quantities: Mapping[str, Kind] = QUANTITIES) -> Limit:
     """The limit that a text such as ``mean_power > 5 uW`` describes; of a nondimensional scene without unit.
 
-    Raises InputError for a text of another form, a quantity that is not among ``quantities``, with the nearest match,
-    and a bound that is none of its values.
+    Raises InputError for a text of another form, a quantity that is not among ``quantities``, with
+    the nearest match, and a bound that is none of its values.
     """
     match = _FORM.fullmatch(text)
     if match is None:
-        raise invalid("`limit`", "be QUANTITY > VALUE or QUANTITY < VALUE, such as 'mean_power > 5 uW'", text)
-    name, sign, bound = match[1], match[2], match[3]
+        raise invalid(
+            "`limit`", "be QUANTITY > VALUE or QUANTITY < VALUE, such as 'mean_power > 5 uW'", text
+        )
+    name = match[1]
+    sign = match[2]
+    bound = match[3]
     if name not in quantities:
         raise unknown("quantity of a limit", name, quantities)
     kind = quantities[name] if physical else NUMBER
@@ -76,13 +97,16 @@ def limits(texts: Sequence[str] | str, physical: bool) -> tuple[Limit, ...]:
     return tuple(parse(text, physical) for text in ([texts] if isinstance(texts, str) else texts))
 
 
-def lifetime_of(limits: Sequence[Limit], lifetime: float | str | None, problem: Problem) -> float | None:
+def lifetime_of(
+    limits: Sequence[Limit], lifetime: float | str | None, problem: Problem
+) -> float | None:
     """The lifetime, in seconds or 1/w0, of the limits that are of peaks; None if none is.
 
     A sinusoid alone moves a linear scene alike for ever: there it may be left out, and is infinite.
 
-    Raises InputError if it is missing, none of the limits is of a peak, or a strain or an impact is limited that the
-    scene does not have; CannotServeError for a scene that has no peaks over a lifetime.
+    Raises InputError if it is missing, none of the limits is of a peak, or a strain or an impact is
+    limited that the scene does not have; CannotServeError for a scene that has no peaks over a
+    lifetime.
     """
     peaks = [limit.quantity for limit in limits if limit.quantity in PEAKS]
     if lifetime is None and not peaks:
@@ -94,7 +118,9 @@ def lifetime_of(limits: Sequence[Limit], lifetime: float | str | None, problem: 
     else:
         span = read_lifetime(lifetime, problem)
         if not peaks:
-            raise InputError(f"`lifetime` must go with a limit of {' or '.join(PEAKS)}, but there is none")
+            raise InputError(
+                f"`lifetime` must go with a limit of {' or '.join(PEAKS)}, but there is none"
+            )
         check_served(problem)
     for name in (SPEED, RATE):
         if name in peaks and not problem.equations.has_stop:

@@ -1,8 +1,9 @@
 """Quantiles of samples, and the share of them that meets limits, both with intervals.
 
-Quasi-random samples scatter less than random ones, for which the intervals hold: of a quantile the order statistics
-between which it lies with 95 % (binomial), of a share Wilson's.  The engine's own error, a share ``off`` of each value,
-moves all of them up or down together: the intervals hold both ends.
+Quasi-random samples scatter less than random ones, for which the intervals hold: of a quantile the
+order statistics between which it lies with 95 % (binomial), of a share Wilson's.  The engine's own
+error, a share ``off`` of each value, moves all of them up or down together: the intervals hold both
+ends.
 """
 
 from collections.abc import Mapping, Sequence
@@ -30,7 +31,8 @@ def quantile(values: Floats, share: float, off: float = 0.0) -> ShareInterval:
     """The value that a ``share`` of the samples, shape (n,), is below, in their unit."""
     from scipy.stats import binom
 
-    ordered, count = np.sort(values), len(values)
+    ordered = np.sort(values)
+    count = len(values)
     low, high = binom.ppf([0.025, 0.975], count, share)
     ends = [  # with 95 % the quantile lies between the samples of these ranks, if there are such
         float(ordered[rank] + side * off * abs(ordered[rank])) if 0 <= rank < count else None
@@ -41,24 +43,33 @@ def quantile(values: Floats, share: float, off: float = 0.0) -> ShareInterval:
 
 def wilson(met: float, count: int) -> tuple[float, float]:
     """The ends of the 95 % interval of a share, of which ``met`` of ``count`` were found (Wilson, 1927)."""
-    share, z2 = met / count, half95(1.0) ** 2
-    middle, width = share + 0.5 * z2 / count, np.sqrt(share * (1.0 - share) * z2 / count + 0.25 * (z2 / count) ** 2)
+    share = met / count
+    z2 = half95(1.0) ** 2
+    middle = share + 0.5 * z2 / count
+    width = np.sqrt(share * (1.0 - share) * z2 / count + 0.25 * (z2 / count) ** 2)
     ends = (middle + np.array([-width, width])) / (1.0 + z2 / count)
     return (0.0 if met == 0 else float(ends[0])), (1.0 if met == count else float(ends[1]))
 
 
 def share_met(
-    limits: Sequence[Limit], samples: Mapping[str, Floats], off: Mapping[str, float | Floats], failed: int = 0
+    limits: Sequence[Limit],
+    samples: Mapping[str, Floats],
+    off: Mapping[str, float | Floats],
+    failed: int = 0,
 ) -> ShareInterval:
     """The share of devices that meet all limits; ``failed`` more have no answer, and count as not meeting them.
 
-    ``samples`` are the values of each quantity, shape (n,), ``off`` the engine's relative error of each,
-    of all samples or one by one.
+    ``samples`` are the values of each quantity, shape (n,), ``off`` the engine's relative error of
+    each, of all samples or one by one.
     """
     count = len(next(iter(samples.values()))) + failed
 
     def met(side: int) -> int:
         shifts = {limit: 1.0 + side * limit.sign * off.get(limit.quantity, 0.0) for limit in limits}
-        return int(np.all([limit.met(samples[limit.quantity] * shifts[limit]) for limit in limits], axis=0).sum())
+        return int(
+            np.all(
+                [limit.met(samples[limit.quantity] * shifts[limit]) for limit in limits], axis=0
+            ).sum()
+        )
 
     return ShareInterval(met(0) / count, wilson(met(-1), count)[0], wilson(met(1), count)[1])

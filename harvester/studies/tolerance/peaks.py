@@ -1,13 +1,14 @@
 """The limited peaks of many devices: of some by Rice's formula or counted, of all others by a polynomial through them.
 
-A counted level has an sampling error of ten to thirty per cent, from a path with noise of its own.  Least squares of
-the logarithms of n levels, s being their scatter about the polynomial and h(x) the leverage of keys' values x, know the
-level there at 95 % within
+A counted level has an sampling error of ten to thirty per cent, from a path with noise of its own.
+Least squares of the logarithms of n levels, s being their scatter about the polynomial and h(x)
+the leverage of keys' values x, know the level there at 95 % within
 
     1.96 s sqrt(h(x)),
 
-which is far less: the mean of h is the number of coefficients over n.  A level by Rice's formula has no noise: what
-leaving a sample out does not predict counts in full there, and the formula's own error.
+which is far less: the mean of h is the number of coefficients over n.  A level by Rice's formula
+has no noise: what leaving a sample out does not predict counts in full there, and the formula's own
+error.
 """
 
 from collections.abc import Callable, Sequence
@@ -32,7 +33,8 @@ BLOCKS = 512  # of each of these paths
 class PeakSurfaces:
     """The peaks over a lifetime at keys' values: polynomials of their logarithms.
 
-    ``known`` are the relative errors at 95 % of levels by Rice's formula; it is None if levels were counted.
+    ``known`` are the relative errors at 95 % of levels by Rice's formula; it is None if levels were
+    counted.
     """
 
     surfaces: dict[str, Polynomial]
@@ -43,7 +45,10 @@ class PeakSurfaces:
         levels = {name: np.exp(surface(x)) for name, surface in self.surfaces.items()}
         if self.known is not None:
             return levels, {name: np.full(len(x), error) for name, error in self.known.items()}
-        off = {name: np.expm1(half95(s.scatter) * np.sqrt(s.leverage(x))) for name, s in self.surfaces.items()}
+        off = {
+            name: np.expm1(half95(s.scatter) * np.sqrt(s.leverage(x)))
+            for name, s in self.surfaces.items()
+        }
         return levels, off
 
 
@@ -62,7 +67,8 @@ def peak_surfaces(
 ) -> PeakSurfaces:
     """The surfaces through the peaks of ``scenes`` at keys' values ``x``, shape (n, keys).
 
-    The first ``inner`` of them are samples, the others hold the outer ends; ``report`` is called with the number done.
+    The first ``inner`` of them are samples, the others hold the outer ends; ``report`` is called
+    with the number done.
 
     Raises HarvesterError where a scene has no peaks.
     """

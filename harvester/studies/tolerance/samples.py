@@ -1,12 +1,14 @@
 """The power and voltage of many devices by one engine, and how far they are from those of a dearer engine.
 
-An engine computes some of the samples, all with the same noise if it has any, and a polynomial through them stands
-for the others.  A dearer engine computes a few of the samples again: with the ratios r of its answers to the cheap
-ones, samples are multiplied by mean(r), and another sample lies within
+An engine computes some of the samples, all with the same noise if it has any, and a polynomial
+through them stands for the others.  A dearer engine computes a few of the samples again: with the
+ratios r of its answers to the cheap ones, samples are multiplied by mean(r), and another sample
+lies within
 
     off = t s sqrt(1 + 1/K) + (the dearer engine's own bias)
 
-of its own, relatively, with 95 % (s: standard deviation of K ratios, t: Student's quantile of K - 1).
+of its own, relatively, with 95 % (s: standard deviation of K ratios, t: Student's quantile of K -
+1).
 """
 
 import math
@@ -29,7 +31,8 @@ from harvester.studies.tolerance.surface import fit
 from harvester.uncertainty.value import half95
 
 QUANTITIES = ("mean_power", "mean_square_voltage")
-CHEAPEST_FIRST = ("exact", "averaged", "ideal", "ensemble", "spice")  # whose own error can be measured, or is none
+# whose own error can be measured, or is none
+CHEAPEST_FIRST = ("exact", "averaged", "ideal", "ensemble", "spice")
 CHECKS, CHECKS_BY_NGSPICE = (8, 0.005), (4, 0.02)  # runs, and their error
 SMALL = 0.5  # of the standard deviation of the powers: an error below is small against their spread
 
@@ -38,9 +41,9 @@ SMALL = 0.5  # of the standard deviation of the powers: an error below is small 
 class Samples:
     """What the samples of one engine are: their values, which of them have an answer, and the relative error.
 
-    ``values`` are those of each of `QUANTITIES`, shape (n,), where ``served``; ``off`` the relative error at 95 % that
-    is common to all or within which each lies, None if it is not known; ``checks`` say if it is from; ``ratio``
-    is what the powers were multiplied by.
+    ``values`` are those of each of `QUANTITIES`, shape (n,), where ``served``; ``off`` the relative
+    error at 95 % that is common to all or within which each lies, None if it is not known;
+    ``checks`` say if it is from; ``ratio`` is what the powers were multiplied by.
     """
 
     engine: str
@@ -68,7 +71,9 @@ def cheapest(problem: Problem) -> type[Any]:
         except HarvesterError:  # of a formula that has no answer here
             continue
         return kind
-    raise InputError(f"`engine` must serve the scene, but none does: {ENGINES['ensemble'].refusal(problem)}")
+    raise InputError(
+        f"`engine` must serve the scene, but none does: {ENGINES['ensemble'].refusal(problem)}"
+    )
 
 
 def dearer(engine: Engine, **options: Any) -> Engine | None:
@@ -87,13 +92,17 @@ def checker(engine: Engine, within: float | None, seed: int) -> tuple[int, Engin
 
 def column(table: SweepTable, name: str) -> Floats:
     """A column of all rows as numbers, in the order of the points; nan if there is none."""
-    return np.array([math.nan if cell is None else cell for cell in table.table.plain()[name]], dtype=np.float64)
+    return np.array(
+        [math.nan if cell is None else cell for cell in table.table.plain()[name]], dtype=np.float64
+    )
 
 
 def stated(table: SweepTable, name: str) -> Floats | None:
     """The engine's own relative error at 95 % of each row, shape (n,); None if it states none for a row."""
-    value, stderr = column(table, name), column(table, f"{name}_stderr")
-    bias = column(table, "mean_power_bias") / np.abs(column(table, "mean_power"))  # the same for both: V^2 over a load
+    value = column(table, name)
+    stderr = column(table, f"{name}_stderr")
+    # the same for both: V^2 over a load
+    bias = column(table, "mean_power_bias") / np.abs(column(table, "mean_power"))
     if np.isnan(stderr[~np.isnan(value)] + 0.0).any() and np.isnan(bias[~np.isnan(value)]).any():
         return None
     return np.asarray(np.nan_to_num(half95(stderr) / np.abs(value)) + np.nan_to_num(bias))
@@ -108,7 +117,9 @@ def direct(engine: Engine, table: SweepTable) -> Samples:
         errors = stated(table, name)
         off[name] = None if errors is None or not served.any() else float(np.median(errors[served]))
     check = note("error_by_engine" if off["mean_power"] is not None else "no_error_stated")
-    return Samples(engine.NAME, {name: v[served] for name, v in values.items()}, served, off, (check,))
+    return Samples(
+        engine.NAME, {name: v[served] for name, v in values.items()}, served, off, (check,)
+    )
 
 
 @dataclass(frozen=True)
@@ -120,7 +131,9 @@ class Ratio:
     check: Diagnostic
 
 
-def compared(table: SweepTable, checked: Sequence[int], dearer: SweepTable, engine: Engine, by: Engine) -> Ratio:
+def compared(
+    table: SweepTable, checked: Sequence[int], dearer: SweepTable, engine: Engine, by: Engine
+) -> Ratio:
     """Compare the rows ``checked`` of a table by an ``engine`` with those of a ``dearer`` table.
 
     Raises InputError if fewer than two of them have an answer by both.
@@ -133,13 +146,25 @@ def compared(table: SweepTable, checked: Sequence[int], dearer: SweepTable, engi
     for name in QUANTITIES:
         ratios = column(dearer, name) / column(table, name)[list(checked)]
         good = np.isfinite(ratios)
-        ratios, count = ratios[good], int(good.sum())
+        ratios = ratios[good]
+        count = int(good.sum())
         if count < 2:
-            raise InputError(f"`checks` must be more: {by.NAME!r} answered at {count} of {len(checked)} samples")
-        bias = np.nan_to_num(column(dearer, "mean_power_bias") / np.abs(column(dearer, "mean_power")))[good]
-        width = float(stdtrit(count - 1, 0.975)) * float(ratios.std(ddof=1)) * math.sqrt(1.0 + 1.0 / count)
-        ratio[name], off[name] = float(ratios.mean()), width + float(np.median(bias))
-    check = note("checked_by_runs", runs=count, by=by.NAME, ratio=ratio["mean_power"], engine=engine.NAME)
+            raise InputError(
+                f"`checks` must be more: {by.NAME!r} answered at {count} of {len(checked)} samples"
+            )
+        bias = np.nan_to_num(
+            column(dearer, "mean_power_bias") / np.abs(column(dearer, "mean_power"))
+        )[good]
+        width = (
+            float(stdtrit(count - 1, 0.975))
+            * float(ratios.std(ddof=1))
+            * math.sqrt(1.0 + 1.0 / count)
+        )
+        ratio[name] = float(ratios.mean())
+        off[name] = width + float(np.median(bias))
+    check = note(
+        "checked_by_runs", runs=count, by=by.NAME, ratio=ratio["mean_power"], engine=engine.NAME
+    )
     return Ratio(ratio, off, check)
 
 
@@ -147,7 +172,9 @@ def corrected(samples: Samples, ratio: Ratio) -> Samples:
     """The samples multiplied by the mean ratio of the dearer engine's answers, with the error that these leave."""
     values = {name: samples.values[name] * ratio.ratio[name] for name in QUANTITIES}
     off: dict[str, float | None] = dict(ratio.off)
-    return Samples(samples.engine, values, samples.served, off, (ratio.check,), ratio.ratio["mean_power"])
+    return Samples(
+        samples.engine, values, samples.served, off, (ratio.check,), ratio.ratio["mean_power"]
+    )
 
 
 def interpolated(computed: Samples, outer: Samples, x: Floats, many: Floats) -> Samples:
@@ -157,11 +184,24 @@ def interpolated(computed: Samples, outer: Samples, x: Floats, many: Floats) -> 
     add to the error.
     """
     count = int(computed.served.sum())
-    surfaces = {name: fit(x, np.append(values, outer.values[name]), count) for name, values in computed.values.items()}
+    surfaces = {
+        name: fit(x, np.append(values, outer.values[name]), count)
+        for name, values in computed.values.items()
+    }
     off: dict[str, float | None] = {}
     for name, surface in surfaces.items():
         known = computed.off[name]
-        off[name] = None if known is None else known + 2.0 * surface.scatter / abs(float(computed.values[name].mean()))
-    values = {name: np.maximum(surface(many), 0.0) for name, surface in surfaces.items()}  # no power is below 0
-    checks = (*computed.checks, note("polynomial_stands_for_others", runs=count, ends=len(x) - count))
-    return Samples(computed.engine, values, np.ones(len(many), dtype=bool), off, checks, computed.ratio)
+        off[name] = (
+            None
+            if known is None
+            else known + 2.0 * surface.scatter / abs(float(computed.values[name].mean()))
+        )
+    # no power is below 0
+    values = {name: np.maximum(surface(many), 0.0) for name, surface in surfaces.items()}
+    checks = (
+        *computed.checks,
+        note("polynomial_stands_for_others", runs=count, ends=len(x) - count),
+    )
+    return Samples(
+        computed.engine, values, np.ones(len(many), dtype=bool), off, checks, computed.ratio
+    )

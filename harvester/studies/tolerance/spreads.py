@@ -25,7 +25,8 @@ from harvester.scene.keys import read_value, split_key
 from harvester.scene.scene import Scene
 
 FORMS = (
-    "10%, LOW:HIGH, 2 Hz, E24:5%, normal:2%, normal:MEAN:SD, triangular:10%, triangular:LOW:MODE:HIGH or a list A,B,C"
+    "10%, LOW:HIGH, 2 Hz, E24:5%, normal:2%, normal:MEAN:SD, triangular:10%, "
+    "triangular:LOW:MODE:HIGH or a list A,B,C"
 )
 _ABOUT = ("+-", "±")
 CUT = 4.0  # standard deviations: a normal spread is cut there, beyond which 0.006 % of it lies
@@ -35,8 +36,9 @@ CUT = 4.0  # standard deviations: a normal spread is cut there, beyond which 0.0
 class PartSpread:
     """A scene key and how its value scatters, in SI units.
 
-    ``kind`` is "uniform" with ``values`` (low, high), "normal" (mean, standard deviation; cut at `CUT` of them),
-    "triangular" (low, most likely, high) or "measured" (the values, sorted); ``written`` is what the user wrote.
+    ``kind`` is "uniform" with ``values`` (low, high), "normal" (mean, standard deviation; cut at
+    `CUT` of them), "triangular" (low, most likely, high) or "measured" (the values, sorted);
+    ``written`` is what the user wrote.
     """
 
     key: str
@@ -73,8 +75,9 @@ class PartSpread:
 def parse(text: str, scene: Scene, argument: str = "vary") -> PartSpread:
     """The spread that a text such as ``piezo.capacitance=10%`` describes about the values of a scene.
 
-    Raises InputError for a key that no scene has, a text of another form, values that the key cannot take, ends or a
-    deviation that leave nothing between them, and a spread about a value that the scene does not have.
+    Raises InputError for a key that no scene has, a text of another form, values that the key
+    cannot take, ends or a deviation that leave nothing between them, and a spread about a value
+    that the scene does not have.
     """
     key, equals, written = text.partition("=")
     if not equals:
@@ -87,7 +90,12 @@ def spread(key: str, written: str, scene: Scene) -> PartSpread:
     key = _whole_key(key, scene)
     parts = [part.strip() for part in written.split(":")]
     if "," in written:
-        return PartSpread(key, "measured", tuple(sorted(read_value(key, part) for part in written.split(","))), written)
+        return PartSpread(
+            key,
+            "measured",
+            tuple(sorted(read_value(key, part) for part in written.split(","))),
+            written,
+        )
     if parts[0] in ("normal", "triangular"):
         return _named(key, parts[0], parts[1:], written, scene)
     if parts[0].upper() in SERIES and len(parts) == 2:
@@ -95,7 +103,8 @@ def spread(key: str, written: str, scene: Scene) -> PartSpread:
     if len(parts) == 1 and written.endswith("%"):
         return _uniform(key, *_about(_nominal(key, scene), _share(key, written)), written)
     if len(parts) == 1 and _is_width(written):
-        nominal, half = _nominal(key, scene), read_value(key, written.removeprefix("+-").removeprefix("±").strip())
+        nominal = _nominal(key, scene)
+        half = read_value(key, written.removeprefix("+-").removeprefix("±").strip())
         return _uniform(key, nominal - half, nominal + half, written)
     if len(parts) == 2:
         return _uniform(key, read_value(key, parts[0]), read_value(key, parts[1]), written)
@@ -105,7 +114,9 @@ def spread(key: str, written: str, scene: Scene) -> PartSpread:
 def _whole_key(key: str, scene: Scene) -> str:
     """A key that may be given without its table; a bare frequency is that of the drive, if there is one."""
     if key == "frequency" and scene.excitation is not None:
-        key = "oscillator.frequency" if scene.excitation.frequency is None else "excitation.frequency"
+        key = (
+            "oscillator.frequency" if scene.excitation.frequency is None else "excitation.frequency"
+        )
     return ".".join(split_key(key))
 
 
@@ -118,16 +129,21 @@ def _of_series(key: str, series: str, share: str, written: str, scene: Scene) ->
     """A spread about the value of a series that is nearest to the scene's."""
     nominal = _nominal(key, scene)
     if nominal <= 0.0:
-        raise invalid(f"{key} in the scene", f"be above 0 to have a value of the series {series}", nominal)
+        raise invalid(
+            f"{key} in the scene", f"be above 0 to have a value of the series {series}", nominal
+        )
     return _uniform(key, *_about(nearest(series.upper(), nominal), _share(key, share)), written)
 
 
 def _named(key: str, kind: str, parts: Sequence[str], written: str, scene: Scene) -> PartSpread:
     """A normal or a triangular spread from what stands after its name."""
     if len(parts) == 1 and parts[0].endswith("%"):
-        middle, share = _nominal(key, scene), _share(key, parts[0])
+        middle = _nominal(key, scene)
+        share = _share(key, parts[0])
         low, high = _about(middle, share)
-        values: tuple[float, ...] = (middle, abs(middle) * share) if kind == "normal" else (low, middle, high)
+        values: tuple[float, ...] = (
+            (middle, abs(middle) * share) if kind == "normal" else (low, middle, high)
+        )
     elif len(parts) == (2 if kind == "normal" else 3):
         values = tuple(read_value(key, part) for part in parts)
     else:
@@ -135,7 +151,9 @@ def _named(key: str, kind: str, parts: Sequence[str], written: str, scene: Scene
     if kind == "normal" and not values[1] > 0.0:
         raise invalid(f"the standard deviation of {key}", "be above 0", values[1])
     if kind == "triangular" and not (values[0] <= values[1] <= values[2] and values[0] < values[2]):
-        raise invalid(f"the spread of {key}", "be triangular:LOW:MODE:HIGH with LOW <= MODE <= HIGH", written)
+        raise invalid(
+            f"the spread of {key}", "be triangular:LOW:MODE:HIGH with LOW <= MODE <= HIGH", written
+        )
     return PartSpread(key, kind, values, written)
 
 
@@ -151,7 +169,9 @@ def _about(middle: float, share: float) -> tuple[float, float]:
 
 def _share(key: str, text: str) -> float:
     if not text.endswith("%"):
-        raise invalid(f"the spread of {key}", "be a percentage between 0% and 100%, such as 5%", text)
+        raise invalid(
+            f"the spread of {key}", "be a percentage between 0% and 100%, such as 5%", text
+        )
     return reading(f"the spread of {key}", fraction, text)
 
 
@@ -164,17 +184,25 @@ def _nominal(key: str, scene: Scene) -> float:
             value = value[int(part) - 2] if int(part) - 2 < len(value) else None
         else:
             value = value.get(part) if isinstance(value, dict) else None
-    if value is None and name.startswith("parameters.") and (circuit := Problem.of(scene).circuit) is not None:
+    if (
+        value is None
+        and name.startswith("parameters.")
+        and (circuit := Problem.of(scene).circuit) is not None
+    ):
         value = circuit.value_of(name.removeprefix("parameters."))
     if isinstance(value, str):  # a netlist's parameter, written with its unit
         value = read_value(key, value)
     if not isinstance(value, int | float) or value == 0.0:
         was = "missing" if value is None else "0"
-        raise InputError(f"{key} must have a value in the scene to be spread about, but is {was}: give LOW:HIGH")
+        raise InputError(
+            f"{key} must have a value in the scene to be spread about, but is {was}: give LOW:HIGH"
+        )
     return float(value)
 
 
-def spreads(given: Mapping[str, str] | Sequence[str], scene: Scene, argument: str = "vary") -> tuple[PartSpread, ...]:
+def spreads(
+    given: Mapping[str, str] | Sequence[str], scene: Scene, argument: str = "vary"
+) -> tuple[PartSpread, ...]:
     """The spreads of several keys, from texts KEY=SPREAD or a mapping of keys to spreads: the ``argument`` of a study.
 
     Raises InputError as `parse`, for a key that is named twice, and if there is none.
@@ -182,7 +210,9 @@ def spreads(given: Mapping[str, str] | Sequence[str], scene: Scene, argument: st
     if isinstance(given, Mapping):
         parts = tuple(spread(key, written, scene) for key, written in given.items())
     else:
-        parts = tuple(parse(text, scene, argument) for text in ([given] if isinstance(given, str) else given))
+        parts = tuple(
+            parse(text, scene, argument) for text in ([given] if isinstance(given, str) else given)
+        )
     if not parts:
         raise InputError(f"`{argument}` must be given for one key or more, but is left out")
     named_once([part.key for part in parts], f"`{argument}`")

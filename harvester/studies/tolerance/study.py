@@ -33,9 +33,10 @@ ROUGH = 0.05  # of the standard deviation of the powers: what a polynomial may m
 class ToleranceRequest:
     """The checked arguments of a study of tolerances.
 
-    ``matrix`` are the correlations of the keys (None: none), ``samples`` the number of devices in all, ``runs`` of them
-    that the engine computes (None: what it takes) and ``checks`` that a dearer one computes again (None: as usual),
-    with the relative error ``within``; ``lifetime`` is that of limited peaks, in seconds or 1/w0.
+    ``matrix`` are the correlations of the keys (None: none), ``samples`` the number of devices in
+    all, ``runs`` of them that the engine computes (None: what it takes) and ``checks`` that a
+    dearer one computes again (None: as usual), with the relative error ``within``; ``lifetime`` is
+    that of limited peaks, in seconds or 1/w0.
     """
 
     scene: Scene
@@ -57,7 +58,9 @@ class ToleranceRequest:
     @cached_property
     def u(self) -> Floats:
         """The places of all samples in the unit cube."""
-        return design.tied(design.sobol_points(self.samples, len(self.spreads), self.seed), self.matrix)
+        return design.tied(
+            design.sobol_points(self.samples, len(self.spreads), self.seed), self.matrix
+        )
 
     @property
     def outer(self) -> Floats:
@@ -90,13 +93,20 @@ class ToleranceStudy:
     def run(self, engine: Engine) -> ToleranceRuns:
         """Compute samples by an engine, and some of them by a dearer one if there is one."""
         request = self.request
-        total, spreads = len(request.u), request.spreads
-        runs = min(request.runs or (FORMULAS if engine.is_formula else RUNS * (len(spreads) + 1)), total)
-        check = sampling.checker(engine, request.within, request.seed) if request.checks != 0 else None
+        total = len(request.u)
+        spreads = request.spreads
+        runs = min(
+            request.runs or (FORMULAS if engine.is_formula else RUNS * (len(spreads) + 1)), total
+        )
+        check = (
+            sampling.checker(engine, request.within, request.seed) if request.checks != 0 else None
+        )
         n_checks = 0 if check is None else min(request.checks or check[0], runs)
         alone_to = runs + 1 + 2 * len(spreads)
         outer = request.outer if runs < total else request.outer[:0]
-        x = design.values_at(spreads, np.vstack([request.u[:runs], design.one_by_one(len(spreads)), outer]))
+        x = design.values_at(
+            spreads, np.vstack([request.u[:runs], design.one_by_one(len(spreads)), outer])
+        )
         n_runs = len(x) + n_checks
         table = self._sweep(engine, x, engine.NAME, 0, n_runs)
         samples = sampling.direct(engine, _part(table, 0, runs))
@@ -107,22 +117,32 @@ class ToleranceStudy:
             dearer = self._sweep(check[1], x[served], "checks", len(x), n_runs)
             ratio = sampling.compared(table, served.tolist(), dearer, engine, check[1])
             samples, ends = sampling.corrected(samples, ratio), sampling.corrected(ends, ratio)
-        alone, warnings = sampling.column(table, "mean_power")[runs:alone_to] * samples.ratio, [*_failures(table)]
+        alone, warnings = (
+            sampling.column(table, "mean_power")[runs:alone_to] * samples.ratio,
+            [*_failures(table)],
+        )
         computed = x[:runs][samples.served]
         held = np.vstack([computed, x[alone_to:][ends.served]])
-        surface = fit(held, np.append(samples.values["mean_power"], ends.values["mean_power"]), len(computed))
+        surface = fit(
+            held, np.append(samples.values["mean_power"], ends.values["mean_power"]), len(computed)
+        )
         rough = surface.scatter > ROUGH * samples.values["mean_power"].std()
         if rough and runs < total and engine.is_formula and request.runs is None:
-            every, runs = design.values_at(spreads, request.u), total
+            every = design.values_at(spreads, request.u)
+            runs = total
             table = self._sweep(engine, every, f"{engine.NAME}-all", 0, runs)
             samples = sampling.direct(engine, table)
             samples = samples if ratio is None else sampling.corrected(samples, ratio)
             computed, warnings = every[samples.served], [*_failures(table)]
             surface = fit(computed, samples.values["mean_power"])
-        failed, many, inner = int((~samples.served).sum()), computed, len(computed)
+        failed = int((~samples.served).sum())
+        many = computed
+        inner = len(computed)
         if runs < total:
-            failed = round(failed / runs * total)  # as many of the samples in all as of those computed
-            many, computed = design.values_at(spreads, request.u[: total - failed]), held
+            # as many of the samples in all as of those computed
+            failed = round(failed / runs * total)
+            many = design.values_at(spreads, request.u[: total - failed])
+            computed = held
             samples = sampling.interpolated(samples, ends, held, many)
             warnings += _outside(held, many)
         levels = self._peaks(computed, inner, many)
@@ -133,17 +153,23 @@ class ToleranceStudy:
         """The share of the progress that the sweeps are: paths that are counted take most of the time."""
         return 1.0 if self.request.lifetime is None else SWEPT
 
-    def _peaks(self, x: Floats, inner: int, many: Floats) -> tuple[dict[str, Floats], dict[str, Floats]]:
+    def _peaks(
+        self, x: Floats, inner: int, many: Floats
+    ) -> tuple[dict[str, Floats], dict[str, Floats]]:
         """Peaks over the lifetime at keys' values ``many``, and their relative errors, by those computed at ``x``.
 
-        The first ``inner`` of ``x`` are samples, `peaks.devices_needed` of them are computed, the rest are outer ends.
+        The first ``inner`` of ``x`` are samples, `peaks.devices_needed` of them are computed, the
+        rest are outer ends.
         """
-        request, progress = self.request, self.execution.progress
+        request = self.request
+        progress = self.execution.progress
         if request.lifetime is None:
             return {}, {}
         first = min(inner, peaks.devices_needed(Problem(request.scene), len(request.spreads)))
         x = np.vstack([x[:first], x[inner:]])
-        scenes = [request.scene.varied(dict(zip(request.keys, map(float, row), strict=True))) for row in x]
+        scenes = [
+            request.scene.varied(dict(zip(request.keys, map(float, row), strict=True))) for row in x
+        ]
 
         def report(done: int) -> None:
             progress.step(self._swept + (1.0 - self._swept) * done / len(x))
@@ -152,7 +178,9 @@ class ToleranceStudy:
 
     def _sweep(self, engine: Engine, x: Floats, name: str, done: int, n_runs: int) -> SweepTable:
         """Run an engine at keys' values, shape (n, keys), as a sweep in a folder ``name``."""
-        part = PartOfProgress(self.execution.progress, self._swept * done / n_runs, self._swept * len(x) / n_runs)
+        part = PartOfProgress(
+            self.execution.progress, self._swept * done / n_runs, self._swept * len(x) / n_runs
+        )
         out = None if self.folder is None else self.folder.path / name
         points = design.points(self.request.spreads, x)
         execution = replace(self.execution, out=out, formats=(), progress=part)
@@ -166,7 +194,9 @@ def _part(table: SweepTable, begin: int, end: int) -> SweepTable:
 
 def _outside(computed: Floats, many: Floats) -> list[Diagnostic]:
     """A warning where many samples lie beyond all that were computed, where a polynomial knows nothing."""
-    share = float(((many < computed.min(axis=0)) | (many > computed.max(axis=0))).any(axis=1).mean())
+    share = float(
+        ((many < computed.min(axis=0)) | (many > computed.max(axis=0))).any(axis=1).mean()
+    )
     return [warning("samples_outside", share=share)] if share > OUTSIDE * computed.shape[1] else []
 
 

@@ -2,10 +2,11 @@
 
     y(x) ~ sum_k c_k prod_j P_{e_kj}(x_j),   sum_j e_kj <= degree,
 
-with Legendre's polynomials P of the keys, each scaled to -1 to 1 over its samples.  Least squares give c; the degree is
-the one whose errors of leaving one sample out are smallest.  Such an error is r/(1 - h) with the residual r and the
-leverage h of the sample, the diagonal of the projection; their mean square over the variance of y is ``unexplained``
-(1 - Q^2, Blatman and Sudret, J. Comput. Phys. 230, 2011).
+with Legendre's polynomials P of the keys, each scaled to -1 to 1 over its samples.  Least squares
+give c; the degree is the one whose errors of leaving one sample out are smallest.  Such an error is
+r/(1 - h) with the residual r and the leverage h of the sample, the diagonal of the projection;
+their mean square over the variance of y is ``unexplained`` (1 - Q^2, Blatman and Sudret, J. Comput.
+Phys. 230, 2011).
 """
 
 import itertools
@@ -39,9 +40,9 @@ def exponents(dimensions: int, most: int) -> Floats:
 class Polynomial:
     """A polynomial through values y, shape (n,), at the keys' values x, shape (n, keys).
 
-    ``scatter`` is the standard deviation of what leaving a sample out predicts of it, in the unit of y, and
-    ``unexplained`` the share of the variance of y that this is; ``factor``, shape (terms, kept), is that of the
-    coefficients' covariance over the variance of noise in y.
+    ``scatter`` is the standard deviation of what leaving a sample out predicts of it, in the unit
+    of y, and ``unexplained`` the share of the variance of y that this is; ``factor``, shape (terms,
+    kept), is that of the coefficients' covariance over the variance of noise in y.
     """
 
     middle: Floats
@@ -67,16 +68,21 @@ class Polynomial:
 def fit(x: Floats, y: Floats, scored: int | None = None) -> Polynomial:
     """The surface through values y, shape (n,), at x, shape (n, keys), of the degree that predicts best.
 
-    The first ``scored`` samples (None: all) tell how well; those behind them only hold the outer places of the keys.
+    The first ``scored`` samples (None: all) tell how well; those behind them only hold the outer
+    places of the keys.
 
     Raises SimulationError for fewer samples than a plane needs.
     """
     count, keys = x.shape
     if count < PER_TERM * (keys + 1):
-        raise SimulationError(f"there are too few samples with an answer for a response surface: {count}")
-    middle, half = 0.5 * (x.max(axis=0) + x.min(axis=0)), 0.5 * np.ptp(x, axis=0)
+        raise SimulationError(
+            f"there are too few samples with an answer for a response surface: {count}"
+        )
+    middle = 0.5 * (x.max(axis=0) + x.min(axis=0))
+    half = 0.5 * np.ptp(x, axis=0)
     half = np.where(half > 0.0, half, 1.0)
-    scaled, variance = (x - middle) / half, float(y[:scored].var())
+    scaled = (x - middle) / half
+    variance = float(y[:scored].var())
     best: Polynomial | None = None
     worse = 0  # degrees in a row that predict no better: of an even function every other does
     for degree in range(1, HIGHEST + 1):
@@ -84,8 +90,11 @@ def fit(x: Floats, y: Floats, scored: int | None = None) -> Polynomial:
         if len(powers) > MOST_TERMS or PER_TERM * len(powers) > count:
             break
         left, sizes, right = np.linalg.svd(_basis(scaled, powers), full_matrices=False)
-        kept = sizes > _SINGULAR * sizes[0]  # of a key with few values, high powers are no new functions
-        left, sizes, right = left[:, kept], sizes[kept], right[kept]
+        # of a key with few values, high powers are no new functions
+        kept = sizes > _SINGULAR * sizes[0]
+        left = left[:, kept]
+        sizes = sizes[kept]
+        right = right[kept]
         coefficients = right.T @ ((left.T @ y) / sizes)
         leverage = np.minimum((left**2).sum(axis=1), 1.0 - 1e-9)
         errors = (y - left @ (left.T @ y)) / (1.0 - leverage)
@@ -93,7 +102,8 @@ def fit(x: Floats, y: Floats, scored: int | None = None) -> Polynomial:
         if best is None or scatter < 0.99 * best.scatter:
             unexplained = min(scatter**2 / variance, 1.0) if variance > 0.0 else 0.0
             factor = right.T / sizes
-            best, worse = Polynomial(middle, half, powers, coefficients, scatter, unexplained, factor), 0
+            best = Polynomial(middle, half, powers, coefficients, scatter, unexplained, factor)
+            worse = 0
         else:
             worse += 1
         if best.unexplained < ENOUGH or worse == PATIENCE:

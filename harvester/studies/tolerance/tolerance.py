@@ -45,20 +45,20 @@ def tolerance(
 ) -> ToleranceResult:
     """How mean power and voltage scatter over devices whose parts have tolerances, and which tolerance matters.
 
-    Of all devices the engine computes some, and a polynomial through them, and through the outer ends of each spread,
-    represents the others; a formula computes all if it is rough.
+    Of all devices the engine computes some, and a polynomial through them, and through the outer
+    ends of each spread, represents the others; a formula computes all if it is rough.
 
     Parameters
     ----------
     scene
         a `Scene`, or the path of a scene file.
     vary
-        keys and their spreads, such as "10%", ".94:.98", "E24:5%", "normal:2%", "triangular:10%" or a measured list
-        "1.1,1.3,1.2"; or a list of texts KEY=SPREAD.
+        keys and their spreads, such as "10%", ".94:.98", "E24:5%", "normal:2%", "triangular:10%" or
+        a measured list "1.1,1.3,1.2"; or a list of texts KEY=SPREAD.
     limits
-        texts such as "mean_power > 5 uW" of mean_power, mean_square_voltage or voltage_rms, and of a scene under white
-        noise peak_displacement, peak_voltage, peak_strain, peak_impact_speed, the level that 95 % of such devices stay
-        below over a ``lifetime``, and impact_rate.
+        texts such as "mean_power > 5 uW" of mean_power, mean_square_voltage or voltage_rms, and of
+        a scene under white noise peak_displacement, peak_voltage, peak_strain, peak_impact_speed,
+        the level that 95 % of such devices stay below over a ``lifetime``, and impact_rate.
     correlate
         pairs of keys and their correlation, from -1 to 1.
     engine
@@ -68,20 +68,21 @@ def tolerance(
         for each key and 24 more).  "first-order": the power goes linearly with each key, by the gradient of engine
         `Density`, and each key's ends and two more devices tell what that leaves out.
     checks, within
-        how many devices are computed again by a dearer engine (default: 8, by ngspice 4; 0: none), and to which
-        relative error.
+        how many devices are computed again by a dearer engine (default: 8, by ngspice 4; 0: none),
+        and to which relative error.
     lifetime
         seconds (nondimensional scene: 1/w0), or a text such as "5 years".
     seed
         the same seed, the same devices.
     execution
-        has the folder for tolerance.csv, tolerance.png, provenance.json and a folder for each sweep, and says who
-        computes.
+        has the folder for tolerance.csv, tolerance.png, provenance.json and a folder for each
+        sweep, and says who computes.
 
     Returns
     -------
     ToleranceResult
-        quantiles of power and voltage, the yield within the limits, and each key's share of the variance.
+        quantiles of power and voltage, the yield within the limits, and each key's share of the
+        variance.
 
     Raises
     ------
@@ -98,7 +99,8 @@ def tolerance(
     >>> f"{result.met.value:.2f}"
     '0.42'
     """
-    begin, problem = time.perf_counter(), Problem.of(scene)
+    begin = time.perf_counter()
+    problem = Problem.of(scene)
     spread = spreads(vary, problem.scene)
     matrix = design.correlation(correlate, [part.key for part in spread])
     bounds = read_limits(limits, problem.physical)
@@ -113,20 +115,34 @@ def tolerance(
     else:
         chosen = engine_of(sampling.cheapest(problem)(seed=seed) if engine is None else engine)
     _check_served(chosen, problem)
-    target, count = number(Request(within=within).within), SAMPLES if samples is None else samples
-    request = ToleranceRequest(problem.scene, spread, matrix, bounds, years, count, runs, checks, target, seed)
+    target = number(Request(within=within).within)
+    count = SAMPLES if samples is None else samples
+    request = ToleranceRequest(
+        problem.scene, spread, matrix, bounds, years, count, runs, checks, target, seed
+    )
     with working(execution.progress):
         study = ToleranceStudy(request, folder, execution)
         computed = linear_law(request, chosen, execution.progress) if linear else study.run(chosen)
-        better = None if engine is not None or linear else sampling.dearer(chosen, seed=seed, within=target)
+        better = (
+            None
+            if engine is not None or linear
+            else sampling.dearer(chosen, seed=seed, within=target)
+        )
         if better is not None and not computed.samples.small:
             computed = study.run(better)
         answer = ToleranceResult.of(request, computed, time.perf_counter() - begin)
     if folder is not None:
         correlations = None if matrix is None else matrix.tolist()
-        texts = {"vary": {s.key: s.written for s in spread}, "limits": [limit.written for limit in bounds]}
-        about = provenance(problem, seed=seed, engine=answer.engine, **texts, correlate=correlations)
-        folder.save("tolerance", answer.table.csv(units=True), answer.plot(problem.scene.name), about)
+        texts = {
+            "vary": {s.key: s.written for s in spread},
+            "limits": [limit.written for limit in bounds],
+        }
+        about = provenance(
+            problem, seed=seed, engine=answer.engine, **texts, correlate=correlations
+        )
+        folder.save(
+            "tolerance", answer.table.csv(units=True), answer.plot(problem.scene.name), about
+        )
     return answer
 
 
@@ -138,7 +154,9 @@ def _refuse_beside_first_order(checks: int | None, lifetime: float | str | None)
 
 def _check_served(chosen: Engine, problem: Problem) -> None:
     if chosen.chooses:
-        raise InputError("`engine` must be one for all samples, such as 'averaged', but is 'cheapest'")
+        raise InputError(
+            "`engine` must be one for all samples, such as 'averaged', but is 'cheapest'"
+        )
     if reason := chosen.refusal(problem):
         raise InputError(reason)
 

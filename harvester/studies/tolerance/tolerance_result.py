@@ -23,7 +23,13 @@ from harvester.studies.tolerance.study import ToleranceRequest, ToleranceRuns
 from harvester.studies.tolerance.variance_shares import VarianceShares, indices
 
 UNEXPLAINED = 0.05  # of the variance: a surface that misses more brings a warning
-CHECKS = ("error_by_engine", "no_error_stated", "checked_by_runs", "polynomial_stands_for_others", "linear_law")
+CHECKS = (
+    "error_by_engine",
+    "no_error_stated",
+    "checked_by_runs",
+    "polynomial_stands_for_others",
+    "linear_law",
+)
 NO_SHARES = ("no_shares_correlated", "no_shares_library", "no_shares_constant")
 
 
@@ -63,11 +69,13 @@ class ToleranceResult(TableResult):
     quantiles, voltages
         the power, and the RMS voltage, that a share of devices is below.
     limits, met, met_each
-        the limits, and the share of devices that meets all, and each alone, with its interval; None without a limit.
+        the limits, and the share of devices that meets all, and each alone, with its interval; None
+        without a limit.
     peaks_off
         the relative error at 95 % of each limited peak, in the median.
     sensitivity
-        of each key its share of the variance, ``first`` alone and ``total`` with others; empty if there is none.
+        of each key its share of the variance, ``first`` alone and ``total`` with others; empty if
+        there is none.
     unexplained
         the share of the variance that the polynomial does not explain.
     failed
@@ -91,11 +99,30 @@ class ToleranceResult(TableResult):
         *("distribution", "limit_table", "key_table"),
     )
     INTERNAL = frozenset(
-        {"spreads", "samples", "power", "voltage", "quantiles", "voltages", "limits", "met_each", "tornado"}
+        {
+            "spreads",
+            "samples",
+            "power",
+            "voltage",
+            "quantiles",
+            "voltages",
+            "limits",
+            "met_each",
+            "tornado",
+        }
         | {"nominal", "peaks_off"}
     )
     NOT_SHOWN = frozenset(
-        {"met", "sensitivity", "unexplained", "failed", "mean", "standard_deviation", "error_from", "no_sensitivity"}
+        {
+            "met",
+            "sensitivity",
+            "unexplained",
+            "failed",
+            "mean",
+            "standard_deviation",
+            "error_from",
+            "no_sensitivity",
+        }
     )
     NOT_IN_JSON = frozenset({"distribution", "limit_table", "key_table"})
     JSON_NAMES: ClassVar[dict[str, str]] = {
@@ -128,15 +155,25 @@ class ToleranceResult(TableResult):
     peaks_off: dict[str, float] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, request: ToleranceRequest, runs: ToleranceRuns, seconds: float) -> "ToleranceResult":
+    def of(
+        cls, request: ToleranceRequest, runs: ToleranceRuns, seconds: float
+    ) -> "ToleranceResult":
         """The answer that the runs of a study give; SimulationError where fewer than two samples have one."""
         samples = runs.samples
         if len(samples.values["mean_power"]) < 2:
             raise SimulationError("fewer than two samples have an answer")
-        values = samples.values | {"voltage_rms": np.sqrt(samples.values["mean_square_voltage"])} | runs.peaks
-        off: dict[str, Any] = {name: value or 0.0 for name, value in samples.off.items()} | runs.peaks_off
+        values = (
+            samples.values
+            | {"voltage_rms": np.sqrt(samples.values["mean_square_voltage"])}
+            | runs.peaks
+        )
+        off: dict[str, Any] = {
+            name: value or 0.0 for name, value in samples.off.items()
+        } | runs.peaks_off
         off["voltage_rms"] = 0.5 * off["mean_square_voltage"]
-        power, voltage, failed = values["mean_power"], values["voltage_rms"], runs.failed
+        power = values["mean_power"]
+        voltage = values["voltage_rms"]
+        failed = runs.failed
         shares, without = _shares(request, runs)
         remarks = [*runs.warnings, *_warnings(runs), *samples.checks, *without]
         nominal = float(runs.alone[0])
@@ -181,14 +218,18 @@ class ToleranceResult(TableResult):
     @property
     def check(self) -> str:
         """Where the error of a sample's power is from."""
-        return "; ".join(str(diagnostic) for diagnostic in self.diagnostics if diagnostic.code in CHECKS)
+        return "; ".join(
+            str(diagnostic) for diagnostic in self.diagnostics if diagnostic.code in CHECKS
+        )
 
     error_from = check
 
     @property
     def why(self) -> str:
         """Why there is no sensitivity; empty where there is."""
-        return "; ".join(str(diagnostic) for diagnostic in self.diagnostics if diagnostic.code in NO_SHARES)
+        return "; ".join(
+            str(diagnostic) for diagnostic in self.diagnostics if diagnostic.code in NO_SHARES
+        )
 
     no_sensitivity = why
 
@@ -200,7 +241,8 @@ class ToleranceResult(TableResult):
     @property
     def distribution(self) -> Table:
         """The quantiles of power and voltage with their intervals."""
-        units, shares = self.unit_names, [100.0 * share for share in self.quantiles]
+        units = self.unit_names
+        shares = [100.0 * share for share in self.quantiles]
         columns = [Column("below", shares, "%", "devices below")]
         columns += _interval("mean_power", [*self.quantiles.values()], units.power)
         columns += _interval("voltage_rms", [*self.voltages.values()], units.voltage)
@@ -212,20 +254,30 @@ class ToleranceResult(TableResult):
         if self.met is None:
             return None
         names = [*(limit.written for limit in self.limits), "all limits"]
-        columns = [Column("limit", names), *_interval("yield", [*self.met_each, self.met], "%", 100.0)]
+        columns = [
+            Column("limit", names),
+            *_interval("yield", [*self.met_each, self.met], "%", 100.0),
+        ]
         if self.peaks_off:
             known = [self.peaks_off.get(limit.quantity) for limit in self.limits]
             levels = [None if error is None else 100.0 * error for error in known]
-            columns.append(Column("level_error95", [*levels, None], "%", "error of a device's level, 95 %"))
+            columns.append(
+                Column("level_error95", [*levels, None], "%", "error of a device's level, 95 %")
+            )
         return Table(tuple(columns), "share of the devices within a limit")
 
     @property
     def key_table(self) -> Table:
         """The keys, the one with the widest bar first, and their shares of the variance."""
-        bars, units = self.tornado, [unit_of(bar.key) for bar in self.tornado]
+        bars = self.tornado
+        units = [unit_of(bar.key) for bar in self.tornado]
         columns = [Column("key", [bar.key for bar in bars])]
         for k, share in enumerate((5, 95)):
-            columns.append(Column(f"value_{share}", [bar.ends[k] for bar in bars], "", f"{share} % point", units))
+            columns.append(
+                Column(
+                    f"value_{share}", [bar.ends[k] for bar in bars], "", f"{share} % point", units
+                )
+            )
             powers = [bar.powers[k] for bar in bars]
             columns.append(Column(f"power_{share}", powers, self.unit_names.power, "power there"))
         names = ("first", "first_error95", "total", "total_error95") if self.sensitivity else ()
@@ -238,20 +290,31 @@ class ToleranceResult(TableResult):
         """All samples: the keys' values, mean power and RMS voltage."""
         units = self.unit_names
         columns = [Column(spread.key, self.samples[:, k]) for k, spread in enumerate(self.spreads)]
-        columns += [Column("mean_power", self.power, units.power), Column("voltage_rms", self.voltage, units.voltage)]
+        columns += [
+            Column("mean_power", self.power, units.power),
+            Column("voltage_rms", self.voltage, units.voltage),
+        ]
         return Table(tuple(columns), "samples")
 
     def as_json(self) -> dict[str, Any]:
         """The object that ``--json`` prints: its fields, with the quantiles, limits and bars by their names."""
         data = super().as_json()
         for name, intervals in (("quantile", self.quantiles), ("voltage_quantile", self.voltages)):
-            data[f"{name}s"] = {f"{share:g}": interval.value for share, interval in intervals.items()}
-            data[f"{name}_intervals"] = {f"{share:g}": [i.low, i.high] for share, i in intervals.items()}
+            data[f"{name}s"] = {
+                f"{share:g}": interval.value for share, interval in intervals.items()
+            }
+            data[f"{name}_intervals"] = {
+                f"{share:g}": [i.low, i.high] for share, i in intervals.items()
+            }
         data["limits"] = [
-            {"limit": limit.written, "peak_relative_error95": self.peaks_off.get(limit.quantity)} | vars(interval)
+            {"limit": limit.written, "peak_relative_error95": self.peaks_off.get(limit.quantity)}
+            | vars(interval)
             for limit, interval in zip(self.limits, self.met_each, strict=True)
         ]
-        bars = {b.key: {"ends": b.ends, "mean_power": b.powers, "quantiles": b.quantiles} for b in self.tornado}
+        bars = {
+            b.key: {"ends": b.ends, "mean_power": b.powers, "quantiles": b.quantiles}
+            for b in self.tornado
+        }
         return data | {"tornado": bars}
 
     def plot(self, title: str | None = "") -> "figures.Plot":
@@ -259,20 +322,26 @@ class ToleranceResult(TableResult):
         return figures.tolerance(self, title)
 
 
-def _interval(name: str, intervals: list[ShareInterval], unit: str, times: float = 1.0) -> list[Column]:
+def _interval(
+    name: str, intervals: list[ShareInterval], unit: str, times: float = 1.0
+) -> list[Column]:
     """Columns of numbers and of the ends of their intervals."""
 
     def cells(part: str) -> list[float | None]:
         values = [getattr(interval, part) for interval in intervals]
         return [None if value is None else times * value for value in values]
 
-    ends = [Column(f"{name}_{part}95", cells(part), unit, label) for part, label in (("low", "from"), ("high", "to"))]
+    ends = [
+        Column(f"{name}_{part}95", cells(part), unit, label)
+        for part, label in (("low", "from"), ("high", "to"))
+    ]
     return [Column(name, cells("value"), unit), *ends]
 
 
 def _warnings(runs: ToleranceRuns) -> list[Diagnostic]:
     """What the errors of the engine and of the surface make doubtful."""
-    samples, missed = runs.samples, runs.surface.unexplained
+    samples = runs.samples
+    missed = runs.surface.unexplained
     warnings = []
     if samples.off["mean_power"] is None:
         warnings.append(warning("intervals_of_samples_alone"))
@@ -283,20 +352,25 @@ def _warnings(runs: ToleranceRuns) -> list[Diagnostic]:
 
 def _bars(request: ToleranceRequest, runs: ToleranceRuns) -> tuple[TornadoBar, ...]:
     """The bars of the keys whose ends have an answer, the widest first."""
-    ends, alone = design.values_at(request.spreads, design.one_by_one(len(request.spreads))), runs.alone
+    ends = design.values_at(request.spreads, design.one_by_one(len(request.spreads)))
+    alone = runs.alone
     bars = []
     for k, spread in enumerate(request.spreads):
         low, high = 1 + 2 * k, 2 + 2 * k
         if np.isfinite(alone[[low, high]]).all():
             powers = float(alone[low]), float(alone[high])
-            scattered = runs.surface(design.values_at(request.spreads, design.one_alone(k, len(request.spreads))))
+            scattered = runs.surface(
+                design.values_at(request.spreads, design.one_alone(k, len(request.spreads)))
+            )
             least, most = np.quantile(scattered, (design.LOW, design.HIGH))
             values = float(ends[low, k]), float(ends[high, k])
             bars.append(TornadoBar(spread.key, values, powers, (float(least), float(most))))
     return tuple(sorted(bars, key=lambda bar: -bar.swing))
 
 
-def _shares(request: ToleranceRequest, runs: ToleranceRuns) -> tuple[dict[str, VarianceShares], list[Diagnostic]]:
+def _shares(
+    request: ToleranceRequest, runs: ToleranceRuns
+) -> tuple[dict[str, VarianceShares], list[Diagnostic]]:
     """The shares of the variance, or why there are none."""
     if request.matrix is not None:
         return {}, [note("no_shares_correlated")]

@@ -2,10 +2,10 @@
 
     first_i = Var(E[y | x_i]) / Var(y)      total_i = E[Var(y | all but x_i)] / Var(y)
 
-by Saltelli's and Jansen's estimators of SALib on many places of the response surface.  The surface leaves a share
-``unexplained`` of the variance; as least squares leave what is orthogonal to it, each index is wrong by at most about
-that share, which is added to SALib's own 95 % interval.  For keys that are correlated the shares do not add up to the
-variance, and are not given.
+by Saltelli's and Jansen's estimators of SALib on many places of the response surface.  The surface
+leaves a share ``unexplained`` of the variance; as least squares leave what is orthogonal to it,
+each index is wrong by at most about that share, which is added to SALib's own 95 % interval.  For
+keys that are correlated the shares do not add up to the variance, and are not given.
 """
 
 from collections.abc import Callable, Sequence
@@ -30,7 +30,10 @@ class VarianceShares:
 
 
 def indices(
-    function: Callable[[Floats], Floats], spreads: Sequence[PartSpread], unexplained: float = 0.0, seed: int = 0
+    function: Callable[[Floats], Floats],
+    spreads: Sequence[PartSpread],
+    unexplained: float = 0.0,
+    seed: int = 0,
 ) -> dict[str, VarianceShares]:
     """The indices of a function of the keys' values, (n, keys) -> (n,), for independent keys with these spreads.
 
@@ -42,10 +45,19 @@ def indices(
 
     names = [spread.key for spread in spreads]
     problem = {"num_vars": len(names), "names": names, "bounds": [[0.0, 1.0]] * len(names)}
-    u = sampling.sample(problem, BASE, calc_second_order=False, seed=seed + 1)  # it takes a seed of 0 for none
+    # it takes a seed of 0 for none
+    u = sampling.sample(problem, BASE, calc_second_order=False, seed=seed + 1)
     y = function(np.stack([spread.at(u[:, k]) for k, spread in enumerate(spreads)], axis=1))
     if not np.ptp(y) > 0.0:
         return {}
     result = analysis.analyze(problem, y, calc_second_order=False, seed=seed + 1)
-    columns = (result["S1"], result["ST"], result["S1_conf"] + unexplained, result["ST_conf"] + unexplained)
-    return {name: VarianceShares(*(float(column[k]) for column in columns)) for k, name in enumerate(names)}
+    columns = (
+        result["S1"],
+        result["ST"],
+        result["S1_conf"] + unexplained,
+        result["ST_conf"] + unexplained,
+    )
+    return {
+        name: VarianceShares(*(float(column[k]) for column in columns))
+        for k, name in enumerate(names)
+    }

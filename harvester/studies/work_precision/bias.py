@@ -15,8 +15,8 @@ class Bias:
     def counted(self) -> float:
         """The part of a total error that this bias makes: max(|bias|, 2 stderr).
 
-        A bias that is lost in its own error is counted at its upper limit, so that it is never zero by chance, and
-        grows without a jump where it shows.
+        A bias that is lost in its own error is counted at its upper limit, so that it is never zero
+        by chance, and grows without a jump where it shows.
         """
         return max(abs(self.value), 2.0 * self.stderr)
 

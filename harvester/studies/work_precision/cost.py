@@ -3,12 +3,14 @@
 sampling
     half-width of the 95 % interval, as the engine states it.
 step
-    E_h - E_0 of the step, and the bias of ngspice's tolerance (`richardson_ladder`, `ngspice_bias`).
+    E_h - E_0 of the step, and the bias of ngspice's tolerance (`richardson_ladder`,
+    `ngspice_bias`).
 model
     of the engine, its step bias taken out, against the finest engine: ngspice paired with the cheap model.  `Exact`
     has none, and that of `Density` is what it states of its mesh, its modes and its box.
 
-All are relative to one power, the finest engine's for a step of zero, and each bias has a standard error of its own.
+All are relative to one power, the finest engine's for a step of zero, and each bias has a standard
+error of its own.
 
     total = sampling + max(|step|, 2 stderr) + max(|model|, 2 stderr)
 
@@ -33,14 +35,16 @@ from harvester.studies.work_precision.timed_runs import Measurement, Run
 from harvester.uncertainty.value import Value
 
 
-def cost(scene: AnyScene, *, seed: int = 0, budget: float = 60.0, execution: Execution = DEFAULT) -> Cost:
+def cost(
+    scene: AnyScene, *, seed: int = 0, budget: float = 60.0, execution: Execution = DEFAULT
+) -> Cost:
     """Measure every engine that can handle a scene in about ``budget`` seconds, compilation apart, at least once each.
 
     Into the folder of its `Execution` it writes cost.csv, cost.png and provenance.json.  An engine that fails is a row
     with its error.
 
-    Raises InputError for a folder that cannot be written, or what `Execution` has for other studies; HarvesterError
-    where no engine that samples gives a power above zero.
+    Raises InputError for a folder that cannot be written, or what `Execution` has for other
+    studies; HarvesterError where no engine that samples gives a power above zero.
     """
     execution.only("cost", "out", "formats", "progress")
     folder = OutputFolder.of(execution)
@@ -63,7 +67,10 @@ def table_of(measurement: Measurement) -> Cost:
     rows = [_row(run, step, _model(run, models), abs(power.value)) for run, step in runs]
     for index in front([(row.seconds or 0.0, row.total_error or 0.0) for row in rows]):
         rows[index] = dataclasses.replace(rows[index], best=True)
-    rows += [CostRow(label(engine), setting(engine), error=str(error)) for engine, error in measurement.failed]
+    rows += [
+        CostRow(label(engine), setting(engine), error=str(error))
+        for engine, error in measurement.failed
+    ]
     order = list(dict.fromkeys(row.engine for row in rows))
     rows.sort(key=lambda row: order.index(row.engine))
     refused = {name: str(why) for name, why in measurement.refused.items()}
@@ -91,14 +98,17 @@ def _models(
             biases[name] = ngspice.cheap
         else:
             candidates = [pair for pair in runs if base_name(label(pair[0].engine)) == name]
-            biases[name] = model_bias(power, *min(candidates, key=lambda pair: pair[0].answer.mean_power.stderr or 0.0))
+            biases[name] = model_bias(
+                power, *min(candidates, key=lambda pair: pair[0].answer.mean_power.stderr or 0.0)
+            )
     return biases
 
 
 def _reference(measurement: Measurement) -> tuple[Value, str]:
     """The power of the finest engine at a step of zero, and its name.
 
-    The cheap model's, known from long runs, over 1 + its bias against ngspice: ngspice paired with all of them.
+    The cheap model's, known from long runs, over 1 + its bias against ngspice: ngspice paired with
+    all of them.
     """
     if measurement.cheap is None or measurement.steps is None:
         ngspice_runs = [run for run in measurement.runs if run.engine.runs_ngspice]
@@ -110,7 +120,9 @@ def _reference(measurement: Measurement) -> tuple[Value, str]:
     if measurement.ngspice is None:
         return mean, label(measurement.cheap.engine)
     ratio = 1.0 / (1.0 + measurement.ngspice.cheap.value)
-    error = math.hypot((mean.stderr or 0.0) * ratio, measurement.ngspice.cheap.stderr * ratio**2 * mean.value)
+    error = math.hypot(
+        (mean.stderr or 0.0) * ratio, measurement.ngspice.cheap.stderr * ratio**2 * mean.value
+    )
     return Value(mean.value * ratio, error), Spice.NAME
 
 
@@ -128,13 +140,20 @@ def model_bias(power: Value, run: Run, step: Bias | None) -> Bias:
     """The bias of an engine's model, from an answer less the bias of its step."""
     step = step or NONE
     zero = run.answer.mean_power.scaled(1.0 / (1.0 + step.value) / abs(power.value))
-    errors = (zero.stderr or 0.0, zero.value * step.stderr, zero.value * (power.stderr or 0.0) / abs(power.value))
+    errors = (
+        zero.stderr or 0.0,
+        zero.value * step.stderr,
+        zero.value * (power.stderr or 0.0) / abs(power.value),
+    )
     return Bias(zero.value - 1.0, math.hypot(*errors))
 
 
 def _row(run: Run, step: Bias | None, model: Bias, power: float) -> CostRow:
-    engine, answer, details = run.engine, run.answer, run.answer.details
-    samples, spice = engine.samples, cast(Spice, engine) if engine.runs_ngspice else None
+    engine = run.engine
+    answer = run.answer
+    details = run.answer.details
+    samples = engine.samples
+    spice = cast(Spice, engine) if engine.runs_ngspice else None
     sampling = answer.mean_power.sampling95 / power
     return CostRow(
         label(engine),
@@ -143,7 +162,11 @@ def _row(run: Run, step: Bias | None, model: Bias, power: float) -> CostRow:
         duration=details["duration"] if samples else None,
         trajectories=int(details["trajectories"]) if samples else None,
         reltol=spice.reltol if spice is not None and "netlist" in answer.effects else None,
-        noise="" if not samples else "gaussian" if spice is not None and spice.gaussian else "three-point",
+        noise=""
+        if not samples
+        else "gaussian"
+        if spice is not None and spice.gaussian
+        else "three-point",
         mean_power=answer.mean_power.value,
         seconds=answer.seconds,
         warm_up_seconds=run.warm_up,

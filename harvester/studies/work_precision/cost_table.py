@@ -18,8 +18,9 @@ TARGETS = (0.1, 0.03, 0.01, 0.003)
 class CostRow:
     """The time and errors of one engine at one setting; None is what does not apply, or is not known.
 
-    Step and duration as for ``--dt``; errors and biases relative; ``warm_up_seconds`` is what the run took beside its
-    computation: imports, compilation, start of ngspice, as far as no earlier row had paid for it.
+    Step and duration as for ``--dt``; errors and biases relative; ``warm_up_seconds`` is what the
+    run took beside its computation: imports, compilation, start of ngspice, as far as no earlier
+    row had paid for it.
     """
 
     engine: str
@@ -80,30 +81,43 @@ class Cost(TableResult):
     def table(self) -> Table:
         """All rows, as cost.csv has them."""
         names = [f.name for f in dataclasses.fields(CostRow)]
-        return Table(tuple(Column(name, [getattr(row, name) for row in self.rows]) for name in names))
+        return Table(
+            tuple(Column(name, [getattr(row, name) for row in self.rows]) for name in names)
+        )
 
     @property
     def front(self) -> Table:
         """The settings that no other beats in both time and error."""
-        return errors_of(self.best, f"no other is as fast and as accurate (errors relative to {self.reference!r})")
+        return errors_of(
+            self.best,
+            f"no other is as fast and as accurate (errors relative to {self.reference!r})",
+        )
 
     @property
     def seconds_needed(self) -> Table:
         """The seconds in which each engine reaches each of `TARGETS`, and the fastest that was measured."""
         columns = [Column("within", [100.0 * target for target in TARGETS], "%")]
-        by_engine = {name: [self.needed(name, target) for target in TARGETS] for name in self.engines}
+        by_engine = {
+            name: [self.needed(name, target) for target in TARGETS] for name in self.engines
+        }
         for name, needed in by_engine.items():
-            cells = ["-" if n is None else f"{'' if n[1] else '~'}{two_digits(n[0])}" for n in needed]
+            cells = [
+                "-" if n is None else f"{'' if n[1] else '~'}{two_digits(n[0])}" for n in needed
+            ]
             columns.append(Column(name, cells, label=name))
         title = "seconds to know the mean power (~: a prediction; -: its biases are not known to be smaller)"
-        return Table((*columns, Column("fastest", [self.fastest(target)[0] for target in TARGETS])), title)
+        return Table(
+            (*columns, Column("fastest", [self.fastest(target)[0] for target in TARGETS])), title
+        )
 
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
         """What is not counted, which settings failed, and which engines did not run."""
         unknown = any(row.step is not None and row.step_bias is None for row in self.rows)
         failed = [
-            warning("setting_failed", row.engine, setting=row.setting, why=row.error) for row in self.rows if row.error
+            warning("setting_failed", row.engine, setting=row.setting, why=row.error)
+            for row in self.rows
+            if row.error
         ]
         refused = [note("did_not_run", name, why=why) for name, why in self.refused.items()]
         return (*[note("step_bias_not_counted")] * unknown, *failed, *refused)
@@ -121,18 +135,30 @@ class Cost(TableResult):
         Measured is the fastest row that reaches it.  A prediction prolongs a row until sampling takes what its biases
         leave, seconds (sampling/rest)^2; None if no row's biases leave anything.
         """
-        rows = [(row.seconds, row.sampling_error or 0.0, row.total_error) for row in self.rows if row.engine == engine]
-        known = [(s, sampling, total) for s, sampling, total in rows if s is not None and total is not None]
+        rows = [
+            (row.seconds, row.sampling_error or 0.0, row.total_error)
+            for row in self.rows
+            if row.engine == engine
+        ]
+        known = [
+            (s, sampling, total)
+            for s, sampling, total in rows
+            if s is not None and total is not None
+        ]
         reached = [s for s, _, total in known if total <= within]
         if reached:
             return min(reached), True
-        longer = [s * (e / (within - total + e)) ** 2 for s, e, total in known if total - e < within]
+        longer = [
+            s * (e / (within - total + e)) ** 2 for s, e, total in known if total - e < within
+        ]
         return (min(longer), False) if longer else None
 
     def plot(self, title: str | None = "") -> "figures.Plot":
         """Total error against seconds as a matplotlib figure."""
         known = ((row.engine, row.seconds, row.total_error, row.best) for row in self.rows)
-        return figures.cost([(name, s, error, best) for name, s, error, best in known if s and error], title)
+        return figures.cost(
+            [(name, s, error, best) for name, s, error, best in known if s and error], title
+        )
 
 
 def front(points: Sequence[tuple[float, float]]) -> list[int]:
@@ -146,8 +172,13 @@ def front(points: Sequence[tuple[float, float]]) -> list[int]:
 
 def errors_of(rows: Sequence[CostRow], title: str) -> Table:
     """Settings with their seconds and their errors in percent."""
-    columns = [Column(name, [getattr(row, name) for row in rows]) for name in ("engine", "setting", "seconds")]
+    columns = [
+        Column(name, [getattr(row, name) for row in rows])
+        for name in ("engine", "setting", "seconds")
+    ]
     for name in ("sampling_error", "step_bias", "model_bias", "total_error"):
         errors = [getattr(row, name) for row in rows]
-        columns.append(Column(name, [None if e is None else round(100.0 * e, 4) + 0.0 for e in errors], "%"))
+        columns.append(
+            Column(name, [None if e is None else round(100.0 * e, 4) + 0.0 for e in errors], "%")
+        )
     return Table(tuple(columns), title)

@@ -34,8 +34,8 @@ def ngspice_bias(
     The errors of both from the step are the same and leave no trace.  The bias of the finest tolerance is
     taken from its difference to the next, at the `harvester.cosimulation.same_motion.ORDER` of the error.
 
-    Raises MissingProgramError when ngspice is not installed; CircuitError when ngspice refuses the circuit or does not
-    converge.
+    Raises MissingProgramError when ngspice is not installed; CircuitError when ngspice refuses the
+    circuit or does not converge.
     """
     from harvester.cosimulation.same_motion import ORDER
     from harvester.engines.spice.means import FEWEST
@@ -45,10 +45,14 @@ def ngspice_bias(
     setup = set_up(problem, Spice(seed=seed, dt=h / problem.units.frequency))
     begin = time.perf_counter()
     multiple = math.lcm(setup.device.stride, 2)
-    n_steps = math.ceil(2.0 * setup.burn_in / h / multiple) * multiple  # short: a grazing impact parts the paths
+    # short: a grazing impact parts the paths
+    n_steps = math.ceil(2.0 * setup.burn_in / h / multiple) * multiple
     tolerances = (Spice.reltol,) if setup.device.load.linear else TOLERANCES
     setups = [replace(setup, device=replace(setup.device, reltol=r)) for r in tolerances]
-    runs = [Runs(setup=s, paired=True, n_steps=n_steps, seed=np.random.SeedSequence([seed, 2])) for s in setups]
+    runs = [
+        Runs(setup=s, paired=True, n_steps=n_steps, seed=np.random.SeedSequence([seed, 2]))
+        for s in setups
+    ]
     rounds = 0
     while not rounds or (time.perf_counter() - begin) * (rounds + 1) < seconds * rounds:
         for run in runs:
@@ -62,7 +66,9 @@ def ngspice_bias(
     ratio = estimate.value / known
     return NgspiceBias(
         Bias(1.0 / ratio - 1.0, estimate.normal_stderr / abs(known) / ratio**2),
-        {r: _mean((v - exact) / exact.mean()) for r, v in zip(tolerances, high, strict=True)} if high[1:] else {},
+        {r: _mean((v - exact) / exact.mean()) for r, v in zip(tolerances, high, strict=True)}
+        if high[1:]
+        else {},
     )
 
 

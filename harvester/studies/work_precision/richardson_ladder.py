@@ -1,7 +1,8 @@
 """The time-step bias, by Richardson extrapolation over several steps of the cheap model.
 
-The cheap model of a scene is the ensemble: with the exact update of its load resistor, or with the ideal circuit of its
-netlist.  The two steps of a pair run on the same noise, so that their difference is known better than either mean.
+The cheap model of a scene is the ensemble: with the exact update of its load resistor, or with the
+ideal circuit of its netlist.  The two steps of a pair run on the same noise, so that their
+difference is known better than either mean.
 """
 
 import math
@@ -49,7 +50,9 @@ def _powers(h: Any) -> Floats:
     return np.stack([np.asarray(h) ** 2, np.asarray(h) ** 4], axis=-1)
 
 
-def richardson_ladder(model: Model, h: float, trajectories: int, seed: int, seconds: float) -> RichardsonLadder:
+def richardson_ladder(
+    model: Model, h: float, trajectories: int, seed: int, seconds: float
+) -> RichardsonLadder:
     """Extrapolate the cheap model to a step of zero from several pairs of steps.
 
     The scheme is of second order (Kloeden and Platen, section 14.2).  Each of the pairs (h/2, h), (h, 2h), (2h, 4h)
@@ -71,11 +74,15 @@ def richardson_ladder(model: Model, h: float, trajectories: int, seed: int, seco
             break
         with np.errstate(over="ignore", invalid="ignore"):
             mean, (third, error) = Value(*pair.mean(model.name)), pair.bias(model.name)
-        if pair.coarse_is_stopped or not abs(3.0 * third) < MOST * abs(mean.value):  # twice the step is unstable
+        if pair.coarse_is_stopped or not abs(3.0 * third) < MOST * abs(
+            mean.value
+        ):  # twice the step is unstable
             break
         pairs.append((ensemble.h, mean, (3.0 * third, 3.0 * error)))
     if not pairs:
-        raise UnboundedResponseError(f"the response grows without bound at a step of {h:g}/w0 and below")
+        raise UnboundedResponseError(
+            f"the response grows without bound at a step of {h:g}/w0 and below"
+        )
     steps, means, differences = zip(*pairs, strict=True)
     return fit_ladder(np.array(steps), means, np.array(differences))
 
@@ -91,17 +98,23 @@ def fit_ladder(h: Floats, means: Sequence[Value], differences: Floats) -> Richar
     if len(y) > len(coefficients):
         excess = (((y - terms @ coefficients) / error) ** 2).sum() / (len(y) - len(coefficients))
         covariance *= max(excess, 1.0)
-    rough = RichardsonLadder(means[0], coefficients, covariance)  # relative to the mean at the finest step
+    # relative to the mean at the finest step
+    rough = RichardsonLadder(means[0], coefficients, covariance)
     zero = [_less(mean, rough.at(step), scale) for mean, step in zip(means, h, strict=True)]
     weights = np.array([1.0 / (value.stderr or 0.0) ** 2 for value in zero])
-    mean = Value(float(weights @ [value.value for value in zero] / weights.sum()), float(weights.sum() ** -0.5))
+    mean = Value(
+        float(weights @ [value.value for value in zero] / weights.sum()),
+        float(weights.sum() ** -0.5),
+    )
     ratio = scale / mean.value
     return RichardsonLadder(mean, ratio * coefficients, ratio**2 * covariance)
 
 
 def _less(mean: Value, bias: Bias, scale: float) -> Value:
     """A mean less its bias, which is given in units of ``scale``."""
-    return Value(mean.value - scale * bias.value, math.hypot(mean.stderr or 0.0, scale * bias.stderr))
+    return Value(
+        mean.value - scale * bias.value, math.hypot(mean.stderr or 0.0, scale * bias.stderr)
+    )
 
 
 def _long_pair(ensemble: "Trajectories", seconds: float) -> "RichardsonPair":
@@ -112,7 +125,9 @@ def _long_pair(ensemble: "Trajectories", seconds: float) -> "RichardsonPair":
     begin = time.perf_counter()
     burn_in(ensemble)
     if ensemble.hopping is not None:
-        raise SimulationError("hops between the wells are too rare for a reference of `cost`: give more noise")
+        raise SimulationError(
+            "hops between the wells are too rare for a reference of `cost`: give more noise"
+        )
     pair = RichardsonPair(ensemble, ensemble.time)
     spent = time.perf_counter() - begin  # on twice the burn-in at this step, and at twice the step
     if seconds > spent:

@@ -11,8 +11,10 @@ from harvester.studies.work_precision.cost_table import TARGETS
 from harvester.studies.work_precision.ngspice_bias import TOLERANCES
 
 ALONE = "spice alone"
-PARTS = {"CONTROLS": "no controls", "PAIRING": "no pairing", "SETTLED": "from rest"}  # that an engine may lack
-ACCURACIES = (1e-2, 1e-3, 1e-7)  # beside the default of an engine whose error is that of its resolution
+# that an engine may lack
+PARTS = {"CONTROLS": "no controls", "PAIRING": "no pairing", "SETTLED": "from rest"}
+# beside the default of an engine whose error is that of its resolution
+ACCURACIES = (1e-2, 1e-3, 1e-7)
 FACTORS = (0.5, 1.0, 2.0, 4.0)  # of the default step
 
 Sampler = Ensemble | Spice
@@ -23,7 +25,9 @@ def label(engine: Engine) -> str:
     """The name of an engine in the table; ngspice alone has one of its own, and so has an engine that lacks a part."""
     if engine.runs_ngspice and cast(Spice, engine).alone:
         return ALONE
-    return ", ".join([engine.NAME, *(text for part, text in PARTS.items() if not getattr(engine, part, True))])
+    return ", ".join(
+        [engine.NAME, *(text for part, text in PARTS.items() if not getattr(engine, part, True))]
+    )
 
 
 def base_name(name: str) -> str:
@@ -39,7 +43,8 @@ def without(kind: type[Kind], part: str) -> type[Kind]:
 def without_each_part(kind: type[Ensemble], with_ngspice: bool, problem: Problem) -> list[Sampler]:
     """The cheap model and, if it was ``with_ngspice``, ngspice, each without one part that makes a mean cheaper.
 
-    Only those that the scene's means have: controls need noise that is new from step to step, settled starts a netlist.
+    Only those that the scene's means have: controls need noise that is new from step to step,
+    settled starts a netlist.
     """
     eqs = problem.equations
     if not eqs.is_random:
@@ -81,16 +86,25 @@ def paired(step: float, netlist: bool) -> list[Sampler]:
 
 def first_alone(burn_in: float | None) -> Spice:
     """The first run of ngspice alone: short; of few trajectories where the cheap model knows no burn-in."""
-    return Spice(alone=True, trajectories=4) if burn_in is None else Spice(alone=True, duration=burn_in)
+    return (
+        Spice(alone=True, trajectories=4)
+        if burn_in is None
+        else Spice(alone=True, duration=burn_in)
+    )
 
 
 def alone(step: float, duration: float, netlist: bool) -> list[Sampler]:
     """Settings of ngspice alone, from a first run's: longer, other noise, steps and tolerances, then the targets."""
     longer = 4.0 * duration
-    grid: list[Sampler] = [Spice(alone=True, duration=longer), Spice(alone=True, duration=longer, gaussian=True)]
+    grid: list[Sampler] = [
+        Spice(alone=True, duration=longer),
+        Spice(alone=True, duration=longer, gaussian=True),
+    ]
     grid += [Spice(alone=True, duration=longer, dt=f * step) for f in reversed(FACTORS) if f != 1.0]
     grid += [
-        Spice(alone=True, duration=longer, reltol=r) for r in reversed(TOLERANCES) if netlist and r != Spice.reltol
+        Spice(alone=True, duration=longer, reltol=r)
+        for r in reversed(TOLERANCES)
+        if netlist and r != Spice.reltol
     ]
     return [*grid, *(Spice(alone=True, within=target, duration=longer) for target in TARGETS)]
 

@@ -21,9 +21,14 @@ from harvester.errors import CannotServeError, HarvesterError, SimulationError
 from harvester.machine.progress import NO_PROGRESS, Progress
 from harvester.studies.work_precision import settings
 from harvester.studies.work_precision.ngspice_bias import NgspiceBias, ngspice_bias
-from harvester.studies.work_precision.richardson_ladder import STEP_FACTORS, RichardsonLadder, richardson_ladder
+from harvester.studies.work_precision.richardson_ladder import (
+    STEP_FACTORS,
+    RichardsonLadder,
+    richardson_ladder,
+)
 
-RESOLVED = 0.15  # of the remaining budget, for the accuracies of an engine whose error is that of its resolution
+# of the remaining budget, for the accuracies of an engine whose error is that of its resolution
+RESOLVED = 0.15
 CALLS = 5  # of a formula after its first
 FEWEST = 256  # trajectories that measure a bias
 
@@ -52,8 +57,9 @@ class Run:
 class Measurement:
     """The runs of one scene's engines at many settings, while there is time; warming up does not count.
 
-    ``failed`` are the settings with their errors, ``refused`` the reasons of engines that cannot support the scene;
-    ``cheap`` is the run of the cheap model, ``steps`` and ``ngspice`` the biases, None if nothing is known.
+    ``failed`` are the settings with their errors, ``refused`` the reasons of engines that cannot
+    support the scene; ``cheap`` is the run of the cheap model, ``steps`` and ``ngspice`` the
+    biases, None if nothing is known.
     """
 
     problem: Problem
@@ -79,21 +85,26 @@ class Measurement:
                 self.run(kind())
         self.resolve()
         self.cheap = next((run for run in self.runs if run.engine.samples), None)
-        steady = self.problem.equations.is_steady  # then by itself one periodic response, whose error is no sampling's
+        # then by itself one periodic response, whose error is no sampling's
+        steady = self.problem.equations.is_steady
         paired = Spice(trajectories=Spice.TRAJECTORIES) if steady else Spice()
         with_control = self.run(paired) if self.cheap is not None else None
         burn_in = None if self.cheap is None else self.cheap.answer.details["burn_in"]
         spice_alone = self.run(settings.first_alone(burn_in))
         if self.cheap is not None:
             self.measure_biases(self.cheap, with_control is not None)
-            kind, step = type(self.cheap_model), self.cheap.answer.details["step"]
+            kind = type(self.cheap_model)
+            step = self.cheap.answer.details["step"]
             self.fill(settings.ensembles(kind, step), 0.25)
             if with_control is not None:
                 self.fill(settings.paired(step, self.netlist), 0.4)
             self.fill(settings.without_each_part(kind, with_control is not None, self.problem), 0.5)
         if spice_alone is not None:
             d = spice_alone.answer.details
-            self.fill(settings.alone(d["step"], d["duration"], self.netlist and self.cheap is not None), 1.0)
+            self.fill(
+                settings.alone(d["step"], d["duration"], self.netlist and self.cheap is not None),
+                1.0,
+            )
 
     def resolve(self) -> None:
         """Run the engines whose error is that of their resolution at several accuracies."""
@@ -161,11 +172,17 @@ class Measurement:
     def predicted(self, engine: settings.Sampler) -> float:
         """The seconds of a setting, predicted from what the same engine took at others."""
         known = {settings.label(run.engine) for run in self.runs}
-        name = settings.label(engine) if settings.label(engine) in known else settings.base_name(settings.label(engine))
+        name = (
+            settings.label(engine)
+            if settings.label(engine) in known
+            else settings.base_name(settings.label(engine))
+        )
         before = [run for run in self.runs if settings.label(run.engine) == name]
         within = number(engine.within)
         if within is not None:
-            return min(run.answer.seconds * max((run.sampling / within) ** 2, 1.0) for run in before)
+            return min(
+                run.answer.seconds * max((run.sampling / within) ** 2, 1.0) for run in before
+            )
         first = before[0]
         d = first.answer.details
         trajectories = engine.trajectories or d["trajectories"]
@@ -178,14 +195,21 @@ class Measurement:
         model = self.cheap_model.model(self.problem)
         self._report("biases")
         seconds = self.left(0.15)
-        share = seconds / len(STEP_FACTORS) * STEP_FACTORS[0] / cheap.answer.seconds  # of that run's trajectories
-        trajectories = math.ceil(min(max(share * Ensemble.TRAJECTORIES, FEWEST), Ensemble.TRAJECTORIES))
+        # of that run's trajectories
+        share = seconds / len(STEP_FACTORS) * STEP_FACTORS[0] / cheap.answer.seconds
+        trajectories = math.ceil(
+            min(max(share * Ensemble.TRAJECTORIES, FEWEST), Ensemble.TRAJECTORIES)
+        )
         self.steps = richardson_ladder(model, h, trajectories, self.seed, seconds)
         self._report("biases")
         with contextlib.suppress(SimulationError):  # of a finer tolerance than engine spice's
             if ngspice:
-                self.ngspice = ngspice_bias(self.problem, model, self.steps, h, self.seed, self.left(0.3))
+                self.ngspice = ngspice_bias(
+                    self.problem, model, self.steps, h, self.seed, self.left(0.3)
+                )
 
     def _report(self, stage: str) -> None:
-        self.fraction = max(self.fraction, min((time.perf_counter() - self.begin) / self.budget, 1.0))
+        self.fraction = max(
+            self.fraction, min((time.perf_counter() - self.begin) / self.budget, 1.0)
+        )
         self.progress.step(self.fraction, stage)

@@ -16,7 +16,9 @@ def library() -> Path:
     for path in (_HERE / name for name in _LIBRARIES):
         if path.is_file():
             return path
-    raise FileNotFoundError(f"there is no ngspice library in {_HERE}: build the wheel and install that")
+    raise FileNotFoundError(
+        f"there is no ngspice library in {_HERE}: build the wheel and install that"
+    )
 
 
 def code_models() -> list[Path]:

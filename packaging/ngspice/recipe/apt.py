@@ -18,23 +18,46 @@ def download(wanted: str, *command: str, to: Path, source_lines: bool = False) -
         folder = Path(name)
         for one in ("lists/partial", "cache/archives/partial"):
             (folder / one).mkdir(parents=True)
-        options = {"Dir::State::lists": folder / "lists", "Dir::Cache": folder / "cache", "APT::Sandbox::User": "root"}
+        options = {
+            "Dir::State::lists": folder / "lists",
+            "Dir::Cache": folder / "cache",
+            "APT::Sandbox::User": "root",
+        }
         if source_lines:
             (folder / "sources.list").write_text("\n".join(_sources()) + "\n")
-            options |= {"Dir::Etc::sourcelist": folder / "sources.list", "Dir::Etc::sourceparts": "/dev/null"}
+            options |= {
+                "Dir::Etc::sourcelist": folder / "sources.list",
+                "Dir::Etc::sourceparts": "/dev/null",
+            }
         given = [f"-o{name}={value}" for name, value in options.items()]
         for each in (("update", "-qq"), command):
-            subprocess.run(["apt-get", *given, *each], cwd=folder, check=False, capture_output=True, timeout=300)
+            subprocess.run(
+                ["apt-get", *given, *each],
+                cwd=folder,
+                check=False,
+                capture_output=True,
+                timeout=300,
+            )
         for path in folder.glob(wanted):
             shutil.copy(path, to / path.name)
 
 
 def _sources() -> list[str]:
     """Lines for the sources of the packages that this machine knows."""
-    command = ["apt-get", "indextargets", "--no-release-info", "--format", "$(SITE) $(RELEASE) $(COMPONENT)"]
+    command = [
+        "apt-get",
+        "indextargets",
+        "--no-release-info",
+        "--format",
+        "$(SITE) $(RELEASE) $(COMPONENT)",
+    ]
     command += ["Created-By: Packages"]
     done = subprocess.run(command, check=False, capture_output=True, text=True, timeout=60)
-    return [f"deb-src {line}" for line in dict.fromkeys(done.stdout.splitlines()) if line.startswith("http")]
+    return [
+        f"deb-src {line}"
+        for line in dict.fromkeys(done.stdout.splitlines())
+        if line.startswith("http")
+    ]
 
 
 def with_m4(work: Path) -> dict[str, str]:
@@ -49,4 +72,8 @@ def with_m4(work: Path) -> dict[str, str]:
         for package in folder.glob("*.deb"):
             subprocess.run(["dpkg-deb", "-x", package, folder], check=True, timeout=60)
     libraries = ":".join(str(path) for path in folder.glob("usr/lib/*") if path.is_dir())
-    return {**os.environ, "M4": str(program), "LD_LIBRARY_PATH": libraries} if program.is_file() else dict(os.environ)
+    return (
+        {**os.environ, "M4": str(program), "LD_LIBRARY_PATH": libraries}
+        if program.is_file()
+        else dict(os.environ)
+    )

@@ -33,7 +33,9 @@ def sources(src: Path) -> list[Path]:
 def _variables(makefile: Path) -> dict[str, list[str]]:
     """The words of each variable of a Makefile.am, under the conditions that hold."""
     words: dict[str, list[str]] = {}
-    for line in _that_hold(makefile.read_text(encoding="utf-8", errors="replace").replace("\\\n", " ")):
+    for line in _that_hold(
+        makefile.read_text(encoding="utf-8", errors="replace").replace("\\\n", " ")
+    ):
         if found := re.match(r"(\w+)\s*(\+?)=(.*)", line):
             words.setdefault(found[1], []).extend(found[3].partition("#")[0].split())
     return words

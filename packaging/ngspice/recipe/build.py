@@ -15,7 +15,8 @@ from recipe.automake import sources
 from recipe.targets import Target, config
 
 _ZIG = (sys.executable, "-m", "ziglang")
-# No fused multiply-add and no reordering: the numbers are those of any other compiler that keeps to the standard.
+# No fused multiply-add and no reordering: the numbers are those of any other compiler that keeps to
+# the standard.
 _FLAGS = ("-O2", "-g0", "-w", "-fPIC", "-ffp-contract=off", "-fno-strict-aliasing", "-fno-sanitize=undefined",
           "-fvisibility=default", "-std=gnu11", "-D_GNU_SOURCE")  # fmt: skip
 _CODE_MODELS = ("spice2poly", "digital", "analog", "xtradev", "xtraevt", "table")
@@ -44,7 +45,9 @@ def build(source: Path, work: Path, target: Target) -> list[Path]:
 
 def _version(source: Path) -> str:
     """The version of a source of ngspice, from what its `configure` is made of: 39, or 44.2."""
-    found = re.search(r"ngspice_major_version\], \[([0-9.]+)", (source / "configure.ac").read_text())
+    found = re.search(
+        r"ngspice_major_version\], \[([0-9.]+)", (source / "configure.ac").read_text()
+    )
     if found is None:
         raise BuildError(f"{source / 'configure.ac'} names no version")
     return found[1]
@@ -63,7 +66,8 @@ def _parsed(path: Path, env: dict[str, str]) -> Path:
 
 def _code_models(src: Path, work: Path, target: Target, parsers: dict[str, str]) -> list[Path]:
     """Build ngspice's code models: its own preprocessor makes C of them, and runs on this machine."""
-    icm, cmpp = src / "xspice/icm", _preprocessor(src / "xspice/cmpp", work, parsers)
+    icm = src / "xspice/icm"
+    cmpp = _preprocessor(src / "xspice/cmpp", work, parsers)
     tasks: list[tuple[Path, tuple[Path, ...]]] = [(src / "misc/dstring.c", ())]
     members: dict[str, list[int]] = {}
     for name in _CODE_MODELS:
@@ -76,7 +80,9 @@ def _code_models(src: Path, work: Path, target: Target, parsers: dict[str, str])
             _preprocess(cmpp, folder / model, "-ifs")
             _preprocess(cmpp, folder / model, "-mod")
             files += [folder / model / "cfunc.c", folder / model / "ifspec.c"]
-        files += [folder / one / "udnfunc.c" for one in (folder / "udnpath.lst").read_text().split()]
+        files += [
+            folder / one / "udnfunc.c" for one in (folder / "udnpath.lst").read_text().split()
+        ]
         members[name] = [0, *range(len(tasks), len(tasks) + len(files))]
         tasks += [(path, (folder, icm)) for path in files]
     # One model calls free and does not include its header.
@@ -111,7 +117,13 @@ def _compiled(
     """The object files of C and C++ files, each with folders of its own for headers, on all cores."""
     folder = work / "objects"
     folder.mkdir(exist_ok=True)
-    shared = [work / "include", src / "include", src / "frontend", src / "spicelib/devices", src / "maths/poly"]
+    shared = [
+        work / "include",
+        src / "include",
+        src / "frontend",
+        src / "spicelib/devices",
+        src / "maths/poly",
+    ]
     shared += [src / "maths/dense", src / "include/cppduals"]
 
     def compiled(task: tuple[Path, tuple[Path, ...]]) -> Path:
@@ -148,9 +160,13 @@ def _tool(name: str) -> Path:
 
 
 def _run(*command: str | Path, env: dict[str, str] | None = None) -> None:
-    done = subprocess.run([str(one) for one in command], check=False, capture_output=True, text=True, env=env)
+    done = subprocess.run(
+        [str(one) for one in command], check=False, capture_output=True, text=True, env=env
+    )
     if done.returncode:
-        raise BuildError(f"{' '.join(str(one) for one in command)[-2000:]}\n{done.stdout[-2000:]}{done.stderr[-4000:]}")
+        raise BuildError(
+            f"{' '.join(str(one) for one in command)[-2000:]}\n{done.stdout[-2000:]}{done.stderr[-4000:]}"
+        )
 
 
 def compiler() -> Path:

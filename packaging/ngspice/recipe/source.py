@@ -20,12 +20,21 @@ class NoSourceError(RuntimeError):
 def archive(root: Path) -> Path:
     """The archive, checked: the one that VARIABLE names, else that in ``root``, else from apt, without root.
 
-    Raises NoSourceError where there is none, and for an archive whose content is not the one that is known.
+    Raises NoSourceError where there is none, and for an archive whose content is not the one that
+    is known.
     """
     named = os.environ.get(VARIABLE)
     found = Path(named) if named else root / ARCHIVE
     if not found.is_file() and not named:
-        apt.download(ARCHIVE, "source", "-qq", "--download-only", "ngspice=39.3+ds-1", to=root, source_lines=True)
+        apt.download(
+            ARCHIVE,
+            "source",
+            "-qq",
+            "--download-only",
+            "ngspice=39.3+ds-1",
+            to=root,
+            source_lines=True,
+        )
     if not found.is_file():
         raise NoSourceError(f"the source of ngspice must be a file, but {found} is none: {_how()}")
     digest = hashlib.sha256(found.read_bytes()).hexdigest()

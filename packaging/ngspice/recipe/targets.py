@@ -3,7 +3,8 @@
 import platform
 from dataclasses import dataclass
 
-VARIABLE = "NGSPICE_TARGET"  # of the environment: one of TARGETS; this machine's own where it is not set
+# of the environment: one of TARGETS; this machine's own where it is not set
+VARIABLE = "NGSPICE_TARGET"
 
 # What the systems have of what ngspice's `configure` asks for, as its answers on each would be.
 _EVERYWHERE = """ACCESS ACOSH ASINH ATANH CTYPE_H DUP2 ERFC FCNTL_H FLOAT_H GETOPT_H GETOPT_LONG GETCWD INTTYPES_H
@@ -15,7 +16,9 @@ STRUCT_TM_TM_ZONE SYS_FILE_H SYS_IOCTL_H SYS_PARAM_H SYS_SELECT_H SYS_SOCKET_H S
 TCSETATTR TERMIOS_H TM_ZONE UTIMES VFORK WORKING_FORK WORKING_VFORK"""
 _OPTIONS = """CIDER NOINTHELP RFSPICE SHARED_MODULE STDC_HEADERS TIME_WITH_SYS_TIME WITH_PSS XSPICE X_DISPLAY_MISSING
 YYTEXT_POINTER"""
-_LINUX = "FTIME LIBINTL_H MALLOC_H SYS_TIMEB_H TDESTROY TSEARCH VALUES_H _PROC_MEMINFO __SIGHANDLER_T"
+_LINUX = (
+    "FTIME LIBINTL_H MALLOC_H SYS_TIMEB_H TDESTROY TSEARCH VALUES_H _PROC_MEMINFO __SIGHANDLER_T"
+)
 _MACOS = "TSEARCH"
 _WINDOWS = "GETTIMEOFDAY MALLOC_H SYS_TIMEB_H SYS_TIME_H FTIME DIRENT_H DIRNAME STRNCASECMP STRINGS_H UTIMES"
 
@@ -38,11 +41,21 @@ class Target:
 
 _WIN_LINKS = ("-lshlwapi", "-lpsapi", "-lws2_32")
 TARGETS = {
-    "linux-x86_64": Target("x86_64-linux-gnu.2.28", "manylinux_2_28_x86_64", "libngspice.so", f"{_POSIX} {_LINUX}"),
-    "linux-aarch64": Target("aarch64-linux-gnu.2.28", "manylinux_2_28_aarch64", "libngspice.so", f"{_POSIX} {_LINUX}"),
-    "macos-x86_64": Target("x86_64-macos.11.0", "macosx_11_0_x86_64", "libngspice.dylib", f"{_POSIX} {_MACOS}"),
-    "macos-arm64": Target("aarch64-macos.11.0", "macosx_11_0_arm64", "libngspice.dylib", f"{_POSIX} {_MACOS}"),
-    "windows-x86_64": Target("x86_64-windows-gnu", "win_amd64", "ngspice.dll", _WINDOWS, _WIN_LINKS),
+    "linux-x86_64": Target(
+        "x86_64-linux-gnu.2.28", "manylinux_2_28_x86_64", "libngspice.so", f"{_POSIX} {_LINUX}"
+    ),
+    "linux-aarch64": Target(
+        "aarch64-linux-gnu.2.28", "manylinux_2_28_aarch64", "libngspice.so", f"{_POSIX} {_LINUX}"
+    ),
+    "macos-x86_64": Target(
+        "x86_64-macos.11.0", "macosx_11_0_x86_64", "libngspice.dylib", f"{_POSIX} {_MACOS}"
+    ),
+    "macos-arm64": Target(
+        "aarch64-macos.11.0", "macosx_11_0_arm64", "libngspice.dylib", f"{_POSIX} {_MACOS}"
+    ),
+    "windows-x86_64": Target(
+        "x86_64-windows-gnu", "win_amd64", "ngspice.dll", _WINDOWS, _WIN_LINKS
+    ),
 }
 
 
@@ -56,17 +69,29 @@ def this_machine() -> str:
 def config(target: Target, version: str) -> str:
     """The file config.h: Debian's options of ngspice as a library, but for OpenMP, which slows small circuits.
 
-    It names no folder that could exist: the library reads no start file but those that its user gives it.
+    It names no folder that could exist: the library reads no start file but those that its user
+    gives it.
     """
     lines = [f"#define HAVE_{name} 1" for name in f"{_EVERYWHERE} {target.has}".split()]
     lines += [f"#define {name} 1" for name in _OPTIONS.split()]
     if not target.is_windows:
-        lines += ["#define IPC_UNIX_SOCKETS 1", "#define HAVE_DECL_ISINF 1", "#define HAVE_DECL_ISNAN 1"]
+        lines += [
+            "#define IPC_UNIX_SOCKETS 1",
+            "#define HAVE_DECL_ISINF 1",
+            "#define HAVE_DECL_ISNAN 1",
+        ]
     texts = {"VERSION": version, "PACKAGE_VERSION": version, "SHAREDSPICE_version": version}
     texts |= {"PACKAGE": "ngspice", "PACKAGE_BUGREPORT": "", "LT_OBJDIR": ""}
-    texts |= {"PACKAGE_STRING": f"ngspice {version}", "NGSPICEBUILDDATE": "2023-02-05", "NGSPICEBINDIR": "/nonexistent"}
+    texts |= {
+        "PACKAGE_STRING": f"ngspice {version}",
+        "NGSPICEBUILDDATE": "2023-02-05",
+        "NGSPICEBINDIR": "/nonexistent",
+    }
     texts |= {"NGSPICEDATADIR": "/nonexistent", "PACKAGE_NAME": "ngspice"}
     lines += [f'#define {name} "{text}"' for name, text in texts.items()]
     lines += ["#define RETSIGTYPE void", "#define OS_COMPILED 6", "#define SELECT_TYPE_ARG1 int"]
-    lines += ["#define SELECT_TYPE_ARG234 (fd_set *)", "#define SELECT_TYPE_ARG5 (struct timeval *)"]
+    lines += [
+        "#define SELECT_TYPE_ARG234 (fd_set *)",
+        "#define SELECT_TYPE_ARG5 (struct timeval *)",
+    ]
     return "\n".join(lines) + "\n"

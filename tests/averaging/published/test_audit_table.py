@@ -1,7 +1,8 @@
 """The tables of docs/audit.md: each row rests on a line of the paper's text, and its class follows from that line.
 
-`paper_lines.toml` has the quotations.  The text loses signs, bars, roots, tall brackets and perhaps exponents; so a
-formula is called a misprint only where the right one does not turn into the text by any such loss.
+`paper_lines.toml` has the quotations.  The text loses signs, bars, roots, tall brackets and perhaps
+exponents; so a formula is called a misprint only where the right one does not turn into the text by
+any such loss.
 """
 
 import re
@@ -13,7 +14,12 @@ import pytest
 from tests.support.paths import ROOT
 
 ROWS = tomllib.loads(Path(__file__).with_name("paper_lines.toml").read_text())
-SECTIONS = {"misprint": "Misprints", "approximation": "Approximations", "unknown": "Undecidable", "right": "Right"}
+SECTIONS = {
+    "misprint": "Misprints",
+    "approximation": "Approximations",
+    "unknown": "Undecidable",
+    "right": "Right",
+}
 PAGE = (ROOT / "docs" / "audit.md").read_text()
 LOST = set("-|√≈≥∂∫∞⟨⟩⌈⌉")
 EXPONENTS = {"²": "2"}
@@ -51,7 +57,11 @@ def test_what_may_be_lost():
 def test_rows_of_the_page_are_the_quotations(name):
     found = [(equation, lines, text) for equation, lines, text, *_ in tables(SECTIONS[name])]
     assert found == [
-        (row["equation"], ", ".join(map(str, row["lines"])), "; ".join(f"`{one}`" for one in row["text"]))
+        (
+            row["equation"],
+            ", ".join(map(str, row["lines"])),
+            "; ".join(f"`{one}`" for one in row["text"]),
+        )
         for row in ROWS[name]
     ]
     for row in ROWS[name]:

@@ -31,7 +31,9 @@ def test_mean_square_is_lost_at_the_known_noise(c, beta):
 def test_weak_noise_has_a_known_exponent():
     """Lambda(p) = -c p/2 + N2 p (p + 2)/8 of a lightly damped oscillator: q = 4 c/N2 - 2."""
     for c, n2 in ((0.01, 0.0125), (0.01, 0.008), (0.01, 0.005)):
-        assert power_tail(Equations(c1=-c, n2=n2)).exponent == pytest.approx(4.0 * c / n2 - 2.0, rel=0.002)
+        assert power_tail(Equations(c1=-c, n2=n2)).exponent == pytest.approx(
+            4.0 * c / n2 - 2.0, rel=0.002
+        )
 
 
 def test_moments_as_the_exact_engine_finds_them():
@@ -46,13 +48,15 @@ def test_moments_as_the_exact_engine_finds_them():
 
 def sampled_growth(eqs, power, blocks=8, rounds=10, segments=480):
     """Lambda(power) and its standard error: paths multiply by |z|^power after each segment, and as many go on."""
-    rng, words = (
-        np.random.default_rng(3),
-        np.array([random_words(np.random.SeedSequence([3, k]), BATCH) for k in range(8)]),
-    )
+    rng = np.random.default_rng(3)
+    words = np.array([random_words(np.random.SeedSequence([3, k]), BATCH) for k in range(8)])
     phase = rng.uniform(-0.5 * math.pi, 0.5 * math.pi, (blocks, BATCH))
-    state, rates, draws, h = np.stack([np.cos(phase), np.sin(phase), 0.0 * phase], axis=1), [], 4, 0.05
-    pushes, c = np.zeros((3, BATCH)), Coefficients(mu=eqs.mu, beta=eqs.beta, c1=eqs.c1, n2=eqs.n2, r=eqs.restitution)
+    state = np.stack([np.cos(phase), np.sin(phase), 0.0 * phase], axis=1)
+    rates = []
+    draws = 4
+    h = 0.05
+    pushes = np.zeros((3, BATCH))
+    c = Coefficients(mu=eqs.mu, beta=eqs.beta, c1=eqs.c1, n2=eqs.n2, r=eqs.restitution)
     for _ in range(segments):
         logs = np.zeros((blocks, BATCH))
         for k in range(blocks):
@@ -62,7 +66,9 @@ def sampled_growth(eqs, power, blocks=8, rounds=10, segments=480):
         weights = np.exp(power * logs.ravel())
         rates.append(math.log(weights.mean()) / (rounds * 2 * draws * h))
         chosen = rng.permutation(
-            np.searchsorted(np.cumsum(weights) / weights.sum(), (rng.random() + np.arange(512)) / 512)
+            np.searchsorted(
+                np.cumsum(weights) / weights.sum(), (rng.random() + np.arange(512)) / 512
+            )
         )
         everybody = np.moveaxis(state, 1, 0).reshape(3, -1)[:, np.minimum(chosen, 511)]
         state = np.ascontiguousarray(np.moveaxis(everybody.reshape(3, blocks, BATCH), 0, 1))
@@ -77,7 +83,9 @@ def test_moments_with_a_stop_and_a_load(r, n2):
     eqs = changed(STOPPED, restitution=r, n2=n2)
     tail = power_tail(eqs)
     assert tail.lowest < tail.exponent < tail.highest < math.inf
-    (low, low_error), (high, high_error) = (sampled_growth(eqs, end) for end in (tail.lowest, tail.highest))
+    (low, low_error), (high, high_error) = (
+        sampled_growth(eqs, end) for end in (tail.lowest, tail.highest)
+    )
     assert low < -4.0 * low_error
     assert high > 4.0 * high_error
 
@@ -94,4 +102,8 @@ def test_what_is_not_known_of_a_circuit():
     """A circuit takes energy, nobody knows how much: no upper end, and the bare device's as the lower one."""
     tail = power_tail(Equations(c1=-0.05, beta=1.25, n2=0.04), driven=True)
     assert tail.highest == math.inf
-    assert tail.lowest == power_tail(Equations(c1=-0.05, n2=0.04)).exponent == pytest.approx(3.0, rel=0.02)
+    assert (
+        tail.lowest
+        == power_tail(Equations(c1=-0.05, n2=0.04)).exponent
+        == pytest.approx(3.0, rel=0.02)
+    )

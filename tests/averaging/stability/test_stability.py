@@ -35,12 +35,17 @@ def z(growth, exact):
     return (growth.value - exact) / growth.stderr
 
 
-@pytest.mark.parametrize("c, w2, n2", [(0.5, 1.0, 4.0), (-0.01, 1.0, 0.06), (0.05, 1.04, 1e-3), (3.0, 1.0, 0.5)])
+@pytest.mark.parametrize(
+    "c, w2, n2", [(0.5, 1.0, 4.0), (-0.01, 1.0, 0.06), (0.05, 1.04, 1e-3), (3.0, 1.0, 0.5)]
+)
 @pytest.mark.parametrize("r", [None, 0.9, 0.3])
 def test_decoupled_is_its_integrals(c, w2, n2, r):
     """The exact exponent without coupling, by adaptive quadrature; from overdamped to weakly driven."""
-    q, s2 = w2 - c * c / 4, 2 * n2
-    moment = lambda k: quad(lambda y: 2 * y ** (2 * k + 1) * np.exp(-2 / s2 * (q * y**2 + y**6 / 12)), 0, 5)[0]  # noqa: E731
+    q = w2 - c * c / 4
+    s2 = 2 * n2
+    moment = lambda k: quad(  # noqa: E731
+        lambda y: 2 * y ** (2 * k + 1) * np.exp(-2 / s2 * (q * y**2 + y**6 / 12)), 0, 5
+    )[0]
     exact = -c / 2 + moment(0.5) / (2 * moment(-0.5))
     if r is not None:
         exact += np.sqrt(s2 / (2 * np.pi)) / moment(-0.5) * np.log(r)
@@ -49,8 +54,13 @@ def test_decoupled_is_its_integrals(c, w2, n2, r):
 
 def test_decoupled_limits():
     """No noise: c1/2 + (w/pi) ln r; noise alone: neutral at the restitution of inelastic collapse (5.9)."""
-    assert formula.decoupled(0.02, 1.0, 0.0, 0.9) == pytest.approx(0.01 + np.sqrt(1 - 1e-4) / np.pi * np.log(0.9))
-    alone = [formula.decoupled(-2.0, 1.0, 1.0, r) + 1.0 for r in (COLLAPSE, 0.99 * COLLAPSE, 1.01 * COLLAPSE)]
+    assert formula.decoupled(0.02, 1.0, 0.0, 0.9) == pytest.approx(
+        0.01 + np.sqrt(1 - 1e-4) / np.pi * np.log(0.9)
+    )
+    alone = [
+        formula.decoupled(-2.0, 1.0, 1.0, r) + 1.0
+        for r in (COLLAPSE, 0.99 * COLLAPSE, 1.01 * COLLAPSE)
+    ]
     assert alone[0] == pytest.approx(0.0, abs=1e-9)
     assert alone[1] < -1e-3 < 1e-3 < alone[2]
 
@@ -59,7 +69,14 @@ def test_decoupled_limits():
 @pytest.mark.statistics
 @pytest.mark.parametrize(
     "c1, n2, r",
-    [(-0.5, 4.0, 0.5), (0.01, 0.06, 0.96), (-0.05, 0.5, 0.7), (-0.1, 1.0, 0.9), (-0.2, 2.0, 0.2), (-0.1, 1.0, None)],
+    [
+        (-0.5, 4.0, 0.5),
+        (0.01, 0.06, 0.96),
+        (-0.05, 0.5, 0.7),
+        (-0.1, 1.0, 0.9),
+        (-0.2, 2.0, 0.2),
+        (-0.1, 1.0, None),
+    ],
 )
 def test_monte_carlo_without_coupling(c1, n2, r):
     """Any noise and restitution, the strongest noise first: lambda = -.0859."""
@@ -127,7 +144,8 @@ def test_push_of_the_fast_voltage(m):
         at_stop = lambda t, y: y[0]  # noqa: E731
         at_stop.terminal = True
         end = solve_ivp(rate, (0, 3), [1.0, 0, 0, 0], events=at_stop, rtol=1e-11, atol=1e-13)
-        period, energy = end.t[-1], end.y[1, -1] ** 2 / 2
+        period = end.t[-1]
+        energy = end.y[1, -1] ** 2 / 2
         return 2 * (end.y[2, -1] / energy - end.y[3, -1] / energy**2) / period
 
     assert gain(0.0) == pytest.approx(1.0, rel=1e-8)
@@ -165,8 +183,13 @@ def test_slow_voltage_under_damping(c1, r):
 
 def test_simple_is_its_terms():
     """Without coupling; and with a spring's coupling, W^2 = 1 + beta."""
-    for eqs, w in ((Equations(c1=0.02, n2=0.06, restitution=0.9), 1.0), (Equations(beta=0.44, n2=0.06), 1.2)):
-        exact = (eqs.c1 or 0) / 2 + 0.015 / w**2 + (w / np.pi * np.log(0.9) if eqs.restitution else 0)
+    for eqs, w in (
+        (Equations(c1=0.02, n2=0.06, restitution=0.9), 1.0),
+        (Equations(beta=0.44, n2=0.06), 1.2),
+    ):
+        exact = (
+            (eqs.c1 or 0) / 2 + 0.015 / w**2 + (w / np.pi * np.log(0.9) if eqs.restitution else 0)
+        )
         assert simple_exponent(eqs) == pytest.approx(exact, rel=1e-12)
 
 
@@ -174,7 +197,9 @@ def test_averaged_is_first_order_in_coupling():
     """The error against the exact exponent falls by four when beta is halved."""
     errors = [
         abs(formula.averaged(eqs) - formula.noiseless(eqs))
-        for eqs in (Equations(c1=0.01, beta=b, mu=0.3, restitution=0.97) for b in (0.08, 0.04, 0.02))
+        for eqs in (
+            Equations(c1=0.01, beta=b, mu=0.3, restitution=0.97) for b in (0.08, 0.04, 0.02)
+        )
     ]
     assert errors[0] > 3.3 * errors[1] > 3.3 * 3.3 * errors[2]
 
@@ -183,7 +208,9 @@ def test_averaged_is_first_order_in_coupling():
 @pytest.mark.statistics
 @pytest.mark.parametrize(
     "change",
-    [{"restitution": r} for r in (0.9, 0.93, 0.96, 1.0)] + [{"n2": n2} for n2 in (0.02, 0.04, 0.1)] + [{"mu": 0.02}],
+    [{"restitution": r} for r in (0.9, 0.93, 0.96, 1.0)]
+    + [{"n2": n2} for n2 in (0.02, 0.04, 0.1)]
+    + [{"mu": 0.02}],
     ids=str,
 )
 def test_figure_7(change):
@@ -212,7 +239,11 @@ def test_without_a_stop(mu, n2):
     eqs = changed(FIGURE7, mu=mu, n2=n2, restitution=None, c1=-0.02, beta=0.2)
     growth = measured(eqs, duration=1500.0, h=0.03)
     assert growth.stderr < 5e-5
-    assert abs(growth.value - float(formula.averaged(eqs))) < 4 * growth.stderr + formula.checks(eqs).error < 4e-4
+    assert (
+        abs(growth.value - float(formula.averaged(eqs)))
+        < 4 * growth.stderr + formula.checks(eqs).error
+        < 4e-4
+    )
     roots = np.roots([1.0, 0.02 + mu, 1.0 + 0.2 + 0.02 * mu, mu])
     assert formula.noiseless(eqs) == pytest.approx(roots.real.max(), rel=1e-9)
     assert formula.averaged(eqs, n2=0.0) == pytest.approx(roots.real.max(), rel=1e-9)
@@ -247,12 +278,16 @@ def test_boundary(r):
     assert formula.averaged(eqs, mu, edge.averaged) == pytest.approx(0.0, abs=1e-9)
     assert (formula.averaged(eqs, mu, 1.1 * edge.averaged) > 0).all()
     if r is not None:
-        assert (formula.boundary(changed(eqs, restitution=r - 0.02), mu).averaged > edge.averaged).all()
+        assert (
+            formula.boundary(changed(eqs, restitution=r - 0.02), mu).averaged > edge.averaged
+        ).all()
 
 
 def test_boundary_at_its_ends():
     """Zero where rest is unstable without noise, infinite where no noise can unsettle it."""
-    assert (formula.boundary(changed(FIGURE7, restitution=1.0), np.array([0.1, 0.2])).averaged == 0).all()
+    assert (
+        formula.boundary(changed(FIGURE7, restitution=1.0), np.array([0.1, 0.2])).averaged == 0
+    ).all()
     for share in (0.9, 0.5):
         below = Equations(c1=-0.1, restitution=share * COLLAPSE)
         assert np.isinf(formula.boundary(below, np.array([0.1])).averaged).all()
@@ -260,7 +295,8 @@ def test_boundary_at_its_ends():
 
 @pytest.mark.parametrize("r", [0.9, None])
 def test_arrays_are_the_scalars(r):
-    mu, n2 = np.array([[0.05], [0.5]]), np.array([0.01, 0.05, 0.2])
+    mu = np.array([[0.05], [0.5]])
+    n2 = np.array([0.01, 0.05, 0.2])
     for of in (formula.published, formula.averaged, simple_exponent):
         field = of(changed(FIGURE7, restitution=r), mu, n2)
         for i, j in np.ndindex(field.shape):
@@ -287,21 +323,30 @@ def test_arrays_are_the_scalars(r):
 )
 def test_hard_scenes_stay_finite(change):
     eqs = changed(FIGURE7, **change)
-    values = [formula.averaged(eqs), formula.published(eqs), lyapunov.exponent(eqs, SEED, 64, 100.0).value]
+    values = [
+        formula.averaged(eqs),
+        formula.published(eqs),
+        lyapunov.exponent(eqs, SEED, 64, 100.0).value,
+    ]
     assert np.isfinite(values).all()
     assert formula.checks(eqs).diagnostics or "mu" in change or eqs.restitution is None
 
 
 @pytest.mark.thorough("test_with_a_stop")
 @pytest.mark.statistics
-@pytest.mark.parametrize("eqs", [FIGURE7, changed(FIGURE7, restitution=None)], ids=["stop", "no stop"])
+@pytest.mark.parametrize(
+    "eqs", [FIGURE7, changed(FIGURE7, restitution=None)], ids=["stop", "no stop"]
+)
 def test_exponent_is_worth_twenty_five_times_as_many_trajectories(eqs):
     """Sums of mean zero of the path's own noise: the same exponent within the plain error, a fifth of that error."""
     growth = lyapunov.exponent(eqs, SEED, 1024, 400.0)
     plain = growth.samples.std(ddof=1) / math.sqrt(len(growth.samples))
     assert plain > 5.0 * growth.stderr
     assert abs(growth.value - growth.samples.mean()) < 4.0 * plain
-    assert (np.abs(growth.pushed.mean(axis=0)) < 4.0 * growth.pushed.std(axis=0) / math.sqrt(len(growth.pushed))).all()
+    assert (
+        np.abs(growth.pushed.mean(axis=0))
+        < 4.0 * growth.pushed.std(axis=0) / math.sqrt(len(growth.pushed))
+    ).all()
 
 
 def test_at_rest_on_the_stop_only_the_voltage_is_left():
@@ -326,7 +371,9 @@ def test_same_seed_same_answer_whatever_the_threads(monkeypatch):
 
 @pytest.mark.slow
 def test_seeds_differ_in_start_and_noise():
-    one, two = (lyapunov.exponent(FIGURE7, np.random.SeedSequence(k), 512, 1000.0).samples for k in (1, 2))
+    one, two = (
+        lyapunov.exponent(FIGURE7, np.random.SeedSequence(k), 512, 1000.0).samples for k in (1, 2)
+    )
     assert not (one == two).any()
     assert abs(np.corrcoef(one, two)[0, 1]) < 0.2
 
@@ -337,7 +384,9 @@ def test_stated_bias_is_the_real_one():
     growth = measured(FIGURE7, duration=2000.0, h=0.3)
     true = measured(FIGURE7, duration=2000.0, h=0.04)
     noise = 4 * math.hypot(growth.stderr, true.stderr)
-    assert abs(growth.value - true.value) == pytest.approx(growth.bias, abs=noise + 0.4 * growth.bias)
+    assert abs(growth.value - true.value) == pytest.approx(
+        growth.bias, abs=noise + 0.4 * growth.bias
+    )
     assert growth.bias > 3 * growth.stderr  # the test can fail
 
 
@@ -381,7 +430,8 @@ def physical(**load):
 def test_a_physical_scene_is_in_si():
     """Per second: w0 times the exponent of Eq. 2."""
     device = physical(resistance=1e6)
-    eqs, w0 = equations(device), scales(device).frequency
+    eqs = equations(device)
+    w0 = scales(device).frequency
     answer = stability(device, trajectories=256, duration=200.0)
     growth = lyapunov.exponent(eqs, np.random.SeedSequence(0), 256, 200.0)
     assert w0 == pytest.approx(20.0)

@@ -43,7 +43,11 @@ def finished(device, noise, discard):
 def of(load, eqs, h=0.05, duration=160.0):
     """State, Csmooth and ledger; the voltage is some 50 V, below what breaks the diodes down."""
     name, parameters = load
-    given = Load(resistance=parameters) if name == "resistor" else Load(netlist=name, parameters=dict(parameters))
+    given = (
+        Load(resistance=parameters)
+        if name == "resistor"
+        else Load(netlist=name, parameters=dict(parameters))
+    )
     device = worker.CoupledDevice(eqs, scales(eqs.beta or 0.5, 0.01), load_circuit(given, CP), h, 4)
     noise = gaussian_grid(np.random.SeedSequence(7), round(duration / h))
     return next(map_in_workers(finished, [(device, noise, 40.0)]))
@@ -62,7 +66,8 @@ LOADS = {  # the step, and the load's share of what it and the circuit take, at 
         0.47,
     ),  # 0.468 at half the step, 0.471 at a hundredth of the tolerance
     "series_sshi": (("series_sshi", COIL), 0.025, 0.56),
-    "sece": (("sece", ()), 0.01, 0.77),  # its voltage falls to zero within a hundredth of a time unit
+    # its voltage falls to zero within a hundredth of a time unit
+    "sece": (("sece", ()), 0.01, 0.77),
 }
 
 
@@ -97,7 +102,12 @@ def test_works_of_a_kick_are_the_change_of_the_kinetic_energy():
 
 def test_stored_energy_is_that_of_every_spring():
     """v^2/2 + linear x^2/2 + alpha2 x^3/3 + alpha x^4/4 + what a compliant stop stores, k y^2/2 of its depth y."""
-    x, v, contact, alpha, linear, alpha2 = -1.3, 0.7, 0.11, 0.4, -1.0, 0.9
+    x = -1.3
+    v = 0.7
+    contact = 0.11
+    alpha = 0.4
+    linear = -1.0
+    alpha2 = 0.9
     s = SimpleNamespace(measuring=BEFORE, since=1.0, x=x, v=v)
     point = Point(2.0, 0.3, 0.0, 0.0, 0.2)
     c = Coefficients(alpha=alpha, linear=linear, alpha2=alpha2)
@@ -108,14 +118,18 @@ def test_stored_energy_is_that_of_every_spring():
     assert (s.begin, s.voltage_begin, s.smooth_begin) == (2.0, 0.3, 0.2)
     in_contact = interpreted(contact_energy)
     at_rest, apart = Coefficients(k=50.0, gap=0.0), Coefficients(k=50.0, gap=0.2)
-    assert [in_contact(-0.1, at_rest), in_contact(-0.3, apart)] == pytest.approx([0.25, 0.25], rel=1e-12)
+    assert [in_contact(-0.1, at_rest), in_contact(-0.3, apart)] == pytest.approx(
+        [0.25, 0.25], rel=1e-12
+    )
     assert [in_contact(0.1, at_rest), in_contact(-0.1, apart)] == [0.0, 0.0]
 
 
 @pytest.mark.thorough("test_ledger_closes_within_a_percent")
 def test_without_circuit_and_damping_the_mechanical_side_closes_exactly():
     """beta None, no stop: noise alone; the kicks telescope, so that the residual is the spring's O(h^2) only."""
-    residuals = [abs(of(RESISTOR, Equations(n1=0.01, c1=-0.05), h, 400.0)[2].residual) for h in (0.1, 0.025)]
+    residuals = [
+        abs(of(RESISTOR, Equations(n1=0.01, c1=-0.05), h, 400.0)[2].residual) for h in (0.1, 0.025)
+    ]
     assert residuals[0] < 3e-3
     assert residuals[1] < 3e-4
 

@@ -49,14 +49,18 @@ def test_strongly_coupled_plate():
 @pytest.mark.parametrize("seed", [7, 8, 9])
 def test_strongly_coupled_plate_with_its_stop(seed):
     """beta = 1.25, r = .96: below 1e-3 over the first 30 impacts; beyond, impacts make paths chaotic."""
-    ours, exact = both(PLATE_WITH_STOP, 0.05, stride=1, noise=gaussian_grid(np.random.SeedSequence(seed), 4000))
+    ours, exact = both(
+        PLATE_WITH_STOP, 0.05, stride=1, noise=gaussian_grid(np.random.SeedSequence(seed), 4000)
+    )
     upto = exact.t < exact.impacts[30, 0]
     assert np.sqrt(np.mean((ours.V - exact.V)[upto] ** 2) / np.mean(exact.V[upto] ** 2)) < 1e-3
 
 
 @pytest.mark.thorough("test_paper_path")
 @pytest.mark.parametrize(
-    "eqs, duration", [(PAPER, 100.0), (PLATE_WITH_STOP, 60.0), (PLATE, 100.0)], ids=["paper", "plate-stop", "plate"]
+    "eqs, duration",
+    [(PAPER, 100.0), (PLATE_WITH_STOP, 60.0), (PLATE, 100.0)],
+    ids=["paper", "plate-stop", "plate"],
 )
 def test_difference_falls_with_the_square_of_the_step(eqs, duration):
     """Noise paths refined by the bridge; the exact update makes the same steps, so only the circuit differs.
@@ -66,7 +70,8 @@ def test_difference_falls_with_the_square_of_the_step(eqs, duration):
     steps = (0.2, 0.1, 0.05, 0.025, 0.0125)
     differences = np.empty((3, len(steps)))
     for seed, row in zip((7, 8, 9), differences, strict=True):
-        noise, rng = gaussian_grid(np.random.SeedSequence(seed), round(duration / 0.2)), np.random.default_rng(1)
+        noise = gaussian_grid(np.random.SeedSequence(seed), round(duration / 0.2))
+        rng = np.random.default_rng(1)
         for i, h in enumerate(steps):
             row[i] = rms_difference(*both(eqs, h, stride=1, noise=noise))
             noise = refined(noise, rng)
@@ -86,8 +91,11 @@ def test_whole_scheme_is_of_second_order():
         # a kick of .9 at the start does what an initial velocity would
         noise = np.zeros(n)
         noise[0] = 0.9 / np.sqrt(2 * h * eqs.n1)
-        # the kick comes at t = h: shift the clock so that every run starts its motion at the same time
-        path = worker.path_in_worker(device(eqs, h), np.concatenate([noise, np.zeros(round(1 / h))]))
+        # the kick comes at t = h: shift the clock so that every run starts its motion at the same
+        # time
+        path = worker.path_in_worker(
+            device(eqs, h), np.concatenate([noise, np.zeros(round(1 / h))])
+        )
         ends.append(np.interp(6.0, path.t - h, path.V))
     errors = np.abs(np.array(ends[:3]) - ends[3])
     assert np.polyfit(np.log([0.2, 0.1, 0.05]), np.log(errors), 1)[0] > 1.6
@@ -137,7 +145,8 @@ def test_coupling_with_impacts_is_stable_and_converges(beta, mu):
     steps = min(longest, 2.0 / mu) / 2.0 ** np.arange(4)
     differences = np.empty((5, len(steps)))
     for seed, row in zip(range(5), differences, strict=True):
-        noise, rng = gaussian_grid(np.random.SeedSequence(seed), round(10 / steps[0])), np.random.default_rng(1)
+        noise = gaussian_grid(np.random.SeedSequence(seed), round(10 / steps[0]))
+        rng = np.random.default_rng(1)
         for i, h in enumerate(steps):
             ours, exact = both(eqs, h, stride=1, noise=noise)
             assert np.isfinite(ours.samples).all()
@@ -171,7 +180,8 @@ def test_python_callbacks_are_the_reference(load):
     if load != "resistor":
         circuit = load_circuit(Load(netlist=load), WEAK.capacitance)
         one = worker.CoupledDevice(changed(PAPER, mu=None), WEAK, circuit, 0.1, 4)
-    compiled, python = worker.path_in_worker(one, noise), next(map_in_workers(path_in_python, [(one, noise)]))
+    compiled = worker.path_in_worker(one, noise)
+    python = next(map_in_workers(path_in_python, [(one, noise)]))
     assert len(python.impacts) > 5
     assert rms_difference(python, compiled) < 1e-9
     assert python.samples == pytest.approx(compiled.samples, rel=1e-9, abs=1e-12)
@@ -182,7 +192,8 @@ def failing(one, noise, what):
     """A Python path whose `what` raises at its tenth call; then, in the same process, one that does not."""
     from tests.support import python_callbacks as reference
 
-    calls, whole = [], reference.interpreted
+    calls = []
+    whole = reference.interpreted
 
     def broken(function):
         def counted(*arguments):
@@ -205,7 +216,8 @@ def failing(one, noise, what):
 @pytest.mark.parametrize("what", ["source_voltage", "proposed_step", "accept_point"])
 def test_an_exception_in_a_python_callback_is_raised_after_the_run(what):
     """ngspice gets finite values to its end, and the exception comes out; the process goes on."""
-    noise, one = gaussian_grid(SEED, 100), device(PAPER, 0.1, 4)
+    noise = gaussian_grid(SEED, 100)
+    one = device(PAPER, 0.1, 4)
     calls, path = next(map_in_workers(failing, [(one, noise, what)]))
     assert calls == 10
     assert (path.samples == worker.path_in_worker(one, noise).samples).all()
@@ -215,7 +227,9 @@ def test_an_exception_in_a_python_callback_is_raised_after_the_run(what):
 @pytest.mark.parametrize("volts", [1e-6, 1e3])
 def test_signal_level_does_not_matter(volts):
     """1 uV and 1 kV signals, same relative accuracy."""
-    scales = Scales(mass=0.04, frequency=20.0, length=volts * 50.2e-9 / 1e-3, coupling=1e-3, capacitance=50.2e-9)
+    scales = Scales(
+        mass=0.04, frequency=20.0, length=volts * 50.2e-9 / 1e-3, coupling=1e-3, capacitance=50.2e-9
+    )
     ours, exact = both(PAPER, 0.1, scales=scales)
     assert rms_difference(ours, exact) < 1e-5
 
@@ -275,12 +289,17 @@ def test_no_sliver_is_left_before_a_landing(share):
     state = SimpleNamespace(target_time=1.5, free=1, smooth=0, turned=0, **run)
     step = proposed_step.py_func(state, 0.5, share)
     assert step == (1.0 if share >= 1.0 else min(share, 0.5))
-    assert proposed_step.py_func(SimpleNamespace(target_time=1.5, free=0, smooth=0, **run), 0.5, share) == 1.0
+    assert (
+        proposed_step.py_func(SimpleNamespace(target_time=1.5, free=0, smooth=0, **run), 0.5, share)
+        == 1.0
+    )
 
 
 def test_rounding_does_not_halve_the_steps_near_a_landing():
     """A bridge came to steps of 2e-15 s there, at which nothing converges."""
-    state = SimpleNamespace(target_time=1.5, free=1, smooth=0, turned=0, noise_size=100, h=2.0, w0=1.0)
+    state = SimpleNamespace(
+        target_time=1.5, free=1, smooth=0, turned=0, noise_size=100, h=2.0, w0=1.0
+    )
     assert proposed_step.py_func(state, 1.499, 0.001 - 1e-15) == 1.5 - 1.499
     assert proposed_step.py_func(state, 1.499, 0.0009) == 0.5 * (1.5 - 1.499)
 
@@ -295,7 +314,13 @@ def test_no_step_goes_beyond_the_end_of_the_run(kicks, free):
     h, w0 = 0.1, 20.123
     end = (kicks + 0.75) * h / w0
     state = SimpleNamespace(
-        target_time=(kicks + 1) * h / w0, free=free, smooth=0, turned=0, h=h, w0=w0, noise_size=kicks
+        target_time=(kicks + 1) * h / w0,
+        free=free,
+        smooth=0,
+        turned=0,
+        h=h,
+        w0=w0,
+        noise_size=kicks,
     )
     t = (kicks + 0.5) * h / w0
     landed = t + proposed_step.py_func(state, t, 1.0)
@@ -304,7 +329,9 @@ def test_no_step_goes_beyond_the_end_of_the_run(kicks, free):
 
 def test_a_leg_after_a_turn_begins_with_a_small_step():
     """A 64th of a kick's step, however long ngspice's own is; from there on ngspice's own counts again."""
-    state = SimpleNamespace(target_time=1.5, free=1, smooth=0, turned=1, leg_t=0.5, h=2.0, w0=1.0, noise_size=100)
+    state = SimpleNamespace(
+        target_time=1.5, free=1, smooth=0, turned=1, leg_t=0.5, h=2.0, w0=1.0, noise_size=100
+    )
     assert proposed_step.py_func(state, 0.5, 3.0) == 2.0 / 64.0
     assert proposed_step.py_func(state, 0.5, 1e-3) == 1e-3
     assert proposed_step.py_func(state, 0.5 + 1e-6, 0.25) == 0.25
@@ -315,12 +342,20 @@ def test_a_leg_after_a_turn_begins_with_a_small_step():
 def test_no_step_goes_over_a_switch():
     """A tenth of ngspice's tolerance changes what SECE delivers by less than .2 %: .04 %, 1.7 % with steps gone over.
 
-    ngspice judges a step by the differences of several; the first one after an impact was much shorter than those.
+    ngspice judges a step by the differences of several; the first one after an impact was much
+    shorter than those.
     """
     problem = Problem(hv.load("examples/plate_sece.toml"))
     one = worker.CoupledDevice(problem.equations, problem.scales, problem.circuit, 1.0 / 15.0, 6)
-    starts = [(1.6, 0.9, 0.4, 0.7), (0.7, -1.1, -0.5, 0.7), (1.9, 0.2, 0.6, 0.7), (0.4, 1.3, -0.2, 0.7)]
-    found = tolerance_in_workers(one, np.random.SeedSequence(2).spawn(4), 480, 2.0, math.inf, starts)
+    starts = [
+        (1.6, 0.9, 0.4, 0.7),
+        (0.7, -1.1, -0.5, 0.7),
+        (1.9, 0.2, 0.6, 0.7),
+        (0.4, 1.3, -0.2, 0.7),
+    ]
+    found = tolerance_in_workers(
+        one, np.random.SeedSequence(2).spawn(4), 480, 2.0, math.inf, starts
+    )
     errors = [abs(each["load"]) for each, _ in found]
     assert max(errors) < 0.01
     assert sum(errors) / 4.0 < 0.002
@@ -329,7 +364,9 @@ def test_no_step_goes_over_a_switch():
 @pytest.mark.parametrize(
     "name, most",
     [
-        pytest.param("parallel_sshi", 18.0, marks=pytest.mark.thorough("test_a_switching_takes_few_steps")),
+        pytest.param(
+            "parallel_sshi", 18.0, marks=pytest.mark.thorough("test_a_switching_takes_few_steps")
+        ),
         ("series_sshi", 11.0),
     ],
 )
@@ -337,7 +374,8 @@ def test_a_switching_takes_few_steps(name, most):
     """Accepted steps a kick, 15.7 and 9.0: with elements L, on which ngspice resolves microvolts, 23.7 and 20.5."""
     problem = Problem(hv.load(f"examples/plate_{name}.toml"))
     one = worker.CoupledDevice(problem.equations, problem.scales, problem.circuit, 1.0 / 15.0, 6)
-    seeds, starts = np.random.SeedSequence(2).spawn(2), [(1.6, 0.9, 0.4, 0.7), (0.7, -1.1, -0.5, 0.7)]
+    seeds = np.random.SeedSequence(2).spawn(2)
+    starts = [(1.6, 0.9, 0.4, 0.7), (0.7, -1.1, -0.5, 0.7)]
     found = list(worker.measure_in_workers(one, seeds, 960, 2.0, starts=starts))
     assert sum(each.steps for each in found) / (2 * 960) < most
 
@@ -347,8 +385,11 @@ def test_burn_in_waits_for_the_smoothing_capacitor(tmp_path):
 
     Of a circuit without an ideal one beside it, whose trajectories would be waited for as long.
     """
-    scene, own = hv.load("examples/plate_bridge.toml"), tmp_path / "own.cir"
-    own.write_text("* own\n.subckt own p n R=1Meg C=1u\nRseries p a 1k\nCsmooth a n {C}\nRload a n {R}\n.ends\n")
+    scene = hv.load("examples/plate_bridge.toml")
+    own = tmp_path / "own.cir"
+    own.write_text(
+        "* own\n.subckt own p n R=1Meg C=1u\nRseries p a 1k\nCsmooth a n {C}\nRload a n {R}\n.ends\n"
+    )
 
     def examined(farad):
         load = hv.Load(netlist=str(own), parameters={"R": 1e6, "C": farad})

@@ -44,10 +44,12 @@ def shaken(eqs, h, duration, stride=4):
 def test_path(eqs, duration, most, h):
     """Relative RMS difference of V and x on the same forcing, at the tolerances of white noise; impacts within 1e-4.
 
-    Under a drive V is off by O(h^2) from the first step on, before which ngspice takes its source for one at rest.
+    Under a drive V is off by O(h^2) from the first step on, before which ngspice takes its source
+    for one at rest.
     """
     noise, a = shaken(eqs, h, duration)
-    ours, exact = worker.path_in_worker(device(eqs, h, 4), noise, a), trace(eqs, noise, h, 4, shaking=a)
+    ours = worker.path_in_worker(device(eqs, h, 4), noise, a)
+    exact = trace(eqs, noise, h, 4, shaking=a)
     assert rms_difference(ours, exact) < most
     assert rms_difference(ours, exact, "x") < most
     assert ours.impacts == pytest.approx(exact.impacts, abs=1e-4)
@@ -67,7 +69,9 @@ def test_compiled_and_interpreted_callbacks_are_the_same_path(eqs):
 @pytest.mark.parametrize("eqs", [TONE, HUM])
 def test_ledger_closes(eqs):
     """The drive's work is input."""
-    one = next(worker.measure_in_workers(device(eqs, 0.02, 10, scales(eqs.beta)), [SEED], 20_000, 20.0))
+    one = next(
+        worker.measure_in_workers(device(eqs, 0.02, 10, scales(eqs.beta)), [SEED], 20_000, 20.0)
+    )
     assert abs(one.ledger.residual) < 0.01
     assert one.ledger.input > 0.0
 
@@ -94,13 +98,17 @@ def test_engine_under_filtered_noise(eqs):
 
 
 QUIET = changed(DRIVEN, drive_frequency=0.5, restitution=0.5, gap=0.0)
-IMPACTING = {  # scenes that chatter and stick, bounce for ever, lie under preload, and meet two stops
+# scenes that chatter and stick, bounce for ever, lie under preload, and meet two stops
+IMPACTING = {
     "lies": (changed(QUIET, restitution=0.0), 5e-5),
     "chatters": (QUIET, 5e-5),
     "bounces": (changed(QUIET, restitution=1.0), 1e-3),
     "gap": (changed(QUIET, gap=0.3, drive_frequency=1.1), 5e-5),
     "preload": (changed(QUIET, restitution=0.0, gap=-0.3, drive_frequency=1.1), 5e-5),
-    "two": (changed(QUIET, gap=0.3, opposite_restitution=0.6, opposite_gap=0.5, drive_frequency=1.1), 2e-4),
+    "two": (
+        changed(QUIET, gap=0.3, opposite_restitution=0.6, opposite_gap=0.5, drive_frequency=1.1),
+        2e-4,
+    ),
     "hum": (changed(HUM, restitution=0.8, gap=0.0), 2e-3),
 }
 
@@ -111,17 +119,22 @@ OTHERS = pytest.mark.thorough("test_impacts_without_white_noise")
 
 @pytest.mark.parametrize(
     "eqs, most",
-    [pytest.param(*case, id=name, marks=() if name in REMAINING else OTHERS) for name, case in IMPACTING.items()],
+    [
+        pytest.param(*case, id=name, marks=() if name in REMAINING else OTHERS)
+        for name, case in IMPACTING.items()
+    ],
 )
 def test_impacts_without_white_noise(eqs, most):
     """On the path of `trace`, impact by impact, chatter and rests on the stop included, whose times are exact there."""
     noise, a = shaken(eqs, 0.05, 100.0)
-    ours, exact = worker.path_in_worker(device(eqs, 0.05, 4), noise, a), trace(eqs, noise, 0.05, 4, shaking=a)
+    ours = worker.path_in_worker(device(eqs, 0.05, 4), noise, a)
+    exact = trace(eqs, noise, 0.05, 4, shaking=a)
     assert rms_difference(ours, exact) < most
     assert rms_difference(ours, exact, "x") < most
     assert len(exact.impacts) > 10
     assert ours.impacts == pytest.approx(exact.impacts, abs=10 * most)
-    low, high = -(eqs.gap or 0.0), np.inf if eqs.opposite_gap is None else eqs.opposite_gap
+    low = -(eqs.gap or 0.0)
+    high = np.inf if eqs.opposite_gap is None else eqs.opposite_gap
     assert low <= ours.x.min() <= ours.x.max() <= high
     assert ((ours.x == low) == (exact.x == low)).all()
 
@@ -139,10 +152,13 @@ def test_callbacks_of_impacts_without_white_noise(name):
 @pytest.mark.parametrize("name", ["lies", "chatters", "gap", "two"])
 def test_ledger_of_impacts_without_white_noise(name):
     """It closes better the finer the step, impacts and rests included."""
-    eqs, residuals = IMPACTING[name][0], []
+    eqs = IMPACTING[name][0]
+    residuals = []
     for h in (0.04, 0.01):
         steps = round(400.0 / h)
-        one = next(worker.measure_in_workers(device(eqs, h, 10, scales(eqs.beta)), [SEED], steps, 100.0))
+        one = next(
+            worker.measure_in_workers(device(eqs, h, 10, scales(eqs.beta)), [SEED], steps, 100.0)
+        )
         residuals.append(abs(one.ledger.residual))
         assert one.ledger.impacts > 0.1 * one.ledger.input
     assert residuals[1] < 5e-3
@@ -152,9 +168,19 @@ def test_ledger_of_impacts_without_white_noise(name):
 @pytest.mark.parametrize("side, place", [(1.0, -0.3), (-1.0, 0.5)])
 def test_works_of_an_impact(side, place):
     """The stop takes (1 - r^2) v^2/2; the shaking has done its share of what the flight before gained."""
-    speed, up, before, share = 1.1, 0.8, 0.6, 0.25
-    s = SimpleNamespace(side=side, speed=speed, up=up, before=side * before, share=share, measuring=DURING)
-    s.n_steps, s.h, s.meet, s.impacts, s.impact_work, s.noise_work = 7, 0.1, 0.04, 0, 2.0, 3.0
+    speed = 1.1
+    up = 0.8
+    before = 0.6
+    share = 0.25
+    s = SimpleNamespace(
+        side=side, speed=speed, up=up, before=side * before, share=share, measuring=DURING
+    )
+    s.n_steps = 7
+    s.h = 0.1
+    s.meet = 0.04
+    s.impacts = 0
+    s.impact_work = 2.0
+    s.noise_work = 3.0
     record = np.zeros((1, 2))
     interpreted(impact)(s, record, Coefficients(gap=0.3, high=0.5))
     assert (s.x, s.impacts, s.flown) == (place, 1, 1)
@@ -167,15 +193,20 @@ def test_works_of_an_impact(side, place):
 def test_engine_with_a_stop_under_a_drive():
     """The ensemble's answer within both steps' bias; with a rectifier the ledger closes, in the unit of the power."""
     eqs = changed(QUIET, drive_frequency=1.1)
-    few, many = hv.Spice(trajectories=2, duration=20.0).run(scene(eqs)), hv.Ensemble(trajectories=64).run(scene(eqs))
+    few = hv.Spice(trajectories=2, duration=20.0).run(scene(eqs))
+    many = hv.Ensemble(trajectories=64).run(scene(eqs))
     a, b = few.mean_square_voltage, many.mean_square_voltage
     assert abs(a.value - b.value) < a.bias + b.bias + 4 * np.hypot(a.stderr or 0.0, b.stderr or 0.0)
-    device = hv.load("examples/plate_harmonic.toml").vary("oscillator.damping", 0.32)  # or it forgets in minutes
+    # or it forgets in minutes
+    device = hv.load("examples/plate_harmonic.toml").vary("oscillator.damping", 0.32)
     load = hv.Load(netlist="bridge", parameters={"C": "0.1 uF"})
     stopped = dataclasses.replace(device, stop=hv.Stop(restitution=0.8, gap=0.0), load=load)
     answer = hv.Spice(trajectories=2, duration=4.0).run(stopped)
     assert abs(answer.details["ledger_residual"]) < 0.02
-    entries = {key: answer.details[f"ledger_{key}"] for key in ("damping", "impacts", "circuit", "load", "stored")}
+    entries = {
+        key: answer.details[f"ledger_{key}"]
+        for key in ("damping", "impacts", "circuit", "load", "stored")
+    }
     assert entries["load"] == pytest.approx(answer.mean_power.value, rel=1e-9)
     assert entries["impacts"] > 0.0
     assert sum(entries.values()) == pytest.approx(answer.details["ledger_input"], rel=0.02)

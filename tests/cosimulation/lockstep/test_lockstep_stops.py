@@ -8,7 +8,15 @@ from harvester.cosimulation import runs as worker
 from harvester.errors import SimulationError
 from harvester.mechanics.kernels.noise import gaussian_grid, refined
 from harvester.mechanics.kernels.path import trace
-from tests.support.lockstep import PLATE, SEED, both, check_callbacks, device, rms_difference, scales
+from tests.support.lockstep import (
+    PLATE,
+    SEED,
+    both,
+    check_callbacks,
+    device,
+    rms_difference,
+    scales,
+)
 from tests.support.systems import PAPER, changed, padded, scene
 
 pytestmark = pytest.mark.ngspice
@@ -16,7 +24,8 @@ pytestmark = pytest.mark.ngspice
 TWO = {"gap": 0.2, "opposite_gap": 0.3, "opposite_restitution": 0.9}
 SPRING = {"linear": 1.0, "alpha2": 0.0}
 FULL = padded(PAPER, **SPRING)  # each kind of stop is compiled once
-PRESSED = changed(FULL, gap=-0.2, opposite_gap=9.0, opposite_restitution=0.9)  # the other stop is never met
+# the other stop is never met
+PRESSED = changed(FULL, gap=-0.2, opposite_gap=9.0, opposite_restitution=0.9)
 BISTABLE = changed(FULL, restitution=None, linear=-1.0, alpha=2.0)
 
 
@@ -27,7 +36,9 @@ BISTABLE = changed(FULL, restitution=None, linear=-1.0, alpha=2.0)
         pytest.param(PRESSED, 15.0, marks=pytest.mark.thorough("test_path")),
         (changed(FULL, **TWO), 100.0),
         (BISTABLE, 20.0),
-        pytest.param(changed(PRESSED, alpha2=0.4, gap=0.0), 100.0, marks=pytest.mark.thorough("test_path")),
+        pytest.param(
+            changed(PRESSED, alpha2=0.4, gap=0.0), 100.0, marks=pytest.mark.thorough("test_path")
+        ),
     ],
     ids=["preload", "both sides", "bistable", "quadratic"],
 )
@@ -57,7 +68,8 @@ def test_strong_coupling_converges_at_second_order(eqs):
     steps = (0.1, 0.05, 0.025, 0.0125)
     differences = np.empty((4, len(steps)))
     for seed, row in enumerate(differences):
-        noise, rng = gaussian_grid(np.random.SeedSequence(seed), 60), np.random.default_rng(1)
+        noise = gaussian_grid(np.random.SeedSequence(seed), 60)
+        rng = np.random.default_rng(1)
         for i, h in enumerate(steps):
             row[i] = rms_difference(*both(eqs, h, stride=1, noise=noise))
             noise = refined(noise, rng)
@@ -66,7 +78,13 @@ def test_strong_coupling_converges_at_second_order(eqs):
 
 
 def compliant(k, **others):
-    return changed(FULL, restitution=None, stop_stiffness=k, stop_damping=0.1 * k**0.5, **{"gap": 0.0, **others})
+    return changed(
+        FULL,
+        restitution=None,
+        stop_stiffness=k,
+        stop_damping=0.1 * k**0.5,
+        **{"gap": 0.0, **others},
+    )
 
 
 @pytest.mark.parametrize(
@@ -103,7 +121,9 @@ def test_engine_at_a_compliant_stop_agrees_with_the_ensemble():
     given = scene(changed(PAPER, restitution=None, stop_stiffness=400.0, stop_damping=2.0, c1=-0.2))
     a, b = hv.Spice(duration=300.0).run(given), hv.Ensemble(within=0.01).run(given)
     few, many = a.mean_square_voltage, b.mean_square_voltage
-    assert abs(few.value - many.value) < 4 * np.hypot(few.stderr, many.stderr) + few.bias + many.bias
+    assert (
+        abs(few.value - many.value) < 4 * np.hypot(few.stderr, many.stderr) + few.bias + many.bias
+    )
     assert few.stderr < 0.05 * few.value
     assert abs(a.details["ledger_residual"]) < 0.01
     assert a.details["ledger_impacts"] > 0.2 * a.details["ledger_input"]
@@ -118,7 +138,9 @@ def test_compiled_and_interpreted_callbacks_are_the_same_path(eqs):
     check_callbacks(device(eqs, 0.1, 4), noise)
 
 
-@pytest.mark.parametrize("eqs", [changed(FULL, **TWO), changed(BISTABLE, alpha2=0.1), PRESSED, compliant(50.0)])
+@pytest.mark.parametrize(
+    "eqs", [changed(FULL, **TWO), changed(BISTABLE, alpha2=0.1), PRESSED, compliant(50.0)]
+)
 def test_ledger_closes(eqs):
     """Springs store what they take, and each stop takes (1 - r^2) v^2/2 by its own r."""
     s = scales(eqs.beta)
@@ -132,13 +154,17 @@ def test_trajectories_begin_in_each_well():
     """One of two seeds begins in either well, and stays there while it is shaken too weakly to hop."""
     eqs = changed(BISTABLE, n1=1e-8, n2=0.0)
     seeds = [np.random.SeedSequence(k) for k in range(4)]
-    means = [m.moments.x[0] for m in worker.measure_in_workers(device(eqs, 0.1, 4), seeds, 400, 0.0, 1)]
+    means = [
+        m.moments.x[0] for m in worker.measure_in_workers(device(eqs, 0.1, 4), seeds, 400, 0.0, 1)
+    ]
     low, high = eqs.resting_places
     assert means == pytest.approx([low, high, low, high], abs=0.01)
     assert trace(eqs, np.zeros(4), 0.1).x[0] == pytest.approx(low)
 
 
 def test_stops_too_near_for_the_lock_step_are_a_named_error():
-    eqs = changed(FULL, c1=-0.1, restitution=1.0, gap=0.0, opposite_gap=0.002, opposite_restitution=1.0)
+    eqs = changed(
+        FULL, c1=-0.1, restitution=1.0, gap=0.0, opposite_gap=0.002, opposite_restitution=1.0
+    )
     with pytest.raises(SimulationError, match=r"at most twice a step .*: use engine 'ensemble'"):
         worker.path_in_worker(device(eqs, 0.1), gaussian_grid(SEED, 400))

@@ -21,17 +21,25 @@ THOROUGH = pytest.mark.thorough("test_one_netlist")
 RIGID = hv.Stop(restitution=0.5, gap="0.02 mm")
 BALL = hv.Ball(mass="2 g", room="0.1 mm", restitution=0.5, tilt=30.0)
 DRIVE = hv.Excitation(acceleration_amplitude="0.5 g", frequency="45 Hz")
-UNDER = hv.Magnifier(mass="30 g", stiffness="4 N/mm", damping="0.5 N s/m", restitution=0.4, gap="0.02 mm")
+UNDER = hv.Magnifier(
+    mass="30 g", stiffness="4 N/mm", damping="0.5 N s/m", restitution=0.4, gap="0.02 mm"
+)
 
 
 def _lockstep(scene, h, steps, reltol=1e-4):
     """Path, ledger and the energy that the load took up to each kick (J), in ngspice."""
     problem = Problem(scene)
     noise = three_point_grid(np.random.SeedSequence(3), steps)
-    device = CoupledDevice(problem.equations, problem.scales, problem.circuit, h, 5, patience=1e9, reltol=reltol)
+    device = CoupledDevice(
+        problem.equations, problem.scales, problem.circuit, h, 5, patience=1e9, reltol=reltol
+    )
     drive = run_in_this_process(device, new_drive(device, noise, 0.0))
     state = drive.state[0]
-    return drive.path(), ledger_of(state, problem.scales, drive.smoothing, problem.circuit.linear), drive.kicked[:, 4]
+    return (
+        drive.path(),
+        ledger_of(state, problem.scales, drive.smoothing, problem.circuit.linear),
+        drive.kicked[:, 4],
+    )
 
 
 @pytest.mark.thorough("test_one_netlist")
@@ -48,13 +56,19 @@ def _lockstep(scene, h, steps, reltol=1e-4):
 )
 def test_path_of_the_ensemble(change):
     """With a resistor ngspice's modes go as those of the exact update, and the energy ledger closes."""
-    scene, h, steps = BEAM.replace(mode=(SECOND, THIRD)).replace(**change), 0.01, 3000
+    scene = BEAM.replace(mode=(SECOND, THIRD)).replace(**change)
+    h = 0.01
+    steps = 3000
     ((found, ledger, _),) = map_in_workers(_lockstep, [(scene, h, steps)])
-    expected = trace_modes(Problem(scene).equations, three_point_grid(np.random.SeedSequence(3), steps), h, 5)
+    expected = trace_modes(
+        Problem(scene).equations, three_point_grid(np.random.SeedSequence(3), steps), h, 5
+    )
     assert len(expected.impacts) > 2
-    assert abs(len(found.impacts) - len(expected.impacts)) <= 2  # where impacts accumulate, rounding makes the last
+    # where impacts accumulate, rounding makes the last
+    assert abs(len(found.impacts) - len(expected.impacts)) <= 2
     size = np.abs(expected.V).max()
-    assert np.abs(found.V[:100] - expected.V[:100]).max() < 1e-3 * size  # before impacts have made much of a last digit
+    # before impacts have made much of a last digit
+    assert np.abs(found.V[:100] - expected.V[:100]).max() < 1e-3 * size
     assert (found.V**2).mean() == pytest.approx((expected.V**2).mean(), rel=5e-3)
     assert ledger.impacts > 0.0
     assert abs(ledger.residual) < 5e-3
@@ -64,7 +78,10 @@ def test_path_of_the_ensemble(change):
 def test_motion_of_several_modes():
     """Command `motion` by ngspice shows the path that engine `ensemble` has on the same noise, impacts included."""
     scene = BEAM.replace(mode=(SECOND, THIRD), stop=RIGID)
-    found, expected = (hv.motion(scene, engine, "0.2 s", seed=2, from_rest=True) for engine in ("spice", "ensemble"))
+    found, expected = (
+        hv.motion(scene, engine, "0.2 s", seed=2, from_rest=True)
+        for engine in ("spice", "ensemble")
+    )
     for name in ("displacement", "voltage"):
         one, other = getattr(found, name), getattr(expected, name)
         assert np.abs(one - other)[:200].max() < 3e-3 * np.abs(other).max(), name
@@ -78,9 +95,14 @@ def _one_netlist(scene, begin, end, step):
     1 V is a force of 1 N and 1 A a speed of 1 m/s; all loops share the piezo's capacitance.
     """
     problem = Problem(scene)
-    circuit, first, piezo, drive = problem.circuit, scene.oscillator, scene.piezo, scene.excitation
+    circuit = problem.circuit
+    first = scene.oscillator
+    piezo = scene.piezo
+    drive = scene.excitation
     modes = [(first.mass, first.frequency, first.damping_ratio, piezo.coupling, 1.0)]
-    modes += [(one.mass, one.frequency, one.damping_ratio, one.coupling, one.base) for one in scene.mode]
+    modes += [
+        (one.mass, one.frequency, one.damping_ratio, one.coupling, one.base) for one in scene.mode
+    ]
     lines = ["bench", circuit.text, f"Cpiezo p 0 {piezo.capacitance!r}"]
     for k, (mass, frequency, ratio, coupling, base) in enumerate(modes):
         w = 2.0 * math.pi * frequency
@@ -95,14 +117,23 @@ def _one_netlist(scene, begin, end, step):
             f"Fpiezo{k} 0 p Vspeed{k} {coupling!r}",
         ]
     lines += [".options method=trap reltol=1e-6 abstol=1e-14 vntol=1e-9 chgtol=1e-17"]
-    lines += [".save @r.xload.rload[p]", f".tran {step} {end} {begin} {step} uic", ".control", "run"]
+    lines += [
+        ".save @r.xload.rload[p]",
+        f".tran {step} {end} {begin} {step} uic",
+        ".control",
+        "run",
+    ]
     lines += [f"meas tran found AVG @r.xload.rload[p] from={begin} to={end}", ".endc", ".end"]
     text = "\n".join(lines)
-    done = subprocess.run(["ngspice", "-b", "/dev/stdin"], input=text, capture_output=True, text=True, timeout=300)
+    done = subprocess.run(
+        ["ngspice", "-b", "/dev/stdin"], input=text, capture_output=True, text=True, timeout=300
+    )
     return float(re.search(r"found\s*=\s*(\S+)", done.stdout)[1])
 
 
-@pytest.mark.parametrize("name, fine", [("bridge", 400), pytest.param("sece", 1000, marks=THOROUGH)])
+@pytest.mark.parametrize(
+    "name, fine", [("bridge", 400), pytest.param("sece", 1000, marks=THOROUGH)]
+)
 def test_one_netlist(name, fine):
     """Three modes in lock-step under a sinusoid give the power of one netlist of modes and circuit within .1 %.
 
@@ -111,7 +142,8 @@ def test_one_netlist(name, fine):
     amplitude = hv.Excitation(acceleration_amplitude="0.5 g", frequency="50 Hz")
     scene = BEAM.replace(mode=(SECOND, THIRD), excitation=amplitude)
     scene = scene.replace(load=hv.Load(netlist=name, parameters={"R": "1 Mohm", "C": "20 nF"}))
-    seconds, w0 = 0.4, Problem(scene).scales.frequency
+    seconds = 0.4
+    w0 = Problem(scene).scales.frequency
     h = w0 / (50.0 * fine)
     steps = round(seconds * 50.0 * fine)
     ((_, _, energy),) = map_in_workers(_lockstep, [(scene, h, steps, 1e-6)])

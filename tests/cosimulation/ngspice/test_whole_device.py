@@ -1,9 +1,10 @@
 """The lock-step without a stop against the whole device as one netlist, run by `ngspice -b`.
 
-Mechanics as a circuit, force F/theta as a voltage and theta x' as a current: the mass is an inductor M/theta^2, the
-damping a resistor c/theta^2, the compliance a capacitor theta^2/k, in series with the force and Cp, the load on Cp.
-The base acceleration is a sine or a record, random numbers joined by straight lines; the lock-step's kick at time k h
-carries its integral from (k - 1/2) h to (k + 1/2) h, which is of second order like the rest of the scheme.
+Mechanics as a circuit, force F/theta as a voltage and theta x' as a current: the mass is an
+inductor M/theta^2, the damping a resistor c/theta^2, the compliance a capacitor theta^2/k, in
+series with the force and Cp, the load on Cp. The base acceleration is a sine or a record, random
+numbers joined by straight lines; the lock-step's kick at time k h carries its integral from (k -
+1/2) h to (k + 1/2) h, which is of second order like the rest of the scheme.
 """
 
 import dataclasses
@@ -26,7 +27,8 @@ from harvester.scene.load import Load
 
 pytestmark = pytest.mark.ngspice
 
-SCALES = Scales(mass=0.04, frequency=20.0, length=1e-3, coupling=1e-3, capacitance=50.2e-9)  # V = 1 is 20 V
+# V = 1 is 20 V
+SCALES = Scales(mass=0.04, frequency=20.0, length=1e-3, coupling=1e-3, capacitance=50.2e-9)
 BETA = SCALES.coupling**2 / (SCALES.mass * SCALES.frequency**2 * SCALES.capacitance)
 EQS = Equations(beta=BETA, c1=-0.05, n1=1.0)
 END, DISCARD = 40.0, 10.0  # nondimensional times
@@ -38,7 +40,8 @@ LOADS = {
     "bridge": Load(netlist="bridge", parameters={"R": 1.5e6, "C": 1e-7}),
     "parallel_sshi": Load(netlist="parallel_sshi", parameters={"R": 5e6, "C": 3e-8} | COIL),
 }
-TIGHT = ".options trtol=0.07"  # a hundredth of ngspice's 7: its steps keep to 1e-6, not to the lock-step's 1e-4
+# a hundredth of ngspice's 7: its steps keep to 1e-6, not to the lock-step's 1e-4
+TIGHT = ".options trtol=0.07"
 DRIVES = ("harmonic", "recorded")
 
 
@@ -71,8 +74,12 @@ def run(load, drive, h, options):
     circuit = load_circuit(LOADS[load], SCALES.capacitance)
     circuit = dataclasses.replace(circuit, text=f"{circuit.text}\n{options}")
     device = worker.CoupledDevice(EQS, SCALES, circuit, h, 1)
-    finished = worker.run_in_this_process(device, worker.new_drive(device, noise(drive, h), DISCARD))
-    return finished.path(), ledger_of(finished.state[0], SCALES, finished.smoothing, circuit.linear).load
+    finished = worker.run_in_this_process(
+        device, worker.new_drive(device, noise(drive, h), DISCARD)
+    )
+    return finished.path(), ledger_of(
+        finished.state[0], SCALES, finished.smoothing, circuit.linear
+    ).load
 
 
 @pytest.fixture(scope="module")
@@ -84,12 +91,16 @@ def apart():
 @cache
 def whole(load, drive):
     """Times, voltages of the piezo and powers of Rload (W) of the device as one netlist."""
-    s, circuit = SCALES, load_circuit(LOADS[load], SCALES.capacitance)
-    unit, stiffness = s.mass * s.frequency**2 * s.length / s.coupling, s.mass * s.frequency**2
+    s = SCALES
+    circuit = load_circuit(LOADS[load], SCALES.capacitance)
+    unit = s.mass * s.frequency**2 * s.length / s.coupling
+    stiffness = s.mass * s.frequency**2
     step = 0.0025 / s.frequency
     force = f"SIN(0 {AMPLITUDE * unit!r} {RATE * s.frequency / (2 * math.pi)!r})"
     if drive == "recorded":
-        points = (f"{a / s.frequency:.15g} {b * unit:.15g}" for a, b in zip(*recorded(), strict=True))
+        points = (
+            f"{a / s.frequency:.15g} {b * unit:.15g}" for a, b in zip(*recorded(), strict=True)
+        )
         force = "PWL(" + "\n+ ".join(points) + ")"
     deck = [
         "the whole device",
@@ -111,7 +122,12 @@ def whole(load, drive):
         ".end\n",
     ]
     done = subprocess.run(
-        ["ngspice", "-b", "/dev/stdin"], input="\n".join(deck), capture_output=True, text=True, timeout=120, check=False
+        ["ngspice", "-b", "/dev/stdin"],
+        input="\n".join(deck),
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
     )
     rows = re.findall(r"^ *(\S+e[+-]\d+) +(\S+e[+-]\d+) +(\S+e[+-]\d+) *$", done.stderr, re.M)
     assert len(rows) > END / step / s.frequency, done.stdout + done.stderr[:2000]
@@ -148,9 +164,12 @@ def test_agreement_with_the_whole_device(apart, load, drive):
 def test_agreement_of_parallel_sshi(apart, drive="harmonic"):
     """To 1e-3 in the voltage and in the power at h = .003, where ngspice's tolerance is 1e-6 in place of 1e-4.
 
-    The voltage jumps by twice its size within .02: switching late by 1e-4 is a difference of 1e-3 in it.
+    The voltage jumps by twice its size within .02: switching late by 1e-4 is a difference of 1e-3
+    in it.
     """
-    voltages, powers = np.array([deviation(apart, "parallel_sshi", drive, h, TIGHT) for h in (0.0125, 0.003125)]).T
+    voltages, powers = np.array(
+        [deviation(apart, "parallel_sshi", drive, h, TIGHT) for h in (0.0125, 0.003125)]
+    ).T
     assert voltages[1] < 1e-3
     assert abs(powers[1]) < 1e-3
     assert voltages[0] > 4 * voltages[1]

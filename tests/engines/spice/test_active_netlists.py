@@ -31,13 +31,17 @@ def answer(tmp_path, *lines):
 @pytest.mark.ngspice
 def test_growth_is_a_named_error_before_numbers_overflow(tmp_path):
     """Printed as 1e85 MW with an error bar, or with warnings of overflows, before."""
-    with pytest.raises(UnboundedResponseError, match=r"its energy grew .* times .*a negative capacitor or resistor"):
+    with pytest.raises(
+        UnboundedResponseError, match=r"its energy grew .* times .*a negative capacitor or resistor"
+    ):
         answer(tmp_path, "Rload p n {R}", "R2 p n {-R/2}")
 
 
 @pytest.mark.parametrize("more", [(), ("R2 p n {R/2}",)])
 def test_a_load_below_zero_is_refused_before_anything_runs(tmp_path, more):
-    with pytest.raises(InputError, match=r"load.cir line 2 must be above 0, for rload, but is -1000000"):
+    with pytest.raises(
+        InputError, match=r"load.cir line 2 must be above 0, for rload, but is -1000000"
+    ):
         answer(tmp_path, "Rload p n {-R}", *more)
 
 

@@ -22,7 +22,9 @@ SOFT, HARD = "Is=1u N=1.05 Rs=2 Cjo=20p Bv=40", "IS=389f N=1.27 CJO=14p"
 def board(folder, store="2.2u", diode=SOFT):
     """The scene of a bridge on the device."""
     path = folder / "board.cir"
-    path.write_text(f"* board\n{DIODES}C1 OUT 0 {store}\nR1 OUT 0 220k\n.model DSK D({diode})\n.end\n")
+    path.write_text(
+        f"* board\n{DIODES}C1 OUT 0 {store}\nR1 OUT 0 220k\n.model DSK D({diode})\n.end\n"
+    )
     return DEVICE.scene(path, "R1", "C1")
 
 
@@ -38,15 +40,22 @@ def answered(folder, elements, **options):
 def test_two_resistors_are_within_their_stated_error(tmp_path, ohms):
     """It had settled by what one change between periods said of a mode that turns: 257 times the stated error."""
     answer, truth = answered(tmp_path, [("R2", "PZ1", "PZ2", 10e6), ("RL", "PZ1", "PZ2", ohms)])
-    off, stated = answer.mean_power.value - truth, answer.mean_power.known_error95
+    off = answer.mean_power.value - truth
+    stated = answer.mean_power.known_error95
     assert abs(off) < stated < 2e-4 * truth
-    ledger = answer.details["ledger_load"]  # of the finest step, which the power is extrapolated from
+    # of the finest step, which the power is extrapolated from
+    ledger = answer.details["ledger_load"]
     assert abs(ledger - truth) < answer.details["ledger_load_bias"] < 1e-3 * truth
 
 
 def test_coils_and_further_capacitors_come_back(tmp_path):
     """A period began with coils without currents: nothing came back, and runs of minutes stood for the response."""
-    elements = [("RW", "PZ1", "M", 1e3), ("L1", "M", "N1", 200.0), ("C1", "N1", "PZ2", 20e-9), ("RL", "N1", "PZ2", 1e5)]
+    elements = [
+        ("RW", "PZ1", "M", 1e3),
+        ("L1", "M", "N1", 200.0),
+        ("C1", "N1", "PZ2", 20e-9),
+        ("RL", "N1", "PZ2", 1e5),
+    ]
     answer, truth = answered(tmp_path, elements)
     assert answer.details["response_periods"] == 1
     assert abs(answer.mean_power.value - truth) < answer.mean_power.known_error95 < 1e-3 * truth
@@ -54,7 +63,9 @@ def test_coils_and_further_capacitors_come_back(tmp_path):
 
 def test_random_ladders_are_within_their_stated_errors(tmp_path):
     rows = periodic_errors.ladders(hv.Spice(), 12, tmp_path)
-    assert [row["case"] for row in rows if row.get("ratio", math.inf) > 1.0 or not row["periodic"]] == []
+    assert [
+        row["case"] for row in rows if row.get("ratio", math.inf) > 1.0 or not row["periodic"]
+    ] == []
 
 
 def test_a_steady_response_knows_no_initial_condition(tmp_path):
@@ -68,15 +79,23 @@ def test_a_steady_response_knows_no_initial_condition(tmp_path):
 
 def test_a_charge_begins_at_the_initial_condition(tmp_path):
     """From 2 V on a store of 22 uF has 3 V after 418 ms, from 0 V after 667 ms."""
-    times = [hv.charge(board(tmp_path, store), to=3.0, engine="spice").time.value for store in ("22u IC=2", "22u")]
+    times = [
+        hv.charge(board(tmp_path, store), to=3.0, engine="spice").time.value
+        for store in ("22u IC=2", "22u")
+    ]
     assert times == pytest.approx([0.41799, 0.66731], rel=2e-3)
 
 
 def test_a_series_resistance_of_a_microohm(tmp_path):
     """Its nodes' voltages round to more than ngspice's tolerance for the current between them: no step was taken."""
-    powers = [hv.Spice().run(board(tmp_path, diode=f"{HARD} RS={ohms}")).mean_power for ohms in ("1u", "20m")]
+    powers = [
+        hv.Spice().run(board(tmp_path, diode=f"{HARD} RS={ohms}")).mean_power
+        for ohms in ("1u", "20m")
+    ]
     assert (
-        abs(powers[0].value - powers[1].value) < sum(power.known_error95 for power in powers) < 1e-3 * powers[0].value
+        abs(powers[0].value - powers[1].value)
+        < sum(power.known_error95 for power in powers)
+        < 1e-3 * powers[0].value
     )
 
 
@@ -87,4 +106,5 @@ def test_diodes_without_capacitance(tmp_path):
     assert any(one.code == "shunted_response" for one in answer.warnings)
     assert answer.details["response_periods"] == 1
     assert answer.mean_power.known_error95 < 2e-4 * known.value
-    assert abs(answer.mean_power.value - known.value) < 3e-4 * known.value  # which has 20 pF a diode
+    # which has 20 pF a diode
+    assert abs(answer.mean_power.value - known.value) < 3e-4 * known.value

@@ -24,7 +24,10 @@ def beside_a_stop(folder):
 def test_the_answer_is_that_of_the_compiled_circuit(tmp_path):
     """Two independent samples: their difference is within both errors, and ngspice makes few steps for its own."""
     scene = beside_a_stop(tmp_path)
-    short, alone = hv.Spice(within="2%", seed=1).run(scene), hv.Compiled(within="1%", seed=2).run(scene)
+    short, alone = (
+        hv.Spice(within="2%", seed=1).run(scene),
+        hv.Compiled(within="1%", seed=2).run(scene),
+    )
     powers = short.mean_power, alone.mean_power
     stderr = math.hypot(*(one.stderr for one in powers))
     bias = sum(one.bias for one in powers)
@@ -40,10 +43,13 @@ def test_the_answer_is_that_of_the_compiled_circuit(tmp_path):
 @pytest.mark.slow
 def test_a_switched_circuit_begins_settled_at_the_step_of_its_twin():
     """No step fails where the store is charged at once by so much, and the power drifts no more."""
-    pair = set_up(Problem(hv.load("examples/plate_parallel_sshi.toml")), hv.Spice(within="1.9%"), settled=True).pair
+    pair = set_up(
+        Problem(hv.load("examples/plate_parallel_sshi.toml")), hv.Spice(within="1.9%"), settled=True
+    ).pair
     assert pair.coarse_is_stopped and pair.trajectories.own_sums[1] == 0.0
     assert 0.0 < abs(pair.relative_bias("load")[0]) < 0.004
-    (first, error), later = pair.mean("load"), pair.trajectories.run(pair.duration)
+    (first, error) = pair.mean("load")
+    later = pair.trajectories.run(pair.duration)
     second, other = mean_and_error(later.controlled("load", 1))
     assert abs(first - second) < 4.0 * math.hypot(error, other)
 

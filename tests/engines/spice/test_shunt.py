@@ -14,7 +14,8 @@ from tests.support.netlists import on_plate
 
 pytestmark = pytest.mark.ngspice
 
-# Two Zener diodes against each other, without a junction capacitance: nothing holds the node between them.
+# Two Zener diodes against each other, without a junction capacitance: nothing holds the node
+# between them.
 CLAMPED = """.model d D(Is=1e-14)
 .model z D(Is=1e-14 Bv=3 Ibv=1m)
 D1 p a d
@@ -33,7 +34,10 @@ def test_a_shunt_changes_as_much_as_it_is_of_the_piezo(tmp_path):
     problem = Problem(on_plate(tmp_path, CLAMPED))
     noise = three_point_grid(np.random.SeedSequence(3), 1500)
     plain = CoupledDevice(problem.equations, problem.scales, problem.circuit, 0.0667, 5)
-    paths = [path_in_worker(dataclasses.replace(plain, shunt=share), noise) for share in (0.0, 1e-5, 2e-5, 0.0)]
+    paths = [
+        path_in_worker(dataclasses.replace(plain, shunt=share), noise)
+        for share in (0.0, 1e-5, 2e-5, 0.0)
+    ]
     none, first, second, last = ((path.V**2).mean() for path in paths)
     assert none > 0.0
     assert len({none, first, second}) == 3

@@ -14,7 +14,9 @@ def test_bridge():
     """Runs that begin in settled states of ideal diodes have the compiled circuit's power, and a ledger that closes."""
     load = hv.Load(netlist="bridge", parameters={"R": "1 Mohm", "C": "20 nF"})
     scene = BEAM.replace(stop=hv.Stop(restitution=0.5, gap="0.05 mm"), load=load)
-    found, other = (hv.run(scene, name, within="3%", budget="60s", seed=1) for name in ("spice", "compiled"))
+    found, other = (
+        hv.run(scene, name, within="3%", budget="60s", seed=1) for name in ("spice", "compiled")
+    )
     mine, theirs = found.mean_power, other.mean_power
     assert abs(mine.value - theirs.value) < 4.0 * math.hypot(mine.stderr, theirs.stderr) + mine.bias
     assert mine.stderr < 0.02 * mine.value

@@ -32,7 +32,9 @@ def made_up():
     low = 1.0 + np.random.default_rng(3).standard_normal(8)
     high = low + 0.1 * np.random.default_rng(4).standard_normal(8)
     done = [
-        SimpleNamespace(moments=SimpleNamespace(V2=[a], controls=None), control=SimpleNamespace(V2=[b]))
+        SimpleNamespace(
+            moments=SimpleNamespace(V2=[a], controls=None), control=SimpleNamespace(V2=[b])
+        )
         for a, b in zip(high, low, strict=True)
     ]
     pair = SimpleNamespace(
@@ -60,11 +62,15 @@ def test_power_of_a_resistor_is_the_voltage_scaled():
 def test_more_runs_and_a_longer_ensemble_as_the_split_says():
     """The ensemble's variance is what the pairs leave of the whole, and falls with its time."""
     runs = made_up()
-    residual, error, variance = 0.04, 0.1, 2e-3
+    residual = 0.04
+    error = 0.1
+    variance = 2e-3
     spread = (error**2 - residual / 8) * 50.0
     count, duration = split(variance, residual, 0.5, spread, 0.02)
     asked = runs.effort(Controlled(Value(1.0, error), residual, 1.0, 0.9), variance)
-    assert asked == pytest.approx((added_effort(8.0, count), added_effort(50.0, duration)), rel=1e-12)
+    assert asked == pytest.approx(
+        (added_effort(8.0, count), added_effort(50.0, duration)), rel=1e-12
+    )
     assert 8.0 < count < 64.0 and 50.0 < duration < 400.0  # no limit of `further` hides the numbers
 
 
@@ -94,7 +100,9 @@ def test_runs_alone_pay_for_all():
 def test_what_the_ledgers_tell(ledger, told):
     runs = made_up()
     runs.done = [SimpleNamespace(**vars(one), ledger=ledger) for one in runs.done]
-    assert [one[: len(word)] for one, word in zip(map(str, runs.remarks()), told, strict=True)] == told
+    assert [
+        one[: len(word)] for one, word in zip(map(str, runs.remarks()), told, strict=True)
+    ] == told
 
 
 def ended(count):
@@ -128,7 +136,10 @@ def test_of_a_budget_that_ends_early_some_goes_to_the_error_of_the_step(monkeypa
     runs = made_up()
     runs.setup = dataclasses.replace(runs.setup, pair=None)
     runs.setup.device.coarser = lambda: "coarse"
-    runs.done, runs.paired, runs.deadline = [], False, time.monotonic() + 9.5  # each costs 1 s
+    # each costs 1 s
+    runs.done = []
+    runs.paired = False
+    runs.deadline = time.monotonic() + 9.5
     runs.run_first(16)
     fine = runs.setup.device
     assert calls == [(fine, 4), ("coarse", 4), (fine, 5), ("coarse", 5)]
@@ -150,13 +161,16 @@ def test_a_single_run_in_the_budget_is_an_error(monkeypatch):
     runs = made_up()
     runs.done = []
     with pytest.raises(
-        OutOfTimeError, match=r"^ngspice stopped at 1 s of 5 s; 1 of 16 ngspice runs had ended .*, and 2 "
+        OutOfTimeError,
+        match=r"^ngspice stopped at 1 s of 5 s; 1 of 16 ngspice runs had ended .*, and 2 ",
     ):
         runs.run_batch(16)
 
 
 @pytest.mark.ngspice
-@pytest.mark.parametrize(("files", "warm", "left"), [((7, 7), 2.0, 10.0), ((7, 8), 2.0, 12.0), ((7, 7), 60.0, 6.0)])
+@pytest.mark.parametrize(
+    ("files", "warm", "left"), [((7, 7), 2.0, 10.0), ((7, 8), 2.0, 12.0), ((7, 7), 60.0, 6.0)]
+)
 def test_the_start_of_the_processes_is_in_the_budget(monkeypatch, files, warm, left):
     """Unless they compiled kernels, which gives the cache another file; half of the time is the runs' in any case."""
     found = []
@@ -175,7 +189,9 @@ def test_the_start_of_the_processes_is_in_the_budget(monkeypatch, files, warm, l
     assert found == [pytest.approx(left, abs=0.5)]
 
 
-@pytest.mark.parametrize(("tolerance", "code"), [(0.2, "needs_smaller_tolerance"), (0.0, "needs_smaller_dt")])
+@pytest.mark.parametrize(
+    ("tolerance", "code"), [(0.2, "needs_smaller_tolerance"), (0.0, "needs_smaller_dt")]
+)
 def test_a_bias_that_no_runs_make_smaller_is_named(tolerance, code):
     """No further run helps where ngspice's tolerance or the step alone is off by more than the target."""
     runs = made_up()
@@ -188,8 +204,11 @@ def test_a_bias_that_no_runs_make_smaller_is_named(tolerance, code):
 
 def test_a_target_that_is_nearly_reached_is_reached(monkeypatch):
     """The split may ask for less than a pair and for no longer ensemble, which once went round for ever."""
-    runs, asked = made_up(), []
-    found = [Controlled(Value(1.0, error, 0.0), error**2 * 8, 1.0, 0.9) for error in (0.0256, 0.025)]
+    runs = made_up()
+    asked = []
+    found = [
+        Controlled(Value(1.0, error, 0.0), error**2 * 8, 1.0, 0.9) for error in (0.0256, 0.025)
+    ]
     monkeypatch.setattr(runs, "power", lambda: found[len(asked)])
     monkeypatch.setattr(runs, "effort", lambda found, variance: (0.8, 0.0))
     monkeypatch.setattr(runs, "run_batch", asked.append)
@@ -211,7 +230,9 @@ def test_a_tolerance_that_cannot_be_measured_is_unknown(monkeypatch):
     vars(runs.setup.device).update(known)
     runs.deadline = time.monotonic() + 1e6
     runs.measure_tolerance()
-    assert runs.setup.diagnostics == [warning("tolerance_not_measured", error="it did not converge")]
+    assert runs.setup.diagnostics == [
+        warning("tolerance_not_measured", error="it did not converge")
+    ]
     power = runs.power().value
     assert (power.error95, power.unknown) == (None, "ngspice's tolerance")
     assert power.known_error95 > 0.0

@@ -27,8 +27,8 @@ frequency = "3.2 Hz"
 [load]
 """
 BIMORPH = bimorph('R = "100 kohm", C = "10 uF"', "1 g", "45.6 Hz")
-# Mean power (uW) of the whole device as one netlist, mass and spring as coil and capacitor: `ngspice -b` with reltol
-# 1e-6 and at least 512 steps a period, known to about `KNOWN`.
+# Mean power (uW) of the whole device as one netlist, mass and spring as coil and capacitor:
+# `ngspice -b` with reltol 1e-6 and at least 512 steps a period, known to about `KNOWN`.
 KNOWN = 2e-4
 SWITCHED = {
     "bridge": ("1.5 Mohm", "0.3 uF", 38.461),
@@ -41,7 +41,9 @@ SWITCHED = {
 @pytest.mark.thorough("test_a_bridge_off_resonance")
 def test_a_chip_whose_store_holds_many_periods():
     """The load has the 3.3 V that the chip keeps, whatever its store is at; it took no power when the search began."""
-    answer = hv.Spice().run(hv.loads(bimorph("R = 22e3, C = 2.2e-6, Cout = 1e-6", netlist="ltc3588")))
+    answer = hv.Spice().run(
+        hv.loads(bimorph("R = 22e3, C = 2.2e-6, Cout = 1e-6", netlist="ltc3588"))
+    )
     assert answer.details["response_periods"] == 1
     assert answer.mean_power.value == pytest.approx(3.3**2 / 22e3, rel=1e-4)
     assert answer.mean_square_voltage.known_error95 < 1e-3 * answer.mean_square_voltage.value
@@ -63,14 +65,23 @@ def test_a_resistor_against_the_phasor():
 
 def test_a_mass_on_a_stop_holds_its_response():
     """Against exact flow between located impacts: what is pushed aside comes back, so that one period is measured."""
-    eqs = Equations(beta=0.1, mu=1.0, c1=-0.2, drive=0.3, drive_frequency=2.0, restitution=0.7, gap=0.02)
+    eqs = Equations(
+        beta=0.1, mu=1.0, c1=-0.2, drive=0.3, drive_frequency=2.0, restitution=0.7, gap=0.02
+    )
     answer = hv.Spice(budget="30s").run(scene(eqs))
     assert answer.details["response_periods"] == 1
-    one, theta = np.ones(1), np.full(1, math.sqrt(0.1))
+    one = np.ones(1)
+    theta = np.full(1, math.sqrt(0.1))
     circuit = {"capacitance": 1.0, "resistance": 1.0, "amplitude": 0.3, "frequency": 2.0}
-    device = located_impacts.Device(np.eye(1), 0.2 * np.eye(1), np.eye(1), theta, one, one, **circuit)
-    v2 = device.mean_square_voltage([(1, -0.02, 0.7)], 100, 20) / 0.1  # it ends up to a step late: by 1.3e-4
-    assert abs(answer.mean_square_voltage.value - v2) < answer.mean_square_voltage.known_error95 + 3e-4 * v2
+    device = located_impacts.Device(
+        np.eye(1), 0.2 * np.eye(1), np.eye(1), theta, one, one, **circuit
+    )
+    # it ends up to a step late: by 1.3e-4
+    v2 = device.mean_square_voltage([(1, -0.02, 0.7)], 100, 20) / 0.1
+    assert (
+        abs(answer.mean_square_voltage.value - v2)
+        < answer.mean_square_voltage.known_error95 + 3e-4 * v2
+    )
 
 
 @pytest.mark.thorough("test_a_bridge_off_resonance")
@@ -90,7 +101,8 @@ def test_neighbours_lead_to_the_same_response():
     along = hv.Spice().run_continued(scenes)
     assert [isinstance(one, hv.Estimate) for one in along] == [True] * 3
     for scene_there, one in zip(scenes[1:], along[1:], strict=True):
-        rest, power = hv.Spice().run(scene_there), one.mean_power
+        rest = hv.Spice().run(scene_there)
+        power = one.mean_power
         assert (
             abs(power.value - rest.mean_power.value)
             < power.known_error95 + rest.mean_power.known_error95
@@ -98,7 +110,10 @@ def test_neighbours_lead_to_the_same_response():
         )
         assert one.details["ngspice_periods"] < 0.8 * rest.details["ngspice_periods"]
         assert "the response from that of the previous point repeats" in one.reason
-        assert "that of the tolerance, which is negligible, was measured at a previous point" in one.reason
+        assert (
+            "that of the tolerance, which is negligible, was measured at a previous point"
+            in one.reason
+        )
 
 
 @pytest.mark.thorough("test_a_bridge_off_resonance")
@@ -111,7 +126,11 @@ def test_switched_circuits(name):
     load = f'netlist = "{name}"\nparameters = {{ R = "{resistance}", C = "{capacitance}"{coil} }}\n'
     answer = hv.Spice().run(hv.loads(PLATE + load))
     power = answer.mean_power
-    assert abs(power.value - 1e-6 * expected) < power.known_error95 + KNOWN * power.value < 1.5e-3 * power.value
+    assert (
+        abs(power.value - 1e-6 * expected)
+        < power.known_error95 + KNOWN * power.value
+        < 1.5e-3 * power.value
+    )
     assert answer.warnings == ()
 
 
@@ -130,7 +149,9 @@ def test_a_subharmonic_is_named():
 @pytest.mark.parametrize(("frequency", "farads"), [("47 Hz", "10 uF"), ("44 Hz", "100 uF")])
 def test_a_bridge_off_resonance(tmp_path, frequency, farads):
     """The first periods point far away, where no state of the circuit is."""
-    (tmp_path / "scene.toml").write_text(BIMORPH.replace("45.6 Hz", frequency).replace("10 uF", farads))
+    (tmp_path / "scene.toml").write_text(
+        BIMORPH.replace("45.6 Hz", frequency).replace("10 uF", farads)
+    )
     answer = hv.Spice(within=1e-2).run(tmp_path / "scene.toml")
     assert answer.details["response_periods"] == 1.0
     assert answer.mean_power.known_error95 < 1e-2 * answer.mean_power.value
@@ -139,10 +160,14 @@ def test_a_bridge_off_resonance(tmp_path, frequency, farads):
 @pytest.mark.thorough("test_a_bridge_off_resonance")
 def test_a_step_that_is_given_is_the_finest():
     answer = hv.Spice(dt=2.0 * math.pi / DRIVEN.drive_frequency / 256).run(scene(DRIVEN))
-    assert answer.details["step"] == pytest.approx(2.0 * math.pi / DRIVEN.drive_frequency / 256, rel=1e-9)
+    assert answer.details["step"] == pytest.approx(
+        2.0 * math.pi / DRIVEN.drive_frequency / 256, rel=1e-9
+    )
     coarse = hv.Spice(dt=2.0 * math.pi / DRIVEN.drive_frequency / 64).run(scene(DRIVEN))
     assert coarse.as_json()["mean_power"]["error95"] is None
-    assert "the error is not known, as `dt` leaves fewer than 256 steps to a period" in coarse.reason
+    assert (
+        "the error is not known, as `dt` leaves fewer than 256 steps to a period" in coarse.reason
+    )
 
 
 @pytest.mark.thorough("test_growth_is_a_named_error_before_numbers_overflow")

@@ -36,7 +36,10 @@ RECORDED = dataclasses.replace(
 
 @pytest.mark.parametrize(
     "eqs",
-    [DRIVEN, pytest.param(RECORDED, marks=pytest.mark.thorough("test_a_path_goes_on_from_a_section"))],
+    [
+        DRIVEN,
+        pytest.param(RECORDED, marks=pytest.mark.thorough("test_a_path_goes_on_from_a_section")),
+    ],
     ids=["harmonic", "recorded"],
 )
 def test_a_path_goes_on_from_a_section(eqs):

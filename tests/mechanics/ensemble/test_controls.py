@@ -36,7 +36,9 @@ def gain(moments, name):
 def test_absent_when_not_asked_for():
     """A sum of controls changes nothing of the path nor of the moments, and without a wish there is none."""
     seed = np.random.SeedSequence(3)
-    plain, wished = (Trajectories(PAPER, 64, seed, 0.1, controlled=wish).run(40.0) for wish in (False, True))
+    plain, wished = (
+        Trajectories(PAPER, 64, seed, 0.1, controlled=wish).run(40.0) for wish in (False, True)
+    )
     assert plain.controls is None
     assert wished.controls.shape == (64, 13)
     np.testing.assert_allclose(plain.V2, wished.V2, rtol=1e-9)
@@ -46,7 +48,9 @@ def test_absent_when_not_asked_for():
 
 def test_controls_of_windows_add_up():
     """Two windows of the same trajectories make the controls of one window of both: both kinds."""
-    one, two = (Trajectories(PAPER, 64, np.random.SeedSequence(3), 0.1, controlled=True) for _ in range(2))
+    one, two = (
+        Trajectories(PAPER, 64, np.random.SeedSequence(3), 0.1, controlled=True) for _ in range(2)
+    )
     whole = one.run(80.0)
     halves = two.run(40.0).mixed(two.run(40.0), 0.5)
     np.testing.assert_allclose(halves.controls, whole.controls, rtol=1e-6, atol=1e-12)
@@ -103,7 +107,9 @@ def test_plain_and_controlled_means_agree_after_a_burn_in():
     ("eqs", "entries"),
     [
         (PAPER, 128),
-        pytest.param(changed(PAPER, restitution=0.7), 128, marks=pytest.mark.thorough("test_intervals_hold")),
+        pytest.param(
+            changed(PAPER, restitution=0.7), 128, marks=pytest.mark.thorough("test_intervals_hold")
+        ),
         pytest.param(LINEAR, 256, marks=pytest.mark.thorough("test_intervals_hold")),
     ],
     ids=["paper", "r=.7", "linear"],

@@ -38,7 +38,8 @@ def test_errors_are_the_true_spread_of_seeds(duration):
     seeds = 24
     mean, error = powers(STOP, seeds, 4 * BATCH, duration)
     ratio = np.log(mean.var(ddof=1) / (error**2).mean())
-    assert abs(ratio) < 4.0 * np.sqrt(2.0 / (seeds - 1) + 2.0 / (3 * seeds))  # its own spread, by chi-square
+    # its own spread, by chi-square
+    assert abs(ratio) < 4.0 * np.sqrt(2.0 / (seeds - 1) + 2.0 / (3 * seeds))
 
 
 def test_places_apart_see_the_whole_record():
@@ -60,7 +61,9 @@ def test_more_effort_takes_more_records():
     assert len(np.unique(pair.entries("V2"))) == 16
     value = mean_with_errors(pair, "V2")
     assert value.dof == 15
-    assert abs(value.value - value.bias - linear_v2(LINEAR)) < 4.0 * value.stderr + 0.003 * value.value
+    assert (
+        abs(value.value - value.bias - linear_v2(LINEAR)) < 4.0 * value.stderr + 0.003 * value.value
+    )
 
 
 def test_entries_of_wells_are_independent_ones():

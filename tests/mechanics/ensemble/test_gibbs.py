@@ -30,7 +30,9 @@ SCENES = {
     "quadratic": changed(BASE, alpha2=1.2, alpha=0.5),
     "at a distance": changed(BASE, restitution=1.0, gap=0.3),
     "preload": changed(BASE, restitution=1.0, gap=-0.5),
-    "both sides": changed(BASE, restitution=1.0, gap=0.2, opposite_gap=0.5, opposite_restitution=1.0),
+    "both sides": changed(
+        BASE, restitution=1.0, gap=0.2, opposite_gap=0.5, opposite_restitution=1.0
+    ),
     "softening between stops": changed(
         BASE, alpha=-1.5, restitution=1.0, gap=1.0, opposite_gap=0.8, opposite_restitution=1.0
     ),
@@ -41,7 +43,11 @@ SCENES = {
 
 def energy(eqs, x):
     """Energy of spring and compliant stop."""
-    u = 0.5 * (eqs.linear or 1.0) * x**2 + (eqs.alpha2 or 0.0) / 3 * x**3 + 0.25 * (eqs.alpha or 0.0) * x**4
+    u = (
+        0.5 * (eqs.linear or 1.0) * x**2
+        + (eqs.alpha2 or 0.0) / 3 * x**3
+        + 0.25 * (eqs.alpha or 0.0) * x**4
+    )
     return u + 0.5 * (eqs.stop_stiffness or 0.0) * np.minimum(x + (eqs.gap or 0.0), 0.0) ** 2
 
 
@@ -87,8 +93,22 @@ def test_gibbs_law(name):
         {"restitution": None, "stop_stiffness": 1e4, "stop_damping": 5.0},
         {"restitution": None, "stop_stiffness": 3.0, "stop_damping": 1.0, "gap": -0.1},
         {"restitution": None, "linear": -1.0, "alpha": 2.0},
-        {"n1": None, "n2": 0.4, "c1": -0.01, "gap": 0.3, "opposite_gap": 0.5, "opposite_restitution": 0.6},
-        {"n1": None, "n2": 0.4, "c1": -0.01, "gap": -0.2, "opposite_gap": 9.0, "opposite_restitution": 0.6},
+        {
+            "n1": None,
+            "n2": 0.4,
+            "c1": -0.01,
+            "gap": 0.3,
+            "opposite_gap": 0.5,
+            "opposite_restitution": 0.6,
+        },
+        {
+            "n1": None,
+            "n2": 0.4,
+            "c1": -0.01,
+            "gap": -0.2,
+            "opposite_gap": 9.0,
+            "opposite_restitution": 0.6,
+        },
     ],
     ids=str,
 )
@@ -102,14 +122,17 @@ def test_power_balance_and_identities(changes):
     assert abs(z(moments.mean("V"), 0.0)) < 4
     v2, error = moments.mean("V2")
     assert abs(z(mean_and_error(moments.vV - eqs.mu * moments.V2), 0.0)) < 4
-    assert mean_and_error(moments.xV - moments.V2)[0] == pytest.approx(0.0, abs=1e-3 * v2 + 4 * error)
+    assert mean_and_error(moments.xV - moments.V2)[0] == pytest.approx(
+        0.0, abs=1e-3 * v2 + 4 * error
+    )
 
 
 @pytest.mark.thorough("test_a_small_gap_or_preload_is_a_stop_at_rest")
 def test_preload_converges_with_the_step():
     """E[(x + gap)^2] of a pressed mass: exact at the chosen step to the bias of some per cent that it stands for.
 
-    At the step of a scene without preload it is half as large again: bounces shorter than the step are heated.
+    At the step of a scene without preload it is half as large again: bounces shorter than the step
+    are heated.
     """
     eqs = changed(BASE, restitution=1.0, gap=-1.5)
     grid, p, _ = exact(eqs)
@@ -127,7 +150,9 @@ def test_preload_converges_with_the_step():
 @pytest.mark.thorough("test_burn_in_waits_for_rare_hops")
 def test_on_top_of_the_barrier():
     """Without noise the mass stays for ever; noise sends it into both wells alike."""
-    assert not trace(changed(BISTABLE, n1=None), np.zeros(2000), 0.05, 1, (0.0, 0.0, 0.0)).samples.any()
+    assert not trace(
+        changed(BISTABLE, n1=None), np.zeros(2000), 0.05, 1, (0.0, 0.0, 0.0)
+    ).samples.any()
     many = Trajectories(changed(BISTABLE, n1=1e-5), 8192, SEED, 0.05, np.zeros(3))
     many.run(200.0)
     x, _, _ = many.snapshot()
@@ -161,7 +186,8 @@ def test_hops_too_rare_to_wait_for(monkeypatch):
     p = np.exp(-C / eqs.n1 * energy(eqs, x))
     away = np.trapezoid(x * x * p, x) / np.trapezoid(p, x) - value.value
     assert 20.0 * value.stderr < value.model
-    assert 0.5 * value.model < away < value.model + 4.0 * value.stderr  # the left well is far the deeper one
+    # the left well is far the deeper one
+    assert 0.5 * value.model < away < value.model + 4.0 * value.stderr
 
 
 @pytest.mark.thorough("test_gibbs_law_with_a_stop")

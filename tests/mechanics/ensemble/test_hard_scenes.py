@@ -42,25 +42,42 @@ def averages(eqs, trajectories, h, burn_in, duration):
 
 def event_driven(eqs, start, duration, times):
     """x, x', V at the times by an ODE solver that stops at every impact; and the impacts (time, speed)."""
-    t, y, impacts = 0.0, np.array(start, float), []
+    t = 0.0
+    y = np.array(start, float)
+    impacts = []
     states = np.empty((len(times), 3))
     c1, c2, c3 = (c or 0.0 for c in (eqs.c1, eqs.c2, eqs.c3))
 
     def rates(_, y):
         x, v, V = y
         friction = c3 * x**4 - c2 * x**2 - c1
-        return [v, -friction * v - x - (eqs.alpha or 0) * x**3 - (eqs.beta or 0) * V, v - (eqs.mu or 0) * V]
+        return [
+            v,
+            -friction * v - x - (eqs.alpha or 0) * x**3 - (eqs.beta or 0) * V,
+            v - (eqs.mu or 0) * V,
+        ]
 
     def stop(_, y):
         return y[0]
 
-    stop.terminal, stop.direction = True, -1
+    stop.terminal = True
+    stop.direction = -1
     while t < duration:
-        leg = solve_ivp(rates, (t, duration), y, "DOP853", events=stop, rtol=1e-10, atol=1e-12, dense_output=True)
+        leg = solve_ivp(
+            rates,
+            (t, duration),
+            y,
+            "DOP853",
+            events=stop,
+            rtol=1e-10,
+            atol=1e-12,
+            dense_output=True,
+        )
         inside = (times > t) & (times <= leg.t[-1])
         if inside.any():
             states[inside] = leg.sol(times[inside]).T
-        t, y = leg.t[-1], leg.y[:, -1].copy()
+        t = leg.t[-1]
+        y = leg.y[:, -1].copy()
         if leg.status == 1:
             impacts.append((t, -y[1]))
             y[0], y[1] = 0.0, -eqs.restitution * y[1]
@@ -76,7 +93,9 @@ def returns(eta, count, seed):
     np.random.seed(seed)
     speeds = np.empty(count)
     for k in range(count):
-        x, v, hit = 0.0, 1.0, 0.0
+        x = 0.0
+        v = 1.0
+        hit = 0.0
         while hit == 0.0:
             h = eta * (v * v + x ** (2.0 / 3.0))
             half = interval(0.5 * h, 0.5 * h, None)
@@ -101,7 +120,8 @@ def return_law(log_w):
 def test_law_of_first_return(eta, allowed):
     """p(w) = (3/2 pi) w^(3/2)/(1 + w^3), P(w < 1) = .1370, and E ln w = pi/sqrt 3.
 
-    Below the restitution coefficient exp(-pi/sqrt 3) = .1630 the impacts of a free particle therefore pile up.
+    Below the restitution coefficient exp(-pi/sqrt 3) = .1630 the impacts of a free particle
+    therefore pile up.
     """
     log_w = np.sort(np.log(returns(eta, 60_000 if eta > 0.01 else 15_000, 1)))
     n = log_w.size
@@ -191,7 +211,8 @@ def test_chatter_ends_whatever_the_restitution(r, h):
 @fine_to_coarse
 def test_voltage_pulls_the_mass_off_the_stop(h):
     """V < 0 and x = x' = 0: it leaves at once with the acceleration -beta V; the ensemble's kick frees it too."""
-    eqs, start = Equations(beta=1.0, mu=0.1, restitution=0.5), (0.0, 0.0, -1.0)
+    eqs = Equations(beta=1.0, mu=0.1, restitution=0.5)
+    start = (0.0, 0.0, -1.0)
     path = quiet(eqs, 1.0, h, start)
     exact, _ = event_driven(eqs, start, 1.1, path.t)
     assert (path.x > 0.0).all()
@@ -211,7 +232,9 @@ def test_quintic_damping_never_blows_up(x0, h, r):
     path = quiet(eqs, max(200.0, 200 * h), h, (x0, 0.0, 0.0))
     assert abs(path.x).max() <= (x0 if h < 1.0 else max(x0, 10.0 * h))
     assert abs(path.v).max() < 10.0
-    moments = Trajectories(changed(eqs, n1=0.01), 64, SEED, h, np.array([x0, 0.0, 0.0])).run(max(200.0, 200 * h))
+    moments = Trajectories(changed(eqs, n1=0.01), 64, SEED, h, np.array([x0, 0.0, 0.0])).run(
+        max(200.0, 200 * h)
+    )
     assert moments.x2.max() <= max(x0, 10.0 * h) ** 2
 
 
@@ -219,7 +242,8 @@ def test_quintic_damping_never_blows_up(x0, h, r):
 def test_stiff_damping_never_blows_up(h):
     """c = 1e4 at any step: the variance of x' is that of the scheme, v <- (v + (1 + y/2) dv)/q, which tends to N1/c.
 
-    The spring, which is not in that closed form, moves the slow mass in the longest of the steps alone.
+    The spring, which is not in that closed form, moves the slow mass in the longest of the steps
+    alone.
     """
     c, n1 = 1e4, 1.0
     many = Trajectories(padded(Equations(c1=-c, n1=n1)), 4096, SEED, h)
@@ -238,7 +262,9 @@ def test_stiff_damping_never_blows_up(h):
 @pytest.mark.parametrize("h, most", [(0.2, 0.015), (0.02, 0.005), (0.002, 0.005)])
 def test_coarse_steps_are_little_biased(h, most):
     """The paper's scene: E[V^2] within 1.5 % at h = .2 (Euler steps with reflection give 1.37 for .0881 at h = .05)."""
-    value, error = averages(PAPER, 16384 if h > 0.1 else 4096 if h > 0.01 else 512, h, 300.0, 300.0).mean("V2")
+    value, error = averages(
+        PAPER, 16384 if h > 0.1 else 4096 if h > 0.01 else 512, h, 300.0, 300.0
+    ).mean("V2")
     assert error < 0.02 * value
     assert abs(value / PAPER_V2[0] - 1) < most + 3 * error / value
 
@@ -257,7 +283,9 @@ def test_fast_load_is_quasi_static(h):
 @pytest.mark.parametrize("r", [None, 0.96])
 def test_open_circuit_conserves_its_charge(h, r):
     """mu = 0: V - x stays what it was, impacts or not."""
-    many = Trajectories(changed(PAPER, mu=None, restitution=r), 64, SEED, h, np.array([0.5, 0.0, 0.8]))
+    many = Trajectories(
+        changed(PAPER, mu=None, restitution=r), 64, SEED, h, np.array([0.5, 0.0, 0.8])
+    )
     many.run(500.0)
     x, _, V = many.snapshot()
     assert V - x == pytest.approx(0.3, abs=1e-12)
@@ -293,7 +321,8 @@ def test_a_load_too_slow_to_wait_for_is_a_warning(h, monkeypatch):
     [
         (Equations(restitution=1 - 1e-12), (1.0, 0.0, 0.0)),
         (Equations(restitution=1 - 1e-12, alpha=0.5), (1.0, 0.0, 0.0)),
-        (Equations(restitution=1 - 1e-12, alpha=0.5, beta=0.3), (1.0, 0.0, 1.3)),  # pressed on the stop
+        # pressed on the stop
+        (Equations(restitution=1 - 1e-12, alpha=0.5, beta=0.3), (1.0, 0.0, 1.3)),
         (Equations(restitution=1.0, alpha=0.5, beta=0.3), (1.0, 0.0, 0.7)),  # pulled off it
     ],
     ids=["linear", "cubic", "pressed", "pulled"],
@@ -303,7 +332,9 @@ def test_lossless_motion_keeps_its_energy(eqs, start, h, periods):
     steps = round(periods * 2 * np.pi / h)
     path = trace(padded(eqs), np.zeros(steps), h, steps // 100_000, start)
     x, v, V = path.samples[:, 2:].T
-    energy = 0.5 * v**2 + 0.5 * x**2 + 0.25 * (eqs.alpha or 0.0) * x**4 + 0.5 * (eqs.beta or 0.0) * V**2
+    energy = (
+        0.5 * v**2 + 0.5 * x**2 + 0.25 * (eqs.alpha or 0.0) * x**4 + 0.5 * (eqs.beta or 0.0) * V**2
+    )
     slices = energy[: len(energy) // 20 * 20].reshape(20, -1).mean(axis=1)
     assert slices == pytest.approx(slices[0], rel=1e-3 * h * h + 1e-6)
     assert np.ptp(energy) < 0.6 * h * h * slices[0]
@@ -339,8 +370,16 @@ def test_several_impacts_in_a_step_stay_outside_the_stop(r, h):
 @fine_to_coarse
 def test_limit_cycle(h):
     """c1 > 0, r = 1, no noise: c3 A^4/8 - c2 A^2/4 - c1 = 0 (to second order in the damping)."""
-    c1, c2, c3 = 0.004, 0.002, 0.02
-    path = quiet(Equations(c1=c1, c2=c2, c3=c3, restitution=1.0), 3000.0, h, (1.0, 0.0, 0.0), max(1, round(0.05 / h)))
+    c1 = 0.004
+    c2 = 0.002
+    c3 = 0.02
+    path = quiet(
+        Equations(c1=c1, c2=c2, c3=c3, restitution=1.0),
+        3000.0,
+        h,
+        (1.0, 0.0, 0.0),
+        max(1, round(0.05 / h)),
+    )
     a2 = (c2 / 4 + np.sqrt(c2**2 / 16 + c3 * c1 / 2)) / (c3 / 4)
     late = path.t > 3000.0 - 100 * np.pi
     assert 2 * np.mean(path.v[late] ** 2) == pytest.approx(a2, rel=2e-3)
@@ -373,7 +412,8 @@ def test_gibbs_law_at_extreme_coefficients(alpha, n1, part):
     """p ~ exp(-c H/N1) with r = 1: E[x'^2] = N1/c and E[x^2]; steps in parts of the response's own time."""
     c = 0.5
     eqs = padded(Equations(alpha=alpha, c1=-c, n1=n1, restitution=1.0))
-    unit = min(np.sqrt(n1 / c), (n1 / c / alpha) ** 0.25)  # x scaled, so that the integrand is of order one
+    # x scaled, so that the integrand is of order one
+    unit = min(np.sqrt(n1 / c), (n1 / c / alpha) ** 0.25)
     weight = lambda x: np.exp(-c / n1 * (unit**2 * x**2 / 2 + alpha * unit**4 * x**4 / 4))  # noqa: E731
     x2 = unit**2 * quad(lambda x: x * x * weight(x), 0, 12)[0] / quad(weight, 0, 12)[0]
     w = np.sqrt(1 + 3 * alpha * x2)
@@ -404,7 +444,9 @@ def test_growth_without_bound_is_a_named_error(eqs, h):
 @pytest.mark.parametrize("h", [2.1, 5.0, 50.0])
 def test_a_step_that_feeds_energy_is_named(h):
     """The step's own instability (h w > 2) is not blamed on the scene, which is bounded."""
-    with pytest.raises(UnboundedResponseError, match="the step itself feeds energy: give a `dt` below 2/w0"):
+    with pytest.raises(
+        UnboundedResponseError, match="the step itself feeds energy: give a `dt` below 2/w0"
+    ):
         burn_in(Trajectories(padded(Equations(c1=-0.05, n1=0.01)), 64, SEED, h))
 
 
@@ -442,16 +484,21 @@ def test_start_behind_the_stop_is_refused():
 @settings(deadline=None, max_examples=500)
 def test_an_impact_never_raises_energy(x, v, V, h, r, part):
     """v^2/2 - a x, the energy under the push a of the voltage at the stop, never rises, and x >= 0."""
-    a, t = -0.7 * (V - x), part * h
-    (x1, v1, _), speed = drift_at_stop(State(x, v, V), interval(h, t, 0.3), Coefficients(mu=0.3, beta=0.7), r)
+    a = -0.7 * (V - x)
+    t = part * h
+    (x1, v1, _), speed = drift_at_stop(
+        State(x, v, V), interval(h, t, 0.3), Coefficients(mu=0.3, beta=0.7), r
+    )
     assert x1 >= 0.0
     if speed > 0.0:
         s, w = meeting(x, v, h, a)
         assert 0.0 <= s <= t * (1 + 1e-9)
-        before, after = v - 0.5 * a * h, v1 + a * (t - 0.5 * h) if (x1, v1) != (0.0, 0.0) else 0.0
+        before = v - 0.5 * a * h
+        after = v1 + a * (t - 0.5 * h) if (x1, v1) != (0.0, 0.0) else 0.0
         scale = before**2 + abs(a) * (x + h * (abs(v) + abs(a) * h))
         assert w * w == pytest.approx(before**2 - 2 * a * x, abs=1e-12 * scale)
-        assert 0.5 * after**2 - a * x1 <= 0.5 * (r * w) ** 2 + 1e-9 * scale + 1e-300  # below it digits are lost
+        # below it digits are lost
+        assert 0.5 * after**2 - a * x1 <= 0.5 * (r * w) ** 2 + 1e-9 * scale + 1e-300
 
 
 @pytest.mark.thorough("test_stiff_damping_never_blows_up")
@@ -464,13 +511,18 @@ def test_path_without_noise_is_of_second_order(eqs, start, duration):
     """x, x', V against an ODE solver stopped at every impact, from a start other than rest."""
     steps = (0.1, 0.05, 0.025, 0.0125)
     errors = np.empty((3, len(steps), 3))
-    for k in range(3):  # where in a step impacts fall varies, so the order is that of the geometric mean
+    for k in range(
+        3
+    ):  # where in a step impacts fall varies, so the order is that of the geometric mean
         begin = (start[0] * (1.0 + 0.1 * k), *start[1:])
         paths = [quiet(eqs, duration, h, begin) for h in steps]
-        exact, impacts = event_driven(eqs, begin, duration + 1.0, np.concatenate([path.t for path in paths]))
+        exact, impacts = event_driven(
+            eqs, begin, duration + 1.0, np.concatenate([path.t for path in paths])
+        )
         known = impacts[impacts[:, 0] < duration]
         for j, (h, path) in enumerate(zip(steps, paths, strict=True)):
-            here, exact = exact[: path.t.size], exact[path.t.size :]
+            here = exact[: path.t.size]
+            exact = exact[path.t.size :]
             apart = abs(path.t[:, None] - impacts[:, 0]).min(axis=1) > 0.11  # x' jumps there
             errors[k, j] = np.sqrt(np.mean((path.samples[:, 2:] - here)[apart] ** 2, axis=0))
             met = path.impacts[path.impacts[:, 0] < duration]
@@ -492,8 +544,15 @@ def test_removing_an_effect_equals_never_having_it(name):
 def test_absent_effects_are_those_of_no_strength(names):
     """The code without some effects does what the code with them does at strength zero, up to rounding."""
     base = changed(PAPER, **dict.fromkeys(names))
-    a, b = (Trajectories(e, 64, SEED, 0.1).run(50.0) for e in (changed(base, **dict.fromkeys(names, 0.0)), base))
-    assert all(getattr(a, k) == pytest.approx(getattr(b, k), rel=1e-10, abs=1e-12) for k in vars(a) if k != "controls")
+    a, b = (
+        Trajectories(e, 64, SEED, 0.1).run(50.0)
+        for e in (changed(base, **dict.fromkeys(names, 0.0)), base)
+    )
+    assert all(
+        getattr(a, k) == pytest.approx(getattr(b, k), rel=1e-10, abs=1e-12)
+        for k in vars(a)
+        if k != "controls"
+    )
 
 
 @pytest.mark.thorough("test_removing_an_effect_equals_never_having_it")
@@ -501,7 +560,9 @@ def test_an_absent_noise_is_that_of_no_strength():
     """On a path up to rounding; in an ensemble, where two noises take two draws, in its means."""
     absent, zero = (changed(PAPER, n2=n2, n12=None) for n2 in (None, 0.0))
     noise = np.random.default_rng(2).standard_normal(2000)
-    assert trace(zero, noise, 0.1).samples == pytest.approx(trace(absent, noise, 0.1).samples, rel=1e-10, abs=1e-12)
+    assert trace(zero, noise, 0.1).samples == pytest.approx(
+        trace(absent, noise, 0.1).samples, rel=1e-10, abs=1e-12
+    )
     a, b = (Trajectories(eqs, 4096, SEED, 0.1) for eqs in (zero, absent))
     for many in (a, b):
         many.run(100.0)
@@ -516,5 +577,8 @@ def test_a_stop_never_reached_is_no_stop():
     noise = 0.01 * np.random.default_rng(1).standard_normal(100)
     eqs = changed(PAPER, beta=1.25, mu=1.0)
     for base in (eqs, changed(eqs, n1=None, n2=None)):
-        a, b = (trace(changed(base, restitution=r), noise, 0.01, 1, (2.0, 0.0, 0.0)) for r in (None, 0.5))
+        a, b = (
+            trace(changed(base, restitution=r), noise, 0.01, 1, (2.0, 0.0, 0.0))
+            for r in (None, 0.5)
+        )
         assert a.samples == pytest.approx(b.samples, rel=1e-13)

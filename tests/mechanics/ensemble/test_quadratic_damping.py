@@ -19,7 +19,9 @@ def test_periodic_response_by_dormand_and_prince():
         x, v, V, _ = y
         return [v, -x - 0.5 * abs(v) * v - 0.05 * V + 0.4 * np.cos(t), v - V, V * V]
 
-    ends = solve_ivp(rate, (0.0, 60.0 * period), np.zeros(4), "DOP853", [40.0 * period, 60.0 * period], rtol=1e-9).y[3]
+    ends = solve_ivp(
+        rate, (0.0, 60.0 * period), np.zeros(4), "DOP853", [40.0 * period, 60.0 * period], rtol=1e-9
+    ).y[3]
     found = hv.Ensemble(within=1e-3).run(hv.Scene(nondimensional=DRIVEN)).mean_square_voltage
     assert abs(found.value - (ends[1] - ends[0]) / (20.0 * period)) < 2.0 * found.known_error95
 

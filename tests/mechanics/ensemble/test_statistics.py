@@ -41,7 +41,10 @@ def controlled(eqs, h, names):
 @pytest.mark.thorough("test_both_noise_modes_have_the_same_law")
 @pytest.mark.parametrize(
     "eqs, names, steps",
-    [(PAPER, ("v2", "impacts"), (0.6, 0.45, 0.3)), (PLATE, ("V2", "x2", "v2"), (0.4, 0.28, 0.2, 0.14))],
+    [
+        (PAPER, ("v2", "impacts"), (0.6, 0.45, 0.3)),
+        (PLATE, ("V2", "x2", "v2"), (0.4, 0.28, 0.2, 0.14)),
+    ],
     ids=["paper", "plate"],
 )
 def test_weak_order_with_the_stop(eqs, names, steps):
@@ -71,12 +74,16 @@ def strong_order(eqs, duration, paths=200, levels=8, first=0.2):
     All start on one quiet trajectory, half a step early as `trace` has it.
     """
     quiet = trace(changed(eqs, n1=None), np.zeros(2000), 2e-4, 1, (1.2, 0.0, 0.0))
-    ends, impacts = np.empty((paths, levels, 3)), 0
+    ends = np.empty((paths, levels, 3))
+    impacts = 0
     for seed in range(paths):
-        noise, rng = gaussian_grid(np.random.SeedSequence(seed), round(duration / first)), np.random.default_rng(seed)
+        noise = gaussian_grid(np.random.SeedSequence(seed), round(duration / first))
+        rng = np.random.default_rng(seed)
         for level in range(levels):
             h = first / 2**level
-            start = tuple(np.interp(0.2 - 0.5 * h, quiet.t, values) for values in quiet.samples[:, 2:].T)
+            start = tuple(
+                np.interp(0.2 - 0.5 * h, quiet.t, values) for values in quiet.samples[:, 2:].T
+            )
             path = trace(eqs, noise, h, 2**level, start)
             ends[seed, level] = path.samples[-1, 2:]
             noise = refined(noise, rng)
@@ -88,13 +95,14 @@ def strong_order(eqs, duration, paths=200, levels=8, first=0.2):
 
 @pytest.mark.thorough("test_both_noise_modes_have_the_same_law")
 @pytest.mark.parametrize(
-    "duration, impacts, lowest, highest", [(0.8, 0.0, 0.9, 1.1), (2.0, 1.0, 0.45, 0.65), (4.4, 2.0, 0.3, 0.55)]
+    "duration, impacts, lowest, highest",
+    [(0.8, 0.0, 0.9, 1.1), (2.0, 1.0, 0.45, 0.65), (4.4, 2.0, 0.3, 0.55)],
 )
 def test_strong_order_on_shared_noise(duration, impacts, lowest, highest):
     """1 without impact, 1/2 after one, less after more: no scheme with kicks on a grid does better.
 
-    Two paths that meet the stop at times dt apart get noise of opposite sign in between, sqrt(dt) of it:
-    an impact halves the order.
+    Two paths that meet the stop at times dt apart get noise of opposite sign in between, sqrt(dt)
+    of it: an impact halves the order.
     """
     eqs = Equations(alpha=0.5, beta=0.3, mu=0.2, c1=-0.05, n1=0.01, restitution=0.96)
     orders, seen = strong_order(eqs, duration)
@@ -104,18 +112,22 @@ def test_strong_order_on_shared_noise(duration, impacts, lowest, highest):
 
 
 @pytest.mark.thorough("test_both_noise_modes_have_the_same_law")
-@pytest.mark.parametrize("eqs", [linear(1.25, 1.0), changed(PAPER, restitution=None)], ids=["linear", "paper"])
+@pytest.mark.parametrize(
+    "eqs", [linear(1.25, 1.0), changed(PAPER, restitution=None)], ids=["linear", "paper"]
+)
 def test_strong_order_without_a_stop(eqs):
     """Order 1 in x, V and x' over three periods, nonlinear spring and damping and parametric noise included."""
     squares = np.zeros((100, 6, 3))
     for seed in range(100):
-        noise, rng = gaussian_grid(np.random.SeedSequence(seed), 100), np.random.default_rng(seed)
+        noise = gaussian_grid(np.random.SeedSequence(seed), 100)
+        rng = np.random.default_rng(seed)
         before = None
         for level in range(7):
             now = trace(eqs, noise, 0.2 / 2**level, 2**level).samples[:, 2:]
             if before is not None:
                 squares[seed, level - 1] = ((now - before) ** 2).mean(axis=0)
-            before, noise = now, refined(noise, rng)
+            before = now
+            noise = refined(noise, rng)
     rms = np.sqrt(squares.mean(axis=0))
     orders = np.polyfit(np.log(0.2 / 2 ** np.arange(6)), np.log(rms), 1)[0]
     assert orders == pytest.approx(1.0, abs=0.1)
@@ -124,7 +136,9 @@ def test_strong_order_without_a_stop(eqs):
 def test_both_noise_modes_have_the_same_law():
     """Three-point steps of the ensemble and Gaussian paths give the same moments on the paper's scene."""
     weak = averages(PAPER, 4096, 0.1, 400.0, 400.0)
-    paths = [trace(PAPER, gaussian_grid(np.random.SeedSequence(k), 40_000), 0.1, 4) for k in range(64)]
+    paths = [
+        trace(PAPER, gaussian_grid(np.random.SeedSequence(k), 40_000), 0.1, 4) for k in range(64)
+    ]
     strong = [from_path(PAPER, path, 400.0, 1) for path in paths]
     for name in ("V2", "x", "x2", "v2", "xV", "impacts", "impact_loss"):
         values = np.concatenate([getattr(m, name) for m in strong])
@@ -137,7 +151,8 @@ def test_both_noise_modes_have_the_same_law():
 def test_correlation_time_of_an_exponential_memory():
     """Means over windows of length L of a process with correlation exp(-t): tau = 1, from L = 50."""
     rng = np.random.default_rng(5)
-    h, steps = 0.05, 1000
+    h = 0.05
+    steps = 1000
     values, total = rng.standard_normal(20_000), np.zeros(20_000)
     for _ in range(steps):
         values = np.exp(-h) * values + np.sqrt(-np.expm1(-2 * h)) * rng.standard_normal(20_000)
@@ -165,8 +180,8 @@ SLOW = {
 def test_burn_in_forgets_the_start(name):
     """E of slow scenes right after the burn-in, many small ensembles: no bias against the exact value.
 
-    Energy relaxes at the rate c = N1/E[x'^2] or 2 (1 - r)/pi, the voltage at mu: the burn-in found from the
-    data is several times longer than that.
+    Energy relaxes at the rate c = N1/E[x'^2] or 2 (1 - r)/pi, the voltage at mu: the burn-in found
+    from the data is several times longer than that.
     """
     eqs, moment, exact, memory = SLOW[name]
     values, times = [], []
@@ -204,12 +219,16 @@ def stop_v2():
 @pytest.mark.parametrize("name", ["linear", "stop"])
 def test_intervals_of_95_per_cent_cover(name, trajectories, duration, stop_v2):
     """Over 200 seeds, 90 to 98 % of the intervals E +- 1.96 standard errors hold the exact E[V^2]."""
-    eqs, (exact, exact_error) = (PAPER, stop_v2) if name == "stop" else (linear(0.05, 1.0), (None, 0.0))
+    eqs, (exact, exact_error) = (
+        (PAPER, stop_v2) if name == "stop" else (linear(0.05, 1.0), (None, 0.0))
+    )
     h = 0.1 if name == "stop" else 0.03
     exact = linear_v2(eqs) if exact is None else exact
     inside = []
     for seed in range(200):
-        moments = averages(eqs, trajectories, h, 300.0, duration, np.random.SeedSequence([seed, 11]))
+        moments = averages(
+            eqs, trajectories, h, 300.0, duration, np.random.SeedSequence([seed, 11])
+        )
         value, error = moments.mean("V2")
         assert error > 4 * exact_error
         inside.append(abs(value - exact) < 1.96 * error)
@@ -232,12 +251,14 @@ def test_intervals_cover_after_a_burn_in_found_from_the_data():
 @pytest.mark.thorough("test_both_noise_modes_have_the_same_law")
 def test_batches_of_one_path_cover():
     """The same for batch means of a single recorded path, as the lock-step with a circuit has them."""
-    eqs, h = linear(0.05, 1.0, c=0.2), 0.05
+    eqs = linear(0.05, 1.0, c=0.2)
+    h = 0.05
     inside = []
     for seed in range(200):
         path = trace(eqs, gaussian_grid(np.random.SeedSequence([seed, 17]), 40_000), h, 8)
         value, error = from_path(eqs, path, 50.0, 16).mean("V2")
-        inside.append(abs(value - linear_v2(eqs)) < 2.131 * error)  # Student's t with 15 degrees of freedom
+        # Student's t with 15 degrees of freedom
+        inside.append(abs(value - linear_v2(eqs)) < 2.131 * error)
     assert 0.90 <= np.mean(inside) <= 0.98
 
 
@@ -256,26 +277,35 @@ def check(density, mass):
     ``mass`` is the probability of a bin from its edges.
     """
     width = np.diff(density.edges)
-    exact = np.array([mass(a, b) for a, b in zip(density.edges[:-1], density.edges[1:], strict=True)]) / width
+    exact = (
+        np.array([mass(a, b) for a, b in zip(density.edges[:-1], density.edges[1:], strict=True)])
+        / width
+    )
     enough = exact * width > 1e-4
     scores = (density.value - exact)[enough] / density.stderr[enough]
     assert enough.sum() > 15
     assert abs(scores).max() < 4
-    # Bins of one trajectory hang together, so the sum of squares is wider than chi-square: twice the freedom.
+    # Bins of one trajectory hang together, so the sum of squares is wider than chi-square: twice
+    # the freedom.
     assert (scores**2).mean() < 2 * chi2.ppf(0.999, scores.size) / scores.size
 
 
 @pytest.mark.thorough("test_both_noise_modes_have_the_same_law")
 def test_densities_of_the_gibbs_law():
     """p(x) ~ exp(-c (x^2/2 + alpha x^4/4)/N1) on x > 0 and Gaussian x', for r = 1 without coupling."""
-    alpha, c, n1 = 2.0, 0.05, 0.02
+    alpha = 2.0
+    c = 0.05
+    n1 = 0.02
     eqs = Equations(alpha=alpha, c1=-c, n1=n1, restitution=1.0)
     weight = lambda x: np.exp(-c / n1 * (x**2 / 2 + alpha * x**4 / 4))  # noqa: E731
     total = quad(weight, 0, np.inf)[0]
     edges = {"x": np.linspace(0, 2, 41), "v": np.linspace(-2.5, 2.5, 41)}
     found = settled_densities(eqs, 0.02, edges)
     check(found["x"], lambda a, b: quad(weight, a, b)[0] / total)
-    check(found["v"], lambda a, b: norm.cdf(b, scale=np.sqrt(n1 / c)) - norm.cdf(a, scale=np.sqrt(n1 / c)))
+    check(
+        found["v"],
+        lambda a, b: norm.cdf(b, scale=np.sqrt(n1 / c)) - norm.cdf(a, scale=np.sqrt(n1 / c)),
+    )
 
 
 @pytest.mark.thorough("test_both_noise_modes_have_the_same_law")
@@ -283,7 +313,9 @@ def test_density_of_the_voltage():
     """A linear scene's V is Gaussian with the variance of the Lyapunov equation; so are x and x'."""
     eqs = linear(0.5, 0.5)
     scales = np.sqrt(np.diag(lyapunov(eqs)))
-    edges = {name: np.linspace(-3.5 * s, 3.5 * s, 36) for name, s in zip("xvV", scales, strict=True)}
+    edges = {
+        name: np.linspace(-3.5 * s, 3.5 * s, 36) for name, s in zip("xvV", scales, strict=True)
+    }
     found = settled_densities(eqs, 0.02, edges)
     for name, s in zip("xvV", scales, strict=True):
         check(found[name], lambda a, b: norm.cdf(b, scale=s) - norm.cdf(a, scale=s))  # noqa: B023
@@ -302,7 +334,9 @@ def test_densities_count_what_numpy_counts():
     assert found.entries.shape == (4, 7)
     assert found.centres == pytest.approx(0.5 * (edges[1:] + edges[:-1]))
     assert counts.sum() < 256
-    assert np.isinf(densities(Trajectories(PAPER, 64, SEED, 0.1), 1, 1.0, V=edges)["V"].stderr).all()
+    assert np.isinf(
+        densities(Trajectories(PAPER, 64, SEED, 0.1), 1, 1.0, V=edges)["V"].stderr
+    ).all()
 
 
 @pytest.mark.thorough("test_both_noise_modes_have_the_same_law")
@@ -326,7 +360,9 @@ def test_snapshot_is_the_reading_half_a_step_later():
     many.run(50.0)
     x, v, V = np.moveaxis(many.state, 1, 0).reshape(3, -1)
     decay = np.exp(-0.05 * 0.05)
-    assert many.snapshot() == pytest.approx(np.array([x + 0.05 * v, v, decay * V + v * (1 - decay) / 0.05]), abs=1e-12)
+    assert many.snapshot() == pytest.approx(
+        np.array([x + 0.05 * v, v, decay * V + v * (1 - decay) / 0.05]), abs=1e-12
+    )
     assert (np.moveaxis(many.state, 1, 0).reshape(3, -1)[0] == x).all()
 
 

@@ -41,7 +41,13 @@ def test_linear_statistics(beta, mu):
     exact = lyapunov(eqs)
     value, error = moments.mean("V2")
     assert error < 0.01 * value
-    for name, (i, j) in {"V2": (2, 2), "x2": (0, 0), "v2": (1, 1), "xV": (0, 2), "vV": (1, 2)}.items():
+    for name, (i, j) in {
+        "V2": (2, 2),
+        "x2": (0, 0),
+        "v2": (1, 1),
+        "xV": (0, 2),
+        "vV": (1, 2),
+    }.items():
         assert abs(z(moments.mean(name), exact[i, j])) < 4, name
     assert abs(z(moments.mean("V"), 0.0)) < 4
 
@@ -83,13 +89,16 @@ def test_gibbs_law_with_a_stop():
     """r = 1, beta = 0: x and x' from exp(-c H/N1) on x > 0; impact rate 1/pi without cubic stiffness."""
     from scipy.integrate import quad
 
-    alpha, c, n1 = 2.0, 0.05, 0.02
+    alpha = 2.0
+    c = 0.05
+    n1 = 0.02
     eqs = padded(Equations(alpha=alpha, c1=-c, n1=n1, restitution=1.0))
     moments = settled(eqs, h=0.04)
     weight = lambda x: np.exp(-c / n1 * (x**2 / 2 + alpha * x**4 / 4))  # noqa: E731
     norm = quad(weight, 0, np.inf)[0]
     for name, power in (("x", 1), ("x2", 2)):
-        assert abs(z(moments.mean(name), quad(lambda x: x**power * weight(x), 0, np.inf)[0] / norm)) < 4  # noqa: B023
+        exact = quad(lambda x: x**power * weight(x), 0, np.inf)[0] / norm  # noqa: B023
+        assert abs(z(moments.mean(name), exact)) < 4
     assert abs(z(moments.mean("v2"), n1 / c)) < 4
     # Rice: rate of impacts = p(0) E[|v|]/2, twice over because motion is on one side only
     rate = np.sqrt(n1 / (2 * np.pi * c)) / norm
@@ -165,7 +174,8 @@ def test_a_shared_noise_makes_the_bias_precise():
 def test_a_resting_pair_keeps_its_bias():
     pair = RichardsonPair(Trajectories(PAPER, 512, SEED, 0.1), 50.0)
     pair.extend(50.0)
-    before, steps = pair.bias("V2"), pair.steps
+    before = pair.bias("V2")
+    steps = pair.steps
     pair.stop_coarse()
     assert pair.steps == steps
     pair.extend(50.0)
@@ -182,12 +192,16 @@ def test_a_mean_of_windows_of_different_length():
     many = Trajectories(PAPER, 64, SEED, 0.1)
     first, second = many.run(40.0), many.run(80.0)
     for name in ("V2", "impacts", "impact_loss"):
-        assert getattr(first.mixed(second, 2 / 3), name) == pytest.approx(getattr(whole, name), rel=1e-12)
+        assert getattr(first.mixed(second, 2 / 3), name) == pytest.approx(
+            getattr(whole, name), rel=1e-12
+        )
 
 
 def test_a_pair_in_windows_is_one_of_the_whole_time():
     """One long pair, and the same in pieces: the mean, and the bias of the step."""
-    whole, many = (RichardsonPair(Trajectories(PAPER, 64, SEED, 0.1), duration) for duration in (160.0, 40.0))
+    whole, many = (
+        RichardsonPair(Trajectories(PAPER, 64, SEED, 0.1), duration) for duration in (160.0, 40.0)
+    )
     many.extend(120.0)
     assert many.duration == pytest.approx(whole.duration, rel=1e-12)
     assert pytest.approx(whole.moments.V2, rel=1e-12) == many.moments.V2
@@ -206,7 +220,9 @@ def test_answer_does_not_depend_on_threads(monkeypatch):
 @pytest.mark.thorough("test_linear_statistics")
 def test_many_at_once_do_not_disturb_each_other():
     with ThreadPoolExecutor(4) as pool:
-        answers = list(pool.map(lambda _: Trajectories(PAPER, 128, SEED, 0.1).run(20.0).V2, range(4)))
+        answers = list(
+            pool.map(lambda _: Trajectories(PAPER, 128, SEED, 0.1).run(20.0).V2, range(4))
+        )
     assert all((a == answers[0]).all() for a in answers)
 
 
@@ -243,7 +259,17 @@ def test_unbounded_response_is_a_named_error(eqs, monkeypatch):
         linear(10.0, 0.01),
         linear(10.0, 100.0),
     ],
-    ids=["r.05", "r0", "mu1e4", "open", "quiet", "stiff-damping", "collapse", "beta10", "beta10mu100"],
+    ids=[
+        "r.05",
+        "r0",
+        "mu1e4",
+        "open",
+        "quiet",
+        "stiff-damping",
+        "collapse",
+        "beta10",
+        "beta10mu100",
+    ],
 )
 def test_hard_scenes_stay_finite_and_positive(eqs, step):
     moments = Trajectories(eqs, 256, SEED, step).run(200.0)
@@ -282,7 +308,9 @@ def test_no_noise_dies_out_with_a_word():
 @pytest.mark.thorough("test_linear_statistics")
 def test_limit_cycle_without_noise():
     """c3 A^4/8 - c2 A^2/4 - c1 = 0, r = 1."""
-    c1, c2, c3 = 0.02, 0.01, 0.1
+    c1 = 0.02
+    c2 = 0.01
+    c3 = 0.1
     many = Trajectories(Equations(c1=c1, c2=c2, c3=c3, restitution=1.0), 64, SEED, 0.02)
     burn_in(many)
     moments = many.run(500.0)

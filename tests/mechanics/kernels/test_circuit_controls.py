@@ -13,7 +13,14 @@ from tests.support.systems import changed, z
 PLATE = Equations(beta=1.245, c1=-0.008, n1=1.0)
 BRIDGE = IdealCircuit(mu=0.5, kappa=20.0, n=0.0066, leak=7e-4, loss=0.0, bridge=True)
 SSHI = IdealCircuit(
-    mu=0.5, kappa=20.0, n=0.0066, leak=7e-4, loss=0.0, bridge=True, hysteresis=0.005, parallel=SwitchedCoil(0.7, 150.0)
+    mu=0.5,
+    kappa=20.0,
+    n=0.0066,
+    leak=7e-4,
+    loss=0.0,
+    bridge=True,
+    hysteresis=0.005,
+    parallel=SwitchedCoil(0.7, 150.0),
 )
 STOP = changed(PLATE, restitution=0.96)
 
@@ -26,7 +33,10 @@ def stationary(eqs, circuit, count, seed=1):
 
 def test_absent_when_not_asked_for():
     seed = np.random.SeedSequence(3)
-    plain, wished = (Trajectories(STOP, 64, seed, 0.1, circuit=SSHI, controlled=w).run(40.0) for w in (False, True))
+    plain, wished = (
+        Trajectories(STOP, 64, seed, 0.1, circuit=SSHI, controlled=w).run(40.0)
+        for w in (False, True)
+    )
     assert plain.controls is None
     assert wished.controls.shape == (64, 18)
     np.testing.assert_allclose(plain.load, wished.load, rtol=1e-9)
@@ -46,7 +56,8 @@ OTHERS = pytest.mark.thorough("test_power_is_worth_many_times_as_many_trajectori
 def test_power_is_worth_many_times_as_many_trajectories(eqs, circuit, floor):
     """And plain and controlled means agree: boundaries take a stationary path for granted."""
     moments = stationary(eqs, circuit, 512).run(400.0)
-    plain, controlled = moments.mean("load"), mean_and_error(moments.controlled("load"))
+    plain = moments.mean("load")
+    controlled = mean_and_error(moments.controlled("load"))
     assert (plain[1] / controlled[1]) ** 2 > floor
     assert abs(z(plain, *controlled)) < 4.0
 

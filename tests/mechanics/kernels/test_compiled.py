@@ -69,7 +69,9 @@ def test_a_part_has_no_machine_code_and_its_error_reaches_the_kernel(cache):
 @pytest.fixture
 def cache(tmp_path, monkeypatch):
     """An empty folder for machine code."""
-    monkeypatch.setattr("harvester.mechanics.kernels.compiled._cache_folder", lambda: str(tmp_path / "cache"))
+    monkeypatch.setattr(
+        "harvester.mechanics.kernels.compiled._cache_folder", lambda: str(tmp_path / "cache")
+    )
     return tmp_path / "cache"
 
 
@@ -131,7 +133,11 @@ def test_constants_of_machine_code_are_in_its_cache_s_name():
     assert "harvester.mechanics.ensemble.trajectories" not in files
     for file in compiled_sources():
         for node in ast.walk(ast.parse(file.read_text())):
-            if isinstance(node, ast.ImportFrom) and node.module.startswith("harvester") and node.module not in files:
+            if (
+                isinstance(node, ast.ImportFrom)
+                and node.module.startswith("harvester")
+                and node.module not in files
+            ):
                 assert [one.name for one in node.names if one.name.isupper()] == [], file
 
 
@@ -141,11 +147,18 @@ def test_machine_code_does_not_depend_on_where_its_source_lies(tmp_path):
     both = []
     for place in ("here", "there"):
         shutil.copytree(
-            ROOT / "harvester", tmp_path / place / "harvester", ignore=shutil.ignore_patterns("__pycache__")
+            ROOT / "harvester",
+            tmp_path / place / "harvester",
+            ignore=shutil.ignore_patterns("__pycache__"),
         )
-        env = os.environ | {"PYTHONPATH": str(tmp_path / place), "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+        env = os.environ | {
+            "PYTHONPATH": str(tmp_path / place),
+            "NUMBA_CACHE_DIR": str(tmp_path / "cache"),
+        }
         call = [sys.executable, "-c", CALL, str(tmp_path / place)]
-        both.append(subprocess.Popen(call, env=env, cwd=tmp_path, stdout=subprocess.PIPE, text=True))
+        both.append(
+            subprocess.Popen(call, env=env, cwd=tmp_path, stdout=subprocess.PIPE, text=True)
+        )
     assert sorted(one.communicate(timeout=60)[0].strip() for one in both) == ["0", "1"]
     (kept,) = (tmp_path / "cache").rglob("*.nbc")
     assert "fill_three_point" in kept.name
@@ -159,7 +172,8 @@ def test_a_kernel_waits_for_the_process_that_compiles_it(cache, monkeypatch):
 
     assert kernel(half)(1.0) == 0.5
     (kept,), (turn,) = (list(cache.rglob(f"*{end}")) for end in (".nbc", ".turn-*"))
-    same, hidden = kernel(half), kept.with_suffix(".hidden")
+    same = kernel(half)
+    hidden = kept.with_suffix(".hidden")
     with ThreadPoolExecutor(1) as pool, turn.open("ab") as of_turn:
         fcntl.flock(of_turn, fcntl.LOCK_EX)
         kept.rename(hidden)

@@ -2,9 +2,10 @@
 
     x'' + x = F cos(Omega t + phi),   x'+ = -r x'-  at x = 0,   one impact, of speed v, in T = 2 pi/Omega
 
-With C = cos T, S = sin T: x = a (cos t + (1 - C)/S sin t) + P cos(Omega t + phi), P = F/(1 - Omega^2), a = -P cos phi,
-tan phi = -(1 - C)(1 - r)/(S (1 + r) Omega), and v = 2 a (1 - C)/(S (1 + r)).  The Poincare map of small differences has
-the determinant r^2 and the trace -2 r C - (1 + r)^2 (Omega^2 - 1)(1 + C)/2; the period doubles at 1 + trace + r^2 = 0.
+With C = cos T, S = sin T: x = a (cos t + (1 - C)/S sin t) + P cos(Omega t + phi), P = F/(1 -
+Omega^2), a = -P cos phi, tan phi = -(1 - C)(1 - r)/(S (1 + r) Omega), and v = 2 a (1 - C)/(S (1 +
+r)).  The Poincare map of small differences has the determinant r^2 and the trace -2 r C - (1 + r)^2
+(Omega^2 - 1)(1 + C)/2; the period doubles at 1 + trace + r^2 = 0.
 """
 
 import math
@@ -72,13 +73,19 @@ def on_the_orbit(frequency, off, steps=400, periods=1200):
     h = 2 * math.pi / frequency / steps
     shaking = F * np.cos(frequency * h * np.arange(periods * steps + 1) + phase)
     start = (0.0, R * speed * (1 + off), 0.0)
-    return trace(driven(frequency), np.zeros(periods * steps), h, start=start, shaking=shaking).impacts[-8:, 1] - speed
+    return (
+        trace(
+            driven(frequency), np.zeros(periods * steps), h, start=start, shaking=shaking
+        ).impacts[-8:, 1]
+        - speed
+    )
 
 
 def test_stability_limit():
     """A disturbed orbit comes back below the frequency of the closed form; above, impacts alternate.
 
-    Their difference grows like the square root of the distance from there (a pitchfork of the twofold map).
+    Their difference grows like the square root of the distance from there (a pitchfork of the
+    twofold map).
     """
     assert 2.1 < LIMIT < 2.9
     for off in (0.005, 0.05, 0.2):
@@ -101,7 +108,8 @@ def test_ensemble_finds_the_orbit():
     loss = 0.5 * (1 - R * R) * orbit(frequency)[1] ** 2 * frequency / (2 * math.pi)
     assert moments.impacts == pytest.approx(frequency / (2 * math.pi), rel=1e-9)
     assert moments.impact_loss == pytest.approx(loss, rel=1e-3)
-    assert abs(z(moments.mean("driven"), loss)) < 4  # the work of a kick in whose step an impact falls is off by O(h)
+    # the work of a kick in whose step an impact falls is off by O(h)
+    assert abs(z(moments.mean("driven"), loss)) < 4
     assert moments.driven == pytest.approx(loss, rel=0.01)
 
 
@@ -125,7 +133,8 @@ def test_grazing_chatter_and_sticking(r, gap, beta):
 def test_mass_sticks_until_the_drive_frees_it():
     """r = 0: after an impact under a force on to the stop it lies there until the force turns, and then flies.
 
-    With Omega = 1/2: free at the time where F cos(t/2) turns positive, x = a cos s + b sin s + P cos(Omega s + phi).
+    With Omega = 1/2: free at the time where F cos(t/2) turns positive, x = a cos s + b sin s + P
+    cos(Omega s + phi).
     """
     frequency = 0.5
     eqs = changed(driven(frequency), restitution=0.0)
@@ -137,19 +146,29 @@ def test_mass_sticks_until_the_drive_frees_it():
     freed = phase[1:][lying[:-1] & ~lying[1:]]
     assert freed == pytest.approx(1.5 * math.pi, abs=2 * frequency * h)
     late = path.impacts[:, 0] > 4 * steps * h
-    assert late.sum() == 4  # in a period one, and a touch of 1e-9 as it comes to rest; lying there is none
+    # in a period one, and a touch of 1e-9 as it comes to rest; lying there is none
+    assert late.sum() == 4
     s = np.linspace(0, 3, 31)
-    P, phi = F / (1 - frequency**2), -math.pi / 2
-    exact = -P * math.cos(phi) * np.cos(s) + P * frequency * math.sin(phi) * np.sin(s) + P * np.cos(frequency * s + phi)
+    P = F / (1 - frequency**2)
+    phi = -math.pi / 2
+    exact = (
+        -P * math.cos(phi) * np.cos(s)
+        + P * frequency * math.sin(phi) * np.sin(s)
+        + P * np.cos(frequency * s + phi)
+    )
     start = 5 * 2 * math.pi / frequency - math.pi / 2 / frequency
     assert np.interp(start + s, path.t, path.x) == pytest.approx(exact, abs=1e-4)
 
 
 @pytest.mark.thorough("test_period_one_orbit")
-@pytest.mark.parametrize("more", [{}, {"beta": 0.3, "mu": 0.5}, {"gap": 0.4}, {"gap": 0.2, "opposite_gap": 0.5}])
+@pytest.mark.parametrize(
+    "more", [{}, {"beta": 0.3, "mu": 0.5}, {"gap": 0.4}, {"gap": 0.2, "opposite_gap": 0.5}]
+)
 def test_path_converges_at_second_order(more):
     """x at fixed times over some impacts, against a path of a step 16 times finer."""
-    eqs = Equations(**{"c1": -0.05, "restitution": 0.8, "drive": 1.0, "drive_frequency": 1.7, **more})
+    eqs = Equations(
+        **{"c1": -0.05, "restitution": 0.8, "drive": 1.0, "drive_frequency": 1.7, **more}
+    )
     if "opposite_gap" in more:
         eqs = changed(eqs, opposite_restitution=0.6)
     ends = []

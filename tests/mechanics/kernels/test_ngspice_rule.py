@@ -27,7 +27,12 @@ THOROUGH = pytest.mark.thorough("test_a_resistor_makes_the_steps_of_ngspice")
 
 @pytest.mark.ngspice
 @pytest.mark.parametrize(
-    "given", ["plate_with_stop", pytest.param("paper_figure3", marks=THOROUGH), pytest.param("plate", marks=THOROUGH)]
+    "given",
+    [
+        "plate_with_stop",
+        pytest.param("paper_figure3", marks=THOROUGH),
+        pytest.param("plate", marks=THOROUGH),
+    ],
 )
 def test_a_resistor_makes_the_steps_of_ngspice(given):
     """Its integration rule, at impacts and readings too: the same path to rounding, once the first steps are forgotten.
@@ -57,7 +62,8 @@ def test_deck_has_the_weight_of_the_compiled_steps(z):
 @pytest.mark.parametrize("r", [None, 0.9])
 def test_a_lane_with_ngspices_rule_is_its_path(r):
     """Readings are landings: the state goes on from mid-drift, over calls of `run` too."""
-    eqs, h = changed(PLATE, restitution=r, mu=1.0), 0.07
+    eqs = changed(PLATE, restitution=r, mu=1.0)
+    h = 0.07
     many = Trajectories(eqs, 64, SEED, h, ngspice_rule=True)
     words = many.words[0].copy()
     first, second = many.run(12.0), many.run(24.0)
@@ -68,7 +74,9 @@ def test_a_lane_with_ngspices_rule_is_its_path(r):
         path = trace(eqs, noise, h, many.stride, ngspice_rule=True)
         same = from_path(eqs, path, 0.0, 1)
         for name in ("V2", "load", "x2", "impacts"):
-            assert getattr(same, name)[0] == pytest.approx(getattr(moments, name)[lane], rel=0.01), name
+            assert getattr(same, name)[0] == pytest.approx(
+                getattr(moments, name)[lane], rel=0.01
+            ), name
         assert pytest.approx(many.snapshot()[:, lane], rel=1e-6) == path.samples[-1, 2:]
 
 

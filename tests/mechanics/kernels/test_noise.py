@@ -39,7 +39,8 @@ def test_weak_variates_are_three_points_with_the_right_probabilities(weak):
     values, counts = np.unique(weak, return_counts=True)
     assert values == pytest.approx([-np.sqrt(3), 0, np.sqrt(3)])
     expected = weak.size * np.array([1 / 6, 2 / 3, 1 / 6])
-    assert ((counts - expected) ** 2 / expected).sum() < 18.4  # chi^2, 2 degrees of freedom, p = 1e-4
+    # chi^2, 2 degrees of freedom, p = 1e-4
+    assert ((counts - expected) ** 2 / expected).sum() < 18.4
 
 
 @pytest.mark.parametrize("lag", [1, 2, 3, 64])
@@ -76,5 +77,7 @@ def test_a_grid_of_an_odd_number_of_kicks_is_that_of_one_more_without_its_last(s
     """Whatever the memory held before: arrays of large numbers of that length are left behind first."""
     for _ in range(8):
         np.full(steps, 1e247)
-    found, more = (three_point_grid(np.random.SeedSequence(5), count) for count in (steps, steps + 1))
+    found, more = (
+        three_point_grid(np.random.SeedSequence(5), count) for count in (steps, steps + 1)
+    )
     assert found.tolist() == more[:-1].tolist()

@@ -28,7 +28,8 @@ def trace(eqs, *arguments):
 
 def one_by_one(x, v, V, t, mu, gap, r, high, r_high):
     """Impact after impact, with the exact voltage on every leg: state, number, energy lost."""
-    count, energy = 0, 0.5 * v * v
+    count = 0
+    energy = 0.5 * v * v
 
     def leg(V, v, s):
         return V + v * s if mu is None else V * math.exp(-mu * s) - v * math.expm1(-mu * s) / mu
@@ -38,7 +39,10 @@ def one_by_one(x, v, V, t, mu, gap, r, high, r_high):
         s = (wall - x) / v
         if s >= t:
             break
-        x, V, t, count = wall, leg(V, v, s), t - s, count + 1
+        x = wall
+        V = leg(V, v, s)
+        t = t - s
+        count = count + 1
         v *= -(r_high if v > 0.0 else r)
     return (x + v * t, v, leg(V, v, t)), count, energy - 0.5 * v * v
 
@@ -61,9 +65,14 @@ def test_between_is_impact_after_impact(x, v, t, mu, r, r_high):
     assert impacts == count
     assert (x1, v1) == pytest.approx(exact[:2], abs=1e-9 * max(1.0, abs(v)))
     assert took == pytest.approx(lost, rel=1e-9, abs=1e-9)
-    one = 0.8 / max(abs(v1), 1e-300) * 2.0  # the last round, at least; V sees the middle of all rounds
+    # the last round, at least; V sees the middle of all rounds
+    one = 0.8 / max(abs(v1), 1e-300) * 2.0
     assert (
-        pytest.approx(exact[2], abs=1e-9 + (0.8 * min((mu or 0.0) * min(one, t), 1.0) ** 2 if count > 2 else 0.0)) == V1
+        pytest.approx(
+            exact[2],
+            abs=1e-9 + (0.8 * min((mu or 0.0) * min(one, t), 1.0) ** 2 if count > 2 else 0.0),
+        )
+        == V1
     )
 
 
@@ -99,10 +108,14 @@ def test_a_gap_of_a_nanometre_costs_no_more(r):
 @pytest.mark.slow
 @pytest.mark.parametrize("mu", [None, 0.2, 50.0])
 @pytest.mark.parametrize("k, c", [(400.0, 4.0), (400.0, 0.0), (25.0, 9.0)])
-@pytest.mark.parametrize("y, v", [(0.05, -1.0), (-0.03, -0.5), (-0.03, 0.9), (0.0, -1e-9), (0.4, 1.0), (0.05, -0.3)])
+@pytest.mark.parametrize(
+    "y, v", [(0.05, -1.0), (-0.03, -0.5), (-0.03, 0.9), (0.0, -1e-9), (0.4, 1.0), (0.05, -0.3)]
+)
 def test_contact_is_the_equation(mu, k, c, y, v):
     """y, y', V against an ODE solver through a whole drift; the energy that the damping took closes the balance."""
-    t, gap, V = 0.3, 0.7, 0.4
+    t = 0.3
+    gap = 0.7
+    V = 0.4
 
     def rates(_, z):
         contact = -k * z[0] - c * z[1] if z[0] < 0.0 else 0.0
@@ -111,14 +124,18 @@ def test_contact_is_the_equation(mu, k, c, y, v):
     def edge(_, z):
         return z[0]
 
-    state, now = np.array([y, v, V, 0.0]), 0.0
+    state = np.array([y, v, V, 0.0])
+    now = 0.0
     edge.terminal = True
     while now < t:
         leg = solve_ivp(rates, (now, t), state, "DOP853", events=edge, rtol=1e-11, atol=1e-14)
-        now, state = leg.t[-1], leg.y[:, -1].copy()
+        now = leg.t[-1]
+        state = leg.y[:, -1].copy()
         if leg.status == 1:  # on with it, clearly on the other side
             state[0] = math.copysign(1e-15, state[1])
-    (x1, v1, V1), (first, speed, impacts, lost) = in_contact(y, v, V, t, Coefficients(gap=gap, mu=mu, k=k, c=c))
+    (x1, v1, V1), (first, speed, impacts, lost) = in_contact(
+        y, v, V, t, Coefficients(gap=gap, mu=mu, k=k, c=c)
+    )
     assert (x1 + gap, v1, V1, lost) == pytest.approx(state, abs=1e-8)
     entered = y >= 0.0 and y + t * v < 0.0
     assert (speed, impacts) == ((-v, 1.0) if entered else (0.0, 0.0))
@@ -129,7 +146,10 @@ def test_contact_longer_than_a_step_goes_on_in_the_next():
     """A soft stop: one drift of length 1, and 100 drifts of .01 that begin and end in contact, are the same."""
     c = Coefficients(gap=0.0, mu=0.3, k=4.0, c=0.4)
     whole = in_contact(0.1, -1.0, 0.2, 1.0, c)
-    x, v, V, took = 0.1, -1.0, 0.2, 0.0
+    x = 0.1
+    v = -1.0
+    V = 0.2
+    took = 0.0
     for _ in range(100):
         (x, v, V), did = in_contact(x, v, V, 0.01, c)
         took += did[3]
@@ -153,12 +173,19 @@ def test_compliant_stop_becomes_rigid_at_the_rate_of_its_contact_time():
     zeta = 0.1
     r = math.exp(-math.pi * zeta / math.sqrt(1 - zeta * zeta))
     base = Equations(c1=-0.1, alpha=0.5, beta=0.3, mu=0.4, gap=0.2)
-    start, h = (1.0, 0.0, 0.0), 0.002
+    start = (1.0, 0.0, 0.0)
+    h = 0.002
     rigid = trace(changed(base, restitution=r), np.zeros(5000), h, 1, start)
     stiff = (1e3, 1e4, 1e5, 1e6)
     errors = []
     for k in stiff:
-        soft = trace(changed(base, stop_stiffness=k, stop_damping=2 * zeta * math.sqrt(k)), np.zeros(5000), h, 1, start)
+        soft = trace(
+            changed(base, stop_stiffness=k, stop_damping=2 * zeta * math.sqrt(k)),
+            np.zeros(5000),
+            h,
+            1,
+            start,
+        )
         errors.append(np.sqrt(np.mean((soft.samples[:, [2, 4]] - rigid.samples[:, [2, 4]]) ** 2)))
         assert len(soft.impacts) == len(rigid.impacts) >= 3
     assert np.polyfit(np.log(stiff), np.log(errors), 1)[0] == pytest.approx(-0.5, abs=0.05)
@@ -177,33 +204,51 @@ def test_no_stiffness_makes_a_step_unstable(k):
 
 def sinusoids(gap, r, x0, times, room=math.inf, r_high=None):
     """x'' = -x from (x0, 0) with impacts at -gap, and at ``room``: exact, leg by leg; impacts as (time, speed)."""
-    x, v, t, impacts, out = x0, 0.0, 0.0, [], np.empty((len(times), 2))
+    x = x0
+    v = 0.0
+    t = 0.0
+    impacts = []
+    out = np.empty((len(times), 2))
     while True:
-        A, phase = math.hypot(x, v), math.atan2(-v, x)  # x = A cos(s + phase)
+        # x = A cos(s + phase)
+        A = math.hypot(x, v)
+        phase = math.atan2(-v, x)
         hits = []
         for wall, side in ((-gap, 1), (room, -1)):
             if abs(wall) < A:
-                s = (side * math.acos(wall / A) - phase) % (2 * math.pi)  # where x' has the sign of -side
+                # where x' has the sign of -side
+                s = (side * math.acos(wall / A) - phase) % (2 * math.pi)
                 hits.append((s if s > 1e-9 else 2 * math.pi, wall))
         s, wall = min(hits, default=(math.inf, 0.0))
         here = (times > t) & (times <= t + s)
-        out[here] = np.stack([A * np.cos(times[here] - t + phase), -A * np.sin(times[here] - t + phase)], axis=1)
+        out[here] = np.stack(
+            [A * np.cos(times[here] - t + phase), -A * np.sin(times[here] - t + phase)], axis=1
+        )
         if times[-1] <= t + s:
             return out, np.array(impacts)
         v1 = -A * math.sin(s + phase)
-        t, x, v = t + s, wall, -(r if v1 < 0.0 else r_high) * v1
+        t = t + s
+        x = wall
+        v = -(r if v1 < 0.0 else r_high) * v1
         impacts.append((t, -v1))
 
 
 @pytest.mark.parametrize(
     "gap, r, room, r_high",
-    [(0.4, 0.9, math.inf, None), (-0.2, 1.0, math.inf, None), (-0.2, 0.9, math.inf, None), (0.4, 0.9, 0.8, 0.7)],
+    [
+        (0.4, 0.9, math.inf, None),
+        (-0.2, 1.0, math.inf, None),
+        (-0.2, 0.9, math.inf, None),
+        (0.4, 0.9, 0.8, 0.7),
+    ],
     ids=["distance", "preload", "preload, loses", "both sides"],
 )
 def test_linear_paths_are_sinusoids_between_impacts(gap, r, room, r_high):
     """x, x' of a path without noise against the closed form, of second order in h, impacts too."""
-    steps, errors = (0.1, 0.05, 0.025, 0.0125), []
-    eqs = Equations(restitution=r, gap=gap, beta=0.0, mu=1.0, c1=0.0)  # the kernels of the next test
+    steps = (0.1, 0.05, 0.025, 0.0125)
+    errors = []
+    # the kernels of the next test
+    eqs = Equations(restitution=r, gap=gap, beta=0.0, mu=1.0, c1=0.0)
     if r_high is not None:
         eqs = changed(eqs, opposite_gap=room, opposite_restitution=r_high)
     for h in steps:
@@ -228,7 +273,11 @@ def test_a_stop_at_a_distance_of_zero_is_one_at_rest(n1):
     noise = np.random.default_rng(2).standard_normal(2000)
     paths = [
         trace(eqs, noise, 0.05, 1, (1.0, 0.0, 0.5))
-        for eqs in (base, changed(base, gap=0.0), changed(base, gap=0.0, opposite_gap=50.0, opposite_restitution=0.5))
+        for eqs in (
+            base,
+            changed(base, gap=0.0),
+            changed(base, gap=0.0, opposite_gap=50.0, opposite_restitution=0.5),
+        )
     ]
     assert len(paths[0].impacts) > 4
     for path in paths[1:]:
@@ -239,13 +288,16 @@ def test_a_stop_at_a_distance_of_zero_is_one_at_rest(n1):
 @pytest.mark.parametrize("n1", [None, 0.05])
 def test_both_stops_are_each_others_mirror_image(n1):
     """x -> -x with the gaps, restitutions and the quadratic spring exchanged: the same path, mirrored."""
-    eqs = Equations(alpha2=0.3, alpha=0.2, beta=0.4, mu=0.5, c1=-0.02, n1=n1, gap=0.3, opposite_gap=0.5)
-    a, b = (
-        changed(eqs, restitution=0.9, opposite_restitution=0.6),
-        changed(eqs, alpha2=-0.3, gap=0.5, opposite_gap=0.3, restitution=0.6, opposite_restitution=0.9),
+    eqs = Equations(
+        alpha2=0.3, alpha=0.2, beta=0.4, mu=0.5, c1=-0.02, n1=n1, gap=0.3, opposite_gap=0.5
+    )
+    a = changed(eqs, restitution=0.9, opposite_restitution=0.6)
+    b = changed(
+        eqs, alpha2=-0.3, gap=0.5, opposite_gap=0.3, restitution=0.6, opposite_restitution=0.9
     )
     noise = np.random.default_rng(3).standard_normal(800)
-    one, other = trace(a, noise, 0.05, 1, (0.2, 0.7, 0.1)), trace(b, -noise, 0.05, 1, (-0.2, -0.7, -0.1))
+    one = trace(a, noise, 0.05, 1, (0.2, 0.7, 0.1))
+    other = trace(b, -noise, 0.05, 1, (-0.2, -0.7, -0.1))
     assert (one.impacts[:, 1] > 0).any()
     assert (one.impacts[:, 1] < 0).any()
     assert one.samples == pytest.approx(-other.samples, abs=1e-9)
@@ -298,7 +350,11 @@ def test_between_two_stops_nothing_hangs_or_leaves(h, r, room):
         assert -0.3 <= x.min() <= x.max() <= room - 0.3
         assert np.isfinite(moments.impacts).all()
         quiet = trace(
-            changed(eqs, n1=None, n2=None, opposite_restitution=r_high), np.zeros(400), h, 1, (-0.3, 3.0, 1.0)
+            changed(eqs, n1=None, n2=None, opposite_restitution=r_high),
+            np.zeros(400),
+            h,
+            1,
+            (-0.3, 3.0, 1.0),
         )
         assert np.isfinite(quiet.samples).all()
         assert -0.3 <= quiet.x.min() <= quiet.x.max() <= room - 0.3
@@ -315,7 +371,8 @@ def test_grazing_is_one_impact():
         {"stop_stiffness": 1e6, "stop_damping": 1e3 * 0.026},
     ):
         e = changed(eqs, **stop)
-        s, c = State(-0.5 + 1e-14, -1e-12, 0.0), coefficients(e)._replace(mu=None, beta=None)
+        s = State(-0.5 + 1e-14, -1e-12, 0.0)
+        c = coefficients(e)._replace(mu=None, beta=None)
         (x, v, _), (first, speed, impacts, _) = move(s, interval(0.1, 0.1, None), c)
         assert (first, speed, impacts) == pytest.approx((0.01, 1e-12, 1.0), rel=0.01)
         assert v == pytest.approx(0.96e-12, rel=0.01)
@@ -324,7 +381,10 @@ def test_grazing_is_one_impact():
 
 def test_a_start_behind_a_stop_is_refused():
     eqs = changed(PAPER, gap=0.2, opposite_gap=0.3, opposite_restitution=1.0)
-    for x, line in ((-0.21, "at least -0.2, where the stop is"), (0.31, "at most 0.3, where the opposite stop is")):
+    for x, line in (
+        (-0.21, "at least -0.2, where the stop is"),
+        (0.31, "at most 0.3, where the opposite stop is"),
+    ):
         with pytest.raises(InputError, match=line):
             trace(eqs, np.zeros(4), 0.1, 1, (x, 0.0, 0.0))
         with pytest.raises(InputError, match=line):
@@ -340,9 +400,12 @@ def test_compiled_and_interpreted_agree():
         changed(PAPER, gap=-0.2),
     ):
         for x, v in ((0.25, 2.0), (0.25, -2.0), (0.25, 20.0), (0.2, 0.0)):
-            s, c = State(x, v, 0.3), coefficients(eqs)._replace(c1=None, c2=None, c3=None, linear=-1.0, alpha2=0.2)
+            s = State(x, v, 0.3)
+            c = coefficients(eqs)._replace(c1=None, c2=None, c3=None, linear=-1.0, alpha2=0.2)
             arguments = s, interval(0.1, 0.1, eqs.mu), c
             for one, other in zip(move(*arguments), move.py_func(*arguments), strict=True):
                 assert one == pytest.approx(other, rel=1e-12, abs=1e-15, nan_ok=True)
             arguments = s, 0.5, 0.1, c._replace(n2=None)
-            assert kick_at_stops(*arguments) == pytest.approx(kick_at_stops.py_func(*arguments), rel=1e-12)
+            assert kick_at_stops(*arguments) == pytest.approx(
+                kick_at_stops.py_func(*arguments), rel=1e-12
+            )

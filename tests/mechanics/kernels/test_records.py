@@ -47,7 +47,9 @@ def table(spacing=0.1, rows=601):
 def test_record_is_read_as_it_is(tmp_path):
     text = "# a logger\nacceleration (g),temperature (degC),time (ms)\n"
     values = np.sin(np.arange(40))
-    record = read_record(written(tmp_path, text + "".join(f"{v},20,{5 * k}\n" for k, v in enumerate(values))))
+    record = read_record(
+        written(tmp_path, text + "".join(f"{v},20,{5 * k}\n" for k, v in enumerate(values)))
+    )
     assert record.spacing == pytest.approx(5e-3)
     assert record.values[:40] == pytest.approx(9.80665 * values, rel=1e-6)
     assert len(record.values) == 40 + BRIDGE - 1
@@ -77,7 +79,9 @@ def test_nothing_is_folded_back(count):
     """Tones of whole periods: those below half the sampling rate are exact, those above are gone."""
     n = 512
     t = np.arange(n) / n
-    record = Record(1.0 / n, 1.0 + np.cos(2 * math.pi * 20 * t + 0.4) + np.sin(2 * math.pi * 100 * t))
+    record = Record(
+        1.0 / n, 1.0 + np.cos(2 * math.pi * 20 * t + 0.4) + np.sin(2 * math.pi * 100 * t)
+    )
     s = np.arange(count) / count
     exact = 1.0 + np.cos(2 * math.pi * 20 * s + 0.4) + (count > 200) * np.sin(2 * math.pi * 100 * s)
     assert record.at_even_times(count) == pytest.approx(exact, abs=1e-12)
@@ -125,7 +129,8 @@ def test_ensemble_runs_whole_periods():
 def test_spice_on_the_record():
     eqs = changed(PAPER, n1=None, n2=None, restitution=None, record=table())
     zeros = np.zeros(500)
-    ours, exact = worker.path_in_worker(device(eqs, 0.1, 4), zeros), trace(eqs, zeros, 0.1, 4)
+    ours = worker.path_in_worker(device(eqs, 0.1, 4), zeros)
+    exact = trace(eqs, zeros, 0.1, 4)
     assert np.abs(exact.x).max() > 0.3
     assert rms_difference(ours, exact) < 5e-5
     assert rms_difference(ours, exact, "x") < 1e-5
@@ -156,20 +161,28 @@ PEAK = TabulatedDensity(np.array([3.0, 3.1, 3.2]), np.array([0.0, 1e-5, 0.0]))
 
 def test_density_that_begins_and_ends_at_zero():
     """A 0 has no logarithm: beside it the density is a straight line."""
-    assert RAMPS.below(np.array([0.05, 0.15, 0.2, 0.5, 0.75, 3.0])) == pytest.approx([0, 0.025, 0.1, 0.7, 1.075, 1.2])
+    assert RAMPS.below(np.array([0.05, 0.15, 0.2, 0.5, 0.75, 3.0])) == pytest.approx(
+        [0, 0.025, 0.1, 0.7, 1.075, 1.2]
+    )
     assert PEAK.rms**2 == pytest.approx(1e-6)
-    nothing_between = TabulatedDensity(np.array([1.0, 2.0, 3.0, 4.0]), np.array([1.0, 0.0, 0.0, 1.0]))
+    nothing_between = TabulatedDensity(
+        np.array([1.0, 2.0, 3.0, 4.0]), np.array([1.0, 0.0, 0.0, 1.0])
+    )
     assert nothing_between.below(np.array([2.0, 3.0, 4.0])) == pytest.approx([0.5, 0.5, 1.0])
 
 
-@pytest.mark.parametrize("density", [RAMPS, *(pytest.param(one, marks=pytest.mark.slow) for one in (LEVEL, PEAK))])
+@pytest.mark.parametrize(
+    "density", [RAMPS, *(pytest.param(one, marks=pytest.mark.slow) for one in (LEVEL, PEAK))]
+)
 def test_record_of_a_density_has_it(density):
     """Its lines have the density's power half-way to their neighbours, whatever the phases."""
     record = density.record(0.1, np.random.default_rng(1))
     powers = 2.0 * np.abs(np.fft.rfft(record.values) / len(record.values)) ** 2
     edges = (np.arange(len(powers)) + 0.5) / record.period
     assert record.period == pytest.approx(SPAN)
-    assert np.cumsum(powers)[:-1] == pytest.approx(density.below(edges)[:-1], rel=1e-9, abs=1e-12 * density.rms**2)
+    assert np.cumsum(powers)[:-1] == pytest.approx(
+        density.below(edges)[:-1], rel=1e-9, abs=1e-12 * density.rms**2
+    )
 
 
 @pytest.mark.parametrize("centre", [0.9, 1.0, 1.03])
@@ -179,13 +192,17 @@ def test_narrow_bands_and_resonances_are_held(centre, width, c):
     low, high = (centre + end * width for end in (-0.5, 0.5))
     band = TabulatedDensity(np.array([low, high]) / (2.0 * math.pi), np.array([1.0, 1.0]))
     eqs = Equations(c1=-c, density=band)
-    drawn = changed(eqs, density=None, record=Record(0.1, samples_of(eqs, 0.1, np.random.default_rng(1))))
+    drawn = changed(
+        eqs, density=None, record=Record(0.1, samples_of(eqs, 0.1, np.random.default_rng(1)))
+    )
     assert linear_v2(drawn) == pytest.approx(linear_v2(eqs), rel=0.01)
 
 
 def test_a_band_too_narrow_for_any_record_is_refused():
     band = TabulatedDensity(np.array([0.16, 0.16 * (1 + 1e-6)]), np.array([1.0, 1.0]))
-    with pytest.raises(InputError, match=r"^excitation\.acceleration_psd_file must have no band.* `dt`"):
+    with pytest.raises(
+        InputError, match=r"^excitation\.acceleration_psd_file must have no band.* `dt`"
+    ):
         band.record(0.1, np.random.default_rng(1))
 
 
@@ -206,7 +223,9 @@ def test_variance_under_a_tabulated_density(c):
     assert np.sqrt(np.mean(np.square(scores))) < 1.8
 
 
-GOOD = "time (s),acceleration (g)\n" + "".join(f"{0.01 * k:.2f},{math.sin(k):.3f}\n" for k in range(20))
+GOOD = "time (s),acceleration (g)\n" + "".join(
+    f"{0.01 * k:.2f},{math.sin(k):.3f}\n" for k in range(20)
+)
 
 
 @pytest.mark.parametrize(
@@ -215,15 +234,27 @@ GOOD = "time (s),acceleration (g)\n" + "".join(f"{0.01 * k:.2f},{math.sin(k):.3f
         ("", "must have rows of numbers below"),
         ("root:sesame\n", "must have rows of numbers below the names of its columns (CSV)"),
         ("root:x:0\n1,2\n3,4\n", "must have a column 'time (s)', but has none with a unit"),
-        (GOOD.replace("acceleration", "speed"), "must have a column 'acceleration (m/s^2)', but has"),
-        (GOOD.replace("(g)", "(kg)"), "column 'acceleration' must have a unit such as m/s^2, but is 'kg'"),
+        (
+            GOOD.replace("acceleration", "speed"),
+            "must have a column 'acceleration (m/s^2)', but has",
+        ),
+        (
+            GOOD.replace("(g)", "(kg)"),
+            "column 'acceleration' must have a unit such as m/s^2, but is 'kg'",
+        ),
         (GOOD.replace("(s)", "(kg)"), "column 'time' must have a unit such as s, but is 'kg'"),
         (
             GOOD.replace("(g)", ""),
             "column 'acceleration' must have a unit, such as 'acceleration (m/s^2)', but has none",
         ),
-        (GOOD.replace("time (s)", "no"), "but has 'no,acceleration (g)': or 'harvester record FILE --rate HZ' adds"),
-        (re.sub(r",(.*)\n", r",\1,\1\n", GOOD), "'harvester record FILE --axis z --out clean.csv' takes"),
+        (
+            GOOD.replace("time (s)", "no"),
+            "but has 'no,acceleration (g)': or 'harvester record FILE --rate HZ' adds",
+        ),
+        (
+            re.sub(r",(.*)\n", r",\1,\1\n", GOOD),
+            "'harvester record FILE --axis z --out clean.csv' takes",
+        ),
         (GOOD.replace("0.05,", "0.02,"), "must have ascending times, but row 6 does not"),
         (GOOD.replace("0.05,", "0.055,"), "must have equal steps of time, but row 6 is off"),
         (
@@ -246,7 +277,9 @@ def test_bad_record_is_one_line(tmp_path, text, line):
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize("rows", ["", "1,2\n", "2,1\n1,1\n", "0,1\n1,1\n", "1,-1\n2,1\n", "1,0\n2,0\n"])
+@pytest.mark.parametrize(
+    "rows", ["", "1,2\n", "2,1\n1,1\n", "0,1\n1,1\n", "1,-1\n2,1\n", "1,0\n2,0\n"]
+)
 def test_bad_density_is_one_line(tmp_path, rows):
     with pytest.raises(InputError, match=r"^excitation\.acceleration_psd_file must have"):
         read_density(written(tmp_path, "frequency (Hz),psd (g^2/Hz)\n" + rows))
@@ -276,36 +309,52 @@ def test_file_is_found_beside_the_scene(tmp_path, monkeypatch):
     written(tmp_path / "data", GOOD)
     scene = plate(tmp_path, 'acceleration_file = "data/shake.csv"')
     monkeypatch.chdir("/")
-    record, s = equations(scene).record, scales(scene)
+    record = equations(scene).record
+    s = scales(scene)
     assert record.spacing == pytest.approx(0.01 * 20.0)
     assert record.values[1] == pytest.approx(-9.80665 * 0.841 / (s.length * 400.0))
     assert record.rms == pytest.approx(1.0)
     before = scene.digest
     written(tmp_path / "data", GOOD.replace("0.841", "0.842"))
     assert scene.digest != before
-    assert equations(scene).record.values[1] == pytest.approx(-9.80665 * 0.842 / (scales(scene).length * 400.0))
+    assert equations(scene).record.values[1] == pytest.approx(
+        -9.80665 * 0.842 / (scales(scene).length * 400.0)
+    )
 
 
-@pytest.mark.parametrize("name", ["../shake.csv", "/etc/passwd", "data/../../shake.csv", "a\\u0000b", "loop"])
+@pytest.mark.parametrize(
+    "name", ["../shake.csv", "/etc/passwd", "data/../../shake.csv", "a\\u0000b", "loop"]
+)
 def test_file_outside_the_folder_is_refused(tmp_path, name):
     written(tmp_path, GOOD)
     (tmp_path / "scenes").mkdir()
     (tmp_path / "scenes" / "loop").symlink_to("loop")
-    with pytest.raises(InputError, match=r"excitation\.acceleration_file must be in the folder of the scene file"):
+    with pytest.raises(
+        InputError, match=r"excitation\.acceleration_file must be in the folder of the scene file"
+    ):
         plate(tmp_path / "scenes", f'acceleration_file = "{name}"')
 
 
-@pytest.mark.parametrize("name, why", [("none.csv", "No such file"), ("pipe", "it is a pipe"), (".", "Is a directory")])
+@pytest.mark.parametrize(
+    "name, why", [("none.csv", "No such file"), ("pipe", "it is a pipe"), (".", "Is a directory")]
+)
 def test_what_is_no_file_is_one_line(tmp_path, name, why):
     os.mkfifo(tmp_path / "pipe")
-    with pytest.raises(InputError, match=rf"acceleration_file must be a readable file, but .* is not: {why}"):
+    with pytest.raises(
+        InputError, match=rf"acceleration_file must be a readable file, but .* is not: {why}"
+    ):
         equations(plate(tmp_path, f'acceleration_file = "{name}"'))
 
 
 @pytest.mark.parametrize("key", ["acceleration_file", "acceleration_psd_file"])
 def test_theories_refuse(key):
-    name = {"acceleration_file": "examples/shake.csv", "acceleration_psd_file": "examples/shake_psd.csv"}[key]
-    scene = dataclasses.replace(hv.load("examples/plate.toml"), excitation=hv.Excitation(**{key: name}))
+    name = {
+        "acceleration_file": "examples/shake.csv",
+        "acceleration_psd_file": "examples/shake_psd.csv",
+    }[key]
+    scene = dataclasses.replace(
+        hv.load("examples/plate.toml"), excitation=hv.Excitation(**{key: name})
+    )
     for engine in (hv.Published(), hv.Averaged()):
         with pytest.raises(CannotServeError, match="use engine 'ensemble'"):
             engine.run(scene)
@@ -315,7 +364,10 @@ def test_theories_refuse(key):
 @pytest.mark.parametrize(
     "spacing, why",
     [
-        (1e-12, r"repeats after 6\.8e-10/w0, too fast for the mass to follow: a step would be 1\.1e-11/w0$"),
+        (
+            1e-12,
+            r"repeats after 6\.8e-10/w0, too fast for the mass to follow: a step would be 1\.1e-11/w0$",
+        ),
         (1e4, r"would take 1.0e\+08 steps of 0\.067/w0: too slow for the response"),
         (1e6, r"would take 1.0e\+10 steps of 0\.067/w0: too slow for the response"),
         (1e48, r"would take 1.0e\+52 steps of 0\.067/w0: too slow for the response"),
@@ -323,13 +375,19 @@ def test_theories_refuse(key):
 )
 def test_a_record_of_another_time_is_refused(tmp_path, spacing, why):
     """Before anything of its length is made: steps of 1e6 s would take 150 GiB."""
-    written(tmp_path, "time (s),acceleration (g)\n" + "".join(f"{spacing * k},{math.sin(k)}\n" for k in range(31)))
+    written(
+        tmp_path,
+        "time (s),acceleration (g)\n"
+        + "".join(f"{spacing * k},{math.sin(k)}\n" for k in range(31)),
+    )
     with pytest.raises(SimulationError, match=why):
         hv.Ensemble(budget=1.0).run(plate(tmp_path, 'acceleration_file = "shake.csv"'))
 
 
 def test_times_that_no_number_holds(tmp_path):
-    text = "time (s),acceleration (g)\n" + "".join(f"{1e300 * k},{math.sin(k)}\n" for k in range(31))
+    text = "time (s),acceleration (g)\n" + "".join(
+        f"{1e300 * k},{math.sin(k)}\n" for k in range(31)
+    )
     line = r"acceleration_file column 'time' row 2 must be a number of at most 1e\+50 in size, but is '1e\+300'$"
     with pytest.raises(InputError, match=line):
         read_record(written(tmp_path, text))
@@ -338,6 +396,8 @@ def test_times_that_no_number_holds(tmp_path):
 def test_a_density_that_no_step_carries(tmp_path):
     """It would shake nothing, and the balance of power would be nan."""
     written(tmp_path, "frequency (Hz),psd (g^2/Hz)\n1e4,1e-3\n2e4,1e-3\n", "psd.csv")
-    line = r"acceleration_psd_file must have densities below .* times w0, which .* but has none there$"
+    line = (
+        r"acceleration_psd_file must have densities below .* times w0, which .* but has none there$"
+    )
     with pytest.raises(InputError, match=line):
         hv.Ensemble(budget=1.0).run(plate(tmp_path, 'acceleration_psd_file = "psd.csv"'))

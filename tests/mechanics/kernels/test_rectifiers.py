@@ -21,7 +21,14 @@ from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.coefficients import Coefficients, State
 from harvester.mechanics.kernels.diode import exponential, logarithm, lowered
 from harvester.mechanics.kernels.equation_of_motion import drift
-from harvester.mechanics.kernels.ideal_circuit import Flyback, IdealCircuit, Store, SwitchedCoil, flown_back, fly
+from harvester.mechanics.kernels.ideal_circuit import (
+    Flyback,
+    IdealCircuit,
+    Store,
+    SwitchedCoil,
+    flown_back,
+    fly,
+)
 from harvester.mechanics.kernels.intervals import interval
 from harvester.mechanics.kernels.moments import from_path
 from harvester.mechanics.kernels.noise import child, fill_three_point, gaussian_grid
@@ -56,10 +63,14 @@ def without_drop(kind, mu, kappa=None, **changes):
 
 def moved(one, x, h, U=0.0):
     """V and U along a motion through the displacements x, h apart, at constant velocity in between."""
-    V, m, seen = 0.0, x[0], []
+    V = 0.0
+    m = x[0]
+    seen = []
     for a, b in pairwise(x):
         v = (b - a) / h
-        (_, _, V), (U, m), _ = fly(State(a, v, V), Store(U, m), interval(h, h, None), FREE, one, None)
+        (_, _, V), (U, m), _ = fly(
+            State(a, v, V), Store(U, m), interval(h, h, None), FREE, one, None
+        )
         seen.append((V, U))
     return np.array(seen).T
 
@@ -94,12 +105,16 @@ def test_lanes_of_diodes_become_vector_instructions():
     assert re.search(r"fmul .*<\d x double>", "".join(many.inspect_llvm().values()))
 
 
-@pytest.mark.parametrize("w0, w1", [(-1.0, 0.3), (0.1, 0.25), (0.2, 0.2), (0.25, -0.1), (-9.0, -8.0), (-60.0, 40.0)])
+@pytest.mark.parametrize(
+    "w0, w1", [(-1.0, 0.3), (0.1, 0.25), (0.2, 0.2), (0.25, -0.1), (-9.0, -8.0), (-60.0, 40.0)]
+)
 def test_diode_under_a_constant_slope(w0, w1):
     """W' = (w1 - w0)/t - leak exp(w/n) by an independent solver."""
     from scipy.integrate import solve_ivp
 
-    t, n, leak = 0.3, 0.02, 1e-4
+    t = 0.3
+    n = 0.02
+    leak = 1e-4
     w = solve_ivp(
         lambda _, w: (w1 - w0) / t - leak * np.exp(np.minimum(w / n, 690.0)),
         (0, t),
@@ -125,7 +140,8 @@ def test_flow_against_the_circuits_equations(kind, mu, kappa):
         if kind == "bridge":
             up, down = (1e-3 * math.exp((s * V - U) / 0.04) for s in (1.0, -1.0))
             return math.cos(t) - up + down, (up + down - mu * U) / kappa
-        up, down = 1e-3 * math.exp((V - U) / 0.02), 1e-3 * math.exp(-V / 0.02)
+        up = 1e-3 * math.exp((V - U) / 0.02)
+        down = 1e-3 * math.exp(-V / 0.02)
         return math.cos(t) - up + down, (up - mu * U) / kappa
 
     exact = solve_ivp(slope, (0.0, 9.0), [0.0, 0.0], "Radau", rtol=1e-9, atol=1e-11).y[:, -1]
@@ -143,19 +159,35 @@ def test_flow_against_the_circuits_equations(kind, mu, kappa):
 def test_voltage_at_a_fixed_amplitude(kind, share):
     """The closed forms of the netlists' headers, no drops, w = Voc = 1; the ripple is 5 % (the doubler's 8 %)."""
     q = 0.7
-    best = {"bridge": 0.5, "doubler": 2.0, "parallel_sshi": 1 / (1 - q), "series_sshi": 0.5 * (1 - q) / (1 + q)}
+    best = {
+        "bridge": 0.5,
+        "doubler": 2.0,
+        "parallel_sshi": 1 / (1 - q),
+        "series_sshi": 0.5 * (1 - q) / (1 + q),
+    }
     inner = math.pi * best[kind]
     mu = 1.0 / (share * inner)
-    open_voltage = {"bridge": 1.0, "doubler": 2.0, "parallel_sshi": 2.0 / (1 - q), "series_sshi": 1.0}[kind]
-    found, square, taken = harmonic(without_drop(kind, mu, hysteresis=1e-4 if kind in SWITCHED else None))
-    assert found == pytest.approx(open_voltage * share / (1 + share), rel=0.03 if kind == "doubler" else 0.012)
+    open_voltage = {
+        "bridge": 1.0,
+        "doubler": 2.0,
+        "parallel_sshi": 2.0 / (1 - q),
+        "series_sshi": 1.0,
+    }[kind]
+    found, square, taken = harmonic(
+        without_drop(kind, mu, hysteresis=1e-4 if kind in SWITCHED else None)
+    )
+    assert found == pytest.approx(
+        open_voltage * share / (1 + share), rel=0.03 if kind == "doubler" else 0.012
+    )
     if kind in ("bridge", "doubler"):  # nothing else takes power
         assert taken == pytest.approx(mu * square, rel=3e-3)
 
 
 def test_drop_at_a_fixed_amplitude():
     """Vdc = (Voc - 2 Vd) R/(R + pi/(2 w Cp)) of a nearly ideal threshold Vd, whose loss is 2 Vd times the current."""
-    n, threshold, mu = 2e-4, 0.1, 1.0
+    n = 2e-4
+    threshold = 0.1
+    mu = 1.0
     one = circuit("bridge", mu, 20 * math.pi * mu, n, math.exp(-threshold / n))
     found, square, taken = harmonic(one)
     assert found == pytest.approx((1 - 2 * threshold) / (1 + mu * math.pi / 2), rel=6e-3)
@@ -164,9 +196,20 @@ def test_drop_at_a_fixed_amplitude():
 
 def test_drop_of_the_switch_at_a_fixed_amplitude():
     """Vdc = (2 Voc - (1 + q) Vs)/(1 - q + pi mu): a switch's diode of Vs, a bridge of none."""
-    n, threshold, q, mu = 2e-4, 0.1, 0.7, 0.3
+    n = 2e-4
+    threshold = 0.1
+    q = 0.7
+    mu = 0.3
     leak = math.exp(-threshold / n)
-    one = circuit("parallel_sshi", mu, 20 * math.pi * mu, n, leak, hysteresis=1e-4, parallel=SwitchedCoil(q, 2.0))
+    one = circuit(
+        "parallel_sshi",
+        mu,
+        20 * math.pi * mu,
+        n,
+        leak,
+        hysteresis=1e-4,
+        parallel=SwitchedCoil(q, 2.0),
+    )
     whole = 2 - 2 * (1 - q) * threshold - (1 + q) * threshold
     assert harmonic(one)[0] == pytest.approx(whole / (1 - q + math.pi * mu), rel=6e-3)
 
@@ -184,8 +227,18 @@ def test_flyback_against_the_coils_equations():
     """The quarter oscillation and the coil's running down, losses included, by an independent solver."""
     from scipy.integrate import solve_ivp
 
-    capacitance, coil, wire, closed, core, kappa = 1.0, 1e-4, 6e-4, 3e-4, 1.0, 30.0
-    V, U, rest, n, leak = 2.0, 1.5, 0.1, 1e-9, 1.0  # no drops
+    capacitance = 1.0
+    coil = 1e-4
+    wire = 6e-4
+    closed = 3e-4
+    core = 1.0
+    kappa = 30.0
+    # no drops
+    V = 2.0
+    U = 1.5
+    rest = 0.1
+    n = 1e-9
+    leak = 1.0
     root = math.sqrt(coil / capacitance)
     damping = 0.5 * ((wire + closed) / root + root / core)
     one = Flyback(damping, 1.0 / root, rest, wire, 1.0 / core)
@@ -243,9 +296,17 @@ def test_switching_within_a_drift_comes_at_its_time(kind):
 @pytest.mark.parametrize("kind", KINDS)
 def test_impact_within_a_drift(kind):
     """Two motions, to the stop and away from it, as `drift` has them."""
-    one, r, h = circuit(kind), 0.8, 0.2
-    x, v, V, U, m = 0.1, -1.5, 0.6, 0.3, 0.102
-    s, store, d = State(x, v, V), Store(U, m), interval(h, h, None)
+    one = circuit(kind)
+    r = 0.8
+    h = 0.2
+    x = 0.1
+    v = -1.5
+    V = 0.6
+    U = 0.3
+    m = 0.102
+    s = State(x, v, V)
+    store = Store(U, m)
+    d = interval(h, h, None)
     (x1, v1, V1), (U1, _), impact = fly(s, store, d, Coefficients(r=r), one, None)
     there = 0.1 / 1.5
     assert (x1, v1, *impact[:2]) == pytest.approx((*drift(s, d, None, r)[0][:2], there, 1.5))
@@ -267,7 +328,8 @@ def test_switch_waits_for_one_and_a_half_plays():
     assert -0.7 < V[-1] < -0.5
 
 
-OTHER = pytest.mark.thorough("test_lane_and_path_are_the_same_trajectory")  # circuits: two have all kinds of code
+# circuits: two have all kinds of code
+OTHER = pytest.mark.thorough("test_lane_and_path_are_the_same_trajectory")
 
 
 @pytest.mark.slow
@@ -282,7 +344,9 @@ OTHER = pytest.mark.thorough("test_lane_and_path_are_the_same_trajectory")  # ci
 )
 def test_lane_and_path_are_the_same_trajectory(kind, r):
     """With a stop there is all that there is without one, and the impact."""
-    eqs, h, time = changed(PLATE, restitution=r), 0.07, 12.0 if r else 60.0
+    eqs = changed(PLATE, restitution=r)
+    h = 0.07
+    time = 12.0 if r else 60.0
     many = Trajectories(eqs, 64, SEED, h, circuit=circuit(kind))
     moments = many.run(time)
     words = Trajectories(eqs, 64, SEED, h, circuit=circuit(kind)).words[0]
@@ -292,7 +356,9 @@ def test_lane_and_path_are_the_same_trajectory(kind, r):
         path = trace(eqs, noise, h, many.stride, circuit=circuit(kind))
         same = from_path(eqs, path, 0.0, 1, circuit(kind))
         for name in ("V2", "load", "x2", "impacts", "impact_loss"):
-            assert getattr(same, name)[0] == pytest.approx(getattr(moments, name)[lane], rel=1e-6), name
+            assert getattr(same, name)[0] == pytest.approx(
+                getattr(moments, name)[lane], rel=1e-6
+            ), name
         assert pytest.approx(many.snapshot()[:, lane], rel=1e-6) == path.samples[-1, 2:]
         assert path.U[-1, 0] == pytest.approx(many.state[0, 3, lane], rel=1e-6)
 
@@ -309,7 +375,13 @@ def test_lane_and_path_are_the_same_trajectory(kind, r):
         ),
         pytest.param(
             "sece",
-            {"stop_stiffness": 400.0, "stop_damping": 2.0, "linear": 0.8, "alpha2": 0.1, "alpha": 0.2},
+            {
+                "stop_stiffness": 400.0,
+                "stop_damping": 2.0,
+                "linear": 0.8,
+                "alpha2": 0.1,
+                "alpha": 0.2,
+            },
             marks=pytest.mark.thorough("test_contact_is_the_equation"),
         ),
     ],
@@ -321,7 +393,8 @@ def test_the_mass_moves_as_with_a_resistor(kind, changes):
     """
     eqs = changed(PLATE, **{"beta": None, **changes})
     many = Trajectories(eqs, 64, SEED, 0.02, circuit=circuit(kind))
-    words, h = many.words[0].copy(), many.h
+    words = many.words[0].copy()
+    h = many.h
     start = (*many.state[0, :2, 5], 0.0, 0.0)
     phase = math.atan2(many.filter[0, 1, 5], many.filter[0, 0, 5])
     moments = many.run(30.0)
@@ -333,11 +406,15 @@ def test_the_mass_moves_as_with_a_resistor(kind, changes):
     path = trace(eqs, noise, h, many.stride, start, shaking, circuit(kind))
     same = trace(eqs, noise, h, many.stride, start[:3], shaking)
     assert len(path.impacts) > 2
-    assert pytest.approx(same.samples[:, [0, 2, 3]], rel=1e-9, abs=1e-9) == path.samples[:, [0, 2, 3]]
+    assert (
+        pytest.approx(same.samples[:, [0, 2, 3]], rel=1e-9, abs=1e-9) == path.samples[:, [0, 2, 3]]
+    )
     assert pytest.approx(same.impacts, rel=1e-9) == path.impacts
     assert moments.impacts[5] * many.time == pytest.approx(len(path.impacts), abs=1)
     assert path.U[-1, 0] == pytest.approx(many.state[0, 3, 5], rel=1e-3)
-    assert moments.load[5] == pytest.approx(from_path(eqs, path, 0.0, 1, circuit(kind)).load[0], rel=1e-3)
+    assert moments.load[5] == pytest.approx(
+        from_path(eqs, path, 0.0, 1, circuit(kind)).load[0], rel=1e-3
+    )
 
 
 @pytest.mark.thorough("test_lane_and_path_are_the_same_trajectory")
@@ -356,7 +433,9 @@ def test_twice_the_step_is_on_the_same_noise_of_both_kinds():
 @pytest.mark.statistics
 def test_power_balance():
     """Without drops the load gets all that the damping leaves of N1."""
-    many = Trajectories(changed(PLATE, c1=-0.05), 1024, SEED, 0.05, circuit=without_drop("bridge", 0.5, 10.0))
+    many = Trajectories(
+        changed(PLATE, c1=-0.05), 1024, SEED, 0.05, circuit=without_drop("bridge", 0.5, 10.0)
+    )
     burn_in(many)
     moments = many.run(many.time)
     assert abs(z(mean_and_error(moments.damped + PLATE.beta * moments.load), PLATE.n1)) < 4
@@ -367,7 +446,10 @@ def test_power_balance():
 @pytest.mark.statistics
 def test_step_pair_sees_an_error_of_second_order():
     """The bias of the load's power at h is a quarter of that at 2 h, and is the difference from 2 h over 3."""
-    pairs = [RichardsonPair(Trajectories(PLATE, 1024, SEED, h, circuit=circuit()), 400.0) for h in (0.2, 0.1)]
+    pairs = [
+        RichardsonPair(Trajectories(PLATE, 1024, SEED, h, circuit=circuit()), 400.0)
+        for h in (0.2, 0.1)
+    ]
     (coarse, coarse_error), (fine, fine_error) = (pair.bias("load") for pair in pairs)
     assert abs(coarse) > 8 * coarse_error
     assert abs(z((coarse, coarse_error), 4 * fine, 4 * fine_error)) < 4
@@ -383,7 +465,9 @@ def test_settling_waits_for_the_capacitor():
 
 
 def test_detection_begins_at_the_start():
-    many = Trajectories(PLATE, 64, SEED, 0.1, start=np.array([0.7, 0.0, 0.0]), circuit=circuit("sece"))
+    many = Trajectories(
+        PLATE, 64, SEED, 0.1, start=np.array([0.7, 0.0, 0.0]), circuit=circuit("sece")
+    )
     assert (many.state[:, 4] == 0.7).all()
     assert (many.with_step(0.2).state[:, 4] == 0.7).all()
 
@@ -392,7 +476,13 @@ def test_a_start_behind_the_stop_and_a_resistor_beside_are_refused():
     with pytest.raises(InputError, match="beside a load circuit"):
         Trajectories(changed(PLATE, mu=1.0), 64, SEED, 0.1, circuit=circuit())
     with pytest.raises(InputError, match="where the stop is"):
-        trace(changed(PLATE, restitution=0.5), np.zeros(8), 0.1, start=(-1.0, 0.0, 0.0, 0.0), circuit=circuit())
+        trace(
+            changed(PLATE, restitution=0.5),
+            np.zeros(8),
+            0.1,
+            start=(-1.0, 0.0, 0.0, 0.0),
+            circuit=circuit(),
+        )
 
 
 @pytest.mark.thorough("test_lane_and_path_are_the_same_trajectory")
@@ -440,7 +530,9 @@ def test_the_packages_netlists(name):
         assert one.hysteresis * s.volts == pytest.approx(0.02)
     if one.parallel is not None:
         assert one.parallel.kept == pytest.approx(0.71, abs=0.005)
-        assert one.parallel.peak == pytest.approx(1.0 / (s.frequency * math.sqrt(2.0 * s.capacitance)))
+        assert one.parallel.peak == pytest.approx(
+            1.0 / (s.frequency * math.sqrt(2.0 * s.capacitance))
+        )
     if one.sece is not None:
         unit = s.capacitance * s.frequency
         assert (one.sece.wire, one.sece.core) == pytest.approx((200.0 * unit, 1.0 / (500e3 * unit)))
@@ -449,7 +541,9 @@ def test_the_packages_netlists(name):
 
 def test_series_coil_oscillates_with_both_capacitors():
     scene, _, s = plate("series_sshi")
-    load = dataclasses.replace(scene.load, parameters=dict(scene.load.parameters) | {"C": s.capacitance})
+    load = dataclasses.replace(
+        scene.load, parameters=dict(scene.load.parameters) | {"C": s.capacitance}
+    )
     one = ideal_circuit(load_circuit(load, s.capacitance), s)
     z = math.sqrt(2.0 / (0.5 * s.capacitance))
     zeta = 0.5 * (1300.0 / z + z / 500e3)
@@ -474,7 +568,11 @@ def test_no_ideal_circuit():
 def _spice(device, noise, discard):
     drive = worker.run_in_this_process(device, worker.new_drive(device, noise, discard))
     ended = drive.state[0]
-    return float(ended.load / (ended.end - ended.begin)) / device.scales.watts, drive.path(), drive.charge
+    return (
+        float(ended.load / (ended.end - ended.begin)) / device.scales.watts,
+        drive.path(),
+        drive.charge,
+    )
 
 
 def beside(name, trajectories, time, discard, step=0.1):
@@ -498,7 +596,12 @@ def rms(a, b):
 @pytest.mark.ngspice
 @pytest.mark.parametrize(
     "name",
-    ["bridge", pytest.param("doubler", marks=pytest.mark.thorough("test_ngspice_on_the_same_noise_with_a_switch"))],
+    [
+        "bridge",
+        pytest.param(
+            "doubler", marks=pytest.mark.thorough("test_ngspice_on_the_same_noise_with_a_switch")
+        ),
+    ],
 )
 def test_ngspice_on_the_same_noise(name):
     """Load power of 4 trajectories: the same but for 1e-3 of its variance, its mean to .1 %; V to .2 %."""
@@ -514,13 +617,18 @@ def test_ngspice_on_the_same_noise(name):
 def test_ngspice_on_the_same_noise_with_a_switch(name):
     """The capacitor's voltage along one path: inversions take no time here, .02/w0 there."""
     _, _, (_, _, charge), same, s = beside(name, 1, 60.0, 20.0)
-    assert rms(s.volts * same.U[:, 1], charge) < {"parallel_sshi": 0.03, "series_sshi": 0.02, "sece": 0.06}[name]
+    assert (
+        rms(s.volts * same.U[:, 1], charge)
+        < {"parallel_sshi": 0.03, "series_sshi": 0.02, "sece": 0.06}[name]
+    )
 
 
 @pytest.mark.parametrize("name", TOPOLOGIES)
 def test_reverse_currents_that_empty_the_capacitor(name):
     """Is/(Cp V w0) of each path of diodes from its one plate to the other: two of a bridge, one of the others."""
     s = Scales(mass=0.04, frequency=20.0, length=0.05, coupling=2e-4, capacitance=50.2e-9)
-    found = ideal_circuit(load_circuit(Load(netlist=name, parameters={"Is": 3e-9}), s.capacitance), s)
+    found = ideal_circuit(
+        load_circuit(Load(netlist=name, parameters={"Is": 3e-9}), s.capacitance), s
+    )
     assert found.leak == pytest.approx(3e-9 / (s.capacitance * s.volts * s.frequency), rel=1e-12)
     assert found.loss == {"doubler": 1, "sece": 1}.get(name, 2) * found.leak

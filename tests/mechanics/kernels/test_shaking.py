@@ -42,10 +42,15 @@ def discrete(eqs, h):
     At kick k with z = exp(i Omega h) per step: (x, V) before the kick, v after it.
         x z = x + h v,   V z = e V + g v,   v z = (v + (1 + y/2) h (-x z - beta V z + F z))/q
     """
-    zed, e = np.exp(1j * eqs.drive_frequency * h), math.exp(-eqs.mu * h)
-    g, y = (1.0 - e) / eqs.mu, -eqs.c1 * h
-    q, b = 1.0 + y + 0.5 * y * y, h * (1.0 + 0.5 * y)
-    matrix = np.array([[zed - 1.0, -h, 0.0], [b * zed, q * zed - 1.0, b * eqs.beta * zed], [0.0, -g, zed - e]])
+    zed = np.exp(1j * eqs.drive_frequency * h)
+    e = math.exp(-eqs.mu * h)
+    g = (1.0 - e) / eqs.mu
+    y = -eqs.c1 * h
+    q = 1.0 + y + 0.5 * y * y
+    b = h * (1.0 + 0.5 * y)
+    matrix = np.array(
+        [[zed - 1.0, -h, 0.0], [b * zed, q * zed - 1.0, b * eqs.beta * zed], [0.0, -g, zed - e]]
+    )
     x, _, voltage = np.linalg.solve(matrix, [0.0, b * eqs.drive * zed, 0.0])
     return x, voltage
 
@@ -125,7 +130,9 @@ def test_several_responses_are_told():
 def test_white_noise_beside_a_drive():
     """Linear: E[V^2] is the sum of both."""
     eqs = changed(DRIVEN, n1=0.05)
-    found = RichardsonPair(Trajectories(eqs, 4096, SEED, 0.1, controlled=True), 400.0).extrapolated("V2")
+    found = RichardsonPair(Trajectories(eqs, 4096, SEED, 0.1, controlled=True), 400.0).extrapolated(
+        "V2"
+    )
     exact = linear_v2(eqs)
     assert abs(z(found, exact)) < 4
     assert found[1] < 0.005 * exact
@@ -158,7 +165,13 @@ def test_variances_under_filtered_noise(eqs):
     h = 0.1 if eqs.bandwidth is None else 0.1 / max(1.3, eqs.centre + eqs.bandwidth)
     pair = RichardsonPair(Trajectories(eqs, 2048, SEED, h), 400.0)
     exact = lyapunov(eqs)
-    for name, (i, j) in {"x2": (0, 0), "v2": (1, 1), "V2": (2, 2), "xV": (0, 2), "driven": (1, 3)}.items():
+    for name, (i, j) in {
+        "x2": (0, 0),
+        "v2": (1, 1),
+        "V2": (2, 2),
+        "xV": (0, 2),
+        "driven": (1, 3),
+    }.items():
         found = pair.extrapolated(name)
         assert abs(z(found, exact[i, j])) < 4
         assert found[1] < 0.02 * exact[i, j]
@@ -172,7 +185,9 @@ def test_short_correlation_time_is_white_noise(h):
     """The kicks of tau = 1e-4 are those of white noise of the same intensity, at every step: the same variance."""
     white = linear(0.6, 0.5, 0.1, 0.02)
     short = changed(white, n1=None, coloured=0.02, correlation_time=1e-4)
-    (a, da), (b, db) = (RichardsonPair(Trajectories(eqs, 4096, SEED, h), 400.0).mean("V2") for eqs in (white, short))
+    (a, da), (b, db) = (
+        RichardsonPair(Trajectories(eqs, 4096, SEED, h), 400.0).mean("V2") for eqs in (white, short)
+    )
     assert abs(a - b) < 4.0 * math.hypot(da, db)
     assert db < 0.01 * b
 
@@ -187,7 +202,8 @@ def test_filter_keeps_its_stationary_law(eqs, h):
         assert a11**2 * s + l11**2 == pytest.approx(s, rel=1e-12)
         assert a11 == pytest.approx(math.exp(-h / eqs.correlation_time))
         return
-    a, lower = np.array([[a11, a12], [a21, a22]]), np.array([[l11, 0.0], [l21, l22]])
+    a = np.array([[a11, a12], [a21, a22]])
+    lower = np.array([[l11, 0.0], [l21, l22]])
     assert s * a @ a.T + lower @ lower.T == pytest.approx(s * np.eye(2), rel=1e-9, abs=1e-12 * s)
     rate = np.array([[-eqs.bandwidth, -eqs.centre], [eqs.centre, 0.0]])
     small = np.eye(2) + h / 1024 * rate + (h / 1024 * rate) @ (h / 1024 * rate) / 2.0
@@ -199,12 +215,14 @@ def test_filter_keeps_its_stationary_law(eqs, h):
 @pytest.mark.parametrize("eqs", [COLOURED, BAND])
 def test_filter_of_the_ensemble_keeps_its_law_at_long_steps(eqs):
     """Means of p^2, q^2 and p q over trajectories and times, at a step where the noise of p and q is correlated."""
-    many, found = Trajectories(eqs, 2048, SEED, 0.8), []
+    many = Trajectories(eqs, 2048, SEED, 0.8)
+    found = []
     for _ in range(40):
         many.run(16.0)
         p, q = np.moveaxis(many.filter, 1, 0).reshape(2, -1)
         found.append([np.mean(p * p), np.mean(q * q), np.mean(p * q)])
-    s, mean = deviation(eqs, 0.8) ** 2, np.mean(found, axis=0)
+    s = deviation(eqs, 0.8) ** 2
+    mean = np.mean(found, axis=0)
     error = np.std(found, axis=0, ddof=1) / math.sqrt(len(found))
     assert abs(mean[0] - s) < 4 * error[0]
     assert error[0] < 0.01 * s
@@ -215,12 +233,14 @@ def test_filter_of_the_ensemble_keeps_its_law_at_long_steps(eqs):
 @pytest.mark.parametrize("eqs", NOISES[:4])
 def test_forcing_of_a_path_has_the_law_of_the_filter(eqs):
     """Variance and correlation over one step of long paths, as of the filter."""
-    h, a11 = 0.1, filter_of(eqs, 0.1).a11
+    h = 0.1
+    a11 = filter_of(eqs, 0.1).a11
     found = []
     for seed in range(64):
         a = forcing(eqs, h, 4000, np.random.default_rng(seed))
         found.append((np.mean(a * a), np.mean(a[1:] * a[:-1])))
-    mean, error = np.mean(found, axis=0), np.std(found, axis=0, ddof=1) / 8.0
+    mean = np.mean(found, axis=0)
+    error = np.std(found, axis=0, ddof=1) / 8.0
     s = deviation(eqs, h) ** 2
     assert np.abs((mean - [s, a11 * s]) / error).max() < 4
 
@@ -246,7 +266,8 @@ def test_filtered_noise_with_a_stop_closes_its_power_balance():
 
 @pytest.mark.parametrize("engine", [hv.Published(), hv.Averaged()])
 @pytest.mark.parametrize(
-    "eqs, what", [(DRIVEN, "harmonic drive"), (COLOURED, "coloured noise"), (BAND, "band pass noise")]
+    "eqs, what",
+    [(DRIVEN, "harmonic drive"), (COLOURED, "coloured noise"), (BAND, "band pass noise")],
 )
 def test_theories_refuse(engine, eqs, what):
     with pytest.raises(CannotServeError, match=rf"cannot model {what}: use engine 'ensemble'"):
@@ -269,7 +290,9 @@ def test_physical_excitation_in_its_units():
     noise = excited(acceleration_psd="1e-5 g^2/Hz", correlation_time="50 ms")
     assert equations(noise).correlation_time == pytest.approx(1.0)
     assert (equations(noise).n1, equations(noise).coloured) == (None, pytest.approx(1.0))
-    band = equations(excited(acceleration_psd="1e-5 g^2/Hz", centre_frequency="4 Hz", bandwidth=0.5))
+    band = equations(
+        excited(acceleration_psd="1e-5 g^2/Hz", centre_frequency="4 Hz", bandwidth=0.5)
+    )
     assert (band.centre, band.bandwidth) == pytest.approx((2 * math.pi * 0.2, 2 * math.pi * 0.025))
 
 
@@ -277,7 +300,9 @@ def test_physical_excitation_in_its_units():
 def test_there_and_back(eqs):
     s = Scales(mass=0.04, frequency=20.0, length=1e-3, coupling=1e-3, capacitance=50.2e-9)
     there = physical(eqs, s)
-    assert vars(equations(hv.loads(there.to_toml()), length=1e-3)) == pytest.approx(vars(eqs), rel=1e-12)
+    assert vars(equations(hv.loads(there.to_toml()), length=1e-3)) == pytest.approx(
+        vars(eqs), rel=1e-12
+    )
     assert equations(there).effects == eqs.effects
 
 
@@ -290,16 +315,36 @@ def test_power_does_not_depend_on_the_length():
 @pytest.mark.parametrize(
     "keys, line",
     [
-        ({"acceleration_amplitude": 1.0}, "excitation.frequency must be given with acceleration_amplitude"),
-        ({"frequency": 1.0}, "excitation.acceleration_amplitude must be given with frequency"),
-        ({"correlation_time": 1.0}, "excitation.acceleration_psd must be given with correlation_time"),
-        ({"acceleration_psd": 1.0, "bandwidth": 1.0}, "excitation.centre_frequency must be given with bandwidth"),
         (
-            {"acceleration_psd": 1.0, "bandwidth": 1.0, "centre_frequency": 1.0, "correlation_time": 1.0},
+            {"acceleration_amplitude": 1.0},
+            "excitation.frequency must be given with acceleration_amplitude",
+        ),
+        ({"frequency": 1.0}, "excitation.acceleration_amplitude must be given with frequency"),
+        (
+            {"correlation_time": 1.0},
+            "excitation.acceleration_psd must be given with correlation_time",
+        ),
+        (
+            {"acceleration_psd": 1.0, "bandwidth": 1.0},
+            "excitation.centre_frequency must be given with bandwidth",
+        ),
+        (
+            {
+                "acceleration_psd": 1.0,
+                "bandwidth": 1.0,
+                "centre_frequency": 1.0,
+                "correlation_time": 1.0,
+            },
             "excitation.centre_frequency must be left out where correlation_time is given",
         ),
-        ({"acceleration_amplitude": "1 g/Hz", "frequency": 1.0}, "excitation.acceleration_amplitude must be an accel"),
-        ({"acceleration_amplitude": 1.0, "frequency": 0.0}, r"excitation.frequency must be a frequency \(Hz\)"),
+        (
+            {"acceleration_amplitude": "1 g/Hz", "frequency": 1.0},
+            "excitation.acceleration_amplitude must be an accel",
+        ),
+        (
+            {"acceleration_amplitude": 1.0, "frequency": 0.0},
+            r"excitation.frequency must be a frequency \(Hz\)",
+        ),
     ],
 )
 def test_bad_excitation_is_one_line(keys, line):
@@ -315,7 +360,8 @@ def test_steps_divide_the_period(h, frequency):
     parts = eqs.shaking_period / found
     assert found <= h
     assert parts == pytest.approx(64 * round(parts / 64), rel=1e-12)
-    assert whole_steps(2.0 * found, eqs.shaking_period) == 2.0 * found  # of the coarse ensemble of a pair
+    # of the coarse ensemble of a pair
+    assert whole_steps(2.0 * found, eqs.shaking_period) == 2.0 * found
     many = Trajectories(eqs, 1, SEED, h)
     assert round(parts) % many.stride == 0
     assert many.stride * 16 <= parts * (1 + 1e-9)
@@ -338,7 +384,9 @@ def test_a_longer_path_begins_as_a_shorter_one():
     "noise",
     [
         pytest.param(COLOURED, id="coloured"),
-        pytest.param(BAND, id="band", marks=pytest.mark.thorough("test_ensemble_of_the_linear_scene")),
+        pytest.param(
+            BAND, id="band", marks=pytest.mark.thorough("test_ensemble_of_the_linear_scene")
+        ),
     ],
 )
 def test_a_sinusoid_beside_coloured_noise_adds_its_own_mean_square(noise):
@@ -352,10 +400,13 @@ def test_a_sinusoid_beside_coloured_noise_adds_its_own_mean_square(noise):
 
 @pytest.mark.parametrize("noise", [COLOURED, BAND], ids=["coloured", "band"])
 def test_a_path_with_both_is_that_of_the_noise_and_a_cosine(noise):
-    h, steps = 0.05, 4000
+    h = 0.05
+    steps = 4000
     both = changed(noise, drive=0.3, drive_frequency=1.3)
     rng = itertools.repeat(3)
-    sum_, longer = (forcing(both, h, n, np.random.default_rng(next(rng))) for n in (steps, 2 * steps))
+    sum_, longer = (
+        forcing(both, h, n, np.random.default_rng(next(rng))) for n in (steps, 2 * steps)
+    )
     assert np.array_equal(longer[: steps + 1], sum_)
     rest = sum_ - filtered(both, h, steps, np.random.default_rng(next(rng)))[0]
     angle = both.drive_frequency * h * np.arange(steps + 1)
@@ -368,5 +419,8 @@ def test_a_path_with_both_is_that_of_the_noise_and_a_cosine(noise):
 @pytest.mark.ngspice
 def test_both_against_a_stop_agree_with_ngspice():
     both = changed(COLOURED, drive=0.15, drive_frequency=1.2, restitution=0.7, gap=0.1)
-    one, other = (engine.run(scene(both)).mean_power for engine in (hv.Ensemble(within=0.01), hv.Spice(within=0.03)))
+    one, other = (
+        engine.run(scene(both)).mean_power
+        for engine in (hv.Ensemble(within=0.01), hv.Spice(within=0.03))
+    )
     assert abs(one.value - other.value) < 2.0 * math.hypot(one.error95, other.error95)

@@ -97,9 +97,14 @@ def test_both_widths_give_the_same_answers_up_to_rounding(tmp_path, monkeypatch)
     found, files = [], []
     for bits in (256, 512):
         monkeypatch.setenv(VARIABLE, str(tmp_path))
-        known = {"processor": vector_width.binding.get_host_cpu_name(), "numba": vector_width.numba.__version__}
+        known = {
+            "processor": vector_width.binding.get_host_cpu_name(),
+            "numba": vector_width.numba.__version__,
+        }
         (tmp_path / FILE).write_text(json.dumps({**known, "bits": bits}))
-        done = subprocess.run([sys.executable, "-c", MEANS], capture_output=True, text=True, check=True)
+        done = subprocess.run(
+            [sys.executable, "-c", MEANS], capture_output=True, text=True, check=True
+        )
         found.append([float(word) for word in done.stdout.split()])
         files.append({file.read_bytes() for file in tmp_path.rglob("*.nbc")})
     assert found[0] == pytest.approx(found[1], rel=1e-12)

@@ -41,7 +41,9 @@ def test_a_density_has_the_rms_that_its_standard_states(curve):
 @pytest.mark.parametrize("name", SHOCKS)
 def test_lines_of_a_shock(name):
     """Each is the integral of the shock over a period, times exp(-i w t); the mean is taken off."""
-    period, duration, frequency = 0.7, 0.05, 31.0 if name == "damped-sine-shock" else None
+    period = 0.7
+    duration = 0.05
+    frequency = 31.0 if name == "damped-sine-shock" else None
     record = shock(name, 3.0, duration, frequency, period, 10.0)
     assert record.period == pytest.approx(period)
     series = np.fft.rfft(record.values) / len(record.values)
@@ -70,7 +72,10 @@ def test_a_ramp_at_small_angles():
 def test_lines_of_a_machine_and_of_walking():
     turning = machine(25.0, [1.0, 0.0, 0.5], 2.0)
     walked = walking(None, 1.0)
-    for record, period, peaks in ((turning, 0.04, [2.0, 0.0, 1.0]), (walked, 0.5, [G * a for a in WALKING])):
+    for record, period, peaks in (
+        (turning, 0.04, [2.0, 0.0, 1.0]),
+        (walked, 0.5, [G * a for a in WALKING]),
+    ):
         assert record.period == pytest.approx(period)
         series = 2.0 * np.abs(np.fft.rfft(record.values)) / len(record.values)
         assert series[1 : 1 + len(peaks)] == pytest.approx(peaks, abs=1e-12)
@@ -94,7 +99,9 @@ def test_energy_of_a_single_shock():
     given = 0.5 * 0.04 * speed**2
     energy = answer.energy_per_event
     assert 0.96 * given < energy.value < given
-    assert answer.mean_power.value * answer.as_json()["event_rate"] ** -1 == pytest.approx(energy.value)
+    assert answer.mean_power.value * answer.as_json()["event_rate"] ** -1 == pytest.approx(
+        energy.value
+    )
     assert "energy per event" in str(answer)
     assert str(answer.warnings[0]).startswith("the shock is a single one: the mean power is over ")
     rare = hv.run(plate(**SHOCK, event_rate=0.02), "exact")
@@ -112,9 +119,9 @@ def test_the_best_load_of_a_single_shock_is_that_of_most_energy():
     single = [hv.run(plate(**SHOCK).with_load(r), "exact") for r in (1e5, 1e6, 1e7)]
     assert len({one.as_json()["event_rate"] for one in single}) == 1
     without = plate(**SHOCK)
-    assert hv.run(without.vary("excitation.level", -2.0), "exact").mean_power.value == pytest.approx(
-        4.0 * hv.run(without, "exact").mean_power.value
-    )
+    assert hv.run(
+        without.vary("excitation.level", -2.0), "exact"
+    ).mean_power.value == pytest.approx(4.0 * hv.run(without, "exact").mean_power.value)
 
 
 def test_by_the_ensemble():
@@ -124,7 +131,8 @@ def test_by_the_ensemble():
     energy = sampled.energy_per_event
     assert abs(energy.value - exact.energy_per_event.value) < 1.5 * energy.known_error95
     assert energy.known_error95 < 1e-3 * energy.value
-    assert sampled.details["step"] <= 11e-3 / 8.0  # the shock is resolved, though the response asks for less
+    # the shock is resolved, though the response asks for less
+    assert sampled.details["step"] <= 11e-3 / 8.0
     assert hv.run(scene, "ensemble", dt="3 ms").details["step"] > 2e-3
 
 
@@ -138,17 +146,47 @@ def test_by_the_ensemble():
             {"profile": "walking", "level": 0.0},
             "excitation.level of profile 'walking' must be other than 0, but is 0.0",
         ),
-        ({"profile": "gevs-acceptance", "level": -1.0}, "'gevs-acceptance' must be above 0, but is -1.0"),
+        (
+            {"profile": "gevs-acceptance", "level": -1.0},
+            "'gevs-acceptance' must be above 0, but is -1.0",
+        ),
         ({"profile": "walking", "frequency": 5.0}, "must be between 1.6 and 2.2 Hz"),
-        ({"profile": "walking", "event_rate": 5.0}, "excitation.event_rate must be left out with profile 'walking'"),
-        ({"profile": "machine", "frequency": 5.0}, "excitation.harmonics must be given with profile 'machine'"),
-        ({"profile": "machine", "frequency": 5.0, "harmonics": 3}, "excitation.harmonics must be a list, but is 3"),
-        ({"profile": "machine", "frequency": 5.0, "harmonics": [0.0]}, "some of them above 0, but is [0.0]"),
-        ({"profile": "machine", "frequency": 5.0, "harmonics": ["1 kg"]}, "excitation.harmonics.0 must be an accel"),
-        ({"profile": "walking", "acceleration_file": "a.csv"}, "must be left out where profile is given"),
-        ({**SHOCK, "acceleration_amplitude": 0.0}, "excitation.acceleration_amplitude of a shock must be above 0"),
-        ({**SHOCK, "event_rate": 200.0}, "excitation.pulse_duration must be at most the time between two shocks"),
-        ({**SHOCK, "event_rate": 1e-9}, "excitation.event_rate must be so high that a period of the shocks takes"),
+        (
+            {"profile": "walking", "event_rate": 5.0},
+            "excitation.event_rate must be left out with profile 'walking'",
+        ),
+        (
+            {"profile": "machine", "frequency": 5.0},
+            "excitation.harmonics must be given with profile 'machine'",
+        ),
+        (
+            {"profile": "machine", "frequency": 5.0, "harmonics": 3},
+            "excitation.harmonics must be a list, but is 3",
+        ),
+        (
+            {"profile": "machine", "frequency": 5.0, "harmonics": [0.0]},
+            "some of them above 0, but is [0.0]",
+        ),
+        (
+            {"profile": "machine", "frequency": 5.0, "harmonics": ["1 kg"]},
+            "excitation.harmonics.0 must be an accel",
+        ),
+        (
+            {"profile": "walking", "acceleration_file": "a.csv"},
+            "must be left out where profile is given",
+        ),
+        (
+            {**SHOCK, "acceleration_amplitude": 0.0},
+            "excitation.acceleration_amplitude of a shock must be above 0",
+        ),
+        (
+            {**SHOCK, "event_rate": 200.0},
+            "excitation.pulse_duration must be at most the time between two shocks",
+        ),
+        (
+            {**SHOCK, "event_rate": 1e-9},
+            "excitation.event_rate must be so high that a period of the shocks takes",
+        ),
     ],
 )
 def test_what_is_refused(excitation, error):
@@ -160,7 +198,9 @@ def test_what_is_refused(excitation, error):
 
 def test_a_single_shock_of_a_device_that_never_rests():
     scene = plate(**SHOCK).vary("oscillator.damping", 0.0)
-    with pytest.raises(hv.InputError, match=r"event_rate must be given for a device without damping"):
+    with pytest.raises(
+        hv.InputError, match=r"event_rate must be given for a device without damping"
+    ):
         hv.run(scene, "exact")
 
 
@@ -175,7 +215,18 @@ def test_the_list_of_profiles(harvester):
 def test_a_scene_file_with_a_profile_is_written_and_read_again(harvester, tmp_path):
     """`new` writes what is asked for; the scene's own text gives the same scene."""
     path = tmp_path / "machine.toml"
-    known = ("--mass", "40g", "--frequency", "3.2Hz", "--q", "125", "--capacitance", "50nF", "--coupling", "1e-3")
+    known = (
+        "--mass",
+        "40g",
+        "--frequency",
+        "3.2Hz",
+        "--q",
+        "125",
+        "--capacitance",
+        "50nF",
+        "--coupling",
+        "1e-3",
+    )
     asked = ("--profile", "machine", "--drive-frequency", "1500rpm", "--harmonics", "0.1 g, 0.03 g")
     status, _, err = harvester("new", path, *known, *asked)
     assert (status, err) == (0, "")

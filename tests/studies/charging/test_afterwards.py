@@ -18,8 +18,11 @@ def test_shares_of_known_paths():
     share, error, rises = afterwards(t, pulses, 0.5)
     assert (share, rises) == (pytest.approx(0.25, abs=1e-4), 5)
     assert error < 1e-6
-    # 1.5 to 2 and 3.5 to 4 of the 5.5 after 1.5: the second rise is too early for whole cycles to be most of it
-    assert afterwards(t, np.where(t > 4.0, 0.0, pulses), 0.5).share == pytest.approx(1.0 / 8.5, abs=1e-4)
+    # 1.5 to 2 and 3.5 to 4 of the 5.5 after 1.5: the second rise is too early for whole cycles to
+    # be most of it
+    assert afterwards(t, np.where(t > 4.0, 0.0, pulses), 0.5).share == pytest.approx(
+        1.0 / 8.5, abs=1e-4
+    )
     assert afterwards(t, t, 4.0) == Afterwards(1.0, 0.0, 1)
     assert afterwards(t, 5.0 - t, 4.0).share == pytest.approx(0.1)  # it begins above
     assert afterwards(t, 0.0 * t, 4.0).rises == 0
@@ -30,7 +33,11 @@ def test_a_single_cycle_states_what_the_end_changes():
     t = np.linspace(0.0, 10.0, 100001)
     u = np.where((t >= 2.0) & (t < 4.0) | (t >= 8.0), 1.0, 0.0)
     share, error, rises = afterwards(t, u, 0.5)
-    assert (share, error, rises) == (pytest.approx(2 / 6, abs=1e-4), pytest.approx(0.5 - 2 / 6, abs=1e-4), 2)
+    assert (share, error, rises) == (
+        pytest.approx(2 / 6, abs=1e-4),
+        pytest.approx(0.5 - 2 / 6, abs=1e-4),
+        2,
+    )
 
 
 def test_error_over_cycles_holds_the_mean_of_random_ones():
@@ -51,7 +58,16 @@ def test_a_run_that_never_gets_there_has_no_share():
     runs = [Afterwards(0.2, 0.01, 3), Afterwards(math.nan, math.nan, 0)]
     times = np.array([[1.0], [math.inf]])
     found = Passages(
-        np.array([1.0]), times, times, np.zeros(1), np.zeros((2, 1)), 10.0, 0.0, 1, 0.0, after=(runs, runs)
+        np.array([1.0]),
+        times,
+        times,
+        np.zeros(1),
+        np.zeros((2, 1)),
+        10.0,
+        0.0,
+        1,
+        0.0,
+        after=(runs, runs),
     )
     assert found.share_afterwards() is None
     assert found.rises() == 1.5
@@ -62,7 +78,11 @@ def test_a_run_that_never_gets_there_has_no_share():
 def test_a_chip_wakes_up_and_runs_for_a_part_of_the_time():
     """As counted on the path that `motion` hands out; nothing is said without a duration."""
     more = "acceleration_amplitude = '0.3 g'"
-    text = (EXAMPLES / "bimorph_ltc3588.toml").read_text().replace('acceleration_amplitude = "0.15 g"', more)
+    text = (
+        (EXAMPLES / "bimorph_ltc3588.toml")
+        .read_text()
+        .replace('acceleration_amplitude = "0.15 g"', more)
+    )
     scene = hv.loads(text.replace('C = "47 uF", Cout = "10 uF"', 'C = "1 uF", Cout = "0.3 uF"'))
     found = hv.charge(scene, "3 V", probe="v(out,com)", duration="0.4 s")
     path = hv.motion(scene, "spice", duration=0.4, from_rest=True, probe=["v(out,com)"])

@@ -1,7 +1,7 @@
 """Charging by the rectifier's mean current, beside direct runs of mass and circuit.
 
-Kept of ngspice 39.3 alone, 23 November 2026, `python benchmarks/slow_circuits.py` on the scene below for 14.5 s, with
-steps of 40 us and reltol 1e-5: 20 V after 13.3077 s and 10 V after 5.7299 s.
+Kept of ngspice 39.3 alone, 23 November 2026, `python benchmarks/slow_circuits.py` on the scene
+below for 14.5 s, with steps of 40 us and reltol 1e-5: 20 V after 13.3077 s and 10 V after 5.7299 s.
 """
 
 import pytest
@@ -41,7 +41,9 @@ def test_a_farad_takes_its_charge_over_the_current():
 
 @pytest.mark.thorough("test_a_large_store_takes_what_it_takes_in_ngspice")
 def test_where_time_scales_are_not_apart_both_run_together():
-    scene = hv.load(EXAMPLES / "plate_bridge.toml").with_load(netlist="bridge", parameters={"R": 1e9, "C": 1e-4})
+    scene = hv.load(EXAMPLES / "plate_bridge.toml").with_load(
+        netlist="bridge", parameters={"R": 1e9, "C": 1e-4}
+    )
     found = hv.charge(scene, to="1 V", trajectories=128)
     assert found.engine == "ideal" and has(found.notes, "charge_not_slow")
     slow = hv.charge(scene, to="1 V", engine="slow", trajectories=512)
@@ -65,8 +67,8 @@ def test_a_circuit_with_transistors():
     assert abs(found.time.value - judge.time.value) < found.time.known_error95 + judge.time.error95
 
 
-# When the store of a chip's netlist has 4.9 V (LTC3588) or 2.9 V (BQ25570), by ngspice in lock-step, with its whole
-# error (s), `charge --engine spice` on 25 November 2026.
+# When the store of a chip's netlist has 4.9 V (LTC3588) or 2.9 V (BQ25570), by ngspice in
+# lock-step, with its whole error (s), `charge --engine spice` on 25 November 2026.
 CHIPS = [
     ("ltc3588", "0.15 g", "10 uF", 0.70536, 0.0003),
     ("ltc3588", "0.3 g", "10 uF", 0.32484, 0.0002),
@@ -79,7 +81,9 @@ CHIPS = [
 @pytest.mark.parametrize("chip, acceleration, store, seconds, error", CHIPS)
 def test_a_chip_charges_its_store_as_in_ngspice(chip, acceleration, store, seconds, error):
     """What taking the time scales apart does is measured: the error is whole, and holds what ngspice says."""
-    scene = hv.load(EXAMPLES / f"bimorph_{chip}.toml").vary("excitation.acceleration_amplitude", acceleration)
+    scene = hv.load(EXAMPLES / f"bimorph_{chip}.toml").vary(
+        "excitation.acceleration_amplitude", acceleration
+    )
     scene = scene.vary("load.parameters.C", store).vary("load.parameters.Cout", "10 uF")
     volts = 4.9 if chip == "ltc3588" else 2.9
     found = hv.charge(scene, to=volts, engine="slow", duration=2.0 * seconds)

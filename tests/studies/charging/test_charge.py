@@ -16,7 +16,8 @@ from tests.support.paths import EXAMPLES
 
 BRIDGE = EXAMPLES / "plate_bridge.toml"
 G = 9.80665
-# Moved far below its resonance, without overshoot: x is a/w0^2, and the weak coupling leaves it alone.
+# Moved far below its resonance, without overshoot: x is a/w0^2, and the weak coupling leaves it
+# alone.
 STIFF = """
 [oscillator]
 mass = 1.0
@@ -79,11 +80,13 @@ def test_closed_form_of_a_bridge():
     top = 1e-4 * far / 50e-9 - 2 * 0.02 * 0.02585 * math.log(1e-6 / 1e-12)
     found = hv.charge(hv.loads(STIFF), f"{0.5 * top} V", duration="8 s")
     halves = np.arange(7)
-    reached = np.interp(1.15 + halves, found.t, found.voltage)  # just after a turn: no current flows
+    # just after a turn: no current flows
+    reached = np.interp(1.15 + halves, found.t, found.voltage)
     left = (1.0 - 2.0 / (1.0 + 1e-6 / 50e-9)) ** halves
     assert reached == pytest.approx(top - (top - reached[0]) * left, rel=0.01)
     jump = np.interp(0.15, found.t, found.voltage)
-    assert jump == pytest.approx(top / (1.0 + 1e-6 / 50e-9), rel=0.05)  # from rest to the first turn
+    # from rest to the first turn
+    assert jump == pytest.approx(top / (1.0 + 1e-6 / 50e-9), rel=0.05)
     assert found.runs == 1
     assert found.time.known_error95 < 0.01 * found.time.value
     energy = 0.5 * 1e-6 * found.target**2
@@ -107,12 +110,19 @@ def test_ngspice_alone():
     scene = hv.loads(RESONANT)
     found = hv.charge(scene, "6 V", duration="8 s")
     text = MESH.format(force=0.04 * G * 0.05, text=Problem(scene).circuit.text)
-    done = subprocess.run(["ngspice", "-b", "/dev/stdin"], input=text, capture_output=True, text=True, check=False)
-    rows = np.array([row.split()[1:3] for row in done.stdout.splitlines() if re.match(r"\d+\t", row)], dtype=float)
+    done = subprocess.run(
+        ["ngspice", "-b", "/dev/stdin"], input=text, capture_output=True, text=True, check=False
+    )
+    rows = np.array(
+        [row.split()[1:3] for row in done.stdout.splitlines() if re.match(r"\d+\t", row)],
+        dtype=float,
+    )
     t, u = rows.T
     assert np.abs(np.interp(found.t, t, u) - found.voltage).max() < 0.01 * u.max()
     reached = t[np.argmax(u >= 6.0)]
-    assert found.time.value == pytest.approx(reached, abs=0.005 * reached + found.time.known_error95)
+    assert found.time.value == pytest.approx(
+        reached, abs=0.005 * reached + found.time.known_error95
+    )
 
 
 @pytest.mark.thorough("test_the_compiled_circuit_charges_as_the_ideal_one")
@@ -132,7 +142,9 @@ def test_engines_agree_under_noise():
 @pytest.mark.slow
 def test_the_compiled_circuit_charges_as_the_ideal_one():
     """On the same noise the mean time of a bridge of real diodes is that of ideal ones, but for their difference."""
-    ideal, compiled = (hv.charge(BRIDGE, "1 V", engine=name, trajectories=128) for name in ("ideal", "compiled"))
+    ideal, compiled = (
+        hv.charge(BRIDGE, "1 V", engine=name, trajectories=128) for name in ("ideal", "compiled")
+    )
     assert (compiled.engine, compiled.reached) == ("compiled", 1.0)
     assert compiled.time.value == pytest.approx(ideal.time.value, rel=0.01)
     assert compiled.time.unknown == "the difference from ngspice"
@@ -146,16 +158,28 @@ def test_runs_that_never_arrive_are_told(harvester):
     status, said, _ = harvester(*asked, "--json")
     assert fault(*harvester(*asked, "--json")) == ""
     answer = json.loads(said)
-    assert (status, answer["probe"], answer["target"], answer["engine"]) == (0, "store", 3.5, "ideal")
+    assert (status, answer["probe"], answer["target"], answer["engine"]) == (
+        0,
+        "store",
+        3.5,
+        "ideal",
+    )
     low, high = answer["reached_between"]
     assert 0.0 < low < answer["reached"] < high < 1.0
     assert answer["time"]["value"] is None
     assert answer["time"]["high"] is None
     assert 0.0 < answer["time"]["low"] < answer["at_least"]["value"] < 2.0
     assert "do not reach the target within 2 s" in answer["warnings"][0]
-    status, said, _ = harvester("charge", BRIDGE, "--to", "90V", "--trajectories", "64", "--duration", "1s")
+    status, said, _ = harvester(
+        "charge", BRIDGE, "--to", "90V", "--trajectories", "64", "--duration", "1s"
+    )
     lines = [line.split() for line in said.splitlines()]
-    assert ["mean", "time", "at", "least", "1", "s"] in lines and ["reached", "by", "0", "%"] in lines
+    assert ["mean", "time", "at", "least", "1", "s"] in lines and [
+        "reached",
+        "by",
+        "0",
+        "%",
+    ] in lines
     assert ["reached,", "95", "%", "0", "%", "to", "5.601", "%"] in lines
 
 
@@ -168,7 +192,8 @@ def test_files(tmp_path, harvester):
     assert "written:" in said
     with (tmp_path / "levels.csv").open() as file:
         rows = [
-            {name: cell for name, cell in row.items() if not name.endswith("_unknown")} for row in csv.DictReader(file)
+            {name: cell for name, cell in row.items() if not name.endswith("_unknown")}
+            for row in csv.DictReader(file)
         ]
     levels = [{name: float(cell or "nan") for name, cell in row.items()} for row in rows]
     assert levels[-1]["energy (J)"] == pytest.approx(0.5e-6 * 1.5**2)
@@ -178,7 +203,9 @@ def test_files(tmp_path, harvester):
     with (tmp_path / "charge.csv").open() as file:
         curve = [{name: float(cell) for name, cell in row.items()} for row in csv.DictReader(file)]
     assert curve[0]["store_mean (V)"] == 0.0
-    assert all(row["store_low (V)"] <= row["store_mean (V)"] <= row["store_high (V)"] for row in curve)
+    assert all(
+        row["store_low (V)"] <= row["store_mean (V)"] <= row["store_high (V)"] for row in curve
+    )
     assert curve[-1]["share_arrived"] == 1.0
     assert (tmp_path / "charge.png").read_bytes().startswith(b"\x89PNG")
     assert json.loads((tmp_path / "provenance.json").read_text())["chosen_engine"] == "ideal"
@@ -193,13 +220,25 @@ def test_a_record_begins_at_its_beginning(tmp_path, harvester):
     (tmp_path / "shock.csv").write_text(f"time (s),acceleration (g)\n{rows}\n")
     text = RESONANT.replace('acceleration_amplitude = "0.05 g"', 'acceleration_file = "shock.csv"')
     (tmp_path / "shock.toml").write_text(text.replace("frequency = 3.2", ""))
-    status, said, _ = harvester("charge", tmp_path / "shock.toml", "--to", "1V", "--duration", "1.9s", "--json")
+    status, said, _ = harvester(
+        "charge", tmp_path / "shock.toml", "--to", "1V", "--duration", "1.9s", "--json"
+    )
     answer = json.loads(said)
     assert (status, answer["engine"], answer["runs"], answer["reached"]) == (0, "spice", 1, 1.0)
     assert 0.005 < answer["time"]["value"] < 0.1
     assert answer["time"]["stderr"] is None
     assert answer["time"]["error95"] < 0.1 * answer["time"]["value"]
-    words = ("charge", tmp_path / "shock.toml", "--to", "0.5V", "--probe", "v(p)", "--duration", "3s", "--json")
+    words = (
+        "charge",
+        tmp_path / "shock.toml",
+        "--to",
+        "0.5V",
+        "--probe",
+        "v(p)",
+        "--duration",
+        "3s",
+        "--json",
+    )
     again = json.loads(harvester(*words)[1])
     assert again["probe"] == "v(p)"
     assert "repeated to fill the run" in " ".join(again["warnings"])
@@ -210,10 +249,16 @@ def test_a_record_begins_at_its_beginning(tmp_path, harvester):
     [
         (["--to", "-1V"], "--to must be a voltage (V), such as '3.3 V', above 0, but is '-1V'"),
         (["--to", "5 ohm"], "--to must be a voltage"),
-        (["--to", "2V", "--probe", "v(q)"], "unknown node of netlist bridge 'q': it must be one of"),
+        (
+            ["--to", "2V", "--probe", "v(q)"],
+            "unknown node of netlist bridge 'q': it must be one of",
+        ),
         (["--to", "2V", "--probe", "p(rlaod)"], "did you mean 'rload'?"),
         (["--to", "2V", "--probe", "v(p)", "--engine", "ideal"], "use engine 'spice'"),
-        (["--to", "2V", "--probe", "v(p)", "--engine", "compiled"], "engine 'compiled' supports only --probe store"),
+        (
+            ["--to", "2V", "--probe", "v(p)", "--engine", "compiled"],
+            "engine 'compiled' supports only --probe store",
+        ),
         (["--to", "2V", "--engine", "averaged"], "it must be one of ideal, compiled, slow, spice"),
         (["--to", "2V", "--anywhere"], "--anywhere must go with a record or a harmonic drive"),
         (["--to", "2V", "--trajectories", "1"], "--trajectories must be between 2 and"),
@@ -230,4 +275,7 @@ def test_refusals(words, said, harvester):
 
 def test_a_resistance_has_no_store(harvester):
     status, _, err = harvester("charge", EXAMPLES / "plate.toml", "--to", "1V")
-    assert (status, "a resistor alone: set load.netlist, for instance to 'bridge'" in err) == (2, True)
+    assert (status, "a resistor alone: set load.netlist, for instance to 'bridge'" in err) == (
+        2,
+        True,
+    )

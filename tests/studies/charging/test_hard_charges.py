@@ -21,17 +21,71 @@ event_rate = "20 Hz"
 )
 # The circuit, its parameters, the base, the time that is watched, and what the store bears (V)
 CASES = {
-    "chip, supercapacitor": ("bq25570", 'R = "5 kohm", C = "1 F", Cout = "1 uF"', (0.1, 46), "0.04 s", 1e-3),
-    "chip, store of 1 nF": ("bq25570", 'R = "5 kohm", C = "1 nF", Cout = "1 uF"', (0.1, 46), "0.04 s", 4.6),
-    "chip, no source": ("bq25570", 'R = "5 kohm", C = "2.2 uF", Cout = "1 uF"', (1e-4, 46), "0.1 s", 1e-3),
-    "chip, far too much": ("bq25570", 'R = "5 kohm", C = "10 nF", Cout = "1 uF"', (20, 46), "0.02 s", 4.6),
-    "chip, output shorted": ("bq25570", 'R = "1 mohm", C = "2.2 uF", Cout = "1 uF"', (0.1, 46), "0.04 s", 4.6),
-    "chip, output open": ("bq25570", 'R = "10 Gohm", C = "2.2 uF", Cout = "1 uF"', (0.1, 46), "0.04 s", 4.6),
-    "chip, 5 kHz": ("bq25570", 'R = "5 kohm", C = "2.2 uF", Cout = "1 uF"', (100, 5000), "0.005 s", 4.6),
+    "chip, supercapacitor": (
+        "bq25570",
+        'R = "5 kohm", C = "1 F", Cout = "1 uF"',
+        (0.1, 46),
+        "0.04 s",
+        1e-3,
+    ),
+    "chip, store of 1 nF": (
+        "bq25570",
+        'R = "5 kohm", C = "1 nF", Cout = "1 uF"',
+        (0.1, 46),
+        "0.04 s",
+        4.6,
+    ),
+    "chip, no source": (
+        "bq25570",
+        'R = "5 kohm", C = "2.2 uF", Cout = "1 uF"',
+        (1e-4, 46),
+        "0.1 s",
+        1e-3,
+    ),
+    "chip, far too much": (
+        "bq25570",
+        'R = "5 kohm", C = "10 nF", Cout = "1 uF"',
+        (20, 46),
+        "0.02 s",
+        4.6,
+    ),
+    "chip, output shorted": (
+        "bq25570",
+        'R = "1 mohm", C = "2.2 uF", Cout = "1 uF"',
+        (0.1, 46),
+        "0.04 s",
+        4.6,
+    ),
+    "chip, output open": (
+        "bq25570",
+        'R = "10 Gohm", C = "2.2 uF", Cout = "1 uF"',
+        (0.1, 46),
+        "0.04 s",
+        4.6,
+    ),
+    "chip, 5 kHz": (
+        "bq25570",
+        'R = "5 kohm", C = "2.2 uF", Cout = "1 uF"',
+        (100, 5000),
+        "0.005 s",
+        4.6,
+    ),
     "chip, shocks": ("bq25570", 'R = "5 kohm", C = "2.2 uF", Cout = "1 uF"', None, "0.02 s", 4.6),
-    "other chip, shorted": ("ltc3588", 'R = "1 mohm", C = "2.2 uF", Cout = "1 uF"', (20, 46), "0.1 s", 22.0),
+    "other chip, shorted": (
+        "ltc3588",
+        'R = "1 mohm", C = "2.2 uF", Cout = "1 uF"',
+        (20, 46),
+        "0.1 s",
+        22.0,
+    ),
     "node, 10 nF": ("node", 'R = "1 Mohm", C = "10 nF", Cout = "1 uF"', (20, 46), "0.03 s", 22.0),
-    "self-powered, shocks": ("self_powered_sshi", 'R = "70 kohm", C = "1 uF"', None, "0.03 s", 200.0),
+    "self-powered, shocks": (
+        "self_powered_sshi",
+        'R = "70 kohm", C = "1 uF"',
+        None,
+        "0.03 s",
+        200.0,
+    ),
     "switched capacitor, shorted": ("sshc", 'R = "1 mohm", C = "1 uF"', (0.1, 46), "0.02 s", 0.1),
 }
 
@@ -54,7 +108,11 @@ def test_it_comes_to_its_end(case):
 def test_a_supercapacitor_does_not_shorten_the_steps():
     """The tolerance of a charge is above the rounding of 1 F at 20 V, and as ever beside a usual capacitor."""
     usual, mine, large = (
-        float(re.search(r"chgtol=(\S+)", integration_options(1e-4, None, 20.0, 41e-9, 1e-4, smoothing=c))[1])
+        float(
+            re.search(
+                r"chgtol=(\S+)", integration_options(1e-4, None, 20.0, 41e-9, 1e-4, smoothing=c)
+            )[1]
+        )
         for c in (0.0, 10e-6, 1.0)
     )
     assert usual == mine == pytest.approx(1e-8 * 20.0 * 41e-9)

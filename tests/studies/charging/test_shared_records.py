@@ -18,7 +18,8 @@ SEEDS = 24
 def test_shares_that_arrive_over_seeds():
     """The interval holds the share of all seeds as often as it says; that of as many independent runs does not.
 
-    The runs are watched for about as long as a record lasts, so that those on one see the same of it.
+    The runs are watched for about as long as a record lasts, so that those on one see the same of
+    it.
     """
     noise = hv.Excitation(acceleration_psd_file=str(EXAMPLES / "shake_psd.csv"))
     scene = dataclasses.replace(hv.load(EXAMPLES / "plate_bridge.toml"), excitation=noise)

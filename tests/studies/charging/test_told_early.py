@@ -12,7 +12,9 @@ DRIVE = hv.load("examples/plate_harmonic.toml").excitation
 SHAKEN = dataclasses.replace(
     PLATE,
     excitation=dataclasses.replace(
-        PLATE.excitation, acceleration_amplitude=DRIVE.acceleration_amplitude, frequency=DRIVE.frequency
+        PLATE.excitation,
+        acceleration_amplitude=DRIVE.acceleration_amplitude,
+        frequency=DRIVE.frequency,
     ),
 )
 
@@ -26,7 +28,8 @@ def test_ngspice_that_nobody_chose_is_told_before_it_runs():
         raise Told(text)
 
     with pytest.raises(
-        Told, match=r"engine 'spice' was chosen: engine 'ideal' supports charging under noise only.*; 16 runs"
+        Told,
+        match=r"engine 'spice' was chosen: engine 'ideal' supports charging under noise only.*; 16 runs",
     ):
         hv.charge(SHAKEN, "2 V", notice=notice)
 

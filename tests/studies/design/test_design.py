@@ -37,8 +37,12 @@ def test_what_is_available_is_what_another_engine_finds(bridge):
     """A resistor that takes all of it at 3.3 V holds the store there."""
     all_of_it = 3.3**2 / bridge.available.value
     other = hv.run(into("bridge", all_of_it, C=3.3e-6), engine="ideal")
-    assert bridge.available.value == pytest.approx(other.mean_power.value, rel=0.02)  # ideal diodes: 0.6 % off here
-    assert bridge.verdict == {NEEDS: True, "awake in 2 s": True} and bridge.bound.value > bridge.available.value
+    # ideal diodes: 0.6 % off here
+    assert bridge.available.value == pytest.approx(other.mean_power.value, rel=0.02)
+    assert (
+        bridge.verdict == {NEEDS: True, "awake in 2 s": True}
+        and bridge.bound.value > bridge.available.value
+    )
 
 
 def deviation_of_yield(decision, watts, **settings):
@@ -47,7 +51,13 @@ def deviation_of_yield(decision, watts, **settings):
     That of a share p of n devices is binomial, as if one at least did not meet what is needed.
     """
     scene = into(decision.circuit, decision.load_resistance, C=3.3e-6, **settings)
-    keys = {"vary": ["frequency=2 Hz"], "limits": f"mean_power > {watts} W", "engine": "ideal", "checks": 0, "runs": 24}
+    keys = {
+        "vary": ["frequency=2 Hz"],
+        "limits": f"mean_power > {watts} W",
+        "engine": "ideal",
+        "checks": 0,
+        "runs": 24,
+    }
     other = hv.tolerance(scene, samples=DEVICES, **keys).met.value
     binomial = max(other * (1.0 - other), 1.0 / DEVICES) / DEVICES
     curve = stderr_of95(0.5 * (decision.met.high - decision.met.low))
@@ -67,12 +77,24 @@ def test_the_yield_is_that_of_tolerance(bridge):
 def test_a_decision_is_confirmed_by_run_and_tolerance(watts, share):
     """The engineer's case, and one with a yield: the circuit, coil and load that were chosen, by ideal elements."""
     decision = hv.design(
-        SCENE, needs=f"{watts} W at 3.3 V", spread="frequency=2Hz", circuits=["bridge", "parallel_sshi"]
+        SCENE,
+        needs=f"{watts} W at 3.3 V",
+        spread="frequency=2Hz",
+        circuits=["bridge", "parallel_sshi"],
     )
-    power = hv.run(into("parallel_sshi", 3.3**2 / decision.available.value, C=3.3e-6, **decision.settings), "ideal")
+    power = hv.run(
+        into("parallel_sshi", 3.3**2 / decision.available.value, C=3.3e-6, **decision.settings),
+        "ideal",
+    )
     stated = math.hypot(power.mean_power.known_error95, decision.available.known_error95)
-    assert decision.circuit == "parallel_sshi" and decision.load_resistance == pytest.approx(3.3**2 / watts)
-    assert abs(power.mean_power.value - decision.available.value) < stated < 0.03 * decision.available.value
+    assert decision.circuit == "parallel_sshi" and decision.load_resistance == pytest.approx(
+        3.3**2 / watts
+    )
+    assert (
+        abs(power.mean_power.value - decision.available.value)
+        < stated
+        < 0.03 * decision.available.value
+    )
     assert abs(deviation_of_yield(decision, watts, **decision.settings)) < 4.0
     assert decision.met.value == pytest.approx(share, abs=0.01)
 
@@ -86,10 +108,14 @@ def test_the_time_to_wake_is_that_of_charge(bridge):
 @pytest.mark.thorough("test_the_time_to_wake_is_that_of_charge")
 @pytest.mark.slow
 def test_what_nobody_can_meet_gets_the_nearest_in_one_line(harvester):
-    status, _, said = harvester("design", SCENE, "--needs", "10 mW at 3.3 V", "--circuits", "bridge,doubler")
+    status, _, said = harvester(
+        "design", SCENE, "--needs", "10 mW at 3.3 V", "--circuits", "bridge,doubler"
+    )
     assert status == 2 and said.count("\n") == 1
     assert "nearest is bridge" in said and "no device of this mass takes more than 574 uW" in said
-    status, _, said = harvester("design", SCENE, "--needs", NEEDS, "--wake", "1 ms", "--circuits", "bridge")
+    status, _, said = harvester(
+        "design", SCENE, "--needs", NEEDS, "--wake", "1 ms", "--circuits", "bridge"
+    )
     assert status == 2 and "awake in 1 ms, but after" in said
 
 
@@ -105,7 +131,10 @@ def test_what_nobody_can_meet_gets_the_nearest_in_one_line(harvester):
         ({"needs": NEEDS, "wake": "soon"}, "`wake` must be a time"),
         ({"needs": NEEDS, "circuits": ["brigde"]}, "did you mean 'bridge'"),
         ({"needs": NEEDS, "chips": ["bq2557"]}, "did you mean 'bq25570'"),
-        ({"needs": NEEDS, "spread": "frequenzy=2Hz"}, "unknown scene key 'frequenzy': did you mean 'frequency'"),
+        (
+            {"needs": NEEDS, "spread": "frequenzy=2Hz"},
+            "unknown scene key 'frequenzy': did you mean 'frequency'",
+        ),
         ({"needs": NEEDS, "spread": "frequency=2"}, "the spread of excitation.frequency must be"),
         ({"needs": NEEDS, "limit": "voltage > 3 V"}, "unknown quantity of a limit"),
     ],
@@ -127,14 +156,18 @@ def test_supply_of_a_straight_current():
     """I = I0 (1 - V/V0): from the store V I, a chip's window has its end at V0/2 of most power, and tracking half."""
     some = table(100e-6, 10.0)
     assert Supply(4.0).power(some, 1e-6) == pytest.approx(4.0 * 60e-6, rel=1e-6)
-    assert Supply(4.0).wake(some, 1e-4) == pytest.approx(1e-4 * 10.0 / 100e-6 * np.log(10.0 / 6.0), rel=1e-3)
+    assert Supply(4.0).wake(some, 1e-4) == pytest.approx(
+        1e-4 * 10.0 / 100e-6 * np.log(10.0 / 6.0), rel=1e-3
+    )
     ltc = Supply(3.3, CHIPS["ltc3588"], *CHIPS["ltc3588"].thresholds(3.3))
     assert ltc.power(some, 1e-6) == pytest.approx(0.85 * 5.0 * (50e-6 - 950e-9), rel=1e-3)
     bq = CHIPS["bq25570"]
     tracking = Supply(1.8, bq, *bq.thresholds(1.8))
     held = 0.5 * 5.1
     stored = 0.8 * held * ((1 - 0.016) * 100e-6 * (1 - held / 10.0) + 1e-6 * held / 16.0)
-    assert tracking.power(some, 1.8 * 32e-6) == pytest.approx(0.88 * (stored - 5.0 * 488e-9), rel=1e-3)
+    assert tracking.power(some, 1.8 * 32e-6) == pytest.approx(
+        0.88 * (stored - 5.0 * 488e-9), rel=1e-3
+    )
     assert ltc.power(table(100e-6, 4.0), 1e-6) == 0.0  # its output never begins
 
 
@@ -143,7 +176,10 @@ def test_supply_of_a_straight_current():
 def test_what_a_chip_gives_is_the_heaviest_load_that_is_always_on():
     """By `slow`: a lighter load takes what it takes, a far heavier one the energy of a cycle over its time."""
     most = hv.design(SCENE, needs=NEEDS, circuits=[], chips=["ltc3588"]).available.value
-    taken = {part: hv.run(into("ltc3588", 3.3**2 / (part * most), C=10e-6), "slow").mean_power for part in (0.96, 9.0)}
+    taken = {
+        part: hv.run(into("ltc3588", 3.3**2 / (part * most), C=10e-6), "slow").mean_power
+        for part in (0.96, 9.0)
+    }
     assert taken[0.96].value == pytest.approx(0.96 * most, rel=2e-3)
     problem = Problem.of(into("ltc3588", 1e4))
     own = measured(problem).best
@@ -162,9 +198,16 @@ def test_chips_have_their_outputs_only():
 @pytest.mark.slow
 def test_the_engineers_case_in_ngspice():
     """Every default circuit, the machine's frequency within 2 Hz: what is available of each is that of ngspice."""
-    asked = {"needs": NEEDS, "wake": "10 s", "spread": "frequency=2Hz", "limit": "peak_displacement < 1 mm"}
+    asked = {
+        "needs": NEEDS,
+        "wake": "10 s",
+        "spread": "frequency=2Hz",
+        "limit": "peak_displacement < 1 mm",
+    }
     found = hv.design(SCENE, **asked)
-    assert found.circuit == "parallel_sshi" and found.met.value > 0.99 and found.runner_up == "bridge"
+    assert (
+        found.circuit == "parallel_sshi" and found.met.value > 0.99 and found.runner_up == "bridge"
+    )
     by_name = {one.circuit: one for one in found.candidates}
     for name, own in (("bridge", {}), ("parallel_sshi", found.settings)):
         power = by_name[name].available
@@ -177,7 +220,9 @@ def test_a_scene_with_a_node_behind_a_chip_is_a_device_like_any_other():
     """A circuit that is tried stands without the scene's own [storage], [chip] and [node]."""
     whole = hv.load(SCENE)
     chip = hv.HarvestingChip(start_voltage=3.5, stop_voltage=2.4)
-    node = hv.SensorNode(wake_voltage=3.3, stop_voltage=2.0, interval=10.0, currents=(4e-3,), durations=(9e-3,))
+    node = hv.SensorNode(
+        wake_voltage=3.3, stop_voltage=2.0, interval=10.0, currents=(4e-3,), durations=(9e-3,)
+    )
     whole = dataclasses.replace(whole, storage=hv.Storage(capacitance=1e-4), node=node, chip=chip)
     with pytest.raises(hv.InputError, match="nearest is bridge"):
         hv.design(whole, needs="10 mW at 3.3 V", circuits=["bridge"])
@@ -185,13 +230,31 @@ def test_a_scene_with_a_node_behind_a_chip_is_a_device_like_any_other():
 
 @pytest.mark.slow
 def test_the_command_writes_a_scene_that_runs(harvester, tmp_path):
-    asked = ("--needs", NEEDS, "--circuits", "bridge", "--chips", "ltc3588", "--json", "--out", tmp_path)
+    asked = (
+        "--needs",
+        NEEDS,
+        "--circuits",
+        "bridge",
+        "--chips",
+        "ltc3588",
+        "--json",
+        "--out",
+        tmp_path,
+    )
     status, said, _ = harvester("design", SCENE, *asked)
     found = json.loads(said)
-    assert status == 0 and found["circuit"] == "bridge" and found["runner_up"] == "ltc3588" and found["yield"] is None
+    assert (
+        status == 0
+        and found["circuit"] == "bridge"
+        and found["runner_up"] == "ltc3588"
+        and found["yield"] is None
+    )
     chosen = hv.load(tmp_path / "design.toml")
     assert chosen.load.netlist == "bridge" and chosen.load.parameters["C"] == found["capacitor"]
-    assert "<h1" in (tmp_path / "report.html").read_text() and len((tmp_path / "design.csv").read_text().split()) > 2
+    assert (
+        "<h1" in (tmp_path / "report.html").read_text()
+        and len((tmp_path / "design.csv").read_text().split()) > 2
+    )
 
 
 def on_record(folder, loud):
@@ -201,18 +264,27 @@ def on_record(folder, loud):
     path = folder / "record.csv"
     rows = [f"{a:.3f},{b:.6f}" for a, b in zip(t, tone, strict=True)]
     path.write_text("\n".join(["time (s),acceleration (m/s^2)", *rows, ""]))
-    return dataclasses.replace(hv.load(SCENE), excitation=hv.Excitation(acceleration_file=str(path)))
+    return dataclasses.replace(
+        hv.load(SCENE), excitation=hv.Excitation(acceleration_file=str(path))
+    )
 
 
 @pytest.mark.thorough("test_the_time_to_wake_is_that_of_charge")
 @pytest.mark.slow
 def test_a_record_of_the_drive_asks_for_the_same_circuit(tmp_path, bridge):
     """A whole one gives the drive's power; half of one gives half, and needs a store for the other half."""
-    whole, half = (hv.design(on_record(tmp_path, part), needs=NEEDS, circuits=["bridge"]) for part in (1.0, 0.5))
+    whole, half = (
+        hv.design(on_record(tmp_path, part), needs=NEEDS, circuits=["bridge"])
+        for part in (1.0, 0.5)
+    )
     assert whole.available.value == pytest.approx(bridge.available.value, rel=0.02)
     assert half.available.value == pytest.approx(0.5 * bridge.available.value, rel=0.06)
     assert whole.largest_displacement is None
-    assert abs(whole.available.value - bridge.available.value) < whole.available.error95 < 0.1 * whole.available.value
+    assert (
+        abs(whole.available.value - bridge.available.value)
+        < whole.available.error95
+        < 0.1 * whole.available.value
+    )
     kept = 0.5 * half.capacitor * 3.3**2 * (1.0 - 0.9**2)
     assert 4.0 * 40e-6 < kept < 3.0 * 4.0 * 40e-6 and half.capacitor > 10.0 * whole.capacitor
     with pytest.raises(hv.InputError, match=r"nearest is bridge, asked for 100 uW at 3\.3 V, but"):
@@ -224,5 +296,8 @@ def test_a_record_of_the_drive_asks_for_the_same_circuit(tmp_path, bridge):
 def test_a_record_of_the_drive_gives_a_chip_the_same(tmp_path):
     """Behind a bridge of its own diodes, which are ideal elements on the record."""
     scenes = (on_record(tmp_path, 1.0), SCENE)
-    some = [hv.design(one, needs=NEEDS, circuits=[], chips=["ltc3588"]).available.value for one in scenes]
+    some = [
+        hv.design(one, needs=NEEDS, circuits=[], chips=["ltc3588"]).available.value
+        for one in scenes
+    ]
     assert some[0] == pytest.approx(some[1], rel=0.02)

@@ -31,7 +31,8 @@ def test_counting_agrees_with_rice():
 @pytest.mark.slow
 def test_first_passages_give_the_level_of_rice_and_vanmarcke():
     """A linear scene: the largest displacement lies between Vanmarcke's level and Rice's bound, within its error."""
-    scene, lifetime = systems.scene(systems.linear(0.3, 0.7, 0.1)), 1e5
+    scene = systems.scene(systems.linear(0.3, 0.7, 0.1))
+    lifetime = 1e5
     found = hv.extremes(scene, lifetime=lifetime, passages=True).levels["peak_displacement"]
     closed = hv.extremes(scene, lifetime=lifetime).levels["peak_displacement"]
     for share in (0.5, 0.95):
@@ -41,8 +42,12 @@ def test_first_passages_give_the_level_of_rice_and_vanmarcke():
 
 
 def test_first_passages_need_an_open_side():
-    both = systems.changed(EQS, restitution=0.9, gap=0.5, opposite_gap=0.5, opposite_restitution=0.9)
-    with pytest.raises(hv.CannotServeError, match="`passages` must go with a side without a rigid stop"):
+    both = systems.changed(
+        EQS, restitution=0.9, gap=0.5, opposite_gap=0.5, opposite_restitution=0.9
+    )
+    with pytest.raises(
+        hv.CannotServeError, match="`passages` must go with a side without a rigid stop"
+    ):
         hv.extremes(systems.scene(both), lifetime=1e5, passages=True)
 
 
@@ -60,7 +65,9 @@ def test_tail_of_a_known_law():
 def test_tail_of_rare_events():
     """Poisson clusters of exponential squares: of n blocks the level is size log(n rate/log 2); few have none."""
     rng = np.random.default_rng(7)
-    maxima = np.array([np.sqrt(rng.exponential(size=k)).max(initial=0.0) for k in rng.poisson(0.4, 2000)])
+    maxima = np.array(
+        [np.sqrt(rng.exponential(size=k)).max(initial=0.0) for k in rng.poisson(0.4, 2000)]
+    )
     for share, blocks in ((0.5, 200.0), (0.95, 1e6)):
         found = rare(maxima).largest(share, blocks)
         exact = np.sqrt(np.log(0.4 * blocks / -np.log(share)))
@@ -93,14 +100,19 @@ gap = "2 mm"
 def test_impacts_that_are_rare():
     """Two blocks of three have no impact: 0.067 m/s in an hour and 1.39 in a year were stated to 4 and 12 %.
 
-    On a million seconds the median of the hours was 0.0462 +- 0.0009 m/s; the energy of a year's largest displacement
-    lets it be 0.09.
+    On a million seconds the median of the hours was 0.0462 +- 0.0009 m/s; the energy of a year's
+    largest displacement lets it be 0.09.
     """
-    hour, year = (hv.extremes(hv.loads(RARE), lifetime=of).levels["peak_impact_speed"] for of in ("1 h", "1 year"))
+    hour, year = (
+        hv.extremes(hv.loads(RARE), lifetime=of).levels["peak_impact_speed"]
+        for of in ("1 h", "1 year")
+    )
     assert abs(hour[0.5].value - 0.0462) < 4.0 * np.hypot(hour[0.5].stderr, 0.0009)
     assert year[0.5].value - year[0.5].error95 < 0.09 and year[0.95].value < 0.11
     seldom = hv.extremes(hv.loads(RARE.replace("2 mm", "3 mm")), lifetime="1 year")
-    assert "peak_impact_speed" not in seldom.levels and "few_impacts" in [one.code for one in seldom.diagnostics]
+    assert "peak_impact_speed" not in seldom.levels and "few_impacts" in [
+        one.code for one in seldom.diagnostics
+    ]
 
 
 @pytest.mark.slow
@@ -112,7 +124,9 @@ def test_a_stop_is_hit():
     for of in found.levels.values():
         assert 0.0 < of[0.5].value < of[0.95].value
         assert of[0.5].stderr < 0.25 * of[0.5].value
-    speed, far = (found.levels[name][0.5].value for name in ("peak_impact_speed", "peak_displacement"))
+    speed, far = (
+        found.levels[name][0.5].value for name in ("peak_impact_speed", "peak_displacement")
+    )
     assert speed == pytest.approx(20.0 * far, rel=0.3)  # the energy of the farthest cycle
 
 
@@ -120,7 +134,10 @@ def test_command(harvester, tmp_path):
     status, out, err = harvester("run", PLATE, "--lifetime", "5 years", "--json")
     assert (status, err) == (0, "")
     found = json.loads(out)["extremes"]
-    assert found["peak_displacement"]["0.5"]["error95"] < 0.01 * found["peak_displacement"]["0.5"]["value"]
+    assert (
+        found["peak_displacement"]["0.5"]["error95"]
+        < 0.01 * found["peak_displacement"]["0.5"]["value"]
+    )
     assert found["impact_rate"] is None
     page = tmp_path / "report.html"
     status, out, _ = harvester("run", PLATE, "--lifetime", "5 years", "--report", page)
@@ -134,11 +151,20 @@ def test_command(harvester, tmp_path):
         ("plate", ["--lifetime", "5 ohm"], "--lifetime must be a time"),
         ("plate", ["--lifetime", "-3"], "--lifetime must be a time"),
         ("plate", ["--lifetime", "0"], "--lifetime must be a time"),
-        ("paper_figure3", ["--lifetime", "5 years", "--engine", "averaged"], "--lifetime must be a number of 1/w0"),
+        (
+            "paper_figure3",
+            ["--lifetime", "5 years", "--engine", "averaged"],
+            "--lifetime must be a number of 1/w0",
+        ),
         ("plate_harmonic", ["--lifetime", "5 years", "--engine", "exact"], "white noise alone"),
-        ("plate_harmonic", ["--lifetime", "5 years", "--engine", "spice"], "white noise alone"),  # before any run
+        # before any run
+        ("plate_harmonic", ["--lifetime", "5 years", "--engine", "spice"], "white noise alone"),
         ("plate_bridge", ["--lifetime", "5 years"], "--lifetime is for a load resistance or none"),
-        ("plate_with_stop", ["--lifetime", "1s", "--engine", "averaged"], "--lifetime must be at least"),
+        (
+            "plate_with_stop",
+            ["--lifetime", "1s", "--engine", "averaged"],
+            "--lifetime must be at least",
+        ),
     ],
 )
 def test_bad_input(harvester, path, words, error):
@@ -149,8 +175,14 @@ def test_bad_input(harvester, path, words, error):
 
 def test_strain_is_a_multiple_of_the_displacement(harvester, tmp_path):
     """`new --bimorph` writes the factor; lifetimes and limits have the strain, and say where the factor lacks."""
-    path, (q1, q2) = tmp_path / "beam.toml", ("--lifetime", "5 years")
-    sizes = {"length": "50.8mm", "width": "31.8mm", "substrate-thickness": "0.14mm", "piezo-thickness": "0.26mm"}
+    path = tmp_path / "beam.toml"
+    (q1, q2) = ("--lifetime", "5 years")
+    sizes = {
+        "length": "50.8mm",
+        "width": "31.8mm",
+        "substrate-thickness": "0.14mm",
+        "piezo-thickness": "0.26mm",
+    }
     sizes |= {"tip-mass": "12g", "piezo": "PZT-5A", "substrate": "brass", "damping-ratio": "2.7%"}
     sizes |= {"acceleration-psd": "1e-3 g^2/Hz", "resistance": "100k"}
     words = [word for name, value in sizes.items() for word in (f"--{name}", value)]
@@ -179,5 +211,7 @@ def test_compare_has_both_ways(harvester, tmp_path):
             other = counted.levels[name][share]
             assert abs(one.value - other.value) < 4.0 * other.stderr + one.known_error95
     assert len(extremes_both_ways(STOP, "1 day")) == 1
-    status, out, err = harvester("compare", ROOT / "examples" / "plate_harmonic.toml", "--lifetime", "5 years")
+    status, out, err = harvester(
+        "compare", ROOT / "examples" / "plate_harmonic.toml", "--lifetime", "5 years"
+    )
     assert (status, out) == (2, "") and "--lifetime must go with white noise alone" in err

@@ -33,14 +33,19 @@ def test_linear_response():
     These have a cubic spring of no size.
     """
     sweep = np.linspace(0.6, 1.8, 13)
-    closed, found = response(scene(DRIVEN), sweep), response(scene(changed(DRIVEN, alpha=1e-12)), sweep)
-    for true, up, down in zip(closed.sweep("up"), found.sweep("up"), found.sweep("down"), strict=True):
+    closed = response(scene(DRIVEN), sweep)
+    found = response(scene(changed(DRIVEN, alpha=1e-12)), sweep)
+    for true, up, down in zip(
+        closed.sweep("up"), found.sweep("up"), found.sweep("down"), strict=True
+    ):
         exact = math.sqrt(linear_v2(changed(DRIVEN, drive_frequency=up.frequency)))
         assert true.voltage_rms.value == pytest.approx(exact, rel=1e-14)
         assert abs(up.voltage_rms.value - exact) < 1.2 * up.voltage_rms.bias + 1e-6 * exact
         assert true.voltage_rms.bias < 1e-9 * up.voltage_rms.bias < 1e-11 * exact
         assert down.voltage_rms.value == pytest.approx(up.voltage_rms.value, rel=1e-5)
-        assert up.mean_power.value == pytest.approx(DRIVEN.beta * DRIVEN.mu * up.voltage_rms.value**2)
+        assert up.mean_power.value == pytest.approx(
+            DRIVEN.beta * DRIVEN.mu * up.voltage_rms.value**2
+        )
         assert (up.mean_power.stderr, true.mean_power.stderr) == (None, None)
     assert found.hysteresis == closed.hysteresis == []
 
@@ -49,7 +54,9 @@ def test_physical_units():
     """Volts and watts: v^2/R."""
     point = response(PLATE, [4.0, 4.5, 5.0]).sweep("up")[1]
     assert point.mean_power.value == pytest.approx(point.voltage_rms.value**2 / 1e6)
-    assert point.mean_power.value == pytest.approx(hv.Ensemble(trajectories=64).run(PLATE).mean_power.value, rel=1e-3)
+    assert point.mean_power.value == pytest.approx(
+        hv.Ensemble(trajectories=64).run(PLATE).mean_power.value, rel=1e-3
+    )
 
 
 def amplitudes(eqs):
@@ -90,7 +97,9 @@ def test_hardening_spring_jumps_where_harmonic_balance_says():
 @pytest.mark.thorough("test_physical_units")
 def test_stop_at_a_distance_hardens():
     """An impacting device follows the upper branch further up than down."""
-    eqs = Equations(beta=0.01, mu=1.0, c1=-0.05, restitution=0.9, gap=1.0, drive=0.1, drive_frequency=1.0)
+    eqs = Equations(
+        beta=0.01, mu=1.0, c1=-0.05, restitution=0.9, gap=1.0, drive=0.1, drive_frequency=1.0
+    )
     found = response(scene(eqs), np.linspace(0.9, 1.4, 6))
     assert found.hysteresis
     assert min(found.hysteresis) > 1.0
@@ -138,7 +147,8 @@ def test_bandwidth_of_a_weakly_coupled_resonance():
 def test_a_peak_between_the_frequencies_of_the_sweep():
     """In closed form the answer has the true peak and half-power points, however coarse the sweep is."""
     eqs = Equations(beta=1e-4, mu=1.0, c1=-0.02, drive=1.0, drive_frequency=1.0)
-    fine, coarse = response(scene(eqs), np.linspace(0.985, 1.015, 3001)), response(scene(eqs), "0.73:1.24:5")
+    fine = response(scene(eqs), np.linspace(0.985, 1.015, 3001))
+    coarse = response(scene(eqs), "0.73:1.24:5")
     true, found = fine.peak("up"), coarse.peak("up")
     assert found.frequency == pytest.approx(true.frequency, abs=1.1e-5)
     assert found.mean_power.value == pytest.approx(true.mean_power.value, rel=1e-6)
@@ -152,7 +162,12 @@ def test_where_the_true_peak_may_be():
     found = response(scene(DRIVEN), [0.9, 1.0, 1.1, 1.3])
     place = [p.frequency for p in found.sweep("up")].index(found.peak("up").frequency)
     assert 0 < place < 3 and "the best of the sweep (the true one lies between" in str(found)
-    assert str(response(scene(DRIVEN), "2:4:3")).count("an end of the sweep (a higher one may lie beyond)") == 2
+    assert (
+        str(response(scene(DRIVEN), "2:4:3")).count(
+            "an end of the sweep (a higher one may lie beyond)"
+        )
+        == 2
+    )
 
 
 def test_files(tmp_path):
@@ -160,7 +175,8 @@ def test_files(tmp_path):
     with (tmp_path / "response.csv").open() as file:
         rows = list(csv.DictReader(file))
     shown = [float(row["frequency (Hz)"]) for row in rows if row["direction"] == "up"]
-    assert shown == sorted(shown) and {3, 4, 5, 6} < set(shown)  # and the peak with its half-power points
+    # and the peak with its half-power points
+    assert shown == sorted(shown) and {3, 4, 5, 6} < set(shown)
     assert [float(row["frequency (Hz)"]) for row in rows] == [*shown, *shown[::-1]]
     assert float(rows[1]["mean_power (W)"]) == pytest.approx(found.sweep("up")[1].mean_power.value)
     assert rows[0]["mean_power_stderr"] == ""
@@ -169,7 +185,14 @@ def test_files(tmp_path):
 
 
 def test_command(tmp_path):
-    arguments = ["response", "examples/plate_harmonic.toml", "--sweep", "3Hz:6Hz:4", "--out", str(tmp_path)]
+    arguments = [
+        "response",
+        "examples/plate_harmonic.toml",
+        "--sweep",
+        "3Hz:6Hz:4",
+        "--out",
+        str(tmp_path),
+    ]
     done = CliRunner().invoke(cli, arguments)
     assert done.exit_code == 0
     assert "half-power bandwidth" in done.output
@@ -190,13 +213,21 @@ def test_refusals():
     with pytest.raises(InputError, match=r"excitation\.frequency must be a frequency"):
         frequencies(Problem(PLATE), "1kg:2Hz:3")
     with pytest.raises(
-        InputError, match="acceleration_amplitude must be given, above 0, for a frequency response, but is left out"
+        InputError,
+        match="acceleration_amplitude must be given, above 0, for a frequency response, but is left out",
     ):
         response(hv.load("examples/plate.toml"), [1.0, 2.0, 3.0])
-    with pytest.raises(CannotServeError, match="cannot model coloured noise: use engine 'ensemble'"):
+    with pytest.raises(
+        CannotServeError, match="cannot model coloured noise: use engine 'ensemble'"
+    ):
         response(scene(COLOURED), [1.0, 2.0, 3.0])
-    with pytest.raises(CannotServeError, match="is netlist 'bridge': use engine 'spice', or 'ideal'"):
+    with pytest.raises(
+        CannotServeError, match="is netlist 'bridge': use engine 'spice', or 'ideal'"
+    ):
         response(PLATE.with_load(hv.Load(netlist="bridge")), [1.0, 2.0, 3.0], engine="ensemble")
-    with pytest.raises(CannotServeError, match="'averaged' has no frequency response, as its formulas are for noise"):
+    with pytest.raises(
+        CannotServeError,
+        match="'averaged' has no frequency response, as its formulas are for noise",
+    ):
         response(PLATE, [1.0, 2.0, 3.0], engine="averaged")
     assert scales(PLATE).length == pytest.approx(0.01 * 9.80665 / 400.0)

@@ -11,9 +11,18 @@ from tests.support.systems import DRIVEN, scene
 @pytest.mark.parametrize(
     "engine, said",
     [
-        (hv.Exact(within=1e-4), "`within` must be left out of engine 'exact' for a frequency response, but is given"),
-        (hv.Ensemble(dt=0.02, trajectories=5), "`trajectories`, `dt` must be left out of engine 'ensemble'"),
-        (hv.Ideal(duration=1.0, budget=0.1), "`budget`, `duration` must be left out of engine 'ideal'"),
+        (
+            hv.Exact(within=1e-4),
+            "`within` must be left out of engine 'exact' for a frequency response, but is given",
+        ),
+        (
+            hv.Ensemble(dt=0.02, trajectories=5),
+            "`trajectories`, `dt` must be left out of engine 'ensemble'",
+        ),
+        (
+            hv.Ideal(duration=1.0, budget=0.1),
+            "`budget`, `duration` must be left out of engine 'ideal'",
+        ),
         (
             hv.Spice(probe=("store",)),
             "`probe` must be left out of engine 'spice' for a frequency response, but is given",

@@ -29,10 +29,19 @@ SWEEP = [44.0, 47.0, 50.0]
 def test_engines_agree_on_a_resistor():
     """Power, displacement and phases by ngspice and by trajectories are those of the closed form."""
     linear = hv.loads(BRIDGE).with_load(resistance=50e3)
-    closed, sampled, spice = (hv.response(linear, SWEEP, engine=name) for name in ("exact", "ensemble", "spice"))
-    assert spice.directions == ["from rest"] and sampled.directions == closed.directions == ["up", "down"]
-    for true, *found in zip(closed.sweep("up"), sampled.sweep("down"), spice.sweep("from rest"), strict=True):
-        for one, factor, degrees in zip(found, (1.2, 1.0), (0.3, 0.02), strict=True):  # the step's own error
+    closed, sampled, spice = (
+        hv.response(linear, SWEEP, engine=name) for name in ("exact", "ensemble", "spice")
+    )
+    assert spice.directions == ["from rest"] and sampled.directions == closed.directions == [
+        "up",
+        "down",
+    ]
+    for true, *found in zip(
+        closed.sweep("up"), sampled.sweep("down"), spice.sweep("from rest"), strict=True
+    ):
+        for one, factor, degrees in zip(
+            found, (1.2, 1.0), (0.3, 0.02), strict=True
+        ):  # the step's own error
             for name in ("mean_power", "displacement_rms"):
                 a, b = getattr(one, name), getattr(true, name)
                 assert abs(a.value - b.value) < factor * a.known_error95 < 0.015 * b.value
@@ -48,8 +57,14 @@ def test_phases_of_a_resonance():
     """
     weak = hv.loads(BRIDGE.replace("2.5261e-3", "1e-9")).with_load(resistance=50e3)
     resonance = np.sqrt(1364.1 / 16.542e-3) / (2 * np.pi)
-    low, at, high = (p.displacement_phase for p in hv.response(weak, [0.01, resonance, 1e4]).sweep("up"))
-    assert (low, at, high) == (pytest.approx(180.0, abs=0.01), pytest.approx(90.0), pytest.approx(0.0, abs=0.02))
+    low, at, high = (
+        p.displacement_phase for p in hv.response(weak, [0.01, resonance, 1e4]).sweep("up")
+    )
+    assert (low, at, high) == (
+        pytest.approx(180.0, abs=0.01),
+        pytest.approx(90.0),
+        pytest.approx(0.0, abs=0.02),
+    )
 
 
 @pytest.mark.thorough("test_engines_agree_on_a_resistor")
@@ -72,7 +87,9 @@ def test_a_bridge_by_ngspice_and_by_ideal_diodes(tmp_path):
     assert (tmp_path / "response.png").read_bytes().startswith(b"\x89PNG")
     both = found.as_json()["responses"]
     assert [one["engine"] for one in both] == ["spice", "ideal"]
-    assert both[0]["sweeps"]["from rest"]["points"][0]["mean_power_per_g2"] == pytest.approx(16.0 * power)
+    assert both[0]["sweeps"]["from rest"]["points"][0]["mean_power_per_g2"] == pytest.approx(
+        16.0 * power
+    )
     assert "up and down" in str(found) and "at least" in str(found)
 
 
@@ -81,13 +98,22 @@ def test_several_loads_and_a_map(harvester, tmp_path):
     """Each value has a response of its own, those of a scene with it; many values of the level make a map."""
     linear = hv.loads(BRIDGE).with_load(resistance=50e3)
     (tmp_path / "scene.toml").write_text(linear.to_toml())
-    asked = ["response", str(tmp_path / "scene.toml"), "--sweep", "44Hz:50Hz:7", "--out", str(tmp_path)]
+    asked = [
+        "response",
+        str(tmp_path / "scene.toml"),
+        "--sweep",
+        "44Hz:50Hz:7",
+        "--out",
+        str(tmp_path),
+    ]
     status, text, _ = harvester(*asked, "--vary", "load.resistance=10k,100k", "--json")
     assert status == 0
     for one, load in zip(json.loads(text)["responses"], (1e4, 1e5), strict=True):
         alone = hv.response(linear.with_load(resistance=load), "44Hz:50Hz:7")
         assert one["varied"] == {"load.resistance": load}
-        assert one["sweeps"]["up"]["peak_power"]["value"] == pytest.approx(alone.peak("up").mean_power.value, rel=1e-12)
+        assert one["sweeps"]["up"]["peak_power"]["value"] == pytest.approx(
+            alone.peak("up").mean_power.value, rel=1e-12
+        )
     levels = ["--vary", "acceleration_amplitude=.1g:1g:8"]
     status, text, _ = harvester(*asked, *levels)
     assert status == 0 and "up and down" in text
@@ -98,7 +124,11 @@ def test_several_loads_and_a_map(harvester, tmp_path):
     heights = drawn.axes[0].collections[0].get_array()
     assert heights.shape[0] == 8 and np.ptp(heights, axis=0).max() < 1e-9 * heights.max()
     with (tmp_path / "response.csv").open() as file:
-        assert next(csv.reader(file))[:3] == ["excitation.acceleration_amplitude (m/s^2)", "engine", "direction"]
+        assert next(csv.reader(file))[:3] == [
+            "excitation.acceleration_amplitude (m/s^2)",
+            "engine",
+            "direction",
+        ]
 
 
 @pytest.mark.ngspice
@@ -114,8 +144,13 @@ def test_a_frequency_that_fails(monkeypatch):
 
     monkeypatch.setattr(Spice, "run_near", fails_above_45)
     found = hv.response(linear, SWEEP, engine="spice")
-    assert [p.frequency for p in found.points] == [44.0] and [f for f, _ in found.failures] == [47.0, 50.0]
-    assert "failed at 2 of 3 frequencies, as 47 Hz: the circuit does not converge at node 7" in str(found)
+    assert [p.frequency for p in found.points] == [44.0] and [f for f, _ in found.failures] == [
+        47.0,
+        50.0,
+    ]
+    assert "failed at 2 of 3 frequencies, as 47 Hz: the circuit does not converge at node 7" in str(
+        found
+    )
     with pytest.raises(CircuitError, match="node 7"):
         hv.response(linear, [46.0, 47.0, 48.0], engine="spice")
 
@@ -127,7 +162,11 @@ def test_a_neighbour_leads_to_the_response_from_rest():
     slow = hv.loads(BRIDGE.replace("0.3 uF", "10 uF"))
     followed = hv.response(slow, [45.0, 45.5], engine="spice").points[1].mean_power
     alone = Spice().run(slow.vary("excitation.frequency", 45.5)).mean_power
-    assert abs(followed.value - alone.value) < followed.known_error95 + alone.known_error95 < 2e-3 * alone.value
+    assert (
+        abs(followed.value - alone.value)
+        < followed.known_error95 + alone.known_error95
+        < 2e-3 * alone.value
+    )
 
 
 @pytest.mark.thorough("test_engines_agree_on_a_resistor")
@@ -144,15 +183,24 @@ def test_ngspice_follows_branches_up_and_down():
 def test_rows_of_the_bar():
     linear = scene(DRIVEN)
     points = points_of(linear, {"nondimensional.mu": [0.5, 1.0, 2.0]})
-    assert rows_of(linear, engines_of(linear, ["exact", "spice"]), 5, points) == {"exact": 30, "spice": 15}
+    assert rows_of(linear, engines_of(linear, ["exact", "spice"]), 5, points) == {
+        "exact": 30,
+        "spice": 15,
+    }
 
 
 @pytest.mark.parametrize(
     "options, said",
     [
-        (["--vary", "excitation.frequency=1,2"], "--vary must leave out excitation.frequency, which is what --sweep"),
+        (
+            ["--vary", "excitation.frequency=1,2"],
+            "--vary must leave out excitation.frequency, which is what --sweep",
+        ),
         (["--vary", "load.resistance=-1k,2k"], "load.resistance"),
-        (["--vary", "acceleration_amplitude=0,1"], "acceleration_amplitude must be given, above 0, for a frequency"),
+        (
+            ["--vary", "acceleration_amplitude=0,1"],
+            "acceleration_amplitude must be given, above 0, for a frequency",
+        ),
         (["--engine", "spicy"], "did you mean 'spice'"),
         (["--engine", "exact", "--engine", "exact"], "names 'exact' twice"),
         (["--engine", "exact", "--budget", "3s"], "--budget must be left out with engine 'exact'"),
@@ -189,23 +237,37 @@ def test_a_wrong_unit_of_the_sweep_is_doubted_before_the_run(harvester, monkeypa
     _, _, error = harvester(*asked, "3kHz:4kHz:3")
     first, second, last = error.splitlines()
     for line, shown in ((first, "3000"), (second, "4000")):
-        assert line.startswith(f"response: warning: at an end of --sweep, excitation.frequency is {shown} Hz")
+        assert line.startswith(
+            f"response: warning: at an end of --sweep, excitation.frequency is {shown} Hz"
+        )
     assert "begun" in last
     assert len(harvester(*asked, "44Hz:50Hz:3")[2].splitlines()) == 1
 
 
 def test_a_csv_file_of_what_is_not_known():
     """The whole error of a power stands there where it is known, and a frequency that failed has its reason."""
-    known, half = Value(2.0, bias=0.5), Value(2.0, bias=0.5, unknown="ideal diodes")
-    points = [ResponsePoint("up", float(k), Value(1.0), power, 0.0) for k, power in enumerate((known, half))]
-    found = FrequencyResponse(tuple(points), False, failures=(Failure(7.0, "no convergence, at node 7"),))
+    known = Value(2.0, bias=0.5)
+    half = Value(2.0, bias=0.5, unknown="ideal diodes")
+    points = [
+        ResponsePoint("up", float(k), Value(1.0), power, 0.0)
+        for k, power in enumerate((known, half))
+    ]
+    found = FrequencyResponse(
+        tuple(points), False, failures=(Failure(7.0, "no convergence, at node 7"),)
+    )
     several = FrequencyResponses((found,)).table.csv(units=True)
     for text in (found.table.csv(units=True), several):
         rows = list(csv.DictReader(text.splitlines()))
         assert [row["mean_power_error95"] for row in rows] == ["0.5", "", ""]
         assert [row["error"] for row in rows] == ["", "", "no convergence, at node 7"]
-        assert {name for name, cell in rows[2].items() if cell} - {"engine"} == {"frequency", "error"}
-        assert all(len(row) == len(next(csv.reader(text.splitlines()))) for row in csv.reader(text.splitlines()))
+        assert {name for name, cell in rows[2].items() if cell} - {"engine"} == {
+            "frequency",
+            "error",
+        }
+        assert all(
+            len(row) == len(next(csv.reader(text.splitlines())))
+            for row in csv.reader(text.splitlines())
+        )
 
 
 def test_numbers_without_a_unit():
@@ -232,7 +294,9 @@ def test_only_some_responses_have_a_bandwidth():
     """The column of the bandwidth is empty where the half power is beyond the sweep."""
     linear = hv.loads(BRIDGE).with_load(resistance=50e3)
     resonance = float(np.sqrt(1364.1 / 16.542e-3) / (2 * np.pi))
-    wide, narrow = (hv.response(linear, [resonance - d, resonance, resonance + d]) for d in (8.0, 0.01))
+    wide, narrow = (
+        hv.response(linear, [resonance - d, resonance, resonance + d]) for d in (8.0, 0.01)
+    )
     assert wide.bandwidth("up") is not None and narrow.bandwidth("up") is None
     cells = FrequencyResponses((narrow, wide)).peaks["half_power_bandwidth"]
     assert [cell is None for cell in cells] == [True] * (len(cells) - 1) + [False]

@@ -53,7 +53,15 @@ def interrupted(some, sweep, out, engines, after):
 def resumed(some, sweep, out, engines=None):
     """The response that goes on, and how many frequencies were computed and kept."""
     computed, kept = [], []
-    found = draw(some, sweep, out, engines=engines, report=computed.append, report_reused=kept.append, resume=True)
+    found = draw(
+        some,
+        sweep,
+        out,
+        engines=engines,
+        report=computed.append,
+        report_reused=kept.append,
+        resume=True,
+    )
     return found, len(computed), len(kept)
 
 
@@ -62,23 +70,35 @@ def test_killed(tmp_path):
     """Trajectories go on from where the killed program left them: on the way down, of an odd number of points."""
     (tmp_path / "scene.toml").write_text(HARDENING.to_toml())
     out = tmp_path / "out"
-    done = subprocess.run([sys.executable, "-c", KILLED, tmp_path / "scene.toml", out], timeout=60, check=False)
-    assert done.returncode == -signal.SIGKILL and [path.name for path in out.iterdir()] == [RESPONSE.file]
+    done = subprocess.run(
+        [sys.executable, "-c", KILLED, tmp_path / "scene.toml", out], timeout=60, check=False
+    )
+    assert done.returncode == -signal.SIGKILL and [path.name for path in out.iterdir()] == [
+        RESPONSE.file
+    ]
     found, computed, kept = resumed(HARDENING, "0.9:1.1:3", out)
     assert (computed, kept) == (2, 4)
     assert found.table.csv() == hv.responses(HARDENING, "0.9:1.1:3").table.csv()
-    assert {path.name for path in out.iterdir()} == {"response.csv", "response.png", "provenance.json"}
+    assert {path.name for path in out.iterdir()} == {
+        "response.csv",
+        "response.png",
+        "provenance.json",
+    }
 
 
 @pytest.mark.thorough("test_what_is_no_step")
 @pytest.mark.ngspice
 def test_interrupted_with_ngspice(tmp_path):
     """Two engines: that which was done is not computed again, and ngspice goes on from the last periodic state."""
-    bridge, engines = hv.loads(bimorph('R = "100 kohm", C = "0.3 uF"')), ["ideal", "spice"]
+    bridge = hv.loads(bimorph('R = "100 kohm", C = "0.3 uF"'))
+    engines = ["ideal", "spice"]
     whole = draw(bridge, "44Hz:50Hz:3", tmp_path / "whole", engines=engines)
     out = tmp_path / "out"
     said = interrupted(bridge, "44Hz:50Hz:3", out, engines, 8)
-    assert said == f"interrupted: 8 of 9 points are in {str(out)!r}; the same command with `resume` goes on from there"
+    assert (
+        said
+        == f"interrupted: 8 of 9 points are in {str(out)!r}; the same command with `resume` goes on from there"
+    )
     found, computed, kept = resumed(bridge, "44Hz:50Hz:3", out, engines)
     assert (computed, kept) == (1, 8)
     assert found.table.csv() == whole.table.csv()
@@ -88,7 +108,14 @@ def test_another_response_is_refused(harvester, tmp_path):
     """One line, status 2, and what is there stays; without --resume all begins anew."""
     (tmp_path / "scene.toml").write_text(HARDENING.to_toml())
     interrupted(HARDENING, "0.9:1.1:3", tmp_path, None, 1)
-    asked = ["response", str(tmp_path / "scene.toml"), "--out", str(tmp_path), "--resume", "--sweep"]
+    asked = [
+        "response",
+        str(tmp_path / "scene.toml"),
+        "--out",
+        str(tmp_path),
+        "--resume",
+        "--sweep",
+    ]
     for more, what in ((["0.9:1.1:4"], "sweep"), (["0.9:1.1:3", "--seed", "2"], "engines")):
         status, _, error = harvester(*asked, *more)
         assert status == 2
@@ -121,7 +148,8 @@ def test_what_is_no_step(tmp_path, forged):
         (row,) = journal.earlier(now)
         journal.begin(now, [dataclasses.replace(row, content=forged(row.content))])
     with pytest.raises(
-        InputError, match=r"^`resume` must find response.journal as it was written, but a step .*version"
+        InputError,
+        match=r"^`resume` must find response.journal as it was written, but a step .*version",
     ):
         resumed(HARDENING, "0.9:1.1:3", tmp_path)
 
@@ -130,7 +158,10 @@ def test_what_is_no_step(tmp_path, forged):
 @pytest.mark.ngspice
 @pytest.mark.parametrize(
     ("old", "new"),
-    [('"p":', '"p)=1\\n.control\\nshell touch x\\n.endc\\n*":'), ('"turns":1,', '"turns":1000000000,')],
+    [
+        ('"p":', '"p)=1\\n.control\\nshell touch x\\n.endc\\n*":'),
+        ('"turns":1,', '"turns":1000000000,'),
+    ],
     ids=["node", "periods"],
 )
 def test_a_state_that_is_none(tmp_path, old, new):

@@ -37,7 +37,8 @@ def linear_power(mu, beta=BETA):
 class Surface(Engine):
     """An engine whose power over mu is a given function, with the noise of its trajectories.
 
-    Each trajectory's power is P (1 + a + b cos(3 log mu)), a and b its own: most of the noise is common to all places.
+    Each trajectory's power is P (1 + a + b cos(3 log mu)), a and b its own: most of the noise is
+    common to all places.
     """
 
     seed: int = 0
@@ -54,7 +55,8 @@ class Surface(Engine):
         if self.shape == "refuses" and table.mu > 1.0:
             raise SimulationError("mu is above 1")
         power = {
-            "two peaks": math.exp(-(((u + 1.5) / 0.7) ** 2)) + 1.1 * math.exp(-(((u - 1.5) / 0.7) ** 2)),
+            "two peaks": math.exp(-(((u + 1.5) / 0.7) ** 2))
+            + 1.1 * math.exp(-(((u - 1.5) / 0.7) ** 2)),
             "flat": 1.0,
             "skewed": 1.0 / (1.0 + math.exp(2.0 * u) + math.exp(-0.5 * u)),
             "refuses": math.exp(-((u + 1.5) ** 2)),
@@ -62,16 +64,22 @@ class Surface(Engine):
         }[self.shape]
         a, b = np.random.default_rng(self.seed).normal(size=(2, self.trajectories)) * self.noise
         samples = power * (1.0 + a + b * math.cos(3.0 * u))
-        value = Value(float(samples.mean()), float(samples.std(ddof=1) / math.sqrt(self.trajectories)))
+        value = Value(
+            float(samples.mean()), float(samples.std(ddof=1) / math.sqrt(self.trajectories))
+        )
         details = {"trajectories": self.trajectories}
-        return Estimate(self.NAME, False, value, value, {}, (), 1e-4, 0, details=details, power_samples=samples)
+        return Estimate(
+            self.NAME, False, value, value, {}, (), 1e-4, 0, details=details, power_samples=samples
+        )
 
 
 @pytest.mark.thorough("test_gradient_is_that_of_differences")
 @pytest.mark.slow
 def test_density_finds_the_closed_form_by_its_gradient():
     """At sqrt(1 + beta) for small damping, known from `exact`: within the interval that the gradient's error leaves."""
-    found = hv.optimise(LINEAR, vary={"nondimensional.mu": (0.3, 5.0)}, engine="density", budget=600.0)
+    found = hv.optimise(
+        LINEAR, vary={"nondimensional.mu": (0.3, 5.0)}, engine="density", budget=600.0
+    )
     exact = hv.optimise(LINEAR, vary={"nondimensional.mu": (0.3, 5.0)}, engine="exact")
     best = only(found)
     assert best.low95 <= only(exact).value <= best.high95
@@ -84,7 +92,9 @@ def test_density_finds_the_closed_form_by_its_gradient():
 @pytest.mark.thorough("test_gradient_is_that_of_differences")
 @pytest.mark.slow
 def test_density_stays_at_the_end_of_a_range_where_power_would_rise_beyond():
-    found = hv.optimise(LINEAR, vary={"nondimensional.mu": (0.1, 0.4)}, engine="density", budget=600.0)
+    found = hv.optimise(
+        LINEAR, vary={"nondimensional.mu": (0.1, 0.4)}, engine="density", budget=600.0
+    )
     assert (only(found).boundary, only(found).value) == ("high", 0.4)
 
 
@@ -104,7 +114,10 @@ def only(answer):
             "load.resistance=2k:1k",
             "the range of load.resistance must be LOW:HIGH with LOW below HIGH, but is '2000:1000'",
         ),
-        ("load.resistance=0:1k", "load.resistance must be a load resistance (ohm), such as '1 Mohm', above 0"),
+        (
+            "load.resistance=0:1k",
+            "load.resistance must be a load resistance (ohm), such as '1 Mohm', above 0",
+        ),
     ],
 )
 def test_what_is_no_range(text, line):
@@ -116,7 +129,11 @@ def test_what_is_no_range(text, line):
     ("over", "options", "line"),
     [
         ({}, {}, "`vary` must be given for 1 to 4 keys, but is 0"),
-        ({"load.resistance": (1.0, 2.0)}, {}, "[load] must be left out where [nondimensional] is given"),
+        (
+            {"load.resistance": (1.0, 2.0)},
+            {},
+            "[load] must be left out where [nondimensional] is given",
+        ),
         (
             {"nondimensional.restitution": (0.0, 2.0)},
             {},
@@ -145,7 +162,13 @@ def test_fit_of_a_cubic_is_exact():
     assert len(exponents(2, 3)) == 10
 
     def cubic(x, y):
-        return 3.0 - (x - 0.2) ** 2 - 2.0 * (y + 0.1) ** 2 + 0.3 * (x - 0.2) * (y + 0.1) + 0.2 * (x - 0.2) ** 3
+        return (
+            3.0
+            - (x - 0.2) ** 2
+            - 2.0 * (y + 0.1) ** 2
+            + 0.3 * (x - 0.2) * (y + 0.1)
+            + 0.2 * (x - 0.2) ** 3
+        )
 
     box = np.ones(2)
     fit = Fit(places, cubic(*places.T), 1e-12 * np.eye(len(places)), -box, box, np.zeros((2, 2)))
@@ -158,7 +181,8 @@ def test_fit_of_a_cubic_is_exact():
 
 def test_the_interval_of_a_place():
     """Of 1 - x^2 under independent noise: Fieller's widening, and what a bias of the step moves the place by."""
-    x, box = np.linspace(-1.0, 1.0, 21)[:, None], np.ones(1)
+    x = np.linspace(-1.0, 1.0, 21)[:, None]
+    box = np.ones(1)
     square, fourth = np.sum(x**2), np.sum(x**4)
     noise = 0.25 * math.sqrt(fourth - square**2 / len(x))  # the curvature is 4 standard errors
     fit = Fit(x, 1.0 - x[:, 0] ** 2, noise**2 * np.eye(len(x)), -box, box, np.zeros((2, 1)), 2)
@@ -194,7 +218,10 @@ def test_formula_finds_the_exact_optimum():
     power = answer.mean_power
     assert abs(power.value - linear_power(math.sqrt(1.0 + BETA))) < power.known_error95
     # The interval is where the power is within the stated errors: at its ends it just is.
-    ends = [hv.Averaged().run(LINEAR.vary("nondimensional.mu", mu)).mean_power for mu in (key.low95, key.high95)]
+    ends = [
+        hv.Averaged().run(LINEAR.vary("nondimensional.mu", mu)).mean_power
+        for mu in (key.low95, key.high95)
+    ]
     for end in ends:
         assert end.value + end.model == pytest.approx(power.value - power.model, rel=2e-3)
 
@@ -211,13 +238,19 @@ def test_weak_coupling_and_a_stop():
 
     def correlation(s):
         rho = math.exp(-0.5 * c * s) * (math.cos(wd * s) + 0.5 * c / wd * math.sin(wd * s))
-        return math.sqrt(max(1.0 - rho * rho, 0.0)) + rho * math.asin(max(min(rho, 1.0), -1.0)) - 1.0
+        return (
+            math.sqrt(max(1.0 - rho * rho, 0.0)) + rho * math.asin(max(min(rho, 1.0), -1.0)) - 1.0
+        )
 
     def power(mu):
-        tail = quad(lambda s: math.exp(-mu * s) * correlation(s), 0.0, 60.0 / mu, limit=2000, epsabs=1e-7)[0]
+        tail = quad(
+            lambda s: math.exp(-mu * s) * correlation(s), 0.0, 60.0 / mu, limit=2000, epsabs=1e-7
+        )[0]
         return mu * (correlation(0.0) - mu * tail)
 
-    exact = minimize_scalar(lambda mu: -power(mu), bounds=(1.0, 4.0), method="bounded", options={"xatol": 1e-3}).x
+    exact = minimize_scalar(
+        lambda mu: -power(mu), bounds=(1.0, 4.0), method="bounded", options={"xatol": 1e-3}
+    ).x
     weak = systems.scene(systems.changed(systems.linear(1e-4, 1.0, c), restitution=0.9999))
     key = only(hv.optimise(weak, vary=MU, engine=hv.Averaged()))
     assert key.value == pytest.approx(exact, rel=0.01)
@@ -260,7 +293,8 @@ def test_two_keys_by_ensemble():
     assert (beta.value, beta.high95, beta.boundary) == (3.0, 3.0, "high")
     assert beta.low95 > 2.95
     half = 0.5 * math.log(mu.high95 / mu.low95)
-    assert abs(math.log(mu.value / 2.0)) < 2.0 * half < 0.2  # .25 without controls and with 1024 trajectories
+    # .25 without controls and with 1024 trajectories
+    assert abs(math.log(mu.value / 2.0)) < 2.0 * half < 0.2
     power = answer.mean_power
     assert abs(power.value - linear_power(mu.value, 3.0)) < 4.0 * power.stderr + power.bias
 
@@ -289,7 +323,8 @@ def test_coverage_of_the_intervals(sampled):
     """
     keys, powers = 0, 0
     for answer in sampled:
-        key, power = only(answer), answer.mean_power
+        key = only(answer)
+        power = answer.mean_power
         keys += key.low95 <= math.sqrt(1.0 + BETA) <= key.high95
         powers += abs(power.value - linear_power(key.value)) <= power.known_error95
         assert key.high95 / key.low95 < 1.1
@@ -302,13 +337,18 @@ def test_intervals_are_no_wider_than_they_must():
     """With synthetic noise, the distance from the true optimum over the stated error scatters like 1, not less."""
     from scipy.optimize import minimize_scalar
 
-    skewed = minimize_scalar(lambda u: math.exp(2.0 * u) + math.exp(-0.5 * u), bounds=(-3.0, 3.0), method="bounded").x
+    skewed = minimize_scalar(
+        lambda u: math.exp(2.0 * u) + math.exp(-0.5 * u), bounds=(-3.0, 3.0), method="bounded"
+    ).x
     scores = []
     for seed in range(40):
-        key = only(hv.optimise(LINEAR, vary=MU, engine=Surface(seed=seed, noise=1.0, shape="skewed")))
+        key = only(
+            hv.optimise(LINEAR, vary=MU, engine=Surface(seed=seed, noise=1.0, shape="skewed"))
+        )
         scores.append((math.log(key.value) - skewed) / (math.log(key.high95 / key.low95) / 3.92))
     assert abs(np.mean(scores)) < 4.0 / math.sqrt(40)
-    assert 0.5 < np.std(scores) < 1.4  # the standard deviation of 40 scores of 1 has an error of .11
+    # the standard deviation of 40 scores of 1 has an error of .11
+    assert 0.5 < np.std(scores) < 1.4
 
 
 @pytest.mark.statistics
@@ -316,7 +356,9 @@ def test_intervals_are_no_wider_than_they_must():
 def test_two_peaks(noise):
     """Both are found, the higher one first, wherever the search begins."""
     answer = hv.optimise(LINEAR, vary=MU, engine=Surface(noise=noise))
-    assert [math.log(keys["nondimensional.mu"]) for keys, _ in answer.peaks] == pytest.approx([1.5, -1.5], abs=0.05)
+    assert [math.log(keys["nondimensional.mu"]) for keys, _ in answer.peaks] == pytest.approx(
+        [1.5, -1.5], abs=0.05
+    )
     for (_, power), height in zip(answer.peaks, (1.1, 1.0), strict=True):
         assert power.value == pytest.approx(height, abs=4.0 * (power.stderr or 0.0) + 1e-3)
     assert only(answer).value == answer.peaks[0][0]["nondimensional.mu"]
@@ -372,7 +414,12 @@ def test_a_budget_too_small(engine):
 
 def test_a_budget_for_one_evaluation_of_two_keys():
     """Both keys have a value: the best place had as many faces as there were evaluations, and the second key none."""
-    answer = hv.optimise(LINEAR, vary=MU | {"nondimensional.beta": (0.3, 0.7)}, engine=Surface(noise=0.1), budget=1e-6)
+    answer = hv.optimise(
+        LINEAR,
+        vary=MU | {"nondimensional.beta": (0.3, 0.7)},
+        engine=Surface(noise=0.1),
+        budget=1e-6,
+    )
     assert len(answer.own_points) == 2 and [key.boundary for key in answer.keys] == [None, None]
     assert answer.is_cut_short
 
@@ -418,13 +465,18 @@ def test_evaluations_that_were_cut_off_take_no_part():
     figure = answer.plot(None)
     (legend,) = figure.legends
     told = legend.get_title().get_text().replace("\n", " ")
-    assert f"Not drawn: {said.numbers['unsound']} evaluations not settled, cut off or without an error." in told
+    assert (
+        f"Not drawn: {said.numbers['unsound']} evaluations not settled, cut off or without an error."
+        in told
+    )
 
 
 def test_a_short_repr():
     """One line, however many evaluations there were."""
     answer = hv.optimise(LINEAR, vary=MU, engine="exact")
-    assert repr(answer).startswith("Optimum(engine='exact', mean_power=") and "\n" not in repr(answer)
+    assert repr(answer).startswith("Optimum(engine='exact', mean_power=") and "\n" not in repr(
+        answer
+    )
     assert len(answer.to_pandas()) == len(answer.points) == answer.as_json()["evaluations"]
     assert answer.to_xarray().sizes["row"] == len(answer.points)
 
@@ -452,19 +504,27 @@ def test_command(tmp_path):
     scene = tmp_path / "scene.toml"
     scene.write_text(LINEAR.to_toml())
     args = ["optimise", str(scene), "--vary", "nondimensional.mu=0.05:20", "--trajectories", "512"]
-    told = CliRunner().invoke(cli, [*args, "--json", "--out", str(tmp_path / "out")], catch_exceptions=False)
+    told = CliRunner().invoke(
+        cli, [*args, "--json", "--out", str(tmp_path / "out")], catch_exceptions=False
+    )
     answer = json.loads(told.stdout)
     key = answer["keys"]["nondimensional.mu"]
     assert key["low95"] < key["value"] < key["high95"]
     assert key["boundary"] is None
     assert {"value", "stderr", "step_bias", "model_bias", "error95"} == set(answer["mean_power"])
     assert answer["evaluations"] == sum(answer["evaluations_by_engine"].values())
-    assert {p.name for p in (tmp_path / "out").iterdir()} == {"optimise.csv", "optimise.png", "provenance.json"}
+    assert {p.name for p in (tmp_path / "out").iterdir()} == {
+        "optimise.csv",
+        "optimise.png",
+        "provenance.json",
+    }
     with (tmp_path / "out" / "optimise.csv").open() as file:
         rows = list(csv.DictReader(file))
     assert len(rows) == answer["evaluations"]
     assert float(rows[-1]["mean_power"]) == pytest.approx(answer["mean_power"]["value"], rel=1e-8)
-    assert json.loads((tmp_path / "out" / "provenance.json").read_text())["over"] == {"nondimensional.mu": [0.05, 20.0]}
+    assert json.loads((tmp_path / "out" / "provenance.json").read_text())["over"] == {
+        "nondimensional.mu": [0.05, 20.0]
+    }
     assert (tmp_path / "out" / "optimise.png").read_bytes().startswith(b"\x89PNG")
 
 
@@ -474,9 +534,16 @@ def test_command(tmp_path):
 def test_spice():
     """ngspice settles where the ensemble led it: few runs, none of a scan."""
     engine = hv.Spice(trajectories=8)
-    answer = hv.optimise(LINEAR, vary={"nondimensional.mu": (0.2, 6.0)}, engine=engine, within=0.05, budget=600.0)
+    answer = hv.optimise(
+        LINEAR, vary={"nondimensional.mu": (0.2, 6.0)}, engine=engine, within=0.05, budget=600.0
+    )
     key = only(answer)
     half = 0.5 * math.log(key.high95 / key.low95)
     assert abs(math.log(key.value / math.sqrt(1.0 + BETA))) < 2.0 * half
     assert answer.evaluations["spice"] <= 40
-    assert {p.stage for p in answer.points if p.engine == "spice"} <= {"pilot", "climb", "box", "optimum"}
+    assert {p.stage for p in answer.points if p.engine == "spice"} <= {
+        "pilot",
+        "climb",
+        "box",
+        "optimum",
+    }

@@ -35,4 +35,7 @@ def test_the_best_element_of_a_board_is_that_of_the_closed_form(tmp_path):
     (key,) = found.keys
     best = minimize_scalar(lambda ohm: -power(ohm), bounds=(1e4, 1e7), options={"xatol": 1.0})
     assert found.estimate.mean_power.value == pytest.approx(-best.fun, rel=2e-3)
-    assert key.key == "load.parameters.R7" and 0.99 * key.low95 < best.x < 1.01 * key.high95 < 1.02 * key.low95
+    assert (
+        key.key == "load.parameters.R7"
+        and 0.99 * key.low95 < best.x < 1.01 * key.high95 < 1.02 * key.low95
+    )

@@ -26,10 +26,17 @@ def linear_power(mu):
 @pytest.mark.slow
 def test_quantile_of_a_known_function():
     """mu anywhere within 40 %: the worst 5 % are at the ends, and the best mu is where the ends are equally bad."""
-    best = hv.optimise(LINEAR, vary="nondimensional.mu=E48:.5:5", spread={"nondimensional.mu": "40%"}, objective="5%")
+    best = hv.optimise(
+        LINEAR,
+        vary="nondimensional.mu=E48:.5:5",
+        spread={"nondimensional.mu": "40%"},
+        objective="5%",
+    )
     grid = np.geomspace(0.5, 5.0, 2001)
     u = (np.arange(400) + 0.5) / 400
-    table = np.array([[linear_power(mu * (0.6 + 0.8 * one)) for one in u[::8]] for mu in grid[::10]])
+    table = np.array(
+        [[linear_power(mu * (0.6 + 0.8 * one)) for one in u[::8]] for mu in grid[::10]]
+    )
     worst = np.quantile(table, 0.05, axis=1)
     found = best.keys[0].value
     assert found == pytest.approx(grid[::10][worst.argmax()], rel=0.1)
@@ -41,7 +48,9 @@ def test_limit_binds_where_it_should():
     """E[V^2] falls with mu: below its unlimited optimum a limit keeps mu at the place that the closed form names."""
     free = hv.optimise(LINEAR, vary=MU, engine="exact").keys[0].value
     bound = systems.linear_v2(systems.linear(BETA, 2.0 * free, DAMPING))
-    best = hv.optimise(LINEAR, vary=MU, constraints=[f"mean_square_voltage < {bound}", "mean_power > 1e-9"])
+    best = hv.optimise(
+        LINEAR, vary=MU, constraints=[f"mean_square_voltage < {bound}", "mean_power > 1e-9"]
+    )
     assert best.keys[0].value == pytest.approx(2.0 * free, rel=0.01)
     assert [one.quantity for one in best.binds] == ["mean_square_voltage"] and best.met
 
@@ -58,7 +67,9 @@ def test_the_plate_with_a_stop():
     """The optimum for the 5 % quantile has a higher quantile than that for the mean, also by `tolerance` itself."""
     over = {"load.resistance": "E24:200k:1M"}
     spread = {"load.resistance": "50%", "piezo.capacitance": "30%"}
-    worst, mean = (hv.optimise(STOP, vary=over, spread=spread, objective=aim) for aim in ("5%", "mean_power"))
+    worst, mean = (
+        hv.optimise(STOP, vary=over, spread=spread, objective=aim) for aim in ("5%", "mean_power")
+    )
     loads = [one.keys[0].value for one in (worst, mean)]
     assert loads[0] != loads[1] and {*loads} < {*preferred.between("E24", 2e5, 1e6)}
     quantiles, means = [], []
@@ -84,9 +95,13 @@ def test_next_value_of_a_series_breaks_the_limit():
 def test_limit_of_a_peak():
     """The best load without it breaks it; with it, the largest voltage over the lifetime is just allowed."""
     over = {"load.resistance": ("100 kohm", "10 Mohm")}
-    best = hv.optimise(PLATE, vary=over, constraints=["peak_voltage < 12 V"], lifetime="5 years", budget=20)
+    best = hv.optimise(
+        PLATE, vary=over, constraints=["peak_voltage < 12 V"], lifetime="5 years", budget=20
+    )
     load = best.keys[0].value
-    there = hv.extremes(hv.load(PLATE).with_load(load), lifetime="5 years").levels["peak_voltage"][0.95]
+    there = hv.extremes(hv.load(PLATE).with_load(load), lifetime="5 years").levels["peak_voltage"][
+        0.95
+    ]
     assert there.value + there.known_error95 == pytest.approx(12.0, rel=0.01)
     assert [one.quantity for one in best.binds] == ["peak_voltage"]
     assert load < 0.9 * hv.optimise(PLATE, vary=over, engine="exact").keys[0].value
@@ -100,20 +115,36 @@ def test_limit_of_a_peak_behind_a_stop(monkeypatch):
     monkeypatch.setattr("harvester.studies.tolerance.peaks.BLOCKS", 256)
     monkeypatch.setattr("harvester.studies.optimum.under_limits.LONG", 1)
     over = {"load.resistance": ("100 kohm", "1 Mohm")}
-    most = hv.extremes(hv.load(STOP).with_load("250 kohm"), lifetime="1 h").levels["peak_voltage"][0.95].value
-    best = hv.optimise(STOP, vary=over, constraints=[f"peak_voltage < {most} V"], lifetime="1 h", budget=40)
-    load, own = best.keys[0].value, best.limited_peaks["peak_voltage"]
+    most = (
+        hv.extremes(hv.load(STOP).with_load("250 kohm"), lifetime="1 h")
+        .levels["peak_voltage"][0.95]
+        .value
+    )
+    best = hv.optimise(
+        STOP, vary=over, constraints=[f"peak_voltage < {most} V"], lifetime="1 h", budget=40
+    )
+    load = best.keys[0].value
+    own = best.limited_peaks["peak_voltage"]
     assert [one.quantity for one in best.binds] == ["peak_voltage"] and best.met
     assert best.outcome.quantities[0] == pytest.approx(most, rel=0.01)
     assert own.value - own.known_error95 < most and 120e3 < load < 300e3
     assert ("cannot decide" in str(best)) == bool(best.straddled)
-    assert "values of peaks are at the unsafe end of their error" in str(best) and "  binds  " in str(best)
+    assert "values of peaks are at the unsafe end of their error" in str(
+        best
+    ) and "  binds  " in str(best)
     assert best.mean_power.value > 7e-6  # not what the search makes of a broken limit
 
 
 @pytest.mark.slow
 def test_a_budget_too_short_for_the_paths(harvester):
-    words = ("--vary", "load.resistance=100k:1M", "--constraint", "peak_voltage < 9 V", "--lifetime", "1 h")
+    words = (
+        "--vary",
+        "load.resistance=100k:1M",
+        "--constraint",
+        "peak_voltage < 9 V",
+        "--lifetime",
+        "1 h",
+    )
     status, out, err = harvester("optimise", STOP, *words, "--budget", "0.1s")
     assert (status, out) == (3, "") and "whose peaks are counted: allow a --budget of" in err
 
@@ -141,7 +172,11 @@ def test_command(harvester, tmp_path):
     found = json.loads(out)
     assert (found["engine"], found["for"], found["met"]) == ("exact", 0.05, True)
     assert found["binds"] == ["voltage_rms < 2.5 V"]
-    assert {path.name for path in (tmp_path / "best").iterdir()} == {"optimise.csv", "optimise.png", "provenance.json"}
+    assert {path.name for path in (tmp_path / "best").iterdir()} == {
+        "optimise.csv",
+        "optimise.png",
+        "provenance.json",
+    }
     status, out, _ = harvester(*words[:-3])
     assert status == 0 and out.count("  binds\n") == 1 and "all but 5 % of the devices" in out
 
@@ -149,25 +184,56 @@ def test_command(harvester, tmp_path):
 @pytest.mark.parametrize(
     ("words", "error"),
     [
-        (["--vary", "load.resistance=1k:1M", "--objective", "5%"], "--objective of a share must go with --spread"),
         (
-            ["--vary", "load.resistance=1k:1M", "--spread", "piezo.capacitance=10%", "--objective", "70%"],
+            ["--vary", "load.resistance=1k:1M", "--objective", "5%"],
+            "--objective of a share must go with --spread",
+        ),
+        (
+            [
+                "--vary",
+                "load.resistance=1k:1M",
+                "--spread",
+                "piezo.capacitance=10%",
+                "--objective",
+                "70%",
+            ],
             "--objective must be a share",
         ),
         (
-            ["--vary", "load.resistance=1k:1M", "--spread", "piezo.capacitance=10%", "--objective", "x"],
+            [
+                "--vary",
+                "load.resistance=1k:1M",
+                "--spread",
+                "piezo.capacitance=10%",
+                "--objective",
+                "x",
+            ],
             "unknown quantity of --objective",
         ),
         (["--vary", "load.resistance=1k:1M", "--constraint", "voltage > 3"], "voltage_rms"),
         (
-            ["--vary", "load.resistance=1k:1M", "--constraint", "voltage_rms<3V", "--engine", "ensemble"],
+            [
+                "--vary",
+                "load.resistance=1k:1M",
+                "--constraint",
+                "voltage_rms<3V",
+                "--engine",
+                "ensemble",
+            ],
             "one of formulas",
         ),
         (["--vary", "load.resistance=E24:1M:1M"], "two values of E24"),
         (["--vary", "load.resistance=E24:1k"], "KEY=E24:LOW:HIGH"),
         (["--vary", "load.resistance=E25:1k:1M"], "KEY=LOW:HIGH"),
         (
-            ["--vary", "load.resistance=1k:1M", "--constraint", "voltage_rms<3V", "--trajectories", "5"],
+            [
+                "--vary",
+                "load.resistance=1k:1M",
+                "--constraint",
+                "voltage_rms<3V",
+                "--trajectories",
+                "5",
+            ],
             "--trajectories",
         ),
     ],
@@ -187,7 +253,9 @@ def test_front_of_power_and_voltage():
     assert mus[0] == pytest.approx(20.0) and mus[-1] == pytest.approx(free, rel=0.02)
     assert len(mus) == 4 and sorted(mus, reverse=True) == mus
     for one, mu in zip(found.points, mus, strict=True):
-        assert one.quantity == pytest.approx(systems.linear_v2(systems.linear(BETA, mu, DAMPING)), rel=1e-6)
+        assert one.quantity == pytest.approx(
+            systems.linear_v2(systems.linear(BETA, mu, DAMPING)), rel=1e-6
+        )
         assert one.mean_power.value == pytest.approx(linear_power(mu), rel=1e-6)
     powers = [one.mean_power.value for one in found.points]
     assert sorted(powers) == powers
@@ -199,47 +267,93 @@ def test_front_of_power_and_voltage():
 @pytest.mark.slow
 def test_a_front_with_nothing_to_choose():
     """Where the range holds no trade-off it is one design, and that is said."""
-    found = hv.optimise(LINEAR, vary={"nondimensional.mu": (5.0, 6.0)}, objective="voltage_rms:high", points=3)
+    found = hv.optimise(
+        LINEAR, vary={"nondimensional.mu": (5.0, 6.0)}, objective="voltage_rms:high", points=3
+    )
     assert len(found.points) == 1
-    assert str(found.warnings[0]) == "there is nothing to choose: the highest power also has the best voltage_rms"
+    assert (
+        str(found.warnings[0])
+        == "there is nothing to choose: the highest power also has the best voltage_rms"
+    )
 
 
 @pytest.mark.parametrize(
     ("aim", "error"),
     [
-        ("peak_displacment", "unknown quantity of --objective 'peak_displacment': did you mean 'peak_displacement'?"),
+        (
+            "peak_displacment",
+            "unknown quantity of --objective 'peak_displacment': did you mean 'peak_displacement'?",
+        ),
         (
             "colour",
             "unknown quantity of --objective 'colour': it must be one of mean_square_voltage, "
             "voltage_rms, peak_displacement, peak_voltage, peak_strain, peak_impact_speed, impact_rate",
         ),
-        ("voltage_rms:up", "--objective must be voltage_rms:low or voltage_rms:high, but is 'voltage_rms:up'"),
-        ("peak_displacement", "--lifetime must be given for a limit of peak_displacement, but is left out"),
+        (
+            "voltage_rms:up",
+            "--objective must be voltage_rms:low or voltage_rms:high, but is 'voltage_rms:up'",
+        ),
+        (
+            "peak_displacement",
+            "--lifetime must be given for a limit of peak_displacement, but is left out",
+        ),
     ],
 )
 def test_a_second_aim_that_cannot_be(harvester, aim, error):
-    status, out, err = harvester("optimise", PLATE, "--vary", "load.resistance=1k:10M", "--objective", aim)
+    status, out, err = harvester(
+        "optimise", PLATE, "--vary", "load.resistance=1k:10M", "--objective", aim
+    )
     assert (status, out, err) == (2, "", f"harvester: {error}\n")
 
 
 @pytest.mark.slow
 def test_the_front_by_the_command(harvester, tmp_path):
-    words = ("--vary", "load.resistance=E6:100k:1M", "--objective", "voltage_rms", "--budget", "20s", "--out", tmp_path)
+    words = (
+        "--vary",
+        "load.resistance=E6:100k:1M",
+        "--objective",
+        "voltage_rms",
+        "--budget",
+        "20s",
+        "--out",
+        tmp_path,
+    )
     status, out, err = harvester("optimise", PLATE, *words)
     assert (status, err) == (0, "")
     assert "voltage_rms is to be low, the power large" in out and "680 kohm" in out
-    assert {one.name for one in tmp_path.iterdir()} == {"pareto.csv", "pareto.png", "provenance.json"}
+    assert {one.name for one in tmp_path.iterdir()} == {
+        "pareto.csv",
+        "pareto.png",
+        "provenance.json",
+    }
 
 
 @pytest.mark.slow
 def test_the_words_of_version_0_1_still_work(harvester):
     """--over for --vary, and beside it --vary for --spread, --for and --pareto for --objective, --limit."""
     series = ("load.resistance=E6:100k:1M", "piezo.capacitance=10%")
-    new = ("--vary", series[0], "--spread", series[1], "--objective", "5%", "--constraint", "voltage_rms < 3 V")
+    new = (
+        "--vary",
+        series[0],
+        "--spread",
+        series[1],
+        "--objective",
+        "5%",
+        "--constraint",
+        "voltage_rms < 3 V",
+    )
     old = ("--over", series[0], "--vary", series[1], "--for", "5%", "--limit", "voltage_rms < 3 V")
     found = [json.loads(harvester("optimise", PLATE, *words, "--json")[1]) for words in (new, old)]
     assert all(one.pop("seconds") > 0.0 for one in found) and found[0] == found[1]
-    front = ("--vary", "load.resistance=E6:100k:1M", "--objective", "voltage_rms", "--points", "2", "--json")
+    front = (
+        "--vary",
+        "load.resistance=E6:100k:1M",
+        "--objective",
+        "voltage_rms",
+        "--points",
+        "2",
+        "--json",
+    )
     again = json.loads(harvester("optimise", PLATE, *front)[1])
     words = ("--over", front[1], "--pareto", "voltage_rms", "--points", "2", "--json")
     assert json.loads(harvester("optimise", PLATE, *words)[1])["front"] == again["front"]
@@ -251,7 +365,8 @@ def test_the_names_of_version_0_1_still_work():
     series = {"load.resistance": "E6:100k:1M"}
     best = hv.optimise(PLATE, vary=series, constraints="voltage_rms < 3 V")
     with pytest.warns(
-        DeprecationWarning, match=r"^harvester\.optimise_robust is harvester\.optimise from version 0\.3 on$"
+        DeprecationWarning,
+        match=r"^harvester\.optimise_robust is harvester\.optimise from version 0\.3 on$",
     ):
         robust = hv.optimise_robust
     old = robust(PLATE, series, limits=["voltage_rms < 3 V"])
@@ -264,23 +379,40 @@ def test_the_names_of_version_0_1_still_work():
     front = hv.optimise(PLATE, vary=series, objective="voltage_rms", points=2)
     told = []
     with pytest.warns(DeprecationWarning, match=r"`progress` in execution"):
-        assert pareto(PLATE, series, "voltage_rms", points=2, tick=told.append).points == front.points
+        assert (
+            pareto(PLATE, series, "voltage_rms", points=2, tick=told.append).points == front.points
+        )
     assert max(told) <= 1.0
     free = hv.optimise(PLATE, vary=series, engine="exact")
     with pytest.warns(DeprecationWarning, match=r"optimise takes") as caught:
         assert hv.optimise(PLATE, over=series, engine="exact").keys == free.keys
-        assert hv.optimise(PLATE, series, "exact", 0.01, budget=20.0, tick=told.append).keys == free.keys
+        assert (
+            hv.optimise(PLATE, series, "exact", 0.01, budget=20.0, tick=told.append).keys
+            == free.keys
+        )
     assert {one.filename for one in caught} == {__file__}
 
 
 @pytest.mark.parametrize(
     ("options", "error"),
     [
-        ({"objective": ["5%", "10%"]}, "`objective` must be a share of devices, a second quantity, or one of each"),
-        ({"points": 3}, "`points` must go with a second quantity in `objective`, but there is none"),
+        (
+            {"objective": ["5%", "10%"]},
+            "`objective` must be a share of devices, a second quantity, or one of each",
+        ),
+        (
+            {"points": 3},
+            "`points` must go with a second quantity in `objective`, but there is none",
+        ),
         ({"objective": "voltage_rms", "points": 1}, "`points` must be between 2 and 50, but is 1"),
-        ({"vary": {"load.resistance": 5}}, "the range of load.resistance must be (LOW, HIGH) or a text 'LOW:HIGH'"),
-        ({"vary": {"load.resistance": "1k:1M", "load.netlist": ["bridge"]}}, "`vary` must be load.netlist=A,B,..."),
+        (
+            {"vary": {"load.resistance": 5}},
+            "the range of load.resistance must be (LOW, HIGH) or a text 'LOW:HIGH'",
+        ),
+        (
+            {"vary": {"load.resistance": "1k:1M", "load.netlist": ["bridge"]}},
+            "`vary` must be load.netlist=A,B,...",
+        ),
     ],
 )
 def test_what_a_search_cannot_be(options, error):
@@ -288,7 +420,9 @@ def test_what_a_search_cannot_be(options, error):
         hv.optimise(PLATE, **{"vary": {"load.resistance": "1k:1M"}} | options)
 
 
-SWUNG = systems.scene(systems.changed(systems.linear(BETA, 1.0, DAMPING), n1=None, drive=0.1, drive_frequency=1.1))
+SWUNG = systems.scene(
+    systems.changed(systems.linear(BETA, 1.0, DAMPING), n1=None, drive=0.1, drive_frequency=1.1)
+)
 
 
 @pytest.mark.slow
@@ -297,11 +431,17 @@ def test_a_limit_of_the_displacement_under_a_sinusoid_needs_no_lifetime():
     free = hv.optimise(SWUNG, vary=MU, engine="exact").keys[0].value
 
     def amplitude(mu):
-        return hv.Exact().run(SWUNG.varied({"nondimensional.mu": mu})).details["displacement_amplitude"]
+        return (
+            hv.Exact()
+            .run(SWUNG.varied({"nondimensional.mu": mu}))
+            .details["displacement_amplitude"]
+        )
 
     bound = 0.98 * amplitude(free)
     found = hv.optimise(SWUNG, vary=MU, constraints=f"peak_displacement < {bound!r}")
     assert found.binds and found.met
     assert amplitude(found.keys[0].value) == pytest.approx(bound, rel=1e-3)
-    many = hv.tolerance(SWUNG, vary={"nondimensional.mu": "10%"}, limits=f"peak_displacement < {amplitude(1.0)!r}")
+    many = hv.tolerance(
+        SWUNG, vary={"nondimensional.mu": "10%"}, limits=f"peak_displacement < {amplitude(1.0)!r}"
+    )
     assert 0.1 < many.met.value < 0.9

@@ -8,14 +8,18 @@ SHORT = {"trajectories": 128, "duration": 200.0}
 
 
 def scene(**changes):
-    return hv.Scene(nondimensional=hv.Nondimensional(**{"c1": 0.01, "beta": 0.04, "mu": 0.1} | changes))
+    return hv.Scene(
+        nondimensional=hv.Nondimensional(**{"c1": 0.01, "beta": 0.04, "mu": 0.1} | changes)
+    )
 
 
 @pytest.mark.parametrize("r", [0.96, 0.8, 0.5, 0.2, 0.1])
 def test_the_interval_holds_the_exact_value(r):
     """With a scatter of 1e-7 and less the step alone made the error, which twice the step does not tell."""
     found = hv.stability(scene(restitution=r), **SHORT)
-    assert abs(found.ensemble.value - found.noiseless) <= found.ensemble.known_error95 * (1.0 + 1e-9)
+    assert abs(found.ensemble.value - found.noiseless) <= found.ensemble.known_error95 * (
+        1.0 + 1e-9
+    )
     assert found.as_json()["ensemble"]["error95"] == pytest.approx(found.ensemble.known_error95)
 
 

@@ -17,7 +17,11 @@ pytestmark = pytest.mark.slow
 @pytest.mark.thorough("test_ends_of_the_region")
 def test_boundary_is_where_the_monte_carlo_is_zero():
     """The paper's Figure 9 oscillator: ours on the measured boundary within 4 errors, the published one far off."""
-    found = list(region.edges(changed(FIGURE7, mu=None, n2=None), np.array([0.05, 0.5]), np.random.SeedSequence(1)))
+    found = list(
+        region.edges(
+            changed(FIGURE7, mu=None, n2=None), np.array([0.05, 0.5]), np.random.SeedSequence(1)
+        )
+    )
     for edge in found:
         assert abs(edge.averaged - edge.ensemble) < 4 * edge.ensemble_stderr
         assert edge.ensemble_stderr < 0.02 * edge.ensemble
@@ -26,7 +30,9 @@ def test_boundary_is_where_the_monte_carlo_is_zero():
 
 def test_ends_of_the_region():
     """Unstable without any noise: 0, and nothing is measured."""
-    (edge,) = region.edges(changed(FIGURE7, restitution=1.0), np.array([0.1]), np.random.SeedSequence(1))
+    (edge,) = region.edges(
+        changed(FIGURE7, restitution=1.0), np.array([0.1]), np.random.SeedSequence(1)
+    )
     assert (edge.averaged, edge.ensemble, edge.ensemble_stderr) == (0.0, 0.0, np.inf)
 
 

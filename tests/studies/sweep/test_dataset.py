@@ -35,7 +35,11 @@ def test_a_grid(tmp_path):
             assert float(one.mean_square_voltage) == row.mean_square_voltage.value
             assert str(one.warnings.values) == "; ".join(map(str, row.warnings))
             assert np.isnan(float(one.mean_power_stderr))
-        assert (data.mean_power.units, data.mean_square_voltage.units, data.seconds.units) == ("W", "V2", "s")
+        assert (data.mean_power.units, data.mean_square_voltage.units, data.seconds.units) == (
+            "W",
+            "V2",
+            "s",
+        )
         assert (data["load.resistance"].units, data["stop.restitution"].units) == ("ohm", "1")
         assert data.attrs["scene_digest"] == PLATE.digest
         whence = json.loads(data.attrs["provenance"])
@@ -74,5 +78,7 @@ print(sorted((heavy | {{"matplotlib"}}) & set(sys.modules)))
 assert exit_status(["sweep", plate, "--vary", "load.resistance=1k:10M:41", "--out", {str(tmp_path)!r}]) == 0
 print(sorted(heavy & set(sys.modules)))
 """
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60)
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60
+    )
     assert [line for line in done.stdout.splitlines() if line.startswith("[")] == ["[]", "[]"]

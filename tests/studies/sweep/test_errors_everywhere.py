@@ -19,7 +19,8 @@ from harvester.studies.sweep.rows import SweepRow
 from harvester.studies.sweep.sweep_table import SweepTable
 from tests.support.paths import EXAMPLES
 
-R, PLATE = "load.resistance", hv.load(EXAMPLES / "plate.toml")
+R = "load.resistance"
+PLATE = hv.load(EXAMPLES / "plate.toml")
 FEW = hv.Value(8.4e-6, stderr=1e-7, bias=1e-8, dof=2.0)  # Student's quantile: 4.3 standard errors
 UNKNOWN = hv.Value(8.4e-6, stderr=1e-7, bias=1e-8, dof=2.0, unknown="the tolerance")
 SAID = {FEW: "5.2 %", UNKNOWN: "at least 5.2 %"}
@@ -31,7 +32,9 @@ def estimate(power, engine="spice"):
 
 def table(power):
     rows = tuple(SweepRow.answered(estimate(power)).at({R: x}) for x in (1e5, 1e6))
-    return SweepTable((Axis(R, (1e5, 1e6)),), rows, (0, 1), False, provenance(PLATE, engines={"spice": {}}))
+    return SweepTable(
+        (Axis(R, (1e5, 1e6)),), rows, (0, 1), False, provenance(PLATE, engines={"spice": {}})
+    )
 
 
 @pytest.fixture(params=SAID, ids=["Student", "a part is not known"])
@@ -74,7 +77,9 @@ def test_csv_pandas_and_json(power):
         "2",
     )
     frame = found.to_pandas()
-    assert frame["mean_power_error95"].iloc[0] == pytest.approx(power.error95 or np.nan, nan_ok=True)
+    assert frame["mean_power_error95"].iloc[0] == pytest.approx(
+        power.error95 or np.nan, nan_ok=True
+    )
     assert found.as_json()["rows"][0]["mean_power"]["error95"] == power.error95
 
 
@@ -83,17 +88,26 @@ def test_netcdf(power, tmp_path):
     (tmp_path / "sweep.nc").write_bytes(netcdf(found))
     with xarray.open_dataset(tmp_path / "sweep.nc") as data:
         for one in (data, found.to_xarray()):
-            assert float(one.mean_power_error95[0, 0]) == pytest.approx(power.error95 or np.nan, nan_ok=True)
+            assert float(one.mean_power_error95[0, 0]) == pytest.approx(
+                power.error95 or np.nan, nan_ok=True
+            )
             assert str(one.mean_power_unknown.values[0, 0]) == power.unknown
-            assert one.mean_power_error95.attrs == {"long_name": "error of the mean power at 95 %", "units": "W"}
+            assert one.mean_power_error95.attrs == {
+                "long_name": "error of the mean power at 95 %",
+                "units": "W",
+            }
 
 
 def test_figure(power):
     """The bar is what is known of the error; the note names the engines of which not all is."""
     figure = table(power).plot()
     assert half(figure) == pytest.approx(power.known_error95 * 1e6)
-    texts = " ".join(one.get_text() for one in figure.findobj(lambda artist: hasattr(artist, "get_text")))
-    assert ("Of the error of spice not all is known." in " ".join(texts.split())) == (power is UNKNOWN)
+    texts = " ".join(
+        one.get_text() for one in figure.findobj(lambda artist: hasattr(artist, "get_text"))
+    )
+    assert ("Of the error of spice not all is known." in " ".join(texts.split())) == (
+        power is UNKNOWN
+    )
 
 
 def test_report(power):

@@ -27,7 +27,10 @@ NOW = identity(PARTS)
 def row(point, place, text):
     """A row with all that one can have."""
     power = Value(float(text), stderr=1e-7, bias=1e-8, dof=2.0, unknown="the tolerance")
-    said = (warning("not_followed", error='a "µ",\nb'), warning("budget_spent", "spice", steps=3, share=0.5, step=None))
+    said = (
+        warning("not_followed", error='a "µ",\nb'),
+        warning("budget_spent", "spice", steps=3, share=0.5, step=None),
+    )
     whole = SweepRow("ensemble", Value(0.1, model=0.01), power, 0.25, warnings=said, responses=3)
     assert SweepRow.read(whole.written) == whole
     return JournalRow(point, place, "ensemble", whole.written)
@@ -84,14 +87,18 @@ for point in itertools.count():
 @pytest.mark.parametrize("points", [1, 7, 40])
 def test_a_kill_costs_the_rows_in_flight_only(tmp_path, points):
     """Every row that `add` returned for is there, in whole transactions; the program was writing when it was killed."""
-    writer = subprocess.Popen([sys.executable, "-c", WRITER, str(tmp_path)], stdout=subprocess.PIPE, text=True)
+    writer = subprocess.Popen(
+        [sys.executable, "-c", WRITER, str(tmp_path)], stdout=subprocess.PIPE, text=True
+    )
     for _ in range(points):
         writer.stdout.readline()
     writer.send_signal(signal.SIGKILL)
     told = points + len(writer.communicate()[0].splitlines())
     rows = earlier(tmp_path)
     assert len(rows) in (2 * told, 2 * told + 2)
-    assert rows == [JournalRow(p, e, "ensemble", str(p)) for p in range(len(rows) // 2) for e in (0, 1)]
+    assert rows == [
+        JournalRow(p, e, "ensemble", str(p)) for p in range(len(rows) // 2) for e in (0, 1)
+    ]
 
 
 @pytest.mark.parametrize("cut", [0, 1, 50, 99, 100, 1000, 4096, 5000, 9000])
@@ -112,7 +119,9 @@ def test_a_file_cut_off_is_no_journal(tmp_path, journal, cut):
 OLD = b'{"sweep": {"vary": "a"}}\n[0, 0, "averaged"]\n'  # as versions before the database wrote it
 
 
-@pytest.mark.parametrize("text", [b"", b"x", b"{}\n", b"SQLite format 3\x00", b"\xff\x00" * 5000, OLD])
+@pytest.mark.parametrize(
+    "text", [b"", b"x", b"{}\n", b"SQLite format 3\x00", b"\xff\x00" * 5000, OLD]
+)
 def test_what_is_no_journal(tmp_path, text):
     assert earlier(tmp_path) is None
     assert list(tmp_path.iterdir()) == []  # only asked
@@ -145,17 +154,26 @@ def test_another_sweep_is_refused(tmp_path, journal, what):
 
 
 def test_identity_knows_each_part():
-    parts = {"scene_digest": "a", "netlist": "b", "points": "list", "vary": {"x": [1.0], "y": [2.0]}, "engines": {}}
+    parts = {
+        "scene_digest": "a",
+        "netlist": "b",
+        "points": "list",
+        "vary": {"x": [1.0], "y": [2.0]},
+        "engines": {},
+    }
     other = {"scene_digest": "b", "netlist": None, "points": "grid", "engines": {"spice": {}}}
     other["vary"] = {"y": [2.0], "x": [1.0]}  # another order of the points
     for what, value in other.items():
-        one, two = identity(parts), identity(parts | {what: value})
+        one = identity(parts)
+        two = identity(parts | {what: value})
         assert [k for k in SWEEP.same if one[k] != two[k]] == [what]
     assert identity(json.loads(json.dumps(parts))) == identity(parts)
 
 
 def test_one_sweep_a_folder(tmp_path, journal):
-    with pytest.raises(InputError, match=r"^`out` must be no folder that another sweep is writing, but '.*' is$"):
+    with pytest.raises(
+        InputError, match=r"^`out` must be no folder that another sweep is writing, but '.*' is$"
+    ):
         Journal(tmp_path)
     journal.close()
     Journal(tmp_path).close()
@@ -196,14 +214,18 @@ def test_a_full_disk_leaves_whole_rows(tmp_path, monkeypatch):
 
     def small(*arguments, **options):
         database = connect(*arguments, **options)
-        database.execute("PRAGMA max_page_count = 8")  # SQLite then says what it says of a full disk
+        # SQLite then says what it says of a full disk
+        database.execute("PRAGMA max_page_count = 8")
         return database
 
     monkeypatch.setattr(sqlite3, "connect", small)
     made = Journal(tmp_path)
     made.begin(NOW, [])
     made.add([row(0, 0, "1")])
-    with pytest.raises(InputError, match=r"^`out` must take sweep.journal, but writing failed: No space left on dev"):
+    with pytest.raises(
+        InputError,
+        match=r"^`out` must take sweep.journal, but writing failed: No space left on dev",
+    ):
         made.add([row(point, 0, "2" * 100) for point in range(1, 100)])
     assert list(made.rows()) == [row(0, 0, "1")]
     made.add([row(1, 0, "2")])
@@ -214,11 +236,13 @@ def test_a_full_disk_leaves_whole_rows(tmp_path, monkeypatch):
 
 def test_a_limit_of_the_size_of_a_file(tmp_path):
     """SQLite calls it an error of the disk."""
-    made, limits = Journal(tmp_path), resource.getrlimit(resource.RLIMIT_FSIZE)
+    made = Journal(tmp_path)
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (0, limits[1]))
     try:
         with pytest.raises(
-            InputError, match=r"must take sweep.journal, but writing failed: disk I/O error \(ulimit -f\?\);"
+            InputError,
+            match=r"must take sweep.journal, but writing failed: disk I/O error \(ulimit -f\?\);",
         ):
             made.begin(NOW, [])
     finally:
@@ -265,14 +289,19 @@ def test_versions_changed_in_the_journal_are_refused(tmp_path, journal):
 
 def test_rows_of_other_versions_say_so(tmp_path, journal):
     """Once an upgrade, and for ever: the row of an upgraded program has its own checksum."""
-    old, new, third = (identity(PARTS | {"versions": {"numpy": n, "numba": "0.61"}}) for n in ("1.0", "2.0", "3.0"))
+    old, new, third = (
+        identity(PARTS | {"versions": {"numpy": n, "numba": "0.61"}}) for n in ("1.0", "2.0", "3.0")
+    )
     journal.begin(old, [])
     journal.add([row(0, 0, "1")])
     journal.close()
     assert earlier(tmp_path, old) == [row(0, 0, "1")]
     kept = earlier(tmp_path, new)
     said = "kept from numpy 1.0, now numpy 2.0: last digits may differ"
-    assert (kept[0].content, [str(one) for one in kept[0].warnings]) == (row(0, 0, "1").content, [said])
+    assert (kept[0].content, [str(one) for one in kept[0].warnings]) == (
+        row(0, 0, "1").content,
+        [said],
+    )
     again = Journal(tmp_path)
     again.begin(new, kept)
     again.close()
@@ -281,7 +310,8 @@ def test_rows_of_other_versions_say_so(tmp_path, journal):
     assert [str(one) for one in earlier(tmp_path, third)[0].warnings] == [again, said]
 
 
-OLD_COLUMNS = "engine, mean_square_voltage, mean_power, seconds, error, warnings"  # and others: of version 0.1
+# and others: of version 0.1
+OLD_COLUMNS = "engine, mean_square_voltage, mean_power, seconds, error, warnings"
 
 
 def test_a_journal_of_version_0_1_is_refused(tmp_path):

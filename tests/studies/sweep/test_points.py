@@ -24,14 +24,22 @@ def test_a_grid_runs_over_its_last_key_first():
     texts = ("load.resistance=1k,2k", "stop.restitution=.7,.8,.9", "piezo.coupling=1,2")
     points = grid([read_axis(text) for text in texts])
     assert len(points) == 12
-    assert [points.values(k) for k in range(12)] == list(itertools.product((1e3, 2e3), (0.7, 0.8, 0.9), (1.0, 2.0)))
-    assert points.varied(1) == {"load.resistance": 1e3, "stop.restitution": 0.7, "piezo.coupling": 2.0}
+    assert [points.values(k) for k in range(12)] == list(
+        itertools.product((1e3, 2e3), (0.7, 0.8, 0.9), (1.0, 2.0))
+    )
+    assert points.varied(1) == {
+        "load.resistance": 1e3,
+        "stop.restitution": 0.7,
+        "piezo.coupling": 2.0,
+    }
 
 
 def test_a_list_has_units_and_may_say_a_point_twice(tmp_path):
     text = "\ufeffload.resistance, stop.restitution\r\n1 Mohm,.9\r\n\r\n2k , 0.8\r\n1 Mohm,.9\r\n"
     points = listed(tmp_path, text)
-    assert points == Points((Axis("load.resistance", (1e6, 2e3, 1e6)), Axis("stop.restitution", (0.9, 0.8, 0.9))), True)
+    assert points == Points(
+        (Axis("load.resistance", (1e6, 2e3, 1e6)), Axis("stop.restitution", (0.9, 0.8, 0.9))), True
+    )
     assert [points.values(k) for k in range(len(points))] == [(1e6, 0.9), (2e3, 0.8), (1e6, 0.9)]
 
 
@@ -42,13 +50,31 @@ NO_FILE = "`points` must be a readable file, but "
     ("text", "line"),
     [
         ("", "`points` must have scene keys in its first line and then points, but "),
-        ("load.resistance\n", "`points` must have scene keys in its first line and then points, but "),
+        (
+            "load.resistance\n",
+            "`points` must have scene keys in its first line and then points, but ",
+        ),
         ("load.resistence\n1\n", "unknown [load] key 'resistence': did you mean 'resistance'?"),
-        ("load.netlist\nbridge\n", "`points`, line 2: load.netlist must be a key with a number to be varied"),
-        ("load.resistance\n1k\n\n-1\n", "`points`, line 4: load.resistance must be a load resistance (ohm), such as"),
-        ("load.resistance,piezo.coupling\n1k,1\n1k\n", "`points`, line 3, must have 2 values, but has 1"),
-        ("load.resistance,piezo.coupling\n1k,\n", "`points`, line 2: piezo.coupling must be an electromechanical"),
-        ("load.resistance,load.resistance\n1k,2k\n", "`points` must name each only once, but names 'load.resistance'"),
+        (
+            "load.netlist\nbridge\n",
+            "`points`, line 2: load.netlist must be a key with a number to be varied",
+        ),
+        (
+            "load.resistance\n1k\n\n-1\n",
+            "`points`, line 4: load.resistance must be a load resistance (ohm), such as",
+        ),
+        (
+            "load.resistance,piezo.coupling\n1k,1\n1k\n",
+            "`points`, line 3, must have 2 values, but has 1",
+        ),
+        (
+            "load.resistance,piezo.coupling\n1k,\n",
+            "`points`, line 2: piezo.coupling must be an electromechanical",
+        ),
+        (
+            "load.resistance,load.resistance\n1k,2k\n",
+            "`points` must name each only once, but names 'load.resistance'",
+        ),
         (b"load.resistance\n\xff\n", "`points` must be a CSV file in UTF-8, but "),
         ('load.resistance\n"1\n', "`points` must be a CSV file in UTF-8, but "),
     ],
@@ -61,7 +87,9 @@ def test_what_is_no_list(tmp_path, text, line):
 @pytest.mark.thorough("nothing: a list that is too long to be held is written first")
 @pytest.mark.slow
 def test_too_long_a_list(tmp_path):
-    with pytest.raises(InputError, match=r"^`points` must make at most 100000 points, but is 100001$"):
+    with pytest.raises(
+        InputError, match=r"^`points` must make at most 100000 points, but is 100001$"
+    ):
         listed(tmp_path, "load.resistance\n" + "1\n" * 100_001)
 
 
@@ -86,11 +114,17 @@ def test_keys_are_set_together():
     assert bare.varied(keys) == bare.varied(dict(reversed(keys.items())))
     assert bare.varied(keys).nondimensional.gap == 0.5
     bridge = PLATE.with_load(hv.Load(netlist="bridge", parameters={"R": 1.0}))
-    both = bridge.varied({"load.parameters.R": 2.0, "load.parameters.C": 3.0, "piezo.coupling": 4.0})
+    both = bridge.varied(
+        {"load.parameters.R": 2.0, "load.parameters.C": 3.0, "piezo.coupling": 4.0}
+    )
     assert both.load.parameters == {"R": 2.0, "C": 3.0}
     assert both.piezo.coupling == 4.0
     assert bridge.load.parameters == {"R": 1.0}
 
 
 def test_units():
-    assert [unit_of(k) for k in ("load.resistance", "stop.restitution", "load.parameters.R")] == ["ohm", "1", "ohm"]
+    assert [unit_of(k) for k in ("load.resistance", "stop.restitution", "load.parameters.R")] == [
+        "ohm",
+        "1",
+        "ohm",
+    ]

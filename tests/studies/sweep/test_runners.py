@@ -54,7 +54,9 @@ def expected(tmp_path_factory):
     """In this process, one point after the other."""
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(figures, "save", lambda *_: None)
-        rows = bare(swept(PLATE, [LOADS], engines=ENGINES, out=tmp_path_factory.mktemp("here"), workers=1))
+        rows = bare(
+            swept(PLATE, [LOADS], engines=ENGINES, out=tmp_path_factory.mktemp("here"), workers=1)
+        )
     assert [row.error for row in rows] == [""] * 18
     return rows
 
@@ -63,7 +65,9 @@ def expected(tmp_path_factory):
 def test_a_pool_gives_the_same(tmp_path, expected):
     """Three processes, whatever the machine has; ngspice in processes of theirs; nothing is left of any."""
     told = []
-    table = swept(PLATE, [LOADS], engines=ENGINES, out=tmp_path, workers=3, progress=telling(told.append))
+    table = swept(
+        PLATE, [LOADS], engines=ENGINES, out=tmp_path, workers=3, progress=telling(told.append)
+    )
     assert bare(table) == expected
     assert sorted(told) == sorted(row.engine for row in expected)
     end = time.monotonic() + 10
@@ -77,7 +81,9 @@ def children():
     found = []
     for path in Path("/proc").glob("[0-9]*/environ"):
         try:
-            mine = int((path.parent / "stat").read_text().rpartition(")")[2].split()[1]) == os.getpid()
+            mine = (
+                int((path.parent / "stat").read_text().rpartition(")")[2].split()[1]) == os.getpid()
+            )
             if mine and f"{THREADS_VARIABLE}=".encode() in path.read_bytes():
                 found.append(int(path.parent.name))
         except OSError:
@@ -92,7 +98,9 @@ def test_an_executor_that_is_handed_over_gives_the_same(expected):
         assert bare(swept(PLATE, [LOADS], engines=ENGINES[:2], executor=executor)) == [
             row for row in expected if row.engine != "spice"
         ]
-    with pytest.raises(SimulationError, match=r"^the executor has gone: start another, and `resume`$"):
+    with pytest.raises(
+        SimulationError, match=r"^the executor has gone: start another, and `resume`$"
+    ):
         swept(PLATE, [LOADS], engines=ENGINES[:1], executor=executor)
 
 
@@ -103,10 +111,13 @@ def test_dask_gives_the_same(tmp_path, expected, monkeypatch):
     A sweep whose workers all go is an error, and does not wait for ever.
     """
     pytest.importorskip("distributed")
-    dask, file = str(Path(sys.executable).with_name("dask")), tmp_path / "scheduler.json"
+    dask = str(Path(sys.executable).with_name("dask"))
+    file = tmp_path / "scheduler.json"
     quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
     where = ["--scheduler-file", str(file), "--no-dashboard"]
-    ran = [subprocess.Popen([dask, "scheduler", "--host", "127.0.0.1", "--port", "0", *where], **quiet)]
+    ran = [
+        subprocess.Popen([dask, "scheduler", "--host", "127.0.0.1", "--port", "0", *where], **quiet)
+    ]
     ran.append(subprocess.Popen([dask, "worker", *where, "--nthreads", "2"], **quiet))
     try:
         end = time.monotonic() + 30
@@ -116,9 +127,16 @@ def test_dask_gives_the_same(tmp_path, expected, monkeypatch):
         with dask_client(address) as client:
             table = swept(PLATE, [LOADS], engines=ENGINES, out=tmp_path / "out", executor=client)
             monkeypatch.setattr(runners, "PATIENCE", 5.0)
-            many = {"vary": {"load.resistance": "100k:1M:500"}, "engines": [hv.Ensemble(trajectories=2000)]}
-            with pytest.raises(SimulationError, match="has lost all its workers: start some, and `resume`"):
-                swept(PLATE, **many, executor=client, progress=telling(lambda _: ran[1].terminate()))
+            many = {
+                "vary": {"load.resistance": "100k:1M:500"},
+                "engines": [hv.Ensemble(trajectories=2000)],
+            }
+            with pytest.raises(
+                SimulationError, match="has lost all its workers: start some, and `resume`"
+            ):
+                swept(
+                    PLATE, **many, executor=client, progress=telling(lambda _: ran[1].terminate())
+                )
     finally:
         for one in reversed(ran):
             one.terminate()
@@ -126,7 +144,9 @@ def test_dask_gives_the_same(tmp_path, expected, monkeypatch):
     assert bare(table) == expected
 
 
-@pytest.mark.parametrize("address", ["", "nonsense", "tcp://me:secret@127.0.0.1:1", "tcp://nowhere.invalid:80"])
+@pytest.mark.parametrize(
+    "address", ["", "nonsense", "tcp://me:secret@127.0.0.1:1", "tcp://nowhere.invalid:80"]
+)
 def test_no_scheduler(address):
     """Without the password that it was given, as others read the log of a cluster's jobs."""
     pytest.importorskip("distributed")
@@ -138,7 +158,9 @@ def test_no_scheduler(address):
 
 @pytest.mark.parametrize("workers", [0, -1, 1001])
 def test_no_workers(tmp_path, workers):
-    with pytest.raises(InputError, match=f"^`workers` must be between 1 and 1000, but is {workers}$"):
+    with pytest.raises(
+        InputError, match=f"^`workers` must be between 1 and 1000, but is {workers}$"
+    ):
         swept(PLATE, [LOADS], engines=ENGINES, out=tmp_path / "out", workers=workers)
     assert not (tmp_path / "out").exists()
 
@@ -176,7 +198,11 @@ class DeadlyMany(Deadly):
 @pytest.mark.thorough("nothing: a worker process is killed")
 def test_a_worker_that_dies_is_tried_again(tmp_path):
     """Once: nobody notices.  Always: that point is an error, and the others of its batch are not."""
-    expected = bare(swept(PLATE, [LOADS], engines=[hv.Published(), hv.Averaged()], out=tmp_path / "a", workers=1))
+    expected = bare(
+        swept(
+            PLATE, [LOADS], engines=[hv.Published(), hv.Averaged()], out=tmp_path / "a", workers=1
+        )
+    )
     (tmp_path / "once").mkdir()
     first = LOADS.values[0]
     deadly = [Deadly(1.1 * first, str(tmp_path / "once")), DeadlyMany(1.1 * first)]
@@ -196,7 +222,9 @@ class Broken(Deadly):
 
 def test_a_defect_of_ours_is_a_row(tmp_path, monkeypatch):
     monkeypatch.delenv("HARVESTER_TRACEBACK", raising=False)
-    with pytest.raises(SimulationError, match=r"^internal error, please report it: ZeroDivisionError"):
+    with pytest.raises(
+        SimulationError, match=r"^internal error, please report it: ZeroDivisionError"
+    ):
         swept(PLATE, [LOADS], engines=[Broken(0.0)], out=tmp_path, workers=1)
     assert len((tmp_path / "sweep.csv").read_text().splitlines()) == 7  # each row one line
 
@@ -205,8 +233,13 @@ def test_tasks_are_whole_batches():
     """Also where some of a batch are done: its answers' last digits depend on what is computed together."""
     points = grid([read_axis("load.resistance=1k:1M:600")])
     done = {(k, 0) for k in range(256)} | {(300, 0), (5, 1)}
-    asked = list(tasks.tasks(PLATE, points, [hv.Averaged(), hv.Ensemble()], lambda p, e: (p, e) not in done))
-    assert [t.points for t in asked if t.engine_index == 0] == [tuple(range(256, 512)), tuple(range(512, 600))]
+    asked = list(
+        tasks.tasks(PLATE, points, [hv.Averaged(), hv.Ensemble()], lambda p, e: (p, e) not in done)
+    )
+    assert [t.points for t in asked if t.engine_index == 0] == [
+        tuple(range(256, 512)),
+        tuple(range(512, 600)),
+    ]
     assert [t.points for t in asked if t.engine_index == 1] == [(k,) for k in range(600) if k != 5]
     assert all(t.values == tuple(points.values(p) for p in t.points) for t in asked)
 
@@ -230,7 +263,14 @@ def test_an_interrupted_sweep_along_loads_ends_with_the_same_answers(tmp_path):
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        swept(scene, points, engines=[hv.Spice()], out=tmp_path / "b", workers=1, progress=telling(interrupt))
+        swept(
+            scene,
+            points,
+            engines=[hv.Spice()],
+            out=tmp_path / "b",
+            workers=1,
+            progress=telling(interrupt),
+        )
     again = swept(scene, points, engines=[hv.Spice()], out=tmp_path / "b", workers=1, resume=True)
     assert bare(again) == bare(whole)
     assert all(row.mean_power.bias < 1e-3 * row.mean_power.value for row in whole.rows)
@@ -253,7 +293,9 @@ def test_cores(monkeypatch):
     assert limited_environment(2)["OPENBLAS_NUM_THREADS"] == "1"
 
 
-@pytest.mark.parametrize(("rows", "beyond", "answered"), [(12, 0.0, 12), (12, 2.0, 12), (12, 10.0, 5), (1, 50.0, 1)])
+@pytest.mark.parametrize(
+    ("rows", "beyond", "answered"), [(12, 0.0, 12), (12, 2.0, 12), (12, 10.0, 5), (1, 50.0, 1)]
+)
 def test_a_budget_holds_for_all_rows(monkeypatch, rows, beyond, answered):
     """Rows of 60 s in all that take what they are given and more: they end in time, but for one; some are left out."""
     clock = [1000.0]
@@ -274,5 +316,7 @@ def test_a_budget_holds_for_all_rows(monkeypatch, rows, beyond, answered):
 
 def test_a_point_that_a_budget_leaves_out_says_so():
     """Without time nothing is computed, and each row has the reason."""
-    with pytest.raises(SimulationError, match=r"left out, as the `budget` of 1e-09 s for the whole sweep was spent"):
+    with pytest.raises(
+        SimulationError, match=r"left out, as the `budget` of 1e-09 s for the whole sweep was spent"
+    ):
         compute.compute_table(PLATE, grid([LOADS]), [hv.Ensemble()], budget=1e-9)

@@ -24,7 +24,9 @@ sys.path.append(str(ROOT / "benchmarks"))
 kills = importlib.import_module("kills")
 
 PLATE = str(ROOT / "examples" / "plate.toml")
-POINTS = 24  # of three rows; two ends of the program leave the last ones undone, on a busy machine and a quick one
+# of three rows; two ends of the program leave the last ones undone, on a busy machine and a quick
+# one
+POINTS = 24
 
 
 def until(condition, seconds=60.0):
@@ -50,7 +52,9 @@ def finished(harvester, command):
 
 def test_kills_and_resumes(tmp_path, harvester):
     """A worker and then the program are killed, on resuming an ngspice, and then ^C from the terminal reaches all."""
-    rng, out, whole = random.Random(3), tmp_path / "out", tmp_path / "whole"
+    rng = random.Random(3)
+    out = tmp_path / "out"
+    whole = tmp_path / "whole"
     assert finished(harvester, kills.command(tmp_path, POINTS, whole))
     expected = kills.table(whole)
     assert [row["error"] for row in expected] == [""] * 3 * POINTS
@@ -74,14 +78,31 @@ def test_kills_and_resumes(tmp_path, harvester):
     assert struck("worker", lambda program: program.kill(), -signal.SIGKILL) == ""
     said = struck("ngspice", lambda program: os.killpg(program.pid, signal.SIGINT), 130).strip()
     assert said.startswith("harvester: interrupted: ")
-    assert said.endswith(f" of {3 * POINTS} rows are in '{out}'; the same command with --resume goes on from there")
+    assert said.endswith(
+        f" of {3 * POINTS} rows are in '{out}'; the same command with --resume goes on from there"
+    )
     assert "\n" not in said
     assert finished(harvester, kills.command(tmp_path, POINTS, out))
     assert kills.table(out) == expected
-    assert {p.name for p in out.iterdir()} == {"sweep.csv", "sweep.nc", "sweep.png", "provenance.json"}
+    assert {p.name for p in out.iterdir()} == {
+        "sweep.csv",
+        "sweep.nc",
+        "sweep.png",
+        "provenance.json",
+    }
 
 
-QUICK = ["sweep", PLATE, "--engine", "averaged", "--vary", "load.resistance=1k:10M:600", "--workers", "1", "--out"]
+QUICK = [
+    "sweep",
+    PLATE,
+    "--engine",
+    "averaged",
+    "--vary",
+    "load.resistance=1k:10M:600",
+    "--workers",
+    "1",
+    "--out",
+]
 
 
 def program(*arguments, **options):
@@ -114,7 +135,9 @@ def test_a_full_disk(tmp_path, harvester):
 
 def test_a_closed_pipe(tmp_path):
     line = f"{sys.executable} -m harvester {' '.join(QUICK)} {tmp_path} | head -1; echo ${{PIPESTATUS[0]}}"
-    done = subprocess.run(["bash", "-c", line], capture_output=True, text=True, timeout=60, check=True)
+    done = subprocess.run(
+        ["bash", "-c", line], capture_output=True, text=True, timeout=60, check=True
+    )
     assert (done.stdout.split()[-1], done.stderr) == ("0", "")
     assert len(kills.table(tmp_path)) == 600
 
@@ -141,7 +164,9 @@ try:
 except CannotServeError:
     print(len(memory), memory[4999] - memory[999])
 """
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60)
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60
+    )
     points, grown = map(int, done.stdout.split())
     assert points == 5_000
     assert grown < 9e5

@@ -21,7 +21,8 @@ PLATE = hv.load(EXAMPLES / "plate.toml")
 FIGURE = hv.load(EXAMPLES / "paper_figure3.toml")
 LOADS = read_axis("load.resistance=1k:10M:3")
 COLUMNS = (
-    "engine,mean_square_voltage,mean_square_voltage_stderr,mean_power,mean_power_stderr,seconds,error,"  # the contract
+    # the contract
+    "engine,mean_square_voltage,mean_square_voltage_stderr,mean_power,mean_power_stderr,seconds,error,"
     "mean_power_bias,warnings,responses"  # added
 )
 PARTS = ("dof", "step_bias", "model_bias", "error95", "unknown")  # of a value, behind
@@ -53,15 +54,36 @@ COUNT = "`vary` must be KEY=FROM:TO:COUNT with a whole COUNT between 1 and 10000
     ("text", "line"),
     [
         ("", "`vary` must be KEY=FROM:TO:COUNT or KEY=A,B,C, but is ''"),
-        ("load.resistance", "`vary` must be KEY=FROM:TO:COUNT or KEY=A,B,C, but is 'load.resistance'"),
+        (
+            "load.resistance",
+            "`vary` must be KEY=FROM:TO:COUNT or KEY=A,B,C, but is 'load.resistance'",
+        ),
         ("load.resistence=1", "unknown [load] key 'resistence': did you mean 'resistance'?"),
         ("load.netlist=1", "load.netlist must be a key with a number to be varied"),
-        ("load.resistance=", "load.resistance must be a load resistance (ohm), such as '1 Mohm', above 0, but is ''"),
-        ("load.resistance=1k,,2k", "load.resistance must be a load resistance (ohm), such as '1 Mohm', above 0"),
-        ("load.resistance=-1:2:3", "load.resistance must be a load resistance (ohm), such as '1 Mohm', above 0"),
-        ("load.resistance=1:1 nF:3", "load.resistance must be a load resistance (ohm), such as '1 Mohm', above 0"),
-        ("stop.restitution=0:1.1:3", "stop.restitution must be a restitution coefficient, such as 0.96, between 0"),
-        *((f"load.resistance=1:2{count}", COUNT) for count in ("", ":", ":0", ":-1", ":2.5", ":²", ":x", ":3:4")),
+        (
+            "load.resistance=",
+            "load.resistance must be a load resistance (ohm), such as '1 Mohm', above 0, but is ''",
+        ),
+        (
+            "load.resistance=1k,,2k",
+            "load.resistance must be a load resistance (ohm), such as '1 Mohm', above 0",
+        ),
+        (
+            "load.resistance=-1:2:3",
+            "load.resistance must be a load resistance (ohm), such as '1 Mohm', above 0",
+        ),
+        (
+            "load.resistance=1:1 nF:3",
+            "load.resistance must be a load resistance (ohm), such as '1 Mohm', above 0",
+        ),
+        (
+            "stop.restitution=0:1.1:3",
+            "stop.restitution must be a restitution coefficient, such as 0.96, between 0",
+        ),
+        *(
+            (f"load.resistance=1:2{count}", COUNT)
+            for count in ("", ":", ":0", ":-1", ":2.5", ":²", ":x", ":3:4")
+        ),
         ("load.resistance=1:2:" + "9" * 5000, COUNT),
     ],
 )
@@ -78,7 +100,9 @@ def rows(out):
 def test_table_and_provenance(tmp_path):
     """Columns as the contract says, values as the engine gives them, and where they come from."""
     told = []
-    table = swept(PLATE, [LOADS], engines=[hv.Published()], out=tmp_path, progress=telling(told.append))
+    table = swept(
+        PLATE, [LOADS], engines=[hv.Published()], out=tmp_path, progress=telling(told.append)
+    )
     head = (tmp_path / "sweep.csv").read_text().splitlines()[0].split(",")
     parts = [f"{name}_{part}" for name in ("mean_square_voltage", "mean_power") for part in PARTS]
     assert head == ["load.resistance", *COLUMNS.split(","), *parts, "bound"]
@@ -88,7 +112,9 @@ def test_table_and_provenance(tmp_path):
         answer = hv.Published().run(PLATE.with_load(value))
         assert float(row["load.resistance"]) == value
         assert float(row["mean_power"]) == pytest.approx(answer.mean_power.value, rel=1e-8, abs=0)
-        assert float(row["mean_square_voltage"]) == pytest.approx(answer.mean_square_voltage.value, rel=1e-8)
+        assert float(row["mean_square_voltage"]) == pytest.approx(
+            answer.mean_square_voltage.value, rel=1e-8
+        )
         assert (row["engine"], row["mean_power_stderr"], row["error"]) == ("published", "", "")
     whence = json.loads((tmp_path / "provenance.json").read_text())
     assert whence["vary"] == {"load.resistance": list(LOADS.values)}
@@ -98,7 +124,12 @@ def test_table_and_provenance(tmp_path):
     assert whence["versions"]["harvester"] == hv.__version__
     assert {"command", "when", "machine"} <= set(whence)
     assert (tmp_path / "sweep.png").read_bytes().startswith(b"\x89PNG")
-    assert {p.name for p in tmp_path.iterdir()} == {"sweep.csv", "sweep.nc", "sweep.png", "provenance.json"}
+    assert {p.name for p in tmp_path.iterdir()} == {
+        "sweep.csv",
+        "sweep.nc",
+        "sweep.png",
+        "provenance.json",
+    }
 
 
 @pytest.mark.thorough("test_the_cheapest_engine_of_each_point_is_resumed")
@@ -107,8 +138,16 @@ def test_two_keys_two_engines(tmp_path):
     axes = [read_axis("nondimensional.restitution=0.9,0.99"), read_axis("nondimensional.mu=0.1,1")]
     ensemble = hv.Ensemble(trajectories=64, duration=20.0, dt=0.05, seed=7)
     table = swept(FIGURE, axes, engines=[hv.Published(), ensemble], out=tmp_path)
-    keys = [(row["nondimensional.restitution"], row["nondimensional.mu"], row["engine"]) for row in rows(tmp_path)]
-    assert keys == [(r, mu, e) for r in ("0.9", "0.99") for mu in ("0.1", "1.0") for e in ("published", "ensemble")]
+    keys = [
+        (row["nondimensional.restitution"], row["nondimensional.mu"], row["engine"])
+        for row in rows(tmp_path)
+    ]
+    assert keys == [
+        (r, mu, e)
+        for r in ("0.9", "0.99")
+        for mu in ("0.1", "1.0")
+        for e in ("published", "ensemble")
+    ]
     assert all(row.mean_power.stderr > 0.0 for row in table.of("ensemble"))
     assert table.column("mean_power", "ensemble").shape == (4,)
     whence = json.loads((tmp_path / "provenance.json").read_text())
@@ -122,13 +161,16 @@ NO_NOISE = hv.loads("[nondimensional]\nc1 = -0.01\nbeta = 0.05\nmu = 0.05\n")
 
 def test_a_point_that_fails_is_a_row(tmp_path):
     """Without noise the published density does not exist; the other point is not touched by that."""
-    table = swept(NO_NOISE, [read_axis("nondimensional.D11=0,0.01")], engines=[hv.Published()], out=tmp_path)
+    table = swept(
+        NO_NOISE, [read_axis("nondimensional.D11=0,0.01")], engines=[hv.Published()], out=tmp_path
+    )
     failed, fine = rows(tmp_path)
     assert "needs external noise" in failed["error"]
     assert failed["mean_power"] == failed["seconds"] == ""
     assert fine["error"] == ""
     assert float(fine["mean_power"]) > 0.0
-    assert table.column("mean_power", "published")[0] != table.column("mean_power", "published")[0]  # nan: no answer
+    # nan: no answer
+    assert table.column("mean_power", "published")[0] != table.column("mean_power", "published")[0]
 
 
 def test_every_point_fails(tmp_path):
@@ -149,16 +191,30 @@ def test_no_engine_serves(tmp_path):
 def test_the_ideal_circuit_stands_for_formulas(harvester):
     """No formula knows a bridge: its figure has the ideal circuit beside SPICE, with its label, and a note says so."""
     scene = EXAMPLES / "plate_bridge.toml"
-    args = ("--engine", "published", "--engine", "averaged", "--trajectories", "64", "--duration", "20", "--json")
+    args = (
+        "--engine",
+        "published",
+        "--engine",
+        "averaged",
+        "--trajectories",
+        "64",
+        "--duration",
+        "20",
+        "--json",
+    )
     status, out, _ = harvester("sweep", str(scene), "--vary", "load.parameters.R=1M,2M", *args)
     told = json.loads(out)
     assert (status, {row["engine"] for row in told["rows"]}) == (0, {"ideal"})
     assert "computed in place of published and averaged" in str(told["diagnostics"])
     table = hv.sweep(
-        scene, vary={"load.parameters.R": [1e6, 2e6]}, engines=["averaged", hv.Ideal(trajectories=64, duration=20.0)]
+        scene,
+        vary={"load.parameters.R": [1e6, 2e6]},
+        engines=["averaged", hv.Ideal(trajectories=64, duration=20.0)],
     )
     assert table.engines == ["ideal"] and has(table.diagnostics, "stands_for_formulas")
-    assert "ideal circuit (ensemble)" in [text.get_text() for one in table.plot().legends for text in one.get_texts()]
+    assert "ideal circuit (ensemble)" in [
+        text.get_text() for one in table.plot().legends for text in one.get_texts()
+    ]
 
 
 @pytest.mark.parametrize(
@@ -166,7 +222,12 @@ def test_the_ideal_circuit_stands_for_formulas(harvester):
     [
         ("plate_bridge", ["averaged", "spice"], ["ideal", "spice"], {"ideal": ["averaged"]}),
         ("plate_bridge", ["exact", "spice", "ideal"], ["spice", "ideal"], {"ideal": ["exact"]}),
-        ("bimorph_board", ["published", "spice"], ["compiled", "spice"], {"compiled": ["published"]}),
+        (
+            "bimorph_board",
+            ["published", "spice"],
+            ["compiled", "spice"],
+            {"compiled": ["published"]},
+        ),
         ("plate_with_stop", ["averaged", "spice"], ["averaged", "spice"], {}),
     ],
 )
@@ -177,16 +238,38 @@ def test_what_stands_for_a_formula(name, asked, computed, formulas):
 @pytest.mark.parametrize(
     ("axes", "engines", "line"),
     [
-        (["load.resistance=1", "load.resistance=2"], 1, "`vary` must name each only once, but names 'load.resistance'"),
-        (["load.resistance=1"], 2, "`engine` must name each only once, but names 'published' twice"),
-        (["load.resistance=1k:2k:400", "piezo.coupling=1:2:400"], 1, "`vary` must make at most 100000 points, but is"),
-        (["load.resistance=1k,1", "oscillator.mass=1,1e-50"], 1, "the power scale "),  # the last point is impossible
-        (["nondimensional.mu=1"], 1, "[oscillator] must be left out where [nondimensional] is given"),
+        (
+            ["load.resistance=1", "load.resistance=2"],
+            1,
+            "`vary` must name each only once, but names 'load.resistance'",
+        ),
+        (
+            ["load.resistance=1"],
+            2,
+            "`engine` must name each only once, but names 'published' twice",
+        ),
+        (
+            ["load.resistance=1k:2k:400", "piezo.coupling=1:2:400"],
+            1,
+            "`vary` must make at most 100000 points, but is",
+        ),
+        # the last point is impossible
+        (["load.resistance=1k,1", "oscillator.mass=1,1e-50"], 1, "the power scale "),
+        (
+            ["nondimensional.mu=1"],
+            1,
+            "[oscillator] must be left out where [nondimensional] is given",
+        ),
     ],
 )
 def test_refused_before_anything_is_written(tmp_path, axes, engines, line):
     with pytest.raises(InputError, match=f"^{re.escape(line)}"):
-        swept(PLATE, [read_axis(a) for a in axes], engines=[hv.Published()] * engines, out=tmp_path / "out")
+        swept(
+            PLATE,
+            [read_axis(a) for a in axes],
+            engines=[hv.Published()] * engines,
+            out=tmp_path / "out",
+        )
     assert not (tmp_path / "out").exists()
 
 
@@ -221,9 +304,11 @@ def test_resume_computes_what_is_missing_or_failed(tmp_path, computed):
     assert computed == list(LOADS.values)
     lines = before.splitlines()
     lines[1] = "1000.0,published,,,,,,some error" + "," * (lines[0].count(",") - 7)
-    (tmp_path / "sweep.csv").write_text("\n".join([lines[0], *lines[:0:-1][1:]]) + "\n")  # the last row lost, shuffled
+    # the last row lost, shuffled
+    (tmp_path / "sweep.csv").write_text("\n".join([lines[0], *lines[:0:-1][1:]]) + "\n")
     after = resumed(tmp_path)
-    assert computed[3:] == list(LOADS.values)  # the whole batch, on which an answer's last digits depend
+    # the whole batch, on which an answer's last digits depend
+    assert computed[3:] == list(LOADS.values)
     assert [f"{row.mean_power.value:.9g}" for row in after.rows] == [
         line.split(",")[4] for line in before.splitlines()[1:]
     ]
@@ -277,7 +362,9 @@ def test_files_of_version_0_1_are_refused(tmp_path, computed):
     lines = resumed(tmp_path).text().splitlines()
     old = "".join(",".join(line.split(",")[:11]) + "\n" for line in lines)
     (tmp_path / "sweep.csv").write_text(old)
-    with pytest.raises(InputError, match=r"^`resume` must find a sweep.csv of this version, but version 0.1 wrote"):
+    with pytest.raises(
+        InputError, match=r"^`resume` must find a sweep.csv of this version, but version 0.1 wrote"
+    ):
         resumed(tmp_path)
     assert (tmp_path / "sweep.csv").read_text() == old
 
@@ -293,7 +380,9 @@ def test_files_of_version_0_1_are_refused(tmp_path, computed):
 )
 def test_resume_refuses_another_sweep(tmp_path, other, what):
     before = resumed(tmp_path).text()
-    with pytest.raises(InputError, match=f"^`resume` must continue the same sweep, but {what} in '.*' is another"):
+    with pytest.raises(
+        InputError, match=f"^`resume` must continue the same sweep, but {what} in '.*' is another"
+    ):
         resumed(tmp_path, **other)
     assert (tmp_path / "sweep.csv").read_text() == before
 
@@ -311,7 +400,10 @@ def test_an_interrupted_sweep_never_takes_rows_of_another(tmp_path, monkeypatch)
         patched.setattr(engines.Published, "run_many", interrupt)
         swept(other, [LOADS], engines=[hv.Published()], out=tmp_path)
     assert rows(tmp_path) == []
-    assert resumed(tmp_path, scene=other).rows[0].mean_power != resumed(tmp_path / "a").rows[0].mean_power
+    assert (
+        resumed(tmp_path, scene=other).rows[0].mean_power
+        != resumed(tmp_path / "a").rows[0].mean_power
+    )
 
 
 @pytest.mark.usefixtures("undrawn")
@@ -337,7 +429,13 @@ def test_the_cheapest_engine_of_each_point_is_resumed(tmp_path):
     options = {"within": 0.01, "trajectories": 512}
 
     def table():
-        return swept(FIGURE, [axis], engines=[engines.engine("cheapest", **options)], out=tmp_path, resume=True)
+        return swept(
+            FIGURE,
+            [axis],
+            engines=[engines.engine("cheapest", **options)],
+            out=tmp_path,
+            resume=True,
+        )
 
     first = table()
     assert [row.engine for row in first.rows] == ["ensemble", "averaged"]
@@ -354,7 +452,14 @@ OTHER_TEXTS = pytest.mark.thorough("test_damaged_numbers_are_computed_anew")
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "text", ["nan", *(pytest.param(one, marks=OTHER_TEXTS) for one in ("\x00", "--", "inf", "1e999", "9" * 400, "'"))]
+    "text",
+    [
+        "nan",
+        *(
+            pytest.param(one, marks=OTHER_TEXTS)
+            for one in ("\x00", "--", "inf", "1e999", "9" * 400, "'")
+        ),
+    ],
 )
 def test_damaged_numbers_are_computed_anew(tmp_path, harvester, text):
     """Whatever column of sweep.csv they stand in: they were an internal error, or would be kept."""
@@ -377,14 +482,24 @@ def test_damaged_numbers_are_computed_anew(tmp_path, harvester, text):
         status, _, err = harvester(*asked, str(tmp_path), "--resume")
         assert (status, err) == (0, ""), name
         whole = [
-            {k: v for k, v in row.items() if k != "seconds"} for row in csv.DictReader(table.read_text().splitlines())
+            {k: v for k, v in row.items() if k != "seconds"}
+            for row in csv.DictReader(table.read_text().splitlines())
         ]
-        assert whole == [{k: v for k, v in row.items() if k != "seconds"} for row in csv.DictReader(lines)], name
+        assert whole == [
+            {k: v for k, v in row.items() if k != "seconds"} for row in csv.DictReader(lines)
+        ], name
 
 
 def test_a_folder_in_the_place_of_a_file(tmp_path, harvester):
     """Bad input, as for sweep.csv: exit status 2."""
     (tmp_path / "sweep.nc").mkdir()
-    asked = ("sweep", str(EXAMPLES / "plate.toml"), "--vary", "load.resistance=1k:10M:3", "--engine", "averaged")
+    asked = (
+        "sweep",
+        str(EXAMPLES / "plate.toml"),
+        "--vary",
+        "load.resistance=1k:10M:3",
+        "--engine",
+        "averaged",
+    )
     line = "harvester: --out: cannot write sweep.nc over the existing one: Is a directory\n"
     assert harvester(*asked, "--out", str(tmp_path))[::2] == (2, line)

@@ -22,25 +22,32 @@ def test_a_polynomial_through_noise_knows_its_error():
     for _ in range(200):
         x = rng.random((40, 2))
         y = x @ [1.0, -2.0] + 0.3 * rng.standard_normal(40)
-        found, at = fit(x, y), rng.random((1, 2))
+        found = fit(x, y)
+        at = rng.random((1, 2))
         off = (found(at) - at @ [1.0, -2.0])[0]
         z.append(off / (found.scatter * np.sqrt(found.leverage(at)[0])))
     assert abs(np.mean(z)) < 4.0 / np.sqrt(200)
-    assert 0.7 < np.std(z) < 1.4  # a degree above one is taken now and then, which the noise seems to ask for
+    # a degree above one is taken now and then, which the noise seems to ask for
+    assert 0.7 < np.std(z) < 1.4
 
 
 @pytest.mark.thorough("test_a_polynomial_through_noise_knows_its_error")
 @pytest.mark.slow
 def test_surfaces_agree_with_a_long_path(monkeypatch):
     """Twelve short paths at other restitutions, against a long path of the device in the middle."""
-    scene, x = hv.load(STOP), np.linspace(0.94, 0.98, 12)[:, None]
+    scene = hv.load(STOP)
+    x = np.linspace(0.94, 0.98, 12)[:, None]
     monkeypatch.setattr("harvester.studies.tolerance.peaks.BLOCKS", 128)
     told = []
-    surfaces = peak_surfaces([scene.vary("stop.restitution", r) for r in x[:, 0]], x, 12, 3600.0, report=told.append)
+    surfaces = peak_surfaces(
+        [scene.vary("stop.restitution", r) for r in x[:, 0]], x, 12, 3600.0, report=told.append
+    )
     assert told == [*range(1, 13)]
     levels, off = surfaces(np.array([[0.96]]))
     there = hv.extremes(scene.vary("stop.restitution", 0.96), lifetime="1 h")
-    wanted_levels = {name: of[0.95] for name, of in there.levels.items()} | {"impact_rate": there.impact_rate}
+    wanted_levels = {name: of[0.95] for name, of in there.levels.items()} | {
+        "impact_rate": there.impact_rate
+    }
     assert {*levels} == {*wanted_levels}
     for name, one in wanted_levels.items():
         error = np.hypot(off[name][0] * levels[name][0] / 1.96, one.stderr)
@@ -71,11 +78,19 @@ def test_the_share_that_keeps_a_limit(harvester, monkeypatch):
         "--lifetime",
         "1 h",
     ]
-    words += [word for times in (2.0, 0.5, 1.0) for word in ("--limit", f"peak_displacement < {times * far} m")]
+    words += [
+        word
+        for times in (2.0, 0.5, 1.0)
+        for word in ("--limit", f"peak_displacement < {times * far} m")
+    ]
     status, out, err = harvester("tolerance", STOP, "--engine", "averaged", *words, "--json")
     assert (status, err) == (0, "")
     above, below, amid = json.loads(out)["limits"]
-    assert (above["value"], below["value"]) == (1.0, 0.0) and above["low"] > 0.95 and below["high"] < 0.05
+    assert (
+        (above["value"], below["value"]) == (1.0, 0.0)
+        and above["low"] > 0.95
+        and below["high"] < 0.05
+    )
     assert amid["high"] - amid["low"] > 0.3 and 0.01 < amid["peak_relative_error95"] < 0.4
 
 

@@ -40,7 +40,9 @@ def test_measured_values_are_each_as_likely():
 
 def test_series_of_a_resistance_that_is_none_of_its_values():
     """1.04 Mohm is made as 1 Mohm in E12, 5 % about that."""
-    assert parse("load.resistance=E12:5%", PLATE.with_load(1.04e6)).ends == pytest.approx((0.95e6, 1.05e6))
+    assert parse("load.resistance=E12:5%", PLATE.with_load(1.04e6)).ends == pytest.approx(
+        (0.95e6, 1.05e6)
+    )
 
 
 def test_key_without_its_table():
@@ -52,8 +54,24 @@ def test_preferred_values():
     assert preferred.mantissas("E3") == (1.0, 2.2, 4.7)
     assert {2.7, 3.0, 3.3, 3.6, 3.9, 4.3, 4.7, 8.2} < {*preferred.mantissas("E24")}
     assert 9.2 in preferred.mantissas("E192") and {4.99, 9.76} < {*preferred.mantissas("E96")}
-    assert [len(set(preferred.mantissas(name))) for name in preferred.SERIES] == [3, 6, 12, 24, 48, 96, 192]
-    assert preferred.between("E6", 1e3, 1e4) == (1000.0, 1500.0, 2200.0, 3300.0, 4700.0, 6800.0, 10000.0)
+    assert [len(set(preferred.mantissas(name))) for name in preferred.SERIES] == [
+        3,
+        6,
+        12,
+        24,
+        48,
+        96,
+        192,
+    ]
+    assert preferred.between("E6", 1e3, 1e4) == (
+        1000.0,
+        1500.0,
+        2200.0,
+        3300.0,
+        4700.0,
+        6800.0,
+        10000.0,
+    )
     assert preferred.nearest("E24", 5.15e5) == 510e3
 
 

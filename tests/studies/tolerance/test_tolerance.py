@@ -27,10 +27,13 @@ ALONE = hv.Execution(workers=1)
 
 def closed_form(capacitance, damping, resistance):
     """The mean power of the plate under white noise in SI, from its Lyapunov equation; arrays (n,)."""
-    mass, stiffness, coupling = 0.04, 16.0, 1e-3
+    mass = 0.04
+    stiffness = 16.0
+    coupling = 1e-3
     density = 1e-5 * 9.80665**2
     w0 = np.sqrt(stiffness / mass)
-    c, mu = damping / (mass * w0), 1.0 / (resistance * capacitance * w0)
+    c = damping / (mass * w0)
+    mu = 1.0 / (resistance * capacitance * w0)
     beta = coupling**2 / (stiffness * capacitance)
     loss = c * (1.0 + beta + mu * mu + c * mu) + beta * mu
     return 0.25 * density * mass * beta * mu / loss
@@ -41,7 +44,9 @@ def brute(designs):
     rng = np.random.default_rng(7)
     capacitance = 50.2e-9 * rng.uniform(0.9, 1.1, COUNT)
     resistance = 1e6 * rng.uniform(0.95, 1.05, COUNT)
-    return closed_form(capacitance, designs * rng.normal(1.0, 0.2, COUNT).clip(0.2, 1.8), resistance)
+    return closed_form(
+        capacitance, designs * rng.normal(1.0, 0.2, COUNT).clip(0.2, 1.8), resistance
+    )
 
 
 @pytest.mark.slow
@@ -51,10 +56,14 @@ def test_quantiles_and_yield_against_random_devices(damping):
     power = brute(damping)
     limit = float(np.quantile(power, 0.2))
     scene = hv.load(PLATE).vary("oscillator.damping", damping)
-    found = hv.tolerance(scene, vary=VARY, limits=[f"mean_power > {limit} W"], samples=4096, runs=256)
+    found = hv.tolerance(
+        scene, vary=VARY, limits=[f"mean_power > {limit} W"], samples=4096, runs=256
+    )
     assert found.engine == "exact" and found.off < 0.01
     for share, one in found.quantiles.items():
-        z = ((power < one.value).mean() - share) / np.sqrt(share * (1.0 - share) * (1.0 / COUNT + 1.0 / 4096))
+        z = ((power < one.value).mean() - share) / np.sqrt(
+            share * (1.0 - share) * (1.0 / COUNT + 1.0 / 4096)
+        )
         assert abs(z) < 4.0, share
         assert one.low <= one.value <= one.high
     z = (found.met.value - 0.8) / np.sqrt(0.16 * (1.0 / COUNT + 1.0 / 4096))
@@ -102,7 +111,9 @@ def test_checks_by_the_ensemble_narrow_what_averaged_says():
     """The plate with a stop: the error left by 8 dearer runs is below what `averaged` states, and names the key."""
     vary = {"piezo.capacitance": "10%", "stop.restitution": ".94:.98"}
     plain = hv.tolerance(STOP, vary=vary, samples=1024, runs=64, checks=0, engine="averaged")
-    checked = hv.tolerance(STOP, vary=vary, limits=["mean_power > 8 uW"], samples=1024, runs=64, execution=ALONE)
+    checked = hv.tolerance(
+        STOP, vary=vary, limits=["mean_power > 8 uW"], samples=1024, runs=64, execution=ALONE
+    )
     assert (checked.engine, plain.off > 0.02, checked.off < 0.015) == ("averaged", True, True)
     assert "8 runs of 'ensemble'" in checked.check
     assert checked.tornado[0].key == "stop.restitution"
@@ -121,10 +132,19 @@ def test_an_engine_that_samples():
     """A few runs with the same noise, and a polynomial: `ensemble` agrees with `exact` on the linear plate."""
     vary = {"piezo.capacitance": "20%"}
     exact = hv.tolerance(PLATE, vary=vary, samples=2048)
-    noisy = hv.tolerance(PLATE, vary=vary, samples=2048, runs=16, engine=hv.Ensemble(trajectories=256), execution=ALONE)
+    noisy = hv.tolerance(
+        PLATE,
+        vary=vary,
+        samples=2048,
+        runs=16,
+        engine=hv.Ensemble(trajectories=256),
+        execution=ALONE,
+    )
     assert "16 runs" in noisy.check and noisy.off < 0.05
     for share in (0.05, 0.5, 0.95):
-        assert noisy.quantiles[share].low < exact.quantiles[share].value < noisy.quantiles[share].high
+        assert (
+            noisy.quantiles[share].low < exact.quantiles[share].value < noisy.quantiles[share].high
+        )
 
 
 def test_without_salib_there_are_no_shares(monkeypatch):
@@ -136,11 +156,15 @@ def test_without_salib_there_are_no_shares(monkeypatch):
     without = hv.tolerance(scene, **study)
     assert whole.sensitivity and not without.sensitivity
     assert without.quantiles == whole.quantiles
-    assert without.why.endswith("is not installed: python -m pip install 'piezo-harvester[tolerance]'")
+    assert without.why.endswith(
+        "is not installed: python -m pip install 'piezo-harvester[tolerance]'"
+    )
 
 
 def test_correlated_keys_have_no_shares():
-    found = hv.tolerance(PLATE, vary=VARY, correlate=["piezo.capacitance,load.resistance=.8"], samples=256, runs=128)
+    found = hv.tolerance(
+        PLATE, vary=VARY, correlate=["piezo.capacitance,load.resistance=.8"], samples=256, runs=128
+    )
     assert found.sensitivity == {} and "correlated" in found.why
     assert np.corrcoef(found.samples[:, [0, 2]].T)[0, 1] == pytest.approx(0.8, abs=0.06)
 
@@ -148,7 +172,9 @@ def test_correlated_keys_have_no_shares():
 def test_devices_without_an_answer_do_not_meet_a_limit():
     """Damping from below to above zero: about half the devices never come to rest in a stationary law."""
     vary = {"oscillator.damping": "-.5:.5"}
-    found = hv.tolerance(PLATE, vary=vary, limits=["mean_power > 0 W"], samples=256, runs=256, engine="exact")
+    found = hv.tolerance(
+        PLATE, vary=vary, limits=["mean_power > 0 W"], samples=256, runs=256, engine="exact"
+    )
     assert 0.1 < found.failed / 256 < 0.9
     assert found.met.value == pytest.approx(1.0 - found.failed / 256)
     assert has(found.warnings, "samples_failed")
@@ -167,8 +193,12 @@ def test_outer_quantiles_of_few_runs():
 def test_a_polynomial_knows_of_failed_devices():
     """Half the computed devices have no answer: so have half of all samples, which counts in the yield."""
     vary = {"oscillator.damping": "-.5:.5"}
-    found = hv.tolerance(PLATE, vary=vary, limits=["mean_power < 1 kW"], samples=1024, runs=64, engine="exact")
-    whole = hv.tolerance(PLATE, vary=vary, limits=["mean_power < 1 kW"], samples=64, runs=64, engine="exact")
+    found = hv.tolerance(
+        PLATE, vary=vary, limits=["mean_power < 1 kW"], samples=1024, runs=64, engine="exact"
+    )
+    whole = hv.tolerance(
+        PLATE, vary=vary, limits=["mean_power < 1 kW"], samples=64, runs=64, engine="exact"
+    )
     assert len(found.power) + found.failed == 1024
     assert found.met.value == pytest.approx(whole.met.value, abs=0.02)
     assert has(found.warnings, "samples_outside")
@@ -202,9 +232,9 @@ def test_limits_of_peaks():
         execution=ALONE,
     )
     levels = [
-        hv.extremes(hv.load(PLATE).vary("oscillator.damping", float(damping)), lifetime="5 years").levels[
-            "peak_displacement"
-        ]
+        hv.extremes(
+            hv.load(PLATE).vary("oscillator.damping", float(damping)), lifetime="5 years"
+        ).levels["peak_displacement"]
         for damping in np.linspace(3.2e-3, 9.6e-3, 200)
     ]
     expected = np.mean([one[0.95].value < 1.51e-3 for one in levels])
@@ -223,8 +253,13 @@ def test_intervals():
         held += one.low <= 0.1 <= one.high
     assert held / 400 > 0.95 - 4.0 * np.sqrt(0.05 * 0.95 / 400)
     # 100 samples have no rank that is below the 1 % quantile, or above the 99 % one, with 97.5 %
-    assert quantile(rng.random(100), 0.01).low is None and quantile(rng.random(100), 0.99).high is None
-    assert quantile(rng.random(100), 0.01).high is not None and quantile(rng.random(1000), 0.01).low is not None
+    assert (
+        quantile(rng.random(100), 0.01).low is None and quantile(rng.random(100), 0.99).high is None
+    )
+    assert (
+        quantile(rng.random(100), 0.01).high is not None
+        and quantile(rng.random(1000), 0.01).low is not None
+    )
 
 
 def test_an_error_of_the_engine_widens_the_yield():
@@ -259,8 +294,26 @@ def test_points_name_their_argument():
 @pytest.mark.slow
 def test_command(harvester, tmp_path):
     """JSON as the contract has it; files; --resume gives the same answer; a report."""
-    words = ["tolerance", PLATE, "--vary", "piezo.capacitance=10%", "--vary", "load.resistance=E24:5%", "--samples"]
-    words += ["512", "--runs", "128", "--limit", "mean_power > 9.4 uW", "--out", tmp_path / "out", "--report", "--json"]
+    words = [
+        "tolerance",
+        PLATE,
+        "--vary",
+        "piezo.capacitance=10%",
+        "--vary",
+        "load.resistance=E24:5%",
+        "--samples",
+    ]
+    words += [
+        "512",
+        "--runs",
+        "128",
+        "--limit",
+        "mean_power > 9.4 uW",
+        "--out",
+        tmp_path / "out",
+        "--report",
+        "--json",
+    ]
     status, out, err = harvester(*words)
     assert (status, err) == (0, "")
     found = json.loads(out)
@@ -285,7 +338,9 @@ def test_command(harvester, tmp_path):
 
 
 def test_command_says_it_in_words(harvester):
-    status, out, _ = harvester("tolerance", PLATE, "--vary", "piezo.capacitance=10%", "--runs", "64", "--samples", "64")
+    status, out, _ = harvester(
+        "tolerance", PLATE, "--vary", "piezo.capacitance=10%", "--runs", "64", "--samples", "64"
+    )
     assert status == 0
     assert "devices below" in out and "variance share" in out and "5 % point" in out
 
@@ -302,17 +357,38 @@ def test_command_says_it_in_words(harvester):
         (["--vary", "piezo.capacitance=10%", "--engine", "cheapest"], "--engine must be one"),
         (["--vary", "piezo.capacitance=10%", "--engine", "ideal"], "netlist"),
         (["--vary", "piezo.capacitance=10%", "--resume"], "--resume must go with"),
-        (["--vary", "piezo.capacitance=10%", "--correlate", "a,b"], "--correlate must be KEY,KEY=NUMBER"),
+        (
+            ["--vary", "piezo.capacitance=10%", "--correlate", "a,b"],
+            "--correlate must be KEY,KEY=NUMBER",
+        ),
         (["--vary", "piezo.capacitance=10%", "--vector", "svg"], "--out"),
         (["--vary", "piezo.capacitance=-1:1"], "piezo.capacitance must"),
-        (["--vary", "piezo.capacitance=10%", "--limit", "peak_voltage < 9 V"], "--lifetime must be given"),
+        (
+            ["--vary", "piezo.capacitance=10%", "--limit", "peak_voltage < 9 V"],
+            "--lifetime must be given",
+        ),
         (["--vary", "piezo.capacitance=10%", "--lifetime", "1 h"], "--lifetime must go with"),
         (
-            ["--vary", "piezo.capacitance=10%", "--limit", "peak_voltage < 9 V", "--lifetime", "1 ns"],
-            "--lifetime must be at least 50 cycles of the device",  # at once: it was said after 16 s of computing
+            [
+                "--vary",
+                "piezo.capacitance=10%",
+                "--limit",
+                "peak_voltage < 9 V",
+                "--lifetime",
+                "1 ns",
+            ],
+            # at once: it was said after 16 s of computing
+            "--lifetime must be at least 50 cycles of the device",
         ),
         (
-            ["--vary", "piezo.capacitance=10%", "--limit", "impact_rate < 7 Hz", "--lifetime", "1 h"],
+            [
+                "--vary",
+                "piezo.capacitance=10%",
+                "--limit",
+                "impact_rate < 7 Hz",
+                "--lifetime",
+                "1 h",
+            ],
             "a limit of impact_rate must go with a stop, but the scene has none",
         ),
     ],

@@ -24,7 +24,11 @@ from harvester.studies.work_precision.bias import Bias
 from harvester.studies.work_precision.cost import cost, model_bias, table_of
 from harvester.studies.work_precision.cost_table import Cost, CostRow, front
 from harvester.studies.work_precision.ngspice_bias import NgspiceBias, ngspice_bias
-from harvester.studies.work_precision.richardson_ladder import RichardsonLadder, fit_ladder, richardson_ladder
+from harvester.studies.work_precision.richardson_ladder import (
+    RichardsonLadder,
+    fit_ladder,
+    richardson_ladder,
+)
 from harvester.studies.work_precision.settings import base_name, label, setting, without_each_part
 from harvester.studies.work_precision.timed_runs import Measurement, Run
 from harvester.uncertainty.value import Value
@@ -71,7 +75,8 @@ def test_ladder_is_the_exact_bias():
     """At the steps of its rungs, below them, and for the mean at a step of zero."""
     found = richardson_ladder(hv.Ensemble().model(Problem(LINEAR)), 0.1, 1024, seed=3, seconds=1.5)
     for h in (0.02, 0.1, 0.2, 0.4):
-        bias, exact = found.at(h), v2_at_step(EQS, h) / linear_v2(EQS) - 1.0
+        bias = found.at(h)
+        exact = v2_at_step(EQS, h) / linear_v2(EQS) - 1.0
         assert abs(bias.value - exact) < 4 * bias.stderr
         assert bias.stderr < 0.5 * exact
     assert abs(found.mean.value - linear_v2(EQS)) < 4 * found.mean.stderr
@@ -82,7 +87,12 @@ def test_ladder_is_the_exact_bias():
 def test_ladder_leaves_out_what_is_unstable(h, terms):
     """E_h grows as 1/(1 - h^2/4): by 25 % from h = .5 to 1, by 70 % from .7 to 1.4, without bound from 1 to 2."""
     assert (
-        len(richardson_ladder(hv.Ensemble().model(Problem(LINEAR)), h, 256, seed=0, seconds=0.1).coefficients) == terms
+        len(
+            richardson_ladder(
+                hv.Ensemble().model(Problem(LINEAR)), h, 256, seed=0, seconds=0.1
+            ).coefficients
+        )
+        == terms
     )
 
 
@@ -101,7 +111,11 @@ def rungs(c2, c4=0.0, off=(0.0, 0.0, 0.0), error=1e-4):
         return 3.0 * (1.0 + c2 * h**2 + c4 * h**4)
 
     difference = E(2 * H) - E(H) + np.array(off)
-    return fit_ladder(H, [Value(E(h), 0.01 * (1 + k)) for k, h in enumerate(H)], np.stack([difference, [error] * 3], 1))
+    return fit_ladder(
+        H,
+        [Value(E(h), 0.01 * (1 + k)) for k, h in enumerate(H)],
+        np.stack([difference, [error] * 3], 1),
+    )
 
 
 def test_fit_is_exact_for_its_own_law():
@@ -134,7 +148,9 @@ def test_model_bias_takes_the_step_out():
     answer = dataclasses.replace(answer, mean_power=Value(2.0 * 1.1 * 1.02, 2.0 * 1.02 * 0.003))
     found = model_bias(power, Run(hv.Ensemble(), answer, 0.0), Bias(0.02, 0.004))
     assert found.value == pytest.approx(0.1)
-    assert found.stderr == pytest.approx(math.sqrt(0.003**2 + (1.1 * 0.004) ** 2 + (1.1 * 0.01) ** 2))
+    assert found.stderr == pytest.approx(
+        math.sqrt(0.003**2 + (1.1 * 0.004) ** 2 + (1.1 * 0.01) ** 2)
+    )
 
 
 LACKING = {"ensemble, no controls", "spice, no controls", "spice, no pairing"}
@@ -153,7 +169,9 @@ def test_front(points):
         if k not in best:
             assert any(s <= seconds and e <= error for s, e in on)
     for k in best:
-        assert not any(s <= points[k][0] and e <= points[k][1] and (s, e) != points[k] for s, e in points)
+        assert not any(
+            s <= points[k][0] and e <= points[k][1] and (s, e) != points[k] for s, e in points
+        )
 
 
 def test_needed():
@@ -170,7 +188,8 @@ def test_needed():
     told = Cost(rows, "a", Value(1.0), {})
     assert told.needed("a", 0.05) == (1.0, True)
     assert told.needed("a", 0.03) == (4.0, True)
-    assert told.needed("a", 0.015) == (pytest.approx(16.0), False)  # 4 (.01/.005)^2; the biases take .01
+    # 4 (.01/.005)^2; the biases take .01
+    assert told.needed("a", 0.015) == (pytest.approx(16.0), False)
     assert told.needed("a", 0.01) is None
     assert told.needed("b", 0.1) is None
     assert told.needed("b", 0.5) == (0.1, True)
@@ -178,8 +197,16 @@ def test_needed():
     lines = [line.strip() for line in str(told).splitlines()]
     assert "warning: c: () failed: failed" in lines
     assert "not counted" not in str(told)
-    assert "not counted" in str(dataclasses.replace(told, rows=(dataclasses.replace(rows[0], step=0.1),)))
-    assert next(line.split() for line in lines if line.startswith("10 % ")) == ["10", "%", "1", "-", "a"]
+    assert "not counted" in str(
+        dataclasses.replace(told, rows=(dataclasses.replace(rows[0], step=0.1),))
+    )
+    assert next(line.split() for line in lines if line.startswith("10 % ")) == [
+        "10",
+        "%",
+        "1",
+        "-",
+        "a",
+    ]
 
 
 @pytest.mark.parametrize(
@@ -198,17 +225,33 @@ def test_setting(engine, text):
 
 def test_engines_that_lack_a_part_say_so():
     """Each part that a scene has is left out of each engine that has it, one at a time; the answer is the same."""
-    bridge, resistor = hv.load(EXAMPLES / "plate_bridge.toml"), hv.load(EXAMPLES / "plate_with_stop.toml")
-    names = [list(dict.fromkeys(map(label, without_each_part(*of)))) for of in cases(bridge, resistor)]
-    assert names[0] == ["ideal, no controls", "spice, no controls", "spice, no pairing", "spice, from rest"]
+    bridge, resistor = (
+        hv.load(EXAMPLES / "plate_bridge.toml"),
+        hv.load(EXAMPLES / "plate_with_stop.toml"),
+    )
+    names = [
+        list(dict.fromkeys(map(label, without_each_part(*of)))) for of in cases(bridge, resistor)
+    ]
+    assert names[0] == [
+        "ideal, no controls",
+        "spice, no controls",
+        "spice, no pairing",
+        "spice, from rest",
+    ]
     assert names[1] == ["ensemble, no controls"]
     assert names[2] == []
     assert [base_name(name) for name in names[0]] == ["ideal", *3 * ["spice"]]
-    least = [engine for engine in without_each_part(hv.Ensemble, False, Problem(LINEAR)) if engine.within == 0.01]
+    least = [
+        engine
+        for engine in without_each_part(hv.Ensemble, False, Problem(LINEAR))
+        if engine.within == 0.01
+    ]
     found = [engine.run(LINEAR).mean_power for engine in (*least, hv.Ensemble(within=0.01))]
     for power in found:
         assert abs(power.value / EXACT - 1.0) < 0.02
-    details = [engine.run(LINEAR).details["trajectories"] for engine in (*least, hv.Ensemble(within=0.01))]
+    details = [
+        engine.run(LINEAR).details["trajectories"] for engine in (*least, hv.Ensemble(within=0.01))
+    ]
     assert details[0] > details[1]  # plain means ask for more of them
 
 
@@ -229,12 +272,16 @@ def spent():
 def measured(tmp_path_factory, spent):
     """The linear scene, measured for some seconds: folder, answer, what the progress was told.
 
-    For twice as long where the machine is so slow that there was time for one setting of each engine only.
+    For twice as long where the machine is so slow that there was time for one setting of each
+    engine only.
     """
     for budget in (4.0, 8.0, 16.0, 32.0):
-        folder, told = tmp_path_factory.mktemp("cost"), []
+        folder = tmp_path_factory.mktemp("cost")
+        told = []
         progress = CallingBack(lambda done, what, told=told: told.append((what, done)))
-        answer = cost(LINEAR, seed=5, budget=budget, execution=hv.Execution(out=folder, progress=progress))
+        answer = cost(
+            LINEAR, seed=5, budget=budget, execution=hv.Execution(out=folder, progress=progress)
+        )
         if len(answer.rows) > len(spent.rows):
             break
     return folder, answer, told
@@ -250,13 +297,25 @@ def test_table(measured):
     assert text.splitlines()[0] == COLUMNS
     rows = list(csv.DictReader(io.StringIO(text)))
     assert len(rows) == len(answer.rows) > 6
-    numbers = [f.name for f in dataclasses.fields(CostRow) if "float" in str(f.type) or "int" in str(f.type)]
+    numbers = [
+        f.name
+        for f in dataclasses.fields(CostRow)
+        if "float" in str(f.type) or "int" in str(f.type)
+    ]
     for cells, row in zip(rows, answer.rows, strict=True):
         for name in numbers:
             value = getattr(row, name)
-            assert cells[name] == "" if value is None else float(cells[name]) == pytest.approx(value, rel=1e-8)
+            assert (
+                cells[name] == ""
+                if value is None
+                else float(cells[name]) == pytest.approx(value, rel=1e-8)
+            )
             assert value is None or math.isfinite(value)
-        assert (cells["engine"], cells["setting"], cells["best"]) == (row.engine, row.setting, str(row.best))
+        assert (cells["engine"], cells["setting"], cells["best"]) == (
+            row.engine,
+            row.setting,
+            str(row.best),
+        )
         parts = [Bias(row.model_bias, row.model_bias_stderr).counted, row.sampling_error or 0.0]
         parts.append(0.0 if row.step is None else Bias(row.step_bias, row.step_bias_stderr).counted)
         assert row.total_error == pytest.approx(sum(parts))
@@ -264,7 +323,11 @@ def test_table(measured):
     assert {row.engine for row in answer.rows} - LACKING == complete
     assert {p.name for p in folder.iterdir()} == {"cost.csv", "cost.png", "provenance.json"}
     assert (folder / "cost.png").read_bytes().startswith(b"\x89PNG")
-    assert json.loads((folder / "provenance.json").read_text())["reference"] == answer.reference == "spice"
+    assert (
+        json.loads((folder / "provenance.json").read_text())["reference"]
+        == answer.reference
+        == "spice"
+    )
 
 
 @pytest.mark.thorough("test_ladder_is_the_exact_bias")
@@ -288,7 +351,10 @@ def test_biases_are_the_exact_ones(measured):
     for row in measured[1].rows:
         if row.step is None:
             assert row.sampling_error is None
-            assert abs(row.model_bias - (row.mean_power / EXACT - 1.0)) < 4 * row.model_bias_stderr + 1e-12
+            assert (
+                abs(row.model_bias - (row.mean_power / EXACT - 1.0))
+                < 4 * row.model_bias_stderr + 1e-12
+            )
         else:
             exact = v2_at_step(EQS, row.step) / linear_v2(EQS) - 1.0
             assert abs(row.step_bias - exact) < 4 * row.step_bias_stderr
@@ -314,7 +380,16 @@ def test_front_is_marked_and_told(measured):
 @pytest.mark.statistics
 def test_progress_is_told(measured):
     told = measured[2]
-    complete = {"exact", "published", "averaged", "density", "ensemble", "biases", "spice", "spice alone"}
+    complete = {
+        "exact",
+        "published",
+        "averaged",
+        "density",
+        "ensemble",
+        "biases",
+        "spice",
+        "spice alone",
+    }
     assert {what for what, _ in told} - LACKING == complete
     fractions = [fraction for _, fraction in told]
     assert fractions == sorted(fractions)
@@ -327,7 +402,16 @@ def test_progress_is_told(measured):
 @pytest.mark.slow
 def test_budget_that_is_spent_leaves_one_setting_an_engine(spent):
     assert [(row.engine, row.error) for row in spent.rows] == [
-        (name, "") for name in ("exact", "published", "averaged", "density", "ensemble", "spice", "spice alone")
+        (name, "")
+        for name in (
+            "exact",
+            "published",
+            "averaged",
+            "density",
+            "ensemble",
+            "spice",
+            "spice alone",
+        )
     ]
 
 
@@ -336,7 +420,9 @@ def measurement():
     """One run of the ensemble, said to have taken 2 s."""
     measurement = Measurement(Problem(LINEAR), budget=1e3)
     run = measurement.run(hv.Ensemble(trajectories=128, dt=0.1))
-    measurement.runs[0] = dataclasses.replace(run, answer=dataclasses.replace(run.answer, seconds=2.0))
+    measurement.runs[0] = dataclasses.replace(
+        run, answer=dataclasses.replace(run.answer, seconds=2.0)
+    )
     return measurement
 
 
@@ -346,7 +432,9 @@ def test_prediction_is_in_proportion_to_the_work(measurement):
     assert measurement.predicted(hv.Ensemble(trajectories=512, dt=0.1)) == pytest.approx(8.0)
     assert measurement.predicted(hv.Ensemble(trajectories=128, dt=0.05)) == pytest.approx(4.0)
     longer = 2.0 * d["duration"] + d["burn_in"]
-    assert measurement.predicted(hv.Ensemble(trajectories=128, dt=0.1, duration=longer)) == pytest.approx(4.0)
+    assert measurement.predicted(
+        hv.Ensemble(trajectories=128, dt=0.1, duration=longer)
+    ) == pytest.approx(4.0)
     error = measurement.runs[0].sampling
     assert measurement.predicted(hv.Ensemble(within=0.5 * error)) == pytest.approx(8.0)
     assert measurement.predicted(hv.Ensemble(within=min(5.0 * error, 0.99))) == 2.0
@@ -374,11 +462,17 @@ def test_an_engine_that_fails_is_kept_with_its_error(measurement):
 
 def test_a_failure_is_a_row_and_the_rest_stands(measurement):
     measurement.cheap = measurement.runs[0]
-    measurement.steps = richardson_ladder(hv.Ensemble().model(Problem(LINEAR)), 0.1, 256, seed=0, seconds=0.1)
+    measurement.steps = richardson_ladder(
+        hv.Ensemble().model(Problem(LINEAR)), 0.1, 256, seed=0, seconds=0.1
+    )
     measurement.run(hv.Ensemble(dt=3.0, trajectories=64))
     answer = table_of(measurement)
     fine, failed = answer.rows
-    assert (failed.engine, failed.setting, failed.best) == ("ensemble", "trajectories=64 dt=3", False)
+    assert (failed.engine, failed.setting, failed.best) == (
+        "ensemble",
+        "trajectories=64 dt=3",
+        False,
+    )
     assert "grows without bound" in failed.error
     assert {failed.total_error, failed.mean_power, failed.seconds, fine.reltol} == {None}
     assert fine.best
@@ -388,7 +482,8 @@ def test_a_failure_is_a_row_and_the_rest_stands(measurement):
 
 def test_reference_is_the_cheap_model_less_its_bias(measurement):
     """25 % too high, the cheap model's 2 become 1.6 of ngspice, whose runs have the bias of their tolerance."""
-    measurement.cheap, factor = measurement.runs[0], EQS.beta * EQS.mu
+    measurement.cheap = measurement.runs[0]
+    factor = EQS.beta * EQS.mu
     measurement.steps = RichardsonLadder(Value(2.0, 0.02), np.array([3.0]), np.array([[0.3**2]]))
     measurement.ngspice = NgspiceBias(Bias(0.25, 0.01), {1e-5: Bias(0.02, 0.004)})
     measurement.runs.append(dataclasses.replace(measurement.cheap, engine=hv.Spice(reltol=1e-5)))
@@ -396,7 +491,8 @@ def test_reference_is_the_cheap_model_less_its_bias(measurement):
     assert (answer.power.value, answer.reference) == (pytest.approx(1.6 * factor), "spice")
     assert answer.power.stderr == pytest.approx(1.6 * factor * math.hypot(0.01, 0.01 / 1.25))
     cheap, spice = answer.rows
-    assert (cheap.step_bias, cheap.step_bias_stderr) == pytest.approx((0.03, 0.003))  # 3 h^2 at h = .1
+    # 3 h^2 at h = .1
+    assert (cheap.step_bias, cheap.step_bias_stderr) == pytest.approx((0.03, 0.003))
     assert (spice.step_bias, spice.step_bias_stderr) == pytest.approx((0.05, 0.005))
     assert (cheap.model_bias, spice.model_bias) == (0.25, 0.0)
 
@@ -407,9 +503,14 @@ def test_units_of_a_device():
     measurement = Measurement(Problem(BRIDGE.with_load(1e6)), budget=8.0)
     measurement.cheap = measurement.run(hv.Ensemble(trajectories=256))
     measurement.measure_biases(measurement.cheap, ngspice=False)
-    answer, eqs, s = table_of(measurement), measurement.problem.equations, measurement.problem.units
+    answer = table_of(measurement)
+    eqs = measurement.problem.equations
+    s = measurement.problem.units
     (row,) = answer.rows
-    assert abs(answer.power.value - eqs.beta * eqs.mu * linear_v2(eqs) * s.watts) < 4 * answer.power.stderr
+    assert (
+        abs(answer.power.value - eqs.beta * eqs.mu * linear_v2(eqs) * s.watts)
+        < 4 * answer.power.stderr
+    )
     exact = v2_at_step(eqs, row.step * s.frequency) / linear_v2(eqs) - 1.0
     assert abs(row.step_bias - exact) < 4 * row.step_bias_stderr < 0.4 * exact
 
@@ -419,7 +520,11 @@ def test_units_of_a_device():
     ("text", "error", "line"),
     [
         ("c1 = -0.1\nD11 = 0.01\n", SimulationError, "nothing to measure: the load takes no power"),
-        ("c1 = 0.1\nD11 = 0.01\nbeta = 0.1\nmu = 0.1\n", SimulationError, "the response grows without bound"),
+        (
+            "c1 = 0.1\nD11 = 0.01\nbeta = 0.1\nmu = 0.1\n",
+            SimulationError,
+            "the response grows without bound",
+        ),
     ],
 )
 def test_scenes_without_an_answer(tmp_path, text, error, line):
