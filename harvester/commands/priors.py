@@ -26,8 +26,9 @@ def prior_options(prior: str) -> list[Callable[..., Any]]:
             "--known",
             multiple=True,
             metavar="QUANTITY=ORIGIN",
-            help="Origin of the number of frequency, damping, coupling, capacitance, gap or restitution: unknown, "
-            "datasheet, geometry, measured_low, measured, given, or frequency=tuned; repeatable.",
+            help="Origin of the number of frequency, damping, coupling, capacitance, gap or "
+            "restitution: unknown, datasheet, geometry, measured_low, measured, given, or "
+            "frequency=tuned; repeatable.",
         ),
     ]
 
@@ -62,7 +63,7 @@ def check_alone(predict: bool, prior: str | None, known: Sequence[str]) -> None:
 def spreads_by_priors(
     scene: "Scene", varied: Sequence[str], prior: str | None, known: Sequence[str]
 ) -> "tuple[Scene, dict[str, str] | Sequence[str]]":
-    """The scene and the spreads of a study of tolerances: those of --vary, and those of --prior for other keys."""
+    """The scene, and the spreads of --vary, with those of --prior for other keys."""
     if prior is None:
         if known:
             raise InputError("--known must be given with --prior, but --prior is left out")

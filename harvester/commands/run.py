@@ -21,8 +21,7 @@ SHARE, SHORT = 0.3, 5.0
     "harvester run mine.toml",
     "harvester run mine.toml --within 1%",
     "harvester run mine.toml --engine spice --within 1% --budget 30s --json",
-    "harvester run mine.toml --lifetime '5 years'",
-    "harvester run mine.toml --sensitivity",
+    "harvester run mine.toml --lifetime '5 years' --sensitivity",
     "harvester run mine.toml --predict --prior film --known damping=measured",
     "harvester run bridge.toml --probe store --probe 'i(d1)' --ledger",
 )
@@ -62,8 +61,8 @@ SHARE, SHORT = 0.3, 5.0
     cloup.option(
         "--predict",
         is_flag=True,
-        help="Also report the power of a real device with its 95 % interval, by the priors of its class, and the "
-        "measurement that narrows it most.  The error of the computation is reported separately.",
+        help="Also report the power of a real device with its 95 % interval, by the priors of "
+        "its class, and the measurement that narrows it most.  The error of the computation is reported separately.",
     ),
     *prior_options("With --predict, the class of the device (default: bulk)"),
 )

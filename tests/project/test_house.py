@@ -33,8 +33,8 @@ BOUNDS = [
     ("calls with seven positional arguments", 153, 60),
     ("questions of which load or how many modes", 238, 60),
     ("one-importer modules", 91, 25),
-    ("lines above 100 columns", 3088, 0),
-    ("thousands of tokens", 495, 445),
+    ("lines above 100 columns", 3090, 0),
+    ("thousands of tokens", 500, 445),
 ]
 
 EXAMPLES = sorted((ROOT / "examples").glob("*.toml"))

@@ -1,1 +1,1 @@
-"""The power of a real device: its parameters scatter by class and by source, and its model has an error."""
+"""The power of a real device, whose parameters scatter and whose model has an error."""

@@ -1,9 +1,9 @@
-"""The power of a real device: devices drawn from the priors, the model error, and the next measurement.
+"""The power of a real device: devices from the priors, model error, next measurement.
 
-The power of a device is P = F(parameters) exp(m), with the parameters from the priors of `priors.toml`, F by an
-engine (`harvester.tolerance`), and a normal m for the model error.  ln F is a polynomial in the logarithms of
-the parameters, through the devices that the engine computed; thus a measurement of one parameter, which leaves it a
-smaller spread, needs no further device.
+The power of a device is P = F(parameters) exp(m), with the parameters from the priors of
+`priors.toml`, F by an engine (`harvester.tolerance`), and a normal m for the model error.  ln F
+is a polynomial in the logarithms of the parameters, through the devices that the engine computed;
+thus a measurement of one parameter, which leaves it a smaller spread, needs no further device.
 """
 
 import math
@@ -55,10 +55,10 @@ def predict(
     computed: Value | None = None,
     execution: Execution = DEFAULT,
 ) -> Prediction:
-    """The power and voltage of a real device with 95 % intervals, and the measurement that narrows them most.
+    """Power and voltage of a real device, 95 % intervals, and the best next measurement.
 
-    The error of the computation and the spread of a real device are two numbers: ``computed`` has the former for the
-    scene as it is written, ``power`` and ``voltage`` the latter.
+    The error of the computation and the spread of a real device are two numbers: ``computed`` has
+    the former for the scene as it is written, ``power`` and ``voltage`` the latter.
 
     Parameters
     ----------
@@ -67,14 +67,14 @@ def predict(
     prior
         the class of the device: "bulk", "composite", "film" or "polymer".
     known
-        the origin of the number of frequency, damping, coupling, capacitance, gap or restitution, such as
-        ``{"damping": "measured"}``: "unknown", "datasheet", "geometry", "measured_low", "measured" or "given", of the
-        frequency also "tuned".
+        the origin of the number of frequency, damping, coupling, capacitance, gap or restitution,
+        such as ``{"damping": "measured"}``: "unknown", "datasheet", "geometry", "measured_low",
+        "measured" or "given", of the frequency also "tuned".
     engine
         an engine or its name for the devices, by default that of `tolerance`.
     samples, runs
-        the number of devices behind the polynomials, and the number of them that the engine computes, as of
-        `tolerance`.
+        the number of devices behind the polynomials, and the number of them that the engine
+        computes, as of `tolerance`.
     seed
         the same seed, the same devices.
     computed
@@ -85,12 +85,14 @@ def predict(
     Returns
     -------
     Prediction
-        power and voltage, each with its median and 95 % limits, the priors, and the interval after each measurement.
+        power and voltage, each with its median and 95 % limits, the priors, and the interval
+        after each measurement.
 
     Raises
     ------
     InputError
-        for a nondimensional scene, a class, a quantity or an origin that does not exist, and if nothing scatters.
+        for a nondimensional scene, a class, a quantity or an origin that does not exist, and if
+        nothing scatters.
     HarvesterError
         if the engine fails at every device.
 
@@ -144,7 +146,7 @@ def _computed(problem: Problem, engine: Named | None, seed: int) -> Value:
 
 
 class _Devices:
-    """Many devices, by polynomials for the logarithms of power and voltage through those that the engine computed.
+    """Many devices, by polynomials for the logarithms of power and voltage.
 
     The variables are the standardised logarithms of the keys, and a uniform key from -1 to 1.  The
     standard deviation of their leave-one-out errors is added as noise.
@@ -167,7 +169,7 @@ class _Devices:
         self.u = sobol_points(DRAWS, len(priors) + 3, seed)
 
     def intervals(self, measured: Prior | None = None) -> tuple[RealDevice, RealDevice]:
-        """Power and voltage with their limits, with the spread that a quantity has after it was ``measured``."""
+        """Power and voltage, with the spread that a quantity has after it was ``measured``."""
         from scipy.special import ndtri
 
         normal = ndtri(self.u)
@@ -210,7 +212,7 @@ def _interval(values: Floats) -> RealDevice:
 
 
 def _quantity(entry: Prior, devices: _Devices, device_class: str) -> UncertainQuantity:
-    """A quantity, its spread, and the width of the power's interval after it was measured at the level of use."""
+    """A quantity, its spread, and the width of the power's interval after a measurement."""
     better = prior_of(entry.quantity, "measured", device_class)
     if better is None and entry.between is not None:
         better = entry

@@ -1,4 +1,4 @@
-"""The prediction of a real device: its interval, the error of the computation, and what to measure next."""
+"""The prediction of a real device: interval, computation error, next measurement."""
 
 from typing import ClassVar
 
@@ -9,7 +9,7 @@ from harvester.uncertainty.value import Value
 
 
 class RealDevice(Result):
-    """A number of a real device: ``median``, and the ends of the interval that holds 95 % of devices, in SI units."""
+    """A number of a real device: ``median``, and the ends of the 95 % interval (SI units)."""
 
     median: float
     low: float
@@ -24,9 +24,9 @@ class RealDevice(Result):
 class UncertainQuantity(Result):
     """A quantity of a device that the interval rests on.
 
-    ``origin`` is the origin of its number, ``sigma`` the standard deviation of its logarithm (None: a uniform
-    range), and ``width_after`` the ratio of the ends of the power's interval after the quantity was measured at the
-    level of use; None if a measurement narrows nothing.
+    ``origin`` is the origin of its number, ``sigma`` the standard deviation of its logarithm
+    (None: a uniform range), and ``width_after`` the ratio of the ends of the power's interval
+    after the quantity was measured at the level of use; None if a measurement narrows nothing.
     """
 
     quantity: str
@@ -47,7 +47,8 @@ class Prediction(Result):
     prior
         the class of the device, by which its priors were chosen.
     computed
-        the mean power of the scene as it is written, a `Value` (W) with the error of the computation alone.
+        the mean power of the scene as it is written, a `Value` (W) with the error of the
+        computation alone.
     power, voltage
         of a real device: ``median``, ``low`` and ``high`` ends of the 95 % interval (W, V rms).
     quantities
@@ -64,7 +65,7 @@ class Prediction(Result):
         warnings and notes, each with a code, numbers and a sentence (``str``).
 
     >>> import harvester as hv
-    >>> result = hv.predict("examples/plate_harmonic.toml", known={"frequency": "tuned"}, samples=256)
+    >>> result = hv.predict("examples/plate_harmonic.toml", samples=256)
     >>> result.power.low < result.power.median < result.power.high
     True
     """
@@ -109,7 +110,7 @@ class Prediction(Result):
 
     @property
     def measurements(self) -> Table:
-        """The quantities, the origin of each number, and the width of the power's interval after a measurement."""
+        """The quantities, their origins, and the power's interval after a measurement."""
         some = self.quantities
         sigmas = [None if entry.sigma is None else 100.0 * entry.sigma for entry in some]
         columns = (

@@ -1,7 +1,8 @@
 """The priors of a real device, read from the data file priors.toml of the package.
 
-A prior is a spread about the number in a scene: lognormal with a ``sigma``, the standard deviation of the
-logarithm, or uniform over a ``range``.  It follows from the class of the device and from the origin of the number.
+A prior is a spread about the number in a scene: lognormal with a ``sigma``, the standard
+deviation of the logarithm, or uniform over a ``range``.  It follows from the class of the device
+and from the origin of the number.
 """
 
 import dataclasses
@@ -34,7 +35,8 @@ KEYS = {
 class Prior:
     """A spread of a quantity of a real device about its number in a scene.
 
-    ``sigma`` is the standard deviation of its logarithm, or None if ``between`` has the ends of a uniform spread.
+    ``sigma`` is the standard deviation of its logarithm, or None if ``between`` has the ends of a
+    uniform spread.
     """
 
     quantity: str
@@ -99,7 +101,8 @@ def check_class(name: str, argument: str = "prior") -> str:
 def origins_of(known: Mapping[str, str], argument: str = "known") -> dict[str, str]:
     """The origin of every quantity: the defaults, and those in ``known``.
 
-    Raises InputError for a quantity or an origin that is not known, and an origin that the quantity cannot have.
+    Raises InputError for a quantity or an origin that is not known, and an origin that the
+    quantity cannot have.
     """
     named_once(list(known), f"`{argument}`")
     origins = dict(data()["defaults"])
@@ -111,7 +114,8 @@ def origins_of(known: Mapping[str, str], argument: str = "known") -> dict[str, s
         possible = _possible(quantity)
         if origin not in possible:
             raise InputError(
-                f"`{argument}` must give {quantity} one of the origins {', '.join(possible)}, but gives {origin}"
+                f"`{argument}` must give {quantity} one of the origins "
+                f"{', '.join(possible)}, but gives {origin}"
             )
         origins[quantity] = origin
     return origins
@@ -131,7 +135,8 @@ def in_modal_keys(scene: Scene) -> Scene:
     """
     if scene.oscillator is None or scene.piezo is None:
         raise InputError(
-            "a prediction needs a scene with units, but the scene is nondimensional: give [oscillator] and [piezo]"
+            "a prediction needs a scene with units, but the scene is nondimensional: "
+            "give [oscillator] and [piezo]"
         )
     modal = modal_parameters(scene.oscillator, scene.piezo)
     oscillator = dataclasses.replace(
