@@ -195,7 +195,7 @@ OLDER = {
     "ohm": (0.0, 0.5, 0.0, 0.5),
 }
 OLDER_SIGMA = {"liu": (0.3, 0.5), "jiang": (0.1, 0.5), "yang": (0.1, 0.5), "norenberg": (0.1, 0.3),
-               "peigney": (0.1, 0.3), "koga": (0.1, 0.3)}  # fmt: skip
+               "peigney": (0.1, 0.3), "erturk": (0.1, 0.2), "koga": (0.1, 0.3)}  # fmt: skip
 
 
 def widened(device: str, low: float, value: float, high: float, unit: str) -> tuple[float, float]:
@@ -233,24 +233,23 @@ def main() -> None:
 
 
 def write(made: list[list[str]]) -> None:
-    """The file: the rows of the older devices as they were, with these priors beside them, and the rows made now."""
+    """The file: the rows of measured devices as they were, with these priors beside them, and the rows made now."""
     with CSV.open(newline="") as file:
-        kept = [line for line in csv.DictReader(file) if line["device"] in OLDER_SIGMA]
-    rows: list[list[str]] = []
-    for line in kept:
-        value, low, high = (float(line[name]) for name in ("predicted", "low", "high"))
-        ends = widened(line["device"], low, value, high, line["unit"])
-        rows.append(
-            [
-                *(line[name] for name in COLUMNS[:6]),
-                line["predicted"],
-                *(f"{end:.4g}" for end in ends),
-            ]
-        )
+        kept = {(row["device"], row["quantity"]): row for row in csv.DictReader(file)}
+    for row in kept.values():
+        if row["device"] in OLDER_SIGMA:
+            value, low, high = (float(row[name]) for name in ("predicted", "low", "high"))
+            ends = widened(row["device"], low, value, high, row["unit"])
+            texts = [row["predicted"], *(f"{end:.4g}" for end in ends)]
+            row.update(zip(FIRST, texts, strict=True))
+    for cells in made:
+        row = kept.setdefault((cells[0], cells[1]), {})
+        row.update(zip(COLUMNS, [*cells, *cells[2:5]], strict=True))
+    names = list(dict.fromkeys(name for row in kept.values() for name in row))
     with CSV.open("w", newline="") as file:
-        out = csv.writer(file, lineterminator="\n")
-        out.writerow(COLUMNS)
-        out.writerows([*rows, *([*one, *one[2:5]] for one in made)])
+        out = csv.DictWriter(file, names, restval="", lineterminator="\n")
+        out.writeheader()
+        out.writerows(kept.values())
 
 
 if __name__ == "__main__":

@@ -25,8 +25,8 @@ from harvester.studies.prediction.prediction_result import Prediction, RealDevic
 from harvester.studies.prediction.priors import (
     DEFAULT_CLASS,
     Prior,
-    data,
     in_modal_keys,
+    model_sigma,
     prior_of,
     priors_of,
 )
@@ -120,7 +120,7 @@ def predict(
         seed=seed,
         execution=execution,
     )
-    devices = _Devices(priors, spread, spread_scene, seed)
+    devices = _Devices(priors, spread, problem, seed)
     power, voltage = devices.intervals()
     quantities = [_quantity(entry, devices, prior) for entry in priors]
     return Prediction(
@@ -130,7 +130,7 @@ def predict(
         power=power,
         voltage=voltage,
         quantities=tuple(sorted(quantities, key=lambda entry: entry.width_after or math.inf)),
-        model_sigma=float(data()["model"]["sigma"]),
+        model_sigma=model_sigma(problem),
         samples=len(spread.power),
         physical=True,
         seconds=time.perf_counter() - begin,
@@ -152,8 +152,12 @@ class _Devices:
     standard deviation of their leave-one-out errors is added as noise.
     """
 
-    def __init__(self, priors: Sequence[Prior], spread: ToleranceResult, scene: Scene, seed: int):
+    def __init__(
+        self, priors: Sequence[Prior], spread: ToleranceResult, problem: Problem, seed: int
+    ):
         self.priors = priors
+        self.model = model_sigma(problem)
+        scene = in_modal_keys(problem.scene)
         self.middles = [_value(scene, entry.key) for entry in priors]
         served = spread.power > 0.0
         x = np.stack(
@@ -185,7 +189,7 @@ class _Devices:
                     low, high = entry.between
                     near = middle + EXACT * x[:, k]
                     x[:, k] = np.clip(2.0 * (near - low) / (high - low) - 1.0, -1.0, 1.0)
-        model = float(data()["model"]["sigma"]) * normal[:, -3]
+        model = self.model * normal[:, -3]
         power = self.power_law(x) + model + self.power_law.scatter * normal[:, -2]
         voltage = self.voltage_law(x) + 0.5 * model + self.voltage_law.scatter * normal[:, -1]
         return _interval(np.exp(power)), _interval(np.exp(voltage))
@@ -229,7 +233,7 @@ def _remarks(
     priors: tuple[Prior, ...], problem: Problem, spread: ToleranceResult
 ) -> tuple[Diagnostic, ...]:
     """The notes on the priors, and the warnings of the study."""
-    remarks = [note("predicted_from_priors", model=100.0 * float(data()["model"]["sigma"]))]
+    remarks = [note("predicted_from_priors", model=100.0 * model_sigma(problem))]
     if guessed := ", ".join(entry.quantity for entry in priors if entry.origin == "unknown"):
         remarks.append(note("predicted_guesses", quantities=guessed))
     scattered = any(entry.quantity == "frequency" for entry in priors)

@@ -13,6 +13,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from harvester.equations.effects import LINEAR, unknown_to
+from harvester.equations.problem import Problem
 from harvester.errors import InputError, named_once, unknown
 from harvester.scene.modal_parameters import modal_parameters
 from harvester.scene.scene import Scene
@@ -126,6 +128,13 @@ def _possible(quantity: str) -> list[str]:
     rows = {row["origin"] for row in data()["prior"] if row["quantity"] == quantity}
     more = {"given", "tuned"} if quantity == "frequency" else {"given"}
     return [origin for origin in data()["origins"] if origin in rows | more]
+
+
+def model_sigma(problem: Problem) -> float:
+    """The model error of a scene, as the standard deviation of the logarithm of its power."""
+    equations = problem.equations
+    linear = unknown_to(LINEAR).isdisjoint(equations.effects)
+    return float(data()["model"]["linear" if linear and equations.linear is None else "nonlinear"])
 
 
 def in_modal_keys(scene: Scene) -> Scene:
