@@ -35,6 +35,8 @@ BOUNDS = [
     ("one-importer modules", 91, 25),
     ("lines above 100 columns", 3088, 0),
     ("thousands of tokens", 506, 445),
+    ("lines above 100 columns", 3090, 0),
+    ("thousands of tokens", 500, 445),
 ]
 
 EXAMPLES = sorted((ROOT / "examples").glob("*.toml"))
