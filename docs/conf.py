@@ -64,6 +64,7 @@ def links_of_included(app, path, parent, content):
     pages |= {
         "CODE_OF_CONDUCT.md": "conduct.md",
         "SUPPORT.md": "support.md",
+        "SECURITY.md": "security.md",
         "CITATION.cff": "../CITATION.cff",
     }
     for elsewhere, here in pages.items():
