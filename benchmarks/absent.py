@@ -67,7 +67,8 @@ def main() -> None:
                 ROOT / part, package / part, ignore=shutil.ignore_patterns("__pycache__")
             )
         source = package / "harvester/mechanics/kernels/equation_of_motion.py"
-        whole, text = instructions(package, name), source.read_text()
+        whole = instructions(package, name)
+        text = source.read_text()
         source.write_text(without(text, name))
         assert source.read_text() != text, f"no block of {name}"
         alone = instructions(package, name)

@@ -43,10 +43,14 @@ SCENES = {
     ),
     "no stop": Equations(**PAPER),
 }
-PLACES, MODES, TABLED = (161, 321), 6, 3
+PLACES = (161, 321)
+MODES = 6
+TABLED = 3
 WAYS = ("none", "linear", "nearest")
 NONE, LINEAR, NEAREST = range(3)
-DURATION, STEPS = 400.0, {0.1: 400, 0.025: 200}  # of a path in 1/w0; steps and how many paths
+# of a path in 1/w0; steps and how many paths
+DURATION = 400.0
+STEPS = {0.1: 400, 0.025: 200}
 
 
 @one_blas_thread
@@ -54,13 +58,16 @@ def tables(eqs):
     """E[V^2], its adjoint and the derivative in v at places of x and v and by mode, and where they are."""
     setting = settled(eqs, 20.0)
     found = solution(eqs, setting, mesh(eqs, setting.box, RESOLUTIONS[1]), MODES)
-    form, mean = found.form, float(found.means[0])
+    form = found.form
+    mean = float(found.means[0])
     masses = np.zeros(form.shape)
     masses[0] = integrals(form)
     q = adjoint(found.factors, functionals(eqs, form)[0].reshape(form.shape) - mean * masses)
     box = setting.box
-    x, v = np.linspace(box.low, box.high, PLACES[0]), np.linspace(-box.speed, box.speed, PLACES[1])
-    across, of = evaluated(form.mesh.v_breaks, form.mesh.degree, v), Marginals(form, found.p)
+    x = np.linspace(box.low, box.high, PLACES[0])
+    v = np.linspace(-box.speed, box.speed, PLACES[1])
+    across = evaluated(form.mesh.v_breaks, form.mesh.degree, v)
+    of = Marginals(form, found.p)
     roots = np.sqrt([1.0, 1.0, 2.0])
     by_mode = np.stack([of._at(q[k], x) @ across.T / roots[k] for k in range(TABLED)], axis=2)
     frame = np.array(
@@ -112,7 +119,9 @@ def drifted(x, v, voltage, time, mu, low, high, r_low, r_high):
         wall, r = (low, r_low) if after < low else (high, r_high)
         first = (wall - x) / v
         voltage = voltage * np.exp(-mu * first) + v * first * (1.0 - 0.5 * mu * first)
-        v, time, x = -r * v, time - first, wall
+        v = -r * v
+        time = time - first
+        x = wall
         after = min(max(x + v * time, low), high)
     return after, v, voltage * np.exp(-mu * time) + (after - x) * (1.0 - 0.5 * mu * time)
 
@@ -125,7 +134,10 @@ def paths(count, steps, h, c, stops, q, slopes, frame, way):
     low, high, r_low, r_high = stops
     out = np.zeros((count, 3))
     for path in range(count):
-        x, v, voltage, begin = max(0.05, low), 0.0, 0.0, 0.0
+        x = max(0.05, low)
+        v = 0.0
+        voltage = 0.0
+        begin = 0.0
         for step in range(2 * steps):
             counted = step >= steps
             if step == steps and way != NONE:
@@ -134,7 +146,8 @@ def paths(count, steps, h, c, stops, q, slopes, frame, way):
             kick = (
                 np.sqrt(2.0 * n1 * h) * three_points() + np.sqrt(2.0 * n2 * h) * x * three_points()
             )
-            force, friction = -x - alpha * x**3 - beta * voltage, -c1 - c2 * x * x + c3 * x**4
+            force = -x - alpha * x**3 - beta * voltage
+            friction = -c1 - c2 * x * x + c3 * x**4
             if counted:
                 out[path, 0] += voltage * voltage / steps
                 if way != NONE:
@@ -158,11 +171,13 @@ def main(name):
     for h, count in STEPS.items():
         for way in (NONE, LINEAR, NEAREST):
             paths(1, 10, h, c, stops, q, slopes, frame, way)  # compiles
-            begin, steps = time.process_time(), round(DURATION / h)
+            begin = time.process_time()
+            steps = round(DURATION / h)
             plain, sums, ends = paths(count, steps, h, c, stops, q, slopes, frame, way).T
             cost = (time.process_time() - begin) / (2 * count * steps) * 1e9
             better = plain + sums - ends
-            off, spread = better.mean() / mean - 1.0, better.std() / mean / np.sqrt(count)
+            off = better.mean() / mean - 1.0
+            spread = better.std() / mean / np.sqrt(count)
             print(
                 f"{name}, step {h}, {WAYS[way]}: variance over {plain.var() / better.var():.0f}, "
                 f"off the density {off:+.1e} +- {spread:.0e}, {cost:.0f} ns a step (half of them without sums)",

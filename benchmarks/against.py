@@ -94,7 +94,8 @@ def scene_file(folder, name):
     """The scene, written to a file that both checkouts can read."""
     example, more, *targets = SCENES[name]
     if example == "own" or example in USERS:
-        netlist, values = Path(folder) / "own.cir", ""
+        netlist = Path(folder) / "own.cir"
+        values = ""
         if example == "own":
             body = (
                 (HERE / "examples" / "own_netlist.py")
@@ -168,7 +169,8 @@ def main():
     asked = [
         name for name in SCENES if not options.scene or any(part in name for part in options.scene)
     ]
-    here, there = Checkout(HERE), Checkout(options.other)
+    here = Checkout(HERE)
+    there = Checkout(options.other)
     results = Path(__file__).parent / "results" / "against.json"
     rows = (
         {one["scene"]: one for one in json.loads(results.read_text())["rows"]}

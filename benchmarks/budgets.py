@@ -57,15 +57,19 @@ def words(case, budget):
 
 def taken(command, folder, limit):
     """Seconds of wall and of all its processes, exit status, and the last line that it said."""
-    before, begin = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    begin = time.perf_counter()
     try:
         done = subprocess.run(
             command, cwd=folder, capture_output=True, text=True, timeout=limit, check=False
         )
-        status, said = done.returncode, (done.stderr or done.stdout).strip().splitlines()[-1:]
+        status = done.returncode
+        said = (done.stderr or done.stdout).strip().splitlines()[-1:]
     except subprocess.TimeoutExpired:
-        status, said = None, [f"stopped by the benchmark after {limit:g} s"]
-    wall, after = time.perf_counter() - begin, resource.getrusage(resource.RUSAGE_CHILDREN)
+        status = None
+        said = [f"stopped by the benchmark after {limit:g} s"]
+    wall = time.perf_counter() - begin
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
     busy = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
     return wall, busy, status, " ".join(said)[:160]
 
@@ -76,7 +80,8 @@ def main():
     parser.add_argument("case", nargs="*", help="names of cases; default: all")
     parser.add_argument("--budget", type=float, default=6.0)
     options = parser.parse_args()
-    rows, allowed = [], 1.2 * options.budget + 2.0
+    rows = []
+    allowed = 1.2 * options.budget + 2.0
     with tempfile.TemporaryDirectory() as folder:
         for name in options.case or CASES:
             taken(words(CASES[name], 0.1 * options.budget), folder, 120.0)

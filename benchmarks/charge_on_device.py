@@ -14,7 +14,9 @@ from common import report
 import harvester as hv
 
 STORE = hv.Load(netlist="bridge", parameters={"R": 10e6, "C": 100e-6})
-TARGET, DURATION = "3.3 V", 8.0  # s
+# s
+TARGET = "3.3 V"
+DURATION = 8.0
 
 
 def row(shaking, base, engine):

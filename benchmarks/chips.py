@@ -28,7 +28,9 @@ CASES = {
     "bq25570": ("bimorph_bq25570", {}, "0.1 g", 5.0),
     "node": ("bimorph_node", {"C": "10 uF"}, "0.6 g", 3.0),
 }
-STEP, RELTOLS = 0.05, (1e-5, 1e-4)  # the second where ngspice does not converge at the first
+# the second where ngspice does not converge at the first
+STEP = 0.05
+RELTOLS = (1e-5, 1e-4)
 
 
 def switching(energy: np.ndarray, seconds: float) -> np.ndarray:
@@ -48,7 +50,8 @@ def main() -> None:
         problem = Problem.of(dataclasses.replace(scene, load=load, excitation=excitation))
         eqs, scales = problem.equations, problem.scales
         n_steps = round(seconds * scales.frequency / STEP)
-        noise, shaking = np.zeros(n_steps), forcing(eqs, STEP, n_steps, np.random.default_rng(0))
+        noise = np.zeros(n_steps)
+        shaking = forcing(eqs, STEP, n_steps, np.random.default_rng(0))
         circuit = CompiledCircuit(problem.circuit, scales)
         circuit.trace(eqs, noise[:8], STEP, shaking=shaking[:9])  # compiles
         begin = time.process_time()

@@ -21,7 +21,8 @@ from harvester.storage.measured_current import measured
 from harvester.storage.node_run import NodeRun
 from harvester.storage.supply import chip_of
 
-STARTS, RUNS = {"ltc3588": (4.9, 3.3), "bq25570": (2.9, 1.8)}, {"spice": 8, "compiled": 64}
+STARTS = {"ltc3588": (4.9, 3.3), "bq25570": (2.9, 1.8)}
+RUNS = {"spice": 8, "compiled": 64}
 LAWS = 8
 
 

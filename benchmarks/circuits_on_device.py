@@ -77,7 +77,8 @@ def answer(name, resistance, shaking):
 
 
 def main():
-    asked, kept = sys.argv[1:], Path(__file__).parent / "results" / "circuits_on_device.json"
+    asked = sys.argv[1:]
+    kept = Path(__file__).parent / "results" / "circuits_on_device.json"
     found = (
         {row["circuit"]: row for row in json.loads(kept.read_text())["rows"]}
         if kept.is_file()

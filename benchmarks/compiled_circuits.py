@@ -116,10 +116,8 @@ def compared(scene: hv.Scene, kicks: int, reltol: float, h: float = 0.05) -> str
     path = circuit.trace(eqs, noise, h, 1)
     end = time.process_time()
     seconds = kicks * h / scales.frequency
-    ours, theirs = (
-        path.square[-1] / circuit.resistance / seconds,
-        float(drive.state[0].load) / seconds,
-    )
+    ours = path.square[-1] / circuit.resistance / seconds
+    theirs = float(drive.state[0].load) / seconds
     scale = max(theirs, 1e-6 * scales.watts * (eqs.beta or 1.0))
     return (
         f"{100.0 * (ours - theirs) / scale:+9.4f} % {np.corrcoef(drive.path().V, path.V)[0, 1]:10.7f} "

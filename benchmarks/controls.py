@@ -82,7 +82,8 @@ def measured(name, eqs, count, duration, rounds, circuit=None):
             begin = time.process_time()
             found = many.run(duration)
             seconds[controlled].append(time.process_time() - begin)
-    row, first = {"scene": name}, "V2" if circuit is None else "load"
+    row = {"scene": name}
+    first = "V2" if circuit is None else "load"
     for moment in (first, *MOMENTS[1:]):
         error = mean_and_error(found.controlled(moment))[1]
         row[f"{moment} variance ratio"] = (
@@ -113,10 +114,8 @@ def whole_jobs(within, seeds):
     included; compilation and the start of Python are not.  On the clock and of the processor, the smallest and the
     median of the seeds; the least of the processor says by how much controls are cheaper.
     """
-    scene, kinds = (
-        load(EXAMPLES / "paper_figure3.toml"),
-        {"with controls": Ensemble, "plain": Plain},
-    )
+    scene = load(EXAMPLES / "paper_figure3.toml")
+    kinds = {"with controls": Ensemble, "plain": Plain}
     taken = {name: [] for name in kinds}
     for seed in range(seeds + 1):
         for name, kind in kinds.items():

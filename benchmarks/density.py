@@ -70,7 +70,10 @@ def random_table(rng):
 
 def scenes(count, seed):
     """One line a scene, and the largest of both comparisons."""
-    rng, worst_z, worst, rows = np.random.default_rng(seed), 0.0, 0.0, []
+    rng = np.random.default_rng(seed)
+    worst_z = 0.0
+    worst = 0.0
+    rows = []
     for k in range(count):
         scene = hv.Scene(nondimensional=hv.Nondimensional(**random_table(rng)))
         begin = time.process_time()
@@ -91,7 +94,8 @@ def scenes(count, seed):
         z = (sampled.value - ours.value) / math.hypot(
             sampled.stderr, sampled.bias or 0.0, ours.bias
         )
-        worst_z, worst = max(worst_z, abs(z)), max(worst, off)
+        worst_z = max(worst_z, abs(z))
+        worst = max(worst, off)
         error, spread = ours.bias / ours.value, sampled.stderr / sampled.value
         told = {
             "scene": k,
@@ -193,7 +197,8 @@ def corrected():
             hv.Ensemble(trajectories=8192, duration=2000.0),
         ):
             found = engine.run(scene).mean_square_voltage
-            off, stated = found.value / ours.value - 1.0, found.error95
+            off = found.value / ours.value - 1.0
+            stated = found.error95
             stated = None if stated is None else stated / found.value
             rows.append(
                 {"restitution": restitution, "engine": engine.NAME, "off": off, "stated": stated}

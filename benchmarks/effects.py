@@ -30,7 +30,9 @@ from harvester.mechanics.kernels.noise import random_words
 from harvester.mechanics.kernels.trajectory_batch import BATCH, SUMS, Batch, Schedule, advance
 from harvester.records.records import Record
 
-H, PAIRS, READINGS = 0.1, 2, 1500
+H = 0.1
+PAIRS = 2
+READINGS = 1500
 EFFECTS = {
     "stop": {"restitution": PAPER.restitution},
     "cubic stiffness": {"alpha": PAPER.alpha},
@@ -81,7 +83,9 @@ def arrays():
 
 def restart(state, words, sums):
     """Back to the start: a motion that has died out to subnormal numbers is slow in any kernel."""
-    state[:], sums[:], words[:] = 0.1, 0.0, random_words(np.random.SeedSequence(1), BATCH)
+    state[:] = 0.1
+    sums[:] = 0.0
+    words[:] = random_words(np.random.SeedSequence(1), BATCH)
 
 
 def aligned(shape, kind):
@@ -95,7 +99,8 @@ def prepared(e, held, readings=READINGS):
     state, words, sums = held
     shaker = Trajectories(e, BATCH, np.random.SeedSequence(2), H).shakers[0]
     batch, schedule = Batch(*state, *words, sums), Schedule(readings, 2 * PAIRS, 0)
-    c, update = coefficients(e), update_of(e, H)
+    c = coefficients(e)
+    update = update_of(e, H)
     return lambda: advance(batch, schedule, H, None, c, shaker, update)
 
 

@@ -118,7 +118,9 @@ def speeds(names, rounds, cores):
 
 def biases(names, total, cores):
     """Name -> [(h, relative bias, its standard error)] from a trajectory-time ``total``; and S."""
-    found, spread, n = {}, [], 8192
+    found = {}
+    spread = []
+    n = 8192
     for name in names:
         found[name] = []
         processes = 1 if name == "harvester" else cores

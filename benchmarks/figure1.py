@@ -19,7 +19,9 @@ from harvester.mechanics.ensemble.histograms import Histogram
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.trajectory_batch import BATCH
 
-GRID, EACH, H = 80, 1000, 0.1
+GRID = 80
+EACH = 1000
+H = 0.1
 EDGES = {"A": np.linspace(0, 2.4, 61), "x": np.linspace(0, 2.4, 61), "x'": np.linspace(-3, 3, 61)}
 
 

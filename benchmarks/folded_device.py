@@ -51,14 +51,14 @@ def powers(problem, settle, windows, length, step, reltol, timeout=120.0):
 
     Raises RuntimeError where ngspice fails or takes more than ``timeout`` (s).
     """
-    scene, load, record = problem.scene, problem.circuit, problem.equations.record
+    scene = problem.scene
+    load = problem.circuit
+    record = problem.equations.record
     stop, excitation = scene.stop, scene.excitation
     damping = scene.oscillator.damping
     rest = problem.equations.resting_places[0] * problem.scales.length
-    mass, w0 = (
-        scene.oscillator.mass,
-        math.sqrt(abs(scene.oscillator.stiffness) / scene.oscillator.mass),
-    )
+    mass = scene.oscillator.mass
+    w0 = math.sqrt(abs(scene.oscillator.stiffness) / scene.oscillator.mass)
     metres = mass * w0**2 * LENGTH  # N in the unit of force
     gap = 0.0 if stop is None else (stop.gap or 0.0) / LENGTH
     kappa = 0.0 if stop is None else (1.0 - stop.restitution) / (1.0 + stop.restitution)
@@ -109,7 +109,8 @@ def powers(problem, settle, windows, length, step, reltol, timeout=120.0):
         ):
             raise RuntimeError(f"ngspice alone failed: {(done.stdout + done.stderr)[:400]}")
         values = np.frombuffer(raw.read_bytes().split(b"Binary:\n", 1)[1]).reshape(-1, 2)
-    time, energy = values[:, 0], cumulative_trapezoid(values[:, 1], values[:, 0], initial=0.0)
+    time = values[:, 0]
+    energy = cumulative_trapezoid(values[:, 1], values[:, 0], initial=0.0)
     keep = np.append(np.diff(time) > 0.0, True)
     course = CubicHermiteSpline(time[keep], energy[keep], values[keep, 1])
     at = course(settle + length * np.arange(windows + 1))

@@ -25,17 +25,18 @@ def main() -> None:
     parser.add_argument("--count", type=int, default=100)
     asked = parser.parse_args()
     for kind in asked.kinds or KINDS:
-        held, open_, off = (
-            collections.Counter(),
-            collections.Counter(),
-            collections.defaultdict(list),
-        )
-        begin, worst, silent = time.process_time(), 0.0, 0
+        held = collections.Counter()
+        open_ = collections.Counter()
+        off = collections.defaultdict(list)
+        begin = time.process_time()
+        worst = 0.0
+        silent = 0
         for seed in range(asked.count):
             with tempfile.TemporaryDirectory() as folder:
                 names, truth = KINDS[kind](np.random.default_rng([22, seed]), Path(folder))
                 answer = hv.identify(names)
-            found, far = {one.key: one for one in answer.parameters}, 0.0
+            found = {one.key: one for one in answer.parameters}
+            far = 0.0
             for key, value in truth.items():
                 if key not in found:
                     open_[key] += 1
@@ -48,7 +49,8 @@ def main() -> None:
                     * abs(found[key].value - value)
                     / max(found[key].high - found[key].low, 1e-300),
                 )
-            worst, silent = max(worst, far), silent + (far > 5.0 and not answer.warnings)
+            worst = max(worst, far)
+            silent = silent + (far > 5.0 and not answer.warnings)
         seconds = (time.process_time() - begin) / asked.count
         print(f"{kind}: {asked.count} devices, {seconds:.2f} s each; at worst {worst:.1f} half-widths off, "
               f"silently by more than five in {silent} files")  # fmt: skip

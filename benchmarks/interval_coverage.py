@@ -108,11 +108,10 @@ def scenes(folder):
 
 def wilson(inside, count):
     """The 95 % interval of a share."""
-    z, share = 1.96, inside / count
-    centre, width = (
-        share + z * z / (2 * count),
-        z * math.sqrt(share * (1 - share) / count + (z / (2 * count)) ** 2),
-    )
+    z = 1.96
+    share = inside / count
+    centre = share + z * z / (2 * count)
+    width = z * math.sqrt(share * (1 - share) / count + (z / (2 * count)) ** 2)
     return [(centre + sign * width) / (1 + z * z / count) for sign in (-1, 1)]
 
 
@@ -120,7 +119,8 @@ class Journal:
     """The answers of one scene, by seed; None: with the settings of the reference."""
 
     def __init__(self, name, within):
-        self.place, self.known = {"scene": name, "within": within}, {}
+        self.place = {"scene": name, "within": within}
+        self.known = {}
         for line in JOURNAL.read_text().splitlines() if JOURNAL.exists() else ():
             one = json.loads(line)
             if self.place.items() <= one.items():
@@ -186,7 +186,9 @@ def share(name, inside, count):
 
 def measured(name, scene, engine, within, options):
     """One row of the table."""
-    begin, answers, journal = time.perf_counter(), [], Journal(name, within)
+    begin = time.perf_counter()
+    answers = []
+    journal = Journal(name, within)
     for seed in range(options.seeds):
         answers.append(journal.answer(scene, engine, seed, within=within))
         if time.perf_counter() - begin > options.most:
@@ -195,7 +197,8 @@ def measured(name, scene, engine, within, options):
         key: np.array([one[key] for one in answers])
         for key in ("value", "sampling95", "error95", "stderr")
     }
-    values, count = several["value"], len(answers)
+    values = several["value"]
+    count = len(answers)
     others = (values.sum() - values) / (count - 1)
     row = {"scene": name, "within": within, "seeds": count}
     row |= {

@@ -22,7 +22,11 @@ from controls import SCENES, circuits
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.vector_width import faster, width
 
-ROUNDS, H, COUNT, WARM, DURATION = 4, 0.1, 1024, 20.0, 400.0
+ROUNDS = 4
+H = 0.1
+COUNT = 1024
+WARM = 20.0
+DURATION = 400.0
 TAKEN = ("paper, r = .96", "no stop", "gap .5", "two stops", "coloured, stop")
 CIRCUITS = ("bridge, no stop", "bridge, stop")
 
@@ -38,7 +42,8 @@ def timed():
                 eqs, COUNT, np.random.SeedSequence(1), H, circuit=circuit, controlled=controlled
             )
             many.run(WARM)  # compiles
-            before, begin = many.steps, time.process_time()
+            before = many.steps
+            begin = time.process_time()
             many.run(DURATION)
             costs[f"{name}{', controls' if controlled else ''}"] = (
                 1e9 * (time.process_time() - begin) / (many.steps - before)

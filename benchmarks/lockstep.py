@@ -17,7 +17,9 @@ from pathlib import Path
 import numpy as np
 from common import COIL, PAPER, report
 
-CP, H, W0 = 50.2e-9, 0.1, 20.0
+CP = 50.2e-9
+H = 0.1
+W0 = 20.0
 STEP = H / W0
 LOADS = {  # name: parameters, kicks of the compiled and of the Python path
     "resistor": ({"R": 1e6}, 200_000, 5_000),
@@ -137,7 +139,8 @@ def errors():
             capacitance=CP,
         )
         load = load_circuit(Load(resistance=s.resistance(eqs.mu)))
-        noise, rng = gaussian_grid(np.random.SeedSequence(7), 500), np.random.default_rng(1)
+        noise = gaussian_grid(np.random.SeedSequence(7), 500)
+        rng = np.random.default_rng(1)
         for h in (0.2, 0.1, 0.05, 0.025):
             exact = trace(eqs, noise, h)
             path = worker.path_in_worker(worker.CoupledDevice(eqs, s, load, h, 1), noise)

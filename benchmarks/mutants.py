@@ -507,9 +507,11 @@ class Mutant:
 
 def mutants(text=TABLE):
     """The mutants of a text of the form of `TABLE`."""
-    found, area = [], ""
+    found = []
+    area = ""
     for line in filter(None, map(str.strip, text.splitlines())):
-        sign, rest = line[0], line[1:].strip()
+        sign = line[0]
+        rest = line[1:].strip()
         if sign == "[":
             area = rest.rstrip("]")
         elif sign in "-+=":
@@ -654,7 +656,8 @@ def attempt(one, folder, timeout, tier):
         one.fate = "table"
         one.by = f"fails without the mutant, too: {one.by}"
     if one.equivalent and one.fate == "survived":
-        one.fate, one.by = "equivalent", one.equivalent
+        one.fate = "equivalent"
+        one.by = one.equivalent
     one.seconds = round(time.perf_counter() - begin, 1)
     print(
         f"{one.area:<12} {one.name:<34} {one.fate:<10} {one.seconds:6.1f} s  {one.by.rpartition('/')[2][:110]}",

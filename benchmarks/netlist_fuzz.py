@@ -159,7 +159,8 @@ def smaller(text, kind, ask, folder, compiled=False, flat=()):
         changed = False
         for k in reversed(range(len(lines))):
             if shows(some := [*lines[:k], *lines[k + 1 :]]):
-                lines, changed = some, True
+                lines = some
+                changed = True
     return "\n".join([title, *lines, ""])
 
 

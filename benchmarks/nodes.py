@@ -27,7 +27,9 @@ from harvester.storage.supply import chip_of
 from tests.support.bursts import bursts, on_record, packets_directly, tone, truck
 from tests.support.paths import EXAMPLES
 
-EVERY, TEN_MINUTES, HOUR = 300.0, 600.0, 3600.0
+EVERY = 300.0
+TEN_MINUTES = 600.0
+HOUR = 3600.0
 INTERVALS = 1.0, 3.0  # s between packets, of the comparison
 
 
@@ -43,7 +45,8 @@ def timed(path: str, cache: str) -> str:
         repr(HOUR / 86400.0),
         "--json",
     ]
-    before, begin = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    begin = time.perf_counter()
     done = subprocess.run(
         words, env={**os.environ, "NUMBA_CACHE_DIR": cache}, capture_output=True, check=True
     )
@@ -87,11 +90,13 @@ def chips(_: Path) -> None:
         for acceleration in ("0.07 g", "0.1 g"):
             for store in ("2.2 uF", "10 uF"):
                 scene = scene_of(chip, acceleration, store)
-                result, problem = hv.node(scene, days=0.01), Problem.of(scene)
+                result = hv.node(scene, days=0.01)
+                problem = Problem.of(scene)
                 run = NodeRun(
                     measured(problem).best, scene.storage, scene.node, chip_of(scene.chip, 1.8)
                 )
-                direct, slow = direct_course(problem, run, 20.0), run.course(20.0)
+                direct = direct_course(problem, run, 20.0)
+                slow = run.course(20.0)
                 share = f"runs {slow.ran / 20.0:.2%}, directly {direct.ran / 20.0:.2%}"
                 print(
                     f"{chip} {acceleration} {store}: first {result.first_packet}, directly {direct.first}; {share}",

@@ -22,7 +22,10 @@ from harvester.storage.node_run import NodeRun
 from harvester.uncertainty.value import mean_and_error, stderr_of95
 from tests.support.own_board import noisy_node
 
-SECONDS, COUNT, DAY, HOUR = 200.0, 128, 86400.0, 3600.0
+SECONDS = 200.0
+COUNT = 128
+DAY = 86400.0
+HOUR = 3600.0
 WEAK = hv.Excitation(acceleration_psd="0.0002 g^2/Hz")
 SCENES = {
     "bridge": lambda: noisy_node(load=hv.Netlist("bridge")),

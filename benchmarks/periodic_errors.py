@@ -98,7 +98,9 @@ def log_uniform(rng, low, high):
 def ladder(rng, device, coils=True):
     """Elements (name, node, node, value) of a random ladder behind PZ1 and PZ2; the load is RL at its end."""
     w = 2.0 * math.pi * device.frequency
-    size, node, elements = 1.0 / (w * device.capacitance), "PZ1", []
+    size = 1.0 / (w * device.capacitance)
+    node = "PZ1"
+    elements = []
     for k in range(int(rng.integers(0, 4))):
         for place in ("series", "across"):
             kind = str(rng.choice(["R", "C", "L"] if coils else ["R", "C"]))
@@ -169,8 +171,10 @@ def bridge(rng, device):
 
 def row_of(name, answer, truth, other=0.0, seconds=0.0):
     """What a power is off by, with its stated error and that of the truth."""
-    stated, off = answer.mean_power.known_error95, answer.mean_power.value - truth
-    known, off = not answer.mean_power.unknown, float(off)
+    stated = answer.mean_power.known_error95
+    off = answer.mean_power.value - truth
+    known = not answer.mean_power.unknown
+    off = float(off)
     periodic = any(one.code == "comes_back" for one in answer.diagnostics)
     ratio = float(abs(off) / math.hypot(stated, other)) if stated else math.inf
     relative = {"off": float(off / truth), "stated": float(stated / truth), "ratio": ratio}
@@ -183,7 +187,8 @@ def ladders(engine, count, folder, coils=True):
     for seed in range(count):
         rng = np.random.default_rng([seed, 1])
         device = Device.random(rng)
-        elements, path = ladder(rng, device, coils), Path(folder) / f"ladder{seed}.cir"
+        elements = ladder(rng, device, coils)
+        path = Path(folder) / f"ladder{seed}.cir"
         path.write_text(netlist(elements))
         begin = time.perf_counter()
         try:
@@ -213,9 +218,11 @@ def bridges(count, folder):
     rows = []
     for seed in range(count):
         rng = np.random.default_rng([seed, 2])
-        device, path = Device.random(rng), Path(folder) / f"bridge{seed}.cir"
+        device = Device.random(rng)
+        path = Path(folder) / f"bridge{seed}.cir"
         path.write_text(bridge(rng, device))
-        scene, begin = device.scene(path, "R1", "C1"), time.perf_counter()
+        scene = device.scene(path, "R1", "C1")
+        begin = time.perf_counter()
         try:
             answer = hv.Spice(within=WITHIN).run(scene)
             seconds = time.perf_counter() - begin
@@ -263,11 +270,10 @@ def summary(name, rows):
 
 def main():
     """Run what the command line asks for."""
-    which, count = (
-        sys.argv[1] if len(sys.argv) > 1 else "all",
-        int(sys.argv[2]) if len(sys.argv) > 2 else None,
-    )
-    engines, sums = {"spice": hv.Spice(), "compiled": hv.Compiled()}, []
+    which = sys.argv[1] if len(sys.argv) > 1 else "all"
+    count = int(sys.argv[2]) if len(sys.argv) > 2 else None
+    engines = {"spice": hv.Spice(), "compiled": hv.Compiled()}
+    sums = []
     with tempfile.TemporaryDirectory() as folder:
         for name, engine in engines.items():
             if which in (name, "all"):

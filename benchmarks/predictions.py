@@ -101,7 +101,8 @@ def branches(scene: hv.Scene, frequencies: Floats) -> dict[str, Branch]:
 # --- Peigney and Siegert 2013: a bridge, its traffic, and a storage capacitor -----------------------------------------
 
 # lorries a second by day, and the mean peak of one (m/s^2); of each the length is 1 s
-RATE, PEAK = 1.0 / 3.6, 0.58
+RATE = 1.0 / 3.6
+PEAK = 0.58
 
 
 def traffic_density(frequency: Floats) -> Floats:
@@ -144,7 +145,8 @@ def peigney() -> Iterator[Prediction]:
             scene.varied({"oscillator.damping": draw["damping"]}), "13.5Hz:15.5Hz:41"
         ).peak("up")
         # an ideal bridge on a linear device: I(U; level) = level I(U/level; 1)
-        level, middle = draw["rms"] / rms, 2.7
+        level = draw["rms"] / rms
+        middle = 2.7
         some = [level * current((middle + draw["drop"]) / level) for current in currents]
         return {
             "most power on 100 kohm, sine": 1e3 * top.mean_power.value,
@@ -271,7 +273,9 @@ def two_wells(well: float, frequency: float, q: float, gain: float) -> hv.Scene:
 
     The load and the capacitance are those of the sweep's phase, 5 degrees before the displacement.  The mass cancels.
     """
-    mass, w, capacitance = 0.03, 2.0 * math.pi * frequency, 190e-9
+    mass = 0.03
+    w = 2.0 * math.pi * frequency
+    capacitance = 190e-9
     return hv.Scene(
         title="A bistable beam, Norenberg et al. 2025",
         oscillator=hv.Oscillator(
@@ -405,7 +409,8 @@ def summary() -> str:
 
 def by_device() -> list[str]:
     """A row per device: how many intervals hold, and measured over predicted (median, least, most)."""
-    found, rows = measured(), []
+    found = measured()
+    rows = []
     for device, about in sources().items():
         pairs = [(one, found[device, one.what]) for one in kept() if one.device == device]
         ratios = [real.value / one.value for one, real in pairs]

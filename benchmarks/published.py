@@ -87,8 +87,15 @@ def first_mode() -> dict[str, float]:
     Euler and Bernoulli's beam, clamped, with a mass at its tip: phi'''' = lambda^4 phi, mass-normalised.  With sigma =
     m int phi + Mt phi(L): mass sigma^2, stiffness w^2 sigma^2, coupling vartheta phi'(L) sigma.  SI units.
     """
-    length, width, hp, hs, tip = 50.8e-3, 31.8e-3, 0.26e-3, 0.14e-3, 12e-3
-    yp, ys, d31, eps = 66e9, 105e9, -190e-12, 1500.0 * 8.8541878e-12
+    length = 50.8e-3
+    width = 31.8e-3
+    hp = 0.26e-3
+    hs = 0.14e-3
+    tip = 12e-3
+    yp = 66e9
+    ys = 105e9
+    d31 = -190e-12
+    eps = 1500.0 * 8.8541878e-12
     m = width * (7800.0 * 2.0 * hp + 9000.0 * hs)
     bending = 2.0 * width / 3.0 * (ys * hs**3 / 8.0 + yp * ((hp + hs / 2.0) ** 3 - hs**3 / 8.0))
     ratio = tip / (m * length)
@@ -161,7 +168,8 @@ def white_noise() -> Iterator[Row]:
     """Mean power of the bimorph under white noise, E[P] of the source's closed form, at three loads."""
     scene = hv.load(SCENES / "adhikari_friswell_inman_2009.toml")
     mass, stiffness, zeta, coupling, capacitance = device(scene)
-    w0, kappa2 = math.sqrt(stiffness / mass), coupling**2 / (stiffness * capacitance)
+    w0 = math.sqrt(stiffness / mass)
+    kappa2 = coupling**2 / (stiffness * capacitance)
     cases = [(hv.Ensemble(within=3e-3), resistance) for resistance in (1e4, 75e3, 1e6)]
     for engine, resistance in [*cases, (hv.Exact(), 75e3)]:
         alpha = w0 * capacitance * resistance
@@ -183,11 +191,14 @@ def shu_lien(
 ) -> float:
     """Mean power (W) of the sources' formulas, ideal diodes; ``share`` q of the voltage left by an inversion: SSHI."""
     mass, stiffness, zeta, coupling, capacitance = device(scene)
-    w0, k2 = math.sqrt(stiffness / mass), coupling**2 / (stiffness * capacitance)
-    omega, rho = 2.0 * math.pi * frequency / w0, capacitance * w0 * resistance
+    w0 = math.sqrt(stiffness / mass)
+    k2 = coupling**2 / (stiffness * capacitance)
+    omega = 2.0 * math.pi * frequency / w0
+    rho = capacitance * w0 * resistance
     if share is None:
         d = rho * omega + math.pi / 2.0
-        loss, stiffening = 2.0 * k2 * rho / d**2, k2 * rho * omega / d
+        loss = 2.0 * k2 * rho / d**2
+        stiffening = k2 * rho * omega / d
     else:
         d = (1.0 - share) * rho * omega / 2.0 + math.pi / 2.0
         loss = 2.0 * k2 * rho * (1.0 + rho * omega * (1.0 - share**2) / (2.0 * math.pi)) / d**2
@@ -204,7 +215,8 @@ def first_harmonic(scene: hv.Scene, frequency: float, resistance: float) -> floa
     of the mass the piezo's voltage follows it for the angle b, cos b = 1 - 2 s, and is then held.
     """
     mass, stiffness, zeta, coupling, capacitance = device(scene)
-    w, w0 = 2.0 * math.pi * frequency, math.sqrt(stiffness / mass)
+    w = 2.0 * math.pi * frequency
+    w0 = math.sqrt(stiffness / mass)
     s = w * capacitance * resistance / (w * capacitance * resistance + math.pi / 2.0)
     b = math.acos(1.0 - 2.0 * s)
     spring = coupling**2 / capacitance * (b - math.sin(b) * math.cos(b)) / math.pi
@@ -271,7 +283,9 @@ def parallel_sshi() -> Iterator[Row]:
 
 def integrated(amplitude: float, start: tuple[float, float, float] = (1.0, 0.0, 0.0)) -> float:
     """Mean of lambda v^2 over settled periods: the source's equations by Dormand and Prince's rule of order 8."""
-    period, settle, count = 2.0 * math.pi / 0.8, 170, 4
+    period = 2.0 * math.pi / 0.8
+    settle = 170
+    count = 4
 
     def rate(t: float, y: np.ndarray) -> list[float]:
         x, speed, v, _ = y

@@ -59,9 +59,12 @@ def change(node, raw, begin, end):
     ):
         return begin(node), end(node), "pass"
     if isinstance(node, ast.BinOp) and type(node.op) in SIGNS:
-        left, right, (old, new) = node.left, node.right, SIGNS[type(node.op)]
+        left = node.left
+        right = node.right
+        (old, new) = SIGNS[type(node.op)]
     elif isinstance(node, ast.BoolOp) and len(node.values) == 2:
-        (left, right), (old, new) = node.values, WORDS[type(node.op)]
+        (left, right) = node.values
+        (old, new) = WORDS[type(node.op)]
     else:
         return None
     between = raw[end(left) : begin(right)].decode()
@@ -78,7 +81,8 @@ def change(node, raw, begin, end):
 
 def chosen(seed):
     """The sample: each mutant's file below `ROOT` and its change."""
-    rng, found = random.Random(seed), []
+    rng = random.Random(seed)
+    found = []
     for room, count in ROOMS.items():
         files = sorted((ROOT / "harvester" / room).rglob("*.py"))
         found += rng.sample(
@@ -115,12 +119,16 @@ def main():
         "--tier", default="not thorough", help="markers of the tests, as pytest's -m"
     )
     parser.add_argument("--list", action="store_true")
-    options, fates = parser.parse_args(), Counter()
+    options = parser.parse_args()
+    fates = Counter()
     with copy() as folder:
         for path, (begin, end, new, line) in chosen(options.seed):
             if not re.search(options.only, str(path)):
                 continue
-            raw, since, fate, by = (folder / path).read_bytes(), time.perf_counter(), "listed", ""
+            raw = (folder / path).read_bytes()
+            since = time.perf_counter()
+            fate = "listed"
+            by = ""
             if not options.list:
                 (folder / path).write_bytes(raw[:begin] + new.encode() + raw[end:])
                 for tests in tests_of(path, folder):

@@ -26,8 +26,12 @@ G = 9.80665
 DIODE_VOLTAGE = 1.752 * 1.380649e-23 * 300.15 / 1.602176634e-19
 SATURATION = 2.52e-9
 # steps a period; how many times more near a stop, and at most where diodes conduct
-STEPS, NEAR, MOST = 800, 16, 64
-RESISTOR, BRIDGE, DOUBLER = 0, 1, 2
+STEPS = 800
+NEAR = 16
+MOST = 64
+RESISTOR = 0
+BRIDGE = 1
+DOUBLER = 2
 CIRCUITS = {"resistor": RESISTOR, "bridge": BRIDGE, "doubler": DOUBLER}
 # What the other code itself is off by: its step, and what it leaves out of a diode (.57 ohm, 4 pF).
 OWN = 2e-3
@@ -46,7 +50,8 @@ def slopes(m, k, k2, k3, c, theta, cp, kind, load, store, low, contact, damper, 
     ):  # two diodes in series; by symmetry the common mode of the load is the piezo's
         forward = math.exp((V - D) / (2.0 * DIODE_VOLTAGE))
         backward = math.exp(-(V + D) / (2.0 * DIODE_VOLTAGE))
-        given, taken = SATURATION * (forward + backward - 2.0), SATURATION * (forward - backward)
+        given = SATURATION * (forward + backward - 2.0)
+        taken = SATURATION * (forward - backward)
     else:  # D1 from n to p, D2 from p to the capacitor
         pump = SATURATION * (math.exp(-V / DIODE_VOLTAGE) - 1.0)
         given = SATURATION * (math.exp((V - D) / DIODE_VOLTAGE) - 1.0)
@@ -67,10 +72,17 @@ def powers(seed, count, h, burn, steps, device, rigid, stops, shaking):  # noqa:
         if rigid and abs(edge) < math.inf:
             reach = max(reach, 0.02 * abs(edge))
     for one in range(count):
-        x, v, V, D, y, z = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        x = 0.0
+        v = 0.0
+        V = 0.0
+        D = 0.0
+        y = 0.0
+        z = 0.0
         if rigid and low > 0.0:
             x = low  # pressed on the mass
-        phase, total, t = 2.0 * math.pi * np.random.random(), 0.0, 0.0
+        phase = 2.0 * math.pi * np.random.random()
+        total = 0.0
+        t = 0.0
         for n in range(burn + steps):
             fast = abs(v) * h + 0.5 * h * h * abs(k / m) * abs(x) + reach
             parts = NEAR if (rigid and (x - low < 2.0 * fast or high - x < 2.0 * fast)) else 1
@@ -123,7 +135,10 @@ def powers(seed, count, h, burn, steps, device, rigid, stops, shaking):  # noqa:
                     D,
                     a,
                 )
-                x1, v1, V1, D1 = x + dt * v, v + dt * f0, V + dt * g0, D + dt * d0
+                x1 = x + dt * v
+                v1 = v + dt * f0
+                V1 = V + dt * g0
+                D1 = D + dt * d0
                 f1, g1, d1 = slopes(
                     m,
                     k,
@@ -152,10 +167,12 @@ def powers(seed, count, h, burn, steps, device, rigid, stops, shaking):  # noqa:
                     if x < low and v < 0.0:
                         # it follows the place, which is thrown back
                         V += theta * (1.0 + r_low) * (low - x) / cp
-                        x, v = low + r_low * (low - x), -r_low * v
+                        x = low + r_low * (low - x)
+                        v = -r_low * v
                     elif x > high and v > 0.0:
                         V -= theta * (1.0 + r_high) * (x - high) / cp
-                        x, v = high - r_high * (x - high), -r_high * v
+                        x = high - r_high * (x - high)
+                        v = -r_high * v
                 t += dt
                 if n >= burn:
                     total += dt * (V * V if kind == RESISTOR else D * D) / load
@@ -175,8 +192,12 @@ def between(rng, low, high):
 
 def drawn(rng):
     """Tables of a random scene, and the words that name it."""
-    mass, f, q = between(rng, 5e-4, 0.05), between(rng, 8.0, 200.0), between(rng, 8.0, 80.0)
-    w, cp, share = 2.0 * math.pi * f, between(rng, 1e-8, 2e-7), between(rng, 0.005, 0.3)
+    mass = between(rng, 5e-4, 0.05)
+    f = between(rng, 8.0, 200.0)
+    q = between(rng, 8.0, 80.0)
+    w = 2.0 * math.pi * f
+    cp = between(rng, 1e-8, 2e-7)
+    share = between(rng, 0.005, 0.3)
     k = number(mass * w * w)
     oscillator = {"mass": mass, "stiffness": k, "damping": number(mass * w / q)}
     piezo = {"coupling": number(math.sqrt(share * k * cp)), "capacitance": cp}
@@ -257,11 +278,13 @@ def other(tables, seed, count, periods):
         2.0 * math.pi * e.get("frequency", 0.0),
     )  # fmt: skip
     w = math.sqrt(o["stiffness"] / o["mass"])
-    period, ring = 2.0 * math.pi / w, 8.0 * o["mass"] / o["damping"]
+    period = 2.0 * math.pi / w
+    ring = 8.0 * o["mass"] / o["damping"]
     settled = ring + (10.0 * resistance * store if kind != RESISTOR else 0.0)
     fastest = max(w, shaking[2], math.sqrt((o["stiffness"] + device[10]) / o["mass"]))
     h = 2.0 * math.pi / fastest / STEPS
-    burn, steps = math.ceil(settled / h), math.ceil(periods * period / h)
+    burn = math.ceil(settled / h)
+    steps = math.ceil(periods * period / h)
     found = powers(seed, count, h, burn, steps, device, "restitution" in stop, stops, shaking)
     return float(found.mean()), float(found.std(ddof=1) / math.sqrt(count))
 
@@ -287,7 +310,8 @@ def judged(name, tables, seed, within, effort):
         answer = hv.run(scene_of(tables), within=within)
     except HarvesterError as error:
         return row | {"refused": str(error)[:160]}
-    power, seconds = answer.mean_power, time.process_time() - begin
+    power = answer.mean_power
+    seconds = time.process_time() - begin
     true, spread = other(tables, seed, *effort)
     beyond = max(abs(power.value - true) - power.known_error95 - OWN * true, 0.0)
     return row | {

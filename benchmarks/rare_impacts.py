@@ -35,7 +35,8 @@ def main() -> None:
     parser.add_argument("--gap", default="2 mm")
     options = parser.parse_args()
     problem = Problem(hv.Scene(stop=hv.Stop(restitution=0.9, gap=options.gap), **PLATE))
-    units, begin = problem.units, time.process_time()
+    units = problem.units
+    begin = time.process_time()
     few = count(problem.equations, seed=1, blocks=64)
     a_window = round(HOUR * units.frequency / few.block)
     path = count(problem.equations, seed=1, blocks=options.windows * a_window)

@@ -297,13 +297,16 @@ def main():
     if options.list:
         print("\n".join(name for name, _ in chosen))
         return
-    both, failed, compared = (Checkout(HERE), Checkout(options.other, MALLOC_PERTURB_=FILLED)), 0, 0
+    both = (Checkout(HERE), Checkout(options.other, MALLOC_PERTURB_=FILLED))
+    failed = 0
+    compared = 0
     with ThreadPoolExecutor(2) as pool:
         for name, words in chosen:
             begin = time.perf_counter()
             here, there = pool.map(lambda one, words=words: one.answer(words), both)
             wrong, told = differences(here, there, options.digits)
-            failed, compared = failed + bool(wrong), compared + len(here[1])
+            failed = failed + bool(wrong)
+            compared = compared + len(here[1])
             state = (
                 "DIFFERS" if wrong else "same" if here[0] == 0 else f"same, exit status {here[0]}"
             )

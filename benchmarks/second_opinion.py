@@ -26,9 +26,13 @@ from whole_device import mean_power
 import harvester as hv
 
 ROOT = Path(__file__).parents[1]
-STEP, BURN_IN, DURATION, TRAJECTORIES = 0.02, 200.0, 600.0, 1024
+STEP = 0.02
+BURN_IN = 200.0
+DURATION = 600.0
+TRAJECTORIES = 1024
 # so near a stop, the step is so many times smaller: noise hides impacts from a long one
-NEAR, PARTS = 0.03, 16
+NEAR = 0.03
+PARTS = 16
 G = 9.80665
 PAPER = {
     "alpha": 0.5,
@@ -115,7 +119,9 @@ def paths(
     found = np.zeros(count)
     rest = math.sqrt(1.0 - share * share)
     for k in range(count):
-        x, v, a = max(low, 0.0) + 0.1, 0.0, 0.0
+        x = max(low, 0.0) + 0.1
+        v = 0.0
+        a = 0.0
         u = -x
         for n in range(burn + steps):
             near = min(x - low, high - x) < NEAR + 3.0 * longest * abs(v)
@@ -137,7 +143,9 @@ def paths(
                     - alpha * x**3
                     - beta * (u + x)
                 )
-                xp, vp, up = x + h * v, v + h * f0 + d1 + x * d2, u - h * mu * (u + x)
+                xp = x + h * v
+                vp = v + h * f0 + d1 + x * d2
+                up = u - h * mu * (u + x)
                 ap = a - h * a / tau + e1 if tau > 0.0 else 0.0
                 f1 = (
                     ap
@@ -146,7 +154,8 @@ def paths(
                     - alpha * xp**3
                     - beta * (up + xp)
                 )
-                xn, vn = x + 0.5 * h * (v + vp), v + 0.5 * h * (f0 + f1) + d1 + 0.5 * (x + xp) * d2
+                xn = x + 0.5 * h * (v + vp)
+                vn = v + 0.5 * h * (f0 + f1) + d1 + 0.5 * (x + xp) * d2
                 an = a - 0.5 * h * (a + ap) / tau + e1 if tau > 0.0 else 0.0
                 for wall, back in ((low, r), (high, r2)):
                     side = 1.0 if wall == low else -1.0
@@ -168,11 +177,15 @@ def paths(
                         xn = wall + (1.0 - s1) * h * (after + 0.5 * (vn - hit))
                         vn = after + (vn - hit)
                         if side * (xn - wall) < 0.0:  # thrown back within the step
-                            xn, vn = wall, side * abs(back * vn)
+                            xn = wall
+                            vn = side * abs(back * vn)
                 un = u - 0.5 * h * mu * (u + x + up + xn)
                 if n >= burn:
                     found[k] += 0.5 * h * ((u + x) ** 2 + (un + xn) ** 2)
-                x, v, u, a = xn, vn, un, an
+                x = xn
+                v = vn
+                u = un
+                a = an
         found[k] /= steps * longest
     return found
 
@@ -182,10 +195,13 @@ def by_heun(
 ) -> tuple[float, float]:
     """E[V^2] of a nondimensional scene and its standard error, from its keys as they stand in the file."""
     t = scene.nondimensional
-    n1, n2, n12 = t.D11 or 0.0, t.D22 or 0.0, t.D12 or 0.0
+    n1 = t.D11 or 0.0
+    n2 = t.D22 or 0.0
+    n12 = t.D12 or 0.0
     low = -math.inf if t.restitution is None else -(t.gap or 0.0)
     high = math.inf if t.opposite_restitution is None else t.opposite_gap or 0.0
-    share, tau = (n12 / math.sqrt(n1 * n2) if n12 else 0.0), t.correlation_time or 0.0
+    share = n12 / math.sqrt(n1 * n2) if n12 else 0.0
+    tau = t.correlation_time or 0.0
     linear = 1.0 if t.linear is None else t.linear
     values = paths(
         seed, count, STEP, round(burn_in / STEP), round(duration / STEP), linear, t.alpha or 0.0,
@@ -197,7 +213,10 @@ def by_heun(
 
 def by_ngspice(scene: hv.Scene, steps: int, reltol: float, settled: float = 6.0) -> float:
     """Mean power (W) of the load by ngspice alone, after ``settled`` time constants of load and smoothing capacitor."""
-    o, p, e, load = scene.oscillator, scene.piezo, scene.excitation, scene.load
+    o = scene.oscillator
+    p = scene.piezo
+    e = scene.excitation
+    load = scene.load
     text = (ROOT / "netlists" / f"{load.netlist}.cir").read_text()
     period = 1.0 / e.frequency
     wait = math.ceil(settled * load.parameters["R"] * load.parameters["C"] / period) + 20
@@ -258,7 +277,8 @@ def circuit(name: str, steps: int = 1024) -> Opinion:
     } | {"C": 1e-6}
     scene = scene.with_load(netlist=scene.load.netlist, parameters=given)
     ours = hv.Spice(budget="60s").run(scene).mean_power
-    rough, fine = by_ngspice(scene, steps // 2, reltol), by_ngspice(scene, steps, reltol)
+    rough = by_ngspice(scene, steps // 2, reltol)
+    fine = by_ngspice(scene, steps, reltol)
     return Opinion(name, ours.value, 0.5 * ours.known_error95, fine, 0.5 * abs(fine - rough))
 
 

@@ -53,7 +53,8 @@ SCENES = {
     "one noise": dataclasses.replace(PAPER, n2=None),
 }
 ROOT3 = math.sqrt(3.0)
-SIXTH, REST = uint64(2**64 // 6), uint64(2**64 - 2**64 // 6)
+SIXTH = uint64(2**64 // 6)
+REST = uint64(2**64 - 2**64 // 6)
 
 
 class Narrow(Compiler):
@@ -68,7 +69,8 @@ def rebuilt(function, replaced, options=None, known=None):
     """A compiled function, and those that it calls, compiled anew with those of ``replaced`` in the place of others."""
     known = {} if known is None else known
     if function not in known:
-        plain, further = replaced.get(function, function), {} if function in replaced else replaced
+        plain = replaced.get(function, function)
+        further = {} if function in replaced else replaced
         plain = plain.py_func if isinstance(plain, Dispatcher) else plain
         names = dict(plain.__globals__)
         for name in plain.__code__.co_names:
@@ -149,7 +151,8 @@ def draw64(noise, s0, s1, coarse):
         first, a, b = shuffle(s0[i], s1[i])
         second, s0[i], s1[i] = shuffle(a, b)
         one, two = three_point64(first), three_point64(second)
-        noise[0, i], noise[1, i] = (one + two) * HALF_ROOT if coarse else one, two
+        noise[0, i] = (one + two) * HALF_ROOT if coarse else one
+        noise[1, i] = two
 
 
 def draw_two64(noise, other, s0, s1, coarse):
@@ -160,9 +163,11 @@ def draw_two64(noise, other, s0, s1, coarse):
         third, a, b = shuffle(a, b)
         fourth, s0[i], s1[i] = shuffle(a, b)
         one, two = three_point64(first), three_point64(second)
-        noise[0, i], noise[1, i] = (one + two) * HALF_ROOT if coarse else one, two
+        noise[0, i] = (one + two) * HALF_ROOT if coarse else one
+        noise[1, i] = two
         one, two = three_point64(third), three_point64(fourth)
-        other[0, i], other[1, i] = (one + two) * HALF_ROOT if coarse else one, two
+        other[0, i] = (one + two) * HALF_ROOT if coarse else one
+        other[1, i] = two
 
 
 def no_lines(eqs, h, ngspice_rule):
@@ -172,7 +177,8 @@ def no_lines(eqs, h, ngspice_rule):
 
 def kinds():
     """Name -> (kernel, update): the package's way, and the ways without one shortcut each."""
-    update, same = trajectories.update_of, rebuilt(advance, {})
+    update = trajectories.update_of
+    same = rebuilt(advance, {})
     one_noise = {draw_two_noises: one_draw, kick_at_stops: one_kick, impulse: one_impulse}
     return {
         "all of them": (same, update),
@@ -192,7 +198,8 @@ def sampled(eqs, count, duration, seed):
     many = trajectories.Trajectories(eqs, count, np.random.SeedSequence(seed), H, controlled=True)
     many.run(1.0)  # compiles
     burn_in(many)
-    before, begin = many.steps, time.process_time()
+    before = many.steps
+    begin = time.process_time()
     found = many.run(duration)
     return found.V2, found.controls, 1e9 * (time.process_time() - begin) / (many.steps - before)
 

@@ -16,7 +16,9 @@ import sys
 import numpy as np
 import siconos.kernel as sk
 
-BURN_IN, PERIODS, STEPS = 60, 20, 4000
+BURN_IN = 60
+PERIODS = 20
+STEPS = 4000
 
 
 def mean_square_voltage(
@@ -25,7 +27,8 @@ def mean_square_voltage(
     """The mean of V^2 with so many steps a period."""
     h = 2.0 * math.pi / frequency / steps
     count = (BURN_IN + PERIODS) * steps
-    mass, damping = np.eye(2), np.array([[c, 0.0], [0.0, 0.0]])
+    mass = np.eye(2)
+    damping = np.array([[c, 0.0], [0.0, 0.0]])
     stiffness = np.array([[1.0, -drive], [0.0, frequency**2]])
     system = sk.LagrangianLinearTIDS([0.0, 1.0], [0.0, 0.0], mass, stiffness, damping)
     stop = sk.Interaction(sk.NewtonImpactNSL(r), sk.LagrangianLinearTIR([[1.0, 0.0]], [gap]))
@@ -41,7 +44,9 @@ def mean_square_voltage(
         simulation.computeOneStep()
         x[n] = q[0]
         simulation.nextStep()
-    kept, V, total = math.exp(-mu * h), 0.0, 0.0
+    kept = math.exp(-mu * h)
+    V = 0.0
+    total = 0.0
     gain = (1.0 - kept) / (mu * h)  # of an x' that is constant over the step
     for n, change in enumerate(np.diff(x)):
         V = V * kept + change * gain

@@ -44,7 +44,9 @@ print col time v({plus})-v({minus}) v(eint)
 
 def ngspice_alone(problem, seconds, step, reltol):
     """Times (s), the store's voltage, and the energy that the load has taken (J)."""
-    device, shaking, load = problem.scene.modal, problem.scene.excitation, problem.circuit
+    device = problem.scene.modal
+    shaking = problem.scene.excitation
+    load = problem.circuit
     plus, minus = load.smoothing_nodes
     load_plus, load_minus = by_name(load.parts)["rload"].nodes
     deck = DECK.format(
@@ -76,7 +78,8 @@ def ngspice_alone(problem, seconds, step, reltol):
 
 
 def main():
-    scene, seconds = sys.argv[1], float(sys.argv[2])
+    scene = sys.argv[1]
+    seconds = float(sys.argv[2])
     step, reltol = (float(one) for one in [*sys.argv[3:], "1e-4", "1e-4"][:2])
     problem = Problem.of(scene)
     t, store, energy = ngspice_alone(problem, seconds, step, reltol)

@@ -97,7 +97,8 @@ def measured(name, device, netlist, parameters, periods):
     load = Problem(scene).circuit
     hv.Spice(within=0.5).run(scene)  # what starts processes and compiles is not counted
     both = [hv.Spice().run(scene) for _ in range(2)]
-    ours, seconds = both[0].mean_power, min(one.seconds for one in both)
+    ours = both[0].mean_power
+    seconds = min(one.seconds for one in both)
     coarse, fine = (
         alone(device, load, periods, 1e-7, steps, METHODS[0])[0] for steps in (2048, 4096)
     )
@@ -109,7 +110,8 @@ def measured(name, device, netlist, parameters, periods):
         for reltol, steps in reversed(LINE):
             runs = [alone(device, load, periods, reltol, steps, method) for _ in range(2)]
             if None not in runs:
-                found, took = abs(runs[0][0] / exact - 1.0), min(runs[0][1], runs[1][1])
+                found = abs(runs[0][0] / exact - 1.0)
+                took = min(runs[0][1], runs[1][1])
                 lucky.append((max(found, doubt, 1e-9), took))
                 least = max(found, least)
                 line.append((least, took))

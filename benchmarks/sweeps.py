@@ -38,13 +38,15 @@ ADDRESS = "tcp://127.0.0.1:18786"
 
 def survival(count, points):
     """Tables after a kill and a resume that equal the undisturbed one."""
-    rng, rows = random.Random(7), []
+    rng = random.Random(7)
+    rows = []
     with tempfile.TemporaryDirectory() as folder:
         whole = Path(folder) / "whole"
         kills.start(kills.command(folder, points, whole)).communicate()
         expected = kills.table(whole)
         for k in range(count):
-            out, who = Path(folder) / f"{k}", kills.WHO[k % 3]
+            out = Path(folder) / f"{k}"
+            who = kills.WHO[k % 3]
             least = rng.randrange(0 if who == "program" else 1, 3 * points)
             found, table = kills.trial(kills.command(folder, points, out), out, who, least, rng)
             rows.append({"what": "killed", **found, "same": table == expected})
@@ -79,7 +81,9 @@ def told(clock, **how):
 
 def swept(scene, axis, engine, **how):
     """A sweep's clock, its wall time and its processor time; that every point fails is no matter here."""
-    clock, begin, used = Clock(), time.perf_counter(), processor()
+    clock = Clock()
+    begin = time.perf_counter()
+    used = processor()
     with tempfile.TemporaryDirectory() as out, contextlib.suppress(HarvesterError):
         hv.sweep(
             scene, vary=[read_axis(axis)], engines=[engine], execution=told(clock, out=out, **how)

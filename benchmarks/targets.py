@@ -35,9 +35,11 @@ def children(pid):
 
 def measured(name, within, seeds):
     """The row of a scene and a target."""
-    scene, took = hv.load(EXAMPLES / f"{name}.toml"), []
+    scene = hv.load(EXAMPLES / f"{name}.toml")
+    took = []
     for seed in range(seeds + 1):
-        begin, others = time.process_time(), children(os.getpid())
+        begin = time.process_time()
+        others = children(os.getpid())
         found = hv.Cheapest(within=within, seed=seed).run(scene)
         took.append(time.process_time() - begin + children(os.getpid()) - others)
     power = found.mean_power

@@ -41,12 +41,11 @@ OF_DEVICE = ("oscillator.q", "piezo.coupling", "oscillator.frequency")
 
 def noise(share: float, width: float, seed: int) -> Floats:
     """Gaussian noise of mean square 1: a ``share`` in a peak at 43.5 Hz, the rest even from 30 to 120 Hz."""
-    rng, count = np.random.default_rng(seed), round(SECONDS * RATE)
+    rng = np.random.default_rng(seed)
+    count = round(SECONDS * RATE)
     f = np.fft.rfftfreq(count, 1.0 / RATE)
-    peak, band = (
-        np.exp(-0.5 * ((f - 43.5) / width) ** 2),
-        np.where((f > 30.0) & (f < 120.0), 1.0, 0.0),
-    )
+    peak = np.exp(-0.5 * ((f - 43.5) / width) ** 2)
+    band = np.where((f > 30.0) & (f < 120.0), 1.0, 0.0)
     density = share * peak / peak.sum() + (1.0 - share) * band / band.sum()
     a = np.fft.irfft(
         np.sqrt(density) * (rng.normal(size=f.size) + 1j * rng.normal(size=f.size)), count
@@ -61,8 +60,10 @@ def traffic(rms: float, share: float, width: float, passage: float, seed: int = 
     (exponentially distributed).  The fewer the vehicles, the higher the largest value over the rms.
     """
     rng = np.random.default_rng(seed)
-    shaking, most = noise(share, width, seed), 4000
-    at, level = rng.uniform(0.0, SECONDS, most), rng.exponential(size=most)
+    shaking = noise(share, width, seed)
+    most = 4000
+    at = rng.uniform(0.0, SECONDS, most)
+    level = rng.exponential(size=most)
     t = np.arange(-8.0 * passage, 8.0 * passage, 1.0 / RATE)
     one = np.exp(-np.abs(t) / passage)
 
@@ -73,7 +74,8 @@ def traffic(rms: float, share: float, width: float, passage: float, seed: int = 
         a = shaking * np.fft.irfft(spectrum, hits.size + one.size)[: hits.size]
         return np.asarray(a * rms * G / a.std())
 
-    few, many = 1, most
+    few = 1
+    many = most
     while many - few > 1:
         middle = (few + many) // 2
         few, many = (middle, many) if np.abs(of(middle)).max() > 0.5 * G else (few, middle)

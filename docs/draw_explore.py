@@ -10,7 +10,8 @@ sys.path.append(str(ROOT))
 from tests.support.browser import Visit, chromium, serving  # noqa: E402
 
 SCENE = ROOT / "examples" / "plate.toml"
-PICTURE, COLOURS = ROOT / "docs" / "explore.png", 256
+PICTURE = ROOT / "docs" / "explore.png"
+COLOURS = 256
 SIZE = {"width": 1280, "height": 1000}
 
 

@@ -16,7 +16,9 @@ from pathlib import Path
 from PIL import Image
 
 ROOT = Path(__file__).parents[1]
-SIZES, MOST = ((720, 48), (720, 24), (640, 24), (560, 16)), 60_000  # width and colours; bytes
+# width and colours; bytes
+SIZES = ((720, 48), (720, 24), (640, 24), (560, 16))
+MOST = 60_000
 
 
 def commands() -> dict[str, list[list[str]]]:

@@ -27,9 +27,12 @@ sys.path.insert(0, str(HERE.parent))
 from tests.support.python_callbacks import PythonCallbacks, run_in_python  # noqa: E402
 
 EXAMPLES = HERE.parent / "examples"
-STEP, KICKS = 0.25, 400  # large enough a step to be seen
+# large enough a step to be seen
+STEP = 0.25
+KICKS = 400
 SHOWN = 4  # drifts, one of them with an impact
-INK, STOP = "0.25", ENGINES["published"].LOOK.colour
+INK = "0.25"
+STOP = ENGINES["published"].LOOK.colour
 POINTS = {
     "markerfacecolor": ENGINES["spice"].LOOK.colour,
     "markeredgecolor": ENGINES["spice"].LOOK.colour,

@@ -30,7 +30,8 @@ THEIRS = {"color": ENGINES["published"].LOOK.colour, "linestyle": (0, (5, 2))}
 OURS = {"color": ENGINES["spice"].LOOK.colour}
 SETTLING = 0.3  # s, of load and smoothing capacitor: 14 periods
 POINTS = {"fmt": "o", "color": ENGINES["spice"].LOOK.colour, "capsize": 2}
-IDEAL, REAL = POINTS, POINTS | {"fmt": "^", "color": look("spice alone").colour}
+IDEAL = POINTS
+REAL = POINTS | {"fmt": "^", "color": look("spice alone").colour}
 
 
 def finished(figure: Plot) -> Plot:
@@ -110,7 +111,8 @@ def rectifier(file: str, loads: Floats, frequencies: Floats, theirs: dict[str, o
             mean, error = (
                 1e3 * np.array([getattr(p, what) for p in powers]) for what in ("value", "error95")
             )
-            x, there = np.array([place[varied] for place in places]), mean > 0.0
+            x = np.array([place[varied] for place in places])
+            there = mean > 0.0
             axis.errorbar(
                 x[there], mean[there], error[there], **(mark | {"label": f"ours, {name}"})
             )

@@ -16,7 +16,9 @@ TASKS = Path(__file__).with_name("tasks.ipynb")
 
 def run_cell(source, names):
     """What a cell prints, and the value of its last line where that is an expression; None where it is none."""
-    tree, printed, value = ast.parse(source), io.StringIO(), None
+    tree = ast.parse(source)
+    printed = io.StringIO()
+    value = None
     last = tree.body.pop() if tree.body and isinstance(tree.body[-1], ast.Expr) else None
     with contextlib.redirect_stdout(printed):
         exec(compile(tree, "cell", "exec"), names)
@@ -50,7 +52,8 @@ def outputs(source, names, count):
 
 def run(notebook):
     """The notebook with its code cells run."""
-    names, count = {}, 0
+    names = {}
+    count = 0
     for cell in notebook["cells"]:
         if cell["cell_type"] == "code":
             count += 1

@@ -64,7 +64,8 @@ def shakings() -> dict[str, Excitation]:
 
 def table() -> str:
     """The Markdown of the table; shakings that the same engines serve share a row."""
-    every, alike = shakings(), dict[tuple[str, ...], list[str]]()
+    every = shakings()
+    alike = dict[tuple[str, ...], list[str]]()
     for stop, path in STOPS.items():
         for shaking, excitation in every.items():
             cells = [

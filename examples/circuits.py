@@ -52,7 +52,8 @@ def load(scene: hv.Scene, circuit: str, resistance: float) -> hv.Load:
 def best(resistances: np.ndarray, powers: np.ndarray) -> tuple[float, float]:
     """Load and power at the top of the parabola in log R through the highest point and its neighbours."""
     k = min(max(int(powers.argmax()), 1), len(powers) - 2)
-    x, y = np.log(resistances[k - 1 : k + 2]), powers[k - 1 : k + 2]
+    x = np.log(resistances[k - 1 : k + 2])
+    y = powers[k - 1 : k + 2]
     a, b, c = np.polyfit(x - x[1], y, 2)
     top = np.clip(-0.5 * b / a, x[0] - x[1], x[2] - x[1]) if a < 0.0 else (x - x[1])[y.argmax()]
     return float(np.exp(x[1] + top)), float(np.polyval([a, b, c], top))

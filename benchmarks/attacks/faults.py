@@ -124,10 +124,12 @@ def trial(folder, command, how):
             if program.poll() is None:
                 (os.killpg if strike == signal.SIGINT else os.kill)(program.pid, strike)
         try:
-            err, late = program.communicate(timeout=PATIENCE)[1], ""
+            err = program.communicate(timeout=PATIENCE)[1]
+            late = ""
         except subprocess.TimeoutExpired:
             os.killpg(program.pid, signal.SIGKILL)
-            err, late = program.communicate()[1], f"no end after {PATIENCE:g} s"
+            err = program.communicate()[1]
+            late = f"no end after {PATIENCE:g} s"
     said = {"stdout": (folder / "stdout").read_text(errors="replace")[-500:], "stderr": err[-1500:]}
     wrong = (
         late or outlived(program.pid) or wrong_words(program.returncode, said["stdout"], err, how)
@@ -209,7 +211,8 @@ def limits(rng, folder, shim):
 
 def caches(rng, folder, shim):
     """A cache that cannot be written, is a file, is others' too, or has been cut off in the middle of a file."""
-    way, cache = rng.choice(["none", "file", "others", "cut"]), folder / "tmp" / "cache"
+    way = rng.choice(["none", "file", "others", "cut"])
+    cache = folder / "tmp" / "cache"
     if way == "file":
         cache.touch()
     elif way == "others":

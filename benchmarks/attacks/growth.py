@@ -81,7 +81,8 @@ def a_day(looks):
     """The growth from a fifth of the looks on, when all is warm, made that of a day without a pause."""
     if len(looks) < 3:
         return {}
-    first, last = looks[len(looks) // 5], looks[-1]
+    first = looks[len(looks) // 5]
+    last = looks[-1]
     rate = DAY / (last["seconds"] - first["seconds"])
     found = {
         key: round((last[key] - first[key]) * rate, 3)

@@ -115,7 +115,8 @@ def together(folder, texts):
 
 def touched(trace, folder):
     """(Number of the netlist, what is wrong) of each file that a netlist has no business with."""
-    number, here = None, folder / "scene"
+    number = None
+    here = folder / "scene"
     for path, line in opened(trace, here) if trace.exists() else ():
         if path.parent == folder and path.stem.isdecimal():
             number = int(path.stem)

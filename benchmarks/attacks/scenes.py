@@ -62,7 +62,8 @@ def ask(scene, words):
     """
     Path("scene.toml").write_bytes(scene)
     warnings.simplefilter("ignore")  # as the program does
-    begin, used = time.monotonic(), processor(os.getpid())
+    begin = time.monotonic()
+    used = processor(os.getpid())
     with mock.patch.dict(os.environ, {THREADS_VARIABLE: "1"} if "spice" in words else {}):
         answer = asked("run", "scene.toml", "--json", *words)
     return answer, min(time.monotonic() - begin, processor(os.getpid()) - used)
@@ -114,7 +115,8 @@ def attack(tally, seed):
                     if again or "took" not in wrong:
                         break
             except (Late, BrokenProcessPool) as error:
-                answer, wrong = ("none", "", ""), f"{type(error).__name__}: it hung or died"
+                answer = ("none", "", "")
+                wrong = f"{type(error).__name__}: it hung or died"
             if {*folder.iterdir()} - before:
                 wrong = wrong or f"left {sorted({*folder.iterdir()} - before)}"
             if "hung" in wrong:

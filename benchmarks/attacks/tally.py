@@ -20,7 +20,9 @@ class Tally:
     def __init__(self, count, budget, before=()):
         """``before`` is what `found` said of the first of them."""
         before = {"outcomes": (), "breaks": (), "tried": 0, "seconds": 0, **dict(before)}
-        self.count, self.begin, self.budget = count, time.monotonic(), budget
+        self.count = count
+        self.begin = time.monotonic()
+        self.budget = budget
         self.outcomes, self.breaks = Counter(before["outcomes"]), [*before["breaks"]]
         self.tried, self.seconds = before["tried"], before["seconds"]
 
@@ -53,7 +55,8 @@ def drawn(strategy, count, seed):
     Hypothesis's own loop would vary each one a few times before it draws another, and take ten
     times as long.
     """
-    found, number = [], 0
+    found = []
+    number = 0
     while len(found) < count:
         number += 1
         data = ConjectureData(random=random.Random(f"{seed} {number}"))
@@ -80,7 +83,8 @@ def living():
 
 def below(pid):
     """The living processes that descend from one, and itself, with what `living` says of them."""
-    every, tree = living(), [pid]
+    every = living()
+    tree = [pid]
     for one in tree:
         tree += [child for child, (parent, _, _) in every.items() if parent == one]
     return {one: every[one] for one in tree if one in every}

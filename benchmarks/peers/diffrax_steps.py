@@ -44,7 +44,8 @@ class _Noise(diffrax.AbstractTerm):
 
 def _reflected(y, e):
     x, v, V = y
-    hit, r = x < 0.0, e.restitution
+    hit = x < 0.0
+    r = e.restitution
     bounced = jnp.where(hit, -r * x, x)
     return bounced, jnp.where(hit, -r * v, v), V + (bounced - x)
 

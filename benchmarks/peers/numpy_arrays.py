@@ -14,11 +14,9 @@ def averages(h, n, burn_in, duration, seed, e=PAPER, way="tuned"):
     """Time average of V^2 of each trajectory."""
     every, readings = counts(h, duration)
     skipped = counts(h, burn_in)[1] if burn_in else 0
-    rng, size, steps = (
-        np.random.default_rng(seed),
-        SIZE[way],
-        {"plain": _plain, "tuned": _tuned}[way],
-    )
+    rng = np.random.default_rng(seed)
+    size = SIZE[way]
+    steps = {"plain": _plain, "tuned": _tuned}[way]
     means = []
     for k in range(0, n, size):
         x, v, V, total = np.zeros((4, min(size, n - k)))
@@ -33,7 +31,8 @@ def averages(h, n, burn_in, duration, seed, e=PAPER, way="tuned"):
 
 
 def _plain(h, x, v, V, rng, e):
-    decay, r = np.exp(-e.mu * h), e.restitution
+    decay = np.exp(-e.mu * h)
+    r = e.restitution
 
     def take():
         nonlocal x, v, V
@@ -55,7 +54,9 @@ def _plain(h, x, v, V, rng, e):
 
 def _tuned(h, x, v, V, rng, e):
     x2, y, dv, noise, work = np.empty((5, x.size))
-    decay, gain, r = np.exp(-e.mu * h), -np.expm1(-e.mu * h) / e.mu, e.restitution
+    decay = np.exp(-e.mu * h)
+    gain = -np.expm1(-e.mu * h) / e.mu
+    r = e.restitution
 
     def take():
         nonlocal x, v, V, x2, y, dv, noise, work
@@ -66,7 +67,8 @@ def _tuned(h, x, v, V, rng, e):
         V += work
         hit = np.flatnonzero(x < 0.0)
         if hit.size:
-            after, speed = x[hit] / v[hit], v[hit]
+            after = x[hit] / v[hit]
+            speed = v[hit]
             V[hit] += speed * ((1.0 + r) / e.mu) * np.expm1(-e.mu * after)
             x[hit] *= -r
             v[hit] = -r * speed

@@ -28,7 +28,8 @@ def _slope(y, white, e):
 
 
 def _block(h, n, every, skipped, readings, rng, e):
-    y, total = np.zeros((3, n)), np.zeros(n)
+    y = np.zeros((3, n))
+    total = np.zeros(n)
     for k in range(skipped + readings):
         for _ in range(every):
             white = rng.standard_normal(n) / np.sqrt(h)

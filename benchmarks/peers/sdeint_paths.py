@@ -32,8 +32,10 @@ def _path(h, every, skipped, readings, rng, e):
         x = float(y[0])
         return np.array([[0.0], [math.sqrt(2.0 * (e.n1 + e.n2 * x * x))], [0.0]])
 
-    y, steps = np.zeros(3), (skipped + readings) * every
-    span, V = h * np.arange(STRETCH + 1), np.empty(steps)
+    y = np.zeros(3)
+    steps = (skipped + readings) * every
+    span = h * np.arange(STRETCH + 1)
+    V = np.empty(steps)
     k = 0
     while k < steps:
         part = sdeint.stratHeun(drift, noise, y, span[: steps - k + 1], generator=rng)[1:]
@@ -44,6 +46,7 @@ def _path(h, every, skipped, readings, rng, e):
             y = np.array(
                 [-e.restitution * y[0], -e.restitution * y[1], y[2] - (1.0 + e.restitution) * y[0]]
             )
-        V[k : k + m], V[k + m - 1] = part[:m, 2], y[2]
+        V[k : k + m] = part[:m, 2]
+        V[k + m - 1] = y[2]
         k += m
     return (V[every - 1 :: every][skipped:] ** 2).mean()

@@ -52,7 +52,8 @@ class ProbeMeans(Result):
 
 # Details of a steady response: the RMS displacement about its mean, and phases to the base in
 # degrees.
-DISPLACEMENT, PHASES = "displacement_rms", ("displacement_phase", "voltage_phase")
+DISPLACEMENT = "displacement_rms"
+PHASES = ("displacement_phase", "voltage_phase")
 PEAKS = "displacement_amplitude", "voltage_amplitude"  # of the response to a harmonic drive
 # Of an answer that is none for the scene yet: it had not settled, or its runs were cut off.
 UNSETTLED = ("burn_in_stopped", "mean_while_settling", "ngspice_left_out")

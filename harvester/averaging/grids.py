@@ -85,17 +85,18 @@ def where_the_mass_is(
     ``log_mass`` is the law's logarithm on a grid of shape (scenes, n), for each n of ``counts``.  Each end is one point
     further out; the third array names which scenes have no upper end.
     """
-    (low, high), rows = ends, np.arange(len(ends[0]))
+    (low, high) = ends
+    rows = np.arange(len(ends[0]))
     unbounded = np.zeros(len(rows), dtype=bool)
     for count in counts:
         u = np.linspace(low, high, count, axis=-1)
         log_p = log_mass(u)
         log_p = np.where(np.isnan(log_p), -np.inf, log_p)
-        depth, top = log_p.max(axis=-1, keepdims=True) - log_p, count - 1
-        first, last = (
-            (depth <= kept[0]).argmax(axis=-1),
-            top - (depth <= kept[1])[:, ::-1].argmax(axis=-1),
-        )
+        depth = log_p.max(axis=-1, keepdims=True) - log_p
+        top = count - 1
+        first = (depth <= kept[0]).argmax(axis=-1)
+        last = top - (depth <= kept[1])[:, ::-1].argmax(axis=-1)
         unbounded |= (last == top) & (high >= ends[1])
-        low, high = u[rows, np.maximum(first - 1, 0)], u[rows, np.minimum(last + 1, top)]
+        low = u[rows, np.maximum(first - 1, 0)]
+        high = u[rows, np.minimum(last + 1, top)]
     return low, high, unbounded

@@ -36,7 +36,8 @@ def hopping_rates(eqs: Equations) -> tuple[float, float] | None:
     The damping is that of small motions in a well, the load's included.  That its voltage raises the barrier is left
     out, so that rates come out up to three times too high at a coupling of `WEAK`, beyond which they are not given.
     """
-    rests, tops = eqs.resting_places, barriers(eqs)
+    rests = eqs.resting_places
+    tops = barriers(eqs)
     simple = unknown_to(HOPPING).isdisjoint(eqs.effects)
     if (
         len(rests) != 2
@@ -48,7 +49,10 @@ def hopping_rates(eqs: Equations) -> tuple[float, float] | None:
         return None
     top = float(tops[0])
     barrier = math.sqrt(-_stiffness(eqs, top))
-    losses, temperatures, damping, frequencies = [], [], [], []
+    losses = []
+    temperatures = []
+    damping = []
+    frequencies = []
     for rest in rests:
         frequency, taken = _small_motion(eqs, rest)
         if taken <= 0.0:

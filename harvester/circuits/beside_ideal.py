@@ -32,7 +32,8 @@ def compiled_beside(
 
 def take_states(compiled: Trajectories, settled: Trajectories) -> None:
     """Put trajectories of a compiled circuit into states of an ideal one's, ``settled``, with the store's voltage."""
-    circuit, states = compiled.circuit, settled.state[: compiled.blocks]
+    circuit = compiled.circuit
+    states = settled.state[: compiled.blocks]
     assert isinstance(circuit, CompiledCircuit), "the caller checks this"
     compiled.state[:, :2] = states[:, :2]
     compiled.state[:, circuit.rows :] = states[:, 5:]  # of several modes
@@ -56,7 +57,8 @@ def settle_from(
     """
     if compiled.h != ideal.h:
         compiled.restart(ideal.h)
-    before, now = ideal.time, time.perf_counter()
+    before = ideal.time
+    now = time.perf_counter()
     slowest = memory(ideal, ideal.run(before), before)
     take_states(compiled, ideal)
     assert compiled.circuit is not None, "that of the netlist"

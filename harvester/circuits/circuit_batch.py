@@ -39,19 +39,17 @@ def advance_circuit(b, state, schedule, h, circuit, c, shaker):
     ``state``, shape (MASS_ROWS + length of a circuit's state, BATCH), holds all states, of which those of the mass and
     U are the batch's; the sums have the shape (len(MORE_SUMS), BATCH).  ``circuit`` is compiled, c the coefficients.
     """
-    room, its_state = np.empty((ROOMS, circuit.length)), np.empty(state.shape[0] - MASS_ROWS)
-    last, volts, sums, steps = (
-        len(its_state) - DID,
-        circuit.volts,
-        b.sums,
-        1 if schedule.doublings > 0 else 2,
-    )
-    noise, accelerations, filtered = (
-        np.zeros((2, BATCH)),
-        np.zeros((2, BATCH)),
-        np.zeros((2, BATCH)),
-    )
-    at, unit = circuit.voltages_at, circuit.unit / (schedule.stride * circuit.record[0].seconds)
+    room = np.empty((ROOMS, circuit.length))
+    its_state = np.empty(state.shape[0] - MASS_ROWS)
+    last = len(its_state) - DID
+    volts = circuit.volts
+    sums = b.sums
+    steps = 1 if schedule.doublings > 0 else 2
+    noise = np.zeros((2, BATCH))
+    accelerations = np.zeros((2, BATCH))
+    filtered = np.zeros((2, BATCH))
+    at = circuit.voltages_at
+    unit = circuit.unit / (schedule.stride * circuit.record[0].seconds)
     for _ in range(schedule.samples):
         for k in range(schedule.stride):
             if (c.n1 is not None or c.n2 is not None) and k % steps == 0:
@@ -63,15 +61,16 @@ def advance_circuit(b, state, schedule, h, circuit, c, shaker):
                 fly(i, state, its_state, circuit, room, s.x, wall, first, h, 1)
                 for j in range(len(its_state)):
                     state[MASS_ROWS + j, i] = its_state[j]
-                s, U, xi = (
-                    State(s.x, s.v, its_state[at] / volts),
-                    its_state[at + 1] / volts,
-                    noise[k % steps, i],
-                )
+                s = State(s.x, s.v, its_state[at] / volts)
+                U = its_state[at + 1] / volts
+                xi = noise[k % steps, i]
                 if b.controls is not None:
                     add_circuit_features(i, s, U, xi, b.controls, c)
                 v1 = kick_at_stops(s, xi, h, c, a1)
-                b.x[i], b.v[i], b.V[i], b.U[i] = s.x, v1, s.V, U
+                b.x[i] = s.x
+                b.v[i] = v1
+                b.V[i] = s.V
+                b.U[i] = U
                 sums[10, i] += did.number
                 sums[11, i] += did.energy
                 if shaker is not None:
@@ -89,13 +88,12 @@ def advance_circuit(b, state, schedule, h, circuit, c, shaker):
 @kernel
 def circuit_mid_drift(state, out, h, circuit, c, shaker):
     """Go from the states of a batch after a kick to x, v, V half a step later: shape (3, BATCH)."""
-    room, its_state = np.empty((ROOMS, circuit.length)), np.empty(state.shape[0] - MASS_ROWS)
+    room = np.empty((ROOMS, circuit.length))
+    its_state = np.empty(state.shape[0] - MASS_ROWS)
     for i in range(BATCH):
         s = State(state[0, i], state[1, i], state[2, i])
         mid, wall, first, _ = drifted(s, h, 0.5 * h, c, last_acceleration(i, shaker))
         fly(i, state, its_state, circuit, room, mid.x, wall, first, 0.5 * h, 0)
-        out[0, i], out[1, i], out[2, i] = (
-            mid.x,
-            mid.v,
-            its_state[circuit.voltages_at] / circuit.volts,
-        )
+        out[0, i] = mid.x
+        out[1, i] = mid.v
+        out[2, i] = its_state[circuit.voltages_at] / circuit.volts

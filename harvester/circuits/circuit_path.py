@@ -47,8 +47,11 @@ class CircuitPath(Path):
 @kernel
 def _trace(noise, shaking, s, state, circuit, h, stride, outputs, c, kicked, states):
     samples, voltages, square, counts, impacts = outputs
-    count, total = 0, 0.0
-    room, other, last = np.empty((ROOMS, circuit.length)), state.copy(), len(state) - DID
+    count = 0
+    total = 0.0
+    room = np.empty((ROOMS, circuit.length))
+    other = state.copy()
+    last = len(state) - DID
     at, volts = circuit.voltages_at, circuit.volts
     if (
         not kicked
@@ -64,7 +67,8 @@ def _trace(noise, shaking, s, state, circuit, h, stride, outputs, c, kicked, sta
         counts[0] += state[last + 1]
         counts[1] += state[last + 2]
         if did.speed != 0.0:
-            impacts[count, 0], impacts[count, 1] = (k - 1) * h + first, did.speed
+            impacts[count, 0] = (k - 1) * h + first
+            impacts[count, 1] = did.speed
             count += 1
         s = State(s.x, kick_at_stops(s, noise[k - 1], h, c, a), s.V)
         if k % stride == 0:
@@ -75,7 +79,11 @@ def _trace(noise, shaking, s, state, circuit, h, stride, outputs, c, kicked, sta
             advance(
                 circuit.address, circuit.record, other, room, s.x, mid.x, wall, first, 0.5 * h, 0
             )
-            row[0], row[1], row[2], row[3], row[4] = s.x, s.V, mid.x, mid.v, other[at] / volts
+            row[0] = s.x
+            row[1] = s.V
+            row[2] = mid.x
+            row[3] = mid.v
+            row[4] = other[at] / volts
             for i in range(N_VOLTAGES):
                 voltages[k // stride - 1, i] = state[at + i]
             square[k // stride - 1] = total
@@ -107,12 +115,12 @@ def trace_circuit(
     """
     check_start(eqs.rigid_stops, start[0], start[0])
     rows = len(noise) // stride
-    samples, voltages, square = (
-        np.empty((rows, len(COLUMNS))),
-        np.empty((rows, N_VOLTAGES)),
-        np.empty(rows),
-    )
-    impacts, counts, state = room_for_impacts(eqs, len(noise)), np.zeros(3), state.copy()
+    samples = np.empty((rows, len(COLUMNS)))
+    voltages = np.empty((rows, N_VOLTAGES))
+    square = np.empty(rows)
+    impacts = room_for_impacts(eqs, len(noise))
+    counts = np.zeros(3)
+    state = state.copy()
     shaking = forcing(eqs, h, len(noise)) if shaking is None else shaking
     outputs = samples, voltages, square, counts, impacts
     states = np.empty((rows, len(state))) if keep else None

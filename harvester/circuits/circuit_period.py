@@ -22,7 +22,9 @@ from harvester.mechanics.largest_swing import Swing
 from harvester.mechanics.periodic import MULTIPLES, Settling, periods_to_settle
 
 # oscillations from rest; of a mass that is not linear, and how often
-FIRST, WANDERED, TRIED = 4, 60, 5
+FIRST = 4
+WANDERED = 60
+TRIED = 5
 NEAR = 0.01  # of the motion's size: a return that is seen among periods that still settle
 COMES_BACK = 3e-3  # of the state's size, in the run that measures the response
 SURE = 2.0  # times what is left as the last periods say it, and the standard error of their means
@@ -79,21 +81,24 @@ class _Way:
     ) -> None:
         period = eqs.shaking_period
         assert period is not None, "the drive is steady"
-        self.circuit, self.eqs, self.h, self.size, self.steps = (
-            circuit,
-            eqs,
-            h,
-            round(period / h),
-            0,
-        )
+        self.circuit = circuit
+        self.eqs = eqs
+        self.h = h
+        self.size = round(period / h)
+        self.steps = 0
         shaking = forcing(eqs, h, self.size)
         assert shaking is not None, "the drive is steady"
         self.shaking = shaking[:-1]
-        self.x, self.v, self.state = eqs.resting_places[0], 0.0, circuit.rest
+        self.x = eqs.resting_places[0]
+        self.v = 0.0
+        self.state = circuit.rest
         if near is not None:
-            self.x, self.v, self.state = near.x, near.v, near.state
+            self.x = near.x
+            self.v = near.v
+            self.state = near.state
         sizes = circuit.sizes
-        self.kept, self.charges = sizes[0] + sizes[1], sizes[3]
+        self.kept = sizes[0] + sizes[1]
+        self.charges = sizes[3]
 
     def run(self, periods: int, stride: int = 0) -> CircuitPath:
         """Go on for so many periods, with a sample each, or every ``stride`` kicks."""
@@ -109,7 +114,9 @@ class _Way:
             shaking,
         )
         path = self.circuit.trace(*given, kicked=True)
-        self.x, self.v, self.state = float(path.samples[-1, 0]), path.speed, path.state
+        self.x = float(path.samples[-1, 0])
+        self.v = path.speed
+        self.state = path.state
         self.steps += n_steps
         return path
 
@@ -124,7 +131,9 @@ class _Way:
         Raises CircuitError where the circuit has no way on from a state.
         """
         before = self.state
-        self.x, self.v, self.state = float(y[0]), float(y[1]), before.copy()
+        self.x = float(y[0])
+        self.v = float(y[1])
+        self.state = before.copy()
         self.state[: self.kept] = y[2:]
         path = self.run(turns, 1)
         if path.failed:
@@ -134,17 +143,16 @@ class _Way:
 
     def means(self, path: CircuitPath) -> Floats:
         """Power (W), mean square voltage (V^2), and the mean of x^2 + x'^2 of a path."""
-        s, seconds = (
-            self.circuit.scales,
-            len(path.samples) * path.stride * path.h / self.circuit.scales.frequency,
-        )
+        s = self.circuit.scales
+        seconds = len(path.samples) * path.stride * path.h / self.circuit.scales.frequency
         square = float((path.samples[:, 1] ** 2).mean()) * s.volts**2
         moved = float((path.samples[:, 2:4] ** 2).sum(axis=1).mean())
         return np.array([path.square[-1] / self.circuit.resistance / seconds, square, moved])
 
     def settling(self, turns: int) -> Settling:
         """The way to where the map of so many periods comes back; every capacitor and coil counts, Csmooth last."""
-        s, order = self.circuit.scales, list(range(self.charges))
+        s = self.circuit.scales
+        order = list(range(self.charges))
         farads = self.circuit.load.smoothing or 0.0
         if farads:
             order.append(order.pop(self.circuit.charge_at("csmooth")))
@@ -165,7 +173,8 @@ class _Way:
         for _ in range(TRIED):
             path = self.run(max(math.ceil(WANDERED * min(natural, 1.0)), 2 * MULTIPLES))
             motion = path.samples[:, 2:4]
-            last, size = motion[-MULTIPLES:], math.sqrt(float((motion**2).sum(axis=1).mean()))
+            last = motion[-MULTIPLES:]
+            size = math.sqrt(float((motion**2).sum(axis=1).mean()))
             for turns in range(1, MULTIPLES + 1):
                 away = np.linalg.norm(last - motion[-MULTIPLES - turns : -turns], axis=1)
                 if np.max(away) < NEAR * max(size, 1e-12):
@@ -194,7 +203,8 @@ def _response(
     circuit: CompiledCircuit, eqs: Equations, h: float, enough: float, near: CircuitStart | None
 ) -> CircuitPeriod | None:
     """As `periodic_response`; raises CircuitError where steps of the circuit do not converge."""
-    way, turns = _Way(circuit, eqs, h, near), 1 if near is None else near.turns
+    way = _Way(circuit, eqs, h, near)
+    turns = 1 if near is None else near.turns
     if linear_growth(eqs) is None:
         turns = way.come_near() if near is None else near.turns
         if not turns:
@@ -206,7 +216,8 @@ def _response(
     if not settled.reach(enough):
         return None
     way.turn(settled.state, turns)
-    ends, means = [way.y], list[Floats]()
+    ends = [way.y]
+    means = list[Floats]()
     for _ in range(MEASURED):
         path = way.run(turns, 1)
         if path.failed:
@@ -221,7 +232,8 @@ def _response(
         > COMES_BACK
     ):
         return None
-    mean, scatter = np.mean(means, axis=0), np.std(means, axis=0, ddof=1) / math.sqrt(MEASURED)
+    mean = np.mean(means, axis=0)
+    scatter = np.std(means, axis=0, ddof=1) / math.sqrt(MEASURED)
     parts = SURE * ((np.abs(less) + scatter) / np.maximum(mean, 1e-300) + unexplained)
     there = (
         way.x,

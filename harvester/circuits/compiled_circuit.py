@@ -90,7 +90,9 @@ class CompiledCircuit:
         elements: Sequence[CircuitPart] | None = None,
         tolerance: float = TOLERANCE,
     ) -> None:
-        self.load, self.scales, self.tolerance = load, scales, tolerance
+        self.load = load
+        self.scales = scales
+        self.tolerance = tolerance
         parts = by_name(load.parts if elements is None else elements)
         if any(value != ROOM for value in load.settings.values()):
             raise UnservedError(
@@ -99,7 +101,8 @@ class CompiledCircuit:
         check_parts(parts.values())
         check_size(parts.values())
         self.system = system_of(parts, scales.capacitance)
-        rload, store = parts["rload"], parts.get("csmooth")
+        rload = parts["rload"]
+        store = parts.get("csmooth")
         self.resistance = value_of(rload)
         across = self.system.across
         read_out = [
@@ -219,8 +222,11 @@ class CompiledCircuit:
     ) -> CircuitPath:
         """The path that `trace` made of what is ``given``, with the log of the circuit's own steps."""
         eqs, noise, h, stride, start, state, shaking = given
-        circuit, rows, width = self.for_kernels(h), path.steps + 1, 1 + sum(self.sizes[:3])
-        log, record = np.zeros(2 + rows * width), circuit.record.copy()
+        circuit = self.for_kernels(h)
+        rows = path.steps + 1
+        width = 1 + sum(self.sizes[:3])
+        log = np.zeros(2 + rows * width)
+        record = circuit.record.copy()
         log[1], record["log_at"] = rows, log.ctypes.data
         again = trace_circuit(
             eqs, circuit._replace(record=record), state, noise, h, stride, start, shaking, kicked
@@ -338,7 +344,8 @@ class CompiledCircuit:
         stages = [self.reduction.stage(self._tau(h) / 2**k) for k in range(LEVELS)]
         names = "admittances", "right", "outputs"
         matrices = [np.array([getattr(stage, name) for stage in stages]) for name in names]
-        switches, s = self.system.switches, self.scales
+        switches = self.system.switches
+        s = self.scales
         thresholds = np.array(
             [[switch.on for switch in switches], [switch.off for switch in switches]]
         ).reshape(2, -1)
@@ -354,11 +361,16 @@ class CompiledCircuit:
         ):
             record[name] = array.ctypes.data
         ns, n, many, nz = self.sizes
-        record["solver_at"], record["switches"] = self.solver.address, many
-        record["n"], record["nz"], record["ns"] = n, nz, ns
+        record["solver_at"] = self.solver.address
+        record["switches"] = many
+        record["n"] = n
+        record["nz"] = nz
+        record["ns"] = ns
         finest = RINGING if self.has_coils else self.tolerance
-        record["least"], record["tolerance"] = LEAST * s.volts, min(finest, self.tolerance)
-        record["charge"], record["seconds"] = s.capacitance * s.volts, h / s.frequency
+        record["least"] = LEAST * s.volts
+        record["tolerance"] = min(finest, self.tolerance)
+        record["charge"] = s.capacitance * s.volts
+        record["seconds"] = h / s.frequency
         return record, arrays
 
 

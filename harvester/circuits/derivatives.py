@@ -54,7 +54,8 @@ class Writer:
 
     def _operation(self, node: Node) -> tuple[str, Derivatives]:
         parts = [self.write(argument) for argument in node.arguments]
-        a, b = parts[0][0], parts[-1][0]
+        a = parts[0][0]
+        b = parts[-1][0]
         text, slopes = _rule(node.operation, a, b)
         value = self.line(text)
         total: dict[int, list[str]] = {}
@@ -79,7 +80,8 @@ class Writer:
     def _table(self, node: Node) -> tuple[str, Derivatives]:
         """A table, whose points are arguments one after the other."""
         x, inner = self.write(node.arguments[0])
-        first, points = len(self.constants), len(node.arguments) // 2
+        first = len(self.constants)
+        points = len(node.arguments) // 2
         self.constants += [argument.value for argument in node.arguments[1:]]
         value = self.line(f"table_at({x}, p, {first}, {points})")
         slope = self.line(f"table_slope({x}, p, {first}, {points})")
@@ -88,16 +90,20 @@ class Writer:
         }
 
     def _branches(self, node: Node) -> tuple[str, Derivatives]:
-        condition, outer, branches = self.write(node.arguments[0])[0], self.indent, []
+        condition = self.write(node.arguments[0])[0]
+        outer = self.indent
+        branches = []
         before = dict(self._known)
         blocks: list[list[str]] = []
         for branch in node.arguments[1:]:
-            kept, self.lines = self.lines, []
+            kept = self.lines
+            self.lines = []
             self.indent = outer + "    "
             branches.append(self.write(branch))
             blocks.append(self.lines)
             # what a branch computes is known in it only
-            self.lines, self._known = kept, dict(before)
+            self.lines = kept
+            self._known = dict(before)
         self.indent = outer
         indices = sorted(set(branches[0][1]) | set(branches[1][1]))
         names = [f"t{self._names + k}" for k in range(len(indices) + 1)]

@@ -28,7 +28,8 @@ def pivots(samples: Floats, pattern: Bools) -> list[tuple[int, int]]:
     rows, columns = list(range(len(pattern))), list(range(len(pattern)))
     order = list[tuple[int, int]]()
     while rows:
-        part, near = np.abs(left[:, rows][:, :, columns]), pattern[np.ix_(rows, columns)]
+        part = np.abs(left[:, rows][:, :, columns])
+        near = pattern[np.ix_(rows, columns)]
         largest = part.max(axis=1, keepdims=True)
         share = (part / np.where(largest > 0.0, largest, 1.0)).min(axis=0) * near
         products = np.outer(near.sum(axis=1) - 1.0, near.sum(axis=0) - 1.0)
@@ -55,7 +56,8 @@ def lines_of(
     Each variable but ``safe`` is assigned once, which is far less work for the compiler.  ``limits`` are the arguments'
     texts of the largest factors, by the equations that are subtracted from and that are subtracted, shape (n, n).
     """
-    lines, right = ["safe = True"], [f"b{i}" for i in range(len(pattern))]
+    lines = ["safe = True"]
+    right = [f"b{i}" for i in range(len(pattern))]
     names = {(i, j): f"a{i}_{j}" for i, j in np.argwhere(pattern).tolist()}
     for k, (row, column) in enumerate(order):
         later = order[k + 1 :]
@@ -70,7 +72,8 @@ def lines_of(
             ]
             for _, j in later:
                 if (row, j) in names:
-                    before, names[other, j] = names.get((other, j), ""), f"a{other}_{j}_{row}"
+                    before = names.get((other, j), "")
+                    names[other, j] = f"a{other}_{j}_{row}"
                     lines.append(f"{names[other, j]} = {before} - {f} * {names[row, j]}")
             lines.append(f"b{other}_{row} = {right[other]} - {f} * {right[row]}")
             right[other] = f"b{other}_{row}"

@@ -20,16 +20,15 @@ def feed(circuit, state, room, table, top, h, delay, charge, stride, variates, o
     (C) is the unit of charges.  The integrals are of the squared voltages of load and piezo.  Returns the circuit's
     steps, and those that failed.
     """
-    current, last, steps, failed, square, piezo, before = (
-        0.0,
-        len(state) - DID,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-    )
-    finest, at = table.shape[1] - 1, circuit.voltages_at
+    current = 0.0
+    last = len(state) - DID
+    steps = 0.0
+    failed = 0.0
+    square = 0.0
+    piezo = 0.0
+    before = 0.0
+    finest = table.shape[1] - 1
+    at = circuit.voltages_at
     for k in range(out.shape[0] * stride):
         u = state[at]
         ahead = min(max(1.5 * u - 0.5 * before, 0.0), top)  # in the middle of the step
@@ -67,6 +66,8 @@ def feed(circuit, state, room, table, top, h, delay, charge, stride, variates, o
         piezo += h * (table[2, i] + part * (table[2, i + 1] - table[2, i]))
         if (k + 1) % stride == 0:
             row = out[(k + 1) // stride - 1]
-            row[0], row[1], row[2] = state[at], state[at + 1], state[at + 2]
+            row[0] = state[at]
+            row[1] = state[at + 1]
+            row[2] = state[at + 2]
             row[3], row[4] = square, piezo
     return steps, failed

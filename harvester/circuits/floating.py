@@ -43,7 +43,9 @@ def _nested(system: System) -> Iterator[list[Row]]:
     """The columns by which elements enter the equations: those of the strongest ones, and each time of more."""
     leaks, series = ({id(row) for row in rows} for rows in (system.leaks, system.series))
     coils = {k for _, column, _, _ in system.charges for k in column if k in system.owners}
-    sources, conductances, inner = list[Row](), list[Row](), list[Row]()
+    sources = list[Row]()
+    conductances = list[Row]()
+    inner = list[Row]()
     for column, row, _ in system.conductances:
         if id(column) in series:
             inner.append(column)

@@ -27,7 +27,9 @@ def ideal_circuit(circuit: LoadCircuit, scales: Scales) -> IdealCircuit | None:
     name, p = circuit.topology, circuit.values
     if name not in TOPOLOGIES:
         return None
-    capacitance, w0, volts = scales.capacitance, scales.frequency, scales.volts
+    capacitance = scales.capacitance
+    w0 = scales.frequency
+    volts = scales.volts
     if (
         any(value <= 0.0 for key, value in p.items() if key not in ("play", "rest", "Rcoil"))
         or p.get("play", 0.0) < 0.0

@@ -27,14 +27,17 @@ def diode(v, saturation, n, breakdown, reverse, capacitance, built_in, grading, 
     """The current of a diode at the voltage v of its junction, its conductance, its charge, and its capacitance."""
     if v >= -3.0 * n:
         grown = math.exp(min(v / n, 500.0))
-        i, g = saturation * (grown - 1.0), saturation * grown / n
+        i = saturation * (grown - 1.0)
+        g = saturation * grown / n
     elif v >= -breakdown:
         part = 3.0 * n / (v * EULER)
         part *= part * part
-        i, g = -saturation * (1.0 + part), 3.0 * saturation * part / v
+        i = -saturation * (1.0 + part)
+        g = 3.0 * saturation * part / v
     else:
         grown = saturation * math.exp(min(-(v + breakdown) / reverse, 500.0))
-        i, g = -grown, grown / reverse
+        i = -grown
+        g = grown / reverse
     q, c = transit * i, transit * g
     if capacitance != 0.0:
         stored, c_stored = depletion(v, capacitance, built_in, grading, forward)

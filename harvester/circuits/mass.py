@@ -14,8 +14,10 @@ def drifted(s, h, t, c, a):
     (its end, and t, where it met none), and what the stops did.
     """
     s1, did = move(s, interval(h, t, None), c, a)
-    wall, at = s1.x, t
+    wall = s1.x
+    at = t
     if c.r is not None or c.gap is not None:  # noqa: SIM102 - the first is decided when this is compiled
         if did.number > 0.0:
-            wall, at = wall_of(did.speed, c), did.time
+            wall = wall_of(did.speed, c)
+            at = did.time
     return State(s1.x, s1.v, s.V), wall, at, did

@@ -48,10 +48,15 @@ def fly_with_modes(i, z, its_state, circuit, room, d, c, a, whole):
 def _advance(z, state, b, schedule, h, circuit, c, shaker):
     """Advance modes z, as of `modal_step`, and the circuits' states by a `Schedule`, and add up the moments."""
     whole, half = drifts(h, None, EXACT)
-    n, length = len(c.k), len(state)
-    room, its_state, mid = np.empty((ROOMS, circuit.length)), np.empty(length), np.zeros(len(z))
+    n = len(c.k)
+    length = len(state)
+    room = np.empty((ROOMS, circuit.length))
+    its_state = np.empty(length)
+    mid = np.zeros(len(z))
     noise, accelerations = np.zeros((2, BATCH)), np.zeros((2, BATCH))
-    last, sums, steps = length - DID, b.sums, 1 if schedule.doublings > 0 else 2
+    last = length - DID
+    sums = b.sums
+    steps = 1 if schedule.doublings > 0 else 2
     unit = circuit.unit / (schedule.stride * circuit.record[0].seconds)
     for _ in range(schedule.samples):
         for k in range(schedule.stride):
@@ -98,8 +103,11 @@ def _to_mid_drift(i, z, mid, state, its_state, circuit, room, half, c, a):
 @kernel
 def _mid_drift(z, state, out, h, circuit, c, shaker):
     """Go from the states of a batch after a kick to x, x' and V half a step later, shape (3, BATCH)."""
-    half, n = interval(h, 0.5 * h, None), len(c.k)
-    room, its_state, mid = np.empty((ROOMS, circuit.length)), np.empty(len(state)), np.zeros(len(z))
+    half = interval(h, 0.5 * h, None)
+    n = len(c.k)
+    room = np.empty((ROOMS, circuit.length))
+    its_state = np.empty(len(state))
+    mid = np.zeros(len(z))
     for i in range(BATCH):
         _to_mid_drift(
             i, z, mid, state, its_state, circuit, room, half, c, last_acceleration(i, shaker)

@@ -47,7 +47,8 @@ def solve(y_at, r_at, Y_at, p_at, s_at, q_at, work_at, rate):
 _ONE_AT_A_TIME = threading.Lock()
 SAMPLES = 16  # of the matrix for each length of stages, by which pivots are chosen
 # beyond DAMPED iterations every fourth goes the whole way; the others leave this share of it
-EACH, HELD = 4, 0.7
+EACH = 4
+HELD = 0.7
 SMALL = 1e-7  # of the device's sizes: what a function may differ from its tangent by
 
 
@@ -61,7 +62,8 @@ class Solver:
 
         ``taus`` are lengths of stages among which all that are made lie.
         """
-        self.reduction, self.n = reduction, len(reduction.columns)
+        self.reduction = reduction
+        self.n = len(reduction.columns)
         system = reduction.system
         writer = Writer([f"w{k}" for k in range(len(system.inputs))], indent=8 * " ")
         self._row = {k: i for i, k in enumerate(reduction.rows)}
@@ -74,7 +76,8 @@ class Solver:
         self._slopes: list[tuple[Row, Row, int, bool]] = []
         self._terms: dict[tuple[int, int], list[str]] = {}
         for k, junction in enumerate(system.diodes):
-            w, given = f"w{junction.input}", ", ".join(map(writer.argument, junction.arguments))
+            w = f"w{junction.input}"
+            given = ", ".join(map(writer.argument, junction.arguments))
             writer.lines += [
                 f"        i{k}, g{k}, x{k}, c{k} = diode({w}, {given})",
                 f"        I{k}, G{k} = i{k} + rate*x{k}, g{k} + rate*c{k}",
@@ -148,12 +151,14 @@ class Solver:
 
     def _samples(self, impedance: float, linear: list[Floats]) -> Floats:
         """Matrices as iterations meet them, with equations of like size: derivatives that are zero, small and large."""
-        rng, matrices = np.random.default_rng(0), []
+        rng = np.random.default_rng(0)
+        matrices = []
         sizes = [
             1.0 if i in self.reduction.system.owners else impedance for i in self.reduction.rows
         ]
         for matrix in linear * SAMPLES:
-            weighted, derivatives = np.array(sizes)[:, None] * matrix, dict[int, float]()
+            weighted = np.array(sizes)[:, None] * matrix
+            derivatives = dict[int, float]()
             for rows, row, function, is_current in self._slopes:
                 slope = 0.0 if rng.random() < 0.3 else 10.0 ** rng.uniform(-3.0, 2.0)
                 slope = (
@@ -168,7 +173,8 @@ class Solver:
 
     def _elimination(self, writer: Writer, impedance: float, linear: list[Floats]) -> list[str]:
         """The lines that solve the equations of an iteration for b[0], b[1], ..."""
-        n, entries = self.n, dict[tuple[int, int], list[str]]()
+        n = self.n
+        entries = dict[tuple[int, int], list[str]]()
         for i, j in np.argwhere(np.any(linear, axis=0)).tolist():
             entries[i, j] = [f"Y[{i * n + j}]"]
         for entry, terms in self._terms.items():
@@ -264,7 +270,8 @@ def compiled_source(text: str) -> Any:
     """The function ``solve`` of a source; its machine code is kept on disk where there is a folder for it."""
     from harvester.mechanics.kernels.compiled import _cache_folder
 
-    name, folder = f"circuit_{hashlib.sha256(text.encode()).hexdigest()[:16]}", _cache_folder()
+    name = f"circuit_{hashlib.sha256(text.encode()).hexdigest()[:16]}"
+    folder = _cache_folder()
     if folder is None:
         module = types.ModuleType(name)
         exec(compile(text, f"<{name}>", "exec"), module.__dict__)

@@ -46,7 +46,8 @@ def power_slope(a, b):
 @inlined
 def table_segment(x, p, first, points):
     """Which segment of a table x0, y0, x1, y1, ... that begins at p[first] x is in; the first and last go on."""
-    low, high = 0, points - 2
+    low = 0
+    high = points - 2
     while low < high:
         middle = (low + high + 1) // 2
         if x < p[first + 2 * middle]:
@@ -83,10 +84,12 @@ def solve_dense(J, x, n):
     Returns whether there is one.
     """
     for k in range(n):
-        best, size = k, abs(J[k, k])
+        best = k
+        size = abs(J[k, k])
         for i in range(k + 1, n):
             if abs(J[i, k]) > size:
-                best, size = i, abs(J[i, k])
+                best = i
+                size = abs(J[i, k])
         if not size > 1e-300:
             return False
         if best != k:

@@ -36,7 +36,8 @@ def probed(circuit: CompiledCircuit, path: CircuitPath, probes: tuple[Probe, ...
     if not probes:
         return np.empty((0, len(path.samples)))
     assert path.states is not None, "a path that is probed keeps its states"
-    unknowns, system = circuit.unknowns(path.states), circuit.system
+    unknowns = circuit.unknowns(path.states)
+    system = circuit.system
     parts = by_name(circuit.load.parts)
     none = np.zeros(len(unknowns))
     series = {"time": none}
@@ -70,7 +71,9 @@ def mean_powers(circuit: CompiledCircuit, path: CircuitPath) -> dict[str, float]
     at its end.
     """
     assert path.own_steps is not None, "a path whose elements are asked for keeps them"
-    (ns, n, many, _), seconds, states = circuit.sizes, path.own_steps[1:, 0], path.own_steps[:, 1:]
+    (ns, n, many, _) = circuit.sizes
+    seconds = path.own_steps[1:, 0]
+    states = path.own_steps[:, 1:]
     switches = states[:, ns + n : ns + n + many]
     jumps = (switches[1:] != switches[:-1]).any(axis=1)
     return {
@@ -86,13 +89,14 @@ def powers_of_elements(circuit: CompiledCircuit, states: Floats) -> dict[str, Fl
 
     ``states`` have the shape (n, length of a state).
     """
-    whole, y, powers = circuit.system, circuit.unknowns(states), dict[str, Floats]()
+    whole = circuit.system
+    y = circuit.unknowns(states)
+    powers = dict[str, Floats]()
     ns, n, many, _ = circuit.sizes
-    w, switched = (
-        y @ whole.vectors([row for row, _ in whole.inputs]).T,
-        states[:, ns + n : ns + n + many],
-    )
-    parts, before = by_name(circuit.load.parts), 0
+    w = y @ whole.vectors([row for row, _ in whole.inputs]).T
+    switched = states[:, ns + n : ns + n + many]
+    parts = by_name(circuit.load.parts)
+    before = 0
     for part in parts.values():
         alone = System(
             whole.capacitance,

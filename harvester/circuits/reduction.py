@@ -44,7 +44,9 @@ class Reduction:
     """
 
     def __init__(self, system: System, read: list[Row], tau: float) -> None:
-        self.system, self.equations, n = system, SummedEquations(system), system.size
+        self.system = system
+        self.equations = SummedEquations(system)
+        n = system.size
         self.G = np.zeros((n, n))
         for rows, columns, value in system.conductances:
             for (i, a), (j, b) in itertools.product(
@@ -107,14 +109,18 @@ class Reduction:
     def stage(self, tau: float) -> Stage:
         """The reduced equations of stages of a length tau, in seconds; raises as `_eliminated`."""
         matrix, known, by_S, by_known = self._eliminated(tau)
-        S, L, s_rows = self.columns, self.gone_columns, self.rows
+        S = self.columns
+        L = self.gone_columns
+        s_rows = self.rows
         outer = matrix[np.ix_(s_rows, L)]
         admittances = matrix[np.ix_(s_rows, S)] - outer @ by_S
         right = known[s_rows] - outer @ by_known
         # All unknowns, of those kept and of what is known: y = F y_S + H (z, q, u, 1)
-        F, H = np.zeros((len(matrix), len(S))), np.zeros((len(matrix), known.shape[1]))
+        F = np.zeros((len(matrix), len(S)))
+        H = np.zeros((len(matrix), known.shape[1]))
         F[S, range(len(S))] = 1.0
-        F[L], H[L] = -by_S, by_known
+        F[L] = -by_S
+        H[L] = by_known
         read_out = np.vstack([self.Z, self.read, self.control])
         return Stage(admittances, right, np.hstack([read_out @ F, read_out @ H]))
 
@@ -124,7 +130,9 @@ class Reduction:
         Raises InputError where there is no solution.
         """
         matrix = self.matrix(tau)
-        S, L, l_rows = self.columns, self.gone_columns, self.gone_rows
+        S = self.columns
+        L = self.gone_columns
+        l_rows = self.gone_rows
         known = np.hstack(
             [
                 self.P / tau,

@@ -104,9 +104,11 @@ def _switch(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart])
         raise unserved(part, "has a negative hysteresis")
     if 0.0 in (model.values.get("ron"), model.values.get("roff")):
         raise InputError(f"{part.where} must have a model whose Ron and Roff are not 0")
-    closed, opened = 1.0 / model.values.get("ron", 1.0), 1.0 / model.values.get("roff", 1.0 / GMIN)
+    closed = 1.0 / model.values.get("ron", 1.0)
+    opened = 1.0 / model.values.get("roff", 1.0 / GMIN)
     row = system.across(*part.nodes[:2])
-    on, off = threshold + width, threshold - width
+    on = threshold + width
+    off = threshold - width
     # ngspice begins with all voltages at 0
     closed_at_first = on < 0.0 or (off <= 0.0 and part.word == "on")
     system.switches.append(Switch(control, on, off, closed_at_first))
@@ -129,7 +131,8 @@ def _diode(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) 
     anode = behind(system, anode, f"{part.name}#internal", known("rs") / area)
     saturation, emission = diode_law(part)
     thermal = emission * junctions.THERMAL
-    breakdown, reverse = math.inf, known("nbv", default=known("n", default=1.0)) * junctions.THERMAL
+    breakdown = math.inf
+    reverse = known("nbv", default=known("n", default=1.0)) * junctions.THERMAL
     if "bv" in model.values:
         ibv = known("ibv", default=1e-3) * part.multiplicity  # not times the area, at level 1
         breakdown = junctions.breakdown_voltage(saturation, reverse, model.values["bv"], ibv)

@@ -77,7 +77,9 @@ def position_at(t, x, x1, wall, first, h):
 @inlined
 def stage(c, level, s, u, y, switches, after, voltages, r, work):
     """Make one stage: from the charges s to those ``after`` it, with the voltages y changed; iterations, or -1."""
-    n, many, rows = c.n, c.ns, c.nz + N_VOLTAGES + c.switches
+    n = c.n
+    many = c.ns
+    rows = c.nz + N_VOLTAGES + c.switches
     R = carray(pointer(c.R_at + 8 * level * n * (many + 2)), (n, many + 2))
     O = carray(pointer(c.O_at + 8 * level * rows * (n + many + 2)), (rows, n + many + 2))  # noqa: E741
     for i in range(n):
@@ -155,7 +157,12 @@ def step(c, level, s, u, y, switches, sizes, room, volts, thresholds):
     The charges at its end are in the second row of ``room``, what is told in the fourth.  The third number is below 0
     where a stage does not converge: what the solver returned.
     """
-    middle, end, new, r, work, between = room[0], room[1], room[3], room[4], room[5], room[6]
+    middle = room[0]
+    end = room[1]
+    new = room[3]
+    r = room[4]
+    work = room[5]
+    between = room[6]
     iterations = stage(c, level, s, u, y, switches, middle, new, r, work)
     if iterations < 0:
         return NEVER, 0.0, iterations
@@ -187,7 +194,8 @@ def logged(c, seconds, state, whole):
     """
     if c.log_at == 0 or whole == 0:
         return
-    head, width = carray(pointer(c.log_at), 2), 1 + c.ns + c.n + c.switches
+    head = carray(pointer(c.log_at), 2)
+    width = 1 + c.ns + c.n + c.switches
     if head[0] < head[1]:
         row = carray(pointer(c.log_at + 8 * (2 + int(head[0]) * width)), width)
         row[0] = seconds
@@ -206,20 +214,32 @@ def follow(circuit_at, state_at, room_at, x, x1, wall, first, h, whole):
     failed, of any drift.
     """
     c = carray(circuit_at, 1)[0]
-    ns, n, nz = c.ns, c.n, c.nz
+    ns = c.ns
+    n = c.n
+    nz = c.nz
     length = ns + n + c.switches + nz + 1 + N_VOLTAGES + c.switches + DID
     longest = max(length, n * n + n)
-    state, room = carray(state_at, length), carray(room_at, (ROOMS, longest))
-    s, y, switches = state[:ns], state[ns : ns + n], state[ns + n : ns + n + c.switches]
+    state = carray(state_at, length)
+    room = carray(room_at, (ROOMS, longest))
+    s = state[:ns]
+    y = state[ns : ns + n]
+    switches = state[ns + n : ns + n + c.switches]
     begin = ns + n + c.switches
-    sizes, voltages = state[begin : begin + nz + 1], state[begin + nz + 1 : length - DID]
-    end, trial, new = room[1], room[2], room[3]
+    sizes = state[begin : begin + nz + 1]
+    voltages = state[begin + nz + 1 : length - DID]
+    end = room[1]
+    trial = room[2]
+    new = room[3]
     volts = carray(pointer(c.volts_at), nz)
     thresholds = carray(pointer(c.thresholds_at), (2, c.switches))
     finest = 1 << (LEVELS - 1)
     total = finest if whole != 0 else finest // 2
     level = max(int(sizes[nz]), 0 if whole != 0 else 1)
-    at, square, steps, failed, unit = 0, 0.0, 0, 0, h / total
+    at = 0
+    square = 0.0
+    steps = 0
+    failed = 0
+    unit = h / total
     before = position_at(0.0, x, x1, wall, first, h)
     while at < total:
         size = finest >> level
@@ -260,5 +280,7 @@ def follow(circuit_at, state_at, room_at, x, x1, wall, first, h, whole):
         if error < 0.04:
             level = max(level - (2 if error < 0.0025 else 1), 0)
     sizes[nz] = level
-    state[length - DID], state[length - DID + 1], state[length - DID + 2] = square, steps, failed
+    state[length - DID] = square
+    state[length - DID + 1] = steps
+    state[length - DID + 2] = failed
     return steps

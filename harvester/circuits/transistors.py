@@ -172,8 +172,10 @@ _SIDES = {
 
 def bipolar(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) -> None:
     """Add a bipolar transistor of Gummel and Poon."""
-    model, area = model_of(part, ("npn", "pnp"), _BIPOLAR), area_of(part)
-    known, p_type = model.value, model.kind == "pnp"
+    model = model_of(part, ("npn", "pnp"), _BIPOLAR)
+    area = area_of(part)
+    known = model.value
+    p_type = model.kind == "pnp"
     nodes = zip("cbe", part.nodes[:3], strict=True)
     if {"areab", "areac"} & part.options.keys():
         raise unserved(part, "has an area of its base or collector")
@@ -186,7 +188,8 @@ def bipolar(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart])
     names: dict[str, float | Node] = {}
     for (pair, side), name in zip(_SIDES.items(), "fr", strict=True):
         names[pair], names[name] = _base_junction(part, system, model, rows[pair], side, area)
-    share, outer = known("xcjc", default=1.0), _across(system, part.nodes[1], c, p_type)
+    share = known("xcjc", default=1.0)
+    outer = _across(system, part.nodes[1], c, p_type)
     if share < 1.0 and outer:
         limits = Junction(known("nr", default=1.0) * THERMAL, 0.0)
         add_junction(
@@ -224,10 +227,8 @@ def _base_junction(
     # by which ngspice multiplies Is twice there
     again = part.options.get("area", 1.0) if side.letter == "c" else 1.0
     saturation = known("is", default=1e-16) * area * again
-    thermal, gain = (
-        known(f"n{side.direction}", default=1.0) * THERMAL,
-        known(side.gain, default=side.usual_gain),
-    )
+    thermal = known(f"n{side.direction}", default=1.0) * THERMAL
+    gain = known(side.gain, default=side.usual_gain)
     inside = known("xcjc", default=1.0) if side.letter == "c" else 1.0
     v = system.input(row, Junction(thermal, saturation))
     system.add_leak(row, GMIN / gain)
@@ -250,7 +251,9 @@ def mosfet(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) 
     if len(part.nodes) < 4:
         raise unserved(part, "has a model of the type vdmos, a vertical MOSFET")
     model = model_of(part, ("nmos", "pmos"), _MOSFET)
-    known, p_type, options = model.value, model.kind == "pmos", part.options
+    known = model.value
+    p_type = model.kind == "pmos"
+    options = part.options
     many, width = options.get("m", 1.0), options.get("w", 1e-4)
     length = options.get("l", 1e-4) - 2.0 * known("ld")
     if not min(many, width, length) > 0.0:
@@ -260,7 +263,9 @@ def mosfet(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) 
         behind(system, node, f"{part.name}#{pin}", known(f"r{pin}") / many)
         for node, pin in ((d, "d"), (s, "s"))
     )
-    phi, sign, gamma = known("phi", default=0.6), -1.0 if p_type else 1.0, known("gamma")
+    phi = known("phi", default=0.6)
+    sign = -1.0 if p_type else 1.0
+    gamma = known("gamma")
     bulk = Junction(THERMAL, known("is", default=1e-14) * many)
     shape = known("pb", default=0.8), known("mj", default=0.5), known("fc", default=0.5)
     names: dict[str, float | Node] = {
@@ -283,17 +288,17 @@ def mosfet(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) 
 
 def jfet(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) -> None:
     """Add a JFET of Shichman and Hodges."""
-    model, area = model_of(part, ("njf", "pjf"), _JFET), area_of(part)
-    known, p_type = model.value, model.kind == "pjf"
+    model = model_of(part, ("njf", "pjf"), _JFET)
+    area = area_of(part)
+    known = model.value
+    p_type = model.kind == "pjf"
     d, g, s = part.nodes[:3]
     d, s = (
         behind(system, node, f"{part.name}#{pin}", known(f"r{pin}") / area)
         for node, pin in ((d, "d"), (s, "s"))
     )
-    gate, shape = (
-        Junction(THERMAL, known("is", default=1e-14) * area),
-        (known("pb", default=1.0), 0.5),
-    )
+    gate = Junction(THERMAL, known("is", default=1e-14) * area)
+    shape = (known("pb", default=1.0), 0.5)
     for pin, node in (("d", d), ("s", s)):
         layer = Layer(known(f"cg{pin}") * area, *shape, known("fc", default=0.5))
         add_junction(system, _across(system, g, node, p_type), gate, layer)

@@ -34,7 +34,8 @@ def compare(output: Output, lifetime: str | None, engines: tuple[str, ...], **op
     from harvester.studies import compare as study
     from harvester.studies.extremes.extremes import check_extremes, extremes_both_ways
 
-    scene, seed = output.scene, options["seed"]
+    scene = output.scene
+    seed = options["seed"]
     if lifetime is not None:
         check_extremes(scene, lifetime)
     with Bar("compare", shorter=EFFORT) as bar:

@@ -56,7 +56,8 @@ def naming(file: str) -> Iterator[None]:
     try:
         yield
     except InputError as error:
-        name, text = shown(Path(file).name), str(error)
+        name = shown(Path(file).name)
+        text = str(error)
         if Path(file).name in text:
             raise
         raise type(error)(text.replace("FILE", f"FILE {name}", 1)) from None

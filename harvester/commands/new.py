@@ -175,7 +175,8 @@ def next_lines(problem: "Problem", file: str, facts: dict[str, Any]) -> list[str
     """What to type next, given what is known of the scene: what is missing first."""
     from harvester.devices.best_load import NEAR, load_range
 
-    load, eqs = problem.scene.load, problem.equations
+    load = problem.scene.load
+    eqs = problem.equations
     if not problem.equations.is_shaken:
         return [
             "harvester keys excitation   (what may shake the base: add one to the scene, or new --force)"
@@ -184,8 +185,10 @@ def next_lines(problem: "Problem", file: str, facts: dict[str, Any]) -> list[str
         return [_optimise(problem, file)]
     if eqs.drive is not None and load.netlist is None:
         f0 = problem.scales.frequency / (2.0 * math.pi)
-        low, high = 0.7 * f0, 1.3 * f0 * math.sqrt(1.0 + (eqs.beta or 0.0))
-        count, drive = 61, f0 * (eqs.drive_frequency or 1.0)
+        low = 0.7 * f0
+        high = 1.3 * f0 * math.sqrt(1.0 + (eqs.beta or 0.0))
+        count = 61
+        drive = f0 * (eqs.drive_frequency or 1.0)
         if (
             not low <= drive <= high
         ):  # both the resonance and the drive, as closely as the resonance alone
@@ -194,7 +197,8 @@ def next_lines(problem: "Problem", file: str, facts: dict[str, Any]) -> list[str
             low, high = wide
         sweep = f"harvester response {file} --sweep {low:.3g}Hz:{high:.3g}Hz:{count} --out response"
         return [f"harvester run {file}", sweep]
-    run, best = f"harvester run {file} --within 1%", facts.get("best_load")
+    run = f"harvester run {file} --within 1%"
+    best = facts.get("best_load")
     if best is not None and best["share"] < NEAR:
         return [run, _optimise(problem, file)]
     low, high = load_range(problem)

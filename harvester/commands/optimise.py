@@ -85,8 +85,11 @@ def optimise(
     from harvester.studies.optimum import optimise as study
     from harvester.studies.optimum.ranges import varied
 
-    scene, objective, points = output.scene, _objective_of(options), options.pop("points")
-    kind, circuits = study.kind_of_search(**objective), varied(objective["vary"])[0]
+    scene = output.scene
+    objective = _objective_of(options)
+    points = options.pop("points")
+    kind = study.kind_of_search(**objective)
+    circuits = varied(objective["vary"])[0]
     which: Any
     if kind == "devices":
         which = selection.engine(engine or formula(Problem(scene)).NAME, within=within, **options)

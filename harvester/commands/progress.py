@@ -41,13 +41,11 @@ class Bar(tqdm):  # type: ignore[misc]
         budget: float | None = None,
         enough: float = ENOUGH,
     ) -> None:
-        self.what, self.at_most, self.shorter, self.budget, self.enough = (
-            what,
-            at_most,
-            shorter,
-            budget,
-            enough,
-        )
+        self.what = what
+        self.at_most = at_most
+        self.shorter = shorter
+        self.budget = budget
+        self.enough = enough
         self.first: tuple[float, float] | None = None  # time and fraction of the first report
         self.begun = time.monotonic()
         self.last = (self.begun, 0.0)
@@ -77,7 +75,8 @@ class Bar(tqdm):  # type: ignore[misc]
     @property
     def format_dict(self) -> dict[str, Any]:
         """What the bar's format may name: tqdm's own and ``left``, the time left."""
-        left, seconds = "?", self.seconds
+        left = "?"
+        seconds = self.seconds
         if seconds is not None:
             now = time.monotonic()
             rest = max(seconds - (now - self.last[0]), self._overdue(now), 1.0)
@@ -97,7 +96,9 @@ class Bar(tqdm):  # type: ignore[misc]
         """Show the fraction done and ``what`` is at work; the rest is taken to go on at the same rate."""
         now = time.monotonic()
         if self.first is None or fraction < self.last[1]:  # all began anew, at another step
-            self.first, self.seconds, self.stride = (now, fraction), None, 0.0
+            self.first = (now, fraction)
+            self.seconds = None
+            self.stride = 0.0
         elif fraction > self.first[1]:
             self.seconds = (1.0 - fraction) * (now - self.first[0]) / (fraction - self.first[1])
             self.stride = max(self.stride, fraction - self.last[1])
@@ -107,7 +108,9 @@ class Bar(tqdm):  # type: ignore[misc]
 
     def expect(self, seconds: float) -> None:
         """Go by the clock from now on: a pilot states that the work takes about so many seconds."""
-        self.seconds, self.by_clock, self.bar_format = seconds, True, FORMAT
+        self.seconds = seconds
+        self.by_clock = True
+        self.bar_format = FORMAT
         self._show(0.0, "")
 
     def announce(self, seconds: float) -> None:
@@ -161,7 +164,8 @@ class Bar(tqdm):  # type: ignore[misc]
         if hasattr(self, "ended"):
             self.ended.set()
         if self.others is not None:
-            sys.stderr, self.others = self.others, None
+            sys.stderr = self.others
+            self.others = None
         super().close()
 
     def __enter__(self) -> Self:
@@ -170,7 +174,8 @@ class Bar(tqdm):  # type: ignore[misc]
         ):  # notices stand above the bar, not in its line
             from tqdm.contrib import DummyTqdmFile  # which loads asyncio
 
-            self.others, sys.stderr = sys.stderr, DummyTqdmFile(sys.stderr)
+            self.others = sys.stderr
+            sys.stderr = DummyTqdmFile(sys.stderr)
         return self
 
 
@@ -201,11 +206,9 @@ class RowsBar(Bar):
 
     def start(self, total: int | None = None, what: str = "", done: int = 0) -> None:
         """Begin so many rows of an engine, of which some are done by an earlier run."""
-        self.rows_of[what], self.left_of[what], self.seconds_of[what] = (
-            total or 0,
-            (total or 0) - done,
-            0.0,
-        )
+        self.rows_of[what] = total or 0
+        self.left_of[what] = (total or 0) - done
+        self.seconds_of[what] = 0.0
         self.done_of[what] = -1 if self.warms_up else 0
         if done:
             self._count(what)
@@ -233,7 +236,8 @@ class RowsBar(Bar):
 
     def _count(self, engine: str) -> None:
         """Show how many rows there are of all, and of this engine."""
-        done, of = self.rows_of[engine] - self.left_of[engine], self.rows_of[engine]
+        done = self.rows_of[engine] - self.left_of[engine]
+        of = self.rows_of[engine]
         rows = max(sum(self.rows_of.values()), 1)
         self._show(1.0 - sum(self.left_of.values()) / rows, f"{engine} {done} of {of}".strip())
 

@@ -103,10 +103,12 @@ def _charge(
         device, new_drive(device, noise, shaking=shaking, start=start), deadline
     )
     if device.probes:
-        t, u = drive.series["time"], values_of(device.probes[0], drive)
+        t = drive.series["time"]
+        u = values_of(device.probes[0], drive)
     else:
         reading_times = drive.path().t / device.scales.frequency
-        t, u = np.append(0.0, reading_times), np.append(0.0, drive.charge)
+        t = np.append(0.0, reading_times)
+        u = np.append(0.0, drive.charge)
     passages = first_passages(t, u, levels)
     return ChargeRun(
         passages, np.interp(times, t, u), int(drive.state[0].accepted), drive.smoothing

@@ -62,7 +62,8 @@ COMES_BACK = 3e-3  # of the state's size, in the unbroken run
 SURE = 2.0  # times what is left as the last periods say it
 QUIET = 1.0 / 16.0  # of a period between a section and a turn of the motion, else it moves
 # a part of the motion by which it is pushed aside, and oscillations in which it must come back
-AWAY, TRIED = 0.02, 32
+AWAY = 0.02
+TRIED = 32
 
 
 class _Path:
@@ -73,13 +74,11 @@ class _Path:
 
     def __init__(self, device: CoupledDevice, phase: float, deadline: float, enough: float) -> None:
         device = dataclasses.replace(device, load=without_initial_conditions(device.load))
-        self.device, self.deadline, self.enough, self.steps, self.mass_steps = (
-            device,
-            deadline,
-            enough,
-            0,
-            0,
-        )
+        self.device = device
+        self.deadline = deadline
+        self.enough = enough
+        self.steps = 0
+        self.mass_steps = 0
         self.farads = 0.0  # of Csmooth
         self.known: list[Known] = []  # of the runs that ended
         period = device.eqs.shaking_period
@@ -100,13 +99,15 @@ class _Path:
 
         It keeps the nodes of so many kicks ``earlier``, too.
         """
-        device, s = self.device, self.device.scales
+        device = self.device
+        s = self.device.scales
         assert self.shaking is not None
         check_one_mode(device.eqs)
         at = np.arange(round(self.phase * self.size), round(self.phase * self.size) + n_steps + 1)
         voltage, stored = (section.nodes["p"], 0.0) if section.nodes else section.across
         start = section.x, section.v, voltage / s.volts, stored / s.volts
-        grid, covered = (device.h, stride or n_steps), (since - 0.5) * device.h
+        grid = (device.h, stride or n_steps)
+        covered = (since - 0.5) * device.h
         shaking = self.shaking[at % self.size]
         smooth = device.eqs.stop_stiffness is None
         given = (
@@ -132,7 +133,8 @@ class _Path:
             self.mass_steps + n_steps,
         )
         self.farads = drive.smoothing
-        (power, square, _), state = self.means(drive), drive.state[0]
+        (power, square, _) = self.means(drive)
+        state = drive.state[0]
         self.known.append((float(power), float(square), float(state.end - state.begin)))
         return CoupledState(
             float(drive.samples[-1, 0]), unkicked(drive, float(shaking[-1])), drive.nodes
@@ -140,7 +142,8 @@ class _Path:
 
     def means(self, drive: Drive) -> Floats:
         """Power of Rload (W) and mean square voltage (V^2) in a run, and the mean of x^2 + x'^2 in its last period."""
-        s, moved = drive.state[0], (drive.kicked[-self.size :, :2] ** 2).sum(axis=1).mean()
+        s = drive.state[0]
+        moved = (drive.kicked[-self.size :, :2] ** 2).sum(axis=1).mean()
         return np.append(
             np.array([s.load, s.square], dtype=np.float64) / float(s.end - s.begin), moved
         )
@@ -149,7 +152,8 @@ class _Path:
         self, section: CoupledState, turns: int, known: Secants | None = None, stale: float = STALE
     ) -> Settling:
         """The map of so many periods, on x, x' and the node voltages in units of the voltage scale."""
-        names, s = list(section.nodes), self.device.scales
+        names = list(section.nodes)
+        s = self.device.scales
 
         def turn(y: Floats) -> tuple[Floats, Floats]:
             after, drive = self.run(section_of(y, names, s.volts), turns * self.size)

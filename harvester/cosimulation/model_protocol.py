@@ -8,7 +8,8 @@ from typing import Any, Protocol
 
 from harvester.errors import InputError, invalid, shown
 
-NEEDED, EVENTS = ("drift", "kick", "source"), ("event", "jump")
+NEEDED = ("drift", "kick", "source")
+EVENTS = ("event", "jump")
 
 
 class Mechanics(Protocol):

@@ -98,7 +98,8 @@ def run_model(data: bytes) -> ModelRun:
     from harvester.cosimulation.ngspice.trial import checked_ngspice
 
     job: ModelJob = pickle.loads(data)
-    coil, piezo = isinstance(job.port, Coil), job.capacitance
+    coil = isinstance(job.port, Coil)
+    piezo = job.capacitance
     noise = np.random.default_rng(np.random.SeedSequence(job.seed)).standard_normal((job.steps, 2))
     start = np.array(job.start, dtype=np.float64)
     coefficients = coefficients_of(job.model) if job.compiled else np.empty(0)
@@ -147,11 +148,9 @@ def _deck(job: ModelJob, drive: ModelDrive) -> Any:
     """The circuit of a job."""
     from harvester.cosimulation.ngspice.deck import build_deck, coil_deck
 
-    times, (tolerance, volts), vectors = (
-        (job.h, drive.duration),
-        job.tolerances,
-        vectors_of(job.probes),
-    )
+    times = (job.h, drive.duration)
+    (tolerance, volts) = job.tolerances
+    vectors = vectors_of(job.probes)
     if isinstance(job.port, Coil):
         return coil_deck(
             job.load, job.port.resistance, job.port.inductance, times, volts, tolerance, vectors

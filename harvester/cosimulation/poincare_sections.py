@@ -75,7 +75,8 @@ def quiet_kick(velocity: Floats) -> tuple[int, int]:
 def unkicked(drive: Drive, a: float) -> float:
     """The velocity in the middle of a drive's last kick, where another drive begins; a kick is linear in it."""
     x, voltage, v = drive.samples[-1, [0, 1, 3]]
-    half, c = 0.5 * float(drive.state[0].h), drive.coefficients
+    half = 0.5 * float(drive.state[0].h)
+    c = drive.coefficients
     at_rest, at_speed = (
         interpreted(kick)(State(x, speed, voltage), 0.0, half, c, a) for speed in (0.0, 1.0)
     )

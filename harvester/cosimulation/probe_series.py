@@ -37,14 +37,16 @@ def means_of_probes(probes: Sequence[Probe], drive: Drive) -> Floats:
     Integrals over ngspice's accepted points by trapezoids, as those of the energy ledger: between
     the same two points. Not a number where the run ended before.
     """
-    s, times = drive.state[0], drive.series.get("time", np.empty(0))
+    s = drive.state[0]
+    times = drive.series.get("time", np.empty(0))
     if s.measuring != AFTER or not probes:
         return np.full((len(probes), 4), math.nan)
     here = slice(
         np.searchsorted(times, s.begin * (1.0 - 1e-12)),
         np.searchsorted(times, s.end * (1.0 + 1e-12)),
     )
-    t, rows = times[here], []
+    t = times[here]
+    rows = []
     for probe in probes:
         y = values_of(probe, drive)[here]
         means = [float(np.trapezoid(series, t)) / (t[-1] - t[0]) for series in (y, y * y)]

@@ -114,7 +114,8 @@ def new_drive(
 
     The energy ledger begins at the nondimensional time ``burn_in``; ``shaking`` as of `Drive`.
     """
-    scales, free = device.scales, not device.load.linear
+    scales = device.scales
+    free = not device.load.linear
     step = device.h, device.stride
     return Drive(
         device.eqs, scales.volts, scales.frequency, noise, *step, start, free, burn_in, shaking
@@ -139,7 +140,8 @@ def run_in_this_process(
     from harvester.cosimulation.ngspice.deck import build_deck
     from harvester.cosimulation.ngspice.trial import checked_ngspice
 
-    scales, vectors = device.scales, vectors_of(device.probes)
+    scales = device.scales
+    vectors = vectors_of(device.probes)
     x, _, voltage, charge = (scales.volts * quantity for quantity in drive.start[:4])
     whole = device.h / scales.frequency, drive.duration, (x, voltage, charge), scales.volts
     keeps = len(drive.start) == 4
@@ -170,10 +172,8 @@ def _measure(
     """The means of one trajectory, in this process; arguments as of `measure_in_workers`."""
     from harvester.circuits.compiled_circuit import CompiledCircuit
 
-    grid, shaken = (
-        gaussian_grid if device.gaussian else three_point_grid,
-        (device.eqs, device.h, n_steps),
-    )
+    grid = gaussian_grid if device.gaussian else three_point_grid
+    shaken = (device.eqs, device.h, n_steps)
     noise = coarsened(grid(seed, 2 * n_steps)) if device.coarse else grid(seed, n_steps)
     shaking = (coarse_forcing if device.coarse else forcing)(
         *shaken, np.random.default_rng(child(seed, 1))

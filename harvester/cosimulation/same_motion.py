@@ -95,7 +95,8 @@ def same_motion_means(
     after impacts.  Arguments as of `harvester.cosimulation.runs.measure_in_workers`; raises as
     `harvester.cosimulation.runs.run_in_this_process`.
     """
-    circuit, noise = device.ideal, three_point_grid(seed, n_steps)
+    circuit = device.ideal
+    noise = three_point_grid(seed, n_steps)
     assert isinstance(circuit, CompiledCircuit), "of a compiled circuit"
     shaking = forcing(device.eqs, device.h, n_steps, np.random.default_rng(child(seed, 1)))
     reference = circuit.trace(device.eqs, noise, device.h, 1, start[:2], start[4], shaking)

@@ -40,7 +40,8 @@ def adjoint(factors: Factors, right: Floats) -> Floats:
     def from_above(z: Floats) -> Floats:
         q = np.zeros(z.shape)
         for group, chain in reversed(factors.chains):
-            here, k = slice(group[0], group[-1] + 1), group[-1]
+            here = slice(group[0], group[-1] + 1)
+            k = group[-1]
             remainder = z[here].copy()
             remainder[-1] -= form.to_lower(q, k)
             q[here] = chain.solve_transposed(remainder)
@@ -67,7 +68,9 @@ def gradient(
     ``solution`` is the density in a setting; the error of a gradient is seen by that on another
     mesh.
     """
-    form, p, mean = solution.form, solution.p, float(solution.means[index])
+    form = solution.form
+    p = solution.p
+    mean = float(solution.means[index])
     masses = np.zeros(form.shape)
     masses[0] = integrals(form)
     q = adjoint(solution.factors, functionals(eqs, form)[index].reshape(form.shape) - mean * masses)

@@ -63,10 +63,8 @@ def extent(
         if x is None:  # the mass is pressed on a stop further away
             continue
         energy = potential(eqs, frame, x)
-        first, last = (
-            int(np.argmax(energy <= below)),
-            len(x) - 1 - int(np.argmax(energy[::-1] <= above)),
-        )
+        first = int(np.argmax(energy <= below))
+        last = len(x) - 1 - int(np.argmax(energy[::-1] <= above))
         if (first == 0 and x[0] > low) or (last == len(x) - 1 and x[-1] < high):
             continue
         padded = np.concatenate([[np.inf], energy, [np.inf]])
@@ -81,8 +79,10 @@ def extent(
 
 def first_guess(eqs: Equations, tail: float) -> Setting:
     """A box and a frame from the balance of power of a mass that moves harmonically, without impacts."""
-    beta, mu = (eqs.beta or 0.0), eqs.mu
-    n1, n2 = heat(eqs), eqs.n2 or 0.0
+    beta = eqs.beta or 0.0
+    mu = eqs.mu
+    n1 = heat(eqs)
+    n2 = eqs.n2 or 0.0
     electrical = 0.0 if mu is None else beta * mu / (1.0 + mu**2)
     warmth = math.sqrt(n1)
     stiff = max(abs(eqs.spring[0]), 1e-3)
@@ -109,7 +109,8 @@ def settled(eqs: Equations, tail: float, pace: Pace | None = None) -> Setting:
     Raises SimulationError if they do not come to stand still, or where no answer would come in a
     budget.
     """
-    setting, pace = first_guess(eqs, tail), pace or Pace()
+    setting = first_guess(eqs, tail)
+    pace = pace or Pace()
     modes = 1 if eqs.mu is None else MODES
     for _ in range(ROUNDS):
         form = WeakForm(eqs, mesh(eqs, setting.box, RESOLUTIONS[0]), setting.frame, modes)

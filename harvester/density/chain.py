@@ -28,8 +28,11 @@ class Chain:
         pin: int | None,
         shift: complex = 0.0,
     ):
-        self.form, self.count = form, len(modes)
-        self.factors, self.inverses, self.reached = [], list[Any](), list[Any]()
+        self.form = form
+        self.count = len(modes)
+        self.factors = []
+        self.inverses = list[Any]()
+        self.reached = list[Any]()
         nx, nv = self.nodes = form.shape[2:]
         up, down = form.v_up, form.v_down
         ends = self.count, nx, nv
@@ -72,7 +75,9 @@ class Chain:
 
     def solve(self, right: Any) -> Any:
         """The density of A p = right, both of the shape (modes, x-elements, nodes in x, nodes in v)."""
-        p, y, count = np.empty_like(right), right.copy(), right.shape[1]
+        p = np.empty_like(right)
+        y = right.copy()
+        count = right.shape[1]
         for e in range(count):
             p[:, e] = self._of(e, y[:, e])
             if e + 1 < count:
@@ -84,7 +89,9 @@ class Chain:
 
     def solve_transposed(self, right: Any) -> Any:
         """The same with the transpose of A."""
-        p, y, count = np.empty_like(right), right.copy(), right.shape[1]
+        p = np.empty_like(right)
+        y = right.copy()
+        count = right.shape[1]
         for e in range(count):
             p[:, e] = self._of(e, y[:, e], 1)
             if e + 1 < count:

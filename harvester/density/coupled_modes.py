@@ -30,7 +30,8 @@ class Factors:
 
     def __post_init__(self) -> None:
         self.sweeps = 0
-        modes, most = self.form.modes, JOINT_MEMORY / self.form.modes
+        modes = self.form.modes
+        most = JOINT_MEMORY / self.form.modes
         self._factorise([range(k, k + 1) for k in range(modes)])
         self.can_join = (
             self.form.back_coupled
@@ -49,7 +50,8 @@ class Factors:
 
     def without_higher(self, right: Any) -> Any:
         """The solution in which no mode acts on a lower one of another chain."""
-        p, y = np.zeros_like(right), right.copy()
+        p = np.zeros_like(right)
+        y = right.copy()
         for group, chain in self.chains:
             k = group[0]
             if k:
@@ -73,7 +75,9 @@ class Factors:
 
         n = right.size
         operator = LinearOperator((n, n), matvec=preconditioned, dtype=right.dtype)
-        p, left, target = np.zeros_like(right), right, RESIDUAL * np.abs(right).max()
+        p = np.zeros_like(right)
+        left = right
+        target = RESIDUAL * np.abs(right).max()
         for turn in range(REFINEMENTS):  # of what rounding left of the equations
             if self.is_joint:
                 p += self.without_higher(left)

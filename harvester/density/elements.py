@@ -89,7 +89,8 @@ def evaluated(breaks: Floats, degree: int, points: Floats) -> Floats:
     """The values of all shape functions of a continuous line at some points: shape (points, nodes of the line)."""
     count = len(breaks) - 1
     element = np.clip(np.searchsorted(breaks, points, side="right") - 1, 0, count - 1)
-    left, right = breaks[element], breaks[element + 1]
+    left = breaks[element]
+    right = breaks[element + 1]
     local = shape_values(degree, (2.0 * points - left - right) / (right - left))
     values = np.zeros((len(points), count * degree + 1))
     columns = element[:, None] * degree + np.arange(degree + 1)

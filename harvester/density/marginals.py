@@ -23,7 +23,9 @@ class Marginals:
 
     def __init__(self, form: WeakForm, p: Floats) -> None:
         # no further modes of coloured noise
-        self.form, self.p, mesh = form, p[..., : form.v_nodes], form.mesh
+        self.form = form
+        self.p = p[..., : form.v_nodes]
+        mesh = form.mesh
         self._whole = p
         self._x = quadrature(mesh.x_breaks, mesh.degree, mesh.degree + 3)
         self._over_v = form.over_v(form.v_mass)[: form.v_nodes]
@@ -62,10 +64,11 @@ class Marginals:
         grid = np.linspace(-WIDEST, WIDEST, 200 * int(WIDEST) + 1)
         modal = self._x.weights.ravel() @ self._in_voltage(grid * spread)
         scaled = voltage / spread
-        (seen, seen_before), (made, made_before) = (
-            [np.exp(-0.5 * scaled**2) / np.sqrt(2.0 * np.pi), np.zeros_like(scaled)],
-            [np.ones_like(grid), np.zeros_like(grid)],
-        )
+        (seen, seen_before) = [
+            np.exp(-0.5 * scaled**2) / np.sqrt(2.0 * np.pi),
+            np.zeros_like(scaled),
+        ]
+        (made, made_before) = [np.ones_like(grid), np.zeros_like(grid)]
         total: Floats = np.zeros_like(scaled)
         for k in range(terms or self.form.modes):
             total += float(modal @ made) * (grid[1] - grid[0]) * seen
@@ -89,7 +92,8 @@ class Marginals:
         """Values on the nodes in x, shape (elements, nodes, ...) at some places, shape (n, ...)."""
         breaks, degree = self.form.mesh.x_breaks, self.form.mesh.degree
         element = np.clip(np.searchsorted(breaks, x, side="right") - 1, 0, len(breaks) - 2)
-        left, right = breaks[element], breaks[element + 1]
+        left = breaks[element]
+        right = breaks[element + 1]
         local = shape_values(degree, (2.0 * x - left - right) / (right - left))
         inside = (x >= breaks[0]) & (x <= breaks[-1])
         return np.asarray(np.einsum("pn,pn...->p...", local * inside[:, None], values[element]))
@@ -101,9 +105,11 @@ class Marginals:
 
     def _in_voltage(self, voltage: Floats) -> Floats:
         """The sum of the modes at the Gauss points in x and some voltages, shape (m, n)."""
-        frame, x = self.form.frame, self._x.points.ravel()
+        frame = self.form.frame
+        x = self._x.points.ravel()
         z = (((1.0 - frame.slope) * x - frame.offset)[:, None] - voltage) / frame.scale
-        before, now = np.zeros_like(z), np.exp(-0.5 * z * z) / (np.sqrt(2.0 * np.pi) * frame.scale)
+        before = np.zeros_like(z)
+        now = np.exp(-0.5 * z * z) / (np.sqrt(2.0 * np.pi) * frame.scale)
         total = np.zeros_like(z)
         for k, mode in enumerate(self.p @ self._over_v):
             total += self._at(mode, x)[:, None] * now

@@ -25,7 +25,8 @@ class MomentWeights:
 
     def _integrated(self, weight: Floats) -> Floats:
         """The integrals of a weight times each shape function in v, and over coloured noise."""
-        degree, whole = self.form.mesh.degree, np.zeros(self.form.shape[3])
+        degree = self.form.mesh.degree
+        whole = np.zeros(self.form.shape[3])
         for e, part in enumerate((self._across.weights * weight) @ self._across.values):
             whole[e * degree : (e + 1) * degree + 1] += part
         return whole
@@ -45,7 +46,9 @@ class MomentWeights:
     def mean(self, x: int = 0, v: int = 0, y: int = 0) -> Floats:
         """The weights of E[x^x v^v y^y], y at most 2."""
         frame = self.form.frame
-        a, m, s = frame.slope, frame.offset, frame.scale
+        a = frame.slope
+        m = frame.offset
+        s = frame.scale
         if self.form.modes == 1:
             assert y == 0, "y is not known"
         if y == 0:

@@ -27,9 +27,11 @@ from harvester.presentation.diagnostic import refusal
 LIGHTEST, SAFETY = 12.0, 1.3
 WIDER = 0.2  # the share by which a box is made larger to see what it leaves out
 TAILS = (20.0, 25.0, 30.0, 36.0)  # energies of the box's ends, in those of the motion
-MODES, NOISE_MODES = (6, 8, 10, 12, 16, 20, 26), (5, 7, 9, 11, 13)
+MODES = (6, 8, 10, 12, 16, 20, 26)
+NOISE_MODES = (5, 7, 9, 11, 13)
 # share of an error that a larger box leaves, at most; place of the finest mesh
-NO_BETTER, FINEST_PROBE = 0.3, 2
+NO_BETTER = 0.3
+FINEST_PROBE = 2
 MOST_MEMORY = 2e9  # bytes of the factors of all modes, of which two meshes are held at once
 MORE = 2.5  # bytes of the next mesh, or of more modes, in those of the last solution, at least
 HALF_WAY = 0.4  # of the time, roughly, when box and modes of coloured noise are known
@@ -121,9 +123,13 @@ def probed(eqs: Equations, within: float, resolution: int, pace: Pace) -> Probed
     """
     # so few are exact where the voltage does not act on the mass
     few = 1 if eqs.mu is None else 0 if eqs.beta else 3
-    tails, counts = iter(TAILS), iter([few] if few else MODES)
-    setting, modes = settled(eqs, next(tails), pace), next(counts)
-    box_error, fewer, off = math.inf, None, None
+    tails = iter(TAILS)
+    counts = iter([few] if few else MODES)
+    setting = settled(eqs, next(tails), pace)
+    modes = next(counts)
+    box_error = math.inf
+    fewer = None
+    off = None
     while True:
         on = mesh(eqs, setting.box, RESOLUTIONS[resolution])
         base = solution(eqs, setting, on, modes, pace)
@@ -134,7 +140,8 @@ def probed(eqs: Equations, within: float, resolution: int, pace: Pace) -> Probed
             off = np.abs(base.means - wider.means)
         probe = Probed(setting, modes, np.abs(base.means - fewer.means), off, base)
         room = 0.25 * within * abs(float(base.means[0]))
-        more, tail = modes, None
+        more = modes
+        tail = None
         if probe.modes_error[0] > room:
             more = next(counts, modes)
         if off[0] > room:
@@ -145,7 +152,8 @@ def probed(eqs: Equations, within: float, resolution: int, pace: Pace) -> Probed
         if (more == modes and tail is None) or too_many or pace.is_late(MORE * base.form.memory):
             return probe
         fewer, off = _still_valid(base, more, off, room)
-        modes, setting = more, setting if tail is None else settled(eqs, tail)
+        modes = more
+        setting = setting if tail is None else settled(eqs, tail)
 
 
 def _coloured(eqs: Equations, probe: Probed, within: float, pace: Pace) -> Answer:
@@ -153,15 +161,14 @@ def _coloured(eqs: Equations, probe: Probed, within: float, pace: Pace) -> Answe
 
     So no solution has both the finer mesh, that tells the error, and many modes.
     """
-    base, off = probe.coarse, np.empty(0)
+    base = probe.coarse
+    off = np.empty(0)
     for resolution in RESOLUTIONS[1:]:
         finer = solution(
             eqs, probe.setting, mesh(eqs, probe.setting.box, resolution), probe.modes, pace
         )
-        mesh_error, room = (
-            np.abs(finer.means - base.means),
-            0.25 * within * abs(float(base.means[0])),
-        )
+        mesh_error = np.abs(finer.means - base.means)
+        room = 0.25 * within * abs(float(base.means[0]))
         if (
             mesh_error[0] <= room
             or pace.is_late(MORE * finer.form.memory)
@@ -169,13 +176,15 @@ def _coloured(eqs: Equations, probe: Probed, within: float, pace: Pace) -> Answe
         ):
             break
         base = finer
-    setting, best = probe.setting, base
+    setting = probe.setting
+    best = base
     for count in NOISE_MODES:
         memory = base.form.memory * (count / setting.frame.noise_modes) ** 2
         if best is not base and (off[0] <= room or memory > MOST_MEMORY or pace.is_late(memory)):
             break
         setting = replace(setting, frame=replace(setting.frame, noise_modes=count))
-        before, best = best, solution(eqs, setting, base.form.mesh, probe.modes, pace)
+        before = best
+        best = solution(eqs, setting, base.form.mesh, probe.modes, pace)
         off = np.abs(best.means - before.means)
     return Answer(
         best.means, mesh_error, probe.modes_error + off, probe.box_error, best, finer, setting
@@ -228,7 +237,8 @@ def refined(
         coarse = solution(
             eqs, probe.setting, mesh(eqs, probe.setting.box, RESOLUTIONS[0]), probe.modes
         )
-    best, first = None, 0.0
+    best = None
+    first = 0.0
     for resolution in range(1, len(RESOLUTIONS)):
         on = mesh(eqs, probe.setting.box, RESOLUTIONS[resolution])
         if best is not None and (
@@ -240,7 +250,8 @@ def refined(
         best = Answer(
             finer.means, off, probe.modes_error, probe.box_error, finer, coarse, probe.setting
         )
-        coarse, first = finer, first or best.share
+        coarse = finer
+        first = first or best.share
         report(
             min(max(math.log(first / best.share), 0.1) / max(math.log(first / within), 0.1), 1.0)
         )

@@ -32,7 +32,8 @@ from harvester.machine.cores import one_blas_thread
 from harvester.presentation.diagnostic import refusal
 
 # of inverse iteration, and the relative change of the decay at which it ends
-ROUNDS, STILL = 60, 1e-7
+ROUNDS = 60
+STILL = 1e-7
 
 
 @one_blas_thread
@@ -42,7 +43,9 @@ def slowest_decay(solution: Solution) -> tuple[float, Any]:
     By inverse iteration from the sign of x - E[x].  Raises SimulationError if that does not end: the slowest is no
     single, real rate.
     """
-    form, factors, stationary = solution.form, solution.factors, solution.p
+    form = solution.form
+    factors = solution.factors
+    stationary = solution.p
     masses = integrals(form)
     middle = value(MomentWeights(form).of(1, 0), stationary)
     centres = 0.5 * (form.mesh.x_breaks[1:] + form.mesh.x_breaks[:-1])
@@ -68,18 +71,22 @@ def first_passage(form: WeakForm, x: float) -> float:
 
         u = t + s (1 - F(t))/F(s).
     """
-    factors, masses, loss = Factors(form, pinned(form, x)), integrals(form), form.loss()
+    factors = Factors(form, pinned(form, x))
+    masses = integrals(form)
+    loss = form.loss()
     right = np.zeros(form.shape)
     right[0, factors.pin] = factors.chains[0][1].integrals(factors.pin or 0)
     s = factors.solve(right)
-    q, before = s / np.vdot(masses, s[0]), np.inf
+    q = s / np.vdot(masses, s[0])
+    before = np.inf
     for _ in range(ROUNDS):
         t = factors.solve(-form.mass(q))
         u = t + s * (1.0 - np.vdot(loss, t[0])) / np.vdot(loss, s[0])
         rate = 1.0 / float(np.vdot(masses, u[0]))
         if abs(rate - before) <= STILL * abs(rate):
             return rate
-        before, q = rate, u * rate
+        before = rate
+        q = u * rate
     raise SimulationError(refusal("density_without_slow_decay"))
 
 

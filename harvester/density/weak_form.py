@@ -80,7 +80,10 @@ class WeakForm:
         lost: tuple[bool, bool] = (False, False),
     ) -> None:
         self.lost = lost
-        self.mesh, self.frame, self.modes, self.mu = mesh, frame, modes, eqs.mu or 0.0
+        self.mesh = mesh
+        self.frame = frame
+        self.modes = modes
+        self.mu = eqs.mu or 0.0
         beta = 0.0 if eqs.mu is None else eqs.beta or 0.0
         self.lift = beta * frame.scale
         self.back_coupled = self.lift != 0.0 and modes > 1
@@ -101,7 +104,9 @@ class WeakForm:
     def _across(self, eqs: Equations) -> None:
         mesh = self.mesh
         across = quadrature(mesh.v_breaks, mesh.degree, mesh.degree + 2)
-        v, w, values = across.points, across.weights, across.values
+        v = across.points
+        w = across.weights
+        values = across.values
         up = joined(products(w * np.maximum(v, 0.0), values, values))
         down = joined(products(w * np.minimum(v, 0.0), values, values))
         self.v_mass = joined(products(w, values, values))
@@ -113,7 +118,8 @@ class WeakForm:
         at_low = 1.0 if eqs.restitution is None else eqs.restitution
         at_high = 1.0 if eqs.opposite_restitution is None else eqs.opposite_restitution
         # The end of a box where no stop is gives back what leaves it, with the speed turned round.
-        self.low_end, self.high_end = down, -up
+        self.low_end = down
+        self.high_end = -up
         if not self.lost[0]:
             self.low_end = down + impact_flux(mesh.v_breaks, mesh.degree, at_low, -1.0)
         if not self.lost[1]:
@@ -185,7 +191,8 @@ class WeakForm:
         ``diagonal`` is its `diagonal_block`; the shape is (modes, nodes in x, nodes in v) twice,
         test functions first.
         """
-        mass, nodes = self.mass_block(element), self.shape[2:]
+        mass = self.mass_block(element)
+        nodes = self.shape[2:]
         block = np.zeros((len(modes), *nodes) * 2, complex if isinstance(shift, complex) else float)
         lift = self.lift * np.kron(self.x_mass[element], self.v_slope)
         drift = np.kron(self.x_drift[element], self.v_mass)
@@ -235,7 +242,8 @@ class WeakForm:
 
     def from_lower(self, p: Floats, j: int) -> Floats:
         """What the modes below make in mode j."""
-        root, before = np.sqrt(j), p[j - 1]
+        root = np.sqrt(j)
+        before = p[j - 1]
         made: Floats = root * (self.x_drift @ before @ self.v_mass.T)
         made -= root * self.tilt * (self.x_mass @ before @ (self.v_up + self.v_down).T)
         if self.lift:
@@ -256,7 +264,8 @@ class WeakForm:
         """The transpose of `from_lower`: what mode j receives from those above, in the adjoint equations."""
         received = np.zeros(q.shape[1:])
         if j + 1 < self.modes:
-            above, root = q[j + 1], np.sqrt(j + 1.0)
+            above = q[j + 1]
+            root = np.sqrt(j + 1.0)
             received += root * (self.x_drift @ above @ self.v_mass)
             received -= root * self.tilt * (self.x_mass @ above @ (self.v_up + self.v_down))
             if self.lift:

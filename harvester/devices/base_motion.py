@@ -50,7 +50,8 @@ def spacing(problem: Problem) -> float:
 
 def _periodic_and_white(problem: Problem) -> Iterator[str]:
     """The sources that a simulator draws itself: a harmonic drive, and white noise."""
-    excitation, step = problem.scene.excitation or Excitation(), spacing(problem)
+    excitation = problem.scene.excitation or Excitation()
+    step = spacing(problem)
     if excitation.acceleration_amplitude and excitation.frequency and excitation.profile is None:
         amplitude, frequency = excitation.acceleration_amplitude, excitation.frequency
         yield f"* Harmonic: {amplitude:.10g} m/s^2, {frequency:.10g} Hz; the mass is pushed by its opposite"
@@ -100,7 +101,8 @@ def _drawn(problem: Problem, duration: float, step: float, seed: int) -> tuple[F
 
 def _points(name: str, t: Floats, a: Floats) -> Iterator[str]:
     """A source through points, as lines of a netlist that continue each other; after the last one it is 0."""
-    t, a = np.append(t, 2.0 * t[-1] - t[-2]), np.append(a, 0.0)
+    t = np.append(t, 2.0 * t[-1] - t[-2])
+    a = np.append(a, 0.0)
     yield f"{name} {{}} PWL("
     for k in range(0, len(t), A_LINE):
         yield "+ " + " ".join(

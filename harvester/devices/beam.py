@@ -96,7 +96,10 @@ class Bending(NamedTuple):
 def lumped(beam: Beam, modes: int = 1) -> Lumped:
     """The values of a beam with so many modes; raises InputError for materials that are not known."""
     ceramic, plate = materials.piezo(beam.piezo), materials.substrate(beam.substrate)
-    b, hs, hp, length = beam.width, beam.substrate_thickness, beam.piezo_thickness, beam.length
+    b = beam.width
+    hs = beam.substrate_thickness
+    hp = beam.piezo_thickness
+    length = beam.length
     two = beam.layers == 2
     m = b * (plate.density * hs + beam.layers * ceramic.density * hp)
     # The neutral axis from the middle of the substrate: moved by one layer, not by two.
@@ -146,15 +149,16 @@ def _bendings(beam: Beam, m: float, bending: float, count: int) -> list[Bending]
     from scipy.optimize import brentq
 
     length = beam.length
-    tip, turning = (
-        beam.tip_mass / (m * length),
-        beam.tip_mass * (beam.tip_length**2 + beam.tip_height**2) / 12.0,
-    )
+    tip = beam.tip_mass / (m * length)
+    turning = beam.tip_mass * (beam.tip_length**2 + beam.tip_height**2) / 12.0
     inertia = turning / (m * length**3)
 
     def ends(k: float) -> "np.ndarray[tuple[int, int], np.dtype[np.float64]]":
         """Moment and shear at the end for cos - cosh and sin - sinh, without the factor of both."""
-        c, s, ch, sh = math.cos(k), math.sin(k), math.cosh(k), math.sinh(k)
+        c = math.cos(k)
+        s = math.sin(k)
+        ch = math.cosh(k)
+        sh = math.sinh(k)
         moment = [-(c + ch) + inertia * k**3 * (s + sh), -(s + sh) - inertia * k**3 * (c - ch)]
         shear = [s - sh + tip * k * (c - ch), -(c + ch) + tip * k * (s - sh)]
         return np.array([moment, shear])
@@ -171,10 +175,8 @@ def _bendings(beam: Beam, m: float, bending: float, count: int) -> list[Bending]
         slope = k / length * (-math.sin(k) - math.sinh(k) + ratio * (math.cos(k) - math.cosh(k)))
         square = length * quad(lambda u: shape(u) ** 2, 0.0, 1.0)[0]
         norm = 1.0 / math.sqrt(m * square + beam.tip_mass * shape(1.0) ** 2 + turning * slope**2)
-        sigma, norm = (
-            m * length * quad(shape, 0.0, 1.0)[0] + beam.tip_mass * shape(1.0),
-            math.copysign(norm, shape(1.0)),
-        )
+        sigma = m * length * quad(shape, 0.0, 1.0)[0] + beam.tip_mass * shape(1.0)
+        norm = math.copysign(norm, shape(1.0))
         w2 = k**4 * bending / (m * length**4)
         return Bending(k, w2, norm * sigma, norm * slope, norm * shape(1.0), norm)
 

@@ -52,7 +52,8 @@ def best_load(problem: Problem) -> BestLoad:
     Raises HarvesterError where the engine answers at no load, its first error.
     """
     step = math.log(10.0) / EACH
-    scene, middle = problem.scene, math.log(linear_best_load(problem))
+    scene = problem.scene
+    middle = math.log(linear_best_load(problem))
     answers = _powers(
         scene, [middle + step * k for k in range(-DECADES * EACH, DECADES * EACH + 1)]
     )

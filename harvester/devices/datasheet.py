@@ -29,7 +29,9 @@ class Field:
         return f"{self.question}.  {self.more}".rstrip()
 
 
-MASS, PIEZO, STOP = "Mass and spring (two of the first three)", "Piezo", "Stop (left out: none)"
+MASS = "Mass and spring (two of the first three)"
+PIEZO = "Piezo"
+STOP = "Stop (left out: none)"
 SHAKING, LOAD = "Shaking of the base", "Load"
 _FREQUENCY = "excitation.frequency"
 _STRAIN = "Largest strain of the piezo over the displacement (1/m), such as 2.5"

@@ -167,7 +167,8 @@ def _oscillator(values: dict[str, float], written: dict[str, float | str]) -> li
             values["stiffness"],
         )
     f = values.get("frequency", math.nan)
-    square, at = (2.0 * math.pi * f) ** 2, f"f_sc = {_hertz(f)}" if "frequency" in values else ""
+    square = (2.0 * math.pi * f) ** 2
+    at = f"f_sc = {_hertz(f)}" if "frequency" in values else ""
     if "mass" in values:
         mass = Entry("mass", written["mass"], "effective (modal) mass")
     else:
@@ -241,7 +242,8 @@ def _kind(name: str) -> Kind:
 
 def _as_written(name: str, text: str) -> float | str:
     """The text if a scene file reads the same number from it, else one with a prefix that does, else the number."""
-    kind, number = _kind(name), read(name, text)
+    kind = _kind(name)
+    number = read(name, text)
     if kind.unit == "":
         return number
     parts = split_unit(text)

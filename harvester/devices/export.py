@@ -170,17 +170,22 @@ def _head(problem: Problem, name: str) -> Iterator[str]:
 def _device(problem: Problem, name: str) -> Iterator[str]:
     """The subcircuit of mass, springs, dampers, stops and piezo."""
     scene, s = problem.scene, problem.scales
-    modal, metre = scene.modal, _unit(problem)[0]
-    mass, stiffness, damping = modal.mass, abs(modal.stiffness), modal.damping
+    modal = scene.modal
+    metre = _unit(problem)[0]
+    mass = modal.mass
+    stiffness = abs(modal.stiffness)
+    damping = modal.damping
     start = problem.equations.resting_places[0] * s.length
-    x, speed = f"({metre:.10g}*v(x))", "i(Vspeed)"
+    x = f"({metre:.10g}*v(x))"
+    speed = "i(Vspeed)"
     nodes = iter(range(1, 100))
     here = next(nodes)
 
     def ends() -> str:
         nonlocal here
         there = next(nodes)
-        pair, here = f"m{here} m{there}", there
+        pair = f"m{here} m{there}"
+        here = there
         return pair
 
     yield f".subckt {name} p n acc x"
@@ -235,7 +240,8 @@ def _stops(problem: Problem) -> Iterator[_Contact]:
     A linear contact that ends where it began keeps exp(-pi z/sqrt(1 - z^2)) of the speed, z its
     damping ratio.
     """
-    scene, modal = problem.scene, problem.scene.modal
+    scene = problem.scene
+    modal = problem.scene.modal
     mass = contact_mass(modal, scene.mode)
     for name, stop, side in (("stop", scene.stop, 1.0), ("opposite", scene.opposite_stop, -1.0)):
         if stop is None:

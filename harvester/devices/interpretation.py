@@ -63,7 +63,8 @@ def meaning(problem: Problem) -> Meaning:
 def _numbers(problem: Problem) -> tuple[tuple[str, float, str, str], ...]:
     """The scales and nondimensional numbers that the scene has."""
     s, eqs = problem.scales, problem.equations
-    beta, c = eqs.beta or 0.0, -(eqs.c1 or 0.0)
+    beta = eqs.beta or 0.0
+    c = -(eqs.c1 or 0.0)
     rows: list[tuple[str, float | None, str, str]] = [
         ("f0", s.frequency / (2.0 * math.pi), "Hz", "resonance in short circuit"),
         ("w0", s.frequency, "rad/s", "2 pi f0; 1/w0 is the unit of time"),
@@ -95,10 +96,13 @@ def _coupling(eqs: Equations) -> Finding:
     the mechanics do and takes the most that any load can, (mass acceleration)^2/(8 damping), with
     the acceleration's peak.
     """
-    c, beta = -(eqs.c1 or 0.0), eqs.beta or 0.0
+    c = -(eqs.c1 or 0.0)
+    beta = eqs.beta or 0.0
     if not c > 0.0:
         return [note("coupling_needs_damping", "coupling")], {}
-    merit, exact, share = beta / c, 2.0 * c + c * c, noise_share(beta, c)
+    merit = beta / c
+    exact = 2.0 * c + c * c
+    share = noise_share(beta, c)
     how = "strong" if beta >= exact else "medium" if share >= WEAK else "weak"
     facts = {
         "figure_of_merit": merit,
@@ -123,7 +127,8 @@ def _load(problem: Problem) -> Finding:
     nothing: dict[str, Any] = {"best_load": None}
     if problem.netlist is not None:
         return [], nothing
-    kind, shaken = formula(problem), problem.equations.is_shaken
+    kind = formula(problem)
+    shaken = problem.equations.is_shaken
     if not shaken:
         return [note("load_not_sought", "best load")], nothing
     if kind.refusal(problem) or (not kind.is_exact and "external_noise" not in problem.effects):
@@ -132,10 +137,8 @@ def _load(problem: Problem) -> Finding:
         optimum = best_load(problem)
     except HarvesterError as error:
         return [note("best_load_not_found", "best load", why=str(error))], nothing
-    power, present_load = (
-        optimum.power,
-        None if problem.scene.load is None else problem.scene.load.resistance,
-    )
+    power = optimum.power
+    present_load = None if problem.scene.load is None else problem.scene.load.resistance
     fact: dict[str, Any] = {
         "resistance": optimum.resistance,
         "near_from": optimum.low,

@@ -21,7 +21,9 @@ from harvester.presentation.diagnostic import Diagnostic, note, warning
 
 MISSES = 0.1  # of the largest power: below, the drive misses the resonance
 # frequencies looked at, over the resonance in short and in open circuit
-LOW, HIGH, POINTS = 0.5, 2.0, 4001
+LOW = 0.5
+HIGH = 2.0
+POINTS = 4001
 OFTEN, SELDOM = 0.1, 1e-3  # times per period
 
 
@@ -36,7 +38,9 @@ def variances(eqs: Equations) -> tuple[float, float] | None:
     at_one = white(eqs)
     if eqs.modes is None or not math.isfinite(at_one.x2):
         return eqs.n1 * at_one.x2, eqs.n1 * at_one.speed2
-    covariance, phi, n = stationary(eqs), np.array(eqs.modes.contact), eqs.modes.count
+    covariance = stationary(eqs)
+    phi = np.array(eqs.modes.contact)
+    n = eqs.modes.count
     return eqs.n1 * float(phi @ covariance[:n, :n] @ phi), eqs.n1 * float(
         phi @ covariance[n : 2 * n, n : 2 * n] @ phi
     )
@@ -102,7 +106,8 @@ def off_resonance(problem: Problem) -> tuple[list[Diagnostic], dict[str, Any]]:
     drive or damping, and where the spring has another linear part than 1 (two wells).
     """
     eqs = problem.equations
-    w, beta = eqs.drive_frequency, eqs.beta or 0.0
+    w = eqs.drive_frequency
+    beta = eqs.beta or 0.0
     if eqs.drive is None or w is None or eqs.linear is not None or not (eqs.c1 or 0.0) < 0.0:
         return [], {}
     resistor = eqs if eqs.mu is not None else replace(eqs, mu=math.sqrt(1.0 + beta))

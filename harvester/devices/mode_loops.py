@@ -27,7 +27,8 @@ def contact(modes: Sequence[Mode]) -> Iterator[str]:
 def loop(number: int, mode: Mode, metre: float, stops: Sequence[str]) -> Iterator[str]:
     """The lines of a mode; ``stops`` are the nodes of their forces, and 1 V of x is ``metre``."""
     w = 2.0 * math.pi * mode.frequency
-    damping, stiffness = 2.0 * (mode.damping_ratio or 0.0) * w * mode.mass, mode.mass * w * w
+    damping = 2.0 * (mode.damping_ratio or 0.0) * w * mode.mass
+    stiffness = mode.mass * w * w
     at = [f"k{number}{letter}" for letter in "abcdefgh"]
     here = iter(range(len(at)))
 

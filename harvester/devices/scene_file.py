@@ -39,7 +39,8 @@ def text(tables: Tables) -> str:
     lines += [_line(entry) for entry in tables[""]]
     words = {name: "a further mode of vibration" for name in tables if name.startswith("mode.")}
     for table, word in (TABLES | words).items():
-        entries, name = tables[table], "[[mode]]" if table in words else f"[{table}]"
+        entries = tables[table]
+        name = "[[mode]]" if table in words else f"[{table}]"
         lines += ["", _commented(name if entries else f"# {name}", word)]
         lines += [_line(entry) for entry in entries] or [
             f"# {example}" for example in EXAMPLES.get(table, [])
@@ -108,13 +109,15 @@ def _beside(entry: Entry, folder: Path, force: bool) -> Entry:
     """The entry of a load; that of a netlist with its path in the folder, into which it is copied from outside."""
     if entry.key != "netlist" or not is_path(name := str(entry.value)):
         return entry
-    path, folder = (folder / name).resolve(), folder.resolve()
+    path = (folder / name).resolve()
+    folder = folder.resolve()
     if not path.is_relative_to(folder):
         if any(line.where.rpartition(" line ")[0] != path.name for line in read_lines(path)):
             raise InputError(
                 f"`netlist` must be in the folder of FILE with all that it includes, but is {shown(name)}"
             )
-        content, copy = files.read(path, "`netlist`", MOST_BYTES), folder / path.name
+        content = files.read(path, "`netlist`", MOST_BYTES)
+        copy = folder / path.name
         if copy.exists() and not force and files.read(copy, "`netlist`", MOST_BYTES) != content:
             raise InputError(
                 f"`netlist` is copied to {shown(str(copy))}, which must be new, but is there: or `force`"

@@ -61,7 +61,8 @@ class Averaged(Formula):
         return solve_many
 
     def _estimate(self, problem: Problem, solution: Any, seconds: float) -> Estimate:
-        mean, exists = solution.mean_square_voltage, existence(problem, is_sampled=False)
+        mean = solution.mean_square_voltage
+        exists = existence(problem, is_sampled=False)
         bias = solution.bias
         if (free := free_orbits(problem.equations, solution)).any():
             bias = max(bias, float(free.sum()) * linear_error(problem.equations, solution, free))

@@ -50,7 +50,8 @@ class Cheapest(MonteCarloOptions, Engine):
 
     def run(self, scene: AnyScene, progress: Progress | None = None) -> Estimate:
         """The stationary mean square voltage and mean power of a scene."""
-        problem, within = Problem.of(scene), number(self.within)
+        problem = Problem.of(scene)
+        within = number(self.within)
         if within is None:
             raise InputError("`within` must be given where no engine is, but is left out")
         if problem.netlist is not None:

@@ -61,10 +61,13 @@ def steady_responses(
         fine = attractors(finer)
     except SimulationError:
         return ()
-    scale, positions, candidates = model.factor * problem.units.watts, sections(finer), []
+    scale = model.factor * problem.units.watts
+    positions = sections(finer)
+    candidates = []
     for attractor in fine:
         power = _power(attractor, rough, model.name).scaled(scale).with_unknown(unknown)
-        members, periods = attractor.members, attractor.turns or None
+        members = attractor.members
+        periods = attractor.turns or None
         middle = members[np.argsort(attractor.entries(model.name))[len(members) // 2]]
         x, v, voltage, stored, phase = map(float, positions[:, middle])
         response = SteadyResponse(

@@ -40,7 +40,8 @@ class CompiledPeriods:
     def value(self, name: str) -> Value:
         """The ``power`` (W), ``square`` (V^2) or ``displacement`` with its errors of step, settling and model."""
         values = [float(getattr(response, name)) for response in self.responses]
-        last, left = self.responses[-1], self.responses[-1].left[0 if name == "power" else 1]
+        last = self.responses[-1]
+        left = self.responses[-1].left[0 if name == "power" else 1]
         value, step = limit(values) if len(values) > 2 else (values[-1], None)
         bias = None if step is None else step + left * abs(last.power if name == "power" else value)
         if name not in self.differences:
@@ -64,7 +65,9 @@ def steady_answer(
     """
     from harvester.mechanics.kernels.compiled import compilation
 
-    within, begin, budget = number(options.within), time.perf_counter(), number(options.budget)
+    within = number(options.within)
+    begin = time.perf_counter()
+    budget = number(options.budget)
     with compilation() as compiling:
         periods = _periods(options, problem, near, within or WITHIN, progress)
     if periods is None:
@@ -78,7 +81,8 @@ def steady_answer(
         periods.differences = _differences(
             options, problem, periods.responses[0], time.monotonic() + patience
         )
-    last, power = periods.responses[-1], periods.value("power")
+    last = periods.responses[-1]
+    power = periods.value("power")
     details = {"step": last.path.h / problem.units.frequency, "response_periods": float(last.turns)}
     details |= motion_details(problem, periods.value, last)
     diagnostics = [
@@ -106,9 +110,11 @@ def _periods(
     from harvester.circuits.compiled_circuit import compiled_circuit
 
     assert problem.circuit is not None, "the engine serves netlists"
-    eqs, circuit = problem.equations, compiled_circuit(problem.circuit, problem.scales, TOLERANCE)
+    eqs = problem.equations
+    circuit = compiled_circuit(problem.circuit, problem.scales, TOLERANCE)
     h, halvings = steps_in_period(eqs, options.step(problem.units.frequency))
-    enough, periods = min(max(SETTLED * within, FINEST), ROUGHEST), CompiledPeriods()
+    enough = min(max(SETTLED * within, FINEST), ROUGHEST)
+    periods = CompiledPeriods()
     halvings = max(halvings, 2)
     for k in range(halvings + 1):
         if progress is not None:
@@ -116,7 +122,8 @@ def _periods(
         if (response := periodic_response(circuit, eqs, h / 2**k, enough, near)) is None:
             return None
         periods.responses.append(response)
-        near, power = response, periods.value("power")
+        near = response
+        power = periods.value("power")
         if k >= 2 and (power.bias or 0.0) <= within * abs(power.value):
             break
     return periods
@@ -149,10 +156,12 @@ def _origin(problem: Problem, response: "CircuitPeriod") -> "Origin":
     from harvester.mechanics.kernels.equation_of_motion import kick
 
     assert problem.circuit is not None, "the engine serves netlists"
-    path, c = response.path, coefficients(problem.equations)
+    path = response.path
+    c = coefficients(problem.equations)
     voltages = compiled_circuit(problem.circuit, problem.scales).voltages(response.state)
     assert path.shaking is not None, "the drive is steady"
-    voltage, a = float(path.samples[-1, 1]), float(path.shaking[-1])
+    voltage = float(path.samples[-1, 1])
+    a = float(path.shaking[-1])
     ends = [
         interpreted(kick)(State(response.x, speed, voltage), 0.0, 0.5 * path.h, c, a)
         for speed in (0.0, 1.0)

@@ -40,12 +40,11 @@ def sampled_paths(
     from harvester.mechanics.kernels.forcing import forcing
     from harvester.mechanics.kernels.noise import child, three_point_grid
 
-    eqs, h = problem.equations, pair.trajectories.h
+    eqs = problem.equations
+    h = pair.trajectories.h
     paths: list[CircuitPath] = []
-    n_steps, (_, starts) = (
-        math.ceil(AVERAGED / h),
-        settled_starts(pair, circuit.memory, AVERAGED, seed),
-    )
+    n_steps = math.ceil(AVERAGED / h)
+    (_, starts) = settled_starts(pair, circuit.memory, AVERAGED, seed)
     for root, start in zip(np.random.SeedSequence([seed, 6]).spawn(PATHS), starts, strict=False):
         shaking = forcing(eqs, h, n_steps, np.random.default_rng(child(root, 1)))
         given = eqs, three_point_grid(root, n_steps), h, 1, start[:2], start[4], shaking
@@ -100,18 +99,17 @@ def with_watched(
     """
     from harvester.circuits.probed_path import mean_powers, probed
 
-    watch, unit, rows, taken = (
-        watch_of(problem, probe, ledger),
-        problem.in_circuit("W"),
-        [],
-        dict[str, Floats](),
-    )
+    watch = watch_of(problem, probe, ledger)
+    unit = problem.in_circuit("W")
+    rows = []
+    taken = dict[str, Floats]()
     for path in paths:
         values = probed(circuit, path, watch.probes)
         rows.append(
             [values.mean(axis=1), (values**2).mean(axis=1), values.min(axis=1), values.max(axis=1)]
         )
-    means, window = np.array(rows), len(paths[0].samples) * paths[0].h / problem.units.frequency
+    means = np.array(rows)
+    window = len(paths[0].samples) * paths[0].h / problem.units.frequency
     seconds = len(paths[0].samples) * paths[0].h / problem.scales.frequency
     load = np.array([path.square[-1] for path in paths]) / (circuit.resistance * seconds * unit)
 
@@ -156,7 +154,8 @@ def check_watched(
         raise InputError(
             "`probe` and `ledger` must go with engine 'spice' for a device of several modes"
         )
-    eqs, h = problem.equations, 1e-3
+    eqs = problem.equations
+    h = 1e-3
     shaking = forcing(eqs, h, 1, np.random.default_rng(0))
     with compilation():
         path = circuit.trace(

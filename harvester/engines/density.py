@@ -31,7 +31,9 @@ if TYPE_CHECKING:
 
 # The relative error that is aimed at where none is asked for, that of coloured noise, and that at
 # many points.
-WITHIN, COLOURED, SWEPT = 1e-5, 1e-3, 1e-2
+WITHIN = 1e-5
+COLOURED = 1e-3
+SWEPT = 1e-2
 LONGEST = 120.0  # seconds of a budget under coloured noise, where none is given
 REFUSED = 0.02  # the relative error above which there is no answer
 
@@ -77,7 +79,8 @@ class Density(Request, Engine):
     @classmethod
     def refusal(cls, problem: Problem) -> Diagnostic | None:
         """Why there is no density to solve, and what serves the problem; None where there is one."""
-        eqs, without = problem.equations, None
+        eqs = problem.equations
+        without = None
         if not (eqs.n1 or eqs.coloured):
             without = refusal("needs_noise", engine=cls.NAME)
         elif eqs.coloured and any(
@@ -114,7 +117,8 @@ class Density(Request, Engine):
 
     def run(self, scene: AnyScene, progress: Progress | None = None) -> Estimate:
         """The stationary mean square voltage and mean power of a scene."""
-        problem, begin = served(type(self), scene), time.perf_counter()
+        problem = served(type(self), scene)
+        begin = time.perf_counter()
         exists, answer = self.solve(problem, progress)
         return self._estimate(problem, exists, answer, time.perf_counter() - begin)
 
@@ -124,7 +128,8 @@ class Density(Request, Engine):
         """`run`, and the gradient of the mean power in the keys; raises InputError where there is no power, too."""
         from harvester.engines.power_slopes import PowerSlopes
 
-        problem, begin = served(type(self), scene), time.perf_counter()
+        problem = served(type(self), scene)
+        begin = time.perf_counter()
         exists, answer = self.solve(problem, progress)
         slopes = PowerSlopes(problem, answer, exists.unknown)
         return self._estimate(problem, exists, answer, time.perf_counter() - begin), slopes
@@ -134,7 +139,8 @@ class Density(Request, Engine):
     ) -> Estimate:
         from harvester.density.functionals import NAMES
 
-        eqs, within = problem.equations, number(self.within)
+        eqs = problem.equations
+        within = number(self.within)
         share, parts = answer.share, answer.parts
         uncounted = accumulation(eqs)
         diagnostics = [exists.warning, note("density_solved"), uncounted]

@@ -32,12 +32,10 @@ def driven_motion(problem: Problem, model: "Model", pair: "RichardsonPair") -> d
     from harvester.mechanics.largest_swing import peak
     from harvester.mechanics.periodic import MULTIPLES
 
-    eqs, units, trajectories, circuit = (
-        problem.equations,
-        problem.units,
-        pair.trajectories,
-        model.circuit,
-    )
+    eqs = problem.equations
+    units = problem.units
+    trajectories = pair.trajectories
+    circuit = model.circuit
     if (
         eqs.drive is None
         or eqs.is_random
@@ -45,9 +43,11 @@ def driven_motion(problem: Problem, model: "Model", pair: "RichardsonPair") -> d
         or not isinstance(circuit, IdealCircuit | None)
     ):
         return {}
-    period, middle = eqs.shaking_period or 1.0, np.argsort(pair.moments.V2)[trajectories.count // 2]
+    period = eqs.shaking_period or 1.0
+    middle = np.argsort(pair.moments.V2)[trajectories.count // 2]
     *start, phase = map(float, sections(trajectories)[:, middle])
-    size, periods = round(period / trajectories.h), math.ceil(pair.burn_in / period) + 2 * MULTIPLES
+    size = round(period / trajectories.h)
+    periods = math.ceil(pair.burn_in / period) + 2 * MULTIPLES
     if 4 * size * periods > MOST_STEPS:
         return {}
     motions = []
@@ -67,7 +67,8 @@ def driven_motion(problem: Problem, model: "Model", pair: "RichardsonPair") -> d
         ):  # also where there is no voltage
             return {}
         motions.append([(x[1].std(), 0.0), peak(x[1]), peak(voltage[1])])
-    details, scales = dict[str, float](), (units.length, units.length, units.volts)
+    details = dict[str, float]()
+    scales = (units.length, units.length, units.volts)
     for name, values, unit in zip(
         (DISPLACEMENT, *PEAKS), zip(*motions, strict=True), scales, strict=True
     ):

@@ -182,11 +182,9 @@ class Ensemble(MonteCarloOptions, Engine):
             sampler.pair.entries("V2"),
             sampler.pair.entries(setup.model.name) * setup.model.factor,
         )
-        details, steps, seconds = (
-            sampler.details(),
-            sampler.pair.steps,
-            time.perf_counter() - setup.begin,
-        )
+        details = sampler.details()
+        steps = sampler.pair.steps
+        seconds = time.perf_counter() - setup.begin
         diagnostics.append(sampler.open_balance(details))
         answer = estimate(
             self.NAME, problem, v2, power, diagnostics, seconds, steps, details, *samples
@@ -201,9 +199,11 @@ class Ensemble(MonteCarloOptions, Engine):
         from harvester.mechanics.ensemble.trajectories import Trajectories
         from harvester.mechanics.kernels.compiled import compilation, machine_code
 
-        model, unit = self.model(problem), problem.units.frequency
+        model = self.model(problem)
+        unit = problem.units.frequency
         seed = np.random.SeedSequence(self.seed)
-        code, begin = machine_code(), time.perf_counter()
+        code = machine_code()
+        begin = time.perf_counter()
         within = number(self.within) if self.CONTROLS else None
         count = self.trajectories or sampling.affordable(model.eqs.is_steady, model.circuit, within)
         if model.eqs.density is not None:
@@ -230,7 +230,8 @@ class Ensemble(MonteCarloOptions, Engine):
         """The first averages, beside others of twice the step."""
         from harvester.mechanics.ensemble.richardson import RichardsonPair
 
-        budget, spent = number(self.budget), time.perf_counter() - setup.budget_begin
+        budget = number(self.budget)
+        spent = time.perf_counter() - setup.budget_begin
         duration = sampling.first_duration(setup.trajectories.time, spent, budget)
         if self.duration is not None:
             duration = (number(self.duration) or 0.0) * setup.unit
@@ -281,7 +282,8 @@ class EnsembleSampler:
 
     def _extend(self, target: Target, value: Value) -> Diagnostic | None:
         """Average for longer, where the time is left for that."""
-        pair, variance = self.pair, target.variance(value)
+        pair = self.pair
+        variance = target.variance(value)
         needed = (
             pair.duration * (value.stderr or 0.0) ** 2 / variance if variance > 0.0 else math.inf
         )
@@ -321,7 +323,8 @@ class EnsembleSampler:
             details["compilation_seconds"] = setup.compilation_seconds
         details |= driven_motion(setup.problem, setup.model, pair)
         if setup.model.circuit is None:
-            moments, eqs = pair.moments.averaged(setup.trajectories.together), setup.model.eqs
+            moments = pair.moments.averaged(setup.trajectories.together)
+            eqs = setup.model.eqs
             details["power_balance"], details["power_balance_stderr"] = sampling.power_balance(
                 moments, eqs
             )

@@ -109,7 +109,8 @@ class Ideal(Ensemble):
 
     def _missed(self, answer: Estimate) -> tuple[Diagnostic, ...]:
         """A warning where the error of the elements is larger than what was asked for."""
-        power, within = answer.mean_power, number(self.within)
+        power = answer.mean_power
+        within = number(self.within)
         if within is None or not power.model or power.model <= within * abs(power.value):
             return ()
         return (warning("elements_beyond", within=within, error=power.model / abs(power.value)),)
@@ -169,10 +170,8 @@ def _low_voltage(problem: Problem, answer: Estimate) -> tuple[Diagnostic, ...]:
 
 def _with_cause(error: SimulationError, problem: Problem) -> SimulationError:
     """The error, with what a circuit remembers for longer than the mass, where that is the cause."""
-    storage, w0 = (
-        None if problem.circuit is None else problem.circuit.storage,
-        problem.scales.frequency,
-    )
+    storage = None if problem.circuit is None else problem.circuit.storage
+    w0 = problem.scales.frequency
     if storage is None or storage < LONG * 2.0 * math.pi / w0:
         return error
     numbers = (storage, w0) if problem.physical else (storage * w0, None)

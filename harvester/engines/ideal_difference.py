@@ -19,8 +19,11 @@ if TYPE_CHECKING:
     from harvester.mechanics.ensemble.richardson import RichardsonPair
 
 # trajectories, of circuits that forget in this nondimensional time; fewer where it is longer
-COUNT, TIME = 128, 32.0
-FEWEST, LONGEST = 16, 500.0  # trajectories; nondimensional time, above which nobody would wait
+COUNT = 128
+TIME = 32.0
+# trajectories; nondimensional time, above which nobody would wait
+FEWEST = 16
+LONGEST = 500.0
 FEWEST_SECONDS = 0.5  # that the judge takes at least: with less left of a budget none begins
 SETTLING, AVERAGED = 3.0, 4.0  # times that the slowest of mass, store and load takes to forget
 # steps of the judge under a steady drive: at that of ideal elements it was 2 % off beside a stop
@@ -61,10 +64,8 @@ def difference_from_compiled(
         compiled, compilation_seconds = compiled_beside(
             settled, circuit, min(count, settled.count), settled.seed
         )
-        n, given = (
-            compiled.blocks,
-            (settled.eqs, compiled.count, settled.seed, settled.h, None, settled.circuit, False),
-        )
+        n = compiled.blocks
+        given = (settled.eqs, compiled.count, settled.seed, settled.h, None, settled.circuit, False)
         now = settled.state[:n].copy(), settled.filter[:n].copy(), settled.words[:n].copy()
         twin = Trajectories(*given, settled.controlled, now)
         if compiled.time:
@@ -89,10 +90,8 @@ def difference_from_compiled(
 
 def _largest(name: str, high: Moments, low: Moments) -> float:
     """The relative difference of a moment at 95 %, by the better of two ways to use controls, and that of the judge."""
-    (mine, its), size = (
-        (getattr(moments, name) for moments in (high, low)),
-        float(getattr(low, name).mean()),
-    )
+    (mine, its) = (getattr(moments, name) for moments in (high, low))
+    size = float(getattr(low, name).mean())
     ways = [mine - its]
     if high.controls is not None and low.controls is not None:
         ways = [controlled_entries(mine - its, high.controls - low.controls)]
@@ -109,7 +108,9 @@ def _of_periods(
     """The same of a steady drive, from the compiled circuit's periodic response; empty where it has none."""
     from harvester.circuits.circuit_period import periodic_response
 
-    eqs, scales, h = problem.equations, problem.scales, pair.trajectories.h
+    eqs = problem.equations
+    scales = problem.scales
+    h = pair.trajectories.h
     responses = (
         [] if eqs.modes else [periodic_response(circuit, eqs, part * h, SETTLED) for part in FINE]
     )

@@ -38,7 +38,9 @@ class PowerSlopes:
             raise InputError(
                 "the scene must have a coupling and a load resistance, or no power changes, but it has not"
             )
-        self.problem, self.answer, self.unknown = problem, answer, unknown
+        self.problem = problem
+        self.answer = answer
+        self.unknown = unknown
 
     @cached_property
     def _fine(self) -> dict[str, float]:
@@ -59,7 +61,8 @@ class PowerSlopes:
 
     def with_error(self, key: str) -> Value:
         """`elasticity` with its error of mesh, modes and box."""
-        slopes, parts = _slopes(self.problem, key), self.answer.parts
+        slopes = _slopes(self.problem, key)
+        parts = self.answer.parts
         ours, coarse = (_elasticity(slopes, of) for of in (self._fine, self._coarse))
         bias = abs(ours - coarse) + (parts["modes"] + parts["box"]) * (1.0 + abs(ours))
         return Value(ours, bias=bias, unknown=self.unknown)
@@ -82,7 +85,8 @@ def quantities(scene: Scene) -> list[str]:
 
 def _slopes(problem: Problem, key: str) -> dict[str, float]:
     """The derivatives with respect to ln(key) of every coefficient, and of "" the logarithm of P/E[V^2]."""
-    value, length = value_of(problem.scene, key), problem.scales.length
+    value = value_of(problem.scene, key)
+    length = problem.scales.length
     table, name = split_key(key)
 
     def at(change: float) -> tuple[Equations, float]:
@@ -101,7 +105,8 @@ def _slopes(problem: Problem, key: str) -> dict[str, float]:
         return {coefficient: value}
 
     def differences(step: float) -> dict[str, float]:
-        (more, log_more), (less, log_less) = at(step), at(-step)
+        (more, log_more) = at(step)
+        (less, log_less) = at(-step)
         slopes = {
             field: (getattr(more, field) - getattr(less, field)) / (2.0 * step)
             for field, coefficient in vars(problem.equations).items()
@@ -109,7 +114,8 @@ def _slopes(problem: Problem, key: str) -> dict[str, float]:
         }
         return slopes | {"": (log_more - log_less) / (2.0 * step)}
 
-    wide, narrow = differences(STEP), differences(0.5 * STEP)
+    wide = differences(STEP)
+    narrow = differences(0.5 * STEP)
     return {field: (4.0 * narrow[field] - wide[field]) / 3.0 for field in wide}
 
 

@@ -159,7 +159,8 @@ def needs_compiled_circuit(problem: Problem, engine: str) -> Diagnostic | None:
 
 def impossible_power(problem: Problem, power: Value, bound: PowerBound | None) -> Diagnostic | None:
     """A warning of a mean power (nondimensional) below 0, or surely above the ``bound`` of all devices."""
-    watts, unit = problem.units.watts, "W" if problem.physical else ""
+    watts = problem.units.watts
+    unit = "W" if problem.physical else ""
     if power.value < 0.0:
         return warning("negative_power", power=power.value * watts, unit=unit)
     least = (power.value * (1.0 - 1e-9) - power.known_error95) * watts
@@ -196,7 +197,9 @@ def estimate(
 
     To its ``diagnostics`` (None: nothing to say) come those of the scene.
     """
-    eqs, units, shocks = problem.equations, problem.units, problem.events
+    eqs = problem.equations
+    units = problem.units
+    shocks = problem.events
     join = join_change(eqs)
     if power is None:  # E[P] = beta mu E[V^2] (paper, Eq. 31)
         power = v2.scaled((eqs.beta or 0.0) * (eqs.mu or 0.0))

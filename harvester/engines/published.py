@@ -46,7 +46,8 @@ class Published(Formula):
         return mean_square_voltages
 
     def _estimate(self, problem: Problem, solution: float, seconds: float) -> Estimate:
-        eqs, diagnostics = problem.equations, [note("published_formula")]
+        eqs = problem.equations
+        diagnostics = [note("published_formula")]
         if eqs.restitution is not None:
             diagnostics.append(
                 warning("published_stop" if eqs.mu is not None else "published_open_circuit")

@@ -30,7 +30,8 @@ FINE = 1e-3
 # trajectories on records of tabulated noise: 64 of them are one independent entry
 DRAWN, FEWEST_DRAWN = 1024, 128
 # target from which on so few trajectories do: their burn-in is most of what it costs
-LOOSE, LEAST = 0.01, 128
+LOOSE = 0.01
+LEAST = 128
 LEAST_SHARE = 0.125  # of the burn-in's time that is averaged, whatever the budget
 FEW_OWN = 16  # trajectories of a compiled circuit that does not come back to a steady drive
 SLOWER = 8.0  # times fewer trajectories of a circuit with a kernel of its own
@@ -153,9 +154,11 @@ def first_duration(burn_in: float, spent: float, budget: float | None) -> float:
 
 def mean_with_errors(pair: "RichardsonPair", name: str, exact: bool = False) -> Value:
     """One moment's mean with its errors of sampling, unless it is ``exact``, and step; and of wells that are apart."""
-    hops, bias = pair.trajectories.hopping, pair.largest_bias(name)
+    hops = pair.trajectories.hopping
+    bias = pair.largest_bias(name)
     if hops is not None:
-        every, together = getattr(pair.moments, name), pair.trajectories.together
+        every = getattr(pair.moments, name)
+        together = pair.trajectories.together
         return dataclasses.replace(
             hops.mean(pair.entries(name) if together == 1 else every, together), bias=bias
         )
@@ -230,7 +233,9 @@ def power_balance_bias(pair: "RichardsonPair", eqs: Equations) -> float:
     """
     if not (eqs.is_shaken or eqs.is_random):
         return 0.0
-    n1, n2, n12 = eqs.n1 or 0.0, eqs.n2 or 0.0, eqs.n12 or 0.0
+    n1 = eqs.n1 or 0.0
+    n2 = eqs.n2 or 0.0
+    n12 = eqs.n12 or 0.0
     n1 *= 1.0 if eqs.modes is None else eqs.modes.shaken_mass
     gained = {"x2": n2, "x": 2.0 * n12, "driven": 1.0}
     lost = {"damped": 1.0, "V2": (eqs.beta or 0.0) * (eqs.mu or 0.0), "impact_loss": 1.0}

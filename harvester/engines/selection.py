@@ -240,8 +240,8 @@ def engines(which: Sequence[Named], **options: Any) -> list[Engine]:
         made.append(
             kind(**its_options)
             if isinstance(named, str)
-            else dataclasses.replace(named, **its_options)
-        )  # type: ignore[type-var]
+            else dataclasses.replace(named, **its_options)  # type: ignore[type-var]
+        )
     return made
 
 

@@ -94,7 +94,8 @@ class Slow(Request, Engine):
         from harvester.storage.steady_power import slow_power
 
         problem, cut = self._parted(scene)
-        is_random, known = problem.equations.is_random, existence(problem)
+        is_random = problem.equations.is_random
+        known = existence(problem)
         begin = time.perf_counter()
         with compilation():
             solution = (
@@ -102,7 +103,8 @@ class Slow(Request, Engine):
             )
         if is_random and not solution.scales_apart:
             return self._directly(problem, solution, progress)
-        scales, power = problem.scales, solution.power.with_unknown(known.unknown)
+        scales = problem.scales
+        power = solution.power.with_unknown(known.unknown)
         how = "slow_circuit_alone" if solution.scales_apart else "run_directly"
         diagnostics = [
             note(how, direct=solution.direct, separation=solution.separation),
@@ -153,10 +155,8 @@ class Slow(Request, Engine):
         problem, cut = self._parted(scene)
         begin = time.perf_counter()
         power, square, path = quick_power(problem, cut)
-        v2, power = (
-            square.scaled(problem.scales.volts**-2),
-            power.scaled(1.0 / problem.scales.watts),
-        )
+        v2 = square.scaled(problem.scales.volts**-2)
+        power = power.scaled(1.0 / problem.scales.watts)
         return estimate(
             self.NAME,
             problem,

@@ -79,7 +79,9 @@ def flow(eqs: Equations, x: float = 0.0) -> Floats:
     """
     linear, alpha2, alpha = eqs.spring
     stiffness = linear + x * (2.0 * alpha2 + 3.0 * alpha * x)
-    friction, beta, mu = float(Polynomial(eqs.friction)(x**2)), eqs.beta or 0.0, eqs.mu
+    friction = float(Polynomial(eqs.friction)(x**2))
+    beta = eqs.beta or 0.0
+    mu = eqs.mu
     if eqs.modes is not None:
         return _flow_of_modes(eqs.modes, stiffness, friction, beta, mu)
     if mu is None:
@@ -91,13 +93,18 @@ def _flow_of_modes(
     modes: Modes, spring: float, friction: float, beta: float, mu: float | None
 ) -> Floats:
     """The matrix of (y, y', V), or without a load of (y, y')."""
-    (k, d), s, n = modes.matrices(spring, friction), np.array(modes.coupling), modes.count
+    (k, d) = modes.matrices(spring, friction)
+    s = np.array(modes.coupling)
+    n = modes.count
     if mu is None:
         return np.block([[np.zeros((n, n)), np.eye(n)], [-k - beta * np.outer(s, s), -d]])
     matrix = np.zeros((2 * n + 1, 2 * n + 1))
     matrix[:n, n : 2 * n] = np.eye(n)
-    matrix[n : 2 * n, :n], matrix[n : 2 * n, n : 2 * n], matrix[n : 2 * n, -1] = -k, -d, -beta * s
-    matrix[-1, n : 2 * n], matrix[-1, -1] = s, -mu
+    matrix[n : 2 * n, :n] = -k
+    matrix[n : 2 * n, n : 2 * n] = -d
+    matrix[n : 2 * n, -1] = -beta * s
+    matrix[-1, n : 2 * n] = s
+    matrix[-1, -1] = -mu
     return matrix
 
 
@@ -136,7 +143,8 @@ def friction_bounds(eqs: Equations) -> bool:
 def barriers(eqs: Equations) -> Floats:
     """The places between the resting places where the spring's energy is largest, in ascending order."""
     linear, alpha2, alpha = eqs.spring
-    rests, roots = eqs.resting_places, np.roots([alpha, alpha2, linear, 0.0])
+    rests = eqs.resting_places
+    roots = np.roots([alpha, alpha2, linear, 0.0])
     free = np.sort(roots.real[roots.imag == 0.0])
     tops = free[linear + free * (2.0 * alpha2 + 3.0 * alpha * free) < 0.0]
     return tops[(tops > rests[0]) & (tops < rests[-1])]

@@ -82,7 +82,8 @@ def _rate(s: Scales) -> float:
 
 
 def _from_device(scene: Scene, s: Scales) -> Equations:
-    modal, resistance = scene.modal, scene.load.resistance if scene.load else None
+    modal = scene.modal
+    resistance = scene.load.resistance if scene.load else None
     stiffness = abs(modal.stiffness)
     opposite, magnifier = scene.opposite_stop, scene.magnifier
     under = None if magnifier is None else magnifier.restitution
@@ -94,7 +95,8 @@ def _from_device(scene: Scene, s: Scales) -> Equations:
         plain["gap"] = scaled(magnifier.gap, 1.0 / s.length)
     ends = () if opposite is None else (opposite.restitution, (opposite.gap or 0.0) / s.length)
     if (ball := scene.ball) is not None:  # nor are the ends of its box
-        under, plain["gap"] = ball.restitution, 0.5 * ball.room / s.length
+        under = ball.restitution
+        plain["gap"] = 0.5 * ball.room / s.length
         ends = under, plain["gap"]
     return Equations(
         **plain,

@@ -31,7 +31,8 @@ from harvester.arrays import Floats
 from harvester.scene.modal_parameters import ModalParameters
 from harvester.scene.physical import Ball, Magnifier, Mode
 
-TURN, STANDARD_GRAVITY = 2.0 * math.pi, 9.80665
+TURN = 2.0 * math.pi
+STANDARD_GRAVITY = 9.80665
 ALIKE = 1e-9  # of the accelerations of a ball and its box
 
 
@@ -154,8 +155,10 @@ def _of_device(modal: ModalParameters, modes: Sequence[Mode]) -> Modes:
 
 def _on_magnifier(modal: ModalParameters, magnifier: Magnifier) -> Modes:
     """The coordinates of a device on a magnifier; a stop is under that, or the device's own."""
-    root, rate = math.sqrt(magnifier.mass / modal.mass), magnifier.mass * modal.frequency
-    e, stiffness = (1.0, -1.0 / root), magnifier.stiffness / (rate * modal.frequency)
+    root = math.sqrt(magnifier.mass / modal.mass)
+    rate = magnifier.mass * modal.frequency
+    e = (1.0, -1.0 / root)
+    stiffness = magnifier.stiffness / (rate * modal.frequency)
     contact = e if magnifier.restitution is None else (0.0, 1.0 / root)
     return Modes(
         (0.0, stiffness), (0.0, (magnifier.damping or 0.0) / rate), e, (1.0, root), contact, e
@@ -164,7 +167,8 @@ def _on_magnifier(modal: ModalParameters, magnifier: Magnifier) -> Modes:
 
 def _with_ball(modal: ModalParameters, modes: Sequence[Mode], ball: Ball, length: float) -> Modes:
     """The coordinates of a device, and that of a ball on it."""
-    plain, root = _of_device(modal, modes), math.sqrt(ball.mass / modal.mass)
+    plain = _of_device(modal, modes)
+    root = math.sqrt(ball.mass / modal.mass)
     weight = (
         STANDARD_GRAVITY * math.sin(math.radians(ball.tilt or 0.0)) / (length * modal.frequency**2)
     )

@@ -30,7 +30,9 @@ def power_bound(problem: Problem) -> PowerBound | None:
     None applies to parametric noise, to friction that feeds energy, to a circuit with supplies, and
     to an acceleration that no friction and no pair of stops limits.
     """
-    eqs, load, least = problem.equations, problem.scene.load, least_friction(problem.equations)
+    eqs = problem.equations
+    load = problem.scene.load
+    least = least_friction(problem.equations)
     gives = (
         least < 0.0
         or eqs.n2 is not None
@@ -39,7 +41,8 @@ def power_bound(problem: Problem) -> PowerBound | None:
     )
     if gives or not eqs.is_shaken:
         return None
-    white, unit = eqs.n1 or 0.0, problem.units.watts
+    white = eqs.n1 or 0.0
+    unit = problem.units.watts
     if eqs.modes is not None:
         white *= eqs.modes.shaken_mass
         if eqs.is_shaken_otherwise:  # each coordinate has its own least friction

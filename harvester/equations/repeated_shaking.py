@@ -68,11 +68,9 @@ def events(scene: Scene) -> Events | None:
         return (
             Events(excitation.frequency or STEP_RATE) if excitation.profile == "walking" else None
         )
-    duration, single, period = (
-        excitation.pulse_duration,
-        excitation.event_rate is None,
-        _period(scene),
-    )
+    duration = excitation.pulse_duration
+    single = excitation.event_rate is None
+    period = _period(scene)
     assert duration is not None, "Excitation checks this"
     half_turn = math.inf if excitation.frequency is None else 0.5 / excitation.frequency
     return Events(
@@ -84,7 +82,8 @@ def _by_name(scene: Scene) -> tuple[Record | None, TabulatedDensity | None]:
     """The record or density of the scene's profile."""
     excitation = scene.excitation
     assert excitation is not None and excitation.profile is not None, "the caller checks"
-    name, level = excitation.profile, 1.0 if excitation.level is None else excitation.level
+    name = excitation.profile
+    level = 1.0 if excitation.level is None else excitation.level
     if PROFILES[name].random:
         return None, density(name, level)
     if name == "machine":
@@ -123,7 +122,8 @@ def _period(scene: Scene) -> float:
 
 def _memory(scene: Scene, period: float) -> float:
     """The part of an event's energy that depends on the one before: twice the amplitude that is left after a period."""
-    modal, resistance = scene.modal, scene.load.resistance if scene.load else None
+    modal = scene.modal
+    resistance = scene.load.resistance if scene.load else None
     free = Equations(
         linear=-1.0 if modal.stiffness < 0.0 else None,
         c1=-_damping(modal),

@@ -49,7 +49,9 @@ class Scales:
 
 # The device that carries a nondimensional scene into ngspice: the mass, frequency and capacitance
 # of the plate of Shock and Vibration 2019, 9093605, Table 2, with its coupling set by beta.
-DEFAULT_MASS, DEFAULT_FREQUENCY, DEFAULT_LENGTH = 0.04, 20.0, 1e-3
+DEFAULT_MASS = 0.04
+DEFAULT_FREQUENCY = 20.0
+DEFAULT_LENGTH = 1e-3
 DEFAULT_COUPLING, DEFAULT_CAPACITANCE = 1e-3, 50.2e-9
 
 
@@ -62,7 +64,8 @@ def scales(scene: Scene, length: float | None = None) -> Scales:
         return Scales(
             DEFAULT_MASS, DEFAULT_FREQUENCY, DEFAULT_LENGTH, coupling, DEFAULT_CAPACITANCE
         )
-    modal, metres = scene.modal, natural_length(scene) if length is None else length
+    modal = scene.modal
+    metres = natural_length(scene) if length is None else length
     return Scales(modal.mass, modal.frequency, metres, modal.coupling, modal.capacitance)
 
 
@@ -73,7 +76,8 @@ def natural_length(scene: Scene) -> float:
     that F = 1, and under a record with its RMS for A; without any, the length where the cubic force
     equals the linear one, or 1 mm.
     """
-    mass, stiffness = scene.modal.mass, abs(scene.modal.stiffness)
+    mass = scene.modal.mass
+    stiffness = abs(scene.modal.stiffness)
     excitation = scene.excitation or Excitation()
     if excitation.acceleration_psd:
         return 0.5 * math.sqrt(excitation.acceleration_psd) * math.pow(mass / stiffness, 0.75)

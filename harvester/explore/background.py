@@ -27,7 +27,8 @@ class Background:
     def __init__(
         self, tables: dict[str, Any], engine: str, within: str, listener: Listener
     ) -> None:
-        self._listener, self._cancelled = listener, False
+        self._listener = listener
+        self._cancelled = False
         self._process = subprocess.Popen(
             [sys.executable, "-m", "harvester.explore.job", engine, within],
             stdin=subprocess.PIPE,

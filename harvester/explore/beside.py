@@ -48,7 +48,8 @@ def of_chip(details: dict[str, float], values: dict[str, float]) -> list[tuple[s
 
 def of_coil(problem: Problem) -> dict[str, str]:
     """How well the coil of a scene's circuit rings with its piezo, if it has one: what SSHI and SECE live of."""
-    circuit, piezo = problem.circuit, problem.scene.piezo
+    circuit = problem.circuit
+    piezo = problem.scene.piezo
     quality = (
         coil_quality(circuit.values, problem.scene.modal.capacitance) if circuit and piezo else None
     )
@@ -77,7 +78,8 @@ class Beside:
         self, tables: dict[str, Any], facts: dict[str, str], pinned: dict[str, Any] | None
     ) -> None:
         """Keep facts of a design, and of others only those of the pinned one."""
-        design, kept = _design(tables), None if pinned is None else _design(pinned)
+        design = _design(tables)
+        kept = None if pinned is None else _design(pinned)
         self._known = {name: known for name, known in self._known.items() if name in (design, kept)}
         self._known[design] = self._known.get(design, {}) | facts
 

@@ -208,7 +208,8 @@ class Computing:
         self, request: PageRequest, overtaken: Overtaken, patience: float, first: bool
     ) -> dict[str, Any] | None:
         """What the circuit gives, from memory if it was asked for before; None once that is overtaken."""
-        name, how = json.dumps(request.tables, sort_keys=True), in_worker.QUICK
+        name = json.dumps(request.tables, sort_keys=True)
+        how = in_worker.QUICK
         given = in_worker.power, request, overtaken, patience, *how
         answer = self._at_once.get(name) or self._elsewhere(*given, first=first)
         if answer is not None:  # that it is not known, too: to try it again takes seconds

@@ -108,7 +108,9 @@ class Draft:
 
     def own_netlist(self, path: str) -> None:
         """Take the circuit of a user's own netlist, as its file has it."""
-        self.netlist, self.loaded, self.load = path, True, {}
+        self.netlist = path
+        self.loaded = True
+        self.load = {}
         self.texts = {
             key: text for key, text in self.texts.items() if not key.startswith(PARAMETER)
         }
@@ -119,7 +121,8 @@ class Draft:
         if load is None or load.netlist is None or not is_path(load.netlist):
             return
         circuit = load_circuit(load, self.value("piezo.capacitance") if self.physical else None)
-        named, self.untouched = {circuit.own_name(name) for name in load.parameters}, {}
+        named = {circuit.own_name(name) for name in load.parameters}
+        self.untouched = {}
         for name, value in (circuit.values | circuit.elements).items():
             has_knob = name in circuit.values or len(self.untouched) + len(named) < MOST_KNOBS
             if has_knob and value != 0.0 and name != "Cp" and name.lower() not in named:
@@ -182,7 +185,10 @@ class Draft:
         before = self.texts.get(
             PARAMETER + "R" if self.netlist is not None else RESISTANCE, "1 Mohm"
         )
-        self.netlist, self.loaded, self.load, self.untouched = netlist, True, {}, {}
+        self.netlist = netlist
+        self.loaded = True
+        self.load = {}
+        self.untouched = {}
         self.texts = {
             key: text for key, text in self.texts.items() if not key.startswith(PARAMETER)
         }
@@ -269,7 +275,9 @@ class Draft:
         """Another draft of the same content."""
         other = object.__new__(Draft)
         other.__dict__.update(self.__dict__)
-        other.texts, other.files, other.on = dict(self.texts), dict(self.files), set(self.on)
+        other.texts = dict(self.texts)
+        other.files = dict(self.files)
+        other.on = set(self.on)
         other.words, other.load = dict(self.words), dict(self.load)
         return other
 

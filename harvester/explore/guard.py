@@ -27,7 +27,9 @@ class Guard(Router):
     """Hands the requests that may talk to the server on to its application, and refuses all others."""
 
     def __init__(self, application: Router, token: str, hosts: tuple[str, ...]) -> None:
-        self._application, self._token, self._hosts = application, token, hosts
+        self._application = application
+        self._token = token
+        self._hosts = hosts
 
     def find_handler(self, request: HTTPServerRequest, **kwargs: Any) -> HTTPMessageDelegate | None:
         """The application's handler of a request, or the refusal."""

@@ -84,7 +84,8 @@ def power_here(live: Live, runs: Sequence[dict[str, Any]]) -> Power | None:
 
     A circuit's power is never that of a resistor in its place: None until a run has it.
     """
-    estimate, unit = best(live.here), "W" if live.problem.physical else ""
+    estimate = best(live.here)
+    unit = "W" if live.problem.physical else ""
     here = [run for run in runs if run["own"]]
     if here and (estimate is None or not ENGINES[estimate.engine].is_exact or live.instead):
         last = here[-1]

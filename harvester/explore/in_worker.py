@@ -23,7 +23,9 @@ PERIODS = 12.0  # that are drawn
 MOST = 1500  # points that are drawn
 # What the power of a circuit is computed to, and the seconds for that: at once, in the end, and
 # along a curve.
-QUICK, FINE, COARSE = (0.05, 0.05), (0.01, 10.0), (0.05, 1.0)
+QUICK = (0.05, 0.05)
+FINE = (0.01, 10.0)
+COARSE = (0.05, 1.0)
 FEW = 64  # trajectories at once: their start is most of what they take
 IDLE = 300.0  # seconds after which a worker without work ends
 

@@ -32,10 +32,13 @@ class Knob:
     """The field and the slider of one key."""
 
     def __init__(self, draft: Draft, key: str, changed: Changed) -> None:
-        self.draft, self.key, self._changed = draft, key, changed
+        self.draft = draft
+        self.key = key
+        self._changed = changed
         self._quiet = False
         self.slide: Slide = slide(self.key, self._value() or 1.0)
-        name, unit = key.rpartition(".")[2].replace("_", " "), unit_on_page(key)
+        name = key.rpartition(".")[2].replace("_", " ")
+        unit = unit_on_page(key)
         description = f"{meaning_of(key)} ({unit})" if unit else meaning_of(key)
         style = f"knob-{key.replace('.', '-')}"
         look = {"description": description, "width": 128, "margin": (0, 6, 2, 0)}
@@ -105,7 +108,10 @@ class WordKnob:
     """A key that is no number: a choice of names for a profile, else a text."""
 
     def __init__(self, draft: Draft, key: str, changed: Changed) -> None:
-        self.draft, self.key, self._changed, self._quiet = draft, key, changed, False
+        self.draft = draft
+        self.key = key
+        self._changed = changed
+        self._quiet = False
         options: dict[str, Any] = {
             "name": key.rpartition(".")[2].replace("_", " "),
             "sizing_mode": "stretch_width",

@@ -29,7 +29,9 @@ class Knobs:
     """All cards of a draft; ``changed`` is called after each change, with an error where a text could not be read."""
 
     def __init__(self, draft: Draft, changed: Changed) -> None:
-        self.draft, self._changed, self._quiet = draft, changed, False
+        self.draft = draft
+        self._changed = changed
+        self._quiet = False
         self.knobs: dict[str, list[Any]] = {}  # several where effects share a key
         self.switches: dict[EffectCard, Any] = {}
         self._bodies: dict[EffectCard, Any] = {}

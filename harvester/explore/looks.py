@@ -1,7 +1,10 @@
 """The looks of the page's parts, each of which has a style sheet of its own inside (shadow DOM)."""
 
 # The colours of page.html, which has them for a light and for a dark page.
-INK, PALE, LINE, ACCENT = "var(--ink)", "var(--pale)", "var(--line)", "var(--accent)"
+INK = "var(--ink)"
+PALE = "var(--pale)"
+LINE = "var(--line)"
+ACCENT = "var(--accent)"
 PICTURES = """
 @media (prefers-color-scheme: dark) { :host { filter: invert(0.9) hue-rotate(180deg); } }
 """  # Bokeh draws on a canvas, which knows no variables of a page

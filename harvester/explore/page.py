@@ -239,7 +239,8 @@ class Explorer:
     def _draw_curves(self) -> None:
         """Draw the curves, the runs and the pinned design."""
         assert self.live is not None and self.power is not None, "what is drawn"
-        request, pinned = self._drawn, None
+        request = self._drawn
+        pinned = None
         if self.pinned and self.pinned[1].key == request.key:
             pinned = pinned_curve(self.pinned[1], self.runs.drawn(self.pinned[0], request.key))
         self.power.show(self.live, self.runs.drawn(request.tables, request.key), pinned)
@@ -271,7 +272,8 @@ class Explorer:
             return
         tables, before = self.pinned
         was = html_text.power_here(before, self._runs_at(tables, before))
-        rows, known = differences(tables, self._drawn.tables), (self._beside.of(tables), beside)
+        rows = differences(tables, self._drawn.tables)
+        known = (self._beside.of(tables), beside)
         self.difference.object = html_text.difference(
             rows, was, html_text.power_here(self.live, runs), known
         )

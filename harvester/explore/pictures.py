@@ -37,7 +37,9 @@ _MARKERS = {
 }
 _MARKERS |= {"h": "hex", "v": "inverted_triangle", "p": "hex_dot"}
 _DASH = 1.5  # a dash, in those of matplotlib
-_INK, _GRID, _GHOST = "#3a434d", "#e6e9ec", "#9aa4af"
+_INK = "#3a434d"
+_GRID = "#e6e9ec"
+_GHOST = "#9aa4af"
 _NEAREST, _REFERENCE = (
     {"line_width": 2.4, "line_alpha": 1.0},
     {"line_width": 1.2, "line_alpha": 0.5},
@@ -95,7 +97,8 @@ class PowerPlot:
             **ends,
         )
         self.key, self.slide = key, slide
-        name, unit = key.rpartition(".")[2].replace("_", " "), unit_on_page(key).replace("ohm", "Ω")
+        name = key.rpartition(".")[2].replace("_", " ")
+        unit = unit_on_page(key).replace("ohm", "Ω")
         self.plot.xaxis.axis_label = f"{name} ({unit})" if unit else name
         if by_ratio:
             self.plot.xaxis.formatter = CustomJSTickFormatter(code=_TICK_FORMAT)
@@ -156,8 +159,12 @@ class PowerPlot:
         legend = Legend(
             items=items, orientation="horizontal", border_line_color=None, background_fill_alpha=0.0
         )
-        legend.label_text_color, legend.label_text_font_size = _INK, "12px"
-        legend.spacing, legend.padding, legend.margin, legend.glyph_width = 10, 2, 2, 24
+        legend.label_text_color = _INK
+        legend.label_text_font_size = "12px"
+        legend.spacing = 10
+        legend.padding = 2
+        legend.margin = 2
+        legend.glyph_width = 24
         self.plot.add_layout(legend, "above")
 
     def show(

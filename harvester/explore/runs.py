@@ -33,13 +33,17 @@ class RunPanel:
         changed: Callable[[], None],
         soon: Callable[[Callable[[], None]], None],
     ) -> None:
-        self._point, self._changed, self._soon = point, changed, soon
+        self._point = point
+        self._changed = changed
+        self._soon = soon
         self.points: list[dict[str, Any]] = []
         self._running: dict[str, Background] = {}
         self._begun: dict[str, Point] = {}
         choice: dict[str, Any] = {"options": ["5%", "2%", "1%", "0.5%"], "value": "2%"}
         self.within = field(pn.widgets.Select, "within", **choice, width=76, margin=(4, 10, 4, 4))
-        self.buttons, self.cancels, self.bars = {}, {}, {}
+        self.buttons = {}
+        self.cancels = {}
+        self.bars = {}
         self.why, self.outcome = (
             words(name, margin=(0, 0, 2, 2)) for name in ("why-not", "run-told")
         )

@@ -62,7 +62,8 @@ class Server:
             try:
                 draft = links.opened(held[0]) if held else first()
             except HarvesterError as wrong:
-                draft, error = first(), str(wrong)
+                draft = first()
+                error = str(wrong)
             explorer = Explorer(draft, error)
             self._pages.add(explorer)
             pn.state.on_session_destroyed(lambda _: self._close(explorer))

@@ -63,5 +63,6 @@ def slide(key: str, value: float) -> Slide:
     factor = 10.0 ** _DECADES.get(
         key, 0.75 if key in _NARROW else 0.3 if key.endswith("frequency") else 1.5
     )
-    low, high = float(f"{size / factor:.2g}"), float(f"{size * factor:.2g}")
+    low = float(f"{size / factor:.2g}")
+    high = float(f"{size * factor:.2g}")
     return Slide(low, high, True, -1.0 if value < 0.0 else 1.0)

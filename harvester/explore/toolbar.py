@@ -132,7 +132,8 @@ class FilesBar:
             return
         contents, names = (contents, names) if isinstance(contents, list) else ([contents], [names])
         self.outcome.object = '<div class="by">reading ...</div>'
-        draft, axis = self._page.draft, self.axis.value.strip()
+        draft = self._page.draft
+        axis = self.axis.value.strip()
         POOL.submit(self._read, draft, names, contents, axis)
 
     def _read(self, draft: Draft, names: list[str], contents: list[bytes], axis: str) -> None:

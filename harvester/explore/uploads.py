@@ -44,7 +44,8 @@ def take(draft: Draft, paths: list[Path], axis: str) -> tuple[Draft, list[str]]:
     ``axis`` is that of a record with several columns, empty for the only one.  Raises InputError in one line for what
     cannot be used; the draft that was given stays as it was.
     """
-    draft, messages = draft.copy(), list[str]()
+    draft = draft.copy()
+    messages = list[str]()
     for path in sorted(paths, key=lambda file: KINDS.index(file.suffix.lower())):
         match path.suffix.lower():
             case ".toml":

@@ -6,13 +6,17 @@ from harvester.figures.quantities import Scale, amount, scale
 from harvester.figures.shapes import ChargingShape
 from harvester.figures.style import WIDTH, Plot, entitle, legend, new, styled
 
-_INK, _PALE, _TARGET, _POWER = "#0072B2", "#9ecae9", "#D55E00", "#009E73"
+_INK = "#0072B2"
+_PALE = "#9ecae9"
+_TARGET = "#D55E00"
+_POWER = "#009E73"
 _SEEN = 0.01  # of a value: a shorter bar is hidden by its mark
 
 
 def charging(answer: ChargingShape, title: str | None) -> Plot:
     """Draw the voltage over time; of several runs also the share that has reached the target, and the store's power."""
-    of, several = answer.unit_names, answer.stderr is not None
+    of = answer.unit_names
+    several = answer.stderr is not None
     known = [level for level in answer.levels if level.power is not None]
     time = scale("time from empty", of.time, answer.t)
     volt = scale(_called(answer), answer.unit, [*answer.quantiles[1], answer.target])
@@ -53,7 +57,8 @@ def _called(answer: ChargingShape) -> str:
 
 def _draw_voltage(curve: Any, answer: ChargingShape, time: Scale, volt: Scale) -> None:
     """Draw the probe over time with its band, the target, and when it is reached."""
-    t, several = answer.t / time.factor, answer.stderr is not None
+    t = answer.t / time.factor
+    several = answer.stderr is not None
     if several:
         low, high = (quantile / volt.factor for quantile in answer.quantiles)
         curve.fill_between(t, low, high, color=_PALE, linewidth=0, label="5 to 95 % of the runs")
@@ -62,7 +67,8 @@ def _draw_voltage(curve: Any, answer: ChargingShape, time: Scale, volt: Scale) -
     curve.axhline(answer.target / volt.factor, **look, label="target")
     if answer.time is not None:
         error, at = answer.time.known_error95 / time.factor, answer.time.value / time.factor
-        y, reached = answer.target / volt.factor, amount(answer.time.value, answer.unit_names.time)
+        y = answer.target / volt.factor
+        reached = amount(answer.time.value, answer.unit_names.time)
         label = f"{'mean time to the target' if several else 'reached after'}: {reached}"
         curve.errorbar([at], [y], xerr=[error], fmt="o", color=_TARGET, zorder=4, label=label)
     curve.set_xlim(0.0, t[-1])

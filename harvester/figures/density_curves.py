@@ -48,10 +48,8 @@ def densities(result: DensitiesShape, title: str | None) -> Plot:
             )
             _plane(next(panels_left), result.voltage_plane, *axes)
         if result.impact_speed is not None and result.impact_density is not None:
-            curve, rate = (
-                next(panels_left),
-                float(np.trapezoid(result.impact_density, result.impact_speed)),
-            )
+            curve = next(panels_left)
+            rate = float(np.trapezoid(result.impact_density, result.impact_speed))
             _curve(
                 curve, "impact speed", u.speed, result.impact_speed, result.impact_density / rate
             )

@@ -96,7 +96,8 @@ def comparison(
 
     The axis of the powers need not begin at zero: what is compared is differences and errors.
     """
-    paths, height = len(curves), 0.7 + 0.34 * len(estimates)
+    paths = len(curves)
+    height = 0.7 + 0.34 * len(estimates)
     with styled():
         size = (WIDTH, 1.2 + height + 1.9 * paths)
         figure, axes = new(
@@ -127,10 +128,8 @@ def _powers(powers: Axes, estimates: Sequence[EstimateShape]) -> None:
             "capsize": 3,
             "zorder": 3,
         }
-        power, left = (
-            answer.mean_power.scaled(1.0 / x.factor),
-            _relative_place(answer.mean_power.value, values) > 0.6,
-        )
+        power = answer.mean_power.scaled(1.0 / x.factor)
+        left = _relative_place(answer.mean_power.value, values) > 0.6
         powers.errorbar(
             power.value, row, xerr=power.known_error95 or None, linestyle="none", **look, **bars
         )

@@ -34,7 +34,8 @@ def identification(result: IdentifiedShape, title: str | None) -> Plot:
             height_ratios=[2.4, 1.0] * down,
         )
         for n, curve in enumerate(curves):
-            top, low = grid[2 * (n // across)][n % across], grid[2 * (n // across) + 1][n % across]
+            top = grid[2 * (n // across)][n % across]
+            low = grid[2 * (n // across) + 1][n % across]
             kept = curve.kept > 0.0
             of = scale(
                 curve.label.partition(" (")[0], curve.label.partition(" (")[2][:-1], curve.measured

@@ -41,7 +41,8 @@ def write_labels(axes: Axes, labels: Sequence[Label]) -> None:
     assert figure is not None
     with styled():
         figure.draw_without_rendering()  # type: ignore[union-attr]
-        inside, taken = axes.get_window_extent(), _drawn(axes)
+        inside = axes.get_window_extent()
+        taken = _drawn(axes)
         boxes: list[Bbox] = []
         for label in labels:
             written = axes.annotate(
@@ -58,10 +59,8 @@ def write_labels(axes: Axes, labels: Sequence[Label]) -> None:
             for at in label.at:
                 for away in (1.0, 2.2, 4.0, 6.0):
                     for dx, dy, across, up in _SIDES:
-                        written.xy, written.xyann = (
-                            tuple(at),
-                            (away * _AWAY * dx, away * _AWAY * dy),
-                        )
+                        written.xy = tuple(at)
+                        written.xyann = (away * _AWAY * dx, away * _AWAY * dy)
                         written.set(ha=across, va=up)
                         box = written.get_window_extent()
                         cost = _covered(box, inside, taken, boxes) + 0.5 * away

@@ -38,7 +38,8 @@ class _Drawn:
     @staticmethod
     def of(path: MotionShape) -> "_Drawn":
         """The path, with the scales of the part that is shown."""
-        u, probes = path.unit_names, list(path.probes)[:_PROBES]
+        u = path.unit_names
+        probes = list(path.probes)[:_PROBES]
         units = {"displacement": u.length, "voltage": u.voltage, "acceleration": u.acceleration}
         units |= {"velocity": u.speed, "time": u.time}
         names = {name: name for name in (*_ATTRIBUTES, *probes)} | {
@@ -109,7 +110,9 @@ def motion(path: MotionShape, title: str | None) -> Plot:
 
 def _over_time(column: Any, drawn: _Drawn) -> None:
     """Draw each quantity over the part of the time that is shown."""
-    path, end, t = drawn.path, drawn.end, drawn.scales["time"]
+    path = drawn.path
+    end = drawn.end
+    t = drawn.scales["time"]
     last = path.time >= end - path.shown
     thin = slice(None, None, max(1, int(last.sum()) // _MOST))
     for here, name in zip(column, drawn.over_time, strict=True):
@@ -140,7 +143,9 @@ def _impacts_and_stops(here: Any, drawn: _Drawn) -> None:
 
 def _phase_plane(plane: Any, drawn: _Drawn) -> None:
     """Draw velocity over displacement: in grey where the path has been, and its end as a line."""
-    x, v, path = drawn.values["displacement"], drawn.values["velocity"], drawn.path
+    x = drawn.values["displacement"]
+    v = drawn.values["velocity"]
+    path = drawn.path
     dots: dict[str, Any] = {
         "markersize": 0.8,
         "markeredgewidth": 0,
@@ -218,7 +223,8 @@ def bins(values: Floats) -> Floats:
     low, high = float(values.min()), float(values.max())
     size = max(abs(low), abs(high))
     if high - low <= _STILL * size:
-        low, high = low - 0.5 * (size or 1.0), high + 0.5 * (size or 1.0)
+        low = low - 0.5 * (size or 1.0)
+        high = high + 0.5 * (size or 1.0)
     return np.linspace(low, high, _BINS + 1)
 
 

@@ -5,7 +5,9 @@ from harvester.figures.shapes import DesignShape, NodeShape
 from harvester.figures.style import INK, WIDTH, Plot, entitle, legend, new, styled
 
 HOUR = 3600.0  # s
-_CHOSEN, _MEETS, _FAILS = "#0072B2", "#56B4E9", "0.85"
+_CHOSEN = "#0072B2"
+_MEETS = "#56B4E9"
+_FAILS = "0.85"
 
 
 def node(answer: NodeShape, title: str | None) -> Plot:

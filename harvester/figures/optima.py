@@ -122,7 +122,8 @@ def _panel(
     here: Axes, answer: OptimumShape, number: int, evaluations: _Evaluations, unit: float
 ) -> None:
     """Draw the evaluations against one key, whatever the values of the others."""
-    key, x = answer.keys[number], evaluations.x[:, number]
+    key = answer.keys[number]
+    x = evaluations.x[:, number]
     by = mark(here.xaxis, key.range.key, [key.range.low, key.range.high], key.range.logarithmic)
     if np.ptp([*x, key.value]) < 1e-6 * abs(
         key.value
@@ -182,7 +183,8 @@ def _plane(here: Axes, answer: OptimumShape, evaluations: _Evaluations, label: s
     first, second = answer.keys
     ranges = zip((here.xaxis, here.yaxis), (first.range, second.range), strict=True)
     by = [mark(axis, r.key, [r.low, r.high], r.logarithmic) for axis, r in ranges]
-    x, power = evaluations.x / by, evaluations.power
+    x = evaluations.x / by
+    power = evaluations.power
     side = np.linspace(0.0, 1.0, _GRID)
     u = np.stack(np.meshgrid(side, side), axis=-1)
     surface = smooth(evaluations.positions, power, evaluations.sampling, u.reshape(-1, 2)).reshape(

@@ -13,7 +13,9 @@ from harvester.figures.shapes import PaperPointShape, TheoriesShape
 from harvester.figures.style import INK, WIDTH, Plot, entitle, legend, new, paler, styled
 from harvester.presentation.engine_look import look as look_of
 
-_MARKERS, _PALER = "so^", 0.3  # of the first, second and third curve
+# of the first, second and third curve
+_MARKERS = "so^"
+_PALER = 0.3
 _NAMES = {
     "E[V^2]": "mean square voltage E[V²]",
     "E[P]": "mean power E[P]",

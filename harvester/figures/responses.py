@@ -217,7 +217,8 @@ def _power_scale(answer: ResponseShape) -> float:
 
 def _peak(answer: ResponseShape, direction: str, look: dict[str, Any], hertz: float) -> Label:
     """The label of the largest power: how much, and at which frequency."""
-    peak, of = answer.peak(direction), answer.unit_names
+    peak = answer.peak(direction)
+    of = answer.unit_names
     text = f"{amount(float(f'{peak.mean_power.value:.3g}'), of.power)}\nat {amount(peak.frequency, of.frequency)}"
     at = np.array([[peak.frequency / hertz, peak.mean_power.value / _power_scale(answer)]])
     return Label(text, look["color"], at)
@@ -234,7 +235,8 @@ def _alike(answer: ResponseShape, name: str) -> bool:
 def _note(curves: Sequence[Curve], several: int) -> str:
     """What the error bars are; their size if they are too small to be seen; which curves are not drawn."""
     everything: list[Value] = [p.mean_power for a, d, _ in curves for p in a.sweep(d)]
-    error, largest = max(v.known_error95 for v in everything), max(abs(v.value) for v in everything)
+    error = max(v.known_error95 for v in everything)
+    largest = max(abs(v.value) for v in everything)
     shown = len({id(a) for a, _, _ in curves})
     left = f" The first {shown} of {several} responses." if shown < several else ""
     if error == 0.0:

@@ -131,7 +131,8 @@ def entitle(figure: Figure, device: str | None, question: str = "") -> None:
     """Set a title of up to three lines: the question that the figure answers, and the device; none for None."""
     if device is None:
         return
-    text, across = escaped(device), 12.0 * figure.get_figwidth()
+    text = escaped(device)
+    across = 12.0 * figure.get_figwidth()
     # lines of about one length
     across = min(across, 1.1 * len(text) / max(1, math.ceil(len(text) / across)) + 8)
     lines = textwrap.wrap(text, int(across), max_lines=_LINES - bool(question), placeholder=" ...")

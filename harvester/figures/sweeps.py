@@ -46,7 +46,8 @@ def sweep(table: SweepShape, title: str | None) -> Plot:
             squeeze=False,
             **(ratio if several else {}),
         )
-        top, low = axes[0, 0], axes[-1, 0]
+        top = axes[0, 0]
+        low = axes[-1, 0]
         x_scale = mark(low.xaxis, curve_axis.key, curve_axis.values, curve_axis.logarithmic)
         y_scale = scale("mean power", table.unit_names.power, known)
         for number, curves in enumerate(shown.values()):

@@ -11,7 +11,9 @@ from harvester.figures.style import INK, WIDTH, Plot, entitle, legend, new, styl
 from harvester.presentation.engine_look import look as look_of
 from harvester.uncertainty.value import Value
 
-_BAR, _LIMIT, _PALE = "#56B4E9", "#D55E00", "#DCEBF7"
+_BAR = "#56B4E9"
+_LIMIT = "#D55E00"
+_PALE = "#DCEBF7"
 _MOST_BINS, _LETTERS = 60, 26
 
 
@@ -46,7 +48,8 @@ def tolerance(answer: ToleranceShape, title: str | None) -> Plot:
 
 def _histogram(here: Axes, answer: ToleranceShape, unit: Scale, way: str) -> None:
     """Draw how many devices have which power, with upright bars or (way "horizontal") lying ones."""
-    colour, lying = look_of(answer.engine).colour, way == "horizontal"
+    colour = look_of(answer.engine).colour
+    lying = way == "horizontal"
     bins = int(np.clip(np.sqrt(len(answer.power)), 8, _MOST_BINS))
     here.hist(answer.power / unit.factor, bins=bins, color=colour, alpha=0.5, orientation=way)  # type: ignore[arg-type]
     line = here.axhline if lying else here.axvline
@@ -74,7 +77,8 @@ def _over_key(here: Axes, answer: ToleranceShape, unit: Scale) -> None:
     """Draw the power over the one key, with its error, and where 5 to 95 % of the devices are."""
     key = answer.spreads[0].key
     order = np.argsort(answer.samples[:, 0])
-    values, power = answer.samples[order, 0], answer.power[order] / unit.factor
+    values = answer.samples[order, 0]
+    power = answer.power[order] / unit.factor
     by = mark(here.xaxis, key, values, False)
     for bar in answer.tornado:
         here.axvspan(

@@ -50,12 +50,15 @@ def path(b: Bounce, t: Floats) -> Floats:
     w0 = 2.0 * math.pi * b.frequency
     k = 0.5 * w0 / b.quality
     w = math.sqrt(max(w0 * w0 - k * k, 1e-12 * w0 * w0))
-    at, x, v = float(t[0]), b.x0, b.v0
+    at = float(t[0])
+    x = b.x0
+    v = b.v0
     out = np.empty(len(t))
     slowest = 1e-6 * (w * abs(b.x0) + abs(b.v0) + w * abs(b.gap))
     first = 0
     for _ in range(MOST):
-        p, q = x, (v + k * x) / w
+        p = x
+        q = (v + k * x) / w
         phi = math.atan2(p * w + k * q, v)
         top, bottom = ((turn * math.pi - phi) % (2.0 * math.pi) for turn in (0.5, 1.5))
         meets = math.exp(-k * bottom / w) * (p * math.cos(bottom) + q * math.sin(bottom)) < -b.gap
@@ -71,7 +74,9 @@ def path(b: Bounce, t: Floats) -> Floats:
         if first >= len(t):
             break
         speed = math.exp(-k * hit) * (v * math.cos(w * hit) - (p * w + k * q) * math.sin(w * hit))
-        at, x, v = at + hit, -b.gap, -b.restitution * min(speed, 0.0)
+        at = at + hit
+        x = -b.gap
+        v = -b.restitution * min(speed, 0.0)
         if v <= slowest:  # it rests on the stop, or barely leaves
             if b.gap <= 0.0:
                 break
@@ -98,7 +103,8 @@ def impacts(t: Floats, y: Floats) -> list[int]:
     The jump is measured against the fastest speed nearby; where a free swing turns there is next to
     none.
     """
-    span, floor = float(np.ptp(y)), float(np.quantile(y, 0.01))
+    span = float(np.ptp(y))
+    floor = float(np.quantile(y, 0.01))
     low = (y[1:-1] <= y[:-2]) & (y[1:-1] < y[2:]) & (y[1:-1] < floor + 0.15 * span)
     lows: list[int] = []
     for k in np.flatnonzero(low) + 1:
@@ -163,7 +169,8 @@ def start(
         raise InputError(
             f"FILE must have {FEWEST} samples a swing or more for a restitution coefficient"
         )
-    noise, horizons = noise_of(y), [int(np.searchsorted(t, t[0] + n / swing)) for n in HORIZONS]
+    noise = noise_of(y)
+    horizons = [int(np.searchsorted(t, t[0] + n / swing)) for n in HORIZONS]
     horizons = [n for n in horizons if n < len(t)] + [len(t)]
     ends: list[tuple[float, Bounce]] = []
     for begin in _grid(
@@ -200,7 +207,8 @@ def _grid(t: Floats, y: Floats, swing: float, sure: bool, quality: float) -> lis
     size = 0.05 * (high - low)
     candidates: list[tuple[float, Bounce]] = []
     for f in [swing] if sure else swing * np.geomspace(0.45, 1.1, 31):
-        w, k = 2.0 * math.pi * f, math.pi * f / quality
+        w = 2.0 * math.pi * f
+        k = math.pi * f / quality
         s = t[:first] - t[0]
         basis = (
             np.exp(-k * s)[:, None]

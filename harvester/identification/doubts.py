@@ -28,7 +28,8 @@ def _relative(channel: Channel, noise: float) -> float:
 
 def misfits(best: DeviceFit) -> list[Diagnostic]:
     """Warnings where the device that was measured is not the one that was fitted."""
-    warnings, values = list[Diagnostic](), best.values()
+    warnings = list[Diagnostic]()
+    values = best.values()
     swept = [
         pair for pair in zip(best.channels, best.noise, strict=True) if pair[0].name != "ring-down"
     ]

@@ -154,14 +154,13 @@ def number_words(parameter: Parameter) -> tuple[str, str]:
     digits = min(
         max(3, 2 + math.ceil(math.log10(2.0 * max(abs(parameter.value), 1e-300) / width))), 9
     )
-    scale, unit = 1.0, parameter.unit
+    scale = 1.0
+    unit = parameter.unit
     if parameter.unit in PREFIXED and parameter.value:
         gram = 1e-3 if parameter.unit == "kg" else 1.0
         power = min(max(3 * math.floor(math.log10(abs(parameter.value) / gram) / 3.0), -15), 6)
-        scale, unit = (
-            gram * 10.0**power,
-            SYMBOLS[power] + ("g" if parameter.unit == "kg" else parameter.unit),
-        )
+        scale = gram * 10.0**power
+        unit = SYMBOLS[power] + ("g" if parameter.unit == "kg" else parameter.unit)
     shown = f"{parameter.value / scale:.{digits}g} {unit}".rstrip()
     return shown, f"{parameter.low / scale:.{digits}g} to {parameter.high / scale:.{digits}g}"
 
@@ -196,12 +195,17 @@ def fitted_curves(fit: DeviceFit) -> list[FittedCurve]:
 def _curve(channel: Channel, off: Floats, kept: Floats, noise: float) -> FittedCurve:
     of = getattr(channel.source, "of", "")
     name = f"{channel.source.name}, {channel.source.state}"
-    fitted, measured = channel.values - off, channel.values
-    x_label, size = "frequency (Hz)", channel.name == "size"
+    fitted = channel.values - off
+    measured = channel.values
+    x_label = "frequency (Hz)"
+    size = channel.name == "size"
     if channel.name == "ring-down":
-        label, x_label = _LABELS[of], "time (s)"
+        label = _LABELS[of]
+        x_label = "time (s)"
     elif channel.name == "phase":
-        label, measured, fitted = "phase (degrees)", np.degrees(measured), np.degrees(fitted)
+        label = "phase (degrees)"
+        measured = np.degrees(measured)
+        fitted = np.degrees(fitted)
     else:
         label = (
             "|Z| (ohm)"

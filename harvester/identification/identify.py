@@ -92,7 +92,8 @@ def identified(
     measurements: Sequence[Measurement], known: dict[str, float] | None = None
 ) -> IdentificationResult:
     """Fit measurements that are read; raises as `identify`."""
-    known, remarks = dict(known or {}), list[Diagnostic]()
+    known = dict(known or {})
+    remarks = list[Diagnostic]()
     measurements, alone = _alone(list(measurements))
     measurements = [_from_first_flight(data) for data in measurements]
     met = [data for data in measurements if isinstance(data, Decay) and data.of == "displacement"]
@@ -102,7 +103,8 @@ def identified(
         remarks.append(note("ring_down_meets_a_stop"))
     left = misfits(best)
     if (second := _second_resonance(measurements, best, known, left)) is not None:
-        best, left = second, [note("two_resonances")]
+        best = second
+        left = [note("two_resonances")]
     remarks += left
     if alone:
         remarks.append(note("one_state_alone", state=alone))

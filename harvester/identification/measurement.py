@@ -10,7 +10,9 @@ import numpy as np
 from harvester.arrays import Complexes, Floats
 from harvester.uncertainty.value import Value
 
-SHORT, OPEN = 0.0, math.inf  # loads in ohm
+# loads in ohm
+SHORT = 0.0
+OPEN = math.inf
 
 
 @dataclass(frozen=True, eq=False)

@@ -44,7 +44,8 @@ def pattern(off: Floats, x: Floats, relative: float, of_time: bool) -> Pattern |
     ``relative`` is their size over that of what was measured.
     """
     order = np.argsort(x, kind="stable")
-    x, off = x[order], off[order] - off.mean()
+    x = x[order]
+    off = off[order] - off.mean()
     power = float(off @ off)
     if len(off) < 3 * RUN or power <= 0.0 or relative < LEAST:
         return None

@@ -47,7 +47,8 @@ class Device:
 
 def impedance(device: Device, f: Floats, clamped: bool) -> Complexes:
     """Z in ohm at frequencies f (Hz), of the shape of f."""
-    s, c = 2j * math.pi * f, device.capacitance
+    s = 2j * math.pi * f
+    c = device.capacitance
     admittance = s * c * (1.0 - 1j * device.loss)
     if not clamped:
         admittance = admittance + s * c * device.beta * device.w0**2 / _mechanical(device, s)
@@ -59,7 +60,8 @@ def impedance(device: Device, f: Floats, clamped: bool) -> Complexes:
 
 def base_response(device: Device, f: Floats, load: float, of: str) -> Complexes:
     """Voltage, displacement or speed per base acceleration at frequencies f (Hz), of the shape of f."""
-    s, c = 2j * math.pi * f, device.capacitance
+    s = 2j * math.pi * f
+    c = device.capacitance
     if load == SHORT:
         h = np.zeros_like(s)
     else:
@@ -75,7 +77,8 @@ def _mechanical(device: Device, s: Any) -> Complexes:
 
 def poles(device: Device, load: float) -> Complexes:
     """The poles of a ring-down in 1/s: the pair, and with a load the voltage's own."""
-    w0, damping = device.w0, device.w0 / device.quality
+    w0 = device.w0
+    damping = device.w0 / device.quality
     if load == SHORT:
         return np.roots([1.0, damping, w0 * w0]).astype(complex)
     stiff = w0 * w0 * (1.0 + device.beta)

@@ -95,7 +95,8 @@ class Profiles:
         if linear > 1.0 and best != 0.0:  # not determined: where exactly it ends does not matter
             return best + way * linear
         direction = self.plain @ slope / float(slope @ self.plain @ slope)
-        target, distance = self.reach * math.sqrt(more), linear
+        target = self.reach * math.sqrt(more)
+        distance = linear
         for _ in range(STEPS):
             worse = self._profile(g, slope, direction, best, best + way * distance)
             if not worse > 0.0:

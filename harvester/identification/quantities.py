@@ -37,7 +37,8 @@ def _open_circuit(v: dict[str, float]) -> float:
     if "beta2" not in v:
         return math.sqrt(whole)
     second = v["frequency2"] ** 2
-    other, mixed = second * (1.0 + v["beta2"]), first * second * v["beta"] * v["beta2"]
+    other = second * (1.0 + v["beta2"])
+    mixed = first * second * v["beta"] * v["beta2"]
     return math.sqrt(0.5 * (whole + other) - math.sqrt(0.25 * (whole - other) ** 2 + mixed))
 
 
@@ -53,7 +54,9 @@ def coupling(v: dict[str, float]) -> float:
     return math.sqrt(mass(v) * v["beta"] * _w0(v) ** 2 * v["capacitance"])
 
 
-_F, _F2, _C = ("frequency",), ("frequency2",), ("frequency", "beta", "capacitance")
+_F = ("frequency",)
+_F2 = ("frequency2",)
+_C = ("frequency", "beta", "capacitance")
 _M = (*_C, "mass")
 QUANTITIES = (
     Quantity("short_circuit_frequency", "Hz", "resonance in short circuit", _F, lambda v: v["frequency"]),

@@ -80,7 +80,8 @@ def read_file(name: str) -> list[Measurement]:
     """The measurements of one file: one for each load that it holds."""
     path, at, state = name.rpartition("@")
     if not at or Path(name).exists():
-        path, state = name, ""
+        path = name
+        state = ""
     label = Path(path).name
     key = f"FILE {shown(label)}"
     table = read_table(path, "FILE")
@@ -158,10 +159,8 @@ def _impedance(table: CsvTable, f: Floats) -> Complexes | None:
     g, b = part(_SIEMENS, "g", "gp", "conductance"), part(_SIEMENS, "b", "bp", "susceptance")
     if g is not None and b is not None:
         return np.asarray(1.0 / (g + 1j * b))
-    c, d = (
-        part(CAPACITANCE, "cp", "c", "capacitance"),
-        part(_LOSS, "d", "tan", "tand", "loss", "df"),
-    )
+    c = part(CAPACITANCE, "cp", "c", "capacitance")
+    d = part(_LOSS, "d", "tan", "tand", "loss", "df")
     if c is not None and d is not None:
         return np.asarray(1.0 / (2j * math.pi * f * c * (1.0 - 1j * d)))
     return None
@@ -185,7 +184,8 @@ def _responses(
     table: CsvTable, f: Floats, label: str, key: str, load: float | None
 ) -> list[Measurement]:
     """A response for each column and load."""
-    phase, responses = _phase(table), []
+    phase = _phase(table)
+    responses = []
     loads = _load_column(table)
     for column in table.columns:
         for of, kind in _PER_G.items():

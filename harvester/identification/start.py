@@ -34,7 +34,8 @@ def chosen(
     """The names of the parameters to fit; what is known is not among them."""
     linear = [data for data in measurements if not meets(data, bouncing)]
     impedances = [isinstance(data, Impedance) for data in measurements]
-    impedance, coupled = any(impedances), any(map(_couples, linear))
+    impedance = any(impedances)
+    coupled = any(map(_couples, linear))
     moving = coupled or not all(impedances)
     capacitance = impedance or (coupled and any(map(_has_resistor, measurements)))
     mass_gives_psi = "mass" in known and (capacitance or "capacitance" in known)  # psi = theta/C
@@ -194,7 +195,8 @@ def _capacitances(measurements: Sequence[Measurement], f0: float) -> list[float]
     ):
         admittance = 1.0 / data.z
         apparent = admittance.imag / (2.0 * math.pi * data.f)
-        middle, turning = float(np.median(apparent)), _turning(admittance)
+        middle = float(np.median(apparent))
+        turning = _turning(admittance)
         if (
             not middle > 0.0 and turning < 0.0 and (apparent > 0.0).any()
         ):  # mostly between two far resonances

@@ -46,15 +46,19 @@ class ScenesSpreads:
 def spreads_of(text: str, scene: Scene) -> ScenesSpreads:
     """The spreads that the text of a scene file states; empty if it states none."""
     intervals, derived = _intervals(text)
-    vary, deviations, left_out = dict[str, str](), dict[str, float](), list[str]()
+    vary = dict[str, str]()
+    deviations = dict[str, float]()
+    left_out = list[str]()
     for key, (low, high) in intervals.items():
         table, _, name = key.partition(".")
         value = scene.tables().get(table, {}).get(name)
         if not isinstance(value, float) or not low <= value <= high:
             left_out.append(key)
             continue
-        middle, deviation = 0.5 * (low + high), stderr_of95(0.5 * (high - low))
-        kind, far = kind_of(key), CUT * deviation
+        middle = 0.5 * (low + high)
+        deviation = stderr_of95(0.5 * (high - low))
+        kind = kind_of(key)
+        far = CUT * deviation
         inside = (
             middle - far > kind.above and middle - far >= kind.least and middle + far <= kind.most
         )
@@ -69,7 +73,9 @@ def spreads_of(text: str, scene: Scene) -> ScenesSpreads:
 
 def _intervals(text: str) -> tuple[dict[str, tuple[float, float]], dict[str, tuple[float, float]]]:
     """The intervals in the comments of a scene file: by the keys that they stand behind, and of derived numbers."""
-    stated, derived, table = dict[str, tuple[float, float]](), dict[str, tuple[float, float]](), ""
+    stated = dict[str, tuple[float, float]]()
+    derived = dict[str, tuple[float, float]]()
+    table = ""
     for line in (row.strip() for row in text.splitlines()):
         if (head := _TABLE.fullmatch(line)) is not None:
             table = head[1]
@@ -96,7 +102,9 @@ def _ends(match: "re.Match[str]") -> tuple[float, float] | None:
 
 def _correlations(s: Mapping[str, float]) -> dict[tuple[str, str], float]:
     """The correlations of stiffness and coupling with the mass, from the relative deviations by key."""
-    mass, stiffness, coupling = "oscillator.mass", "oscillator.stiffness", "piezo.coupling"
+    mass = "oscillator.mass"
+    stiffness = "oscillator.stiffness"
+    coupling = "piezo.coupling"
     if mass not in s:
         return {}
     correlations = {}
@@ -105,11 +113,9 @@ def _correlations(s: Mapping[str, float]) -> dict[tuple[str, str], float]:
         (coupling, "coupling_squared_per_mass", 0.5),
     ):
         if key in s and name in s:
-            s_key, s_mass, s_ratio = (
-                s[key] / share,
-                s[mass],
-                s[name] * (2.0 if key == stiffness else 1.0),
-            )
+            s_key = s[key] / share
+            s_mass = s[mass]
+            s_ratio = s[name] * (2.0 if key == stiffness else 1.0)
             correlation = (s_key**2 + s_mass**2 - s_ratio**2) / (2.0 * s_key * s_mass)
             correlations[mass, key] = max(min(correlation, MOST), -MOST)
     if len(correlations) == 2:

@@ -58,7 +58,8 @@ class GaussianPeaks:
         """The level that |y| stays below in a time with the probability ``share``: every clump counts once."""
         from scipy.optimize import brentq
 
-        rate, top = -math.log(share) / time, self.bound(share, time)
+        rate = -math.log(share) / time
+        top = self.bound(share, time)
         if top == 0.0 or self.clumps(0.0) <= rate:
             return 0.0
         return float(brentq(lambda level: self.clumps(level) - rate, 0.0, 1.001 * top))
@@ -73,7 +74,9 @@ def peaks(eqs: Equations) -> tuple[GaussianPeaks, GaussianPeaks]:
     Raises SimulationError if no stationary response exists, CannotServeError for several modes.
     """
     check_one_mode(eqs)
-    moments, n1, mu = white(eqs), eqs.n1 or 0.0, eqs.mu or 0.0
+    moments = white(eqs)
+    n1 = eqs.n1 or 0.0
+    mu = eqs.mu or 0.0
     if not (math.isfinite(moments.x2) and n1 > 0.0):
         raise SimulationError(
             "there is no stationary response: give a damping and white noise of the base"
@@ -89,14 +92,17 @@ def peaks(eqs: Equations) -> tuple[GaussianPeaks, GaussianPeaks]:
 
 def _bandwidths(eqs: Equations) -> list[float]:
     """Vanmarcke's q of x and V: sums over frequencies that are close where the resonance is sharp."""
-    beta, mu, c = eqs.beta or 0.0, eqs.mu or 0.0, -(eqs.c1 or 0.0)
+    beta = eqs.beta or 0.0
+    mu = eqs.mu or 0.0
+    c = -(eqs.c1 or 0.0)
     w0 = math.sqrt(1.0 + beta / (1.0 + mu * mu))
     width = max(c + beta * mu / (w0 * w0 + mu * mu), 1e-9)
     # w = w0 + width sinh(u): a step of du is short against the resonance's width, and long far
     # away.
     ends = -math.asinh(w0 / width), math.asinh(_WIDEST * w0 / width)
     u = np.linspace(*ends, _FREQUENCIES)
-    w, dw = w0 + width * np.sinh(u), width * np.cosh(u)
+    w = w0 + width * np.sinh(u)
+    dw = width * np.cosh(u)
     bandwidths = []
     for density in gains(eqs, w):
         l0, l1, l2 = (float(np.trapezoid(density * w**power * dw, u)) for power in (0, 1, 2))

@@ -42,7 +42,8 @@ def response_to_shaking(eqs: Equations) -> tuple[Floats, Floats]:
     if eqs.record is not None:
         w, p = lines(eqs.record)
         # of the strong lines over all
-        g, spread = gains(eqs, w), (ROUNDING * math.log2(len(p))) ** 2 * p.mean()
+        g = gains(eqs, w)
+        spread = (ROUNDING * math.log2(len(p))) ** 2 * p.mean()
         return g @ p, g @ (2.0 * np.sqrt(p * spread) + spread)
     if eqs.coloured is not None or eqs.density is not None:
         noise, error = _integral(eqs)
@@ -121,7 +122,8 @@ def _sum(eqs: Equations, ends: Floats, nodes: Floats, weights: Floats) -> Floats
     whole = np.zeros(2)
     for first in range(0, len(ends) - 1, AT_ONCE):
         end = ends[first : first + AT_ONCE + 1]
-        half, middle = 0.5 * np.diff(end), 0.5 * (end[1:] + end[:-1])
+        half = 0.5 * np.diff(end)
+        middle = 0.5 * (end[1:] + end[:-1])
         f = np.exp(middle[:, None] + half[:, None] * nodes)
         whole += (gains(eqs, TURN * f) * (_density(eqs, f) * f) @ weights) @ half
     return whole

@@ -50,7 +50,9 @@ def white(eqs: Equations) -> WhiteResponse:
     """
     if eqs.modes is not None:
         return _white_of_modes(eqs)
-    c, beta, mu = -(eqs.c1 or 0.0), eqs.beta or 0.0, eqs.mu or 0.0
+    c = -(eqs.c1 or 0.0)
+    beta = eqs.beta or 0.0
+    mu = eqs.mu or 0.0
     loss = c * (1.0 + beta + mu * mu + c * mu) + beta * mu
     if not loss > 0.0:
         return WhiteResponse(math.inf, math.inf, math.inf, math.inf)
@@ -69,7 +71,9 @@ def amplitudes(
     With a spring of two wells they are those of small motions in the first, whose stiffness takes
     the place of the 1. Infinite at a resonance where nothing takes energy.
     """
-    s, mu, stiffness = 1j * np.asarray(w), eqs.mu or 0.0, 1.0
+    s = 1j * np.asarray(w)
+    mu = eqs.mu or 0.0
+    stiffness = 1.0
     if eqs.linear is not None:
         linear, alpha2, alpha = eqs.spring
         rest = next(iter(eqs.resting_places), 0.0)  # none where the spring pushes the mass away
@@ -90,7 +94,8 @@ def stationary(eqs: Equations) -> Floats:
     from scipy.linalg import solve_continuous_lyapunov
 
     assert eqs.modes is not None
-    matrix, n = flow(eqs), eqs.modes.count
+    matrix = flow(eqs)
+    n = eqs.modes.count
     forced = np.zeros(len(matrix))
     forced[n : 2 * n] = eqs.modes.base
     return np.asarray(solve_continuous_lyapunov(matrix, -2.0 * np.outer(forced, forced)))
@@ -99,13 +104,17 @@ def stationary(eqs: Equations) -> Floats:
 def _white_of_modes(eqs: Equations) -> WhiteResponse:
     """`white` of several modes; x is the oscillator's displacement."""
     assert eqs.modes is not None
-    values, n, s = np.linalg.eigvals(flow(eqs)), eqs.modes.count, np.array(eqs.modes.coupling)
+    values = np.linalg.eigvals(flow(eqs))
+    n = eqs.modes.count
+    s = np.array(eqs.modes.coupling)
     losses = -values.real
     if not losses.min() > 1e-14 * np.abs(values).max():
         return WhiteResponse(math.inf, math.inf, math.inf, math.inf)
-    covariance, e = stationary(eqs), eqs.modes.direction
+    covariance = stationary(eqs)
+    e = eqs.modes.direction
     v2 = covariance[-1, -1] if eqs.mu is not None else s @ covariance[:n, :n] @ s
-    moved, speed = e @ covariance[:n, :n] @ e, e @ covariance[n : 2 * n, n : 2 * n] @ e
+    moved = e @ covariance[:n, :n] @ e
+    speed = e @ covariance[n : 2 * n, n : 2 * n] @ e
     return WhiteResponse(
         float(moved), float(speed), float(v2), float((0.5 * np.abs(values) / losses).max())
     )
@@ -118,7 +127,9 @@ def _amplitudes_of_modes(
     modes = eqs.modes
     assert modes is not None
     stiffness, damping = modes.matrices(spring, -(eqs.c1 or 0.0))
-    coupling, base, every = np.array(modes.coupling), np.array(modes.base, complex), w.reshape(-1)
+    coupling = np.array(modes.coupling)
+    base = np.array(modes.base, complex)
+    every = w.reshape(-1)
     result = np.empty((2, every.size), complex)
     for first in range(0, every.size, AT_ONCE):
         s = 1j * every[first : first + AT_ONCE, None, None]

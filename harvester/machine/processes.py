@@ -69,7 +69,8 @@ def create(
     """
     with _STARTING:
         _start_the_trackers()
-    env, start = {**SAFE, **(env or {})}, (os.getpid(), folder)
+    env = {**SAFE, **(env or {})}
+    start = (os.getpid(), folder)
     env = {"LOKY_MAX_MEMORY_LEAK_SIZE": GROWTH, **(env or {})}
     return loky.ProcessPoolExecutor(1, timeout=idle, env=env, initializer=_begin, initargs=start)
 

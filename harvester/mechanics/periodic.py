@@ -43,7 +43,9 @@ PROBED = 0.01  # of the state's size: a change that shows the derivative, and no
 KEPT = 16  # changes between periods that are reported to another way
 REACHED = 3e-5  # of the state's size, where no other is asked for
 NOISY = 2e-3  # the same, where ngspice's tolerance lets it come no nearer in `PATIENCE` periods
-PATIENCE, NEARER = 4, 0.7  # the second: of the nearest before, what counts as nearer
+# the second: of the nearest before, what counts as nearer
+PATIENCE = 4
+NEARER = 0.7
 # of the state's size: a change of y that is worth telling to another way, well above that noise
 WORTH = 3e-3
 # of a step to a state that the circuit refuses; relative to the state, not worth a try
@@ -52,7 +54,10 @@ EXPLAINED = 0.3  # of the change of f(y) - y: the change of y that explains it
 # What is not believed of a change: a part of the size of one that was known of another scene, of
 # the same one at another step, of one's own, and what ngspice's tolerance makes in any, relative to
 # the state
-STALE, ALIKE, CURVED, NOISE = 0.1, 0.03, 0.01, 1e-4
+STALE = 0.1
+ALIKE = 0.03
+CURVED = 0.01
+NOISE = 1e-4
 CREEPING = 0.1  # of f(y) - y: what it changes by in a period where only a slow mode is left
 LONGEST = 100.0  # periods that the slowest mode is taken to last, at most
 # of f(y) - y itself: that noise is no larger than this, for a slow mode changes little in a period
@@ -192,7 +197,8 @@ class Settling:
             new = [
                 np.diff(values, axis=0) for values in (self._states, self._residuals, self._means)
             ]
-            moved, changed = new[0] @ self.slow.T - new[1], new[1]
+            moved = new[0] @ self.slow.T - new[1]
+            changed = new[1]
             least = [max(EXPLAINED * self.size(change), worth) for change in changed]
             kept = [self.size(change) > size for change, size in zip(moved, least, strict=True)]
             known.append([values[kept] for values in new])
@@ -211,7 +217,9 @@ class Settling:
 
         A period is so smooth a map that this tells its derivative to a part of about `CURVED`.
         """
-        y, after, derivatives = self.begin, self.state, []
+        y = self.begin
+        after = self.state
+        derivatives = []
         for row, weight in zip(self.slow, self._weights(), strict=True):
             aside = row * (PROBED / weight / max(float(row @ row), 1e-300))
             if aside.any():
@@ -266,8 +274,12 @@ class Settling:
         With ``guess``, it ends as soon as what the last periods say is left may bring it there, and
         goes that way.
         """
-        y, best, since, step = self.state, np.inf, 0, np.zeros_like(self.state)
-        nearest, near = (self.state, self.state), np.inf
+        y = self.state
+        best = np.inf
+        since = 0
+        step = np.zeros_like(self.state)
+        nearest = (self.state, self.state)
+        near = np.inf
         for _ in range(MOST):
             reached = self.state
             try:
@@ -286,15 +298,20 @@ class Settling:
             going = self.size(self.slow @ step)
             size = self.residual_norm(residual) + going
             if size < NEARER * best:
-                best, nearest, since = size, (y, self.state), 0
+                best = size
+                nearest = (y, self.state)
+                since = 0
                 near = self.size(residual) + going
             else:
                 since += 1
             if self._creeps(since):
                 self._forget(2)
-                step, best, since = self.left(residual)[0], np.inf, 0
+                step = self.left(residual)[0]
+                best = np.inf
+                since = 0
             if self.secants() is not None:
-                whole, noisy = size + self.unexplained(residual), since >= PATIENCE and near < NOISY
+                whole = size + self.unexplained(residual)
+                noisy = since >= PATIENCE and near < NOISY
                 if guess and whole < enough / STALE:
                     self.state = self.state - step
                     return True
@@ -302,7 +319,9 @@ class Settling:
                     self.begin, self.state = nearest
                     return True
                 if self._must_learn(size < enough or noisy):
-                    step, best, since = self.left(residual)[0], np.inf, 0
+                    step = self.left(residual)[0]
+                    best = np.inf
+                    since = 0
             y = self.state - step
         return False
 

@@ -89,7 +89,8 @@ class Settings:
 
     def add(self, line: Line, board: bool, inside: bool) -> None:
         """Take from a card what holds for the circuit; refuse one that is not known, or stands inside a subcircuit."""
-        where, word = f"netlist {line.where}", line.word
+        where = f"netlist {line.where}"
+        word = line.word
         if word not in (BOARD if board else BENCH) or (inside and not board):
             flat = "of a flat netlist, such as KiCad's, load.terminals in a scene names the piezo's nets"
             bench = "inside" if inside else f"(and a bench to run it by hand; {flat})"

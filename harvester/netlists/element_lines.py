@@ -91,7 +91,9 @@ def read_element(line: Line, models: Set[str]) -> Element:
     Raises InputError for a letter, a form or a key that is not known, too few nodes, and what
     cannot be read.
     """
-    kind, where, text = line.word[0], f"netlist {line.where}", names_of(line)
+    kind = line.word[0]
+    where = f"netlist {line.where}"
+    text = names_of(line)
     if kind not in LETTERS and kind != "x":
         letters = "".join(sorted([*LETTERS, "x"])).upper()
         raise invalid(where, f"begin with a card or one of the elements {letters}", line.word)

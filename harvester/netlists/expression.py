@@ -127,7 +127,9 @@ class _Reader:
     """Reads one expression: operands, and operators by their precedence."""
 
     def __init__(self, text: str, where: str, language: Language) -> None:
-        self.text, self.where, self.language = text, where, language
+        self.text = text
+        self.where = where
+        self.language = language
         self.tokens: list[str] = []
         self.probes: list[Node] = []
         self.position = self.nesting = 0

@@ -55,7 +55,8 @@ class Node:
     @property
     def leaves(self) -> set["Node"]:
         """All leaves that are no constants."""
-        waiting, nodes = [self], {self}
+        waiting = [self]
+        nodes = {self}
         while waiting:
             new = set(waiting.pop().arguments) - nodes
             nodes |= new

@@ -52,7 +52,8 @@ def as_board(netlist: ParsedNetlist, load: Load) -> Board:
     not known.
     """
     assert load.terminals is not None, "asked for with terminals only"
-    file, elements = netlist.file, netlist.outside.elements
+    file = netlist.file
+    elements = netlist.outside.elements
     if not elements:
         raise InputError(
             f"netlist {file} must have elements outside of subcircuits, but has none: export it again"

@@ -18,7 +18,8 @@ def constant_of(name: str, *x: float) -> float:
 
 def piecewise(x: float, *points: float) -> float:
     """A table x0, y0, x1, y1, ... at x, on with the last slopes beyond its ends."""
-    knots, values = points[::2], points[1::2]
+    knots = points[::2]
+    values = points[1::2]
     k = min(max(bisect.bisect_right(knots, x) - 1, 0), len(knots) - 2)
     return values[k] + (values[k + 1] - values[k]) / (knots[k + 1] - knots[k]) * (x - knots[k])
 

@@ -85,7 +85,8 @@ def _middle(part: CircuitPart, model: str, kinds: Mapping[str, str]) -> Iterator
 
 def text_of(tree: Node, kinds: Mapping[str, str]) -> str:
     """The text of a function as a B source has it, every operation in parentheses."""
-    operation, inner = tree.operation, [text_of(argument, kinds) for argument in tree.arguments]
+    operation = tree.operation
+    inner = [text_of(argument, kinds) for argument in tree.arguments]
     if operation == "constant":
         return repr(tree.value) if tree.value >= 0.0 else f"({tree.value!r})"
     if operation == "v":

@@ -125,10 +125,12 @@ def load_circuit(load: Load, capacitance: float | None = None) -> LoadCircuit:
     its folder, one without two terminals or without Rload, a construct that is not served, and
     parameters that it lacks or that lack a value.
     """
-    name, parameters = load.netlist, dict(load.parameters)
+    name = load.netlist
+    parameters = dict(load.parameters)
     if name is None:
         assert load.resistance is not None, "Load checks this"
-        name, parameters = "resistor", {"R": load.resistance}
+        name = "resistor"
+        parameters = {"R": load.resistance}
     path = Path(name) if is_path(name) else _of_package(name)
     netlist = read_netlist(path, netlist_folder() / "parts", board=load.terminals is not None)
     body, board = (

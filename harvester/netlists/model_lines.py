@@ -134,7 +134,9 @@ def read_model(line: Line) -> WrittenModel:
     """
     where = f"netlist {line.where}"
     tokens = tokens_of(line.text.lower())
-    name, kind, rest = "".join(tokens[1:2]), "".join(tokens[2:3]), tokens[3:]
+    name = "".join(tokens[1:2])
+    kind = "".join(tokens[2:3])
+    rest = tokens[3:]
     if kind not in KEYS or name == "=":
         raise invalid(where, f"have a model of one of the types {', '.join(KEYS)}", line.text[:60])
     words: list[str] = []

@@ -9,7 +9,8 @@ from harvester.netlists.part import INSIDE, PIEZO, CircuitPart, by_name
 
 def check_names(parts: Sequence[CircuitPart]) -> None:
     """Refuse elements that name others which are not there, or that ngspice does not take, and two couplings alike."""
-    there, coupled = by_name(parts), set[frozenset[str]]()
+    there = by_name(parts)
+    coupled = set[frozenset[str]]()
     nodes = {node for part in parts for node in part.nodes} | {PIEZO, "0"}
     for part in parts:
         if part.kind == "k":

@@ -217,7 +217,8 @@ def _header(line: Line) -> Body:
     if not words.alone:
         raise invalid(where, "have a name", line.text[:60])
     mark = words.alone.index("params:") if "params:" in words.alone else len(words.alone)
-    plain, wanting = words.alone[:mark], words.alone[mark + 1 :]
+    plain = words.alone[:mark]
+    wanting = words.alone[mark + 1 :]
     spelling = {name.lower(): name for name in (*spelt.alone, *spelt.pairs)}
     defaults: dict[str, Node | None] = {
         key: parameter_value(text, where) for key, text in words.pairs.items()

@@ -57,10 +57,8 @@ def _with_included(
             )
         elif line.word == ".lib" and len(words) > 2:
             named = line.text.strip().rpartition(words[-1])[0]
-            library, name = (
-                _included_file(named, line, path, root, ()),
-                words[-1].strip("\"'").lower(),
-            )
+            library = _included_file(named, line, path, root, ())
+            name = words[-1].strip("\"'").lower()
             if (section_path := library / name) in chain:
                 raise invalid(f"netlist {line.where}", "include no section within itself", name)
             section = _section(_joined_lines(library, left, included=True), name, line, library)

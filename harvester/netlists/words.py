@@ -25,7 +25,8 @@ class Words:
     """The words of an element's line behind its nodes: those that stand alone, and pairs of a key and its text."""
 
     def __init__(self, line: Line, text: str) -> None:
-        self.where, self.text = f"netlist {line.where}", text
+        self.where = f"netlist {line.where}"
+        self.text = text
         tokens = tokens_of(text)
         self.alone: list[str] = []
         self.pairs: dict[str, str] = {}

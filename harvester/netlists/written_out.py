@@ -218,7 +218,8 @@ def _called(
 
 def _given(element: Element, body: Body, scope: Scope) -> dict[str, float]:
     """What a call gives to the parameters of a subcircuit, and m."""
-    where, given = element.where, dict[str, float]()
+    where = element.where
+    given = dict[str, float]()
     for key, tree in element.options.items():
         if key != "m" and key not in body.defaults and key not in body.parameters:
             raise unknown(
@@ -244,7 +245,9 @@ def _given(element: Element, body: Body, scope: Scope) -> dict[str, float]:
 
 def _part(element: Element, scope: Scope, call: _Call) -> CircuitPart:
     """An element of a call of a subcircuit."""
-    kind, where, path = element.kind, element.where, call.path
+    kind = element.kind
+    where = element.where
+    path = call.path
     name = f"{path}{element.name.lower()}"
 
     def leaf(node: Node) -> Node:

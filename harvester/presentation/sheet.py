@@ -223,7 +223,8 @@ def _is_result(content: Any) -> TypeGuard[Presentable]:
 
 def _head(result: Presentable) -> str:
     """The engine, and what it took."""
-    engine, seconds = getattr(result, "engine", ""), getattr(result, "seconds", None)
+    engine = getattr(result, "engine", "")
+    seconds = getattr(result, "seconds", None)
     steps = getattr(result, "steps", 0)
     took = [] if seconds is None else [clock(seconds)]
     took += [f"{steps:.3g} steps"] if steps else []

@@ -72,10 +72,8 @@ class Part:
         """The rows of the part, at times that ascend but for jitter."""
         rows = slice(0, len(time))
         if self.begin is not None or self.end is not None:
-            end, rounding = (
-                time[-1] - time[0] if self.end is None else self.end,
-                1e-3 * np.ptp(time) / len(time),
-            )
+            end = time[-1] - time[0] if self.end is None else self.end
+            rounding = 1e-3 * np.ptp(time) / len(time)
             ends = [(self.begin or 0.0) - rounding, end + rounding]
             rows = slice(*(int(at) for at in np.searchsorted(time - time[0], ends)))
             if rows.stop - rows.start < FEWEST:
@@ -98,7 +96,8 @@ def clean(path: str, axis: str | None, rate: float | None, part: Part | None = N
     Raises InputError in one line, with the remedy, for what cannot be read or must not be guessed.
     """
     table = read_table(path, "FILE")
-    notes, warnings = [table.layout], list[Diagnostic]()
+    notes = [table.layout]
+    warnings = list[Diagnostic]()
     column = _axis(table, axis)
     values = _in_si(table, column)
     time = times(table, "FILE")
@@ -227,10 +226,8 @@ def _refuse_clipped(values: Floats, warnings: list[Diagnostic]) -> None:
             if behind - begin >= CLIPPED_RUN:
                 beside = known[[max(begin - 1, 0), min(behind, len(known) - 1)]]
                 sudden = np.abs(beside - end).max() > step
-                clipped, crests = (
-                    clipped + sudden * (behind - begin),
-                    crests + (not sudden) * (behind - begin),
-                )
+                clipped = clipped + sudden * (behind - begin)
+                crests = crests + (not sudden) * (behind - begin)
     share = clipped / len(known)
     if crests > MOST_CLIPPED * len(known):
         warnings.append(warning("perhaps_clipped", samples=int(crests)))
@@ -246,7 +243,8 @@ def _refuse_clipped(values: Floats, warnings: list[Diagnostic]) -> None:
 def _without_drift(values: Floats, spacing: float, notes: list[Diagnostic]) -> Floats:
     """The values without their mean and a straight line; each is noted if it is large."""
     t = spacing * (np.arange(len(values)) - 0.5 * (len(values) - 1))
-    offset, slope = float(values.mean()), float(t @ values / (t @ t))
+    offset = float(values.mean())
+    slope = float(t @ values / (t @ t))
     rest = values - offset - slope * t
     rms = float(np.sqrt(np.mean(rest**2)))
     if abs(offset) > 0.01 * rms:

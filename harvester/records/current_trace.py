@@ -72,5 +72,6 @@ def merged(current: Floats, lengths: Floats) -> Trace:
         for sums in (charge, lengths):
             sums[least] += sums[least + 1]
         keep = np.delete(np.arange(len(current)), least + 1)
-        current, lengths = (charge / lengths)[keep], lengths[keep]
+        current = (charge / lengths)[keep]
+        lengths = lengths[keep]
     return tuple(zip(current.tolist(), lengths.tolist(), strict=True))

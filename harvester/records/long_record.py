@@ -23,7 +23,9 @@ from harvester.records.records import Record
 BLOCK = 2**22  # bytes
 MOST_BYTES = 8_000_000_000
 UNEVEN = 0.01  # of a step: how far a time may be off an even grid
-FINE, EACH = 8, 2**16  # times to a sample, and samples at once, for the mean jerk
+# times to a sample, and samples at once, for the mean jerk
+FINE = 8
+EACH = 2**16
 MEND = "'harvester record FILE --out clean.csv' mends it"
 UTF_16 = b"\xff\xfe", b"\xfe\xff"
 
@@ -212,7 +214,11 @@ def long_record(
     file = LongFile.of(path, argument, columns)
     if file is None:
         return None
-    blocks, count, square, ends, uneven = [], 0, 0.0, list[tuple[int, float]](), 0.0
+    blocks = []
+    count = 0
+    square = 0.0
+    ends = list[tuple[int, float]]()
+    uneven = 0.0
     for table, block in file.blocks():
         time, values = columns(table)
         if block.repeated:
@@ -229,10 +235,8 @@ def long_record(
         )
         ends += [(count, float(times[0])), (count + len(times) - 1, float(times[-1]))]
         blocks.append(block)
-        count, square = (
-            count + len(times),
-            square + float((values[bool(block.repeated) :] ** 2).sum()),
-        )
+        count = count + len(times)
+        square = square + float((values[bool(block.repeated) :] ** 2).sum())
     rows, when = np.array(ends).T
     spacing = float(when[-1] - when[0]) / (count - 1)
     off = np.abs(when - when[0] - spacing * rows)

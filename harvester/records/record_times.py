@@ -20,7 +20,8 @@ COARSE = 0.2  # share of repeated times from which on the clock is coarse: whole
 # rows that the spacing, and the places before and behind a step, are the medians over
 SPAN, WINDOW = 16, 32
 # rows behind a step that tell; samples that jitter never makes, which need no such rows
-SIDE, SURE = 8, 2.0
+SIDE = 8
+SURE = 2.0
 REPORTED_JITTER = 0.01  # of a spacing: jitter from which on it is reported
 
 
@@ -57,7 +58,8 @@ def _spread(time: Floats, notes: list[Diagnostic]) -> Floats:
             "FILE must have times that change at least twice, but its clock is too coarse: leave its times out and "
             "give `rate`"
         )
-    first, count = changes[0], changes[-1] - changes[0]
+    first = changes[0]
+    count = changes[-1] - changes[0]
     spacing = (time[changes[-1]] - time[first]) / count
     repeated = len(time) - 1 - len(changes)
     notes.append(
@@ -153,7 +155,8 @@ def longest_part(time: Floats, values: Floats, notes: list[Diagnostic]) -> slice
     good = np.flatnonzero(np.isfinite(values))
     _, numbers = numbered(time, [])
     cuts = np.flatnonzero(np.diff(numbers[good]) - 1 > LONGEST_GAP)
-    begins, ends = np.append(good[:1], good[cuts + 1]), np.append(good[cuts], good[-1:])
+    begins = np.append(good[:1], good[cuts + 1])
+    ends = np.append(good[cuts], good[-1:])
     best = int(np.argmax(numbers[ends] - numbers[begins]))
     if len(cuts):
         begin, end = (float(time[row] - time[0]) for row in (begins[best], ends[best]))

@@ -23,7 +23,9 @@ EDGE = 64  # samples beside a piece, over which it fades
 # fourth difference to the RMS below which a join can be judged; and to the largest inside
 SMOOTH, KINK = 0.05, 1.5
 # other joins of a record; and the share of them that may be smooth
-TRIES, LOOKED_AT, CHANCE = 4096, 32, 2e-3
+TRIES = 4096
+LOOKED_AT = 32
+CHANCE = 2e-3
 SPAN = 8192.0  # period of a record made from a density, in units of 1/w0
 LINES = 12.0  # of such a record in the narrowest band, at least: E[V^2] is then off by 1 % at worst
 MOST_SAMPLES = 2**20  # of such a record, of which an ensemble has 64 or more: 0.5 GB
@@ -87,9 +89,11 @@ class Record:
         edge = math.ceil(EDGE / samples)
         # windows, of a number whose Fourier series is quick
         whole = next_fast_len(windows + 2 * edge, True)
-        low, high = (begin - edge) * samples, (begin - edge + whole) * samples
+        low = (begin - edge) * samples
+        high = (begin - edge + whole) * samples
         values = np.zeros(high - low)
-        first, last = max(low, 0), max(min(high, self.count // samples * samples), low, 0)
+        first = max(low, 0)
+        last = max(min(high, self.count // samples * samples), low, 0)
         values[first - low : last - low] = self.part(first, last)
         fade = np.sin(0.5 * math.pi * np.arange(edge * samples) / (edge * samples)) ** 2
         values[: len(fade)] *= fade
@@ -157,10 +161,8 @@ class TabulatedDensity:
         """The density at frequencies between the first and the last, in their shape."""
         f, g = self.frequencies, self.values
         k = np.clip(np.searchsorted(f, frequencies, "right") - 1, 0, len(f) - 2)
-        straight, share = (
-            g[k] * g[k + 1] == 0.0,
-            np.log(frequencies / f[k]) / np.log(f[k + 1] / f[k]),
-        )
+        straight = g[k] * g[k + 1] == 0.0
+        share = np.log(frequencies / f[k]) / np.log(f[k + 1] / f[k])
         ratio = np.where(straight, 1.0, g[k + 1]) / np.where(straight, 1.0, g[k])
         return np.asarray(np.where(straight, np.interp(frequencies, f, g), g[k] * ratio**share))
 
@@ -174,12 +176,10 @@ class TabulatedDensity:
 
     def _within(self, k: Any, f: Floats) -> Floats:
         """The integral from the beginning of the segments k up to f: of G ~ f^p, or of a straight line beside a 0."""
-        low, high, left, right = (
-            self.frequencies[k],
-            self.frequencies[k + 1],
-            self.values[k],
-            self.values[k + 1],
-        )
+        low = self.frequencies[k]
+        high = self.frequencies[k + 1]
+        left = self.values[k]
+        right = self.values[k + 1]
         straight = left * right == 0.0
         way = f - low
         line = way * (left + 0.5 * (right - left) * way / (high - low))
@@ -250,7 +250,8 @@ def _joined_by_chance(period: Floats, most: float) -> float:
     smooth = np.flatnonzero(np.abs(np.diff(joined, 4)).max(axis=1) <= most)
     # at most: of white noise that is what it makes
     noise = np.sqrt(np.mean(np.diff(period, 4) ** 2) / 70.0)
-    after, first = np.arange(len(period) // 4), np.array([[4], [0]])
+    after = np.arange(len(period) // 4)
+    first = np.array([[4], [0]])
     follow = (
         period.take(begins[k][:, None] + first + after, mode="wrap") for k in smooth[:LOOKED_AT]
     )

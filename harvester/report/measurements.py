@@ -60,7 +60,8 @@ def of_identification(result: IdentificationResult, title: str) -> Page:
 
 def of_record(answer: RecordAnswer, title: str) -> Page:
     """The page of a record."""
-    about, record = origin(), answer.record
+    about = origin()
+    record = answer.record
     rows = [[f"{b.low:.3g} to {b.high:.3g} Hz", with_errors(b.rms, "m/s^2")] for b in answer.bands]
     figure = drawing(
         answer.plot(None),

@@ -28,7 +28,8 @@ def of_response(scene: Scene | Problem, answer: FrequencyResponses, seed: int) -
     answers = []
     for curve in answer.curves:
         for direction in curve.directions:
-            peak, of = curve.peak(direction), curve.unit_names
+            peak = curve.peak(direction)
+            of = curve.unit_names
             most = with_errors(peak.mean_power, of.power)
             where = f"at {amount(peak.frequency, of.frequency)}, {direction}"
             answers.append(f"{curve.engine}: largest mean power {most} {where}")
@@ -66,7 +67,8 @@ def of_stability(scene: Scene | Problem, answer: Stability, seed: int) -> Page:
 
 def of_search(scene: Scene | Problem, answer: Optimum | ParetoFront, seed: int) -> Page:
     """The page of whatever `optimise` found; of one optimum with the evaluations of the largest powers."""
-    caption, tables = "What was evaluated, and the optimum with its interval.", tuple[Table, ...]()
+    caption = "What was evaluated, and the optimum with its interval."
+    tables = tuple[Table, ...]()
     answers: list[str] = []
     if isinstance(answer, ParetoFront):
         caption = f"The largest mean power against the {answer.quantity.replace('_', ' ')}."
@@ -114,7 +116,9 @@ def of_tolerance(scene: Scene | Problem, answer: ToleranceResult, seed: int) -> 
         "How many devices have which power. Below, where 5 to 95 % of them are with one key alone, and that key's "
         "share of the variance."
     )
-    kind, count, unit = f"tolerance, engine {answer.engine}", len(answer.power), answer.unit
+    kind = f"tolerance, engine {answer.engine}"
+    count = len(answer.power)
+    unit = answer.unit
     low, middle, high = (amount(answer.quantiles[share].value, unit) for share in (0.05, 0.5, 0.95))
     answers = [f"Median mean power: {middle}; 90 % of devices have {low} to {high}"]
     if answer.met is not None:

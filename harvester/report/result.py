@@ -33,7 +33,8 @@ def of_result(
     ``answers`` lead it, where the rows of its sheet do not say what was asked for; what it took
     stands last.
     """
-    problem, page = Problem.of(scene), sheet(result)
+    problem = Problem.of(scene)
+    page = sheet(result)
     rows = [f"{name}: {text}" for name, text in page.rows]
     took = hasattr(result, "seconds")
     lead = list(map(signs, (*answers, *[page.head] * (not took), *rows, *[page.head] * took)))
@@ -113,7 +114,8 @@ def _referred(cells: list[str], notes: list[str]) -> list[str]:
         for text in dict.fromkeys(cells)
         if len(text) > SENTENCE
     }
-    variants, many = Counter(kinds.values()), Counter(kinds.get(text) for text in cells)
+    variants = Counter(kinds.values())
+    many = Counter(kinds.get(text) for text in cells)
     known = dict[str, str]()
     for text, kind in kinds.items():
         if kind not in known and many[kind] > 1:

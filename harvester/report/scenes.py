@@ -65,9 +65,11 @@ def effects_section(problem: Problem) -> Section:
 
 def coefficients(caption: str, eqs: Equations) -> TextTable:
     """The table of the nondimensional coefficients that are present."""
-    rows, of_keys = [], {key.name: key.meaning for key in chosen("nondimensional")}
+    rows = []
+    of_keys = {key.name: key.meaning for key in chosen("nondimensional")}
     for name in sorted(vars(eqs), key=[*COEFFICIENTS, *vars(eqs)].index):
-        value, meaning = getattr(eqs, name), COEFFICIENTS.get(name) or of_keys.get(name, name)
+        value = getattr(eqs, name)
+        meaning = COEFFICIENTS.get(name) or of_keys.get(name, name)
         if value is not None:
             rows.append(
                 [

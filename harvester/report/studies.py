@@ -60,7 +60,9 @@ def of_cost(scene: Scene | Problem, cost: Cost, seed: int, budget: float) -> Pag
 
 def of_sweep(scene: Scene | Problem, table: SweepTable) -> Page:
     """The page of a sweep: its figure, each engine's best point, all rows, failures, and the scene to start from."""
-    about, keys, names = table.about, ", ".join(table.keys), table.engines
+    about = table.about
+    keys = ", ".join(table.keys)
+    names = table.engines
     best = [_best(table, name) for name in names if any(row.mean_power for row in table.of(name))]
     seeds = {options["seed"] for options in about["engines"].values() if "seed" in options}
     figure = drawing(

@@ -89,6 +89,7 @@ def check_opposite_stop(
         raise InputError(
             f"{prefix}restitution must go with a rigid stop, but there is none: turn the axis round"
         )
-    low, high = 0.0 - (gap or 0.0), opposite_gap or 0.0
+    low = 0.0 - (gap or 0.0)
+    high = opposite_gap or 0.0
     if not high - low > NARROWEST * max(abs(high), abs(low)):
         raise invalid(f"{prefix}gap", f"be above {low:.12g}, so that the stops leave room", high)

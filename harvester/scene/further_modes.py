@@ -75,7 +75,8 @@ def _check_modes(
         if not mode.frequency > below:
             must = f"be above that of the mode before, {below:.6g} Hz"
             raise invalid(f"mode.{number}.frequency", must, mode.frequency)
-        below, spring = mode.frequency, mode.mass * (TURN * mode.frequency) ** 2
+        below = mode.frequency
+        spring = mode.mass * (TURN * mode.frequency) ** 2
         if (mode.coupling or 0.0) ** 2 >= spring * modal.capacitance:
             most = math.sqrt(spring * modal.capacitance)
             must = f"be below {most:.4g} N/V in size, where the piezo takes all the energy that the mode's spring holds"

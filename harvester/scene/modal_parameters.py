@@ -47,7 +47,9 @@ def modal_parameters(oscillator: Oscillator, piezo: Piezo) -> ModalParameters:
 
     Raises InputError if the open circuit's frequency is not above that of the short circuit.
     """
-    mass, stiffness, damping = oscillator.mass, oscillator.stiffness, oscillator.damping
+    mass = oscillator.mass
+    stiffness = oscillator.stiffness
+    damping = oscillator.damping
     if stiffness is None:
         stiffness = _spring(mass, oscillator.frequency)
     ratio = None if oscillator.q is None else 0.5 / oscillator.q

@@ -40,10 +40,8 @@ def _resonance_warnings(
     oscillator: Oscillator, w0: float, shaking: Excitation | None
 ) -> list[Diagnostic]:
     """Warnings of values that are out of the usual only beside others: damping, and a frequency far off resonance."""
-    warnings, ratio = (
-        list[Diagnostic](),
-        0.5 / oscillator.q if oscillator.q else oscillator.damping_ratio,
-    )
+    warnings = list[Diagnostic]()
+    ratio = 0.5 / oscillator.q if oscillator.q else oscillator.damping_ratio
     if ratio is not None and ratio >= OVERDAMPED:
         warnings.append(warning("overdamped", damping_ratio=ratio))
     resonance = w0 / (2.0 * math.pi)

@@ -117,7 +117,8 @@ class Scene(SceneTable):
                     raise InputError(
                         f"[{name}] must be given (or [nondimensional] alone), but the table is missing"
                     )
-            stop, opposite = self.stop or Stop(restitution=1.0), self.opposite_stop
+            stop = self.stop or Stop(restitution=1.0)
+            opposite = self.opposite_stop
             noise = None if self.excitation is None else self.excitation.stiffness_noise
             check_beside(
                 self.modal, self.mode, self.magnifier, self.ball, self.stop is not None, noise

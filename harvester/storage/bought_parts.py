@@ -115,7 +115,8 @@ class Chip:
         """Voltages of the store at which an output begins and ends; None for one that the chip does not have."""
         if self.ratio is None:
             return self.outputs.get(voltage)
-        (low, high), (above, hysteresis) = self.outputs[0.0], MARGIN
+        (low, high) = self.outputs[0.0]
+        (above, hysteresis) = MARGIN
         fall = max(low, voltage + above)
         return (fall + hysteresis, fall) if fall + hysteresis < min(high, self.full) else None
 

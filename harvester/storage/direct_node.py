@@ -30,7 +30,9 @@ def can_run(run: NodeRun) -> bool:
 
     A chip that holds its input must look at it at times, as that is where its voltage comes from.
     """
-    store, node, chip = run.storage, run.node, run.chip
+    store = run.storage
+    node = run.node
+    chip = run.chip
     parts = (store.battery_voltage, store.diffusion_capacitance, node.lost_share, node.low_interval)
     return (chip is None or chip.ratio is None or chip.look > 0.0) and all(
         part is None for part in parts
@@ -48,7 +50,8 @@ class _Tracker:
 
     def move(self, charge: float, volts: float, now: float, slice_: float) -> tuple[float, float]:
         """What is left at the input, and what the store at ``volts`` gets, both in C."""
-        chip, seen = self.chip, charge / INPUT
+        chip = self.chip
+        seen = charge / INPUT
         if volts < chip.hand_over - (0.0 if self.begun is None else BACK):
             self.begun = None
             taken = max(charge - INPUT * chip.cold_voltage, 0.0)
@@ -78,22 +81,25 @@ class _Consumer:
 
     def take(self, volts: float, now: float, slice_: float) -> float:
         """The store's voltage after a slice in which it only gives."""
-        run, course, rest = self.run, self.course, slice_
+        run = self.run
+        course = self.course
+        rest = slice_
         stops = [run.stop_of(drawn) for drawn in run.drawn]
         while rest > 0.0:
             if self.state is None and volts >= run.node.wake_voltage:
-                self.state, self.left = 0, run.states[0][1]
+                self.state = 0
+                self.left = run.states[0][1]
             step = rest if self.state is None else min(rest, self.left)
             drawn = run.waiting if self.state is None else run.drawn[self.state]
             leak = volts / (run.storage.leakage_resistance or math.inf)
-            less, stop = (
-                step * (run.at(drawn, volts) + leak) / run.storage.farads,
-                self._stop(stops),
-            )
+            less = step * (run.at(drawn, volts) + leak) / run.storage.farads
+            stop = self._stop(stops)
             if volts > stop > volts - less:  # it stops there
-                step, less = step * (volts - stop) / less, volts - stop
+                step = step * (volts - stop) / less
+                less = volts - stop
             volts -= less
-            rest, now = rest - step, now + step
+            rest = rest - step
+            now = now + step
             if volts > run.top:
                 course.clamped += run.storage.farads * (volts - run.top) * run.top
             volts = min(max(volts, 0.0), run.top)
@@ -127,16 +133,17 @@ def direct_course(problem: Problem, run: NodeRun, seconds: float, seed: int = 0)
     chip, eqs = run.chip, problem.equations
     tracker = None if chip is None or chip.ratio is None else _Tracker(chip)
     farads = run.storage.farads if tracker is None else INPUT
-    period, rng = eqs.shaking_period or 2.0 * math.pi, np.random.default_rng([seed, 14])
+    period = eqs.shaking_period or 2.0 * math.pi
+    rng = np.random.default_rng([seed, 14])
     n_steps = math.ceil(period / step_from_rest(eqs) / SLICES)
     h = period / (n_steps * SLICES)
-    whole, mass = (
-        forcing(eqs, h, n_steps * SLICES),
-        HeldPath(problem, Rectifier(problem).compiled(farads), h),
-    )
-    slice_, consumer = n_steps * h / problem.scales.frequency, _Consumer(run)
+    whole = forcing(eqs, h, n_steps * SLICES)
+    mass = HeldPath(problem, Rectifier(problem).compiled(farads), h)
+    slice_ = n_steps * h / problem.scales.frequency
+    consumer = _Consumer(run)
     own = 0.0 if tracker is not None or chip is None else chip.own
-    at, volts = mass.at, run.storage.initial_voltage or 0.0
+    at = mass.at
+    volts = run.storage.initial_voltage or 0.0
     mass.state[at] = 0.0 if tracker is not None else farads * volts
     count = math.ceil(seconds / slice_)
     points: Floats = np.empty((2, count))
@@ -147,7 +154,8 @@ def direct_course(problem: Problem, run: NodeRun, seconds: float, seed: int = 0)
         mass.go_on(
             rng.standard_normal(n_steps) if eqs.is_random else np.zeros(n_steps), part, n_steps
         )
-        before, state = volts, mass.state
+        before = volts
+        state = mass.state
         if tracker is None:
             volts = state[at] / farads - own * slice_ / farads
         else:
@@ -159,8 +167,11 @@ def direct_course(problem: Problem, run: NodeRun, seconds: float, seed: int = 0)
         if tracker is None:
             state[at] = farads * volts
         points[:, k] = (k + 1) * slice_, volts
-    course, gaps = consumer.course, np.sort(np.diff(consumer.sent))
-    course.packets, course.first = len(consumer.sent), next(iter(consumer.sent), None)
+    course = consumer.course
+    gaps = np.sort(np.diff(consumer.sent))
+    course.packets = len(consumer.sent)
+    course.first = next(iter(consumer.sent), None)
     course.intervals = np.array([gaps, np.ones(len(gaps))])
-    course.end, (course.t, course.volts) = count * slice_, points
+    course.end = count * slice_
+    (course.t, course.volts) = points
     return course

@@ -42,13 +42,16 @@ def take_slices(
     wake voltage, the top, the capacitance, and the length of a slice (s), which begins ``now``.
     """
     wake, top, farads, slice_ = levels
-    finest, last = drawn.shape[1] - 1, len(durations) - 1
+    finest = drawn.shape[1] - 1
+    last = len(durations) - 1
     for j in range(len(volts)):
-        rest, v = slice_, volts[j]
+        rest = slice_
+        v = volts[j]
         while rest > 0.0:
             state = int(records[STATE, j])
             if state < 0 and v >= wake:
-                state, records[LEFT, j] = 0, durations[0]
+                state = 0
+                records[LEFT, j] = durations[0]
             step = min(rest, records[LEFT, j] if state >= 0 else rest)
             position = min(max(v / top, 0.0), 1.0) * finest
             k = min(int(position), finest - 1)
@@ -58,7 +61,8 @@ def take_slices(
             if v > stops[state] > new:  # it stops there
                 step *= (v - stops[state]) / (v - new)
                 new = stops[state]
-            v, rest = new, rest - step
+            v = new
+            rest = rest - step
             if v > top:
                 records[CLAMPED, j] += farads * (v - top) * top
                 v = top
@@ -111,18 +115,19 @@ def direct_nodes(
 
     Raises as `CompiledCircuit`.
     """
-    rectifier, scales, eqs = Rectifier(problem), problem.scales, problem.equations
+    rectifier = Rectifier(problem)
+    scales = problem.scales
+    eqs = problem.equations
     storage, chip = run.storage, run.chip
     circuit = rectifier.compiled(storage.farads) if compiled else rectifier.fast(storage.farads)
     runs = Trajectories(
         eqs, count, np.random.SeedSequence([seed, 17]), step_from_rest(eqs), circuit=circuit
     )
     row, unit = store_row(circuit, storage.farads, scales)
-    store, chip_current = runs.state[:, row], 0.0 if chip is None else chip.own
-    volts, records = (
-        np.full(runs.count, storage.initial_voltage or 0.0),
-        np.zeros((ROWS, runs.count)),
-    )
+    store = runs.state[:, row]
+    chip_current = 0.0 if chip is None else chip.own
+    volts = np.full(runs.count, storage.initial_voltage or 0.0)
+    records = np.zeros((ROWS, runs.count))
     records[STATE] = -1.0
     store[:] = storage.farads * volts.reshape(store.shape) / unit
     drawn, durations = (
@@ -130,15 +135,14 @@ def direct_nodes(
         np.array([duration for _, duration in run.states]),
     )
     stops = np.array([*(run.stop_of(amperes) for amperes in run.drawn), -math.inf])
-    leak, now = 1.0 / (storage.leakage_resistance or math.inf), 0.0
+    leak = 1.0 / (storage.leakage_resistance or math.inf)
+    now = 0.0
     while now < seconds:
         begin = runs.time
         runs.run(2.0 * math.pi / SLICES)
         slice_ = (runs.time - begin) / scales.frequency
-        before, volts = (
-            volts,
-            store.ravel() * (unit / storage.farads) - chip_current * slice_ / storage.farads,
-        )
+        before = volts
+        volts = store.ravel() * (unit / storage.farads) - chip_current * slice_ / storage.farads
         records[GIVEN] += storage.farads * (volts - before) * 0.5 * (volts + before)
         levels = np.array([run.node.wake_voltage, run.top, storage.farads, slice_])
         take_slices(volts, records, drawn, leak, durations, stops, levels, now)

@@ -67,7 +67,8 @@ def fluctuations(
     run: NodeRun, unit: float, seconds: float, seed: int, each: int = FEWEST
 ) -> Fluctuations:
     """Those of a run for ``seconds`` at most, with ``each`` course of a group; the ``unit`` is the mass's (s)."""
-    current, wake = run.charging[0], min(run.node.wake_voltage, run.top)
+    current = run.charging[0]
+    wake = min(run.node.wake_voltage, run.top)
     came = max(float(current[run.volts <= wake].mean()), 1e-30)
     length = max(unit, run.farads * wake / came / OF_CHARGE)
     count = min(max(math.ceil(INTERVALS * run.node.interval / length), WINDOWS), MOST_WINDOWS)

@@ -35,7 +35,8 @@ if TYPE_CHECKING:
 PARTS = 0.5, 0.9  # of the working voltage
 RUNS = 8  # under noise, at each voltage; half of them where these show a difference below `JUDGE`
 # time constants of the mass, after those in which the compiled rectifier settles:
-SETTLING, AVERAGED = (3.0, 1.0), 4.0
+SETTLING = (3.0, 1.0)
+AVERAGED = 4.0
 # under a drive, and under noise, where both begin nearly settled
 # of the store, over the piezo's capacitance: more would be lost in the digits of ngspice's voltage
 HELD = 1e5
@@ -88,7 +89,8 @@ def current_difference(
     )
     seeds = np.random.SeedSequence([seed, 19]).spawn(RUNS if eqs.is_random else 1)
     deadline = time.monotonic() + PATIENCE
-    gains, half = np.empty((len(PARTS), 0, 2)), (len(seeds) + 1) // 2
+    gains = np.empty((len(PARTS), 0, 2))
+    half = (len(seeds) + 1) // 2
     for some in (seeds[:half], seeds[half:]):
         jobs = [(device, each, part * volts, deadline, piece) for part in PARTS for each in some]
         try:
@@ -123,17 +125,22 @@ def _gains(
     """The voltages (V) that a held store gains in ngspice and in the compiled circuit, in this process."""
     from harvester.cosimulation.runs import new_drive, nodes_of, run_in_this_process
 
-    eqs, h, circuit = device.eqs, device.h, device.ideal
+    eqs = device.eqs
+    h = device.h
+    circuit = device.ideal
     assert isinstance(circuit, CompiledCircuit), "of a compiled circuit"
     if piece is None:
-        unit, repeat = time_constant(eqs), eqs.shaking_period
+        unit = time_constant(eqs)
+        repeat = eqs.shaking_period
         times = FADED, SETTLING[eqs.is_random], AVERAGED
         first, settling, averaged = (_whole(time * unit, h, repeat) for time in times)
         shaking = forcing(
             eqs, h, first + settling + averaged, np.random.default_rng(child(seed, 1))
         )
     else:
-        shaking, first, settling = piece.samples, piece.steps, 1
+        shaking = piece.samples
+        first = piece.steps
+        settling = 1
         averaged = len(shaking) - 1 - first - settling
     n_steps = first + settling + averaged
     noise = (
@@ -142,7 +149,8 @@ def _gains(
         else np.zeros(n_steps)
     )
     early, late = (None, None) if shaking is None else (shaking[: first + 1], shaking[first:])
-    state, at = circuit.rest, circuit.charge_at(STORE)
+    state = circuit.rest
+    at = circuit.charge_at(STORE)
     state[at] = held = HELD * device.scales.capacitance * volts
     before = circuit.trace(eqs, noise[:first], h, 1, (eqs.resting_places[0], 0.0), state, early)
     state = before.state

@@ -118,7 +118,9 @@ class HeldPath:
     together = 1
 
     def __init__(self, problem: Problem, circuit: CompiledCircuit, h: float) -> None:
-        self.eqs, self.scales, self.circuit = problem.equations, problem.scales, circuit
+        self.eqs = problem.equations
+        self.scales = problem.scales
+        self.circuit = circuit
         self.h, self.farads = (
             whole_steps(h, self.eqs.shaking_period),
             HELD * self.scales.capacitance,
@@ -137,17 +139,20 @@ class HeldPath:
         path = self.circuit.trace(
             self.eqs, noise, self.h, stride, self._start, self.state, shaking, kicked
         )
-        self._start, self.state = (float(path.samples[-1, 0]), path.speed), path.state
+        self._start = (float(path.samples[-1, 0]), path.speed)
+        self.state = path.state
         self.steps += path.steps
         self.peak = max(self.peak, float(np.abs(path.samples[:, 0]).max()))
         return path
 
     def advance(self, volts: float, duration: float) -> tuple[Floats, Floats, float]:
         """Go on for whole periods: charge (C) and mean square of the piezo's V (V^2), shape (1,) each, and seconds."""
-        period, held = self.eqs.shaking_period, self.farads * volts
+        period = self.eqs.shaking_period
+        held = self.farads * volts
         assert period is not None, "a drive has one"
         n_steps = round(period / self.h) * max(1, math.ceil(duration / period))
-        shaking, self.state[self.at] = forcing(self.eqs, self.h, n_steps), held
+        shaking = forcing(self.eqs, self.h, n_steps)
+        self.state[self.at] = held
         assert shaking is not None, "a drive"
         path = self.go_on(np.zeros(n_steps), shaking, math.gcd(n_steps, 4))
         square = np.mean(path.voltages[:, :1] ** 2, axis=0)
@@ -164,8 +169,12 @@ class HeldRuns:
     def __init__(
         self, runs: Trajectories, circuit: Elements, farads: float, scales: Scales
     ) -> None:
-        self.runs, self.scales, self.farads, self.together = runs, scales, farads, runs.together
-        self._circuit, (self._row, self._unit) = circuit, store_row(circuit, farads, scales)
+        self.runs = runs
+        self.scales = scales
+        self.farads = farads
+        self.together = runs.together
+        self._circuit = circuit
+        (self._row, self._unit) = store_row(circuit, farads, scales)
 
     def advance(
         self, volts: Floats | float | None, duration: float
@@ -175,7 +184,8 @@ class HeldRuns:
         Voltages of its own for each run have the shape (blocks, BATCH).
         """
         self.runs.put_behind(self._circuit)
-        store, begin = self.runs.state[:, self._row], self.runs.time
+        store = self.runs.state[:, self._row]
+        begin = self.runs.time
         if volts is not None:
             store[:] = volts * self.farads / self._unit
         before = store.copy()
@@ -187,7 +197,8 @@ class HeldRuns:
 
 def open_voltage(problem: Problem, h: float, seed: int = 0) -> float:
     """A voltage (V) that a rectifier hardly reaches: some times the rms of the open piezo's, from rest."""
-    eqs, duration = problem.equations, FADED * time_constant(problem.equations)
+    eqs = problem.equations
+    duration = FADED * time_constant(problem.equations)
     runs = Trajectories(eqs, 1, np.random.SeedSequence([seed, 11]), h)
     runs.run(duration)
     square = float(runs.run(max(duration / FADED, eqs.shaking_period or 0.0)).V2.mean())
@@ -204,21 +215,26 @@ def measured_current(
     ``rough``: under a drive each is held until the current changes by less than this part of the
     largest in a time constant, and that of the last one counts.
     """
-    unit, rows, largest = time_constant(eqs), [], 0.0
+    unit = time_constant(eqs)
+    rows = []
+    largest = 0.0
     for k, volts in enumerate(voltages):
         settling = FADED if k == 0 or eqs.is_steady else STEPPED
         settled, _, first = held.advance(float(volts), (settling if rough is None else 1.0) * unit)
         charges, squares, seconds = held.advance(
             float(volts), (1.0 if eqs.is_steady else MEASURED) * unit
         )
-        largest, before = max(largest, charges[0] / seconds), settled[0] / first
+        largest = max(largest, charges[0] / seconds)
+        before = settled[0] / first
         held_for = settling * unit / held.scales.frequency
         while (
             rough is not None
             and first < held_for
             and abs(charges[0] / seconds - before) > rough * largest
         ):
-            settled, first, before = settled + charges, first + seconds, charges[0] / seconds
+            settled = settled + charges
+            first = first + seconds
+            before = charges[0] / seconds
             charges, squares, seconds = held.advance(float(volts), unit)
             largest = max(largest, charges[0] / seconds)
         (charge, error), (square, unsure) = (
@@ -283,7 +299,9 @@ def measured(
     extrapolated from two steps of the compiled circuit.  Under noise it is that of the circuit of ideal elements where
     there is one, and of the scene's step alone, by so many ``runs``.
     """
-    rectifier, eqs, scales = Rectifier(problem), problem.equations, problem.scales
+    rectifier = Rectifier(problem)
+    eqs = problem.equations
+    scales = problem.scales
     h = step_from_rest(eqs) if h is None else h
     volts = np.linspace(0.0, 1.0, count) ** power * (
         open_voltage(problem, h, seed) if top is None else top
@@ -308,8 +326,6 @@ def measured(
         HeldPath(problem, rectifier.compiled(rectifier.held), factor * h) for factor in (1.0, 2.0)
     ]
     fine, coarse = (measured_current(path, eqs, volts) for path in paths)
-    steps, peak = (
-        sum(path.steps for path in paths),
-        max(path.peak for path in paths) * scales.length,
-    )
+    steps = sum(path.steps for path in paths)
+    peak = max(path.peak for path in paths) * scales.length
     return wider(Currents(fine.extrapolated(coarse), fine, steps, peak))

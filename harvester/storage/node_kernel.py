@@ -13,7 +13,9 @@ DONE = 1.0 - 1e-9  # of the time
 SEEN = 20_000  # points of the course in time that are kept, at most
 HOUR = 3600.0
 # of intervals between packets; s of the first's end; log of a width
-BINS, SHORTEST, WIDER = 250, 1e-3, math.log(1.1)
+BINS = 250
+SHORTEST = 1e-3
+WIDER = math.log(1.1)
 RAN, PACKETS, LOST, BROWN_OUTS, GIVEN, CLAMPED, END, LAST, INTERVALS = range(9)  # of the counts
 # counts that grow by the same in each cycle: last, intervals of each bin and their sum
 REPEATED = INTERVALS + 2 * BINS
@@ -26,7 +28,8 @@ def _rate(u, scale, finest, row, drawn):
     """The current (A) into the store at a voltage, and how it grows from one point of the table to the next."""
     position = min(max(u * scale, 0.0), float(finest))
     k = min(int(position), finest - 1)
-    low, high = row[k] - drawn[k], row[k + 1] - drawn[k + 1]
+    low = row[k] - drawn[k]
+    high = row[k + 1] - drawn[k + 1]
     return low + (position - k) * (high - low), high - low
 
 
@@ -66,9 +69,14 @@ def _current_now(charging, length, now):
 def follow_state(store, drawn, v, duration, threshold, side, course):
     """Go on in a state for a duration, or until V passes a threshold upwards (``side`` 1) or downwards: V there."""
     (charging, levels, branches), (counts, t, volts, spacing) = store, course
-    top, farads, held = levels[TOP], levels[FARADS], levels[HELD]
-    finest, many = charging.shape[1] - 1, branches.shape[1]
-    scale, left, rates = finest / top, duration, np.zeros((5, many))
+    top = levels[TOP]
+    farads = levels[FARADS]
+    held = levels[HELD]
+    finest = charging.shape[1] - 1
+    many = branches.shape[1]
+    scale = finest / top
+    left = duration
+    rates = np.zeros((5, many))
     if side * (v - threshold) >= 0.0:
         return v
     fastest, conductance = _quickest(branches)
@@ -117,7 +125,8 @@ def follow_state(store, drawn, v, duration, threshold, side, course):
         v = max(new, 0.0)
         points = int(counts[POINTS])
         if points < len(t) and (points == 0 or counts[END] - t[points - 1] >= spacing):
-            t[points], volts[points] = counts[END], v
+            t[points] = counts[END]
+            volts[points] = v
             counts[POINTS] += 1.0
         if there or step == 0.0:
             return v
@@ -133,12 +142,16 @@ def _flag(v, low, levels):
 @kernel
 def _follow_packet(store, drawn, durations, stops, number, v, low, seconds, hours, course):
     """Send a packet, ``number`` times (negative: in vain), and sleep: V, whether the node is on, and the flag."""
-    levels, counts, last, on = store[1], course[0], len(durations) - 1, True
+    levels = store[1]
+    counts = course[0]
+    last = len(durations) - 1
+    on = True
     spent = 0.0
     for k in range(abs(number) * last):
         left = min(durations[k % last], seconds - counts[END])
         v = follow_state(store, drawn[k % last], v, left, stops[k % last], -1.0, course)
-        on, spent = v > stops[k % last], spent + (left if k >= last else 0.0)
+        on = v > stops[k % last]
+        spent = spent + (left if k >= last else 0.0)
         if not on:
             return v, on, low
     _send(counts, hours, number > 0)
@@ -160,12 +173,18 @@ def follow_node(currents, durations, stops, levels, branches, tries, v, seconds,
     ``stops``, is sleep.  A packet takes as many ``tries`` as these say in turn, and is lost where one is negative.
     """
     (charging, drawn, waiting), (t, volts, hours) = currents, course
-    store, followed = (charging, levels, branches), (counts, t, volts, seconds / SEEN)
-    wake, repeats = levels[WAKE], levels[LENGTH] == 0.0 and len(tries) == 1
-    ever, taken, low = stops.max() < wake, 0, False
-    woken, begun = np.full(REPEATED, math.nan), np.empty(REPEATED)
+    store = (charging, levels, branches)
+    followed = (counts, t, volts, seconds / SEEN)
+    wake = levels[WAKE]
+    repeats = levels[LENGTH] == 0.0 and len(tries) == 1
+    ever = stops.max() < wake
+    taken = 0
+    low = False
+    woken = np.full(REPEATED, math.nan)
+    begun = np.empty(REPEATED)
     same = SAME * levels[TOP] if repeats else -1.0
-    at_wake, before = np.full(branches.shape[1] + 2, math.nan), np.empty(branches.shape[1] + 2)
+    at_wake = np.full(branches.shape[1] + 2, math.nan)
+    before = np.empty(branches.shape[1] + 2)
     while counts[END] < seconds * DONE:
         rose = v < wake
         v = follow_state(store, waiting, v, seconds - counts[END], wake, 1.0, followed)
@@ -175,7 +194,8 @@ def follow_node(currents, durations, stops, levels, branches, tries, v, seconds,
                 _repeat(counts, woken, seconds, hours)
             # `woken[:] = ...` takes numba seconds, for the words of an error
             woken = counts[:REPEATED].copy()
-        before[:], on = math.nan, v >= wake
+        before[:] = math.nan
+        on = v >= wake
         while on and counts[END] < seconds * DONE:
             if _alike(v, low, branches[2], before, same):
                 _repeat(counts, begun, seconds, hours)
@@ -200,7 +220,8 @@ def _alike(v, low, inner, others, same):
     for j in range(len(inner)):
         alike = alike and abs(inner[j] - others[j + 2]) < same
         others[j + 2] = inner[j]
-    others[0], others[1] = v, 1.0 if low else 0.0
+    others[0] = v
+    others[1] = 1.0 if low else 0.0
     return alike
 
 
@@ -231,7 +252,8 @@ def _repeat(counts, before, seconds, hours):
     ):  # there is one before, like it in intervals, too
         # the last is gone through
         times = max(math.ceil((seconds - counts[END]) / cycle - 1e-9) - 1, 0)
-        now, each = counts[END], (counts[PACKETS] - before[PACKETS]) / cycle
+        now = counts[END]
+        each = (counts[PACKETS] - before[PACKETS]) / cycle
         for k in range(int(now / HOUR), len(hours)):
             hours[k] += each * max(
                 min((k + 1) * HOUR, now + times * cycle) - max(k * HOUR, now), 0.0

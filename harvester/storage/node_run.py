@@ -35,7 +35,9 @@ from harvester.storage.rectified_current import times_to
 from harvester.storage.supply import charging_current, output_efficiency
 
 # voltages of a state's table; of one in each window, and of one in many
-GRID, ROUGH, FEWEST = 4000, 400, 100
+GRID = 4000
+ROUGH = 400
+FEWEST = 100
 MOST_POINTS = 2**21  # of all windows
 BRANCHES = 6  # of a line, the last of which has the rest of its capacitance
 AGAIN = 0.01  # of an empty battery's charge: where it feeds the node again
@@ -107,7 +109,8 @@ def _late(current: AnyCurrent, storage: Storage, node: SensorNode, chip: Chip | 
     Of a chip that holds its input this is the ring-up into an empty store, and half of its first look: what the input's
     capacitor gains in a look it gives back, so that the whole is the most.  A record rings its mass up itself.
     """
-    first, wake = storage.initial_voltage or 0.0, node.wake_voltage
+    first = storage.initial_voltage or 0.0
+    wake = node.wake_voltage
     if isinstance(current, RecordedCurrent) or storage.battery_voltage is not None or first >= wake:
         return 0.0
     if chip is not None and chip.ratio is not None:
@@ -134,11 +137,14 @@ class NodeRun:
         chip: Chip | None = None,
         points: int = GRID,
     ) -> None:
-        self.current, self.top = current, _top_of(current, storage, chip)
+        self.current = current
+        self.top = _top_of(current, storage, chip)
         if chip is not None:  # the node begins where the chip's output does
             wake, stop = max(node.wake_voltage, chip.rise), max(node.stop_voltage, chip.fall)
             node = replace(node, wake_voltage=wake, stop_voltage=stop)
-        self.storage, self.node, self.chip = storage, node, chip
+        self.storage = storage
+        self.node = node
+        self.chip = chip
         self.late = _late(current, storage, node, chip)
         self.length = current.length if isinstance(current, RecordedCurrent) else 0.0
         if isinstance(current, RecordedCurrent):
@@ -153,7 +159,8 @@ class NodeRun:
             current.at(self.volts) if chip is None else charging_current(chip, current, self.volts)
         )
         self.charging = np.atleast_2d(came - leak)
-        sleep, packet = node.sleep_current or 0.0, sum(seconds for _, seconds in node.states)
+        sleep = node.sleep_current or 0.0
+        packet = sum(seconds for _, seconds in node.states)
         self.states = [*node.states, (sleep, node.interval - packet)]
         self.spared = (node.low_interval or node.interval) - packet
         self.drawn = np.array([self._drawn(amperes) for amperes, _ in self.states])
@@ -200,22 +207,25 @@ class NodeRun:
         """What happens in a time from the beginning."""
         node, storage = self.node, self.storage
         stops = np.array([self.stop_of(drawn) for drawn in self.drawn])
-        counts, t, volts = np.zeros(COUNTS), np.empty(SEEN + 2), np.empty(SEEN + 2)
+        counts = np.zeros(COUNTS)
+        t = np.empty(SEEN + 2)
+        volts = np.empty(SEEN + 2)
         counts[END] = min(self.late, seconds)
         hours = np.zeros(max(math.ceil(seconds / HOUR), 1))
-        v, wake, farads = (
-            min(storage.initial_voltage or 0.0, self.top),
-            node.wake_voltage,
-            storage.farads,
-        )
+        v = min(storage.initial_voltage or 0.0, self.top)
+        wake = node.wake_voltage
+        farads = storage.farads
         if storage.battery_voltage is not None:
-            v, wake, farads = self.top, AGAIN * self.top, (storage.battery_charge or 0.0) / self.top
+            v = self.top
+            wake = AGAIN * self.top
+            farads = (storage.battery_charge or 0.0) / self.top
         low = node.low_voltages or (-math.inf, -math.inf)
         held = storage.battery_voltage or 0.0
         levels = np.array([wake, self.top, farads, self.length, held, *low, self.spared])
         durations = np.array([duration for _, duration in self.states])
         currents = self.charging, self.drawn, self.waiting
-        branches, course = branches_of(storage), (t, volts, hours)
+        branches = branches_of(storage)
+        course = (t, volts, hours)
         follow_node(
             currents, durations, stops, levels, branches, self._tries(), v, seconds, counts, course
         )

@@ -41,8 +41,12 @@ from harvester.storage.steady_power import (
 from harvester.uncertainty.control_variate import controlled
 from harvester.uncertainty.value import Value, mean_and_error
 
-MANY, WIDER = 8 * RUNS, 1.25  # runs with a held store; times the highest voltage of the slow run
-PAIRS, ROUGHER = 6, 4.0  # of fluctuating runs; times the slow step and the tolerance there
+# runs with a held store; times the highest voltage of the slow run
+MANY = 8 * RUNS
+WIDER = 1.25
+# of fluctuating runs; times the slow step and the tolerance there
+PAIRS = 6
+ROUGHER = 4.0
 DIRECT = 50.0  # time constants of the mass of the direct run
 # of the rectifier's energy: what a chip passes on at least, for the part that it differs by
 LEAST = 0.1
@@ -62,7 +66,8 @@ def noisy_power(problem: Problem, cut: Cut, seed: int) -> SlowPower:
         SlowCircuit(problem.circuit, cut, problem.scales, factor * TOLERANCE)
         for factor in (1.0, ROUGHER)
     )
-    step, count = ROUGHER * unit / FINER, MANY if Rectifier(problem).ideal else RUNS
+    step = ROUGHER * unit / FINER
+    count = MANY if Rectifier(problem).ideal else RUNS
     first = measured(problem, seed=seed).best
     top = WIDER * float(rough.run(first, first_duration(rough, first, unit), step).rails.max())
     table, _, steps, _ = measured(
@@ -151,12 +156,12 @@ def _gain(
     first.
     """
     assert problem.circuit is not None
-    eqs, scales, farads = problem.equations, problem.scales, problem.circuit.smoothing or 0.0
-    whole, h, root = (
-        compiled_circuit(problem.circuit, scales),
-        step_from_rest(eqs),
-        np.random.SeedSequence([seed, 11]),
-    )
+    eqs = problem.equations
+    scales = problem.scales
+    farads = problem.circuit.smoothing or 0.0
+    whole = compiled_circuit(problem.circuit, scales)
+    h = step_from_rest(eqs)
+    root = np.random.SeedSequence([seed, 11])
     slow = _fluctuating(
         circuit, table, seconds, float(paths[0].t[0]), seed, [path.end for path in paths]
     )
@@ -166,12 +171,16 @@ def _gain(
     )
     gained = ends.reshape(-1, 2).mean(axis=1) - full
     passed = seconds * float(np.mean([path.rails * table.at(path.rails) for path in slow]))
-    runs, which = Trajectories(eqs, JUDGED, root, h, circuit=whole), np.arange(JUDGED) % len(paths)
-    rows, states = runs.state[0, MASS_ROWS:], np.array([paths[k].end for k in which]).T
+    runs = Trajectories(eqs, JUDGED, root, h, circuit=whole)
+    which = np.arange(JUDGED) % len(paths)
+    rows = runs.state[0, MASS_ROWS:]
+    states = np.array([paths[k].end for k in which]).T
     for k, (name, *_) in enumerate(circuit.circuit.system.charges):
         if name != "piezo":
             rows[whole.charge_at(name)] = states[k]
-    to, switches, since = whole.switches_at, len(whole.system.switches), circuit.circuit.switches_at
+    to = whole.switches_at
+    switches = len(whole.system.switches)
+    since = circuit.circuit.switches_at
     rows[to : to + switches] = states[since : since + switches]
     load = (
         (eqs.beta or 0.0)

@@ -19,7 +19,10 @@ from harvester.storage.slow_circuit import TOLERANCE, SlowCircuit, SlowPath
 from harvester.storage.steady_power import FINER, MOST, first_duration, halves, mean_rate
 from harvester.uncertainty.value import Value
 
-VOLTAGES, LONGER, ROUGH = 7, 2.0, 0.017  # of the current: voltages, times the step, its last change
+# of the current: voltages, times the step, its last change
+VOLTAGES = 7
+LONGER = 2.0
+ROUGH = 0.017
 STEP, COARSER = 32.0, 30.0  # times the slow step and the tolerance of a whole answer
 PART, SETTLED = 0.2, 0.05  # of the first slow run there; a change of the mean power that ends it
 OFF = 0.06  # of the power: the whole error
@@ -35,7 +38,8 @@ def quick_power(problem: Problem, cut: Cut) -> tuple[Value, Value, SlowPath]:
     Raises as `harvester.storage.steady_power.slow_power`.
     """
     assert problem.circuit is not None
-    scales, table = problem.scales, _quick_current(problem)
+    scales = problem.scales
+    table = _quick_current(problem)
     circuit = SlowCircuit(problem.circuit, cut, scales, COARSER * TOLERANCE)
     unit = time_constant(problem.equations) / scales.frequency
     slow = unit / FINER * STEP
@@ -61,11 +65,9 @@ def _quick_current(problem: Problem) -> RectifiedCurrent:
     """The rectifier's current for `quick_power`; under a drive it is measured once for each rectifier and device."""
     if problem.equations.is_random:
         return measured(problem, count=VOLTAGES).best
-    rectifier, eqs, h = (
-        Rectifier(problem),
-        problem.equations,
-        LONGER * step_from_rest(problem.equations),
-    )
+    rectifier = Rectifier(problem)
+    eqs = problem.equations
+    h = LONGER * step_from_rest(problem.equations)
     circuit = rectifier.compiled(rectifier.held)
     key = repr((vars(circuit.system), eqs, problem.scales))
     if key not in MEASURED:

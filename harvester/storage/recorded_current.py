@@ -41,7 +41,9 @@ from harvester.storage.rectified_current import MeanCurrent, RectifiedCurrent
 VOLTAGES = 16
 BATCHES = 2  # side by side
 # s of a window; of the resonance in one; of a record
-SHORTEST, PERIODS, MOST_WINDOWS = 1.0, 8.0, 20_000
+SHORTEST = 1.0
+PERIODS = 8.0
+MOST_WINDOWS = 20_000
 PIECE = 2**22  # steps of a piece of the record
 BEYOND = 3.0  # over the largest rms of the open piezo's voltage in a window
 LOUD, JUDGED = 40, 3  # windows in which stores are compared, and ideal elements with the netlist's
@@ -86,23 +88,23 @@ class StoreBatch:
     def __init__(
         self, problem: Problem, circuit: Elements, volts: Floats, farads: float, h: float
     ) -> None:
-        self.eqs, self.scales, self.h, self.charge = (
-            problem.equations,
-            problem.scales,
-            h,
-            farads * volts,
-        )
+        self.eqs = problem.equations
+        self.scales = problem.scales
+        self.h = h
+        self.charge = farads * volts
         self.circuit, rest = circuit, self.eqs.resting_places[0]
         self._row, self._unit = store_row(circuit, farads, self.scales)
         if isinstance(circuit, CompiledCircuit):
             self.state, self.sums = aligned((circuit.rows, BATCH)), aligned((circuit.sums, BATCH))
             circuit.begin(self.state[None])
         else:
-            self.state, self.sums = aligned((5, BATCH)), aligned((len(IDEAL_SUMS), BATCH))
+            self.state = aligned((5, BATCH))
+            self.sums = aligned((len(IDEAL_SUMS), BATCH))
             self.state[4] = rest
         self.state[0] = rest
         self.hold()
-        self._filter, self._words = aligned((2, BATCH)), aligned((2, BATCH), np.uint64)
+        self._filter = aligned((2, BATCH))
+        self._words = aligned((2, BATCH), np.uint64)
 
     def hold(self) -> None:
         """Set the stores back to what they had at first."""
@@ -149,10 +151,13 @@ def windows_of(
 
     The ``circuit`` has a held store; the number of voltages divides `BATCH`.
     """
-    count, parts = len(volts), BATCHES * BATCH // len(volts)
+    count = len(volts)
+    parts = BATCHES * BATCH // len(volts)
     early = _early(problem, grid)
     each = max(min(PIECE // grid.steps, grid.windows) // parts, 1)
-    farads, steps, record = HELD * problem.scales.capacitance, 0, problem.equations.record
+    farads = HELD * problem.scales.capacitance
+    steps = 0
+    record = problem.equations.record
     assert record is not None, "the caller checks"
     moments = np.zeros((2, grid.windows, count))  # charges and mean squares
     held = np.tile(volts, parts // BATCHES)
@@ -209,7 +214,9 @@ def recorded(
 
     Raises as `CompiledCircuit`.
     """
-    grid, steps, rectifier = grid_of(problem), 0, Rectifier(problem)
+    grid = grid_of(problem)
+    steps = 0
+    rectifier = Rectifier(problem)
     if top is None:
         # to so high a voltage
         closed = IdealCircuit(mu=1e-12, kappa=HELD, n=1e-3, leak=1e-9, loss=0.0, bridge=True)
@@ -217,7 +224,8 @@ def recorded(
             problem, closed, np.full(1, 1e3 * problem.scales.volts), grid
         )
         top = BEYOND * math.sqrt(float(squares.max()))
-    volts, length = np.linspace(0.0, top, VOLTAGES), grid.steps * grid.h / problem.scales.frequency
+    volts = np.linspace(0.0, top, VOLTAGES)
+    length = grid.steps * grid.h / problem.scales.frequency
     tables = []
     for step_grid in (grid, grid._replace(steps=grid.steps // 2, h=2.0 * grid.h)):
         charges, _, more = windows_of(problem, rectifier.fast(rectifier.held), volts, step_grid)
@@ -225,16 +233,15 @@ def recorded(
         steps += more
     separation, many = _separation(problem, rectifier, tables[0], grid, farads or rectifier.held)
     off, more = _elements(problem, rectifier, tables[0], grid) if rectifier.ideal else (0.0, 0)
-    loud, early, record = (
-        _loudest(problem, tables[0], grid, 1),
-        _early(problem, grid),
-        problem.equations.record,
-    )
+    loud = _loudest(problem, tables[0], grid, 1)
+    early = _early(problem, grid)
+    record = problem.equations.record
     assert record is not None, "the caller checks"
     samples = record.resampled(
         loud.start - early, early + loud.stop - loud.start, grid.samples, grid.steps
     )
-    piece, highest = Piece(samples, early * grid.steps, grid.h), float(tables[0].voltages[-1])
+    piece = Piece(samples, early * grid.steps, grid.h)
+    highest = float(tables[0].voltages[-1])
     judge, unknown = error_of_circuit(problem, min(working or 0.5 * highest, highest), piece=piece)
     every = steps + many + more
     return Recorded(
@@ -249,7 +256,9 @@ def _gained(
 
     The mass has forgotten its start by then.  Stores that are not slow beside the vibration are not held.
     """
-    early, record, (volts, farads) = _early(problem, grid), problem.equations.record, store
+    early = _early(problem, grid)
+    record = problem.equations.record
+    (volts, farads) = store
     assert record is not None, "the caller checks"
     windows = loud.stop - loud.start
     stores = StoreBatch(problem, circuit, volts, farads, grid.h)
@@ -267,7 +276,8 @@ def _gained(
 
 def _loudest(problem: Problem, table: RecordedCurrent, grid: RecordGrid, count: int) -> slice:
     """The windows about the one of most current: so many at most, after those in which the mass forgets its start."""
-    most, early = int(np.argmax(table.current.sum(axis=1))), _early(problem, grid)
+    most = int(np.argmax(table.current.sum(axis=1)))
+    early = _early(problem, grid)
     first = min(max(most - count // 2, early), grid.windows - 1)
     return slice(first, min(max(most, first) + (count + 1) // 2, grid.windows))
 
@@ -281,9 +291,12 @@ def _separation(
     the highest.
     """
     volts = np.repeat(table.voltages[: VOLTAGES // 2], 2 * BATCH // VOLTAGES)
-    count, v = LOUD, np.full(BATCH, math.inf)
+    count = LOUD
+    v = np.full(BATCH, math.inf)
     while count and v.max() > table.voltages[-1]:
-        loud, count, v = _loudest(problem, table, grid, count), count // 2, volts.copy()
+        loud = _loudest(problem, table, grid, count)
+        count = count // 2
+        v = volts.copy()
         for row in np.repeat(table.current[loud], PARTS, axis=0):
             v += np.interp(v, table.voltages, row) * table.length / PARTS / farads
     gained, steps = _gained(problem, rectifier.fast(farads), loud, grid, (volts, farads))

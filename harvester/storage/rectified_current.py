@@ -142,7 +142,8 @@ def error_of_times(levels: Floats, table: RectifiedCurrent, farads: float, ohm: 
     """The standard error that sampling of the currents, which are independent, gives to the times to ``levels``."""
     if table.stderr is None:
         return np.zeros(len(levels))
-    base, total = times_to(levels, table, farads, ohm), np.zeros(len(levels))
+    base = times_to(levels, table, farads, ohm)
+    total = np.zeros(len(levels))
     there = np.isfinite(base)
     for k, error in enumerate(table.stderr):
         current = table.current.copy()
@@ -164,17 +165,20 @@ def random_paths(
 ) -> tuple[Floats, Floats]:
     """Times (s) up to ``end``, shape (n,), and voltages (count, n) of stores, at one or (coarse) two steps at once."""
     rng = np.random.default_rng(np.random.SeedSequence([seed, 12]))
-    steps, dt = STEPS, end / STEPS
+    steps = STEPS
+    dt = end / STEPS
     volts = np.linspace(0.0, max(top, float(table.voltages[-1])), FINE)
     effective = farads + table.column_at("lag", volts) * table.slope(volts)
     drift = (table.at(volts) - volts / ohm) / effective
     spread = np.sqrt(table.column_at("density", volts)) / farads
-    v, paths = np.zeros(count), [np.zeros(count)]
+    v = np.zeros(count)
+    paths = [np.zeros(count)]
     for k in range(0, steps, 2 if coarse else 1):
         kick = rng.standard_normal(count)
         length = dt
         if coarse:
-            kick, length = kick + rng.standard_normal(count), 2.0 * dt
+            kick = kick + rng.standard_normal(count)
+            length = 2.0 * dt
         begun = min(max((k * dt + length - table.start) / length, 0.0), 1.0)
         v = np.abs(
             v

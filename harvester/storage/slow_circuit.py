@@ -142,7 +142,8 @@ def direct_check(
 
     Both are ascending and finite; the direct run is as ``longest`` at most.
     """
-    eqs, w0 = problem.equations, problem.scales.frequency
+    eqs = problem.equations
+    w0 = problem.scales.frequency
     seconds = min(float(times[-1]), DIRECT * time_constant(eqs) / w0, longest)
     step = whole_steps(step_from_rest(eqs) if h is None else h, eqs.shaking_period)
     n_steps = math.ceil(seconds * w0 / step / 16) * 16
@@ -179,14 +180,20 @@ def noise_check(
     sampling at 95 %: those of step and elements together, and that of a store that is not held.  Voltages at which the
     ``table`` has next to no current are left out, unless all are such ones.  Runs are ``times_as_many`` as usual.
     """
-    rectifier, scales, eqs = Rectifier(problem), problem.scales, problem.equations
+    rectifier = Rectifier(problem)
+    scales = problem.scales
+    eqs = problem.equations
     strong = table.at(path[0]) > FAINT * table.current.max()
     volts, times = (points[strong | ~strong.any()] for points in path)
     held = rectifier.held
-    unit, last = time_constant(eqs), float(times[-1]) * scales.frequency
-    root, h, steps = np.random.SeedSequence([seed, 11]), step_from_rest(eqs), 0
+    unit = time_constant(eqs)
+    last = float(times[-1]) * scales.frequency
+    root = np.random.SeedSequence([seed, 11])
+    h = step_from_rest(eqs)
+    steps = 0
     judged = times_as_many * JUDGED
-    fast, count = rectifier.fast(held), times_as_many * RUNS if rectifier.ideal else 2 * judged
+    fast = rectifier.fast(held)
+    count = times_as_many * RUNS if rectifier.ideal else 2 * judged
 
     def charges(
         circuit: Elements,
@@ -209,7 +216,8 @@ def noise_check(
 
     whole = 1.0, min(COMPARED * unit, last)
     base = charges(fast, count, whole)
-    elements, separation = change_at_95(charges(fast, count, whole, twice=True), base), 0.0
+    elements = change_at_95(charges(fast, count, whole, twice=True), base)
+    separation = 0.0
     if rectifier.ideal:
         elements += change_at_95(charges(rectifier.compiled(held), judged, whole), base)
     if farads is not None:

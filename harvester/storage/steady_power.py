@@ -104,7 +104,8 @@ def slow_power(problem: Problem, cut: Cut) -> SlowPower:
             _of_direct(direct, twice, name, judge).with_unknown(unknown)
             for name in ("square", "piezo")
         )
-        changed, steps = 0.0, steps + direct.steps + twice.steps
+        changed = 0.0
+        steps = steps + direct.steps + twice.steps
     return SlowPower(
         power=replace(power, model=(power.model or 0.0) + changed).scaled(
             1.0 / circuit.circuit.resistance
@@ -144,7 +145,8 @@ def of_load(path: SlowPath) -> dict[str, float]:
 
     On is above half of the load's largest voltage.  Share and voltages are those of the run but for its first quarter.
     """
-    on, late = path.load > 0.5 * path.load.max(), path.t > 0.25 * path.t[-1]
+    on = path.load > 0.5 * path.load.max()
+    late = path.t > 0.25 * path.t[-1]
     if not path.load.max() > 0.0:
         return {"load_on": 0.0, "store_highest": float(path.store.max())}
     return {
@@ -173,7 +175,8 @@ def halves(duration: float) -> tuple[tuple[float, float], tuple[float, float]]:
 
 def mean_rate(t: Floats, integral: Floats, begin: float, end: float) -> float:
     """The mean rate of an integral between two times, weighted by Hann's window: whole cycles need not fit."""
-    middle, rates = 0.5 * (t[1:] + t[:-1]), np.diff(integral) / np.diff(t)
+    middle = 0.5 * (t[1:] + t[:-1])
+    rates = np.diff(integral) / np.diff(t)
     weights = np.where(
         (middle > begin) & (middle < end),
         np.sin(np.pi * (middle - begin) / (end - begin)) ** 2,
@@ -196,11 +199,9 @@ class _Direct(NamedTuple):
 def _direct(problem: Problem, seconds: float, factor: float = 1.0) -> _Direct:
     """The direct run of so many seconds, at a ``factor`` times the usual step."""
     assert problem.circuit is not None
-    eqs, w0, h = (
-        problem.equations,
-        problem.scales.frequency,
-        factor * step_from_rest(problem.equations),
-    )
+    eqs = problem.equations
+    w0 = problem.scales.frequency
+    h = factor * step_from_rest(problem.equations)
     n_steps = math.ceil(seconds * w0 / h / 16) * 16
     path = compiled_circuit(problem.circuit, problem.scales).trace(eqs, np.zeros(n_steps), h, 16)
     each = path.h * path.stride / w0

@@ -86,15 +86,14 @@ class Supply:
             return _time(
                 table.scaled(1.0, -(self.chip.low_own or self.chip.own)), self.rise, farads
             )
-        cold, warm = (
-            self.chip.cold_voltage,
-            float(tracked_power(self.chip, table)[0]) - self.rise * self.chip.own,
-        )
+        cold = self.chip.cold_voltage
+        warm = float(tracked_power(self.chip, table)[0]) - self.rise * self.chip.own
         came = cold * float(table.at(np.array(cold)))
         start = self.chip.cold_efficiency * came
         if min(start, warm) <= 0.0 or came < self.chip.cold_power:
             return math.inf
-        first, second = self.chip.hand_over**2, self.rise**2 - self.chip.hand_over**2
+        first = self.chip.hand_over**2
+        second = self.rise**2 - self.chip.hand_over**2
         return 0.5 * farads * (first / start + second / warm)
 
 
@@ -174,7 +173,8 @@ def charging_efficiency(chip: Chip, volts: Floats, amperes: Floats) -> Floats:
         return np.asarray(lines[0])
     k = np.clip(np.searchsorted(grid, volts) - 1, 0, len(grid) - 2)
     part = np.clip((volts - grid[k]) / (grid[k + 1] - grid[k]), 0.0, 1.0)
-    both, every = np.array(lines), np.arange(len(volts))
+    both = np.array(lines)
+    every = np.arange(len(volts))
     return np.asarray(both[k, every] + part * (both[k + 1, every] - both[k, every]))
 
 
@@ -184,14 +184,17 @@ def tracked_power(chip: Chip, table: AnyCurrent) -> Floats:
     What the input is held at is what the last look found.
     """
     assert chip.ratio is not None, "asked of a chip that tracks"
-    voltages, current, length = table.voltages, np.atleast_2d(table.current), table.length
+    voltages = table.voltages
+    current = np.atleast_2d(table.current)
+    length = table.length
     looks = (
         np.arange(len(current))
         if length >= chip.period
         else np.arange(len(current)) * length // chip.period
     )
     # the window of each look, and what it finds
-    first, opened = np.searchsorted(looks, looks), np.zeros(len(current))
+    first = np.searchsorted(looks, looks)
+    opened = np.zeros(len(current))
     for some in np.array_split(every := np.unique(first), math.ceil(len(every) / SOME)):
         opened[some] = input_without_load(chip, voltages, current[some])
     opened = np.minimum(opened[first], chip.most)
@@ -212,7 +215,8 @@ def input_without_load(chip: Chip, voltages: Floats, current: Floats) -> Floats:
 
     From ratio times V it comes to V there, with the time C int dV/I(V).  Without a time of its own a look finds all.
     """
-    fine, ratio = np.linspace(0.0, float(voltages[-1]), FINE), chip.ratio or 1.0
+    fine = np.linspace(0.0, float(voltages[-1]), FINE)
+    ratio = chip.ratio or 1.0
     came = current @ np.array([np.interp(fine, voltages, unit) for unit in np.eye(len(voltages))])
     least = np.maximum(1e-3 * current[:, :1], 1e-30)
     times = cumulative_trapezoid(INPUT / np.maximum(came, least), fine, axis=1, initial=0.0)

@@ -59,8 +59,10 @@ def tracked_input(
     law = _Law(problem, table, chip, opened, seed)
     if law.held < chip.least or not float(table.at(np.array(law.held))) > 0.0:
         return None
-    direct, mean = law.energies(law.count), law.energies(law.count, follows=False)
-    changes, level = direct - mean, float(mean.mean())
+    direct = law.energies(law.count)
+    mean = law.energies(law.count, follows=False)
+    changes = direct - mean
+    level = float(mean.mean())
     error = bound95(0.0, float(changes.std(ddof=1)) / math.sqrt(len(changes))) / level
     elements = change_at_95(law.energies(JUDGED, twice=True), direct)
     if law.rectifier.ideal:
@@ -77,20 +79,28 @@ class _Law:
     def __init__(
         self, problem: Problem, table: RectifiedCurrent, chip: Chip, opened: float, seed: int
     ) -> None:
-        self.problem, self.table, self.chip, self.opened = problem, table, chip, opened
-        self.rectifier, self.held, self.steps = Rectifier(problem), (chip.ratio or 1.0) * opened, 0
+        self.problem = problem
+        self.table = table
+        self.chip = chip
+        self.opened = opened
+        self.rectifier = Rectifier(problem)
+        self.held = (chip.ratio or 1.0) * opened
+        self.steps = 0
         self.count = RUNS if self.rectifier.ideal else 2 * JUDGED
-        self.unit, self.w0 = time_constant(problem.equations), problem.scales.frequency
+        self.unit = time_constant(problem.equations)
+        self.w0 = problem.scales.frequency
         self.root = np.random.SeedSequence([seed, 15])
         self.rest = (chip.period - chip.look) * self.w0  # nondimensional time between looks
         self.part = min(FADED * self.unit, self.rest)  # of it, that is run
 
     def _runs(self, count: int, compiled: bool, twice: bool) -> tuple[HeldRuns, HeldRuns]:
         """The same runs with an input that is held, and with one that is left alone; a look takes whole steps."""
-        step, look = step_from_rest(self.problem.equations), self.chip.look * self.w0
+        step = step_from_rest(self.problem.equations)
+        look = self.chip.look * self.w0
         h = look / (2 * math.ceil(look / (2.0 * step))) if look else step
         circuit = self.rectifier.compiled if compiled else self.rectifier.fast
-        held, alone = circuit(self.rectifier.held), circuit(INPUT)
+        held = circuit(self.rectifier.held)
+        alone = circuit(INPUT)
         runs = Trajectories(self.problem.equations, count, self.root, h, circuit=held)
         runs = runs.coarser() if twice else runs
         runs.stride = 1 if twice else 2
@@ -103,13 +113,18 @@ class _Law:
         self, count: int, follows: bool = True, compiled: bool = False, twice: bool = False
     ) -> Floats:
         """The energy (J) that each run puts into its store by the law, or with an input that is always held."""
-        chip, table, w0 = self.chip, self.table, self.w0
+        chip = self.chip
+        table = self.table
+        w0 = self.w0
         held, alone = self._runs(count, compiled, twice)
         before = SETTLING + math.ceil(FADED * self.unit / (chip.period * w0))
         looks = before + math.ceil(DIRECT * self.unit / (chip.look * w0 + self.part))
-        rest, missing = self.rest / w0, (self.rest - self.part) / w0  # s
+        # s
+        rest = self.rest / w0
+        missing = (self.rest - self.part) / w0
         volts, seen = np.full(held.runs.count, self.held), np.full(held.runs.count, self.opened)
-        shape, total = (held.runs.blocks, -1), np.zeros(held.runs.count)
+        shape = (held.runs.blocks, -1)
+        total = np.zeros(held.runs.count)
         for k in range(looks):
             gained = alone.advance(volts.reshape(shape), chip.look * w0)[0] if chip.look else 0.0
             if follows and chip.look:
@@ -132,10 +147,12 @@ class _Law:
 
         The power is a mean over `STARTED` vibrations.
         """
-        chip, (held, _) = self.chip, self._runs(self.count, False, False)
+        chip = self.chip
+        (held, _) = self._runs(self.count, False, False)
         count = STARTED + math.ceil(DIRECT * self.unit / (2.0 * math.pi))
         held.advance(chip.cold_voltage, FADED * self.unit)
-        power, taken = np.zeros(held.runs.count), np.zeros((2, held.runs.count))
+        power = np.zeros(held.runs.count)
+        taken = np.zeros((2, held.runs.count))
         for k in range(count):
             charge, _, seconds = held.advance(chip.cold_voltage, 2.0 * math.pi)
             power += (charge * chip.cold_voltage / seconds - power) / (STARTED if k else 1.0)

@@ -25,7 +25,8 @@ ROOT = np.random.SeedSequence(11)
 
 def keys_with_elements(problem: Problem) -> Iterator[tuple[str, float]]:
     """The keys of a scene and its netlist's parameters and elements that are numbers other than 0, with values."""
-    circuit, load = problem.circuit, problem.scene.load
+    circuit = problem.circuit
+    load = problem.scene.load
     assert circuit is not None and load is not None, "asked for a netlist"
     for key in quantities(problem.scene):
         if not key.startswith("load."):
@@ -60,7 +61,9 @@ def elasticities(
     begin = time.monotonic()
     deadline = math.inf if budget is None else begin + budget
     burn_in(first, budget)
-    settled, unit, now = first.time, problem.scales.frequency, time.monotonic()
+    settled = first.time
+    unit = problem.scales.frequency
+    now = time.monotonic()
     share = min(max(MEAN * (deadline - now) / (now - begin), LEAST_SHARE), 1.0)
     power = first.run(share * settled)
     seconds = 4.0 * (time.monotonic() - now) / share  # that a key takes

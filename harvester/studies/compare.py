@@ -234,7 +234,9 @@ def compare(
     budget = number(next((engine.budget for engine in chosen if isinstance(engine, Request)), None))
     estimates: list[Estimate] = []
     refused: dict[str, HarvesterError] = {}
-    total, done, spent = sum(engine.share_of_time for engine in chosen) + PATHS, 0.0, 0.0
+    total = sum(engine.share_of_time for engine in chosen) + PATHS
+    done = 0.0
+    spent = 0.0
     with working(execution.progress) as progress:
         for engine in chosen:
             part = PartOfProgress(progress, done / total, engine.share_of_time / total, engine.NAME)
@@ -285,7 +287,8 @@ def _has_paths(engines: Sequence[Engine], refused: dict[str, HarvesterError]) ->
 
 def _paths(problem: Problem, seed: int) -> list[PathComparison]:
     """One path with the stop, where there is one, and one without."""
-    paths, bare = [], Problem(problem.scene.without_stop())
+    paths = []
+    bare = Problem(problem.scene.without_stop())
     pairs = [("without the stop", bare)]
     if bare.scene != problem.scene:
         pairs.insert(0, ("with the stop", problem))
@@ -313,12 +316,15 @@ def one_path(
     noise = gaussian_grid(np.random.SeedSequence(seed), round(PATH_DURATION / device.h))
     path = worker.path_in_worker(device, noise)
     exact = trace(eqs, noise, device.h, device.stride)
-    alpha, beta, mu = eqs.alpha or 0.0, eqs.beta or 0.0, eqs.mu or 0.0
+    alpha = eqs.alpha or 0.0
+    beta = eqs.beta or 0.0
+    mu = eqs.mu or 0.0
     A = amplitude_through(path.x, path.v, alpha, beta, mu)
     V = decoupled(path.x, path.v, omega2(A, alpha, beta, mu), mu)
     units = problem.units
     spice, exactly, without = (voltage * units.volts for voltage in (path.V, exact.V, V))
-    t, x = path.t / units.frequency, path.x * units.length
+    t = path.t / units.frequency
+    x = path.x * units.length
     return PathComparison(title, t, x, spice, exactly, without, problem.physical)
 
 

@@ -56,7 +56,8 @@ def counted_passage(time: Floats, values: Floats, level: float, forgetting_time:
 
     Raises SimulationError if too few windows pass it, or do not.
     """
-    settled, step = np.abs(values[int(BURN_IN * len(values)) :]), float(time[1] - time[0])
+    settled = np.abs(values[int(BURN_IN * len(values)) :])
+    step = float(time[1] - time[0])
     rate, part = _rate(settled, step, level, forgetting_time)
     coarse, _ = _rate(settled[::2], 2.0 * step, level, forgetting_time)
     return Value(
@@ -73,7 +74,8 @@ def _rate(values: Floats, step: float, level: float, forgetting_time: float) -> 
             values[: 2 * length * pairs].reshape(pairs, 2, length).max(axis=2)
         )
         calm = highest < level
-        both, each = calm[:, 0] & calm[:, 1], calm.mean(axis=1)
+        both = calm[:, 0] & calm[:, 1]
+        each = calm.mean(axis=1)
         if both.sum() < 0.5 * pairs or pairs < LONGEST_WINDOW:
             break
         length *= 2

@@ -207,7 +207,8 @@ def motion(
     problem = served(ENGINES[engine], scene)
     span = number(Ensemble(duration=duration).duration) if isinstance(duration, str) else duration
     check_time("duration", span, problem.physical)
-    h, unit = _step(problem), problem.units.frequency
+    h = _step(problem)
+    unit = problem.units.frequency
     shown = 2.0 * math.pi * PERIODS if span is None else span * unit
     parts = 1 if from_rest else 1 + LEAD
     if not h < shown < MOST_STEPS * h / parts:
@@ -218,7 +219,8 @@ def motion(
     computed = partial(_computed, problem, engine, parts * shown, seed, probes, expected)
     (path, probe_values, stride), h, notes = at_smaller_steps(problem, h, computed)
     a = None if path.shaking is None else path.shaking[stride::stride][: len(path.t)]
-    s, speed = problem.units, problem.units.length * unit
+    s = problem.units
+    speed = problem.units.length * unit
     # the mass feels the opposite
     base = a if a is None or not problem.physical else -a * speed * unit
     result = Motion(
@@ -293,10 +295,8 @@ def _computed(
         from harvester.circuits.probed_path import probed
 
         assert problem.circuit is not None, "the engine serves netlists"
-        circuit, start = (
-            compiled_circuit(problem.circuit, problem.scales),
-            (problem.equations.resting_places[0], 0.0),
-        )
+        circuit = compiled_circuit(problem.circuit, problem.scales)
+        start = (problem.equations.resting_places[0], 0.0)
         path = circuit.trace(
             problem.equations, noise, h, stride, start, shaking=shaking, keep=bool(probes)
         )

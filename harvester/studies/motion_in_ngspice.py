@@ -12,7 +12,8 @@ if TYPE_CHECKING:
     from harvester.mechanics.kernels.path import Path
 
 # of a path whose time a pilot measures, and the pilot's share of it
-MANY_STEPS, PILOT = 50_000, 0.02
+MANY_STEPS = 50_000
+PILOT = 0.02
 Expected = Callable[[float], None]  # called with the seconds that a path is expected to take
 
 

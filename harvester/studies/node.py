@@ -69,10 +69,14 @@ DIRECT = 200.0  # time constants of that run
 ROUNDING, SPARED = 1e-9, 0.9
 # of the packets, and of those of the interval: an error that is small enough
 USEFUL, OF_MOST = 0.05, 0.01
-BUDGET, TIMES_AS_MANY = 20.0, 4  # s, that runs go on for a smaller error; times as many each time
+# s, that runs go on for a smaller error; times as many each time
+BUDGET = 20.0
+TIMES_AS_MANY = 4
 SAMPLING_SHARE = 0.3  # of the error, that sampling must be at least for more runs
 MUCH = 0.02  # of the current: errors that are checked by more runs
-DAY, HOUR, MOST_DAYS = 86400.0, 3600.0, 366.0
+DAY = 86400.0
+HOUR = 3600.0
+MOST_DAYS = 366.0
 Parts = tuple[Storage, SensorNode, Chip | None]  # what stands behind the rectifier
 
 
@@ -258,7 +262,8 @@ def node(scene: AnyScene, *, days: float = 1.0, seed: int = 0) -> NodeResult:
     reason = refusal_of_slow(problem, Probe(STORE, "V"), records=True)
     if reason is not None:
         raise CannotServeError(reason)
-    begin, table = time.perf_counter(), problem.scene.chip
+    begin = time.perf_counter()
+    table = problem.scene.chip
     chip = None if table is None else chip_of(table, consumer.supply_voltage)
     outcome = _outcome(problem, (storage, consumer, chip), days, seed)
     every = (
@@ -288,8 +293,11 @@ def _outcome(problem: Problem, parts: Parts, days: float, seed: int) -> _Outcome
     The first go, which compiles, is not counted.
     """
     storage, consumer, chip = parts
-    wake, effort, spent = max(consumer.wake_voltage, chip.rise if chip else 0.0), Effort(seed), 0.0
-    bound, unit = power_bound(problem), time_constant(problem.equations) / problem.scales.frequency
+    wake = max(consumer.wake_voltage, chip.rise if chip else 0.0)
+    effort = Effort(seed)
+    spent = 0.0
+    bound = power_bound(problem)
+    unit = time_constant(problem.equations) / problem.scales.frequency
     while True:
         begin = time.perf_counter()
         with compilation():
@@ -303,8 +311,10 @@ def _outcome(problem: Problem, parts: Parts, days: float, seed: int) -> _Outcome
             else None
         )
         result = _live(known, parts, days, bound, direct, noise)
-        packets, took = result.packets_per_hour, time.perf_counter() - begin
-        error, spent = packets.known_error95, spent + took * (effort.runs > 1)
+        packets = result.packets_per_hour
+        took = time.perf_counter() - begin
+        error = packets.known_error95
+        spent = spent + took * (effort.runs > 1)
         if noise is None or error <= max(
             USEFUL * packets.value, OF_MOST * HOUR / consumer.interval
         ):
@@ -319,12 +329,10 @@ def _outcome(problem: Problem, parts: Parts, days: float, seed: int) -> _Outcome
 
 def _remarks(problem: Problem, outcome: _Outcome, chip: Chip | None) -> list[Diagnostic]:
     """What is to be said of how the numbers were found."""
-    diagnostics, table, known, direct = (
-        list[Diagnostic](),
-        problem.scene.chip,
-        outcome.known,
-        outcome.direct,
-    )
+    diagnostics = list[Diagnostic]()
+    table = problem.scene.chip
+    known = outcome.known
+    direct = outcome.direct
     if problem.equations.is_random:
         diagnostics.append(note("node_of_fluctuating_current"))
     if outcome.why:
@@ -408,7 +416,8 @@ class _Reading:
         step, *model, sampling, error = (
             change if change > ROUNDING * abs(number) else 0.0 for change in changes
         )
-        total, stderr = late + abs(off) + sum(model), math.hypot(sampling, error)
+        total = late + abs(off) + sum(model)
+        stderr = math.hypot(sampling, error)
         # Under noise the step's error is in that of the elements; where nothing changes a number
         # all are 0.
         bias = step if step or not (total or stderr) else None
@@ -452,7 +461,9 @@ def _live(
     What a ``direct`` run differs by from the slow one of its time is added, and is an error, too: all that the slow one
     leaves out.  Under ``noise`` all are of currents that fluctuate alike.
     """
-    seconds, table, (storage, node, _) = days * DAY, known.table, parts
+    seconds = days * DAY
+    table = known.table
+    (storage, node, _) = parts
     run = NodeRun(table, *parts)
     base = _course(table, parts, seconds, noise)
     both = None if direct is None else (direct, run.course(direct.end))
@@ -486,10 +497,8 @@ def _live(
     change = (
         [note("node_change_helps", most, gain=helps[most])] if most and helps[most] > LITTLE else []
     )
-    seen, packets = (
-        base.mean if whole.end < seconds else whole,
-        reading.value(_rate, most=HOUR / node.interval),
-    )
+    seen = base.mean if whole.end < seconds else whole
+    packets = reading.value(_rate, most=HOUR / node.interval)
     each = (
         packets.value / _rate(seen)
         if noise is not None and seen is base.mean and seen.packets
@@ -543,7 +552,8 @@ def _variants(
 
     ``less`` is by what part the current may be lower; ``live`` gives what a node does.
     """
-    table, (storage, node, chip) = known.table, parts
+    table = known.table
+    (storage, node, chip) = parts
     lives = [
         base if current is table else live(current, parts)
         for current in (known.by_step, table.halved(), table.scaled(1.0 - less), table.shifted())
@@ -583,7 +593,8 @@ def _helps(
 
     All are of the same shaking, so that what sampling does to them is alike.
     """
-    gain_of, few = dict[str, float](), None if noise is None else noise.few()
+    gain_of = dict[str, float]()
+    few = None if noise is None else noise.few()
 
     def packets_of(current: AnyCurrent, others: Parts) -> float:
         return _course(current, others, seconds, few).number(
@@ -625,7 +636,9 @@ def _limit(run: NodeRun, course: NodeCourse, seconds: float) -> tuple[str, Diagn
         if (charging <= run.waiting).any()
         else len(run.volts) - 1
     )
-    highest, node, chip = float(run.volts[k]), run.node, run.chip
+    highest = float(run.volts[k])
+    node = run.node
+    chip = run.chip
     about = {"wake": node.wake_voltage, "stop": node.stop_voltage}
     if course.first is None and chip is not None and highest < chip.hand_over:
         least = {"volts": chip.cold_voltage, "watts": chip.cold_power}

@@ -16,7 +16,9 @@ from harvester.storage.recorded_current import AnyCurrent, recorded
 from harvester.storage.rectified_current import RectifiedCurrent, reached
 from harvester.storage.supply import INPUT, input_without_load
 
-VOLTAGES, CLOSER = 24, 2.0  # under noise, and the power by which they are closer at the bottom
+# under noise, and the power by which they are closer at the bottom
+VOLTAGES = 24
+CLOSER = 2.0
 FEWER = 12  # voltages of a rectifier without ideal elements
 # under noise at first, at each voltage; of a rectifier without ideal elements
 RUNS, OF_ELEMENTS = 1024, 64
@@ -96,7 +98,8 @@ def _of_alike_shaking(
     from harvester.storage.slow_circuit import direct_check, noise_check
     from harvester.storage.tracked_input import tracked_input
 
-    seed, noise = effort.seed, problem.equations.is_random
+    seed = effort.seed
+    noise = problem.equations.is_random
     if noise:
         count, runs = (VOLTAGES, RUNS) if Rectifier(problem).ideal else (FEWER, OF_ELEMENTS)
         runs *= effort.runs
@@ -118,9 +121,11 @@ def _of_alike_shaking(
         known = dataclasses.replace(known, steps=steps + law.steps, chip=law.correct(tracking))
         return dataclasses.replace(known, separation=law.error, elements=elements + law.elements)
     if not farads:
-        path, free = (np.full(2, last), np.array([0.0, DAY])), None
+        path = (np.full(2, last), np.array([0.0, DAY]))
+        free = None
     else:
-        path, free = reached(table, last if tracking else min(wake, last), farads), farads
+        path = reached(table, last if tracking else min(wake, last), farads)
+        free = farads
     if noise:
         off, separation, more = noise_check(problem, table, path, free, seed, effort.checks)
         return dataclasses.replace(
@@ -129,7 +134,8 @@ def _of_alike_shaking(
     if free is None:
         return known
     check = direct_check(problem, Rectifier(problem).compiled(farads), *path, DAY)
-    separation, late = (abs(check.late) + check.error) / check.seconds, check.error
+    separation = (abs(check.late) + check.error) / check.seconds
+    late = check.error
     if tracking is not None:
         late += abs(check.late) + 0.5 * tracking.look
     else:

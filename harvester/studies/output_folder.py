@@ -53,7 +53,8 @@ class OutputFolder:
 
     def __init__(self, out: str | Path, vector: Sequence[str] = ()) -> None:
         files.check_vector(vector)
-        self.path, self.vector = files.folder(out), vector
+        self.path = files.folder(out)
+        self.vector = vector
 
     @staticmethod
     def of(execution: Execution) -> "OutputFolder | None":

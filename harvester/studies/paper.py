@@ -124,14 +124,16 @@ def draw(numbers: Sequence[str], execution: Execution = DEFAULT) -> list[PaperFi
     studies.
     """
     execution.only("paper", "out", "formats", "progress")
-    folder, drawn = OutputFolder.of(execution), []
+    folder = OutputFolder.of(execution)
+    drawn = []
     with working(execution.progress) as progress:
         for index, number in enumerate(numbers):
             part = PartOfProgress(
                 progress, index / len(numbers), 1.0 / len(numbers), f"figure {number}"
             )
             part.start(POINTS[number])
-            begin, points = time.perf_counter(), []
+            begin = time.perf_counter()
+            points = []
             for point in figure(number):
                 points.append(point)
                 part.step()
@@ -211,12 +213,15 @@ def _densities(curves: dict[str, dict[str, Any]]) -> Iterator[FigurePoint]:
         law, ours = stationary.density(eqs), two_scale.solve(eqs)
         solution = refined(eqs, 1e-3, None, None, LIGHTEST).solution
         solved = Marginals(solution.form, solution.p)
-        (x, v), stop = _states(eqs), eqs.restitution is not None
+        (x, v) = _states(eqs)
+        stop = eqs.restitution is not None
         through = partial(
             amplitude_through, alpha=eqs.alpha or 0.0, beta=eqs.beta or 0.0, mu=eqs.mu or 0.0
         )
-        fine, fast = np.arange(0.002, 4.0, 0.004), np.arange(-6.0, 6.0, 0.008)
-        edges, speeds = np.linspace(0.0, 2.4, 41), np.linspace(-3.0, 3.0, 41)
+        fine = np.arange(0.002, 4.0, 0.004)
+        fast = np.arange(-6.0, 6.0, 0.008)
+        edges = np.linspace(0.0, 2.4, 41)
+        speeds = np.linspace(-3.0, 3.0, 41)
         plane = np.histogram(
             through(fine[:, None], fast), edges, weights=solved.phase_plane(fine, fast)
         )[0]

@@ -81,8 +81,10 @@ class RecordAnswer:
         }
 
     def __str__(self) -> str:
-        record, rms = self.record, self.record.rms
-        peak, n = float(np.abs(record.values).max()), len(record.values)
+        record = self.record
+        rms = self.record.rms
+        peak = float(np.abs(record.values).max())
+        n = len(record.values)
         lines = [
             f"axis {record.axis}: {n} samples, {record.rate:.6g} a second, {n / record.rate:.4g} s",
             f"rms {rms:.4g} m/s^2 ({rms / G:.3g} g), peak {peak:.4g} m/s^2 ({peak / G:.3g} g), of this record",
@@ -147,5 +149,6 @@ def _bands(record: CleanRecord) -> tuple[Band, ...]:
 
 def _has_tone(lines: Floats) -> bool:
     """Whether one line is so much of a band as chance makes it in none of a million random signals (Fisher's test)."""
-    n, share = len(lines), float(lines.max() / lines.sum())
+    n = len(lines)
+    share = float(lines.max() / lines.sum())
     return n > 1 and n * (1.0 - share) ** (n - 1) < 1e-6

@@ -121,7 +121,8 @@ def sensitivity(
     >>> result.keys[0], round(result.elasticities[result.keys.index("nondimensional.D11")].value, 3)
     ('nondimensional.restitution', 1.0)
     """
-    problem, begin = Problem.of(scene), time.perf_counter()
+    problem = Problem.of(scene)
+    begin = time.perf_counter()
     if problem.netlist is not None:
         if within is not None:
             raise InputError(

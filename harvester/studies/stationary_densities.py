@@ -277,10 +277,14 @@ def _means(problem: Problem, answer: Answer) -> dict[str, Any]:
 
 def _curves(problem: Problem, answer: Answer) -> dict[str, Any]:
     """The densities at their places, in the scene's units, and the largest error of one over its peak."""
-    u, box = problem.units, answer.setting.box
-    speed, most = u.length * u.frequency, 5.5 * math.sqrt(abs(float(answer.means[0])))
-    x, v = np.linspace(box.low, box.high, POINTS), np.linspace(-box.speed, box.speed, POINTS)
-    volts, w = np.linspace(-most, most, POINTS), np.linspace(0.0, box.speed, POINTS)
+    u = problem.units
+    box = answer.setting.box
+    speed = u.length * u.frequency
+    most = 5.5 * math.sqrt(abs(float(answer.means[0])))
+    x = np.linspace(box.low, box.high, POINTS)
+    v = np.linspace(-box.speed, box.speed, POINTS)
+    volts = np.linspace(-most, most, POINTS)
+    w = np.linspace(0.0, box.speed, POINTS)
     stopped, loaded = problem.equations.restitution is not None, problem.equations.mu is not None
     modes = answer.solution.form.modes
     both = []

@@ -59,7 +59,8 @@ def controlled(
         high, off if controls is None else np.hstack([off, controls]), together
     )
     rest = rest.reshape(-1, together).mean(axis=1)
-    residual, weight = float(rest.var(ddof=1)), float(weights[:, 0].mean())
+    residual = float(rest.var(ddof=1))
+    weight = float(weights[:, 0].mean())
     errors = np.array([math.sqrt(residual / len(rest)), abs(weight) * (mean.stderr or 0.0)])
     value = Value(
         float(rest.mean()),

@@ -68,11 +68,9 @@ def _combined(
 
 def _bias_weights(steps: int, order: float) -> Floats:
     """Weights of the values at all steps: of the bias at h of the order p, and from three steps of second order."""
-    first, second, power = (
-        np.eye(steps)[1] - np.eye(steps)[0],
-        np.eye(steps)[-1] - np.eye(steps)[1],
-        2.0**order,
-    )
+    first = np.eye(steps)[1] - np.eye(steps)[0]
+    second = np.eye(steps)[-1] - np.eye(steps)[1]
+    power = 2.0**order
     if steps == 2:
         return np.array([first / (power - 1.0)])
     low = (4.0 * first - second) / (4.0 - power)

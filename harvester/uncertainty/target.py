@@ -37,7 +37,8 @@ class Target:
         sampling alone would take ``more`` seconds to the target at this step, at least, which is
         ``enough`` in all.
         """
-        size, spent = abs(value.value), time.perf_counter() - self.begin
+        size = abs(value.value)
+        spent = time.perf_counter() - self.begin
         excess = (value.sampling95 / (self.within * size)) ** 2 - 1.0 if size > 0.0 else 0.0
         more = spent * max(excess, 0.0)
         error = value.known_error95 / size if size > 0.0 else None

@@ -118,7 +118,8 @@ class Value:
 
     def root(self) -> "Value":
         """The square root of a mean square, with its errors to first order."""
-        size, parts = math.sqrt(max(self.value, 0.0)), (self.stderr, self.bias, self.model)
+        size = math.sqrt(max(self.value, 0.0))
+        parts = (self.stderr, self.bias, self.model)
         stderr, bias, model = (
             None if e is None else e / (2.0 * size) if size > 0.0 else 0.0 for e in parts
         )
@@ -247,7 +248,8 @@ class Value:
 def amount(number: float, unit: str) -> str:
     """A number without an error with its unit: four digits, and a prefix where the unit takes one; "1" is no unit."""
     if unit == "kg":
-        number, unit = 1e3 * number, "g"
+        number = 1e3 * number
+        unit = "g"
     return Value(number).format("" if unit == "1" else unit)
 
 

@@ -31,7 +31,8 @@ class Hook(BuildHookInterface):
             self.app.abort(
                 f"{targets.VARIABLE} must be one of {', '.join(targets.TARGETS)}, but is {name!r}"
             )
-        target, root = targets.TARGETS[name], Path(self.root)
+        target = targets.TARGETS[name]
+        root = Path(self.root)
         # a folder that keeps what is built, for the next time
         kept = os.environ.get("NGSPICE_BUILD")
         work = Path(kept or tempfile.mkdtemp(prefix="ngspice-")) / name

@@ -55,11 +55,9 @@ def test_ledgers_of_several_runs():
 def test_a_model_at_a_coarse_step():
     """Six steps to a period leave the ledger open, and the answer says so; sixty do not."""
     piezo = hv.Piezo(coupling="1 mN/V", capacitance="50.2 nF")
-    plate, start, load = (
-        Oscillator(m=0.04, k=16.0, c=0.0),
-        Motion(1e-3, 0.05),
-        hv.Load(resistance=1e6),
-    )
+    plate = Oscillator(m=0.04, k=16.0, c=0.0)
+    start = Motion(1e-3, 0.05)
+    load = hv.Load(resistance=1e6)
     rough, fine = (
         hv.cosimulate(plate, load, piezo, start, "2 s", h, compiled=False)
         for h in ("50 ms", "5 ms")

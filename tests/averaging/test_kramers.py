@@ -9,7 +9,10 @@ from harvester.equations.coefficients import Equations
 
 # U = 1/4, w = sqrt(2), wb = 1; S = 4/3 by hand
 WELLS = Equations(linear=-1.0, alpha=1.0, c1=-1e-5, n1=0.02e-5)
-U, W, WB, S = 0.25, math.sqrt(2.0), 1.0, 4.0 / 3.0
+U = 0.25
+W = math.sqrt(2.0)
+WB = 1.0
+S = 4.0 / 3.0
 
 
 def of_damping(g, theta=0.02):

@@ -99,7 +99,8 @@ def test_halving_the_step_divides_the_error_by_four(tmp_path):
     scene = hv.loads(hv.load("examples/plate_harmonic.toml").to_toml()).with_load(
         netlist="bridge", parameters={"R": 1e6, "C": 1e-7}
     )
-    problem, circuit = Problem.of(scene), compiled(scene)
+    problem = Problem.of(scene)
+    circuit = compiled(scene)
     squares = [
         circuit.trace(problem.equations, np.zeros(400 * 2**k), 0.1 / 2**k, 400 * 2**k).square[-1]
         for k in range(4)

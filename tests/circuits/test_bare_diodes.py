@@ -27,7 +27,12 @@ from harvester.mechanics.kernels.step_size import step_from_rest, whole_steps
 from harvester.storage.measured_current import Rectifier
 from tests.support.netlists import BRIDGE, compiled, written
 
-HERTZ, GRAVITIES, CP, THETA, MASS, RATIO = 46.0, 0.2, 47e-9, 1.5e-3, 8e-3, 0.012
+HERTZ = 46.0
+GRAVITIES = 0.2
+CP = 47e-9
+THETA = 1.5e-3
+MASS = 8e-3
+RATIO = 0.012
 OHM = 2e5
 BARE = BRIDGE.format("d") + "Csmooth a b {farads}\nRload a b 200k\n.model d D{card}\n"
 OTHERS = {
@@ -55,16 +60,20 @@ def driven(folder, body, psd=None):
 def after_jumps(scene, circuit, volts, periods=3):
     """How many steps fail from rest, and after each jump of the store to one of ``volts``."""
     eqs = Problem.of(scene).equations
-    h, at = whole_steps(step_from_rest(eqs), eqs.shaking_period), circuit.charge_at("csmooth")
+    h = whole_steps(step_from_rest(eqs), eqs.shaking_period)
+    at = circuit.charge_at("csmooth")
     n_steps = round(eqs.shaking_period / h) * periods
-    state, start, failed = circuit.rest, (0.0, 0.0), []
+    state = circuit.rest
+    start = (0.0, 0.0)
+    failed = []
     for k, volt in enumerate([None, *volts]):
         if volt is not None:
             state[at] = volt / circuit.system.charges[at][3]
         path = circuit.trace(
             eqs, np.zeros(n_steps), h, 1, start, state, forcing(eqs, h, n_steps), k > 0
         )
-        state, start = path.state, (float(path.samples[-1, 0]), path.speed)
+        state = path.state
+        start = (float(path.samples[-1, 0]), path.speed)
         failed.append(path.failed)
     return failed
 
@@ -137,7 +146,8 @@ def test_what_rails_get_as_a_whole_has_nothing_of_the_store(tmp_path):
 def integrated(card, farads, seconds):
     """V of the store at the end, and the mean power of the load (W), from rest: by a stiff integrator."""
     saturation, n = card
-    w, law = 2.0 * math.pi * HERTZ, interpreted(diode)
+    w = 2.0 * math.pi * HERTZ
+    law = interpreted(diode)
 
     def current(v):
         return (
@@ -147,7 +157,8 @@ def integrated(card, farads, seconds):
 
     def rates(t, y):
         x, v, piezo, store, _ = y
-        forward, backward = current(0.5 * (piezo - store)), current(-0.5 * (piezo + store))
+        forward = current(0.5 * (piezo - store))
+        backward = current(-0.5 * (piezo + store))
         force = -MASS * w**2 * x - 2.0 * RATIO * MASS * w * v - THETA * piezo
         acceleration = force / MASS - GRAVITIES * 9.80665 * math.cos(w * t)
         u = forward + backward - store / OHM
@@ -166,13 +177,12 @@ def integrated(card, farads, seconds):
 @pytest.mark.slow
 @pytest.mark.parametrize("card", [(1e-14, 1.0), (0.2e-6, 1.05), (1e-18, 3.0), (1e-5, 0.5)])
 def test_store_and_power_are_those_of_an_integration_of_its_own(tmp_path, card):
-    farads, vibrations = 10e-6, 23
+    farads = 10e-6
+    vibrations = 23
     scene = driven(tmp_path, BARE.format(farads=farads, card="(Is={} N={})".format(*card)))
     problem = Problem.of(scene)
-    eqs, circuit = (
-        problem.equations,
-        CompiledCircuit(problem.circuit, problem.scales, tolerance=3e-3),
-    )
+    eqs = problem.equations
+    circuit = CompiledCircuit(problem.circuit, problem.scales, tolerance=3e-3)
     h = whole_steps(0.5 * step_from_rest(eqs), eqs.shaking_period)
     path = circuit.trace(eqs, np.zeros(round(eqs.shaking_period / h) * vibrations), h, 1)
     seconds = vibrations / HERTZ
@@ -221,7 +231,8 @@ WHY = "of the circuit's steps did not converge, at netlist element b1"
 def test_steps_that_fail_are_no_answer(tmp_path):
     """The current jumps where the store comes to rest, so that there is no solution; the element is named."""
     scene = driven(tmp_path, RELAY, psd="1e-5 g^2/Hz")
-    eqs, circuit = Problem.of(scene).equations, compiled(scene)
+    eqs = Problem.of(scene).equations
+    circuit = compiled(scene)
     with pytest.raises(hv.SimulationError, match=WHY):
         circuit.trace(eqs, np.random.default_rng(0).normal(size=2000), 0.1)
     with pytest.raises(hv.SimulationError, match=WHY):

@@ -28,7 +28,8 @@ def test_random_matrices(seed):
     assert (
         sorted(row for row, _ in order) == sorted(column for _, column in order) == list(range(n))
     )
-    matrix, right = rng.normal(size=(n, n)) * pattern, rng.normal(size=n)
+    matrix = rng.normal(size=(n, n)) * pattern
+    right = rng.normal(size=n)
     found, safe = solved(matrix, right, order, pattern)
     assert safe
     assert matrix @ found == pytest.approx(right, rel=1e-6, abs=1e-6 * np.abs(right).max())

@@ -146,7 +146,8 @@ def test_generated_derivatives_are_those_of_differences(text):
     exec(f"def f(x, y, p):\n    {lines}", scope)
     rng = np.random.default_rng(1)
     for x, y in rng.uniform(-1.5, 1.5, (40, 2)):
-        p, step = np.array(writer.constants), 1e-7
+        p = np.array(writer.constants)
+        step = 1e-7
         _, by_x, by_y = scope["f"](x, y, p)
         across = scope["f"](x + step, y, p)[0] - scope["f"](x - step, y, p)[0]
         along = scope["f"](x, y + step, p)[0] - scope["f"](x, y - step, p)[0]

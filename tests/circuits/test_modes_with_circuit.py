@@ -22,7 +22,8 @@ def test_resistor(change):
     netlist = Problem(
         scene.replace(load=hv.Load(netlist="resistor", parameters={"R": scene.load.resistance}))
     )
-    seed, h = np.random.SeedSequence(5), 0.01
+    seed = np.random.SeedSequence(5)
+    h = 0.01
     exact = Trajectories(Problem(scene).equations, 64, seed, h, controlled=True)
     circuit = compiled_circuit(netlist.circuit, netlist.scales)
     own = Trajectories(netlist.equations, 64, seed, h, circuit=circuit, controlled=True)
@@ -51,7 +52,9 @@ MAGNIFIER = {"magnifier": hv.Magnifier(mass="20 g", stiffness="4 N/mm"), "mode":
 def test_ideal_circuit(name, change):
     """An ideal circuit gives the compiled one's power on the same noise, but for what ideal elements leave out."""
     scene = BEAM.replace(load=hv.Load(netlist=name)).replace(**change)
-    problem, seed, h = Problem(scene), np.random.SeedSequence(5), 0.01
+    problem = Problem(scene)
+    seed = np.random.SeedSequence(5)
+    h = 0.01
     ideal = ideal_circuit(problem.circuit, problem.scales)
     loads = []
     for circuit in (ideal, compiled_circuit(problem.circuit, problem.scales)):

@@ -136,7 +136,9 @@ def test_doctor_says_which_elements_of_a_netlist_are_served(tmp_path, harvester)
 
 def test_threads_that_ask_at_once_for_a_step_get_one_record(tmp_path):
     """It has addresses of its arrays: of two records one would be freed while a kernel still reads it."""
-    circuit, count, interval = compiled(on_plate(tmp_path, GOOD)), 8, sys.getswitchinterval()
+    circuit = compiled(on_plate(tmp_path, GOOD))
+    count = 8
+    interval = sys.getswitchinterval()
     sys.setswitchinterval(1e-6)
     try:
         for k in range(5):

@@ -29,7 +29,8 @@ def test_a_copy_is_the_same_scene(harvester, tmp_path, monkeypatch, path):
     monkeypatch.chdir(tmp_path)
     status, out, _ = harvester("examples", path.stem)
     assert status == 0
-    copied, scene = hv.load(f"{path.stem}.toml"), hv.load(path)
+    copied = hv.load(f"{path.stem}.toml")
+    scene = hv.load(path)
     assert copied.to_toml().replace(str(tmp_path), str(path.parent)) == scene.to_toml()
     assert (tmp_path / f"{path.stem}.toml").read_text() == f"#:schema ./{NAME}\n{path.read_text()}"
     written = re.findall(r"written: (\S+)", out)

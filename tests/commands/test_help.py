@@ -189,10 +189,8 @@ def test_a_budget_that_is_too_small(harvester):
 @pytest.mark.thorough("test_help_is_there_at_once")
 @pytest.mark.slow
 def test_colours_on_a_terminal_only(harvester):
-    error, warning = (
-        ("run", "/nowhere/x.toml"),
-        ("run", PLATE, "--engine", "averaged", "--within", "0.01%"),
-    )
+    error = ("run", "/nowhere/x.toml")
+    warning = ("run", PLATE, "--engine", "averaged", "--within", "0.01%")
     status, screen = on_terminal(*error)
     assert status == 2
     assert f"{ESCAPE}31m{ESCAPE}1mharvester:" in screen

@@ -217,7 +217,8 @@ def test_options(data):
 @pytest.mark.slow
 def test_netlists():
     """A netlist is read, without anything dangerous in it, or refused in one line."""
-    path, read = Path("mine.cir"), []
+    path = Path("mine.cir")
+    read = []
 
     @tries(300)
     @given(strategies.netlists())

@@ -79,7 +79,9 @@ def rises(t, y, level):
 
 def test_a_step_down_chip_wakes_and_sleeps_as_its_closed_form():
     """First wake tau ln(V/(V - Vrise)); then load and store share the source: P eta R/Vreg^2 of the time is on."""
-    voc, r, c = 12.0, 5e3, 4e-6
+    voc = 12.0
+    r = 5e3
+    c = 4e-6
     t, store, out, power = traces("ltc3588", voc, 1.2, R=r, C=c, Cout=0.1e-6)
     tau = math.pi * c / (2 * W * CP)
     # two drops at half of the peak current
@@ -207,10 +209,13 @@ def test_efficiency_of_the_output_follows_the_data_sheet(amps, efficiency):
 @pytest.mark.parametrize(("share", "low"), [(0.5, 0.9), (2.0, 0.7)])
 def test_self_powered_sshi_against_its_closed_form(share, low):
     """An upper bound, near at small loads, and far above what a bridge takes at best."""
-    voc, cp, cpeak = 20.0, CP, 2e-9
+    voc = 20.0
+    cp = CP
+    cpeak = 2e-9
     r = share * math.pi / (W * cp)
     t, _, _, power = traces("self_powered_sshi", voc, 0.9, step=0.1e-3, R=r, C=8 * math.pi / W / r)
-    ct, z = cp + 2 * cpeak, math.sqrt(1.0 / (cp + 2 * cpeak))
+    ct = cp + 2 * cpeak
+    z = math.sqrt(1.0 / (cp + 2 * cpeak))
     q = math.exp(-math.pi / 2 * (300 / z + z / 500e3))
     drops = (1 + q) * 1.1 + 2 * (1 - q) * 0.55 + (1 + q) * 0.75
     bound = (2 * cp * voc - ct * drops) / (ct * (1 - q) + math.pi / (W * r))

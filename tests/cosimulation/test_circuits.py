@@ -19,7 +19,9 @@ from tests.support.netlists import original
 
 pytestmark = pytest.mark.ngspice
 
-CP, W, VOC = 50.2e-9, 20.0, 20.0
+CP = 50.2e-9
+W = 20.0
+VOC = 20.0
 THERMAL = 0.025865  # k T/e at ngspice's 27 degrees Celsius
 IS, N = 2.52e-9, 1.752  # of the 1N4148
 COIL = {"L": 10e-3, "Rcoil": 110.0, "Rcore": 441e3}
@@ -47,7 +49,8 @@ def measured(name, resistance, charged, voc=VOC, w=W, settling=30, **more):
     plus, minus = re.search(r"^Rload (\w+) (\w+) ", text, re.M).groups()
     at = {"p": "v(p)", "n": "0"}
     first, second = (at.get(node, f"v(xload.{node})") for node in (plus, minus))
-    begin, end = settling * period, (settling + 10) * period
+    begin = settling * period
+    end = (settling + 10) * period
     deck = [
         "a piezo at a fixed displacement amplitude",
         f"Vdrive drive 0 SIN(0 {voc!r} {w / (2 * math.pi)!r})",
@@ -122,7 +125,8 @@ def doubler(resistance, voc=VOC, w=W, cp=CP):
 
 def parallel_sshi(resistance, voc=VOC, w=W, cp=CP):
     """Vdc = (2 Voc - 2 (1 - q) Vd - (1 + q) Vs)/(1 - q + pi/(w Cp R)), Voc less the play's way back."""
-    q, vd = kept(COIL, cp), last_drop(voc, w, 2, cp)
+    q = kept(COIL, cp)
+    vd = last_drop(voc, w, 2, cp)
     ideal = 2 * voc / (1 - q + math.pi / (w * cp * resistance))
     charge = (
         2 * voc - 1.5 * (1 + q) * PLAY - 2 * (1 - q) * vd - (1 + q) * switch_drop(ideal, COIL, cp)
@@ -145,7 +149,9 @@ def sece_power(resistance, voc=VOC, w=W, cp=CP):
     until only REST is left, and runs down against the load's voltage, a drop, the wire, and beside
     it the core.
     """
-    z, zeta, wire = math.sqrt(SECE_COIL["L"] / cp), loss(SECE_COIL, cp), SECE_COIL["Rcoil"]
+    z = math.sqrt(SECE_COIL["L"] / cp)
+    zeta = loss(SECE_COIL, cp)
+    wire = SECE_COIL["Rcoil"]
     top = 2 * voc - 1.5 * PLAY - REST
     drops = 2 * drop(0.7 * top / z)
     phase = math.acos((REST - drops) / (top - drops))
@@ -274,7 +280,8 @@ def test_gain_over_the_bridge(name):
     coil = {"Rcoil": 20.0, "Rcore": 1e7} if name == "sece" else {}
     gain = BEST[name][1] * 2 * math.pi
 
-    bridges, watts = power_at_60_volts("bridge"), power_at_60_volts(name, **coil)
+    bridges = power_at_60_volts("bridge")
+    watts = power_at_60_volts(name, **coil)
     assert watts / bridges == pytest.approx(gain, rel=0.13 if name == "sece" else 0.07)
 
 
@@ -314,10 +321,8 @@ def test_netlists_run_by_hand(path):
     unit = 1e-3**2 * W / CP  # (theta/Cp)^2 w Cp, times x^2
     best = {name: 1e-3**2 * unit * share for name, (_, share) in BEST.items()}
     best |= {"bridge": 25e-6 * unit / (2 * math.pi), "resistor": 0.25e-6 * unit / 4}
-    ideal, loss_of_drops = (
-        best[path.stem],
-        {"resistor": 1e-3, "parallel_sshi": 0.1, "series_sshi": 0.22, "sece": 0.3},
-    )
+    ideal = best[path.stem]
+    loss_of_drops = {"resistor": 1e-3, "parallel_sshi": 0.1, "series_sshi": 0.22, "sece": 0.3}
     assert ideal * (1 - loss_of_drops.get(path.stem, 0.06)) < power < 1.001 * ideal
 
 

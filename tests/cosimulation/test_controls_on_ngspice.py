@@ -51,14 +51,13 @@ def test_a_run_begins_charged(netlist):
 @pytest.mark.statistics
 def test_controls_of_ngspice_runs():
     """A linear scene with a load resistor: the mean is the closed form's, from a twentieth of the runs or less."""
-    one, seeds = (
-        device(Load(resistance=scales(0.5, 1e-3).resistance(0.8)), h=0.05),
-        np.random.SeedSequence(6).spawn(12),
-    )
+    one = device(Load(resistance=scales(0.5, 1e-3).resistance(0.8)), h=0.05)
+    seeds = np.random.SeedSequence(6).spawn(12)
     runs = list(worker.measure_in_workers(one, seeds, 9600, 80.0, blocks=12))
     values = np.concatenate([run.moments.V2 for run in runs])
     controls = np.vstack([run.moments.controls for run in runs])
-    plain, entries = values.reshape(12, -1).mean(axis=1), controlled_entries(values, controls, 12)
+    plain = values.reshape(12, -1).mean(axis=1)
+    entries = controlled_entries(values, controls, 12)
     assert entries.var() < plain.var() / 20.0
     # the step's bias
     assert abs(z(mean_and_error(entries), linear_v2(LINEAR), 1e-3 * linear_v2(LINEAR))) < 4.0
@@ -71,7 +70,8 @@ def test_controls_of_ngspice_runs():
 def test_columns_of_a_path_are_those_of_the_lanes():
     """Kick by kick, the compiled features of many trajectories make the martingales of a recorded path."""
     rng = np.random.default_rng(8)
-    states, noise = rng.standard_normal((4, 2, 6)), rng.standard_normal((2, 5))
+    states = rng.standard_normal((4, 2, 6))
+    noise = rng.standard_normal((2, 5))
     eqs = dataclasses.replace(PAPER, n12=0.002)
     found = path_controls(eqs, states, noise, 0.5)
     for block in (0, 1):

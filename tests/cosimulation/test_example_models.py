@@ -20,8 +20,11 @@ def flow_of_beam(b, farads, ohms):
     theta, w = np.array([b.theta1, b.theta2]), np.array([b.w1, b.w2])
     a = np.zeros((5, 5))
     a[:2, 2:4] = np.eye(2)
-    a[2:4, :2], a[2:4, 2:4], a[2:4, 4] = -np.diag(w**2), -2.0 * b.zeta * np.diag(w), -theta
-    a[4, 2:4], a[4, 4] = theta / farads, -1.0 / (ohms * farads)
+    a[2:4, :2] = -np.diag(w**2)
+    a[2:4, 2:4] = -2.0 * b.zeta * np.diag(w)
+    a[2:4, 4] = -theta
+    a[4, 2:4] = theta / farads
+    a[4, 4] = -1.0 / (ohms * farads)
     rates, modes = np.linalg.eig(a)
     back = np.linalg.inv(modes)
     return lambda y, t: (modes @ (np.exp(np.multiply.outer(rates, t)).T * (back @ y)).T).real
@@ -46,7 +49,8 @@ def beam_by_impacts(b, flow, start, times):
         here = y
         before = grid[inside[0] - 1] if inside[0] else 1e-9
         wait = brentq(lambda t, y=here: place(flow(y, t)), before, grid[inside[0]], xtol=1e-16)
-        y, begin = flow(here, wait), begin + wait
+        y = flow(here, wait)
+        begin = begin + wait
         y[2:4] -= (1.0 + b.r) * (phi @ y[2:4]) * phi / (phi @ phi)
         hits.append(begin)
     return states, np.array([one for one in hits if one <= times[-1]])
@@ -57,7 +61,9 @@ def test_beam_with_a_stop():
     """Second order in displacement, voltage and the times of five impacts, against exact flow and located impacts."""
     beam = example("beam_with_stop")
     flow = flow_of_beam(beam.Beam(), beam.PIEZO.capacitance, beam.LOAD.resistance)
-    errors, when, residuals = [], [], []
+    errors = []
+    when = []
+    residuals = []
     for step in ("100 us", "50 us", "25 us"):
         found = beam.run(step)
         exact, hits = beam_by_impacts(beam.Beam(), flow, beam.START, found.time)
@@ -73,8 +79,10 @@ def test_beam_with_a_stop():
 def test_pendulum_without_friction():
     """Second order against Jacobi's elliptic function, on four seconds from 115 degrees."""
     module = example("pendulum")
-    model, errors = module.Pendulum(friction=0.0), []
-    w, k = math.sqrt(model.gravity / model.inertia), math.sin(0.5 * module.START.angle)
+    model = module.Pendulum(friction=0.0)
+    errors = []
+    w = math.sqrt(model.gravity / model.inertia)
+    k = math.sin(0.5 * module.START.angle)
     for step in ("10 ms", "5 ms", "2.5 ms"):
         found = module.run(step, "4 s", load="1 Tohm", model=model)
         exact = 2.0 * np.arcsin(k * ellipj(ellipk(k * k) - w * found.time, k * k)[0])
@@ -85,7 +93,8 @@ def test_pendulum_without_friction():
 @pytest.mark.thorough("test_the_answer_is_data")
 def test_pendulum_with_friction():
     """Its six first turning angles satisfy g (cos b - cos a) = M (a + b), of second order; and it comes to rest."""
-    module, errors = example("pendulum"), []
+    module = example("pendulum")
+    errors = []
     d = module.Pendulum()
     exact = [module.START.angle]
     for _ in range(6):
@@ -100,7 +109,8 @@ def test_pendulum_with_friction():
         )
     for step in ("10 ms", "5 ms", "2.5 ms"):
         found = module.run(step, "4 s", load="1 Tohm")
-        angle, speed = np.abs(found.state["angle"]), found.state["speed"]
+        angle = np.abs(found.state["angle"])
+        speed = found.state["speed"]
         turns = []
         for i in np.flatnonzero(speed[1:-1] * speed[2:] < 0.0)[:6] + 1:
             left, mid, right = angle[(j := i if angle[i] > angle[i + 1] else i + 1) - 1 : j + 2]
@@ -119,7 +129,8 @@ def test_pendulum_with_friction():
 
 def magnet_in_ngspice(module, end):
     """Voltage of the store and displacement at the ``end`` by ngspice alone: a mass is a capacitor, a spring a coil."""
-    d, coil = module.Harvester(), module.COIL
+    d = module.Harvester()
+    coil = module.COIL
     circuit = load_circuit(module.BRIDGE)
     deck = f"""the whole device
 Bforce 0 u I={d.m * d.a!r}*cos({d.w!r}*time)
@@ -160,7 +171,8 @@ wrdata /dev/stderr store x
 @pytest.mark.thorough("test_the_answer_is_data")
 def test_electromagnetic_harvester_with_a_bridge():
     """Second order in displacement and the store's voltage, against the whole device as one netlist."""
-    module, errors = example("electromagnetic_bridge"), []
+    module = example("electromagnetic_bridge")
+    errors = []
     t, store, x = magnet_in_ngspice(module, 0.5)
     for step in ("1 ms", "0.5 ms", "0.25 ms"):
         found = module.run(step, "0.5 s", tolerance=1e-6)

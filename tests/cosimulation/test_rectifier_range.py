@@ -22,7 +22,11 @@ from tests.support.systems import changed
 pytestmark = pytest.mark.ngspice
 
 # the diodes are 1N4148, at 27 degrees Celsius
-CP, W0, IS, N, THERMAL = 50.2e-9, 20.0, 2.52e-9, 1.752, 0.0258649
+CP = 50.2e-9
+W0 = 20.0
+IS = 2.52e-9
+N = 1.752
+THERMAL = 0.0258649
 RECTIFIERS = ("bridge", "doubler", "parallel_sshi", "series_sshi", "sece")
 FREE = Equations(beta=0.05, c1=-0.05, n1=0.05)  # E[x^2] = 1 where the voltage is small
 STOP = changed(FREE, restitution=0.96)
@@ -117,7 +121,8 @@ def test_bridge_of_a_small_signal_is_a_resistor(volts):
 @pytest.mark.parametrize("mu", [0.05, 1.0, 30.0])
 def test_resistor_from_nanovolts_to_kilovolts(mu):
     """The nondimensional path does not depend on the signal's level: to 1e-9 from 1 nV to 1 kV, impacts included."""
-    noise, eqs = gaussian_grid(SEED, 1000), changed(STOP, mu=mu)
+    noise = gaussian_grid(SEED, 1000)
+    eqs = changed(STOP, mu=mu)
     load = Load(resistance=1.0 / (mu * CP * W0))
     paths = [
         worker.path_in_worker(device(eqs, volts, load), noise) for volts in (1.0, 1e-9, 1e-6, 1e3)
@@ -131,7 +136,8 @@ def test_a_netlist_from_nanovolts_to_kilovolts(tmp_path):
     half = 0.5 / (30.0 * CP * W0)
     text = f"* two\n.subckt two p n\nR1 p a {half!r}\nRload a n {half!r}\n.ends\n"
     (tmp_path / "two.cir").write_text(text)
-    load, noise = Load(netlist=str(tmp_path / "two.cir")), gaussian_grid(SEED, 1000)
+    load = Load(netlist=str(tmp_path / "two.cir"))
+    noise = gaussian_grid(SEED, 1000)
     paths = [
         worker.path_in_worker(device(FREE, volts, load), noise) for volts in (1.0, 1e-9, 1e-6, 1e3)
     ]
@@ -154,7 +160,8 @@ def test_strong_coupling_of_rectifiers(beta, name):
 @pytest.mark.parametrize("beta", [1.2, 10.0])
 def test_strong_coupling_with_a_stop(beta, mu):
     """beta of 1.2 and 10, mu of .01 to 100, with impacts: the path of the exact update until impacts part them."""
-    noise, h = gaussian_grid(SEED, 400), 0.1 / math.sqrt(1.0 + beta)
+    noise = gaussian_grid(SEED, 400)
+    h = 0.1 / math.sqrt(1.0 + beta)
     eqs = changed(STOP, beta=beta, mu=mu)
     path = worker.path_in_worker(device(eqs, 20.0, Load(resistance=1.0 / (mu * CP * W0)), h), noise)
     exact = trace(eqs, noise, h)

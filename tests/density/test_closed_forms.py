@@ -35,8 +35,10 @@ def means(eqs, within):
 )
 def test_linear_scene(beta, mu, within):
     """All second moments of a Gaussian density, S = N1/[c (1 + beta + mu^2 + c mu) + beta mu]."""
-    eqs, c = linear(beta, mu), 0.05
-    found, s = means(eqs, within), linear_v2(eqs)
+    eqs = linear(beta, mu)
+    c = 0.05
+    found = means(eqs, within)
+    s = linear_v2(eqs)
     assert found["voltage_squared"] == pytest.approx(s, rel=within)
     assert found["displacement_voltage"] == pytest.approx(s, rel=within)
     assert found["velocity_voltage"] == pytest.approx(mu * s, rel=within)
@@ -46,7 +48,8 @@ def test_linear_scene(beta, mu, within):
 
 def elastic_passive(c, mu, n1):
     """E[V^2] = R(0) - mu int exp(-mu s) R(s) ds of |linear motion|, whose correlation is that of a folded normal."""
-    wd, variance = math.sqrt(1.0 - c * c / 4.0), n1 / c
+    wd = math.sqrt(1.0 - c * c / 4.0)
+    variance = n1 / c
 
     def correlation(s):
         rho = math.exp(-c * s / 2.0) * (math.cos(wd * s) + c / (2.0 * wd) * math.sin(wd * s))
@@ -79,11 +82,14 @@ def elastic_passive(c, mu, n1):
 def test_coloured_noise_of_a_linear_scene(circuit, within):
     """Second moments of (x, v, V, a) by the Lyapunov equation, with V = x in an open circuit, and a passive load."""
     eqs = Equations(c1=-0.1, coloured=0.05, correlation_time=0.7, **circuit)
-    beta, mu, tau = eqs.beta or 0.0, eqs.mu or 0.0, 0.7
+    beta = eqs.beta or 0.0
+    mu = eqs.mu or 0.0
+    tau = 0.7
     drift = np.array([[0, 1, 0, 0], [-1, -0.1, -beta, 1], [0, 1, -mu, 0], [0, 0, 0, -1 / tau]])
     kicks = np.diag([0.0, 0.0, 0.0, 2.0 * 0.05 / tau**2])
     if eqs.mu is None:  # V = x has no equation of its own
-        drift, kicks = np.delete(drift, 2, 0), np.delete(np.delete(kicks, 2, 0), 2, 1)
+        drift = np.delete(drift, 2, 0)
+        kicks = np.delete(np.delete(kicks, 2, 0), 2, 1)
         drift[:, 0] += drift[:, 2]
         drift = np.delete(drift, 2, 1)
     s = solve_continuous_lyapunov(drift, -kicks)
@@ -98,7 +104,9 @@ def test_coloured_noise_of_a_linear_scene(circuit, within):
 @pytest.mark.slow
 def test_elastic_stop_with_a_passive_load_to_eight_digits():
     """A stop that loses nothing folds the linear motion: V filters |x|."""
-    c, mu, n1 = 0.05, 0.05, 0.01
+    c = 0.05
+    mu = 0.05
+    n1 = 0.01
     found = means(Equations(c1=-c, mu=mu, n1=n1, restitution=1.0), 1e-8)
     assert found["voltage_squared"] == pytest.approx(elastic_passive(c, mu, n1), rel=1e-8)
     assert found["impact_rate"] == pytest.approx(1.0 / math.pi, rel=1e-7)
@@ -121,7 +129,9 @@ def test_elastic_stop_with_a_passive_load_to_eight_digits():
 )
 def test_gibbs_law_of_any_spring_and_elastic_stop(changes):
     """E[x^2] and the rate of impacts of p ~ exp(-c H/N1), by quadrature; an open circuit is one more spring."""
-    c, n1, beta = 0.1, 0.02, 0.1
+    c = 0.1
+    n1 = 0.02
+    beta = 0.1
     eqs = Equations(**({"c1": -c, "n1": n1, "beta": beta, "restitution": 1.0} | changes))
     found = means(eqs, 1e-7)
     linear_part, alpha2, alpha = eqs.spring

@@ -41,7 +41,8 @@ def solved(eqs, modes, noise_modes=5):
 def test_densities_and_spectrum_of_a_linear_scene():
     """Gaussian densities, and 2 D/(1 + w^2 tau^2) times the gain from the base to the voltage."""
     _, found = solved(LINEAR, 8)
-    ours, points = Marginals(found.form, found.p), np.linspace(-3.0, 3.0, 13)
+    ours = Marginals(found.form, found.p)
+    points = np.linspace(-3.0, 3.0, 13)
     gaussian = np.exp(-0.5 * points**2) / math.sqrt(2.0 * math.pi)
     for name, density in (
         ("displacement", ours.displacement),
@@ -66,7 +67,8 @@ def test_first_passages_and_impacts_beside_an_elastic_stop_are_those_of_a_path()
     counted = counted_passage(path.time, path.displacement, level, 20.0)
     told = 1.0 / displacement_rate(CUBIC, setting, level, 0, 1)
     assert abs(counted.value - told) < 4.0 * counted.stderr + 0.02 * told
-    hits, groups = path.impacts[path.impacts[:, 0] > 0.25 * path.time[-1]], 32
+    hits = path.impacts[path.impacts[:, 0] > 0.25 * path.time[-1]]
+    groups = 32
     length = 0.75 * path.time[-1] / groups
     for speed in (0.1, 0.4):
         hard = hits[np.abs(hits[:, 1]) > speed]
@@ -84,7 +86,8 @@ def test_hops_between_wells_are_those_of_a_path():
     problem = Problem.of(scene(WELLS))
     path = longer_path(hv.motion(problem), problem, 2)
     sides = path.displacement[np.abs(path.displacement) > 0.9] > 0.0
-    hops, spent = int(np.sum(sides[1:] != sides[:-1])), float(path.time[-1])
+    hops = int(np.sum(sides[1:] != sides[:-1]))
+    spent = float(path.time[-1])
     assert hops > 100
     assert abs(hops - told.value * spent) < 4.0 * math.hypot(math.sqrt(hops), told.model * spent)
 

@@ -37,7 +37,8 @@ def test_marginal_densities_of_a_linear_scene_are_gaussian():
     _, found = solved(eqs, 1, 8)
     ours = Marginals(found.form, found.p)
     points = np.linspace(-3.0, 3.0, 13)
-    s, (px, _) = math.sqrt(linear_v2(eqs)), peaks(eqs)
+    s = math.sqrt(linear_v2(eqs))
+    (px, _) = peaks(eqs)
     gaussian = np.exp(-0.5 * points**2) / math.sqrt(2.0 * math.pi)
     assert ours.voltage(points * s) * s == pytest.approx(gaussian, abs=1e-5)
     assert ours.displacement(points * px.deviation) * px.deviation == pytest.approx(
@@ -75,7 +76,8 @@ def test_impact_speeds_of_an_elastic_stop_are_those_of_maxwell():
     """The flux w exp(-w^2/2T), T = N1/c, at 1/pi impacts a unit of time."""
     c, n1 = 0.1, 0.02
     _, found = solved(Equations(c1=-c, n1=n1, restitution=1.0), 1, 1)
-    ours, warmth = Marginals(found.form, found.p), n1 / c
+    ours = Marginals(found.form, found.p)
+    warmth = n1 / c
     speeds = np.linspace(0.1, 1.5, 8)
     law = speeds / warmth * np.exp(-0.5 * speeds**2 / warmth) / math.pi
     assert ours.impacts(speeds) == pytest.approx(law, abs=1e-5)
@@ -106,7 +108,8 @@ def test_rate_between_wells_is_that_of_kramers_and_below_it():
 def test_hops_are_those_that_a_path_makes():
     """From the middle of one well to that of the other, in 600000 time units."""
     told = hv.densities(scene(WELLS)).hop_rate
-    path, spent = [], 0.0
+    path = []
+    spent = 0.0
     start = None
     for k in range(6):
         one = trace(WELLS, gaussian_grid(np.random.SeedSequence([k, 3]), 2_000_000), 0.05, 4, start)
@@ -124,7 +127,8 @@ def test_two_deep_wells_with_a_slow_load_are_forgotten_as_on_a_path():
     eqs = Equations(c1=-0.2, beta=0.1, mu=0.05, linear=-1.0, alpha=1.0, n1=0.01)
     # both wells have half of the time
     told = 2.0 * hv.densities(scene(eqs), within=1e-2).hop_rate.value
-    rows, start = [], None
+    rows = []
+    start = None
     for k in range(40):
         one = trace(eqs, gaussian_grid(np.random.SeedSequence([k, 5]), 2_000_000), 0.05, 20, start)
         start = float(one.x[-1]), float(one.v[-1]), float(one.V[-1])
@@ -150,7 +154,9 @@ def test_spectrum_beside_a_stop_is_that_of_a_path():
     """The density at three frequencies, by Fourier sums over pieces of a path."""
     eqs = changed(PAPER, c1=-0.1, c2=None, c3=None, n2=None, mu=1.0, restitution=0.7)
     _, found = solved(eqs, 0, 6)
-    h, pieces, length = 0.05, 1500, 4000
+    h = 0.05
+    pieces = 1500
+    length = 4000
     path = trace(eqs, gaussian_grid(np.random.SeedSequence(5), (pieces + 10) * length), h)
     volts = path.V[-pieces * length :].reshape(pieces, length)
     steps = np.array([20, 60, 120])  # whole periods of a piece
@@ -168,7 +174,8 @@ def test_spectrum_beside_a_stop_is_that_of_a_path():
 def test_first_passages_are_fewer_than_passages():
     """Rice counts all passages of a clump, the rate of first passages only the clumps; of high levels both are one."""
     eqs = linear(0.3, 0.7, c=0.1)
-    setting, px = settled(eqs, 20.0), peaks(eqs)[0]
+    setting = settled(eqs, 20.0)
+    px = peaks(eqs)[0]
     ratios = [
         displacement_rate(eqs, setting, k * px.deviation, 0, 4) / px.rice(k * px.deviation)
         for k in (2, 3, 4)
@@ -188,7 +195,9 @@ def test_rate_of_first_passages_is_that_counted_on_a_path(restitution):
     setting, found = solved(eqs)
     level = 2.7 * math.sqrt(found.means[2])
     rate = displacement_rate(eqs, setting, level, 1, 6)
-    h, length, count = 0.05, 4000, 6000
+    h = 0.05
+    length = 4000
+    count = 6000
     peaks_of = []
     for k in range(3):
         path = trace(eqs, gaussian_grid(np.random.SeedSequence([k, 9]), count // 3 * length), h)
@@ -207,7 +216,8 @@ def test_rate_of_first_passages_is_that_counted_on_a_path(restitution):
 def test_passages_and_joint_density_of_a_path_are_those_of_a_linear_scene():
     """Displacements, whose passages the density knows, and the Gaussian density of displacement and voltage."""
     eqs = linear(0.3, 0.7, c=0.1)
-    problem, (px, pv) = Problem.of(scene(eqs)), peaks(eqs)
+    problem = Problem.of(scene(eqs))
+    (px, pv) = peaks(eqs)
     path = longer_path(hv.motion(problem), problem, 3)
     setting = settled(eqs, 20.0)
     for level in (2.0, 2.5):
@@ -223,7 +233,9 @@ def test_passages_and_joint_density_of_a_path_are_those_of_a_linear_scene():
         counted_passage(path.time, path.voltage, 0.01 * pv.deviation, 20.0)
     s, t = px.deviation, pv.deviation
     x, v, density, error = voltage_plane(path, (-4.0 * s, 4.0 * s), (-4.0 * t, 4.0 * t))
-    rho, (a, b) = t / s, np.meshgrid(x / s, v / t, indexing="ij")  # E[x V] = E[V^2]
+    # E[x V] = E[V^2]
+    rho = t / s
+    (a, b) = np.meshgrid(x / s, v / t, indexing="ij")
     exact = np.exp(-0.5 * (a * a - 2.0 * rho * a * b + b * b) / (1.0 - rho**2))
     exact /= 2.0 * math.pi * s * t * math.sqrt(1.0 - rho**2)
     often = density > 0.1 * density.max()

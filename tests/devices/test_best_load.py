@@ -16,7 +16,9 @@ from tests.support.datasheet import NOISE, SHEET, problem_of
 def test_best_load(stop):
     """The search finds the peak that a fine scan finds; without a stop it is the exact mu = sqrt(1 + beta)."""
     problem = problem_of({**SHEET, **NOISE, **stop, "resistance": "1 Mohm"})
-    scene, found, engine = problem.scene, best_load(problem), hv.Averaged() if stop else hv.Exact()
+    scene = problem.scene
+    found = best_load(problem)
+    engine = hv.Averaged() if stop else hv.Exact()
     fine = {r: engine.run(scene.with_load(r)).mean_power.value for r in np.geomspace(2e5, 2e6, 60)}
     assert found.power.value >= max(fine.values()) * (1.0 - 1e-6)
     for edge in (found.low, found.high):

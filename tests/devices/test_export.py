@@ -67,7 +67,8 @@ def apart(one, end, step, dt="0.5 ms"):
     ours = hv.charge(one, "1000 V", probe="v(p)", duration=end, dt=dt)
     found = bench(one, end, step)
     theirs = np.interp(ours.t, found[:, 0], found[:, 1])
-    mean, difference = np.mean(theirs**2), np.mean((theirs - ours.voltage) ** 2)
+    mean = np.mean(theirs**2)
+    difference = np.mean((theirs - ours.voltage) ** 2)
     return np.sqrt(difference / mean), abs(np.mean(ours.voltage**2) / mean - 1.0)
 
 
@@ -92,10 +93,8 @@ def test_without_a_stop(more):
 def test_the_bench_is_right_to_a_thousandth():
     """With the step that the file prints: E[V^2] of the response to a sinusoid, which was up to .5 % off."""
     one = scene(shaking='acceleration_amplitude = "0.05 g"\nfrequency = 4.1')
-    step, true = (
-        float(re.search(r"\.tran (\S+)", part(Problem.of(one), "device"))[1]),
-        hv.Exact().run(one),
-    )
+    step = float(re.search(r"\.tran (\S+)", part(Problem.of(one), "device"))[1])
+    true = hv.Exact().run(one)
     t, v, _ = bench(one, 40.0, step).T
     even = 40.0 - 60.0 / 4.1 * np.linspace(1.0, 0.0, 8001)[:-1]
     found = np.mean(np.interp(even, t, v) ** 2)

@@ -21,7 +21,10 @@ from tests.support.systems import DRIVEN, scene
 sys.path.append(str(ROOT / "benchmarks"))
 products = importlib.import_module("products")
 
-FREQUENCY, LOAD, CAPACITANCE, COUPLING = 0.127324, 200.0, 0.1, 0.05
+FREQUENCY = 0.127324
+LOAD = 200.0
+CAPACITANCE = 0.1
+COUPLING = 0.05
 
 
 def beam(amplitude: float) -> hv.Scene:

@@ -34,7 +34,8 @@ def test_the_periodic_response_is_what_a_long_run_from_rest_comes_to():
         netlist="bridge", parameters={"R": "1 Mohm", "C": "2 uF"}
     )
     problem = Problem.of(scene)
-    circuit, eqs = compiled_circuit(problem.circuit, problem.scales), problem.equations
+    circuit = compiled_circuit(problem.circuit, problem.scales)
+    eqs = problem.equations
     h = eqs.shaking_period / 64
     found = periodic_response(circuit, eqs, h, 1e-5)
     assert found is not None and found.turns == 1
@@ -59,7 +60,8 @@ def test_a_circuit_that_never_comes_back_is_no_periodic_response(tmp_path):
     path = tmp_path / "board.cir"
     path.write_text(f"* a board\n.subckt board p n\n{body}\n.ends\n")
     problem = Problem.of(hv.load("examples/plate_harmonic.toml").with_load(netlist=str(path)))
-    circuit, eqs = compiled_circuit(problem.circuit, problem.scales), problem.equations
+    circuit = compiled_circuit(problem.circuit, problem.scales)
+    eqs = problem.equations
     assert periodic_response(circuit, eqs, eqs.shaking_period / 64, 1e-4) is None
 
 
@@ -100,7 +102,8 @@ def test_the_frequency_response_is_ngspices():
 def test_ngspice_has_no_more_than_its_patience_and_the_way_there_is_shown(monkeypatch):
     for name in ("PATIENCE", "AGAIN"):
         monkeypatch.setattr(f"harvester.engines.compiled_steady.{name}", 0.0)
-    scene, fractions = hv.load("examples/plate_harmonic.toml").with_load(netlist="bridge"), []
+    scene = hv.load("examples/plate_harmonic.toml").with_load(netlist="bridge")
+    fractions = []
     answer = hv.Compiled().run(scene, fractions.append)
     assert answer.mean_power.model is None and "compiled_circuit" in {
         word.code for word in answer.diagnostics

@@ -20,9 +20,11 @@ def test_powers_of_elements_are_those_of_their_laws(tmp_path):
     scene = on_plate(
         tmp_path, BODY + "Rs p q 10k\nB1 q b I=1n*v(a)*v(a)\nE1 x b a b 2\nRx x b 1Meg"
     )
-    circuit, eqs = compiled(scene), Problem(scene).equations
+    circuit = compiled(scene)
+    eqs = Problem(scene).equations
     path = circuit.trace(eqs, np.random.default_rng(0).normal(size=4000), 0.05, keep=True)
-    y, at = circuit.unknowns(path.states), circuit.system.unknowns
+    y = circuit.unknowns(path.states)
+    at = circuit.system.unknowns
     powers = powers_of_elements(circuit, path.states)
     v = {name.removeprefix("xload."): y[:, k] for name, k in at.items()}
     known = {"rs": (v["p"] - v["q"]) ** 2 / 1e4, "rload": (v["a"] - v["b"]) ** 2 / 1.5e6}
@@ -74,7 +76,8 @@ def test_under_noise_the_probe_of_the_load_is_the_answer(tmp_path):
     """To within both errors of sampling, which the answer's own power, as control variate, makes alike."""
     scene = replace(on_plate(tmp_path, BODY), stop=hv.Stop(restitution=0.9))
     answer = hv.Compiled(probe=("p(load)", "v(p)"), trajectories=128, duration="10s").run(scene)
-    load, piezo = answer.probes["p(load)"].mean, answer.probes["v(p)"]
+    load = answer.probes["p(load)"].mean
+    piezo = answer.probes["v(p)"]
     assert (
         abs(load.value - answer.mean_power.value)
         < 4.0 * answer.mean_power.stderr + 0.01 * load.value

@@ -529,7 +529,8 @@ def test_a_coupling_that_asks_for_too_short_a_step_is_refused_at_once(engine):
 
 def test_open_circuit_with_a_stop_is_the_variance():
     """`averaged` leaves out the mean that V keeps from its start, and says so; `ensemble` tells both together."""
-    found, many = hv.Averaged().run(OPEN), hv.Ensemble(trajectories=1024).run(OPEN)
+    found = hv.Averaged().run(OPEN)
+    many = hv.Ensemble(trajectories=1024).run(OPEN)
     assert any(
         str(one).startswith("open circuit: this is the variance of V") for one in found.warnings
     )

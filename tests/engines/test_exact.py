@@ -67,8 +67,12 @@ def integrated(alpha=0.0, restitution=1.0, gap=math.inf, settle=60):
     def stop(_, y):
         return y[0] + gap if gap < math.inf else 1.0
 
-    stop.terminal, stop.direction = True, -1
-    t, end, y, found = 0.0, (settle + 1) * period, (0.0, 0.0, 0.0), [0.0, 0.0]
+    stop.terminal = True
+    stop.direction = -1
+    t = 0.0
+    end = (settle + 1) * period
+    y = (0.0, 0.0, 0.0)
+    found = [0.0, 0.0]
     while t < end:
         leg = solve_ivp(
             slope, (t, end), y, "DOP853", events=stop, rtol=1e-10, atol=1e-12, dense_output=True
@@ -80,7 +84,8 @@ def integrated(alpha=0.0, restitution=1.0, gap=math.inf, settle=60):
         )
         if len(late):
             found = np.maximum(found, np.abs(leg.sol(late)[[0, 2]]).max(axis=1))
-        t, y = leg.t[-1], leg.y[:, -1] * (1.0, -restitution if leg.status == 1 else 1.0, 1.0)
+        t = leg.t[-1]
+        y = leg.y[:, -1] * (1.0, -restitution if leg.status == 1 else 1.0, 1.0)
     return found
 
 

@@ -50,7 +50,8 @@ def test_the_answer_holds_the_reference(name, tmp_path):
     circuit, shaking, spring = name.split()
     found = hv.Spice(**EFFORTS[shaking]).run(products.scene_of(circuit, shaking, spring, tmp_path))
     # without the join
-    power, (expected, doubt) = dataclasses.replace(found.mean_power, model=0.0), REFERENCES[name]
+    power = dataclasses.replace(found.mean_power, model=0.0)
+    (expected, doubt) = REFERENCES[name]
     largest = SAMPLED if shaking == "coloured" else LARGEST
     assert abs(1e3 * power.value - expected) < 1e3 * power.error95 + doubt < largest * expected
     words = ["the recording's end does not meet its beginning"] if shaking == "recorded" else []

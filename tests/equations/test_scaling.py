@@ -139,7 +139,8 @@ def test_damping_ratio():
 
 @pytest.mark.parametrize("factor", [1e-3, 0.5, 7.0])
 def test_coefficients_follow_the_length(factor):
-    one, other = equations(FULL, length=1e-3), equations(FULL, length=1e-3 * factor)
+    one = equations(FULL, length=1e-3)
+    other = equations(FULL, length=1e-3 * factor)
     powers = {
         "alpha2": 1,
         "alpha": 2,

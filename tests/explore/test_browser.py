@@ -86,7 +86,8 @@ def test_every_control_moves(other, url):
     Then the page is as narrow as a phone, with all its parts below one another: they fit, and can
     be reached.
     """
-    page, before = other.page, other.power()
+    page = other.page
+    before = other.power()
     other.step("load.resistance", 3)
     assert other.until_power_changes(before) != before
     switches = page.locator(".switch input")
@@ -170,7 +171,9 @@ def test_two_users_at_once(other, visit):
     """Each has a scene of their own; while one keeps turning, the other is answered."""
     one, two = other, visit
     theirs = one.page.locator(".field.knob-oscillator-mass input")
-    begin, before, mass = time.monotonic(), two.power(), theirs.input_value()
+    begin = time.monotonic()
+    before = two.power()
+    mass = theirs.input_value()
     one.step("oscillator.mass", 10)
     two.write("load.resistance", "300k")
     changed = two.until_power_changes(before)
@@ -197,10 +200,8 @@ def test_a_circuit_has_its_own_power_in_large_letters(visit):
     draft = Draft.read(ROOT / "examples" / "plate_with_stop.toml")
     draft.choose("bridge")
     assert "µW" in visit.power() and "resistor" not in page.locator(".headline").inner_text()
-    shown, own = (
-        float(visit.power().split()[0]),
-        hv.Ideal(within="1%").run(draft.scene()).mean_power.value * 1e6,
-    )
+    shown = float(visit.power().split()[0])
+    own = hv.Ideal(within="1%").run(draft.scene()).mean_power.value * 1e6
     assert shown == pytest.approx(own, rel=0.05)  # either is a sample, to 2 % and to 1 %
     joined = """() => Bokeh.documents.some((one) => [...one._all_models.values()].some(
         (model) => model.name === 'joined-ideal' && model.data.x.length >= 5))"""
@@ -221,7 +222,8 @@ def test_a_circuit_has_its_own_power_in_large_letters(visit):
 
 @pytest.mark.parametrize("circuit", ["parallel_sshi", "sece"])
 def test_the_headline_of_a_switched_circuit_is_what_run_says(visit, circuit):
-    page, draft = visit.page, Draft.read(ROOT / "examples" / "plate_with_stop.toml")
+    page = visit.page
+    draft = Draft.read(ROOT / "examples" / "plate_with_stop.toml")
     draft.choose(circuit)
     own = hv.Ideal(within="1%").run(draft.scene()).mean_power
     page.locator(f".circuit-{circuit} button").click()
@@ -310,7 +312,9 @@ def status(host, port, path, method="GET", **headers):
 def test_nothing_without_the_token(url):
     """Every other path and method is 403, a websocket of another origin too; only this machine is listened to."""
     parts = urllib.parse.urlsplit(url)
-    host, port, path = parts.hostname, parts.port, parts.path
+    host = parts.hostname
+    port = parts.port
+    path = parts.path
     assert status(host, port, path) == 200
     wrong = path[:-2] + ("A" if path[-2] != "A" else "B") + "/"
     for other in (

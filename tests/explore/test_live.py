@@ -71,7 +71,8 @@ def test_a_resonance_is_seen():
     draft = Draft.read(ROOT / "examples" / "plate_harmonic.toml")
     key = "excitation.frequency"
     found = looked(draft, key, fine=True)
-    curve, at = found.curves["exact"], draft.value(key)
+    curve = found.curves["exact"]
+    at = draft.value(key)
     scene = draft.scene()
     truth = [
         hv.run(scene.vary(key, float(f)), "exact").mean_power.value
@@ -139,7 +140,8 @@ def test_a_pinned_circuit_has_its_own_power_and_never_that_of_a_resistor():
     """Side by side with the present design: its curve and its numbers are those of its own runs, or not known yet."""
     draft = first()
     draft.choose("bridge")
-    pinned, now = looked(draft, "load.parameters.R"), looked(first())
+    pinned = looked(draft, "load.parameters.R")
+    now = looked(first())
     assert html_text.power_here(pinned, []) is None
     assert pictures.pinned_curve(pinned, []) is None
     runs = [
@@ -149,7 +151,8 @@ def test_a_pinned_circuit_has_its_own_power_and_never_that_of_a_resistor():
     ]
     x, y = pictures.pinned_curve(pinned, runs)
     assert (x.tolist(), y.tolist()) == ([1e6, 2e6], [4e-6, 5e-6])
-    before, after = html_text.power_here(pinned, runs[1:]), html_text.power_here(now, [])
+    before = html_text.power_here(pinned, runs[1:])
+    after = html_text.power_here(now, [])
     assert (before.engine, before.value, before.share) == ("ideal", 4e-6, 0.25)
     assert (after.engine, after.share) == ("averaged", now.here["averaged"].share_of_possible)
     rows = [("load.netlist", "bridge", "absent")]
@@ -166,8 +169,10 @@ def test_a_pinned_circuit_has_its_own_power_and_never_that_of_a_resistor():
 @pytest.mark.filterwarnings("ignore::PendingDeprecationWarning")  # of Panel
 def test_a_power_that_has_not_settled_is_pale_and_takes_the_place_of_none():
     """It is said, but is in no line and no pinned curve, whatever error it states."""
-    draft, told = first(), []
-    tables, key = draft.tables(), "load.resistance"
+    draft = first()
+    told = []
+    tables = draft.tables()
+    key = "load.resistance"
     found = hv.run(draft.scene(), "ensemble", trajectories=64)
     cut_off = warning("burn_in_stopped", time=1.0, why="load", constant="R C w0 = 9")
     early = dataclasses.replace(
@@ -260,7 +265,8 @@ def test_the_power_of_the_circuit_itself():
     found = in_worker.elsewhere(
         in_worker.power, (scene.tables(), *in_worker.FINE), lambda: False, lambda: False, 60.0
     )
-    said, own = found["answer"]["mean_power"], hv.Ideal(within="1%", seed=3).run(scene).mean_power
+    said = found["answer"]["mean_power"]
+    own = hv.Ideal(within="1%", seed=3).run(scene).mean_power
     assert found["engine"] == "ideal"
     assert found["known_error95"] >= 1.9 * said["stderr"] + said["step_bias"]
     stderr = math.hypot(said["stderr"], own.stderr)
@@ -298,7 +304,8 @@ def test_the_power_at_once_is_near_and_its_refinement_is_that_of_run(name):
 @pytest.mark.parametrize("circuit", ["bridge", "parallel_sshi", "series_sshi", "sece"])
 def test_the_first_power_of_a_circuit_is_right_wherever_its_knob_stands(circuit):
     """What the page shows first, of 64 trajectories, is that of `ideal` within its errors of sampling and step."""
-    draft, key = first(), "load.parameters.R"
+    draft = first()
+    key = "load.parameters.R"
     draft.choose(circuit)
     at = draft.value(key)
     for factor in (0.2, 1.0, 5.0):
@@ -332,7 +339,8 @@ class Told:
     """A page that notes what it is told."""
 
     def __init__(self):
-        self.told, self.power = [], threading.Event()
+        self.told = []
+        self.power = threading.Event()
 
     def __getattr__(self, name):
         return lambda *given: self.told.append((name, given))
@@ -404,7 +412,9 @@ def test_downloads():
 
 def test_only_the_newest_is_computed():
     """Of many requests while one is at work the last alone follows it; an error of the work stops nothing."""
-    begun, done, seen = threading.Event(), threading.Event(), []
+    begun = threading.Event()
+    done = threading.Event()
+    seen = []
 
     def work(request, overtaken):
         seen.append((request, overtaken()))
@@ -426,7 +436,8 @@ def test_only_the_newest_is_computed():
 
 def test_who_waits_for_rest_is_woken_by_a_request():
     """A knob that turns on does not wait for the rest of the knob before; without a request there is a rest."""
-    rested, waits = [], threading.Event()
+    rested = []
+    waits = threading.Event()
 
     def work(request, overtaken):
         waits.set()

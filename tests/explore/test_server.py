@@ -58,7 +58,8 @@ def memory(program):
 def send(address, size):
     """Send so many bytes to a path without the token; how many were taken until the connection was closed."""
     url = urllib.parse.urlsplit(address)
-    sent, deadline = 0, time.monotonic() + 20.0
+    sent = 0
+    deadline = time.monotonic() + 20.0
     with socket.create_connection((url.hostname, url.port), timeout=5.0) as one:
         one.sendall(
             f"POST /x HTTP/1.1\r\nHost: {url.netloc}\r\nContent-Length: {size}\r\n\r\n".encode()

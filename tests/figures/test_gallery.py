@@ -18,13 +18,17 @@ from harvester.studies.work_precision.cost_table import Cost, CostRow
 from harvester.uncertainty.value import Value
 from tests.support.colours import EYES, distance
 
-R, STOP, MU = "load.resistance", "stop.restitution", "nondimensional.mu"
+R = "load.resistance"
+STOP = "stop.restitution"
+MU = "nondimensional.mu"
 SENSOR = "examples/bimorph_sensor.toml"
 PLATE, BRIDGE = "examples/plate_with_stop.toml", "examples/plate_bridge.toml"
 DRIVEN = hv.Scene(
     nondimensional=hv.Nondimensional(c1=-0.2, beta=0.05, mu=1.0, drive=1.0, drive_frequency=1.0)
 )
-SMALL, PHONE = 7.0, 390  # points, and pixels of a phone's width
+# points, and pixels of a phone's width
+SMALL = 7.0
+PHONE = 390
 APART = 15.0  # in CIELAB: colours of two entries that differ in nothing else
 DEVICE = "Plate (Shock and Vibration 2019, 9093605) with a stop"
 
@@ -163,7 +167,8 @@ def texts(figure):
 
 def overlaps(figure):
     """The pairs of texts of which one covers the other, and those that leave the picture."""
-    whole, seen = figure.bbox.padded(1.0), texts(figure)
+    whole = figure.bbox.padded(1.0)
+    seen = texts(figure)
     left = [
         (one.get_text(),)
         for one, box in seen

@@ -150,7 +150,8 @@ def test_up_and_down_alike_are_one_curve():
 def harmonic(size=1.1e-3, rest=0.0):
     """A harmonic path about ``rest`` read ten times a period: every reading at one of ten phases."""
     t = np.arange(4000) * 0.1
-    x, v = size * np.sin(2 * np.pi * t), 2 * np.pi * size * np.cos(2 * np.pi * t)
+    x = size * np.sin(2 * np.pi * t)
+    v = 2 * np.pi * size * np.cos(2 * np.pi * t)
     return Motion(t, rest + x, v, 1e3 * x, None, np.empty((0, 2)), (), 20.0, 0.1, True, "ensemble")
 
 

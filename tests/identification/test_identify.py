@@ -24,7 +24,8 @@ def test_intervals_hold_the_truth(tmp_path, kind):
 
     An interval misses one time in twenty: no error may be beyond twice it, and few beyond it.
     """
-    missed, asked = [], 0
+    missed = []
+    asked = 0
     for seed in range(1 if kind in ("bounce", "bounces", "voltage", "ring_downs") else 2):
         names, truth = KINDS[kind](np.random.default_rng([22, seed]), tmp_path)
         found = hv.identify(names)
@@ -67,7 +68,8 @@ def test_a_ring_down_against_a_stop_spoils_no_other_file(tmp_path, seed):
     rng = np.random.default_rng([22, seed])
     names, whole = bench.joint(np.random.default_rng(seed), tmp_path)
     t = np.linspace(0.0, 20.0 / truth.f0, 1200)
-    r, gap = rng.uniform(0.3, 0.9), rng.uniform(0.02, 0.4) * 1e-3
+    r = rng.uniform(0.3, 0.9)
+    gap = rng.uniform(0.02, 0.4) * 1e-3
     y = bench.bouncing(truth, r, gap, 1e-3, t) + 3e-6 * rng.standard_normal(len(t))
     names.append(
         bench.write(tmp_path / "b.csv", "Time (s),Displacement (mm)", t, y * 1e3) + "@short"
@@ -343,8 +345,10 @@ def test_a_reactance_of_the_wrong_sign(tmp_path):
 @pytest.mark.parametrize("low, high", [(81.0, 94.0), (83.0, 93.0)])
 def test_a_sweep_mostly_between_two_far_resonances(tmp_path, low, high):
     """Of 84 and 91 Hz, between which the reactance is a coil's; of the wrong sign it is refused all the same."""
-    f, beta = np.linspace(low, high, 200), (91.0 / 84.0) ** 2 - 1.0
-    s, w0 = 2j * np.pi * f, 2.0 * np.pi * 84.0
+    f = np.linspace(low, high, 200)
+    beta = (91.0 / 84.0) ** 2 - 1.0
+    s = 2j * np.pi * f
+    w0 = 2.0 * np.pi * 84.0
     z = 1.0 / (s * 47e-9 * (1.0 - 0.01j + beta * w0**2 / (s**2 + s * w0 / 60.0 + w0**2)))
     z *= 1.0 + 1e-3 * np.random.default_rng(1).standard_normal(len(f))
     found = hv.identify(

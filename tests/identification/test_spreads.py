@@ -42,7 +42,8 @@ def test_the_derived_numbers_keep_their_intervals():
         x[:, keys.index(key)]
         for key in ("oscillator.mass", "oscillator.stiffness", "piezo.coupling")
     )
-    resonance, coupling = np.sqrt(k / m) / (2.0 * np.pi), theta**2 / m
+    resonance = np.sqrt(k / m) / (2.0 * np.pi)
+    coupling = theta**2 / m
     low, high = np.quantile(resonance, [0.025, 0.975])
     assert (low, high) == pytest.approx((45.7006, 45.7051), abs=0.0005)
     low, high = np.quantile(coupling, [0.025, 0.975])

@@ -12,7 +12,10 @@ from harvester.mechanics.kernels.path import trace
 from tests.support import systems
 
 EQS = systems.linear(0.5, 1.0, 0.1)
-STEP, BLOCK, COUNT = 0.02, 60_000, 60  # kicks of a block, which is 1200/w0
+# kicks of a block, which is 1200/w0
+STEP = 0.02
+BLOCK = 60_000
+COUNT = 60
 
 
 @pytest.fixture(scope="module")
@@ -26,7 +29,8 @@ def path():
 @pytest.mark.parametrize("level", [0.5, 1.5, 2.5])
 def test_passages_of_a_level(path, which, level):
     """Upward passages of |x| and |V| in each block; a wrong moment or factor of two is far beyond |z| of 4."""
-    one, y = peaks(EQS)[which], np.abs(path[which])
+    one = peaks(EQS)[which]
+    y = np.abs(path[which])
     above = y > level * one.deviation
     counts = (above[:, 1:] & ~above[:, :-1]).sum(axis=1)
     expected = one.rice(level * one.deviation) * BLOCK * STEP
@@ -37,7 +41,8 @@ def test_passages_of_a_level(path, which, level):
 @pytest.mark.parametrize("which", [0, 1])
 def test_largest_in_a_time(path, which):
     """Half of the blocks stay below the level with the clumps; the bound is above it, and most stay below that."""
-    one, largest = peaks(EQS)[which], np.abs(path[which]).max(axis=1)
+    one = peaks(EQS)[which]
+    largest = np.abs(path[which]).max(axis=1)
     time = BLOCK * STEP
     share = (largest < one.largest(0.5, time)).mean()
     assert abs(share - 0.5) < 4.0 * 0.5 / math.sqrt(COUNT)

@@ -109,8 +109,10 @@ def test_a_join_is_in_the_error(tmp_path, cycles, rate, noise):
 @pytest.mark.parametrize("kind", ["fades", "burst", "over a floor"])
 def test_quiet_ends_are_no_period(tmp_path, kind):
     """A record that ends quietly may end anywhere there: it counted as periodic, with a join that no error had."""
-    rng, rate = np.random.default_rng(6), 100.0
-    t, tones = np.arange(0.0, 40.0, 1.0 / rate), np.arange(2.5, 4.0, 0.05)
+    rng = np.random.default_rng(6)
+    rate = 100.0
+    t = np.arange(0.0, 40.0, 1.0 / rate)
+    tones = np.arange(2.5, 4.0, 0.05)
     a = np.cos(2.0 * np.pi * np.outer(t, tones) + rng.uniform(0.0, 2.0 * np.pi, len(tones))).sum(
         axis=1
     )
@@ -132,7 +134,8 @@ def test_quiet_ends_are_no_period(tmp_path, kind):
 @pytest.mark.parametrize("share", [0.02, 0.06])
 def test_several_tones_of_one_period_need_no_bridge(share):
     """Tones that repeat with the record, not with one another, and noise of a sensor beside a tone."""
-    rng, n = np.random.default_rng(5), 4000
+    rng = np.random.default_rng(5)
+    n = 4000
     lines = rng.integers(20, round(share * n), 60)
     t = np.arange(n) / n
     a = np.cos(2.0 * np.pi * np.outer(t, lines) + rng.uniform(0.0, 2.0 * np.pi, 60)).sum(axis=1)

@@ -63,7 +63,8 @@ def test_filtered_noise_with_and_without_noise_on_the_stiffness(eqs, n2):
 
 def test_stated_error_of_random_scenes():
     """From weak to strong damping, coupling and load, sharp resonances and narrow bands: no error beyond the stated."""
-    rng, worst = np.random.default_rng(20261122), 0.0
+    rng = np.random.default_rng(20261122)
+    worst = 0.0
     for k in range(60):
         c, beta, mu, width, centre, tau = 10.0 ** rng.uniform(
             [-7, -4, -4, -4, -1, -3], [1, 2, 3, 1, 1, 2]

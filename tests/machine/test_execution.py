@@ -35,7 +35,8 @@ def test_parts_of_a_progress():
     """A part measured in rows, some of them done before, and one measured by its fraction, fill the whole."""
     told = []
     whole = CallingBack(lambda done, what: told.append((done, what)))
-    rows, rest = PartOfProgress(whole, 0.0, 0.5, "sweep"), PartOfProgress(whole, 0.5, 0.5)
+    rows = PartOfProgress(whole, 0.0, 0.5, "sweep")
+    rest = PartOfProgress(whole, 0.5, 0.5)
     rows.start(2, "exact", done=1)
     rows.start(2, "spice")
     for engine in ("spice", "exact", "spice"):

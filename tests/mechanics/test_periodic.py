@@ -12,7 +12,9 @@ GROUPS = np.array([0, 0, 1])
 
 def settling(rate, noise=0.0, push=0.0):
     """A motion that spirals in, a slow capacitor that it charges, and a node that is their sum; what was met."""
-    fixed, rng, calls = np.array([1.0, -0.5, 3.0]), np.random.default_rng(1), []
+    fixed = np.array([1.0, -0.5, 3.0])
+    rng = np.random.default_rng(1)
+    calls = []
     matrix = np.array([[0.6, -0.5, 0.02], [0.5, 0.6, 0.0], [0.05, 0.0, rate]])
 
     def turn(y):
@@ -52,7 +54,8 @@ def test_what_is_left_is_told_from_what_the_last_periods_did():
 @pytest.mark.parametrize("angle", [0.05, 0.1, 0.3])
 def test_a_mode_that_turns_slowly_is_not_told_by_one_change(angle):
     """It loses 7 % a period: one change says where it goes now, not where it turns to, and the way seemed over."""
-    fixed, (c, s) = np.array([1.0, -0.5]), (np.cos(angle), np.sin(angle))
+    fixed = np.array([1.0, -0.5])
+    (c, s) = (np.cos(angle), np.sin(angle))
 
     def turn(y):
         new = fixed + 0.93 * np.array([[c, -s], [s, c]]) @ (y - fixed)
@@ -92,7 +95,8 @@ def test_a_map_that_never_comes_back_is_told():
 def test_a_state_that_the_circuit_cannot_begin_with_is_gone_around():
     """A combination that the circuit refuses is left out; refused on the plain way, the error is told."""
     settled, fixed, _ = settling(0.9)
-    plain, refused = settled.turn, []
+    plain = settled.turn
+    refused = []
 
     def turn(y):
         if y[2] > 2.2 and len(refused) < 2:
@@ -116,7 +120,9 @@ def test_a_state_that_the_circuit_cannot_begin_with_is_gone_around():
 @pytest.mark.parametrize("period", [2, 3, 4])
 def test_a_circuit_that_fails_where_nothing_is_won(period):
     """Combinations are refused now and then on a way that comes no nearer: it goes on, and has no fixed point."""
-    rng, last, calls = np.random.default_rng(3), [np.zeros(4)], []
+    rng = np.random.default_rng(3)
+    last = [np.zeros(4)]
+    calls = []
 
     def turn(y):
         calls.append(y)

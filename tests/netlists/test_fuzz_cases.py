@@ -23,7 +23,8 @@ def agree(text, theirs, mine):
 @pytest.mark.parametrize("name", sorted(CASES))
 def test_a_kept_netlist_is_answered_as_ngspice_does_or_refused(name):
     """A reader that falls back into one of these faults, of scopes, precedence, multiplicity, models and the like."""
-    file, known = FOLDER / f"{name}.cir", CASES[name]
+    file = FOLDER / f"{name}.cir"
+    known = CASES[name]
     mine = imposed_drive.answered(file, known.get("terminals"), known.get("resistor"))
     if mine.given and "power" in known:
         assert agree(file.read_text(), known["power"], mine)
@@ -48,7 +49,9 @@ def test_the_numbers_kept_are_those_of_ngspice():
 @pytest.mark.slow
 def test_random_netlists_are_answered_as_ngspice_does_or_refused(tmp_path):
     """Two readings of one text: 200 random netlists are equal, or refused by one of both."""
-    file, wrong, answered = tmp_path / "board.cir", [], 0
+    file = tmp_path / "board.cir"
+    wrong = []
+    answered = 0
     with Oracle() as ask:
         for seed in SEEDS:
             file.write_text(netlist(seed))

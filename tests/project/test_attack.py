@@ -129,7 +129,8 @@ def test_what_is_cut_off_is_seen(tmp_path):
 
 def test_an_interrupt_before_the_program_begins_is_pythons():
     early = 'Traceback (most recent call last):\n  File "site.py", line 1, in <module>\nKeyboardInterrupt\n'
-    how, ours = {"signal": signal.SIGINT}, early.replace("<module>", "main")
+    how = {"signal": signal.SIGINT}
+    ours = early.replace("<module>", "main")
     assert wholeness.wrong_words(-signal.SIGINT, "", early, how) == ""
     assert wholeness.wrong_words(-signal.SIGINT, "", ours, how) == "a traceback or internal error"
     assert wholeness.wrong_words(1, "", early, how) == "a traceback or internal error"

@@ -98,7 +98,8 @@ def test_pages_in_a_browser(site):
     with chromium() as browser:
         for size in (DESKTOP, PHONE):
             page = browser.new_page(viewport=size)
-            theory, scrolled = [page.stem for page in theory_pages()], 0
+            theory = [page.stem for page in theory_pages()]
+            scrolled = 0
             for name in ("tour", *theory, "audit", "api/pages/harvester.run", "commands/power"):
                 page.goto((site / f"{name}.html").as_uri())
                 assert page.evaluate(wider) <= 0, name

@@ -28,6 +28,13 @@ BOUNDS = [
     ("sentences read by code", 0, 0),
     ("words made outside messages", 0, 0),
     ("vague names", 14, 0),
+    ("tuple assignments of unlike things", 54, 54),
+    ("calls f(*packed)", 140, 0),
+    ("calls with seven positional arguments", 153, 60),
+    ("questions of which load or how many modes", 238, 60),
+    ("one-importer modules", 91, 25),
+    ("lines above 100 columns", 3088, 0),
+    ("thousands of tokens", 495, 445),
 ]
 
 EXAMPLES = sorted((ROOT / "examples").glob("*.toml"))
@@ -76,24 +83,29 @@ def why(answer):
     if answer.warnings[0].startswith(SPENT) or isinstance(engine, Spice) or engine == "spice":
         return "it was slow"
     raise InputError("`within` must be a number")
+from harvester.studies import two
+def packed(device, values):
+    low, high = 0.0, why(device)
+    if device.circuit is None or isinstance(device.circuit, IdealCircuit):
+        return a(1, 2, 3, 4, 5, 6, 7)
+    return a(*values)  # a comment that is so long that its line has more columns than a hundred, as few have
 """
 
 
 def test_each_measure_finds_what_it_counts(tmp_path, monkeypatch):
     """Of two small files the places are known; a sentence of an error of bad input counts nowhere."""
-    for name in ("engines/spice.py", "studies/one.py", "averaging/one.py"):
-        (tmp_path / "harvester" / name).parent.mkdir(parents=True)
-        text = (
-            'class Spice:\n    NAME = "spice"\n'
-            if "spice" in name
-            else FAULTS
-            if "studies" in name
-            else ""
-        )
+    texts = {
+        "engines/spice.py": 'class Spice:\n    NAME = "spice"\n',
+        "studies/one.py": FAULTS,
+        "studies/two.py": "",
+        "averaging/one.py": "",
+    }
+    for name, text in texts.items():
+        (tmp_path / "harvester" / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / "harvester" / name).write_text(text)
     for name, folder in [("ROOT", tmp_path), ("PACKAGE", tmp_path / "harvester")]:
         monkeypatch.setattr(house, name, folder)
-    for name in ("engines", "names_of_sentences"):
+    for name in ("engines", "names_of_sentences", "own_functions"):
         monkeypatch.setattr(house, name, cache(getattr(house, name).__wrapped__))
     monkeypatch.setattr(house, "MOST_BRANCHES", 3)
     found = {name: len(list(places())) for name, places in house.MEASURES.items()}
@@ -106,6 +118,13 @@ def test_each_measure_finds_what_it_counts(tmp_path, monkeypatch):
         "sentences read by code": 1,
         "words made outside messages": 3,
         "vague names": 1,
+        "tuple assignments of unlike things": 1,
+        "calls f(*packed)": 1,
+        "calls with seven positional arguments": 1,
+        "questions of which load or how many modes": 2,
+        "one-importer modules": 1,
+        "lines above 100 columns": 1,
+        "thousands of tokens": 0,
     }
 
 

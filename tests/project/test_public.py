@@ -202,7 +202,9 @@ class Html(HTMLParser):
 
     def __init__(self, page):
         super().__init__()
-        self.open, self.texts, self.tags = [], [], set()
+        self.open = []
+        self.texts = []
+        self.tags = set()
         self.feed(page)
         assert self.open == []
 
@@ -372,7 +374,8 @@ def test_a_netlist_is_read_when_it_is_made():
 @pytest.mark.thorough("test_sweep_of_several_keys_and_its_files")
 def test_run_of_a_list():
     """In its order, one by one or together, with the share of the whole as progress; an error names its scene."""
-    scenes, told = [PLATE.with_load(r) for r in ("100 kohm", "1 Mohm")], []
+    scenes = [PLATE.with_load(r) for r in ("100 kohm", "1 Mohm")]
+    told = []
     for engine in ("averaged", hv.Ensemble(trajectories=64, seed=1)):
         together = hv.run(scenes, engine, progress=told.append)
         assert together == [hv.run(scene, engine) for scene in scenes]

@@ -174,7 +174,9 @@ def skeleton(line):
 def test_printed_results(page, quick, tmp_path, monkeypatch):
     """Each line of the page's blocks of output is printed by the page's own commands, at their full size."""
     monkeypatch.chdir(pages.folder(tmp_path))
-    printed, promised, names = io.StringIO(), [], {"__name__": "page"}
+    printed = io.StringIO()
+    promised = []
+    names = {"__name__": "page"}
     for block in pages.blocks(page):
         if block.language == "python":
             with contextlib.redirect_stdout(printed):

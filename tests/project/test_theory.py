@@ -53,18 +53,16 @@ def coefficients(eqs):
 
 @checks("numbers", "noise", "components")
 def test_components_to_numbers_and_back():
-    M, k, k3, b1, b2, b4, theta, Cp, R, G = (
-        0.022,
-        40.0,
-        3e5,
-        0.1,
-        5.0,
-        2e6,
-        4.57e-3,
-        43e-9,
-        2e5,
-        0.3,
-    )
+    M = 0.022
+    k = 40.0
+    k3 = 3e5
+    b1 = 0.1
+    b2 = 5.0
+    b4 = 2e6
+    theta = 4.57e-3
+    Cp = 43e-9
+    R = 2e5
+    G = 0.3
     scene = hv.Scene(
         oscillator=hv.Oscillator(
             mass=M, stiffness=k, cubic_stiffness=k3, damping=b1, damping_x2=b2, damping_x4=b4
@@ -129,7 +127,8 @@ def test_published_averaging(r):
     def diffusion(A):
         _, _, k, Q = parts(A)
         cubic = alpha * A**2
-        external, parametric = n1 * (k + 5 / 8 * cubic), n2 * A**2 / 4 * (k + 3 / 4 * cubic)
+        external = n1 * (k + 5 / 8 * cubic)
+        parametric = n2 * A**2 / 4 * (k + 3 / 4 * cubic)
         return (external + parametric + 8 / (3 * np.pi) * n12 * A * (k + 7 / 10 * cubic)) / Q**2
 
     A = np.geomspace(0.05, 4.0, 9)
@@ -159,20 +158,23 @@ def test_published_averaging(r):
 @checks("mostwhite", "mostdamped", "moststroke")
 def test_the_most_that_a_device_can_take():
     """On the path of a driven mass between stops each step of the derivation holds, and the bound is the least one."""
-    F, W, c, D = 0.7, 1.1, 0.08, 0.4
+    F = 0.7
+    W = 1.1
+    c = 0.08
+    D = 0.4
     table = {"c1": -c, "beta": 0.3, "mu": 0.8, "drive": F, "drive_frequency": W}
     table |= {"restitution": 0.7, "gap": D, "opposite_restitution": 0.7}
     eqs = equations(hv.Scene(nondimensional=hv.Nondimensional(**table, opposite_gap=D)))
     h = 2 * np.pi / W / 4096
     path = trace(eqs, np.zeros(4096 * 200), h)
     last = slice(-4096 * 100, None)
-    a, x, v = (
-        F * np.cos(W * h * np.arange(1, 4096 * 200 + 1))[last],
-        path.x[last],
-        np.gradient(path.x, h)[last],
-    )
-    given, taken = np.mean(a * v), c * np.mean(v**2)
-    stroke, damped = D * np.mean(np.abs(np.gradient(a, h))), np.mean(a**2) / (4 * c)
+    a = F * np.cos(W * h * np.arange(1, 4096 * 200 + 1))[last]
+    x = path.x[last]
+    v = np.gradient(path.x, h)[last]
+    given = np.mean(a * v)
+    taken = c * np.mean(v**2)
+    stroke = D * np.mean(np.abs(np.gradient(a, h)))
+    damped = np.mean(a**2) / (4 * c)
     assert given == pytest.approx(-np.mean(np.gradient(a, h) * x), rel=0.02)
     assert 0.3 * 0.8 * np.mean(path.V[last] ** 2) < given - taken < min(damped, stroke)
     assert (damped, stroke) == pytest.approx((F**2 / (8 * c), 2 / np.pi * D * F * W), rel=1e-5)
@@ -199,14 +201,13 @@ def test_published_power():
         diffusion
     )
     p = np.exp(log_p - log_p.max())
-    w2, k = orbit.omega2(A, alpha, beta, mu), 1 + orbit.K(A, alpha, beta, mu)
+    w2 = orbit.omega2(A, alpha, beta, mu)
+    k = 1 + orbit.K(A, alpha, beta, mu)
     phi = (np.arange(64) + 0.5) * np.pi / 64
     nu2 = (k + 0.75 * alpha * A**2)[:, None] + 0.25 * (alpha * A**2)[:, None] * np.cos(2 * phi)
     weight = nu2**-0.5 / (nu2**-0.5).sum(axis=1, keepdims=True)
-    x2, v2 = (
-        A**2 * (weight * np.cos(phi) ** 2).sum(axis=1),
-        A**2 * (weight * nu2 * np.sin(phi) ** 2).sum(axis=1),
-    )
+    x2 = A**2 * (weight * np.cos(phi) ** 2).sum(axis=1)
+    v2 = A**2 * (weight * nu2 * np.sin(phi) ** 2).sum(axis=1)
     on_orbit = (w2**2 * x2 + mu**2 * v2) / (mu**2 + w2) ** 2
     mean = simpson(p * A * on_orbit, x=u) / simpson(p * A, x=u)
     assert stationary.mean_square_voltage(PAPER) == pytest.approx(mean, rel=1e-5)
@@ -252,7 +253,8 @@ def by_differences(phi, nu, mu, stop):
     """P of p'' - mu^2 p = -sin Phi nu with P'(tau) = 0 (no stop) or P(tau) = 0, on a fine grid, and dP/dt."""
     h = phi[1] - phi[0]
     between = 0.5 * (nu[1:] + nu[:-1])
-    diagonal, off = np.zeros(len(phi)), -between / h
+    diagonal = np.zeros(len(phi))
+    off = -between / h
     diagonal[:-1] += between / h
     diagonal[1:] += between / h
     load = np.sin(phi) * h
@@ -286,7 +288,8 @@ def averages(eqs, law, phi, nu, p, slope, stop):
     """Of the page, over each orbit in time: everything that b and sigma are made of."""
     alpha, _, mu, c1, c2, c3, *_ = coefficients(eqs)
     A = law.A[:, None]
-    x, v = A * np.cos(phi), -A * np.sin(phi) * nu
+    x = A * np.cos(phi)
+    v = -A * np.sin(phi) * nu
     tau = simpson(1 / nu, x=phi)
 
     def mean(values):
@@ -442,7 +445,8 @@ def test_two_scales(stop):
     slow = whole(slow) / (1 + (mu / (2 * w)) ** 2) if stop else 0.0
     fast = whole(found["V2"]) * widths(eqs, law, found, stop)
 
-    T, energy_mean = whole(found["T"]), whole(E)
+    T = whole(found["T"])
+    energy_mean = whole(E)
     power_in = n1 + n2 * whole(found["x2"])
     e = power_in * T / energy_mean
     i = 2 * (1 - r2) / (1 + r2) * whole(found["wall"] / found["T"]) * T / energy_mean
@@ -475,16 +479,14 @@ def test_two_scales(stop):
 @checks("martingale", "boundary", "controlled")
 def test_control_variates():
     """Own paths of a linear device with a stop: both kinds of sums have mean zero, and leave little of the variance."""
-    rng, paths, step, n, c, mu, beta, r = (
-        np.random.default_rng(5),
-        4096,
-        0.1,
-        0.01,
-        0.1,
-        0.5,
-        0.1,
-        0.9,
-    )
+    rng = np.random.default_rng(5)
+    paths = 4096
+    step = 0.1
+    n = 0.01
+    c = 0.1
+    mu = 0.5
+    beta = 0.1
+    r = 0.9
     x, v, V = np.zeros((3, paths))
 
     def drift(x, v, V, h):
@@ -503,9 +505,12 @@ def test_control_variates():
 
     for _ in range(1500):
         x, v, V = drift(x, v + np.sqrt(2 * n * step) * rng.standard_normal(paths), V, step)
-    begin, sums, mean = ends(), np.zeros((9, paths)), np.zeros(paths)
+    begin = ends()
+    sums = np.zeros((9, paths))
+    mean = np.zeros(paths)
     for _ in range(2000):
-        kick, E = np.sqrt(2 * n * step) * rng.standard_normal(paths), 0.5 * (v**2 + x**2)
+        kick = np.sqrt(2 * n * step) * rng.standard_normal(paths)
+        E = 0.5 * (v**2 + x**2)
         sums += kick * np.array(
             [v, v * np.sqrt(E), v * E, v * E**2, v * x, v * V, x, np.sqrt(E), V]
         )
@@ -526,8 +531,14 @@ def test_control_variates():
 @checks("ito")
 def test_ito_with_a_stop():
     """On short steps of an own path: the jumps of h at impacts belong to the identity, and vanish where h is alike."""
-    rng, step, n, c, r = np.random.default_rng(8), 1e-4, 0.02, 0.2, 0.7
-    x, v, kicks = 0.3, 0.0, np.sqrt(2 * n * step) * rng.standard_normal(400_000)
+    rng = np.random.default_rng(8)
+    step = 1e-4
+    n = 0.02
+    c = 0.2
+    r = 0.7
+    x = 0.3
+    v = 0.0
+    kicks = np.sqrt(2 * n * step) * rng.standard_normal(400_000)
     functions = {  # h, its derivatives by x and x', and the second one by x'
         "energy": (lambda x, v: (x * x + v * v) / 2, lambda x, v: (x, v, 1.0)),
         "product": (lambda x, v: x * v, lambda x, v: (v, x, 0.0)),
@@ -572,8 +583,11 @@ def test_halved_steps():
     """Of sums whose error is c h^2 exactly, both are exact; without noise and without controls."""
     from harvester.uncertainty.richardson import extrapolated, step_bias
 
-    limit, c, h = np.array([1.0, 2.5, 0.3]), np.array([0.2, -0.1, 0.4]), 0.3
-    fine, coarse = limit + c * h**2, limit + c * (2 * h) ** 2
+    limit = np.array([1.0, 2.5, 0.3])
+    c = np.array([0.2, -0.1, 0.4])
+    h = 0.3
+    fine = limit + c * h**2
+    coarse = limit + c * (2 * h) ** 2
     assert step_bias([fine, coarse])[0] == pytest.approx((c * h**2).mean(), rel=1e-12)
     assert extrapolated([fine, coarse]) == pytest.approx(limit, rel=1e-12)
 
@@ -588,13 +602,18 @@ def test_ledger():
     from harvester.mechanics.kernels.compiled import interpreted
     from harvester.mechanics.kernels.equation_of_motion import kick as compiled
 
-    h, x, v0, V, xi = 0.1, 0.4, 0.9, -0.2, 0.6
+    h = 0.1
+    x = 0.4
+    v0 = 0.9
+    V = -0.2
+    xi = 0.6
     s = SimpleNamespace(noise_work=0.0, spring_work=0.0, voltage_work=0.0, damping_work=0.0)
     v1 = interpreted(compiled)(State(x, v0, V), xi, h, coefficients(PAPER))
     interpreted(add_works_of_kick)(s, v0, v1, x, V, xi, h, coefficients(PAPER))
     mean = (v0 + v1) / 2
     noise = np.sqrt(2 * h * (PAPER.n1 + PAPER.n2 * x**2)) * xi * mean
-    spring, voltage = -h * (x + PAPER.alpha * x**3) * mean, -h * PAPER.beta * V * mean
+    spring = -h * (x + PAPER.alpha * x**3) * mean
+    voltage = -h * PAPER.beta * V * mean
     assert (s.noise_work, s.spring_work, s.voltage_work) == pytest.approx(
         (noise, spring, voltage), rel=1e-12
     )
@@ -606,7 +625,12 @@ def test_ledger():
 @checks("rice", "vanmarcke", "lifetime")
 def test_largest_values_of_a_linear_scene():
     """The level of a lifetime from sums over the frequency, with the page's formulas."""
-    c, beta, mu, n1, span, share = 0.1, 0.5, 0.7, 0.3, 1e5, 0.95
+    c = 0.1
+    beta = 0.5
+    mu = 0.7
+    n1 = 0.3
+    span = 1e5
+    share = 0.95
     w = np.linspace(1e-4, 60.0, 600_001)
     s = 1j * w
     x = 1 / (1 + c * s + s**2 + beta * s / (s + mu))
@@ -622,7 +646,8 @@ def test_largest_values_of_a_linear_scene():
         def passages(a, l0=l0, l2=l2):
             return np.sqrt(l2 / l0) / np.pi * np.exp(-(a**2) / (2 * l0))
 
-        a, q = level.value, np.sqrt(1 - l1**2 / (l0 * l2))
+        a = level.value
+        q = np.sqrt(1 - l1**2 / (l0 * l2))
         clumps = (
             passages(a)
             * -np.expm1(-np.sqrt(np.pi / 2) * q**1.2 * a / np.sqrt(l0))
@@ -656,7 +681,9 @@ def test_exponents():
 @checks("tail", "moments", "tailstop")
 def test_tails():
     """The rate of the second moments, its root without a stop, and the exponent with one."""
-    c, w2, n2 = 0.05, 1.3, 0.04
+    c = 0.05
+    w2 = 1.3
+    n2 = 0.04
     eqs = Equations(c1=-c, beta=w2 - 1.0, n2=n2)
     matrix = np.array([[0.0, 2.0, 0.0], [-w2, -c, 1.0], [2.0 * n2, -2.0 * w2, -2.0 * c]])
     assert tail.moment_growth(eqs, 2) == pytest.approx(
@@ -671,7 +698,8 @@ def test_tails():
 @checks("wells")
 def test_wells_that_are_left_at_two_rates():
     """p f is the mean of what each well's start gives, at any time, and so lies between these."""
-    rates, f = np.array([[-0.3, 0.3], [0.1, -0.1]]), np.array([2.0, 5.0])
+    rates = np.array([[-0.3, 0.3], [0.1, -0.1]])
+    f = np.array([2.0, 5.0])
     p = np.array([0.25, 0.75])
     assert p @ rates == pytest.approx(0.0, abs=1e-15)
     for time in (0.0, 0.4, 3.0):
@@ -689,7 +717,8 @@ def test_wells_that_are_left_at_two_rates():
 @pytest.mark.parametrize("c", [0.01, 0.7])
 def test_kramers(c):
     """Wells of x^4/4 - x^2/2: U = 1/4, w = sqrt(2 - c^2/4), w_b = 1, and a turn at the barrier's height of S = 4/3."""
-    T, w = 0.03, np.sqrt(2 - c**2 / 4)
+    T = 0.03
+    w = np.sqrt(2 - c**2 / 4)
 
     def taken(d):
         def inner(z):
@@ -726,7 +755,11 @@ def test_kick():
     from harvester.mechanics.kernels.equation_of_motion import kick as compiled
 
     e = changed(PAPER, n12=0.003)
-    x, v, V, xi, h = 1.3, -0.7, 0.4, 1.0, 0.3
+    x = 1.3
+    v = -0.7
+    V = 0.4
+    xi = 1.0
+    h = 0.3
     noise = e.n1 + 2 * e.n12 * x + e.n2 * x**2
     y = (e.c3 * x**4 - e.c2 * x**2 - e.c1) * h
     force = -(x + e.alpha * x**3 + e.beta * V) * h + np.sqrt(2 * noise * h) * xi
@@ -739,7 +772,12 @@ def test_kick():
 @checks("linear", "response")
 def test_linear_scenes():
     """White noise of N1 + N2 E[x^2], and the sum over a record's lines beside it."""
-    c, beta, mu, n1, n2, n = 0.1, 0.5, 0.7, 0.3, 0.02, 40
+    c = 0.1
+    beta = 0.5
+    mu = 0.7
+    n1 = 0.3
+    n2 = 0.02
+    n = 40
     v2_at_one = 1 / (c * (1 + beta + mu**2 + c * mu) + beta * mu)
     x2_at_one = v2_at_one * (1 + mu**2 + c * mu)
     a = np.random.default_rng(1).standard_normal(n + 1)
@@ -795,10 +833,13 @@ def test_weak_form_of_the_density():
     series = [hermeval(z, np.eye(8)[k]) / norms[k] for k in range(8)]
     gauss = gauss / np.sqrt(2.0 * np.pi)
     p = np.einsum("keqr,kz->eqrz", modes, series, optimize=True)
-    x, v, weights = x[..., None], v[:, None], weights[..., None] * gauss
+    x = x[..., None]
+    v = v[:, None]
+    weights = weights[..., None] * gauss
     y = frame.slope * x + frame.offset + frame.scale * z
     force = -x - e.alpha * x**3 - e.beta * (x - y)
-    loss, noise = e.c3 * x**4 - e.c2 * x**2 - e.c1, e.n1 + e.n2 * x**2
+    loss = e.c3 * x**4 - e.c2 * x**2 - e.c1
+    noise = e.n1 + e.n2 * x**2
     low = found.form.mesh.v_breaks
     w = v[v[:, 0] > 0.0]
     half_weights = weights[0, 0, v[:, 0] > 0.0] / (
@@ -829,10 +870,8 @@ def test_weak_form_of_the_density():
         made = made + noise * j * (j - 1) * x**i * v ** max(j - 2, 0) * y**k
         made = made + e.mu * (x - y) * k * x**i * v**j * y ** max(k - 1, 0)
         jump = (0.0**i) * ((e.restitution * w) ** j - (-w) ** j) * y_wall**k
-        moved, hit = (
-            float((p * made * weights).sum()),
-            float((at_wall * w * jump * half_weights).sum()),
-        )
+        moved = float((p * made * weights).sum())
+        hit = float((at_wall * w * jump * half_weights).sum())
         size = float(np.abs(p * made * weights).sum())
         assert abs(moved + hit) < 1e-6 * size, (i, j, k)
 

@@ -13,7 +13,8 @@ from harvester.records.record_files import read_record
 from harvester.studies.record import record_spectra
 
 G = 9.80665
-N, RATE = 2000, 500.0
+N = 2000
+RATE = 500.0
 T = np.arange(N) / RATE
 SHAKING = np.sin(2 * np.pi * 20 * T) + 0.5 * np.sin(2 * np.pi * 3 * T + 1)
 
@@ -79,7 +80,8 @@ def logged(seed):
     Returns times in s, values, the rate, the true samples (m/s^2), and how many of them are lost.
     """
     rng = np.random.default_rng([8, seed])
-    rate, n = np.exp(rng.uniform(np.log(200.0), np.log(900.0))), 3000
+    rate = np.exp(rng.uniform(np.log(200.0), np.log(900.0)))
+    n = 3000
     sample = np.arange(n)
     truth = np.convolve(rng.standard_normal(n + 40), np.hanning(41), "valid")[:n]
     times = sample / rate + rng.uniform(0.0, 0.3) / rate * rng.standard_normal(n)
@@ -306,7 +308,9 @@ def test_octaves_have_all_the_power(harvester, tmp_path, n):
 
 def test_what_a_mass_could_take_of_a_record_before_there_is_a_device():
     """Of a tone a sin(w t) the mean jerk is 2 w a/pi; no device between stops takes more, and a bound needs both."""
-    a, w, t = 2.0, 2.0 * np.pi * 25.0, np.arange(1000) / 500.0
+    a = 2.0
+    w = 2.0 * np.pi * 25.0
+    t = np.arange(1000) / 500.0
     tone = CleanRecord(500.0, a * np.sin(w * t), "a", (), ())
     found = record_spectra(tone, 0.01, 2e-3)
     assert found.possible == pytest.approx(0.01 * 2e-3 * 2.0 * w * a / np.pi, rel=1e-3)

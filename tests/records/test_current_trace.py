@@ -10,7 +10,8 @@ from harvester.records.current_trace import STATES, merged, read_trace
 def test_merging_keeps_charge_duration_and_peaks():
     """A noisy sleep with one pulse of three samples: the pulse stays apart."""
     rng = np.random.default_rng(1)
-    current, lengths = np.abs(rng.normal(2e-6, 1e-7, 5000)), rng.uniform(0.5e-4, 1.5e-4, 5000)
+    current = np.abs(rng.normal(2e-6, 1e-7, 5000))
+    lengths = rng.uniform(0.5e-4, 1.5e-4, 5000)
     current[2000:2003] = 20e-3
     found = np.array(merged(current, lengths))
     assert len(found) == STATES

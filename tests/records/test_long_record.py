@@ -8,7 +8,8 @@ from harvester.records import csv_table, long_record
 from harvester.records.long_record import LongRecord
 from harvester.records.record_files import read_record
 
-N, RATE = 3000, 500.0
+N = 3000
+RATE = 500.0
 
 
 def values(count=N):

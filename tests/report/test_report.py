@@ -43,14 +43,12 @@ class Page(HTMLParser):
 
     def __init__(self, text):
         super().__init__(convert_charrefs=True)
-        self.open, self.tags, self.ids, self.addresses, self.text, self.alts = (
-            [],
-            [],
-            [],
-            [],
-            "",
-            [],
-        )
+        self.open = []
+        self.tags = []
+        self.ids = []
+        self.addresses = []
+        self.text = ""
+        self.alts = []
         self.feed(text)
         self.close()
         assert self.open == []

@@ -35,7 +35,8 @@ def by_frequencies(scene=PLATE):
 
 def test_frequencies_and_q_say_the_same_device():
     """stiffness = M (2 pi f)^2, damping = sqrt(K M)/Q, theta^2 = Cp (M (2 pi f_oc)^2 - K)."""
-    ours, other = by_frequencies().modal, PLATE.modal
+    ours = by_frequencies().modal
+    other = PLATE.modal
     assert ours.frequency / (2.0 * math.pi) == pytest.approx(60.0, rel=1e-12)
     for name, value in vars(other).items():
         assert getattr(ours, name) == pytest.approx(value, rel=1e-11), name

@@ -29,10 +29,8 @@ def head(path, name):
     ],
 )
 def test_a_circuit_has_the_parameters_of_its_part(circuit, part, name):
-    ours, its = (
-        head(FOLDER / f"{circuit}.cir", circuit),
-        head(FOLDER / "parts" / f"{part}.lib", name),
-    )
+    ours = head(FOLDER / f"{circuit}.cir", circuit)
+    its = head(FOLDER / "parts" / f"{part}.lib", name)
     both = ours.keys() & its.keys()
     assert len(both) > 3 and {key: ours[key] for key in both} == {key: its[key] for key in both}
 
@@ -45,7 +43,8 @@ def test_the_keys_of_a_scene_name_every_chip():
 
 def test_what_a_netlist_says_in_another_form_is_what_the_file_says():
     """Thresholds of an output, its table of efficiencies and the diodes."""
-    ltc, text = CHIPS["ltc3588"], (FOLDER / "parts" / "ltc3588.lib").read_text()
+    ltc = CHIPS["ltc3588"]
+    text = (FOLDER / "parts" / "ltc3588.lib").read_text()
     own = head(FOLDER / "parts" / "ltc3588.lib", "ltc3588_1")
     assert ltc.outputs[float(own["Vreg"])] == (float(own["Vrise"]), float(own["Vfall"]))
     assert re.search(r"\.model rectifier D\(Is=4\.4n N=1 ", text) and ltc.diodes == (4.4e-9, 1.0)

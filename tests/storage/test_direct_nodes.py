@@ -12,7 +12,8 @@ from harvester.storage.measured_current import measured
 from harvester.storage.node_run import NodeRun
 from tests.support.own_board import noisy_node
 
-C, PACKET = 1e-4, 5e-3 * 0.018
+C = 1e-4
+PACKET = 5e-3 * 0.018
 
 
 @pytest.mark.slow
@@ -25,7 +26,8 @@ def test_energy_is_conserved():
     packets = found.packets
     assert packets.min() >= 1 and (found.brown_outs > 0).all() and (found.clamped == 0.0).all()
     kept = 0.5 * C * found.volts**2
-    least, most = packets * PACKET * 2.0, (packets + found.brown_outs + 1.0) * PACKET * 3.1
+    least = packets * PACKET * 2.0
+    most = (packets + found.brown_outs + 1.0) * PACKET * 3.1
     assert (found.given - kept > least).all() and (found.given - kept < most).all()
     assert (found.first > 1.0).all() and found.seconds == pytest.approx(20.0, abs=0.1)
 

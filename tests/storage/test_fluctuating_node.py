@@ -17,12 +17,15 @@ from harvester.storage.fluctuating_node import (
 from harvester.storage.node_run import NodeCourse, NodeRun
 from harvester.storage.rectified_current import RectifiedCurrent
 
-C, CAME, S = 1e-4, 1e-5, 4e-12
+C = 1e-4
+CAME = 1e-5
+S = 4e-12
 
 
 def run(density=S, points=POINTS, **node):
     """10 uA into 100 uF up to 20 V; a node that sends 5 ms of 5 mA every second, from 4 V to 2 V."""
-    volts, one = np.linspace(0.0, 20.0, 12), np.ones(12)
+    volts = np.linspace(0.0, 20.0, 12)
+    one = np.ones(12)
     table = RectifiedCurrent(volts, CAME * one, 0.0 * one, density * one, one, 0.0 * one, 0.0)
     given = {
         "wake_voltage": 4.0,
@@ -46,7 +49,8 @@ def test_a_store_that_nothing_empties_diffuses():
 
 
 def test_without_a_density_it_does_what_the_mean_current_does():
-    still, waits = run(density=0.0), run(density=0.0, points=4000)
+    still = run(density=0.0)
+    waits = run(density=0.0, points=4000)
     both = lived(waits, still, 400.0, fluctuations(still, 0.2, 400.0, 0))
     course = waits.course(400.0)
     assert both.number(lambda one: one.packets) == pytest.approx(course.packets, rel=2e-3)
@@ -57,7 +61,8 @@ def test_without_a_density_it_does_what_the_mean_current_does():
 
 def test_fluctuations_stop_a_node_that_the_mean_current_just_feeds():
     """25 uC each second out, 25.2 uA in: by the mean current it runs for ever; a density of 3 % of a day stops it."""
-    volts, one = np.linspace(0.0, 5.0, 12), np.ones(12)
+    volts = np.linspace(0.0, 5.0, 12)
+    one = np.ones(12)
     table = RectifiedCurrent(volts, 25.2e-6 * one, 0.0 * one, 2e-9 * one, one, 0.0 * one, 0.0)
     node = run().node
     fed = NodeRun(table, hv.Storage(capacitance=C), node, points=POINTS)
@@ -81,7 +86,8 @@ def test_packets_grow_evenly_over_their_interval(first, interval):
 
 def test_days_beyond_the_courses_are_those_of_the_mean_current():
     """Where nothing stops it, a day's packets are as many as its intervals, though a course is 400 s long."""
-    volts, one = np.linspace(0.0, 5.0, 12), np.ones(12)
+    volts = np.linspace(0.0, 5.0, 12)
+    one = np.ones(12)
     table = RectifiedCurrent(volts, 1e-4 * one, 0.0 * one, S * one, one, 0.0 * one, 0.0)
     runs = [
         NodeRun(table, hv.Storage(capacitance=C), run().node, points=points)

@@ -35,10 +35,8 @@ def test_the_boards_diodes_give_what_they_do_in_ngspice(excitation, stop):
 def test_a_compiled_circuit_of_other_diodes_is_told(excitation, monkeypatch):
     """Those of the packaged bridge beside ngspice with the board's: the difference is that of their mean currents."""
     scene = noisy_node(excitation=excitation)
-    board, other = (
-        Problem.of(scene),
-        noisy_node(excitation=excitation, load=hv.Netlist("bridge", Is="1 pA", N=1.0)),
-    )
+    board = Problem.of(scene)
+    other = noisy_node(excitation=excitation, load=hv.Netlist("bridge", Is="1 pA", N=1.0))
     other = Problem.of(other)
     assert board.circuit is not None and other.circuit is not None
 

@@ -12,7 +12,8 @@ C = 1e-4
 
 def run(amperes=1e-5, storage=None, **node):
     """A constant current into 100 uF up to 6 V; a node that sends 10 ms of 5 mA every second, from 4 V to 2 V."""
-    volts, one = np.linspace(0.0, 6.0, 12), np.ones(12)
+    volts = np.linspace(0.0, 6.0, 12)
+    one = np.ones(12)
     table = RectifiedCurrent(volts, amperes * one, None, one, one, 0.0 * one, 0.0)
     given = {
         "wake_voltage": 4.0,
@@ -100,8 +101,10 @@ def test_charge_that_moves_into_pores_is_that_of_a_line():
         "initial_voltage": None,
     }
     course = run(amperes=1e-7, storage=storage, wake_voltage=6.0).course(7200.0)
-    n, h = 300, 5.0
-    g, c = n / storage["diffusion_resistance"], storage["diffusion_capacitance"] / n
+    n = 300
+    h = 5.0
+    g = n / storage["diffusion_resistance"]
+    c = storage["diffusion_capacitance"] / n
     matrix = np.zeros((n + 1, n + 1))
     for k in range(n):
         part = 2.0 * g if k == 0 else g  # the first capacitor is half a section away
@@ -109,7 +112,9 @@ def test_charge_that_moves_into_pores_is_that_of_a_line():
         matrix[k + 1, k + 1] -= part
         matrix[k, k + 1], matrix[k + 1, k] = part, part
     held = np.diag([C, *n * [c]])
-    step, v, found = held / h - 0.5 * matrix, np.zeros(n + 1), []
+    step = held / h - 0.5 * matrix
+    v = np.zeros(n + 1)
+    found = []
     forward = np.linalg.solve(step, held / h + 0.5 * matrix)
     kick = np.linalg.solve(step, np.eye(n + 1)[0] * 1e-7)
     for _ in range(round(7200.0 / h)):

@@ -51,12 +51,15 @@ def test_the_ring_up_and_the_lag_are_counted():
 @pytest.mark.slow
 def test_random_paths_pass_as_a_random_walk_with_drift():
     """Mean L/v and variance D L/v^3 of the first passage through L, D being the density of V; the wall at 0 is far."""
-    density, level, count = (2e-6) ** 2, 8.0, 4096
+    density = (2e-6) ** 2
+    level = 8.0
+    count = 4096
     t, v = random_paths(
         table(lambda v: 1e-5 + 0.0 * v, density=density), C, math.inf, level, 200.0, count, 3, False
     )
     times = np.array([first_passages(t, one, np.array([level]))[0] for one in v])
-    mean, variance = level * C / 1e-5, density / C**2 * level / (1e-5 / C) ** 3
+    mean = level * C / 1e-5
+    variance = density / C**2 * level / (1e-5 / C) ** 3
     assert abs(times.mean() - mean) < 4.0 * math.sqrt(variance / count) + 0.01 * mean
     assert times.var() == pytest.approx(variance, rel=0.1)
 

@@ -37,11 +37,9 @@ def test_the_netlists_own_elements_give_the_current_of_ideal_ones(tmp_path):
     """Both in two threads, from 0 to 5 V, in three windows of a burst: the bridge's differ by .1 % at most."""
     t = np.arange(0.0, 4.0, 0.002)
     _, problem = table_of(on_record(tmp_path, t, 1.5 * np.sin(2 * math.pi * 46.0 * t)))
-    volts, grid, rectifier = (
-        np.linspace(0.0, 5.0, 64),
-        grid_of(problem)._replace(windows=4),
-        Rectifier(problem),
-    )
+    volts = np.linspace(0.0, 5.0, 64)
+    grid = grid_of(problem)._replace(windows=4)
+    rectifier = Rectifier(problem)
     circuits = (one(rectifier.held) for one in (rectifier.fast, rectifier.compiled))
     ideal, own = (windows_of(problem, one, volts, grid)[0] for one in circuits)
     assert np.abs(own[1:] / ideal[1:] - 1.0).max() < 0.002
@@ -73,7 +71,8 @@ def test_packets_on_bursts_are_those_of_direct_runs(tmp_path, shaking):
         scene, node=node, storage=scene.storage.replace(capacitance=100e-6, esr=None)
     )
     found = hv.node(scene, days=600.0 / 86400.0)
-    packets, direct = found.packets_per_hour.value / 6.0, packets_directly(scene, 600.0)
+    packets = found.packets_per_hour.value / 6.0
+    direct = packets_directly(scene, 600.0)
     assert direct > 60
     assert abs(packets - direct) < 0.05 * direct
     assert found.first_packet.known_error95 < 0.02 * found.first_packet.value

@@ -10,7 +10,12 @@ from harvester.equations.problem import Problem
 from harvester.storage.measured_current import measured
 from harvester.storage.rectified_current import RectifiedCurrent
 
-MASS, STIFFNESS, RATIO, THETA, CP, A = 0.02, 1800.0, 0.02, 1e-4, 50e-9, 40.0
+MASS = 0.02
+STIFFNESS = 1800.0
+RATIO = 0.02
+THETA = 1e-4
+CP = 50e-9
+A = 40.0
 
 
 @pytest.fixture(scope="module")

@@ -82,7 +82,8 @@ def test_a_users_bridge_has_the_circuit_of_the_packages(tmp_path):
     """The same currents of the same diodes, and the same store and load."""
     values = {"R": 1.5e6, "C": 1e-6, "Is": 2.52e-9, "N": 1.752}
     problem = Problem(PLATE.with_load(hv.Netlist("bridge", **values)))
-    ours, its = bridge_of(on_plate(tmp_path, BOARD)), ideal_circuit(problem.circuit, problem.scales)
+    ours = bridge_of(on_plate(tmp_path, BOARD))
+    its = ideal_circuit(problem.circuit, problem.scales)
     assert its.bridge and ours.bridge
     for name in ("mu", "kappa", "n", "leak", "loss"):
         assert getattr(ours, name) == pytest.approx(getattr(its, name), rel=1e-12), name

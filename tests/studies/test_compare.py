@@ -115,7 +115,8 @@ def test_a_budget_is_for_all_engines_together(monkeypatch):
     )
     # density may need more than its share
     assert {"averaged", "ensemble"} <= {one.engine for one in result.estimates}
-    share, others = hv.Density.share_of_time, hv.Ensemble.share_of_time + PATHS
+    share = hv.Density.share_of_time
+    others = hv.Ensemble.share_of_time + PATHS
     assert (
         given[0] <= 5.0 * share / (share + others)
         and given[1] <= 5.0 * hv.Ensemble.share_of_time / others
@@ -132,7 +133,8 @@ def test_an_engine_that_refuses_has_spent_of_the_budget(monkeypatch):
         time.sleep(0.5)
         raise hv.SimulationError("no density in that time")
 
-    run, given = hv.Ensemble.run, []
+    run = hv.Ensemble.run
+    given = []
     monkeypatch.setattr(hv.Density, "run", refuse)
     monkeypatch.setattr(
         hv.Ensemble, "run", lambda self, *them: given.append(self.budget) or run(self, *them)

@@ -33,7 +33,9 @@ def test_units_of_a_physical_scene():
     assert found.stops == pytest.approx((-TWO.stop.gap, TWO.opposite_stop.gap))
     assert found.stops[0] <= found.displacement.min() < 0.9 * found.stops[0]
     assert 0.9 * found.stops[1] < found.displacement.max() <= found.stops[1]
-    theta, capacitance, load = TWO.piezo.coupling, TWO.piezo.capacitance, TWO.load.resistance
+    theta = TWO.piezo.coupling
+    capacitance = TWO.piezo.capacitance
+    load = TWO.load.resistance
     dt = np.diff(found.time)
     charge = (
         capacitance * np.diff(found.voltage)
@@ -143,7 +145,8 @@ def test_files_and_command(tmp_path):
 
 
 def test_seed_and_refusals():
-    same, other = motion(scene(PAPER), duration=20.0), motion(scene(PAPER), duration=20.0, seed=1)
+    same = motion(scene(PAPER), duration=20.0)
+    other = motion(scene(PAPER), duration=20.0, seed=1)
     assert (same.displacement == motion(scene(PAPER), duration=20.0).displacement).all()
     assert (same.displacement != other.displacement).any()
     with pytest.raises(

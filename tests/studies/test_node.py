@@ -131,7 +131,8 @@ def test_a_trace_is_as_its_states(tmp_path):
     (tmp_path / "packet.csv").write_text("Timestamp (ms),Current (mA)\n" + "\n".join(rows) + "\n")
     text = SCENE.read_text().replace('currents = ["4 mA", "20 mA"]', 'trace = "packet.csv"')
     (tmp_path / "scene.toml").write_text(text.replace('durations = ["10 ms", "5 ms"]\n', ""))
-    found, states = hv.node(tmp_path / "scene.toml", days=0.05), hv.node(SCENE, days=0.05)
+    found = hv.node(tmp_path / "scene.toml", days=0.05)
+    states = hv.node(SCENE, days=0.05)
     assert found.needed == pytest.approx(states.needed, rel=1e-9)
     assert found.packets_per_hour.value == pytest.approx(states.packets_per_hour.value, rel=1e-12)
 
@@ -256,10 +257,8 @@ NGSPICE = {
 def test_a_chip_by_its_sheet_gives_what_its_netlist_does_in_ngspice(name):
     """A node that takes what the netlist's resistor takes while the output is there, behind the chip's own diodes."""
     power, volts, ohm, store, saturation = NGSPICE[name]
-    amperes, own = (
-        volts / ohm,
-        {} if name == "ltc3588" else {"start_voltage": 3.0, "stop_voltage": 2.4},
-    )
+    amperes = volts / ohm
+    own = {} if name == "ltc3588" else {"start_voltage": 3.0, "stop_voltage": 2.4}
     node = {"wake_voltage": 0.1, "stop_voltage": 0.05, "interval": 2e-3, "durations": (1e-3,)}
     scene = dataclasses.replace(
         hv.load(EXAMPLES / f"bimorph_{name}.toml"),
@@ -369,7 +368,8 @@ def test_a_chip_without_a_netlist_does_what_its_law_does_with_the_rectifier_itse
     scene = waiting(chip, acceleration, store, 360e-6, 2e-3, sleep_current=360e-6)
     # above where the cold start ends
     scene = dataclasses.replace(scene, chip=scene.chip.replace(stop_voltage=2.7))
-    found, problem = hv.node(scene, days=0.01), Problem.of(scene)
+    found = hv.node(scene, days=0.01)
+    problem = Problem.of(scene)
     law = chip_of(scene.chip, 1.8)
     table = measured(problem).best
     run = NodeRun(table, scene.storage, scene.node, law)
@@ -439,7 +439,8 @@ def shaken(chip, density, store=1.0):
 def test_under_noise_a_chip_puts_into_its_store_what_its_law_does_directly(chip, density, keys):
     """Slice by slice, on another noise, by the netlist's own diodes; the looks of the last two are often and short."""
     scene = shaken(chip, density)
-    problem, law = Problem.of(scene), dataclasses.replace(chip_of(scene.chip, 1.8), **keys)
+    problem = Problem.of(scene)
+    law = dataclasses.replace(chip_of(scene.chip, 1.8), **keys)
     table = measured(problem).best
     runs = [
         direct_course(problem, NodeRun(table, scene.storage, scene.node, law), 31.0, seed)
@@ -451,10 +452,8 @@ def test_under_noise_a_chip_puts_into_its_store_what_its_law_does_directly(chip,
     check = tracked_input(problem, table, law, 0)
     course = NodeRun(table, scene.storage, scene.node, check.correct(law)).course(31.0)
     slow = course.given / 31.0 * 28.0
-    sampling, its_own = (
-        np.std(energies, ddof=1) / math.sqrt(8.0),
-        stderr_of95(check.error + check.elements) * slow,
-    )
+    sampling = np.std(energies, ddof=1) / math.sqrt(8.0)
+    its_own = stderr_of95(check.error + check.elements) * slow
     assert sampling < 0.08 * slow and its_own < 0.03 * slow
     assert abs(np.mean(energies) - slow) < 4.0 * math.hypot(sampling, its_own)
 
@@ -464,10 +463,8 @@ def test_under_noise_a_chip_that_holds_its_input_states_a_whole_error():
     """The law takes off some per cent where looks find less of the noise than its mean current says."""
     found = hv.node(shaken("aem30940", "0.002 g^2/Hz"), days=0.01)
     assert 0.0 < found.harvested.error95 < 0.4 * found.harvested.value and not found.warnings
-    problem, law = (
-        Problem.of(shaken("aem30940", "0.002 g^2/Hz")),
-        chip_of(hv.HarvestingChip(name="aem30940"), 1.8),
-    )
+    problem = Problem.of(shaken("aem30940", "0.002 g^2/Hz"))
+    law = chip_of(hv.HarvestingChip(name="aem30940"), 1.8)
     check = tracked_input(problem, measured(problem).best, law, 0)
     assert -0.06 < check.gain < 0.0 < check.error < 0.03 and check.cold == 1.0
 
@@ -524,7 +521,8 @@ def test_under_noise_packets_are_as_many_as_those_of_direct_nodes(interval, leve
     """The first is one that its harvest just feeds: by the mean current alone 580 +- 780 packets an hour."""
     noise = hv.Excitation(acceleration_psd=level)
     scene = noisy_node(node={"interval": interval}, excitation=noise, load=hv.Netlist("bridge"))
-    found, problem = hv.node(scene, days=100.0 / 86400.0), Problem.of(scene)
+    found = hv.node(scene, days=100.0 / 86400.0)
+    problem = Problem.of(scene)
     run = NodeRun(measured(problem, count=3, runs=64).best, scene.storage, scene.node)
     direct = direct_nodes(problem, run, 100.0, 128, seed=7)
     counted = mean_and_error(direct.packets / direct.seconds * 3600.0)

@@ -125,7 +125,8 @@ def test_a_notebook_and_a_page_show_its_numbers(case):
 
 def test_rows_become_frames_and_datasets(case):
     _, _, found = case
-    frame, table = found.to_pandas(), found.table
+    frame = found.to_pandas()
+    table = found.table
     assert list(frame.columns) == [*table.plain()] and len(frame) == len(table)
     assert set(found.to_xarray().variables) <= {*table.plain(), "row"}
 

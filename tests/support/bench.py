@@ -57,7 +57,9 @@ class Truth:
 
     def states(self, load):
         """The matrix of (x, x', v) in open circuit or over a load; without v in short circuit."""
-        k, d, m = self.stiffness, self.damping, self.mass
+        k = self.stiffness
+        d = self.damping
+        m = self.mass
         if load == 0.0:
             return np.array([[0, 1], [-k / m, -d / m]])
         leak = 0.0 if load == math.inf else 1.0 / (load * self.c)
@@ -118,9 +120,13 @@ def bouncing(truth, r, gap, x0, t):
     Where the mass turns beyond the stop it has met it on the way; a mere event would pass over one
     that only grazes.
     """
-    a, state, at, out = truth.states(0.0), np.array([x0, 0.0]), 0.0, np.full(len(t), -gap)
+    a = truth.states(0.0)
+    state = np.array([x0, 0.0])
+    at = 0.0
+    out = np.full(len(t), -gap)
     turn = lambda _, y: y[1]  # noqa: E731
-    turn.terminal, turn.direction = True, 1
+    turn.terminal = True
+    turn.direction = 1
     fast = x0 * 2 * math.pi * truth.f0
     while at < t[-1]:
         span = (at, at + 1.5 / truth.f0)
@@ -134,7 +140,8 @@ def bouncing(truth, r, gap, x0, t):
             atol=1e-14,
             dense_output=True,
         )
-        end, after = run.t[-1], np.array([run.y[0, -1], 1e-12 * fast])
+        end = run.t[-1]
+        after = np.array([run.y[0, -1], 1e-12 * fast])
         if run.y[0, -1] < -gap:
             falls = np.linspace(at, end, 2000)
             last = falls[np.flatnonzero(run.sol(falls)[0] > -gap)[-1]]
@@ -189,7 +196,8 @@ def impedance(rng, folder, form="polar"):
 def voltage(rng, folder):
     """V/g over four loads, within 1 %, and its phase within half a degree."""
     truth = device(rng)
-    f, names = _sweep(truth, 121), []
+    f = _sweep(truth, 121)
+    names = []
     for n, ratio in enumerate((0.1, 0.6, 2.5, 15.0)):
         load = ratio / (2 * math.pi * truth.f0 * truth.c)
         v = response_of(truth, f, load)[1] * G
@@ -216,7 +224,8 @@ def displacement(rng, folder):
 
 def ring_downs(rng, folder):
     """Displacement in short and open circuit and voltage over a load, noise of 0.3 % of the first swing."""
-    truth, names = device(rng), []
+    truth = device(rng)
+    names = []
     t = np.linspace(0.0, 2.5 * truth.q / truth.f0 / math.pi, 1500)
     load = 1 / (2 * math.pi * truth.f0 * truth.c)
     for name, at, column in (("s", 0.0, 0), ("o", math.inf, 0), ("v", load, 2)):
@@ -246,7 +255,8 @@ def joint(rng, folder, beta=None):
     size = np.abs(z) * (1 + 3e-3 * rng.standard_normal(len(f)))
     phase = np.degrees(np.angle(z)) + 0.2 * rng.standard_normal(len(f))
     first = write(folder / "z.csv", "Frequency (Hz),|Z| (ohm),Phase (deg)", f, size, phase)
-    load, f = 0.5 / (2 * math.pi * truth.f0 * truth.c), _sweep(truth, 101)
+    load = 0.5 / (2 * math.pi * truth.f0 * truth.c)
+    f = _sweep(truth, 101)
     w = 2 * np.pi * f
     h = 1j * w * truth.c / (1j * w * truth.c * (1 - 1j * truth.loss) + 1 / load)
     k = truth.stiffness * (1 + truth.beta * h) - w * w * truth.mass + 1j * w * truth.damping
@@ -262,7 +272,8 @@ def joint(rng, folder, beta=None):
 def bounce(rng, folder):
     """A ring-down against a stop at a distance: a laser's displacement, noise of 0.3 % of the first swing."""
     truth = device(rng)
-    r, x0 = rng.uniform(0.5, 0.95), 1e-3
+    r = rng.uniform(0.5, 0.95)
+    x0 = 1e-3
     gap = rng.uniform(0.1, 0.4) * x0
     t = np.linspace(0.0, 12.0 / truth.f0, 2400)
     y = bouncing(truth, r, gap, x0, t) + 3e-3 * x0 * rng.standard_normal(len(t))
@@ -284,8 +295,11 @@ def bounces(rng, folder):
         truth.beta,
         truth.c,
     )
-    r, x0, gap = rng.uniform(0.3, 0.97), 1e-3, rng.uniform(0.0, 0.5) * 1e-3
-    swings, count = rng.uniform(8.0, 40.0), int(rng.uniform(25.0, 100.0) * 25.0)
+    r = rng.uniform(0.3, 0.97)
+    x0 = 1e-3
+    gap = rng.uniform(0.0, 0.5) * 1e-3
+    swings = rng.uniform(8.0, 40.0)
+    count = int(rng.uniform(25.0, 100.0) * 25.0)
     t = np.linspace(0.0, swings / truth.f0, max(count, int(30 * swings)))
     noise = math.exp(rng.uniform(math.log(1e-3), math.log(1e-2)))
     y = bouncing(truth, r, gap, x0, t) + noise * x0 * rng.standard_normal(len(t))

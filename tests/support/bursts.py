@@ -61,7 +61,8 @@ def packets_directly(scene, seconds, slice_=0.1):
     problem = Problem.of(dataclasses.replace(scene, storage=None, node=None))
     scales, eqs = problem.scales, problem.equations
     circuit = Rectifier(problem).compiled(storage.farads)
-    at, h = circuit.charge_at(STORE), 0.1
+    at = circuit.charge_at(STORE)
+    h = 0.1
     kicks = round(slice_ * scales.frequency / h)
     h = slice_ * scales.frequency / kicks
     shaking = forcing(eqs, h, kicks * round(seconds / slice_))
@@ -70,12 +71,17 @@ def packets_directly(scene, seconds, slice_=0.1):
         * node.supply_voltage
         / node.efficiency
     )
-    state, start, on, due, sent = circuit.rest, (0.0, 0.0), False, 0.0, 0
+    state = circuit.rest
+    start = (0.0, 0.0)
+    on = False
+    due = 0.0
+    sent = 0
     for k in range(round(seconds / slice_)):
         part = shaking[k * kicks : (k + 1) * kicks + 1]
         path = circuit.trace(eqs, np.zeros(kicks), h, kicks, start, state, part)
         x, _, _, v, _ = map(float, path.samples[-1])
-        state, start = path.state, (x, v + 0.5 * h * float(part[-1]))
+        state = path.state
+        start = (x, v + 0.5 * h * float(part[-1]))
         volts = state[at] / storage.farads
         volts -= slice_ * volts / storage.leakage_resistance / storage.farads
         if on:
@@ -89,11 +95,13 @@ def packets_directly(scene, seconds, slice_=0.1):
             )
         now = (k + 1) * slice_
         if not on and volts >= node.wake_voltage:
-            on, due = True, now
+            on = True
+            due = now
         if on and now >= due:
             left = volts**2 - 2.0 * packet / storage.farads
             on = left > node.stop_voltage**2
-            sent, due = sent + on, due + node.interval
+            sent = sent + on
+            due = due + node.interval
             volts = math.sqrt(max(left, node.stop_voltage**2))
         on = on and volts > node.stop_voltage
         state[at] = min(volts, storage.clamp_voltage) * storage.farads

@@ -8,8 +8,10 @@ tests/project/test_house.py.
 """
 
 import ast
+import io
 import re
 import sys
+import tokenize
 from collections import defaultdict
 from functools import cache
 from itertools import chain
@@ -20,6 +22,7 @@ from tests.support.paths import ROOT
 
 PACKAGE = ROOT / "harvester"
 MOST_BRANCHES, MOST_PARAMETERS = 15, 12
+MOST_BY_POSITION, MOST_COLUMNS = 6, 100
 # between these lies the quantile that makes 95 % of a normal distribution
 NORMAL_95 = (1.9599, 1.9601)
 
@@ -315,6 +318,108 @@ def vague_names():
             yield place(file, node, name)
 
 
+def blank(node):
+    """The shape of an expression, in which every name and constant is the same."""
+    node = ast.parse(ast.unparse(node), mode="eval").body
+    for one in ast.walk(node):
+        if isinstance(one, ast.Name):
+            one.id = "name"
+        elif isinstance(one, ast.Attribute):
+            one.attr = "name"
+        elif isinstance(one, ast.Constant):
+            one.value = type(one.value).__name__
+    return ast.dump(node)
+
+
+def tuple_assignments():
+    """Assignments of three values or more to as many names, or of two whose expressions have another shape."""
+    for name, node in walked(ast.Assign):
+        target = node.targets[0]
+        if not (isinstance(target, ast.Tuple) and isinstance(node.value, ast.Tuple)):
+            continue
+        values = node.value.elts
+        if any(isinstance(one, ast.Starred) for one in (*target.elts, *values)):
+            continue
+        if len(values) > 2 or blank(values[0]) != blank(values[1]):
+            yield place(name, node)
+
+
+@cache
+def own_functions():
+    """Names of functions and classes that the package defines."""
+    return {node.name for _, node in walked(ast.FunctionDef, ast.ClassDef)}
+
+
+def packed_calls():
+    """Calls of the package's own functions with arguments that another line packed: f(*packed)."""
+    for name, node in walked(ast.Call):
+        packed = [one for one in node.args if isinstance(one, ast.Starred)]
+        named = any(isinstance(one.value, ast.Name | ast.Attribute) for one in packed)
+        if named and name_of(node.func) in own_functions():
+            yield place(name, node)
+
+
+def calls_by_position():
+    """Calls with seven positional arguments or more."""
+    for name, node in walked(ast.Call):
+        if len([one for one in node.args if not isinstance(one, ast.Starred)]) > MOST_BY_POSITION:
+            yield place(name, node)
+
+
+KINDS_OF_LOADS = {"IdealCircuit", "CompiledCircuit", "ModalCircuit", "ModalMotion", "CircuitMotion"}
+ASKS_FOR_LOADS = {"own_circuit", "circuit", "ideal_circuit", "modes", "netlist"}
+
+
+def questions_of_kind():
+    """Places in mechanics, engines and studies that ask which load a device has, or how many modes."""
+    for name, node in walked(ast.Call, ast.Compare):
+        if isinstance(node, ast.Call):
+            asked = node.args[1:] if name_of(node.func) == "isinstance" else []
+            found = any(name_of(part) in KINDS_OF_LOADS for one in asked for part in ast.walk(one))
+        else:
+            against_none = isinstance(node.ops[0], ast.Is | ast.IsNot)
+            found = against_none and name_of(node.left) in ASKS_FOR_LOADS
+        if found:
+            yield place(name, node)
+
+
+def one_importer_modules():
+    """Modules that one module alone imports, which stands in the same folder."""
+    importers = defaultdict(set)
+    known = {name.removesuffix(".py").replace("/", ".") for name in parsed()}
+    for name, node in walked(ast.Import, ast.ImportFrom):
+        if isinstance(node, ast.ImportFrom) and node.module:
+            whole = [node.module, *(f"{node.module}.{one.name}" for one in node.names)]
+        else:
+            whole = [one.name for one in node.names]
+        for one in whole:
+            if one in known:
+                importers[one].add(name.removesuffix(".py").replace("/", "."))
+    for one, several in sorted(importers.items()):
+        if len(several) == 1 and next(iter(several)).rpartition(".")[0] == one.rpartition(".")[0]:
+            yield f"{one.replace('.', '/')}.py: imported by {next(iter(several))}"
+
+
+def long_lines():
+    """Lines of more than 100 columns; most of them open a docstring."""
+    for name in parsed():
+        for number, line in enumerate((ROOT / name).read_text().splitlines(), 1):
+            if len(line) > MOST_COLUMNS:
+                yield f"{name}:{number}: {line.strip()[:80]}"
+
+
+def tokens():
+    """Thousands of tokens of code, without comments and docstrings."""
+    quiet = {tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT}
+    count = 0
+    for name in parsed():
+        text = (ROOT / name).read_text()
+        for token in tokenize.generate_tokens(io.StringIO(text).readline):
+            is_docstring = token.type == tokenize.STRING and token.line.lstrip().startswith('"""')
+            count += token.type not in quiet and not is_docstring
+    yield from (f"thousand {k}" for k in range(1, count // 1000 + 1))
+
+
 MEASURES = {
     "functions above 15 branches": functions_of_many_branches,
     "functions above 12 parameters": functions_of_many_parameters,
@@ -324,6 +429,13 @@ MEASURES = {
     "sentences read by code": sentences_read,
     "words made outside messages": words_made,
     "vague names": vague_names,
+    "tuple assignments of unlike things": tuple_assignments,
+    "calls f(*packed)": packed_calls,
+    "calls with seven positional arguments": calls_by_position,
+    "questions of which load or how many modes": questions_of_kind,
+    "one-importer modules": one_importer_modules,
+    "lines above 100 columns": long_lines,
+    "thousands of tokens": tokens,
 }
 
 

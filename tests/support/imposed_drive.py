@@ -62,7 +62,11 @@ _UNARY = ("negative", "not", "abs", "exp", "ln", "log10", "sqrt", "sin", "cos", 
           "u", "uramp", "sgn", "floor", "ceil", "int", "nint", "u2", "sqr", "asin", "acos", "asinh", "acosh", "atanh",
           "gt0", "lt0", "ge0", "le0", "eq0", "ne0")  # fmt: skip
 _ALIASES = {"sign": "sgn"}
-CONSTANT, INPUT, STATE, CHOICE, TABLE = 0, 1, 2, 3, 4
+CONSTANT = 0
+INPUT = 1
+STATE = 2
+CHOICE = 3
+TABLE = 4
 FIRST_BINARY, FIRST_UNARY = 10, 40
 
 
@@ -133,7 +137,8 @@ def _machine(function):
 @_machine
 def value_at(code, first, last, constants, w, switches, stack):
     """The value of the code between two places."""
-    top, at = 0, first
+    top = 0
+    at = first
     while at < last:
         what = code[at]
         at += 1
@@ -150,12 +155,15 @@ def value_at(code, first, last, constants, w, switches, stack):
             top += 1
             at += 1
         elif what == TABLE:
-            points, begin, x = code[at], code[at + 1], stack[top - 1]
+            points = code[at]
+            begin = code[at + 1]
+            x = stack[top - 1]
             at += 2
             k = 0
             while k < points - 2 and x >= constants[begin + 2 * (k + 1)]:
                 k += 1
-            x0, y0 = constants[begin + 2 * k], constants[begin + 2 * k + 1]
+            x0 = constants[begin + 2 * k]
+            y0 = constants[begin + 2 * k + 1]
             x1, y1 = constants[begin + 2 * k + 2], constants[begin + 2 * k + 3]
             stack[top - 1] = y0 + (y1 - y0) / (x1 - x0) * (x - x0)
         elif what == CHOICE:
@@ -334,7 +342,8 @@ def add_diodes(c, w, tau, J, r, q1):
 @_machine
 def add_functions(c, w, switches, J, r):
     """Add the functions' tangents to the equations, their derivatives by differences."""
-    stack, slopes = np.empty(400), np.zeros(len(w))
+    stack = np.empty(400)
+    slopes = np.zeros(len(w))
     for k in range(len(c.functions)):
         first, last = c.functions[k, 0], c.functions[k, 1]
         tangent = value_at(c.codes, first, last, c.constants, w, switches, stack)
@@ -438,18 +447,29 @@ def error_of(c, z, z1, z2, sizes, tolerance):
 @_machine
 def followed(c, waves, longest, end, tolerance, z, switches):
     """From rest to the end: integrals of the squared voltages of load and piezo, steps, and 0, or what failed."""
-    y, q, zero = np.zeros(len(c.b)), np.zeros(len(c.diodes)), np.zeros(len(c.W))
+    y = np.zeros(len(c.b))
+    q = np.zeros(len(c.diodes))
+    zero = np.zeros(len(c.W))
     for k in range(len(q)):
         q[k] = diode_at(c.arguments[k], zero[c.diodes[k]])[2]
-    z1, z2, q1, q2, sizes = z.copy(), z.copy(), q.copy(), q.copy(), np.abs(z)
-    t, h, load, piezo, count = 0.0, longest * 1e-3, 0.0, 0.0, 0
+    z1 = z.copy()
+    z2 = z.copy()
+    q1 = q.copy()
+    q2 = q.copy()
+    sizes = np.abs(z)
+    t = 0.0
+    h = longest * 1e-3
+    load = 0.0
+    piezo = 0.0
+    count = 0
     while t < end * (1.0 - 1e-12):
         h = min(h, longest, end - t)
         count += 1
         if count > MOST_STEPS:
             return load, piezo, count, 2
         trial = y.copy()
-        error, before = 1e300, np.zeros(len(c.read_out))
+        error = 1e300
+        before = np.zeros(len(c.read_out))
         ok = stage(c, GAMMA * h, z, q, given_at(waves, t + GAMMA * h), trial, switches, z1, q1)
         if ok:
             before = c.read_out @ trial
@@ -467,7 +487,9 @@ def followed(c, waves, longest, end, tolerance, z, switches):
         if crossing and h > longest * 1e-3:
             h *= 0.25
             continue
-        z[:], q[:], y[:] = z2, q2, trial
+        z[:] = z2
+        q[:] = q2
+        y[:] = trial
         t += h
         sizes = np.maximum(sizes * (1.0 - 2e-3 * h / longest), np.abs(z))
         for k in range(len(switches)):
@@ -488,7 +510,10 @@ def by_machine(circuit, tolerance=TOLERANCE, longest=LONGEST_STEP * 4.0):
     at most.
     """
     reduction, system = circuit.reduction, circuit.system
-    constants, codes, functions, needs = [], [], [], []
+    constants = []
+    codes = []
+    functions = []
+    needs = []
     for function in system.functions:
         first, begin = len(codes), len(needs)
         code_of(function.tree, codes, constants)
@@ -497,7 +522,8 @@ def by_machine(circuit, tolerance=TOLERANCE, longest=LONGEST_STEP * 4.0):
     G = reduction.G + np.outer(reduction.b, system.vectors([{system.unknowns["p"]: 1.0}])[0]) / LEAK
     voltages = np.array([k not in system.owners for k in range(system.size)])
     impedance = 1.0 / (2.0 * math.pi * 470.0 * CAPACITANCE)
-    junctions, steps = np.zeros((len(system.inputs), 5)), np.zeros(len(system.inputs))
+    junctions = np.zeros((len(system.inputs), 5))
+    steps = np.zeros(len(system.inputs))
     for k, (row, junction) in enumerate(system.inputs):
         steps[k] = 1e-8 if any(i in system.owners for i in row) else 1e-3
         if junction is not None:
@@ -536,7 +562,8 @@ def by_machine(circuit, tolerance=TOLERANCE, longest=LONGEST_STEP * 4.0):
         np.array([volts for *_, volts in system.charges]),
         voltages,
     )
-    starts, waves = np.array(system.starts, dtype=float), np.array(amplitudes())
+    starts = np.array(system.starts, dtype=float)
+    waves = np.array(amplitudes())
     load, piezo, _, failed = followed(machine, waves, longest, SECONDS, tolerance, starts, switches)
     if failed:
         return Answer(
@@ -562,7 +589,8 @@ def _knee(thermal, saturation, impedance):
 @kernel
 def _advanced(circuit, state, room, charges, unit, leak, out):
     """The integrals of the squared voltages of load and piezo, and failed steps, of a compiled circuit."""
-    last, at = len(state) - DID, circuit.voltages_at
+    last = len(state) - DID
+    at = circuit.voltages_at
     for k in range(len(charges)):
         lost = state[at] * leak
         given = (charges[k] - lost) / unit
@@ -585,7 +613,9 @@ def by_compiled_circuit(circuit, step=LONGEST_STEP / 4.0):
             * (np.cos(2.0 * math.pi * f * edges + phase) - math.cos(phase))
         )
     h = step * circuit.scales.frequency
-    kernels, state, out = circuit.for_kernels(h), circuit.rest.copy(), np.zeros(3)
+    kernels = circuit.for_kernels(h)
+    state = circuit.rest.copy()
+    out = np.zeros(3)
     room = np.zeros((7, circuit.room))
     unit = circuit.scales.capacitance * circuit.scales.volts
     _advanced(kernels, state, room, np.diff(integral), unit, step / LEAK, out)

@@ -41,24 +41,25 @@ class Device:
     ):
         self.n = n = len(mass)
         # what an impulse of 1 along phi does to q'
-        self.phi, self.step = phi, np.linalg.solve(mass, phi)
+        self.phi = phi
+        self.step = np.linalg.solve(mass, phi)
         self.free = np.zeros((2 * n + 4, 2 * n + 4))
         self.free[:n, n : 2 * n] = np.eye(n)
         for columns, matrix in ((slice(0, n), stiffness), (slice(n, 2 * n), damping)):
             self.free[n : 2 * n, columns] = -np.linalg.solve(mass, matrix)
         self.free[n : 2 * n, 2 * n] = -np.linalg.solve(mass, theta)
         self.free[n : 2 * n, 2 * n + 1] = -amplitude * np.linalg.solve(mass, load)
-        self.free[2 * n, n : 2 * n], self.free[2 * n, 2 * n] = (
-            theta / capacitance,
-            -1.0 / (resistance * capacitance),
-        )
-        self.free[2 * n + 1, 2 * n + 2], self.free[2 * n + 2, 2 * n + 1] = -frequency, frequency
+        self.free[2 * n, n : 2 * n] = theta / capacitance
+        self.free[2 * n, 2 * n] = -1.0 / (resistance * capacitance)
+        self.free[2 * n + 1, 2 * n + 2] = -frequency
+        self.free[2 * n + 2, 2 * n + 1] = frequency
         self.period = 2.0 * np.pi / frequency
         self.grid = 0.05 / np.abs(np.linalg.eigvals(self.free)).max()
 
     def in_contact(self, stiffness, damping, gap):
         """The matrix while the compliant stop pushes: -stiffness (phi.q + gap) - damping phi.q' along phi."""
-        n, found = self.n, self.free.copy()
+        n = self.n
+        found = self.free.copy()
         found[n : 2 * n, :n] -= stiffness * np.outer(self.step, self.phi)
         found[n : 2 * n, n : 2 * n] -= damping * np.outer(self.step, self.phi)
         found[n : 2 * n, -1] -= stiffness * gap * self.step
@@ -71,12 +72,17 @@ class Device:
         it (-1). ``compliant`` is (stiffness, damping, gap) of a spring below -gap, which is among
         the stops as (1, -gap, None).
         """
-        n, free = self.n, Flow(self.free)
+        n = self.n
+        free = Flow(self.free)
         touching = None if compliant is None else Flow(self.in_contact(*compliant))
-        z, time, square = np.zeros(2 * n + 4), 0.0, 0.0
+        z = np.zeros(2 * n + 4)
+        time = 0.0
+        square = 0.0
         z[2 * n + 1] = z[-1] = 1.0
         ticks = np.arange(9) * self.grid
-        inside, begin, end = False, settle * self.period, (settle + periods) * self.period
+        inside = False
+        begin = settle * self.period
+        end = (settle + periods) * self.period
         while time < end:
             flow = touching if inside else free
             path = flow.at(z, ticks)
@@ -85,7 +91,8 @@ class Device:
             if time >= begin:
                 fine = np.linspace(0.0, last, 17)
                 square += np.trapezoid(flow.at(z, fine)[:, 2 * n] ** 2, fine)
-            z, time = flow.at(z, np.array([last]))[0], time + last
+            z = flow.at(z, np.array([last]))[0]
+            time = time + last
             if hit is not None and hit[1] is None:
                 inside = not inside
             elif hit is not None:
@@ -103,7 +110,8 @@ class Device:
                 if far[k] < 0.0 and (
                     far[k - 1] > 0.0 or way * (path[k - 1, self.n : 2 * self.n] @ self.phi) < 0.0
                 ):
-                    low, high = ticks[k - 1], ticks[k]
+                    low = ticks[k - 1]
+                    high = ticks[k]
                     for _ in range(50):
                         middle = 0.5 * (low + high)
                         there = way * (

@@ -39,10 +39,8 @@ def both(eqs, h, duration=100.0, stride=4, scales=None, noise=None):
 
 def check_callbacks(device, noise, shaking=None):
     """The compiled callbacks and the interpreted ones give the same path, to the last digit."""
-    fast, plain = (
-        worker.path_in_this_process(device, noise, shaking),
-        path_in_python(device, noise, shaking),
-    )
+    fast = worker.path_in_this_process(device, noise, shaking)
+    plain = path_in_python(device, noise, shaking)
     assert (fast.samples == plain.samples).all()
     assert (fast.impacts == plain.impacts).all()
 

@@ -66,7 +66,8 @@ class Oscillator(NamedTuple):
 
 def linear(a, start, times):
     """The exact y' = a y at equally spaced times, shape (times, len(start))."""
-    step, rows = expm(a * (times[1] - times[0])), [np.array(start, dtype=float)]
+    step = expm(a * (times[1] - times[0]))
+    rows = [np.array(start, dtype=float)]
     for _ in times[1:]:
         rows += [step @ rows[-1]]
     return np.array(rows)

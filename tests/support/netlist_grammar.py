@@ -94,8 +94,11 @@ class _Writer:
     """Writes one file."""
 
     def __init__(self, rng):
-        self.rng, self.count, self.outer = rng, 0, Scope()
-        self.used, self.foreign = set(), {}
+        self.rng = rng
+        self.count = 0
+        self.outer = Scope()
+        self.used = set()
+        self.foreign = {}
         self.odd = rng.random() < ODD
 
     # Small choices
@@ -150,10 +153,8 @@ class _Writer:
             return f"{self.cased(name)}{self.one('*', ' * ')}{self.literal(value / scope.parameters[name])}"
         if form < 0.6:
             a = self.rng.uniform(0.2, 2.0)
-            first, second = (
-                self.braces(value * a, scope, depth + 1),
-                self.braces(value * (1 - a), scope, depth + 1),
-            )
+            first = self.braces(value * a, scope, depth + 1)
+            second = self.braces(value * (1 - a), scope, depth + 1)
             return f"({first}){self.one('+', ' + ')}({second})"
         if form < 0.66:
             return f"{self.literal(value * 8)}/2^{self.one('3', '2', '2^1', '(3)', '1^2')}"
@@ -235,10 +236,8 @@ class _Writer:
             inner = self.source(nodes, controls, scope, depth + 1)
             return f"{self.one('min', 'max')}({inner},{self.atom(scope)})"
         if form < 0.72:
-            inner, power = (
-                self.source(nodes, controls, scope, depth + 1),
-                self.one("2", "2", "3", "1.5"),
-            )
+            inner = self.source(nodes, controls, scope, depth + 1)
+            power = self.one("2", "2", "3", "1.5")
             return self.one(
                 f"({inner})^{power}",
                 f"({inner})**{power}",
@@ -246,7 +245,9 @@ class _Writer:
                 f"pwr({inner},{power})",
             )
         if form < 0.77:
-            points, x, y = [], -self.rng.uniform(0.5, 4.0), self.rng.uniform(-2.0, 0.0)
+            points = []
+            x = -self.rng.uniform(0.5, 4.0)
+            y = self.rng.uniform(-2.0, 0.0)
             for _ in range(self.rng.randint(2, 4)):
                 points += [self.literal(x), self.literal(y)]
                 x, y = x + self.rng.uniform(0.5, 4.0), y + self.rng.uniform(0.0, 2.0)
@@ -371,7 +372,8 @@ class _Writer:
         if "ibv" in chosen and "bv" not in chosen:
             chosen.remove("ibv")
         self.rng.shuffle(chosen)
-        equals, blank = self.one("=", "=", "=", " = ", " "), self.one(" ", " ", " ", ", ")
+        equals = self.one("=", "=", "=", " = ", " ")
+        blank = self.one(" ", " ", " ", ", ")
         aliases = {"cjo": ("cjo", "cj0", "cj"), "is": ("is", "js") if kind == "d" else ("is",), "vj": ("vj", "pb"),
                    "m": ("m", "mj"), "vaf": ("vaf", "va"), "vto": ("vto", "vt0")}  # fmt: skip
         pairs = []
@@ -462,7 +464,8 @@ class _Writer:
 
     def spine(self, a, b, nodes, controls, scope):
         """Elements in series from a to b that leave a path for direct current."""
-        before, lines = a, []
+        before = a
+        lines = []
         for _ in range(self.rng.choice((0, 1, 1, 2))):
             after = self.fresh(nodes)
             lines.append(self.series(before, after, nodes, controls, scope))
@@ -495,7 +498,8 @@ class _Writer:
         return self.resistor(self.name("R"), a, b, 10 ** self.rng.uniform(3, 5), scope)
 
     def diode(self, a, b, scope):
-        name, model = self.name("D"), self.model("d", scope)
+        name = self.name("D")
+        model = self.model("d", scope)
         # which ngspice takes for the model's name, unless another element has it
         last = " 2" if self.odd else ""
         area = (
@@ -527,7 +531,8 @@ class _Writer:
         if form < 0.4:
             return self.diode(a, b, scope)
         if form < 0.47:
-            kind, name = self.one("npn", "npn", "pnp"), self.name("Q")
+            kind = self.one("npn", "npn", "pnp")
+            name = self.name("Q")
             other = self.one(*nodes)
             area = self.one("", "", " 2", " area=2", " off") if self.maybe(0.5) else ""
             return (
@@ -558,10 +563,8 @@ class _Writer:
             pair = self.one(f"{first} {second}", f"({first},{second})", f"{first} {second}")
             if self.maybe(0.25):
                 expression = f"({self.source(nodes, controls, scope)})*1u"
-                key, text = (
-                    self.one("value", "VALUE", "cur"),
-                    self.one(f"{{{expression}}}", f"'{expression}'"),
-                )
+                key = self.one("value", "VALUE", "cur")
+                text = self.one(f"{{{expression}}}", f"'{expression}'")
                 return f"{self.name('G')} {a} {b} {key}{self.one('=', ' = ')}{text}{self.one('', '', ' m=2')}"
             return (
                 f"{self.name('G')} {a} {b} {words}{pair} {gain}{self.one('', '', ' m=2', ' m=3')}"
@@ -602,7 +605,9 @@ class _Writer:
 
     def transformer(self, a, b, nodes, scope):
         """Two coupled coils, the first behind a resistor, the second on one of its own."""
-        first, second, node = self.name("L"), self.name("L"), self.fresh(nodes)
+        first = self.name("L")
+        second = self.name("L")
+        node = self.fresh(nodes)
         free = [one for one in NODES if one.lower() not in {known.lower() for known in nodes}]
         between = free[0] if free else a
         lines = [
@@ -645,7 +650,8 @@ class _Writer:
 
     def functions(self, scope):
         """Add a .func line."""
-        name, many = self.one("f", "twice", "fx", "half"), self.rng.randint(1, 2)
+        name = self.one("f", "twice", "fx", "half")
+        many = self.rng.randint(1, 2)
         body = (
             self.one("x*2", "x+1", "2*x-1", "x/(x+1)", "x^2")
             if many == 1
@@ -659,7 +665,9 @@ class _Writer:
 
     def body(self, a, b, scope, size, top, calls):
         """The elements between two terminals, with Rload where it is the ``top``."""
-        nodes, controls, coils = [a, b], [], []
+        nodes = [a, b]
+        controls = []
+        coils = []
         lines, end = self.spine(a, b, nodes, controls, scope)
         if top:
             options = self.one("", "", "", "", " m=2", " tc1=1m") if self.maybe(0.3) else ""

@@ -79,7 +79,8 @@ def bench_of(text, terminals=None, resistor="Rload", step=LONGEST_STEP):
 
 def subcircuit_of(text):
     """The name of the subcircuit that holds Rload."""
-    name, known = "", []
+    name = ""
+    known = []
     lines = [re.split(r";|//|\s\$", line)[0].strip() for line in text.lower().splitlines()]
     whole = "\n".join(line for line in lines if line and line[0] != "*").replace("\n+", " ")
     for line in whole.splitlines():
@@ -136,7 +137,8 @@ def measured(times, voltages, powers, messages):
     square, power = 0.0, 0.0
     for k in range(1, len(times)):
         h = times[k] - times[k - 1]
-        a, b = voltages[k - 1], voltages[k]
+        a = voltages[k - 1]
+        b = voltages[k]
         square += h * (a * a + a * b + b * b) / 3.0
         power += 0.5 * h * (powers[k - 1] + powers[k])
     voltage = math.sqrt(square / SECONDS)
@@ -223,7 +225,8 @@ class Oracle:
 
     def _heard(self, pipe):
         """All that a child writes; None where it takes too long."""
-        said, deadline = b"", time.monotonic() + self.patience
+        said = b""
+        deadline = time.monotonic() + self.patience
         while True:
             ready, _, _ = select.select([pipe], [], [], max(deadline - time.monotonic(), 0.0))
             if not ready:

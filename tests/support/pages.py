@@ -95,7 +95,8 @@ def folder(path):
 
 def smaller(words, less):
     """The command at reduced size: ``less`` has (what a command must hold, additions, replacements in its words)."""
-    whole, words = " ".join(words), list(words)
+    whole = " ".join(words)
+    words = list(words)
     for holds, additions, replaced in less:
         if holds in whole:
             for old, new in replaced.items():
@@ -120,7 +121,9 @@ def run(words, where, less=()):
         done = subprocess.run(
             [shutil.which(program), *rest], capture_output=True, text=True, check=False, timeout=120
         )
-        status, out, told = done.returncode, done.stdout, done.stderr[-2000:]
+        status = done.returncode
+        out = done.stdout
+        told = done.stderr[-2000:]
     assert status == 0, f"{where}: {shlex.join(words)}\n{out[-2000:]}\n{told}"
     for line in out.splitlines():
         if line.startswith("written: "):
@@ -131,7 +134,9 @@ def run(words, where, less=()):
 
 def script(argv):
     """Exit status, stdout and what ended ``python argv``: a file and its arguments, which sees no difference."""
-    out, told, status = io.StringIO(), "", 0
+    out = io.StringIO()
+    told = ""
+    status = 0
     path = [str(Path(argv[0]).parent), *sys.path]
     with (
         mock.patch.object(sys, "argv", argv),
@@ -141,7 +146,8 @@ def script(argv):
         try:
             runpy.run_path(argv[0], run_name="__main__")
         except SystemExit as end:
-            status, told = end.code or 0, str(end.code)
+            status = end.code or 0
+            told = str(end.code)
     return status, out.getvalue(), told
 
 

@@ -63,7 +63,9 @@ def folded(y: Floats, v: Floats) -> tuple[Floats, Floats]:
 
 def damping(A: Floats, y: Floats, eqs: Equations) -> Floats:
     """f(y) + C(A), f = c3 y^4 - c2 y^2 - c1 (Eq. 14)."""
-    c1, c2, c3 = or_zero(eqs.c1), or_zero(eqs.c2), or_zero(eqs.c3)
+    c1 = or_zero(eqs.c1)
+    c2 = or_zero(eqs.c2)
+    c3 = or_zero(eqs.c3)
     return c3 * y**4 - c2 * y**2 - c1 + C(A, or_zero(eqs.alpha), or_zero(eqs.beta), or_zero(eqs.mu))
 
 
@@ -103,7 +105,9 @@ def sigma(A: Floats, Phi: Floats, eqs: Equations) -> tuple[Floats, Floats, Float
     Without a stop sgn is 1.
     """
     k, Q = stiffness(A, eqs)
-    n, sin, cos = nu(A, Phi, or_zero(eqs.alpha), k - 1.0), np.sin(Phi), np.cos(Phi)
+    n = nu(A, Phi, or_zero(eqs.alpha), k - 1.0)
+    sin = np.sin(Phi)
+    cos = np.cos(Phi)
     sign = np.ones_like(cos) if eqs.restitution is None else np.sign(cos)
     return -sign * n * sin / Q, -A * n * sin * cos / Q, -sign * n * cos / (A * Q), -n * cos**2 / Q
 
@@ -178,14 +182,17 @@ def _slope(f: Callable[[Floats], Floats], A: Floats) -> Floats:
 
 def energy_density(law: Stationary, eqs: Equations) -> tuple[Floats, Floats]:
     """H and p(H) = p(A) dA/dH at the amplitudes of ``law``, each of shape (n,) (Eq. 27)."""
-    (k, Q), A = stiffness(law.A, eqs), law.A
+    (k, Q) = stiffness(law.A, eqs)
+    A = law.A
     slope = dK_dA(A, or_zero(eqs.alpha), or_zero(eqs.beta), or_zero(eqs.mu))
     return G(A, or_zero(eqs.alpha), k - 1.0), law.p / (A * Q + 0.5 * A**2 * slope)
 
 
 def exponent_as_printed(eqs: Equations) -> float:
     """Lambda of Eq. 38 as it stands: the noise's factor upside down, with beta for 2 beta."""
-    m, beta, n2 = eqs.mu or 0.0, eqs.beta or 0.0, eqs.n2 or 0.0
+    m = eqs.mu or 0.0
+    beta = eqs.beta or 0.0
+    n2 = eqs.n2 or 0.0
     return float(published(eqs, n2=0.0)) + n2 * (1 + m**2 + beta + beta**2) / (
         4 * (m**2 + 1 + beta)
     )

@@ -28,7 +28,8 @@ class PythonCallbacks:
     """
 
     def __init__(self, drive: Drive, state: Any) -> None:
-        self.drive, self.state = drive, state.view(np.recarray)[0]
+        self.drive = drive
+        self.state = state.view(np.recarray)[0]
         self.error: Exception | None = None
         self.last = 0.0
         self._source_voltage, self._proposed_step = (

@@ -217,7 +217,8 @@ scenes = st.one_of(
 @st.composite
 def near(draw, scenes):
     """One of the scenes with other numbers, in one of three with extreme ones: its kernels are compiled already."""
-    scene, extreme = draw(st.sampled_from(scenes)), draw(st.sampled_from([False, False, True]))
+    scene = draw(st.sampled_from(scenes))
+    extreme = draw(st.sampled_from([False, False, True]))
     found = {}
     for name, some in scene.items():
         if isinstance(some, dict):

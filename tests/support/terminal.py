@@ -32,7 +32,9 @@ def on_terminal(*args, answers=(), env=None, cwd=None, timeout=60.0, size=(40, 1
         start_new_session=True,
     )
     os.close(slave)
-    told, waiting, end = b"", list(answers), time.monotonic() + timeout
+    told = b""
+    waiting = list(answers)
+    end = time.monotonic() + timeout
     answered = 0
     try:
         while time.monotonic() < end:

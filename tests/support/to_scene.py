@@ -26,7 +26,8 @@ def physical(eqs: Equations, s: Scales, title: str = "") -> Scene:
         raise invalid("n12", "be absent from a physical scene", eqs.n12)
     if eqs.record is not None or eqs.density is not None:
         raise invalid("record", "be absent, as only a file can hold it", "given")
-    stiffness, rate = s.mass * s.frequency**2, s.mass * s.frequency
+    stiffness = s.mass * s.frequency**2
+    rate = s.mass * s.frequency
     oscillator = Oscillator(
         mass=s.mass,
         stiffness=stiffness * (eqs.linear or 1.0),

@@ -120,7 +120,9 @@ def test_what_is_known_to_be_explained_is_not_fitted():
     The controls' weights are those of many other entries, here the true ones; where they explain
     nothing, they are weighed by the entries.
     """
-    fitted, known, useless = [], [], []
+    fitted = []
+    known = []
+    useless = []
     for _ in range(600):
         explained, of_low, of_high = (np.repeat(RNG.standard_normal(8), 6) for _ in range(3))
         low, high = 5.0 + explained + 0.3 * of_low, 3.0 + explained + 0.3 * of_high

@@ -31,11 +31,9 @@ def test_equal_numbers_have_no_error():
 def test_three_steps_tell_both_parts_of_the_bias():
     """Of orders 1 and 2, entry by entry; with opposite signs they count as if they had one, each entry with both."""
     rng = np.random.default_rng(4)
-    truth, first, second = (
-        2.0 + rng.normal(size=60),
-        1.0 + rng.normal(size=60),
-        -3.0 + rng.normal(size=60),
-    )
+    truth = 2.0 + rng.normal(size=60)
+    first = 1.0 + rng.normal(size=60)
+    second = -3.0 + rng.normal(size=60)
     values = [truth + first * h + second * h**2 for h in (0.1, 0.2, 0.4)]
     assert extrapolated(values, 1.0) == pytest.approx(truth)
     bias, error = step_bias(values, 1.0)

@@ -55,7 +55,8 @@ def test_a_value_is_a_number_with_a_unit():
 
 def test_values_are_ordered_by_their_numbers():
     """Whatever their errors are, also among plain numbers; not where they have different units."""
-    low, high = Value(1.0, stderr=5.0, unit="W"), Value(2.0, unit="W")
+    low = Value(1.0, stderr=5.0, unit="W")
+    high = Value(2.0, unit="W")
     assert low < high and high > low and not low > high
     assert (
         low < 1.5 < high

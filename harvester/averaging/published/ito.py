@@ -48,8 +48,12 @@ def drift(A: Floats, eqs: Equations) -> Floats:
     terms stand in a compact form equal to the corrected Fourier sums.  The impact term,
     -(1 - r) A nu^3(pi/2)/(pi Q), is the paper's, of first order in 1 - r.
     """
-    alpha, beta, mu = or_zero(eqs.alpha), or_zero(eqs.beta), or_zero(eqs.mu)
-    c1, c2, c3 = or_zero(eqs.c1), or_zero(eqs.c2), or_zero(eqs.c3)
+    alpha = or_zero(eqs.alpha)
+    beta = or_zero(eqs.beta)
+    mu = or_zero(eqs.mu)
+    c1 = or_zero(eqs.c1)
+    c2 = or_zero(eqs.c2)
+    c3 = or_zero(eqs.c3)
     k, Q = stiffness(A, eqs)
     b = -c3 * (16 * A**5 * k + 13 * alpha * A**7) / 256
     b += c2 * (A**3 * k / 8 + 3 * alpha * A**5 / 32)
@@ -74,7 +78,8 @@ def diffusion(A: Floats, eqs: Equations) -> tuple[Floats, Floats, Floats]:
     leaves D12 out; s12^2 may be negative, the sum may not.
     """
     N1, N2, N12 = intensities(eqs)
-    (k, Q), a = stiffness(A, eqs), or_zero(eqs.alpha) * A**2
+    (k, Q) = stiffness(A, eqs)
+    a = or_zero(eqs.alpha) * A**2
     s1 = N1 * (k + 0.625 * a) / Q**2
     s2 = N2 * A**2 * (k + 0.75 * a) / (4 * Q**2)
     s12 = 8 * N12 * A * (k + 0.7 * a) / (3 * math.pi * Q**2)
@@ -90,7 +95,8 @@ def noise_drift(A: Floats, eqs: Equations) -> Floats:
     alpha A^2).
     """
     N1, N2, N12 = intensities(eqs)
-    (k, Q), a = stiffness(A, eqs), or_zero(eqs.alpha) * A**2
+    (k, Q) = stiffness(A, eqs)
+    a = or_zero(eqs.alpha) * A**2
     mean = (
         N1 * (k + 0.75 * a)
         + N2 * A**2 * (k / 2 + 7 * a / 16)
@@ -103,7 +109,8 @@ def diffusion_slope(A: Floats, eqs: Equations) -> Floats:
     """Slope d(sigma^2)/dA of the diffusion (Eq. 24), with K'(A)."""
     N1, N2, N12 = intensities(eqs)
     alpha = or_zero(eqs.alpha)
-    (k, Q), a = stiffness(A, eqs), alpha * A**2
+    (k, Q) = stiffness(A, eqs)
+    a = alpha * A**2
     dk = dK_dA(A, alpha, or_zero(eqs.beta), or_zero(eqs.mu))
     top = (
         N1 * (k + 0.625 * a)

@@ -112,7 +112,8 @@ def amplitude_through(
     """
     A = amplitude(x, v, alpha, np.asarray(0.0))
     for _ in range(60):
-        before, A = A, amplitude(x, v, alpha, K(A, alpha, beta, mu))
+        before = A
+        A = amplitude(x, v, alpha, K(A, alpha, beta, mu))
         if np.allclose(A, before, rtol=1e-14, atol=0.0):
             break
     return A

@@ -145,7 +145,9 @@ def _mean_square_voltages(scenes: list[Equations]) -> list[float | SimulationErr
 
 def voltage_on_orbit(A: Floats, eqs: Equations) -> Floats:
     """Time average <V^2> of the decoupled V (Eq. 6) over the orbit of amplitude A."""
-    alpha, beta, mu = or_zero(eqs.alpha), or_zero(eqs.beta), or_zero(eqs.mu)
+    alpha = or_zero(eqs.alpha)
+    beta = or_zero(eqs.beta)
+    mu = or_zero(eqs.mu)
     w2 = omega2(A, alpha, beta, mu)
     x2, v2 = orbit_means(A, alpha, K(A, alpha, beta, mu))
     return np.asarray((w2**2 * x2 + mu**2 * v2) / (mu**2 + w2) ** 2)

@@ -92,13 +92,17 @@ def averaged(
 def _with_slow_voltage(eqs: Equations, m: Floats, n2: Floats, r: Floats) -> tuple[Floats, Floats]:
     """The exponent with a stop and a load, and how far the slow voltage moves the centre of the orbits, g p."""
     w2, damping = load(eqs, m, r)
-    beta, ratio2, n = eqs.beta or 0.0, m**2 / w2, n2 / (4.0 * w2)
-    log_r, g = np.sqrt(w2) / math.pi * log(r), 4.0 * beta / (math.pi**2 * w2)
+    beta = eqs.beta or 0.0
+    ratio2 = m**2 / w2
+    n = n2 / (4.0 * w2)
+    log_r = np.sqrt(w2) / math.pi * log(r)
+    g = 4.0 * beta / (math.pi**2 * w2)
     bare = decoupled(damping, w2, n2, r)
     # The kink of the voltage at an impact changes the speed there: kappa = q/((1 + m^2) w).
     kappa2 = (m_coth(np.sqrt(ratio2)) / (1.0 + ratio2)) ** 2 / w2
     s = bare - log_r * beta * kappa2 - n * (beta * pushed(ratio2) - (w2 - 1.0))
-    loss, weak = log_r - 0.5 * damping - 5.0 / 3.0 * n, np.where(g < 1.0, g, 0.5)
+    loss = log_r - 0.5 * damping - 5.0 / 3.0 * n
+    weak = np.where(g < 1.0, g, 0.5)
 
     def root(s: Floats) -> Floats:
         """The larger root of l = s + weak (loss + l) l/(l + mu), in the form that does not cancel."""
@@ -109,7 +113,8 @@ def _with_slow_voltage(eqs: Equations, m: Floats, n2: Floats, r: Floats) -> tupl
         )
 
     f = (1.0 - ratio2) / (1.0 + ratio2) / (1.0 + ratio2 / 16.0)
-    mean, typical = root(s - 0.5 * n * (1.0 + weak * f)), root(s - 0.5 * n * weak * (1.0 + f))
+    mean = root(s - 0.5 * n * (1.0 + weak * f))
+    typical = root(s - 0.5 * n * weak * (1.0 + f))
     few = mean + m < 0.5 * n
     slow = np.where(few, typical, mean)
     pull = weak * slow / np.maximum(slow + m, 1e-300)
@@ -170,11 +175,14 @@ def checks(eqs: Equations) -> ExponentChecks:
     """Compare `averaged` with what is exact without noise, and estimate what noise and load do together."""
     m, n2, r = with_overrides(eqs, None, None, None)
     w2, _ = load(eqs, m, r)
-    warnings, error = list[Diagnostic](), 0.0
+    warnings = list[Diagnostic]()
+    error = 0.0
     if coupled(eqs, None):
         if r is not None and r < 0.5:
             warnings.append(warning("unreliable_restitution", restitution=float(r)))
-        quiet, n, ratio2 = noiseless(eqs), float(n2 / (4.0 * w2)), float(m**2 / w2)
+        quiet = noiseless(eqs)
+        n = float(n2 / (4.0 * w2))
+        ratio2 = float(m**2 / w2)
         g = 4.0 * (eqs.beta or 0.0) / (math.pi**2 * float(w2))
         error = (
             g * n * (9.0 * n if r is None else 6.0 * n + 0.5 * math.sqrt(ratio2) / (1.0 + ratio2))

@@ -30,7 +30,8 @@ def decoupled(
     q, n2 = np.broadcast_arrays(np.asarray(stiffness - 0.25 * np.square(c1)), np.maximum(n2, 1e-30))
     # Beyond y either power of the exponent has cut the integrand to e^-40 (for q < 0: the sixth
     # alone).
-    sixth, square = (480.0 * n2) ** (1 / 6), np.sqrt(40.0 * n2 / np.maximum(np.abs(q), 1e-30))
+    sixth = (480.0 * n2) ** (1 / 6)
+    square = np.sqrt(40.0 * n2 / np.maximum(np.abs(q), 1e-30))
     top = np.where(
         q > 0.0, np.minimum(sixth, square), np.maximum(2.0**0.2 * sixth, (24.0 * np.abs(q)) ** 0.25)
     )
@@ -63,7 +64,8 @@ def noiseless(eqs: Equations) -> float | None:
     if r is None:
         return float(modes(eqs, m)[0].max())
     values, right = np.linalg.eig(matrix(eqs, m))
-    left, q = np.linalg.inv(right), 0.0
+    left = np.linalg.inv(right)
+    q = 0.0
     growth = float(values.real.max())  # taken out of the flow, so that no exponential overflows
     values = values - growth
     times = np.linspace(0.0, 8.0 * math.pi, 1601)[1:]
@@ -80,7 +82,8 @@ def noiseless(eqs: Equations) -> float | None:
         v = float(-r * state(period, 1))
         if v <= 0.0:
             return None
-        before, q = q, float(state(period, 2)) / v
+        before = q
+        q = float(state(period, 2)) / v
         if abs(q - before) <= 1e-12 * (1.0 + abs(q)):
             return float(math.log(v) / period) + growth
     return None

@@ -64,12 +64,10 @@ def matrix(eqs: Equations, m: Floats) -> Floats:
     """Matrix of the flow of (x, x', V), shape (..., 3, 3)."""
     a = np.zeros((*m.shape, 3, 3))
     a[..., 0, 1] = a[..., 2, 1] = 1.0
-    a[..., 1, 0], a[..., 1, 1], a[..., 1, 2], a[..., 2, 2] = (
-        -1.0,
-        eqs.c1 or 0.0,
-        -(eqs.beta or 0.0),
-        -m,
-    )
+    a[..., 1, 0] = -1.0
+    a[..., 1, 1] = eqs.c1 or 0.0
+    a[..., 1, 2] = -(eqs.beta or 0.0)
+    a[..., 2, 2] = -m
     return a
 
 

@@ -85,8 +85,10 @@ def _with_stop(eqs: Equations, bare: float) -> PowerTail | None:
     """The tail with a stop; ``bare`` is the exponent without stop and load."""
     m, n2, r = with_overrides(eqs, None, None, None)
     w2, _ = load(eqs, m, r)
-    n, growth = float(n2 / (4.0 * w2)), float(exponent.averaged(eqs))
-    q, lost = -2.0 * growth / n, 1.0 - float(1.0 if r is None else r)
+    n = float(n2 / (4.0 * w2))
+    growth = float(exponent.averaged(eqs))
+    q = -2.0 * growth / n
+    lost = 1.0 - float(1.0 if r is None else r)
     if q > LIGHT:
         return None
     g = 4.0 * (eqs.beta or 0.0) / (math.pi**2 * float(w2)) if coupled(eqs, None) else 0.0

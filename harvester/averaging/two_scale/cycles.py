@@ -70,14 +70,16 @@ class Quarter:
 def quarter(points: int, harmonics: int) -> Quarter:
     """The quarter with this many Gauss points and odd harmonics."""
     nodes, weights = np.polynomial.legendre.leggauss(points)
-    phi, weights = 0.25 * np.pi * (nodes + 1.0), 0.25 * np.pi * weights
+    phi = 0.25 * np.pi * (nodes + 1.0)
+    weights = 0.25 * np.pi * weights
     # int_-1^x P_j = (P_(j+1) - P_(j-1))/(2j + 1), with P_-1 = -1
     p = np.polynomial.legendre.legvander(nodes, points).T
     before = np.concatenate([[-np.ones(points)], p[: points - 1]])
     inner = (p[1:] - before) / (2.0 * np.arange(points)[:, None] + 1.0)
     integral = 0.25 * np.pi * np.linalg.solve(p[:points], inner)
     n = 2.0 * np.arange(harmonics) + 1.0
-    sines, slopes = np.sin(n[:, None] * phi), n[:, None] * np.cos(n[:, None] * phi)
+    sines = np.sin(n[:, None] * phi)
+    slopes = n[:, None] * np.cos(n[:, None] * phi)
     square = harmonics * harmonics
     return Quarter(
         phi=phi,
@@ -98,7 +100,9 @@ class Orbits:
     """
 
     def __init__(self, A: Floats, eqs: Equations, points: int = 16, harmonics: int = 4) -> None:
-        self.eqs, self.A, self.q = eqs, A, quarter(points, harmonics)
+        self.eqs = eqs
+        self.A = A
+        self.q = quarter(points, harmonics)
         self._sin, self._cos = np.sin(self.q.phi), np.cos(self.q.phi)
         bend = 0.5 * or_zero(eqs.alpha) * A**2
         self._bare = 1.0 + bend[..., None] * (1.0 + self._cos**2)
@@ -112,7 +116,8 @@ class Orbits:
         ``offset`` is the slow part of the voltage at each amplitude, constant over a cycle.
         """
         q, nu2 = self.q, self._bare
-        self._offset, self._end = offset, self._bare_end
+        self._offset = offset
+        self._end = self._bare_end
         if self.eqs.beta is not None:
             pushed = (offset / self.A)[..., None]
             work = (self._even * self._sin) @ q.integral + pushed * (1.0 - self._cos)
@@ -128,7 +133,8 @@ class Orbits:
 
     def _solve_voltage(self) -> None:
         """P by Galerkin's method, then <V^2> and the even part of the voltage."""
-        q, stop = self.q, self.eqs.restitution is not None
+        q = self.q
+        stop = self.eqs.restitution is not None
         matrix = self.nu @ q.stiff
         if self.eqs.mu is not None:
             matrix = matrix + or_zero_by_point(self.eqs.mu) ** 2 * (self._dt / q.weights) @ q.mass
@@ -148,7 +154,8 @@ class Orbits:
         if self.eqs.mu is None:
             return np.asarray((1.0 / self.tau)[..., None])
         mu = or_zero_by_point(self.eqs.mu)
-        z, whole = mu * ((1.0 / self.nu) @ self.q.integral), mu * self.tau[..., None]
+        z = mu * ((1.0 / self.nu) @ self.q.integral)
+        whole = mu * self.tau[..., None]
         return np.asarray(mu * (np.exp(z - whole) + np.exp(-z - whole)) / -np.expm1(-2.0 * whole))
 
     @property
@@ -161,12 +168,16 @@ class Orbits:
         eqs, A = self.eqs, self.A
         alpha, beta = or_zero(eqs.alpha), or_zero(eqs.beta)
         share = self._dt / self.tau[..., None]
-        c2, s2 = self._cos**2, (self._sin * self.nu) ** 2  # x^2 and x'^2, over A^2
+        # x^2 and x'^2, over A^2
+        c2 = self._cos**2
+        s2 = (self._sin * self.nu) ** 2
 
         def mean(values: Floats) -> Floats:
             return np.asarray((share * values).sum(axis=-1))
 
-        x2, v2, x4 = A**2 * (share @ c2), A**2 * mean(s2), A**4 * (share @ c2**2)
+        x2 = A**2 * (share @ c2)
+        v2 = A**2 * mean(s2)
+        x4 = A**4 * (share @ c2**2)
         x2v2 = A**4 * mean(c2 * s2)
         damped = -or_zero(eqs.c1) * v2 - or_zero(eqs.c2) * x2v2
         if eqs.c3 is not None:

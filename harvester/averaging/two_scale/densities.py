@@ -27,7 +27,8 @@ def amplitude_density(A: Floats, law: TwoScale) -> Floats:
     """Density p(A) at amplitudes of any shape (right turning points); 0 outside those that matter."""
     if law.spread is not None:
         return gap_densities.amplitude_density(A, law.spread, law.period)
-    u, at = np.log(law.A), np.log(A)
+    u = np.log(law.A)
+    at = np.log(A)
     log_p = CubicSpline(u, np.log(law.mass / (u[1] - u[0])))(at) - at
     return np.asarray(np.where((at < u[0]) | (at > u[-1]), 0.0, np.exp(log_p)))
 
@@ -40,7 +41,8 @@ def state_density(x: Floats, v: Floats, law: TwoScale, stop: bool) -> Floats:
     if law.spread is not None:
         return gap_densities.state_density(x, v, law.spread)
     u = np.log(law.A)
-    du, kinetic = u[1] - u[0], _kinetic(np.abs(x), law)
+    du = u[1] - u[0]
+    kinetic = _kinetic(np.abs(x), law)
     rise = slope_on_grid(np.broadcast_to(u, kinetic.shape), kinetic)
     if (law.mass * ((rise <= 0.0) & (kinetic > 0.0))).sum(axis=1).max() > _MOST_CROSSING:
         raise SimulationError(
@@ -76,7 +78,8 @@ def velocity_density(v: Floats, law: TwoScale, stop: bool) -> Floats:
     if law.spread is not None:
         return gap_densities.velocity_density(v, law.spread)
     nodes, weights = np.polynomial.legendre.leggauss(_POINTS)
-    x, weights = 0.5 * law.A[-1] * (nodes + 1.0), 0.5 * law.A[-1] * weights
+    x = 0.5 * law.A[-1] * (nodes + 1.0)
+    weights = 0.5 * law.A[-1] * weights
     p = weights @ state_density(x, np.abs(v), law, stop)
     return np.asarray(p if stop else 2.0 * p)
 

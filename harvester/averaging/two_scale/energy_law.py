@@ -23,7 +23,9 @@ def drift(cycle: Cycles, slow: Floats, eqs: Equations) -> Floats:
 
 def diffusion(cycle: Cycles, eqs: Equations) -> Floats:
     """Diffusion sigma^2(E) of the energy at each amplitude."""
-    n1, n2, n12 = or_zero(eqs.n1), or_zero(eqs.n2), or_zero(eqs.n12)
+    n1 = or_zero(eqs.n1)
+    n2 = or_zero(eqs.n2)
+    n12 = or_zero(eqs.n12)
     return 2.0 * n1 * cycle.v2 + 2.0 * n2 * cycle.x2v2 + 4.0 * n12 * cycle.xv2
 
 
@@ -31,7 +33,8 @@ def log_mass(u: Floats, cycle: Cycles, slope: Floats, slow: Floats, eqs: Equatio
     """Logarithm of p(E) dE/du up to a constant; its integral is by the trapezoidal rule with an end correction."""
     s = diffusion(cycle, eqs)
     rate = 2.0 * drift(cycle, slow, eqs) / s * slope
-    du, bend = u[..., 1:] - u[..., :-1], slope_on_grid(u, rate)
+    du = u[..., 1:] - u[..., :-1]
+    bend = slope_on_grid(u, rate)
     inner = 0.5 * du * (rate[..., 1:] + rate[..., :-1]) - du**2 / 12.0 * (
         bend[..., 1:] - bend[..., :-1]
     )
@@ -46,7 +49,8 @@ def slope_on_grid(u: Floats, values: Floats) -> Floats:
     slope = np.empty_like(values)
     over_2, over_4 = values[..., 2:] - values[..., :-2], values[..., 4:] - values[..., :-4]
     slope[..., 2:-2] = (8.0 * over_2[..., 1:-1] - over_4) / 12.0
-    slope[..., 1], slope[..., -2] = 0.5 * over_2[..., 0], 0.5 * over_2[..., -1]
+    slope[..., 1] = 0.5 * over_2[..., 0]
+    slope[..., -2] = 0.5 * over_2[..., -1]
     slope[..., 0] = -1.5 * values[..., 0] + 2.0 * values[..., 1] - 0.5 * values[..., 2]
     slope[..., -1] = 1.5 * values[..., -1] - 2.0 * values[..., -2] + 0.5 * values[..., -3]
     return np.asarray(slope / du[..., None])
@@ -127,7 +131,8 @@ def _resolvent(rate: Floats, right: Floats, flow: Floats, mass: Floats) -> Float
 
 def _one_scene(margin: list[float], flow: list[float], sums: list[float]) -> list[float]:
     """The solution for one scene, one amplitude after another; ``margin`` is what the diagonal exceeds the flow by."""
-    excess, diagonal = margin[0], [margin[0] + flow[0]]
+    excess = margin[0]
+    diagonal = [margin[0] + flow[0]]
     for k in range(1, len(margin)):
         share = flow[k - 1] / diagonal[-1]
         excess = margin[k] + share * excess

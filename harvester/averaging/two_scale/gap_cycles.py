@@ -60,13 +60,15 @@ class HalfCycle:
 def half_cycle(points: int, polynomials: int) -> HalfCycle:
     """The half cycle with this many Gauss points and odd polynomials."""
     nodes, weights = np.polynomial.legendre.leggauss(points)
-    xi, weights = 0.5 * (nodes + 1.0), 0.5 * weights
+    xi = 0.5 * (nodes + 1.0)
+    weights = 0.5 * weights
     p = np.polynomial.legendre.legvander(nodes, points).T
     # int_-1^x P_j = (P_(j+1) - P_(j-1))/(2j + 1), with P_-1 = -1
     before = np.concatenate([[-np.ones(points)], p[: points - 1]])
     inner = (p[1:] - before) / (2.0 * np.arange(points)[:, None] + 1.0)
     odd = [np.polynomial.Legendre.basis(2 * k + 1) for k in range(polynomials)]
-    values, slopes = np.array([s(xi) for s in odd]), np.array([s.deriv()(xi) for s in odd])
+    values = np.array([s(xi) for s in odd])
+    slopes = np.array([s.deriv()(xi) for s in odd])
     square = polynomials * polynomials
     return HalfCycle(
         xi=xi,
@@ -93,7 +95,8 @@ class DistantOrbits:
     """
 
     def __init__(self, B: Floats, eqs: Equations, points: int = 24, polynomials: int = 12) -> None:
-        self.eqs, self.q = eqs, half_cycle(points, polynomials)
+        self.eqs = eqs
+        self.q = half_cycle(points, polynomials)
         self._even = np.zeros((*B.shape, points))  # even part of the voltage over a, at the points
         self._mean_even = np.zeros_like(B)  # and its mean along the way
         self.refine(B, np.zeros_like(B), np.zeros_like(B))
@@ -104,16 +107,21 @@ class DistantOrbits:
         ``offset`` is the slow part of the voltage on each orbit, constant over a cycle, and
         ``rest`` the rest position that it gives free orbits: A is about B + 2 rest.
         """
-        q, alpha, beta = self.q, or_zero(self.eqs.alpha), or_zero(self.eqs.beta)
+        q = self.q
+        alpha = or_zero(self.eqs.alpha)
+        beta = or_zero(self.eqs.beta)
         self.B, self._offset, self.left = B, offset, -np.minimum(B, or_zero(self.eqs.gap))
-        push, energy = beta * (offset + self._mean_even), potential(B, self.eqs.alpha)
+        push = beta * (offset + self._mean_even)
+        energy = potential(B, self.eqs.alpha)
         # not below the solution, to which Newton's steps go down from there
         A = B + 2.0 * np.maximum(-push, 0.0)
         for _ in range(5 if self.eqs.beta is not None else 0):
             excess = potential(A, self.eqs.alpha) - energy + push * (A - self.left)
             A = A - excess / (A * (1.0 + alpha * A**2) + push)
         A = np.maximum(A, self.left + _NARROWEST * (B + 2.0 * rest - self.left))
-        self.A, self.a, self.c = A, 0.5 * (A + B), 0.5 * (A - B)
+        self.A = A
+        self.a = 0.5 * (A + B)
+        self.c = 0.5 * (A - B)
         self.end = 2.0 * np.arcsin(np.sqrt(np.minimum((A - self.left) / (A + B), 1.0)))
         phi = self.end[..., None] * q.xi
         self._sin, a, right = np.sin(phi), self.a[..., None], A[..., None]
@@ -126,7 +134,8 @@ class DistantOrbits:
             * (1.0 + 0.5 * or_zero_by_point(self.eqs.alpha) * (right**2 + self.x**2))
         )
         if self.eqs.beta is not None:
-            pulse, whole = self._even * self._sin, 2.0 * np.sin(0.5 * self.end) ** 2
+            pulse = self._even * self._sin
+            whole = 2.0 * np.sin(0.5 * self.end) ** 2
             work = self.end * (pulse @ q.weights) + offset / self.a * whole
             # What is still amiss in this fixed point must not keep the mass from its left end.
             mismatch = (potential(A, self.eqs.alpha) - energy) / self.a**2 + beta * work
@@ -145,7 +154,9 @@ class DistantOrbits:
 
     def _solve_voltage(self) -> None:
         """P by Galerkin's method, then <V^2> and the even part of the voltage."""
-        q, mu, end = self.q, or_zero(self.eqs.mu), self.end[..., None]
+        q = self.q
+        mu = or_zero(self.eqs.mu)
+        end = self.end[..., None]
         matrix = self.nu @ q.stiff / end
         if self.eqs.mu is not None:
             matrix = matrix + or_zero_by_point(self.eqs.mu) ** 2 * end * ((1.0 / self.nu) @ q.mass)
@@ -156,7 +167,8 @@ class DistantOrbits:
         parts = np.linalg.solve(matrix.reshape(*self.end.shape, size, size), load[..., None])[
             ..., 0
         ]
-        at_wall, z = parts.sum(axis=-1), np.maximum(mu * self.tau, 1e-8)
+        at_wall = parts.sum(axis=-1)
+        z = np.maximum(mu * self.tau, 1e-8)
         self.V2 = (
             self.a**2
             / self.tau
@@ -184,7 +196,8 @@ class DistantOrbits:
 
     def averages(self) -> Cycles:
         """The time averages over the present orbits; ``wall`` is 0 on free ones."""
-        eqs, gap = self.eqs, or_zero(self.eqs.gap)
+        eqs = self.eqs
+        gap = or_zero(self.eqs.gap)
         share = self._dt / self.tau[..., None]
         x2, v2 = self.x**2, self.v**2
 

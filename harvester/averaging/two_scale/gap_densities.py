@@ -34,24 +34,27 @@ def state_density(x: Floats, v: Floats, spread: Spread) -> Floats:
 
     Raises SimulationError if the voltage is so strong that orbits of neighbouring energies cross.
     """
-    x, half = np.asarray(x, dtype=np.float64), 0.5 * np.asarray(v, dtype=np.float64) ** 2
-    kinetic, turning, up = (
-        _kinetic(x, spread),
-        _turning_there(x, spread),
-        _rising(spread.energy, spread),
-    )
+    x = np.asarray(x, dtype=np.float64)
+    half = 0.5 * np.asarray(v, dtype=np.float64) ** 2
+    kinetic = _kinetic(x, spread)
+    turning = _turning_there(x, spread)
+    up = _rising(spread.energy, spread)
     # a cusp at rest on the stop
     level = CubicSpline(np.sqrt(spread.energy[up]), np.log(spread.level[up]))
     p = np.zeros((len(x), len(half)))
     for j in np.flatnonzero((x >= -spread.gap) & (kinetic[:, -1] > 0.0)):
-        k, first = kinetic[j], int(np.argmax(kinetic[j] > 0.0))
+        k = kinetic[j]
+        first = int(np.argmax(kinetic[j] > 0.0))
         up = _rising(k, spread, first)
-        nodes, energy = k[up], spread.energy[up]
+        nodes = k[up]
+        energy = spread.energy[up]
         if first > 0:  # from the orbit that turns at x, without another that is almost the same
             near = int(len(nodes) > 1 and nodes[0] < 0.1 * nodes[1])
-            nodes, energy = np.append(0.0, nodes[near:]), np.append(turning[j], energy[near:])
+            nodes = np.append(0.0, nodes[near:])
+            energy = np.append(turning[j], energy[near:])
         inside = half <= nodes[-1]
-        at, through = np.maximum(half[inside], nodes[0]), PchipInterpolator(nodes, energy)
+        at = np.maximum(half[inside], nodes[0])
+        through = PchipInterpolator(nodes, energy)
         # inside the smallest orbit the law is flat
         p[j, inside] = np.exp(level(np.sqrt(through(at)))) * through(at, 1)
     return p
@@ -73,7 +76,8 @@ def _rising(values: Floats, spread: Spread, first: int = 0) -> Any:
 
 def _turning_there(x: Floats, spread: Spread) -> Floats:
     """Energy of the orbit that turns at x, shape (m,), where one does."""
-    right, left = _rising(spread.A, spread), np.flatnonzero(spread.gap > spread.B)[::-1]
+    right = _rising(spread.A, spread)
+    left = np.flatnonzero(spread.gap > spread.B)[::-1]
     ends = np.concatenate([-spread.B[left], spread.A[right]])
     energy = CubicSpline(ends, np.concatenate([spread.energy[left], spread.energy[right]]))
     return np.asarray(energy(np.clip(x, ends[0], ends[-1])))
@@ -104,7 +108,9 @@ def _displacements(spread: Spread) -> tuple[Floats, Floats]:
 def _kinetic(x: Floats, spread: Spread) -> Floats:
     """Kinetic energy at x, (m,), on each orbit, (m, n): (A - x) (x + B) nu^2/2; below 0 beyond its ends."""
     q = half_cycle(spread.nu.shape[1], 1)
-    width, order, x = spread.A + spread.B, len(q.xi) - 1, np.asarray(x)[:, None]
+    width = spread.A + spread.B
+    order = len(q.xi) - 1
+    x = np.asarray(x)[:, None]
     end = 2.0 * np.arcsin(np.sqrt(np.minimum((spread.A - spread.left) / width, 1.0)))
     coefficients = np.linalg.solve(
         np.polynomial.legendre.legvander(2.0 * q.xi - 1.0, order), spread.nu.T**2

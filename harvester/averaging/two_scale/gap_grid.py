@@ -56,7 +56,8 @@ class Panels:
 def panels() -> Panels:
     """The panels, made once."""
     y, weights = np.polynomial.legendre.leggauss(_POINTS)
-    weights, none = 0.5 * weights, np.zeros((_POINTS, _POINTS))
+    weights = 0.5 * weights
+    none = np.zeros((_POINTS, _POINTS))
     powers = [np.polynomial.Legendre.basis(k) for k in range(_POINTS)]
     inverse = np.linalg.inv(np.array([p(y) for p in powers]).T)
     slope = 2.0 * np.array([p.deriv()(y) for p in powers]).T @ inverse
@@ -82,7 +83,8 @@ def panels() -> Panels:
 
 def half_width(z: Floats, g: Floats) -> tuple[Floats, Floats]:
     """The half-width b(z) and its slope."""
-    size, below = np.abs(g), np.abs(g) * np.exp(np.minimum(z, 0.0))
+    size = np.abs(g)
+    below = np.abs(g) * np.exp(np.minimum(z, 0.0))
     return np.where(z > 0.0, size * np.cosh(z), below), np.where(z > 0.0, size * np.sinh(z), below)
 
 
@@ -103,7 +105,8 @@ class Grid:
         g = or_zero(eqs.gap) + rest
         first, last = z_of(low, g), z_of(high, g)
         seam = np.where((first < 0.0) & (last > 0.0), 0.0, 0.5 * (first + last))
-        p, self._eqs = panels(), eqs
+        p = panels()
+        self._eqs = eqs
         self._width = np.where(p.nodes < 1.0, seam - first, last - seam)
         z = np.where(
             p.nodes < 1.0, first + self._width * p.nodes, seam + self._width * (p.nodes - 1.0)
@@ -132,7 +135,8 @@ class Grid:
         xt = cycle.x - (mass * cycle.x).sum(axis=-1, keepdims=True)
         if self._eqs.mu is None:
             return xt, xt**2
-        p, mu = panels(), or_zero(self._eqs.mu)
+        p = panels()
+        mu = or_zero(self._eqs.mu)
         # else what is never there bends the law
         held = np.maximum(mass, SELDOM * mass.max(axis=-1, keepdims=True))
         current = 0.5 * diffusion(cycle, self._eqs) * held / (slope * self._width) ** 2
@@ -153,10 +157,8 @@ def _solved(matrix: Floats, right: Floats) -> Floats:
     scale = 1.0 / np.sqrt(np.diagonal(matrix, axis1=1, axis2=2))
     matrix, unit = matrix * scale[:, :, None] * scale[:, None, :], np.eye(matrix.shape[-1])
     finite = np.asarray(np.isfinite(matrix).all(axis=(1, 2)))[:, None]
-    matrix, right = (
-        np.where(finite[..., None], matrix, unit),
-        np.where(finite, right * scale, np.nan),
-    )
+    matrix = np.where(finite[..., None], matrix, unit)
+    right = np.where(finite, right * scale, np.nan)
     return np.asarray(np.linalg.solve(matrix + 1e-15 * unit, right[..., None])[..., 0] * scale)
 
 

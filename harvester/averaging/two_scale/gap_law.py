@@ -89,17 +89,21 @@ def solve_distant(
         memory, square = grid.slow_voltage(cycle, slope, mass)
         # a free orbit's mean gives way by beta V
         offset = offset + (memory - offset) / (1.0 + or_zero(eqs.beta))
-        slow, rest = paid(square, cycle, eqs), _rest(offset[:, :1], eqs)
-        before, size = size, (mass * (cycle.V2 + slow)).sum(axis=-1)
+        slow = paid(square, cycle, eqs)
+        rest = _rest(offset[:, :1], eqs)
+        before = size
+        size = (mass * (cycle.V2 + slow)).sum(axis=-1)
     parts = _summary(eqs, orbits, cycle, mass, memory)
-    density, unsettled = mass / grid.weights, np.abs(size / before - 1.0)
+    density = mass / grid.weights
+    unsettled = np.abs(size / before - 1.0)
     outside = np.maximum(density[:, 0], density[:, -1]) > _AT_AN_END * density.max(axis=-1)
     lost = (
         outside | (unsettled > _UNSETTLED) | (size < _ROUNDING * (mass * orbits.a**2).sum(axis=-1))
     )
     parts["bias"] = np.where(lost, math.nan, parts["bias"] + unsettled)
     arrays = {"A": orbits.A, "mass": mass, "period": cycle.period, "nu": orbits.nu}
-    level, above = density / (slope * cycle.period), cycle.energy - _least(eqs)
+    level = density / (slope * cycle.period)
+    above = cycle.energy - _least(eqs)
     spread = Spread(
         orbits.A, orbits.B, orbits.left, orbits.nu, above, mass, level, or_zero(eqs.gap)[:, 0]
     )
@@ -113,7 +117,8 @@ def _least(eqs: Equations) -> Floats:
 
 def _rest(offset: Floats, eqs: Equations) -> Floats:
     """Where c + alpha c^3 = -beta V for free orbits under the slow voltage V, by Newton's method; 0 with a preload."""
-    alpha, force = or_zero(eqs.alpha), -or_zero(eqs.beta) * offset
+    alpha = or_zero(eqs.alpha)
+    force = -or_zero(eqs.beta) * offset
     c = force
     for _ in range(8):
         c = (force + 2.0 * alpha * c**3) / (1.0 + 3.0 * alpha * c**2)
@@ -133,7 +138,9 @@ def _summary(
     def scalar(value: Any) -> Any:
         return 0.0 if value is None else value[:, 0]
 
-    mu, beta, r2 = scalar(eqs.mu), scalar(eqs.beta), scalar(eqs.restitution) ** 2
+    mu = scalar(eqs.mu)
+    beta = scalar(eqs.beta)
+    r2 = scalar(eqs.restitution) ** 2
     x2, v2, xbar, period = (mean(values) for values in (cycle.x2, cycle.v2, cycle.x, cycle.period))
     slow = mean((cycle.x - xbar[:, None]) * memory)
     power_in = scalar(eqs.n1) + scalar(eqs.n2) * x2 + 2.0 * scalar(eqs.n12) * xbar
@@ -141,8 +148,10 @@ def _summary(
     c = (np.maximum(power_in - beta * mu * (mean(cycle.V2) + slow), 0.0) / v2)[:, None]
     # A free orbit has one harmonic, whose share is all: the formula reports it just short of pi.
     end = np.minimum(orbits.end, math.pi - 1e-6)
-    w, n = end / orbits.tau, _HARMONICS * math.pi / end
-    share, narrow = (n / (n**2 - 1.0)) ** 2, (n * w) ** 2 + or_zero(eqs.mu) ** 2
+    w = end / orbits.tau
+    n = _HARMONICS * math.pi / end
+    share = (n / (n**2 - 1.0)) ** 2
+    narrow = (n * w) ** 2 + or_zero(eqs.mu) ** 2
     # With a preload, where the frequency falls with the amplitude, the lines are narrower: a factor
     # from ensembles.
     dying = _HARMONICS * np.minimum(math.pi / end, 4.0 * end / math.pi)
@@ -151,9 +160,11 @@ def _summary(
     )
     fast = mean(cycle.V2 * lines)
     slow = slow / (1.0 + (0.5 * mu / mean(w)) ** 2)
-    total, least = mean(cycle.energy), _least(eqs)[:, 0]
+    total = mean(cycle.energy)
+    least = _least(eqs)[:, 0]
     energy = total - least
-    exchange, stored = power_in * period / energy, 0.5 * beta * (fast + slow) / energy
+    exchange = power_in * period / energy
+    stored = 0.5 * beta * (fast + slow) / energy
     impact_loss = 2.0 * (1.0 - r2) / (1.0 + r2) * mean(cycle.wall / cycle.period) * period / energy
     load = beta * mu * (fast + slow) * period / energy
     friction = exchange - impact_loss - load

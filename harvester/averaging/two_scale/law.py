@@ -173,7 +173,8 @@ def _at_rest(eqs: Equations, scenes: int) -> tuple[dict[str, Floats], dict[str, 
         if eqs.beta is not None:
             # Beyond this the offset's push would keep the mass of that amplitude from reaching the
             # stop.
-            offset, slow = np.maximum(memory, -0.3 * A / eqs.beta), paid(square, cycle, eqs)
+            offset = np.maximum(memory, -0.3 * A / eqs.beta)
+            slow = paid(square, cycle, eqs)
     arrays = {"A": A, "mass": mass, "period": cycle.period, "nu": orbits.nu}
     return _summary(eqs, cycle, mass, memory), arrays, unbounded
 
@@ -202,7 +203,8 @@ def _summary(eqs: Equations, cycle: Cycles, mass: Floats, memory: Floats) -> dic
     else:
         n = 2.0 * _HARMONICS
         share = n**2 / (n**2 - 1.0) ** 2  # of <x'^2> in the harmonics of |cos|
-        whole, narrow = n**2 * w**2 + mu**2 + n * c * mu, n**2 * w**2 + mu**2
+        whole = n**2 * w**2 + mu**2 + n * c * mu
+        narrow = n**2 * w**2 + mu**2
         fast *= (share / whole).sum(axis=0) / (share / narrow).sum(axis=0)
         slow /= 1.0 + (0.5 * mu / w) ** 2
     exchange = power_in * period / energy

@@ -22,7 +22,8 @@ _LARGEST = 1.7  # impact loss up to which the correction was measured: r = 0.3 w
 
 def correction(impact_loss: Floats, stored: Floats, load: Floats) -> Floats:
     """The factor exp(k) on E[V^2]; all arrays of one shape, ``load`` is m."""
-    i, q = np.minimum(impact_loss, _LARGEST), stored
+    i = np.minimum(impact_loss, _LARGEST)
+    q = stored
     k = (0.056 + 0.077 / (1.0 + load)) * i**2 - 0.11 * q * (1.0 + 3.0 * i) / (1.0 + (q / 0.2) ** 4)
     return np.asarray(np.exp(k))
 
@@ -35,7 +36,9 @@ def stated_error(impact_loss: Floats, stored: Floats, friction: Floats) -> Float
     the last term where q is above 0.22: a piezo that holds so much makes the motion another one.  Not exceeded in the
     600 scenes by which it was chosen, nor in 215 others.
     """
-    i, q, o = np.minimum(impact_loss, _LARGEST), stored, np.minimum(friction, 1.5)
+    i = np.minimum(impact_loss, _LARGEST)
+    q = stored
+    o = np.minimum(friction, 1.5)
     # where the piezo holds too much
     beyond = np.minimum(8.0 * np.maximum(q - 0.22, 0.0) * (i + 0.1), 1.0)
     return np.asarray(0.005 + 0.03 * i + 0.02 * i**2 + 0.01 * o**2 + 0.2 * q * (1.0 + i) + beyond)
@@ -66,12 +69,10 @@ def stated_error_distant(
     quarter more (`benchmarks/averaged_error.py`): a slow load with strong coupling is a spring that lets go slowly, of
     which averaging knows the mean only, 19 % too high at worst.
     """
-    i, q, o, taken = (
-        np.minimum(impact_loss, _LARGEST),
-        stored,
-        np.minimum(friction, 1.5),
-        np.minimum(load, 1.5),
-    )
+    i = np.minimum(impact_loss, _LARGEST)
+    q = stored
+    o = np.minimum(friction, 1.5)
+    taken = np.minimum(load, 1.5)
     beyond = np.maximum(q - 0.22, 0.0)
     impacting = 0.003 + 0.051 * i + 0.034 * i**2 + 1.4 * q * i + np.minimum(15.0 * beyond * i, 1.0)
     free = 0.002 + 0.01 * np.minimum(exchange, 1.0) + 0.01 * q + 0.2 * beyond
@@ -94,12 +95,10 @@ def stated_error_preloaded(
     that are left out: E[V^2] is more than twice too high at worst.  Constants as in `stated_error_distant`, of 69
     scenes and without the quarter.
     """
-    i, q, o, taken = (
-        np.minimum(impact_loss, _LARGEST),
-        stored,
-        np.minimum(friction, 1.5),
-        np.minimum(load, 1.5),
-    )
+    i = np.minimum(impact_loss, _LARGEST)
+    q = stored
+    o = np.minimum(friction, 1.5)
+    taken = np.minimum(load, 1.5)
     lifted = (3.0 + 15.0 / (1.0 + slowness)) * q**2
     spring = pressed * (0.43 * i + 0.36 * i**2)
     return np.asarray(0.003 + 0.029 * i**2 + 0.18 * o**2 + 0.08 * taken**2 + spring + lifted)

@@ -116,7 +116,9 @@ def write_row(s, at, p, samples):
         row = samples[s.n_steps // s.stride]
         for k in range(len(at)):
             row[k] = at[k]
-        row[-3], row[-2], row[-1] = p.v, p.current, p.power
+        row[-3] = p.v
+        row[-2] = p.current
+        row[-1] = p.power
 
 
 @inlined
@@ -152,7 +154,8 @@ def time_to_event(s, at, f, m):
 @inlined
 def is_noisy(s, at, reaction, f, m):
     """Whether the noise acts on this state."""
-    up, down = f.kick(m, at, s.h, reaction, 1.0), f.kick(m, at, s.h, reaction, -1.0)
+    up = f.kick(m, at, s.h, reaction, 1.0)
+    down = f.kick(m, at, s.h, reaction, -1.0)
     return f.floats(up) != f.floats(down)
 
 
@@ -163,7 +166,11 @@ def part_to_event(s, at, first, reaction, record, f, m):
     With the kick of the whole step the event is at ``first``, so that such a length lies below the
     step's.
     """
-    low, high, wait, last, short = 0.0, s.part, first, s.part, first - s.part
+    low = 0.0
+    high = s.part
+    wait = first
+    last = s.part
+    short = first - s.part
     for _ in range(ROUNDS):
         s.part = wait
         again = time_to_event(s, kicked(s, at, reaction, record, f, m), f, m)
@@ -189,7 +196,10 @@ def part_to_event(s, at, first, reaction, record, f, m):
 def begin_part(s, at, reaction, record, f, m):
     """Begin a part: the state after its first half kick, and where it leads to, (state, phase, goal)."""
     whole = s.h - s.phase
-    s.split, s.part, target, goal = 0, whole, s.h, KICK
+    s.split = 0
+    s.part = whole
+    target = s.h
+    goal = KICK
     first = time_to_event(s, kicked(s, at, reaction, record, f, m), f, m)
     if first < math.inf:
         length = math.inf
@@ -198,7 +208,8 @@ def begin_part(s, at, reaction, record, f, m):
         s.split = 1 if length < math.inf else 0
         if s.split == 0:
             s.part = whole
-        target, goal = s.phase + (length if s.split == 1 else first), IMPACT
+        target = s.phase + (length if s.split == 1 else first)
+        goal = IMPACT
     after = half_kick(s, at, reaction, record, f, m)
     s.middle = s.phase + 0.5 * s.part
     if s.coil == 1 and s.part > TINY * s.h:
@@ -210,10 +221,15 @@ def begin_part(s, at, reaction, record, f, m):
 def end_step(s, p, at, record):
     """Come to a grid time: the reading, and the next step."""
     s.n_steps += 1
-    s.phase, s.flown, s.parts = 0.0, 0, 0
+    s.phase = 0.0
+    s.flown = 0
+    s.parts = 0
     write_row(s, at, p, record.samples)
     if s.n_steps == s.noise_size:
-        s.measuring, s.end, s.voltage_end, s.smooth_end = AFTER, p.t, p.v, p.smooth
+        s.measuring = AFTER
+        s.end = p.t
+        s.voltage_end = p.v
+        s.smooth_end = p.smooth
 
 
 @inlined
@@ -248,7 +264,9 @@ def reaction_of(s, p):
     elif s.part > TINY * s.h:
         mean = s.charge / s.part
         i = mean + (mean - s.mean_before) * s.part / (s.part + s.part_before)
-    s.charge, s.mean_before, s.part_before = 0.0, mean, s.part
+    s.charge = 0.0
+    s.mean_before = mean
+    s.part_before = s.part
     return s.coupling * i
 
 
@@ -285,7 +303,8 @@ def accept_model(s, p, record, f, m, at):
         return at
     if s.fault != 0 or s.measuring == AFTER:  # the rest is ngspice's alone
         if s.measuring == DURING:
-            s.measuring, s.end = AFTER, s.leg_t
+            s.measuring = AFTER
+            s.end = s.leg_t
         s.n_steps += 1
         set_target(s, s.h, KICK)
         return at
@@ -295,11 +314,9 @@ def accept_model(s, p, record, f, m, at):
     if s.coil == 0:
         s.voltage_work += 0.5 * (s.reaction + reaction) * come
     elif s.n_steps == 0 and s.goal == SAMPLE:
-        record.samples[0, -3], record.samples[0, -2], record.samples[0, -1] = (
-            p.v,
-            p.current,
-            p.power,
-        )
+        record.samples[0, -3] = p.v
+        record.samples[0, -2] = p.current
+        record.samples[0, -1] = p.power
     goal, events = s.goal, s.impacts
     while True:
         at, target, goal = next_leg(s, p, at, goal, reaction, record, f, m)
@@ -307,7 +324,8 @@ def accept_model(s, p, record, f, m, at):
             break
         at = drifted(s, at, target, f, m)
     set_target(s, target, goal)
-    s.driven, s.reaction = f.source(m, at), reaction
+    s.driven = f.source(m, at)
+    s.reaction = reaction
     s.turned = 1 if s.impacts > events else 0
     if s.coil == 1:
         s.voltage = port_voltage(s, s.t, f, m, at)
@@ -319,5 +337,6 @@ def accept_model(s, p, record, f, m, at):
 def begin_model(s: Any, start: Any, samples: Floats, f: Functions, m: Any) -> None:
     """Begin a run: the first target is a little after time 0, where the current is known and the first kick is made."""
     samples[0, : len(start)] = start
-    s.measuring, s.driven = DURING, f.source(m, start)
+    s.measuring = DURING
+    s.driven = f.source(m, start)
     s.next_phase, s.goal, s.target_time = START * s.h, SAMPLE, START * s.h

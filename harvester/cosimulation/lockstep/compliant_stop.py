@@ -16,7 +16,8 @@ CHORDS = 16
 def target_in_contact(s, target, goal, impacts, c):
     """Choose (phase, goal) of the next target, where the contact has one before ``target``; set the chord to it."""
     edge = lower_stop(c)
-    y, v = s.x - edge, s.v
+    y = s.x - edge
+    v = s.v
     s.before = v
     if y > 0.0 or (y == 0.0 and v >= 0.0):
         hit = s.phase - y / v if v < 0.0 else math.inf
@@ -36,7 +37,8 @@ def target_in_contact(s, target, goal, impacts, c):
         return target, goal
     leg = min(end, math.pi / (CHORDS * w))
     if s.phase + leg < target - TINY * s.h:
-        target, goal = s.phase + leg, IMPACT
+        target = s.phase + leg
+        goal = IMPACT
     (x1, _, _), _ = in_contact(y, v, 0.0, target - s.phase, c)
     s.v = (x1 - s.x) / (target - s.phase)
     return target, goal

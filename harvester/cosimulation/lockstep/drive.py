@@ -103,14 +103,19 @@ class Drive:
         shaking: Floats | None = None,
         smooth: bool = False,
     ) -> None:
-        self.smoothing, self.nodes, self.series = 0.0, dict[str, float](), dict[str, Floats]()
-        self.currents, self.earlier, self.nodes_earlier = dict[str, float](), 0, dict[str, float]()
+        self.smoothing = 0.0
+        self.nodes = dict[str, float]()
+        self.series = dict[str, Floats]()
+        self.currents = dict[str, float]()
+        self.earlier = 0
+        self.nodes_earlier = dict[str, float]()
         count = len(noise) // stride
         self.noise = np.ascontiguousarray(noise[: count * stride])
         self.shaking = (
             forcing(eqs, h, len(noise)) if shaking is None else np.ascontiguousarray(shaking)
         )
-        self.samples, self.charge = np.zeros((count, len(COLUMNS))), np.zeros(count)
+        self.samples = np.zeros((count, len(COLUMNS)))
+        self.charge = np.zeros(count)
         self.kicked = np.zeros((len(self.noise), 5))
         self.impacts = room_for_impacts(eqs, len(self.noise))
         start = (eqs.resting_places[0], 0.0, 0.0, 0.0) if start is None else start
@@ -122,8 +127,13 @@ class Drive:
             start = (float(np.dot(eqs.modes.coupling, y[: eqs.modes.count])), *start[1:4])
         self.eqs, self.start, self._numbers = eqs, start, np.array(_numbers(self.coefficients))
         self.state = state = np.zeros(1, STATE).view(np.recarray)
-        state["h"], state["w0"], state["volts"], state["since"] = h, w0, volts, since / w0
-        state["stride"], state["free"], state["has_beta"] = stride, free, eqs.beta is not None
+        state["h"] = h
+        state["w0"] = w0
+        state["volts"] = volts
+        state["since"] = since / w0
+        state["stride"] = stride
+        state["free"] = free
+        state["has_beta"] = eqs.beta is not None
         state["noise_size"], state["impacts_size"] = len(self.noise), len(self.impacts)
         for name, array in (*self.recording._asdict().items(), ("coefficients", self._numbers)):
             state[f"{name}_at"] = 0 if array is None else array.ctypes.data
@@ -140,14 +150,18 @@ class Drive:
 
     def _begin(self, smooth: bool) -> None:
         """Begin the first drift.  Half a kick comes first, as in `trace`; interpreted: not worth a compilation."""
-        state, start, c = self.state, self.start, self.coefficients
+        state = self.state
+        start = self.start
+        c = self.coefficients
         if self.modes is not None:
             begin_modes(state[0], self.modes, self.shaking, c)
             interpreted(next_target)(state[0], self.impacts)
             return
         a = None if self.shaking is None else float(self.shaking[0])
         speed = float(interpreted(kick)(State(*start[:3]), 0.0, 0.5 * state["h"][0], c, a))
-        state["x"], state["v"], state["meet"] = start[0], speed, math.inf
+        state["x"] = start[0]
+        state["v"] = speed
+        state["meet"] = math.inf
         if c.r is not None and c.n1 is None:
             mean, _ = interpreted(between_kicks)(self.shaking, 1)
             interpreted(plan_impact)(state[0], start[2], mean, c)

@@ -77,10 +77,16 @@ def note_stored_energy(s, p, energy):
         return
     if begins:
         s.measuring = DURING
-        s.begin, s.energy_begin, s.voltage_begin, s.smooth_begin = p.t, energy, p.v, p.smooth
+        s.begin = p.t
+        s.energy_begin = energy
+        s.voltage_begin = p.v
+        s.smooth_begin = p.smooth
     else:
         s.measuring = AFTER
-        s.end, s.energy_end, s.voltage_end, s.smooth_end = p.t, energy, p.v, p.smooth
+        s.end = p.t
+        s.energy_end = energy
+        s.voltage_end = p.v
+        s.smooth_end = p.smooth
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,9 @@ from harvester.mechanics.modes.modal_circuit import drift_with_course
 from harvester.mechanics.modes.modal_step import dot, drift_modes, energy_of_modes, kick_modes
 
 # rows of the modes' states: after the last kick, at the end of the drift, and room
-NOW, AHEAD, SPARE = 0, 1, 2
+NOW = 0
+AHEAD = 1
+SPARE = 2
 
 
 @inlined
@@ -37,13 +39,19 @@ def plan_drift(s, modes, a, c):
     """Plan the drift that begins now, under the shaking's mean acceleration a (None: no shaking)."""
     copied(modes[AHEAD], modes[NOW])
     did, course = drift_with_course(0, modes[AHEAD], interval(s.h, s.h, None), c, a)
-    s.x, s.flown, s.meet, s.speed, s.turned = course.begin, 0, math.inf, did.speed, 0
+    s.x = course.begin
+    s.flown = 0
+    s.meet = math.inf
+    s.speed = did.speed
+    s.turned = 0
     s.v = (course.end - course.begin) / s.h
     if course.first > TINY * s.h and course.first < (1.0 - TINY) * s.h:
-        s.meet, s.v = course.first, (course.wall - course.begin) / course.first
+        s.meet = course.first
+        s.v = (course.wall - course.begin) / course.first
         s.up = (course.end - course.wall) / (s.h - course.first)
     elif did.speed != 0.0:
-        s.meet, s.up = 0.0, s.v
+        s.meet = 0.0
+        s.up = s.v
     if s.measuring == DURING and c.phi is not None:
         mobility = 0.0
         for shape in c.phi:
@@ -54,13 +62,16 @@ def plan_drift(s, modes, a, c):
 @inlined
 def next_target(s, impacts):
     """Choose the next target: the impact, a sample in mid-drift, or the kick at its end."""
-    target, goal = s.h, KICK
+    target = s.h
+    goal = KICK
     if s.phase < 0.5 * s.h and s.n_steps > 0 and s.n_steps % s.stride == 0:
-        target, goal = 0.5 * s.h, SAMPLE
+        target = 0.5 * s.h
+        goal = SAMPLE
     if s.flown == 0 and s.meet <= s.phase:  # at the stop already
         meet_stop(s, impacts)
     elif s.flown == 0 and s.meet < target - TINY * s.h:
-        target, goal = s.meet, IMPACT
+        target = s.meet
+        goal = IMPACT
     set_target(s, target, goal)
 
 
@@ -69,7 +80,8 @@ def meet_stop(s, impacts):
     """Break the course of the charge at an impact, and note it."""
     note_impact(s, impacts, s.n_steps * s.h + s.phase, s.speed)
     s.turned = 1 if s.v * s.up <= 0.0 else 0
-    s.v, s.flown = s.up, 1
+    s.v = s.up
+    s.flown = 1
 
 
 @inlined
@@ -83,12 +95,14 @@ def kicked_modes(s, before, z, xi, a, c):
     if s.measuring != DURING:
         return
     n = len(c.k)
-    x, hit = dot(c.e, z, 0, 0), 0.0 if a is None else s.h * a
+    x = dot(c.e, z, 0, 0)
+    hit = 0.0 if a is None else s.h * a
     if c.oscillator.n1 is not None:
         hit += impulse(x, xi, s.h, c.oscillator)
     for j in range(2 * n):  # the means of the speeds before and after
         before[j * BATCH] = 0.5 * (before[j * BATCH] + z[j * BATCH])
-    noise, pull = hit * dot(c.g, before, n, 0), spring(x, c.oscillator) * dot(c.e, before, n, 0)
+    noise = hit * dot(c.g, before, n, 0)
+    pull = spring(x, c.oscillator) * dot(c.e, before, n, 0)
     voltage = (
         0.0
         if c.oscillator.beta is None
@@ -110,13 +124,15 @@ def kicked_modes(s, before, z, xi, a, c):
 @inlined
 def stored_in_modes(z, c):
     """Energy of speeds, springs and a compliant stop."""
-    energy, x = energy_of_modes(0, z, c), dot(c.e, z, 0, 0)
+    energy = energy_of_modes(0, z, c)
+    x = dot(c.e, z, 0, 0)
     if c.oscillator.alpha2 is not None:
         energy += c.oscillator.alpha2 / 3.0 * x * x * x
     if c.oscillator.alpha is not None:
         energy += 0.25 * c.oscillator.alpha * x * x * x * x
     if c.contact is not None and c.contact.k is not None:
-        into, mobility = min(dot(c.phi, z, 0, 0) - lower_stop(c.contact), 0.0), 0.0
+        into = min(dot(c.phi, z, 0, 0) - lower_stop(c.contact), 0.0)
+        mobility = 0.0
         for shape in c.phi:
             mobility += shape * shape
         energy += 0.5 * c.contact.k / mobility * into * into
@@ -128,19 +144,19 @@ def stored_in_modes(z, c):
 @inlined
 def make_modal_kick(s, p, recording, c):
     """Kick the modes, with what goes into the ledger, and plan the next drift."""
-    V, modes, n = p.v / s.volts, recording.modes, len(c.k)
+    V = p.v / s.volts
+    modes = recording.modes
+    n = len(c.k)
     now = modes[NOW]
     copied(now, modes[AHEAD])
     now[2 * n * BATCH] = V
     if s.n_steps < s.noise_size:
         row = recording.kicked[s.n_steps]
         force = row[2] if s.follows == 1 else V
-        row[0], row[1], row[2], row[3] = (
-            dot(c.e, now, 0, 0),
-            dot(c.e, now, n, 0),
-            force,
-            p.smooth / s.volts,
-        )
+        row[0] = dot(c.e, now, 0, 0)
+        row[1] = dot(c.e, now, n, 0)
+        row[2] = force
+        row[3] = p.smooth / s.volts
         row[4] = s.load
         _, a = between_kicks(recording.shaking, s.n_steps + 1)
         now[2 * n * BATCH] = force
@@ -150,7 +166,8 @@ def make_modal_kick(s, p, recording, c):
     note_stored_energy(s, p, stored_in_modes(now, c))
     if s.n_steps % s.stride == 0 and s.n_steps <= s.noise_size:
         row = s.n_steps // s.stride - 1
-        recording.samples[row, 0], recording.samples[row, 1] = dot(c.e, now, 0, 0), V
+        recording.samples[row, 0] = dot(c.e, now, 0, 0)
+        recording.samples[row, 1] = V
     mean, _ = between_kicks(recording.shaking, min(s.n_steps + 1, s.noise_size))
     plan_drift(s, modes, mean, c)
 
@@ -166,12 +183,14 @@ def accept_modal_point(s, p, recording, c):
     if s.goal == IMPACT:
         meet_stop(s, recording.impacts)
     elif s.goal == SAMPLE:
-        row, spare = s.n_steps // s.stride - 1, recording.modes[SPARE]
+        row = s.n_steps // s.stride - 1
+        spare = recording.modes[SPARE]
         copied(spare, recording.modes[NOW])
         mean, _ = between_kicks(recording.shaking, min(s.n_steps + 1, s.noise_size))
         drift_modes(0, spare, interval(s.h, 0.5 * s.h, None), c, mean)
         samples = recording.samples
-        samples[row, 2], samples[row, 3] = dot(c.e, spare, 0, 0), dot(c.e, spare, len(c.k), 0)
+        samples[row, 2] = dot(c.e, spare, 0, 0)
+        samples[row, 3] = dot(c.e, spare, len(c.k), 0)
         samples[row, 4] = p.v / s.volts
         recording.charge[row] = p.smooth
     else:

@@ -30,10 +30,13 @@ class ModelDrive:
         coil: bool,
         free: bool,
     ) -> None:
-        self.smoothing, self.nodes, self.series = 0.0, dict[str, float](), dict[str, Floats]()
+        self.smoothing = 0.0
+        self.nodes = dict[str, float]()
+        self.series = dict[str, Floats]()
         steps = len(noise)
         self.at, self.coefficients = start, coefficients
-        samples, events = np.zeros((steps // stride + 1, len(start) + 3)), np.zeros(steps + 100)
+        samples = np.zeros((steps // stride + 1, len(start) + 3))
+        events = np.zeros(steps + 100)
         self.record = ModelRecord(noise, samples, events)
         self.state = state = np.zeros(1, STATE).view(np.recarray)
         given = {

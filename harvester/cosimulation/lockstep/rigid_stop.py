@@ -25,19 +25,26 @@ def plan_impact(s, V, a, c):
     The voltage V and the shaking's mean acceleration ``a`` (None: no shaking) press the mass on the
     stop.
     """
-    s.flown, s.meet, s.side, s.before = 0, math.inf, 1.0, s.v
+    s.flown = 0
+    s.meet = math.inf
+    s.side = 1.0
+    s.before = s.v
     ratio = c.r
     if c.r_high is not None and s.v > 0.0:
-        s.side, ratio = -1.0, c.r_high
+        s.side = -1.0
+        ratio = c.r_high
     edge = wall_of(s.side, c)
-    y, u = max(s.side * (s.x - edge), 0.0), s.side * s.v
+    y = max(s.side * (s.x - edge), 0.0)
+    u = s.side * s.v
     pull = 0.0 if c.gap is None else s.side * spring(edge, c)
     shaking = 0.0 if a is None else s.side * a
     force = push(y, s.side * V, c, pull, shaking)
     if (y == 0.0 and u == 0.0) or y + s.h * u >= 0.0:
         return
     s.meet, s.speed = meeting(y, u, s.h, force)
-    s.up, s.pressing, s.again = ratio * s.speed, force, math.inf
+    s.up = ratio * s.speed
+    s.pressing = force
+    s.again = math.inf
     s.share = shaking / force if force != 0.0 else 0.0
     if 2.0 * s.up <= -force * s.h:  # back within a step
         if ratio < 1.0 or s.up == 0.0:
@@ -60,7 +67,8 @@ def target_as_planned(s, target, goal, impacts, c):
         if s.meet < s.phase + TINY * s.h:  # at the stop already
             impact(s, impacts, c)
         else:
-            target, goal = s.meet, IMPACT
+            target = s.meet
+            goal = IMPACT
     s.v = chord(s, target, c)
     return target, goal
 

@@ -15,9 +15,14 @@ import numpy as np
 from harvester.arrays import Floats
 from harvester.mechanics.kernels.compiled import inlined
 
-KICK, IMPACT, SAMPLE = 0, 1, 2  # values of `goal`: what a leg of the lock-step leads to
+# values of `goal`: what a leg of the lock-step leads to
+KICK = 0
+IMPACT = 1
+SAMPLE = 2
 # values of `measuring`: where the run stands to the time that the ledger covers
-BEFORE, DURING, AFTER = 0, 1, 2
+BEFORE = 0
+DURING = 1
+AFTER = 2
 BEYOND = 0.75  # steps that a run goes on after its last kick
 # of the time of a run's end, before which ngspice is led no further: some 30 roundings
 EARLY = 4e-15

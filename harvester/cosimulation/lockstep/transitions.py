@@ -137,9 +137,11 @@ def arrive_in_flight(s, x1, impacts, c):
 @inlined
 def next_event(s, impacts, c):
     """Choose the next target: the kick at the end of the drift, a sample in mid-drift, or an impact."""
-    target, goal = s.h, KICK
+    target = s.h
+    goal = KICK
     if s.phase < 0.5 * s.h and s.n_steps > 0 and s.n_steps % s.stride == 0:
-        target, goal = 0.5 * s.h, SAMPLE
+        target = 0.5 * s.h
+        goal = SAMPLE
     if c.k is not None:
         target, goal = target_in_contact(s, target, goal, impacts, c)
     elif c.r is not None and c.n1 is None:
@@ -171,7 +173,11 @@ def reached(s, p):
 def keep_kick(s, V, smooth, row):
     """Put the states ahead of a kick on record, and return the voltage of its force: of the record it follows, or V."""
     force = row[2] if s.follows == 1 else V
-    row[0], row[1], row[2], row[3], row[4] = s.x, s.v, force, smooth / s.volts, s.load
+    row[0] = s.x
+    row[1] = s.v
+    row[2] = force
+    row[3] = smooth / s.volts
+    row[4] = s.load
     return force
 
 
@@ -193,11 +199,13 @@ def arrive_at_target(s, impacts, c):
 @inlined
 def make_kick(s, p, recording, c):
     """Kick the mass, with what goes into the ledger, and begin the next drift."""
-    before, V = s.v, p.v / s.volts
+    before = s.v
+    V = p.v / s.volts
     force = V
     if s.n_steps < s.noise_size:
         force = keep_kick(s, V, p.smooth, recording.kicked[s.n_steps])
-        xi, (_, a) = recording.noise[s.n_steps], between_kicks(recording.shaking, s.n_steps + 1)
+        xi = recording.noise[s.n_steps]
+        (_, a) = between_kicks(recording.shaking, s.n_steps + 1)
         s.v = kick_at_stops(State(s.x, before, force), xi, s.h, c, a)
         if s.measuring == DURING:
             add_works_of_kick(s, before, s.v, s.x, force, xi, s.h, c, a)
@@ -206,7 +214,8 @@ def make_kick(s, p, recording, c):
     note_stored_energy(s, p, stored_in_mass(s, contact_energy(s.x, c), c))
     if s.n_steps % s.stride == 0 and s.n_steps <= s.noise_size:
         row = s.n_steps // s.stride - 1
-        recording.samples[row, 0], recording.samples[row, 1] = s.x, V
+        recording.samples[row, 0] = s.x
+        recording.samples[row, 1] = V
     if c.r is not None and c.n1 is None:
         mean, _ = between_kicks(recording.shaking, min(s.n_steps + 1, s.noise_size))
         plan_impact(s, force, mean, c)
@@ -224,7 +233,9 @@ def accept_point(s, p, recording, c):
     if s.goal == SAMPLE:
         row = s.n_steps // s.stride - 1
         samples = recording.samples
-        samples[row, 2], samples[row, 3], samples[row, 4] = s.x, s.v, p.v / s.volts
+        samples[row, 2] = s.x
+        samples[row, 3] = s.v
+        samples[row, 4] = p.v / s.volts
         recording.charge[row] = p.smooth
     elif s.goal == KICK:
         make_kick(s, p, recording, c)

@@ -68,7 +68,8 @@ def _coefficients(typingctx, address, pattern):
     """Read coefficients at an address, None where the ``pattern`` has it, tuples of them one after the other."""
 
     def codegen(context, builder, signature, args):
-        start, indices = builder.inttoptr(args[0], ir.DoubleType().as_pointer()), count()
+        start = builder.inttoptr(args[0], ir.DoubleType().as_pointer())
+        indices = count()
 
         def read(kind):
             if isinstance(kind, types.BaseTuple):
@@ -111,7 +112,8 @@ def source_callback(value, t, node, ident, user):
 def sync_callback(t, delta, old_delta, redo, ident, location, user):
     """Answer ngspice's GetSyncData: before a step (location 0) set its length; after it (1) accept what converged."""
     if location == 0:
-        s, step = carray(user, 1)[0], carray(delta, 1)
+        s = carray(user, 1)[0]
+        step = carray(delta, 1)
         step[0] = (
             _ask(s.step_at, user, t, step[0]) if s.step_at != 0 else proposed_step(s, t, step[0])
         )
@@ -127,11 +129,9 @@ def data_callback(vectors, count, ident, user):
     s = carray(user, 1)[0]
     table = carray(_pointer(vectors), 2, np.uintp)[1]
     values = carray(_pointer(table), count, np.uintp)
-    t, v, power = (
-        _real(values, s.time_index),
-        _real(values, s.voltage_index),
-        _real(values, s.power_index),
-    )
+    t = _real(values, s.time_index)
+    v = _real(values, s.voltage_index)
+    power = _real(values, s.power_index)
     smooth = _real(values, s.smooth_index) - _real(values, s.smooth_minus_index)
     current = -_real(values, s.current_index)  # out of the piezo; ngspice counts it into the source
     return _call(s.accepted_at, user, t, v, power, current, smooth)

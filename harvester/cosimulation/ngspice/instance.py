@@ -165,7 +165,10 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
             self.state["accepted_at"] = compiled_callbacks.point_function(
                 compiled_callbacks.pattern_of(drive.coefficients), drive.shaking is not None
             ).address
-        self.vectors, self.loaded, self.smoothing, self.nodes = deck.vectors, False, 0.0, {}
+        self.vectors = deck.vectors
+        self.loaded = False
+        self.smoothing = 0.0
+        self.nodes = {}
         self.nodes_earlier: dict[str, float] = {}
         self.series = {}
         self.messages.clear()
@@ -177,7 +180,8 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
         error = self._wait(
             run, TINY * float(drive.state["h"][0] / drive.state["w0"][0]), patience, deadline
         )
-        end, stuck = float(self.state["t"][0]), run.is_alive()
+        end = float(self.state["t"][0])
+        stuck = run.is_alive()
         self.lost = self.lost or stuck
         if stuck and error is None:
             late = OutOfTimeError(diagnostics.why_out_of_time(end, drive.duration, seconds))
@@ -187,7 +191,9 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
             kind, step, waited = error
             raise kind(diagnostics.why_given_up(end, drive.duration, step, waited))
         drive.state[:] = self.state
-        drive.smoothing, drive.nodes, drive.series = self.smoothing, self.nodes, self.series
+        drive.smoothing = self.smoothing
+        drive.nodes = self.nodes
+        drive.series = self.series
         if isinstance(drive, Drive):
             drive.nodes_earlier = self.nodes_earlier
         if not self.loaded:
@@ -212,14 +218,16 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
         before = now = self._progress()
         while run.is_alive() and (left := deadline - time.monotonic()) > 0.0:
             run.join(min(patience, LOOK, left))
-            looked, now = now, self._progress()
+            looked = now
+            now = self._progress()
             step = (now["t"] - looked["t"]) / max(now["accepted"] - looked["accepted"], 1.0)
             if 0.0 < step < tiny:
                 return ConvergenceError, step, min(patience, LOOK)
             if time.monotonic() - since >= patience:
                 if now["n_steps"] - before["n_steps"] < SLOWEST * patience:
                     return CircuitError, step, patience
-                before, since = now, time.monotonic()
+                before = now
+                since = time.monotonic()
         return None
 
     def _progress(self) -> dict[str, float]:

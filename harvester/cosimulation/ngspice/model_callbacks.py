@@ -116,7 +116,8 @@ def compiled(kind: Any, state_kind: Any, absent: tuple[bool, ...]) -> tuple[Any,
             s, t, f, _coefficients(s.coefficients_at, m0), _coefficients(s.model_at, at0)
         )
 
-    width, size = len(at0) + 3, len(at0)
+    width = len(at0) + 3
+    size = len(at0)
 
     @numba.cfunc(_I4(_STATE_POINTER, _F8, _F8, _F8, _F8, _F8), **COMPILER)
     def step(user, t, v, power, current, smooth):
@@ -147,7 +148,9 @@ class PlainCallbacks:
     REPORTED = "t", "leg_t", "target_time", "turned", "free", "n_steps", "accepted"
 
     def __init__(self, model: Any, start: Any, drive: ModelDrive, shared: Any) -> None:
-        self.at, self.model, self.drive = start, model, drive
+        self.at = start
+        self.model = model
+        self.drive = drive
         self.s = python_types.SimpleNamespace(
             **{name: drive.state[name][0].item() for name in STATE.names or ()}
         )
@@ -180,7 +183,8 @@ class PlainCallbacks:
 
     def _fail(self, error: Exception) -> None:
         """Keep an error; the next target is beyond the end."""
-        self.error, self.s.free = error, 1
+        self.error = error
+        self.s.free = 1
         self.s.target_time = 2.0 * self.drive.duration
 
     def _source(self, _: int, t: float, __: float) -> float:

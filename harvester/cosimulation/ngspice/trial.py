@@ -30,8 +30,14 @@ from harvester.scene.load import Load
 TESTED = (39,)  # versions that all tests have run with
 # versions with which scenes gave its answers: docs/install.md has which, and their differences
 COMPARED = (46, 47)
-STEP, STEPS, EVENT = 1e-3, 40, 0.0255  # s, their number, and when the stop comes (s)
-COUPLING, CAPACITANCE, RESISTANCE = 1e-3, 5e-8, 1e6  # N/V, F, ohm
+# s, their number, and when the stop comes (s)
+STEP = 1e-3
+STEPS = 40
+EVENT = 0.0255
+# N/V, F, ohm
+COUPLING = 1e-3
+CAPACITANCE = 5e-8
+RESISTANCE = 1e6
 ROUNDING = 1e-9  # of the voltage
 
 
@@ -73,8 +79,10 @@ def faults(library: Ngspice) -> str:
         load = load_circuit(
             Load(resistance=RESISTANCE) if netlist == "resistor" else Load(netlist=netlist)
         )
-        model, start = SteadyMotion(), TrialState(0.0, 1.0, 0.0)
-        at, volts = np.array(start, dtype=np.float64), COUPLING / CAPACITANCE
+        model = SteadyMotion()
+        start = TrialState(0.0, 1.0, 0.0)
+        at = np.array(start, dtype=np.float64)
+        volts = COUPLING / CAPACITANCE
         free = not load.linear
         drive = ModelDrive(
             at, np.empty(0), np.zeros((STEPS, 2)), STEP, 1, volts, COUPLING, coil=False, free=free
@@ -93,7 +101,8 @@ def faults(library: Ngspice) -> str:
         if len(events) != 1 or abs(events[0] - EVENT) > 1e-9 * STEP:
             return "it does not end a step where it is told to"
         seen = drive.record.samples[4 : int(EVENT / STEP) + 1, -3]
-        decay, steady = math.exp(-STEP / (RESISTANCE * CAPACITANCE)), COUPLING * RESISTANCE
+        decay = math.exp(-STEP / (RESISTANCE * CAPACITANCE))
+        steady = COUPLING * RESISTANCE
         off = np.abs(seen[1:] - decay * seen[:-1] - (1.0 - decay) * steady).max() / steady
         if load.linear and not off < ROUNDING:
             return f"a step of a resistor's voltage is off by {off:.1e}"

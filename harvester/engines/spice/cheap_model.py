@@ -41,7 +41,9 @@ def cheap_circuit(
     """
     from harvester.circuits.compiled_circuit import compiled_circuit
 
-    eqs, scales, load = problem.equations, problem.scales, problem.circuit
+    eqs = problem.equations
+    scales = problem.scales
+    load = problem.circuit
     assert load is not None, "the engine refuses an open circuit"
     if charging > LONGEST_CHARGING or eqs.mu is not None:
         return None, None, False
@@ -130,12 +132,11 @@ def cheap_model(
     from harvester.circuits.compiled_circuit import CompiledCircuit
     from harvester.mechanics.ensemble.richardson import RichardsonPair
 
-    budget, within, spent = (
-        number(options.budget),
-        number(options.within),
-        time.perf_counter() - begin,
-    )
-    share, is_twin = None if budget is None else SHARE * budget, pilot.circuit is not circuit
+    budget = number(options.budget)
+    within = number(options.within)
+    spent = time.perf_counter() - begin
+    share = None if budget is None else SHARE * budget
+    is_twin = pilot.circuit is not circuit
     first = FIRST if isinstance(pilot.circuit, CompiledCircuit) else 1.0
     pair = RichardsonPair(pilot, first * first_duration(burn_in, spent, share), budget)
     if within is not None:

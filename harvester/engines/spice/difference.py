@@ -15,7 +15,9 @@ from harvester.uncertainty.value import Value, mean_and_error
 if TYPE_CHECKING:
     from harvester.cosimulation.runs import Start
 
-RUNS, AVERAGED = 8, 64.0  # how many, and the nondimensional time that each averages over
+# how many, and the nondimensional time that each averages over
+RUNS = 8
+AVERAGED = 64.0
 SHARE = 0.25  # of a budget, that these runs may take
 RELTOL = 1e-5  # of ngspice, which is the judge here
 
@@ -42,7 +44,8 @@ def difference_from_ngspice(
     from harvester.cosimulation.worker_pool import map_in_workers
 
     assert problem.circuit is not None, "a compiled circuit is that of a netlist"
-    circuit, budget = compiled_circuit(problem.circuit, problem.scales), number(options.budget)
+    circuit = compiled_circuit(problem.circuit, problem.scales)
+    budget = number(options.budget)
     device = CoupledDevice(
         problem.equations, problem.scales, problem.circuit, h, 1, reltol=RELTOL, ideal=circuit
     )
@@ -53,7 +56,8 @@ def difference_from_ngspice(
         (device, seed, n_steps, settling, deadline, start)
         for seed, start in zip(seeds, starts, strict=False)
     ]
-    done, differences = [], dict[str, float]()
+    done = []
+    differences = dict[str, float]()
     for half in (jobs[: RUNS // 2], jobs[RUNS // 2 :]):
         try:
             done += list(map_in_workers(same_motion_means, half))

@@ -40,8 +40,11 @@ def sampled_estimate(
     said: list[Diagnostic | None],
 ) -> Estimate:
     """The answer that runs give; ``said`` is what their sampling has to say."""
-    setup, eqs, unit = runs.setup, problem.equations, problem.units.frequency
-    step, burn_in = setup.device.h / unit, setup.settling / unit
+    setup = runs.setup
+    eqs = problem.equations
+    unit = problem.units.frequency
+    step = setup.device.h / unit
+    burn_in = setup.settling / unit
     details = {"step": step, "burn_in": burn_in, "duration": runs.n_steps * step - burn_in}
     details |= (
         {"trajectories": len(runs.done)}
@@ -87,8 +90,11 @@ def steady_estimate(
     options: MonteCarloOptions, name: str, problem: Problem, steady: Steady, seconds: float
 ) -> Estimate:
     """The answer that a periodic response gives, with its energy ledger, after so many ``seconds`` with compilation."""
-    units, last, within = problem.units, steady.last, number(options.within)
-    watts, everything = units.watts / problem.scales.watts, steady.responses.values()
+    units = problem.units
+    last = steady.last
+    within = number(options.within)
+    watts = units.watts / problem.scales.watts
+    everything = steady.responses.values()
     power, square = steady.value("power"), steady.value("square")
     if power.value + power.known_error95 < 0.0:
         raise gives_power(-power.value)
@@ -118,11 +124,10 @@ def steady_estimate(
         note("tolerance_reused") if steady.unknown is None and steady.reused is not None else None,
         stand_in(problem),
     ]
-    v2, power = square.scaled(problem.scales.volts**-2), power.scaled(1.0 / problem.scales.watts)
-    seconds, steps = (
-        seconds - steady.warm_up_seconds,
-        sum(response.steps for response in everything),
-    )
+    v2 = square.scaled(problem.scales.volts**-2)
+    power = power.scaled(1.0 / problem.scales.watts)
+    seconds = seconds - steady.warm_up_seconds
+    steps = sum(response.steps for response in everything)
     return estimate(name, problem, v2, power, diagnostics, seconds, steps, details)
 
 
@@ -143,7 +148,8 @@ def motion_details(
 
     ``value`` gives a quantity of the ``last`` of the responses at steps that are halved.
     """
-    units, details = problem.units, dict[str, float]()
+    units = problem.units
+    details = dict[str, float]()
     names = "displacement", "peak_displacement", "peak_voltage"
     scales = units.length, units.length, units.volts
     between = 0.0, *(peak for _, peak in last.peaks)
@@ -181,7 +187,8 @@ def partial_answer(
             why=str(error),
             steady=problem.equations.is_steady,
         )
-        v2, power = square / problem.scales.volts**2, watts / problem.scales.watts
+        v2 = square / problem.scales.volts**2
+        power = watts / problem.scales.watts
         answer = estimate(
             name,
             problem,
@@ -197,10 +204,13 @@ def _by_cheap_model(
     name: str, problem: Problem, error: OutOfTimeError, seconds: float, setup: SpiceSetup
 ) -> Estimate:
     """The means of the long ensemble that the runs of ngspice were to be paired with."""
-    pair, eqs, unit = setup.pair, problem.equations, problem.units.frequency
+    pair = setup.pair
+    eqs = problem.equations
+    unit = problem.units.frequency
     assert pair is not None
     factor = (eqs.beta or 0.0) * ((eqs.mu or 0.0) if setup.resistive else 1.0)
-    v2, power = mean_with_errors(pair, "V2"), mean_with_errors(pair, setup.quantity).scaled(factor)
+    v2 = mean_with_errors(pair, "V2")
+    power = mean_with_errors(pair, setup.quantity).scaled(factor)
     details = {
         "step": setup.device.h / unit,
         "burn_in": pair.burn_in / unit,

@@ -20,7 +20,8 @@ STEPS_A_SECOND = 1e5  # that a budget counts for: of a netlist on a slow machine
 WINDOWS = 3.0  # burn-ins that a trajectory goes on for, paired or towards a target
 TOGETHER = 0.5  # the same where it stays on one path with its pair
 # nondimensional duration of short runs, and how many there are at first
-SHORT, SHORT_RUNS = 8.0, 64
+SHORT = 8.0
+SHORT_RUNS = 64
 BLOCKS = 5.0  # that it goes on for at least from settled states, where the burn-in is short
 
 
@@ -38,7 +39,8 @@ def first_batch(
     Raises SimulationError where they would take more steps than the budget has time for, or
     `PATIENCE`.
     """
-    n_steps, blocks = setup.n_steps(_duration(options, problem, setup, paired)), 1
+    n_steps = setup.n_steps(_duration(options, problem, setup, paired))
+    blocks = 1
     if setup.has_controls and controlled:
         blocks = max(round((n_steps * setup.device.h - setup.settling) / BLOCK), 1)
     fewest = fewest_pairs(number(options.within), blocks) if paired else FEWEST

@@ -13,7 +13,9 @@ if TYPE_CHECKING:
     from harvester.cosimulation.lockstep.energy_ledger import EnergyLedger
 
 # shares of the load's power that are told, beyond so many standard errors
-GIVEN, STORED, SURE = 0.02, 0.1, 4.0
+GIVEN = 0.02
+STORED = 0.1
+SURE = 4.0
 
 
 def ledger_entries(

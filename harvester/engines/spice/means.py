@@ -62,7 +62,8 @@ class RunMeans:
         device = self.setup.device
         beta, mu = device.eqs.beta or 0.0, device.eqs.mu or 0.0
         if self.setup.resistive:
-            square, size = self.mean_square_voltage(), beta * mu
+            square = self.mean_square_voltage()
+            size = beta * mu
             return dataclasses.replace(
                 square, value=square.value.scaled(size), residual=square.residual * size**2
             )
@@ -71,11 +72,13 @@ class RunMeans:
 
     def _estimate(self, name: str, high: Floats, factor: float) -> Controlled:
         """The mean of ``high``, whose cheap model is ``factor`` times a moment."""
-        pair, (controls, explained) = self.setup.pair, self._controls(name)
+        pair = self.setup.pair
+        (controls, explained) = self._controls(name)
         if not self.paired or pair is None:
             high = high if explained is None else high - factor * explained
             entries = controlled_entries(high, controls, self.blocks)
-            mean, variance = float(entries.mean()), float(entries.var(ddof=1))
+            mean = float(entries.mean())
+            variance = float(entries.var(ddof=1))
             value = Value(
                 mean,
                 math.sqrt(variance / len(entries)),
@@ -116,7 +119,8 @@ class RunMeans:
         known = [run.moments.controls for run in self.done if run.moments.controls is not None]
         if not known:
             return None, None
-        controls, pair = np.vstack(known), self.setup.pair
+        controls = np.vstack(known)
+        pair = self.setup.pair
         cheap = None if pair is None or self.setup.device.ideal is None else pair.moments.controls
         if pair is None or cheap is None:
             return controls, None

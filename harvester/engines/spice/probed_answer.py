@@ -61,15 +61,19 @@ def with_probes(
 
     ``window`` is the time that they cover, in the scene's unit.
     """
-    probes, details, of_probes = {}, dict(answer.details), iter(columns)
+    probes = {}
+    details = dict(answer.details)
+    of_probes = iter(columns)
     for probe in watch.probes:
-        scale, means_of = 1.0 / problem.in_circuit(probe.unit), next(of_probes)
+        scale = 1.0 / problem.in_circuit(probe.unit)
+        means_of = next(of_probes)
         unit = probe.unit if problem.physical else ""
         mean, least, largest = (means_of[column].scaled(scale) for column in (MEAN, LEAST, LARGEST))
         probes[probe.name] = ProbeMeans(
             unit, window, mean, means_of[SQUARE].root().scaled(scale), least, largest
         )
-    watts, taken = problem.in_circuit("W"), 0.0
+    watts = problem.in_circuit("W")
+    taken = 0.0
     for name, some in watch.parts:
         means = [next(of_probes)[MEAN] for _ in some]
         value = sum(mean.value for mean in means) / watts
@@ -98,7 +102,8 @@ def with_sampled_probes(answer: Estimate, problem: Problem, watch: Watch, runs: 
     from harvester.cosimulation.same_motion import sizes_of_probes
 
     rows = np.array([run.probed for run in runs.done])
-    mean, bias = rows.mean(axis=0), np.zeros((len(watch.all), 4))
+    mean = rows.mean(axis=0)
+    bias = np.zeros((len(watch.all), 4))
     unknown = " and ".join(
         [STEP] * (not runs.followed) + [TOLERANCE] * (runs.probed_tolerance is None)
     )

@@ -89,7 +89,8 @@ class Runs(RunMeans):
         from harvester.mechanics.kernels.noise import child
 
         begin = time.perf_counter()
-        setup, before = self.setup, len(self.done)
+        setup = self.setup
+        before = len(self.done)
         seeds = [child(self.seed, 0, before + k) for k in range(count)]
         starts = setup.starts and [
             setup.starts[(before + k) % len(setup.starts)] for k in range(count)
@@ -132,13 +133,15 @@ class Runs(RunMeans):
         """The same runs at twice the step, same noise, where no cheap model tells the bias; of probes, a few runs."""
         from harvester.cosimulation import runs as worker
 
-        setup, n_steps = self.setup, self.n_steps // 2
+        setup = self.setup
+        n_steps = self.n_steps // 2
         if len(self.coarse) + len(seeds) < len(self.done) or (
             setup.pair is not None and not setup.device.probes
         ):
             return
         if setup.pair is not None:
-            seeds, starts = seeds[:FEWEST], starts and starts[:FEWEST]
+            seeds = seeds[:FEWEST]
+            starts = starts and starts[:FEWEST]
         given = (
             setup.device.coarser(),
             seeds,
@@ -167,9 +170,12 @@ class Runs(RunMeans):
         from harvester.cosimulation.same_motion import tolerance_in_workers
         from harvester.mechanics.kernels.noise import child
 
-        setup, device, begin = self.setup, self.setup.device, time.perf_counter()
+        setup = self.setup
+        device = self.setup.device
+        begin = time.perf_counter()
         if device.load.linear:
-            self.tolerance, self.probed_tolerance = dict.fromkeys(("V2", "load"), 0.0), 0.0
+            self.tolerance = dict.fromkeys(("V2", "load"), 0.0)
+            self.probed_tolerance = 0.0
             return
         if 3.0 * self.cost > self.deadline - time.monotonic():
             return
@@ -248,7 +254,8 @@ class Runs(RunMeans):
 
     def effort(self, power: Controlled, variance: float) -> tuple[float, float]:
         """(further runs, further time of the cheap model) for a variance of the power, as cheap as may be."""
-        now, pair = float(len(self.done)), self.setup.pair
+        now = float(len(self.done))
+        pair = self.setup.pair
         if not self.paired or pair is None:
             return added_effort(now, power.residual / variance), 0.0
         spread = max((power.value.stderr or 0.0) ** 2 - power.residual / now, 0.0) * pair.duration

@@ -137,7 +137,8 @@ class SpiceSetup:
         if duration > MOST_STEPS * self.device.h:
             length = f"{duration / self.device.h:.3g} steps"
             raise invalid("`duration`", f"be at most {MOST_STEPS:.0e} steps", length)
-        device, repeat = self.device, self.device.eqs.shaking_period
+        device = self.device
+        repeat = self.device.eqs.shaking_period
         whole = math.lcm(device.stride, 2) if repeat is None else round(repeat / device.h)
         return math.ceil((self.settling + duration) / device.h / whole - 1e-6) * whole
 
@@ -169,12 +170,10 @@ def set_up(
     from harvester.mechanics.ensemble.burn_in import CHARGING_TIMES
 
     find_library()
-    eqs, scales, unit, circuit = (
-        problem.equations,
-        problem.scales,
-        problem.units.frequency,
-        problem.circuit,
-    )
+    eqs = problem.equations
+    scales = problem.scales
+    unit = problem.units.frequency
+    circuit = problem.circuit
     assert circuit is not None, "the engine refuses an open circuit"
     repeat = eqs.shaking_period
     charging = CHARGING_TIMES * (circuit.storage or 0.0) * scales.frequency
@@ -193,11 +192,13 @@ def set_up(
         diagnostics.append(
             warning("charging_cut_short", time=from_rest / unit, storage=circuit.storage)
         )
-    pair, time_constant = None, charging / CHARGING_TIMES
+    pair = None
+    time_constant = charging / CHARGING_TIMES
     if eqs.mu is not None or ideal is not None:
         pair, begin = cheap_model(pilot, ideal, from_rest, time_constant, options, begin)
     pilot = pilot if pair is None else pair.trajectories
-    burn_in, starts = from_rest, None
+    burn_in = from_rest
+    starts = None
     if settled and ideal is not None and pair is not None and eqs.is_shaken_by_white_noise:
         burn_in, starts = settled_starts(pair, time_constant, from_rest, options.seed)
     device = replace(device, h=pilot.h, stride=_stride(pilot), reltol=reltol, gaussian=gaussian)

@@ -138,7 +138,8 @@ class Spice(MonteCarloOptions, Engine):
 
         Raises MissingProgramError, which is no fault of a scene.
         """
-        answers, near = list[Estimate | HarvesterError](), None
+        answers = list[Estimate | HarvesterError]()
+        near = None
         for scene in scenes:
             try:
                 problem = Problem.of(scene)
@@ -178,7 +179,8 @@ class Spice(MonteCarloOptions, Engine):
         """As `run`, and the periodic response if it has one: from rest, or on from ``near``, of a drive close by."""
         from harvester.mechanics.kernels.compiled import machine_code
 
-        problem, begin = served(type(self), scene), time.perf_counter()
+        problem = served(type(self), scene)
+        begin = time.perf_counter()
         watch = watch_of(problem, self.probe, self.ledger) if self.probe or self.ledger else Watch()
         problem = problem if self.ledger else problem.plain
         exists = existence(problem)
@@ -201,7 +203,8 @@ class Spice(MonteCarloOptions, Engine):
                     answer, problem, watch, steady
                 ) if watch.all else answer, steady
             said.append(note("not_periodic"))
-        searched, code = time.perf_counter() - begin, machine_code()
+        searched = time.perf_counter() - begin
+        code = machine_code()
         setup = set_up(
             problem, self, self.reltol, self.gaussian, self.SETTLED and not self.alone, watch.all
         )

@@ -28,7 +28,9 @@ if TYPE_CHECKING:
     from harvester.cosimulation.runs import CoupledDevice
 
 WITHIN = 1e-3  # relative error that is worked towards where none is asked for
-HALVINGS, TIGHTEST = 4, 0.9e-7  # of the first step at most, and the smallest tolerance
+# of the first step at most, and the smallest tolerance
+HALVINGS = 4
+TIGHTEST = 0.9e-7
 # of the error that is asked for: what the tolerance may make while the step is still halved
 BORNE = 0.7
 TENTH = 0.1  # of the tolerance, to see what it does
@@ -40,7 +42,8 @@ ROUGHEST, FINEST = 3e-4, 1e-6  # the same, of the response's size
 FEWEST_STEPS = 64  # steps in a period, of the longest step
 SAME_PHASE = 1e-9  # of the drive's period
 # of the error asked for: a tolerance's part that is measured at one of so many neighbours
-LITTLE, NEIGHBOURS = 0.02, 8
+LITTLE = 0.02
+NEIGHBOURS = 8
 
 
 @dataclass
@@ -104,11 +107,14 @@ class Steady:
         from harvester.cosimulation.worker_pool import map_in_workers
 
         origin = origin or Origin(CoupledState(self.first.eqs.resting_places[0]))
-        before, ahead, so_far = None if self.near is None else self.near.before, near, None
+        before = None if self.near is None else self.near.before
+        ahead = near
+        so_far = None
         if near is not None:
             if before is not None and before.nodes.keys() == near.section.nodes.keys():
                 ahead = dataclasses.replace(near, section=near.section.moved(before, near.section))
-            self.continued, self.before = True, near.section
+            self.continued = True
+            self.before = near.section
         for trapezoidal, start_near in ((True, ahead), (False, near)):
             self.first = dataclasses.replace(self.first, trapezoidal=trapezoidal)
             given = self.first, origin, self.deadline, self.enough, start_near
@@ -120,10 +126,8 @@ class Steady:
             except (
                 CircuitError
             ) as error:  # it may be a state on the way that ngspice cannot begin with: a run tells
-                so_far, self.diverged = (
-                    error.so_far,
-                    self.diverged or isinstance(error, ConvergenceError),
-                )
+                so_far = error.so_far
+                self.diverged = self.diverged or isinstance(error, ConvergenceError)
                 continue
             if response is not None:
                 self.responses[0, 0] = response
@@ -137,7 +141,8 @@ class Steady:
 
         jobs = []
         for halvings, tenths in settings:
-            h, reltol = self.first.h / 2**halvings, self.first.reltol * TENTH**tenths
+            h = self.first.h / 2**halvings
+            reltol = self.first.reltol * TENTH**tenths
             device = dataclasses.replace(
                 self.first, h=h, reltol=reltol, shunt=self.first.shunt / 2**tenths
             )
@@ -164,7 +169,8 @@ class Steady:
         there = None if self.near is None else self.near.responses.get(setting)
         if there is None or self.near is None:
             return self.last
-        since, now = self.near.responses[0, 0], self.responses[0, 0]
+        since = self.near.responses[0, 0]
+        now = self.responses[0, 0]
         if (
             there.turns != now.turns
             or max(abs(near.phase - now.phase) for near in (there, since)) > SAME_PHASE
@@ -245,7 +251,8 @@ class Steady:
         """Halve the step, or go on to the next tolerance, whichever makes the larger error; whether there is one."""
         _, (step, tolerance, _) = self.errors("power")
         finest, tenths = self.finest, self.tenths
-        before, finer = dict(self.responses), finest < self.halvings
+        before = dict(self.responses)
+        finer = finest < self.halvings
         tighter = (finest, tenths + 1) in self.responses
         if (
             tighter
@@ -267,7 +274,8 @@ class Steady:
         else:
             return False
         if self.unknown:  # what was known before is known all the same
-            self.responses, self.unknown = before, None
+            self.responses = before
+            self.unknown = None
             return False
         self.tenths = tenths
         return True

@@ -30,7 +30,8 @@ def is_the_only_one(options: MonteCarloOptions, problem: Problem) -> bool:
         return False
     if (options.trajectories, options.duration) != (None, None):
         return False
-    circuit, linear = problem.circuit, linear_growth(problem.equations) is not None
+    circuit = problem.circuit
+    linear = linear_growth(problem.equations) is not None
     return linear and circuit is not None and feeds_nothing(circuit)
 
 
@@ -52,19 +53,20 @@ def steady_response(
     from harvester.cosimulation.runs import warm_up_workers
     from harvester.mechanics.kernels.compiled import machine_code
 
-    steady, budget, start = (
-        to_be_found(options, problem, reltol, probes),
-        number(options.budget),
-        0.0,
-    )
+    steady = to_be_found(options, problem, reltol, probes)
+    budget = number(options.budget)
+    start = 0.0
     if near is None:
-        code, warm = machine_code(), warm_up_workers(steady.first)
+        code = machine_code()
+        warm = warm_up_workers(steady.first)
         start = warm if 0 < code == machine_code() else 0.0  # compilation is not in the budget
         steady.warm_up_seconds = warm
     if budget is not None:
         steady.deadline = time.monotonic() + max(budget - start, RUNNING * budget)
     if isinstance(near, Steady):
-        steady.near, near.near = near, None  # of a long way no more is kept
+        # of a long way no more is kept
+        steady.near = near
+        near.near = None
     response = _precise(
         steady, near.responses[0, 0] if isinstance(near, Steady) else near, progress
     )
@@ -79,7 +81,8 @@ def _precise(steady: Steady, near: "Neighbour | None", progress: Progress | None
     The package's own netlists need none: their diodes have capacitances.  Where a circuit needs more than all that are
     tried, it is the first response that was found; None where none was.
     """
-    first, shunts = None, SHUNTS[:-1] if steady.first.load.topology is None else (0.0,)
+    first = None
+    shunts = SHUNTS[:-1] if steady.first.load.topology is None else (0.0,)
     for shunt in shunts:
         device = dataclasses.replace(steady.first, shunt=shunt)
         tried = dataclasses.replace(steady, first=device, responses={})

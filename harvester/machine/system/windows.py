@@ -17,7 +17,9 @@ from typing import Any
 
 _LOCKED_BYTE = 1 << 30  # behind all content: a locked byte cannot be read
 # of its function WaitForSingleObject
-_SYNCHRONIZE, _FOREVER, _STILL_RUNS = 0x00100000, 0xFFFFFFFF, 0x102
+_SYNCHRONIZE = 0x00100000
+_FOREVER = 0xFFFFFFFF
+_STILL_RUNS = 0x102
 _PROCESSOR = r"HARDWARE\DESCRIPTION\System\CentralProcessor\0"
 
 

@@ -84,12 +84,10 @@ def burn_in(trajectories: Trajectories, budget: float | None = None) -> list[Dia
                 raise
             trajectories.restart(trajectories.h / 8)
             continue
-        eqs, h, x2, v2 = (
-            trajectories.eqs,
-            trajectories.h,
-            moments.mean("x2")[0],
-            moments.mean("v2")[0],
-        )
+        eqs = trajectories.eqs
+        h = trajectories.h
+        x2 = moments.mean("x2")[0]
+        v2 = moments.mean("v2")[0]
         frequency = typical_frequency(eqs, x2, v2)
         shorter = None if trajectories.step_is_fixed else shorter_step(h, frequency)
         if shorter is None:
@@ -112,8 +110,11 @@ def until_steady(
     Raises UnboundedResponseError when the energy keeps growing; SimulationError when it is bounded,
     but still changes after `LONGEST`; or when more steps are needed than ``budget`` allows.
     """
-    load, begin = _load_memory(trajectories), time.perf_counter() if begin is None else begin
-    length, before, first = FIRST_WINDOW, None, None
+    load = _load_memory(trajectories)
+    begin = time.perf_counter() if begin is None else begin
+    length = FIRST_WINDOW
+    before = None
+    first = None
     while True:
         check_cost(trajectories, length, budget, begin)
         now = trajectories.run(length)
@@ -137,7 +138,8 @@ def until_steady(
             if not steady:
                 raise _not_stationary(trajectories)
             return now, [_cut_short(trajectories, load, response)]
-        length, before = _next_window(trajectories, length, same, max(load, response)), means
+        length = _next_window(trajectories, length, same, max(load, response))
+        before = means
 
 
 def _next_window(trajectories: Trajectories, length: float, same: bool, end: float) -> float:
@@ -252,7 +254,8 @@ def _cost(
     """Whether a ``length`` more goes beyond the budget, or `MOST_STEPS`; all steps then, and the seconds they take."""
     weight = COMPLIANT if trajectories.eqs.stop_stiffness is not None else 1.0
     weight = max(weight, 1.0 if trajectories.own_circuit is None else OWN_KERNEL)
-    made, more = weight * trajectories.steps, weight * length / trajectories.h * trajectories.count
+    made = weight * trajectories.steps
+    more = weight * length / trajectories.h * trajectories.count
     spent = time.perf_counter() - begin
     rate = min(made / spent, STEPS_A_SECOND) if spent > MEASURED else STEPS_A_SECOND
     beyond = made + more > MOST_STEPS if budget is None else spent + more / rate > max(budget, 1.0)
@@ -269,7 +272,8 @@ def _cut_short(trajectories: Trajectories, load: float, response: float) -> Diag
         )
         why = "load"
     elif response > trajectories.time:
-        why, constant = "response", f"{response / CORRELATION_TIMES:.2g}"
+        why = "response"
+        constant = f"{response / CORRELATION_TIMES:.2g}"
     return warning("burn_in_stopped", time=trajectories.time, why=why, constant=constant)
 
 

@@ -33,7 +33,8 @@ FOLLOWED = 64  # periods in which it may
 LONGER = 5
 FEWEST = 0.02  # of the trajectories: fewer are still on their way
 # the second: times the motion's root mean square from rest, or the place farthest from x = 0
-STARTS, WIDE = 256, 2.0
+STARTS = 256
+WIDE = 2.0
 SAME = 0.2  # of a mean: what a step twice as long may change in a response
 
 
@@ -93,7 +94,8 @@ def attractors(trajectories: Trajectories) -> list[Attractor]:
     """
     there = 0
     for _ in range(LONGER):
-        present, before = _present(trajectories), there
+        present = _present(trajectories)
+        before = there
         there = sum(
             len(attractor.members) for attractor in present if attractor.turns or attractor.chaotic
         )
@@ -112,7 +114,8 @@ def sections(trajectories: Trajectories) -> Floats:
     part.
     """
     eqs, h = trajectories.eqs, trajectories.h
-    now, there = trajectories.filter, trajectories.snapshot()
+    now = trajectories.filter
+    there = trajectories.snapshot()
     p, q = now[:, 0].ravel(), now[:, 1].ravel()
     if eqs.drive is None:  # q is the place in the record
         phase = (q + 0.5) * h / (eqs.shaking_period or h)
@@ -144,7 +147,8 @@ def _present(trajectories: Trajectories) -> list[Attractor]:
     turns = _turns(np.array(sections) / np.array(spread))
     parted = _parts(trajectories, np.array(spread), period)
     turns[parted] = 0  # near an unstable response for a while
-    responses, of_all = [], moments
+    responses = []
+    of_all = moments
     for count in np.unique(turns):
         moments = of_all
         if (

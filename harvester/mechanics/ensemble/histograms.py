@@ -57,7 +57,8 @@ class Histogram:
 
     def __init__(self, edges: Floats, groups: int) -> None:
         self.edges = np.linspace(edges[0], edges[-1], len(edges))
-        self.counts, self.values_a_group = np.zeros((groups, len(edges) - 1)), 0
+        self.counts = np.zeros((groups, len(edges) - 1))
+        self.values_a_group = 0
 
     def add(self, values: Floats) -> None:
         """Count values, shape (m k,): k of each group, the groups one after the other."""

@@ -41,7 +41,8 @@ class Hopping:
 
     def less_well_means(self, values: Floats) -> Floats:
         """The values of the trajectories that ``stayed`` in their well, each less the mean of its well."""
-        well, kept = self.began[self.stayed], values[self.stayed]
+        well = self.began[self.stayed]
+        kept = values[self.stayed]
         return np.asarray(kept - (np.bincount(well, kept) / np.maximum(np.bincount(well), 1))[well])
 
     def mean(self, entries: Floats, together: int = 1) -> Value:
@@ -70,8 +71,10 @@ def hopping(eqs: Equations, start: Floats, x: Floats, time: float) -> Hopping:
     ``time`` is how much later, in 1/w0.
     """
     tops = barriers(eqs)
-    began, now = np.digitize(np.broadcast_to(start, x.shape), tops), np.digitize(x, tops)
-    gone, each = np.bincount(began, began != now), np.maximum(np.bincount(began), 1)
+    began = np.digitize(np.broadcast_to(start, x.shape), tops)
+    now = np.digitize(x, tops)
+    gone = np.bincount(began, began != now)
+    each = np.maximum(np.bincount(began), 1)
     gone = gone if gone.sum() else np.full(len(each), NONE_SEEN / len(each))
     rate = float((gone / each).sum() / time)
     return Hopping(int((began != now).sum()), len(began), time, rate, began, began == now)

@@ -46,8 +46,12 @@ def grow(b, logs, pushes, rounds, draws, coarse, h, c):  # type: ignore[no-untyp
     first order, and g = x and V.  A round has ``draws`` of two random variates, for two steps each or, where these are
     ``coarse``, for one.
     """
-    x, v, V, d = b.x, b.v, b.V, interval(h, h, c.mu)
-    noise, steps = np.zeros((2, BATCH)), 1 if coarse else 2
+    x = b.x
+    v = b.v
+    V = b.V
+    d = interval(h, h, c.mu)
+    noise = np.zeros((2, BATCH))
+    steps = 1 if coarse else 2
     force = 0.0 if c.n2 is None else math.sqrt(2.0 * c.n2 * h)
     for _ in range(rounds):
         for _ in range(draws):
@@ -170,7 +174,8 @@ def _run(
     mu = eqs.mu if eqs.beta else None
     if mu is None:
         state[:, 2] = state[:, 0]
-    logs, pushes = np.zeros((blocks, BATCH)), np.zeros((blocks, 3, BATCH))
+    logs = np.zeros((blocks, BATCH))
+    pushes = np.zeros((blocks, 3, BATCH))
 
     step = 2.0 * h if coarse else h
     c = Coefficients(mu=mu, beta=eqs.beta, c1=eqs.c1, n2=eqs.n2, r=eqs.restitution)

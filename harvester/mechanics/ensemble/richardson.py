@@ -72,9 +72,12 @@ class RichardsonPair:
     ) -> None:
         if trajectories.time == 0.0:
             burn_in(trajectories, budget)
-        self.trajectories, self.budget, self._twin = trajectories, budget, twin
+        self.trajectories = trajectories
+        self.budget = budget
+        self._twin = twin
         settled_in = max(trajectories.time, settled_in)
-        self.duration, self.burn_in = 0.0, max(settled_in, FIRST_WINDOW)
+        self.duration = 0.0
+        self.burn_in = max(settled_in, FIRST_WINDOW)
         self.order = step_order(trajectories.eqs)
         self._coarser = self._coarser_ones() if twin is None else []
         self._steps = 0 if twin is None else twin.steps  # of trajectories that were stopped
@@ -137,7 +140,8 @@ class RichardsonPair:
             self._burn_in_coarser(self.burn_in)
 
     def _extend(self, duration: float) -> None:
-        clock, begin = time.perf_counter(), self.trajectories.time
+        clock = time.perf_counter()
+        begin = self.trajectories.time
         self._known.clear()
         now = self.trajectories.run(duration)
         duration = self.trajectories.time - begin
@@ -185,7 +189,8 @@ class RichardsonPair:
 
     def with_step(self, h: float) -> "RichardsonPair":
         """A fresh pair of the same scene, duration and budget at another step, on other noise."""
-        fresh, settled_in = self.trajectories.with_step(h), 0.0
+        fresh = self.trajectories.with_step(h)
+        settled_in = 0.0
         if self._goes_on_from_states:
             settled_in = self.burn_in
             fresh.state[:] = self.trajectories.state
@@ -236,7 +241,8 @@ class RichardsonPair:
         Where twice the step is unstable nothing is known of it: the mean itself.
         """
         if self._twin is not None:
-            size, (bias, error) = abs(self.mean(name)[0]), self._twin.relative_bias(name)
+            size = abs(self.mean(name)[0])
+            (bias, error) = self._twin.relative_bias(name)
             return size * bias, size * error
         if not self._moments_of_all:
             return self.mean(name)[0], 0.0

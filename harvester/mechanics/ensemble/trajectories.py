@@ -129,7 +129,8 @@ class Trajectories:
                 "`dt`", f"be between {SHORTEST:g} and {LONGEST:g} times 1/w0", f"{h:.3g}/w0"
             )
         self.blocks = -(-count // BATCH)
-        self.count, self.together = self.blocks * BATCH, 1 if eqs.density is None else BATCH
+        self.count = self.blocks * BATCH
+        self.together = 1 if eqs.density is None else BATCH
         resting = np.array(eqs.resting_places)
         if start is None:
             off = np.resize(np.minimum(1.0, 0.5 * (eqs.rigid_stops[1] - resting)), self.count)
@@ -138,8 +139,12 @@ class Trajectories:
             start = np.zeros((3, self.count))
             start[0] = np.resize(resting, self.count) + off
         check_start(eqs.rigid_stops, start[0].min(), start[0].max())
-        self.eqs, self.seed, self.step_is_fixed, self.start = eqs, seed, h is not None, start
-        self.ngspice_rule, self.steps = ngspice_rule, 0
+        self.eqs = eqs
+        self.seed = seed
+        self.step_is_fixed = h is not None
+        self.start = start
+        self.ngspice_rule = ngspice_rule
+        self.steps = 0
         self.put_behind(circuit)
         self._coefficients: Any = (
             coefficients(eqs) if self.modes is None else self.modes.coefficients
@@ -149,7 +154,8 @@ class Trajectories:
         self._kind = circuit, ngspice_rule, self.controlled
         self.own_sums: Any = 0.0  # what an `OwnCircuit` has counted, in all
         # the first: of a step whose noise is that of the steps in it
-        self.doublings, self._origin = 0, origin
+        self.doublings = 0
+        self._origin = origin
         self.restart(STEP / typical_frequency(eqs, float(np.max(resting**2))) if h is None else h)
 
     def restart(self, h: float) -> None:
@@ -160,7 +166,8 @@ class Trajectories:
         """
         repeat = self.eqs.shaking_period
         self.h = h = whole_steps(h, repeat)
-        self.time, self.hopping = 0.0, None
+        self.time = 0.0
+        self.hopping = None
         # Two steps to a draw, a sample every 0.4 or so: V^2 varies on the scale of 1, but jumps
         # alike under a drive.
         self.stride = 2 if self.eqs.drive is not None else 2 * max(1, round(0.2 / h))
@@ -192,16 +199,15 @@ class Trajectories:
 
     def put_behind(self, circuit: IdealCircuit | OwnCircuit | None) -> None:
         """Go on with a circuit of the same elements with other values."""
-        self.circuit, self.own_circuit = (
-            circuit,
-            None if isinstance(circuit, IdealCircuit) else circuit,
-        )
+        self.circuit = circuit
+        self.own_circuit = None if isinstance(circuit, IdealCircuit) else circuit
         self.modes = _modal_motion(self.eqs, circuit)
 
     def _begin_shaking(self) -> None:
         """Make the filters of shaking other than white noise; all share a record that is not drawn at random."""
         coarse = self.doublings > 0
-        grid, known = 0.5 * self.h if coarse else self.h, filter_of(self.eqs, self.h, coarse)
+        grid = 0.5 * self.h if coarse else self.h
+        known = filter_of(self.eqs, self.h, coarse)
         samples = None
         for k, (states, words) in enumerate(zip(self.filter, self.words, strict=True)):
             rng = np.random.default_rng(child(self.seed, 2, k))
@@ -220,7 +226,9 @@ class Trajectories:
             raise invalid(
                 "`duration`", f"be at most {MOST_STEPS:.0e} steps", f"{duration / self.h:.3g} steps"
             )
-        eqs, time = self.eqs, self.stride * self.h  # from one sample to the next
+        # from one sample to the next
+        eqs = self.eqs
+        time = self.stride * self.h
         samples_a_period = round((eqs.shaking_period or time) / time)
         samples = samples_a_period * max(1, round(duration / (samples_a_period * time)))
         kernels = self._kernels
@@ -234,10 +242,8 @@ class Trajectories:
             samples, self.stride, self.doublings, self.ngspice_rule and self.time > 0.0
         )
         update = update_of(eqs, self.h, self.ngspice_rule)
-        piece, given_up = (
-            max(1, PIECE // self.stride) if self.own_circuit else samples,
-            threading.Event(),
-        )
+        piece = max(1, PIECE // self.stride) if self.own_circuit else samples
+        given_up = threading.Event()
 
         def block(k: int) -> None:
             batch = self._batch(k, sums[k], None if noise is None else noise[k])
@@ -364,7 +370,8 @@ class Trajectories:
         Without shaking other than white noise these have coarser ones, too.
         """
         other = Trajectories(self.eqs, self.count, self.seed, 2.0 * self.h, self.start, *self._kind)
-        other.doublings, other._origin = self.doublings + 1, self._origin
+        other.doublings = self.doublings + 1
+        other._origin = self._origin
         other.restart(other.h)
         other.stride = max(self.stride // 2, 1)
         return other

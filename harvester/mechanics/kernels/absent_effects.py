@@ -27,7 +27,8 @@ class AbsentEffects(compiler_machinery.FunctionPass):
 
     def run_pass(self, state: Any) -> bool:
         """Whether the function has changed."""
-        function, changed = state.func_ir, False
+        function = state.func_ir
+        changed = False
         for block in function.blocks.values():
             for assignment in block.find_insts(ir.Assign):
                 value = assignment.value

@@ -113,7 +113,8 @@ def machine_code() -> int:
 @contextmanager
 def own_cache(function: Callable[..., Any]) -> Iterator[bool]:
     """Point numba at the folder of `_cache_folder` while a function is decorated; yields whether there is one."""
-    folder, previous = _cache_folder(), (config.CACHE_DIR, caching.IndexDataCacheFile)
+    folder = _cache_folder()
+    previous = (config.CACHE_DIR, caching.IndexDataCacheFile)
     ours = Path(function.__code__.co_filename) in compiled_sources()
     config.CACHE_DIR = folder or config.CACHE_DIR
     caching.IndexDataCacheFile = FilesOfThisPackage if ours else KeptFiles
@@ -133,7 +134,8 @@ class Compilation:
 @contextmanager
 def compilation() -> Iterator[Compilation]:
     """Time the first call of a kernel; on a terminal, say what is going on if it takes long."""
-    took, begin = Compilation(), time.perf_counter()
+    took = Compilation()
+    begin = time.perf_counter()
     notice = threading.Timer(0.5, _print_notice)
     notice.daemon = True
     notice.start()
@@ -223,8 +225,11 @@ class LaterFunction:
     def __init__(
         self, compiled: Callable[[Callable[..., Any]], Any], function: Callable[..., Any]
     ) -> None:
-        self.function, self.compiled, self._lock = function, compiled, threading.Lock()
-        self._address, self.elsewhere = 0, Future[Any]()
+        self.function = function
+        self.compiled = compiled
+        self._lock = threading.Lock()
+        self._address = 0
+        self.elsewhere = Future[Any]()
         self.elsewhere.set_result(None)
 
     @property

@@ -47,7 +47,10 @@ def add_martingales(i, before, sums, controls, c):
     before each kick, and of sqrt(N) xi, shape (2, BATCH).  g is v {1, sqrt E, E, E^2, x, V} and {x, sqrt E, V}: a
     kick's own v, because the stop turns it round, and what varies less but once for both.
     """
-    x, V, p, q = before[0, i], before[2, i], sums[0, i], sums[1, i]
+    x = before[0, i]
+    V = before[2, i]
+    p = sums[0, i]
+    q = sums[1, i]
     E = energy(x, before[1, i], c)
     root = math.sqrt(abs(E))
     controls[0, i] += p

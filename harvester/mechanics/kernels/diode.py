@@ -25,7 +25,8 @@ from harvester.mechanics.kernels.equation_of_motion import decayed
 _LOG2E, _LN2 = 1.4426950408889634, 0.6931471805599453
 _LN2_HIGH, _LN2_LOW = 0.693147180369123816490, 1.90821492927058770002e-10
 _ROOT2, _LN_ROOT2 = 1.4142135623730951, 0.34657359027997264
-_MANTISSA, _EXPONENT_OF_1 = (1 << 52) - 1, 1023 << 52
+_MANTISSA = (1 << 52) - 1
+_EXPONENT_OF_1 = 1023 << 52
 FAR = 600.0  # exponents beyond this are followed linearly, as their exponential would overflow
 
 

@@ -69,7 +69,9 @@ def drift(s, d, mu, r):
     """
     if d.weight is not None:
         return drift_by_ngspice_rule(s, d.t, mu, r, d.weight)
-    x, v, V = s.x, s.v, s.V
+    x = s.x
+    v = s.v
+    V = s.V
     x1 = x + d.t * v
     if r is None:
         if mu is None:
@@ -155,7 +157,8 @@ def _drift_and_stick(s, d, c, r, a):
         free, _ = drift(s, d, c.mu, None)
         return State(max(free.x, 0.0), free.v, free.V), 0.0
     before, speed = meeting(x, v, d.h, a)
-    up, left = r * speed, d.t - before
+    up = r * speed
+    left = d.t - before
     if 2.0 * up <= -a * d.h:  # back within a step
         if r < 1.0 or up == 0.0:
             up = left = a = 0.0
@@ -226,7 +229,8 @@ def impulse(x, xi, h, c, other=None):
     which has the same mean and variance at every x.
     """
     if other is not None and c.n1 is not None and c.n2 is not None:
-        dv, alone = math.sqrt(2.0 * h * c.n1) * xi, c.n2
+        dv = math.sqrt(2.0 * h * c.n1) * xi
+        alone = c.n2
         if c.n12 is not None:
             dv += c.n12 / c.n1 * x * dv
             alone -= c.n12 * c.n12 / c.n1

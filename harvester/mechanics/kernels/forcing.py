@@ -19,7 +19,8 @@ def _filter_path(xi, p, q, f, out):
     """Fill ``out``, shape (3, n), as `filtered` does, from variates of shape (2, n)."""
     for k in range(out.shape[1]):
         out[0, k], out[1, k], out[2, k] = p, q, f.l11 * xi[0, k]
-        p1, q1 = f.a11 * p + f.l11 * xi[0, k], 0.0
+        p1 = f.a11 * p + f.l11 * xi[0, k]
+        q1 = 0.0
         if f.a12 is not None:
             p1 += f.a12 * q
             q1 = f.a21 * p + f.a22 * q + f.l21 * xi[0, k] + f.l22 * xi[1, k]

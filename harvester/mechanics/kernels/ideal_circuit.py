@@ -130,7 +130,8 @@ def flown_back(w, U, coil, kappa, n, leak):
     y = wire i/u, and u^2 core a time 2 E/(i u) is lost in the core; the rest charges the capacitor against U + drop.
     """
     two = 2.0 * drop(0.5 * w * coil.peak, n, leak)
-    a, b = w - two, coil.rest - two
+    a = w - two
+    b = coil.rest - two
     if a <= max(b, 0.0):
         return w, U
     if b <= -math.exp(-math.pi * coil.damping) * a:  # the current ends before the switch opens
@@ -151,7 +152,10 @@ def flown_back(w, U, coil, kappa, n, leak):
 @inlined
 def switched(V, U, s, circuit):
     """The voltages (V, U) after the switch has acted on the side s of the piezo; as before, if that is too low."""
-    w, kappa, n, leak = s * V, circuit.kappa, circuit.n, circuit.leak
+    w = s * V
+    kappa = circuit.kappa
+    n = circuit.n
+    leak = circuit.leak
     if circuit.parallel is not None:
         w -= drop(0.5 * max(w, 0.0) * circuit.parallel.peak, n, leak)
         return V - s * (1.0 + circuit.parallel.kept) * max(w, 0.0), U
@@ -175,7 +179,8 @@ def until_switched(x, v, V, store, t, circuit):
     s = 1.0 if v > 0.0 else -1.0
     before = s * (x - store.m)
     after = before + s * v * t
-    U, left = store.U, t
+    U = store.U
+    left = t
     if before <= 0.5 * circuit.hysteresis < after:
         left = t - (0.5 * circuit.hysteresis - before) / (s * v)
         V, U = conducted(V, U, v, t - left, circuit)
@@ -191,10 +196,13 @@ def until_last_event(s, store, d, c, circuit, a):
     speed.  Of the state x and v are those at the end; V and the store go on along the ``leg`` (`conducted`).
     """
     s1, impacts = move(s, d, c, a)
-    wall, first, w = s.x, 0.0, s.v
+    wall = s.x
+    first = 0.0
+    w = s.v
     if c.r is not None or c.gap is not None:
         if impacts.number > 0.0:
-            wall, first = wall_of(impacts.speed, c), impacts.time
+            wall = wall_of(impacts.speed, c)
+            first = impacts.time
         w = (s1.x - wall) / (d.t - first) if d.t > first else 0.0
     V, store, leg = followed(s.x, wall, first, w, d.t, s.V, store, circuit)
     return State(s1.x, s1.v, V), store, leg, impacts
@@ -208,7 +216,8 @@ def followed(x, wall, first, w, t, V, store, circuit):
     the speed w.
     """
     if first > 0.0:
-        speed, rest = (wall - x) / first, first
+        speed = (wall - x) / first
+        rest = first
         if circuit.hysteresis is not None:
             V, store, rest = until_switched(x, speed, V, store, first, circuit)
         V, U = conducted(V, store.U, speed, rest, circuit)

@@ -104,7 +104,9 @@ def fitted(mu: float, h: float) -> Line:
     >>> round(1e6 * first, 3), round(slope, 6)
     (41.583, 0.997504)
     """
-    first, slope, term = 0.0, 0.0, 1.0
+    first = 0.0
+    slope = 0.0
+    term = 1.0
     for n in range(1, _TERMS + 1):
         term /= n  # (-mu h)^(n - 1)/n!
         mean_0, mean_1 = term / (n + 1), term / (n + 2)

@@ -88,10 +88,17 @@ def _move_between(s, d, c, a):
     if (
         c.n1 is None
     ):  # the stop ahead, mirrored if it is the upper one, unless the other one is met too
-        way, wall, r, pull = 1.0, -c.gap, c.r, c.pull
+        way = 1.0
+        wall = -c.gap
+        r = c.r
+        pull = c.pull
         if s.v > 0.0:
-            way, wall, r, pull = -1.0, c.high, c.r_high, c.pull_high
-        ahead, a_ahead = State(max(way * (s.x - wall), 0.0), way * s.v, way * s.V), mirrored(way, a)
+            way = -1.0
+            wall = c.high
+            r = c.r_high
+            pull = c.pull_high
+        ahead = State(max(way * (s.x - wall), 0.0), way * s.v, way * s.V)
+        a_ahead = mirrored(way, a)
         s1, speed = drift_at_stop(ahead, d, c, r, pull, a_ahead)
         if speed == 0.0:
             x1 = min(max(s.x + d.t * s.v, -c.gap), c.high)
@@ -121,30 +128,31 @@ def between(s, t, c):
     )
     room = c.gap + c.high
     first = max((wall - x) / v, 0.0)
-    V1, left, speed, impacts = carried(s.V, wall - x, first, c.mu), t - first, here * abs(v), 1.0
+    V1 = carried(s.V, wall - x, first, c.mu)
+    left = t - first
+    speed = here * abs(v)
+    impacts = 1.0
     q = here * other
     if q > 0.0 and speed * left > room:
-        lap, log_q = room / speed * (1.0 + 1.0 / other), -math.log(q)
+        lap = room / speed * (1.0 + 1.0 / other)
+        log_q = -math.log(q)
         rounds = np.floor(
             left / lap if log_q == 0.0 else math.log1p(left / lap * math.expm1(log_q)) / log_q
         )
         past = lap * (rounds if log_q == 0.0 else math.expm1(rounds * log_q) / math.expm1(log_q))
-        left, speed, impacts = (
-            max(left - past, 0.0),
-            speed * math.exp(-rounds * log_q),
-            impacts + 2.0 * rounds,
-        )
+        left = max(left - past, 0.0)
+        speed = speed * math.exp(-rounds * log_q)
+        impacts = impacts + 2.0 * rounds
         if c.mu is not None:
             V1 -= decayed(c.mu * past) * (V1 - 0.5 * way * room)
     if speed * left > room:
         leg = room / speed
-        V1, left, speed, impacts = (
-            carried(V1, -way * room, leg, c.mu),
-            left - leg,
-            other * speed,
-            impacts + 1.0,
-        )
-        wall, way = wall - way * room, -way
+        V1 = carried(V1, -way * room, leg, c.mu)
+        left = left - leg
+        speed = other * speed
+        impacts = impacts + 1.0
+        wall = wall - way * room
+        way = -way
     x1 = wall - way * min(speed * left, room)
     did = Impacts(first, -v, impacts, 0.5 * (v * v - speed * speed))
     return State(x1, -way * speed, carried(V1, x1 - wall, left, c.mu)), did
@@ -161,10 +169,14 @@ def in_contact(y, v, V, t, c):
     y1 = y + t * v
     if c.k is None or (y >= 0.0 and y1 >= 0.0):
         return State(y1 - c.gap, v, carried(V, y1 - y, t, c.mu)), Impacts(0.0, 0.0, 0.0, 0.0)
-    before, first, speed = v * v, 0.0, 0.0
+    before = v * v
+    first = 0.0
+    speed = 0.0
     if y >= 0.0:
-        first, speed = -y / v, -v
-        V, y = carried(V, -y, first, c.mu), 0.0
+        first = -y / v
+        speed = -v
+        V = carried(V, -y, first, c.mu)
+        y = 0.0
     else:
         before += c.k * y * y
     half = 0.5 * c.c
@@ -177,11 +189,13 @@ def in_contact(y, v, V, t, c):
     y1 = decay * (y * math.cos(w * s) + b * math.sin(w * s))
     v1 = decay * w * (b * math.cos(w * s) - y * math.sin(w * s)) - half * y1
     if end <= left:
-        y1, v1 = 0.0, decay * w * math.sqrt(y * y + b * b)
+        y1 = 0.0
+        v1 = decay * w * math.sqrt(y * y + b * b)
     if c.mu is None:
         V += y1 - y
     else:
-        p, d = math.exp(-c.mu * s), c.k - c.mu * c.c + c.mu * c.mu
+        p = math.exp(-c.mu * s)
+        d = c.k - c.mu * c.c + c.mu * c.mu
         V = p * V + (c.k * (y1 - p * y) + c.mu * (v1 - p * v)) / d
     after = v1 * v1 + c.k * y1 * y1
     if end <= left:

@@ -71,7 +71,8 @@ def between_kicks(shaking, k):
 def _trace(noise, shaking, s, store, h, stride, samples, charge, impacts, update, c, circuit):
     """Fill samples, the charge of a circuit and impacts, whose number is returned."""
     whole, half = drifts(h, c.mu, update)
-    count, landed = 0, 0.0
+    count = 0
+    landed = 0.0
     if (
         update.weight is None
     ):  # from a start other than rest half a kick comes first: the force of the first half step
@@ -94,7 +95,8 @@ def _trace(noise, shaking, s, store, h, stride, samples, charge, impacts, update
             if circuit is not None:
                 charge[k // stride - 1, 0], charge[k // stride - 1, 1] = store.U, store_mid.U
             if update.weight is not None:  # ngspice lands there, and goes on
-                s, landed = mid, half.t
+                s = mid
+                landed = half.t
                 count = _note(impacts, count, k * h, did)
     return count
 
@@ -104,7 +106,8 @@ def _note(impacts, count, begin, did):
     """Note the first impact of a drift from ``begin``, if there is one, and how many have been noted."""
     if did.speed == 0.0:
         return count
-    impacts[count, 0], impacts[count, 1] = begin + did.time, did.speed
+    impacts[count, 0] = begin + did.time
+    impacts[count, 1] = did.speed
     return count + 1
 
 

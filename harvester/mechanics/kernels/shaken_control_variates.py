@@ -36,7 +36,11 @@ def shake_and_add(b, states, accelerations, coarse, shaker, mu):
     if b.controls is None or shaker.l11 is None:
         shake(accelerations, coarse, shaker)
     else:
-        p, q, x, v, V = shaker.p, shaker.q, b.x, b.v, b.V
+        p = shaker.p
+        q = shaker.q
+        x = b.x
+        v = b.v
+        V = b.V
         for i in range(
             len(p)
         ):  # an assignment of rows would compile the text of its errors, in 2.6 s

@@ -104,7 +104,8 @@ def filter_of(eqs: Equations, h: float, coarse: bool = False) -> Filter:
     ``coarse``: it makes two steps of h/2 in each step, on the noise of both, so that the
     trajectories of a Richardson pair are shaken alike.
     """
-    whole, h = h, 0.5 * h if coarse else h
+    whole = h
+    h = 0.5 * h if coarse else h
     tone = None
     if eqs.drive is not None:
         assert eqs.drive_frequency is not None
@@ -195,8 +196,10 @@ def shake(accelerations, coarse, shaker):
             _step_of_filter(i, shaker)
     for i in range(count):
         _step_of_filter(i, shaker)
-        before, after = accelerations[0, i], last_acceleration(i, shaker)
-        accelerations[0, i], accelerations[1, i] = 0.5 * (before + after), after
+        before = accelerations[0, i]
+        after = last_acceleration(i, shaker)
+        accelerations[0, i] = 0.5 * (before + after)
+        accelerations[1, i] = after
 
 
 @forced
@@ -214,9 +217,11 @@ def _step_of_filter(i, f):
     if f.samples is not None:
         index = int(q[i]) + 1
         index = index if index < len(f.samples) else 0
-        p[i], q[i] = f.samples[index], index
+        p[i] = f.samples[index]
+        q[i] = index
         return
-    p1, q1 = f.a11 * p[i], 0.0
+    p1 = f.a11 * p[i]
+    q1 = 0.0
     if f.a12 is not None:
         p1 += f.a12 * q[i]
         q1 = f.a21 * p[i] + f.a22 * q[i]

@@ -108,7 +108,8 @@ def remedy(eqs: Equations, h: float) -> str:
     (1 + y/2)/q, q = 1 + y + y^2/2 and y = -c1 h, has its eigenvalues inside the unit circle for b h
     < 2 (1 + a).
     """
-    y, frequency = -(eqs.c1 or 0.0) * h, typical_frequency(eqs, 0.0)
+    y = -(eqs.c1 or 0.0) * h
+    frequency = typical_frequency(eqs, 0.0)
     if not (h * frequency) ** 2 * (1.0 + 0.5 * y) < 2.0 * (2.0 + y + 0.5 * y * y):
         return f"the step itself feeds energy: give a `dt` below {2.0 / frequency:.3g}/w0"
     return "add damping that bounds it, or try a smaller `dt` if the scene is known to be bounded"

@@ -139,8 +139,15 @@ def _drift_with_circuit(x, v, V, U, m, did, accelerations, d, c, circuit, shaker
         s, store, leg, impacts = until_last_event(
             State(x[i], v[i], V[i]), Store(U[i], m[i]), d, c, circuit, a
         )
-        x[i], v[i], V[i], U[i], m[i] = s.x, s.v, s.V, store.U, store.m
-        did[0, i], did[1, i], did[2, i], did[3, i] = leg.v, leg.t, impacts.number, impacts.energy
+        x[i] = s.x
+        v[i] = s.v
+        V[i] = s.V
+        U[i] = store.U
+        m[i] = store.m
+        did[0, i] = leg.v
+        did[1, i] = leg.t
+        did[2, i] = impacts.number
+        did[3, i] = impacts.energy
     for i in range(BATCH):
         V[i], U[i] = conducted(V[i], U[i], did[0, i], did[1, i], circuit)
 
@@ -187,16 +194,22 @@ def advance(b, schedule, h, circuit, c, shaker, update):
     coefficients, and ``shaker`` the `harvester.mechanics.kernels.shaking.Filter` of the batch, its states changed in
     place.  Where there is noise of the force and of the stiffness, each has a draw with a resistor (`impulse`).
     """
-    x, v, V, U, sums = b.x, b.v, b.V, b.U, b.sums
+    x = b.x
+    v = b.v
+    V = b.V
+    U = b.U
+    sums = b.sums
     whole, half = drifts(h, c.mu, update)
-    noise, other, kick_sums = np.zeros((2, BATCH)), np.zeros((2, BATCH)), np.zeros((2, BATCH))
+    noise = np.zeros((2, BATCH))
+    other = np.zeros((2, BATCH))
+    kick_sums = np.zeros((2, BATCH))
     accelerations, filtered = np.zeros((2, BATCH)), np.zeros((2, BATCH))
-    before, mid, did = np.zeros((3, BATCH)), np.zeros((5, BATCH)), np.zeros((4, BATCH))
-    landed, coarse, steps = (
-        schedule.landed,
-        schedule.doublings > 0,
-        1 if schedule.doublings > 0 else 2,
-    )
+    before = np.zeros((3, BATCH))
+    mid = np.zeros((5, BATCH))
+    did = np.zeros((4, BATCH))
+    landed = schedule.landed
+    coarse = schedule.doublings > 0
+    steps = 1 if schedule.doublings > 0 else 2
     for _ in range(schedule.samples):
         for first in range(0, schedule.stride, steps):
             _draw(b, noise, other, schedule.doublings, c, circuit, update)
@@ -244,7 +257,9 @@ def advance(b, schedule, h, circuit, c, shaker, update):
         for i in range(BATCH):
             s = State(x[i], v[i], V[i])
             if circuit is not None:
-                stored, s_mid, stored_mid = U[i], State(mid[0, i], mid[1, i], mid[2, i]), mid[3, i]
+                stored = U[i]
+                s_mid = State(mid[0, i], mid[1, i], mid[2, i])
+                stored_mid = mid[3, i]
                 sums[13, i] += 0.5 * circuit.mu * (stored * stored + stored_mid * stored_mid)
             elif update.weight is None:
                 s_mid, _ = move(s, half, c, last_acceleration(i, shaker))
@@ -257,7 +272,9 @@ def advance(b, schedule, h, circuit, c, shaker, update):
 @forced
 def _step_by_ngspice_rule(b, k, noise, d, c):
     """Make one step of all trajectories with a resistor by ngspice's rule, on row k of the noise."""
-    x, v, V = b.x, b.v, b.V
+    x = b.x
+    v = b.v
+    V = b.V
     for i in range(BATCH):
         s = _drift_and_add_impacts(i, b.sums, State(x[i], v[i], V[i]), d, c, None)
         x[i], v[i], V[i] = s.x, kick_at_stops(s, noise[k, i], d.h, c), s.V
@@ -315,7 +332,9 @@ def mid_drift(b, out, h, c, circuit=None, shaker=None):
             s = State(b.x[i], b.v[i], b.V[i])
             (out[0, i], out[1, i], out[2, i]), _ = move(s, half, c, last_acceleration(i, shaker))
     else:
-        room, did, accelerations = np.zeros((5, BATCH)), np.zeros((4, BATCH)), np.zeros((2, BATCH))
+        room = np.zeros((5, BATCH))
+        did = np.zeros((4, BATCH))
+        accelerations = np.zeros((2, BATCH))
         _to_mid_drift(b, room, did, accelerations, half, c, circuit, shaker)
         for i in range(BATCH):
             out[0, i], out[1, i], out[2, i] = room[0, i], room[1, i], room[2, i]

@@ -77,7 +77,9 @@ def width() -> int:
 
 def faster() -> float:
     """How many times faster 512 bits are than 256 on a loop that resembles a step: the shortest of `TRIES` each."""
-    x, v, bits = np.ones(64), np.zeros(64), np.arange(1, 65, dtype=np.uint64)
+    x = np.ones(64)
+    v = np.zeros(64)
+    bits = np.arange(1, 65, dtype=np.uint64)
     kinds = {
         width: numba.njit(fastmath=True, nogil=True, pipeline_class=kind)(_steps)
         for width, kind in _KINDS.items()

@@ -52,7 +52,8 @@ def advance_modes(
     noise = np.zeros((2, BATCH))
     accelerations = z[(states + 2) * BATCH : (states + 4) * BATCH].reshape(2, BATCH)
     mid = np.zeros(states * BATCH)
-    coarse, steps = schedule.doublings > 0, 1 if schedule.doublings > 0 else 2
+    coarse = schedule.doublings > 0
+    steps = 1 if schedule.doublings > 0 else 2
     for _ in range(schedule.samples):
         for _first in range(0, schedule.stride, steps):
             if c.oscillator.n1 is not None:
@@ -136,8 +137,11 @@ def _shaken(i, z, n, shaker):
 def add_sample_of_modes(i, sums, z, mid, c):
     """Add up a sample: x and V at the kick, and all in mid-drift."""
     n = len(c.k)
-    x, V, V_mid = dot(c.e, z, 0, i), z[2 * n * BATCH + i], mid[2 * n * BATCH + i]
-    x_mid, speed = dot(c.e, mid, 0, i), dot(c.e, mid, n, i)
+    x = dot(c.e, z, 0, i)
+    V = z[2 * n * BATCH + i]
+    V_mid = mid[2 * n * BATCH + i]
+    x_mid = dot(c.e, mid, 0, i)
+    speed = dot(c.e, mid, n, i)
     sums[0, i] += 0.5 * (V + V_mid)
     sums[1, i] += V * V
     sums[2, i] += V_mid * V_mid
@@ -154,7 +158,8 @@ def add_sample_of_modes(i, sums, z, mid, c):
 def taken_by_damping(i, z, c):
     """The power that damping takes."""
     speeds = len(c.k) * BATCH + i
-    x, speed = dot(c.e, z, 0, i), dot(c.e, z, len(c.k), i)
+    x = dot(c.e, z, 0, i)
+    speed = dot(c.e, z, len(c.k), i)
     total = friction(x, speed, c.oscillator) * speed * speed if is_damped(c.oscillator) else 0.0
     for j in range(len(c.d)):
         total += c.d[j] * z[speeds + j * BATCH] * z[speeds + j * BATCH]
@@ -164,7 +169,8 @@ def taken_by_damping(i, z, c):
 @kernel
 def mid_drift_of_modes(z, out, h, c, shaker, store=None, circuit=None):
     """Go from a copy of states, which is changed, to x, x' and V half a step after their kick, shape (3, BATCH)."""
-    half, n = interval(h, 0.5 * h, c.oscillator.mu), len(c.k)
+    half = interval(h, 0.5 * h, c.oscillator.mu)
+    n = len(c.k)
     for i in range(BATCH):
         if circuit is None:
             drift_modes(i, z, half, c, last_acceleration(i, shaker))
@@ -182,15 +188,19 @@ class ModalMotion:
 
     def __init__(self, eqs: Equations, circuit: IdealCircuit | None = None) -> None:
         assert eqs.modes is not None
-        self.circuit, self.sums = circuit, len(SUMS if circuit is None else IDEAL_SUMS)
+        self.circuit = circuit
+        self.sums = len(SUMS if circuit is None else IDEAL_SUMS)
         self.before = RESISTOR_ROWS if circuit is None else RESISTOR_ROWS + 2
-        self.coefficients, self.count = modal_coefficients(eqs), eqs.modes.count
+        self.coefficients = modal_coefficients(eqs)
+        self.count = eqs.modes.count
         self.rows, self.martingales = self.before - 2 + 2 * self.count, 2 * (2 * self.count + 1)
-        self.modes, self.mobility = eqs.modes, eqs.modes.mobility
+        self.modes = eqs.modes
+        self.mobility = eqs.modes.mobility
 
     def order(self, first: int | None = None) -> list[int]:
         """The rows of a block's state in the order of the kernels, y, v and V; those of y_2 begin at the ``first``."""
-        first, n = self.before if first is None else first, self.count
+        first = self.before if first is None else first
+        n = self.count
         return [0, *range(first, first + n - 1), 1, *range(first + n - 1, first + 2 * n - 2), 2]
 
     def begin(self, state: Floats, first: int) -> None:
@@ -208,7 +218,8 @@ class ModalMotion:
         shaker: Filter | None,
     ) -> None:
         """Advance a batch, whose states are all in ``state``, by a schedule of steps of h."""
-        order, store = self.order(), self._store(state)
+        order = self.order()
+        store = self._store(state)
         rows = len(order)
         z = aligned((rows + BESIDE + (0 if batch.controls is None else self.martingales), BATCH))
         z[:rows] = state[order]
@@ -250,15 +261,21 @@ class ModalMotion:
         bound = [
             j for j in range(len(z)) if j % self.count < eqs.modes.sprung or j == 2 * self.count
         ]
-        z, weights, matrix = z[bound], weights[bound], flow(eqs)[np.ix_(bound, bound)]
+        z = z[bound]
+        weights = weights[bound]
+        matrix = flow(eqs)[np.ix_(bound, bound)]
         form = solve_continuous_lyapunov(matrix.T, -np.outer(weights, weights))
         return np.asarray(np.einsum("jn,jk,kn->n", z, form, z)[None])
 
     def _circuit_boundary(self, z: Floats, U: Floats, eqs: Equations) -> Floats:
         """The functions of modes z and the voltage U of a circuit's store, shape (9, count)."""
-        modes, n, V = eqs.modes, self.count, z[-1]
+        modes = eqs.modes
+        n = self.count
+        V = z[-1]
         assert modes is not None
-        y, v, x = z[:n], z[n : 2 * n], modes.direction @ z[:n]
+        y = z[:n]
+        v = z[n : 2 * n]
+        x = modes.direction @ z[:n]
         energy = eqs.spring[0] * x * x + (v * v).sum(axis=0) + np.array(modes.stiffness) @ (y * y)
         W = 0.5 * np.abs(energy) + 0.5 * (eqs.beta or 0.0) * V * V
         return boundary_functions(np.array(modes.coupling) @ y, np.array(modes.base) @ v, V, U, W)

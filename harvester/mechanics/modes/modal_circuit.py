@@ -31,12 +31,15 @@ class Course(NamedTuple):
 def drift_with_course(i, z, d, c, a):
     """Drift lane i of modes by the interval d: the `Impacts`, and the `Course` of the charge."""
     n = len(c.k)
-    begin, rate = dot(c.s, z, 0, i), dot(c.s, z, n, i)
-    wall, first = begin, 0.0
+    begin = dot(c.s, z, 0, i)
+    rate = dot(c.s, z, n, i)
+    wall = begin
+    first = 0.0
     if c.contact is None:
         did = drift_modes(i, z, d, c, a)
     else:
-        w, speed = dot(c.phi, z, 0, i), dot(c.phi, z, n, i)
+        w = dot(c.phi, z, 0, i)
+        speed = dot(c.phi, z, n, i)
         did = drift_modes(i, z, d, c, a)
         if did.number > 0.0:
             first = did.time
@@ -62,7 +65,8 @@ def drift_with_ideal(i, z, store, d, c, a, circuit):
 def add_modal_features(i, z, U, xi, controls, c):
     """Add the noise of a kick to the martingales of one mode, whose speed is that along which the noise acts."""
     n = len(c.k)
-    V, energy = z[2 * n * BATCH + i], energy_of_modes(i, z, c)
+    V = z[2 * n * BATCH + i]
+    energy = energy_of_modes(i, z, c)
     if c.oscillator.beta is not None:
         energy += 0.5 * c.oscillator.beta * V * V
     add_weighted_noise(

@@ -47,7 +47,9 @@ class Loaded(NamedTuple):
 def _trace(z, mid, noise, shaking, h, stride, samples, coordinates, impacts, c, loaded):
     """Fill samples, coordinates and impacts from the states z of a batch of which lane 0 is used: (impacts, energy)."""
     whole, half = drifts(h, c.oscillator.mu, EXACT)
-    n, count, lost = len(c.k), 0, 0.0
+    n = len(c.k)
+    count = 0
+    lost = 0.0
     _, a0 = between_kicks(shaking, 0)
     # from a start other than rest: the force of the first half step
     kick_modes(0, z, 0.0, 0.5 * h, c, a0)
@@ -59,12 +61,14 @@ def _trace(z, mid, noise, shaking, h, stride, samples, coordinates, impacts, c, 
             did = drift_with_ideal(0, z, loaded.store, whole, c, mean, loaded.circuit)
         lost += did.energy
         if did.speed != 0.0:
-            impacts[count, 0], impacts[count, 1] = (k - 1) * h + did.time, did.speed
+            impacts[count, 0] = (k - 1) * h + did.time
+            impacts[count, 1] = did.speed
             count += 1
         kick_modes(0, z, noise[k - 1], h, c, a)
         if k % stride == 0:
             row = k // stride - 1
-            samples[row, 0], samples[row, 1] = dot(c.e, z, 0, 0), z[2 * n * BATCH]
+            samples[row, 0] = dot(c.e, z, 0, 0)
+            samples[row, 1] = z[2 * n * BATCH]
             for j in range((2 * n + 1) * BATCH):
                 mid[j] = z[j]
             if loaded is None:
@@ -72,8 +76,10 @@ def _trace(z, mid, noise, shaking, h, stride, samples, coordinates, impacts, c, 
             else:
                 held = loaded.store.copy()
                 drift_with_ideal(0, mid, held, half, c, a, loaded.circuit)
-                loaded.charge[row, 0], loaded.charge[row, 1] = loaded.store[0, 0], held[0, 0]
-            samples[row, 2], samples[row, 3] = dot(c.e, mid, 0, 0), dot(c.e, mid, n, 0)
+                loaded.charge[row, 0] = loaded.store[0, 0]
+                loaded.charge[row, 1] = held[0, 0]
+            samples[row, 2] = dot(c.e, mid, 0, 0)
+            samples[row, 3] = dot(c.e, mid, n, 0)
             samples[row, 4] = mid[2 * n * BATCH]
             for j in range(n):
                 coordinates[row, 0, j], coordinates[row, 1, j] = (
@@ -86,8 +92,11 @@ def _trace(z, mid, noise, shaking, h, stride, samples, coordinates, impacts, c, 
 def started(eqs: Equations, start: tuple[Any, ...]) -> Floats:
     """The states y, y' and V of a start x, x', V and further on, as its fifth, those of y_2, ...; shape (2 n + 1,)."""
     assert eqs.modes is not None
-    state, n = np.zeros(2 * eqs.modes.count + 1), eqs.modes.count
-    state[:n], state[n], state[-1] = eqs.modes.at_rest(start[0]), start[1], start[2]
+    state = np.zeros(2 * eqs.modes.count + 1)
+    n = eqs.modes.count
+    state[:n] = eqs.modes.at_rest(start[0])
+    state[n] = start[1]
+    state[-1] = start[2]
     if len(start) > 4:
         state[1:n], state[n + 1 : 2 * n] = np.reshape(start[4], (2, -1))
     return state

@@ -99,7 +99,8 @@ def _pushed(i, z, c, a):
     voltage = 2 * len(c.k) * BATCH + i
     if c.contact.n1 is not None:
         return None
-    force, total = spring(dot(c.e, z, 0, i), c.oscillator), 0.0
+    force = spring(dot(c.e, z, 0, i), c.oscillator)
+    total = 0.0
     for j in range(len(c.phi)):
         push = -c.k[j] * z[j * BATCH + i]
         if c.oscillator.beta is not None:
@@ -119,7 +120,8 @@ def _pushed(i, z, c, a):
 @forced
 def _drift_freely(i, z, d, c):
     """Drift lane i without an impact."""
-    speeds, voltage = len(c.k) * BATCH + i, 2 * len(c.k) * BATCH + i
+    speeds = len(c.k) * BATCH + i
+    voltage = 2 * len(c.k) * BATCH + i
     z[voltage] = d.e * z[voltage] + d.g * dot(c.s, z, len(c.k), i)
     for j in range(len(c.s)):
         z[j * BATCH + i] += d.t * z[speeds + j * BATCH]
@@ -143,11 +145,14 @@ def drift_modes(i, z, d, c, a):
         return _drift_freely(i, z, d, c)
     if _is_stuck(i, z, c):
         return _drift_on_stop(i, z, d, c)
-    speeds, voltage = len(c.k) * BATCH + i, 2 * len(c.k) * BATCH + i
+    speeds = len(c.k) * BATCH + i
+    voltage = 2 * len(c.k) * BATCH + i
     rate = dot(c.s, z, len(c.k), i)
-    w, speed = dot(c.phi, z, 0, i), dot(c.phi, z, len(c.k), i)
+    w = dot(c.phi, z, 0, i)
+    speed = dot(c.phi, z, len(c.k), i)
     after, impacts = move(State(w, speed, 0.0), d, c.contact, _pushed(i, z, c, a))
-    way, jump = after.x - w - d.t * speed, after.v - speed
+    way = after.x - w - d.t * speed
+    jump = after.v - speed
     for j in range(len(c.s)):
         z[j * BATCH + i] += d.t * z[speeds + j * BATCH] + c.m[j] * way
     for j in range(len(c.s)):
@@ -159,9 +164,12 @@ def drift_modes(i, z, d, c, a):
 @forced
 def kick_modes(i, z, xi, h, c, a):
     """Kick lane i for a time h at fixed y and V: the power that the excitation a puts in, times h; 0 without."""
-    speeds, voltage = len(c.k) * BATCH + i, 2 * len(c.k) * BATCH + i
-    x, hit = dot(c.e, z, 0, i), 0.0
-    stuck, work = _is_stuck(i, z, c), 0.0
+    speeds = len(c.k) * BATCH + i
+    voltage = 2 * len(c.k) * BATCH + i
+    x = dot(c.e, z, 0, i)
+    hit = 0.0
+    stuck = _is_stuck(i, z, c)
+    work = 0.0
     if a is not None:
         work = 0.5 * h * a * dot(c.g, z, len(c.k), i)
         hit += h * a
@@ -196,7 +204,9 @@ def _kick_with_common_friction(i, z, x, hit, h, c):
     e^T (1 + diag(b)/2)^-1 (v + dv/2) over 1 + f h/2 e^T (1 + diag(b)/2)^-1 e.
     """
     speeds = len(c.k) * BATCH + i
-    force, moved, size = spring(x, c.oscillator), 0.0, 0.0
+    force = spring(x, c.oscillator)
+    moved = 0.0
+    size = 0.0
     for j in range(len(c.k)):
         inverse = 1.0 / (1.0 + 0.5 * h * c.d[j])
         moved += c.e[j] * inverse * _twice_and_kicked(i, j, z, force, hit, h, c)
@@ -218,7 +228,8 @@ def _kick_with_common_friction(i, z, x, hit, h, c):
 @forced
 def _twice_and_kicked(i, j, z, force, hit, h, c):
     """Twice the speed of the coordinate j, and what a kick adds to it: 2 v_j + dv_j."""
-    speeds, voltage = len(c.k) * BATCH + i, 2 * len(c.k) * BATCH + i
+    speeds = len(c.k) * BATCH + i
+    voltage = 2 * len(c.k) * BATCH + i
     push = c.e[j] * force - c.k[j] * z[j * BATCH + i]
     if c.oscillator.beta is not None:
         push -= c.oscillator.beta * c.s[j] * z[voltage]
@@ -232,7 +243,8 @@ def _is_stuck(i, z, c):
         return False
     if c.contact.r is None:
         return False
-    (off, _), speed = _nearer_stop(dot(c.phi, z, 0, i), c), dot(c.phi, z, len(c.k), i)
+    (off, _) = _nearer_stop(dot(c.phi, z, 0, i), c)
+    speed = dot(c.phi, z, len(c.k), i)
     return max(abs(off), abs(speed)) <= AT_REST * max(1.0, abs(lower_stop(c.contact)))
 
 
@@ -254,7 +266,9 @@ def _keep_on_stop(i, z, x, h, c):
     """
     if c.contact is None:
         return
-    into, (_, away), size = dot(c.phi, z, len(c.k), i), _nearer_stop(dot(c.phi, z, 0, i), c), 0.0
+    into = dot(c.phi, z, len(c.k), i)
+    (_, away) = _nearer_stop(dot(c.phi, z, 0, i), c)
+    size = 0.0
     if away * into < 0.0:
         for j in range(len(c.m)):
             size += c.phi[j] * c.phi[j] * _left_of_impulse(i, j, z, x, h, c)
@@ -284,6 +298,7 @@ def energy_of_modes(i, z, c):
     if c.oscillator.linear is not None:
         double *= c.oscillator.linear
     for j in range(len(c.k)):
-        y, v = z[j * BATCH + i], z[speeds + j * BATCH]
+        y = z[j * BATCH + i]
+        v = z[speeds + j * BATCH]
         double += v * v + c.k[j] * y * y
     return 0.5 * double

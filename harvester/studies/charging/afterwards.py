@@ -41,7 +41,8 @@ def afterwards(t: Floats, u: Floats, level: float) -> Afterwards:
     )
     if above[0]:
         crossed = np.append(t[0], crossed)
-    rises, falls = crossed[::2], crossed[1::2]
+    rises = crossed[::2]
+    falls = crossed[1::2]
     if len(rises) == 0 or t[-1] <= rises[0]:
         return Afterwards(math.nan, math.nan, len(rises))
     whole = t[-1] - rises[0]

@@ -96,8 +96,11 @@ def _steady(runs: ChargeRuns) -> dict[str, Any]:
     """One run under a drive."""
     from harvester.storage.slow_circuit import direct_check
 
-    problem, levels, duration = runs.problem, runs.levels, runs.duration
-    circuit, top = problem.circuit, float(levels[-1])
+    problem = runs.problem
+    levels = runs.levels
+    duration = runs.duration
+    circuit = problem.circuit
+    top = float(levels[-1])
     assert circuit is not None and circuit.smoothing is not None, "the refusal checks this"
     table, rough, steps, _ = measured(problem, top, runs.h)
     both = compiled_circuit(circuit, problem.scales)
@@ -138,10 +141,8 @@ def _random(runs: ChargeRuns) -> dict[str, Any]:
     problem, levels = runs.problem, runs.levels
     scales, circuit = problem.scales, problem.circuit
     assert circuit is not None and circuit.smoothing is not None, "the refusal checks this"
-    top, store = (
-        float(levels[-1]),
-        (circuit.smoothing, compiled_circuit(circuit, scales).resistance),
-    )
+    top = float(levels[-1])
+    store = (circuit.smoothing, compiled_circuit(circuit, scales).resistance)
     table, _, steps, _ = measured(problem, top, runs.h, runs.seed)
     mean = times_to(levels, table, *store)
     end = min(runs.duration, LONGER * float(mean[-1]))
@@ -152,15 +153,18 @@ def _random(runs: ChargeRuns) -> dict[str, Any]:
     times, coarse = (
         np.array([first_passages(t, v, levels) for v in paths]) for t, paths in paths_by_step
     )
-    at, unit = np.linspace(0.0, end, SAMPLES), time_constant(problem.equations) / scales.frequency
-    remarks, both = _not_apart(float(mean[-1]), unit), None
+    at = np.linspace(0.0, end, SAMPLES)
+    unit = time_constant(problem.equations) / scales.frequency
+    remarks = _not_apart(float(mean[-1]), unit)
+    both = None
     if ideal_circuit(circuit, scales) is not None and not remarks:
         level = int(np.searchsorted(mean, min(DIRECT * unit, float(mean[-1]))))
         watched = LONGER * float(mean[level])
         direct = charge_side_by_side(
             ChargeRuns(problem, levels[: level + 1], watched, RUNS, runs.seed, runs.h)
         )
-        both, slow = direct.time_to(level), times[:, level]
+        both = direct.time_to(level)
+        slow = times[:, level]
     free = None if both else circuit.smoothing
     elements, separation, more = noise_check(
         problem, table, reached(table, top, *store), free, runs.seed
@@ -172,7 +176,9 @@ def _random(runs: ChargeRuns) -> dict[str, Any]:
     ) * _finite(mean)
     if both is not None:
         late = both.value - float(slow.mean())
-        times, coarse, model = times + late, coarse + late, model + both.known_error95
+        times = times + late
+        coarse = coarse + late
+        model = model + both.known_error95
         remarks.append(note("slow_charge", direct=both.value, change=late))
     return {
         "times": times,
@@ -199,10 +205,8 @@ def _behind_a_rectifier(runs: ChargeRuns) -> dict[str, Any]:
     cut = cut_behind_rectifier(circuit)
     assert cut is not None, "the refusal checks this"
     table, rough, steps, _ = measured(problem)
-    slow, unit = (
-        SlowCircuit(circuit, cut, scales),
-        time_constant(problem.equations) / scales.frequency,
-    )
+    slow = SlowCircuit(circuit, cut, scales)
+    unit = time_constant(problem.equations) / scales.frequency
     paths = [
         slow.run(current, runs.duration, unit / FINER, stride=4)
         for current in (table, rough, table.halved())
@@ -214,7 +218,8 @@ def _behind_a_rectifier(runs: ChargeRuns) -> dict[str, Any]:
         first_passages(path.t, path.store, levels) + check.late for path in paths
     )
     parts_after = [afterwards(path.t, path.store, float(levels[-1])) for path in paths[:2]]
-    at, separation = np.linspace(0.0, runs.duration, SAMPLES), abs(check.late) + check.error
+    at = np.linspace(0.0, runs.duration, SAMPLES)
+    separation = abs(check.late) + check.error
     judge, unknown = error_of_circuit(problem, float(paths[0].rails.max()))
     alone = note("slow_charge_of_chip", direct=check.seconds, change=check.late)
     return {

@@ -22,7 +22,8 @@ FINER = 2000  # looks for one of the curve's, at most, that say how long it stay
 # times the first runs: what takes longer has a pilot, for the time that it will take
 PILOTED = 10.0
 # nondimensional time of the first runs, and how much longer the next ones are
-FIRST, LONGER = 120.0 * math.pi, 4.0
+FIRST = 120.0 * math.pi
+LONGER = 4.0
 
 
 def charge_in_ngspice(runs: ChargeRuns) -> Passages:
@@ -42,7 +43,9 @@ def charge_in_ngspice(runs: ChargeRuns) -> Passages:
     def at_step(step: float, shunt: float = 0.0) -> Passages:
         device = replace(_device(runs, step), shunt=shunt)
         warm_up_workers(device)
-        begin, steps, past = time.perf_counter(), 0, 0.0
+        begin = time.perf_counter()
+        steps = 0
+        past = 0.0
         lengths = lengths_of_runs(end, whole)
         runs.tell(0.0)
         for length in lengths:
@@ -50,7 +53,8 @@ def charge_in_ngspice(runs: ChargeRuns) -> Passages:
             passages = _runs(
                 device, replace(runs, whole=whole and length == end, progress=progress), length
             )
-            steps, past = steps + passages.steps, past + length
+            steps = steps + passages.steps
+            past = past + length
             if passages.reached == 1.0 and not whole:
                 break
         unknown = SHUNT if shunt else passages.unknown
@@ -83,7 +87,8 @@ def _device(runs: ChargeRuns, h: float) -> "CoupledDevice":
     from harvester.equations.bounds import check_bounded
     from harvester.mechanics.kernels.step_size import whole_steps
 
-    problem, eqs = runs.problem, runs.problem.equations
+    problem = runs.problem
+    eqs = runs.problem.equations
     assert problem.circuit is not None, "the engine refuses an open circuit"
     check_bounded(eqs, driven=problem.netlist is not None)
     step = whole_steps(h, eqs.shaking_period)
@@ -98,7 +103,9 @@ def _runs(device: "CoupledDevice", runs: ChargeRuns, length: float) -> Passages:
     from harvester.cosimulation.charging import charges_in_workers
     from harvester.mechanics.kernels.noise import child
 
-    levels, s, unit = runs.levels, device.scales, 2 * device.stride
+    levels = runs.levels
+    s = device.scales
+    unit = 2 * device.stride
     n_steps = max(math.ceil(length / (device.h * unit) - 1e-6), 1) * unit
     end = length / s.frequency
     finer = min(max(round(n_steps / device.stride / (SAMPLES - 1)), 1), FINER) if runs.whole else 1
@@ -117,7 +124,8 @@ def _runs(device: "CoupledDevice", runs: ChargeRuns, length: float) -> Passages:
     times[times > end], coarse[coarse > end] = math.inf, math.inf
     steps = sum(run.steps for pair in pairs for run in pair)
     curves = np.array([pair[0].curve for pair in pairs])
-    smoothing, looked = pairs[0][0].smoothing, after if runs.whole else None
+    smoothing = pairs[0][0].smoothing
+    looked = after if runs.whole else None
     return Passages(
         levels, times, coarse, at[::finer], curves, end, smoothing, steps, 0.0, after=looked
     )

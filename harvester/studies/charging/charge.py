@@ -146,10 +146,8 @@ def charge(
     if engine is None and has(passages.notes, "charge_not_slow"):
         reason = dataclasses.replace(passages.notes[-1], severity="note")
         name = choose_engine(problem, seen, None, slowly=False)[0]
-        again, direct = (
-            count_of_runs(trajectories, name, steady),
-            min(real, LONGER * passages.at[-1]),
-        )
+        again = count_of_runs(trajectories, name, steady)
+        direct = min(real, LONGER * passages.at[-1])
         passages = _passages(name, dataclasses.replace(runs, count=again, duration=direct))
     charging = _answer(problem, passages, name, seen, target, reason, not chosen)
     if folder is not None:
@@ -193,11 +191,9 @@ def _answer(
 ) -> ChargingResult:
     """The answer in the scene's units; arguments as of `ChargingResult`, ``by_default``: nobody chose the duration."""
     s, units = problem.scales, problem.units
-    clock, scale, watts = (
-        s.frequency / units.frequency,
-        problem.in_circuit(probe.unit),
-        units.watts / s.watts,
-    )
+    clock = s.frequency / units.frequency
+    scale = problem.in_circuit(probe.unit)
+    watts = units.watts / s.watts
     curves = passages.curves / scale
     runs = len(curves)
     stored = probe.name == STORE and passages.capacitance > 0.0
@@ -206,7 +202,9 @@ def _answer(
     for k, voltage in enumerate(passages.levels):
         energy = 0.5 * passages.capacitance * float(voltage) ** 2
         power = passages.power_between(k, energy - below) if stored else None
-        mean, low, high = passages.time_to(k), passages.quantile(LOW, k), passages.quantile(HIGH, k)
+        mean = passages.time_to(k)
+        low = passages.quantile(LOW, k)
+        high = passages.quantile(HIGH, k)
         levels.append(
             Level(
                 float(voltage) / scale,
@@ -270,7 +268,8 @@ def _diagnostics(
     problem: Problem, passages: Passages, clock: float, by_default: bool, runs: int
 ) -> list[Diagnostic]:
     """What to beware of."""
-    diagnostics, unit = [], " s" if problem.physical else ""
+    diagnostics = []
+    unit = " s" if problem.physical else ""
     if passages.reached < 1.0:
         height = float(passages.curves[:, -1].mean()) / float(passages.levels[-1])
         known: dict[str, Any] = {

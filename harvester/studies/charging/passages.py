@@ -84,7 +84,8 @@ class Passages:
         records' shares says, less for the uncertainty of that spread (Korn and Graubard, Survey
         Methodology 24, 193, 1998), and the records where all of them have the same share.
         """
-        runs, share = len(self.times), self.reached
+        runs = len(self.times)
+        share = self.reached
         if runs == 1:
             return share, share
         if self.together == 1:
@@ -92,7 +93,8 @@ class Passages:
         from scipy.special import stdtrit
 
         shares = self.independent(np.isfinite(self.times[:, -1]).astype(float))
-        records, spread = len(shares), mean_and_error(shares)[1]
+        records = len(shares)
+        spread = mean_and_error(shares)[1]
         if spread == 0.0:
             return share_interval(share * records, records)
         few = float(stdtrit(runs - 1.0, 0.975) / stdtrit(records - 1.0, 0.975))

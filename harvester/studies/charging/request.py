@@ -15,7 +15,8 @@ ENGINES = {engine.NAME: engine for engine in (Ideal, Compiled, Slow, Spice)}
 RUNS = {Ideal.NAME: 2048, Compiled.NAME: 512, Slow.NAME: 2048, Spice.NAME: 16}
 MOST_RUNS = 100_000
 # nondimensional: what is watched by default, at least and at most
-SHORTEST, LONGEST = 120.0 * math.pi, 2e4
+SHORTEST = 120.0 * math.pi
+LONGEST = 2e4
 CHARGED = 5.0  # time constants of store and load, after which the voltage grows no more
 MOST = 1e6  # nondimensional duration
 SMALLEST_STEP, LARGEST_STEP = 1e-5, 1.0  # nondimensional
@@ -97,12 +98,10 @@ def check_anywhere(anywhere: bool, problem: Problem) -> None:
 
 def time_watched(duration: str | float | None, problem: Problem, slow: bool) -> tuple[float, bool]:
     """How long runs are watched at most, in the scene's unit, and whether that was asked for; ``slow``: by `Slow`."""
-    unit, least, longest, most = (
-        problem.units.frequency,
-        1.0,
-        math.inf if slow else LONGEST,
-        math.inf if slow else MOST,
-    )
+    unit = problem.units.frequency
+    least = 1.0
+    longest = math.inf if slow else LONGEST
+    most = math.inf if slow else MOST
     if duration is None:
         storage = (problem.circuit.storage if problem.circuit else None) or math.inf
         charged = CHARGED * storage * problem.scales.frequency

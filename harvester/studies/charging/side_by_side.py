@@ -19,7 +19,8 @@ if TYPE_CHECKING:
 
 _MODELS: dict[str, type[Ensemble]] = {engine.NAME: engine for engine in (Ideal, Compiled)}
 # nondimensional time between two looks at first; later, parts of the time that has passed
-FINEST, PARTS = 0.4, 200
+FINEST = 0.4
+PARTS = 200
 
 
 def charge_side_by_side(runs: ChargeRuns, engine: str = Ideal.NAME) -> Passages:
@@ -36,20 +37,20 @@ def charge_side_by_side(runs: ChargeRuns, engine: str = Ideal.NAME) -> Passages:
     from harvester.mechanics.kernels.compiled import compilation
     from harvester.mechanics.kernels.step_size import step_from_rest
 
-    problem, s = runs.problem, runs.problem.scales
+    problem = runs.problem
+    s = runs.problem.scales
     assert problem.circuit is not None, "the engine's refusal checks this"
     circuit = _MODELS[engine]().model(problem).circuit
     count = runs.count if problem.equations.density is None else max(runs.count, FEWEST_DRAWN)
-    root, h = (
-        np.random.SeedSequence([runs.seed, 8]),
-        step_from_rest(problem.equations) if runs.h is None else runs.h,
-    )
+    root = np.random.SeedSequence([runs.seed, 8])
+    h = step_from_rest(problem.equations) if runs.h is None else runs.h
     with compilation():
         Trajectories(problem.equations, 1, root, h, circuit=circuit, controlled=True).run(FINEST)
     begin = time.perf_counter()
     fine = Trajectories(problem.equations, count, root, h, circuit=circuit, controlled=True)
     coarse = fine.coarser()
-    volts, end = runs.levels / s.volts, runs.duration * s.frequency
+    volts = runs.levels / s.volts
+    end = runs.duration * s.frequency
     t, u, times = _watch(fine, volts, end, 1.0, lambda part: runs.tell(0.6 * part))
     _, _, others = _watch(coarse, volts, end, 2.0, lambda part: runs.tell(0.6 + 0.4 * part))
     at = np.linspace(0.0, t[-1], SAMPLES)
@@ -80,7 +81,8 @@ def _watch(
     Looks are ``apart`` times `FINEST`, or that part of the time.
     """
     times = np.full((len(levels), runs.count), math.inf)
-    t, u = [0.0], [np.zeros(runs.count)]
+    t = [0.0]
+    u = [np.zeros(runs.count)]
     while runs.time < end and not np.isfinite(times[-1]).all():
         runs.run(min(interval * max(FINEST, runs.time / PARTS), max(end - runs.time, FINEST)))
         now = runs.state[:, 3].ravel().copy()

@@ -28,12 +28,16 @@ from harvester.studies.charging.by_slow import refusal_of_slow
 from harvester.studies.design.design_need import DesignNeed
 from harvester.uncertainty.value import Value, amount
 
-SERIES, SMALLEST, LARGEST = "E6", 1e-6, 1.0  # of capacitors (F)
+# of capacitors (F)
+SERIES = "E6"
+SMALLEST = 1e-6
+LARGEST = 1.0
 WIDE = 1.2  # for capacitors that have less than they say
 RIPPLE = 0.01  # of the voltage, at twice the frequency of the excitation
 LOW = 0.9  # of the voltage needed, to which a store goes down in the quiet parts of a record
 # s: of a packet that only tells when a store is full; to wait for that
-INSTANT, LONGEST = 1e-6, 30.0 * 86400.0
+INSTANT = 1e-6
+LONGEST = 30.0 * 86400.0
 FEW, MANY = 4, 12  # voltages at which the current is measured, of a device of many
 
 
@@ -139,7 +143,8 @@ def evaluate(
 
     Raises HarvesterError where the current cannot be measured.
     """
-    problem, supply = Problem(candidate.scene(scene, needed)), candidate.supply
+    problem = Problem(candidate.scene(scene, needed))
+    supply = candidate.supply
     if problem.equations.record is not None:
         return _on_record(candidate, scene, needed)
     with compilation():
@@ -176,7 +181,8 @@ def _on_record(candidate: Candidate, scene: Scene, needed: DesignNeed) -> Given:
     """
     from harvester.storage.node_run import NodeRun
 
-    supply, whole = candidate.supply, candidate.scene(scene, needed)
+    supply = candidate.supply
+    whole = candidate.scene(scene, needed)
     if supply.chip is not None:
         diodes = dict(zip(("Is", "N"), supply.chip.diodes, strict=True))
         whole = dataclasses.replace(whole, load=Load(netlist="bridge", parameters=diodes))

@@ -96,7 +96,8 @@ def design(
         raise InputError("scene must be a device in SI units for a design, but is nondimensional")
     needed = read_need(device, needs, wake, limit)
     spreads = read_spreads(spread, device, "spread") if spread else ()
-    folder, begin = OutputFolder.of(execution), time.perf_counter()
+    folder = OutputFolder.of(execution)
+    begin = time.perf_counter()
     names = _names(circuits, chips, problem)
     farads = capacitance(needed, device)
     candidates, left_out = _nominal(device, names, needed, farads, seed, execution)
@@ -154,7 +155,8 @@ def _nominal(
     execution: Execution,
 ) -> tuple[dict[str, tuple[Candidate, Given]], list[Diagnostic]]:
     """What each circuit gives of the scene itself, and which are left out; InputError where none gives anything."""
-    candidates, left_out = dict[str, tuple[Candidate, Given]](), list[Diagnostic]()
+    candidates = dict[str, tuple[Candidate, Given]]()
+    left_out = list[Diagnostic]()
 
     def given(name: str) -> tuple[Candidate, Given] | Diagnostic:
         try:

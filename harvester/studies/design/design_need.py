@@ -57,7 +57,8 @@ def read_need(
     volts = _read("needs", match[2], VOLTAGE)
     if not 0.0 < volts <= MOST_VOLTS:
         raise invalid("the voltage of `needs`", f"be above 0 and at most {MOST_VOLTS:g}", volts)
-    watts, written = _read("needs", match[1], POWER), " ".join(needs.split())
+    watts = _read("needs", match[1], POWER)
+    written = " ".join(needs.split())
     return DesignNeed(watts, volts, seconds, limits, written, wake_written)
 
 

@@ -21,7 +21,9 @@ from harvester.studies.tolerance.design import sobol_points, values_at
 from harvester.studies.tolerance.distribution import ShareInterval, wilson
 from harvester.studies.tolerance.spreads import PartSpread
 
-NODES, SAMPLES, FINE = 13, 64, 20_001
+NODES = 13
+SAMPLES = 64
+FINE = 20_001
 
 
 def share_met(

@@ -59,7 +59,8 @@ def count(eqs: Equations, seed: int = 0, blocks: int = BLOCKS) -> Counted:
     parts: list[tuple[Floats, Floats, Floats, Floats]] = []
     start: tuple[float, float, float] | None = None
     # the first fifth is left out
-    left, sequence = blocks + blocks // 4, np.random.SeedSequence([seed, 11])
+    left = blocks + blocks // 4
+    sequence = np.random.SeedSequence([seed, 11])
     while left > 0:
         n_blocks = min(piece, left)
         path = trace(
@@ -71,7 +72,8 @@ def count(eqs: Equations, seed: int = 0, blocks: int = BLOCKS) -> Counted:
             )
         start = float(path.x[-1]), float(path.v[-1]), float(path.V[-1])
         number = np.minimum((path.impacts[:, 0] / (block_steps * h)).astype(int), n_blocks - 1)
-        speed, hits = np.zeros(n_blocks), np.bincount(number, minlength=n_blocks).astype(float)
+        speed = np.zeros(n_blocks)
+        hits = np.bincount(number, minlength=n_blocks).astype(float)
         np.maximum.at(speed, number, np.abs(path.impacts[:, 1]))
         peaks = (np.abs(values).reshape(n_blocks, -1).max(axis=1) for values in (path.x, path.V))
         parts.append((*peaks, speed, hits))

@@ -62,10 +62,13 @@ def rare(maxima: Floats, seed: int = 0) -> RareTail | None:
     if np.count_nonzero(squares) < FEW:
         return None
     threshold = float(np.median(squares[squares > 0.0]))
-    rng, count, fits = np.random.default_rng(seed), len(maxima), []
+    rng = np.random.default_rng(seed)
+    count = len(maxima)
+    fits = []
     for drawn in (np.arange(count), *rng.integers(0, count, (RESAMPLED // 4, count))):
         y = np.maximum(squares[drawn] - threshold, 0.0)
-        hit, total = int(np.count_nonzero(y)), float(y.sum())
+        hit = int(np.count_nonzero(y))
+        total = float(y.sum())
         if not hit:
             continue
 
@@ -110,7 +113,8 @@ class Tail:
 
 def fit(maxima: Floats, seed: int = 0) -> Tail:
     """The tail of blocks whose largest values are ``maxima``, shape (blocks,)."""
-    rng, count = np.random.default_rng(seed), len(maxima)
+    rng = np.random.default_rng(seed)
+    count = len(maxima)
     y = np.sort(
         np.vstack([maxima, maxima[rng.integers(0, count, (RESAMPLED, count))]]) ** 2, axis=1
     )
@@ -118,7 +122,8 @@ def fit(maxima: Floats, seed: int = 0) -> Tail:
     b0 = y.mean(axis=1)
     b1 = (y * rank / (count - 1)).mean(axis=1)
     b2 = (y * rank * (rank - 1) / ((count - 1) * (count - 2))).mean(axis=1)
-    l2, skewness = 2.0 * b1 - b0, (6.0 * b2 - 6.0 * b1 + b0) / (2.0 * b1 - b0)
+    l2 = 2.0 * b1 - b0
+    skewness = (6.0 * b2 - 6.0 * b1 + b0) / (2.0 * b1 - b0)
     c = 2.0 / (3.0 + skewness) - math.log(2.0) / math.log(3.0)
     k = 7.8590 * c + 2.9554 * c * c
     k = np.where(np.abs(k) < 1e-6, 1e-6, k)

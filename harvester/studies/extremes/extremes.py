@@ -95,10 +95,8 @@ class Extremes(TableResult):
         names, units = self.unit_names, [*self._units.values()]
         columns = [Column("largest", [*self.levels], label="largest in the lifetime")]
         for share in SHARES:
-            levels, label = (
-                [level[share] for level in self.levels.values()],
-                f"below this in {share:.0%} of devices",
-            )
+            levels = [level[share] for level in self.levels.values()]
+            label = f"below this in {share:.0%} of devices"
             columns.append(Column(f"level_{share:g}", levels, units=units, label=label))
         return Table(tuple(columns), f"over {amount(self.lifetime, names.time)}", ("largest",))
 
@@ -167,7 +165,9 @@ def extremes(
         }
         return Extremes(span, levels, None, problem.physical, (note("by_rice"),))
     result = counted_levels(problem, span, seed)
-    path, n_blocks, unit = result.path, len(result.path.x), " s" * problem.physical
+    path = result.path
+    n_blocks = len(result.path.x)
+    unit = " s" * problem.physical
     counted_time = path.time / problem.units.frequency
     by_blocks = note(
         "by_blocks", blocks=n_blocks, time=counted_time, unit=unit, times=result.blocks / n_blocks

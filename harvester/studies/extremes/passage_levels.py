@@ -21,7 +21,9 @@ from harvester.studies.motion_in_time import forgetting
 from harvester.uncertainty.value import Value
 
 FIRST, NEXT = 1.0, 1.05  # of the guess: the first two levels
-CLOSE, MOST = 0.01, 12  # of ln lambda, and solutions
+# of ln lambda, and solutions
+CLOSE = 0.01
+MOST = 12
 # modes that are exact, as the voltage does not act on the mass; least number of others
 FEW, MODES = 3, 10
 CALM = 0.7  # of a level that is too far up to be resolved: where to go on

@@ -48,7 +48,9 @@ def by_ngspice(
     """
     served(type(engine), driven.problem)
     check_one_mode(driven.problem.equations)
-    points, failures, warnings = list[ResponsePoint](), list[Failure](), list[Diagnostic]()
+    points = list[ResponsePoint]()
+    failures = list[Failure]()
+    warnings = list[Diagnostic]()
     last: HarvesterError | None = None
     for turn, direction in enumerate(directions(driven)):
         near: Neighbour | CircuitStart | None = None
@@ -65,7 +67,8 @@ def by_ngspice(
                 except MissingProgramError:
                     raise
                 except HarvesterError as error:
-                    last, near = error, None
+                    last = error
+                    near = None
                     failures.append(Failure(frequency, " ".join(str(error).split())))
                 steps.add(number, step)
             if step is not None:
@@ -81,7 +84,8 @@ def _step(
 ) -> "tuple[Step, Neighbour | CircuitStart | None]":
     """The response at one frequency from its neighbour's state, and the state from which the next one begins."""
     estimate, near = engine.run_from(driven.at(frequency), near, judged=False)
-    rms, bias = estimate.details.get(DISPLACEMENT), estimate.details.get(f"{DISPLACEMENT}_bias")
+    rms = estimate.details.get(DISPLACEMENT)
+    bias = estimate.details.get(f"{DISPLACEMENT}_bias")
     displacement = None if rms is None else Value(rms, bias=bias)
     phases = (estimate.details.get(name) for name in PHASES)
     means = estimate.mean_square_voltage, estimate.mean_power

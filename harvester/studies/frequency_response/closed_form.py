@@ -29,8 +29,10 @@ def closed_form(driven: HarmonicDrive, frequencies: Sequence[float]) -> list[Res
     for direction, way in (("up", list(frequencies)), ("down", list(frequencies)[::-1])):
         for frequency in way:
             problem = driven.at(frequency)
-            answer, eqs = Exact().run(problem), problem.equations
-            spread, phases = None, list[float]()
+            answer = Exact().run(problem)
+            eqs = problem.equations
+            spread = None
+            phases = list[float]()
             if not driven.is_random:
                 assert eqs.drive is not None and eqs.drive_frequency is not None, (
                     "Driven checks this"

@@ -43,7 +43,8 @@ def continued(
     SimulationError as `harvester.mechanics.ensemble.burn_in.until_steady`.
     """
     model = engine.model(served(type(engine), driven.problem))
-    points, trajectories = list[ResponsePoint](), None
+    points = list[ResponsePoint]()
+    trajectories = None
     ways = [("up", f) for f in frequencies] + [("down", f) for f in frequencies[::-1]]
     for number, (direction, frequency) in enumerate(ways):
         problem = driven.at(frequency)
@@ -111,7 +112,9 @@ def _point(
     problem: Problem, engine: Ensemble, direction: str, frequency: float, pair: "RichardsonPair"
 ) -> ResponsePoint:
     """The means of one frequency, with their sampling errors and step, in the scene's units."""
-    model, units, moments = engine.model(problem), problem.units, pair.moments
+    model = engine.model(problem)
+    units = problem.units
+    moments = pair.moments
     noisy = problem.equations.is_random
     spread = None if noisy else _spread(getattr(moments, model.name))
 
@@ -157,7 +160,8 @@ def _phases(
     first = math.atan2(float(trajectories.filter[0, 1, 0]), float(trajectories.filter[0, 0, 0]))
     angles = first + eqs.drive_frequency * h * (np.arange(steps + 1.0) + 0.5)
     x, v, voltage = (float(values[0]) for values in trajectories.snapshot())
-    quiet, shaking = np.zeros(steps), abs(eqs.drive) * np.cos(angles)
+    quiet = np.zeros(steps)
+    shaking = abs(eqs.drive) * np.cos(angles)
     stored = 0.0 if circuit is None else float(trajectories.state[0, 3, 0])
     if circuit is None or isinstance(circuit, IdealCircuit):
         path = trace(eqs, quiet, h, 1, (x, v, voltage, stored), shaking, circuit)

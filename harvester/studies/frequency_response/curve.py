@@ -140,7 +140,8 @@ class FrequencyResponse(TableResult):
             return frequencies
         downwards = {down.frequency: down.mean_square_voltage for down in self.sweep("down")}
         for up in self.sweep("up"):
-            a, b = up.mean_square_voltage, downwards.get(up.frequency)
+            a = up.mean_square_voltage
+            b = downwards.get(up.frequency)
             if b is not None and abs(a.value - b.value) > 0.01 * max(a.value, b.value) + 2.0 * (
                 a.known_error95 + b.known_error95
             ):
@@ -165,7 +166,8 @@ class FrequencyResponse(TableResult):
         return table_of(rows, "", self.unit_names)
 
     def _sweep(self, direction: str) -> DirectionPeak:
-        best, points = self.peak(direction), list[dict[str, Any]]()
+        best = self.peak(direction)
+        points = list[dict[str, Any]]()
         for point in self.sweep(direction):
             per_g = (
                 {}
@@ -180,7 +182,9 @@ class FrequencyResponse(TableResult):
     @property
     def table(self) -> Table:
         """Its points, then the frequencies that failed, with the reason in the last column."""
-        names, points, blank = self.unit_names, self.points, [None] * len(self.failures)
+        names = self.unit_names
+        points = self.points
+        blank = [None] * len(self.failures)
 
         def column(name: str, unit: str, cells: list[Cell]) -> Column:
             return Column(name, [*cells, *blank], unit)
@@ -220,7 +224,8 @@ class FrequencyResponse(TableResult):
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
         """Its remarks, and what its points say: where the true peaks may be, hysteresis, what failed or differs."""
-        hertz, remarks = f" {self.unit_names.frequency}".rstrip(), list(self.remarks)
+        hertz = f" {self.unit_names.frequency}".rstrip()
+        remarks = list(self.remarks)
         remarks += [remark for direction in self.directions for remark in self._where(direction)]
         f = [p.frequency for p in self.sweep(self.directions[0])]
         if not self.resolved and len(f) > 1:
@@ -236,19 +241,22 @@ class FrequencyResponse(TableResult):
                 warning("trajectories_differ", first=differing[0].frequency, unit=hertz, most=most)
             )
         if self.failures:
-            first, several = self.failures[0], len(self.failures)
+            first = self.failures[0]
+            several = len(self.failures)
             numbers: Any = {"failed": several, "of": len(f) + several, "first": first.frequency}
             remarks.append(warning("frequencies_failed", unit=hertz, why=first.error, **numbers))
         return tuple(remarks)
 
     def _where(self, direction: str) -> list[Diagnostic]:
         """Where the true peak may be: between the neighbours of the best point, or beyond the sweep."""
-        f, best = [p.frequency for p in self.sweep(direction)], self.peak(direction).frequency
+        f = [p.frequency for p in self.sweep(direction)]
+        best = self.peak(direction).frequency
         hertz = f" {self.unit_names.frequency}".rstrip()
         if best in (f[0], f[-1]):
             return [note("peak_at_an_end", direction, at=best, unit=hertz)]
         if self.resolved:
             return []
         index = f.index(best)
-        low, high = f[index - 1], f[index + 1]
+        low = f[index - 1]
+        high = f[index + 1]
         return [note("peak_between", direction, low=low, high=high, unit=hertz)]

@@ -91,10 +91,8 @@ def rows_of(
     scene: AnyScene, engines: Sequence[Engine], frequencies: int, points: Points | None
 ) -> dict[str, int]:
     """How often progress is reported for each engine: up and down, or once by ngspice and a linear mass."""
-    curves, ways = (
-        1 if points is None else len(points),
-        len(directions(HarmonicDrive(Problem.of(scene)))),
-    )
+    curves = 1 if points is None else len(points)
+    ways = len(directions(HarmonicDrive(Problem.of(scene))))
     return {e.NAME: curves * frequencies * (ways if e.follows_periods else 2) for e in engines}
 
 
@@ -226,9 +224,11 @@ def _curve(
     engine: Engine, driven: HarmonicDrive, sweep: Sweep, varied: Mapping[str, float], steps: Steps
 ) -> FrequencyResponse:
     """One response by one engine."""
-    problem, resolving = driven.problem, isinstance(sweep, str)
+    problem = driven.problem
+    resolving = isinstance(sweep, str)
     swept = _frequencies(problem, sweep)
-    failures, warnings = list[Failure](), driven.diagnostics(swept)
+    failures = list[Failure]()
+    warnings = driven.diagnostics(swept)
     if engine.is_exact:
         if reason := Exact.refusal(problem):
             raise CannotServeError(reason)
@@ -269,18 +269,21 @@ def draw(
 
     Raises as `responses`, and InputError for an earlier response that was another one.
     """
-    problem, report = Problem.of(scene), report or _nothing
+    problem = Problem.of(scene)
+    report = report or _nothing
     HarmonicDrive(problem)
     if per_g and not problem.physical:
         raise InputError(
             "`per_g` must go with a physical scene, whose base has an acceleration, but is given"
         )
-    chosen, points = engines_of(problem, engines, seed), points_of(problem, vary)
+    chosen = engines_of(problem, engines, seed)
+    points = points_of(problem, vary)
     if out is None:
         return _responses(problem, sweep, points, chosen, report)
     swept = _frequencies(problem, sweep)
     # which takes no time
-    folder, counted = OutputFolder(out, vector), [e for e in chosen if not e.is_exact]
+    folder = OutputFolder(out, vector)
+    counted = [e for e in chosen if not e.is_exact]
     total = sum(rows_of(problem, counted, len(swept), points).values())
     varied = (
         {} if points is None else {"vary": {axis.key: list(axis.values) for axis in points.axes}}

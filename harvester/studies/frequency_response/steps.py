@@ -69,7 +69,8 @@ class ResponseJournal:
     """The steps of all curves of a response into a folder."""
 
     def __init__(self, journal: Journal, rows: Sequence[JournalRow]) -> None:
-        self.journal, self._rows = journal, {(row.point, row.engine_index): row for row in rows}
+        self.journal = journal
+        self._rows = {(row.point, row.engine_index): row for row in rows}
 
     def steps(
         self, curve: int, engine_index: int, engine: str, on_computed: Callback, on_reused: Callback

@@ -30,7 +30,8 @@ def fit_box(
     bias = np.mean([[value.bias or 0.0 for value in served(points)[2]] for points in kept], axis=0)
     covariance = np.sum([_covariance(points) for points in kept], axis=0) / len(rounds) ** 2
     covariance = covariance + (ROUNDING * power.mean()) ** 2 * np.eye(len(good))
-    low, high = np.maximum(u - width, 0.0), np.minimum(u + width, 1.0)
+    low = np.maximum(u - width, 0.0)
+    high = np.minimum(u + width, 1.0)
     x = (np.array([p.u for p in kept[0]]) - u) / width
     walls = np.array([low <= 0.0, high >= 1.0])
     return Fit(x, power, covariance, (low - u) / width, (high - u) / width, walls, degree), bias

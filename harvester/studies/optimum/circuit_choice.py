@@ -222,14 +222,16 @@ def best_circuit(
     Raises InputError for a circuit that there is not, and HarvesterError if none has an optimum,
     the first's error.
     """
-    base, begin = Problem.of(scene).scene, time.perf_counter()
+    base = Problem.of(scene).scene
+    begin = time.perf_counter()
     scenes = {name: _with(base, name) for name in circuits}
     folder = OutputFolder.of(execution)
     requests = {
         name: SearchRequest.of(scene, vary, engine, within, budget)
         for name, scene in scenes.items()
     }
-    race, answers = Race(requests, execution.progress), dict[str, Optimum | HarvesterError]()
+    race = Race(requests, execution.progress)
+    answers = dict[str, Optimum | HarvesterError]()
     for name in race.order():
         inside = (
             None

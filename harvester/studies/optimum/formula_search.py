@@ -52,7 +52,8 @@ class FormulaSearch:
 
     def find(self, interval: bool) -> SearchResult:
         """As `search`."""
-        missing, climbed = "", list[Peak]()
+        missing = ""
+        climbed = list[Peak]()
         try:
             self.evaluate(spread(SCAN[self.surface.dimensions], self.surface.dimensions), "scan")
         except SpentError:
@@ -110,7 +111,8 @@ class FormulaSearch:
         """Climb by the simplex method within the ranges, from a simplex as large as the scan's spacing."""
         from scipy.optimize import minimize
 
-        begin, n = len(self.surface.points), len(start)
+        begin = len(self.surface.points)
+        n = len(start)
         size = scanned ** (-1.0 / n)
         simplex = np.vstack([start, start + np.where(start < 0.5, size, -size) * np.eye(n)])
         scale = 0.0
@@ -158,7 +160,8 @@ class FormulaSearch:
         spacing = np.full(n, SCAN[n] ** (-1.0 / n))
         for _ in range(ROUNDS):
             low, high = self.hull()
-            low, high = np.maximum(low - 1.5 * spacing, 0.0), np.minimum(high + 1.5 * spacing, 1.0)
+            low = np.maximum(low - 1.5 * spacing, 0.0)
+            high = np.minimum(high + 1.5 * spacing, 1.0)
             self.evaluate(low + spread(SCAN[n], n) * (high - low), "level set")
             spacing = (high - low) * SCAN[n] ** (-1.0 / n)
         low, high = self.hull()

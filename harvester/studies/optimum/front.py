@@ -42,7 +42,9 @@ def front(request: SearchRequest, points: int, progress: Progress) -> ParetoFron
     )
     most = search.best()
     end = search.extreme(sign)
-    best, designs, warnings = end.quantity, [most], list[Diagnostic]()
+    best = end.quantity
+    designs = [most]
+    warnings = list[Diagnostic]()
     if abs(best - most.quantity) > BARELY * max(abs(best), abs(most.quantity)):
         designs.append(end)
         between = (
@@ -111,7 +113,9 @@ class _Search:
         """The design with the best value of the quantity in the ranges: the best of many places, climbed from."""
         from scipy.optimize import minimize
 
-        robust, scene, ranges = robust_of(self.request), self.request.scene, self.request.ranges
+        robust = robust_of(self.request)
+        scene = self.request.scene
+        ranges = self.request.ranges
 
         def values(u: Floats) -> dict[str, float]:
             return {

@@ -73,13 +73,17 @@ class GradientSearch:
 
     def find(self) -> SearchResult:
         """As `search`."""
-        surface, n = self.surface, self.surface.dimensions
+        surface = self.surface
+        n = self.surface.dimensions
         where = np.clip(spread(SCAN[n], n), NEAR, 1.0 - NEAR)
-        scanned, missing, climbed = True, "", list[Peak]()
+        scanned = True
+        missing = ""
+        climbed = list[Peak]()
         try:
             surface.evaluate(where, self.engine.at_many_points, "scan")
         except SpentError:
-            scanned, missing = False, "scan"
+            scanned = False
+            missing = "scan"
         u, power, _ = served(surface.points)
         if flat := flatness(power):
             return SearchResult((Peak.best_of(surface.points),), flat, scanned=scanned)
@@ -158,7 +162,8 @@ class GradientSearch:
         """The peak near a place where a climb has ended, with its interval."""
         here = self._at(u, "curvature", errors=True)
         power = self._last.mean_power
-        low, high = here.u <= NEAR * 1.5, here.u >= 1.0 - NEAR * 1.5
+        low = here.u <= NEAR * 1.5
+        high = here.u >= 1.0 - NEAR * 1.5
         faces = np.where(
             low & (here.slopes < 0.0), -1.0, np.where(high & (here.slopes > 0.0), 1.0, 0.0)
         )
@@ -166,7 +171,8 @@ class GradientSearch:
         top = np.where(faces < 0.0, 0.0, np.where(faces > 0.0, 1.0, here.u))
         if not len(free):
             return Peak(top, power, faces, top, top)
-        curvature, third = np.zeros((len(free), len(free))), 0.0
+        curvature = np.zeros((len(free), len(free)))
+        third = 0.0
         for row, k in enumerate(free):
             middle = np.clip(here.u[k], NEAR + CURVED, 1.0 - NEAR - CURVED)
             ends = [
@@ -189,7 +195,8 @@ class GradientSearch:
         half = np.zeros(len(u))
         half[free] = (np.abs(inverse) @ here.error[free]) * (1.0 + third) + third * np.abs(step)
         top[free] = np.clip(here.u[free] + step, 0.0, 1.0)
-        low95, high95 = np.clip(top - half, 0.0, 1.0), np.clip(top + half, 0.0, 1.0)
+        low95 = np.clip(top - half, 0.0, 1.0)
+        high95 = np.clip(top + half, 0.0, 1.0)
         return Peak(top, power, faces, low95, high95, why=note("by_gradient", third=third))
 
     @property

@@ -124,7 +124,8 @@ def optimise(
     >>> f"{best.keys[0].value:.2f}"  # sqrt(1 + beta)
     '1.02'
     """
-    target, (circuits, ranges) = Objective.of(objective), varied(vary)
+    target = Objective.of(objective)
+    (circuits, ranges) = varied(vary)
     kind = kind_of_search(vary, objective, constraints, spread, lifetime)
     if points is not None and target.second is None:
         raise InputError(

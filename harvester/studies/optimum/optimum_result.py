@@ -182,7 +182,8 @@ class Optimum(TableResult, kw_only=True):
     @property
     def key_table(self) -> Table:
         """The best value of each key, and the ends of its interval."""
-        rows, units = self.keys, [key.unit for key in self.keys]
+        rows = self.keys
+        units = [key.unit for key in self.keys]
         made = [Column("key", [key.key for key in rows])]
         for name in ("value", "low95", "high95", "boundary"):
             cells = [getattr(key, name) for key in rows]

@@ -62,7 +62,8 @@ def place_peaks(
     Raises HarvesterError where a place has no peaks, and SimulationError if `SHARE` of the budget
     is too short.
     """
-    begin, count = time.perf_counter(), len(ranges) + len(vary)
+    begin = time.perf_counter()
+    count = len(ranges) + len(vary)
     inner = design.sobol_points(COUNTED * (count + 1), count, 0)
     u = np.vstack([inner, design.outer(count)])
     keys = tuple(dict.fromkeys([*(r.key for r in ranges), *(full_key(key) for key, _ in vary)]))

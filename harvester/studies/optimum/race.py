@@ -48,7 +48,8 @@ class Race:
         """Scan all searches alike; their names, in the order in which they go on."""
         for name, request in self.requests.items():
             self.searches[name] = search = Search.begin(request, _Elapsed(self))
-            search.surface.budget, search.surface.begin = SCANS * self.total_budget, self.start
+            search.surface.budget = SCANS * self.total_budget
+            search.surface.begin = self.start
         sampling = {
             name: s.sampled_search
             for name, s in self.searches.items()
@@ -68,7 +69,8 @@ class Race:
 
     def _report_plan(self) -> None:
         """Say what the budget is good for, once a round has shown what a place takes, compilation included."""
-        seconds, search = time.perf_counter() - self.start, next(iter(self.searches.values()))
+        seconds = time.perf_counter() - self.start
+        search = next(iter(self.searches.values()))
         size = SCAN[search.surface.dimensions]
         fit = min(int(SCANS * self.total_budget / seconds), size)
         plan = note("scan_fits", seconds=seconds, fit=fit, places=size, circuits=len(self.searches))
@@ -92,7 +94,8 @@ class Race:
 
         Raises HarvesterError where every place fails, the last error.
         """
-        search, surface = self.searches[name], self.searches[name].surface
+        search = self.searches[name]
+        surface = self.searches[name].surface
         going_on = [other for other in self.waiting if not self._hopeless(other)]
         self.waiting.remove(name)
         surface.begin, now = time.perf_counter(), time.perf_counter()
@@ -136,8 +139,10 @@ def scan_one_more(search: SampledSearch) -> bool:
 
     Raises SpentError where the budget has ended.
     """
-    first, dimensions = scanning(search), search.surface.dimensions
-    done, points = len(first.of_scan), scan(SCAN[dimensions], dimensions)
+    first = scanning(search)
+    dimensions = search.surface.dimensions
+    done = len(first.of_scan)
+    points = scan(SCAN[dimensions], dimensions)
     if done == len(points):
         return False
     search.surface.evaluate(points[done][None], first.coarse(first.scan_seed), "scan")

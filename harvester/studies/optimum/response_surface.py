@@ -91,7 +91,8 @@ class Fit:
 
     def _rows(self, x: Floats, orders: tuple[int, ...] = ()) -> Floats:
         """The monomials at places x (n, keys), or their derivative by the keys in ``orders``; shape (n, k)."""
-        powers, factor = self._exponents.copy(), np.ones(len(self._exponents))
+        powers = self._exponents.copy()
+        factor = np.ones(len(self._exponents))
         for k in orders:
             factor = factor * powers[:, k]
             powers[:, k] = np.maximum(powers[:, k] - 1.0, 0.0)
@@ -191,7 +192,8 @@ class Fit:
         Wider by 1/(1 - (Q/z)^2), as Fieller's interval is, for a curvature of z standard errors (Q:
         the 95 % quantile).
         """
-        free, half = np.flatnonzero(~self.on_face), self._reach.copy()
+        free = np.flatnonzero(~self.on_face)
+        half = self._reach.copy()
         if len(free):
             rows = self._gradient_rows(self.best)[free]
             inverse = np.linalg.inv(self.hessian[np.ix_(free, free)])
@@ -228,7 +230,8 @@ class Fit:
 
     def bias_shift(self, bias: Floats) -> Floats:
         """How far a bias of the powers (m,), its sign unknown, moves the highest place; shape (keys,)."""
-        free, shift = np.flatnonzero(~self.on_face), np.zeros(len(self.best))
+        free = np.flatnonzero(~self.on_face)
+        shift = np.zeros(len(self.best))
         if len(free):
             gradient = self._gradient_rows(self.best)[free] @ self._solver @ bias
             shift[free] = np.abs(np.linalg.solve(self.hessian[np.ix_(free, free)], gradient))

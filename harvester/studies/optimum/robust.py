@@ -151,7 +151,8 @@ class Robust(Engine):
             return self.counted.unsafe_levels(
                 nominal, {key: many[:, k] for k, (key, _) in enumerate(self.vary)}
             )
-        peaks, scored = [self._peaks(device) for device in devices], len(x) - 2 * len(self.vary)
+        peaks = [self._peaks(device) for device in devices]
+        scored = len(x) - 2 * len(self.vary)
         return {
             name: fit(x, np.array([levels[name] for levels in peaks]), scored)(many)
             for name in peaks[0]

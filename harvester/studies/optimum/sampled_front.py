@@ -42,12 +42,15 @@ def sampled_front(
     SimulationError if fewer than `FEWEST` places have an answer that keeps the limits, with what to
     change.
     """
-    begin, warnings, problem = time.perf_counter(), list[Diagnostic](), Problem.of(request.scene)
+    begin = time.perf_counter()
+    warnings = list[Diagnostic]()
+    problem = Problem.of(request.scene)
     bounds = limits(constraints, problem.physical)
     years = lifetime_of([*bounds, second], lifetime, problem)
     if reason := request.engine.refusal(problem):
         raise InputError(reason)
-    surface, engine = Search.begin(request, progress).surface, request.engine
+    surface = Search.begin(request, progress).surface
+    engine = request.engine
     if getattr(engine, "trajectories", None) is None:
         engine = with_options(engine, within=request.within)
     sound, others = list[FrontPoint](), list[FrontPoint]()
@@ -70,7 +73,8 @@ def sampled_front(
         )
     designs = sound if len(sound) >= FEWEST else [*sound, *others]
     if others and designs is sound:
-        count, left_out = len(surface.points), len(others)
+        count = len(surface.points)
+        left_out = len(others)
         warnings.append(
             warning("evaluations_unsound", unsound=left_out, count=count, engine=engine.NAME)
         )

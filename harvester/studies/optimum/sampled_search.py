@@ -43,7 +43,9 @@ from harvester.uncertainty.value import half95
 SCAN = {1: 13, 2: 33, 3: 65, 4: 129}
 CANDIDATES = 3
 FIRST = 0.06  # half-width of the first box
-MOVES, BOXES, ROUNDS = 16, 4, 16
+MOVES = 16
+BOXES = 4
+ROUNDS = 16
 # a coarse evaluation has so many times fewer trajectories, but not fewer than that
 COARSE, FEWEST = 8, 256
 RESOLVED = 8.0  # standard errors that a curvature must have to be believed
@@ -85,7 +87,8 @@ class SampledSearch:
 
         Raises HarvesterError where every place fails, the last error.
         """
-        begin, flat = len(self.surface.points), None
+        begin = len(self.surface.points)
+        flat = None
         peaks: list[Peak] = []
         try:
             starts = self._scouted() or self._scan()
@@ -185,7 +188,9 @@ class SampledSearch:
 
     def _scouted(self) -> list[tuple[Floats, Floats]]:
         """Places and half-widths of boxes where a cheaper engine has peaks; none if none can be trusted."""
-        surface, engine, begin = self.surface, self.engine, len(self.surface.points)
+        surface = self.surface
+        engine = self.engine
+        begin = len(self.surface.points)
         surface.share, before = SCOUTED * surface.share, surface.share
         try:
             if engine.runs_ngspice:
@@ -214,10 +219,8 @@ class SampledSearch:
 
     def _scan(self) -> list[tuple[Floats, Floats]]:
         """Places and half-widths of the peaks of a coarse scan with the same noise everywhere, best first."""
-        n, points = (
-            self.surface.dimensions,
-            scan(SCAN[self.surface.dimensions], self.surface.dimensions),
-        )
+        n = self.surface.dimensions
+        points = scan(SCAN[self.surface.dimensions], self.surface.dimensions)
         self.surface.evaluate(points[len(self.of_scan) :], self.coarse(self.scan_seed), "scan")
         u, power, _ = served(self.of_scan)
         width = np.full(n, max(FIRST, SCAN[n] ** (-1.0 / n)))
@@ -250,7 +253,8 @@ class SampledSearch:
         """The peak in a box, by cubics at full accuracy, and why there is none where the box is flat."""
         for box in range(BOXES):
             fit, bias = self._sample_box(u, width)
-            inside, last = not fit.exits.any(), box == BOXES - 1
+            inside = not fit.exits.any()
+            last = box == BOXES - 1
             if inside or last:
                 if self._known(fit) and (last or not fit.misfit_dominates):
                     break
@@ -298,9 +302,11 @@ class SampledSearch:
     ) -> list[Evaluation]:
         """Evaluate points that fill the box, with the same noise where `shares_noise`."""
         n = self.surface.dimensions
-        low, high = np.maximum(u - width, 0.0), np.minimum(u + width, 1.0)
+        low = np.maximum(u - width, 0.0)
+        high = np.minimum(u + width, 1.0)
         where = low + spread(design_size(n), n) * (high - low)
-        make, seed = self.coarse if coarse else self.full, self.new_seed()
+        make = self.coarse if coarse else self.full
+        seed = self.new_seed()
         if self.shares_noise:
             return self.surface.evaluate(where, make(seed), stage)
         return [

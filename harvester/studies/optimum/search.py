@@ -50,7 +50,8 @@ class SearchRequest:
         budget: float | str,
     ) -> "SearchRequest":
         """The arguments of `harvester.optimise`, checked; raises InputError as it does."""
-        searched, problem = ranges(vary), Problem.of(scene)
+        searched = ranges(vary)
+        problem = Problem.of(scene)
         chosen = engine_of(default_engine(problem) if engine is None else engine)
         if chosen.chooses:
             raise InputError(
@@ -106,7 +107,8 @@ class Search:
         ``found`` is what was found already, where the search is to end with it; ``folder`` gets the
         files.
         """
-        begin, surface = time.perf_counter(), self.surface
+        begin = time.perf_counter()
+        surface = self.surface
         if result is None:
             surface.share = SEARCHED
             engine = self.request.engine
@@ -138,7 +140,9 @@ class Search:
         Where that has no time left, the best of what was sound before is the optimum, if nothing is
         random.
         """
-        surface, engine, best = self.surface, self.request.engine, result.peaks[0]
+        surface = self.surface
+        engine = self.request.engine
+        best = result.peaks[0]
         if self.sampled_search is None:
             return result, engine.run(problem_at(surface.scene, surface.ranges, best.u)), []
         options = {
@@ -154,7 +158,8 @@ class Search:
         answer = last.answer
         if not isinstance(answer, Estimate):
             raise answer
-        power, error = answer.mean_power, best.power.stderr
+        power = answer.mean_power
+        error = best.power.stderr
         if best.low is None or not error:
             return result, answer, []
         difference = abs(power.value - best.power.value)
@@ -169,7 +174,8 @@ class Search:
     def _answer(
         self, result: SearchResult, estimate: Estimate, warnings: list[Diagnostic], seconds: float
     ) -> Optimum:
-        surface, keys = self.surface, self._keys(result)
+        surface = self.surface
+        keys = self._keys(result)
         remarks = [
             *result.warnings,
             *warnings,
@@ -192,7 +198,8 @@ class Search:
 
     def _keys(self, result: SearchResult) -> tuple[OptimalKey, ...]:
         """The best value of each key with its interval: the whole range where the surface is flat."""
-        best, keys = result.peaks[0], list[OptimalKey]()
+        best = result.peaks[0]
+        keys = list[OptimalKey]()
         for k, r in enumerate(self.surface.ranges):
             low, high = (None if u is None else r.value(float(u[k])) for u in (best.low, best.high))
             ends = (r.low, r.high, None) if result.flat else (low, high, end(best.faces[k]))

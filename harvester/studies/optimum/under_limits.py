@@ -174,7 +174,8 @@ def robust_request(
 
     The second aim, if there is one, is the last of the limits.  Raises InputError as that does.
     """
-    problem, searched = Problem.of(scene), ranges(vary)
+    problem = Problem.of(scene)
+    searched = ranges(vary)
     bounds = limits(constraints, problem.physical)
     bounds = bounds if objective.second is None else (*bounds, objective.second)
     years = lifetime_of(bounds, lifetime, problem)
@@ -203,10 +204,12 @@ def with_counted_peaks(
     request: SearchRequest, progress: Progress
 ) -> tuple[SearchRequest, Progress]:
     """The request with surfaces of the limited peaks, where these are counted, and the progress of the rest."""
-    robust, scene = robust_of(request), request.scene
+    robust = robust_of(request)
+    scene = request.scene
     if robust.lifetime is None or rice_holds(Problem(scene)):
         return request, progress
-    begin, part = time.perf_counter(), PartOfProgress(progress, 0.0, SHARE)
+    begin = time.perf_counter()
+    part = PartOfProgress(progress, 0.0, SHARE)
     counted = place_peaks(
         scene, request.ranges, robust.vary, robust.lifetime, request.budget, robust.path_seed, part
     )
@@ -231,7 +234,8 @@ def under_limits(
     Raises HarvesterError where the engine fails everywhere, the last error.
     """
     request, progress = with_counted_peaks(request, progress)
-    robust, best = robust_of(request), Search.begin(request, progress).finish(folder)
+    robust = robust_of(request)
+    best = Search.begin(request, progress).finish(folder)
     scene = request.scene.varied({key.range.key: key.value for key in best.keys})
     outcome = robust.outcome(scene)[1]
     peaks = {}

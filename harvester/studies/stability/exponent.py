@@ -148,7 +148,8 @@ def stability(
     problem = Problem.of(scene)
     check_rest(problem)
     folder = OutputFolder.of(execution)
-    eqs, unit = problem.equations, problem.units.frequency
+    eqs = problem.equations
+    unit = problem.units.frequency
     diagnostics = unusual_values(problem.scene)
     if eqs.is_shaken:
         diagnostics.append(warning("shaking_left_out"))
@@ -164,8 +165,10 @@ def stability(
         for edge in () if folder is None else edges(eqs, LOADS, np.random.SeedSequence(seed)):
             region.append(edge)
             progress.step(share + (1.0 - share) * len(region) / len(LOADS), "region")
-    assessment, quiet = formula.checks(eqs), noiseless(eqs)
-    bias, unknown = growth.bias, ""
+    assessment = formula.checks(eqs)
+    quiet = noiseless(eqs)
+    bias = growth.bias
+    unknown = ""
     if eqs.n2 is None and eqs.restitution is not None:
         # All trajectories can come to one path whose impacts lock to the grid: neither their
         # scatter nor a run of twice the step tells how far that is off.

@@ -82,7 +82,8 @@ def _measured(
         slope = float(stability.averaged(here, n2=1.05 * n2) - stability.averaged(here)) / (
             0.05 * n2
         )
-        move, error = growth.value / slope, growth.stderr / abs(slope)
+        move = growth.value / slope
+        error = growth.stderr / abs(slope)
         n2 = max(n2 - move, 0.1 * n2)
         if abs(move) < 2.0 * error:
             break

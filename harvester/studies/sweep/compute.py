@@ -95,7 +95,8 @@ def _answers(todo: Iterator[Task], execution: Execution, budget: float | None, r
     workers = execution.workers if execution.executor is None else 1
     if workers is None:  # a process takes a second to start
         first = list(itertools.islice(todo, 2 * cores()))
-        workers, todo = max(1, min(cores(), len(first) // 2)), itertools.chain(first, todo)
+        workers = max(1, min(cores(), len(first) // 2))
+        todo = itertools.chain(first, todo)
     shared = None if budget is None else SharedBudget(budget, rows, workers)
     todo = todo if shared is None else shared.share(todo)
     done = _computed(todo, execution, workers)
@@ -166,7 +167,8 @@ class _Sweep:
     def fill(self, done: Done) -> HarvesterError | None:
         """Write the answers into the journal as they come; returns the last error of a point."""
         last: HarvesterError | None = None
-        saved, took = time.monotonic(), 0.0
+        saved = time.monotonic()
+        took = 0.0
         try:
             for task, answers in done:
                 name = self.names[task.engine_index]

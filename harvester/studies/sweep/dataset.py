@@ -107,8 +107,10 @@ def _variables(table: TableShape) -> tuple[dict[str, Variable], dict[str, Variab
         shape: tuple[int, ...] = (len(table.axes[0].values),)
         dimensions: tuple[str, ...] = ("point",)
     else:
-        shape, dimensions = tuple(len(a.values) for a in table.axes), tuple(table.keys)
-    engines, size = table.engines, math.prod(shape)
+        shape = tuple(len(a.values) for a in table.axes)
+        dimensions = tuple(table.keys)
+    engines = table.engines
+    size = math.prod(shape)
     indices = [
         engines.index(row.engine) * size + point
         for row, point in zip(table.rows, table.points, strict=True)

@@ -81,12 +81,14 @@ class Journal:
     """
 
     def __init__(self, out: Path | None, kind: JournalKind = SWEEP) -> None:
-        self.kind, self.path = kind, (out or Path()) / kind.file
+        self.kind = kind
+        self.path = (out or Path()) / kind.file
         # SQLite's own, of a transaction
         self._files = [] if out is None else [self.path, out / f"{kind.file}-journal"]
         self._identity: dict[str, str] = {}
         self._database: sqlite3.Connection | None = None
-        self._folder, self._locks = -1, True
+        self._folder = -1
+        self._locks = True
         if out is not None:
             self._lock(out)
 

@@ -55,7 +55,9 @@ def read_axis(text: str) -> Axis:
         raise invalid(
             "`vary`", f"be KEY=FROM:TO:COUNT with a whole COUNT between 1 and {MOST_POINTS}", text
         )
-    low, high, count = read_value(key, parts[0]), read_value(key, parts[1]), int(parts[2])
+    low = read_value(key, parts[0])
+    high = read_value(key, parts[1])
+    count = int(parts[2])
     by_ratio = Axis(key, (low, high)).logarithmic
     values = np.geomspace(low, high, count) if by_ratio else np.linspace(low, high, count)
     return Axis(key, tuple(map(float, values)))

@@ -19,7 +19,8 @@ class SharedBudget:
     """
 
     def __init__(self, seconds: float, rows: int, beside: int) -> None:
-        self._seconds, self._end = seconds, time.monotonic() + seconds
+        self._seconds = seconds
+        self._end = time.monotonic() + seconds
         self._rows, self._beside = rows, beside
         # when, and what, of tasks at work
         self._given: dict[tuple[int, tuple[int, ...]], tuple[float, float]] = {}
@@ -31,11 +32,9 @@ class SharedBudget:
             yield task if task.engine.is_formula else self._with_share(task)
 
     def _with_share(self, task: Task) -> Task:
-        count, left, beyond = (
-            len(task.points),
-            self._end - time.monotonic(),
-            self._beyond.get(task.engine_index, 0.0),
-        )
+        count = len(task.points)
+        left = self._end - time.monotonic()
+        beyond = self._beyond.get(task.engine_index, 0.0)
         share = left * min(self._beside / max(self._rows, count), 1.0)
         self._rows -= count
         if left <= beyond:

@@ -82,7 +82,9 @@ def parse(text: str, physical: bool = True, quantities: Mapping[str, Kind] = QUA
         raise invalid(
             "`limit`", "be QUANTITY > VALUE or QUANTITY < VALUE, such as 'mean_power > 5 uW'", text
         )
-    name, sign, bound = match[1], match[2], match[3]
+    name = match[1]
+    sign = match[2]
+    bound = match[3]
     if name not in quantities:
         raise unknown("quantity of a limit", name, quantities)
     kind = quantities[name] if physical else NUMBER

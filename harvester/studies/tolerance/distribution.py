@@ -31,7 +31,8 @@ def quantile(values: Floats, share: float, off: float = 0.0) -> ShareInterval:
     """The value that a ``share`` of the samples, shape (n,), is below, in their unit."""
     from scipy.stats import binom
 
-    ordered, count = np.sort(values), len(values)
+    ordered = np.sort(values)
+    count = len(values)
     low, high = binom.ppf([0.025, 0.975], count, share)
     ends = [  # with 95 % the quantile lies between the samples of these ranks, if there are such
         float(ordered[rank] + side * off * abs(ordered[rank])) if 0 <= rank < count else None
@@ -42,11 +43,10 @@ def quantile(values: Floats, share: float, off: float = 0.0) -> ShareInterval:
 
 def wilson(met: float, count: int) -> tuple[float, float]:
     """The ends of the 95 % interval of a share, of which ``met`` of ``count`` were found (Wilson, 1927)."""
-    share, z2 = met / count, half95(1.0) ** 2
-    middle, width = (
-        share + 0.5 * z2 / count,
-        np.sqrt(share * (1.0 - share) * z2 / count + 0.25 * (z2 / count) ** 2),
-    )
+    share = met / count
+    z2 = half95(1.0) ** 2
+    middle = share + 0.5 * z2 / count
+    width = np.sqrt(share * (1.0 - share) * z2 / count + 0.25 * (z2 / count) ** 2)
     ends = (middle + np.array([-width, width])) / (1.0 + z2 / count)
     return (0.0 if met == 0 else float(ends[0])), (1.0 if met == count else float(ends[1]))
 

@@ -56,9 +56,11 @@ def engine_with_gradient(which: Named | None, within: float | str | None) -> Eng
 
 def linear_law(request: ToleranceRequest, engine: Any, progress: Progress) -> ToleranceRuns:
     """What the linear law says of all devices; raises the engine's errors, and InputError for a key that is 0."""
-    keys, x = request.keys, design.values_at(request.spreads, request.u)
+    keys = request.keys
+    x = design.values_at(request.spreads, request.u)
     ends = design.values_at(request.spreads, design.one_by_one(len(keys)))
-    x0, n_runs = ends[0], len(ends) + 2
+    x0 = ends[0]
+    n_runs = len(ends) + 2
     if not x0.all():
         key = keys[int(np.argmin(np.abs(x0)))]
         raise InputError(
@@ -89,7 +91,8 @@ def linear_law(request: ToleranceRequest, engine: Any, progress: Progress) -> To
     edges = np.array([part.ends for part in request.spreads])
     corners = np.clip(x0 + np.outer([-1.0, 1.0], steepest), edges[:, 0], edges[:, 1])
     exact = powers(corners, len(ends))
-    first, second = p0 + (x - x0) @ slopes, 0.5 * (x - x0) ** 2 @ curvature
+    first = p0 + (x - x0) @ slopes
+    second = 0.5 * (x - x0) ** 2 @ curvature
     second_order = p0 + (corners - x0) @ slopes + 0.5 * (corners - x0) ** 2 @ curvature
     beyond = float(np.abs(exact / second_order - 1.0).max())
     missed = float(np.quantile(np.abs(second), MOST)) / p0

@@ -99,7 +99,8 @@ def column(table: SweepTable, name: str) -> Floats:
 
 def stated(table: SweepTable, name: str) -> Floats | None:
     """The engine's own relative error at 95 % of each row, shape (n,); None if it states none for a row."""
-    value, stderr = column(table, name), column(table, f"{name}_stderr")
+    value = column(table, name)
+    stderr = column(table, f"{name}_stderr")
     # the same for both: V^2 over a load
     bias = column(table, "mean_power_bias") / np.abs(column(table, "mean_power"))
     if np.isnan(stderr[~np.isnan(value)] + 0.0).any() and np.isnan(bias[~np.isnan(value)]).any():
@@ -145,7 +146,8 @@ def compared(
     for name in QUANTITIES:
         ratios = column(dearer, name) / column(table, name)[list(checked)]
         good = np.isfinite(ratios)
-        ratios, count = ratios[good], int(good.sum())
+        ratios = ratios[good]
+        count = int(good.sum())
         if count < 2:
             raise InputError(
                 f"`checks` must be more: {by.NAME!r} answered at {count} of {len(checked)} samples"
@@ -158,7 +160,8 @@ def compared(
             * float(ratios.std(ddof=1))
             * math.sqrt(1.0 + 1.0 / count)
         )
-        ratio[name], off[name] = float(ratios.mean()), width + float(np.median(bias))
+        ratio[name] = float(ratios.mean())
+        off[name] = width + float(np.median(bias))
     check = note(
         "checked_by_runs", runs=count, by=by.NAME, ratio=ratio["mean_power"], engine=engine.NAME
     )

@@ -103,10 +103,8 @@ def spread(key: str, written: str, scene: Scene) -> PartSpread:
     if len(parts) == 1 and written.endswith("%"):
         return _uniform(key, *_about(_nominal(key, scene), _share(key, written)), written)
     if len(parts) == 1 and _is_width(written):
-        nominal, half = (
-            _nominal(key, scene),
-            read_value(key, written.removeprefix("+-").removeprefix("±").strip()),
-        )
+        nominal = _nominal(key, scene)
+        half = read_value(key, written.removeprefix("+-").removeprefix("±").strip())
         return _uniform(key, nominal - half, nominal + half, written)
     if len(parts) == 2:
         return _uniform(key, read_value(key, parts[0]), read_value(key, parts[1]), written)
@@ -140,7 +138,8 @@ def _of_series(key: str, series: str, share: str, written: str, scene: Scene) ->
 def _named(key: str, kind: str, parts: Sequence[str], written: str, scene: Scene) -> PartSpread:
     """A normal or a triangular spread from what stands after its name."""
     if len(parts) == 1 and parts[0].endswith("%"):
-        middle, share = _nominal(key, scene), _share(key, parts[0])
+        middle = _nominal(key, scene)
+        share = _share(key, parts[0])
         low, high = _about(middle, share)
         values: tuple[float, ...] = (
             (middle, abs(middle) * share) if kind == "normal" else (low, middle, high)

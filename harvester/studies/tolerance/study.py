@@ -93,7 +93,8 @@ class ToleranceStudy:
     def run(self, engine: Engine) -> ToleranceRuns:
         """Compute samples by an engine, and some of them by a dearer one if there is one."""
         request = self.request
-        total, spreads = len(request.u), request.spreads
+        total = len(request.u)
+        spreads = request.spreads
         runs = min(
             request.runs or (FORMULAS if engine.is_formula else RUNS * (len(spreads) + 1)), total
         )
@@ -127,17 +128,21 @@ class ToleranceStudy:
         )
         rough = surface.scatter > ROUGH * samples.values["mean_power"].std()
         if rough and runs < total and engine.is_formula and request.runs is None:
-            every, runs = design.values_at(spreads, request.u), total
+            every = design.values_at(spreads, request.u)
+            runs = total
             table = self._sweep(engine, every, f"{engine.NAME}-all", 0, runs)
             samples = sampling.direct(engine, table)
             samples = samples if ratio is None else sampling.corrected(samples, ratio)
             computed, warnings = every[samples.served], [*_failures(table)]
             surface = fit(computed, samples.values["mean_power"])
-        failed, many, inner = int((~samples.served).sum()), computed, len(computed)
+        failed = int((~samples.served).sum())
+        many = computed
+        inner = len(computed)
         if runs < total:
             # as many of the samples in all as of those computed
             failed = round(failed / runs * total)
-            many, computed = design.values_at(spreads, request.u[: total - failed]), held
+            many = design.values_at(spreads, request.u[: total - failed])
+            computed = held
             samples = sampling.interpolated(samples, ends, held, many)
             warnings += _outside(held, many)
         levels = self._peaks(computed, inner, many)
@@ -156,7 +161,8 @@ class ToleranceStudy:
         The first ``inner`` of ``x`` are samples, `peaks.devices_needed` of them are computed, the
         rest are outer ends.
         """
-        request, progress = self.request, self.execution.progress
+        request = self.request
+        progress = self.execution.progress
         if request.lifetime is None:
             return {}, {}
         first = min(inner, peaks.devices_needed(Problem(request.scene), len(request.spreads)))

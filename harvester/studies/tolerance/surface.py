@@ -78,9 +78,11 @@ def fit(x: Floats, y: Floats, scored: int | None = None) -> Polynomial:
         raise SimulationError(
             f"there are too few samples with an answer for a response surface: {count}"
         )
-    middle, half = 0.5 * (x.max(axis=0) + x.min(axis=0)), 0.5 * np.ptp(x, axis=0)
+    middle = 0.5 * (x.max(axis=0) + x.min(axis=0))
+    half = 0.5 * np.ptp(x, axis=0)
     half = np.where(half > 0.0, half, 1.0)
-    scaled, variance = (x - middle) / half, float(y[:scored].var())
+    scaled = (x - middle) / half
+    variance = float(y[:scored].var())
     best: Polynomial | None = None
     worse = 0  # degrees in a row that predict no better: of an even function every other does
     for degree in range(1, HIGHEST + 1):
@@ -90,7 +92,9 @@ def fit(x: Floats, y: Floats, scored: int | None = None) -> Polynomial:
         left, sizes, right = np.linalg.svd(_basis(scaled, powers), full_matrices=False)
         # of a key with few values, high powers are no new functions
         kept = sizes > _SINGULAR * sizes[0]
-        left, sizes, right = left[:, kept], sizes[kept], right[kept]
+        left = left[:, kept]
+        sizes = sizes[kept]
+        right = right[kept]
         coefficients = right.T @ ((left.T @ y) / sizes)
         leverage = np.minimum((left**2).sum(axis=1), 1.0 - 1e-9)
         errors = (y - left @ (left.T @ y)) / (1.0 - leverage)
@@ -98,10 +102,8 @@ def fit(x: Floats, y: Floats, scored: int | None = None) -> Polynomial:
         if best is None or scatter < 0.99 * best.scatter:
             unexplained = min(scatter**2 / variance, 1.0) if variance > 0.0 else 0.0
             factor = right.T / sizes
-            best, worse = (
-                Polynomial(middle, half, powers, coefficients, scatter, unexplained, factor),
-                0,
-            )
+            best = Polynomial(middle, half, powers, coefficients, scatter, unexplained, factor)
+            worse = 0
         else:
             worse += 1
         if best.unexplained < ENOUGH or worse == PATIENCE:

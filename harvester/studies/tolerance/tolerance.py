@@ -99,7 +99,8 @@ def tolerance(
     >>> f"{result.met.value:.2f}"
     '0.42'
     """
-    begin, problem = time.perf_counter(), Problem.of(scene)
+    begin = time.perf_counter()
+    problem = Problem.of(scene)
     spread = spreads(vary, problem.scene)
     matrix = design.correlation(correlate, [part.key for part in spread])
     bounds = read_limits(limits, problem.physical)
@@ -114,7 +115,8 @@ def tolerance(
     else:
         chosen = engine_of(sampling.cheapest(problem)(seed=seed) if engine is None else engine)
     _check_served(chosen, problem)
-    target, count = number(Request(within=within).within), SAMPLES if samples is None else samples
+    target = number(Request(within=within).within)
+    count = SAMPLES if samples is None else samples
     request = ToleranceRequest(
         problem.scene, spread, matrix, bounds, years, count, runs, checks, target, seed
     )

@@ -171,7 +171,9 @@ class ToleranceResult(TableResult):
             name: value or 0.0 for name, value in samples.off.items()
         } | runs.peaks_off
         off["voltage_rms"] = 0.5 * off["mean_square_voltage"]
-        power, voltage, failed = values["mean_power"], values["voltage_rms"], runs.failed
+        power = values["mean_power"]
+        voltage = values["voltage_rms"]
+        failed = runs.failed
         shares, without = _shares(request, runs)
         remarks = [*runs.warnings, *_warnings(runs), *samples.checks, *without]
         nominal = float(runs.alone[0])
@@ -239,7 +241,8 @@ class ToleranceResult(TableResult):
     @property
     def distribution(self) -> Table:
         """The quantiles of power and voltage with their intervals."""
-        units, shares = self.unit_names, [100.0 * share for share in self.quantiles]
+        units = self.unit_names
+        shares = [100.0 * share for share in self.quantiles]
         columns = [Column("below", shares, "%", "devices below")]
         columns += _interval("mean_power", [*self.quantiles.values()], units.power)
         columns += _interval("voltage_rms", [*self.voltages.values()], units.voltage)
@@ -266,7 +269,8 @@ class ToleranceResult(TableResult):
     @property
     def key_table(self) -> Table:
         """The keys, the one with the widest bar first, and their shares of the variance."""
-        bars, units = self.tornado, [unit_of(bar.key) for bar in self.tornado]
+        bars = self.tornado
+        units = [unit_of(bar.key) for bar in self.tornado]
         columns = [Column("key", [bar.key for bar in bars])]
         for k, share in enumerate((5, 95)):
             columns.append(
@@ -336,7 +340,8 @@ def _interval(
 
 def _warnings(runs: ToleranceRuns) -> list[Diagnostic]:
     """What the errors of the engine and of the surface make doubtful."""
-    samples, missed = runs.samples, runs.surface.unexplained
+    samples = runs.samples
+    missed = runs.surface.unexplained
     warnings = []
     if samples.off["mean_power"] is None:
         warnings.append(warning("intervals_of_samples_alone"))
@@ -347,10 +352,8 @@ def _warnings(runs: ToleranceRuns) -> list[Diagnostic]:
 
 def _bars(request: ToleranceRequest, runs: ToleranceRuns) -> tuple[TornadoBar, ...]:
     """The bars of the keys whose ends have an answer, the widest first."""
-    ends, alone = (
-        design.values_at(request.spreads, design.one_by_one(len(request.spreads))),
-        runs.alone,
-    )
+    ends = design.values_at(request.spreads, design.one_by_one(len(request.spreads)))
+    alone = runs.alone
     bars = []
     for k, spread in enumerate(request.spreads):
         low, high = 1 + 2 * k, 2 + 2 * k

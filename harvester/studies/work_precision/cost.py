@@ -149,8 +149,11 @@ def model_bias(power: Value, run: Run, step: Bias | None) -> Bias:
 
 
 def _row(run: Run, step: Bias | None, model: Bias, power: float) -> CostRow:
-    engine, answer, details = run.engine, run.answer, run.answer.details
-    samples, spice = engine.samples, cast(Spice, engine) if engine.runs_ngspice else None
+    engine = run.engine
+    answer = run.answer
+    details = run.answer.details
+    samples = engine.samples
+    spice = cast(Spice, engine) if engine.runs_ngspice else None
     sampling = answer.mean_power.sampling95 / power
     return CostRow(
         label(engine),

@@ -93,7 +93,8 @@ class Measurement:
         spice_alone = self.run(settings.first_alone(burn_in))
         if self.cheap is not None:
             self.measure_biases(self.cheap, with_control is not None)
-            kind, step = type(self.cheap_model), self.cheap.answer.details["step"]
+            kind = type(self.cheap_model)
+            step = self.cheap.answer.details["step"]
             self.fill(settings.ensembles(kind, step), 0.25)
             if with_control is not None:
                 self.fill(settings.paired(step, self.netlist), 0.4)

@@ -66,7 +66,8 @@ def _parsed(path: Path, env: dict[str, str]) -> Path:
 
 def _code_models(src: Path, work: Path, target: Target, parsers: dict[str, str]) -> list[Path]:
     """Build ngspice's code models: its own preprocessor makes C of them, and runs on this machine."""
-    icm, cmpp = src / "xspice/icm", _preprocessor(src / "xspice/cmpp", work, parsers)
+    icm = src / "xspice/icm"
+    cmpp = _preprocessor(src / "xspice/cmpp", work, parsers)
     tasks: list[tuple[Path, tuple[Path, ...]]] = [(src / "misc/dstring.c", ())]
     members: dict[str, list[int]] = {}
     for name in _CODE_MODELS:

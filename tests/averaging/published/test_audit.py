@@ -81,15 +81,17 @@ def test_1_to_2_the_transformations_give_the_nondimensional_equations():
         "M d1 d2 b1 b2 b3 theta Cp R l a j", positive=True
     )
     w0 = sp.sqrt(d1 / M)
-    c1, c2, c3 = b1 / (M * w0), b2 * length**2 / (M * w0), b3 * length**4 / (M * w0)
-    al, be, m = length**2 * d2 / (M * w0**2), theta**2 / (M * w0**2 * Cp), 1 / (R * Cp * w0)
-    X, Xd, Xdd, volt, voltd = (
-        length * x,
-        length * w0 * v,
-        length * w0**2 * acc,
-        theta * length / Cp * V,
-        theta * length / Cp * w0 * jerk,
-    )
+    c1 = b1 / (M * w0)
+    c2 = b2 * length**2 / (M * w0)
+    c3 = b3 * length**4 / (M * w0)
+    al = length**2 * d2 / (M * w0**2)
+    be = theta**2 / (M * w0**2 * Cp)
+    m = 1 / (R * Cp * w0)
+    X = length * x
+    Xd = length * w0 * v
+    Xdd = length * w0**2 * acc
+    volt = theta * length / Cp * V
+    voltd = theta * length / Cp * w0 * jerk
     mass = M * Xdd + (b3 * X**4 - b2 * X**2 - b1) * Xd + d1 * X + d2 * X**3 + theta * volt
     assert zero(
         mass / (M * length * w0**2)
@@ -102,7 +104,8 @@ def test_1_to_2_the_transformations_give_the_nondimensional_equations():
 def test_4_the_earlier_velocity():
     """Right as printed."""
     phase = sp.symbols("theta")
-    X, Xd = A * sp.cos(phase), -A * w * sp.sin(phase)
+    X = A * sp.cos(phase)
+    Xd = -A * w * sp.sin(phase)
     assert zero(
         sp.expand_trig(-A * w * sp.sin(phase - w * s) - Xd * sp.cos(w * s) - X * w * sp.sin(w * s))
     )
@@ -176,11 +179,16 @@ def test_8_the_instantaneous_frequency_of_the_potential():
 
 def test_9_the_last_term_of_gamma_0_has_mu_squared():
     """nu^2 must solve nu^2 = s + beta nu^2/(mu^2 + nu^2), s = 1 + 3/4 alpha A^2 + 1/4 alpha A^2 cos 2 Phi."""
-    al, be, m = 0.5, 0.4, 0.3
-    a, phi = GRID[:, None], PHI[::999]
-    cubic, swing = 0.75 * al * a**2, 0.25 * al * a**2 * np.cos(2 * phi)
+    al = 0.5
+    be = 0.4
+    m = 0.3
+    a = GRID[:, None]
+    phi = PHI[::999]
+    cubic = 0.75 * al * a**2
+    swing = 0.25 * al * a**2 * np.cos(2 * phi)
     g1 = 1 + be + cubic + swing - m**2
-    printed, corrected = m**2 + cubic * m**2 + swing, m**2 + cubic * m**2 + swing * m**2
+    printed = m**2 + cubic * m**2 + swing
+    corrected = m**2 + cubic * m**2 + swing * m**2
 
     def error(n2):
         return np.abs(n2 / (1 + cubic + swing + be * n2 / (m**2 + n2)) - 1).max()
@@ -192,7 +200,10 @@ def test_9_the_last_term_of_gamma_0_has_mu_squared():
 
 def test_8_the_load_stiffens_g_at_one_frequency():
     """g below Eq. 8 has omega^2 over mu^2 + nu^2; Eq. 7, and Eq. 9 which follows, have nu^2 in both places."""
-    al, be, m, a = 0.5, 1.25, 1.0, 1.5
+    al = 0.5
+    be = 1.25
+    m = 1.0
+    a = 1.5
     n2 = paper.nu2_coupled(np.float64(a), PHI, al, be, m)
     bare = orbit.nu2(np.float64(a), PHI, al, np.float64(0.0))
     w2 = orbit.omega2(np.float64(a), al, be, m)
@@ -218,14 +229,13 @@ def test_10_the_averaged_frequency():
 def test_10_the_frequency_hardly_moves_the_voltage():
     """E[V^2] of the paper's scene with 1 + beta + alpha A^2 in all formulas, over that with the frequency of Eq. 9."""
     u = np.linspace(np.log(1e-4), np.log(12.0), 4001)
-    a, cubic = np.exp(u), PAPER.alpha * np.exp(2 * u)
+    a = np.exp(u)
+    cubic = PAPER.alpha * np.exp(2 * u)
     phi = (np.arange(64) + 0.5) * np.pi / 64
 
     def mean_square(w2):
-        c_load, kk = (
-            PAPER.beta * PAPER.mu / (PAPER.mu**2 + w2),
-            1 + PAPER.beta * w2 / (PAPER.mu**2 + w2),
-        )
+        c_load = PAPER.beta * PAPER.mu / (PAPER.mu**2 + w2)
+        kk = 1 + PAPER.beta * w2 / (PAPER.mu**2 + w2)
         q = kk + cubic
         s2 = (PAPER.n1 * (kk + 5 / 8 * cubic) + PAPER.n2 * a**2 / 4 * (kk + 3 / 4 * cubic)) / q**2
         noise = PAPER.n1 * (kk + 3 / 4 * cubic) + PAPER.n2 * a**2 * (kk / 2 + 7 / 16 * cubic)
@@ -239,10 +249,8 @@ def test_10_the_frequency_hardly_moves_the_voltage():
         p = np.exp(log_p - log_p.max()) * a
         n2 = (kk + 3 / 4 * cubic)[:, None] + cubic[:, None] / 4 * np.cos(2 * phi)
         weight = n2**-0.5 / (n2**-0.5).sum(axis=1, keepdims=True)
-        x2, v2 = (
-            (weight * np.cos(phi) ** 2).sum(axis=1),
-            (weight * n2 * np.sin(phi) ** 2).sum(axis=1),
-        )
+        x2 = (weight * np.cos(phi) ** 2).sum(axis=1)
+        v2 = (weight * n2 * np.sin(phi) ** 2).sum(axis=1)
         on_orbit = a**2 * (w2**2 * x2 + PAPER.mu**2 * v2) / (PAPER.mu**2 + w2) ** 2
         return simpson(p * on_orbit, x=u) / simpson(p, x=u)
 
@@ -256,13 +264,16 @@ def test_10_the_frequency_hardly_moves_the_voltage():
 
 def test_11_12_the_mirror_turns_the_impact_into_a_loss():
     """Right as printed: y' -> r y' through 0 is x' -> -r x', a jump of 1 - r instead of 1 + r."""
-    r, before = 0.7, -1.9
+    r = 0.7
+    before = -1.9
     x_before = paper.folded(np.float64(1e-9), np.float64(before))[1]  # y falls through zero
     x_after = paper.folded(np.float64(-1e-9), np.float64(r * before))[1]
     assert x_after == pytest.approx(-r * x_before)
     assert abs(x_after - x_before) == pytest.approx((1 + r) * abs(before))
     # N(y) = (eps1 sgn y)^2 ..., and the product of both noises: sgn y times y is |y|
-    eps1, eps2, y = 0.3, 0.4, np.array([-1.2, 1.2])
+    eps1 = 0.3
+    eps2 = 0.4
+    y = np.array([-1.2, 1.2])
     in_x = paper.folded(y, eps1 * np.sign(y) + eps2 * y)[1]
     assert in_x == pytest.approx(eps1 + eps2 * np.abs(y))
 
@@ -296,7 +307,10 @@ def test_13_the_impulse_loses_only_one_minus_r_to_first_order(strength, right):
 @pytest.mark.parametrize("kinetic, right", [(lambda v: v / 2, False), (lambda v: v**2 / 2, True)])
 def test_14_the_energy_has_the_velocity_squared(kinetic, right):
     """y'/2 + G(y), the text below Eq. 14, is not constant on the orbits of Eq. 3; y'^2/2, as in Eq. 28, is."""
-    a, phi, kk, al = 1.4, PHI[::499], 0.3, 0.5
+    a = 1.4
+    phi = PHI[::499]
+    kk = 0.3
+    al = 0.5
     y, speed = paper.on_orbit(np.float64(a), phi, al, np.float64(kk))
     H = kinetic(speed) + orbit.G(y, al, np.float64(kk))
     assert (np.ptp(H) < 1e-12) == right
@@ -358,14 +372,18 @@ def push(y, speed, al, kk):
         return a, np.where(u < 0, np.arccos(y / a), -np.arccos(y / a))
 
     h = 1e-6
-    up, down = polar(speed + h), polar(speed - h)
+    up = polar(speed + h)
+    down = polar(speed - h)
     return [(p - q) / (2 * h) for p, q in zip(up, down, strict=True)]
 
 
 def test_19_an_acceleration_moves_amplitude_and_phase():
     """nu in m2 must be nu^2 (an exponent may be lost), eps2 in sigma11 and sigma21 must be eps1; the rest is right."""
-    eqs, a, phi = changed(PAPER, beta=None), 1.4, np.linspace(0.2, 6.1, 24)
-    al, kk = eqs.alpha, np.float64(0.0)
+    eqs = changed(PAPER, beta=None)
+    a = 1.4
+    phi = np.linspace(0.2, 6.1, 24)
+    al = eqs.alpha
+    kk = np.float64(0.0)
     n = orbit.nu(np.float64(a), phi, al, kk)
     y, speed = paper.on_orbit(np.float64(a), phi, al, kk)
     dA, dPhi = push(y, speed, al, kk)
@@ -471,7 +489,8 @@ def test_23_damping(force, bracket, right):
 
 def test_23_damping_of_the_program():
     """The drift of the program has these brackets, each coefficient alone."""
-    a, q = np.float64(1.7), 1 + 0.5 * 1.7**2
+    a = np.float64(1.7)
+    q = 1 + 0.5 * 1.7**2
     bare = changed(PAPER, beta=None, c1=None, c2=None, c3=None, n1=None, n2=None, restitution=None)
     for name, bracket in (
         ("c3", -(16 * a**5 + 13 * 0.5 * a**7) / 256),
@@ -566,7 +585,8 @@ def test_23_external_noise(first, second, last, right):
     The text is "4 b 0 2 b 2 2 + 2 b 4 2 + 2 b 6 2": a plus survives in it, so what is lost before b
     2 is another sign.
     """
-    s11, s21 = nu_series() * sin() / Q, nu_series() * cos() / (A * Q)
+    s11 = nu_series() * sin() / Q
+    s21 = nu_series() * cos() / (A * Q)
     noise = mean(sp.diff(s11, A) * s11 + d_Phi(s11) * s21)
     assert zero(noise - external_brackets(first, second, last)) is right
 
@@ -575,7 +595,8 @@ def test_23_external_noise(first, second, last, right):
 @pytest.mark.slow
 def test_23_parametric_noise():
     """<sigma12 dsigma12/dA + sigma22 dsigma12/dPhi>: right as printed."""
-    s12, s22 = A * nu_series() * sin() * cos() / Q, nu_series() * cos() ** 2 / Q
+    s12 = A * nu_series() * sin() * cos() / Q
+    s22 = nu_series() * cos() ** 2 / Q
     noise = mean(sp.diff(s12, A) * s12 + d_Phi(s12) * s22)
     sines = [2 * b_0 - b_4, b_2 - b_6, b_4, b_6]
     spread = sum(h * sp.diff(A * h / Q, A) for h in sines)
@@ -589,7 +610,9 @@ def test_23_the_noise_drift_of_the_program(eqs):
 
     The form without a series agrees with them to the error of the series.
     """
-    a, phi, h = GRID[:, None], PHI[::100], 1e-5
+    a = GRID[:, None]
+    phi = PHI[::100]
+    h = 1e-5
 
     def rows(a, phi):
         kk, q = stiffness(a, eqs)
@@ -656,14 +679,17 @@ def plane(eqs, law):
     """A grid over the plane (y, y') that holds all the mass, and its cell."""
     top = law.A[-1]
     fast = np.sqrt(2 * energy_density(law, eqs)[0][-1])
-    y, speed = top * np.linspace(-1, 1, 161)[:, None], fast * np.linspace(-1, 1, 161)
+    y = top * np.linspace(-1, 1, 161)[:, None]
+    speed = fast * np.linspace(-1, 1, 161)
     return y, speed, (y[1, 0] - y[0, 0]) * (speed[1] - speed[0])
 
 
 def test_28_the_period_is_that_of_the_orbit():
     """2 pi/omega(A) with Eq. 10's omega is not the time that the orbit takes: p(y, y') would not integrate to one."""
     law = density(CUBIC)
-    al, be, m = CUBIC.alpha, CUBIC.beta, CUBIC.mu
+    al = CUBIC.alpha
+    be = CUBIC.beta
+    m = CUBIC.mu
     y, speed, cell = plane(CUBIC, law)
     a = orbit.amplitude_through(y, speed, al, be, m)
     right = transformed_density(y, speed, law, CUBIC)
@@ -681,7 +707,9 @@ def test_28_the_period_is_that_of_the_orbit():
 def test_29_30_the_plane_is_half_a_plane():
     """p(x, x') = 2 p(y, y') lives on x >= 0, and E[V^2] is its integral over dx dx'; over all x it would be doubled."""
     law = density(CUBIC)
-    al, be, m = CUBIC.alpha, CUBIC.beta, CUBIC.mu
+    al = CUBIC.alpha
+    be = CUBIC.beta
+    m = CUBIC.mu
     y, speed, cell = plane(CUBIC, law)
     w2 = orbit.omega2(orbit.amplitude_through(y, speed, al, be, m), al, be, m)
     V2 = orbit.decoupled(y, speed, w2, m) ** 2
@@ -751,7 +779,8 @@ def test_38_against_the_exact_exponent(factor, right):
     I_k = int_0^inf u^k exp[-(W^2 u + u^3/12)/N2] du; with u = N2 q^2 no singularity is left.
     """
     numbers = {beta: 1.25, mu: 1.0}
-    stiff, n2 = float(1 + K0.subs(numbers)), 1e-2
+    stiff = float(1 + K0.subs(numbers))
+    n2 = 1e-2
     weight = lambda q: np.exp(-(stiff * q**2 + n2**2 * q**6 / 12))  # noqa: E731
     exact = 0.5 * n2 * quad(lambda q: q**2 * weight(q), 0, 12)[0] / quad(weight, 0, 12)[0]
     assert (float(factor.subs(numbers)) * n2 / 4 / exact == pytest.approx(1.0, rel=1e-3)) is right

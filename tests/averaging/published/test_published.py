@@ -53,11 +53,14 @@ def test_frequency_keeps_its_precision_for_a_short_time_constant():
 
 def test_instantaneous_frequency_is_that_of_the_potential():
     """nu^2 A^2 sin^2 Phi = 2 [G(A) - G(A cos Phi)] (Eq. 8)."""
-    A, alpha, k = 1.7, 0.5, 0.04
+    A = 1.7
+    alpha = 0.5
+    k = 0.04
     phi = PHI[::499]
     lhs = nu2(A, phi, alpha, k) * A**2 * np.sin(phi) ** 2
     assert lhs == pytest.approx(2 * (G(A, alpha, k) - G(A * np.cos(phi), alpha, k)), abs=1e-12)
-    x, v = A * np.cos(phi), A * np.sqrt(nu2(A, phi, alpha, k)) * np.sin(phi)
+    x = A * np.cos(phi)
+    v = A * np.sqrt(nu2(A, phi, alpha, k)) * np.sin(phi)
     assert amplitude(x, v, alpha, k) == pytest.approx(A, rel=1e-12)
 
 
@@ -65,14 +68,18 @@ def test_instantaneous_frequency_is_that_of_the_potential():
 @pytest.mark.parametrize("part", ["c1", "c2", "c3", "restitution", "noise"])
 def test_drift_is_the_average_of_eq_19(A, part):
     """b(A) of Eq. 21 by quadrature over Phi of m1 and the noise terms, each coefficient alone."""
-    alpha, beta, mu = 0.5, 0.05, 0.3
+    alpha = 0.5
+    beta = 0.05
+    mu = 0.3
     base = changed(
         PAPER, beta=beta, mu=mu, c1=None, c2=None, c3=None, restitution=None, n1=None, n2=None
     )
     k = K(np.array([A]), alpha, beta, mu)[0]
     q = 1 + k + alpha * A**2
     nu = lambda a, phi: np.sqrt(nu2(a, phi, alpha, K(np.asarray(a), alpha, beta, mu)))  # noqa: E731
-    sin, cos, n = np.sin(PHI), np.cos(PHI), nu(A, PHI)
+    sin = np.sin(PHI)
+    cos = np.cos(PHI)
+    n = nu(A, PHI)
     load = drift(np.array([A]), base)[0]
     assert load == pytest.approx(
         np.mean(-A * n**2 * sin**2 * C(np.array([A]), alpha, beta, mu) / q), rel=1e-9
@@ -91,7 +98,8 @@ def test_drift_is_the_average_of_eq_19(A, part):
             -nu(a, phi) * np.sin(phi) / (1 + K(np.asarray(a), alpha, beta, mu) + alpha * a**2)
         )
         s12 = lambda a, phi: s11(a, phi) * a * np.cos(phi)  # noqa: E731
-        s21, s22 = -n * cos / (A * q), -n * cos**2 / q
+        s21 = -n * cos / (A * q)
+        s22 = -n * cos**2 / q
         d, e = 1e-5, 1e-5
         terms = [
             weight
@@ -117,20 +125,25 @@ def test_averaged_terms_are_means_of_the_unaveraged():
     """
     eqs = changed(PAPER, beta=10.0, mu=3.0, n1=0.02, n2=0.03, n12=-0.02)
     quiet = changed(eqs, n1=None, n2=None, n12=None, restitution=None)
-    grid, half = np.geomspace(0.02, 20.0, 7)[:, None], 1e-5
+    grid = np.geomspace(0.02, 20.0, 7)[:, None]
+    half = 1e-5
     assert drift(grid[:, 0], quiet) == pytest.approx(
         np.mean(m1(grid, PHI, quiet), axis=1), rel=1e-10
     )
     assert damping(grid, grid * 0, eqs) == pytest.approx(C(grid, 0.5, 10.0, 3.0) - 0.01, rel=1e-12)
 
     s11, s12, s21, s22 = sigma(grid, PHI, eqs)
-    up, down = sigma(grid * (1 + half), PHI, eqs), sigma(grid * (1 - half), PHI, eqs)
+    up = sigma(grid * (1 + half), PHI, eqs)
+    down = sigma(grid * (1 - half), PHI, eqs)
     dA11, dA12 = ((u - d) / (2 * half * grid) for u, d in zip(up[:2], down[:2], strict=True))
     # sgn(cos Phi) steps between two nodes of PHI, where |cos Phi| is the same and sigma21 ~ 0
     away = np.abs(np.cos(PHI)) > 1e-6
-    later, earlier = sigma(grid, PHI + half, eqs), sigma(grid, PHI - half, eqs)
+    later = sigma(grid, PHI + half, eqs)
+    earlier = sigma(grid, PHI - half, eqs)
     dP11, dP12 = ((u - d) / (2 * half) for u, d in zip(later[:2], earlier[:2], strict=True))
-    n1, n2, n12 = eqs.n1, eqs.n2, eqs.n12
+    n1 = eqs.n1
+    n2 = eqs.n2
+    n12 = eqs.n12
     b = n1 * (dA11 * s11 + dP11 * s21) + n2 * (dA12 * s12 + dP12 * s22)
     b += n12 * (dA11 * s12 + dA12 * s11 + dP11 * s22 + dP12 * s21)
     assert noise_drift(grid[:, 0], eqs) == pytest.approx(
@@ -207,10 +220,13 @@ def test_amplitude_through_a_state_has_the_load_of_that_amplitude():
 def test_densities_integrate_to_one_and_agree(changes):
     """p(H), p(x), p(x') and p(x, x'): mass one, and E[x^2], E[x'^2], E[H] as by orbit means over p(A)."""
     eqs = changed(PAPER, **changes)
-    alpha, beta, mu = eqs.alpha, eqs.beta, eqs.mu
+    alpha = eqs.alpha
+    beta = eqs.beta
+    mu = eqs.mu
     law = density(eqs)
     H, p_H = energy_density(law, eqs)
-    top, fast = law.A[-1], np.sqrt(2 * H[-1])
+    top = law.A[-1]
+    fast = np.sqrt(2 * H[-1])
     x = np.linspace(0.0 if eqs.restitution else -top, top, 801)
     v = np.linspace(-fast, fast, 801)
     p_x, p_v = displacement_density(x, law, eqs), velocity_density(v, law, eqs)
@@ -307,9 +323,13 @@ def test_no_noise_and_no_damping_are_named_errors():
 
 def test_decoupled_voltage_is_the_filter_of_a_harmonic():
     """x = A cos w t: V = int e^{-mu s} x'(t-s) ds, by quadrature."""
-    A, w, mu, t = 1.3, 1.1, 0.2, 0.7
+    A = 1.3
+    w = 1.1
+    mu = 0.2
+    t = 0.7
     exact = quad(lambda s: -A * w * np.exp(-mu * s) * np.sin(w * (t - s)), 0, 200, limit=2000)[0]
-    x, v = A * np.cos(w * t), -A * w * np.sin(w * t)
+    x = A * np.cos(w * t)
+    v = -A * w * np.sin(w * t)
     assert decoupled(np.float64(x), np.float64(v), np.float64(w * w), mu) == pytest.approx(
         exact, rel=1e-7
     )

@@ -48,21 +48,15 @@ def test_moments_as_the_exact_engine_finds_them():
 
 def sampled_growth(eqs, power, blocks=8, rounds=10, segments=480):
     """Lambda(power) and its standard error: paths multiply by |z|^power after each segment, and as many go on."""
-    rng, words = (
-        np.random.default_rng(3),
-        np.array([random_words(np.random.SeedSequence([3, k]), BATCH) for k in range(8)]),
-    )
+    rng = np.random.default_rng(3)
+    words = np.array([random_words(np.random.SeedSequence([3, k]), BATCH) for k in range(8)])
     phase = rng.uniform(-0.5 * math.pi, 0.5 * math.pi, (blocks, BATCH))
-    state, rates, draws, h = (
-        np.stack([np.cos(phase), np.sin(phase), 0.0 * phase], axis=1),
-        [],
-        4,
-        0.05,
-    )
-    pushes, c = (
-        np.zeros((3, BATCH)),
-        Coefficients(mu=eqs.mu, beta=eqs.beta, c1=eqs.c1, n2=eqs.n2, r=eqs.restitution),
-    )
+    state = np.stack([np.cos(phase), np.sin(phase), 0.0 * phase], axis=1)
+    rates = []
+    draws = 4
+    h = 0.05
+    pushes = np.zeros((3, BATCH))
+    c = Coefficients(mu=eqs.mu, beta=eqs.beta, c1=eqs.c1, n2=eqs.n2, r=eqs.restitution)
     for _ in range(segments):
         logs = np.zeros((blocks, BATCH))
         for k in range(blocks):

@@ -41,7 +41,8 @@ def z(growth, exact):
 @pytest.mark.parametrize("r", [None, 0.9, 0.3])
 def test_decoupled_is_its_integrals(c, w2, n2, r):
     """The exact exponent without coupling, by adaptive quadrature; from overdamped to weakly driven."""
-    q, s2 = w2 - c * c / 4, 2 * n2
+    q = w2 - c * c / 4
+    s2 = 2 * n2
     moment = lambda k: quad(  # noqa: E731
         lambda y: 2 * y ** (2 * k + 1) * np.exp(-2 / s2 * (q * y**2 + y**6 / 12)), 0, 5
     )[0]
@@ -143,7 +144,8 @@ def test_push_of_the_fast_voltage(m):
         at_stop = lambda t, y: y[0]  # noqa: E731
         at_stop.terminal = True
         end = solve_ivp(rate, (0, 3), [1.0, 0, 0, 0], events=at_stop, rtol=1e-11, atol=1e-13)
-        period, energy = end.t[-1], end.y[1, -1] ** 2 / 2
+        period = end.t[-1]
+        energy = end.y[1, -1] ** 2 / 2
         return 2 * (end.y[2, -1] / energy - end.y[3, -1] / energy**2) / period
 
     assert gain(0.0) == pytest.approx(1.0, rel=1e-8)
@@ -293,7 +295,8 @@ def test_boundary_at_its_ends():
 
 @pytest.mark.parametrize("r", [0.9, None])
 def test_arrays_are_the_scalars(r):
-    mu, n2 = np.array([[0.05], [0.5]]), np.array([0.01, 0.05, 0.2])
+    mu = np.array([[0.05], [0.5]])
+    n2 = np.array([0.01, 0.05, 0.2])
     for of in (formula.published, formula.averaged, simple_exponent):
         field = of(changed(FIGURE7, restitution=r), mu, n2)
         for i, j in np.ndindex(field.shape):
@@ -427,7 +430,8 @@ def physical(**load):
 def test_a_physical_scene_is_in_si():
     """Per second: w0 times the exponent of Eq. 2."""
     device = physical(resistance=1e6)
-    eqs, w0 = equations(device), scales(device).frequency
+    eqs = equations(device)
+    w0 = scales(device).frequency
     answer = stability(device, trajectories=256, duration=200.0)
     growth = lyapunov.exponent(eqs, np.random.SeedSequence(0), 256, 200.0)
     assert w0 == pytest.approx(20.0)

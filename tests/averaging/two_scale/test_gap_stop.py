@@ -57,7 +57,9 @@ def test_voltage_on_a_linear_spring_by_its_fourier_series(mu, gap):
 @pytest.mark.parametrize("gap", GAPS)
 def test_cycle_by_an_ode_solver(gap, mu):
     """All averages of orbits in a cubic spring, by integrating x'' = -x - alpha x^3, V' + mu V = x' from end to end."""
-    alpha, c2, c3 = 2.0, 0.3, 0.7
+    alpha = 2.0
+    c2 = 0.3
+    c3 = 0.7
     cycle = settled(B, alpha=alpha, mu=mu, gap=gap, c2=c2, c3=c3).averages()
 
     def flow(t, y):
@@ -101,7 +103,8 @@ def test_cycle_by_an_ode_solver(gap, mu):
 def test_open_circuit_is_a_stiffer_spring_about_its_mean(beta, gap):
     """Without a load V = x - <x>: w^2 = 1 + beta about c = beta <x>/(1 + beta), and (1 + beta)-fold stored energy."""
     orbits = settled(B, beta=beta, gap=gap)
-    cycle, free = orbits.averages(), gap >= B
+    cycle = orbits.averages()
+    free = gap >= B
     center = beta * cycle.x / (1 + beta)
     width = orbits.A - center
     tau = np.where(free, np.pi, np.arccos(np.clip((-gap - center) / width, -1, 1))) / np.sqrt(
@@ -118,7 +121,9 @@ def test_open_circuit_is_a_stiffer_spring_about_its_mean(beta, gap):
 
 def test_slow_voltage_shifts_free_orbits():
     """A constant V moves the rest position to -beta V: same period, mean displacement -beta V, V^2 as before."""
-    beta, offset, b = 0.5, -0.3, np.array([0.05, 0.3, 0.6])
+    beta = 0.5
+    offset = -0.3
+    b = np.array([0.05, 0.3, 0.6])
     rest = -beta * offset
     shifted = settled(b - rest, offset, rest, beta=beta, mu=1e-9, gap=0.8).averages()
     assert shifted.x == pytest.approx(np.full(3, rest / (1.0)), abs=1e-8)
@@ -135,10 +140,8 @@ def gibbs(alpha, c, n1):
 def test_gibbs_moments_and_impact_rate(alpha, gap):
     """beta = 0, r = 1: exp(-c H/N1) beyond the stop; impacts at the rate p(-gap) <|x'|>/2 of Rice, on one side only."""
     c, n1 = 0.05, 0.02
-    law, weight = (
-        solve(Equations(alpha=alpha, c1=-c, n1=n1, restitution=1.0, mu=1.0, gap=gap)),
-        gibbs(alpha, c, n1),
-    )
+    law = solve(Equations(alpha=alpha, c1=-c, n1=n1, restitution=1.0, mu=1.0, gap=gap))
+    weight = gibbs(alpha, c, n1)
     norm = quad(weight, -gap, 20, points=[0, 1])[0]
     assert law.v2 == pytest.approx(n1 / c, rel=1e-5)
     assert law.x2 == pytest.approx(
@@ -159,12 +162,11 @@ def test_gibbs_moments_and_impact_rate(alpha, gap):
 @pytest.mark.parametrize("gap", [-0.6, -0.1, 0.1, 0.6])
 def test_densities_of_the_gibbs_law(alpha, gap):
     c, n1 = 0.05, 0.02
-    law, weight = (
-        solve(Equations(alpha=alpha, c1=-c, n1=n1, restitution=1.0, mu=1.0, gap=gap)),
-        gibbs(alpha, c, n1),
-    )
+    law = solve(Equations(alpha=alpha, c1=-c, n1=n1, restitution=1.0, mu=1.0, gap=gap))
+    weight = gibbs(alpha, c, n1)
     speed = np.sqrt(n1 / c)
-    x, v = np.linspace(-gap + 0.01, 1.3, 9), np.linspace(-2.0, 2.0, 8) * speed
+    x = np.linspace(-gap + 0.01, 1.3, 9)
+    v = np.linspace(-2.0, 2.0, 8) * speed
     p_x = weight(x) / quad(weight, -gap, 20, points=[0, 1])[0]
     p_v = np.exp(-(v**2) / (2 * speed**2)) / (np.sqrt(2 * np.pi) * speed)
     assert densities.state_density(x, v, law, True) == pytest.approx(p_x[:, None] * p_v, rel=1e-3)
@@ -202,7 +204,8 @@ MOMENTS = ("mean_square_voltage", "x2", "v2")
 )
 def test_a_stop_out_of_reach_is_none(changes):
     eqs = changed(PAPER, **changes)
-    free, far = solve(changed(eqs, restitution=None)), solve(changed(eqs, gap=1e3))
+    free = solve(changed(eqs, restitution=None))
+    far = solve(changed(eqs, gap=1e3))
     for name in (*MOMENTS, "bias"):
         assert getattr(far, name) == pytest.approx(getattr(free, name), rel=1e-4), name
     assert (far.impact_loss, far.slow) == pytest.approx((0.0, 0.0), abs=1e-9)
@@ -395,7 +398,8 @@ def test_what_is_never_there_does_not_bend_the_law(beta, mu, solved):
         beta=beta, mu=mu, n1=0.016214, c1=-0.0060195, c2=-0.011769, c3=0.083099, alpha=0.39867, gap=0.56415,
         restitution=0.43283,
     )  # fmt: skip
-    law, near = solve(eqs), solve(changed(eqs, mu=1.1 * mu))
+    law = solve(eqs)
+    near = solve(changed(eqs, mu=1.1 * mu))
     assert law.bias < 0.05
     if solved is not None:
         assert law.mean_square_voltage == pytest.approx(solved, rel=0.01)

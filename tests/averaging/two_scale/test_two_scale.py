@@ -109,13 +109,15 @@ def test_voltage_bends_the_orbit_with_a_stop(mu):
     # periodic
     n = 4000
     phi = (np.arange(n) + 0.5) * np.pi / n - 0.5 * np.pi
-    dphi, even = np.pi / n, np.zeros(n)
+    dphi = np.pi / n
+    even = np.zeros(n)
     for _ in range(12):
         work = np.cumsum(even * np.sin(phi)) * dphi
         work = work - work[n // 2]
         nu = np.sqrt(1.0 + 2.0 * beta * work / np.sin(phi) ** 2)
         dt = dphi / nu
-        decay, push = np.exp(-mu * dt), np.sin(phi) * nu * dt
+        decay = np.exp(-mu * dt)
+        push = np.sin(phi) * nu * dt
 
         def around(value, decay=decay, push=push):
             V = np.empty(n)
@@ -308,7 +310,8 @@ def test_impacts_that_take_much_are_within_two_per_cent_of_the_density(mu):
 @pytest.mark.statistics
 def test_stated_error_covers_random_scenes():
     """The error that the theory states of itself is not exceeded; 3 % for r >= .6 and beta <= 2."""
-    rng, shares = np.random.default_rng(11), []
+    rng = np.random.default_rng(11)
+    shares = []
     for _ in range(11):
         eqs = random_scene(rng)
         value, error = coupled(eqs)
@@ -426,10 +429,13 @@ def test_engine():
 def test_densities_of_the_gibbs_law(r, alpha):
     """beta = 0, r = 1: p(x, x') = exp(-c H/N1)/Z to 1e-3, and its marginals."""
     c, n1 = 0.05, 0.02
-    law, stop = solve(Equations(alpha=alpha, c1=-c, n1=n1, restitution=r, mu=1.0)), r is not None
-    weight, speed = gibbs(alpha, c, n1), np.sqrt(n1 / c)
+    law = solve(Equations(alpha=alpha, c1=-c, n1=n1, restitution=r, mu=1.0))
+    stop = r is not None
+    weight = gibbs(alpha, c, n1)
+    speed = np.sqrt(n1 / c)
     size = min(speed, (n1 / c / (alpha or 1e-9)) ** 0.25)
-    x, v = np.linspace(0.02, 2.5, 9) * size, np.linspace(-2.5, 2.5, 8) * speed
+    x = np.linspace(0.02, 2.5, 9) * size
+    v = np.linspace(-2.5, 2.5, 8) * speed
     p_x = weight(x) / quad(weight, 0 if stop else -9 * size, 9 * size, epsabs=1e-14)[0]
     p_v = np.exp(-(v**2) / (2 * speed**2)) / (np.sqrt(2 * np.pi) * speed)
     assert densities.state_density(x, v, law, stop) == pytest.approx(p_x[:, None] * p_v, rel=1e-3)
@@ -459,7 +465,8 @@ def test_densities_of_the_gibbs_law(r, alpha):
 def test_densities_integrate_to_the_moments(changes):
     """One, E[x^2] and E[x'^2], also where the voltage bends the orbits."""
     eqs = changed(PAPER, **changes)
-    law, stop = solve(eqs), eqs.restitution is not None
+    law = solve(eqs)
+    stop = eqs.restitution is not None
     x = law.A[-1] * np.linspace(0 if stop else -1, 1, 201)
     v = law.A[-1] * law.nu[-1].max() * np.linspace(-1.3, 1.3, 801)
     for values, p, square in (

@@ -102,7 +102,12 @@ def test_works_of_a_kick_are_the_change_of_the_kinetic_energy():
 
 def test_stored_energy_is_that_of_every_spring():
     """v^2/2 + linear x^2/2 + alpha2 x^3/3 + alpha x^4/4 + what a compliant stop stores, k y^2/2 of its depth y."""
-    x, v, contact, alpha, linear, alpha2 = -1.3, 0.7, 0.11, 0.4, -1.0, 0.9
+    x = -1.3
+    v = 0.7
+    contact = 0.11
+    alpha = 0.4
+    linear = -1.0
+    alpha2 = 0.9
     s = SimpleNamespace(measuring=BEFORE, since=1.0, x=x, v=v)
     point = Point(2.0, 0.3, 0.0, 0.0, 0.2)
     c = Coefficients(alpha=alpha, linear=linear, alpha2=alpha2)

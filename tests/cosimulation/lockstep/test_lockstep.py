@@ -70,10 +70,8 @@ def test_difference_falls_with_the_square_of_the_step(eqs, duration):
     steps = (0.2, 0.1, 0.05, 0.025, 0.0125)
     differences = np.empty((3, len(steps)))
     for seed, row in zip((7, 8, 9), differences, strict=True):
-        noise, rng = (
-            gaussian_grid(np.random.SeedSequence(seed), round(duration / 0.2)),
-            np.random.default_rng(1),
-        )
+        noise = gaussian_grid(np.random.SeedSequence(seed), round(duration / 0.2))
+        rng = np.random.default_rng(1)
         for i, h in enumerate(steps):
             row[i] = rms_difference(*both(eqs, h, stride=1, noise=noise))
             noise = refined(noise, rng)
@@ -147,10 +145,8 @@ def test_coupling_with_impacts_is_stable_and_converges(beta, mu):
     steps = min(longest, 2.0 / mu) / 2.0 ** np.arange(4)
     differences = np.empty((5, len(steps)))
     for seed, row in zip(range(5), differences, strict=True):
-        noise, rng = (
-            gaussian_grid(np.random.SeedSequence(seed), round(10 / steps[0])),
-            np.random.default_rng(1),
-        )
+        noise = gaussian_grid(np.random.SeedSequence(seed), round(10 / steps[0]))
+        rng = np.random.default_rng(1)
         for i, h in enumerate(steps):
             ours, exact = both(eqs, h, stride=1, noise=noise)
             assert np.isfinite(ours.samples).all()
@@ -184,10 +180,8 @@ def test_python_callbacks_are_the_reference(load):
     if load != "resistor":
         circuit = load_circuit(Load(netlist=load), WEAK.capacitance)
         one = worker.CoupledDevice(changed(PAPER, mu=None), WEAK, circuit, 0.1, 4)
-    compiled, python = (
-        worker.path_in_worker(one, noise),
-        next(map_in_workers(path_in_python, [(one, noise)])),
-    )
+    compiled = worker.path_in_worker(one, noise)
+    python = next(map_in_workers(path_in_python, [(one, noise)]))
     assert len(python.impacts) > 5
     assert rms_difference(python, compiled) < 1e-9
     assert python.samples == pytest.approx(compiled.samples, rel=1e-9, abs=1e-12)
@@ -198,7 +192,8 @@ def failing(one, noise, what):
     """A Python path whose `what` raises at its tenth call; then, in the same process, one that does not."""
     from tests.support import python_callbacks as reference
 
-    calls, whole = [], reference.interpreted
+    calls = []
+    whole = reference.interpreted
 
     def broken(function):
         def counted(*arguments):
@@ -221,7 +216,8 @@ def failing(one, noise, what):
 @pytest.mark.parametrize("what", ["source_voltage", "proposed_step", "accept_point"])
 def test_an_exception_in_a_python_callback_is_raised_after_the_run(what):
     """ngspice gets finite values to its end, and the exception comes out; the process goes on."""
-    noise, one = gaussian_grid(SEED, 100), device(PAPER, 0.1, 4)
+    noise = gaussian_grid(SEED, 100)
+    one = device(PAPER, 0.1, 4)
     calls, path = next(map_in_workers(failing, [(one, noise, what)]))
     assert calls == 10
     assert (path.samples == worker.path_in_worker(one, noise).samples).all()
@@ -378,10 +374,8 @@ def test_a_switching_takes_few_steps(name, most):
     """Accepted steps a kick, 15.7 and 9.0: with elements L, on which ngspice resolves microvolts, 23.7 and 20.5."""
     problem = Problem(hv.load(f"examples/plate_{name}.toml"))
     one = worker.CoupledDevice(problem.equations, problem.scales, problem.circuit, 1.0 / 15.0, 6)
-    seeds, starts = (
-        np.random.SeedSequence(2).spawn(2),
-        [(1.6, 0.9, 0.4, 0.7), (0.7, -1.1, -0.5, 0.7)],
-    )
+    seeds = np.random.SeedSequence(2).spawn(2)
+    starts = [(1.6, 0.9, 0.4, 0.7), (0.7, -1.1, -0.5, 0.7)]
     found = list(worker.measure_in_workers(one, seeds, 960, 2.0, starts=starts))
     assert sum(each.steps for each in found) / (2 * 960) < most
 
@@ -391,7 +385,8 @@ def test_burn_in_waits_for_the_smoothing_capacitor(tmp_path):
 
     Of a circuit without an ideal one beside it, whose trajectories would be waited for as long.
     """
-    scene, own = hv.load("examples/plate_bridge.toml"), tmp_path / "own.cir"
+    scene = hv.load("examples/plate_bridge.toml")
+    own = tmp_path / "own.cir"
     own.write_text(
         "* own\n.subckt own p n R=1Meg C=1u\nRseries p a 1k\nCsmooth a n {C}\nRload a n {R}\n.ends\n"
     )

@@ -48,10 +48,8 @@ def test_path(eqs, duration, most, h):
     for one at rest.
     """
     noise, a = shaken(eqs, h, duration)
-    ours, exact = (
-        worker.path_in_worker(device(eqs, h, 4), noise, a),
-        trace(eqs, noise, h, 4, shaking=a),
-    )
+    ours = worker.path_in_worker(device(eqs, h, 4), noise, a)
+    exact = trace(eqs, noise, h, 4, shaking=a)
     assert rms_difference(ours, exact) < most
     assert rms_difference(ours, exact, "x") < most
     assert ours.impacts == pytest.approx(exact.impacts, abs=1e-4)
@@ -129,15 +127,14 @@ OTHERS = pytest.mark.thorough("test_impacts_without_white_noise")
 def test_impacts_without_white_noise(eqs, most):
     """On the path of `trace`, impact by impact, chatter and rests on the stop included, whose times are exact there."""
     noise, a = shaken(eqs, 0.05, 100.0)
-    ours, exact = (
-        worker.path_in_worker(device(eqs, 0.05, 4), noise, a),
-        trace(eqs, noise, 0.05, 4, shaking=a),
-    )
+    ours = worker.path_in_worker(device(eqs, 0.05, 4), noise, a)
+    exact = trace(eqs, noise, 0.05, 4, shaking=a)
     assert rms_difference(ours, exact) < most
     assert rms_difference(ours, exact, "x") < most
     assert len(exact.impacts) > 10
     assert ours.impacts == pytest.approx(exact.impacts, abs=10 * most)
-    low, high = -(eqs.gap or 0.0), np.inf if eqs.opposite_gap is None else eqs.opposite_gap
+    low = -(eqs.gap or 0.0)
+    high = np.inf if eqs.opposite_gap is None else eqs.opposite_gap
     assert low <= ours.x.min() <= ours.x.max() <= high
     assert ((ours.x == low) == (exact.x == low)).all()
 
@@ -155,7 +152,8 @@ def test_callbacks_of_impacts_without_white_noise(name):
 @pytest.mark.parametrize("name", ["lies", "chatters", "gap", "two"])
 def test_ledger_of_impacts_without_white_noise(name):
     """It closes better the finer the step, impacts and rests included."""
-    eqs, residuals = IMPACTING[name][0], []
+    eqs = IMPACTING[name][0]
+    residuals = []
     for h in (0.04, 0.01):
         steps = round(400.0 / h)
         one = next(
@@ -170,11 +168,19 @@ def test_ledger_of_impacts_without_white_noise(name):
 @pytest.mark.parametrize("side, place", [(1.0, -0.3), (-1.0, 0.5)])
 def test_works_of_an_impact(side, place):
     """The stop takes (1 - r^2) v^2/2; the shaking has done its share of what the flight before gained."""
-    speed, up, before, share = 1.1, 0.8, 0.6, 0.25
+    speed = 1.1
+    up = 0.8
+    before = 0.6
+    share = 0.25
     s = SimpleNamespace(
         side=side, speed=speed, up=up, before=side * before, share=share, measuring=DURING
     )
-    s.n_steps, s.h, s.meet, s.impacts, s.impact_work, s.noise_work = 7, 0.1, 0.04, 0, 2.0, 3.0
+    s.n_steps = 7
+    s.h = 0.1
+    s.meet = 0.04
+    s.impacts = 0
+    s.impact_work = 2.0
+    s.noise_work = 3.0
     record = np.zeros((1, 2))
     interpreted(impact)(s, record, Coefficients(gap=0.3, high=0.5))
     assert (s.x, s.impacts, s.flown) == (place, 1, 1)
@@ -187,10 +193,8 @@ def test_works_of_an_impact(side, place):
 def test_engine_with_a_stop_under_a_drive():
     """The ensemble's answer within both steps' bias; with a rectifier the ledger closes, in the unit of the power."""
     eqs = changed(QUIET, drive_frequency=1.1)
-    few, many = (
-        hv.Spice(trajectories=2, duration=20.0).run(scene(eqs)),
-        hv.Ensemble(trajectories=64).run(scene(eqs)),
-    )
+    few = hv.Spice(trajectories=2, duration=20.0).run(scene(eqs))
+    many = hv.Ensemble(trajectories=64).run(scene(eqs))
     a, b = few.mean_square_voltage, many.mean_square_voltage
     assert abs(a.value - b.value) < a.bias + b.bias + 4 * np.hypot(a.stderr or 0.0, b.stderr or 0.0)
     # or it forgets in minutes

@@ -56,7 +56,9 @@ def _lockstep(scene, h, steps, reltol=1e-4):
 )
 def test_path_of_the_ensemble(change):
     """With a resistor ngspice's modes go as those of the exact update, and the energy ledger closes."""
-    scene, h, steps = BEAM.replace(mode=(SECOND, THIRD)).replace(**change), 0.01, 3000
+    scene = BEAM.replace(mode=(SECOND, THIRD)).replace(**change)
+    h = 0.01
+    steps = 3000
     ((found, ledger, _),) = map_in_workers(_lockstep, [(scene, h, steps)])
     expected = trace_modes(
         Problem(scene).equations, three_point_grid(np.random.SeedSequence(3), steps), h, 5
@@ -93,7 +95,10 @@ def _one_netlist(scene, begin, end, step):
     1 V is a force of 1 N and 1 A a speed of 1 m/s; all loops share the piezo's capacitance.
     """
     problem = Problem(scene)
-    circuit, first, piezo, drive = problem.circuit, scene.oscillator, scene.piezo, scene.excitation
+    circuit = problem.circuit
+    first = scene.oscillator
+    piezo = scene.piezo
+    drive = scene.excitation
     modes = [(first.mass, first.frequency, first.damping_ratio, piezo.coupling, 1.0)]
     modes += [
         (one.mass, one.frequency, one.damping_ratio, one.coupling, one.base) for one in scene.mode
@@ -137,7 +142,8 @@ def test_one_netlist(name, fine):
     amplitude = hv.Excitation(acceleration_amplitude="0.5 g", frequency="50 Hz")
     scene = BEAM.replace(mode=(SECOND, THIRD), excitation=amplitude)
     scene = scene.replace(load=hv.Load(netlist=name, parameters={"R": "1 Mohm", "C": "20 nF"}))
-    seconds, w0 = 0.4, Problem(scene).scales.frequency
+    seconds = 0.4
+    w0 = Problem(scene).scales.frequency
     h = w0 / (50.0 * fine)
     steps = round(seconds * 50.0 * fine)
     ((_, _, energy),) = map_in_workers(_lockstep, [(scene, h, steps, 1e-6)])

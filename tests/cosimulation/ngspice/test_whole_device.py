@@ -91,8 +91,10 @@ def apart():
 @cache
 def whole(load, drive):
     """Times, voltages of the piezo and powers of Rload (W) of the device as one netlist."""
-    s, circuit = SCALES, load_circuit(LOADS[load], SCALES.capacitance)
-    unit, stiffness = s.mass * s.frequency**2 * s.length / s.coupling, s.mass * s.frequency**2
+    s = SCALES
+    circuit = load_circuit(LOADS[load], SCALES.capacitance)
+    unit = s.mass * s.frequency**2 * s.length / s.coupling
+    stiffness = s.mass * s.frequency**2
     step = 0.0025 / s.frequency
     force = f"SIN(0 {AMPLITUDE * unit!r} {RATE * s.frequency / (2 * math.pi)!r})"
     if drive == "recorded":

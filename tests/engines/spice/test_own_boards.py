@@ -40,7 +40,8 @@ def answered(folder, elements, **options):
 def test_two_resistors_are_within_their_stated_error(tmp_path, ohms):
     """It had settled by what one change between periods said of a mode that turns: 257 times the stated error."""
     answer, truth = answered(tmp_path, [("R2", "PZ1", "PZ2", 10e6), ("RL", "PZ1", "PZ2", ohms)])
-    off, stated = answer.mean_power.value - truth, answer.mean_power.known_error95
+    off = answer.mean_power.value - truth
+    stated = answer.mean_power.known_error95
     assert abs(off) < stated < 2e-4 * truth
     # of the finest step, which the power is extrapolated from
     ledger = answer.details["ledger_load"]

@@ -44,7 +44,8 @@ def test_the_cheap_model_stands_in():
         burn_in=1.0,
         duration=9.0,
     )
-    pair.trajectories, pair.steps = SimpleNamespace(count=256, hopping=None, together=1), 1000
+    pair.trajectories = SimpleNamespace(count=256, hopping=None, together=1)
+    pair.steps = 1000
     setup = SpiceSetup(SimpleNamespace(eqs=eqs, h=0.1), 10.0, [warning("dies_out")], pair, 1.0)
     answer = partial_answer("spice", problem, out_of_time((1.0, 1.0, 1.0)), 7.0, setup)
     assert answer.mean_power.value == pytest.approx(

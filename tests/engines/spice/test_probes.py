@@ -90,7 +90,8 @@ def test_sampled_probes():
     assert (store.unit, current.unit) == ("V", "A")
     assert store.window == pytest.approx(1.0, rel=0.1)
     assert 0.0 < store.mean.stderr < store.mean.value
-    load, power = found.probes["p(load)"], found.mean_power
+    load = found.probes["p(load)"]
+    power = found.mean_power
     assert load.mean.value == pytest.approx(power.value, rel=1e-3)
     assert load.mean.stderr == pytest.approx(power.stderr, rel=1e-3)
     for value in vars(load).values():
@@ -124,7 +125,8 @@ def test_errors_of_sampled_probes():
     runs.probed_tolerance = np.array([[0.01, 0.0, 0.0, 0.0]])
     mean = with_sampled_probes(answer, problem, watch, runs).probes["store"].mean
     assert mean.bias == pytest.approx(0.1 + 0.01 * store.rms.value)
-    runs.followed, runs.probed_tolerance = 0, None
+    runs.followed = 0
+    runs.probed_tolerance = None
     mean = with_sampled_probes(answer, problem, watch, runs).probes["store"].mean
     assert mean.error95 is None and mean.unknown == "the time step and ngspice's tolerance"
 

@@ -48,7 +48,8 @@ def test_a_switched_circuit_begins_settled_at_the_step_of_its_twin():
     ).pair
     assert pair.coarse_is_stopped and pair.trajectories.own_sums[1] == 0.0
     assert 0.0 < abs(pair.relative_bias("load")[0]) < 0.004
-    (first, error), later = pair.mean("load"), pair.trajectories.run(pair.duration)
+    (first, error) = pair.mean("load")
+    later = pair.trajectories.run(pair.duration)
     second, other = mean_and_error(later.controlled("load", 1))
     assert abs(first - second) < 4.0 * math.hypot(error, other)
 

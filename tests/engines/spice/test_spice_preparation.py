@@ -19,10 +19,8 @@ def test_burn_in_under_a_drive_is_of_whole_periods(tmp_path):
     )
     scene = hv.load("examples/plate_harmonic.toml").with_load(hv.Load(netlist=str(own)))
     problem = Problem(scene)
-    burn_in, charging = (
-        set_up(problem, hv.Spice()).burn_in,
-        CHARGING_TIMES * 47.3 * problem.scales.frequency,
-    )
+    burn_in = set_up(problem, hv.Spice()).burn_in
+    charging = CHARGING_TIMES * 47.3 * problem.scales.frequency
     period = 2.0 * math.pi / problem.equations.drive_frequency
     assert 0.1 * period < burn_in - charging < period
     assert burn_in / period == pytest.approx(round(burn_in / period), abs=1e-9)

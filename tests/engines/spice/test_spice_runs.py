@@ -62,7 +62,9 @@ def test_power_of_a_resistor_is_the_voltage_scaled():
 def test_more_runs_and_a_longer_ensemble_as_the_split_says():
     """The ensemble's variance is what the pairs leave of the whole, and falls with its time."""
     runs = made_up()
-    residual, error, variance = 0.04, 0.1, 2e-3
+    residual = 0.04
+    error = 0.1
+    variance = 2e-3
     spread = (error**2 - residual / 8) * 50.0
     count, duration = split(variance, residual, 0.5, spread, 0.02)
     asked = runs.effort(Controlled(Value(1.0, error), residual, 1.0, 0.9), variance)
@@ -134,7 +136,10 @@ def test_of_a_budget_that_ends_early_some_goes_to_the_error_of_the_step(monkeypa
     runs = made_up()
     runs.setup = dataclasses.replace(runs.setup, pair=None)
     runs.setup.device.coarser = lambda: "coarse"
-    runs.done, runs.paired, runs.deadline = [], False, time.monotonic() + 9.5  # each costs 1 s
+    # each costs 1 s
+    runs.done = []
+    runs.paired = False
+    runs.deadline = time.monotonic() + 9.5
     runs.run_first(16)
     fine = runs.setup.device
     assert calls == [(fine, 4), ("coarse", 4), (fine, 5), ("coarse", 5)]
@@ -199,7 +204,8 @@ def test_a_bias_that_no_runs_make_smaller_is_named(tolerance, code):
 
 def test_a_target_that_is_nearly_reached_is_reached(monkeypatch):
     """The split may ask for less than a pair and for no longer ensemble, which once went round for ever."""
-    runs, asked = made_up(), []
+    runs = made_up()
+    asked = []
     found = [
         Controlled(Value(1.0, error, 0.0), error**2 * 8, 1.0, 0.9) for error in (0.0256, 0.025)
     ]

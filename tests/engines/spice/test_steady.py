@@ -70,7 +70,8 @@ def test_a_mass_on_a_stop_holds_its_response():
     )
     answer = hv.Spice(budget="30s").run(scene(eqs))
     assert answer.details["response_periods"] == 1
-    one, theta = np.ones(1), np.full(1, math.sqrt(0.1))
+    one = np.ones(1)
+    theta = np.full(1, math.sqrt(0.1))
     circuit = {"capacitance": 1.0, "resistance": 1.0, "amplitude": 0.3, "frequency": 2.0}
     device = located_impacts.Device(
         np.eye(1), 0.2 * np.eye(1), np.eye(1), theta, one, one, **circuit
@@ -100,7 +101,8 @@ def test_neighbours_lead_to_the_same_response():
     along = hv.Spice().run_continued(scenes)
     assert [isinstance(one, hv.Estimate) for one in along] == [True] * 3
     for scene_there, one in zip(scenes[1:], along[1:], strict=True):
-        rest, power = hv.Spice().run(scene_there), one.mean_power
+        rest = hv.Spice().run(scene_there)
+        power = one.mean_power
         assert (
             abs(power.value - rest.mean_power.value)
             < power.known_error95 + rest.mean_power.known_error95

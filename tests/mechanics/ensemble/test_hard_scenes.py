@@ -42,7 +42,9 @@ def averages(eqs, trajectories, h, burn_in, duration):
 
 def event_driven(eqs, start, duration, times):
     """x, x', V at the times by an ODE solver that stops at every impact; and the impacts (time, speed)."""
-    t, y, impacts = 0.0, np.array(start, float), []
+    t = 0.0
+    y = np.array(start, float)
+    impacts = []
     states = np.empty((len(times), 3))
     c1, c2, c3 = (c or 0.0 for c in (eqs.c1, eqs.c2, eqs.c3))
 
@@ -58,7 +60,8 @@ def event_driven(eqs, start, duration, times):
     def stop(_, y):
         return y[0]
 
-    stop.terminal, stop.direction = True, -1
+    stop.terminal = True
+    stop.direction = -1
     while t < duration:
         leg = solve_ivp(
             rates,
@@ -73,7 +76,8 @@ def event_driven(eqs, start, duration, times):
         inside = (times > t) & (times <= leg.t[-1])
         if inside.any():
             states[inside] = leg.sol(times[inside]).T
-        t, y = leg.t[-1], leg.y[:, -1].copy()
+        t = leg.t[-1]
+        y = leg.y[:, -1].copy()
         if leg.status == 1:
             impacts.append((t, -y[1]))
             y[0], y[1] = 0.0, -eqs.restitution * y[1]
@@ -89,7 +93,9 @@ def returns(eta, count, seed):
     np.random.seed(seed)
     speeds = np.empty(count)
     for k in range(count):
-        x, v, hit = 0.0, 1.0, 0.0
+        x = 0.0
+        v = 1.0
+        hit = 0.0
         while hit == 0.0:
             h = eta * (v * v + x ** (2.0 / 3.0))
             half = interval(0.5 * h, 0.5 * h, None)
@@ -205,7 +211,8 @@ def test_chatter_ends_whatever_the_restitution(r, h):
 @fine_to_coarse
 def test_voltage_pulls_the_mass_off_the_stop(h):
     """V < 0 and x = x' = 0: it leaves at once with the acceleration -beta V; the ensemble's kick frees it too."""
-    eqs, start = Equations(beta=1.0, mu=0.1, restitution=0.5), (0.0, 0.0, -1.0)
+    eqs = Equations(beta=1.0, mu=0.1, restitution=0.5)
+    start = (0.0, 0.0, -1.0)
     path = quiet(eqs, 1.0, h, start)
     exact, _ = event_driven(eqs, start, 1.1, path.t)
     assert (path.x > 0.0).all()
@@ -363,7 +370,9 @@ def test_several_impacts_in_a_step_stay_outside_the_stop(r, h):
 @fine_to_coarse
 def test_limit_cycle(h):
     """c1 > 0, r = 1, no noise: c3 A^4/8 - c2 A^2/4 - c1 = 0 (to second order in the damping)."""
-    c1, c2, c3 = 0.004, 0.002, 0.02
+    c1 = 0.004
+    c2 = 0.002
+    c3 = 0.02
     path = quiet(
         Equations(c1=c1, c2=c2, c3=c3, restitution=1.0),
         3000.0,
@@ -475,7 +484,8 @@ def test_start_behind_the_stop_is_refused():
 @settings(deadline=None, max_examples=500)
 def test_an_impact_never_raises_energy(x, v, V, h, r, part):
     """v^2/2 - a x, the energy under the push a of the voltage at the stop, never rises, and x >= 0."""
-    a, t = -0.7 * (V - x), part * h
+    a = -0.7 * (V - x)
+    t = part * h
     (x1, v1, _), speed = drift_at_stop(
         State(x, v, V), interval(h, t, 0.3), Coefficients(mu=0.3, beta=0.7), r
     )
@@ -483,7 +493,8 @@ def test_an_impact_never_raises_energy(x, v, V, h, r, part):
     if speed > 0.0:
         s, w = meeting(x, v, h, a)
         assert 0.0 <= s <= t * (1 + 1e-9)
-        before, after = v - 0.5 * a * h, v1 + a * (t - 0.5 * h) if (x1, v1) != (0.0, 0.0) else 0.0
+        before = v - 0.5 * a * h
+        after = v1 + a * (t - 0.5 * h) if (x1, v1) != (0.0, 0.0) else 0.0
         scale = before**2 + abs(a) * (x + h * (abs(v) + abs(a) * h))
         assert w * w == pytest.approx(before**2 - 2 * a * x, abs=1e-12 * scale)
         # below it digits are lost
@@ -510,7 +521,8 @@ def test_path_without_noise_is_of_second_order(eqs, start, duration):
         )
         known = impacts[impacts[:, 0] < duration]
         for j, (h, path) in enumerate(zip(steps, paths, strict=True)):
-            here, exact = exact[: path.t.size], exact[path.t.size :]
+            here = exact[: path.t.size]
+            exact = exact[path.t.size :]
             apart = abs(path.t[:, None] - impacts[:, 0]).min(axis=1) > 0.11  # x' jumps there
             errors[k, j] = np.sqrt(np.mean((path.samples[:, 2:] - here)[apart] ** 2, axis=0))
             met = path.impacts[path.impacts[:, 0] < duration]

@@ -74,12 +74,11 @@ def strong_order(eqs, duration, paths=200, levels=8, first=0.2):
     All start on one quiet trajectory, half a step early as `trace` has it.
     """
     quiet = trace(changed(eqs, n1=None), np.zeros(2000), 2e-4, 1, (1.2, 0.0, 0.0))
-    ends, impacts = np.empty((paths, levels, 3)), 0
+    ends = np.empty((paths, levels, 3))
+    impacts = 0
     for seed in range(paths):
-        noise, rng = (
-            gaussian_grid(np.random.SeedSequence(seed), round(duration / first)),
-            np.random.default_rng(seed),
-        )
+        noise = gaussian_grid(np.random.SeedSequence(seed), round(duration / first))
+        rng = np.random.default_rng(seed)
         for level in range(levels):
             h = first / 2**level
             start = tuple(
@@ -120,13 +119,15 @@ def test_strong_order_without_a_stop(eqs):
     """Order 1 in x, V and x' over three periods, nonlinear spring and damping and parametric noise included."""
     squares = np.zeros((100, 6, 3))
     for seed in range(100):
-        noise, rng = gaussian_grid(np.random.SeedSequence(seed), 100), np.random.default_rng(seed)
+        noise = gaussian_grid(np.random.SeedSequence(seed), 100)
+        rng = np.random.default_rng(seed)
         before = None
         for level in range(7):
             now = trace(eqs, noise, 0.2 / 2**level, 2**level).samples[:, 2:]
             if before is not None:
                 squares[seed, level - 1] = ((now - before) ** 2).mean(axis=0)
-            before, noise = now, refined(noise, rng)
+            before = now
+            noise = refined(noise, rng)
     rms = np.sqrt(squares.mean(axis=0))
     orders = np.polyfit(np.log(0.2 / 2 ** np.arange(6)), np.log(rms), 1)[0]
     assert orders == pytest.approx(1.0, abs=0.1)
@@ -150,7 +151,8 @@ def test_both_noise_modes_have_the_same_law():
 def test_correlation_time_of_an_exponential_memory():
     """Means over windows of length L of a process with correlation exp(-t): tau = 1, from L = 50."""
     rng = np.random.default_rng(5)
-    h, steps = 0.05, 1000
+    h = 0.05
+    steps = 1000
     values, total = rng.standard_normal(20_000), np.zeros(20_000)
     for _ in range(steps):
         values = np.exp(-h) * values + np.sqrt(-np.expm1(-2 * h)) * rng.standard_normal(20_000)
@@ -249,7 +251,8 @@ def test_intervals_cover_after_a_burn_in_found_from_the_data():
 @pytest.mark.thorough("test_both_noise_modes_have_the_same_law")
 def test_batches_of_one_path_cover():
     """The same for batch means of a single recorded path, as the lock-step with a circuit has them."""
-    eqs, h = linear(0.05, 1.0, c=0.2), 0.05
+    eqs = linear(0.05, 1.0, c=0.2)
+    h = 0.05
     inside = []
     for seed in range(200):
         path = trace(eqs, gaussian_grid(np.random.SeedSequence([seed, 17]), 40_000), h, 8)
@@ -290,7 +293,9 @@ def check(density, mass):
 @pytest.mark.thorough("test_both_noise_modes_have_the_same_law")
 def test_densities_of_the_gibbs_law():
     """p(x) ~ exp(-c (x^2/2 + alpha x^4/4)/N1) on x > 0 and Gaussian x', for r = 1 without coupling."""
-    alpha, c, n1 = 2.0, 0.05, 0.02
+    alpha = 2.0
+    c = 0.05
+    n1 = 0.02
     eqs = Equations(alpha=alpha, c1=-c, n1=n1, restitution=1.0)
     weight = lambda x: np.exp(-c / n1 * (x**2 / 2 + alpha * x**4 / 4))  # noqa: E731
     total = quad(weight, 0, np.inf)[0]

@@ -89,7 +89,9 @@ def test_gibbs_law_with_a_stop():
     """r = 1, beta = 0: x and x' from exp(-c H/N1) on x > 0; impact rate 1/pi without cubic stiffness."""
     from scipy.integrate import quad
 
-    alpha, c, n1 = 2.0, 0.05, 0.02
+    alpha = 2.0
+    c = 0.05
+    n1 = 0.02
     eqs = padded(Equations(alpha=alpha, c1=-c, n1=n1, restitution=1.0))
     moments = settled(eqs, h=0.04)
     weight = lambda x: np.exp(-c / n1 * (x**2 / 2 + alpha * x**4 / 4))  # noqa: E731
@@ -172,7 +174,8 @@ def test_a_shared_noise_makes_the_bias_precise():
 def test_a_resting_pair_keeps_its_bias():
     pair = RichardsonPair(Trajectories(PAPER, 512, SEED, 0.1), 50.0)
     pair.extend(50.0)
-    before, steps = pair.bias("V2"), pair.steps
+    before = pair.bias("V2")
+    steps = pair.steps
     pair.stop_coarse()
     assert pair.steps == steps
     pair.extend(50.0)
@@ -305,7 +308,9 @@ def test_no_noise_dies_out_with_a_word():
 @pytest.mark.thorough("test_linear_statistics")
 def test_limit_cycle_without_noise():
     """c3 A^4/8 - c2 A^2/4 - c1 = 0, r = 1."""
-    c1, c2, c3 = 0.02, 0.01, 0.1
+    c1 = 0.02
+    c2 = 0.01
+    c3 = 0.1
     many = Trajectories(Equations(c1=c1, c2=c2, c3=c3, restitution=1.0), 64, SEED, 0.02)
     burn_in(many)
     moments = many.run(500.0)

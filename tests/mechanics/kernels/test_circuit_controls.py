@@ -56,7 +56,8 @@ OTHERS = pytest.mark.thorough("test_power_is_worth_many_times_as_many_trajectori
 def test_power_is_worth_many_times_as_many_trajectories(eqs, circuit, floor):
     """And plain and controlled means agree: boundaries take a stationary path for granted."""
     moments = stationary(eqs, circuit, 512).run(400.0)
-    plain, controlled = moments.mean("load"), mean_and_error(moments.controlled("load"))
+    plain = moments.mean("load")
+    controlled = mean_and_error(moments.controlled("load"))
     assert (plain[1] / controlled[1]) ** 2 > floor
     assert abs(z(plain, *controlled)) < 4.0
 

@@ -172,7 +172,8 @@ def test_a_kernel_waits_for_the_process_that_compiles_it(cache, monkeypatch):
 
     assert kernel(half)(1.0) == 0.5
     (kept,), (turn,) = (list(cache.rglob(f"*{end}")) for end in (".nbc", ".turn-*"))
-    same, hidden = kernel(half), kept.with_suffix(".hidden")
+    same = kernel(half)
+    hidden = kept.with_suffix(".hidden")
     with ThreadPoolExecutor(1) as pool, turn.open("ab") as of_turn:
         fcntl.flock(of_turn, fcntl.LOCK_EX)
         kept.rename(hidden)

@@ -75,7 +75,11 @@ def test_an_impact_never_raises_energy_and_never_passes_the_stop(x, v, h, r):
 @pytest.mark.parametrize("f", [0.0, 1e-3, 0.3, -0.3])
 def test_kick_is_the_linear_equation_to_third_order(f):
     """v' = -f v - x - alpha x^3 - beta V at fixed x and V: local error of order h^3."""
-    x, v, V, alpha, beta = 0.7, -0.4, 0.2, 0.5, 1.25
+    x = 0.7
+    v = -0.4
+    V = 0.2
+    alpha = 0.5
+    beta = 1.25
     errors = []
     for h in (0.1, 0.05):
         force = -x - alpha * x**3 - beta * V
@@ -118,9 +122,13 @@ def test_quadratic_damping_of_a_kick_is_of_second_order(v, force):
 @pytest.mark.parametrize("cv", [0.05, 0.5])
 def test_turning_points_under_quadratic_damping(cv):
     """x'' + cv |x'| x' + x = 0 turns at a and -b with (1 + 2 cv a) exp(-2 cv a) = (1 - 2 cv b) exp(2 cv b)."""
-    c, h = Coefficients(cv=cv), 2e-3
-    half, whole = interval(0.5 * h, h, None), interval(h, h, None)
-    s, turns, before = drift(State(1.0, 0.0, 0.0), half, None, None)[0], [1.0], -1.0
+    c = Coefficients(cv=cv)
+    h = 2e-3
+    half = interval(0.5 * h, h, None)
+    whole = interval(h, h, None)
+    s = drift(State(1.0, 0.0, 0.0), half, None, None)[0]
+    turns = [1.0]
+    before = -1.0
     while len(turns) < 5:
         s = State(s.x, kick(s, 0.0, h, c), s.V)
         if s.v * before < 0.0:
@@ -146,7 +154,8 @@ def test_one_variate_a_noise_has_the_law_of_the_correlated_sum(n12, x):
 
     Correlation at its bound, n12^2 = n1 n2, leaves a single noise.
     """
-    h, c = 0.1, Coefficients(n1=0.01, n2=0.04, n12=n12)
+    h = 0.1
+    c = Coefficients(n1=0.01, n2=0.04, n12=n12)
     points = ((-math.sqrt(3.0), 1 / 6), (0.0, 2 / 3), (math.sqrt(3.0), 1 / 6))
     moments = [
         sum(p * q * impulse(x, xi, h, c, other) ** k for xi, p in points for other, q in points)
@@ -214,7 +223,9 @@ def test_meeting_is_on_the_parabola(x, v, a):
 @pytest.mark.parametrize("x, v", [(0.3, 0.7), (0.05, -0.9), (0.01, -0.9)])
 def test_drift_at_stop_is_drift_but_for_a_push(x, v, r, beta, n1):
     """The same, unless an impact happens under a force that no noise drowns."""
-    h, V, mu = 0.1, 0.4, 0.3
+    h = 0.1
+    V = 0.4
+    mu = 0.3
     s, d = State(x, v, V), interval(h, h, mu)
     plain = drift(s, d, mu, r)
     ours = drift_at_stop(s, d, Coefficients(mu=mu, beta=beta, n1=n1), r)
@@ -226,7 +237,11 @@ def test_drift_at_stop_is_drift_but_for_a_push(x, v, r, beta, n1):
 
 def test_impact_under_a_push_is_that_of_the_accelerated_motion():
     """Constant a from (x, u): down, reflected, up; the velocity given back is that of the kick at the end less half."""
-    h, r, beta, x, V = 0.1, 0.9, 2.0, 0.02, 1.02
+    h = 0.1
+    r = 0.9
+    beta = 2.0
+    x = 0.02
+    V = 1.02
     c = Coefficients(beta=beta)
     a = push(x, V, c)
     assert a == pytest.approx(-2.0)
@@ -239,7 +254,8 @@ def test_impact_under_a_push_is_that_of_the_accelerated_motion():
     assert x1 == pytest.approx(r * w * left + 0.5 * a * left**2)
     assert v1 + 0.5 * a * h == pytest.approx(r * w + a * left)
     # V(h) = V exp(-mu h) + int x'(s) exp(-mu (h - s)) ds
-    mu, hit = 3.0, h - left
+    mu = 3.0
+    hit = h - left
     (_, _, V1), _ = drift_at_stop(s, interval(h, h, mu), c._replace(mu=mu), r)
     way = quad(lambda s: (u + a * s) * math.exp(-mu * (h - s)), 0, hit)[0]
     way += quad(lambda s: (r * w + a * (s - hit)) * math.exp(-mu * (h - s)), hit, h)[0]
@@ -248,8 +264,11 @@ def test_impact_under_a_push_is_that_of_the_accelerated_motion():
 
 def test_bounce_shorter_than_a_step_sticks_unless_nothing_is_lost():
     """2 r w/a < h: x = x' = 0 for r < 1; for r = 1 the energy stays."""
-    h, V, c = 0.1, 1.0, Coefficients(beta=1.0)
-    d, half = interval(h, h, None), 0.5 * push(0.0, V, c) * h
+    h = 0.1
+    V = 1.0
+    c = Coefficients(beta=1.0)
+    d = interval(h, h, None)
+    half = 0.5 * push(0.0, V, c) * h
     for r in (0.0, 0.5, 1 - 1e-12):
         assert drift_at_stop(State(0.0, half - 0.001, V), d, c, r)[0][:2] == (0.0, 0.0)
     (x1, v1, V1), speed = drift_at_stop(State(0.0, half - 0.0013, V), d, c, 1.0)
@@ -263,7 +282,8 @@ def test_bounce_shorter_than_a_step_sticks_unless_nothing_is_lost():
 @pytest.mark.slow
 @pytest.mark.parametrize("V, moves", [(1.0, False), (0.0, False), (-1.0, True)])
 def test_a_stuck_mass_waits_for_a_pull(V, moves):
-    c, rest = Coefficients(beta=0.7, r=0.5), State(0.0, 0.0, V)
+    c = Coefficients(beta=0.7, r=0.5)
+    rest = State(0.0, 0.0, V)
     assert kick_at_stops(rest, 0.0, 0.1, c) == pytest.approx(0.07 * moves)
     # without a stop, away from it, in motion, or under external noise nothing holds the mass
     free = kick(rest, 0.0, 0.1, c)

@@ -149,7 +149,8 @@ def test_mass_sticks_until_the_drive_frees_it():
     # in a period one, and a touch of 1e-9 as it comes to rest; lying there is none
     assert late.sum() == 4
     s = np.linspace(0, 3, 31)
-    P, phi = F / (1 - frequency**2), -math.pi / 2
+    P = F / (1 - frequency**2)
+    phi = -math.pi / 2
     exact = (
         -P * math.cos(phi) * np.cos(s)
         + P * frequency * math.sin(phi) * np.sin(s)

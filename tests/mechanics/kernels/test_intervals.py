@@ -27,7 +27,9 @@ from tests.support.systems import PAPER, changed, z
 @pytest.mark.parametrize("r", [0.0, 0.96])
 def test_its_error_has_no_mean_and_no_slope_over_the_places_of_an_impact(mu, r):
     """Against the exact drift, over the time that is left after the impact; it is below mu h^2/12 of the speed."""
-    h, v, V = 0.1, -0.7, 0.2
+    h = 0.1
+    v = -0.7
+    V = 0.2
 
     def error(a):
         both = interval(h, h, mu, fitted(mu, h)), interval(h, h, mu)
@@ -44,7 +46,8 @@ def test_its_error_has_no_mean_and_no_slope_over_the_places_of_an_impact(mu, r):
 def test_the_line_is_that_of_a_numerical_fit():
     for mu, h in ((1e-6, 0.1), (0.05, 0.4), (5.0, 0.1)):
         s, weights = np.polynomial.legendre.leggauss(20)
-        a, root = 0.5 * h * (s + 1.0), np.sqrt(weights)
+        a = 0.5 * h * (s + 1.0)
+        root = np.sqrt(weights)
         matrix = np.array([root, root * a]).T
         expected = np.linalg.lstsq(matrix, root * -np.expm1(-mu * a) / mu, rcond=None)[0]
         assert fitted(mu, h) == pytest.approx(tuple(expected), rel=1e-9, abs=1e-12)

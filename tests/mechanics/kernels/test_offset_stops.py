@@ -28,7 +28,8 @@ def trace(eqs, *arguments):
 
 def one_by_one(x, v, V, t, mu, gap, r, high, r_high):
     """Impact after impact, with the exact voltage on every leg: state, number, energy lost."""
-    count, energy = 0, 0.5 * v * v
+    count = 0
+    energy = 0.5 * v * v
 
     def leg(V, v, s):
         return V + v * s if mu is None else V * math.exp(-mu * s) - v * math.expm1(-mu * s) / mu
@@ -38,7 +39,10 @@ def one_by_one(x, v, V, t, mu, gap, r, high, r_high):
         s = (wall - x) / v
         if s >= t:
             break
-        x, V, t, count = wall, leg(V, v, s), t - s, count + 1
+        x = wall
+        V = leg(V, v, s)
+        t = t - s
+        count = count + 1
         v *= -(r_high if v > 0.0 else r)
     return (x + v * t, v, leg(V, v, t)), count, energy - 0.5 * v * v
 
@@ -109,7 +113,9 @@ def test_a_gap_of_a_nanometre_costs_no_more(r):
 )
 def test_contact_is_the_equation(mu, k, c, y, v):
     """y, y', V against an ODE solver through a whole drift; the energy that the damping took closes the balance."""
-    t, gap, V = 0.3, 0.7, 0.4
+    t = 0.3
+    gap = 0.7
+    V = 0.4
 
     def rates(_, z):
         contact = -k * z[0] - c * z[1] if z[0] < 0.0 else 0.0
@@ -118,11 +124,13 @@ def test_contact_is_the_equation(mu, k, c, y, v):
     def edge(_, z):
         return z[0]
 
-    state, now = np.array([y, v, V, 0.0]), 0.0
+    state = np.array([y, v, V, 0.0])
+    now = 0.0
     edge.terminal = True
     while now < t:
         leg = solve_ivp(rates, (now, t), state, "DOP853", events=edge, rtol=1e-11, atol=1e-14)
-        now, state = leg.t[-1], leg.y[:, -1].copy()
+        now = leg.t[-1]
+        state = leg.y[:, -1].copy()
         if leg.status == 1:  # on with it, clearly on the other side
             state[0] = math.copysign(1e-15, state[1])
     (x1, v1, V1), (first, speed, impacts, lost) = in_contact(
@@ -138,7 +146,10 @@ def test_contact_longer_than_a_step_goes_on_in_the_next():
     """A soft stop: one drift of length 1, and 100 drifts of .01 that begin and end in contact, are the same."""
     c = Coefficients(gap=0.0, mu=0.3, k=4.0, c=0.4)
     whole = in_contact(0.1, -1.0, 0.2, 1.0, c)
-    x, v, V, took = 0.1, -1.0, 0.2, 0.0
+    x = 0.1
+    v = -1.0
+    V = 0.2
+    took = 0.0
     for _ in range(100):
         (x, v, V), did = in_contact(x, v, V, 0.01, c)
         took += did[3]
@@ -162,7 +173,8 @@ def test_compliant_stop_becomes_rigid_at_the_rate_of_its_contact_time():
     zeta = 0.1
     r = math.exp(-math.pi * zeta / math.sqrt(1 - zeta * zeta))
     base = Equations(c1=-0.1, alpha=0.5, beta=0.3, mu=0.4, gap=0.2)
-    start, h = (1.0, 0.0, 0.0), 0.002
+    start = (1.0, 0.0, 0.0)
+    h = 0.002
     rigid = trace(changed(base, restitution=r), np.zeros(5000), h, 1, start)
     stiff = (1e3, 1e4, 1e5, 1e6)
     errors = []
@@ -192,9 +204,15 @@ def test_no_stiffness_makes_a_step_unstable(k):
 
 def sinusoids(gap, r, x0, times, room=math.inf, r_high=None):
     """x'' = -x from (x0, 0) with impacts at -gap, and at ``room``: exact, leg by leg; impacts as (time, speed)."""
-    x, v, t, impacts, out = x0, 0.0, 0.0, [], np.empty((len(times), 2))
+    x = x0
+    v = 0.0
+    t = 0.0
+    impacts = []
+    out = np.empty((len(times), 2))
     while True:
-        A, phase = math.hypot(x, v), math.atan2(-v, x)  # x = A cos(s + phase)
+        # x = A cos(s + phase)
+        A = math.hypot(x, v)
+        phase = math.atan2(-v, x)
         hits = []
         for wall, side in ((-gap, 1), (room, -1)):
             if abs(wall) < A:
@@ -209,7 +227,9 @@ def sinusoids(gap, r, x0, times, room=math.inf, r_high=None):
         if times[-1] <= t + s:
             return out, np.array(impacts)
         v1 = -A * math.sin(s + phase)
-        t, x, v = t + s, wall, -(r if v1 < 0.0 else r_high) * v1
+        t = t + s
+        x = wall
+        v = -(r if v1 < 0.0 else r_high) * v1
         impacts.append((t, -v1))
 
 
@@ -225,7 +245,8 @@ def sinusoids(gap, r, x0, times, room=math.inf, r_high=None):
 )
 def test_linear_paths_are_sinusoids_between_impacts(gap, r, room, r_high):
     """x, x' of a path without noise against the closed form, of second order in h, impacts too."""
-    steps, errors = (0.1, 0.05, 0.025, 0.0125), []
+    steps = (0.1, 0.05, 0.025, 0.0125)
+    errors = []
     # the kernels of the next test
     eqs = Equations(restitution=r, gap=gap, beta=0.0, mu=1.0, c1=0.0)
     if r_high is not None:
@@ -270,17 +291,13 @@ def test_both_stops_are_each_others_mirror_image(n1):
     eqs = Equations(
         alpha2=0.3, alpha=0.2, beta=0.4, mu=0.5, c1=-0.02, n1=n1, gap=0.3, opposite_gap=0.5
     )
-    a, b = (
-        changed(eqs, restitution=0.9, opposite_restitution=0.6),
-        changed(
-            eqs, alpha2=-0.3, gap=0.5, opposite_gap=0.3, restitution=0.6, opposite_restitution=0.9
-        ),
+    a = changed(eqs, restitution=0.9, opposite_restitution=0.6)
+    b = changed(
+        eqs, alpha2=-0.3, gap=0.5, opposite_gap=0.3, restitution=0.6, opposite_restitution=0.9
     )
     noise = np.random.default_rng(3).standard_normal(800)
-    one, other = (
-        trace(a, noise, 0.05, 1, (0.2, 0.7, 0.1)),
-        trace(b, -noise, 0.05, 1, (-0.2, -0.7, -0.1)),
-    )
+    one = trace(a, noise, 0.05, 1, (0.2, 0.7, 0.1))
+    other = trace(b, -noise, 0.05, 1, (-0.2, -0.7, -0.1))
     assert (one.impacts[:, 1] > 0).any()
     assert (one.impacts[:, 1] < 0).any()
     assert one.samples == pytest.approx(-other.samples, abs=1e-9)
@@ -354,7 +371,8 @@ def test_grazing_is_one_impact():
         {"stop_stiffness": 1e6, "stop_damping": 1e3 * 0.026},
     ):
         e = changed(eqs, **stop)
-        s, c = State(-0.5 + 1e-14, -1e-12, 0.0), coefficients(e)._replace(mu=None, beta=None)
+        s = State(-0.5 + 1e-14, -1e-12, 0.0)
+        c = coefficients(e)._replace(mu=None, beta=None)
         (x, v, _), (first, speed, impacts, _) = move(s, interval(0.1, 0.1, None), c)
         assert (first, speed, impacts) == pytest.approx((0.01, 1e-12, 1.0), rel=0.01)
         assert v == pytest.approx(0.96e-12, rel=0.01)
@@ -382,10 +400,8 @@ def test_compiled_and_interpreted_agree():
         changed(PAPER, gap=-0.2),
     ):
         for x, v in ((0.25, 2.0), (0.25, -2.0), (0.25, 20.0), (0.2, 0.0)):
-            s, c = (
-                State(x, v, 0.3),
-                coefficients(eqs)._replace(c1=None, c2=None, c3=None, linear=-1.0, alpha2=0.2),
-            )
+            s = State(x, v, 0.3)
+            c = coefficients(eqs)._replace(c1=None, c2=None, c3=None, linear=-1.0, alpha2=0.2)
             arguments = s, interval(0.1, 0.1, eqs.mu), c
             for one, other in zip(move(*arguments), move.py_func(*arguments), strict=True):
                 assert one == pytest.approx(other, rel=1e-12, abs=1e-15, nan_ok=True)

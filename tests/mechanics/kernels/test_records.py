@@ -129,7 +129,8 @@ def test_ensemble_runs_whole_periods():
 def test_spice_on_the_record():
     eqs = changed(PAPER, n1=None, n2=None, restitution=None, record=table())
     zeros = np.zeros(500)
-    ours, exact = worker.path_in_worker(device(eqs, 0.1, 4), zeros), trace(eqs, zeros, 0.1, 4)
+    ours = worker.path_in_worker(device(eqs, 0.1, 4), zeros)
+    exact = trace(eqs, zeros, 0.1, 4)
     assert np.abs(exact.x).max() > 0.3
     assert rms_difference(ours, exact) < 5e-5
     assert rms_difference(ours, exact, "x") < 1e-5
@@ -308,7 +309,8 @@ def test_file_is_found_beside_the_scene(tmp_path, monkeypatch):
     written(tmp_path / "data", GOOD)
     scene = plate(tmp_path, 'acceleration_file = "data/shake.csv"')
     monkeypatch.chdir("/")
-    record, s = equations(scene).record, scales(scene)
+    record = equations(scene).record
+    s = scales(scene)
     assert record.spacing == pytest.approx(0.01 * 20.0)
     assert record.values[1] == pytest.approx(-9.80665 * 0.841 / (s.length * 400.0))
     assert record.rms == pytest.approx(1.0)

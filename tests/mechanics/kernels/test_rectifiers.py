@@ -63,7 +63,9 @@ def without_drop(kind, mu, kappa=None, **changes):
 
 def moved(one, x, h, U=0.0):
     """V and U along a motion through the displacements x, h apart, at constant velocity in between."""
-    V, m, seen = 0.0, x[0], []
+    V = 0.0
+    m = x[0]
+    seen = []
     for a, b in pairwise(x):
         v = (b - a) / h
         (_, _, V), (U, m), _ = fly(
@@ -110,7 +112,9 @@ def test_diode_under_a_constant_slope(w0, w1):
     """W' = (w1 - w0)/t - leak exp(w/n) by an independent solver."""
     from scipy.integrate import solve_ivp
 
-    t, n, leak = 0.3, 0.02, 1e-4
+    t = 0.3
+    n = 0.02
+    leak = 1e-4
     w = solve_ivp(
         lambda _, w: (w1 - w0) / t - leak * np.exp(np.minimum(w / n, 690.0)),
         (0, t),
@@ -136,7 +140,8 @@ def test_flow_against_the_circuits_equations(kind, mu, kappa):
         if kind == "bridge":
             up, down = (1e-3 * math.exp((s * V - U) / 0.04) for s in (1.0, -1.0))
             return math.cos(t) - up + down, (up + down - mu * U) / kappa
-        up, down = 1e-3 * math.exp((V - U) / 0.02), 1e-3 * math.exp(-V / 0.02)
+        up = 1e-3 * math.exp((V - U) / 0.02)
+        down = 1e-3 * math.exp(-V / 0.02)
         return math.cos(t) - up + down, (up - mu * U) / kappa
 
     exact = solve_ivp(slope, (0.0, 9.0), [0.0, 0.0], "Radau", rtol=1e-9, atol=1e-11).y[:, -1]
@@ -180,7 +185,9 @@ def test_voltage_at_a_fixed_amplitude(kind, share):
 
 def test_drop_at_a_fixed_amplitude():
     """Vdc = (Voc - 2 Vd) R/(R + pi/(2 w Cp)) of a nearly ideal threshold Vd, whose loss is 2 Vd times the current."""
-    n, threshold, mu = 2e-4, 0.1, 1.0
+    n = 2e-4
+    threshold = 0.1
+    mu = 1.0
     one = circuit("bridge", mu, 20 * math.pi * mu, n, math.exp(-threshold / n))
     found, square, taken = harmonic(one)
     assert found == pytest.approx((1 - 2 * threshold) / (1 + mu * math.pi / 2), rel=6e-3)
@@ -189,7 +196,10 @@ def test_drop_at_a_fixed_amplitude():
 
 def test_drop_of_the_switch_at_a_fixed_amplitude():
     """Vdc = (2 Voc - (1 + q) Vs)/(1 - q + pi mu): a switch's diode of Vs, a bridge of none."""
-    n, threshold, q, mu = 2e-4, 0.1, 0.7, 0.3
+    n = 2e-4
+    threshold = 0.1
+    q = 0.7
+    mu = 0.3
     leak = math.exp(-threshold / n)
     one = circuit(
         "parallel_sshi",
@@ -217,8 +227,18 @@ def test_flyback_against_the_coils_equations():
     """The quarter oscillation and the coil's running down, losses included, by an independent solver."""
     from scipy.integrate import solve_ivp
 
-    capacitance, coil, wire, closed, core, kappa = 1.0, 1e-4, 6e-4, 3e-4, 1.0, 30.0
-    V, U, rest, n, leak = 2.0, 1.5, 0.1, 1e-9, 1.0  # no drops
+    capacitance = 1.0
+    coil = 1e-4
+    wire = 6e-4
+    closed = 3e-4
+    core = 1.0
+    kappa = 30.0
+    # no drops
+    V = 2.0
+    U = 1.5
+    rest = 0.1
+    n = 1e-9
+    leak = 1.0
     root = math.sqrt(coil / capacitance)
     damping = 0.5 * ((wire + closed) / root + root / core)
     one = Flyback(damping, 1.0 / root, rest, wire, 1.0 / core)
@@ -276,9 +296,17 @@ def test_switching_within_a_drift_comes_at_its_time(kind):
 @pytest.mark.parametrize("kind", KINDS)
 def test_impact_within_a_drift(kind):
     """Two motions, to the stop and away from it, as `drift` has them."""
-    one, r, h = circuit(kind), 0.8, 0.2
-    x, v, V, U, m = 0.1, -1.5, 0.6, 0.3, 0.102
-    s, store, d = State(x, v, V), Store(U, m), interval(h, h, None)
+    one = circuit(kind)
+    r = 0.8
+    h = 0.2
+    x = 0.1
+    v = -1.5
+    V = 0.6
+    U = 0.3
+    m = 0.102
+    s = State(x, v, V)
+    store = Store(U, m)
+    d = interval(h, h, None)
     (x1, v1, V1), (U1, _), impact = fly(s, store, d, Coefficients(r=r), one, None)
     there = 0.1 / 1.5
     assert (x1, v1, *impact[:2]) == pytest.approx((*drift(s, d, None, r)[0][:2], there, 1.5))
@@ -316,7 +344,9 @@ OTHER = pytest.mark.thorough("test_lane_and_path_are_the_same_trajectory")
 )
 def test_lane_and_path_are_the_same_trajectory(kind, r):
     """With a stop there is all that there is without one, and the impact."""
-    eqs, h, time = changed(PLATE, restitution=r), 0.07, 12.0 if r else 60.0
+    eqs = changed(PLATE, restitution=r)
+    h = 0.07
+    time = 12.0 if r else 60.0
     many = Trajectories(eqs, 64, SEED, h, circuit=circuit(kind))
     moments = many.run(time)
     words = Trajectories(eqs, 64, SEED, h, circuit=circuit(kind)).words[0]
@@ -363,7 +393,8 @@ def test_the_mass_moves_as_with_a_resistor(kind, changes):
     """
     eqs = changed(PLATE, **{"beta": None, **changes})
     many = Trajectories(eqs, 64, SEED, 0.02, circuit=circuit(kind))
-    words, h = many.words[0].copy(), many.h
+    words = many.words[0].copy()
+    h = many.h
     start = (*many.state[0, :2, 5], 0.0, 0.0)
     phase = math.atan2(many.filter[0, 1, 5], many.filter[0, 0, 5])
     moments = many.run(30.0)

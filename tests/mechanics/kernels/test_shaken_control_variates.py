@@ -9,7 +9,8 @@ from harvester.mechanics.kernels.noise import coarsened, three_point_grid
 from harvester.mechanics.kernels.shaken_control_variates import martingales, shaken_path_controls
 from harvester.mechanics.kernels.shaking import filter_of
 
-H, STEPS = 0.2, 4000
+H = 0.2
+STEPS = 4000
 SLOW = Equations(coloured=0.3, correlation_time=2.0)
 BAND = Equations(coloured=0.3, centre=1.3, bandwidth=0.4)
 
@@ -33,7 +34,8 @@ def test_new_is_what_the_filter_does_not_foretell(eqs):
 @pytest.mark.parametrize("eqs", [SLOW, BAND], ids=["coloured", "band"])
 def test_coarse_member_is_on_the_same_noise(eqs):
     """Every second acceleration of half the step; of Ornstein and Uhlenbeck's with the variance of the whole step's."""
-    coarse, fine = coarse_forcing(eqs, H, 50, rng()), forcing(eqs, 0.5 * H, 100, rng())
+    coarse = coarse_forcing(eqs, H, 50, rng())
+    fine = forcing(eqs, 0.5 * H, 100, rng())
     assert len(coarse) == 51
     ratio = coarse / fine[::2]
     gain = np.sqrt(0.5 * np.tanh(H / 4.0) / np.tanh(H / 8.0)) if eqs is SLOW else 1.0

@@ -42,9 +42,12 @@ def discrete(eqs, h):
     At kick k with z = exp(i Omega h) per step: (x, V) before the kick, v after it.
         x z = x + h v,   V z = e V + g v,   v z = (v + (1 + y/2) h (-x z - beta V z + F z))/q
     """
-    zed, e = np.exp(1j * eqs.drive_frequency * h), math.exp(-eqs.mu * h)
-    g, y = (1.0 - e) / eqs.mu, -eqs.c1 * h
-    q, b = 1.0 + y + 0.5 * y * y, h * (1.0 + 0.5 * y)
+    zed = np.exp(1j * eqs.drive_frequency * h)
+    e = math.exp(-eqs.mu * h)
+    g = (1.0 - e) / eqs.mu
+    y = -eqs.c1 * h
+    q = 1.0 + y + 0.5 * y * y
+    b = h * (1.0 + 0.5 * y)
     matrix = np.array(
         [[zed - 1.0, -h, 0.0], [b * zed, q * zed - 1.0, b * eqs.beta * zed], [0.0, -g, zed - e]]
     )
@@ -199,7 +202,8 @@ def test_filter_keeps_its_stationary_law(eqs, h):
         assert a11**2 * s + l11**2 == pytest.approx(s, rel=1e-12)
         assert a11 == pytest.approx(math.exp(-h / eqs.correlation_time))
         return
-    a, lower = np.array([[a11, a12], [a21, a22]]), np.array([[l11, 0.0], [l21, l22]])
+    a = np.array([[a11, a12], [a21, a22]])
+    lower = np.array([[l11, 0.0], [l21, l22]])
     assert s * a @ a.T + lower @ lower.T == pytest.approx(s * np.eye(2), rel=1e-9, abs=1e-12 * s)
     rate = np.array([[-eqs.bandwidth, -eqs.centre], [eqs.centre, 0.0]])
     small = np.eye(2) + h / 1024 * rate + (h / 1024 * rate) @ (h / 1024 * rate) / 2.0
@@ -211,12 +215,14 @@ def test_filter_keeps_its_stationary_law(eqs, h):
 @pytest.mark.parametrize("eqs", [COLOURED, BAND])
 def test_filter_of_the_ensemble_keeps_its_law_at_long_steps(eqs):
     """Means of p^2, q^2 and p q over trajectories and times, at a step where the noise of p and q is correlated."""
-    many, found = Trajectories(eqs, 2048, SEED, 0.8), []
+    many = Trajectories(eqs, 2048, SEED, 0.8)
+    found = []
     for _ in range(40):
         many.run(16.0)
         p, q = np.moveaxis(many.filter, 1, 0).reshape(2, -1)
         found.append([np.mean(p * p), np.mean(q * q), np.mean(p * q)])
-    s, mean = deviation(eqs, 0.8) ** 2, np.mean(found, axis=0)
+    s = deviation(eqs, 0.8) ** 2
+    mean = np.mean(found, axis=0)
     error = np.std(found, axis=0, ddof=1) / math.sqrt(len(found))
     assert abs(mean[0] - s) < 4 * error[0]
     assert error[0] < 0.01 * s
@@ -227,12 +233,14 @@ def test_filter_of_the_ensemble_keeps_its_law_at_long_steps(eqs):
 @pytest.mark.parametrize("eqs", NOISES[:4])
 def test_forcing_of_a_path_has_the_law_of_the_filter(eqs):
     """Variance and correlation over one step of long paths, as of the filter."""
-    h, a11 = 0.1, filter_of(eqs, 0.1).a11
+    h = 0.1
+    a11 = filter_of(eqs, 0.1).a11
     found = []
     for seed in range(64):
         a = forcing(eqs, h, 4000, np.random.default_rng(seed))
         found.append((np.mean(a * a), np.mean(a[1:] * a[:-1])))
-    mean, error = np.mean(found, axis=0), np.std(found, axis=0, ddof=1) / 8.0
+    mean = np.mean(found, axis=0)
+    error = np.std(found, axis=0, ddof=1) / 8.0
     s = deviation(eqs, h) ** 2
     assert np.abs((mean - [s, a11 * s]) / error).max() < 4
 
@@ -392,7 +400,8 @@ def test_a_sinusoid_beside_coloured_noise_adds_its_own_mean_square(noise):
 
 @pytest.mark.parametrize("noise", [COLOURED, BAND], ids=["coloured", "band"])
 def test_a_path_with_both_is_that_of_the_noise_and_a_cosine(noise):
-    h, steps = 0.05, 4000
+    h = 0.05
+    steps = 4000
     both = changed(noise, drive=0.3, drive_frequency=1.3)
     rng = itertools.repeat(3)
     sum_, longer = (

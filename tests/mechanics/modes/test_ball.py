@@ -17,20 +17,20 @@ from harvester.mechanics.kernels.path import trace
 from harvester.mechanics.modes.modal_path import trace_modes
 from tests.support.systems import BEAM, SECOND
 
-TURN, G = 2.0 * math.pi, 9.80665
+TURN = 2.0 * math.pi
+G = 9.80665
 BALL = hv.Ball(mass="2 g", room="0.4 mm", restitution=0.7, tilt=30.0)
 DRIVE = hv.Excitation(acceleration_amplitude="0.5 g", frequency="45 Hz")
 
 
 def test_energy_and_momentum():
     """Without forces impacts take what the kinetic energy loses, and leave the momentum, to rounding."""
-    root, r = math.sqrt(0.2), 0.8
+    root = math.sqrt(0.2)
+    r = 0.8
     modes = Modes((0.0, 0.0), (0.0, 0.0), (1.0, 0.0), (1.0, root), (1.0, -1.0 / root), pull=0.0)
     ends = {"gap": 0.3, "opposite_restitution": r, "opposite_gap": 0.3}
-    eqs, start = (
-        Equations(linear=1e-30, restitution=r, modes=modes, **ends),
-        np.array([0.0, 0.0, -1.0, 0.3, 0.0]),
-    )
+    eqs = Equations(linear=1e-30, restitution=r, modes=modes, **ends)
+    start = np.array([0.0, 0.0, -1.0, 0.3, 0.0])
     path = trace_modes(eqs, np.zeros(600), 0.02, 100, start)
     speeds = path.coordinates[-1, 1]
     assert len(path.impacts) > 5
@@ -56,7 +56,8 @@ def test_bounces_on_a_heavy_mass():
     ball = hv.Ball(mass=1e-9, room="1 mm", restitution=0.6, tilt=90.0)
     scene = BEAM.replace(mode=(), ball=ball, excitation=None)
     problem = Problem(scene)
-    h, w0 = 0.002, problem.scales.frequency
+    h = 0.002
+    w0 = problem.scales.frequency
     path = trace_modes(problem.equations, np.zeros(30000), h, 100)
     speed = math.sqrt(G * ball.room)
     times = math.sqrt(ball.room / G) + 2.0 * speed / G * np.cumsum(
@@ -72,17 +73,16 @@ def test_bounces_on_a_heavy_mass():
 @pytest.mark.thorough("test_energy_and_momentum")
 def test_weakly_shaken_it_lies_still():
     """Shaken far below gravity, a ball goes with its box as one mass does, and however long, no impact takes energy."""
-    ball, white = (
-        hv.Ball(mass="2 g", room="0.4 mm", restitution=0.7, tilt=90.0),
-        hv.Excitation(acceleration_psd=1e-6),
-    )
+    ball = hv.Ball(mass="2 g", room="0.4 mm", restitution=0.7, tilt=90.0)
+    white = hv.Excitation(acceleration_psd=1e-6)
     alone = BEAM.replace(mode=(), excitation=white)
     heavier = math.sqrt(1.2)
     first = alone.oscillator.replace(
         mass=0.012, frequency=50.0 / heavier, damping_ratio=0.03 / heavier
     )
     both = [Problem(one) for one in (alone.replace(ball=ball), alone.replace(oscillator=first))]
-    eqs, root = both[0].equations, math.sqrt(0.2)
+    eqs = both[0].equations
+    root = math.sqrt(0.2)
     pressed = -root * eqs.modes.pull
     noise = np.random.default_rng(1).standard_normal(30000)
     start = np.array([pressed, root * (pressed - eqs.gap), 0.0, 0.0, 0.0])
@@ -98,25 +98,22 @@ def test_weakly_shaken_it_lies_still():
 @pytest.mark.thorough("test_energy_and_momentum")
 def test_what_lies_still_is_of_second_order():
     """On its floor a ball is carried in balance with the spring, and the drive's amplitude is that of a joined mass."""
-    drive, heavier, root = (
-        hv.Excitation(acceleration_amplitude="0.02 g", frequency="45.6 Hz"),
-        math.sqrt(1.2),
-        0.2**0.5,
-    )
+    drive = hv.Excitation(acceleration_amplitude="0.02 g", frequency="45.6 Hz")
+    heavier = math.sqrt(1.2)
+    root = 0.2**0.5
     alone = BEAM.replace(mode=(), excitation=drive)
     joined = alone.oscillator.replace(
         mass=0.012, frequency=50.0 / heavier, damping_ratio=0.03 / heavier
     )
-    problem, one = (
-        Problem(alone.replace(ball=BALL.replace(tilt=90.0))),
-        Problem(alone.replace(oscillator=joined)),
-    )
+    problem = Problem(alone.replace(ball=BALL.replace(tilt=90.0)))
+    one = Problem(alone.replace(oscillator=joined))
     expected = (
         abs(amplitudes(one.equations, one.equations.drive_frequency)[1])
         * one.equations.drive
         * one.units.volts
     )
-    eqs, errors = problem.equations, []
+    eqs = problem.equations
+    errors = []
     pressed = -root * eqs.modes.pull
     for n in (32, 64, 128):
         start = np.array([pressed, root * (pressed - eqs.gap), 0.0, 0.0, 0.0])
@@ -139,27 +136,30 @@ def _located(scene, end, h):
     The state is (X_1, ..., Z, their speeds, v, cos, sin, 1); its flow is a matrix exponential, and
     impacts are zeros of the distance to an end, found to rounding.
     """
-    first, piezo, ball, drive = scene.oscillator, scene.piezo, scene.ball, scene.excitation
+    first = scene.oscillator
+    piezo = scene.piezo
+    ball = scene.ball
+    drive = scene.excitation
     rows = [(first.mass, first.frequency, first.damping_ratio, piezo.coupling, 1.0)]
     rows += [(m.mass, m.frequency, m.damping_ratio, m.coupling, m.base) for m in scene.mode]
     mass, f, ratio, theta, base = np.array([*rows, (ball.mass, 0.0, 0.0, 0.0, 1.0)]).T
-    n, w = len(mass), TURN * f
+    n = len(mass)
+    w = TURN * f
     a = np.zeros((2 * n + 4, 2 * n + 4))
     a[:n, n : 2 * n] = np.eye(n)
-    a[n : 2 * n, :n], a[n : 2 * n, n : 2 * n] = -np.diag(w * w), -np.diag(2.0 * ratio * w)
-    a[n : 2 * n, 2 * n], a[n : 2 * n, 2 * n + 1] = (
-        -theta / mass,
-        base * drive.acceleration_amplitude,
-    )
+    a[n : 2 * n, :n] = -np.diag(w * w)
+    a[n : 2 * n, n : 2 * n] = -np.diag(2.0 * ratio * w)
+    a[n : 2 * n, 2 * n] = -theta / mass
+    a[n : 2 * n, 2 * n + 1] = base * drive.acceleration_amplitude
     a[2 * n - 1, -1] = -G * math.sin(math.radians(ball.tilt))
     a[2 * n, n : 2 * n] = theta / piezo.capacitance
     a[2 * n, 2 * n] = -1.0 / (scene.load.resistance * piezo.capacitance)
-    a[2 * n + 1, 2 * n + 2], a[2 * n + 2, 2 * n + 1] = (
-        -TURN * drive.frequency,
-        TURN * drive.frequency,
-    )
+    a[2 * n + 1, 2 * n + 2] = -TURN * drive.frequency
+    a[2 * n + 2, 2 * n + 1] = TURN * drive.frequency
     phi = np.array([*np.ones(n - 1), -1.0])
-    z, found, impacts = np.zeros(2 * n + 4), [], 0
+    z = np.zeros(2 * n + 4)
+    found = []
+    impacts = 0
     z[2 * n + 1] = z[-1] = 1.0
     step = expm(a * h)
     for _ in range(round(end / h)):
@@ -175,7 +175,9 @@ def _located(scene, end, h):
                 left,
                 xtol=1e-18,
             )
-            z, left, impacts = expm(a * at) @ z, left - at, impacts + 1
+            z = expm(a * at) @ z
+            left = left - at
+            impacts = impacts + 1
             change = phi / mass
             z[n : 2 * n] -= (
                 (1.0 + ball.restitution) * (phi @ z[n : 2 * n]) / (phi @ change) * change
@@ -202,8 +204,10 @@ def _located(scene, end, h):
 def test_located_impacts(modes, ball):
     """A ball shaken in a tilted box goes as by exact flow between located impacts, to second order in the step."""
     scene = BEAM.replace(mode=modes, ball=ball, excitation=DRIVE)
-    problem, seconds = Problem(scene), 0.05
-    w0, s = problem.scales.frequency, problem.units
+    problem = Problem(scene)
+    seconds = 0.05
+    w0 = problem.scales.frequency
+    s = problem.units
     expected, impacts = _located(scene, seconds, seconds / 200)
     errors = []
     for fine in (8, 16, 32):

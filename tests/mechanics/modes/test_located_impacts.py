@@ -19,7 +19,9 @@ DRIVE = hv.Excitation(acceleration_amplitude="0.5 g", frequency="45 Hz")
 
 def device(scene):
     """The same device for the independent code."""
-    first, piezo, drive = scene.oscillator, scene.piezo, scene.excitation
+    first = scene.oscillator
+    piezo = scene.piezo
+    drive = scene.excitation
     modes = [(first.mass, first.frequency, first.damping_ratio, piezo.coupling, 1.0, 1.0)]
     modes += [
         (
@@ -97,8 +99,12 @@ UNDER = hv.Magnifier(
 def test_magnifier_with_a_stop_under_it():
     """A magnifier on a stop against DOP853 with events, in the displacements Z and X as the documents write them."""
     scene = BEAM.replace(mode=(), excitation=DRIVE, magnifier=UNDER)
-    m, k, c = 0.01, scene.modal.stiffness, scene.modal.damping
-    theta, cp, w = scene.modal.coupling, scene.modal.capacitance, TURN * 45.0
+    m = 0.01
+    k = scene.modal.stiffness
+    c = scene.modal.damping
+    theta = scene.modal.coupling
+    cp = scene.modal.capacitance
+    w = TURN * 45.0
     amplitude, resistance = scene.excitation.acceleration_amplitude, scene.load.resistance
 
     def motion(t, s):
@@ -114,16 +120,22 @@ def test_magnifier_with_a_stop_under_it():
     def touches(t, s):
         return s[0] + UNDER.gap
 
-    touches.terminal, touches.direction = True, -1.0
-    begin, end, s, time = 40 * TURN / w, 60 * TURN / w, np.zeros(6), 0.0
-    hits, square = 0, None
+    touches.terminal = True
+    touches.direction = -1.0
+    begin = 40 * TURN / w
+    end = 60 * TURN / w
+    s = np.zeros(6)
+    time = 0.0
+    hits = 0
+    square = None
     for until in (begin, end):
         square = s[5]
         while time < until:
             run = solve_ivp(
                 motion, (time, until), s, "DOP853", events=touches, rtol=1e-9, atol=1e-14
             )
-            s, time = run.y[:, -1].copy(), run.t[-1]
+            s = run.y[:, -1].copy()
+            time = run.t[-1]
             if run.status == 1:  # the device keeps its speed Z' + X'
                 jump = -(1.0 + UNDER.restitution) * s[2]
                 s[2], s[3], s[0], hits = s[2] + jump, s[3] - jump, -UNDER.gap, hits + 1

@@ -71,11 +71,17 @@ def test_gibbs_law_at_a_stop():
     which is hit at the rate of w' < 0 there, and what of x is independent of w keeps its own
     variance.
     """
-    e, phi, n1, c, beta, gap = np.array([1.0, -0.6]), np.array([1.0, 0.8]), 0.02, 0.1, 0.3, 0.2
+    e = np.array([1.0, -0.6])
+    phi = np.array([1.0, 0.8])
+    n1 = 0.02
+    c = 0.1
+    beta = 0.3
+    gap = 0.2
     modes = Modes((0.0, 6.0), (0.0, 0.0), tuple(e), tuple(e), tuple(phi), tuple(e))
     eqs = Equations(c1=-c, beta=beta, n1=n1, restitution=1.0, gap=gap, modes=modes)
     stiffness = np.diag([0.0, 6.0]) + (1.0 + beta) * np.outer(e, e)
-    covariance, heat = n1 / c * np.linalg.inv(stiffness), n1 / c
+    covariance = n1 / c * np.linalg.inv(stiffness)
+    heat = n1 / c
     many = Trajectories(eqs, 512, np.random.SeedSequence(3), 0.05)
     many.run(100.0)
     moments = many.run(400.0)
@@ -123,13 +129,15 @@ def test_energy_closes_with_the_step():
     undamped = BEAM.oscillator.replace(damping_ratio=None)
     lossless = BEAM.replace(oscillator=undamped, load=None, excitation=None, stop=stop)
     eqs = Problem(lossless.replace(mode=(SECOND.replace(damping_ratio=None),))).equations
-    s, start = np.array(eqs.modes.coupling), np.array([0.0, 0.0, 0.5, -0.3, 0.0]) * 4.0 * eqs.gap
+    s = np.array(eqs.modes.coupling)
+    start = np.array([0.0, 0.0, 0.5, -0.3, 0.0]) * 4.0 * eqs.gap
     k = eqs.modes.matrices(1.0, 0.0)[0] + eqs.beta * np.outer(s, s)
     errors = []
     for h in (4e-3, 1e-3, 2.5e-4):
         steps = round(20.0 / h)
         path = trace_modes(eqs, np.zeros(steps), h, steps, start)
-        (y, v), before = path.coordinates[-1], 0.5 * (start[2:4] ** 2).sum()
+        (y, v) = path.coordinates[-1]
+        before = 0.5 * (start[2:4] ** 2).sum()
         assert path.lost > 0.1 * before and len(path.impacts) > 2
         errors.append(abs((0.5 * (v @ v + y @ k @ y) + path.lost) / before - 1.0))
     assert errors[0] < 1e-3 and errors[2] < 2e-5

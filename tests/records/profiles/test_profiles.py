@@ -41,7 +41,9 @@ def test_a_density_has_the_rms_that_its_standard_states(curve):
 @pytest.mark.parametrize("name", SHOCKS)
 def test_lines_of_a_shock(name):
     """Each is the integral of the shock over a period, times exp(-i w t); the mean is taken off."""
-    period, duration, frequency = 0.7, 0.05, 31.0 if name == "damped-sine-shock" else None
+    period = 0.7
+    duration = 0.05
+    frequency = 31.0 if name == "damped-sine-shock" else None
     record = shock(name, 3.0, duration, frequency, period, 10.0)
     assert record.period == pytest.approx(period)
     series = np.fft.rfft(record.values) / len(record.values)

@@ -22,7 +22,8 @@ def passages(times, coarse=None):
 
 def test_first_passages_of_a_path():
     """The first time counts, between points along the line; a level at the beginning, and one that is never reached."""
-    t, u = np.array([0.0, 1.0, 2.0, 3.0]), np.array([0.0, 2.0, -1.0, 3.0])
+    t = np.array([0.0, 1.0, 2.0, 3.0])
+    u = np.array([0.0, 2.0, -1.0, 3.0])
     assert first_passages(t, u, np.array([-1.0, 0.5, 2.0, 2.5, 4.0])) == pytest.approx(
         [0.0, 0.25, 1.0, 2.875, math.inf]
     )
@@ -61,7 +62,8 @@ def covered(alike, runs_a_record, records=8, repeats=600, true=0.6):
     First as stated, then as if all runs were independent; the chance of a record's runs is drawn
     from a beta law, whose spread is the greater the more ``alike`` they are.
     """
-    rng, held = np.random.default_rng(1), np.zeros(2)
+    rng = np.random.default_rng(1)
+    held = np.zeros(2)
     for _ in range(repeats):
         chance = rng.beta(true / alike, (1.0 - true) / alike, records)
         there = rng.random((records, runs_a_record)) < chance[:, None]
@@ -84,7 +86,8 @@ def test_records_without_a_likeness_say_as_much_as_their_runs():
     """Where runs on a record are as independent as others, their interval is not much wider; all alike count as one."""
     rng = np.random.default_rng(2)
     times = np.where(rng.random((64 * 64, 1)) < 0.3, 1.0, math.inf)
-    apart, together = passages(times), dataclasses.replace(passages(times), together=64)
+    apart = passages(times)
+    together = dataclasses.replace(passages(times), together=64)
     narrow, wide = (np.diff(one.reached_between())[0] for one in (apart, together))
     assert narrow <= 1.001 * wide < 1.4 * narrow
     every = dataclasses.replace(passages(np.ones((128, 1))), together=64)

@@ -31,7 +31,8 @@ def test_counting_agrees_with_rice():
 @pytest.mark.slow
 def test_first_passages_give_the_level_of_rice_and_vanmarcke():
     """A linear scene: the largest displacement lies between Vanmarcke's level and Rice's bound, within its error."""
-    scene, lifetime = systems.scene(systems.linear(0.3, 0.7, 0.1)), 1e5
+    scene = systems.scene(systems.linear(0.3, 0.7, 0.1))
+    lifetime = 1e5
     found = hv.extremes(scene, lifetime=lifetime, passages=True).levels["peak_displacement"]
     closed = hv.extremes(scene, lifetime=lifetime).levels["peak_displacement"]
     for share in (0.5, 0.95):
@@ -174,7 +175,8 @@ def test_bad_input(harvester, path, words, error):
 
 def test_strain_is_a_multiple_of_the_displacement(harvester, tmp_path):
     """`new --bimorph` writes the factor; lifetimes and limits have the strain, and say where the factor lacks."""
-    path, (q1, q2) = tmp_path / "beam.toml", ("--lifetime", "5 years")
+    path = tmp_path / "beam.toml"
+    (q1, q2) = ("--lifetime", "5 years")
     sizes = {
         "length": "50.8mm",
         "width": "31.8mm",

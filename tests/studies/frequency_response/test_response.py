@@ -33,10 +33,8 @@ def test_linear_response():
     These have a cubic spring of no size.
     """
     sweep = np.linspace(0.6, 1.8, 13)
-    closed, found = (
-        response(scene(DRIVEN), sweep),
-        response(scene(changed(DRIVEN, alpha=1e-12)), sweep),
-    )
+    closed = response(scene(DRIVEN), sweep)
+    found = response(scene(changed(DRIVEN, alpha=1e-12)), sweep)
     for true, up, down in zip(
         closed.sweep("up"), found.sweep("up"), found.sweep("down"), strict=True
     ):
@@ -149,10 +147,8 @@ def test_bandwidth_of_a_weakly_coupled_resonance():
 def test_a_peak_between_the_frequencies_of_the_sweep():
     """In closed form the answer has the true peak and half-power points, however coarse the sweep is."""
     eqs = Equations(beta=1e-4, mu=1.0, c1=-0.02, drive=1.0, drive_frequency=1.0)
-    fine, coarse = (
-        response(scene(eqs), np.linspace(0.985, 1.015, 3001)),
-        response(scene(eqs), "0.73:1.24:5"),
-    )
+    fine = response(scene(eqs), np.linspace(0.985, 1.015, 3001))
+    coarse = response(scene(eqs), "0.73:1.24:5")
     true, found = fine.peak("up"), coarse.peak("up")
     assert found.frequency == pytest.approx(true.frequency, abs=1.1e-5)
     assert found.mean_power.value == pytest.approx(true.mean_power.value, rel=1e-6)

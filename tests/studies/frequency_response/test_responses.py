@@ -246,7 +246,8 @@ def test_a_wrong_unit_of_the_sweep_is_doubted_before_the_run(harvester, monkeypa
 
 def test_a_csv_file_of_what_is_not_known():
     """The whole error of a power stands there where it is known, and a frequency that failed has its reason."""
-    known, half = Value(2.0, bias=0.5), Value(2.0, bias=0.5, unknown="ideal diodes")
+    known = Value(2.0, bias=0.5)
+    half = Value(2.0, bias=0.5, unknown="ideal diodes")
     points = [
         ResponsePoint("up", float(k), Value(1.0), power, 0.0)
         for k, power in enumerate((known, half))

@@ -90,7 +90,8 @@ def test_killed(tmp_path):
 @pytest.mark.ngspice
 def test_interrupted_with_ngspice(tmp_path):
     """Two engines: that which was done is not computed again, and ngspice goes on from the last periodic state."""
-    bridge, engines = hv.loads(bimorph('R = "100 kohm", C = "0.3 uF"')), ["ideal", "spice"]
+    bridge = hv.loads(bimorph('R = "100 kohm", C = "0.3 uF"'))
+    engines = ["ideal", "spice"]
     whole = draw(bridge, "44Hz:50Hz:3", tmp_path / "whole", engines=engines)
     out = tmp_path / "out"
     said = interrupted(bridge, "44Hz:50Hz:3", out, engines, 8)

@@ -181,7 +181,8 @@ def test_fit_of_a_cubic_is_exact():
 
 def test_the_interval_of_a_place():
     """Of 1 - x^2 under independent noise: Fieller's widening, and what a bias of the step moves the place by."""
-    x, box = np.linspace(-1.0, 1.0, 21)[:, None], np.ones(1)
+    x = np.linspace(-1.0, 1.0, 21)[:, None]
+    box = np.ones(1)
     square, fourth = np.sum(x**2), np.sum(x**4)
     noise = 0.25 * math.sqrt(fourth - square**2 / len(x))  # the curvature is 4 standard errors
     fit = Fit(x, 1.0 - x[:, 0] ** 2, noise**2 * np.eye(len(x)), -box, box, np.zeros((2, 1)), 2)
@@ -322,7 +323,8 @@ def test_coverage_of_the_intervals(sampled):
     """
     keys, powers = 0, 0
     for answer in sampled:
-        key, power = only(answer), answer.mean_power
+        key = only(answer)
+        power = answer.mean_power
         keys += key.low95 <= math.sqrt(1.0 + BETA) <= key.high95
         powers += abs(power.value - linear_power(key.value)) <= power.known_error95
         assert key.high95 / key.low95 < 1.1

@@ -123,7 +123,8 @@ def test_limit_of_a_peak_behind_a_stop(monkeypatch):
     best = hv.optimise(
         STOP, vary=over, constraints=[f"peak_voltage < {most} V"], lifetime="1 h", budget=40
     )
-    load, own = best.keys[0].value, best.limited_peaks["peak_voltage"]
+    load = best.keys[0].value
+    own = best.limited_peaks["peak_voltage"]
     assert [one.quantity for one in best.binds] == ["peak_voltage"] and best.met
     assert best.outcome.quantities[0] == pytest.approx(most, rel=0.01)
     assert own.value - own.known_error95 < most and 120e3 < load < 300e3

@@ -76,16 +76,16 @@ def cluster(tmp_path_factory):
         capture_output=True,
     )
     env = {**os.environ, "PYTHONSAFEPATH": "1", "PYTHONPATH": str(ROOT)}
-    tls, cert, key = "DASK_DISTRIBUTED__COMM__TLS__", str(path / "cert.pem"), str(path / "key.pem")
+    tls = "DASK_DISTRIBUTED__COMM__TLS__"
+    cert = str(path / "cert.pem")
+    key = str(path / "key.pem")
     for who in ("SCHEDULER", "WORKER", "CLIENT"):
         env |= {f"{tls}{who}__CERT": cert, f"{tls}{who}__KEY": key}
     env |= {f"{tls}CA_FILE": cert, "DASK_DISTRIBUTED__COMM__REQUIRE_ENCRYPTION": "true"}
     with socket.create_server(("127.0.0.1", 0)) as free:
         address = f"tls://127.0.0.1:{free.getsockname()[1]}"
-    dask, quiet = (
-        Path(sys.executable).with_name("dask"),
-        {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL},
-    )
+    dask = Path(sys.executable).with_name("dask")
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
     where = {"cwd": path, "env": env, **quiet}
     scheduler = [dask, "scheduler", "--protocol", "tls", "--no-dashboard", "--host", address]
     ran = [subprocess.Popen(scheduler, **where)]

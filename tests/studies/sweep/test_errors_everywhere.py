@@ -19,7 +19,8 @@ from harvester.studies.sweep.rows import SweepRow
 from harvester.studies.sweep.sweep_table import SweepTable
 from tests.support.paths import EXAMPLES
 
-R, PLATE = "load.resistance", hv.load(EXAMPLES / "plate.toml")
+R = "load.resistance"
+PLATE = hv.load(EXAMPLES / "plate.toml")
 FEW = hv.Value(8.4e-6, stderr=1e-7, bias=1e-8, dof=2.0)  # Student's quantile: 4.3 standard errors
 UNKNOWN = hv.Value(8.4e-6, stderr=1e-7, bias=1e-8, dof=2.0, unknown="the tolerance")
 SAID = {FEW: "5.2 %", UNKNOWN: "at least 5.2 %"}

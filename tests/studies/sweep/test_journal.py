@@ -164,7 +164,8 @@ def test_identity_knows_each_part():
     other = {"scene_digest": "b", "netlist": None, "points": "grid", "engines": {"spice": {}}}
     other["vary"] = {"y": [2.0], "x": [1.0]}  # another order of the points
     for what, value in other.items():
-        one, two = identity(parts), identity(parts | {what: value})
+        one = identity(parts)
+        two = identity(parts | {what: value})
         assert [k for k in SWEEP.same if one[k] != two[k]] == [what]
     assert identity(json.loads(json.dumps(parts))) == identity(parts)
 
@@ -235,7 +236,8 @@ def test_a_full_disk_leaves_whole_rows(tmp_path, monkeypatch):
 
 def test_a_limit_of_the_size_of_a_file(tmp_path):
     """SQLite calls it an error of the disk."""
-    made, limits = Journal(tmp_path), resource.getrlimit(resource.RLIMIT_FSIZE)
+    made = Journal(tmp_path)
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (0, limits[1]))
     try:
         with pytest.raises(

@@ -111,7 +111,8 @@ def test_dask_gives_the_same(tmp_path, expected, monkeypatch):
     A sweep whose workers all go is an error, and does not wait for ever.
     """
     pytest.importorskip("distributed")
-    dask, file = str(Path(sys.executable).with_name("dask")), tmp_path / "scheduler.json"
+    dask = str(Path(sys.executable).with_name("dask"))
+    file = tmp_path / "scheduler.json"
     quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
     where = ["--scheduler-file", str(file), "--no-dashboard"]
     ran = [

@@ -52,7 +52,9 @@ def finished(harvester, command):
 
 def test_kills_and_resumes(tmp_path, harvester):
     """A worker and then the program are killed, on resuming an ngspice, and then ^C from the terminal reaches all."""
-    rng, out, whole = random.Random(3), tmp_path / "out", tmp_path / "whole"
+    rng = random.Random(3)
+    out = tmp_path / "out"
+    whole = tmp_path / "whole"
     assert finished(harvester, kills.command(tmp_path, POINTS, whole))
     expected = kills.table(whole)
     assert [row["error"] for row in expected] == [""] * 3 * POINTS

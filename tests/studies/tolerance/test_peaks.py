@@ -22,7 +22,8 @@ def test_a_polynomial_through_noise_knows_its_error():
     for _ in range(200):
         x = rng.random((40, 2))
         y = x @ [1.0, -2.0] + 0.3 * rng.standard_normal(40)
-        found, at = fit(x, y), rng.random((1, 2))
+        found = fit(x, y)
+        at = rng.random((1, 2))
         off = (found(at) - at @ [1.0, -2.0])[0]
         z.append(off / (found.scatter * np.sqrt(found.leverage(at)[0])))
     assert abs(np.mean(z)) < 4.0 / np.sqrt(200)
@@ -34,7 +35,8 @@ def test_a_polynomial_through_noise_knows_its_error():
 @pytest.mark.slow
 def test_surfaces_agree_with_a_long_path(monkeypatch):
     """Twelve short paths at other restitutions, against a long path of the device in the middle."""
-    scene, x = hv.load(STOP), np.linspace(0.94, 0.98, 12)[:, None]
+    scene = hv.load(STOP)
+    x = np.linspace(0.94, 0.98, 12)[:, None]
     monkeypatch.setattr("harvester.studies.tolerance.peaks.BLOCKS", 128)
     told = []
     surfaces = peak_surfaces(

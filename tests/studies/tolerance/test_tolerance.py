@@ -27,10 +27,13 @@ ALONE = hv.Execution(workers=1)
 
 def closed_form(capacitance, damping, resistance):
     """The mean power of the plate under white noise in SI, from its Lyapunov equation; arrays (n,)."""
-    mass, stiffness, coupling = 0.04, 16.0, 1e-3
+    mass = 0.04
+    stiffness = 16.0
+    coupling = 1e-3
     density = 1e-5 * 9.80665**2
     w0 = np.sqrt(stiffness / mass)
-    c, mu = damping / (mass * w0), 1.0 / (resistance * capacitance * w0)
+    c = damping / (mass * w0)
+    mu = 1.0 / (resistance * capacitance * w0)
     beta = coupling**2 / (stiffness * capacitance)
     loss = c * (1.0 + beta + mu * mu + c * mu) + beta * mu
     return 0.25 * density * mass * beta * mu / loss

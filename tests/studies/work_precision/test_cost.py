@@ -75,7 +75,8 @@ def test_ladder_is_the_exact_bias():
     """At the steps of its rungs, below them, and for the mean at a step of zero."""
     found = richardson_ladder(hv.Ensemble().model(Problem(LINEAR)), 0.1, 1024, seed=3, seconds=1.5)
     for h in (0.02, 0.1, 0.2, 0.4):
-        bias, exact = found.at(h), v2_at_step(EQS, h) / linear_v2(EQS) - 1.0
+        bias = found.at(h)
+        exact = v2_at_step(EQS, h) / linear_v2(EQS) - 1.0
         assert abs(bias.value - exact) < 4 * bias.stderr
         assert bias.stderr < 0.5 * exact
     assert abs(found.mean.value - linear_v2(EQS)) < 4 * found.mean.stderr
@@ -275,7 +276,8 @@ def measured(tmp_path_factory, spent):
     engine only.
     """
     for budget in (4.0, 8.0, 16.0, 32.0):
-        folder, told = tmp_path_factory.mktemp("cost"), []
+        folder = tmp_path_factory.mktemp("cost")
+        told = []
         progress = CallingBack(lambda done, what, told=told: told.append((what, done)))
         answer = cost(
             LINEAR, seed=5, budget=budget, execution=hv.Execution(out=folder, progress=progress)
@@ -480,7 +482,8 @@ def test_a_failure_is_a_row_and_the_rest_stands(measurement):
 
 def test_reference_is_the_cheap_model_less_its_bias(measurement):
     """25 % too high, the cheap model's 2 become 1.6 of ngspice, whose runs have the bias of their tolerance."""
-    measurement.cheap, factor = measurement.runs[0], EQS.beta * EQS.mu
+    measurement.cheap = measurement.runs[0]
+    factor = EQS.beta * EQS.mu
     measurement.steps = RichardsonLadder(Value(2.0, 0.02), np.array([3.0]), np.array([[0.3**2]]))
     measurement.ngspice = NgspiceBias(Bias(0.25, 0.01), {1e-5: Bias(0.02, 0.004)})
     measurement.runs.append(dataclasses.replace(measurement.cheap, engine=hv.Spice(reltol=1e-5)))
@@ -500,7 +503,9 @@ def test_units_of_a_device():
     measurement = Measurement(Problem(BRIDGE.with_load(1e6)), budget=8.0)
     measurement.cheap = measurement.run(hv.Ensemble(trajectories=256))
     measurement.measure_biases(measurement.cheap, ngspice=False)
-    answer, eqs, s = table_of(measurement), measurement.problem.equations, measurement.problem.units
+    answer = table_of(measurement)
+    eqs = measurement.problem.equations
+    s = measurement.problem.units
     (row,) = answer.rows
     assert (
         abs(answer.power.value - eqs.beta * eqs.mu * linear_v2(eqs) * s.watts)
