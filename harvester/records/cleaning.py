@@ -55,7 +55,7 @@ class CleanRecord:
 class Part:
     """Which part of a record is taken: ``begin`` and ``end`` in s from its beginning, or the ``longest`` without a gap.
 
-    Raises InputError for a part that is none.
+    Raises InputError for an invalid part.
     """
 
     begin: float | None = None
@@ -256,7 +256,7 @@ def _without_drift(values: Floats, spacing: float, notes: list[Diagnostic]) -> F
 
 
 def _near_nyquist(values: Floats, rate: float, warnings: list[Diagnostic]) -> None:
-    """Warn where much of the power is just below half the rate: more may have been folded down from above."""
+    """Warn if much of the power is just below half the rate: more may have been folded down from above."""
     power = np.abs(np.fft.rfft(values * np.hanning(len(values)))) ** 2
     power[0] *= 0.5  # of the two-sided spectrum, this line and that at half the rate are there once
     power[-1] *= 0.5 if len(values) % 2 == 0 else 1.0

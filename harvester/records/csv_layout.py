@@ -1,4 +1,4 @@
-"""How a logger's CSV file is laid out: its delimiter, decimal sign, names and units of columns, and where data begin.
+"""How a logger's CSV file is laid out: its delimiter, decimal sign, names and units of columns, and if data begin.
 
 Nothing is asked of the file but that its rows hold numbers or times: the layout that makes most
 lines such rows, and whose header has as many cells as they have, is the file's.
@@ -31,7 +31,7 @@ CLOCK = re.compile(
 
 @dataclass(frozen=True)
 class Layout:
-    """The layout of a file: ``heads`` and ``units`` have a text for each column, empty if there is none.
+    """The layout of a file: ``heads`` and ``units`` have a text for each column, empty if absent.
 
     ``rows`` are the lines of data, ``remarks`` those of comments and of what stands above the
     header.
@@ -132,7 +132,7 @@ def as_number(cell: str, decimal: str) -> str:
 def _header(
     lines: Sequence[str], remarks: Sequence[str], delimiter: str, count: int
 ) -> tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]]:
-    """The names and units of the columns, and the lines that stand above them."""
+    """The names and units of the columns, and the lines that are above them."""
     rows = [cells(line, delimiter) for line in lines]
     while rows and len(rows[-1]) != count:
         rows.pop()

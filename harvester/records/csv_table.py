@@ -38,7 +38,7 @@ _OTHER_UNITS = (  # a name and its unit without brackets
 
 @dataclass(frozen=True, eq=False)
 class CsvColumn:
-    """A column as it is written: ``head`` above it, the text of a row of units, its numbers with nan where missing.
+    """A column as it is written: ``head`` above it, the text of a row of units, its numbers with nan if missing.
 
     ``clock`` states that it holds times of day or dates, which became seconds from the first.
     """
@@ -78,7 +78,7 @@ class CsvColumn:
 
     @property
     def stated(self) -> str:
-        """The unit that stands in brackets or in the row of units; empty if there is none."""
+        """The unit that is in brackets or in the row of units; empty if absent."""
         match = _BRACKETS.fullmatch(self.head.strip())
         return self.unit or (match[2] if match else "")
 
@@ -90,7 +90,7 @@ class CsvColumn:
         return [*(m[2].replace("_", "/") for m in others if m), self.head.strip()]
 
     def in_si(self, kind: Kind) -> Floats | None:
-        """Its numbers in SI units; None if its unit is none of the kind."""
+        """Its numbers in SI units; None if its unit is not one of the kind."""
         scale = self.scale(kind)
         if scale is None:
             return None
@@ -106,7 +106,7 @@ class CsvColumn:
 class CsvTable:
     """The columns of a file, and what it says beside them; ``bad`` are cells with a text that is not a finite number.
 
-    Of a block of a long file ``before`` rows of data stand before its first.
+    For a block of a long file ``before`` rows of data stand before its first.
     """
 
     columns: tuple[CsvColumn, ...]
@@ -202,7 +202,7 @@ def _layout_note(form: Layout) -> Diagnostic:
 
 
 def _table(form: Layout, text: str, path: str | Path, argument: str) -> CsvTable:
-    """The table where some cells are texts, or missing."""
+    """The table if some cells are texts, or missing."""
     import pandas as pd
 
     count = len(form.heads)
@@ -236,7 +236,7 @@ def _table(form: Layout, text: str, path: str | Path, argument: str) -> CsvTable
 def _seconds(cells: "object", key: str) -> Floats:
     """Dates and times of day as seconds from the first; a time of day that jumps back is the next day's.
 
-    Raises InputError, which begins with ``key``, where none of the dates is one of the calendar.
+    Raises InputError, which begins with ``key``, if none of the dates is one of the calendar.
     """
     import pandas as pd
 

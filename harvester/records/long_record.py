@@ -36,7 +36,8 @@ Columns = Callable[[CsvTable], tuple[Floats, Floats]]
 class Block(NamedTuple):
     """Some rows of a file: their first byte and their bytes, how many rows stand before, the line of the last of those.
 
-    ``repeated`` is that line, which a block of times of a clock begins with; of others it is empty.
+    ``repeated`` is that line, which a block of times of a clock begins with; for others it is
+    empty.
     """
 
     offset: int
@@ -77,7 +78,7 @@ class LongFile:
         return replace(table, before=block.before - bool(block.repeated))
 
     def blocks(self) -> Iterator[tuple[CsvTable, Block]]:
-        """All blocks in turn; where a clock tells the times each repeats the last row of that before."""
+        """All blocks in turn; if a clock tells the times each repeats the last row of that before."""
         block = Block(0, 0, 0, b"")
         while data := files.read_part(self.path, self.argument, block.offset, BLOCK):
             data = data if len(data) < BLOCK else data[: data.rfind(b"\n") + 1]

@@ -71,7 +71,8 @@ def _is_density(column: CsvColumn) -> bool:
 def times(table: CsvTable, key: str) -> Floats | None:
     """The times of a table in seconds, from its first column of times; None if it has none.
 
-    A column that is named as a time and has no unit is in seconds.  Raises InputError for a unit that is none of time.
+    A column that is named as a time and has no unit is in seconds.  Raises InputError for a unit
+    that is not one of time.
     """
     columns = table.find(is_time)
     if not columns:
@@ -91,7 +92,7 @@ def read_record(path: str) -> Record:
     """Read the record of a CSV file, in SI units, with its `bridge` if it is not a whole period; a long one in blocks.
 
     Raises InputError in one line, for a file that cannot be read or has no such columns, times that
-    do not ascend in equal steps, values that are no finite numbers, or too few of them.
+    do not ascend in equal steps, values that are not finite numbers, or too few of them.
     """
     return read_once(_record, path)
 
@@ -162,7 +163,7 @@ def _density(path: str) -> TabulatedDensity:
 
 
 def _with_steps(f: Floats) -> Floats:
-    """Frequencies of which two in a row may be equal, where a density steps: the second one is a little higher."""
+    """Frequencies of which two in a row may be equal, if a density steps: the second one is a little higher."""
     stepped = f.copy()
     stepped[1:][np.diff(f) == 0.0] *= 1.0 + STEP
     return stepped

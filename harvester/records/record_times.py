@@ -1,8 +1,8 @@
 """The times of a logger's record made even: the number of each row's sample, and gaps of a few samples filled.
 
-A logger samples evenly and stamps when it gets to it: its times jitter, and are rounded.  Where
-samples are missing the times of all later rows are late, where a row was written twice they are
-early; jitter leaves the later rows where they are.  So a row is missing where the median of (time -
+A logger samples evenly and stamps when it gets to it: its times jitter, and are rounded.  If
+samples are missing the times of all later rows are late, if a row was written twice they are
+early; jitter leaves the later rows if they are.  So a row is missing if the median of (time -
 row times spacing) over the rows behind is a whole spacing above that over the rows before, and the
 spacing is the slope of the times over the samples' numbers.
 """
@@ -28,9 +28,10 @@ REPORTED_JITTER = 0.01  # of a spacing: jitter from which on it is reported
 def ascending(time: Floats, values: Floats, notes: list[Diagnostic]) -> tuple[Floats, Floats]:
     """Times that ascend but for jitter: those that are missing come from their neighbours, a coarse clock's are spread.
 
-    A coarse clock tells the rate from the row where its stamp first changes to that where it last does: at each of the
-    two the clock may be up to one row late.  ``time`` in s and ``values`` have shape (n,); what was mended is added to
-    ``notes``.  Raises InputError for too few times, times that go back, and a clock that hardly changes.
+    A coarse clock tells the rate from the row where its stamp first changes to that if it last
+    does: at each of the two the clock may be up to one row late.  ``time`` in s and ``values`` have
+    shape (n,); what was mended is added to ``notes``.  Raises InputError for too few times, times
+    that go back, and a clock that hardly changes.
     """
     known = np.isfinite(time)
     if known.sum() < FEWEST:

@@ -17,11 +17,12 @@ from harvester.scene.table import NONE, OptNumber, SceneTable, scene_table
 class Nondimensional(SceneTable):
     """The parameters of the paper's nondimensional Eq. 2, every one optional.
 
-    The noise intensities are N1 = eps1^2 D11 and N2 = eps2^2 D22; eps1 and eps2 are 1 where only their D is given; an
-    eps without its D is refused.  Ours: the spring is linear x + alpha2 x^2 + alpha x^3 with linear = 1 or -1, the
-    stops are those of `Stop` (stop_stiffness and stop_damping instead of restitution) and `OppositeStop`, drive
-    cos(drive_frequency t) is a harmonic acceleration; correlation_time, or centre_frequency and bandwidth (rad),
-    filter the external noise as in `Excitation`.
+    The noise intensities are N1 = eps1^2 D11 and N2 = eps2^2 D22; eps1 and eps2 are 1 if only their
+    D is given; an eps without its D is refused.  Ours: the spring is linear x + alpha2 x^2 + alpha
+    x^3 with linear = 1 or -1, the stops are those of `Stop` (stop_stiffness and stop_damping
+    instead of restitution) and `OppositeStop`, drive cos(drive_frequency t) is a harmonic
+    acceleration; correlation_time, or centre_frequency and bandwidth (rad), filter the external
+    noise as in `Excitation`.
 
     >>> import harvester as hv
     >>> hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01).beta

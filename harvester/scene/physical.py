@@ -46,14 +46,17 @@ FILES = ("acceleration_file", "acceleration_psd_file")  # keys of the excitation
 
 @scene_table
 class Oscillator(SceneTable):
-    """The mass on its spring and its damper, which moves relative to the base.
+    """Mass, spring and damper of the harvester, in coordinates relative to the base.
 
-        M X'' + (damping + damping_x2 X^2 + damping_x4 X^4 + damping_v |X'|) X' + spring = ...
+        mass X'' + (damping + damping_x2 X^2 + damping_x4 X^4 + damping_v |X'|) X' + F(X) = -mass a(t) - theta v
 
-    spring = stiffness X + quadratic_stiffness X^2 + cubic_stiffness X^3: a negative stiffness makes two wells, a
-    negative cubic_stiffness a spring that softens.  SI units.  The paper's b1 = -damping, b2 = -damping_x2,
-    b3 = damping_x4; damping_ratio is damping / (2 sqrt(|stiffness| mass)), and q is 1/(2 damping_ratio).  The resonance
-    ``frequency`` in short circuit (Hz) stands for stiffness = mass (2 pi frequency)^2.
+        F(X) = stiffness X + quadratic_stiffness X^2 + cubic_stiffness X^3
+
+    A negative stiffness makes the device bistable, a negative cubic_stiffness softens the spring.
+    SI units. Coefficients of the *Entropy* 2026 paper: b1 = -damping, b2 = -damping_x2, b3 =
+    damping_x4. Equivalents: damping_ratio is damping / (2 sqrt(|stiffness| mass)), q is 1/(2
+    damping_ratio), and the short-circuit resonance ``frequency`` (Hz) gives stiffness = mass (2 pi
+    frequency)^2.
 
     >>> import harvester as hv
     >>> hv.Oscillator(mass="40 g", stiffness="16 N/m", damping_ratio=0.004).mass
@@ -98,9 +101,10 @@ class Oscillator(SceneTable):
 class Piezo(SceneTable):
     """The piezoelectric transducer: force theta v on the mass, charge theta X into its capacitance.
 
-    theta is the coupling in N/V, the capacitance (F) is that of the clamped piezo.  ``strain_per_displacement`` (1/m)
-    is the largest strain of the piezo over the displacement: no equation has it, but limits and lifetimes have.
-    ``open_circuit_frequency`` f (Hz) represents the coupling with stiffness + theta^2/capacitance = mass (2 pi f)^2.
+    theta is the coupling in N/V, the capacitance (F) is that of the clamped piezo.
+    ``strain_per_displacement`` (1/m) is the largest strain of the piezo over the displacement: no
+    equation has it, but limits and lifetimes have. ``open_circuit_frequency`` f (Hz) represents the
+    coupling with stiffness + theta^2/capacitance = mass (2 pi f)^2.
 
     >>> import harvester as hv
     >>> hv.Piezo(coupling="1e-3 N/V", capacitance="50 nF").coupling
@@ -128,8 +132,9 @@ class Piezo(SceneTable):
 class Stop(SceneTable):
     """A stop at X = -gap, motion on X > -gap; a negative gap presses the mass on it (preload).
 
-    Rigid: X'+ = -restitution X'-.  Compliant, with ``stiffness`` instead: where X < -gap the force on the mass is
-    -stiffness (X + gap) - damping X'; with less than the critical damping, or the mass would not come off.
+    Rigid: X'+ = -restitution X'-.  Compliant, with ``stiffness`` instead: if X < -gap the force on
+    the mass is -stiffness (X + gap) - damping X'; with less than the critical damping, or the mass
+    would not come off.
 
     >>> import harvester as hv
     >>> hv.Stop(restitution=0.96, gap="0.5 mm").gap
@@ -154,7 +159,7 @@ class Stop(SceneTable):
 
 @scene_table
 class OppositeStop(SceneTable):
-    """A second rigid stop, at X = +gap, beside a rigid [stop]: X'+ = -restitution X'-.
+    """A second rigid stop, at X = +gap, next to a rigid [stop]: X'+ = -restitution X'-.
 
     >>> import harvester as hv
     >>> hv.OppositeStop(restitution=0.9, gap="0.5 mm").gap
@@ -172,9 +177,10 @@ class Mode(SceneTable):
 
         mass (X'' + 2 damping_ratio w X' + w^2 X) + coupling v = -mass base a,    w = 2 pi frequency
 
-    X is the mode's displacement where that of the [oscillator] is measured, a the acceleration of the base and ``base``
-    the mode's participation in it.  A stop meets the sum of all modes' displacements, each times its ``at_stop``, which
-    is 1 if the stop is in the place if they are measured, such as at the tip.
+    X is the mode's displacement if that of the [oscillator] is measured, a the acceleration of the
+    base and ``base`` the mode's participation in it.  A stop meets the sum of all modes'
+    displacements, each times its ``at_stop``, which is 1 if the stop is in the place if they are
+    measured, such as at the tip.
 
     >>> import harvester as hv
     >>> hv.Mode(frequency="310 Hz", mass="5 g", damping_ratio=0.01, coupling="-2e-3 N/V", base=-0.6).base
@@ -202,8 +208,8 @@ class Mode(SceneTable):
 class Magnifier(SceneTable):
     """A mass on a spring between the base and the device, which shakes the device more than the base does.
 
-    Its displacement Z is relative to the base, that of the [oscillator] relative to the magnifier.  With a
-    ``restitution`` there is a rigid stop under it at Z = -gap.
+    Its displacement Z is relative to the base, that of the [oscillator] relative to the magnifier.
+    With a ``restitution`` there is a rigid stop under it at Z = -gap.
 
     >>> import harvester as hv
     >>> hv.Magnifier(mass="200 g", stiffness="80 N/m", damping="0.05 N s/m").mass
@@ -228,8 +234,9 @@ class Magnifier(SceneTable):
 class Ball(SceneTable):
     """A free ball in a box on the mass, or at the tip: it moves without friction and hits the box's two ends.
 
-    Its place Z is relative to the base, from the middle of the box: |Z - X| <= room/2, and at an end the relative speed
-    turns round times ``restitution``.  With a ``tilt`` of 90 degrees the box stands upright.
+    Its place Z is relative to the base, from the middle of the box: |Z - X| <= room/2, and at an
+    end the relative speed turns round times ``restitution``.  With a ``tilt`` of 90 degrees the box
+    stands upright.
 
     >>> import harvester as hv
     >>> hv.Ball(mass="2 g", room="4 mm", restitution=0.8).room
@@ -247,13 +254,15 @@ class Ball(SceneTable):
 
 @scene_table
 class Excitation(SceneTable):
-    """What shakes the device: an acceleration of its base, and white noise on its stiffness (N2, a number).
+    """Base excitation of the device. Several kinds can be combined.
 
-    ``acceleration_psd`` is the one-sided density of white noise; with ``correlation_time`` T that at low frequencies of
-    noise of density G/(1 + (2 pi f T)^2); with ``centre_frequency`` and ``bandwidth`` (between the half-power points)
-    that at the centre of a resonator's band.  ``acceleration_amplitude`` and ``frequency`` are a harmonic motion, which
-    white noise may go with; so it may with a record in time, ``acceleration_file``, a table of the density,
-    ``acceleration_psd_file``, or a ``profile`` by name.
+    White noise has the one-sided power spectral density ``acceleration_psd``. With
+    ``correlation_time`` T it is coloured, with the density G/(1 + (2 pi f T)^2); with
+    ``centre_frequency`` and ``bandwidth`` it is band-limited, with the density at the centre of the
+    band. ``acceleration_amplitude`` and ``frequency`` are a harmonic excitation, alone or with
+    noise. A recording (``acceleration_file``), a tabulated density (``acceleration_psd_file``) and
+    a ``profile`` can also be combined with white noise. ``stiffness_noise`` is parametric white
+    noise (N2, a number).
 
     >>> import harvester as hv
     >>> f'{hv.Excitation(acceleration_psd="1e-5 g^2/Hz").acceleration_psd:.4g} (m/s^2)^2/Hz'

@@ -25,8 +25,9 @@ from harvester.scene.table import NONE, Number, OptNumber, SceneTable, scene_tab
 class Storage(SceneTable):
     """A capacitor behind the rectifier, in place of the netlist's Csmooth, or a battery, which keeps its voltage.
 
-    The charge that goes on into the pores of a supercapacitor, which its makers call a leakage of the first hours, is
-    that of a ``diffusion_capacitance`` that a ``diffusion_resistance`` is spread along.  A battery begins full.
+    The charge that continues into the pores of a supercapacitor, which its makers call a leakage of
+    the first hours, is that of a ``diffusion_capacitance`` that a ``diffusion_resistance`` is
+    spread along.  A battery begins full.
 
     >>> import harvester as hv
     >>> hv.Storage(capacitance="470 uF", leakage_resistance="10 Mohm").capacitance
@@ -99,14 +100,14 @@ class SensorNode(SceneTable):
     """A load that begins at ``wake_voltage`` of the store and stops below ``stop_voltage``: packets, and sleep between.
 
     A packet is a list of ``currents`` with their ``durations``, a ``packet_energy`` that takes the
-    first of the ``durations`` (10 ms where left out), or a ``trace``, a CSV file of time and
+    first of the ``durations`` (10 ms if left out), or a ``trace``, a CSV file of time and
     current as power profilers write it. Currents and energies are those that the node takes from
     its ``supply_voltage``, which a regulator of an ``efficiency`` makes of the store; without one
     the store itself gives its currents.
 
-    Of its packets a ``lost_share`` is not answered; each is sent up to ``retries`` times more.  A flag of the store's
-    energy goes down below the first of ``low_voltages`` and up above the second: while it is down, packets are a
-    ``low_interval`` apart.
+    For its packets a ``lost_share`` is not answered; each is sent up to ``retries`` times more.  A
+    flag of the store's energy goes down below the first of ``low_voltages`` and up above the
+    second: while it is down, packets are a ``low_interval`` apart.
 
     >>> import harvester as hv
     >>> packet = {"currents": ["4 mA"], "durations": ["9 ms"]}
@@ -199,7 +200,7 @@ PACKET = 0.01  # s that a packet of a given energy takes
 
 
 def _check_radio(node: SensorNode) -> None:
-    """Refuse retries and a flag of which half is missing, and packets that take longer than their interval."""
+    """Refuse retries and a flag of which half is missing, and packets that need longer than their interval."""
     _check_both(node, "low_voltages", "low_interval")
     if node.retries is not None and node.lost_share is None:
         raise InputError("node.lost_share must be given with retries, but is left out")
@@ -231,9 +232,10 @@ def _check_durations(node: SensorNode) -> None:
 class HarvestingChip(SceneTable):
     """What is between the rectifier and the store: a chip by its name, or one of your own.
 
-    Keys beside a ``name`` take the place of what the chip's data sheet says.  With an ``input_ratio`` the chip holds
-    the rectifier's output at that part of its voltage without load, and charges the store from there; without one the
-    store is at its input.  The output feeds the node from the start voltage of the store on, until the stop voltage.
+    Keys next to a ``name`` replace what the chip's data sheet says.  With an
+    ``input_ratio`` the chip holds the rectifier's output at that part of its voltage without load,
+    and charges the store from there; without one the store is at its input.  The output feeds the
+    node from the start voltage of the store on, until the stop voltage.
 
     >>> import harvester as hv
     >>> hv.HarvestingChip(name="bq25570", start_voltage="3 V").start_voltage

@@ -37,8 +37,10 @@ def loads(text: str, folder: Path | None = None) -> Scene:
     Raises
     ------
     InputError
-        for what is no TOML, or says something that no scene can have.
+        for what is not TOML, or says something that no scene can have.
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> hv.loads("nondimensional = { beta = 0.05 }").nondimensional.beta
     0.05
@@ -104,8 +106,10 @@ def load(path: str | Path) -> Scene:
     Raises
     ------
     InputError
-        where the file cannot be read, is no TOML, or says something that no scene can have.
+        if the file cannot be read, is not TOML, or says something that no scene can have.
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> hv.load("nowhere/plate.toml")
     Traceback (most recent call last):
