@@ -91,7 +91,7 @@ def packed(job: ModelJob) -> bytes:
 def run_model(data: bytes) -> ModelRun:
     """Run a job that is `packed`; the same seed, the same noise.
 
-    Raises InputError where a function of the model fails during the run; and as
+    Raises InputError if a function of the model fails during the run; and as
     `harvester.cosimulation.runs.run_in_this_process`.
     """
     from harvester.cosimulation.ngspice.model_callbacks import PlainCallbacks, coefficients_of

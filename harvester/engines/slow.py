@@ -41,6 +41,8 @@ class Slow(Request, Engine):
     within, budget, seed
         the options of `run`.
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> hv.Slow().NAME
     'slow'
@@ -52,7 +54,7 @@ class Slow(Request, Engine):
         has, and shaking other than a harmonic drive, or than white or coloured noise of a mass with
         one resting place.
     UnboundedResponseError
-        where the response grows without bound.
+        if the response grows without bound.
     """
 
     NAME = "slow"
@@ -71,7 +73,7 @@ class Slow(Request, Engine):
 
     @classmethod
     def refusal(cls, problem: Problem) -> Diagnostic | None:
-        """Why the engine cannot serve a problem; None where it can."""
+        """Why the engine cannot serve a problem; None if it can."""
         from harvester.storage.rectifier_cut import cut_behind_rectifier, is_plain_store
 
         if (
