@@ -1,14 +1,12 @@
 """How a scene key scatters from device to device: the spreads that a user may write, and their inverse distributions.
 
-KEY=10%                 anywhere within 10 % of the scene's value (uniform)
-KEY=2 Hz                anywhere within so much of the scene's value, also written +-2 Hz
-KEY=.94:.98             anywhere between two values (uniform)
-KEY=E24:5%              the value of the series E24 nearest to the scene's, anywhere within 5 % of it
-KEY=normal:2%           normal about the scene's value, with a standard deviation of 2 % of it
-KEY=normal:MEAN:SD      normal, with both given
-KEY=triangular:10%      most often the scene's value, never beyond 10 % of it
-KEY=triangular:A:B:C    from A to C, most often B
-KEY=A,B,C,...           a list of values that were measured, each as likely as another
+KEY=10%                 anywhere within 10 % of the scene's value (uniform) KEY=2 Hz
+anywhere within so much of the scene's value, also written +-2 Hz KEY=0.94:.98             anywhere
+between two values (uniform) KEY=E24:5%              the value of the series E24 nearest to the
+scene's, anywhere within 5 % of it KEY=normal:2%           normal about the scene's value, with a
+standard deviation of 2 % of it KEY=normal:MEAN:SD      normal, with both given KEY=triangular:10%
+most often the scene's value, never beyond 10 % of it KEY=triangular:A:B:C    from A to C, most
+often B KEY=A,B,C,...           a list of values that were measured, each as likely as another
 """
 
 from collections.abc import Mapping, Sequence
@@ -205,7 +203,7 @@ def spreads(
 ) -> tuple[PartSpread, ...]:
     """The spreads of several keys, from texts KEY=SPREAD or a mapping of keys to spreads: the ``argument`` of a study.
 
-    Raises InputError as `parse`, for a key that is named twice, and if there is none.
+    Raises InputError as `parse`, for a key that is named twice, and if absent.
     """
     if isinstance(given, Mapping):
         parts = tuple(spread(key, written, scene) for key, written in given.items())
