@@ -31,7 +31,7 @@ class CircuitPath(Path):
     circuit made, and ``failed`` how many of them did not converge; ``state`` its last state, and
     ``speed`` the velocity after the last kick; ``states`` those of the circuit at the samples,
     shape (n, length of a state), and ``own_steps`` the rows of
-    `harvester.circuits.substeps.logged`, where they are asked for.
+    `harvester.circuits.substeps.logged`, if they are asked for.
     """
 
     voltages: Floats = field(default_factory=lambda: np.empty((0, N_VOLTAGES)))
@@ -108,8 +108,8 @@ def trace_circuit(
     """The trajectory of Eq. 2 from ``start`` = (x, x') with a compiled circuit from its ``state``.
 
     ``circuit`` is the circuit at steps of h; ``noise``, ``h``, ``stride`` and ``shaking`` as of
-    `harvester.mechanics.kernels.path.trace`.  ``kicked`` says that the start is where another path ended, after a kick;
-    ``keep`` asks for the circuit's states.
+    `harvester.mechanics.kernels.path.trace`.  ``kicked`` states that the start is where another
+    path ended, after a kick; ``keep`` asks for the circuit's states.
 
     Raises InputError for a start behind a stop, and random shaking without ``shaking``.
     """

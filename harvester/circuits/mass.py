@@ -11,7 +11,7 @@ def drifted(s, h, t, c, a):
     """The mass after the first t of a drift of a step h, with the shaking's mean acceleration a (None: no shaking).
 
     Returns its state, whose voltage is for the circuit to find, then the wall that it met and when
-    (its end, and t, where it met none), and what the stops did.
+    (its end, and t, if it met none), and what the stops did.
     """
     s1, did = move(s, interval(h, t, None), c, a)
     wall = s1.x

@@ -267,7 +267,7 @@ def _times(weight: float, name: str) -> str:
 
 @cache
 def compiled_source(text: str) -> Any:
-    """The function ``solve`` of a source; its machine code is kept on disk where there is a folder for it."""
+    """The function ``solve`` of a source; its machine code is kept on disk if there is a folder for it."""
     from harvester.mechanics.kernels.compiled import _cache_folder
 
     name = f"circuit_{hashlib.sha256(text.encode()).hexdigest()[:16]}"

@@ -1,7 +1,7 @@
 """What the shell offers after the tab key: scene files, engines, keys of a scene.
 
 Each function has the form that click asks for: context, parameter and the word so far, to the words
-that go on from it.
+that continue from it.
 """
 
 import click
@@ -40,7 +40,7 @@ def example_names(context: click.Context, parameter: click.Parameter, incomplete
 
 
 def _starting(incomplete: str, words: dict[str, str]) -> Items:
-    """The words that go on from ``incomplete``, with a help for the shells that show one."""
+    """The words that continue from ``incomplete``, with a help for the shells that show one."""
     return [
         CompletionItem(word, help=text)
         for word, text in words.items()

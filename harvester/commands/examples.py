@@ -86,7 +86,7 @@ def copy(scene: Path, to: Path) -> list[Path]:
 
 
 def read_by(path: Path) -> Iterator[Path]:
-    """The files beside a scene that it reads: records, and a netlist with all that it includes."""
+    """The files next to a scene that it reads: records, and a netlist with all that it includes."""
     from harvester.netlists.read_lines import read_lines
     from harvester.scene.load import is_path
     from harvester.scene.physical import FILES

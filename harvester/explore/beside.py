@@ -13,7 +13,7 @@ PACKETS = "packets per hour"  # this fact of a design is known once its node was
 
 
 def of_path(scene: Scene, path: dict[str, Any]) -> dict[str, str]:
-    """The largest displacement, voltage and, where the scene has it, strain of a path of `in_worker.path`."""
+    """The largest displacement, voltage and, if the scene has it, strain of a path of `in_worker.path`."""
     length, volt = ("m", "V") if path["physical"] else ("", "")
     far, high = (max(map(abs, path[name])) for name in ("x", "V"))
     known = {"largest displacement": amount(far, length), "largest voltage": amount(high, volt)}

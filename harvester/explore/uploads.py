@@ -21,7 +21,7 @@ _NAME = re.compile(r"[A-Za-z0-9][\w.+ -]{0,99}")
 def keep(folder: Path, names: list[str], contents: list[bytes]) -> list[Path]:
     """Write files into the session's folder.
 
-    Raises InputError for a name that is none of a plain file of `KINDS`, and for too many bytes.
+    Raises InputError for a name that is not one of a plain file of `KINDS`, and for too many bytes.
     """
     if sum(file.stat().st_size for file in folder.iterdir()) + sum(map(len, contents)) > MOST_BYTES:
         raise InputError(

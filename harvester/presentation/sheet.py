@@ -78,7 +78,7 @@ class Sheet:
 def sheet(
     result: Presentable, head: str | None = None, units: AnswerUnits | None = None, unit: str = ""
 ) -> Sheet:
-    """The sheet of a result; ``head`` replaces what it says of engine, seconds and steps.
+    """The sheet of a result; ``head`` replaces what it states of engine, seconds and steps.
 
     ``units`` and ``unit`` are those of the result that it is a part of, if it does not know its
     own.

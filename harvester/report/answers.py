@@ -33,7 +33,7 @@ def of_run(
     """The page of one engine's answer: its errors, what the scene calls for, and how to do it again.
 
     ``largest`` are the largest values over a lifetime and ``sensitivity`` the elasticities of the
-    power, where they were asked for.
+    power, if they were asked for.
     """
     problem = Problem.of(scene)
     parts = "The parts of the error of the mean power, in percent of it."
