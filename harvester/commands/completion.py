@@ -34,7 +34,7 @@ def scene_keys(context: click.Context, parameter: click.Parameter, incomplete: s
 
 def example_names(context: click.Context, parameter: click.Parameter, incomplete: str) -> Items:
     """The example scenes by name."""
-    from harvester.commands.example_files import example_scenes
+    from harvester.scene.example_scenes import example_scenes
 
     return _starting(incomplete, dict.fromkeys(example_scenes(), ""))
 

@@ -9,10 +9,10 @@ import click
 import cloup
 
 from harvester.commands.completion import example_names
-from harvester.commands.example_files import example_scenes
 from harvester.commands.help import command
 from harvester.commands.options import json_option
 from harvester.errors import InputError, shown, unknown
+from harvester.scene.example_scenes import example_scenes
 
 
 @command(

@@ -167,6 +167,8 @@ def _rows(name: str, content: Any, units: AnswerUnits, unit: str) -> Iterator[tu
     """The row of a number, a value or a text; none of what is absent, and of arrays."""
     about = term(name)
     text = _text(content, about, unit_of(about, units, unit))
+    if about.kind == "names":
+        text = text.replace("_", " ")
     if text:
         yield about.label, text
 
@@ -214,7 +216,7 @@ def unit_of(about: Term, units: AnswerUnits, unit: str = "") -> str:
         return unit
     if about.kind in AnswerUnits.__dataclass_fields__:
         return str(getattr(units, about.kind))
-    return "" if about.kind in ("share", "clock") else about.kind
+    return "" if about.kind in ("share", "clock", "names") else about.kind
 
 
 def _is_result(content: Any) -> TypeGuard[Presentable]:

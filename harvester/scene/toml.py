@@ -9,6 +9,7 @@ from typing import Any
 
 from harvester.errors import InputError, invalid, names_arguments, shown
 from harvester.machine import files
+from harvester.scene.example_scenes import example_scenes
 from harvester.scene.load import is_path
 from harvester.scene.physical import FILES
 from harvester.scene.scene import Scene
@@ -123,11 +124,11 @@ def load(path: str | Path) -> Scene:
             raise
         beside = {p.stem: p.name for p in path.parent.glob("*.toml")}
         near = difflib.get_close_matches(path.stem, beside, n=1)
-        hint = (
-            f": did you mean {beside[near[0]]!r}?"
-            if near
-            else ": 'harvester new FILE.toml' makes one"
-        )
+        hint = ": 'harvester new FILE.toml' makes one"
+        if near:
+            hint = f": did you mean {beside[near[0]]!r}?"
+        elif name in example_scenes():
+            hint = f": it is an example, which 'harvester examples {name}' copies here"
         raise InputError(f"scene must be a file, but there is no {shown(name)}{hint}") from None
     try:
         return loads(data.decode("utf-8-sig"), path.parent)  # some editors begin a text with a mark

@@ -183,7 +183,8 @@ class Value:
         written, behind = self._writer(unit or self.unit)
         digits = 4
         if self.known_error95 > 0.0 and self.value != 0.0:
-            digits = max(2, 2 + math.ceil(math.log10(abs(self.value) / self.known_error95)))
+            # to the second digit of the total error
+            digits = max(2, 2 + _decade(self.value) - _decade(self.known_error95))
         # no device is known to more digits
         most = ROUNDED if self.stderr is None and self.model == 0.0 else 9
         text = written(self.value, min(digits, most))
@@ -328,6 +329,11 @@ def clock(seconds: float) -> str:
         return f"{seconds / 86400.0:.3g} days" if years < 2.0 else f"{two_digits(years, 3)} years"
     units = (("h", hours), ("min", minutes)) if hours else (("min", minutes), ("s", rest))
     return " ".join(f"{count} {unit}" for unit, count in units if count)
+
+
+def _decade(number: float) -> int:
+    """The exponent of the first digit."""
+    return math.floor(math.log10(abs(number)))
 
 
 def _times(value: float | None, factor: float) -> float | None:

@@ -62,6 +62,16 @@ def test_public_names_say_what_they_are():
 
 @pytest.mark.thorough("nothing: sphinx builds all pages")
 @pytest.mark.slow
+def test_no_example_is_listed_as_an_error(site):
+    """Each doctest is under a heading of its own: read as an exception it would be set in bold."""
+    pages = {path.name: path.read_text() for path in (site / "api").rglob("*.html")}
+    assert len(pages) > len(hv.__all__)
+    assert [name for name, text in pages.items() if "<strong>&gt;&gt;&gt;" in text] == []
+    assert ">Examples<" in pages["harvester.run.html"] or "rubric" in pages["harvester.run.html"]
+
+
+@pytest.mark.thorough("nothing: sphinx builds all pages")
+@pytest.mark.slow
 def test_pages(site):
     """All are there; formulas are MathML, figures are files; nothing is fetched from elsewhere."""
     names = {path.relative_to(ROOT / "docs").with_suffix("") for path in PAGES}

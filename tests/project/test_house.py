@@ -34,7 +34,7 @@ BOUNDS = [
     ("questions of which load or how many modes", 238, 60),
     ("one-importer modules", 91, 25),
     ("lines above 100 columns", 3088, 0),
-    ("thousands of tokens", 495, 445),
+    ("thousands of tokens", 496, 445),
 ]
 
 EXAMPLES = sorted((ROOT / "examples").glob("*.toml"))
