@@ -67,22 +67,24 @@ class Oscillator(SceneTable):
     SAME: ClassVar = {("stiffness", "frequency"): True, ("damping", "damping_ratio", "q"): False}
     mass: Annotated[Number, MASS, "effective (modal) mass"]
     stiffness: Annotated[
-        OptNumber, STIFFNESS, "linear spring, in short circuit; negative: two wells"
+        OptNumber, STIFFNESS, "linear stiffness in short circuit; negative: bistable"
     ] = NONE
-    frequency: Annotated[
-        OptNumber, FREQUENCY, "instead of stiffness: the resonance in short circuit"
-    ] = NONE
-    quadratic_stiffness: Annotated[OptNumber, QUADRATIC_STIFFNESS, "force of X^2"] = NONE
-    cubic_stiffness: Annotated[OptNumber, CUBIC_STIFFNESS, "force of X^3; negative: softening"] = (
+    frequency: Annotated[OptNumber, FREQUENCY, "short-circuit resonance, instead of stiffness"] = (
         NONE
     )
+    quadratic_stiffness: Annotated[
+        OptNumber, QUADRATIC_STIFFNESS, "coefficient of X^2 in the spring force"
+    ] = NONE
+    cubic_stiffness: Annotated[
+        OptNumber, CUBIC_STIFFNESS, "coefficient of X^3 in the spring force; negative: softening"
+    ] = NONE
     damping: Annotated[OptNumber, DAMPING, "linear damping"] = NONE
     damping_ratio: Annotated[
         OptNumber, NUMBER, "instead of damping: damping/(2 sqrt(|stiffness| mass))"
     ] = NONE
-    q: Annotated[OptNumber, QUALITY, "instead of damping: quality factor in short circuit"] = NONE
-    damping_x2: Annotated[OptNumber, DAMPING_X2, "damping of X^2 X'"] = NONE
-    damping_x4: Annotated[OptNumber, DAMPING_X4, "damping of X^4 X'"] = NONE
+    q: Annotated[OptNumber, QUALITY, "quality factor in short circuit, instead of damping"] = NONE
+    damping_x2: Annotated[OptNumber, DAMPING_X2, "coefficient of X^2 X'"] = NONE
+    damping_x4: Annotated[OptNumber, DAMPING_X4, "coefficient of X^4 X'"] = NONE
     damping_v: Annotated[OptNumber, DAMPING_V, "quadratic damping: of |X'| X', such as air's"] = (
         NONE
     )
@@ -117,7 +119,7 @@ class Piezo(SceneTable):
         NONE
     )
     open_circuit_frequency: Annotated[
-        OptNumber, FREQUENCY, "instead of coupling: the resonance in open circuit"
+        OptNumber, FREQUENCY, "open-circuit resonance, instead of coupling"
     ] = NONE
     capacitance: Annotated[Number, CAPACITANCE, "clamped capacitance: with the mass held"]
     strain_per_displacement: Annotated[
@@ -145,13 +147,11 @@ class Stop(SceneTable):
     restitution: Annotated[
         OptNumber, RESTITUTION, "rigid stop: speed after over speed before an impact"
     ] = NONE
-    gap: Annotated[
-        OptNumber, GAP, "the stop is at X = -gap; 0 where left out, negative: pressed on the mass"
-    ] = NONE
+    gap: Annotated[OptNumber, GAP, "the stop is at X = -gap; default 0, negative: preload"] = NONE
     stiffness: Annotated[
         OptNumber, STOP_STIFFNESS, "compliant stop, instead of restitution: its stiffness"
     ] = NONE
-    damping: Annotated[OptNumber, STOP_DAMPING, "of a compliant stop"] = NONE
+    damping: Annotated[OptNumber, STOP_DAMPING, "damping of a compliant stop"] = NONE
 
     def __post_init__(self) -> None:
         check_rigid_or_compliant("stop", "", self.restitution, self.stiffness, self.damping)
@@ -167,8 +167,10 @@ class OppositeStop(SceneTable):
     """
 
     TABLE: ClassVar[str] = "opposite_stop"
-    restitution: Annotated[Number, RESTITUTION, "of a second rigid stop, at X = +gap"]
-    gap: Annotated[OptNumber, GAP, "its distance from rest"] = NONE
+    restitution: Annotated[
+        Number, RESTITUTION, "restitution coefficient of a second rigid stop, at X = +gap"
+    ]
+    gap: Annotated[OptNumber, GAP, "distance of that stop from rest"] = NONE
 
 
 @scene_table
@@ -192,15 +194,15 @@ class Mode(SceneTable):
         Number, FREQUENCY, "resonance of a further mode in short circuit, in ascending order"
     ]
     mass: Annotated[Number, MASS, "modal mass of a further mode"]
-    damping_ratio: Annotated[OptNumber, NUMBER_FROM_0, "of a further mode"] = NONE
+    damping_ratio: Annotated[OptNumber, NUMBER_FROM_0, "damping ratio of a further mode"] = NONE
     coupling: Annotated[
         OptNumber, MODE_COUPLING, "force per volt on a further mode; left out: none"
     ] = NONE
     base: Annotated[
-        OptNumber, PARTICIPATION, "participation in the base's acceleration; 1 where left out"
+        OptNumber, PARTICIPATION, "participation in the base acceleration; default 1"
     ] = NONE
     at_stop: Annotated[
-        OptNumber, PARTICIPATION, "displacement at the stop over that of the mode; 1 if left out"
+        OptNumber, PARTICIPATION, "displacement at the stop over that of the mode; default 1"
     ] = NONE
 
 
@@ -217,13 +219,13 @@ class Magnifier(SceneTable):
     """
 
     TABLE: ClassVar[str] = "magnifier"
-    mass: Annotated[Number, MASS, "between the base and the device"]
-    stiffness: Annotated[Number, MAGNIFIER_STIFFNESS, "of its spring to the base"]
-    damping: Annotated[OptNumber, STOP_DAMPING, "of its damper to the base"] = NONE
-    restitution: Annotated[OptNumber, RESTITUTION, "of a rigid stop under it; left out: none"] = (
-        NONE
-    )
-    gap: Annotated[OptNumber, GAP, "that stop is at Z = -gap; 0 where left out"] = NONE
+    mass: Annotated[Number, MASS, "mass between the base and the device"]
+    stiffness: Annotated[Number, MAGNIFIER_STIFFNESS, "stiffness of its spring to the base"]
+    damping: Annotated[OptNumber, STOP_DAMPING, "coefficient of its damper to the base"] = NONE
+    restitution: Annotated[
+        OptNumber, RESTITUTION, "restitution coefficient of a rigid stop under it; default: no stop"
+    ] = NONE
+    gap: Annotated[OptNumber, GAP, "that stop is at Z = -gap; default 0"] = NONE
 
     def __post_init__(self) -> None:
         if self.gap is not None and self.restitution is None:
@@ -244,11 +246,11 @@ class Ball(SceneTable):
     """
 
     TABLE: ClassVar[str] = "ball"
-    mass: Annotated[Number, MASS, "of a free ball in a box on the mass"]
+    mass: Annotated[Number, MASS, "mass of a free ball in a box on the mass"]
     room: Annotated[Number, ROOM, "free way of the ball from end to end of its box"]
-    restitution: Annotated[Number, RESTITUTION, "of the ball at both ends of its box"]
+    restitution: Annotated[Number, RESTITUTION, "restitution coefficient at both ends of its box"]
     tilt: Annotated[
-        OptNumber, TILT, "of its way from the horizontal, in degrees; 0 where left out"
+        OptNumber, TILT, "angle of its path to the horizontal, in degrees; default 0"
     ] = NONE
 
 
@@ -271,45 +273,52 @@ class Excitation(SceneTable):
 
     TABLE: ClassVar[str] = "excitation"
     acceleration_psd: Annotated[
-        OptNumber, ACCELERATION_PSD, "white noise of the base, one-sided density"
+        OptNumber, ACCELERATION_PSD, "white noise of the base, one-sided power spectral density"
     ] = NONE
     stiffness_noise: Annotated[
-        OptNumber, NUMBER_FROM_0, "white noise on the stiffness, N2 = eps2^2 D22"
+        OptNumber, NUMBER_FROM_0, "parametric white noise, N2 = eps2^2 D22"
     ] = NONE
     acceleration_amplitude: Annotated[
-        OptNumber, ACCELERATION, "harmonic of the base, peak; or of a shock"
+        OptNumber, ACCELERATION, "peak of the harmonic excitation, or of a shock"
     ] = NONE
     frequency: Annotated[
-        OptNumber, FREQUENCY, "of the harmonic; of a profile: rotation or step rate"
+        OptNumber,
+        FREQUENCY,
+        "frequency of the harmonic excitation; rotation or step rate of a profile",
     ] = NONE
     correlation_time: Annotated[
         OptNumber, TIME, "the noise is coloured (Ornstein and Uhlenbeck)"
     ] = NONE
-    centre_frequency: Annotated[OptNumber, FREQUENCY, "the noise has a band: its centre"] = NONE
-    bandwidth: Annotated[OptNumber, FREQUENCY, "between the half-power points of that band"] = NONE
+    centre_frequency: Annotated[OptNumber, FREQUENCY, "centre of band-limited noise"] = NONE
+    bandwidth: Annotated[OptNumber, FREQUENCY, "half-power bandwidth of band-limited noise"] = NONE
     acceleration_file: (
         Annotated[str, "recorded acceleration of the base, a CSV file with units", "'shake.csv'"]
         | None
     ) = None
     acceleration_psd_file: (
-        Annotated[str, "noise of a tabulated density (log-log; a ramp to a 0), CSV", "'psd.csv'"]
+        Annotated[
+            str,
+            "tabulated power spectral density of noise (log-log; a ramp to a 0), CSV",
+            "'psd.csv'",
+        ]
         | None
     ) = None
     profile: (
-        Annotated[str, "shaking by name, listed by 'harvester keys profile'", "'walking'"] | None
+        Annotated[str, "vibration profile by name, listed by 'harvester keys profile'", "'walking'"]
+        | None
     ) = None
     level: Annotated[
-        OptNumber, NUMBER, "times the accelerations of a profile; negative: turned round"
+        OptNumber, NUMBER, "factor on the accelerations of a profile; negative: reversed"
     ] = NONE
-    pulse_duration: Annotated[OptNumber, TIME, "of a shock; of a damped sine the time to 1/e"] = (
-        NONE
-    )
+    pulse_duration: Annotated[
+        OptNumber, TIME, "duration of a shock; decay time to 1/e of a damped sine"
+    ] = NONE
     event_rate: Annotated[
-        OptNumber, FREQUENCY, "shocks a second; left out: a single one, from rest"
+        OptNumber, FREQUENCY, "shocks per second; default: a single one, from rest"
     ] = NONE
     harmonics: Annotated[
         Read[tuple[Annotated[float, ACCELERATION], ...] | None, Sequence[float | str] | None],
-        "of a machine: peaks at 1, 2, ... times its frequency",
+        "peaks of a machine at 1, 2, ... times its frequency",
         "['0.1 g', '0.03 g']",
     ] = NONE
 

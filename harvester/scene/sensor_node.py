@@ -35,30 +35,30 @@ class Storage(SceneTable):
     """
 
     TABLE: ClassVar[str] = "storage"
-    capacitance: Annotated[OptNumber, STORAGE, "of the capacitor that feeds the node"] = NONE
+    capacitance: Annotated[OptNumber, STORAGE, "capacitance that feeds the node"] = NONE
     leakage_resistance: Annotated[
-        OptNumber, RESISTANCE_FROM_0, "across the capacitor; left out: none"
+        OptNumber, RESISTANCE_FROM_0, "resistance across the capacitor; default: none"
     ] = NONE
-    esr: Annotated[OptNumber, RESISTANCE_FROM_0, "in series: a current out lowers its voltage"] = (
-        NONE
-    )
-    initial_voltage: Annotated[OptNumber, VOLTAGE_FROM_0, "at the beginning; 0 where left out"] = (
+    esr: Annotated[OptNumber, RESISTANCE_FROM_0, "series resistance"] = NONE
+    initial_voltage: Annotated[OptNumber, VOLTAGE_FROM_0, "voltage at the beginning; default 0"] = (
         NONE
     )
     clamp_voltage: Annotated[
-        OptNumber, VOLTAGE_FROM_0, "what more comes in is lost; left out: none"
+        OptNumber, VOLTAGE_FROM_0, "voltage above which surplus energy is dissipated; default: none"
     ] = NONE
     capacitance_left: Annotated[
-        OptNumber, SHARE, "of the capacitance, by tolerance and age; 1 where left out"
+        OptNumber, SHARE, "fraction of the capacitance left by tolerance and age; default 1"
     ] = NONE
     diffusion_capacitance: Annotated[
-        OptNumber, STORAGE, "beside capacitance, deep in the pores"
+        OptNumber, STORAGE, "capacitance deep in the pores, in parallel"
     ] = NONE
     diffusion_resistance: Annotated[
-        OptNumber, RESISTANCE, "of the pores, along diffusion_capacitance"
+        OptNumber, RESISTANCE, "resistance of the pores, along diffusion_capacitance"
     ] = NONE
-    battery_voltage: Annotated[OptNumber, VOLTAGE, "of a battery, instead of capacitance"] = NONE
-    battery_charge: Annotated[OptNumber, CHARGE, "of a full battery: 1 mAh is 3.6 C"] = NONE
+    battery_voltage: Annotated[
+        OptNumber, VOLTAGE, "voltage of a battery, instead of capacitance"
+    ] = NONE
+    battery_charge: Annotated[OptNumber, CHARGE, "charge of a full battery: 1 mAh is 3.6 C"] = NONE
 
     def __post_init__(self) -> None:
         _check_store(self)
@@ -116,9 +116,9 @@ class SensorNode(SceneTable):
     """
 
     TABLE: ClassVar[str] = "node"
-    wake_voltage: Annotated[Number, VOLTAGE_FROM_0, "of the store, at which the node begins"]
-    stop_voltage: Annotated[Number, VOLTAGE_FROM_0, "of the store, below which it stops"]
-    interval: Annotated[Number, TIME, "from the beginning of a packet to that of the next"]
+    wake_voltage: Annotated[Number, VOLTAGE_FROM_0, "storage voltage at which the node starts"]
+    stop_voltage: Annotated[Number, VOLTAGE_FROM_0, "storage voltage below which it stops"]
+    interval: Annotated[Number, TIME, "time from the beginning of a packet to that of the next"]
     currents: (
         Annotated[
             tuple[Annotated[float, CURRENT], ...],
@@ -133,34 +133,38 @@ class SensorNode(SceneTable):
         ]
         | None
     ) = None
-    packet_energy: Annotated[OptNumber, ENERGY, "of a packet, instead of its currents"] = NONE
+    packet_energy: Annotated[OptNumber, ENERGY, "energy of a packet, instead of its currents"] = (
+        NONE
+    )
     trace: (
         Annotated[
             str, "a packet's current over time, a CSV file, instead of currents", "'packet.csv'"
         ]
         | None
     ) = None
-    sleep_current: Annotated[OptNumber, CURRENT, "between packets"] = NONE
+    sleep_current: Annotated[OptNumber, CURRENT, "current between packets"] = NONE
     stopped_current: Annotated[
-        OptNumber, CURRENT, "while it waits for the wake voltage, from the store"
+        OptNumber, CURRENT, "current while it waits for the wake voltage"
     ] = NONE
     supply_voltage: Annotated[
-        OptNumber, VOLTAGE_FROM_0, "regulated supply; left out: the store feeds it"
+        OptNumber, VOLTAGE_FROM_0, "regulated supply voltage; default: fed by the storage"
     ] = NONE
-    efficiency: Annotated[OptNumber, SHARE, "of the regulator; 1 where left out"] = NONE
+    efficiency: Annotated[OptNumber, SHARE, "efficiency of the regulator; default 1"] = NONE
     lost_share: Annotated[
-        OptNumber, SHARE, "of packets sent, that nobody answers; left out: none"
+        OptNumber, SHARE, "fraction of packets that are not acknowledged; default 0"
     ] = NONE
-    retries: Annotated[OptNumber, RETRIES, "of a packet that nobody answers, at most"] = NONE
+    retries: Annotated[
+        OptNumber, RETRIES, "most repetitions of a packet that is not acknowledged"
+    ] = NONE
     low_voltages: (
         Annotated[
             tuple[Annotated[float, VOLTAGE], Annotated[float, VOLTAGE]],
-            "of the store, where a flag of low energy comes and goes",
+            "storage voltages at which the low-energy flag is set and cleared",
             "['3 V', '3.3 V']",
         ]
         | None
     ) = None
-    low_interval: Annotated[OptNumber, TIME, "instead of interval, while the flag is there"] = NONE
+    low_interval: Annotated[OptNumber, TIME, "interval while the low-energy flag is set"] = NONE
 
     def __post_init__(self) -> None:
         _check_radio(self)
@@ -247,26 +251,26 @@ class HarvestingChip(SceneTable):
         None
     )
     start_voltage: Annotated[
-        OptNumber, VOLTAGE_FROM_0, "of the store, at which the output begins"
+        OptNumber, VOLTAGE_FROM_0, "storage voltage at which the output starts"
     ] = NONE
     stop_voltage: Annotated[
-        OptNumber, VOLTAGE_FROM_0, "of the store, below which the output ends"
+        OptNumber, VOLTAGE_FROM_0, "storage voltage below which the output stops"
     ] = NONE
-    full_voltage: Annotated[OptNumber, VOLTAGE_FROM_0, "of the store, at which charging ends"] = (
+    full_voltage: Annotated[OptNumber, VOLTAGE_FROM_0, "storage voltage at which charging ends"] = (
         NONE
     )
-    own_current: Annotated[OptNumber, CURRENT, "that the chip takes from the store"] = NONE
+    own_current: Annotated[OptNumber, CURRENT, "quiescent current of the chip"] = NONE
     input_ratio: Annotated[
-        OptNumber, SHARE, "of the voltage without load at which the input is held"
+        OptNumber, SHARE, "fraction of the open-circuit voltage at which the input is held"
     ] = NONE
-    efficiency: Annotated[OptNumber, SHARE, "of charging"] = NONE
+    efficiency: Annotated[OptNumber, SHARE, "charging efficiency"] = NONE
     efficiency_table: (
         Annotated[
-            str, "instead of efficiency: a CSV file over input voltage and current", "'chip.csv'"
+            str, "CSV file over input voltage and current, instead of efficiency", "'chip.csv'"
         ]
         | None
     ) = None
-    output_efficiency: Annotated[OptNumber, SHARE, "of the output"] = NONE
+    output_efficiency: Annotated[OptNumber, SHARE, "output efficiency"] = NONE
 
     def __post_init__(self) -> None:
         for key in ("start_voltage", "stop_voltage"):
