@@ -1,4 +1,4 @@
-"""An engine's answer: values with their errors, what it took, and what to beware of.
+"""An engine's answer: values with their errors, its cost, and warnings.
 
 Some answers hold more: what each probe of the circuit says, and the responses that one steady drive
 may have, if the mass is not linear.

@@ -191,7 +191,7 @@ def periodic_response(
 ) -> CircuitPeriod | None:
     """The response from rest, or near another one, at steps of h; None if none comes back, or steps do not converge.
 
-    What is left of the way there is below ``enough`` of the state's size.
+    The remainder of the way there is below ``enough`` of the state's size.
     """
     try:
         return _response(circuit, eqs, h, enough, near)

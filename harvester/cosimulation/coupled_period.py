@@ -69,7 +69,7 @@ TRIED = 32
 class _Path:
     """Runs of one device through periods of its drive, from section to section, at one ``phase``.
 
-    What is left of the way to a response must be below ``enough`` of its size.
+    The remainder of the way to a response must be below ``enough`` of its size.
     """
 
     def __init__(self, device: CoupledDevice, phase: float, deadline: float, enough: float) -> None:

@@ -59,8 +59,8 @@ def steady_answer(
 ) -> "tuple[Estimate | None, CircuitPeriod | None]":
     """The answer of a periodic response from rest, or ``near`` that of a drive close by, and where it is; None: none.
 
-    With ``judged``, ngspice continues from the response at the longest step to its own, and what
-    they differ by is the model error; without a budget for `PATIENCE` or `AGAIN` times what the
+    With ``judged``, ngspice continues from the response at the longest step to its own, and their
+    difference is the model error; without a budget for `PATIENCE` or `AGAIN` times what the
     response took.
     """
     from harvester.mechanics.kernels.compiled import compilation

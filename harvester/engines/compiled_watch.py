@@ -95,7 +95,8 @@ def with_watched(
 
     The load's power on the paths, whose mean the answer knows, is their control variate.
 
-    Raises InputError for what is not there, and for quantities that compiled circuits do not tell.
+    Raises InputError for anything that is not there, and for quantities that compiled circuits do
+    not tell.
     """
     from harvester.circuits.probed_path import mean_powers, probed
 

@@ -65,13 +65,13 @@ def sentence(path: dict[str, Any], sizes: dict[str, str]) -> str:
 
 
 class Beside:
-    """What is known of the designs that a page shows: the present one, and the pinned one."""
+    """The known part of the designs that a page shows: the present one, and the pinned one."""
 
     def __init__(self) -> None:
         self._known: dict[str, dict[str, str]] = {}
 
     def of(self, tables: dict[str, Any]) -> dict[str, str]:
-        """What is known of a design, by its name."""
+        """The known part of a design, by its name."""
         return self._known.get(_design(tables), {})
 
     def add(

@@ -21,8 +21,8 @@ def held(draft: Draft) -> str | None:
 def opened(text: str) -> Draft:
     """The draft that a link holds.
 
-    Raises InputError for what is not such a link, and as `harvester.scene.toml.loads`, also for
-    files of its own.
+    Raises InputError for anything that is not such a link, and as `harvester.scene.toml.loads`,
+    also for files of its own.
     """
     try:
         scene = (

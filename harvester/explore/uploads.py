@@ -41,8 +41,8 @@ def keep(folder: Path, names: list[str], contents: list[bytes]) -> list[Path]:
 def take(draft: Draft, paths: list[Path], axis: str) -> tuple[Draft, list[str]]:
     """The draft with what the files bring, and what to tell of them: a scene first, then its netlist and record.
 
-    ``axis`` is that of a record with several columns, empty for the only one.  Raises InputError in one line for what
-    cannot be used; the draft that was given stays as it was.
+    ``axis`` is that of a record with several columns, empty for the only one.  Raises InputError in
+    one line for anything that cannot be used; the draft that was given stays as it was.
     """
     draft = draft.copy()
     messages = list[str]()

@@ -13,7 +13,7 @@ three periods.
 For a state y only the slow parts ``slow`` @ y count in a residual, and each group of them relative
 to its size; the rest (nodes between diodes, say) goes along.  If the way ends, what a period
 changes in a store that holds the energy of many periods is reported relative to what flows through
-it in one, for so far is its state from the fixed point's, relative to its size.  What is left of
+it in one, for so far is its state from the fixed point's, relative to its size.  The remainder of
 the way is estimated by the next step of the same rule.
 
 That step goes only if the last periods went.  For a change f(y) - y in any other direction nothing

@@ -224,7 +224,7 @@ def _is_result(content: Any) -> TypeGuard[Presentable]:
 
 
 def _head(result: Presentable) -> str:
-    """The engine, and what it took."""
+    """The engine, and its cost."""
     engine = getattr(result, "engine", "")
     seconds = getattr(result, "seconds", None)
     steps = getattr(result, "steps", 0)

@@ -106,8 +106,8 @@ class Kind:
     def scale(self, unit: str) -> tuple[float | None, int]:
         """The factor that brings a number with this unit to SI, and the power to raise the number to before.
 
-        The power is 2 for the root of a density, such as mg/rtHz; the factor is None for what is
-        not a unit of the kind.
+        The power is 2 for the root of a density, such as mg/rtHz; the factor is None for anything
+        that is not a unit of the kind.
         """
         if unit == "":
             return 1.0 if self.unit == "" else None, 1

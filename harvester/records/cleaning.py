@@ -93,7 +93,8 @@ class Part:
 def clean(path: str, axis: str | None, rate: float | None, part: Part | None = None) -> CleanRecord:
     """Read a file and make its record clean; ``rate`` (Hz) as the command's.
 
-    Raises InputError in one line, with the remedy, for what cannot be read or must not be guessed.
+    Raises InputError in one line, with the remedy, for anything that cannot be read or must not be
+    guessed.
     """
     table = read_table(path, "FILE")
     notes = [table.layout]

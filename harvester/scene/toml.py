@@ -38,7 +38,7 @@ def loads(text: str, folder: Path | None = None) -> Scene:
     Raises
     ------
     InputError
-        for what is not TOML, or says something that no scene can have.
+        for anything that is not TOML, or says something that no scene can have.
 
     Examples
     --------

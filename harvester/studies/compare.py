@@ -155,7 +155,7 @@ class Comparison(TableResult):
 
     @property
     def table(self) -> Table:
-        """A row for each engine: its power, how far that is from the reference's, and what it took."""
+        """A row for each engine: its power, how far that is from the reference's, and its cost."""
         ratios = [self.ratio(estimate) for estimate in self.estimates]
         columns = (
             Column("engine", [estimate.engine for estimate in self.estimates]),

@@ -116,7 +116,7 @@ class SpiceSetup:
         return None if self.pair is None else abs(self.pair.relative_bias(name)[0])
 
     def biases(self, tolerance_measured: bool, followed: int) -> Diagnostic | None:
-        """What is known of the step bias, if it is not that of the very same equations.
+        """The known part of the step bias, if it is not that of the very same equations.
 
         ``followed`` are the runs of ngspice with which others made twice the step.
         """

@@ -95,7 +95,7 @@ def memory(eqs: Equations) -> float:
 
 @dataclass(frozen=True)
 class Growth:
-    """A measured exponent (nondimensional), with its errors and what it took.
+    """A measured exponent (nondimensional), with its errors and its cost.
 
     ``bias`` is the size of the time-step error; ``samples`` holds one exponent a
     trajectory, ``pushed``, shape (n, 3), sums of mean zero next to it: the controls

@@ -258,7 +258,7 @@ def _answer(
 
 
 def _known(engine: str, runs: int) -> list[Diagnostic]:
-    """What is known of the error."""
+    """The known part of the error."""
     if ENGINES[engine].by_mean_current:
         return []
     if not ENGINES[engine].runs_ngspice:

@@ -170,7 +170,7 @@ def kind_of_search(
 ) -> Literal["circuits", "devices", "plain"]:
     """Whether `optimise` chooses between circuits, computes "devices" by formulas for another of its aims, or neither.
 
-    Raises InputError for circuits next to such an aim, and for what cannot be varied.
+    Raises InputError for circuits next to such an aim, and for anything that cannot be varied.
     """
     circuits, ranges = varied(vary)
     series = any(r.steps for r in ranges)
