@@ -118,7 +118,7 @@ _FILL |= {"varied": "such as --vary piezo.capacitance=10%"}
 
 
 def _hint(error: click.ClickException) -> str:
-    """What to type, where click only says what is wrong."""
+    """What to type, if click only states what is wrong."""
     if not isinstance(error, click.UsageError) or isinstance(error, ConstraintViolated):
         return ""
     if getattr(error, "possibilities", None):  # click's own "Did you mean"

@@ -99,7 +99,7 @@ class _Way:
         self.charges = sizes[3]
 
     def run(self, periods: int, stride: int = 0) -> CircuitPath:
-        """Go on for so many periods, with a sample each, or every ``stride`` kicks."""
+        """Continue for so many periods, with a sample each, or every ``stride`` kicks."""
         n_steps = periods * self.size
         shaking = self.shaking[np.arange(n_steps + 1) % self.size]
         given = (
@@ -125,7 +125,7 @@ class _Way:
     def turn(self, y: Floats, turns: int) -> tuple[Floats, Floats]:
         """The map: a state after so many periods, and the means of power, V^2 and x^2 + x'^2 over them.
 
-        Raises CircuitError where the circuit has no way on from a state.
+        Raises CircuitError if the circuit has no way on from a state.
         """
         before = self.state
         self.coordinates, kept = np.split(y, [len(self.coordinates)])
@@ -165,7 +165,7 @@ class _Way:
         return Settling(turn, slow, groups, self.y, stored=stored, swing=swing, slowest=slowest)
 
     def come_near(self) -> int:
-        """Go on until a mass that is not linear comes back: after how many periods, 0 where it does not."""
+        """Go on until a mass that is not linear comes back: after how many periods, 0 if it does not."""
         natural = 2.0 * math.pi / (self.size * self.h)
         for _ in range(TRIED):
             path = self.run(max(math.ceil(WANDERED * min(natural, 1.0)), 2 * MULTIPLES))
@@ -186,9 +186,9 @@ def periodic_response(
     enough: float,
     near: CircuitStart | None = None,
 ) -> CircuitPeriod | None:
-    """The response from rest, or near another one, at steps of h; None where none comes back, or steps do not converge.
+    """The response from rest, or near another one, at steps of h; None if none comes back, or steps do not converge.
 
-    What is left of the way there is below ``enough`` of the state's size.
+    The remainder of the way there is below ``enough`` of the state's size.
     """
     try:
         return _response(circuit, eqs, h, enough, near)
@@ -199,7 +199,7 @@ def periodic_response(
 def _response(
     circuit: CompiledCircuit, eqs: Equations, h: float, enough: float, near: CircuitStart | None
 ) -> CircuitPeriod | None:
-    """As `periodic_response`; raises CircuitError where steps of the circuit do not converge."""
+    """As `periodic_response`; raises CircuitError if circuit steps do not converge."""
     way = _Way(circuit, eqs, h, near)
     turns = 1 if near is None else near.turns
     if linear_growth(eqs) is None:

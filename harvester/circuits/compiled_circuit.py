@@ -1,4 +1,4 @@
-"""A load's netlist as a compiled circuit on a device, and its motion beside the mass.
+"""A load's netlist as a compiled circuit on a device, and its motion together with the mass.
 
 Long because it is all that others see of a circuit: its sizes, its states, its paths, and what
 kernels take of it.
@@ -52,7 +52,7 @@ LEAST = 1e-2  # of theta l/Cp: the least size of a charge
 
 
 def system_of(parts: dict[str, CircuitPart], capacitance: float) -> System:
-    """The equations of a load circuit's elements beside a piezo of a capacitance (F).
+    """The equations of a load circuit's elements next to a piezo of a capacitance (F).
 
     Raises UnservedError for what compiled circuits do not have; InputError for values that cannot
     be.
@@ -73,7 +73,7 @@ class CompiledCircuit:
 
     ``resistance`` (ohm) is that of Rload, ``mu`` the same as 1/(R Cp w0).
 
-    ``elements`` are those that stand for the load's, such as a part of them; ``tolerance`` is that
+    ``elements`` are those that represent the load's, such as a part of them; ``tolerance`` is that
     of a step.
 
     Raises UnservedError for what compiled circuits do not have, and InputError for a circuit
@@ -224,7 +224,7 @@ class CompiledCircuit:
         return mechanics.started((*start[:4], coordinates))[:-1], state
 
     def check(self, steps: float, failed: float, state: Floats) -> None:
-        """Raise CircuitError where too many of so many steps ``failed``, before the ``state`` or states, (..., n)."""
+        """Raise CircuitError if too many of so many steps ``failed``, before the ``state`` or states, (..., n)."""
         check_converged(self.system, steps, failed, state[..., -1])
 
     def check_sums(self, sums: Floats, state: Floats) -> None:

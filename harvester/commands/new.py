@@ -161,7 +161,7 @@ def _on_geometry(beam: Any, made: Any, problem: "Problem") -> "list[Diagnostic]"
 
 
 def _words(problem: "Problem", remarks: "Sequence[Diagnostic]", file: str) -> list[str]:
-    """The remarks in sentences, and how the best load is found if they do not say it."""
+    """The remarks in sentences, and how the best load is found if they do not state it."""
     words = [
         typed(f"warning: {remark}" if remark.severity == "warning" else remark.line)
         for remark in remarks
@@ -173,7 +173,7 @@ def _words(problem: "Problem", remarks: "Sequence[Diagnostic]", file: str) -> li
 
 
 def next_lines(problem: "Problem", file: str, facts: dict[str, Any]) -> list[str]:
-    """What to type next, given what is known of the scene: what is missing first."""
+    """What to type next, given the known part of the scene: what is missing first."""
     from harvester.devices.best_load import NEAR, load_range
 
     load = problem.scene.load

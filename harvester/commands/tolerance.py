@@ -130,7 +130,7 @@ def tolerance(
 
 
 def _stated(path: str, scene: "Scene") -> "ScenesSpreads":
-    """The spreads that the comments of a scene file state; InputError if there is none."""
+    """The spreads that the comments of a scene file state; InputError if absent."""
     from harvester.identification.stated_spreads import spreads_of
     from harvester.machine import files
     from harvester.scene.toml import MOST_BYTES

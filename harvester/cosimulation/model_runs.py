@@ -106,7 +106,7 @@ def _unpacked(data: bytes) -> ModelJob:
 def run_model(data: bytes) -> ModelRun:
     """Run a job that is `packed`; the same seed, the same noise.
 
-    Raises InputError where a function of the model fails during the run; and as
+    Raises InputError if a function of the model fails during the run; and as
     `harvester.cosimulation.runs.run_in_this_process`.
     """
     from harvester.cosimulation.ngspice.model_callbacks import PlainCallbacks, coefficients_of

@@ -26,9 +26,9 @@ WEAK = 0.2  # of the power that white noise gives, at the best load
 class Meaning:
     """What the numbers of a scene mean, for people and for programs.
 
-    ``numbers`` are rows of name, value, unit and what it is.  ``remarks`` are about values that no device has, a drive
-    that misses the resonance, coupling, load (none where only a search would find the best load), stop and engines.
-    ``facts`` say the same to a program.
+    ``numbers`` are rows of name, value, unit and what it is.  ``remarks`` are about values that no
+    device has, a drive that misses the resonance, coupling, load (none if only a search would find
+    the best load), stop and engines. ``facts`` say the same to a program.
     """
 
     numbers: tuple[tuple[str, float, str, str], ...]

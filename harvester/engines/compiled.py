@@ -32,27 +32,29 @@ LONGEST_SAMPLING = 120.0
 
 
 class Compiled(Ensemble):
-    """The coupled equations with the netlist as a compiled circuit.
-
-    >>> import harvester as hv
-    >>> hv.Compiled(within="2%", budget="1min").budget
-    60.0
+    """Simulate the netlist as a compiled circuit coupled to the mechanics, without ngspice.
 
     Parameters
     ----------
     within, budget, seed, duration, trajectories, dt
-        the options of `run`.
+        As in `run`.
     probe
-        other quantities of the circuit to tell, such as "store" or "v(a,b)".
+        Circuit quantities to report, such as "store" or "v(a,b)".
     ledger
-        tell what each element of the circuit takes, too.
+        Also report the mean power dissipated in each element.
 
     Raises
     ------
     CannotServeError
-        for a load resistance, and a netlist with an element that compiled circuits do not have.
+        The load is a resistance, or the netlist has an unsupported element.
     UnboundedResponseError
-        where no stationary response exists.
+        No stationary response exists.
+
+    Examples
+    --------
+    >>> import harvester as hv
+    >>> hv.Compiled(within="2%", budget="1min").budget
+    60.0
     """
 
     probe: tuple[str, ...] = ()
@@ -79,7 +81,7 @@ class Compiled(Ensemble):
 
     @classmethod
     def refusal(cls, problem: Problem) -> Diagnostic | None:
-        """Why the engine cannot serve a problem; None where it can."""
+        """Why the engine cannot serve a problem; None if it can."""
         return needs_circuit(problem, cls.NAME) or needs_compiled_circuit(problem, cls.NAME)
 
     def run(self, scene: AnyScene, progress: Progress | None = None) -> Estimate:
@@ -128,7 +130,7 @@ class Compiled(Ensemble):
         ), None
 
     def pilot(self, problem: Problem, trajectories: "Trajectories") -> "Trajectories":
-        """Those of the circuit made of ideal elements under white noise, where the netlist has them."""
+        """Those of the circuit made of ideal elements under white noise, if the netlist has them."""
         from harvester.circuits.idealised import ideal_circuit
         from harvester.mechanics.ensemble.richardson import compile_pair
         from harvester.mechanics.ensemble.trajectories import Trajectories
@@ -149,7 +151,7 @@ class Compiled(Ensemble):
     def model_errors(
         self, problem: Problem, pair: "RichardsonPair", begin: float
     ) -> tuple[dict[str, float], str]:
-        """The largest relative difference from ngspice under noise, where it is measured."""
+        """The largest relative difference from ngspice under noise, if it is measured."""
         from harvester.engines.spice.cheap_model import settled_starts
         from harvester.engines.spice.difference import difference_from_ngspice
 
@@ -173,12 +175,12 @@ class Compiled(Ensemble):
         return with_watched(answer, problem, circuit, paths, self.probe, self.ledger)
 
     def pair_diagnostic(self, pair: "RichardsonPair") -> Diagnostic | None:
-        """A warning where steps of the circuit did not converge, so that it was held for a while."""
+        """A warning if circuit steps did not converge, so that it was held for a while."""
         steps, failed = pair.trajectories.own_sums
         return warning("circuit_not_converged", share=float(failed / steps)) if failed else None
 
     def model(self, problem: Problem) -> Model:
-        """What is simulated for a problem that the engine serves."""
+        """What is simulated for a problem that the engine supports."""
         from harvester.circuits.compiled_circuit import compiled_circuit
 
         assert problem.circuit is not None, "refusal checks this"

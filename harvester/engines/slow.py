@@ -41,6 +41,8 @@ class Slow(Request, Engine):
     within, budget, seed
         the options of `run`.
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> hv.Slow().NAME
     'slow'
@@ -52,7 +54,7 @@ class Slow(Request, Engine):
         has, and shaking other than a harmonic drive, or than white or coloured noise of a mass with
         one resting place.
     UnboundedResponseError
-        where the response grows without bound.
+        if the response grows without bound.
     """
 
     NAME = "slow"

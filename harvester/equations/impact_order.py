@@ -1,17 +1,17 @@
-"""The order of the step's bias beside a rigid stop under white noise: below 2, for impacts come ever closer.
+"""The order of the step's bias near a rigid stop under white noise: below 2, for impacts come ever closer.
 
 A mass that leaves a stop with the speed u, so slowly that only white noise acts on it, is back with
-the speed z u, where z has the density (3/2 pi) z^(3/2)/(1 + z^3) (McKean, J. Math. Kyoto Univ. 2,
+the speed z u, if z has the density (3/2 pi) z^(3/2)/(1 + z^3) (McKean, J. Math. Kyoto Univ. 2,
 227, 1963), so that
 
     E[z^s] = 1/(2 cos(pi (1 + s)/3))
 
 and leaves with r z u: the logarithm of its speed walks at random.  Speeds u << 1 have a stationary
-density of impacts in ln u of u^a, where E[(r z)^-a] = 1, which is
+density of impacts in ln u of u^a, if E[(r z)^-a] = 1, which is
 
     r^a 2 cos(pi (1 - a)/3) = 1,   a != 0
 
-with a = 2 for r = 1, and a < 0 below r = exp(-pi/sqrt 3) = 0.163, where infinitely many impacts end
+with a = 2 for r = 1, and a < 0 below r = exp(-pi/sqrt 3) = 0.163, if infinitely many impacts end
 in a finite time (Cornell, Swift and Bray, Phys. Rev. Lett. 81, 1142, 1998).  A step of h resolves
 no speed below sqrt(h): what those impacts take of the energy, u^2 each, is wrong by a part of order
 one, and the mean by
@@ -32,7 +32,7 @@ REGULAR = 2.0  # the order of the scheme where nothing lowers it
 
 
 def impact_order(r: float) -> float:
-    """The order p of the step's bias beside a stop of restitution coefficient r.
+    """The order p of the step's bias near a stop of restitution coefficient r.
 
     >>> [round(impact_order(r), 3) for r in (0.0, COLLAPSE, 0.37, 1.0)]
     [0.75, 1.0, 1.306, 2.0]
@@ -52,7 +52,7 @@ def impact_order(r: float) -> float:
 
 
 def accumulation(eqs: Equations) -> Diagnostic | None:
-    """The note that white noise makes impacts accumulate, so that none counts them; None where it does not."""
+    """The note that white noise makes impacts accumulate, so that none counts them; None if it does not."""
     stops = [r for r in (eqs.restitution, eqs.opposite_restitution) if r is not None]
     if eqs.n1 is None or min(stops, default=1.0) >= COLLAPSE:
         return None

@@ -45,7 +45,7 @@ class Problem:
 
     @cached_property
     def plain(self) -> "Problem":
-        """The same with a load resistance, where the netlist is no more than a resistor; else itself."""
+        """The same with a load resistance, if the netlist is no more than a resistor; else itself."""
         resistance = (
             None if self.netlist is None or self.circuit is None else self.circuit.resistance
         )

@@ -28,8 +28,9 @@ LEFT, SMALLEST = 1e-4, 1e-12
 class Events:
     """Shocks or steps that shake the base, ``rate`` of them a second.
 
-    Where a ``single`` one is meant, ``memory`` is by what part its energy depends on the one before.  ``briefest`` is
-    the time in s that a shock changes in: its duration, or half a turn of its sine; None for steps.
+    If a ``single`` one is meant, ``memory`` is by what part its energy depends on the one before.
+    ``briefest`` is the time in s that a shock changes in: its duration, or half a turn of its sine;
+    None for steps.
     """
 
     rate: float
@@ -44,7 +45,7 @@ class Events:
 
 
 def recorded_shaking(scene: Scene) -> tuple[Record | None, TabulatedDensity | None]:
-    """The base's acceleration in time, and its density, in SI units; None each where the scene has none.
+    """The base's acceleration in time, and its density, in SI units; None each if the scene has none.
 
     Raises InputError for a file that cannot be read, and for a profile whose numbers do not go
     together.

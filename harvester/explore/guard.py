@@ -1,9 +1,9 @@
 """Who may talk to the page's server: requests are judged by their first lines, before a byte of their body is read.
 
 A path begins with the token of the address, the host is this machine's at the server's port, and
-the origin, which browsers send with a websocket and from another page, is that too.  Anything else
-is 403 at once, and its connection is closed.  What the server logs is one line each, without the
-token.
+the origin, which browsers send with a websocket and from another page, is that as well.  Anything
+else is 403 at once, and its connection is closed.  What the server logs is one line each, without
+the token.
 """
 
 import logging
@@ -130,7 +130,7 @@ class _Refusal(HTTPMessageDelegate):
 
 
 class OneLine(logging.Formatter):
-    """A log entry as one line without the token; with a traceback where HARVESTER_TRACEBACK is set."""
+    """A log entry as one line without the token; with a traceback if HARVESTER_TRACEBACK is set."""
 
     def __init__(self, token: str) -> None:
         super().__init__()

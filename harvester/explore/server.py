@@ -42,8 +42,8 @@ class Frame(pn.Template):  # type: ignore[misc]
 class Server:
     """A server that is ready to be started on one address of this machine; ``url`` is its page with the token.
 
-    Raises InputError for a ``host`` that is no address of this machine, and for a ``port`` that is
-    taken.
+    Raises InputError for a ``host`` that is not an address of this machine, and for a ``port`` that
+    is taken.
     """
 
     def __init__(self, first: Callable[[], Draft], port: int, host: str = HOST) -> None:

@@ -22,7 +22,7 @@ _NAME = re.compile(r"[A-Za-z0-9][\w.+ -]{0,99}")
 def keep(folder: Path, names: list[str], contents: list[bytes]) -> list[Path]:
     """Write files into the session's folder.
 
-    Raises InputError for a name that is none of a plain file of `KINDS`, and for too many bytes.
+    Raises InputError for a name that is not one of a plain file of `KINDS`, and for too many bytes.
     """
     if sum(file.stat().st_size for file in folder.iterdir()) + sum(map(len, contents)) > MOST_BYTES:
         raise InputError(
@@ -42,8 +42,8 @@ def keep(folder: Path, names: list[str], contents: list[bytes]) -> list[Path]:
 def take(draft: Draft, paths: list[Path], axis: str) -> tuple[Draft, list[str]]:
     """The draft with what the files bring, and what to tell of them: a scene first, then its netlist and record.
 
-    ``axis`` is that of a record with several columns, empty for the only one.  Raises InputError in one line for what
-    cannot be used; the draft that was given stays as it was.
+    ``axis`` is that of a record with several columns, empty for the only one.  Raises InputError in
+    one line for anything that cannot be used; the draft that was given stays as it was.
     """
     draft = draft.copy()
     messages = list[str]()

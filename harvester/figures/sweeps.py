@@ -27,8 +27,9 @@ from harvester.uncertainty.value import Value
 def sweep(table: SweepShape, title: str | None) -> Plot:
     """Draw the mean power, a curve for each engine (and value of the other keys), with errors; crosses are failures.
 
-    Below, with several engines, the power over that of an engine that samples, at the same point.  A list of points of
-    several keys is markers without a line.  Of a long curve every n-th point is drawn, at most `MOST_SHOWN`.
+    Below, with several engines, the power over that of an engine that samples, at the same point.
+    A list of points of several keys is markers without a line.  For a long curve every n-th point
+    is drawn, at most `MOST_SHOWN`.
     """
     curve_axis = table.along
     engines = list(table.engines)
@@ -115,7 +116,7 @@ def _ratios(
 ) -> None:
     """Draw each engine's mean power over the reference's at the same point, with the errors of both.
 
-    Where the reference states an error without sampling, that is a band around 1.
+    If the reference states an error without sampling, that is a band around 1.
     """
 
     def at(row: SweepRowShape) -> tuple[float, ...]:

@@ -77,7 +77,7 @@ Measurement = Impedance | BaseResponse | Decay
 def thinned(data: Measurement, most: int) -> Measurement:
     """A measurement of every n-th point: enough to tell good starting values from bad ones.
 
-    Of a curve over the frequency there are about ``most``, of a ring-down eight times as many.
+    For a curve over the frequency there are about ``most``, of a ring-down eight times as many.
     """
     arrays: dict[str, Any] = {
         name: values for name, values in vars(data).items() if isinstance(values, np.ndarray)

@@ -67,7 +67,7 @@ FORMS = (
 def read_files(names: tuple[str, ...]) -> list[Measurement]:
     """The measurements of several files, each with its state behind an @.
 
-    Raises InputError in one line, which says what of a file is missing and what would mend it.
+    Raises InputError in one line, which states what of a file is missing and what would mend it.
     """
     measurements = [data for name in names for data in read_file(name)]
     if not measurements:

@@ -80,7 +80,7 @@ def starts(
 ) -> list[dict[str, float]]:
     """Values to begin from: all combinations of what the curves' peaks, ratios and levels suggest.
 
-    ``others`` are the parameters that the measurements beside a ring-down against a stop tell by
+    ``others`` are the parameters that the measurements next to a ring-down against a stop tell by
     themselves.
     """
     if bouncing:
@@ -221,7 +221,7 @@ def _turning(admittance: Complexes) -> float:
     """How an admittance, shape (n,), goes round as the frequency rises: from -1, clockwise, to 1.
 
     That of a resonance goes round clockwise in the plane of conductance and susceptance, whatever
-    it stands beside, and with a susceptance of the wrong sign the other way: the area that it
+    it is next to, and with a susceptance of the wrong sign the other way: the area that it
     encloses, over all that it is the sum of.
     """
     areas = (admittance.conj() * np.roll(admittance, -1)).imag
@@ -229,7 +229,7 @@ def _turning(admittance: Complexes) -> float:
 
 
 def _loss(measurements: Sequence[Measurement]) -> float:
-    """The dielectric loss: what is left of the conductance if it is least."""
+    """The dielectric loss: the remainder of the conductance if it is least."""
     losses = [
         float(np.quantile((1.0 / m.z).real / np.abs((1.0 / m.z).imag), 0.1))
         for m in measurements

@@ -1,7 +1,7 @@
 """What a record cannot know: the excitation beyond half its sampling rate, and that between its end and its beginning.
 
-Of a record that was drawn from a tabulated density it is the excitation between its lines.  All are
-weighed by the response of the linear equations, E[V^2] = sum of |H|^2 p over the lines p of the
+For a record that was drawn from a tabulated density it is the excitation between its lines.  All
+are weighed by the response of the linear equations, E[V^2] = sum of |H|^2 p over the lines p of the
 record.
 """
 
@@ -74,7 +74,7 @@ def join_change(eqs: Equations) -> float:
 
 
 def density_doubts(eqs: Equations, drawn: Record) -> list[Diagnostic]:
-    """A warning where the lines of the record that was drawn from a density stand too far apart for the response."""
+    """A warning if the lines of the record that was drawn from a density stand too far apart for the response."""
     if eqs.density is None:
         return []
     w, p = _lines(drawn)

@@ -211,6 +211,8 @@ def Netlist(name: str, /, **parameters: float | str) -> Load:  # noqa: N802, as 
         for a netlist that is not there, with the nearest match, or cannot be used; a parameter that
         it does not have; and one that is no number and no quantity.
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> hv.Netlist("bridge", R="1 Mohm", C=1e-5).parameters
     {'R': 1000000.0, 'C': 1e-05}

@@ -135,7 +135,8 @@ class Part:
 def clean(path: str, facts: RecordFacts = NO_FACTS, part: Part | None = None) -> CleanRecord:
     """Read a file and clean its record.
 
-    Raises InputError in one line, with the remedy, for what cannot be read or must not be guessed.
+    Raises InputError in one line, with the remedy, for anything that cannot be read or must not be
+    guessed.
     """
     table = read_table(path, "FILE")
     notes = [table.layout, *table.notes]
@@ -239,7 +240,7 @@ def _without_drift(values: Floats, spacing: float, notes: list[Diagnostic]) -> F
 
 
 def _near_nyquist(values: Floats, rate: float, warnings: list[Diagnostic]) -> None:
-    """Warn where much of the power is just below half the rate: more may have been folded down from above."""
+    """Warn if much of the power is just below half the rate: more may have been folded down from above."""
     power = np.abs(np.fft.rfft(values * np.hanning(len(values)))) ** 2
     power[0] *= 0.5  # of the two-sided spectrum, this line and that at half the rate are there once
     power[-1] *= 0.5 if len(values) % 2 == 0 else 1.0

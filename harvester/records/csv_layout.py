@@ -1,4 +1,4 @@
-"""How a logger's CSV file is laid out: its delimiter, decimal sign, names and units of columns, and where data begin.
+"""How a logger's CSV file is laid out: its delimiter, decimal sign, names and units of columns, and if data begin.
 
 Nothing is asked of the file but that its rows hold numbers or times: the layout that makes most
 lines such rows, and whose header has as many cells as they have, is the file's.  A column may hold
@@ -42,7 +42,7 @@ _FRACTION = re.compile(r"\d{1,9}(?:[eE][+-]?\d+)?")
 
 @dataclass(frozen=True)
 class Layout:
-    """The layout of a file: ``heads`` and ``units`` have a text for each column, empty if there is none.
+    """The layout of a file: ``heads`` and ``units`` have a text for each column, empty if absent.
 
     ``rows`` are the lines of data, ``remarks`` those of comments and of what stands above the
     header, which state the ``facts``; ``header`` are the lines of names and units.  ``words`` are

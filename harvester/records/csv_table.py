@@ -43,7 +43,7 @@ _OTHER_UNITS = (  # a name and its unit without brackets
 
 @dataclass(frozen=True, eq=False)
 class CsvColumn:
-    """A column as it is written: ``head`` above it, the text of a row of units, its numbers with nan where missing.
+    """A column as it is written: ``head`` above it, the text of a row of units, its numbers with nan if missing.
 
     ``clock`` states that it holds times of day or dates, which became seconds from the first;
     ``texts`` are the cells of a column of words, which has no numbers.
@@ -109,7 +109,7 @@ class CsvColumn:
         return [*(m[2].replace("_", "/") for m in others if m), self.head.strip()]
 
     def in_si(self, kind: Kind) -> Floats | None:
-        """Its numbers in SI units; None if its unit is none of the kind."""
+        """Its numbers in SI units; None if its unit is not one of the kind."""
         scale = self.scale(kind)
         if scale is None:
             return None

@@ -36,7 +36,8 @@ Columns = Callable[[CsvTable], tuple[Floats, Floats]]
 class Block(NamedTuple):
     """Some rows of a file: their first byte and their bytes, how many rows stand before, the line of the last of those.
 
-    ``repeated`` is that line, which a block of times of a clock begins with; of others it is empty.
+    ``repeated`` is that line, which a block of times of a clock begins with; for others it is
+    empty.
     """
 
     offset: int

@@ -26,8 +26,9 @@ from harvester.scene.table import NONE, Number, OptNumber, SceneTable, scene_tab
 class Storage(SceneTable):
     """A capacitor behind the rectifier, in place of the netlist's Csmooth, or a battery, which keeps its voltage.
 
-    The charge that goes on into the pores of a supercapacitor, which its makers call a leakage of the first hours, is
-    that of a ``diffusion_capacitance`` that a ``diffusion_resistance`` is spread along.  A battery begins full.
+    The charge that continues into the pores of a supercapacitor, which its makers call a leakage of
+    the first hours, is that of a ``diffusion_capacitance`` that a ``diffusion_resistance`` is
+    spread along.  A battery begins full.
 
     >>> import harvester as hv
     >>> hv.Storage(capacitance="470 uF", leakage_resistance="10 Mohm").capacitance
@@ -35,30 +36,30 @@ class Storage(SceneTable):
     """
 
     TABLE: ClassVar[str] = "storage"
-    capacitance: Annotated[OptNumber, STORAGE, "of the capacitor that feeds the node"] = NONE
+    capacitance: Annotated[OptNumber, STORAGE, "capacitance that feeds the node"] = NONE
     leakage_resistance: Annotated[
-        OptNumber, RESISTANCE_FROM_0, "across the capacitor; left out: none"
+        OptNumber, RESISTANCE_FROM_0, "resistance across the capacitor; default: none"
     ] = NONE
-    esr: Annotated[OptNumber, RESISTANCE_FROM_0, "in series: a current out lowers its voltage"] = (
-        NONE
-    )
-    initial_voltage: Annotated[OptNumber, VOLTAGE_FROM_0, "at the beginning; 0 where left out"] = (
+    esr: Annotated[OptNumber, RESISTANCE_FROM_0, "series resistance"] = NONE
+    initial_voltage: Annotated[OptNumber, VOLTAGE_FROM_0, "voltage at the beginning; default 0"] = (
         NONE
     )
     clamp_voltage: Annotated[
-        OptNumber, VOLTAGE_FROM_0, "what more comes in is lost; left out: none"
+        OptNumber, VOLTAGE_FROM_0, "voltage above which surplus energy is dissipated; default: none"
     ] = NONE
     capacitance_left: Annotated[
-        OptNumber, SHARE, "of the capacitance, by tolerance and age; 1 where left out"
+        OptNumber, SHARE, "fraction of the capacitance left by tolerance and age; default 1"
     ] = NONE
     diffusion_capacitance: Annotated[
-        OptNumber, STORAGE, "beside capacitance, deep in the pores"
+        OptNumber, STORAGE, "capacitance deep in the pores, in parallel"
     ] = NONE
     diffusion_resistance: Annotated[
-        OptNumber, RESISTANCE, "of the pores, along diffusion_capacitance"
+        OptNumber, RESISTANCE, "resistance of the pores, along diffusion_capacitance"
     ] = NONE
-    battery_voltage: Annotated[OptNumber, VOLTAGE, "of a battery, instead of capacitance"] = NONE
-    battery_charge: Annotated[OptNumber, CHARGE, "of a full battery: 1 mAh is 3.6 C"] = NONE
+    battery_voltage: Annotated[
+        OptNumber, VOLTAGE, "voltage of a battery, instead of capacitance"
+    ] = NONE
+    battery_charge: Annotated[OptNumber, CHARGE, "charge of a full battery: 1 mAh is 3.6 C"] = NONE
 
     def __post_init__(self) -> None:
         _check_store(self)
@@ -100,14 +101,14 @@ class SensorNode(SceneTable):
     """A load that begins at ``wake_voltage`` of the store and stops below ``stop_voltage``: packets, and sleep between.
 
     A packet is a list of ``currents`` with their ``durations``, a ``packet_energy`` that takes the
-    first of the ``durations`` (10 ms where left out), or a ``trace``, a CSV file of time and
+    first of the ``durations`` (10 ms if left out), or a ``trace``, a CSV file of time and
     current as power profilers write it. Currents and energies are those that the node takes from
     its ``supply_voltage``, which a regulator of an ``efficiency`` makes of the store; without one
     the store itself gives its currents.
 
-    Of its packets a ``lost_share`` is not answered; each is sent up to ``retries`` times more.  A flag of the store's
-    energy goes down below the first of ``low_voltages`` and up above the second: while it is down, packets are a
-    ``low_interval`` apart.
+    For its packets a ``lost_share`` is not answered; each is sent up to ``retries`` times more.  A
+    flag of the store's energy goes down below the first of ``low_voltages`` and up above the
+    second: while it is down, packets are a ``low_interval`` apart.
 
     >>> import harvester as hv
     >>> packet = {"currents": ["4 mA"], "durations": ["9 ms"]}
@@ -116,9 +117,9 @@ class SensorNode(SceneTable):
     """
 
     TABLE: ClassVar[str] = "node"
-    wake_voltage: Annotated[Number, VOLTAGE_FROM_0, "of the store, at which the node begins"]
-    stop_voltage: Annotated[Number, VOLTAGE_FROM_0, "of the store, below which it stops"]
-    interval: Annotated[Number, TIME, "from the beginning of a packet to that of the next"]
+    wake_voltage: Annotated[Number, VOLTAGE_FROM_0, "storage voltage at which the node starts"]
+    stop_voltage: Annotated[Number, VOLTAGE_FROM_0, "storage voltage below which it stops"]
+    interval: Annotated[Number, TIME, "time from the beginning of a packet to that of the next"]
     currents: (
         Annotated[
             tuple[Annotated[float, CURRENT], ...],
@@ -133,34 +134,38 @@ class SensorNode(SceneTable):
         ]
         | None
     ) = None
-    packet_energy: Annotated[OptNumber, ENERGY, "of a packet, instead of its currents"] = NONE
+    packet_energy: Annotated[OptNumber, ENERGY, "energy of a packet, instead of its currents"] = (
+        NONE
+    )
     trace: (
         Annotated[
             str, "a packet's current over time, a CSV file, instead of currents", "'packet.csv'"
         ]
         | None
     ) = None
-    sleep_current: Annotated[OptNumber, CURRENT, "between packets"] = NONE
+    sleep_current: Annotated[OptNumber, CURRENT, "current between packets"] = NONE
     stopped_current: Annotated[
-        OptNumber, CURRENT, "while it waits for the wake voltage, from the store"
+        OptNumber, CURRENT, "current while it waits for the wake voltage"
     ] = NONE
     supply_voltage: Annotated[
-        OptNumber, VOLTAGE_FROM_0, "regulated supply; left out: the store feeds it"
+        OptNumber, VOLTAGE_FROM_0, "regulated supply voltage; default: fed by the storage"
     ] = NONE
-    efficiency: Annotated[OptNumber, SHARE, "of the regulator; 1 where left out"] = NONE
+    efficiency: Annotated[OptNumber, SHARE, "efficiency of the regulator; default 1"] = NONE
     lost_share: Annotated[
-        OptNumber, SHARE, "of packets sent, that nobody answers; left out: none"
+        OptNumber, SHARE, "fraction of packets that are not acknowledged; default 0"
     ] = NONE
-    retries: Annotated[OptNumber, RETRIES, "of a packet that nobody answers, at most"] = NONE
+    retries: Annotated[
+        OptNumber, RETRIES, "most repetitions of a packet that is not acknowledged"
+    ] = NONE
     low_voltages: (
         Annotated[
             tuple[Annotated[float, VOLTAGE], Annotated[float, VOLTAGE]],
-            "of the store, where a flag of low energy comes and goes",
+            "storage voltages at which the low-energy flag is set and cleared",
             "['3 V', '3.3 V']",
         ]
         | None
     ) = None
-    low_interval: Annotated[OptNumber, TIME, "instead of interval, while the flag is there"] = NONE
+    low_interval: Annotated[OptNumber, TIME, "interval while the low-energy flag is set"] = NONE
 
     def __post_init__(self) -> None:
         _check_radio(self)
@@ -205,7 +210,7 @@ PACKET = 0.01  # s that a packet of a given energy takes
 
 
 def _check_radio(node: SensorNode) -> None:
-    """Refuse retries and a flag of which half is missing, and packets that take longer than their interval."""
+    """Refuse retries and a flag of which half is missing, and packets that need longer than their interval."""
     _check_both(node, "low_voltages", "low_interval")
     if node.retries is not None and node.lost_share is None:
         raise InputError("node.lost_share must be given with retries, but is left out")
@@ -237,9 +242,10 @@ def _check_durations(node: SensorNode) -> None:
 class HarvestingChip(SceneTable):
     """What is between the rectifier and the store: a chip by its name, or one of your own.
 
-    Keys beside a ``name`` take the place of what the chip's data sheet says.  With an ``input_ratio`` the chip holds
-    the rectifier's output at that part of its voltage without load, and charges the store from there; without one the
-    store is at its input.  The output feeds the node from the start voltage of the store on, until the stop voltage.
+    Keys next to a ``name`` replace what the chip's data sheet says.  With an
+    ``input_ratio`` the chip holds the rectifier's output at that part of its voltage without load,
+    and charges the store from there; without one the store is at its input.  The output feeds the
+    node from the start voltage of the store on, until the stop voltage.
 
     >>> import harvester as hv
     >>> hv.HarvestingChip(name="bq25570", start_voltage="3 V").start_voltage
@@ -251,26 +257,26 @@ class HarvestingChip(SceneTable):
         None
     )
     start_voltage: Annotated[
-        OptNumber, VOLTAGE_FROM_0, "of the store, at which the output begins"
+        OptNumber, VOLTAGE_FROM_0, "storage voltage at which the output starts"
     ] = NONE
     stop_voltage: Annotated[
-        OptNumber, VOLTAGE_FROM_0, "of the store, below which the output ends"
+        OptNumber, VOLTAGE_FROM_0, "storage voltage below which the output stops"
     ] = NONE
-    full_voltage: Annotated[OptNumber, VOLTAGE_FROM_0, "of the store, at which charging ends"] = (
+    full_voltage: Annotated[OptNumber, VOLTAGE_FROM_0, "storage voltage at which charging ends"] = (
         NONE
     )
-    own_current: Annotated[OptNumber, CURRENT, "that the chip takes from the store"] = NONE
+    own_current: Annotated[OptNumber, CURRENT, "quiescent current of the chip"] = NONE
     input_ratio: Annotated[
-        OptNumber, SHARE, "of the voltage without load at which the input is held"
+        OptNumber, SHARE, "fraction of the open-circuit voltage at which the input is held"
     ] = NONE
-    efficiency: Annotated[OptNumber, SHARE, "of charging"] = NONE
+    efficiency: Annotated[OptNumber, SHARE, "charging efficiency"] = NONE
     efficiency_table: (
         Annotated[
-            str, "instead of efficiency: a CSV file over input voltage and current", "'chip.csv'"
+            str, "CSV file over input voltage and current, instead of efficiency", "'chip.csv'"
         ]
         | None
     ) = None
-    output_efficiency: Annotated[OptNumber, SHARE, "of the output"] = NONE
+    output_efficiency: Annotated[OptNumber, SHARE, "output efficiency"] = NONE
 
     def __post_init__(self) -> None:
         for key in ("start_voltage", "stop_voltage"):

@@ -3,7 +3,7 @@
 Under a harmonic drive one run of the compiled circuit does, whole periods long; noise asks for
 many, of the circuit of ideal elements where the netlist is one, which is far cheaper.
 
-`measured` gives it for a scene: under a drive with the error of its step, under noise with that of
+`measured` gives it for a scene: under a drive with the time-step error, under noise with that of
 sampling.
 """
 
@@ -63,7 +63,7 @@ class Rectifier:
     """The rectifier of a problem's circuit, with a store of any ``farads`` behind it and nothing else.
 
     ``ideal`` is the circuit of ideal elements where the netlist is one, a hundredth as dear; None
-    where it is not.
+    if it is not.
     """
 
     def __init__(self, problem: Problem) -> None:
@@ -116,7 +116,7 @@ def store_row(circuit: Elements, farads: float, scales: Scales) -> tuple[int, fl
 
 
 class HeldPath:
-    """One run, of a compiled ``circuit``, whose store is held where it has that of `Rectifier.held`.
+    """One run, of a compiled ``circuit``, whose store is held if it has that of `Rectifier.held`.
 
     ``peak`` is the largest displacement so far, nondimensional; ``at`` is where the store's charge
     stands in ``state``.
@@ -184,7 +184,7 @@ class HeldRuns:
     def advance(
         self, volts: Floats | float | None, duration: float
     ) -> tuple[Floats, Floats, float]:
-        """Go on: charges (C) of the runs, as `HeldPath.advance`; the store has what it had where ``volts`` is None.
+        """Go on: charges (C) of the runs, as `HeldPath.advance`; the store has what it had if ``volts`` is None.
 
         Voltages of its own for each run have the shape (blocks, BATCH).
         """
@@ -278,7 +278,7 @@ def _over_runs(values: Floats, together: int) -> tuple[float, float]:
 
 
 class Currents(NamedTuple):
-    """I(V), the same of the scene's step where its own error is known, and how many steps they took.
+    """I(V), the same of the scene's step if its own error is known, and how many steps they took.
 
     ``displacement`` is the largest (m) on the way up under a drive; None under noise.
     """
@@ -314,7 +314,7 @@ def measured(
     )
 
     def wider(currents: Currents) -> Currents:
-        """The same, or up to twice the voltage where the open circuit's is one that still gets a current."""
+        """The same, or up to twice the voltage if the open circuit's is one that still gets a current."""
         last = float(currents.best.current[-1])
         ends = top is not None or last < CUT_OFF * float(currents.best.current.max())
         return (

@@ -33,13 +33,13 @@ class Cut:
 
     @property
     def diode(self) -> tuple[float, float] | None:
-        """Saturation current (A) and emission coefficient of the rectifier's diodes; None where they are not alike."""
+        """Saturation current (A) and emission coefficient of the rectifier's diodes; None if they are not alike."""
         laws = {diode_law(part) for part in self.rectifier}
         return laws.pop() if len(laws) == 1 else None
 
     @property
     def like(self) -> tuple[float, float]:
-        """The same of diodes alike that stand for them all: the geometric mean of each."""
+        """The same of diodes alike that represent them all: the geometric mean of each."""
         saturation, emission = np.exp(
             np.log([diode_law(part) for part in self.rectifier]).mean(axis=0)
         )
@@ -72,7 +72,7 @@ class Cut:
 
 
 def cut_behind_rectifier(load: LoadCircuit) -> Cut | None:
-    """The circuit cut behind its rectifier; None where what touches the electrodes is no bridge of diodes."""
+    """The circuit cut behind its rectifier; None if what touches the electrodes is no bridge of diodes."""
     parts = load.parts
     rectifier = tuple(part for part in parts if ELECTRODES & set(part.nodes))
     behind = tuple(part for part in parts if part not in rectifier)

@@ -55,7 +55,7 @@ class Motion(TableResult):
         a row (time, speed) for each impact, shape (m, 2); the speed is negative at the opposite
         stop.
     stops
-        where the stops of the displacement are (m): none of a ball, nor of a sum of modes, which
+        if the stops of the displacement are (m): none of a ball, nor of a sum of modes, which
         meets its own.
     shown
         the length of the last part, which a plot shows.
@@ -70,8 +70,10 @@ class Motion(TableResult):
     probes, probe_units
         further quantities of the circuit by name, shape (n,), and their units.
     hides_noise
-        whether white noise goes beside the acceleration, which leaves it out.
+        whether white noise goes together with the acceleration, which leaves it out.
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01))
     >>> path = hv.motion(scene, duration=50.0)
@@ -188,11 +190,13 @@ def motion(
     Raises
     ------
     InputError
-        for an engine without paths, a duration that is none or too long, a folder that cannot be
+        for an engine without paths, an invalid duration or too long, a folder that cannot be
         written, and what `Execution` has for other studies.
     CannotServeError
         for a netlist with engine "ensemble", and what the engine does not know.
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.2, beta=0.05, mu=1.0, restitution=0.9, D11=0.01))
     >>> path = hv.motion(scene, duration=50.0, seed=1)
@@ -311,7 +315,7 @@ def _stops(eqs: Equations) -> tuple[float, ...]:
 
 
 def _not_drawn(eqs: Equations) -> Iterator[Diagnostic]:
-    """A note where the mass has stops, but the displacement alone does not meet them."""
+    """A note if the mass has stops, but the displacement alone does not meet them."""
     if eqs.modes is not None and eqs.has_stop and not _stops(eqs):
         yield note("ball_not_drawn" if eqs.has_ball else "stop_not_drawn")
 

@@ -28,15 +28,13 @@ BOUNDS = [
     ("sentences read by code", 0, 0),
     ("words made outside messages", 0, 0),
     ("vague names", 14, 0),
-    ("tuple assignments of unlike things", 54, 54),
-    ("calls f(*packed)", 140, 0),
-    ("calls with seven positional arguments", 153, 60),
-    ("questions of which load or how many modes", 238, 60),
-    ("one-importer modules", 91, 25),
-    ("lines above 100 columns", 3088, 0),
-    ("thousands of tokens", 506, 445),
-    ("lines above 100 columns", 3090, 0),
-    ("thousands of tokens", 500, 445),
+    ("tuple assignments of unlike things", 49, 49),
+    ("calls f(*packed)", 135, 0),
+    ("calls with seven positional arguments", 140, 60),
+    ("questions of which load or how many modes", 226, 60),
+    ("one-importer modules", 96, 25),
+    ("lines above 100 columns", 2706, 0),
+    ("thousands of tokens", 526, 445),
 ]
 
 EXAMPLES = sorted((ROOT / "examples").glob("*.toml"))

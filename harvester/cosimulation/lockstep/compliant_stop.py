@@ -1,6 +1,6 @@
 """A compliant stop in lock-step: ngspice sees a contact in chords of its exact motion (`in_contact`).
 
-Legs end where the contact begins, every `CHORDS`-th part of half its period, and where it ends.
+Legs end if the contact begins, every `CHORDS`-th part of half its period, and where it ends.
 """
 
 import math
@@ -14,7 +14,7 @@ CHORDS = 16
 
 @inlined
 def target_in_contact(s, target, goal, impacts, c):
-    """Choose (phase, goal) of the next target, where the contact has one before ``target``; set the chord to it."""
+    """Choose (phase, goal) of the next target, if the contact has one before ``target``; set the chord to it."""
     edge = lower_stop(c)
     y = s.x - edge
     v = s.v

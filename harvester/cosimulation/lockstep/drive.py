@@ -57,7 +57,7 @@ class Drive:
     shaking
         as of `harvester.mechanics.trace.trace`.
     smooth
-        whether drifts bend (`source_voltage`), as they may where neither white noise nor a
+        whether drifts bend (`source_voltage`), as they may if neither white noise nor a
         compliant stop acts.
 
     Attributes
@@ -71,20 +71,20 @@ class Drive:
         velocity of each impact.
     kicked
         ahead of each kick x, x', V and the voltage of Csmooth, and the energy that the load took
-        (J), shape (kicks, 5). Where the run ``follows`` another, by that field of the state, this
+        (J), shape (kicks, 5). If the run ``follows`` another, by that field of the state, this
         begins as the other's record: the force on the mass is that of its voltages, and so the
         motion is the same.
     smoothing
         capacitance of the load's Csmooth (F) once the run is over, 0 without one.
     nodes
         voltage (V) of each node and current (A) of each coil at the last kick once the run is over,
-        where its deck says to keep them.
+        if its deck says to keep them.
     currents
         of coils (A) at the beginning, by the names of their vectors.
     earlier, nodes_earlier
         what ``nodes`` were so many kicks before the last one; empty for 0.
     series
-        vectors of ngspice by name at all accepted points, and their ``time`` (s), where its deck
+        vectors of ngspice by name at all accepted points, and their ``time`` (s), if its deck
         has probes.
     """
 

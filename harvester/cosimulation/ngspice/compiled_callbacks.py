@@ -1,6 +1,6 @@
 """The lock-step's callbacks as C functions: ngspice calls compiled code, without Python in between.
 
-Where a run's state holds the addresses of other C functions, such as those of the tests, these are
+If a run's state holds the addresses of other C functions, such as those of the tests, these are
 asked instead.
 """
 
@@ -65,7 +65,7 @@ def _ask(typingctx, address, state, t, delta):
 
 @intrinsic
 def _coefficients(typingctx, address, pattern):
-    """Read coefficients at an address, None where the ``pattern`` has it, tuples of them one after the other."""
+    """Read coefficients at an address, None if the ``pattern`` has it, tuples of them one after the other."""
 
     def codegen(context, builder, signature, args):
         start = builder.inttoptr(args[0], ir.DoubleType().as_pointer())
@@ -149,8 +149,9 @@ def pattern_of(coefficients: Any) -> Any:
 def point_function(pattern: Coefficients | ModalCoefficients, shaken: bool) -> Any:
     """`accept_point` as a C function, compiled for the coefficients that are not None in ``pattern``.
 
-    ``shaken`` says whether there is shaking other than white noise.  Of several modes it is `accept_modal_point`.  What
-    it closes over names its file in the cache, so that is numbers: a compiled function is another in each process.
+    ``shaken`` states whether there is shaking other than white noise.  For several modes it is
+    `accept_modal_point`.  What it closes over names its file in the cache, so that is numbers: a
+    compiled function is another in each process.
     """
     rows = 0 if isinstance(pattern, Coefficients) else 2 * len(pattern.k) + 1
 

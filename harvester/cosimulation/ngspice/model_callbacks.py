@@ -39,7 +39,7 @@ def unchanged(m: Any, at: Any) -> Any:
 
 
 def _as_function(method: Any) -> Callable[..., Any]:
-    """A bound method as a function that is given the model too."""
+    """A bound method as a function that is given the model as well."""
     return lambda _, *arguments: method(*arguments)
 
 
@@ -48,7 +48,7 @@ def _functions(
 ) -> Functions:
     """The functions of a model, or of its class, each ``made`` into one that can be called in lock-step.
 
-    ``plain`` makes it of one that is no method.
+    ``plain`` makes it of one that is not a method.
     """
     functions = {name: made(getattr(of, name)) for name in ("drift", "kick", "source")}
     absent = {"event": never, "jump": unchanged}
@@ -176,7 +176,7 @@ class PlainCallbacks:
         return source or 0, step or 0
 
     def finish(self) -> None:
-        """Put the record where a finished run has it; raises what went wrong in a function of the model."""
+        """Put the record if a finished run has it; raises what went wrong in a function of the model."""
         if self.error is not None:
             raise of_model(self.error) from None
         for name, value in vars(self.s).items():

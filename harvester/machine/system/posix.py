@@ -1,4 +1,4 @@
-"""The ways of Linux and macOS: POSIX, and what each has besides."""
+"""The ways of Linux and macOS: POSIX, and what each has in addition."""
 
 import sys
 
@@ -59,7 +59,7 @@ class Posix:
         return os.open(path, os.O_RDONLY)
 
     def lock(self, file: int) -> bool:
-        """Lock an open file until it is closed, by flock, which ends with the process; False where another one has it.
+        """Lock an open file until it is closed, by flock, which ends with the process; False if another one has it.
 
         Raises OSError if files cannot be locked.
         """
@@ -130,12 +130,12 @@ class Linux(Posix):
     """What Linux has besides: limits of the address space, /proc, and a list of installed libraries."""
 
     def address_space(self) -> int | None:
-        """The bytes of memory that this process may address, by `ulimit -v`; None if there is no limit."""
+        """The bytes of memory that this process may address, by `ulimit -v`; None without a limit."""
         room = resource.getrlimit(resource.RLIMIT_AS)[0]
         return None if room == resource.RLIM_INFINITY else room
 
     def processor(self) -> str:
-        """The name of CPU time, from /proc; '' where the system does not say."""
+        """The name of CPU time, from /proc; '' if the system does not say."""
         with suppress(OSError):
             text = Path("/proc/cpuinfo").read_text(encoding="utf-8")
             if match := re.search(r"^model name\s*:\s*(.*\S)", text, re.MULTILINE):
@@ -161,7 +161,7 @@ class Linux(Posix):
         return Path(library)
 
     def _listed(self) -> str:
-        """The linker's list, empty if there is none."""
+        """The linker's list, empty if absent."""
         with suppress(FileNotFoundError, PermissionError):
             return subprocess.run(
                 ["/sbin/ldconfig", "-p"], capture_output=True, text=True, check=False
@@ -186,7 +186,7 @@ class MacOS(Posix):
         return ""
 
     def library(self, name: str) -> str | None:
-        """Look where the system's own search does not, too: Homebrew on Apple's processors."""
+        """Look if the system's own search does not as well: Homebrew on Apple's processors."""
         paths = [Path(folder) / f"lib{name}.dylib" for folder in _LIBRARY_FOLDERS]
         return ctypes.util.find_library(name) or next(
             (str(path) for path in paths if path.is_file()), None

@@ -37,7 +37,7 @@ class Windows:
         return ""
 
     def library(self, name: str) -> str | None:
-        """Look along PATH, where Windows looks too."""
+        """Look along PATH, if Windows looks as well."""
         return ctypes.util.find_library(name) or ctypes.util.find_library(f"lib{name}-0")
 
     def library_file(self, library: str) -> Path:
@@ -91,7 +91,7 @@ class Windows:
             os.chdir(here)
 
     def own_group(self) -> dict[str, Any]:
-        """Of processes, which ^C of the console does not reach."""
+        """For processes, which ^C of the console does not reach."""
         return {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP}
 
     def group_lives(self, group: int) -> bool:
@@ -123,7 +123,7 @@ class Windows:
             _kernel().CloseHandle(handle)
 
     def give_way(self, priority: int) -> None:
-        """Go on as before: the priorities of Windows are others."""
+        """Continue as before: the priorities of Windows are others."""
 
     def after_fork(self, function: Callable[[], None]) -> None:
         """Do nothing: Windows does not fork."""
@@ -140,6 +140,6 @@ def _kernel() -> "ctypes.WinDLL":
 
 
 def _handle(process: int) -> int | None:
-    """What Windows waits with for a process; None if there is no such process."""
+    """What Windows waits with for a process; None if there is not such a process."""
     handle: int | None = _kernel().OpenProcess(_SYNCHRONIZE, False, process)
     return handle

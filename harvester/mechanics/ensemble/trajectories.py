@@ -73,7 +73,7 @@ class NotFiniteError(UnboundedResponseError):
 class Trajectories:
     """A set of trajectories in blocks of `BATCH`, with their own random generators.
 
-    ``count`` is their number, ``together`` of them are on one record of a density, ``h`` is the
+    ``count`` is their number, ``together`` of them are on one recording of a density, ``h`` is the
     nondimensional step, ``time`` how far they are and ``steps`` the trajectory-steps made in all;
     ``state`` holds x, x', V (with a circuit also its capacitor's voltage and the switch's place),
     shape (blocks, 3 or 5, BATCH), after a kick.
@@ -90,20 +90,21 @@ class Trajectories:
         nondimensional step; None: `STEP` over `typical_frequency`, which the burn-in may make
         shorter.
     start
-        x, x' and V at the beginning, shape (3,) or (3, count) with whole blocks; None: at rest, in each of
-        `resting_places` in turn.  Where nothing random shakes it, off it by 1 or half-way to the opposite stop; under a
-        drive spread over that distance, so that several responses to it are found.
+        x, x' and V at the beginning, shape (3,) or (3, count) with whole blocks; None: at rest, in
+        each of `resting_places` in turn.  If nothing random shakes it, off it by 1 or half-way to
+        the opposite stop; under a drive spread over that distance, so that several responses to it
+        are found.
     circuit
         the load, in place of the resistive one of the equations; its capacitor is empty at first.
     ngspice_rule
         advance the load resistor by ngspice's integration rule
         (`harvester.mechanics.kernels.ngspice_rule`), for a stop at rest or none.
     controlled
-        with the sums of mean zero that make means cheaper, where white or coloured noise has any:
+        with the sums of mean zero that make means cheaper, if white or coloured noise has any:
         see `harvester.mechanics.kernels.control_variates`, `circuit_features` and
         `shaken_features`.
     origin
-        ``state``, ``filter`` and ``words`` of others, to go on from.
+        ``state``, ``filter`` and ``words`` of others, to continue from.
 
     Raises InputError for a start behind a stop, a step out of range, and a circuit on a device with
     mu.
@@ -196,7 +197,7 @@ class Trajectories:
             self.state[:], self.filter[:], self.words[:] = self._origin
 
     def put_behind(self, circuit: IdealCircuit | OwnCircuit | None) -> None:
-        """Go on with a circuit of the same elements with other values."""
+        """Continue with a circuit of the same elements with other values."""
         self.circuit = circuit
         ideal = circuit if isinstance(circuit, IdealCircuit) else None
         self.own_circuit = None if isinstance(circuit, IdealCircuit) else circuit
@@ -219,7 +220,7 @@ class Trajectories:
         """Advance all trajectories by ``duration`` (rounded to whole samples, and periods of a drive) and average.
 
         Raises UnboundedResponseError when a trajectory leaves the finite numbers, CircuitError
-        where too many steps of a circuit fail.
+        if too many circuit steps fail.
         """
         if duration > MOST_STEPS * self.h:
             raise invalid(
@@ -366,7 +367,7 @@ class Trajectories:
     def coarser(self) -> "Trajectories":
         """Fresh trajectories of the same scene, number and start at twice the step, on the same noise.
 
-        Without shaking other than white noise these have coarser ones, too.
+        Without shaking other than white noise these have coarser ones as well.
         """
         other = Trajectories(self.eqs, self.count, self.seed, 2.0 * self.h, self.start, *self._kind)
         other.doublings = self.doublings + 1

@@ -256,7 +256,7 @@ def _finite(changes: Floats) -> Floats:
 
 
 def _not_apart(seconds: float, unit: float) -> list[Diagnostic]:
-    """A warning where charging does not take long beside the mass' own transients."""
+    """A warning if charging does not take long next to the mass' own transients."""
     return (
         [warning("charge_not_slow", seconds=seconds, transients=unit)]
         if seconds < SLOW_FROM * unit

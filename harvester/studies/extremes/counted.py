@@ -45,7 +45,7 @@ class Counted:
 def count(eqs: Equations, seed: int = 0, blocks: int = BLOCKS) -> Counted:
     """Follow a path and count.
 
-    Raises SimulationError if the path is not finite, or where its largest values stay correlated.
+    Raises SimulationError if the path is not finite, or if its largest values stay correlated.
     """
     from harvester.mechanics.kernels.noise import gaussian_grid
     from harvester.mechanics.kernels.step_size import step_from_rest

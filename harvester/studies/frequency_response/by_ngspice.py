@@ -1,7 +1,7 @@
 """A response by ngspice or a compiled circuit: each frequency's periodic response, sought from that of the one before.
 
-Where the mass alone is linear, there is one response from any start, and the one at the frequency
-before is near it. Where it is not, there may be several: these are followed up the frequencies and
+If the mass alone is linear, there is one response from any start, and the one at the frequency
+before is near it. If it is not, there may be several: these are followed up the frequencies and
 down again, as a slow sweep would.
 """
 
@@ -44,7 +44,7 @@ def by_ngspice(
     """The points, the frequencies without one, and the warnings.
 
     Raises CannotServeError for what the engine does not know, MissingProgramError without ngspice,
-    and the last error where no frequency has a point.
+    and the last error if no frequency has a point.
     """
     served(type(engine), driven.problem)
     check_one_mode(driven.problem.equations)

@@ -65,7 +65,7 @@ def continued(
 
 
 def _state(trajectories: "Trajectories") -> State:
-    """What trajectories go on from, as JSON knows it."""
+    """What trajectories continue from, as JSON knows it."""
     arrays = {name: getattr(trajectories, name).tolist() for name in ("state", "filter", "words")}
     return {"h": trajectories.h, "seed": list(trajectories.seed.spawn_key), **arrays}
 

@@ -21,7 +21,7 @@ PATIENCE = 20.0  # seconds for the scheduler to answer and to have a worker
 
 
 def client_of(address: str | None) -> AbstractContextManager[Any]:
-    """`dask_client`, or None if there is no address."""
+    """`dask_client`, or None without an address."""
     return nullcontext() if address is None else dask_client(address)
 
 

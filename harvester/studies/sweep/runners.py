@@ -41,7 +41,7 @@ def pool(
     """Compute the tasks in a number of worker processes, which share the cores; ``meanwhile`` is called once beside it.
 
     A process that dies is replaced; its task is tried once more, a batch then point by point, and
-    is an error if that dies, too.
+    is an error if that dies as well.
     """
     from harvester.machine import processes
 
@@ -155,7 +155,7 @@ def _has_lost_its_workers(executor: Any) -> bool:
 
 
 def _as_completed(pending: Mapping[Job, Task], executor: Any, name: str) -> Iterator[Job]:
-    """The jobs that are done, as they are done; SimulationError if there is no worker for `PATIENCE`."""
+    """The jobs that are done, as they are done; SimulationError without a worker for `PATIENCE`."""
     seen = time.monotonic()
     while pending:
         done, _ = wait(pending, LOOK, FIRST_COMPLETED)

@@ -223,7 +223,7 @@ def spreads(
 ) -> tuple[PartSpread, ...]:
     """The spreads of several keys, from texts KEY=SPREAD or a mapping of keys to spreads: the ``argument`` of a study.
 
-    Raises InputError as `parse`, for a key that is named twice, and if there is none.
+    Raises InputError as `parse`, for a key that is named twice, and if absent.
     """
     if isinstance(given, Mapping):
         parts = tuple(spread(key, written, scene) for key, written in given.items())

@@ -1,4 +1,4 @@
-"""Where the example scenes are: in the wheel beside the modules, else in the checkout."""
+"""Where the example scenes are: in the wheel next to the modules, else in the checkout."""
 
 from pathlib import Path
 

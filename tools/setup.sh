@@ -1,6 +1,6 @@
 #!/bin/sh
 # Sets up what `make demo` and `make test` need: ngspice from the system's packages, a virtual
-# environment, this package with the versions of its dependencies in lock.txt.  What is there already is left alone.
+# environment, this package with the versions of its dependencies in constraints.txt.  What is there already is left alone.
 set -eu
 python=${PYTHON:-python3}
 
@@ -50,9 +50,9 @@ if ! command -v chromium >/dev/null && ! command -v chromium-browser >/dev/null 
     if [ "$root" = sudo ]; then browser; else browser & fi
 fi
 
-echo "setup: installing this package into .venv, with the versions of lock.txt"
+echo "setup: installing this package into .venv, with the versions of constraints.txt"
 [ -x .venv/bin/python ] || "$python" -m venv .venv
-.venv/bin/python -m pip install --quiet --disable-pip-version-check --no-compile --constraint lock.txt --editable '.[test]'
+.venv/bin/python -m pip install --quiet --disable-pip-version-check --no-compile --constraint constraints.txt --editable '.[test]'
 # Without the system's ngspice, that of a wheel: one that lies here, the index's, or one that is built here.
 if [ -z "$library" ] && ! .venv/bin/python -c 'import piezo_harvester_ngspice as n; n.library()' 2>/dev/null; then
     echo "setup: there is no libngspice, and no apt-get or no root to get it: installing piezo-harvester-ngspice into .venv"
