@@ -29,7 +29,7 @@ from harvester.netlists.expression_tree import Node, checked, constant, limited,
 DEEPEST = 100  # parentheses, functions or signs one within another
 
 # powers of ten
-_SUFFIXES = {"t": 12, "g": 9, "meg": 6, "k": 3, "m": -3, "u": -6, "n": -9, "p": -12, "f": -15}
+SUFFIXES = {"t": 12, "g": 9, "meg": 6, "k": 3, "m": -3, "u": -6, "n": -9, "p": -12, "f": -15}
 _MIL = 25.4e-6  # m
 _PLAIN = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+))(?:([ed])([+-]?\d+))?([a-z]*)(.*)", re.DOTALL)
 _NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?[a-z]*"
@@ -109,7 +109,7 @@ def _scaled(number: str, letters: str, mil: bool) -> float | None:
         return None
     if mil and letters.startswith("mil"):
         return float(f"{digits}e{exponent}") * _MIL
-    power = _SUFFIXES["meg"] if letters.startswith("meg") else _SUFFIXES.get(letters[:1], 0)
+    power = SUFFIXES["meg"] if letters.startswith("meg") else SUFFIXES.get(letters[:1], 0)
     value = float(f"{digits}e{int(exponent) + power}")
     return value if math.isfinite(value) else None
 

@@ -12,7 +12,7 @@ import re
 from collections.abc import Iterable, Iterator, Sequence
 
 from harvester.netlists.element_lines import Element
-from harvester.netlists.expression import plain_number
+from harvester.netlists.expression import SUFFIXES, plain_number
 from harvester.netlists.part import PIEZO, CircuitPart
 from harvester.netlists.words import tokens_of
 from harvester.presentation.diagnostic import Diagnostic, Number, warning
@@ -27,7 +27,7 @@ SAME = 1.5  # times the piezo's capacitance, and a part of it: a capacitor acros
 _INSIDE = re.compile(r"(\d+\.?\d*|\.\d+)(meg|[tgkmunpfr])(\d+)([a-z]*)", re.IGNORECASE)
 _MEGA = re.compile(r"(\d+\.?\d*|\.\d+)M(?!eg|EG|il|IL)(ohm)?s?", re.ASCII)
 _FARAD = re.compile(r"(\d+\.?\d*|\.\d+)F(arad)?s?")
-_POWERS = {"t": 12, "g": 9, "meg": 6, "k": 3, "m": -3, "u": -6, "n": -9, "p": -12, "f": -15, "r": 0}
+_POWERS = SUFFIXES | {"r": 0}
 
 
 def unintended_values(

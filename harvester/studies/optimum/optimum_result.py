@@ -96,7 +96,7 @@ class Optimum(TableResult, kw_only=True):
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, D11=0.01))
     >>> best = hv.optimise(scene, vary={"nondimensional.mu": (0.1, 10.0)}, engine="averaged")
     >>> best
-    Optimum(engine='averaged', mean_power=0.003227 +- 2.2e-05 (model, estimated))
+    Optimum(engine='averaged', mean_power=0.00322... +- 2.2e-05 (model, estimated))
     """
 
     FILE: ClassVar[str] = "optimise"  # the name of its files
