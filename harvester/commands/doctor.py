@@ -83,7 +83,7 @@ def examine_netlist(file: str) -> Iterator[str]:
 
     load = (
         Load(netlist=file if "/" in file else f"./{file}")
-        if is_path(file)
+        if is_path(file) and not file.endswith(".toml")
         else load_scene(file).load
     )
     if load is None or load.netlist is None:

@@ -91,15 +91,17 @@ _REMEDIES = {
 }
 
 
-def plain_number(text: str) -> float | None:
+def plain_number(text: str, mil: bool = True) -> float | None:
     """A number as an element's value has it (2.2k, 5Meg, 1e3k, 10mil), by `INPevaluate`; None for anything else.
+
+    A parameter has no ``mil``: ngspice reads 10mil as 10m there.
 
     What follows the number and its suffix is a unit that ngspice does not read.
     """
     match = _PLAIN.fullmatch(text.strip().lower())
     if match is None or (match[5] and not re.fullmatch(r"[\w%]*", match[5], re.ASCII)):
         return None
-    return _scaled(f"{match[1]}e{match[3] or 0}", match[4], mil=True)
+    return _scaled(f"{match[1]}e{match[3] or 0}", match[4], mil)
 
 
 def _scaled(number: str, letters: str, mil: bool) -> float | None:
