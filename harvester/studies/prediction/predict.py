@@ -96,6 +96,8 @@ def predict(
     HarvesterError
         if the engine fails at every device.
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> scene = hv.load("examples/plate_harmonic.toml")
     >>> result = hv.predict(scene, known={"damping": "measured", "frequency": "tuned"}, samples=256)
