@@ -16,7 +16,6 @@ from harvester.commands.help import command
 from harvester.commands.messages import echo, typed
 from harvester.commands.options import json_option, pairs_of
 from harvester.devices.datasheet import FIELDS, LOAD
-from harvester.scene.load import is_path
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -236,6 +235,8 @@ def _plain(ohm: float) -> str:
 
 def _netlist(name: str, scene: Path) -> str:
     """The netlist as the scene file names it: a path from where the program runs becomes one from the file."""
+    from harvester.scene.load import is_path
+
     if not is_path(name):
         return name
     path = os.path.relpath(name, scene.parent)

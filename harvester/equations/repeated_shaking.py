@@ -15,7 +15,6 @@ from harvester.presentation.diagnostic import Diagnostic, warning
 from harvester.records.profiles.catalogue import PROFILES
 from harvester.records.profiles.lines_and_shocks import SHOCKS, STEP_RATE, machine, shock, walking
 from harvester.records.profiles.standard_curves import density
-from harvester.records.record_files import read_density, read_record
 from harvester.records.records import Record, TabulatedDensity
 from harvester.scene.modal_parameters import ModalParameters
 from harvester.scene.scene import Scene
@@ -56,6 +55,10 @@ def recorded_shaking(scene: Scene) -> tuple[Record | None, TabulatedDensity | No
     if excitation.profile is not None:
         return _by_name(scene)
     file, table = excitation.acceleration_file, excitation.acceleration_psd_file
+    if file is None and table is None:
+        return None, None
+    from harvester.records.record_files import read_density, read_record
+
     return None if file is None else read_record(file), None if table is None else read_density(
         table
     )

@@ -18,7 +18,6 @@ from harvester.quantities.kinds import (
     VOLTAGE,
     VOLTAGE_FROM_0,
 )
-from harvester.records.current_trace import read_trace
 from harvester.scene.table import NONE, Number, OptNumber, SceneTable, scene_table
 
 
@@ -194,6 +193,8 @@ class SensorNode(SceneTable):
     def states(self) -> tuple[tuple[float, float], ...]:
         """Current (A) and duration (s) of each state of a packet; InputError for a trace that cannot be read."""
         if self.trace is not None:
+            from harvester.records.current_trace import read_trace
+
             return read_trace(self.trace).states
         if self.packet_energy is not None:
             duration = self.durations[0] if self.durations else PACKET
@@ -203,7 +204,11 @@ class SensorNode(SceneTable):
     @property
     def trace_notes(self) -> tuple[Diagnostic, ...]:
         """Notes on how the file of a trace was read."""
-        return () if self.trace is None else read_trace(self.trace).notes
+        if self.trace is None:
+            return ()
+        from harvester.records.current_trace import read_trace
+
+        return read_trace(self.trace).notes
 
 
 PACKET = 0.01  # s that a packet of a given energy takes

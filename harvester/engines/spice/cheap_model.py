@@ -10,7 +10,6 @@ from harvester.engines.sampling import DRAWN, FINE, KNOWN, LOOSE, affordable, fi
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.errors import InputError
-from harvester.netlists.load_circuit import LoadCircuit
 from harvester.uncertainty.target import Target, best_factor
 
 if TYPE_CHECKING:
@@ -19,6 +18,7 @@ if TYPE_CHECKING:
     from harvester.mechanics.ensemble.richardson import RichardsonPair
     from harvester.mechanics.ensemble.trajectories import Trajectories
     from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
+    from harvester.netlists.load_circuit import LoadCircuit
 
 LONGEST_CHARGING = 2e4  # nondimensional
 LONGEST_COMPILED = 4e3  # where a compiled circuit goes beside
@@ -65,7 +65,7 @@ def cheap_circuit(
     return compiled, ideal or compiled, short
 
 
-def _ideal_elements(problem: Problem, load: LoadCircuit) -> "IdealCircuit | None":
+def _ideal_elements(problem: Problem, load: "LoadCircuit") -> "IdealCircuit | None":
     """The circuit of ideal elements: of the package's netlists, and of a user's bridge while paths stay together."""
     from harvester.circuits.idealised import ideal_circuit
     from harvester.storage.rectifier_cut import plain_bridge
