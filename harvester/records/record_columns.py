@@ -35,7 +35,7 @@ def named(table: CsvTable, notes: list[Diagnostic]) -> CsvTable:
         return table
     first, *others = table.columns
     steps = np.diff(first.values)
-    if not (first.clock or (steps.size > 0 and bool((steps > 0.0).mean() > 0.9))):
+    if not (first.clock or np.count_nonzero(steps > 0.0) > 0.9 * steps.size):
         return table
     numbers = [column for column in others if column.texts is None]
     axes = ("acceleration",) if len(numbers) == 1 else AXES if len(numbers) == len(AXES) else ()
