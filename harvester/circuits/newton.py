@@ -49,6 +49,7 @@ SAMPLES = 16  # of the matrix for each length of stages, by which pivots are cho
 # beyond DAMPED iterations every fourth goes the whole way; the others leave this share of it
 EACH = 4
 HELD = 0.7
+FURTHEST = 1e15  # currents of the device, beyond which their rounding is no longer small beside one
 SMALL = 1e-7  # of the device's sizes: what a function may differ from its tangent by
 
 
@@ -84,6 +85,9 @@ class Solver:
             ]
             tolerance = writer.argument(SMALL * volts / impedance)
             self._add(f"{k}", f"I{k}", {junction.input: f"G{k}"}, junction.rows, tolerance)
+            # A larger current, which only ideal sources drive, leaves too few digits to the others.
+            furthest = writer.argument(FURTHEST * volts / impedance)
+            self._tests[-1] += f" and abs(I{k}) <= {furthest}"
             self._before.append(f"Q{k} = 0.0")
             self._ends.append(f"Q{k} = x{k} + c{k}*(v{junction.input} - u{junction.input})")
             self._last.append(f"q[{k}] = Q{k}")

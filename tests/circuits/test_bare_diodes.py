@@ -20,6 +20,7 @@ from harvester.circuits.compiled_circuit import CompiledCircuit
 from harvester.circuits.floating import SummedEquations
 from harvester.circuits.junctions import THERMAL, diode
 from harvester.equations.problem import Problem
+from harvester.errors import CircuitError
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.compiled import interpreted
 from harvester.mechanics.kernels.forcing import forcing
@@ -276,3 +277,17 @@ def test_resistors_across_the_rails_are_part_of_the_held_circuit(tmp_path):
 
     free, loaded = (measured(problem, 1.0, count=3, runs=64).best for problem in problems[:2])
     assert free.current - loaded.current == pytest.approx(free.voltages / 300e3, rel=1e-3, abs=1e-9)
+
+
+IMPOSED = "Vs a b 2.4\nRs a n 24k\nRload p n 100k\nRt b p 1k\n.model d D\n"
+
+
+def test_a_current_that_leaves_no_digits_to_the_others_is_no_answer(tmp_path):
+    """A source of 2.4 V across a diode alone drives 1e26 A; in the other direction the diode changes nothing."""
+    powers = [
+        hv.run(driven(tmp_path, body), "compiled").mean_power.value
+        for body in (IMPOSED, IMPOSED + "Dx b a d\n")
+    ]
+    assert powers[1] == pytest.approx(powers[0], rel=1e-6)
+    with pytest.raises(CircuitError, match="dx"):
+        hv.run(driven(tmp_path, IMPOSED + "Dx a b d\n"), "compiled")
