@@ -1,6 +1,6 @@
 """Gauss's elimination for one pattern of a matrix, as straight lines of Python without a zero in them.
 
-The pivots are chosen once, for samples of the matrix as Newton's iterations meet it: if
+The pivots are chosen once, for samples of the matrix as Newton's iterations meet it: where
 derivatives are zero, and where they are large.  Among pivots that are safe in all samples that with
 the fewest products goes first (Markowitz). The lines test their pivots; if one fails,
 elimination with pivots of the matrix at hand takes over.

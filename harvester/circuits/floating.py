@@ -1,8 +1,8 @@
 """Groups of nodes that float: what they get as a whole is the sum of their equations, taken before numbers are rounded.
 
 The rails of a bridge are such a group.  The equations of its nodes have a store's C/tau, which is
-up to 1e16 times what leaks through blocked diodes, so that rounding hides if the rails are.  In
-the sum all that connects nodes of the group cancels; it is in place of one of their equations.
+up to 1e16 times what leaks through blocked diodes, so that rounding hides where the rails are.  In
+the sum all that connects nodes of the group cancels; it replaces one of their equations.
 Groups are nested: what the store connects, what series resistances of devices do as well, what all
 capacitors do, and what all linear elements do.
 """
@@ -32,7 +32,7 @@ class SummedEquations:
         self.sums = {k: group for k, group in sums.items() if len(group) > 1}
 
     def of(self, column: Row) -> Row:
-        """What enters the equations if a ``column`` enters those of nodes."""
+        """What enters the equations where a ``column`` enters those of nodes."""
         entering = dict(column)
         for first, group in self.sums.items():
             entering[first] = sum(value for k, value in column.items() if k in group)

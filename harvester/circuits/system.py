@@ -25,7 +25,7 @@ Row = dict[int, float]  # coefficients by the number of the unknown, or of the e
 
 @dataclass(frozen=True)
 class Junction:
-    """How an input's voltage is limited in Newton's iterations: if a diode's current grows, and breaks down.
+    """How an input's voltage is limited in Newton's iterations: where a diode's current grows, and breaks down.
 
     The current is ``saturation`` exp(v/thermal), and beyond ``breakdown`` (V, infinite without)
     that with ``reverse``.

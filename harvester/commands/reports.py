@@ -1,4 +1,4 @@
-"""The option --report: if the page goes, checked before anything is computed, and how it is written."""
+"""The option --report: where the page goes, checked before anything is computed, and how it is written."""
 
 from collections.abc import Callable
 from pathlib import Path

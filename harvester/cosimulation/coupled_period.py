@@ -1,7 +1,7 @@
 """The periodic response of a mass and a load circuit to a steady drive: one path of ngspice, from period to period.
 
 A period is one short run of ngspice that begins with the node voltages, the coils' currents and the
-motion of a `CoupledState`, if the last one ended; `harvester.mechanics.periodic` goes from there
+motion of a `CoupledState`, where the last one ended; `harvester.mechanics.periodic` goes from there
 to the one that comes back. For a circuit that remembers more the response does not come back in the
 unbroken run that measures it, and is not taken.  Initial conditions of its elements are those of a
 run from rest, and no period begins with them.
@@ -338,7 +338,7 @@ def _settled(
     known: Secants | None = None,
     fresh: bool = False,
 ) -> PeriodicResponse | None:
-    """The response near a section; None if absent that comes back, and holds unless it ``surely`` does."""
+    """The response near a section; None if none comes back, and holds unless it ``surely`` does."""
     names = list(section.nodes)
     settled = path.settling(section, turns, known, STALE if fresh else ALIKE)
     if fresh and settled.reach(ROUGHLY):

@@ -1,4 +1,4 @@
-"""What is known of a periodic response of a mass and a load circuit: its means, and if another one begins."""
+"""What is known of a periodic response of a mass and a load circuit: its means, and where another one begins."""
 
 import math
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""Sections of a motion and its circuit, once a period: if one run of ngspice ends and the next one begins."""
+"""Sections of a motion and its circuit, once a period: where one run of ngspice ends and the next one begins."""
 
 from dataclasses import dataclass, field
 
@@ -73,7 +73,7 @@ def quiet_kick(velocity: Floats) -> tuple[int, int]:
 
 
 def unkicked(drive: Drive, a: float) -> float:
-    """The velocity in the middle of a drive's last kick, if another drive begins; a kick is linear in it."""
+    """The velocity in the middle of a drive's last kick, where another drive begins; a kick is linear in it."""
     x, voltage, v = drive.samples[-1, [0, 1, 3]]
     half = 0.5 * float(drive.state[0].h)
     c = drive.coefficients

@@ -1,4 +1,4 @@
-"""The mesh of a density in displacement x and velocity v: if its elements end, and of what degree they are.
+"""The mesh of a density in displacement x and velocity v: where its elements end, and of what degree they are.
 
 The mesh is a grid of rectangles on a box.  Breaks lie at v = 0, at the edge of a compliant stop,
 and, if impacts dissipate energy, ever closer to the corner (stop, v = 0).  There the density is
@@ -70,7 +70,7 @@ class Mesh:
         return 8.0 * modes * (len(self.x_breaks) - 1) * block**2
 
     def widened(self, eqs: Equations, reach: float, share: float) -> "Mesh":
-        """The mesh with more elements beyond each end if no stop is, for a box longer by a share."""
+        """The mesh with more elements beyond each end where no stop is, for a box longer by a share."""
         low, high = eqs.rigid_stops
         x, v = self.x_breaks, self.v_breaks
         compliant = eqs.stop_stiffness is not None

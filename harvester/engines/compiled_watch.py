@@ -54,7 +54,7 @@ def sampled_paths(
 def _traced(
     circuit: "CompiledCircuit", given: "Given", log: bool, kicked: bool = False
 ) -> "CircuitPath":
-    """The path of what is ``given`` that keeps its states, and its own steps if a ``log`` is asked for."""
+    """The path of what is ``given`` that keeps its states, and its own steps where a ``log`` is asked for."""
     path = circuit.trace(*given, kicked=kicked, keep=True)
     return (
         dataclasses.replace(circuit.with_own_steps(path, given, kicked), states=path.states)

@@ -27,7 +27,7 @@ TRAJECTORIES, FEWEST = 4096, 256
 # trajectories at first towards a target above `FINE`: the effort grows by their duration
 PURSUING = 512
 FINE = 1e-3
-# trajectories on records of tabulated noise: 64 of them are one independent entry
+# trajectories on records of tabulated noise: 64 of them are one independent sample
 DRAWN, FEWEST_DRAWN = 1024, 128
 # target from which on so few trajectories do: their burn-in is most of what it costs
 LOOSE = 0.01

@@ -1,17 +1,17 @@
 """The order of the step's bias near a rigid stop under white noise: below 2, for impacts come ever closer.
 
 A mass that leaves a stop with the speed u, so slowly that only white noise acts on it, is back with
-the speed z u, if z has the density (3/2 pi) z^(3/2)/(1 + z^3) (McKean, J. Math. Kyoto Univ. 2,
+the speed z u, where z has the density (3/2 pi) z^(3/2)/(1 + z^3) (McKean, J. Math. Kyoto Univ. 2,
 227, 1963), so that
 
     E[z^s] = 1/(2 cos(pi (1 + s)/3))
 
 and leaves with r z u: the logarithm of its speed walks at random.  Speeds u << 1 have a stationary
-density of impacts in ln u of u^a, if E[(r z)^-a] = 1, which is
+density of impacts in ln u of u^a, where E[(r z)^-a] = 1, which is
 
     r^a 2 cos(pi (1 - a)/3) = 1,   a != 0
 
-with a = 2 for r = 1, and a < 0 below r = exp(-pi/sqrt 3) = 0.163, if infinitely many impacts end
+with a = 2 for r = 1, and a < 0 below r = exp(-pi/sqrt 3) = 0.163, where infinitely many impacts end
 in a finite time (Cornell, Swift and Bray, Phys. Rev. Lett. 81, 1142, 1998).  A step of h resolves
 no speed below sqrt(h): what those impacts take of the energy, u^2 each, is wrong by a part of order
 one, and the mean by

@@ -165,7 +165,7 @@ class Explorer:
         self._draw_words()
 
     def soon(self, action: Callable[[], None]) -> None:
-        """Call a function on the server's thread, if the page may be changed; nothing if the page is gone."""
+        """Call a function on the server's thread, where the page may change; nothing if it is gone."""
         document = self.document
         if document is None or document.session_context is None or self._ended.is_set():
             return

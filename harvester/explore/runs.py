@@ -24,7 +24,7 @@ class RunPanel:
     """The buttons of a page and the points of its runs.
 
     ``point`` gives tables, key and value of the working point, or None; ``changed`` is reported
-    when a run has ended; ``soon`` calls a function if the page may be changed.
+    when a run has ended; ``soon`` calls a function where the page may be changed.
     """
 
     def __init__(

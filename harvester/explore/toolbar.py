@@ -35,7 +35,7 @@ class PageShape(Protocol):
         ...
 
     def soon(self, action: Callable[[], None]) -> None:
-        """Call a function if the page may be changed."""
+        """Call a function where the page may be changed."""
         ...
 
     def shown_runs(self) -> list[dict[str, Any]]:

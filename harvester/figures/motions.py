@@ -27,7 +27,7 @@ _ROUND = [1, 2, 2.5, 5, 10]  # times a power of ten: steps between ticks
 
 @dataclass(frozen=True)
 class _Drawn:
-    """A path as it is drawn: values over their scales, and which of its readings are if."""
+    """A path as it is drawn: values over their scales, and which of its readings are where."""
 
     path: MotionShape
     scales: dict[str, Scale]

@@ -105,7 +105,7 @@ def _powers(
 def _crest(
     panel: Axes, answers: Sequence[ResponseShape], direction: str, height: Floats, hertz: float
 ) -> None:
-    """Draw if the largest power of each value is."""
+    """Draw where the largest power of each value is."""
     peaks = [answer.peak(direction).frequency / hertz for answer in answers]
     panel.plot(
         peaks,

@@ -47,7 +47,7 @@ class PathShape(Protocol):
 
 
 class NodeShape(Protocol):
-    """The course of a store that feeds a node, whose ``thresholds`` are if the node begins and stops (V)."""
+    """The course of a store that feeds a node, whose ``thresholds`` are where the node begins and stops (V)."""
 
     @property
     def t(self) -> Floats: ...
@@ -316,7 +316,7 @@ class AxisShape(Protocol):
 
 
 class SweepRowShape(Protocol):
-    """What an engine answered if the scene keys are those ``varied``, in SI units; None and an error if nothing."""
+    """What an engine answered where the scene keys are those ``varied``, in SI units; None and an error if nothing."""
 
     @property
     def engine(self) -> str: ...

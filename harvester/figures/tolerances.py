@@ -74,7 +74,7 @@ def _histogram(here: Axes, answer: ToleranceShape, unit: Scale, way: str) -> Non
 
 
 def _over_key(here: Axes, answer: ToleranceShape, unit: Scale) -> None:
-    """Draw the power over the one key, with its error, and if 5 to 95 % of the devices are."""
+    """Draw the power over the one key, with its error, and where 5 to 95 % of the devices are."""
     key = answer.spreads[0].key
     order = np.argsort(answer.samples[:, 0])
     values = answer.samples[order, 0]
@@ -105,7 +105,7 @@ def _over_key(here: Axes, answer: ToleranceShape, unit: Scale) -> None:
 
 
 def _tornado(here: Axes, answer: ToleranceShape, unit: Scale) -> None:
-    """Draw if 5 to 95 % of the powers are with one key alone, and the powers at the key's own 5 and 95 % points."""
+    """Draw where 5 to 95 % of the powers are with one key alone, and the powers at the key's own 5 and 95 % points."""
     bars = list(reversed(answer.tornado))
     for k, bar in enumerate(bars):
         low, high = (quantile / unit.factor for quantile in bar.quantiles)

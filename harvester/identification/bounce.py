@@ -1,4 +1,4 @@
-"""A ring-down against a rigid stop: flights in closed form, x'+ = -r x'- if the mass meets x = -gap.
+"""A ring-down against a rigid stop: flights in closed form, x'+ = -r x'- where the mass meets x = -gap.
 
     x = e^(-k t) (x0 cos w t + (v0 + k x0)/w sin w t),   k = w0/(2 Q),  w = sqrt(w0^2 - k^2)
 
@@ -86,7 +86,7 @@ def path(b: Bounce, t: Floats) -> Floats:
 
 
 def _crossing(p: float, q: float, k: float, gap: float, low: float, high: float) -> float:
-    """The angle between two if e^(-k a) (p cos a + q sin a) falls through -gap: by Brent's method."""
+    """The angle between two where e^(-k a) (p cos a + q sin a) falls through -gap: by Brent's method."""
     from scipy.optimize import brentq
 
     def above(a: float) -> float:
@@ -98,9 +98,9 @@ def _crossing(p: float, q: float, k: float, gap: float, low: float, high: float)
 
 
 def impacts(t: Floats, y: Floats) -> list[int]:
-    """The samples of the first impacts: lowest points with a corner, if the speed jumps, up to the first without.
+    """The samples of the first impacts: lowest points with a corner, where the speed jumps, up to the first without.
 
-    The jump is measured against the fastest speed nearby; if a free swing turns there is next to
+    The jump is measured against the fastest speed nearby; where a free swing turns there is next to
     none.
     """
     span = float(np.ptp(y))
@@ -140,7 +140,7 @@ def meets_stop(t: Floats, y: Floats) -> bool:
 
 
 def first_sample(t: Floats, y: Floats) -> int:
-    """From if a ring-down against a stop is fitted: its beginning, or the first impact if that is too near."""
+    """From where a ring-down against a stop is fitted: its beginning, or the first impact if that is too near."""
     at = impacts(t, y)
     return 0 if not at or at[0] >= FEWEST else at[0] + 1
 

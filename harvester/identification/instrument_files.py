@@ -1,9 +1,8 @@
 """Instruments' files without named columns: Touchstone, and the trace blocks of a 4294A.
 
-    # kHz S MA R 50     frequency, then size and angle (MA), dB and angle (DB) or real and
-    # imaginary (RI)
-    Touchstone
-                 of S, Z or Y; Z = R (1 + S)/(1 - S), and Z and Y are normalised to R in version 1 of the format
+Touchstone: `# kHz S MA R 50`, then rows of frequency and two numbers: size and angle (MA), dB and
+angle (DB), or real and imaginary part (RI), of S, Z or Y; Z = R (1 + S)/(1 - S).  Version 1
+normalises Z and Y to R.
 
 A 4294A names the quantities of its traces A and B in one line, `MEASURE PARAMETER: IMPEDANCE MAG PHASE
 (DEG)`, and writes both parts of each trace, of which the second is 0 unless the trace is complex.

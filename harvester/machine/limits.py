@@ -43,7 +43,7 @@ def check_limits() -> None:
 
 
 def check_streams() -> None:
-    """Put nothing in the place of closed streams, if files that are opened later would get what is printed.
+    """Put nothing in the place of closed streams, where files that are opened later would get what is printed.
 
     Raises InputError if stdout is closed: the answer would be lost.
     """

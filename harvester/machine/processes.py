@@ -65,7 +65,7 @@ def create(
     """Create a worker process, which starts with its first job and ends after ``idle`` seconds without one.
 
     ``env`` is added to its environment; ``folder`` is its current folder, and its home.  The
-    modules that start it are not looked for in the current folder; later ones are if the program
+    modules that start it are not looked for in the current folder; later ones are where the program
     that starts it looks for its own.
     """
     with _STARTING:

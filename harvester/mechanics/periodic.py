@@ -1,4 +1,4 @@
-"""Periodic states: if a map of a period comes back to, with far fewer periods than it takes to settle.
+"""Periodic states: where a map of a period comes back to, with far fewer periods than it takes to settle.
 
 A mass and its circuit settle in their slowest mode, which for a large capacitor takes hundreds of
 periods; a state has a few such modes only.  Anderson's acceleration finds the fixed point y = f(y)
@@ -16,7 +16,7 @@ changes in a store that holds the energy of many periods is reported relative to
 it in one, for so far is its state from the fixed point's, relative to its size.  The remainder of
 the way is estimated by the next step of the same rule.
 
-That step goes only if the last periods went.  For a change f(y) - y in any other direction nothing
+That step goes only where the last periods went.  For a change f(y) - y in any other direction nothing
 is known but that it may continue for as long as the slowest mode does, of which it may be one
 period's part: it counts so many times (`Settling.unexplained`), and if that is too much, each slow
 part is moved by itself (`Settling.learn`).
@@ -122,7 +122,7 @@ class Settling:
         return float(np.linalg.norm(self._weights() * change))
 
     def residual_norm(self, residual: Floats) -> float:
-        """The size of the slow part of f(y) - y, shape (n,), if that of a store counts by what flows through it."""
+        """The size of the slow part of f(y) - y, shape (n,), where that of a store counts by what flows through it."""
         return float(np.linalg.norm(self._weights(flow=True) * residual))
 
     def _weights(self, flow: bool = False) -> Floats:
@@ -327,7 +327,7 @@ class Settling:
         return False
 
     def _must_learn(self, seems_there: bool) -> bool:
-        """Move each slow part, once, if the way seems to end, for all that is known of it; whether it did."""
+        """Move each slow part, once, where the way seems to end, for all that is known of it; whether it did."""
         learns = seems_there and not self.probed
         if learns:
             self.learn()

@@ -176,7 +176,7 @@ def _function_in_place(
 ) -> Element | None:
     """A resistor, capacitor or inductor whose value is a function of voltages and currents; None of another one.
 
-    A resistor R={f} is the current v/f, as ngspice makes of it too.
+    A resistor R={f} is the current v/f, as in ngspice.
     """
     kind = name[0].lower()
     keys = {"r": ("r", "resistance"), "c": ("c", "q"), "l": ("l",)}[kind]

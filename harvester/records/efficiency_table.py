@@ -19,7 +19,7 @@ def read_efficiencies(path: str) -> Efficiencies:
     """Rows of voltage (V), current (A) and efficiency, ascending.
 
     Raises InputError in one line for a file that cannot be read or has no such columns, voltages
-    and currents that are not above 0, and efficiencies that are not share.
+    and currents that are not above 0, and efficiencies that are not a share.
     """
     return read_once(_efficiencies, path)
 

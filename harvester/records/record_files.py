@@ -170,7 +170,7 @@ def _with_slopes(text: str, path: str, key: str) -> TabulatedDensity:
 
 
 def _with_steps(f: Floats) -> Floats:
-    """Frequencies of which two in a row may be equal, if a density steps: the second one is a little higher."""
+    """Frequencies of which two in a row may be equal, where a density steps: the second one is a little higher."""
     stepped = f.copy()
     stepped[1:][np.diff(f) == 0.0] *= 1.0 + STEP
     return stepped

@@ -2,7 +2,7 @@
 
 A logger samples evenly and stamps when it gets to it: its times jitter, and are rounded.  If
 samples are missing the times of all later rows are late, if a row was written twice they are
-early; jitter leaves the later rows if they are.  So a row is missing if the median of (time -
+early; jitter leaves the later rows where they are.  So a row is missing if the median of (time -
 row times spacing) over the rows behind is a whole spacing above that over the rows before, and the
 spacing is the slope of the times over the samples' numbers.
 """

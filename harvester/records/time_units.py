@@ -62,7 +62,7 @@ def typical_step(values: Floats) -> float:
 def possible(values: Floats, fastest: float = FASTEST) -> list[Reading]:
     """The ways of times without a unit that are possible, the likeliest first.
 
-    None if no step ascends.
+    Empty if no step ascends.
     """
     step = typical_step(values)
     if not step > 0.0:

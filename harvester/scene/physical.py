@@ -179,9 +179,9 @@ class Mode(SceneTable):
 
         mass (X'' + 2 damping_ratio w X' + w^2 X) + coupling v = -mass base a,    w = 2 pi frequency
 
-    X is the mode's displacement if that of the [oscillator] is measured, a the acceleration of the
+    X is the mode's displacement where that of the [oscillator] is measured, a the acceleration of the
     base and ``base`` the mode's participation in it.  A stop meets the sum of all modes'
-    displacements, each times its ``at_stop``, which is 1 if the stop is in the place if they are
+    displacements, each times its ``at_stop``, which is 1 if the stop is in the place where they are
     measured, such as at the tip.
 
     >>> import harvester as hv

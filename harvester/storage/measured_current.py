@@ -116,7 +116,7 @@ def store_row(circuit: Elements, farads: float, scales: Scales) -> tuple[int, fl
 
 
 class HeldPath:
-    """One run, of a compiled ``circuit``, whose store is held if it has that of `Rectifier.held`.
+    """One run, of a compiled ``circuit``, whose store is held where it has that of `Rectifier.held`.
 
     ``peak`` is the largest displacement so far, nondimensional; ``at`` is where the store's charge
     stands in ``state``.

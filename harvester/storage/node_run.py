@@ -71,7 +71,7 @@ class NodeCourse:
     intervals: Floats = field(default_factory=lambda: np.empty((2, 0)))
 
     def interval(self, share: float) -> float:
-        """The time (s) between packets that a ``share`` of all such times is not above; inf if absent."""
+        """The time (s) between packets that a ``share`` of all is not above; inf without one."""
         times, numbers = self.intervals
         if not len(times):
             return math.inf

@@ -111,7 +111,7 @@ class StoreBatch:
         self.state[self._row] = self.charge / self._unit
 
     def begin(self, samples: Floats, positions: Floats) -> None:
-        """Take accelerations at all steps, and if in them each trajectory is."""
+        """Take accelerations at all steps, and where in them each trajectory is."""
         self._filter[:] = samples[positions.astype(int)], positions
         self._shaker = of_batch(filter_of(self.eqs, self.h), self._filter, self._words, samples)
 

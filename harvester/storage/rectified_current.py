@@ -1,16 +1,18 @@
 """The mean current that a rectifier gives into a store at a voltage that is held, and how it follows that voltage.
 
-I(V)    mean current, with the sampling and time-step errors S(V)    Var(charge)/time over a long
-time, the spectral density at frequency zero: the diffusion of V is S/(2 C^2) q0      the charge
-that is not given while the mass rings up from rest: integral of I(0) - i(t) tau(V)  how far the
-current lags behind V: q = integral of i(t) - I(V) after a step of V, over the step of I
+I(V)    mean current, with the sampling and time-step errors
+S(V)    Var(charge)/time over a long time, the spectral density at frequency zero: the diffusion
+        of V is S/(2 C^2)
+q0      the charge that is not given while the mass rings up from rest: integral of I(0) - i(t)
+tau(V)  how far the current lags behind V: q = integral of i(t) - I(V) after a step of V, over
+        the step of I
 
 A store with a load across it, which this current charges, reaches a voltage by
 
     (C + tau I'(V)) dV/dt = I(V) - V/R,      after the time q0/I(0) of the ring-up
 
 because the current lags behind the rising voltage by tau (first order in the ratio of the time
-scales).  Under noise the charge also diffuses: dV = drift dt + sqrt(S(V)) dW/C, from V = 0, if
+scales).  Under noise the charge also diffuses: dV = drift dt + sqrt(S(V)) dW/C, from V = 0, where
 it is reflected.
 """
 
@@ -103,7 +105,7 @@ class RectifiedCurrent(MeanCurrent):
 
     @property
     def delay(self) -> float:
-        """The same of a current that follows the voltage with its lag; 0 if absent."""
+        """The same of a current that follows the voltage with its lag; 0 without one."""
         return max(self.start - float(self.lag[0]), 0.0) if self.current[0] > 0.0 else 0.0
 
     def lagging(self, seconds: float) -> "RectifiedCurrent":

@@ -1,9 +1,10 @@
 """What a rectifier's current supplies at a voltage, straight from its store or through a chip, and how soon.
 
-From the store    P = V I(V) chip, store at its input    P = eta max V (I(V) - I_own)    from the
-voltage at which its output ends to that at which
-                                                            it begins: the heaviest load that it
-                                                            always carries, if the store settles
+From the store              P = V I(V)
+chip, store at its input    P = eta max V (I(V) - I_own)    from the voltage at which its output
+                                                            ends to that at which it begins: the
+                                                            heaviest load that it always
+                                                            carries, where the store settles
 
 A heavier load is on in cycles and takes less.  The heaviest has eta (V_rise^2 - V_fall^2)/2 / int
 dV/(I(V) - I_low), the energy of a cycle over the time in which the store charges.

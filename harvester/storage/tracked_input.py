@@ -3,7 +3,7 @@
 Each run looks when the chip does: its input, a capacitor of `INPUT`, is left alone for the time of
 a look, from the voltage at which it was held, and is then held at the chip's ratio of what it came
 to.  The charge that the held input gains goes to the store, and what the look brought above that
-voltage.  The same runs with an input that is always held if the mean current says are what is
+voltage.  The same runs with an input that is always held where the mean current says are what is
 corrected (two levels).
 
 For a long period the first `FADED` time constants of the mass are run, after which the look is

@@ -1,6 +1,6 @@
 """What the modes of the density do not resolve, counted on a long path: its joint density with the voltage, passages.
 
-The joint density of displacement and voltage has edges, if impacts end, and the first passage of
+The joint density of displacement and voltage has edges, where impacts end, and the first passage of
 a voltage would need elements of the voltage.  A path needs neither, and its groups tell the
 standard error.
 """

@@ -55,7 +55,7 @@ class Motion(TableResult):
         a row (time, speed) for each impact, shape (m, 2); the speed is negative at the opposite
         stop.
     stops
-        if the stops of the displacement are (m): none of a ball, nor of a sum of modes, which
+        where the stops of the displacement are (m): none of a ball, nor of a sum of modes, which
         meets its own.
     shown
         the length of the last part, which a plot shows.

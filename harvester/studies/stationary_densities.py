@@ -69,7 +69,7 @@ class Densities(TableResult):
         the density of displacement and velocity, shape (k, k), at every fourth of their places.
     plane_displacement, plane_voltage, voltage_plane, voltage_plane_stderr
         the density of displacement and voltage, shape (n, n), counted on a path in bins with these
-        centres, shape (n,), and its standard error; None without a load, if the voltage is the
+        centres, shape (n,), and its standard error; None without a load, where the voltage is the
         displacement.
     impact_speed, impact_density
         speeds at the stop (m/s), and the impacts a second and a unit of speed; None without a stop.

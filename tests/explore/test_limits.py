@@ -50,7 +50,7 @@ def test_a_link_that_is_too_long_is_not_read_in_part(text):
 
 
 def test_a_link_that_is_cut_off_or_a_bomb():
-    """Of 100 MB of zeros in 100 kB no more than the limit is unpacked."""
+    """A link of 100 kB that holds 100 MB is unpacked no further than the limit."""
     with pytest.raises(hv.InputError, match=r"^the link must hold a scene"):
         links.opened(link(BRIDGE)[:-20])
     with pytest.raises(hv.InputError, match=r"^the link must hold a scene"):

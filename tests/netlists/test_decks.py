@@ -20,7 +20,7 @@ BRIDGE = "D1 A P DP\nD2 B P DP\nD3 0 A DP\nD4 0 B DP\n"
 LOAD = "Cs P 0 40n\nRL P 0 250k\n"
 HALF = "Da X OUT DP\nDb 0 X DP\nCo OUT 0 40n\nRo OUT 0 250k\n"
 
-# Of each deck its text, and the lines that are left of it: by these ngspice says what is right.
+# Each deck: its text, and the lines that are left of it: by these ngspice says what is right.
 DECKS = {
     "current source": (
         f"bridge\nIp A B SIN(0 50u 61)\nCp A B 33n\n{BRIDGE}{LOAD}{DIODE}.tran 1u 2\n.end\n",

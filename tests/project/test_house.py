@@ -93,7 +93,7 @@ def packed(device, values):
 
 
 def test_each_measure_finds_what_it_counts(tmp_path, monkeypatch):
-    """Of two small files the places are known; a sentence of an error of bad input counts nowhere."""
+    """The places in small files are known; a sentence of an error of bad input counts nowhere."""
     texts = {
         "engines/spice.py": 'class Spice:\n    NAME = "spice"\n',
         "studies/one.py": FAULTS,

@@ -16,7 +16,7 @@ BOUNDS = {
     "tell and say": (1, 225, 0),
     "too at the end": (0, 18, 0),
     "what-clauses": (9, 1045, 0),
-    "where": (22, 250, 0),
+    "where": (22, 322, 0),  # "if" for a condition; "where" for a place stays
     "beside": (0, 66, 0),
     "is no": (3, 116, 0),
     "light verbs": (12, 715, 0),

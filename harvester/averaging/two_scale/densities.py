@@ -91,7 +91,7 @@ def _velocities(law: TwoScale) -> tuple[Floats, float]:
 
 
 def _kinetic(x: Floats, law: TwoScale) -> Floats:
-    """Kinetic energy k(A, x) = A^2 sin^2 Phi nu^2/2, (m, n); negative, smooth in A, if an orbit ends before x."""
+    """Kinetic energy k(A, x) = A^2 sin^2 Phi nu^2/2, (m, n); negative, smooth in A, where an orbit ends before x."""
     q = quarter(law.nu.shape[1], 1)
     points = np.concatenate([[0.0], q.phi, [0.5 * np.pi]])
     even = ((1, np.zeros(len(law.A))), "not-a-knot")  # nu^2 is even about the turning point

@@ -44,7 +44,7 @@ def log_mass(u: Floats, cycle: Cycles, slope: Floats, slow: Floats, eqs: Equatio
 
 
 def slope_on_grid(u: Floats, values: Floats) -> Floats:
-    """Slope d/du on an evenly spaced grid: of fourth order inside, of second at the ends, if the law is nothing."""
+    """Slope d/du on an evenly spaced grid: of fourth order inside, of second at the ends, where the law is nothing."""
     du = u[..., 1] - u[..., 0]
     slope = np.empty_like(values)
     over_2, over_4 = values[..., 2:] - values[..., :-2], values[..., 4:] - values[..., :-4]

@@ -1,4 +1,4 @@
-"""Cycles of the conservative motion if the stop is at x = -gap, with the true periodic voltage.
+"""Cycles of the conservative motion where the stop is at x = -gap, with the true periodic voltage.
 
 Two kinds of orbits share one form.  Those whose energy is below the stop's swing freely between two
 turning points; those above run from the stop to the right turning point and back.  Either is

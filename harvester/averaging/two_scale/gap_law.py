@@ -1,4 +1,4 @@
-"""Two-scale averaging if the stop is at a distance from rest, or preloaded.
+"""Two-scale averaging where the stop is at a distance from rest, or preloaded.
 
 Orbits below the stop's energy do not meet it, those above lose (1 - r^2) times their kinetic energy
 there:

@@ -335,7 +335,7 @@ def accept_model(s, p, record, f, m, at):
 
 
 def begin_model(s: Any, start: Any, samples: Floats, f: Functions, m: Any) -> None:
-    """Begin a run: the first target is a little after time 0, if the current is known and the first kick is made."""
+    """Begin a run: the first target is a little after time 0, where the current is known and the first kick is made."""
     samples[0, : len(start)] = start
     s.measuring = DURING
     s.driven = f.source(m, start)

@@ -1,6 +1,6 @@
 """A compliant stop in lock-step: ngspice sees a contact in chords of its exact motion (`in_contact`).
 
-Legs end if the contact begins, every `CHORDS`-th part of half its period, and where it ends.
+Legs end where the contact begins, every `CHORDS`-th part of half its period, and where it ends.
 """
 
 import math

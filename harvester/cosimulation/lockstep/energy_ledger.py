@@ -71,7 +71,7 @@ def stored_in_mass(s, contact, c):
 
 @inlined
 def note_stored_energy(s, p, energy):
-    """Note the stored energy at the two kicks if the ledger begins, after the burn-in, and where it ends."""
+    """Note the stored energy at the two kicks where the ledger begins, after the burn-in, and where it ends."""
     begins = s.measuring == BEFORE and p.t >= s.since
     if not begins and not (s.measuring == DURING and s.n_steps == s.noise_size):
         return

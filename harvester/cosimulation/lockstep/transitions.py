@@ -5,7 +5,7 @@ at constant velocity in between (`harvester.mechanics.kernels.equation_of_motion
 advances the circuit under that motion and ends a step exactly at every target: kick, impact or
 sample; at a kick the accepted voltage is known, so that the force has no lag.  The piezo is a
 voltage source theta x/Cp in series with Cp, whose slope is the integrator's velocity: x is
-continuous if the velocity jumps, at kicks and at impacts.
+continuous where the velocity jumps, at kicks and at impacts.
 
     ngspice asks                 answer
     SYNC, before a step          step to the next target         `proposed_step`

@@ -1,6 +1,6 @@
 """The lock-step's callbacks as C functions: ngspice calls compiled code, without Python in between.
 
-If a run's state holds the addresses of other C functions, such as those of the tests, these are
+Where a run's state holds the addresses of other C functions, such as those of the tests, these are
 asked instead.
 """
 
@@ -65,7 +65,7 @@ def _ask(typingctx, address, state, t, delta):
 
 @intrinsic
 def _coefficients(typingctx, address, pattern):
-    """Read coefficients at an address, None if the ``pattern`` has it, tuples of them one after the other."""
+    """Read coefficients at an address, None where the ``pattern`` has it, tuples of them one after the other."""
 
     def codegen(context, builder, signature, args):
         start = builder.inttoptr(args[0], ir.DoubleType().as_pointer())

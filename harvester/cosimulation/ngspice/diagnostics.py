@@ -1,4 +1,4 @@
-"""Why a run of ngspice failed, as one line made from its messages: if, when, and what to try."""
+"""Why a run of ngspice failed, as one line made from its messages: where, when, and what to try."""
 
 import re
 from collections.abc import Sequence

@@ -82,7 +82,7 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
     _send_stat = _background_thread_running = _send_data = _ignore
 
     def _send_init_data(self, data: Any, ident: int, user: Any) -> int:
-        """Note if the vectors that the lock-step reads stand among those of the coming run."""
+        """Note where the vectors that the lock-step reads stand among those of the coming run."""
         names = [ffi_string_utf8(data.vecs[i].vecname).lower() for i in range(data.veccount)]
         voltages = [
             name

@@ -176,7 +176,7 @@ class PlainCallbacks:
         return source or 0, step or 0
 
     def finish(self) -> None:
-        """Put the record if a finished run has it; raises what went wrong in a function of the model."""
+        """Put the record where a finished run has it; raises what went wrong in a function of the model."""
         if self.error is not None:
             raise of_model(self.error) from None
         for name, value in vars(self.s).items():

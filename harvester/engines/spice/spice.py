@@ -172,7 +172,7 @@ class Spice(MonteCarloOptions, Engine):
         progress: Progress | None = None,
         judged: bool = True,
     ) -> "tuple[Estimate, Neighbour | None]":
-        """As `run_near`, and if the response of the longest step begins."""
+        """As `run_near`, and where the response of the longest step begins."""
         answer, steady = self.run_near(scene, near, progress)
         return answer, None if steady is None else steady.responses[0, 0]
 

@@ -186,7 +186,7 @@ class MacOS(Posix):
         return ""
 
     def library(self, name: str) -> str | None:
-        """Look if the system's own search does not as well: Homebrew on Apple's processors."""
+        """Look where the system's own search does not as well: Homebrew on Apple's processors."""
         paths = [Path(folder) / f"lib{name}.dylib" for folder in _LIBRARY_FOLDERS]
         return ctypes.util.find_library(name) or next(
             (str(path) for path in paths if path.is_file()), None

@@ -37,7 +37,7 @@ class Windows:
         return ""
 
     def library(self, name: str) -> str | None:
-        """Look along PATH, if Windows looks as well."""
+        """Look along PATH, where Windows looks as well."""
         return ctypes.util.find_library(name) or ctypes.util.find_library(f"lib{name}-0")
 
     def library_file(self, library: str) -> Path:

@@ -231,7 +231,7 @@ def check_cost(
     begin: float,
     before: float = 0.0,
 ) -> None:
-    """Refuse a window of a ``length`` that would go beyond the budget, or beyond `MOST_STEPS` if absent.
+    """Refuse a window of a ``length`` beyond the budget, or without one, beyond `MOST_STEPS`.
 
     The rate of steps is counted from ``begin``, the budget from ``before`` seconds earlier.
 

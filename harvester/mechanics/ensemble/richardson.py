@@ -179,7 +179,7 @@ class RichardsonPair:
         return before.mixed(now, share) if self.trajectories.together == 1 else before + now
 
     def stop_coarse(self) -> None:
-        """Leave the coarser trajectories if they are: the bias is known well enough, or cannot be known."""
+        """Leave the coarser trajectories where they are: the bias is known, or cannot be."""
         self._steps += sum(coarse.steps for coarse in self._coarser)
         self._coarser = []
 

@@ -4,7 +4,7 @@
     kick    y_j' = v_j,  v_j' = -d_j v_j - k_j y_j - e_j F - beta s_j V + g_j (a + noise)    (y and V held; ball: -pull)
 
 The stops are those of one mode, on the contact coordinate w
-(`harvester.mechanics.kernels.offset_stops.move`), if it begins without voltage, with m =
+(`harvester.mechanics.kernels.offset_stops.move`), where it begins without voltage, with m =
 phi/(phi.phi), e = exp(-mu h) and g = (1 - e)/mu:
 
     (w1, w1', U) = move(w, w', 0)
@@ -95,7 +95,7 @@ def dot(direction, z, first, i):
 
 @forced
 def _pushed(i, z, c, a):
-    """The acceleration of w at rest, if no noise keeps w from resting on a stop; None elsewhere."""
+    """The acceleration of w at rest, where no noise keeps it from a stop; None elsewhere."""
     voltage = 2 * len(c.k) * BATCH + i
     if c.contact.n1 is not None:
         return None

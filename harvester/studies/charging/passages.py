@@ -71,7 +71,7 @@ class Passages:
     after: tuple[list[Afterwards], list[Afterwards]] | None = None
     notes: tuple[Diagnostic, ...] = ()  # of how it was computed
     model: Floats | None = None  # errors of the mean times that no run shows, at 95 %, one a level
-    # consecutive runs on one record of a density, which are no more than one independent entry
+    # consecutive runs on one record of a density, which are no more than one independent sample
     together: int = 1
 
     @property

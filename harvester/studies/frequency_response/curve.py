@@ -31,7 +31,7 @@ class Failure(NamedTuple):
 
 
 class DirectionPeak(Result):
-    """The largest power of one direction, if it is, and the half-power bandwidth there (None: beyond the sweep)."""
+    """The largest power of one direction, where it is, and the half-power bandwidth there (None: beyond the sweep)."""
 
     NOT_IN_JSON = frozenset({"direction"})
     NOT_SHOWN = frozenset({"points"})
@@ -225,7 +225,7 @@ class FrequencyResponse(TableResult):
 
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
-        """Its remarks, and what its points say: if the true peaks may be, hysteresis, what failed or differs."""
+        """Its remarks, and what its points say: where the true peaks may be, hysteresis, what failed or differs."""
         hertz = f" {self.unit_names.frequency}".rstrip()
         remarks = list(self.remarks)
         remarks += [remark for direction in self.directions for remark in self._where(direction)]

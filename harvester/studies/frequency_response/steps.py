@@ -41,7 +41,7 @@ _STEPS = TypeAdapter(Step)
 
 @dataclass
 class Steps:
-    """The steps of one curve by one engine: those that an earlier run did, and if further ones go.
+    """The steps of one curve by one engine: those that an earlier run did, and where further ones go.
 
     ``on_computed`` is called after each that is computed, ``on_reused`` after each that was there.
     """

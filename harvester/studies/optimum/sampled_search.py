@@ -150,7 +150,7 @@ class SampledSearch:
 
     @property
     def shares_noise(self) -> bool:
-        """Whether all points of a design get the same seed: if answers hold each trajectory's power."""
+        """Whether all points of a design get the same seed: where answers hold each trajectory's power."""
         return self.pilot is not None and self.pilot.power_samples is not None
 
     @property
@@ -268,7 +268,7 @@ class SampledSearch:
         return peak_of_box(fit, bias, u, width), None
 
     def _sample_box(self, u: Floats, width: Floats) -> tuple[Fit, Floats]:
-        """Evaluate a box with new noise again and again, until its fit says where to go, or if the peak is."""
+        """Evaluate a box with new noise again and again, until its fit says where to go, or where the peak is."""
         rounds: list[list[Evaluation]] = []
         while len(rounds) < ROUNDS:
             rounds.append(self._design(u, width, "box"))

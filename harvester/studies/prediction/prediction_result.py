@@ -17,7 +17,7 @@ class RealDevice(Result):
 
     @property
     def ratio(self) -> float:
-        """The width of the interval: the high end over the low entry."""
+        """The width of the interval: the high end over the low end."""
         return self.high / self.low
 
 

@@ -44,7 +44,7 @@ AT_ONCE = 1000  # rows that are written at once
 
 @dataclass(frozen=True)
 class SweepRow:
-    """What an engine answered at a point of a sweep, if the scene keys are those ``varied``, in SI units.
+    """What an engine answered at a point of a sweep, where the scene keys are those ``varied``, in SI units.
 
     Without an answer its numbers are None, and ``error`` states why.  ``responses`` is how many a
     steady drive has, if a search from many starts was made; ``bound`` the most that any device of
