@@ -262,7 +262,7 @@ def cosimulate(
     try:
         run = next(map_in_workers(run_model, [(packed(job),)]))
     except Exception as error:  # without the worker's own traceback: a note has the model's line
-        raise error from None
+        raise error.with_traceback(None) from None
     state = {name: run.samples[:, k] for k, name in enumerate(start._fields)}
     remark = open_balance(Value(run.ledger.residual))
     ledger = {

@@ -68,6 +68,11 @@ def impedance(table: CsvTable, f: Floats, key: str) -> tuple[Complexes, bool] | 
         sizes = (column.in_si(OHM) for column in table.find(_is_size))
         return next(((size.astype(complex), False) for size in sizes if size is not None), None)
     first = ways[0]
+    for other in ways[1:]:
+        if np.nanmedian(np.abs(other / first - 1.0)) > AGREE:
+            raise InputError(
+                f"{key} must have columns of one impedance, but two pairs of them disagree"
+            )
     if "z" in parts and np.nanmedian(np.abs(np.abs(first) / parts["z"] - 1.0)) > AGREE:
         raise InputError(
             f"{key} must have columns of one impedance, but the size of two of them is not that of "

@@ -64,6 +64,7 @@ def touchstone(text: str, key: str) -> tuple[Floats, Complexes]:
     form = "ma"
     reference = 50.0
     seen = False
+    stated: float | None = None
     rows = []
     for number, line in enumerate(text.splitlines(), 1):
         plain = line.partition("!")[0].strip()
@@ -71,6 +72,8 @@ def touchstone(text: str, key: str) -> tuple[Floats, Complexes]:
             if not seen:  # a second line of options is ignored, as the format says
                 unit, parameter, form, reference = _options(plain, key)
             seen = True
+        elif plain.lower().startswith("[reference]"):
+            stated = _reference(plain, key)
         elif plain and not plain.startswith("["):
             cells = plain.replace(",", " ").split()
             if len(cells) != 3 or not all(map(NUMBER.fullmatch, cells)):
@@ -81,6 +84,8 @@ def touchstone(text: str, key: str) -> tuple[Floats, Complexes]:
             rows.append([float(cell) for cell in cells])
     if not rows:
         raise InputError(f"{key} must have rows of three numbers, but has none")
+    if stated is not None:
+        reference = stated
     f, first, second = np.array(rows).T
     angle = np.exp(1j * math.pi / 180.0 * second)
     values = (10.0 ** (first / 20.0) if form == "db" else first) * angle
@@ -94,6 +99,14 @@ def touchstone(text: str, key: str) -> tuple[Floats, Complexes]:
             "y": size / values,
         }[parameter]
     return unit * f, np.asarray(z)
+
+
+def _reference(line: str, key: str) -> float:
+    """The reference (ohm) of version 2, which goes before that of the options."""
+    cells = line.partition("]")[2].split()
+    if len(cells) != 1 or not NUMBER.fullmatch(cells[0]):
+        raise InputError(f"{key} must have one reference in ohm, but has {shown(line)}")
+    return float(cells[0])
 
 
 def _options(line: str, key: str) -> tuple[float, str, str, float]:

@@ -18,6 +18,7 @@ from harvester.arrays import Floats
 from harvester.errors import InputError, invalid, shown
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.records.csv_table import read_table
+from harvester.records.named_columns import is_time
 from harvester.records.record_clock import check_sizes, record_times
 from harvester.records.record_columns import (
     accelerations,
@@ -146,6 +147,8 @@ def clean(path: str, facts: RecordFacts = NO_FACTS, part: Part | None = None) ->
     values = accelerations(table, column, facts.unit, notes)
     refuse_words(table, column)
     check_sizes(column, values)
+    for stamps in table.find(is_time)[:1]:
+        refuse_words(table, stamps)
     time = record_times(table, facts.rate, facts.time_unit, notes, warnings)
     if time is None:
         rate = facts.rate or table.facts.rate

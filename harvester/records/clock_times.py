@@ -22,8 +22,8 @@ DATE = re.compile(_DATE)
 TIME_OF_DAY = re.compile(_TIME)
 CLOCK = re.compile(rf"(?:{_DATE}(?:[T ]\s*|,\s+))?{_TIME}(?:\s*(?:Z|UTC|[+-]\d\d:?\d\d))?")
 _PARTS = (  # hour, minute, second, fraction, half of the day, zone
-    r"(?:^|[T\s,])(?:(\d{1,2}):)?(\d\d?):(\d\d)(?:[.,:](\d+))?\s*([AaPp])?\.?[Mm]?\.?\s*(Z|UTC|[+-]\
-    d\d:?\d\d)?\s*$"
+    r"(?:^|[T\s,])(?:(\d{1,2}):)?(\d\d?):(\d\d)(?:[.,:](\d+))?\s*([AaPp])?\.?[Mm]?\.?"
+    r"\s*(Z|UTC|[+-]\d\d:?\d\d)?\s*$"
 )
 _ISO = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d:\d\d(?:\.\d+)?(?:Z|[+-]\d\d:?\d\d)?")
 DAY = 86400.0

@@ -16,7 +16,9 @@ from harvester.errors import InputError, shown
 from harvester.records.csv_layout import plain_lines
 
 SLOPE = re.compile(
-    r"([+\u2212\u2013-]?\s*\d+(?:[.,]\d+)?)\s*dB\s*/\s*oct(?:ave)?\.?", re.IGNORECASE
+    # Bounded lengths: the search is linear in the text.
+    r"(?<![\d.])([+\u2212\u2013-]?[ \t]{0,4}\d{1,2}(?:[.,]\d{1,6})?)[ \t]{0,4}dB[ \t]{0,4}/[ \t]{0,4}oct(?:ave)?\.?",
+    re.IGNORECASE,
 )
 RANGE = re.compile(
     r"^(\s*\"?)(\d+(?:\.\d+)?)\s*(?:-|\u2013|\u2014|to|\.\.\.?|\u2026)\s*(\d+(?:\.\d+)?)",

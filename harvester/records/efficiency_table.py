@@ -4,7 +4,7 @@ from collections import Counter
 
 import numpy as np
 
-from harvester.errors import InputError
+from harvester.errors import InputError, shown
 from harvester.quantities.kinds import CURRENT, VOLTAGE_FROM_0
 from harvester.records.csv_table import read_table
 from harvester.records.named_columns import no_column, numbers
@@ -35,6 +35,11 @@ def _efficiencies(path: str) -> Efficiencies:
     columns = table.find(lambda column: "efficiency" in column.words)
     if not columns:
         raise no_column(table, KEY, "efficiency", CURRENT)
+    if len(columns) > 1 or columns[0].stated not in ("", "%"):
+        names = ", ".join(f"{column.name} ({column.stated})" for column in columns)
+        raise InputError(
+            f"{KEY} must have one column 'efficiency' or 'efficiency (%)', but has {shown(names)}"
+        )
     shares = columns[0].values / (100.0 if columns[0].stated == "%" else 1.0)
     good = (volts > 0.0) & (amperes > 0.0) & (shares > 0.0) & (shares <= 1.0)
     if not good.all():

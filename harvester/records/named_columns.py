@@ -108,10 +108,19 @@ def times(table: CsvTable, key: str, fastest: float = FASTEST) -> Floats | None:
 def numbers(
     table: CsvTable, key: str, predicate: Callable[[CsvColumn], bool], name: str, kind: Kind
 ) -> tuple[CsvColumn, Floats]:
-    """The first column for which ``predicate`` holds, and its numbers in SI units."""
+    """The column for which ``predicate`` holds, and its numbers in SI units.
+
+    Raises InputError, which begins with ``key``, if there is none, if there are several, and for a
+    unit of another kind.
+    """
     columns = table.find(predicate)
     if not columns:
         raise no_column(table, key, name, kind)
+    if len(columns) > 1:
+        names = ", ".join(column.name for column in columns)
+        raise InputError(
+            f"{key} must have one column '{name} ({kind.unit})', but has {shown(names)}"
+        )
     column = columns[0]
     values = column.in_si(kind)
     if values is not None:

@@ -13,7 +13,7 @@ from functools import partial
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.errors import InputError, invalid, shown
+from harvester.errors import InputError, invalid
 from harvester.machine import files
 from harvester.quantities.kinds import ACCELERATION, ACCELERATION_PSD, FREQUENCY, TIME
 from harvester.records.csv_table import (
@@ -62,6 +62,11 @@ def _is_density(column: CsvColumn) -> bool:
     return named or (column.stated != "" and column.in_si(ACCELERATION_PSD) is not None)
 
 
+def _is_abscissa(column: CsvColumn) -> bool:
+    """Whether a column holds the frequencies; the unit of a density also has Hz."""
+    return is_frequency(column) and not _is_density(column)
+
+
 def read_record(path: str) -> Record:
     """Read the record of a CSV file, in SI units, with its `bridge` if it is not a whole period.
 
@@ -89,10 +94,6 @@ def _columns(table: CsvTable) -> tuple[Floats, Floats]:
     if time is None:
         raise no_column(table, key, "time", TIME)
     check_numbers(table, table.find(is_time)[0], time, key)
-    columns = table.find(is_acceleration)
-    if len(columns) > 1:
-        names = ", ".join(column.name for column in columns)
-        raise InputError(f"{key} must have one acceleration, but has {shown(names)}")
     column, values = numbers(table, key, is_acceleration, "acceleration", ACCELERATION)
     check_numbers(table, column, values, key)
     return time, values
@@ -129,7 +130,7 @@ def _density(path: str) -> TabulatedDensity:
     if SLOPE.search(text) or RANGE.search(text):
         return _with_slopes(text, path, key)
     table = read_table(path, key)
-    frequency, f = numbers(table, key, is_frequency, "frequency", FREQUENCY)
+    frequency, f = numbers(table, key, _is_abscissa, "frequency", FREQUENCY)
     column, values = numbers(table, key, _is_density, "psd", ACCELERATION_PSD)
     check_numbers(table, frequency, f, key)
     check_numbers(table, column, values, key)
@@ -153,7 +154,7 @@ def _with_slopes(text: str, path: str, key: str) -> TabulatedDensity:
     """The density of a table with slopes or ranges."""
     plain, ends = with_ranges(marked(text))
     table = table_of_text(plain, path, key)
-    frequency, f = numbers(table, key, is_frequency, "frequency", FREQUENCY)
+    frequency, f = numbers(table, key, _is_abscissa, "frequency", FREQUENCY)
     check_numbers(table, frequency, f, key)
     values, steep = slopes(next(iter(table.find(_is_density)), frequency).values)
     columns = tuple(replace(c, values=values) if _is_density(c) else c for c in table.columns)

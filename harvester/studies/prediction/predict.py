@@ -162,6 +162,7 @@ class _Devices:
         scene = in_modal_keys(problem.scene)
         self.middles = [_value(scene, entry.key) for entry in priors]
         served = spread.power > 0.0
+        self.without_power = 1.0 - float(served.mean())
         x = np.stack(
             [
                 _standardised(entry, middle, spread.samples[served, k])
@@ -194,7 +195,10 @@ class _Devices:
         model = self.model * normal[:, -3]
         power = self.power_law(x) + model + self.power_law.scatter * normal[:, -2]
         voltage = self.voltage_law(x) + 0.5 * model + self.voltage_law.scatter * normal[:, -1]
-        return _interval(np.exp(power)), _interval(np.exp(voltage))
+        return (
+            _interval(np.exp(power), self.without_power),
+            _interval(np.exp(voltage), self.without_power),
+        )
 
 
 def _standardised(entry: Prior, middle: float, values: Floats) -> Floats:
@@ -211,9 +215,11 @@ def _value(scene: Scene, key: str) -> float:
     return float(scene.tables()[table][name])
 
 
-def _interval(values: Floats) -> RealDevice:
-    """Median and 95 % interval of values."""
-    low, median, high = np.quantile(values, ENDS)
+def _interval(values: Floats, zeros: float) -> RealDevice:
+    """Median and 95 % interval of values, and of zeros, which are a share of all."""
+    low, median, high = (
+        np.quantile(values, (end - zeros) / (1.0 - zeros)) if end > zeros else 0.0 for end in ENDS
+    )
     return RealDevice(float(median), float(low), float(high))
 
 

@@ -1,5 +1,6 @@
 """The prediction of a real device: interval, computation error, next measurement."""
 
+import math
 from typing import ClassVar
 
 from harvester.presentation.diagnostic import Diagnostic
@@ -18,7 +19,7 @@ class RealDevice(Result):
     @property
     def ratio(self) -> float:
         """The width of the interval: the high end over the low end."""
-        return self.high / self.low
+        return self.high / self.low if self.low > 0.0 else math.inf
 
 
 class UncertainQuantity(Result):
