@@ -1,5 +1,6 @@
 """The command `harvester adopt`."""
 
+import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -73,7 +74,8 @@ def adopt(
         echo_json({**answer, "diagnostics": [remark.as_json() for remark in remarks]})
         return
     words = ["warning: " * (remark.severity == "warning") + str(remark) for remark in remarks]
-    lines = [f"{key} = {_toml(value)}" for key, value in table.items()]
+    # JSON texts and lists of them are those of TOML.
+    lines = [f"{key} = {json.dumps(value, ensure_ascii=False)}" for key, value in table.items()]
     write = f"written: {out}" if out else "nothing is written: --out board.cir writes the board"
     echo("\n".join([*words, "", write, "its table in a scene:", "", "[load]", *lines]))
 
@@ -100,12 +102,6 @@ def _table(adoption: "Adoption", board: Path) -> dict[str, str | list[str]]:
         "resistor": adoption.resistor,
     }
     return table if adoption.store is None else {**table, "store": adoption.store}
-
-
-def _toml(value: str | list[str]) -> str:
-    """A text, or a list of them, as TOML."""
-    quoted = [f'"{text}"' for text in ([value] if isinstance(value, str) else value)]
-    return quoted[0] if isinstance(value, str) else f"[{', '.join(quoted)}]"
 
 
 def _checked(adoption: "Adoption", board: Path) -> "tuple[Diagnostic, ...]":

@@ -10,7 +10,7 @@ w = 2 pi f.  A quality factor is 1/D.  |Z| without a phase is an impedance of un
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -68,6 +68,13 @@ def impedance(table: CsvTable, f: Floats, key: str) -> tuple[Complexes, bool] | 
         sizes = (column.in_si(OHM) for column in table.find(_is_size))
         return next(((size.astype(complex), False) for size in sizes if size is not None), None)
     first = ways[0]
+    _refuse_disagreement(ways, parts, key)
+    return first, True
+
+
+def _refuse_disagreement(ways: Sequence[Complexes], parts: Parts, key: str) -> None:
+    """Refuse pairs of columns, or a size, that are not of one impedance."""
+    first = ways[0]
     for other in ways[1:]:
         if np.nanmedian(np.abs(other / first - 1.0)) > AGREE:
             raise InputError(
@@ -78,7 +85,6 @@ def impedance(table: CsvTable, f: Floats, key: str) -> tuple[Complexes, bool] | 
             f"{key} must have columns of one impedance, but the size of two of them is not that of "
             "the column |Z|"
         )
-    return first, True
 
 
 def _refuse_zeros(parts: Parts, key: str) -> None:

@@ -110,7 +110,7 @@ def adopt(
         deck.remarks.append(step.offered(texts, deck.parameters, left, resistor, kept_store))
     deck.remarks += on_libraries(deck.missing, texts, deck.models)
     lines = [f"* from {path.name}, by harvester adopt", *texts.values(), ".end", ""]
-    capacitance = tokens_of(piezo.capacitors[0].line.text)[3] if piezo.capacitors else ""
+    capacitance = piezo.capacitance
     name = None if kept_store is None else kept_store.name
     remarks = tuple(deck.remarks)
     return Adoption("\n".join(lines), piezo.nets, resistor.name, name, capacitance, remarks)
@@ -124,8 +124,10 @@ def _read(path: Path) -> SimulationDeck:
     depth = 0
     for line in _without_commands(deck, own_lines(path)):
         depth += {".subckt": 1, ".ends": -1}.get(line.word, 0)
+        if depth < 0:
+            raise invalid(f"deck {line.where}", "end a subcircuit that began", line.text[:60])
         if depth or line.word in (*KEPT, ".ends"):
-            _keep(deck, line)
+            _keep(deck, line, inside=depth > 0)
         elif not line.word.startswith("."):
             outside.append(line)
             deck.kept.append(line)
@@ -164,8 +166,11 @@ def _read_card(deck: SimulationDeck, line: Line) -> None:
         raise unknown(f"card in deck {line.where}", line.word, (*KEPT, *LEFT_OUT, ".step"))
 
 
-def _keep(deck: SimulationDeck, line: Line) -> None:
-    """Keep a line, and note its models and parameters; a library is kept if it is there."""
+def _keep(deck: SimulationDeck, line: Line, inside: bool) -> None:
+    """Keep a line, and note its models and parameters; a library is kept if it is there.
+
+    The parameters of a line ``inside`` a subcircuit are those of the subcircuit alone.
+    """
     named = library_of(line)
     if named is not None:
         library = beside(deck.path, named.file)
@@ -185,7 +190,7 @@ def _keep(deck: SimulationDeck, line: Line) -> None:
     deck.models |= set(names_of([line]))
     if line.word in (".ic", ".temp"):
         deck.remarks.append(note("deck_kept", card=line.text[:60]))
-    if line.word in PARAMETERS:
+    if line.word in PARAMETERS and not inside:
         pairs = re.findall(r"(\w+)\s*=\s*(\{[^}]*\}|'[^']*'|\S+)", line.text)
         deck.parameters |= {name.lower(): text for name, text in pairs}
 
@@ -218,11 +223,10 @@ def _on_piezo(piezo: DeckDevice) -> Iterator[Diagnostic]:
     nets = ",".join(piezo.nets)
     for drive in piezo.drives:
         yield note("deck_drive", text=drive.line.text[:60], line=drive.line.where, nets=nets)
-    for capacitor in piezo.capacitors:
-        line = capacitor.line
-        yield note(
-            "deck_capacitance", text=line.text[:60], line=line.where, value=tokens_of(line.text)[3]
-        )
+    if piezo.capacitors:
+        texts = ", ".join(each.line.text[:60] for each in piezo.capacitors)
+        lines = ", ".join(each.line.where for each in piezo.capacitors)
+        yield note("deck_capacitance", text=texts, line=lines, value=piezo.capacitance)
     if not piezo.drives:
         yield note("deck_no_drive", nets=nets)
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from harvester.errors import InputError, invalid
+from harvester.netlists.cards import PARAMETERS
 from harvester.netlists.element_lines import Element
 from harvester.netlists.expression import plain_number
 from harvester.netlists.load_circuit import netlist_folder
@@ -19,7 +20,7 @@ from harvester.netlists.read_lines import Line
 from harvester.netlists.words import tokens_of
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 
-MOST = 25  # values of a list; more are a range with so many points
+MOST = 50  # values of a list; a step with more is left out with a warning
 
 
 @dataclass(frozen=True)
@@ -45,11 +46,15 @@ class ParameterStep:
         """
         braces = (f"{{{self.name}}}", f"'{self.name}'", self.name)
         users = [e for e in elements if set(braces) & set(tokens_of(e.line.text.lower())[3:])]
+        name = re.escape(self.name)
+        definition = rf"\b{name}\s*=\s*(\{{[^}}]*\}}|'[^']*'|\S+)"
         others = [
             line
             for line, text in texts.items()
-            if re.search(rf"\b{re.escape(self.name)}\b", text.lower())
-            and not line.word.startswith(".param")
+            if re.search(
+                rf"\b{name}\b",
+                re.sub(definition, "", text.lower()) if line.word in PARAMETERS else text.lower(),
+            )
             and line not in [user.line for user in users]
         ]
         if len(users) != 1 or others or self.name not in parameters or not self.values:
@@ -58,7 +63,6 @@ class ParameterStep:
         value = parameters[self.name].strip("{}'")
         if plain_number(value) is None:
             return warning("deck_step_left_out", text=self.text)
-        name = re.escape(self.name)
         pattern = rf"(\{{\s*{name}\s*\}}|'{name}'|\b{name}\b(?!\s*=))"
         head, _, rest = texts[user.line].partition(user.nodes[1])
         texts[user.line] = head + user.nodes[1] + re.sub(pattern, value, rest, flags=re.IGNORECASE)
@@ -78,28 +82,40 @@ def read_step(line: Line) -> ParameterStep:
     name = words[0]
     rest = words[1:]
     if rest[:1] == ["list"]:
-        return ParameterStep(name, ",".join(map(_number, rest[1:])), line.text[:60])
+        some = [plain_number(word) for word in rest[1:]]
+        values = "" if None in some else ",".join(map(_text, some))
+        return ParameterStep(name, values, line.text[:60])
     numbers = [number for word in rest if (number := plain_number(word)) is not None]
     values = _range(form, numbers) if len(numbers) == len(rest) == 3 else ""
     return ParameterStep(name, values, line.text[:60])
 
 
 def _range(form: str, numbers: Sequence[float]) -> str:
-    """The values of a range as --vary reads them; "" for an empty or long one."""
+    """The values of a range as --vary reads them; "" for an empty or long one.
+
+    lin: first + k by.  dec and oct: first base^(k/by) with base 10 and 2, which --vary spaces alike
+    from end to end if the ends differ tenfold.  The last one is at most ``last``.
+    """
     first, last, by = numbers
     if form == "lin":
         count = math.floor((last - first) / by + 1e-9) + 1 if by else 0
-        return ",".join(f"{first + k * by:.6g}" for k in range(count)) if 1 < count <= MOST else ""
-    if not (0.0 < first < last and by >= 1.0):
-        return ""
-    count = round(by * math.log(last / first, 10.0 if form == "dec" else 2.0)) + 1
-    return f"{first:.6g}:{last:.6g}:{count}"
+        values = [first + k * by for k in range(min(count, MOST + 1))]
+    elif 0.0 < first < last and by >= 1.0:
+        base = 10.0 if form == "dec" else 2.0
+        steps = by * math.log(last / first, base)
+        count = math.floor(steps + 1e-9) + 1
+        if last >= 10.0 * first and abs(steps - round(steps)) < 1e-9:
+            return f"{_text(first)}:{_text(last)}:{count}"
+        values = [first * base ** (k / by) for k in range(min(count, MOST + 1))]
+    else:
+        values = []
+    return ",".join(map(_text, values)) if 1 < len(values) <= MOST else ""
 
 
-def _number(text: str) -> str:
-    """A number of SPICE as a plain one."""
-    value = plain_number(text)
-    return "" if value is None else f"{value:.6g}"
+def _text(number: float | None) -> str:
+    """A number with as many digits as it has, up to twelve."""
+    short = f"{number:.6g}"
+    return short if float(short) == number else f"{number:.12g}"
 
 
 def names_of(lines: Iterable[Line]) -> Iterator[str]:

@@ -1,7 +1,7 @@
 """The piezo of a deck: the elements that a scene's device replaces, and its two nets.
 
 Three forms are known: a current source with a capacitor across it; a voltage source in series with
-a capacitor, with nothing else between them; a voltage source that is a sine between the two nets.
+a capacitor, with nothing else between them; a sine, or a function of the time, between the nets.
 """
 
 from collections import Counter
@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 from harvester.errors import InputError, unknown
 from harvester.netlists.element_lines import Element
+from harvester.netlists.expression import plain_number
 from harvester.netlists.flat import net_of
 from harvester.netlists.words import tokens_of
 
@@ -29,6 +30,23 @@ class DeckDevice:
         """All elements that a scene's device replaces."""
         return (*self.drives, *self.capacitors)
 
+    @property
+    def capacitance(self) -> str:
+        """The sum of the capacitances (F); the texts if they depend on names; "" without one."""
+        if len(self.capacitors) == 1 and not self.capacitors[0].options:
+            text = tokens_of(self.capacitors[0].line.text)[3]
+            if plain_number(text) is not None:
+                return text
+        parts = [each.value for each in self.capacitors]
+        many = [each.options.get("m") for each in self.capacitors]
+        if not parts:
+            return ""
+        if any(each is None or not each.is_constant for each in (*parts, *filter(None, many))):
+            return " + ".join(" ".join(tokens_of(each.line.text)[3:]) for each in self.capacitors)
+        pairs = zip(parts, many, strict=True)
+        total = sum(part.value * (m.value if m else 1.0) for part, m in pairs if part)
+        return f"{total:.12g}"
+
 
 def find_piezo(elements: Sequence[Element], terminals: Nets | None, file: str) -> DeckDevice:
     """The piezo of a deck; ``terminals`` are its nets, if they are known.
@@ -47,7 +65,9 @@ def find_piezo(elements: Sequence[Element], terminals: Nets | None, file: str) -
         drives = (*known.drives, *device.drives)
         merged[key] = DeckDevice(known.nets, drives, (*known.capacitors, *more))
     if len(merged) == 1:
-        return next(iter(merged.values()))
+        device = next(iter(merged.values()))
+        _refuse_series(device, elements, file)
+        return device
     nets = ", ".join(_nets(elements)[:30])
     give = f"give the piezo's two nets by `terminals` A,B; the nets are {nets}"
     if not merged:
@@ -61,6 +81,19 @@ def find_piezo(elements: Sequence[Element], terminals: Nets | None, file: str) -
         f"deck {file} must have one source in the piezo's place, but several may be it "
         f"({several}): {give}"
     )
+
+
+def _refuse_series(device: DeckDevice, elements: Sequence[Element], file: str) -> None:
+    """Refuse a lone source in series with one part, which may be of the piezo's own model."""
+    if device.capacitors or _is_current(device.drives[0]):
+        return
+    for net in map(net_of, device.nets):
+        at = [e for e in elements if e not in device.drives and net in map(net_of, e.nodes)]
+        if net != "0" and len(at) == 1 and at[0].kind in "rlc":
+            raise InputError(
+                f"deck {file} must have a source at the piezo's nets, but {at[0].name} is in series "
+                f"with {device.drives[0].name}: give the piezo's two nets by `terminals` A,B"
+            )
 
 
 def _two_nets(elements: Sequence[Element], terminals: Nets, file: str) -> Nets:
@@ -129,10 +162,10 @@ def _in_series(
 
 
 def _direct(elements: Sequence[Element]) -> list[DeckDevice]:
-    """Sources of a sine, of those alone if there are some, at whose nodes the piezo is."""
+    """Sines and functions of the time, between whose nodes the piezo is; clocks drive switches."""
     drives = [element for element in elements if _drives(element)]
     sines = [element for element in drives if element.form == "sin" or _is_function(element)]
-    return [DeckDevice(_pair(drive.nodes), (drive,)) for drive in sines or drives]
+    return [DeckDevice(_pair(drive.nodes), (drive,)) for drive in sines]
 
 
 def _drives(element: Element) -> bool:

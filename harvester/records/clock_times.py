@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.errors import InputError, invalid
+from harvester.errors import invalid
 
 _DATE = r"(?:\d{4}[-/.]\d\d?[-/.]\d\d?|\d\d?[-/.]\d\d?[-/.]\d{4}|\d\d?[/.]\d\d?[/.]\d\d)"
 _TIME = r"\d{1,2}:\d\d(?::\d\d(?:[.,]\d+|:\d{3})?|[.,]\d+)(?:\s*[AaPp]\.?[Mm]\.?)?"
@@ -143,10 +143,3 @@ def together(dates: Any, times: Any, fraction: Floats | None, key: str) -> Float
     days = days_of([str(date) for date in dates], key)
     spans = _of_day(times) + (0.0 if days is None else DAY * days)
     return _from_first(spans if fraction is None else spans + fraction)
-
-
-def refuse_dates_alone(head: str, key: str) -> InputError:
-    """The error of a file whose only times are dates."""
-    return InputError(
-        f"{key} must have times of day with its dates, but column {head!r} has dates alone"
-    )

@@ -17,7 +17,8 @@ from harvester.records.csv_layout import plain_lines
 
 SLOPE = re.compile(
     # Bounded lengths: the search is linear in the text.
-    r"(?<![\d.])([+\u2212\u2013-]?[ \t]{0,4}\d{1,2}(?:[.,]\d{1,6})?)[ \t]{0,4}dB[ \t]{0,4}/[ \t]{0,4}oct(?:ave)?\.?",
+    r"(?<![\d.])([+\u2212\u2013-]?[ \t]{0,4}\d{1,2}(?:[.,]\d{1,6})?)"
+    r"[ \t]{0,4}dB[ \t]{0,4}/[ \t]{0,4}oct(?:ave)?\.?",
     re.IGNORECASE,
 )
 RANGE = re.compile(

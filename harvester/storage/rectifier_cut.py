@@ -47,7 +47,7 @@ class Cut:
 
     @property
     def leak(self) -> float | None:
-        """Conductance (S) of the resistors beside the store and the load; None if anything else is behind the rails."""
+        """Conductance (S) of resistors beside store and load; None if anything else is there."""
         more = [part for part in self.behind if part.name not in (STORE, LOAD)]
         across = set(self.rails)
         ohms = [effective_value(part) for part in more if part.kind == "r"]

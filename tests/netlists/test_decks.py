@@ -260,3 +260,67 @@ def test_the_remedy_of_run_works_when_typed(tmp_path, harvester, monkeypatch):
     status, out, _ = harvester(*remedy[1:], "--force", "--json")
     assert json.loads(out)["load"]["terminals"] == ["A", "B"]
     assert status == 0
+
+
+LOOSE = (
+    "* a deck\nI1 0 p SIN(0 40u 46)\nC0 p 0 {c}\nD1 p out d\n{more}\n.model d D\n.tran 1m 1\n.end\n"
+)
+
+
+def loosely(folder, more, c="40n"):
+    path = folder / "loose.net"
+    path.write_text(LOOSE.format(c=c, more=more))
+    return adopt(path)
+
+
+def test_a_subcircuit_s_parameter_is_not_the_deck_s(tmp_path):
+    """The load got the 7 ohm of a parameter of that name inside."""
+    inside = ".subckt foo a b\n.param RL=7\nR9 a b {RL}\n.ends\nX1 out 0 foo\n"
+    more = f".param RL=100k\n{inside}Rload out 0 {{RL}}\n.step param RL list 1k 2k"
+    assert "Rload out 0 {RL}" in loosely(tmp_path, more).text
+
+
+def test_a_parameter_that_depends_on_the_stepped_one_is_another_user(tmp_path):
+    more = ".param RL=100k\n.param RX={2*RL}\nRload out 0 {RL}\nR2 out 0 {RX}\n.step param RL list 1k 2k"
+    remarks = {one.code for one in loosely(tmp_path, more).diagnostics}
+    assert "deck_step_left_out" in remarks
+    assert "deck_step" not in remarks
+
+
+@pytest.mark.parametrize(
+    ("step", "values"),
+    [
+        ("oct param RL 1k 8k 1", "1000,2000,4000,8000"),
+        ("dec param RL 1k 100k 2", "1000:100000:5"),
+        ("param RL list 1k 1234567", "1000,1234567"),
+    ],
+)
+def test_a_step_has_the_deck_s_values(tmp_path, step, values):
+    """Octaves over less than a decade became four even steps; a long number lost its last digit."""
+    more = f".param RL=100k\nRload out 0 {{RL}}\n.step {step}"
+    told = {one.code: one for one in loosely(tmp_path, more).diagnostics}
+    assert told["deck_step"].numbers["values"] == values
+
+
+def test_capacitors_of_a_piezo_count_together(tmp_path):
+    assert loosely(tmp_path, "Rload out 0 100k", c="C=40n").capacitance == "4e-08"
+    several = loosely(tmp_path, "Rload out 0 100k\nC8 p 0 10n m=3")
+    assert float(several.capacitance) == pytest.approx(70e-9)
+
+
+def test_a_source_in_series_with_one_part_asks_for_the_terminals(tmp_path):
+    """The rest of the piezo's own model would have stayed on the board."""
+    path = tmp_path / "series.net"
+    path.write_text(
+        "* s\nV1 a 0 SIN(0 5 46)\nR1 a p 10\nC1 p 0 40n\nRload p 0 100k\n.tran 1m 1\n.end\n"
+    )
+    with pytest.raises(InputError, match="R1 is in series with V1"):
+        adopt(path)
+    path.write_text(
+        "* s\nVCLK g 0 PULSE(0 1 0 1n 1n 1m 2m)\nRg g 0 1k\nRload p 0 100k\n.tran 1m 1\n.end\n"
+    )
+    with pytest.raises(InputError, match="has none"):
+        adopt(path)
+    path.write_text("* s\nI1 0 p SIN(0 1 1)\nC1 p 0 1n\n.ends\nRload p 0 1k\n.end\n")
+    with pytest.raises(InputError, match="end a subcircuit that began"):
+        adopt(path)

@@ -34,7 +34,7 @@ BOUNDS = [
     ("questions of which load or how many modes", 226, 60),
     ("one-importer modules", 96, 25),
     ("lines above 100 columns", 2706, 0),
-    ("thousands of tokens", 526, 445),
+    ("thousands of tokens", 527, 445),
 ]
 
 EXAMPLES = sorted((ROOT / "examples").glob("*.toml"))

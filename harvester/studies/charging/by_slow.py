@@ -94,7 +94,7 @@ def charge_slowly(runs: ChargeRuns) -> Passages:
 
 
 def _check_times(fields: dict[str, Any]) -> None:
-    """Raise SimulationError if a time of the store is less than its own model error, and so is no answer."""
+    """Raise SimulationError if the time of the store is less than its own model error."""
     times = fields["times"]
     reached = np.isfinite(times).all(axis=0)
     means = np.where(reached, np.where(np.isfinite(times), times, 0.0).mean(axis=0), math.inf)
