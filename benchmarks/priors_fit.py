@@ -24,6 +24,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from harvester.arrays import Floats
+from harvester.studies.prediction import priors
 from harvester.studies.prediction.priors import prior_of
 
 HERE = Path(__file__).parent
@@ -239,9 +240,12 @@ def table(some: Sequence[Number], fits: Mapping[str, Fit]) -> list[str]:
         (number.predicted / far, number.predicted * far)
         for number, far in zip(some, reach, strict=True)
     ]
+    model = priors.data()["model"]
+    of_package = dict.fromkeys(first, Fit(1.0, model["linear"], model["nonlinear"]))
     kinds = (
         _summary("open ranges of the source alone", some, as_made),
         summary("first priors", some, first),
+        summary("of the package (the model error is fitted on these devices)", some, of_package),
         summary("fitted, each device left out", some, fits),
         *(
             summary(f"the same, {name} numbers", part, fits)

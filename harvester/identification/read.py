@@ -85,7 +85,8 @@ def read_file(name: str) -> list[Measurement]:
     key = f"FILE {shown(label)}"
     text = decoded(files.read(path, "FILE", MOST_BYTES), path, "FILE")
     if instrument_files.is_touchstone(path, text):
-        _, clamped = _state(state, [line for line in text.splitlines() if "!" in line], key)
+        load, clamped = _state(state, [line for line in text.splitlines() if "!" in line], key)
+        _refuse_load(state, load, key)
         f, z = instrument_files.touchstone(text, key)
         return [_of_impedance(label, f, z, clamped, True, key)]
     of_traces = instrument_files.is_traces(text)
@@ -97,6 +98,7 @@ def read_file(name: str) -> list[Measurement]:
         with np.errstate(divide="ignore", invalid="ignore"):  # a zero in the table has no inverse
             answer = impedance(table, f, key)
         if answer is not None:
+            _refuse_load(state, load, key)
             return [_of_impedance(label, f, answer[0], clamped, answer[1], key)]
         if responses := _responses(table, f, label, key, load):
             return responses
@@ -134,6 +136,14 @@ def _state(state: str, remarks: Iterable[str], key: str) -> tuple[float | None, 
     if said.strip().lower() == "clamped" or (not said and any(map(_CLAMPED.fullmatch, lines))):
         return None, True
     return (_load(said, key) if said else None), False
+
+
+def _refuse_load(state: str, load: float | None, key: str) -> None:
+    """Refuse a load behind the @ of an impedance, which has none."""
+    if state and load is not None:
+        raise InputError(
+            f"{key} holds an impedance, which has no load: leave '@{state}' out, or write @clamped"
+        )
 
 
 def _in_hertz(column: CsvColumn, key: str) -> Floats:

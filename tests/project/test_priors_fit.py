@@ -96,3 +96,13 @@ def test_the_fitted_model_errors_are_those_of_the_package():
     model = priors.data()["model"]
     assert model["nonlinear"] == pytest.approx(fit.nonlinear, abs=0.02)
     assert model["linear"] >= fit.linear
+    assert model["linear"] == priors_fit.FIRST.linear
+
+
+def test_the_first_page_has_the_coverage():
+    """README's row on real devices is that of the table."""
+    row = r"\| fitted, each device left out \| (\d+ of \d+) \|.*\| (\d+) \|"
+    held, width = re.search(row, PAGE).groups()
+    readme = (ROOT / "README.md").read_text()
+    assert f"{held} inside" in readme
+    assert f"a factor of {width} " in readme

@@ -6,6 +6,7 @@ import pytest
 from harvester.errors import InputError
 from harvester.identification.impedance_table import impedance
 from harvester.identification.instrument_files import touchstone
+from harvester.identification.read import read_file
 from harvester.records.cleaning import clean
 from harvester.records.clock_times import seconds
 from harvester.records.csv_table import read_table
@@ -77,3 +78,13 @@ def test_slopes_are_found_in_linear_time():
     assert SLOPE.search("1" * 2_000_000) is None
     assert SLOPE.search(" " * 2_000_000) is None
     assert SLOPE.findall("20,+3 dB/oct\n80,-3 dB/oct\n350,6 dB/oct") == ["+3", "-3", "6"]
+
+
+def test_an_impedance_has_no_load(tmp_path):
+    """What stood behind the @ was dropped."""
+    path = tmp_path / "z.csv"
+    path.write_text("f (Hz),R (ohm),X (ohm)\n" + "".join(f"{f},10,-{f}\n" for f in range(10, 60)))
+    with pytest.raises(
+        InputError, match="holds an impedance, which has no load: leave '@100k' out"
+    ):
+        read_file(f"{path}@100k")

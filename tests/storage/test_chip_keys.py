@@ -52,8 +52,8 @@ BAD = {
     "volts": ("1,1e-5,0.8\n1e300,1e-5,0.8\n", "must have voltages up to 1e+06 V"),
     "amperes": ("1,1e-5,0.8\n1,1e300,0.8\n", "currents up to 1e+06 A, but has"),
     "share": ("1,1e-5,1.8\n", "efficiencies above 0, up to 1"),
-    "below": ("-1,1e-5,0.8\n", "chip.efficiency_table"),
-    "nan": ("nan,1e-5,0.8\n", "chip.efficiency_table"),
+    "below": ("-1,1e-5,0.8\n", "row 1 has -1 V, 1e-05 A and 0.8"),
+    "nan": ("nan,1e-5,0.8\n", "row 1 has nan V, 1e-05 A and 0.8"),
 }
 
 

@@ -196,8 +196,8 @@ class _Devices:
         power = self.power_law(x) + model + self.power_law.scatter * normal[:, -2]
         voltage = self.voltage_law(x) + 0.5 * model + self.voltage_law.scatter * normal[:, -1]
         return (
-            _interval(np.exp(power), self.without_power),
-            _interval(np.exp(voltage), self.without_power),
+            interval(np.exp(power), self.without_power, "W"),
+            interval(np.exp(voltage), self.without_power, "V"),
         )
 
 
@@ -215,12 +215,12 @@ def _value(scene: Scene, key: str) -> float:
     return float(scene.tables()[table][name])
 
 
-def _interval(values: Floats, zeros: float) -> RealDevice:
+def interval(values: Floats, zeros: float, unit: str) -> RealDevice:
     """Median and 95 % interval of values, and of zeros, which are a share of all."""
     low, median, high = (
         np.quantile(values, (end - zeros) / (1.0 - zeros)) if end > zeros else 0.0 for end in ENDS
     )
-    return RealDevice(float(median), float(low), float(high))
+    return RealDevice(float(median), float(low), float(high), unit)
 
 
 def _quantity(entry: Prior, devices: _Devices, device_class: str) -> UncertainQuantity:

@@ -6,15 +6,20 @@ from typing import ClassVar
 from harvester.presentation.diagnostic import Diagnostic
 from harvester.presentation.result import Result
 from harvester.presentation.table import Column, Table
-from harvester.uncertainty.value import Value
+from harvester.uncertainty.value import Value, amount
 
 
 class RealDevice(Result):
-    """A number of a real device: ``median``, and the ends of the 95 % interval (SI units)."""
+    """A number of a real device: ``median``, and the ends of the 95 % interval, in ``unit``."""
 
     median: float
     low: float
     high: float
+    unit: str
+
+    def __str__(self) -> str:
+        median, low, high = (amount(x, self.unit) for x in (self.median, self.low, self.high))
+        return f"{median} ({low} to {high})"
 
     @property
     def ratio(self) -> float:

@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ import harvester as hv
 from harvester.cli import cli
 from harvester.errors import InputError
 from harvester.studies.prediction import priors
+from harvester.studies.prediction.predict import interval
 
 GIVEN = dict.fromkeys(("frequency", "damping", "coupling", "capacitance"), "given")
 
@@ -148,5 +150,22 @@ def test_tolerance_accepts_a_prior(tmp_path):
     """The spreads of the class, and one of the user beside them."""
     words = ["tolerance", "examples/plate.toml", "--prior", "bulk", "--vary", "load.resistance=5%"]
     done = CliRunner().invoke(cli, [*words, "--samples", "64", "--json"], catch_exceptions=False)
-    keys = set(json.loads(done.stdout)["tornado"]) if "tornado" in done.stdout else done.stdout
-    assert "piezo.coupling" in keys and "load.resistance" in keys
+    assert done.exit_code == 0, done.output
+    assert {"piezo.coupling", "load.resistance"} <= set(json.loads(done.stdout)["tornado"])
+
+
+def test_a_number_of_a_real_device_is_printed_in_its_unit():
+    """It was printed as a time: "5 % have after 11.25 us"."""
+    result = hv.predict("examples/plate_harmonic.toml", samples=64)
+    assert re.fullmatch(r"[\d.]+ uW \([\d.]+ uW to [\d.]+ uW\)", str(result.power))
+    assert str(result.voltage).count(" V") == 3
+
+
+def test_devices_without_power_are_in_the_interval():
+    """A share of zeros above 2.5 % makes the lower end 0; the others keep their place among all."""
+    values = np.linspace(1.0, 2.0, 100_001)
+    whole = interval(values, 0.0, "W")
+    some = interval(values, 0.1, "W")
+    assert (whole.low, whole.high) == pytest.approx((1.025, 1.975), abs=1e-4)
+    assert some.low == 0.0
+    assert some.median == pytest.approx(1.0 + 0.4 / 0.9, abs=1e-4)
