@@ -245,7 +245,7 @@ def table(some: Sequence[Number], fits: Mapping[str, Fit]) -> list[str]:
     kinds = (
         _summary("open ranges of the source alone", some, as_made),
         summary("first priors", some, first),
-        summary("of the package (the model error is fitted on these devices)", some, of_package),
+        summary("the package's own, not independent: fitted on these devices", some, of_package),
         summary("fitted, each device left out", some, fits),
         *(
             summary(f"the same, {name} numbers", part, fits)
