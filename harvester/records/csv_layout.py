@@ -47,7 +47,8 @@ class Layout:
     ``rows`` are the lines of data, ``remarks`` those of comments and of what stands above the
     header, which state the ``facts``; ``header`` are the lines of names and units.  ``words`` are
     the columns of words.  ``joined`` are the columns whose decimal comma made two cells of a
-    number; ``labelled``: a name precedes each number.  ``too_few_names``: a column with numbers has no name.
+    number; ``labelled``: a name precedes each number.  ``too_few_names``: a column with numbers has no
+    name.  ``beside`` is the number of lines above the data that end in a row of numbers.
     """
 
     delimiter: str
@@ -62,6 +63,7 @@ class Layout:
     joined: tuple[int, ...] = ()
     labelled: bool = False
     too_few_names: bool = False
+    beside: int = 0
 
     @property
     def raw_cells(self) -> int:
@@ -96,6 +98,7 @@ def layout(text: str) -> Layout | None:
     first = data.index(True)
     header = _header(plain[:first], remarks, delimiter, _width(rows, data))
     every = (*remarks, *header.above)
+    width = _width([[cell for cell in row if cell] for row in rows], data)
     form = Layout(
         delimiter,
         decimal,
@@ -107,6 +110,7 @@ def layout(text: str) -> Layout | None:
         header=frozenset(header.lines),
         words=words,
         labelled=bool(labels),
+        beside=sum(_ends_in_data(row, width, decimal) for row in rows[:first]),
     )
     numbers = [row for row, numeric in zip(rows, data, strict=True) if numeric]
     return _named(form, header, labels, numbers)
@@ -222,6 +226,12 @@ def is_data(row: Sequence[str], decimal: str, words: frozenset[int] = frozenset(
         number or k in words or cell.lower() in MISSING
         for k, (number, cell) in enumerate(zip(numbers, row, strict=True))
     )
+
+
+def _ends_in_data(row: Sequence[str], width: int, decimal: str) -> bool:
+    """Whether a line of settings ends in a row of data, as oscilloscopes write the first of them."""
+    full = [cell for cell in row if cell]
+    return len(full) > width > 1 and all(_is_number(cell, decimal) for cell in full[-width:])
 
 
 def _fits(cell: str, decimal: str) -> bool:

@@ -26,6 +26,7 @@ from harvester.records.csv_layout import Layout, layout, most_cells
 from harvester.records.preamble import NOTHING, Preamble
 
 MOST_BYTES = 64_000_000
+FEWEST_BESIDE = 3  # rows of numbers beside settings: one or two may be a setting of several numbers
 MOST_COLUMNS = 1000
 LONGEST_HEAD = 200  # letters above a column
 _BRACKETS = re.compile(r"(.*?)\s*[(\[{<]\s*(.+?)\s*[)\]}>]")
@@ -175,6 +176,11 @@ def table_of_text(text: str, path: str | Path, argument: str) -> CsvTable:
         raise InputError(
             f"{argument} must have a name above each column, but {shown(str(path))} has {names} "
             f"names above {len(rows.heads)} columns: write a comma between names, not in numbers"
+        )
+    if rows.beside >= FEWEST_BESIDE:
+        raise InputError(
+            f"{argument} must have settings above its numbers, but {shown(str(path))} has "
+            f"{rows.beside} rows of numbers beside them: delete the columns of settings"
         )
     return table_of(rows, "\n".join(rows.rows), path, argument)
 

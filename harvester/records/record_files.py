@@ -90,6 +90,8 @@ def _record(path: str) -> Record:
 def _columns(table: CsvTable) -> tuple[Floats, Floats]:
     """The times (s) and the accelerations (m/s^2) of a table."""
     key = RECORD
+    if table.notes:
+        raise InputError(f"{key} must have numbers in each row, but {table.notes[0]}: {MEND}")
     time = times(table, key)
     if time is None:
         raise no_column(table, key, "time", TIME)

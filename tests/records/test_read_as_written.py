@@ -13,7 +13,7 @@ from harvester.records.csv_table import read_table
 from harvester.records.current_trace import read_trace
 from harvester.records.density_slopes import SLOPE
 from harvester.records.efficiency_table import read_efficiencies
-from harvester.records.record_files import read_density
+from harvester.records.record_files import read_density, read_record
 
 
 def written(folder, text):
@@ -88,3 +88,21 @@ def test_an_impedance_has_no_load(tmp_path):
         InputError, match="holds an impedance, which has no load: leave '@100k' out"
     ):
         read_file(f"{path}@100k")
+
+
+def test_rows_beside_settings_are_refused(tmp_path):
+    """An oscilloscope writes its first samples beside its settings; these six rows were lost."""
+    settings = ["Record Length,600", "Sample Interval,0.005", "Trigger Point,0", "Source,CH1"]
+    rows = [f"{0.005 * k:.3f},{np.sin(0.3 * k):.5f}" for k in range(600)]
+    beside = [f"{head},,{row}" for head, row in zip(settings, rows, strict=False)]
+    text = "\n".join([*beside, *(f",,,{row}" for row in rows[4:])]) + "\n"
+    with pytest.raises(InputError, match="4 rows of numbers beside them: delete the columns"):
+        read_table(written(tmp_path, text), "FILE")
+
+
+def test_a_line_without_numbers_in_a_scene_s_record_is_refused(tmp_path):
+    """Its place was bridged without a word; `harvester record` reports it."""
+    rows = [f"{0.005 * k:.3f},{np.sin(0.3 * k):.5f}" for k in range(600)]
+    rows.insert(300, "OVERLOAD")
+    with pytest.raises(InputError, match="OVERLOAD"):
+        read_record(written(tmp_path, "t (s),a (m/s^2)\n" + "\n".join(rows) + "\n"))
