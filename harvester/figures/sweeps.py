@@ -171,7 +171,7 @@ def _error_notes(table: SweepShape, groups: int) -> Iterator[str]:
     if stated and not (table.listed and len(table.axes) > 1):
         yield f"Pale band: the error stated by {stated}."
     if unknown := _engines(powers, lambda power: power.error95 is None):
-        yield f"The error of {unknown} is known in part only."
+        yield f"The error of {unknown} is known in part."
 
 
 def _engines(powers: Sequence[tuple[str, Value]], which: Callable[[Value], bool]) -> str:
