@@ -22,12 +22,12 @@ def test_rare_hops_end_in_an_answer():
         "transitions between the wells at x = -1.051 and x = 0.9512 are rare: 0 in "
     )
     assert (
-        "(Kramers' formula: about one in 4e+07/w0), so that a mean over the wells would take a burn-in of about "
+        "(Kramers' formula: about one in 4e+07/w0), so a mean over the wells would need a burn-in of about "
         in rare
     )
     assert (
         missed
-        == "`within` 1 % cannot be promised: the mean is known between those of the wells only"
+        == "`within` 1 % cannot be guaranteed: the mean is only known to lie between those of the wells"
     )
 
 
