@@ -14,8 +14,8 @@ split into two parts that are each solved in closed form and applied in turn:
 (a: other shaking, `harvester.mechanics.kernels.shaking`)
 
 Beyond the paper the spring may have terms alpha2 x^2 and -softening x |x|; with ``inertia`` the
-mass is m = 1 + inertia x^2, so that m x'' + inertia x x'^2 = F, which conserves m x'^2/2 for F = 0; with
-``gamma`` the coupling is g = 1 + gamma x^2: V' + mu V = g x', and the force is -beta g V.
+mass is m = 1 + inertia x^2, so that m x'' + inertia x x'^2 = F, which conserves m x'^2/2 for F = 0;
+with ``gamma`` the coupling is g = 1 + gamma x^2: V' + mu V = g x', and the force is -beta g V.
 
 One drift of length h between two kicks makes a step; read half-way through a drift, the
 composition is symmetric and of second order.  During a drift the mass moves at constant
