@@ -170,6 +170,11 @@ class Value:
         return self.sampling95 + (self.bias or 0.0) + (self.model or 0.0)
 
     @property
+    def largest95(self) -> float:
+        """The largest size that the value may have at 95 %, as far as its errors are known."""
+        return abs(self.value) + self.known_error95
+
+    @property
     def error95(self) -> float | None:
         """`known_error95` if every part of the error is known; None if a part is not, or none is stated."""
         stated = any(error is not None for error in (self.stderr, self.bias, self.model))
@@ -294,11 +299,6 @@ def half95(stderr: Any) -> Any:
 def stderr_of95(half: Any) -> Any:
     """The standard error of normal errors with a half-width of their 95 % interval, of any shape."""
     return half / NORMAL_QUANTILE
-
-
-def bound95(change: float, stderr: float) -> float:
-    """The size that a change, measured with a standard error, may have at 95 %: ``|change| + 1.96 stderr``."""
-    return abs(change) + NORMAL_QUANTILE * stderr
 
 
 def z_score(a: Value, b: Value) -> float | None:
