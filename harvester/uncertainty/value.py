@@ -4,7 +4,6 @@ Long because a value, which users hold in their hands, explains each of its part
 """
 
 import math
-import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
@@ -219,23 +218,6 @@ class Value:
 
     def __repr__(self) -> str:
         return self.format()
-
-    def text(self, unit: str) -> str:
-        """The name of `format` before version 0.2."""
-        warnings.warn(
-            "Value.text is Value.format from version 0.3 on", DeprecationWarning, stacklevel=2
-        )
-        return self.format(unit)
-
-    @property
-    def whole_error95(self) -> float | None:
-        """The name of `error95` before version 0.2."""
-        warnings.warn(
-            "Value.whole_error95 is Value.error95 from version 0.3 on",
-            DeprecationWarning,
-            stacklevel=2,
-        )
-        return self.error95
 
     def _known_parts(self, written: Callable[[float], str]) -> str:
         """The errors that are known, as they are ``written``, and what is not."""
