@@ -6,6 +6,7 @@ Long because the engine explains its options to users.
 import dataclasses
 import math
 import time
+from contextlib import nullcontext
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
@@ -197,14 +198,13 @@ class Ensemble(MonteCarloOptions, Engine):
 
     def _set_up(self, problem: Problem) -> EnsembleSetup:
         """Trajectories that are compiled, have their step, and have burnt in."""
-        from harvester.mechanics.ensemble.richardson import compile_pair
+        from harvester.mechanics.ensemble.richardson import compile_pair, is_compiled
         from harvester.mechanics.ensemble.trajectories import Trajectories
-        from harvester.mechanics.kernels.compiled import compilation, machine_code
+        from harvester.mechanics.kernels.compiled import Compilation, compilation, machine_code
 
         model = self.model(problem)
         unit = problem.units.frequency
         seed = np.random.SeedSequence(self.seed)
-        code = machine_code()
         begin = time.perf_counter()
         within = number(self.within) if self.CONTROLS else None
         count = self.trajectories or sampling.affordable(model.eqs.is_steady, model.circuit, within)
@@ -213,12 +213,14 @@ class Ensemble(MonteCarloOptions, Engine):
         trajectories = Trajectories(
             model.eqs, count, seed, self.step(unit), circuit=model.circuit, controlled=self.CONTROLS
         )
-        with compilation() as first:
+        known = is_compiled(trajectories)
+        code = 0 if known else machine_code()
+        with nullcontext(Compilation()) if known else compilation() as first:
             compile_pair(trajectories, number(self.budget))
             pilot = self.pilot(problem, trajectories)
         begin += first.seconds
         # no new code: all was loaded
-        compiled = first.seconds if 0 < code == machine_code() else 0.0
+        compiled = first.seconds if code and code == machine_code() else 0.0
         diagnostics = sampling.run_burn_in(pilot, problem, number(self.budget))
         if pilot is not trajectories:
             from harvester.circuits.beside_ideal import settle_from

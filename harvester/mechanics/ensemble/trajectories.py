@@ -147,7 +147,7 @@ class Trajectories:
         self.ngspice_rule = ngspice_rule
         self.steps = 0
         self.put_behind(circuit)
-        self._coefficients = mechanics_of(eqs).coefficients
+        self.coefficients = mechanics_of(eqs).coefficients
         self.hopping: Hopping | None = None  # where hops are too rare for the start to be forgotten
         self.controlled = controlled and not ngspice_rule and _has_controls(eqs)
         self._kind = circuit, ngspice_rule, self.controlled
@@ -261,7 +261,7 @@ class Trajectories:
                     schedule,
                     self.h,
                     self.circuit,
-                    self._coefficients,
+                    self.coefficients,
                     self.shakers[k],
                     update,
                 )
@@ -320,7 +320,7 @@ class Trajectories:
         """The unit of the sums of impact losses."""
         if self.modes is not None:
             return 1.0 / self.modes.mobility
-        return loss_unit(self._coefficients) if self.circuit is None else 1.0
+        return loss_unit(self.coefficients) if self.circuit is None else 1.0
 
     def _batch(self, k: int, sums: Floats | None = None, controls: Floats | None = None) -> Batch:
         """A block as the kernels take it."""
@@ -340,7 +340,7 @@ class Trajectories:
             if (kernels := self._kernels) is not None:
                 kernels.mid_drift(self.state[k], columns, self.h, self.eqs, shaker)
             else:
-                mid_drift(self._batch(k), columns, self.h, self._coefficients, self.circuit, shaker)
+                mid_drift(self._batch(k), columns, self.h, self.coefficients, self.circuit, shaker)
             out[:, k * BATCH : (k + 1) * BATCH] = columns
         return out
 
