@@ -60,7 +60,7 @@ def is_compiled(trajectories: Trajectories) -> bool:
 def _kind(trajectories: Trajectories) -> object:
     """Which numbers their kernels take; None for kernels of a circuit's or several modes' own."""
     eqs, circuit = trajectories.eqs, trajectories.circuit
-    if trajectories.own_circuit is not None or eqs.modes is not None:
+    if trajectories.own_circuit or eqs.modes:
         return None
     flags = trajectories.controlled, trajectories.ngspice_rule, step_order(eqs) < STRONG
     updates = [update_of(eqs, h, trajectories.ngspice_rule) for h in (1e-3, trajectories.h)]
@@ -289,13 +289,13 @@ class RichardsonPair:
         """Bias of a sum of moments, each with its factor, measured as that of one moment."""
         if self._twin is not None or not self._moments_of_all:
             return sum(factor * self.bias(name)[0] for name, factor in factors.items())
-        _, *how = self._at_all_steps("V2")
+        _, order, controls, together = self._at_all_steps("V2")
         sums = [
-            sum((factor * getattr(moments, name) for name, factor in factors.items()), np.zeros(1))
+            np.sum([factor * getattr(moments, name) for name, factor in factors.items()], axis=0)
             for moments in self._moments_of_all
         ]
         left = LEFT * max(self.trajectories.h / SHORT, 1.0) if self.extrapolates else 1.0
-        return left * step_bias(sums, *how)[0]
+        return left * step_bias(sums, order, controls, together)[0]
 
     def largest_bias(self, name: str) -> float:
         """The size of the `bias` that is stated: if it falls slowly with the step, the largest at 95 %."""

@@ -30,6 +30,7 @@ def sweep(
     vary: Mapping[str, Values] | Points | Sequence[Axis] | None = None,
     engines: Sequence[Named] | None = None,
     execution: Execution = DEFAULT,
+    common_noise: bool = False,
     over: Any = None,
     values: Values | None = None,
 ) -> SweepTable:
@@ -50,6 +51,9 @@ def sweep(
     execution
         who computes, how progress is shown, and the folder for sweep.csv, sweep.nc, sweep.png and
         provenance.json; without a folder nothing is left on the disk.
+    common_noise
+        let all points have the same noise, so that differences between points have a smaller error;
+        by default each point has independent noise.
     over, values
         names of version 0.1, which warn.
 
@@ -86,7 +90,14 @@ def sweep(
         problem, default_engines(problem) if engines is None else engines
     )
     points = axes if isinstance(axes, Points) else grid(axes)
-    return compute_table(problem.scene, points, engines_of(named), execution, in_place_of=stand_ins)
+    return compute_table(
+        problem.scene,
+        points,
+        engines_of(named),
+        execution,
+        in_place_of=stand_ins,
+        common_noise=common_noise,
+    )
 
 
 def for_circuit(
