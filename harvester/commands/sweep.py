@@ -41,6 +41,11 @@ resume_needs_out = cloup.constraint(
         "Repeatable.  Default: exact for a linear scene, spice and ideal for a netlist, otherwise all that "
         "support SCENE (density under white noise only); with --within, see run."
     ),
+    cloup.option(
+        "--common-noise",
+        is_flag=True,
+        help="Same noise at all points: differences between points have a smaller error.",
+    ),
 )
 @partial(sampling, whole="the whole sweep (shared by its points)")
 @output_options("Folder for sweep.csv, sweep.nc, sweep.png and provenance.json.")
@@ -54,6 +59,7 @@ def sweep(
     varied: tuple[str, ...],
     points: str | None,
     engines: tuple[str, ...],
+    common_noise: bool,
     resume: bool,
     workers: int | None,
     scheduler: str | None,
@@ -85,7 +91,9 @@ def sweep(
     chosen = selection.engines(names, **options)
     with client_of(scheduler) as executor, RowsBar("sweep", shorter=shorter, warms_up=True) as bar:
         execution = output.execution(bar, workers=workers, executor=executor, resume=resume)
-        table = compute_table(scene, where, chosen, execution, budget, stand_ins)
+        table = compute_table(
+            scene, where, chosen, execution, budget, stand_ins, common_noise=common_noise
+        )
     text = None
     if not output.as_json:
         elsewhere = "sweep.csv" if output.out else ""

@@ -73,7 +73,7 @@ if TYPE_CHECKING:
         metavar="N",
         help="Number of samples computed by the engine; a polynomial surrogate gives the rest.  Default: 512 for "
         "formulas, otherwise 24 per key and 24 more.  first-order: linearise the power in each key with the "
-        "gradient from engine density.",
+        "gradient from engine density, or by slopes of engine ideal.",
     ),
     cloup.option(
         "--checks",

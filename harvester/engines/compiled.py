@@ -79,6 +79,11 @@ class Compiled(Ensemble):
     follows_periods = True
     UNKNOWN = COMPILED_CIRCUIT
 
+    @property
+    def runs_together(self) -> bool:
+        """Whether scenes run side by side: each circuit has a kernel of its own."""
+        return False
+
     @classmethod
     def refusal(cls, problem: Problem) -> Diagnostic | None:
         """Why the engine cannot serve a problem; None if it can."""

@@ -6,6 +6,8 @@ Long because the engine explains its options to users.
 import dataclasses
 import math
 import time
+from collections.abc import Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
@@ -29,6 +31,7 @@ from harvester.engines.protocol import (
 from harvester.engines.sampling import Model
 from harvester.equations.impact_order import accumulation
 from harvester.equations.problem import Problem
+from harvester.errors import HarvesterError
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.presentation.engine_look import EngineLook
 from harvester.uncertainty.target import Target, added_effort, best_factor
@@ -122,13 +125,36 @@ class Ensemble(MonteCarloOptions, Engine):
         """The trajectories, compiled, that burn in: these, or cheaper ones in whose states these begin."""
         return trajectories
 
-    def _remark(self, code: str) -> Diagnostic | None:
+    def remark(self, code: str) -> Diagnostic | None:
         """What is stated of the model's error: a warning if it is not known."""
         return (warning if code == self.MODEL_NOTE else note)(code) if code else None
 
     def pair_diagnostic(self, pair: "RichardsonPair") -> Diagnostic | None:
         """What the trajectories say against their means; None if nothing."""
         return None
+
+    @property
+    def runs_together(self) -> bool:
+        """Whether scenes of the same effects may run side by side, as `run_many` does."""
+        return True
+
+    def many_at_once(self, problem: Problem) -> int:
+        """How many scenes like this one `run_many` runs side by side."""
+        from harvester.engines.many_designs import many_at_once
+
+        return many_at_once(self, problem)
+
+    def run_many(
+        self, scenes: Sequence[AnyScene], seeds: Sequence[int] | None = None
+    ) -> list[Estimate | HarvesterError]:
+        """`run` for each scene, or the error that it raises; like scenes run side by side."""
+        from harvester.engines.many_designs import run_many
+
+        return run_many(self, scenes, [self.seed] * len(scenes) if seeds is None else seeds)
+
+    def remarked(self, answer: Estimate, problem: Problem) -> Estimate:
+        """The answer with what is to be said of its circuit."""
+        return answer
 
     def looked_into(self, answer: Estimate, problem: Problem, pair: "RichardsonPair") -> Estimate:
         """The answer with further quantities of a circuit, if they are asked for."""
@@ -170,7 +196,7 @@ class Ensemble(MonteCarloOptions, Engine):
             diagnostics.append(obstacle)
         errors, remark = self.model_errors(problem, sampler.pair, setup.budget_begin)
         between = None if setup.trajectories.hopping is None else note("between_wells")
-        diagnostics += [self._remark(remark), between, agreed, self.pair_diagnostic(sampler.pair)]
+        diagnostics += [self.remark(remark), between, agreed, self.pair_diagnostic(sampler.pair)]
         if problem.equations.load is None and setup.model.circuit is None:
             diagnostics.append(warning("open_circuit"))
         exact = agreed is not None and agreed.severity == "note"
@@ -197,14 +223,13 @@ class Ensemble(MonteCarloOptions, Engine):
 
     def _set_up(self, problem: Problem) -> EnsembleSetup:
         """Trajectories that are compiled, have their step, and have burnt in."""
-        from harvester.mechanics.ensemble.richardson import compile_pair
+        from harvester.mechanics.ensemble.richardson import compile_pair, is_compiled
         from harvester.mechanics.ensemble.trajectories import Trajectories
-        from harvester.mechanics.kernels.compiled import compilation, machine_code
+        from harvester.mechanics.kernels.compiled import Compilation, compilation, machine_code
 
         model = self.model(problem)
         unit = problem.units.frequency
         seed = np.random.SeedSequence(self.seed)
-        code = machine_code()
         begin = time.perf_counter()
         within = number(self.within) if self.CONTROLS else None
         count = self.trajectories or sampling.affordable(model.eqs.is_steady, model.circuit, within)
@@ -213,12 +238,14 @@ class Ensemble(MonteCarloOptions, Engine):
         trajectories = Trajectories(
             model.eqs, count, seed, self.step(unit), circuit=model.circuit, controlled=self.CONTROLS
         )
-        with compilation() as first:
+        known = is_compiled(trajectories)
+        code = 0 if known else machine_code()
+        with nullcontext(Compilation()) if known else compilation() as first:
             compile_pair(trajectories, number(self.budget))
             pilot = self.pilot(problem, trajectories)
         begin += first.seconds
         # no new code: all was loaded
-        compiled = first.seconds if 0 < code == machine_code() else 0.0
+        compiled = first.seconds if code and code == machine_code() else 0.0
         diagnostics = sampling.run_burn_in(pilot, problem, number(self.budget))
         if pilot is not trajectories:
             from harvester.circuits.beside_ideal import settle_from

@@ -27,7 +27,9 @@ class Formula(Request, Engine):
         """Why the theory cannot serve a problem; None if it can."""
         return needs_known_effects(problem, cls, cls.UNSERVED)
 
-    def run_many(self, scenes: Sequence[AnyScene]) -> list[Estimate | HarvesterError]:
+    def run_many(
+        self, scenes: Sequence[AnyScene], seeds: Sequence[int] | None = None
+    ) -> list[Estimate | HarvesterError]:
         """`run` for many scenes, solved in one call, or the error that each raises; its share of the time each."""
 
         def checked(scene: AnyScene) -> Problem:

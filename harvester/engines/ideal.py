@@ -98,7 +98,15 @@ class Ideal(Ensemble):
             answer = super().run(scene, progress)
         except SimulationError as error:
             raise _with_cause(error, Problem.of(scene)) from None
-        problem = Problem.of(scene)
+        return self.remarked(answer, Problem.of(scene))
+
+    @property
+    def runs_together(self) -> bool:
+        """Whether scenes may run side by side: without the judge of each, who compares paths."""
+        return not self.judged
+
+    def remarked(self, answer: Estimate, problem: Problem) -> Estimate:
+        """The answer with warnings of its switches, low voltages and elements."""
         diagnostics = (
             *answer.diagnostics,
             *_slow_switching(problem),

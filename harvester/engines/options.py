@@ -2,9 +2,9 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from numbers import Integral
-from typing import ClassVar, dataclass_transform
+from typing import ClassVar, Self, dataclass_transform
 
 from harvester.errors import InputError, invalid, names_arguments, reading
 from harvester.quantities.units import Seconds, fraction, seconds, time
@@ -53,6 +53,10 @@ class Request:
             raise invalid("`within`", f"be between {100.0 * self.FINEST:g}% and 100%", shown)
         if not isinstance(self.seed, Integral) or self.seed < 0:
             raise invalid("`seed`", "be a whole number of at least 0", self.seed)
+
+    def with_seed(self, seed: int) -> Self:
+        """The engine with the noise of another seed."""
+        return replace(self, seed=seed)
 
 
 class MonteCarloOptions(Request):

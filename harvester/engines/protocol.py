@@ -70,9 +70,26 @@ class Engine:
             raise answer
         return answer
 
-    def run_many(self, scenes: Sequence[AnyScene]) -> list[Estimate | HarvesterError]:
-        """`run` for each scene, or the error that it raises."""
-        return [answer_or_error(self.run, scene) for scene in scenes]
+    def with_seed(self, seed: int) -> Self:
+        """The engine with another seed; itself if it draws nothing."""
+        return self
+
+    def many_at_once(self, problem: Problem) -> int:
+        """How many scenes like this one `run_many` computes together, for less than one by one."""
+        return 1
+
+    def run_many(
+        self, scenes: Sequence[AnyScene], seeds: Sequence[int] | None = None
+    ) -> list[Estimate | HarvesterError]:
+        """`run` for each scene, or the error that it raises; ``seeds`` are one for each.
+
+        A scene's answer depends neither on the others nor on how many there are.
+        """
+        engines = [self] * len(scenes) if seeds is None else [self.with_seed(s) for s in seeds]
+        return [
+            answer_or_error(engine.run, scene)
+            for engine, scene in zip(engines, scenes, strict=True)
+        ]
 
     def continues(self, problem: Problem) -> bool:
         """Whether it finds the answer to such a problem sooner from that of a neighbouring one, and the same answer."""

@@ -226,20 +226,26 @@ def power_balance(moments: "Moments", eqs: Equations) -> tuple[float, float]:
 
 
 def power_balance_bias(pair: "RichardsonPair", eqs: Equations) -> float:
-    """Size of the step's part in the power balance: that of each of its terms, measured as those of the means, summed.
+    """Size of the step's part in the power balance: measured as that of a mean.
 
     Strong impacts make most of it, as a drift meets the stop at a speed that is off by order h^2.
     No number of trajectories takes it away.  0 if nothing gives power.
     """
     if not (eqs.is_shaken or eqs.is_random):
         return 0.0
-    n1 = eqs.n1 or 0.0
-    n2 = eqs.n2 or 0.0
-    n12 = eqs.n12 or 0.0
-    n1 *= 1.0 if eqs.modes is None else eqs.modes.shaken_mass
-    gained = {"x2": n2, "x": 2.0 * n12, "driven": 1.0}
-    lost = {"damped": 1.0, "V2": (eqs.beta or 0.0) * (eqs.mu or 0.0), "impact_loss": 1.0}
-    power_in = n1 + sum(factor * pair.mean(name)[0] for name, factor in gained.items() if factor)
-    terms = [*gained.items(), *((name, -factor) for name, factor in lost.items())]
-    bias = sum(factor * pair.bias(name)[0] for name, factor in terms if factor)
+    moments = pair.moments
+    gained = _factors(n2=("x2", eqs.n2), n12=("x", eqs.n12 and 2.0 * eqs.n12))
+    gained |= {"driven": 1.0} if eqs.is_shaken_otherwise else {}
+    loads = eqs.beta and eqs.mu and eqs.beta * eqs.mu
+    lost = {"damped": 1.0} | _factors(load=("V2", loads))
+    lost |= {"impact_loss": 1.0} if eqs.has_stop else {}
+    mass = eqs.modes.shaken_mass if eqs.modes else 1.0
+    means = {name: float(getattr(moments, name).mean()) for name in gained}
+    power_in = mass * (eqs.n1 or 0.0) + sum(gained[name] * mean for name, mean in means.items())
+    bias = pair.bias_of_sum(gained | {name: -factor for name, factor in lost.items()})
     return abs(bias / power_in) if power_in else 0.0
+
+
+def _factors(**terms: tuple[str, float | None]) -> dict[str, float]:
+    """The moments that have a factor, with these."""
+    return {name: factor for name, factor in terms.values() if factor}

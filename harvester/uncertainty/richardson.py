@@ -36,7 +36,7 @@ def step_bias(
 
     From three steps both of its parts count as if they had one sign: they must not seem to cancel.
     """
-    weights = _bias_weights(len(values), order)
+    weights = bias_weights(len(values), order)
     mean, error = mean_and_error(_combined(weights.sum(axis=0), values, controls, together))
     if len(weights) == 1:
         return mean, error
@@ -48,7 +48,7 @@ def extrapolated(
     values: Sequence[Floats], order: float = 2.0, controls: Floats | None = None, together: int = 1
 ) -> Floats:
     """Entries with the mean E_0 at a step of 0."""
-    weights = _bias_weights(len(values), order).sum(axis=0)
+    weights = bias_weights(len(values), order).sum(axis=0)
     return _combined(np.eye(len(values))[0] - weights, values, controls, together)
 
 
@@ -66,7 +66,7 @@ def _combined(
     return whole if whole.std() < each.std() else each
 
 
-def _bias_weights(steps: int, order: float) -> Floats:
+def bias_weights(steps: int, order: float) -> Floats:
     """Weights of the values at all steps: of the bias at h of the order p, and from three steps of second order."""
     first = np.eye(steps)[1] - np.eye(steps)[0]
     second = np.eye(steps)[-1] - np.eye(steps)[1]

@@ -15,6 +15,7 @@ from harvester.equations.impact_order import STRONG, step_order
 from harvester.errors import UnboundedResponseError
 from harvester.mechanics.ensemble.burn_in import FIRST_WINDOW, burn_in, check_cost
 from harvester.mechanics.ensemble.trajectories import Trajectories
+from harvester.mechanics.kernels.intervals import update_of
 from harvester.mechanics.kernels.moments import Moments
 from harvester.uncertainty.richardson import extrapolated, step_bias
 from harvester.uncertainty.value import Value, mean_and_error
@@ -23,16 +24,22 @@ SETTLED = 0.3  # of a burn-in: what trajectories make from states that have sett
 # of the bias that is taken off: what of it may be left, of the order above, up to a step of `SHORT`
 LEFT = 0.25
 SHORT = 0.4  # beyond it what is left of the bias grows as the step does
+# which sets of effects this process has compiled
+_COMPILED: set[object] = set()
 GROWN = 1e3  # times the fine step's E[x^2]: a coarse step that is unstable, though still finite
 
 
 def compile_pair(trajectories: Trajectories, budget: float | None = None) -> None:
     """Compile all that a `RichardsonPair` of trajectories calls, by a few steps of a single block of them.
 
+    What this process has compiled once is not called again.
+
     Raises SimulationError, before anything is computed, if the shortest burn-in would go beyond
     the ``budget``.
     """
     check_cost(trajectories, FIRST_WINDOW, budget, time.perf_counter())
+    if is_compiled(trajectories):
+        return
     eqs = trajectories.eqs
     # else in records
     block = trajectories.block(1e-3 if eqs.shaking_period is None and eqs.density is None else None)
@@ -41,6 +48,31 @@ def compile_pair(trajectories: Trajectories, budget: float | None = None) -> Non
         block.run(0.01)
         block.snapshot()
         RichardsonPair(block, 0.01)
+    if (kind := _kind(trajectories)) is not None:
+        _COMPILED.add(kind)
+
+
+def is_compiled(trajectories: Trajectories) -> bool:
+    """Whether `compile_pair` has loaded all kernels of such trajectories in this process."""
+    return _kind(trajectories) in _COMPILED
+
+
+def _kind(trajectories: Trajectories) -> object:
+    """Which numbers their kernels take; None for kernels of a circuit's or several modes' own."""
+    eqs, circuit = trajectories.eqs, trajectories.circuit
+    if trajectories.own_circuit or eqs.modes:
+        return None
+    flags = trajectories.controlled, trajectories.ngspice_rule, step_order(eqs) < STRONG
+    updates = [update_of(eqs, h, trajectories.ngspice_rule) for h in (1e-3, trajectories.h)]
+    numbers = trajectories.coefficients, circuit, trajectories.shakers[0], updates
+    return flags, present(numbers)
+
+
+def present(numbers: object) -> object:
+    """Which of some numbers are there, in tuples of tuples: what a kernel is compiled for."""
+    if isinstance(numbers, tuple | list):
+        return type(numbers), *map(present, numbers)
+    return type(numbers)
 
 
 class RichardsonPair:
@@ -252,6 +284,18 @@ class RichardsonPair:
         bias, error = self._known["bias", name]
         left = LEFT * max(self.trajectories.h / SHORT, 1.0) if self.extrapolates else 1.0
         return left * bias, left * error
+
+    def bias_of_sum(self, factors: dict[str, float]) -> float:
+        """Bias of a sum of moments, each with its factor, measured as that of one moment."""
+        if self._twin is not None or not self._moments_of_all:
+            return sum(factor * self.bias(name)[0] for name, factor in factors.items())
+        _, order, controls, together = self._at_all_steps("V2")
+        sums = [
+            np.sum([factor * getattr(moments, name) for name, factor in factors.items()], axis=0)
+            for moments in self._moments_of_all
+        ]
+        left = LEFT * max(self.trajectories.h / SHORT, 1.0) if self.extrapolates else 1.0
+        return left * step_bias(sums, order, controls, together)[0]
 
     def largest_bias(self, name: str) -> float:
         """The size of the `bias` that is stated: if it falls slowly with the step, the largest at 95 %."""

@@ -133,12 +133,7 @@ class Trajectories:
         self.count = self.blocks * BATCH
         self.together = 1 if eqs.density is None else BATCH
         resting = np.array(eqs.resting_places)
-        if start is None:
-            off = np.resize(np.minimum(1.0, 0.5 * (eqs.rigid_stops[1] - resting)), self.count)
-            if eqs.is_shaken:
-                off *= 0.0 if eqs.is_random else np.linspace(0.0, 1.0, self.count)
-            start = np.zeros((3, self.count))
-            start[0] = np.resize(resting, self.count) + off
+        start = start_of(eqs, self.count) if start is None else start
         check_start(eqs.rigid_stops, start[0].min(), start[0].max())
         self.eqs = eqs
         self.seed = seed
@@ -147,7 +142,7 @@ class Trajectories:
         self.ngspice_rule = ngspice_rule
         self.steps = 0
         self.put_behind(circuit)
-        self._coefficients = mechanics_of(eqs).coefficients
+        self.coefficients = mechanics_of(eqs).coefficients
         self.hopping: Hopping | None = None  # where hops are too rare for the start to be forgotten
         self.controlled = controlled and not ngspice_rule and _has_controls(eqs)
         self._kind = circuit, ngspice_rule, self.controlled
@@ -167,9 +162,7 @@ class Trajectories:
         self.h = h = whole_steps(h, repeat)
         self.time = 0.0
         self.hopping = None
-        # Two steps to a draw, a sample every 0.4 or so: V^2 varies on the scale of 1, but jumps
-        # alike under a drive.
-        self.stride = 2 if self.eqs.drive is not None else 2 * max(1, round(0.2 / h))
+        self.stride = 2 if self.eqs.drive is not None else stride_of(h)
         if repeat is not None:  # whole samples to a period
             _check_period(h, repeat)
             self.stride = max(
@@ -261,14 +254,14 @@ class Trajectories:
                     schedule,
                     self.h,
                     self.circuit,
-                    self._coefficients,
+                    self.coefficients,
                     self.shakers[k],
                     update,
                 )
             if progress is not None:
                 progress(samples * time * BATCH)
 
-        _each(block, self.blocks, samples * self.stride, given_up)
+        each(block, self.blocks, samples * self.stride, given_up)
         elapsed = samples * time
         self.time += elapsed
         self.steps += samples * self.stride * self.count
@@ -320,7 +313,7 @@ class Trajectories:
         """The unit of the sums of impact losses."""
         if self.modes is not None:
             return 1.0 / self.modes.mobility
-        return loss_unit(self._coefficients) if self.circuit is None else 1.0
+        return loss_unit(self.coefficients) if self.circuit is None else 1.0
 
     def _batch(self, k: int, sums: Floats | None = None, controls: Floats | None = None) -> Batch:
         """A block as the kernels take it."""
@@ -340,7 +333,7 @@ class Trajectories:
             if (kernels := self._kernels) is not None:
                 kernels.mid_drift(self.state[k], columns, self.h, self.eqs, shaker)
             else:
-                mid_drift(self._batch(k), columns, self.h, self._coefficients, self.circuit, shaker)
+                mid_drift(self._batch(k), columns, self.h, self.coefficients, self.circuit, shaker)
             out[:, k * BATCH : (k + 1) * BATCH] = columns
         return out
 
@@ -382,7 +375,27 @@ class Trajectories:
         return Trajectories(eqs, self.count, child(self.seed, 3), h, self.start, *self._kind, now)
 
 
-def _each(block: Callable[[int], None], blocks: int, steps: int, given_up: threading.Event) -> None:
+def start_of(eqs: Equations, count: int) -> Floats:
+    """The beginning of trajectories, as of `Trajectories`: shape (3, count)."""
+    resting = np.array(eqs.resting_places)
+    off = np.resize(np.minimum(1.0, 0.5 * (eqs.rigid_stops[1] - resting)), count)
+    if eqs.is_shaken:
+        off *= 0.0 if eqs.is_random else np.linspace(0.0, 1.0, count)
+    start = np.zeros((3, count))
+    start[0] = np.resize(resting, count) + off
+    return start
+
+
+def stride_of(h: float) -> int:
+    """Steps of h from one sample to the next, 0.4 or so later; V^2 varies on the scale of 1.
+
+    There are two steps to a draw of noise.  Under a drive V^2 jumps at each impact, and every two
+    steps are a sample.
+    """
+    return 2 * max(1, round(0.2 / h))
+
+
+def each(block: Callable[[int], None], blocks: int, steps: int, given_up: threading.Event) -> None:
     """Call ``block`` with the number of each of the blocks of so many ``steps``.
 
     Each thread works on one block after the other: a task for each would cost as much as a hundred

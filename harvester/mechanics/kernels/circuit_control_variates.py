@@ -58,7 +58,8 @@ _intensity, _energy = intensity.py_func, energy.py_func  # type: ignore[attr-def
 
 
 def _all_energy(x: Floats, v: Floats, V: Floats, eqs: Equations) -> Floats:
-    return np.asarray(np.abs(_energy(x, v, eqs)) + 0.5 * (eqs.beta or 0.0) * V * V)
+    beta = 0.0 if eqs.beta is None else eqs.beta
+    return np.asarray(np.abs(_energy(x, v, eqs)) + 0.5 * beta * V * V)
 
 
 def circuit_boundary(states: Floats, eqs: Equations) -> Floats:

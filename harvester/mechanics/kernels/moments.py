@@ -88,6 +88,11 @@ class Moments:
             **{name: join(*two) for name, two in pairs.items() if two[0] is not None is not two[1]}
         )
 
+    def row(self, index: int) -> "Moments":
+        """The entries of one scene, of moments of shape (scenes, n)."""
+        one_each = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "controls"}
+        return Moments(**{name: values[index] for name, values in one_each.items()})
+
     def balance(self, eqs: Equations) -> Floats:
         """Power in minus power out, over power in, entry by entry: zero within the errors.
 
@@ -120,12 +125,17 @@ def correlation_time(means: Floats, values: Floats, length: float) -> float:
 
 
 def from_sums(
-    sums: Floats, samples: int, elapsed: float, loss: float, mu: float | None = None
+    sums: Floats,
+    samples: int | Floats,
+    elapsed: float | Floats,
+    loss: float | Floats,
+    mu: float | Floats | None = None,
 ) -> Moments:
     """Moments of each trajectory, from its sums over ``samples`` in the time ``elapsed``.
 
     ``sums`` has the shape (blocks, rows, BATCH), the rows those of `IDEAL_SUMS`; of a resistance,
     whose sums lack the last one, the power is mu V^2.  ``loss`` is the unit of the impacts' losses.
+    All of these are numbers, or have one entry a trajectory, shape (blocks BATCH,).
     """
     s = dict(
         zip(IDEAL_SUMS, np.moveaxis(sums, 1, 0).reshape(sums.shape[1], -1) / samples, strict=False)
@@ -144,7 +154,7 @@ def from_sums(
         impacts=rate * s["impacts"],
         impact_loss=loss * rate * s["impact_loss"],
         driven=rate * s["driven"],
-        load=s.get("load", (mu or 0.0) * v2),
+        load=s.get("load", (0.0 if mu is None else mu) * v2),
     )
 
 

@@ -82,7 +82,9 @@ class Robust(Engine):
         """The seed of paths whose peaks are counted."""
         return int(getattr(self.engine, "seed", 0))
 
-    def run_many(self, scenes: Sequence[AnyScene]) -> list[Estimate | HarvesterError]:
+    def run_many(
+        self, scenes: Sequence[AnyScene], seeds: Sequence[int] | None = None
+    ) -> list[Estimate | HarvesterError]:
         """For each scene the estimate of the device unchanged, with the power of its `DesignOutcome`."""
         if not self.vary:
             self._run_devices([Problem.of(scene).scene for scene in scenes])

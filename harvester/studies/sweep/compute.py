@@ -45,6 +45,7 @@ def compute_table(
     execution: Execution = DEFAULT,
     budget: float | None = None,
     in_place_of: Mapping[str, Sequence[str]] = types.MappingProxyType({}),
+    common_noise: bool = False,
 ) -> SweepTable:
     """Run every engine at every point; write sweep.csv, sweep.nc, sweep.png and provenance.json if there is `out`.
 
@@ -52,7 +53,8 @@ def compute_table(
     same sweep and computes the others, also those that failed.  A point that fails is a row with
     its error.  Whoever computes, the answers are the same, but for their seconds, and for what a
     budget makes of these.  The progress is reported the rows of each engine.  A ``budget`` (s) is
-    that of all rows together; ``in_place_of``: for which formulas an engine stands.
+    that of all rows together; ``in_place_of``: for which formulas an engine stands.  Each point has
+    independent noise, or with ``common_noise`` all have that of the engine's seed.
 
     Raises InputError for a point that no scene can be, before anything is computed, an option that
     no engine takes, a folder that cannot be written, or an earlier sweep that was another one;
@@ -65,7 +67,11 @@ def compute_table(
     points.check(scene)
     vary = {axis.key: list(axis.values) for axis in points.axes}
     about = provenance_with_engines(
-        scene, engines, points="list" if points.listed else "grid", vary=vary
+        scene,
+        engines,
+        points="list" if points.listed else "grid",
+        vary=vary,
+        noise=_noise(engines, common_noise),
     )
     about |= {"in_place_of": in_place_of} if in_place_of else {}
     folder = OutputFolder.of(execution)
@@ -76,7 +82,12 @@ def compute_table(
         sweep = _Sweep(points, engines, about, journal, folder, execution)
         sweep.begin()
         todo = tasks(
-            scene, points, engines, lambda point, engine_index: not journal.has(point, engine_index)
+            scene,
+            points,
+            engines,
+            lambda point, engine_index: not journal.has(point, engine_index),
+            common_noise=common_noise,
+            alone=budget is not None,
         )
         try:
             return sweep.finished(
@@ -109,6 +120,12 @@ def _computed(todo: Iterator[Task], execution: Execution, workers: int) -> Done:
         return by_executor(todo, execution.executor)
     meanwhile: Callable[[], object] | None = None if execution.out is None else _preload_figures
     return in_this_process(todo) if workers == 1 else pool(todo, workers, meanwhile)
+
+
+def _noise(engines: Sequence[Engine], common_noise: bool) -> str:
+    """Which noise the points have, as the provenance states it."""
+    draws = any(not engine.is_formula for engine in engines)
+    return "independent" if draws and not common_noise else "common"
 
 
 def _preload_figures() -> None:

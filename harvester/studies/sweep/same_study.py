@@ -31,13 +31,19 @@ class JournalKind:
 
 
 SWEEP = JournalKind(
-    "sweep", ("scene_digest", "netlist", "points", "vary", "engines"), "to go on from sweep.csv"
+    "sweep",
+    ("scene_digest", "netlist", "points", "vary", "engines", "noise"),
+    "to go on from sweep.csv",
 )
 
 
 def identity(about: Mapping[str, Any], kind: JournalKind = SWEEP) -> dict[str, str]:
     """A hash of each thing in a study's provenance that makes it the same study, and the versions that compute it."""
-    about = {"points": "grid", **about}  # which the files of earlier versions do not say
+    about = {
+        "points": "grid",
+        "noise": "common",
+        **about,
+    }  # which the files of earlier versions do not say
     made_by = about.get("versions")
     known = made_by if isinstance(made_by, dict) else {}
     versions = ", ".join(f"{name} {known[name]}" for name in VERSIONS if name in known)

@@ -26,6 +26,7 @@ def sweep(
     vary: Mapping[str, Values] | Points | Sequence[Axis],
     engines: Sequence[Named] | None = None,
     execution: Execution = DEFAULT,
+    common_noise: bool = False,
 ) -> SweepTable:
     """Run every engine at every value of a scene key, or on the grid of several keys.
 
@@ -44,6 +45,9 @@ def sweep(
     execution
         who computes, how progress is shown, and the folder for sweep.csv, sweep.nc, sweep.png and
         provenance.json; without a folder nothing is left on the disk.
+    common_noise
+        let all points have the same noise, so that differences between points have a smaller error;
+        by default each point has independent noise.
 
     Returns
     -------
@@ -77,7 +81,14 @@ def sweep(
         problem, default_engines(problem) if engines is None else engines
     )
     points = axes if isinstance(axes, Points) else grid(axes)
-    return compute_table(problem.scene, points, engines_of(named), execution, in_place_of=stand_ins)
+    return compute_table(
+        problem.scene,
+        points,
+        engines_of(named),
+        execution,
+        in_place_of=stand_ins,
+        common_noise=common_noise,
+    )
 
 
 def for_circuit(

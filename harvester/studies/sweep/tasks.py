@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from harvester.answers.estimate import Estimate
+from harvester.engines.many_designs import seed_of
 from harvester.engines.protocol import Engine
 from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError, MissingProgramError, SimulationError, named
@@ -36,13 +37,16 @@ class Task:
     points: tuple[int, ...]
     values: tuple[tuple[float, ...], ...]
     tries: int = 0  # how often its worker died
+    # of the noise of each point; None: that of the engine
+    seeds: tuple[int, ...] | None = None
+    continues: bool = False
     # the budget (s) of the sweep that was spent before it could begin
     left_out: float | None = None
 
     @property
     def by_continuation(self) -> bool:
         """Whether its engine goes from point to point."""
-        return not self.engine.is_formula and len(self.points) > 1
+        return self.continues and len(self.points) > 1
 
     def again(self) -> "list[Task]":
         """The tasks that replace this one after its worker died: itself once more, then its points one by one."""
@@ -53,8 +57,13 @@ class Task:
         if len(self.points) == 1:
             return []
         return [
-            dataclasses.replace(self, points=(point,), values=(values,))
-            for point, values in zip(self.points, self.values, strict=True)
+            dataclasses.replace(
+                self,
+                points=(point,),
+                values=(self.values[row],),
+                seeds=None if self.seeds is None else (self.seeds[row],),
+            )
+            for row, point in enumerate(self.points)
         ]
 
     def lost(self) -> list[Answer]:
@@ -70,38 +79,59 @@ SPENT = "left out, as the `budget` of {:.3g} s for the whole sweep was spent bef
 
 
 def tasks(
-    scene: Scene, points: Points, engines: Sequence[Engine], is_missing: Callable[[int, int], bool]
+    scene: Scene,
+    points: Points,
+    engines: Sequence[Engine],
+    is_missing: Callable[[int, int], bool],
+    common_noise: bool = True,
+    alone: bool = False,
 ) -> Iterator[Task]:
     """The tasks of a sweep, made one by one; ``is_missing(point, index)`` says what is not done yet.
 
     A batch is always the same points, also if some of them are done: an answer's last digits
-    depend on the batch.
+    depend on the batch.  Without ``common_noise`` each point has noise of its own; ``alone``:
+    engines that sample compute one point at a time, as each has its share of a budget.
     """
     for begin in range(0, len(points), BATCH):
         batch = range(begin, min(begin + BATCH, len(points)))
-        sizes = [_at_once(engine, scene, points, begin) for engine in engines]
-        for size in (BATCH, CONTINUED, 1):
+        sizes = [_at_once(engine, scene, points, begin, alone) for engine in engines]
+        for size, continues in sorted(set(sizes), reverse=True):
             for numbers in (batch[first : first + size] for first in range(0, len(batch), size)):
-                for index in (
-                    index for index, engine_size in enumerate(sizes) if engine_size == size
-                ):
+                for index in (k for k, how in enumerate(sizes) if how == (size, continues)):
                     if any(is_missing(point, index) for point in numbers):
-                        values = tuple(points.values(point) for point in numbers)
                         yield Task(
-                            scene, engines[index], index, points.keys, tuple(numbers), values
+                            scene,
+                            engines[index],
+                            index,
+                            points.keys,
+                            points=tuple(numbers),
+                            values=tuple(points.values(point) for point in numbers),
+                            seeds=None if common_noise else _seeds(engines[index], numbers),
+                            continues=continues,
                         )
 
 
-def _at_once(engine: Engine, scene: Scene, points: Points, first: int) -> int:
-    """How many points an engine computes in one go, from the first one on."""
+def _seeds(engine: Engine, points: Sequence[int]) -> tuple[int, ...] | None:
+    """The seeds of points, of an engine that draws noise."""
+    seed = None if engine.is_formula else getattr(engine, "seed", None)
+    return None if seed is None else tuple(seed_of(seed, point) for point in points)
+
+
+def _at_once(
+    engine: Engine, scene: Scene, points: Points, first: int, alone: bool
+) -> tuple[int, bool]:
+    """How many points an engine computes in one go from the first on, and if it continues."""
     if engine.is_formula:
-        return BATCH
+        return BATCH, False
     if len(points) == 1:
-        return 1
+        return 1, False
     try:
-        return CONTINUED if engine.continues(Problem(scene.varied(points.varied(first)))) else 1
+        problem = Problem(scene.varied(points.varied(first)))
+        if engine.continues(problem):
+            return CONTINUED, True
+        return 1 if alone else engine.many_at_once(problem), False
     except HarvesterError:  # which its own task will tell
-        return 1
+        return 1, False
 
 
 def compute_alone(task: Task) -> tuple[list[Answer], bool]:
@@ -131,12 +161,11 @@ def compute(task: Task) -> list[Answer]:
         scenes = [
             task.scene.varied(dict(zip(task.keys, values, strict=True))) for values in task.values
         ]
-        if task.engine.is_formula:
-            answers = task.engine.run_many(scenes)
-        elif task.by_continuation:
+        if task.by_continuation:
             answers = task.engine.run_continued(scenes)
         else:
-            answers = [task.engine.run(scenes[0])]
+            named_seeds = {} if task.seeds is None else {"seeds": task.seeds}
+            answers = task.engine.run_many(scenes, **named_seeds)
     except MissingProgramError:
         raise
     except HarvesterError as error:

@@ -16,7 +16,7 @@ from harvester.studies.tolerance import design
 from harvester.studies.tolerance import samples as sampling
 from harvester.studies.tolerance.device_limits import lifetime_of
 from harvester.studies.tolerance.device_limits import limits as read_limits
-from harvester.studies.tolerance.first_order import FIRST_ORDER, engine_with_gradient, linear_law
+from harvester.studies.tolerance.first_order import FIRST_ORDER, first_order_engine, linear_law
 from harvester.studies.tolerance.spreads import spreads
 from harvester.studies.tolerance.study import ToleranceRequest, ToleranceStudy
 from harvester.studies.tolerance.tolerance_result import ToleranceResult
@@ -64,7 +64,7 @@ def tolerance(
         how many devices (default: 10,000), and how many of them the engine computes (default: 512
         by a formula, else 24 for each key and 24 more).  "first-order": the power goes linearly
         with each key, by the gradient of engine `Density`, and each key's ends and two more devices
-        report what that leaves out.
+        report what that leaves out; for a netlist by the slopes of engine `Ideal`, on common noise.
     checks, within
         how many devices are computed again by a dearer engine (default: 8, by ngspice 4; 0: none),
         and to which relative error.
@@ -111,7 +111,7 @@ def tolerance(
     years = lifetime_of(bounds, lifetime, problem)
     if linear:
         _refuse_beside_first_order(checks, lifetime)
-        chosen = engine_with_gradient(engine, within)
+        chosen = first_order_engine(problem, engine, within, seed)
     else:
         chosen = engine_of(sampling.cheapest(problem)(seed=seed) if engine is None else engine)
     _check_served(chosen, problem)

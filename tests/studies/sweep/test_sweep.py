@@ -503,3 +503,21 @@ def test_a_folder_in_the_place_of_a_file(tmp_path, harvester):
     )
     line = "harvester: --out: cannot write sweep.nc over the existing one: Is a directory\n"
     assert harvester(*asked, "--out", str(tmp_path))[::2] == (2, line)
+
+
+def test_points_have_independent_noise_unless_it_is_common():
+    """Two points of one value differ by noise; with common noise they are the same answer."""
+    points = {"nondimensional.mu": [1.0, 1.0 + 1e-9]}
+    table = hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01, restitution=0.9)
+    scene = hv.Scene(nondimensional=table)
+
+    def powers(**options):
+        engines = [hv.Ensemble(within="2%")]
+        return hv.sweep(scene, vary=points, engines=engines, **options).rows
+
+    first, second = (row.mean_power for row in powers())
+    z = (first.value - second.value) / (first.stderr**2 + second.stderr**2) ** 0.5
+    assert 1e-3 < abs(z) < 4.0
+    first, second = (row.mean_power for row in powers(common_noise=True))
+    assert abs(first.value - second.value) < 1e-4 * first.stderr
+    assert [row.mean_power for row in powers()] == [row.mean_power for row in powers()]
