@@ -12,8 +12,8 @@ from harvester.cosimulation.probe_series import means_of_probes
 from harvester.cosimulation.runs import (
     CoupledDevice,
     Start,
+    in_ngspice,
     new_drive,
-    nodes_of,
     run_in_this_process,
 )
 from harvester.cosimulation.worker_pool import map_in_workers
@@ -99,11 +99,14 @@ def same_motion_means(
     noise = three_point_grid(seed, n_steps)
     assert isinstance(circuit, CompiledCircuit), "of a compiled circuit"
     shaking = forcing(device.eqs, device.h, n_steps, np.random.default_rng(child(seed, 1)))
-    reference = circuit.trace(device.eqs, noise, device.h, 1, start[:2], start[4], shaking)
-    drive = new_drive(device, noise, 0.0, shaking, start)
+    (motion, state) = circuit.begun(device.eqs, start)
+    reference = circuit.trace(device.eqs, noise, device.h, 1, motion, state, shaking)
+    modal = start[4][len(state) :]
+    begin = (*start[:4], modal) if modal.size else start
+    drive = new_drive(device, noise, 0.0, shaking, begin)
     drive.kicked[:, 2] = reference.samples[:, 1]
     drive.state["follows"] = 1
-    run_in_this_process(device, drive, deadline, nodes_of(device, start))
+    run_in_this_process(device, drive, deadline, in_ngspice(circuit.voltages(state)))
     first = math.ceil(burn_in / device.h)
     taken = drive.kicked[-1, 4] - drive.kicked[first, 4]
     given = (reference.square[-1] - reference.square[first]) / circuit.resistance

@@ -1,25 +1,35 @@
 """No engine asked for, but an accuracy: the cheapest one that is known to reach it."""
 
 import dataclasses
+import math
+import time
 
 from harvester.answers.estimate import Estimate
 from harvester.engines.averaged import Averaged
+from harvester.engines.compiled import Compiled
 from harvester.engines.density import Density
 from harvester.engines.ensemble import Ensemble
 from harvester.engines.exact import Exact
 from harvester.engines.formula import Formula
 from harvester.engines.options import MonteCarloOptions, number
 from harvester.engines.protocol import AnyScene, Engine, Progress
+from harvester.engines.slow import Slow
 from harvester.engines.spice.spice import Spice
+from harvester.equations.effects import SEVERAL_MODES
 from harvester.equations.problem import Problem
-from harvester.errors import HarvesterError, InputError
+from harvester.errors import HarvesterError, InputError, MissingProgramError, SimulationError
 from harvester.presentation.diagnostic import note
 
+LEAST = 0.1  # of a budget, with less of which no further engine begins
+SHORTEST = 0.1  # s of a budget
 FINER_THAN_SAMPLING = 1e-4  # relative errors at which the density itself is cheaper than any sample
 
 
 class Cheapest(MonteCarloOptions, Engine):
-    """`Exact` if that serves, `Averaged` if its own error allows it, else `Ensemble`; for a netlist `Spice`.
+    """`Exact` if that serves, `Averaged` if its own error allows it, else `Ensemble`.
+
+    For a netlist `Slow` for a chip, `Compiled` if ngspice would have no circuit of ideal elements
+    with it, and `Spice` for others, or if their stated error is too large.
 
     If ``within`` is finer than sampling reaches in reasonable time, `Density` in place of
     `Ensemble`, if it supports.
@@ -57,7 +67,7 @@ class Cheapest(MonteCarloOptions, Engine):
         if within is None:
             raise InputError("`within` must be given where no engine is, but is left out")
         if problem.netlist is not None:
-            return _because(Spice(**vars(self)).run(problem, progress), "netlist", within)
+            return self._of_netlist(problem, within, progress)
         kind = formula(problem)
         try:
             quick = kind(within=within).run(problem)
@@ -73,12 +83,77 @@ class Cheapest(MonteCarloOptions, Engine):
             return _because(quick, "reached", within, stated)
         return _because(self._unaveraged(problem, progress), "beyond", within, stated, kind.NAME)
 
+    def _of_netlist(self, problem: Problem, within: float, progress: Progress | None) -> Estimate:
+        """The answer of the first engine that reaches ``within``, or of the one that comes closest.
+
+        Each has what those before it left of the budget.
+        """
+        end = (
+            math.inf if self.budget is None else time.perf_counter() + (number(self.budget) or 0.0)
+        )
+        answers: list[Estimate] = []
+        for kind in self._for_netlist(problem):
+            left = end - time.perf_counter()
+            if answers and left < LEAST * (number(self.budget) or 0.0):
+                break
+            try:
+                answer = self._as(kind, left).run(problem, progress)
+            except (SimulationError, MissingProgramError):
+                if not answers and kind is Spice:
+                    raise
+                continue
+            if not answers and kind is Spice:
+                return _because(answer, "netlist", within)
+            answers.append(answer)
+            if _stated(answer) <= within:
+                return _because(answer, "reached", within, _stated(answer))
+        closest = min(answers, key=_stated)
+        return _because(closest, "closest", within, _stated(closest))
+
+    def _for_netlist(self, problem: Problem) -> list[type[Slow | Compiled | Spice]]:
+        """The engines for a netlist, the cheapest first; `Spice` knows its error whatever the circuit."""
+        kinds: list[type[Slow | Compiled | Spice]] = []
+        free = (self.trajectories, self.duration, self.dt) == (None, None, None)
+        if free and Slow.refusal(problem) is None:
+            kinds.append(Slow)
+        if stands_alone(problem) and Compiled.refusal(problem) is None:
+            kinds.append(Compiled)
+        return [*kinds, Spice]
+
+    def _as(self, kind: type[Slow | Compiled | Spice], left: float) -> Engine:
+        """An engine with those of the options that it has, and the seconds that are ``left``."""
+        names = {field.name for field in dataclasses.fields(kind)}
+        given = {name: value for name, value in vars(self).items() if name in names}
+        budget = None if math.isinf(left) else max(round(left, 1), SHORTEST)
+        return kind(**{**given, "budget": budget})
+
     def _unaveraged(self, problem: Problem, progress: Progress | None) -> Estimate:
         """The answer of `Density` if sampling takes very long to reach ``within``, else of `Ensemble`."""
         within, budget = number(self.within), number(self.budget)
         if within is not None and within <= FINER_THAN_SAMPLING and not Density.refusal(problem):
             return Density(within=within, budget=budget).run(problem, progress)
         return Ensemble(**vars(self)).run(problem, progress)
+
+
+def stands_alone(problem: Problem) -> bool:
+    """Whether runs of ngspice have no circuit of ideal elements with them, which makes them few.
+
+    Under a steady drive of one mode engine `Spice` finds periodic responses, and seeks others.
+    """
+    from harvester.engines.spice.cheap_model import ideal_elements
+
+    load = problem.circuit
+    assert load is not None, "a netlist is a circuit"
+    if not SEVERAL_MODES.isdisjoint(problem.effects):
+        return True
+    return problem.equations.is_random and ideal_elements(problem, load) is None
+
+
+def _stated(answer: Estimate) -> float:
+    """The relative error of an answer's power; infinite if a part is not known."""
+    power = answer.mean_power
+    known = power.error95 is not None and power.value
+    return power.known_error95 / abs(power.value) if known else math.inf
 
 
 def formula(problem: Problem) -> type[Formula]:

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from harvester.mechanics.ensemble.richardson import RichardsonPair
     from harvester.mechanics.ensemble.trajectories import Trajectories
 
-LONGEST = 1e3  # nondimensional: what runs beside ngspice leave out at most
+NEAR = 0.15  # of a target, below which half of these runs do
 # s, of a response that never comes back, where no accuracy and no budget are given
 LONGEST_SAMPLING = 120.0
 
@@ -76,6 +76,8 @@ class Compiled(Ensemble):
     next_fidelity = "spice"
     MODEL_NOTE = "compiled_circuit"
     SEARCHES = False
+    JUDGED_FIRST = True
+    BEYOND = "compiled_beyond"
     follows_periods = True
     UNKNOWN = COMPILED_CIRCUIT
 
@@ -118,7 +120,6 @@ class Compiled(Ensemble):
         if is_sampled or (self.trajectories, self.duration) != (None, None):
             return super().run(problem, progress), None
         existence(problem)
-        judged = judged and problem.equations.modes is None  # ngspice's search is of one mode
         answer, response = steady_answer(self, self.NAME, problem, near, judged, progress)
         if answer is not None:
             if watches and response is not None:
@@ -156,16 +157,17 @@ class Compiled(Ensemble):
     def model_errors(
         self, problem: Problem, pair: "RichardsonPair", begin: float
     ) -> tuple[dict[str, float], str]:
-        """The largest relative difference from ngspice under noise, if it is measured."""
+        """The largest relative difference from ngspice, if that answers."""
         from harvester.engines.spice.cheap_model import settled_starts
-        from harvester.engines.spice.difference import difference_from_ngspice
+        from harvester.engines.spice.difference import LONGEST, difference_from_ngspice
 
-        eqs, trajectories = problem.equations, pair.trajectories
-        if not eqs.is_random or eqs.modes is not None:
-            return {}, self.MODEL_NOTE
+        trajectories = pair.trajectories
         assert trajectories.circuit is not None, "that of the netlist"
         settling, starts = settled_starts(pair, trajectories.circuit.memory, LONGEST, self.seed)
-        difference = difference_from_ngspice(problem, trajectories.h, starts, settling, self)
+        enough = NEAR * (number(self.within) or 0.0)
+        difference = difference_from_ngspice(
+            problem, trajectories.h, starts, settling, self, enough
+        )
         return difference, "difference_measured" if difference else self.MODEL_NOTE
 
     def looked_into(self, answer: Estimate, problem: Problem, pair: "RichardsonPair") -> Estimate:

@@ -13,7 +13,7 @@ from harvester.engines.spice.steady_response import steps_in_period, to_be_found
 from harvester.equations.bounds import linear_growth
 from harvester.equations.problem import Problem
 from harvester.errors import CircuitError, MissingProgramError, OutOfTimeError
-from harvester.presentation.diagnostic import note, warning
+from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.presentation.messages.unknown_parts import COMPILED_CIRCUIT
 from harvester.uncertainty.richardson import limit
 from harvester.uncertainty.value import Value
@@ -60,8 +60,8 @@ def steady_answer(
     """The answer of a periodic response from rest, or ``near`` that of a drive close by, and where it is; None: none.
 
     With ``judged``, ngspice continues from the response at the longest step to its own, and their
-    difference is the model error; without a budget for `PATIENCE` or `AGAIN` times what the
-    response took.
+    difference is the model error; of several modes its circuit follows that response.  Without a
+    budget it has `PATIENCE`, or `AGAIN` times what the response took.
     """
     from harvester.mechanics.kernels.compiled import compilation
 
@@ -87,7 +87,7 @@ def steady_answer(
     details |= motion_details(problem, periods.value, last)
     diagnostics = [
         note("comes_back", periods=last.turns, from_before=near is not None),
-        note("steady_difference") if periods.differences else warning("compiled_circuit"),
+        _judge(problem) if periods.differences else warning("compiled_circuit"),
         note("others_not_sought") if linear_growth(problem.equations) is None else None,
         None if within is None else missed(within, power),
     ]
@@ -96,6 +96,12 @@ def steady_answer(
     seconds = time.perf_counter() - begin - compiling.seconds
     watts = power.scaled(1.0 / problem.scales.watts)
     return estimate(name, problem, v2, watts, diagnostics, seconds, steps, details), last
+
+
+def _judge(problem: Problem) -> Diagnostic:
+    """The note on how the difference from ngspice was found."""
+    code = "steady_difference" if problem.equations.modes is None else "difference_along"
+    return note(code)
 
 
 def _periods(
@@ -132,7 +138,16 @@ def _periods(
 def _differences(
     options: MonteCarloOptions, problem: Problem, response: "CircuitPeriod", deadline: float
 ) -> dict[str, float]:
-    """How far ngspice's response at the same step is from ``response``; empty if it gives none in time."""
+    """How far ngspice's response at the same step is from ``response``; empty if it gives none in time.
+
+    Of several modes it is that on the motion of ``response``: a response is sought of one.
+    """
+    if problem.equations.modes is not None:
+        from harvester.engines.spice.difference import difference_along
+
+        quantities = {"load": "power", "V2": "square"}
+        differences = difference_along(problem, response, deadline)
+        return {quantities[name]: share for name, share in differences.items()}
     steady = to_be_found(options, problem, RELTOL)
     steady.deadline = deadline
     try:

@@ -9,6 +9,7 @@ import time
 from collections.abc import Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
@@ -18,7 +19,7 @@ from harvester.answers.open_balance import open_balance
 from harvester.engines import sampling
 from harvester.engines.coexisting_responses import may_have_several, steady_responses
 from harvester.engines.driven_motion import driven_motion
-from harvester.engines.moment_existence import existence
+from harvester.engines.moment_existence import MomentExistence, existence
 from harvester.engines.options import MonteCarloOptions, number
 from harvester.engines.protocol import (
     AnyScene,
@@ -104,6 +105,9 @@ class Ensemble(MonteCarloOptions, Engine):
     SEARCHES: ClassVar[bool] = True  # for other responses to a steady drive, from many starts
     MODEL_NOTE: ClassVar[str] = ""  # the code of a warning why an error of the model is not stated
     UNKNOWN: ClassVar[str] = ""  # what that error comes from
+    # whether it is measured before the effort is chosen, which it leaves less for
+    JUDGED_FIRST: ClassVar[bool] = False
+    BEYOND: ClassVar[str] = ""  # the code of a warning that it is larger than what was asked for
 
     @classmethod
     def refusal(cls, problem: Problem) -> Diagnostic | None:
@@ -128,6 +132,37 @@ class Ensemble(MonteCarloOptions, Engine):
     def remark(self, code: str) -> Diagnostic | None:
         """What is stated of the model's error: a warning if it is not known."""
         return (warning if code == self.MODEL_NOTE else note)(code) if code else None
+
+    def _towards(
+        self,
+        problem: Problem,
+        sampler: "EnsembleSampler",
+        exists: MomentExistence,
+        within: float | None,
+    ) -> tuple[tuple[dict[str, float], str], list[Diagnostic | None]]:
+        """Sample for a target, if there is one: `model_errors`, and what is to be said."""
+        setup = sampler.setup
+        name = setup.model.name
+        judge = partial(self.model_errors, problem, sampler.pair, setup.budget_begin)
+        if within is None:
+            return judge(), []
+        known = judge() if self.JUDGED_FIRST else None
+        obstacle = exists.obstacle(within)
+        said: list[Diagnostic | None] = []
+        if obstacle is None:
+            target = Target(within, number(self.budget), setup.budget_begin)
+            if known is not None:
+                target.leave(known[0].get(name, 0.0))
+            obstacle = sampling.refine(sampler, target)
+            said.append(sampler.effort(within))
+        known = known or judge()
+        return known, [*said, obstacle, self._missed(within, known[0].get(name, 0.0))]
+
+    def _missed(self, within: float | None, error: float) -> Diagnostic | None:
+        """A warning if the error of the model is larger than what was asked for."""
+        if within is None or error <= within or not self.BEYOND:
+            return None
+        return warning(self.BEYOND, within=within, error=error)
 
     def pair_diagnostic(self, pair: "RichardsonPair") -> Diagnostic | None:
         """What the trajectories say against their means; None if nothing."""
@@ -187,14 +222,8 @@ class Ensemble(MonteCarloOptions, Engine):
             [exists.warning, accumulation(problem.equations), *setup.diagnostics],
             number(self.within),
         )
-        if within is not None:
-            if (obstacle := exists.obstacle(within)) is None:
-                obstacle = sampling.refine(
-                    sampler, Target(within, number(self.budget), setup.budget_begin)
-                )
-                diagnostics.append(sampler.effort(within))
-            diagnostics.append(obstacle)
-        errors, remark = self.model_errors(problem, sampler.pair, setup.budget_begin)
+        (errors, remark), said = self._towards(problem, sampler, exists, within)
+        diagnostics += said
         between = None if setup.trajectories.hopping is None else note("between_wells")
         diagnostics += [self.remark(remark), between, agreed, self.pair_diagnostic(sampler.pair)]
         if problem.equations.load is None and setup.model.circuit is None:
@@ -291,12 +320,12 @@ class EnsembleSampler:
         if (value.model or 0.0) > target.within * abs(value.value):
             return warning("within_between_wells", within=target.within)
         bias, bias_error = self.pair.relative_bias(self.setup.model.name)
-        factor = best_factor(target.within, abs(bias), bias_error, self.pair.order)
+        factor = best_factor(target.room, abs(bias), bias_error, self.pair.order)
         if factor < 1.0 and self.dt is not None:
             return warning("needs_smaller_step", within=target.within, dt=self.dt)
         if factor != 1.0 and self.dt is None:
             return self._change_step(factor, target, value)
-        if bias_error < sampling.KNOWN * target.within and not self.pair.extrapolates:
+        if bias_error < sampling.KNOWN * target.room and not self.pair.extrapolates:
             self.pair.stop_coarse()
         return self._extend(target, value)
 

@@ -64,6 +64,7 @@ class Ideal(Ensemble):
     needs_netlist = True
     next_fidelity = "spice"
     MODEL_NOTE = "ideal_elements"
+    BEYOND = "elements_beyond"
     UNKNOWN = IDEAL_ELEMENTS
 
     judged: bool = True
@@ -112,18 +113,9 @@ class Ideal(Ensemble):
             *_slow_switching(problem),
             *_low_voltage(problem, answer),
         )
-        diagnostics += self._missed(answer)
         return dataclasses.replace(
             answer, effects=(*answer.effects, "ideal_circuit"), diagnostics=diagnostics
         )
-
-    def _missed(self, answer: Estimate) -> tuple[Diagnostic, ...]:
-        """A warning if the error of the elements is larger than what was asked for."""
-        power = answer.mean_power
-        within = number(self.within)
-        if within is None or not power.model or power.model <= within * abs(power.value):
-            return ()
-        return (warning("elements_beyond", within=within, error=power.model / abs(power.value)),)
 
     def model(self, problem: Problem) -> Model:
         """What is simulated for a problem that the engine supports."""

@@ -15,11 +15,24 @@ GROWTH = 8.0  # times the present effort that one round may add: an early spread
 
 @dataclass
 class Target:
-    """The relative total error to reach (sampling at 95 % plus bias), and the seconds that it may take (None: any)."""
+    """The relative total error to reach (sampling at 95 % plus bias), in some seconds (None: any).
+
+    ``model`` is a part of the mean, an error of the model, which no effort makes smaller.
+    """
 
     within: float
     budget: float | None = None
     begin: float = field(default_factory=time.perf_counter)
+    model: float = 0.0
+
+    @property
+    def room(self) -> float:
+        """The relative error that sampling and bias may have beside the model's."""
+        return self.within - self.model
+
+    def leave(self, model: float) -> None:
+        """Leave room for an error of the model, a part of the mean; none for one beyond it."""
+        self.model = model if model < self.within else 0.0
 
     @property
     def seconds_left(self) -> float:
@@ -28,7 +41,7 @@ class Target:
 
     def reached(self, value: Value) -> bool:
         """Whether the total error is small enough."""
-        return value.known_error95 <= self.within * abs(value.value)
+        return value.known_error95 <= self.room * abs(value.value)
 
     def shortfall(self, value: Value) -> dict[str, float | None]:
         """The numbers of a budget that ended before the target was reached.
@@ -39,9 +52,9 @@ class Target:
         """
         size = abs(value.value)
         spent = time.perf_counter() - self.begin
-        excess = (value.sampling95 / (self.within * size)) ** 2 - 1.0 if size > 0.0 else 0.0
+        excess = (value.sampling95 / (self.room * size)) ** 2 - 1.0 if size > 0.0 else 0.0
         more = spent * max(excess, 0.0)
-        error = value.known_error95 / size if size > 0.0 else None
+        error = value.known_error95 / size + self.model if size > 0.0 else None
         return {
             "within": self.within,
             "budget": self.budget,
@@ -52,7 +65,7 @@ class Target:
 
     def variance(self, value: Value) -> float:
         """The variance of sampling that meets the target beside the bias; 0 if the bias alone is too large."""
-        room = self.within * abs(value.value) - (value.bias or 0.0) - (value.model or 0.0)
+        room = self.room * abs(value.value) - (value.bias or 0.0) - (value.model or 0.0)
         return (max(room, 0.0) / value.quantile) ** 2
 
 

@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,8 +10,9 @@ import pytest
 import harvester as hv
 from harvester.circuits.compiled_circuit import compiled_circuit
 from harvester.cosimulation.runs import CoupledDevice
+from harvester.engines.cheapest import stands_alone
 from harvester.engines.spice.cheap_model import settled_starts
-from harvester.engines.spice.difference import difference_from_ngspice
+from harvester.engines.spice.difference import difference_come, difference_from_ngspice
 from harvester.equations.problem import Problem
 from harvester.mechanics.ensemble.richardson import RichardsonPair
 from harvester.mechanics.ensemble.trajectories import Trajectories
@@ -96,3 +98,78 @@ def test_what_it_cannot_serve_is_said_with_the_element(tmp_path):
     with pytest.raises(hv.CannotServeError, match="element t1 is an element of a kind") as error:
         hv.Compiled().run(scene)
     assert "use engine 'spice'" in str(error.value)
+
+
+@pytest.mark.ngspice
+@pytest.mark.parametrize("effect", ["ball", "mode", "parametric"])
+def test_every_mechanics_is_judged_by_ngspice(tmp_path, effect):
+    """The difference is part of the error, which meets the target, also of a ball or two modes."""
+    scene = on_plate(tmp_path, BRIDGE.format("1N4148") + STORE)
+    ball = hv.Ball(mass=2e-3, room=1e-3, restitution=0.8)
+    second = hv.Mode(
+        frequency=20.0, mass=60e-3, damping_ratio=0.01, coupling=-1e-3, base=-0.4, at_stop=1.0
+    )
+    stop = hv.Stop(restitution=0.9, gap=-5e-5)
+    noise = dataclasses.replace(scene.excitation, stiffness_noise=1e-3)
+    further = {
+        "ball": {"ball": ball},
+        "mode": {"mode": (second,)},
+        "parametric": {"excitation": noise, "stop": stop},
+    }[effect]
+    power = hv.Compiled(within="4%", seed=1).run(dataclasses.replace(scene, **further)).mean_power
+    assert 0.0 < power.model < 5e-3 * power.value
+    assert power.error95 <= 0.04 * power.value
+
+
+@pytest.mark.ngspice
+def test_a_response_of_two_modes_is_judged_by_ngspice(tmp_path):
+    """The periodic response of two modes has the difference from ngspice in its error."""
+    scene = on_plate(tmp_path, BRIDGE.format("1N4148") + STORE)
+    drive = hv.Excitation(frequency=3.2, acceleration_amplitude=0.1)
+    second = hv.Mode(frequency=20.0, mass=60e-3, damping_ratio=0.01, coupling=-1e-3, base=-0.4)
+    scene = dataclasses.replace(scene, excitation=drive, mode=(second,))
+    ours = hv.Compiled().run(scene).mean_power
+    assert 0.0 < ours.model < 2e-3 * ours.value
+    assert ours.error95 < 3e-3 * ours.value
+
+
+def test_a_difference_that_has_not_come_yet_is_counted_whole():
+    """Of a store that charges for longer than the runs go on, a part of the difference is seen."""
+    slow, quick = (SimpleNamespace(memory=memory) for memory in (1000.0, 20.0))
+    assert difference_come(68.0, slow) == pytest.approx(1.0 - math.exp(-0.1))
+    assert difference_come(300.0, quick) > 0.999
+
+
+@pytest.mark.ngspice
+def test_a_target_leaves_room_for_the_difference(tmp_path, monkeypatch):
+    """A difference of half of the target takes four times the sampling; one beyond it is told."""
+    scene = on_plate(tmp_path, BRIDGE.format("1N4148") + STORE)
+    answers = []
+    for difference in (0.005, 0.03):
+        monkeypatch.setattr(
+            "harvester.engines.spice.difference.difference_from_ngspice",
+            lambda *_, difference=difference: {"V2": difference, "load": difference},
+        )
+        answers.append(hv.Compiled(within="1%", seed=1).run(scene))
+    within, beyond = answers
+    assert within.mean_power.error95 <= 0.01 * within.mean_power.value
+    assert beyond.mean_power.known_error95 > 0.03 * beyond.mean_power.value
+    assert any("the difference from ngspice is 3 %" in str(warning) for warning in beyond.warnings)
+    assert not any("was not reached" in str(warning) for warning in within.warnings)
+
+
+@pytest.mark.ngspice
+def test_a_ball_takes_the_compiled_circuit_in_place_of_ngspice_alone(tmp_path):
+    """Without ideal elements ngspice needs minutes; the answer states the difference from it."""
+    scene = on_plate(tmp_path, BRIDGE.format("1N4148") + STORE)
+    scene = dataclasses.replace(scene, ball=hv.Ball(mass=2e-3, room=1e-3, restitution=0.8))
+    answer = hv.run(scene, within="4%")
+    assert answer.engine == "compiled" and "its stated error" in str(answer.diagnostics[0])
+    assert answer.mean_power.error95 <= 0.04 * answer.mean_power.value
+
+
+@pytest.mark.ngspice
+def test_a_circuit_of_ideal_elements_is_still_that_of_ngspice(tmp_path):
+    scene = on_plate(tmp_path, BRIDGE.format("1N4148") + STORE)
+    assert not stands_alone(Problem(scene))
+    assert stands_alone(Problem(dataclasses.replace(scene, stop=hv.Stop(restitution=0.9))))

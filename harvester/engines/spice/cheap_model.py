@@ -47,7 +47,7 @@ def cheap_circuit(
     assert load is not None, "the engine refuses an open circuit"
     if charging > LONGEST_CHARGING or eqs.mu is not None:
         return None, None, False
-    ideal = _ideal_elements(problem, load)
+    ideal = ideal_elements(problem, load)
     if charging > LONGEST_COMPILED or not _bears_compiled(eqs):
         return ideal, ideal, False
     short = (
@@ -65,7 +65,7 @@ def cheap_circuit(
     return compiled, ideal or compiled, short
 
 
-def _ideal_elements(problem: Problem, load: "LoadCircuit") -> "IdealCircuit | None":
+def ideal_elements(problem: Problem, load: "LoadCircuit") -> "IdealCircuit | None":
     """The circuit of ideal elements: of the package's netlists, and of a user's bridge while paths stay together."""
     from harvester.circuits.idealised import ideal_circuit
     from harvester.storage.rectifier_cut import plain_bridge

@@ -1,25 +1,35 @@
 """What a compiled circuit differs by from ngspice, on the same motion."""
 
+import dataclasses
 import math
 import time
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from harvester.engines.options import MonteCarloOptions, number
 from harvester.equations.problem import Problem
 from harvester.errors import CircuitError, MissingProgramError, OutOfTimeError
-from harvester.uncertainty.paired_difference import difference95, half_if_enough, share95
+from harvester.uncertainty.paired_difference import difference95, share95
 
 if TYPE_CHECKING:
-    from harvester.cosimulation.runs import Start
+    from harvester.circuits.circuit_period import CircuitPeriod
+    from harvester.circuits.compiled_circuit import CompiledCircuit
+    from harvester.cosimulation.runs import CoupledDevice, Start
 
-# how many, and the nondimensional time that each averages over
+# how many, how many tell a difference, and the nondimensional time that each averages over
 RUNS = 8
+FEWEST = 3
 AVERAGED = 64.0
+# nondimensional: what they leave out at most, and time constants of the store, if these are shorter
+LONGEST = 300.0
+MEMORIES = 2.0
 SHARE = 0.25  # of a budget, that these runs may take
 RELTOL = 1e-5  # of ngspice, which is the judge here
+# What is tried in turn if ngspice does not converge: its tolerance, and a capacitance from each
+# node to ground, of the piezo's.
+TRIED = (RELTOL, 0.0), (RELTOL, 1e-5), (RELTOL, 1e-4), (1e-4, 0.0)
 
 
 def difference_from_ngspice(
@@ -35,46 +45,122 @@ def difference_from_ngspice(
     Runs begin in states of the circuit's own trajectories of the step ``h``, and ``settling`` is
     left out of each. Both move as the compiled circuit lets the mass move, so that they stay
     together near a stop; how the mass answers to the difference is left out, which is of the size
-    of the coupling times it.  Half of the runs do if they show that the load's power differs by
-    less than ``enough``.  Empty if ngspice is missing, gives no answer, or has not ended in `SHARE`
-    of the budget.
-    """
-    from harvester.circuits.compiled_circuit import compiled_circuit
-    from harvester.cosimulation.runs import CoupledDevice
-    from harvester.cosimulation.same_motion import same_motion_means
-    from harvester.cosimulation.worker_pool import map_in_workers
+    of the coupling times it.  A store that charges for longer than the runs go on has come to a
+    part of its difference, 1 - exp(-t/(R C)), by which the difference is divided.
 
-    assert problem.circuit is not None, "a compiled circuit is that of a netlist"
-    circuit = compiled_circuit(problem.circuit, problem.scales)
+    Half of the runs do if they show that the load's power differs by less than ``enough``, and
+    those that have ended in `SHARE` of the budget.  Empty if ngspice is missing or gives no answer, or if
+    these are fewer than `FEWEST`.
+    """
+    circuit, device = _beside(problem, h)
     budget = number(options.budget)
-    device = CoupledDevice(
-        problem.equations, problem.scales, problem.circuit, h, 1, reltol=RELTOL, ideal=circuit
-    )
     n_steps = math.ceil((settling + AVERAGED) / h)
     seeds = np.random.SeedSequence([options.seed, 5]).spawn(RUNS)
     deadline = math.inf if budget is None else time.monotonic() + SHARE * budget
     jobs = [
-        (device, seed, n_steps, settling, deadline, start)
+        (seed, n_steps, settling, deadline, start)
         for seed, start in zip(seeds, starts, strict=False)
     ]
+    come = difference_come(settling, circuit)
+    done = list[dict[str, tuple[float, float]]]()
+    differences = dict[str, float]()
+    for half in (jobs[: RUNS // 2], jobs[RUNS // 2 :]):
+        try:
+            more = _means(device, half)
+        except (CircuitError, MissingProgramError):
+            return {}
+        done += more
+        if len(done) < FEWEST:
+            return {}
+        differences = {name: _largest(done, name) / come for name in done[0]}
+        if differences["load"] < enough or len(more) < len(half):
+            break
+    return {name: share for name, share in differences.items() if math.isfinite(share)}
 
-    def in_workers(some: Sequence[tuple[Any, ...]]) -> list[dict[str, tuple[float, float]]]:
-        return list(map_in_workers(same_motion_means, some))
 
+def difference_along(
+    problem: Problem, response: "CircuitPeriod", deadline: float
+) -> dict[str, float]:
+    """The same of a periodic response, whose motion ngspice's circuit follows for some periods.
+
+    They are whole ones, after `MEMORIES` of the store, or `LONGEST`.  Empty as of
+    `difference_from_ngspice`, or at the ``deadline`` of `time.monotonic`.
+    """
+    h = response.path.h
+    circuit, device = _beside(problem, h)
+    turn = response.turns * (problem.equations.shaking_period or 1.0)
+    memory = min(MEMORIES * circuit.memory, LONGEST)
+    settling, averaged = (turn * math.ceil(time / turn) for time in (memory, AVERAGED))
+    y = response.coordinates
+    n = len(y) // 2
+    start = (
+        float(y[0]),
+        float(y[n]),
+        float(response.path.samples[-1, 1]),
+        0.0,
+        np.concatenate([response.state, y[1:n], y[n + 1 :]]),
+    )
+    seed = np.random.SeedSequence(0)  # of no noise
+    n_steps = round((settling + averaged) / h)
     try:
-        return half_if_enough(
-            jobs, in_workers, _shares, lambda shares: shares.get("load", 1.0) < enough
-        )
-    except (CircuitError, MissingProgramError, OutOfTimeError):
+        means = _means(device, [(seed, n_steps, settling, deadline, start)])
+    except (CircuitError, MissingProgramError):
         return {}
+    come = difference_come(settling, circuit)
+    return {
+        name: abs(high - low) / low / come
+        for run in means
+        for name, (high, low) in run.items()
+        if low > 0.0
+    }
 
 
-def _shares(runs: list[dict[str, tuple[float, float]]]) -> dict[str, float]:
-    """The largest relative differences of means above 0, at 95 %."""
-    shares = dict[str, float]()
-    for name in runs[0]:
-        high, low = np.array([means[name] for means in runs]).T
-        size = float(low.mean())
-        if size > 0.0:
-            shares[name] = share95(difference95(high, low), size)
-    return shares
+def _beside(problem: Problem, h: float) -> "tuple[CompiledCircuit, CoupledDevice]":
+    """The compiled circuit of a netlist, and the device in ngspice that follows it."""
+    from harvester.circuits.compiled_circuit import compiled_circuit
+    from harvester.cosimulation.runs import CoupledDevice
+
+    assert problem.circuit is not None, "a compiled circuit is that of a netlist"
+    circuit = compiled_circuit(problem.circuit, problem.scales)
+    device = CoupledDevice(
+        problem.equations, problem.scales, problem.circuit, h, 1, reltol=RELTOL, ideal=circuit
+    )
+    return circuit, device
+
+
+def difference_come(settling: float, circuit: "CompiledCircuit") -> float:
+    """The part of its difference that a store has come to amid the averages after ``settling``."""
+    return -math.expm1(-(settling + 0.5 * AVERAGED) / circuit.memory)
+
+
+def _largest(done: Sequence[dict[str, tuple[float, float]]], name: str) -> float:
+    """The relative difference of a moment, the largest at 95 %; infinite of one that is zero."""
+    high, low = np.array([means[name] for means in done]).T
+    size = float(low.mean())
+    return share95(difference95(high, low), size) if size > 0.0 else math.inf
+
+
+def _means(
+    device: "CoupledDevice", jobs: Sequence[tuple[object, ...]]
+) -> list[dict[str, tuple[float, float]]]:
+    """The means of each run that ends in time, by the first of `TRIED` that ngspice converges with.
+
+    Raises CircuitError if it converges with none.
+    """
+    from harvester.cosimulation.same_motion import same_motion_means
+    from harvester.cosimulation.worker_pool import map_in_workers
+
+    done = list[dict[str, tuple[float, float]]]()
+    for reltol, shunt in TRIED:
+        tried = dataclasses.replace(device, reltol=reltol, shunt=shunt)
+        left = [(tried, *job) for job in jobs[len(done) :]]
+        try:
+            done.extend(map_in_workers(same_motion_means, left))
+        except OutOfTimeError:
+            break
+        except CircuitError:
+            if (reltol, shunt) == TRIED[-1]:
+                raise
+        else:
+            break
+    return done

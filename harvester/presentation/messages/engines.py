@@ -59,6 +59,7 @@ def _cheapest(
     stated = "" if error is None else in_percent(error)
     reason = {
         "netlist": "the load is a netlist, and the model error of 'ideal' is known only after its run",
+        "closest": f"none reaches {in_percent(within)}, and its error is the smallest",
         "refused": f"'averaged' gives no answer: {refused}",
         "reached": f"its stated error, {stated}, is within {in_percent(within)}",
         "beyond": f"{formula!r} states an error of {stated}, more than {in_percent(within)}",
@@ -256,9 +257,12 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "it a series resistance or a capacitance, or use engine 'spice'",
     "compiled_circuit": "the difference from ngspice is not measured: compare with 'spice'",
     "difference_measured": "model error: largest difference (95 %) from runs of ngspice on the same motion",
+    "difference_along": "model error: difference from ngspice's circuit on the response's motion",
     "steady_difference": "model error: distance from ngspice's own response at the same step",
     "ideal_difference": "model error: largest difference (95 %) between ideal and compiled circuit on the same noise, "
     "plus 0.5 % for the compiled circuit",
+    "compiled_beyond": "`within` {within!p} was not reached: the difference from ngspice is "
+    "{error!p}; use engine 'spice'",
     "elements_beyond": "`within` {within!p} was not reached: the error of ideal diodes and switches is {error!p}; use "
     "engine 'compiled' or 'spice'",
     "ideal_elements": "the error of ideal diodes and switches is not measured: compare with 'spice'",
