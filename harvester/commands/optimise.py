@@ -118,7 +118,7 @@ def optimise(
 
 
 def _objective_of(options: dict[str, Any]) -> dict[str, Any]:
-    """What is varied and what is good, taken out of the options; with --over, --vary is what --spread is now."""
+    """The varied keys and the objective, from the options; with --over, --vary means the present --spread."""
     vary, over, spread = (options.pop(name) for name in ("vary", "over", "spread"))
     if over:
         circuits = tuple(

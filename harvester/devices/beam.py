@@ -237,5 +237,5 @@ def check_alone(known: dict[str, str]) -> None:
     ):
         if name in known:
             raise InputError(
-                f"`{name}` must be left out where the geometry gives it, but both are given"
+                f"`{name}` must be left out if the geometry gives it, but both are given"
             )

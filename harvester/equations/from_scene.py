@@ -113,7 +113,7 @@ def _from_device(scene: Scene, s: Scales) -> Equations:
 
 
 def _given(scene: Scene, key: str) -> float | None:
-    """What a scene has for a key; None if it, or its table, is absent."""
+    """The value of a scene's key; None if it, or its table, is absent."""
     table, _, name = key.partition(".")
     value: float | None = getattr(getattr(scene, table), name, None)
     return value

@@ -64,7 +64,7 @@ class Execution:
             raise invalid("`workers`", f"be between 1 and {MOST_WORKERS}", self.workers)
         if self.workers is not None and self.executor is not None:
             raise InputError(
-                "`workers` must be left out where an `executor` is given, but both are given"
+                "`workers` must be left out if an `executor` is given, but both are given"
             )
         files.check_vector(self.formats, "formats")
         for name in ("resume", "formats"):

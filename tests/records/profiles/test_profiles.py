@@ -173,7 +173,7 @@ def test_by_the_ensemble():
         ),
         (
             {"profile": "walking", "acceleration_file": "a.csv"},
-            "must be left out where profile is given",
+            "must be left out if profile is given",
         ),
         (
             {**SHOCK, "acceleration_amplitude": 0.0},
