@@ -97,7 +97,7 @@ def examine_netlist(file: str) -> Iterator[str]:
         yield f"{'served ' if not why else 'NOT    '}  {name}{f'  {why}' if why else ''}"
     check_parts(parts.values())
     check_size(parts.values())
-    yield f"engine 'compiled' takes {served} of {len(parts)} elements; engine 'spice' takes all"
+    yield f"engine 'compiled' supports {served} of {len(parts)} elements; engine 'spice' supports all"
 
 
 def _ngspice() -> Iterator[Requirement]:

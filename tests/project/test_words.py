@@ -19,7 +19,7 @@ BOUNDS = {
     "where": (19, 184, 0),  # "if" for a condition; "where" for a place stays
     "beside": (0, 41, 0),
     "is no": (0, 35, 0),
-    "light verbs": (7, 476, 0),
+    "light verbs": (7, 475, 0),
     "of-chains": (14, 58, 4),
     "numbers": (0, 16, 0),
 }
