@@ -5,7 +5,7 @@
     print(hv.Averaged().run(scene))
     print(hv.Ensemble(within="1%").run(scene))
 
-The public names stand in ``__init__.pyi``, once each; what a name needs is loaded when the name is
+The public names are in ``__init__.pyi``, once each; what a name needs is loaded when the name is
 first used.
 """
 

@@ -40,12 +40,12 @@ from harvester.machine.limits import check_limits, check_streams
 
 HELP = """How much power a vibro-impact piezoelectric harvester gives, at which load, and how sure that is.
 
-A scene file says what the device is; engines compute it, from formulas in milliseconds to ngspice in lock-step with
+A scene file describes the device; engines compute it, from formulas in milliseconds to ngspice in lock-step with
 the mass.
 
 \b
 A first session (harvester tour runs one):
-  harvester new mine.toml                                  your device, from questions; what its numbers mean
+  harvester new mine.toml                                  your device, from questions; explains its numbers
   harvester run mine.toml --within 1%                      its mean power, with the error
   harvester sweep mine.toml --vary load.resistance=1k:10M:25 --out sweep          against the load, with a plot
   harvester optimise mine.toml --vary load.resistance=1k:10M                      the best load
@@ -65,7 +65,7 @@ A first session (harvester tour runs one):
     ],
     context_settings=SETTINGS,
     epilog="""\b
-Exit status: 0 done; 2 bad input, one line on stderr says what must be what; 3 a named simulation error;
+Exit status: 0 done; 2 bad input, explained in one line on stderr; 3 a named simulation error;
 130 interrupted.  Colours and progress are for terminals; NO_COLOR=1: no colours.
 A scene file's keys, with units and examples: harvester keys.  A command's options: harvester COMMAND --help.
 "The paper" is: Stochastic Dynamics of Nonlinear Piezoelectric Vibration Energy Harvesting System with Inelastic
@@ -118,7 +118,7 @@ _FILL |= {"varied": "such as --vary piezo.capacitance=10%"}
 
 
 def _hint(error: click.ClickException) -> str:
-    """What to type, if click only states what is wrong."""
+    """The usage to type, if click only states the fault."""
     if not isinstance(error, click.UsageError) or isinstance(error, ConstraintViolated):
         return ""
     if getattr(error, "possibilities", None):  # click's own "Did you mean"
@@ -133,6 +133,6 @@ def _hint(error: click.ClickException) -> str:
 
 
 def _say(text: str, status: int) -> int:
-    """Print an error and return the exit status that goes with it."""
+    """Print an error and return the exit status of its kind."""
     complain(text)
     return status

@@ -25,7 +25,7 @@ class HarvesterError(Exception):
 
 
 class InputError(HarvesterError, ValueError):
-    """What the user gave cannot be used: one line with the argument, what it must be, what it was.
+    """The user's input cannot be used: one line with the argument, the requirement, and the given value.
 
     It is a ValueError as well, so that code which knows nothing of this package catches it.
 
@@ -39,7 +39,7 @@ class InputError(HarvesterError, ValueError):
 
 
 class UnknownArgumentError(InputError, TypeError):
-    """A function was called with a keyword that it does not take; it is a TypeError, as Python's own answer would be.
+    """A function was called with a keyword that it does not accept; it is a TypeError, as Python's own answer would be.
 
     >>> import harvester as hv
     >>> hv.sweep("scene.toml", vari={"load.resistance": [1e3]})
@@ -99,7 +99,7 @@ class InfiniteMeanError(UnboundedResponseError):
 class CircuitError(SimulationError):
     """The circuit was refused by ngspice, or did not converge.
 
-    ``so_far`` has what is known until then: the mean power of Rload (W), the mean square of the
+    ``so_far`` has the results until then: the mean power of Rload (W), the mean square of the
     terminals' voltage (V^2), and the seconds that these means cover; None if they had not begun.
     """
 
@@ -118,7 +118,7 @@ NO_THREAD = ("can't start new thread",)  # what Python's RuntimeError says then
 
 
 def named(error: Exception) -> HarvesterError:
-    """The named error of one that nobody foresaw: of memory, of the system, or a defect of this package."""
+    """The named error for an unforeseen one: of memory, of the system, or a defect of this package."""
     if isinstance(error, HarvesterError):
         return error
     if isinstance(error, MemoryError):
@@ -135,12 +135,12 @@ def named(error: Exception) -> HarvesterError:
         return SimulationError(f"the system refused: {error}")
     what = f"{type(error).__name__}: {error}"
     return SimulationError(
-        f"internal error, please report it: {what} (HARVESTER_TRACEBACK=1 shows where)"
+        f"internal error, please report it: {what} (HARVESTER_TRACEBACK=1 shows the place)"
     )
 
 
 def answer_or_error(function: Callable[[Of], Answer], of: Of) -> "Answer | HarvesterError":
-    """What a function of one of many scenes gives, or the named error that it raises; no program is missing for one."""
+    """The result of a function for one of many scenes, or its named error; a missing program is raised."""
     try:
         return function(of)
     except MissingProgramError:
@@ -181,7 +181,7 @@ def refused(argument: str, error: ValueError, was: object) -> InputError:
 
 
 def reading(argument: str, reader: Callable[[Of], Answer], value: Of) -> Answer:
-    """What a reader makes of a value; of its ValueError ("must ...") an `InputError` that names the argument."""
+    """The value as a reader returns it; its ValueError ("must ...") becomes an `InputError` that names the argument."""
     try:
         return reader(value)
     except ValueError as error:

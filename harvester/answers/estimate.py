@@ -1,7 +1,7 @@
 """An engine's answer: values with their errors, its cost, and warnings.
 
-Some answers hold more: what each probe of the circuit says, and the responses that one steady drive
-may have, if the mass is not linear.
+Some answers hold more: the value of each probe of the circuit, and the responses that one steady
+drive may have, if the mass is not linear.
 """
 
 from dataclasses import field, replace
@@ -61,7 +61,7 @@ UNSETTLED = ("burn_in_stopped", "mean_while_settling", "ngspice_left_out")
 
 
 class Estimate(Result):
-    """What an engine found for a scene: mean square voltage and mean power with their errors.
+    """An engine's answer for a scene: mean square voltage and mean power with their errors.
 
     Attributes
     ----------
@@ -70,7 +70,7 @@ class Estimate(Result):
     physical
         whether its numbers are in SI units, rather than nondimensional.
     mean_power
-        a `Value`: the mean over time of what the load takes (W; nondimensional scene: without a
+        a `Value`: the mean load power over time (W; nondimensional scene: without a
         unit).
     mean_square_voltage
         a `Value`: the mean over time of the square of the piezo's voltage (V^2).
@@ -90,11 +90,11 @@ class Estimate(Result):
     probes
         other quantities of the circuit that were asked for, by name: mean, rms, least and largest.
     responses
-        to the same steady drive, from other starts: what a search for several responses found.
+        to the same steady drive, from other starts, found by a search for several responses.
     events
         the shocks or steps, if the excitation is made of such; else None.
     bound
-        the most that any device of this mass could take of the excitation (W), and why; None if no
+        the upper bound for any device of this mass (W), and its reason; None if no
         bound applies.
 
     Examples
@@ -153,7 +153,7 @@ class Estimate(Result):
 
     @property
     def energy_per_event(self) -> Value | None:
-        """The mean energy that the load takes of one shock or step, E[P] over their rate; None without events."""
+        """The mean energy that the load receives from one shock or step, E[P] over their rate; None without events."""
         if self.events is None:
             return None
         energy = self.mean_power.scaled(1.0 / self.events.rate, self.unit_names.energy)
@@ -168,7 +168,7 @@ class Estimate(Result):
 
     @property
     def share_of_possible(self) -> float | None:
-        """The mean power over the most that any device of this mass could take; None if no bound is known."""
+        """The mean power over the upper bound for any device of this mass; None if no bound is known."""
         return None if self.bound is None else self.mean_power.value / self.bound.value
 
     @property

@@ -80,7 +80,7 @@ def where_the_mass_is(
     log_mass: Callable[[Floats], Floats],
     kept: tuple[float, float],
 ) -> tuple[Floats, Floats, Any]:
-    """Zoom in, from two ``ends`` of shape (scenes,), to where a law is above e^-``kept`` of its peak on either side.
+    """Zoom in, from two ``ends`` of shape (scenes,), to the points with a law above e^-``kept`` of its peak.
 
     ``log_mass`` is the law's logarithm on a grid of shape (scenes, n), for each n of ``counts``.  Each end is one point
     further out; the third array names which scenes have no upper end.

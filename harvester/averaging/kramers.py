@@ -6,7 +6,7 @@ The mass in a well of the depth U, under the damping g and white noise 2 N, has 
     k = A K w/(2 pi) exp(-U/T),   K = (sqrt(g^2/4 + wb^2) - g/2)/wb
 
 with the frequencies w of the well's bottom and wb of the barrier's top.  K is Kramers' factor of
-strong damping; for weak damping it is the energy that a turn at the barrier's height takes, g S,
+strong damping; for weak damping it is the energy lost in a cycle at the barrier's height, g S,
 over T, that decides:
 
     A(d) = exp[1/pi integral_0^inf ln(1 - exp(-d (z^2 + 1/4)))/(z^2 + 1/4) dz],   d = g S/T,   S = contour of x' dx

@@ -26,7 +26,7 @@ GAMMA = 1.0 - np.sqrt(0.5)
 LEVELS = 18  # lengths of steps, from h to h/2^17
 # level of the steps in which an impact is averaged: a rectifier sees the voltage at contact
 IMPACT = 6
-GIVEN_UP = 1 << (LEVELS - 5)  # shortest steps that are left out where one does not converge
+GIVEN_UP = 1 << (LEVELS - 5)  # shortest steps that are left out if one does not converge
 FADING = 2e-4  # of a charge's size, a step
 # quantities that are told beside the charges: voltages of the piezo, the store and the load
 N_VOLTAGES = 3

@@ -1,1 +1,1 @@
-"""The commands, thin over the library: what is read, what is called, what is printed."""
+"""The commands, a thin layer over the library: input, call, output."""

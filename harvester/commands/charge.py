@@ -33,7 +33,7 @@ from harvester.commands.study import Output, output_options, study_command
     ),
     cloup.option(
         "--duration",
-        help="Simulated time of a run, such as 60s; also reports what happens after the target is reached.  "
+        help="Simulated time of a run, such as 60s; also reports the behaviour after the target is reached.  "
         "Default: until all runs have reached it, at most five R C.",
     ),
     cloup.option(

@@ -1,7 +1,7 @@
-"""What the shell offers after the tab key: scene files, engines, keys of a scene.
+"""The completions that the shell offers after the tab key: scene files, engines, keys of a scene.
 
-Each function has the form that click asks for: context, parameter and the word so far, to the words
-that continue from it.
+Each function has the form that click asks for: context, parameter and the incomplete word, to the
+words that continue from it.
 """
 
 import click
@@ -16,7 +16,7 @@ def scene_files(context: click.Context, parameter: click.Parameter, incomplete: 
 
 
 def engines(context: click.Context, parameter: click.Parameter, incomplete: str) -> Items:
-    """The engines by name, with what each computes."""
+    """The engines by name, with the result of each."""
     from harvester.engines.selection import ENGINES
 
     return _starting(
@@ -26,7 +26,7 @@ def engines(context: click.Context, parameter: click.Parameter, incomplete: str)
 
 
 def scene_keys(context: click.Context, parameter: click.Parameter, incomplete: str) -> Items:
-    """The keys of scene files, with what each means; after the = there is nothing to offer."""
+    """The keys of scene files, with their meanings; after the = there is nothing to offer."""
     from harvester.scene.keys import keys
 
     return _starting(incomplete, {f"{key.table}.{key.name}": key.meaning for key in keys()})

@@ -44,7 +44,7 @@ def doctor(file: str | None, as_json: bool) -> None:
 
 @dataclass(frozen=True)
 class Requirement:
-    """A thing that the package uses: what was ``found`` ('' for nothing), ``how`` to get it, and whether it must be."""
+    """A requirement: the version ``found`` ('' for nothing), ``how`` to get it, and whether it must be."""
 
     name: str
     found: str
@@ -57,7 +57,7 @@ class Requirement:
 
 
 def examine() -> Iterator[Requirement]:
-    """Everything that the package uses, then what only some commands use."""
+    """Everything that the package uses, then the parts that only some commands use."""
     from harvester.machine import provenance
     from harvester.netlists.load_circuit import netlist_folder
 
@@ -97,7 +97,7 @@ def examine_netlist(file: str) -> Iterator[str]:
         yield f"{'served ' if not why else 'NOT    '}  {name}{f'  {why}' if why else ''}"
     check_parts(parts.values())
     check_size(parts.values())
-    yield f"engine 'compiled' takes {served} of {len(parts)} elements; engine 'spice' takes all"
+    yield f"engine 'compiled' supports {served} of {len(parts)} elements; engine 'spice' supports all"
 
 
 def _ngspice() -> Iterator[Requirement]:
@@ -124,7 +124,7 @@ def _ngspice() -> Iterator[Requirement]:
 
 
 def _trial(version: str, why: str) -> Requirement:
-    """Whether an ngspice does what the lock-step needs, and whether its version is a known one."""
+    """Whether an ngspice has the functions that the lock-step needs, and whether its version is a known one."""
     from harvester.cosimulation.ngspice.trial import COMPARED, TESTED
 
     good, others = (", ".join(map(str, some)) for some in (TESTED, COMPARED))

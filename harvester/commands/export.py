@@ -28,5 +28,5 @@ def export(path: str, out: str, name: str | None, duration: str | None, seed: in
     from harvester.scene.toml import load
 
     subcircuit = write(load(path), out, name, duration, seed)
-    click.echo(f"subcircuit {subcircuit}: the first lines of the file say how it is used")
+    click.echo(f"subcircuit {subcircuit}: the first lines of the file explain its use")
     click.echo(f"written: {out}")

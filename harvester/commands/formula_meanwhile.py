@@ -19,7 +19,7 @@ PATIENCE = 1.0  # seconds that a person waits without asking what happens
 
 @contextlib.contextmanager
 def formula_meanwhile(scene: "Scene", engine: "Engine") -> Iterator[None]:
-    """Show on a terminal what a formula says of a scene, if the engine takes more than `PATIENCE`."""
+    """Show on a terminal the answer of a formula for a scene, if the engine needs more than `PATIENCE`."""
     if engine.is_formula or not sys.stderr.isatty():
         yield
         return

@@ -51,9 +51,9 @@ def geometry_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def take(values: dict[str, Any]) -> Any:
-    """Take the beam, and how many modes, out of the values of a command; None if none of its options is given.
+    """Extract the beam, and how many modes, out of the values of a command; None if none of its options is given.
 
-    Raises InputError for options that do not go together, are missing, or are no lengths and
+    Raises InputError for options that contradict each other, are missing, or are not lengths and
     masses.
     """
     bimorph, unimorph, parallel = (values.pop(name) for name in ("bimorph", "unimorph", "parallel"))

@@ -42,7 +42,7 @@ class Command(cloup.Command):
         return super().get_short_help_str(WIDTH)
 
     def format_help(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write the help, with the names of all engines if an option's says {engines}."""
+        """Write the help, with the names of all engines if an option's contains {engines}."""
         from harvester.engines.selection import ENGINES
 
         for option in self.params:

@@ -1,4 +1,4 @@
-"""What the commands print: answers, warnings and errors, with the library's `name` turned into --name."""
+"""The output of the commands: answers, warnings and errors, with the library's `name` turned into --name."""
 
 import json
 import os
@@ -17,7 +17,7 @@ _WARNING = re.compile(r"^(\s*)(warning)(?=[:,])", re.MULTILINE)
 
 
 def coloured() -> bool | None:
-    """What click calls ``color``: False if NO_COLOR is set to something, else None, which asks the terminal."""
+    """The value of click's ``color``: False if NO_COLOR is set to something, else None, which asks the terminal."""
     return False if os.environ.get("NO_COLOR") else None
 
 
@@ -52,7 +52,7 @@ def echo_written(folder: str, *names: str) -> None:
 
 @contextmanager
 def naming(file: str) -> Iterator[None]:
-    """Errors about FILE, the name that the library has for the file of a command, say its name."""
+    """Name the command's file in errors about FILE, the library's name for it."""
     try:
         yield
     except InputError as error:

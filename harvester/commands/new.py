@@ -150,7 +150,7 @@ def _from_geometry(beam: Any, modes: int, texts: dict[str, str]) -> Any:
 
 
 def _on_geometry(beam: Any, made: Any, problem: "Problem") -> "list[Diagnostic]":
-    """What was made of the geometry, if there is one."""
+    """The lumped parameters computed from the geometry, if there is one."""
     if made is None:
         return []
     from harvester.devices.beam import remarks_on
@@ -172,14 +172,14 @@ def _words(problem: "Problem", remarks: "Sequence[Diagnostic]", file: str) -> li
 
 
 def next_lines(problem: "Problem", file: str, facts: dict[str, Any]) -> list[str]:
-    """What to type next, given the known part of the scene: what is missing first."""
+    """The commands to type next, given the known part of the scene: the missing keys first."""
     from harvester.devices.best_load import NEAR, load_range
 
     load = problem.scene.load
     eqs = problem.equations
     if not problem.equations.is_shaken:
         return [
-            "harvester keys excitation   (what may shake the base: add one to the scene, or new --force)"
+            "harvester keys excitation   (kinds of excitation: add one to the scene, or new --force)"
         ]
     if load is None:
         return [_optimise(problem, file)]

@@ -28,7 +28,7 @@ def time_of(name: str) -> Callable[[str], float]:
 
 
 def pairs_of(option: str, texts: Sequence[str], must: str) -> dict[str, str]:
-    """The values by name of texts NAME=VALUE, which is what each ``must`` be; InputError for a name given twice."""
+    """The values by name of texts NAME=VALUE, the form that each ``must`` have; InputError for a name given twice."""
     pairs = [tuple(part.strip() for part in text.partition("=")) for text in texts]
     for text, (name, equals, value) in zip(texts, pairs, strict=True):
         if not (name and equals and value):
@@ -75,12 +75,12 @@ vector_option = cloup.option(
 
 
 def engine_option(help_: str) -> Callable[..., Any]:
-    """The option --engine of a command that takes one engine."""
+    """The option --engine of a command for one engine."""
     return cloup.option("--engine", shell_complete=engines, help=help_)
 
 
 def engines_option(help_: str) -> Callable[..., Any]:
-    """The option --engine of a command that takes several."""
+    """The option --engine of a command for several engines."""
     return cloup.option("--engine", "engines", shell_complete=engines, multiple=True, help=help_)
 
 
@@ -92,8 +92,8 @@ def keys_option(*names: str, help_: str, metavar: str | None = None) -> Callable
 
 
 def vector_needs_out(*others: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """Refuse --vector without --out, where ``others``, options by name, are set too: no figure would be written."""
-    error = "--vector must go with --out, where the figure is written, but --out is left out"
+    """Refuse --vector without --out, if ``others``, options by name, are also set: no figure would be written."""
+    error = "--vector must go with --out, the folder of the figure, but --out is left out"
     return cloup.constraint(
         If(["vector", *others], then=require_all).rephrased(error=error), ["out"]
     )
@@ -102,7 +102,7 @@ def vector_needs_out(*others: str) -> Callable[[Callable[..., Any]], Callable[..
 def who_computes(resume: str, workers: str) -> Callable[..., Any]:
     """The group of options "Who computes": --resume and --workers, with these helps, and --scheduler."""
     one_of = mutually_exclusive.rephrased(
-        error="--workers must be left out where --scheduler is given, but both are given"
+        error="--workers must be left out if --scheduler is given, but both are given"
     )
     return cloup.option_group(
         "Workers",
@@ -123,7 +123,7 @@ def sampling(
 ) -> Callable[..., Any]:
     """Add the options of the engines that sample to a command.
 
-    ``whole`` names what a budget is for, if not a run; ``unset`` is the budget if none is given.
+    ``whole`` names the object of a budget, if not a run; ``unset`` is the budget if none is given.
     """
     accuracy = cloup.option_group(
         "Accuracy",

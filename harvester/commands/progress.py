@@ -1,7 +1,7 @@
 """Progress on a terminal, with the time that is left; in a pipe nothing but one line of a study that will take long.
 
 The clock of a bar continues between two reports.  The time left is that of the last report less
-what has passed since; if the next report is overdue, so is the rest, and the time left grows again:
+the time since then; if the next report is overdue, so is the rest, and the time left grows again:
 it is never 0 before the end.
 """
 
@@ -23,7 +23,7 @@ MOST = 0.99  # of a bar that goes by the clock
 
 
 class Bar(tqdm):  # type: ignore[misc]
-    """A progress bar that shows the fraction done, the time left and what is at work: a `Progress` of studies.
+    """A progress bar that shows the fraction done, the time left and the engine at work: a `Progress` of studies.
 
     ``known`` is False if nobody knows how much there is to do.  ``budget`` states that the fraction
     is that of so many seconds, which ``at_most`` need not be spent.  ``shorter`` names what
@@ -75,7 +75,7 @@ class Bar(tqdm):  # type: ignore[misc]
 
     @property
     def format_dict(self) -> dict[str, Any]:
-        """What the bar's format may name: tqdm's own and ``left``, the time left."""
+        """The names in the bar's format: tqdm's own and ``left``, the time left."""
         left = "?"
         seconds = self.seconds
         if seconds is not None:
@@ -85,7 +85,7 @@ class Bar(tqdm):  # type: ignore[misc]
         return {**super().format_dict, "left": left}
 
     def start(self, total: int | None = None, what: str = "", done: int = 0) -> None:
-        """Begin work that is measured by its fraction; ``what`` says what it can afford, told of long work."""
+        """Begin work that is measured by its fraction; ``what`` describes its limit, printed for long work."""
         if what and total is None and (self.budget or 0.0) > LONG:
             self.notice(what)
 
@@ -94,7 +94,7 @@ class Bar(tqdm):  # type: ignore[misc]
         self.tell(done, what)
 
     def tell(self, fraction: float, what: str = "") -> None:
-        """Show the fraction done and ``what`` is at work; the rest is taken to go on at the same rate."""
+        """Show the fraction done and ``what`` is at work; the rest is assumed to continue at the same rate."""
         now = time.monotonic()
         if self.first is None or fraction < self.last[1]:  # all began anew, at another step
             self.first = (now, fraction)
@@ -108,14 +108,14 @@ class Bar(tqdm):  # type: ignore[misc]
         self._show(fraction, what)
 
     def expect(self, seconds: float) -> None:
-        """Go by the clock from now on: a pilot states that the work takes about so many seconds."""
+        """Measure by the clock from now on: a pilot states that the work takes about so many seconds."""
         self.seconds = seconds
         self.by_clock = True
         self.bar_format = FORMAT
         self._show(0.0, "")
 
     def announce(self, seconds: float) -> None:
-        """Say in a line on stderr, once, that all of it takes so many seconds, if they are many, and what helps."""
+        """Print one line on stderr, once, with the whole duration in seconds, if it is long, and the remedy."""
         if self.shorter and seconds > LONG:
             limit = "at most" if self.at_most else "about"
             shorten = "shorten it" if " or " in self.shorter else "shortens it"
@@ -124,7 +124,7 @@ class Bar(tqdm):  # type: ignore[misc]
             self.shorter = ""
 
     def notice(self, text: str) -> None:
-        """Say in a line on stderr what is to be known before the work ends."""
+        """Print a line on stderr that the user needs before the work ends."""
         self.write(f"{self.what}: {text}", file=sys.stderr if self.disable else self.fp)
 
     def _overdue(self, now: float) -> float:
@@ -181,11 +181,11 @@ class Bar(tqdm):  # type: ignore[misc]
 
 
 class RowsBar(Bar):
-    """A progress bar for rows of several engines, which differ by orders of magnitude in the time that one takes.
+    """A progress bar for rows of several engines, which differ by orders of magnitude in the time per row.
 
     The time left is that of each engine's rows to come at the mean of its rows so far; not known as long as an engine
-    has none.  Behind it stand the engine of the last row, and how many of its rows are done.  ``warms_up``: the first
-    row of an engine compiles, and says nothing of the others.
+    has none.  After it are the engine of the last row, and how many of its rows are done.
+    ``warms_up``: the first row of an engine compiles, and does not represent the others.
     """
 
     def __init__(

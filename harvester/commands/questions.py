@@ -1,6 +1,6 @@
-"""Questions on a terminal for what the options of `harvester new` left out.
+"""Questions on a terminal for the values that the options of `harvester new` left out.
 
-They stand on stderr, so that stdout holds nothing but the answer.
+They are printed on stderr, so that stdout holds nothing but the answer.
 """
 
 from collections.abc import Callable
@@ -16,7 +16,7 @@ EMPTY = "empty: unknown"
 
 
 def ask(texts: dict[str, str], netlist: bool) -> None:
-    """Ask for what ``texts``, by field, still needs, and add it; ``netlist`` states that the load is one."""
+    """Ask for the fields that ``texts`` still lacks, and add it; ``netlist`` states that the load is one."""
     click.echo(
         "A scene of your device.  Values carry their unit; ^C leaves without a file.", err=True
     )
@@ -65,5 +65,5 @@ def _ask_field(texts: dict[str, str], name: str, empty: str | None) -> bool:
 
 
 def _prompt(question: str, checked: Callable[[str], str]) -> str:
-    """Ask a question until ``checked`` takes the answer, which may be empty."""
+    """Ask a question until ``checked`` accepts the answer, which may be empty."""
     return str(click.prompt(question, default="", show_default=False, value_proc=checked, err=True))

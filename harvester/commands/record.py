@@ -17,7 +17,7 @@ from harvester.errors import InputError, invalid, reading, shown
 
 
 def _sized(argument: str, kind: str) -> Callable[[str], float]:
-    """What reads a size such as 1kHz or 10g, of a kind by its name."""
+    """The reader of a value such as 1kHz or 10g, for a kind by its name."""
 
     def read(text: str) -> float:
         from harvester.quantities import kinds
@@ -148,5 +148,5 @@ def record(
         figures.save(answer.plot(title), path.parent, path.stem)
         if not as_json:
             click.echo(f"written: {path}, {path.with_suffix('.png').name}")
-            echo(f'next: [excitation] acceleration_file = "{path.name}" in a scene file beside it')
+            echo(f'next: [excitation] acceleration_file = "{path.name}" in a scene file next to it')
     save_report(page, lambda report: report.of_record(answer, title), quiet=as_json)

@@ -1,4 +1,4 @@
-"""The option --report: where the page goes, checked before anything is computed, and how it is written."""
+"""The option --report: the path of the page, checked before anything is computed, and how it is written."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -54,7 +54,7 @@ def report_file(report: str | None, out: str | None) -> Path | None:
 def save_report(
     file: Path | None, page: Callable[[Any], "Page"], quiet: bool = False, scene: str | None = None
 ) -> None:
-    """Write the page that ``page`` makes with `harvester.report`, if one is wanted, and say where unless ``quiet``.
+    """Write the page that ``page`` makes with `harvester.report`, if wanted, and print its path unless ``quiet``.
 
     ``scene`` is the name of the scene's file, the title if the scene has none.
     """

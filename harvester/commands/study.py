@@ -1,4 +1,4 @@
-"""What all commands of studies have in common: a SCENE is read, and the answer shown, saved, and made a page.
+"""The common parts of all study commands: a SCENE is read, and the answer shown, saved, and made a page.
 
 A study without a file of its own here gets its whole command from its entry in the registry.
 """
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Output:
-    """Where the answer about a scene goes: the terminal, the folder ``out``, and the ``page`` of a report.
+    """The destinations of the answer about a scene: the terminal, the folder ``out``, and the ``page`` of a report.
 
     ``path`` is the scene's file, and ``formats`` are forms of the figures in addition to .png.
     """
@@ -107,7 +107,7 @@ def study_command(
 ) -> Callable[[Callable[..., Any]], Command]:
     """Make a function of an `Output` and options a command about a SCENE, whose help ends with these examples.
 
-    ``reported`` states that what is written into a folder always has a page.
+    ``reported`` states that a written folder always has a page.
     """
 
     def decorated(study: Callable[..., Any]) -> Command:
@@ -140,7 +140,7 @@ def study_command(
 
 
 def study_commands() -> list[Command]:
-    """The commands of the studies that say in the registry what theirs is."""
+    """The commands of the studies that the registry describes."""
     return [_command(study) for study in STUDIES if study.summary]
 
 

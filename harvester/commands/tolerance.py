@@ -138,7 +138,7 @@ def _stated(path: str, scene: "Scene") -> "ScenesSpreads":
     spreads = spreads_of(files.read(path, "scene", MOST_BYTES).decode(errors="replace"), scene)
     if not spreads.vary:
         raise InputError(
-            "`vary` must be given for one key or more where the scene file has no intervals of 'harvester identify', "
+            "`vary` must be given for one key or more if the scene file has no intervals of 'harvester identify', "
             "but is left out"
         )
     return spreads

@@ -9,7 +9,7 @@ a small change of the coefficients changes the mean by
 
     dJ = dj p - q dA p - J dw p
 
-in which p, q, the frame and, but for the stops, the mesh stand still.  The changes of A, j and w
+in which p, q, the frame and, but for the stops, the mesh are constant.  The changes of A, j and w
 are differences of the discrete equations themselves, at next to no cost: these are polynomials of
 low degree in nearly all coefficients.
 """
@@ -103,7 +103,7 @@ def _masses(form: WeakForm) -> Floats:
 
 
 def _moved(mesh: Mesh, before: Equations, after: Equations) -> Mesh:
-    """The mesh that goes with the stops: it is moved with one, and stretched between two."""
+    """The mesh that follows the stops: it is moved with one, and stretched between two."""
     low, high = before.stops
     new_low, new_high = after.stops
     if np.isinf(low):

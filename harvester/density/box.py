@@ -1,4 +1,4 @@
-"""The box and the frame of a density, from solutions on coarse meshes that are repeated until both stand still."""
+"""The box and the frame of a density, from solutions on coarse meshes that are repeated until both are constant."""
 
 import math
 from dataclasses import dataclass, replace
@@ -26,7 +26,7 @@ MODES, NOISE_MODES = 4, 3
 
 @dataclass(frozen=True)
 class Setting:
-    """Where a density is solved: its box, its frame, and an x near which it has much of its mass."""
+    """The domain of a density: its box, its frame, and an x near which it has much of its mass."""
 
     box: Box
     frame: ModeFrame
@@ -146,7 +146,7 @@ def regression(form: WeakForm, p: Floats) -> ModeFrame:
 def _box(eqs: Equations, form: WeakForm, p: Floats, tail: float) -> Box:
     """The box at which the marginals, continued as exp(-energy/warmth) from moments of the energy, reach exp(-tail).
 
-    MomentWeights are what a coarse mesh knows best: with exp(-U/T), E[U^n] = T^n Gamma(n +
+    MomentWeights are most accurate on a coarse mesh: with exp(-U/T), E[U^n] = T^n Gamma(n +
     1/2)/Gamma(1/2).
     """
     mesh = form.mesh
@@ -194,7 +194,7 @@ def _warmth(energy: Floats, density: Floats, otherwise: float) -> float:
 
 
 def _eased(before: Box, after: Box) -> Box:
-    """The box after, but no less than half of that before: moments say little of one that was far too large."""
+    """The box after, but no less than half of that before: moments determine little of one that was far too large."""
     middle = 0.5 * (after.low + after.high)
     return replace(
         after,

@@ -1,6 +1,6 @@
 """The rates at which a displacement is first passed, on either side.
 
-The mesh ends at the level, where what leaves is lost
+The mesh ends at the level, at which the outflow is lost
 (`harvester.density.relaxation.first_passage`).  Every rare passage ends a wait of the same law, so
 that the largest value in a time T stays below the level with exp(-lambda T).
 """

@@ -1,4 +1,4 @@
-"""What acts on the mass at a displacement x: force, friction, and the intensity of the noise."""
+"""The terms that act on the mass at a displacement x: force, friction, and the intensity of the noise."""
 
 import numpy as np
 
@@ -33,7 +33,7 @@ def noise(eqs: Equations, x: Floats) -> Floats:
 
 
 def heat(eqs: Equations) -> float:
-    """The intensity of the noise of the base; of coloured noise that which it has at the resonance."""
+    """The intensity of the noise of the base; for coloured noise that at the resonance."""
     if eqs.coloured is None:
         return eqs.n1 or 0.0
     return eqs.coloured / (1.0 + abs(eqs.spring[0]) * (eqs.correlation_time or 0.0) ** 2)

@@ -1,4 +1,4 @@
-"""What is asked of a density: means of squares and products, and what happens at the stops."""
+"""The functionals of a density: means of squares and products, impact rate and impact loss."""
 
 import numpy as np
 
@@ -24,7 +24,7 @@ def functionals(eqs: Equations, form: WeakForm) -> Floats:
     """The weights of all `NAMES` on a density: shape (names, values of the density).
 
     ``impact_rate`` counts the impacts at the stop in unit time, or the contacts with a compliant
-    one, and ``impact_loss`` is the energy that rigid stops take in unit time.
+    one, and ``impact_loss`` is the energy that rigid stops dissipate in unit time.
     """
     m = MomentWeights(form)
     if form.modes == 1:

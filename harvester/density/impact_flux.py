@@ -1,4 +1,4 @@
-"""What impacts at a rigid stop carry from one velocity to another, as a matrix on the nodes in v."""
+"""The transfer of impacts at a rigid stop from one velocity to another, as a matrix on the nodes in v."""
 
 import numpy as np
 
@@ -10,8 +10,8 @@ def impact_flux(breaks: Floats, degree: int, restitution: float, way: float) -> 
     """The matrix of int_{w > 0} w p(way w) f(-way r w) dw, with a row for each f and a column for each p.
 
     ``way`` is the sign of the velocity with which the mass meets the stop.  Both p and f are polynomials between the
-    breaks of either, so that Gauss points between all of them integrate the flux exactly; nothing is taken to be smooth
-    across a break.
+    breaks of either, so that Gauss points between all of them integrate the flux exactly; nothing
+    is assumed to be smooth across a break.
     """
     before = way * breaks[way * breaks >= 0.0]
     after = -way * breaks[-way * breaks >= 0.0]

@@ -1,7 +1,7 @@
 """Densities of one or two quantities, and rates of passages, from the density of `weak_form`.
 
-A passage is a flux of the density: of a displacement a upwards, and of impacts of the speed u at a
-stop at s,
+A passage is a flux of the density: upwards through a displacement a, and by impacts of the speed u
+at a stop at s,
 
     int_{v > 0} v p(a, v) dv,    u p(s, -u)
 
@@ -19,7 +19,7 @@ WIDEST = 12.0  # root mean squares of the voltage: where its moments end
 
 
 class Marginals:
-    """What a density p on a form says of one or two quantities; places outside of its box have the density 0."""
+    """The marginals of a density p on a form for one or two quantities; 0 outside of its box."""
 
     def __init__(self, form: WeakForm, p: Floats) -> None:
         # no further modes of coloured noise
@@ -53,10 +53,11 @@ class Marginals:
         return np.asarray(self._at(self.p[0], x) @ self._across(v).T)
 
     def voltage(self, voltage: Floats, terms: int | None = None) -> Floats:
-        """The voltage density, shape (n,); that of the displacement if no load takes any charge.
+        """The voltage density, shape (n,); that of the displacement if no load draws any charge.
 
-        The modes of y say E[V^n] for n below their number, but summed at a point they need not converge.  So a series
-        of Gram and Charlier with these moments is taken, of as many ``terms`` as there are modes or fewer.
+        The modes of y determine E[V^n] for n below their number, but summed at a point they need
+        not converge.  So a series of Gram and Charlier with these moments is used, of as many
+        ``terms`` as there are modes or fewer.
         """
         if self.form.modes == 1:
             return self.displacement(voltage)

@@ -1,9 +1,9 @@
-"""The mesh of a density in displacement x and velocity v: where its elements end, and of what degree they are.
+"""The mesh of a density in displacement x and velocity v: the ends of its elements, and their degrees.
 
 The mesh is a grid of rectangles on a box.  Breaks lie at v = 0, at the edge of a compliant stop,
 and, if impacts dissipate energy, ever closer to the corner (stop, v = 0).  There the density is
 singular, p ~ |v|^k on the scale x ~ v^3, because noise of intensity N spreads the velocity by
-sqrt(N t) while the mass goes v t.
+sqrt(N t) while the mass moves by v t.
 """
 
 import math
@@ -62,7 +62,7 @@ class Mesh:
     degree: int
 
     def memory(self, modes: int) -> float:
-        """The bytes that the factors of so many modes take: a dense matrix for each x-element.
+        """The bytes that the factors of so many modes need: a dense matrix for each x-element.
 
         With n modes of coloured noise each matrix has n^2 times as many numbers.
         """
@@ -70,7 +70,7 @@ class Mesh:
         return 8.0 * modes * (len(self.x_breaks) - 1) * block**2
 
     def widened(self, eqs: Equations, reach: float, share: float) -> "Mesh":
-        """The mesh with more elements beyond each end where no stop is, for a box longer by a share."""
+        """The mesh with more elements beyond each end without a stop, for a box longer by a share."""
         low, high = eqs.rigid_stops
         x, v = self.x_breaks, self.v_breaks
         compliant = eqs.stop_stiffness is not None

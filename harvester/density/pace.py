@@ -1,7 +1,7 @@
-"""What is left of a budget, and whether the next solution ends in it: seconds go as the memory of the factors.
+"""The remainder of a budget, and whether the next solution ends in it: seconds vary as the memory of the factors.
 
-From the coarsest mesh to the finest, and with coloured noise, a byte takes as long within a factor
-of two.
+From the coarsest mesh to the finest, and with coloured noise, a byte needs the same time within a
+factor of two.
 """
 
 import time
@@ -19,7 +19,7 @@ SHORTEST = 5.0  # seconds: a budget below it counts as this
 
 @dataclass
 class Pace:
-    """A budget of seconds, None for any number, that began with its making; and what the latest solution took."""
+    """A budget of seconds, None for any number, that began with its making; and the cost of the latest solution."""
 
     budget: float | None = None
     begin: float = field(default_factory=time.perf_counter)
@@ -27,7 +27,7 @@ class Pace:
 
     @contextmanager
     def solving(self, memory: float) -> Iterator[None]:
-        """Measure a solution whose factors take so many bytes."""
+        """Measure a solution whose factors need so many bytes."""
         begin = time.perf_counter()
         yield
         self.per_byte = (time.perf_counter() - begin) / memory
@@ -41,7 +41,7 @@ class Pace:
         return self.budget is not None and self.needed(memory) > self.budget
 
     def check(self, memory: float) -> None:
-        """Raise SimulationError if no answer would come in the budget, as a first solution of so many bytes says."""
+        """Raise SimulationError if no answer would come in the budget, judged by a first solution of so many bytes."""
         needed = self.needed(LEAST * memory)
         if self.budget is not None and needed > max(self.budget, SHORTEST):
             raise SimulationError(refusal("density_needs_time", seconds=needed, budget=self.budget))

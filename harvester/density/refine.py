@@ -1,4 +1,4 @@
-"""The stationary density with the error of its means: of the mesh, of the modes and of the box, each by a comparison.
+"""The stationary density with the error of its means: mesh, modes and box, each by a comparison.
 
 The number of modes and the box are chosen first, on a coarse mesh, if both cost little: K modes are
 compared with K - 2, and the box with one that is a fifth larger.  Then the mesh is refined, and
@@ -52,7 +52,7 @@ class Solution:
 
     @property
     def residual(self) -> float:
-        """How far the equations are from solved: the largest residual beside the largest of their terms."""
+        """How far the equations are from solved: the largest residual relative to the largest of their terms."""
         left = float(np.abs(self.form.apply(self.p)).max())
         return left / float(
             np.abs(self.form.x_slope @ self.p[:1] @ (self.form.v_up + self.form.v_down).T).max()
@@ -117,10 +117,10 @@ def solution(
 
 
 def probed(eqs: Equations, within: float, resolution: int, pace: Pace) -> Probed:
-    """The smallest box and the fewest modes that leave a quarter of the error each, as a coarse mesh tells.
+    """The smallest box and the fewest modes that leave a quarter of the error each, as found on a coarse mesh.
 
     ``resolution`` is the coarse mesh's index of `RESOLUTIONS`; if a larger box brings nothing, a
-    finer one is taken. The error of a box is computed once, not again with more modes.
+    finer one is used. The error of a box is computed once, not again with more modes.
     """
     # so few are exact where the voltage does not act on the mass
     few = 1 if eqs.mu is None else 0 if eqs.beta else 3
@@ -160,7 +160,7 @@ def probed(eqs: Equations, within: float, resolution: int, pace: Pace) -> Probed
 def _coloured(eqs: Equations, probe: Probed, within: float, pace: Pace) -> Answer:
     """The means under coloured noise: the mesh is chosen with few modes of it, then their number on that mesh.
 
-    So no solution has both the finer mesh, that tells the error, and many modes.
+    So no solution has both the finer mesh, which determines the error, and many modes.
     """
     base = probe.coarse
     off = np.empty(0)
@@ -200,7 +200,7 @@ def _with_fewer(eqs: Equations, setting: Setting, base: Solution, few: int) -> S
 def _still_valid(
     base: Solution, more: int, off: Floats, room: float
 ) -> tuple[Solution | None, Floats | None]:
-    """What a round leaves to the next: the solution with two modes fewer, and the box's error, if the box stays."""
+    """The state for the next round: the solution with two modes fewer, and the box's error, if the box stays."""
     if off[0] > room:
         return None, None
     return (base if more == base.form.modes + 2 else None), off

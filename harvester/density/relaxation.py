@@ -7,8 +7,8 @@ Hops: the density p = p_s + c exp(-lambda t) p_1 of two wells has one decay that
 all others.  With the shares P of the time in them the mass leaves them at the rates k_1 = lambda
 P_2 and k_2 = lambda P_1.
 
-First passage: if what leaves at a level is lost, the mass decays as exp(-lambda t), and 1/lambda
-is the mean time of the first passage, but for the time in which the motion forgets where it began.
+First passage: if the outflow at a level is lost, the mass decays as exp(-lambda t), and 1/lambda
+is the mean time of the first passage, but for the time in which the motion forgets its beginning.
 
 Spectrum: with the density u of (A - i w M) u = -M (g p_s) that of a quantity g without a mean is,
 two-sided and over w,
@@ -64,7 +64,7 @@ def slowest_decay(solution: Solution) -> tuple[float, Any]:
 
 
 def first_passage(form: WeakForm, x: float) -> float:
-    """The rate at which mass is lost of a form that loses some, once the motion has forgotten where it began.
+    """The rate at which mass is lost of a form that loses some, once the motion has forgotten its beginning.
 
     A u = -M q is solved by inverse iteration.  A is all but singular if passages are rare, A + c
     c^T with the integrals c of the element around ``x`` is not.  With its solutions s of c and t of

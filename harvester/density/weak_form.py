@@ -55,7 +55,7 @@ from harvester.equations.coefficients import Equations
 
 @dataclass(frozen=True)
 class ModeFrame:
-    """The change of variable y = a x + m + s z in which the modes are taken, and how many coloured noise has."""
+    """The change of variable y = a x + m + s z of the modes, and how many coloured noise has."""
 
     slope: float
     offset: float
@@ -67,8 +67,8 @@ class WeakForm:
     """The bilinear form on densities of the shape (modes, x-elements, nodes in x, nodes in v).
 
     The ``v_nodes`` nodes in v come again for each further mode of coloured noise.
-    ``back_coupled``: whether mode j + 1 acts on mode j.  What leaves the mesh at an end that is ``lost`` does not
-    come back: a first passage.
+    ``back_coupled``: whether mode j + 1 acts on mode j.  The flux that leaves the mesh at an end
+    that is ``lost`` does not come back: a first passage.
     """
 
     def __init__(
@@ -127,7 +127,7 @@ class WeakForm:
         self.v_colour = None if eqs.coloured is None else self._repeated(eqs)
 
     def _repeated(self, eqs: Equations) -> Floats:
-        """What coloured noise does on the nodes in v, which are repeated for each of its modes."""
+        """The effect of coloured noise on the nodes in v, which are repeated for each of its modes."""
         assert eqs.coloured is not None and eqs.correlation_time is not None
         k = np.arange(self.frame.noise_modes)
         beside = np.diag(np.sqrt(k[1:]), 1) + np.diag(np.sqrt(k[1:]), -1)
@@ -149,7 +149,7 @@ class WeakForm:
         return colour
 
     def over_v(self, matrix: Floats) -> Floats:
-        """The weights of the integral over v, and over coloured noise, of a density times what a matrix has."""
+        """The weights of the integral over v, and over coloured noise, of a density times a matrix."""
         return np.asarray(matrix[: self.v_nodes].sum(axis=0))
 
     @property
@@ -159,7 +159,7 @@ class WeakForm:
 
     @property
     def memory(self) -> float:
-        """The bytes that the factors of all modes take, each by itself."""
+        """The bytes that the factors of all modes need, each by itself."""
         return self.mesh.memory(self.modes * self.frame.noise_modes**2)
 
     def diagonal_block(self, element: int) -> Floats:
@@ -241,7 +241,7 @@ class WeakForm:
         return total
 
     def from_lower(self, p: Floats, j: int) -> Floats:
-        """What the modes below make in mode j."""
+        """The contribution of the lower modes to mode j."""
         root = np.sqrt(j)
         before = p[j - 1]
         made: Floats = root * (self.x_drift @ before @ self.v_mass.T)
@@ -253,7 +253,7 @@ class WeakForm:
         return made
 
     def from_higher(self, p: Floats) -> Floats:
-        """What the mode above makes in each mode: the voltage's force on the mass."""
+        """The contribution of the next higher mode to each mode: the voltage's force on the mass."""
         made = np.zeros_like(p)
         if self.back_coupled:
             root = np.sqrt(np.arange(1.0, self.modes))[:, None, None, None]
@@ -261,7 +261,7 @@ class WeakForm:
         return made
 
     def to_lower(self, q: Floats, j: int) -> Floats:
-        """The transpose of `from_lower`: what mode j receives from those above, in the adjoint equations."""
+        """The transpose of `from_lower`: the contribution to mode j from those above, in the adjoint equations."""
         received = np.zeros(q.shape[1:])
         if j + 1 < self.modes:
             above = q[j + 1]

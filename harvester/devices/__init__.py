@@ -1,1 +1,1 @@
-"""From a datasheet or a measurement to a scene, and what its numbers mean."""
+"""From a datasheet or a measurement to a scene, and the meaning of its numbers."""

@@ -31,7 +31,7 @@ TURN = 2.0 * math.pi
 BARE = (2.0, 4.8, 8.0, 11.1)
 APPROXIMATIONS = (
     "a slender beam of one width, clamped stiffly, layers bonded without glue, electrodes over the whole length",
-    "bending alone, without damping, which no geometry tells: --damping-ratio or --q, the same for all modes",
+    "bending alone, without damping, which no geometry determines: --damping-ratio or --q, the same for all modes",
 )
 
 
@@ -39,7 +39,7 @@ APPROXIMATIONS = (
 class Beam:
     """A cantilever: lengths in m, tip mass in kg; ``layers`` of piezo is 1 or 2, ``parallel`` is how two are wired.
 
-    ``tip_length`` along the beam and ``tip_height`` are of the tip mass, whose centre is taken at
+    ``tip_length`` along the beam and ``tip_height`` are of the tip mass, whose centre is assumed at
     the beam's end.
     """
 
@@ -58,7 +58,7 @@ class Beam:
 
 @dataclass(frozen=True)
 class Lumped:
-    """The scene's values of a beam in SI units, and what its tip and its piezo do over the displacement of the scene.
+    """The scene's values of a beam in SI units, and the ratios of tip and piezo to the scene's displacement.
 
     ``tip`` is the tip's displacement over it, ``strain`` the largest strain of the piezo over it
     (1/m). ``higher_modes`` are those above the first, whose masses are ``mass``.
@@ -189,7 +189,7 @@ def _bendings(beam: Beam, m: float, bending: float, count: int) -> list[Bending]
 
 
 def remarks_on(beam: Beam, lumped_mode: Lumped, has_lifetime: bool) -> list[Diagnostic]:
-    """What was made of the geometry, from which constants, and what was treated as granted.
+    """The parameters from a geometry, the constants used, and the assumptions.
 
     ``has_lifetime`` states whether `harvester run --lifetime` supports the scene.
     """
@@ -237,5 +237,5 @@ def check_alone(known: dict[str, str]) -> None:
     ):
         if name in known:
             raise InputError(
-                f"`{name}` must be left out where the geometry gives it, but both are given"
+                f"`{name}` must be left out if the geometry gives it, but both are given"
             )

@@ -82,7 +82,7 @@ def best_load(problem: Problem) -> BestLoad:
 
 
 def _crossing(u: Floats, share: Floats, top: int, way: int) -> float:
-    """Where the share falls to `NEAR` on the way from the top, or the last point."""
+    """The point at which the fraction falls to `NEAR` on the way from the top, or the last point."""
     k = top
     while 0 <= k + way < len(u) and share[k + way] >= NEAR:
         k += way

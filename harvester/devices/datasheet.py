@@ -1,4 +1,4 @@
-"""The fields of a datasheet: what may be known of a device, and the question that asks for it.
+"""The fields of a datasheet: the possible data of a device, and the question that asks for it.
 
 The options and questions of `harvester new` and the errors share this list.  Loads nothing that
 computes.
@@ -13,8 +13,8 @@ class Field:
     """One value of a datasheet.
 
     ``name`` is its argument, ``key`` the scene key of its kind (empty: there is none), ``group``
-    if a command's help shows it, ``question`` what is asked for on a terminal, and ``more`` what
-    the help adds to that.
+    if a command's help shows it, ``question`` the text on a terminal, and ``more`` the text that
+    the help adds to it.
     """
 
     name: str
@@ -25,7 +25,7 @@ class Field:
 
     @property
     def help(self) -> str:
-        """What a command's help says."""
+        """The text of a command's help."""
         return f"{self.question}.  {self.more}".rstrip()
 
 
@@ -38,7 +38,7 @@ _STRAIN = "Largest strain of the piezo over the displacement (1/m), such as 2.5"
 _CLAMPED = "Clamped capacitance (mass held, or far above resonance), such as 50.2 nF"
 _COUPLING = "Gives the coupling, theta^2/(K Cp) = (f_oc/f_sc)^2 - 1, Cp clamped."
 _PEAK = "Harmonic acceleration of the base, peak, such as 0.1 g"
-_TURNS = "With --profile: of its sine, steps or turns (1500 rpm)."
+_TURNS = "With --profile: frequency of its sine, steps or turns (1500 rpm)."
 TEXTS = ("profile", "harmonics")  # fields that are no number
 
 FIELDS = {

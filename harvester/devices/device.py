@@ -35,13 +35,13 @@ _COPIED = {  # fields that stand in the scene file as they are: their tables, ke
     "acceleration_amplitude": (
         "excitation",
         "acceleration_amplitude",
-        "of the base's harmonic motion, peak",
+        "peak of the base's harmonic motion",
     ),
-    "drive_frequency": ("excitation", "frequency", "of the harmonic motion"),
+    "drive_frequency": ("excitation", "frequency", "frequency of the harmonic motion"),
     "profile": ("excitation", "profile", "shaking by name; harvester keys profile"),
     "level": ("excitation", "level", "times the accelerations of the profile"),
-    "pulse_duration": ("excitation", "pulse_duration", "of a shock"),
-    "event_rate": ("excitation", "event_rate", "shocks a second; without it a single one"),
+    "pulse_duration": ("excitation", "pulse_duration", "duration of a shock"),
+    "event_rate": ("excitation", "event_rate", "shocks per second; without it a single one"),
     "harmonics": ("excitation", "harmonics", "peaks at 1, 2, ... times the speed of rotation"),
     "resistance": ("load", "resistance", "across the electrodes"),
 }
@@ -82,9 +82,9 @@ def missing(known: Mapping[str, object]) -> list[tuple[str, ...]]:
 
 
 def check(known: Mapping[str, object], netlist: str | None, parameters: Mapping[str, str]) -> None:
-    """Refuse fields that do not go together.
+    """Refuse fields that contradict each other.
 
-    Raises InputError which names what must be left out, or what must be given as well.
+    Raises InputError which names the field to leave out, or the field to add.
     """
     if all(name in known for name in ("mass", "stiffness", "frequency")):
         raise InputError(
@@ -117,8 +117,8 @@ def scene_tables(
 
     ``higher_modes`` are those above the first, which get its mass and damping.
 
-    Raises InputError for a text that is not a value, fields that do not go together, and those that
-    are missing.
+    Raises InputError for a text that is not a value, fields that contradict each other, and those
+    that are missing.
     """
     parameters = parameters or {}
     check(texts, netlist, parameters)
@@ -141,7 +141,7 @@ def scene_tables(
         tables["load"].append(Entry("netlist", netlist, "a file of netlists/, or a path"))
     if parameters:
         numbers = {name: _parameter(name, text) for name, text in parameters.items()}
-        tables["load"].append(Entry("parameters", numbers, "of the netlist"))
+        tables["load"].append(Entry("parameters", numbers, "parameters of the netlist"))
     return tables
 
 
@@ -154,7 +154,7 @@ def _copy(texts: Mapping[str, str], values: Mapping[str, float | str], tables: T
                 if name == "harmonics"
                 else values[name]
             )
-            whose = "of the profile" if key in SHARED and "profile" in texts else comment
+            whose = "key of the profile" if key in SHARED and "profile" in texts else comment
             tables[table].append(Entry(key, value, whose))
 
 
@@ -193,7 +193,7 @@ def _mode(mode: BeamMode, oscillator: list[Entry]) -> list[Entry]:
     return [
         Entry("frequency", float(f"{mode.frequency:.7g}"), "Hz, in short circuit"),
         Entry("mass", mass.value, "that of the first, by its shape's scale"),
-        Entry("damping_ratio", ratio.value, "taken as that of the first"),
+        Entry("damping_ratio", ratio.value, "assumed equal to that of the first"),
         Entry("coupling", float(f"{mode.coupling:.7g}"), "N/V, by the slope at the end"),
         Entry("base", float(f"{mode.base:.7g}"), "participation in the base's acceleration"),
         Entry(
@@ -217,7 +217,7 @@ def _short_circuit(values: Mapping[str, float]) -> tuple[float, float]:
 
 
 def _piezo(values: dict[str, float], written: dict[str, float | str]) -> list[Entry]:
-    """The entries of coupling, which the resonance in open circuit may stand for, and of capacitance."""
+    """The entries of coupling, which the open-circuit resonance may replace, and of capacitance."""
     capacitance = Entry("capacitance", written["capacitance"], "clamped: with the mass held")
     if "coupling" in values:
         return [

@@ -6,9 +6,9 @@ of motion
     M X'' + (c + c2 X^2 + c4 X^4) X' + k X + k2 X^2 + k3 X^3 + theta v = -M a + stops,    Cp v' + i = theta X'
 
 with the mass as a coil, the linear damping as a resistor, the linear spring as a capacitor of 1/k,
-and an ideal transformer to the piezo.  What is not linear is a behavioural source of the
-displacement, which the spring's capacitor tells.  A stop is a spring and a damper while the mass is
-behind it.
+and an ideal transformer to the piezo.  Nonlinear parts are behavioural sources of the
+displacement, which is the state of the spring's capacitor.  A stop is a spring and a damper while
+the mass is behind it.
 
 Further modes are loops like it on the same piezo (`harvester.devices.mode_loops`).
 (Tilmans, J. Micromech. Microeng. 6, 157, 1996, for the analogy.)
@@ -83,7 +83,7 @@ class _Contact:
     damping: float
 
     def resistance(self, metre: float, x: str = "v(x)", speed: str = "i(Vspeed)") -> str:
-        """What it adds to the loop, as an expression of x, of which 1 V is ``metre``, and of its speed."""
+        """The term that it adds to the loop, as an expression of x, of which 1 V is ``metre``, and of its speed."""
         depth = (
             f"({self.position / metre:.10g}-{x})"
             if self.side > 0.0
@@ -138,7 +138,7 @@ def _duration(duration: str | float | None, problem: Problem) -> float:
 
 
 def _head(problem: Problem, name: str) -> Iterator[str]:
-    """What the file is, and how it is used."""
+    """The description of the file, and its use."""
     scene, s = problem.scene, problem.scales
     title = re.sub(r"[^ -~]", " ", scene.title or name)
     load = scene.load.resistance if scene.load is not None and scene.load.resistance else 1e6
@@ -191,7 +191,7 @@ def _device(problem: Problem, name: str) -> Iterator[str]:
     yield f".subckt {name} p n acc x"
     yield f"* The base's acceleration pushes the mass M = {mass:.10g} kg by -M a"
     yield f"Eforce m{here} 0 acc 0 {-mass:.10g}"
-    yield f"* The mass: {mass:.10g} kg as a capacitor, which takes v(speed) and whose current is the force"
+    yield f"* The mass: {mass:.10g} kg as a capacitor, whose voltage is v(speed) and whose current is the force"
     yield "* (a coil would do as well, but LTspice gives every coil a resistance of its own)"
     yield "Hspeed speed 0 Vspeed 1"
     yield f"Cmass speed force {mass:.10g}"
@@ -237,7 +237,7 @@ def _device(problem: Problem, name: str) -> Iterator[str]:
 def _stops(problem: Problem) -> Iterator[_Contact]:
     """The stops of a scene; for a rigid one those that give its restitution coefficient r.
 
-    A linear contact that ends where it began keeps exp(-pi z/sqrt(1 - z^2)) of the speed, z its
+    A linear contact that ends at its beginning keeps exp(-pi z/sqrt(1 - z^2)) of the speed, z its
     damping ratio.
     """
     scene = problem.scene
@@ -272,6 +272,6 @@ def _shortest_contact(problem: Problem) -> float | None:
 
 
 def _unit(problem: Problem) -> tuple[float, str]:
-    """What 1 V of the displacement is, in m and in words: a power of a thousand that suits the device."""
+    """The value of 1 V of the displacement, in m and in words: a power of a thousand that suits the device."""
     power = min(max(3 * math.floor(math.log10(problem.scales.length) / 3), -9), 0)
     return 10.0**power, f"{SYMBOLS[power]}m"

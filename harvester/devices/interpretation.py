@@ -1,4 +1,4 @@
-"""What the numbers of a scene mean: nondimensional numbers, coupling, best load, stop, engines."""
+"""The meaning of a scene's numbers: nondimensional numbers, coupling, best load, stop, engines."""
 
 import math
 from dataclasses import dataclass
@@ -24,11 +24,11 @@ WEAK = 0.2  # of the power that white noise gives, at the best load
 
 @dataclass(frozen=True)
 class Meaning:
-    """What the numbers of a scene mean, for people and for programs.
+    """The meaning of a scene's numbers, for people and for programs.
 
-    ``numbers`` are rows of name, value, unit and what it is.  ``remarks`` are about values that no
+    ``numbers`` are rows of name, value, unit and meaning.  ``remarks`` are about values that no
     device has, a drive that misses the resonance, coupling, load (none if only a search would find
-    the best load), stop and engines. ``facts`` say the same to a program.
+    the best load), stop and engines. ``facts`` are the same for a program.
     """
 
     numbers: tuple[tuple[str, float, str, str], ...]
@@ -45,7 +45,7 @@ class Meaning:
 
 
 def meaning(problem: Problem) -> Meaning:
-    """What the numbers of a physical scene mean."""
+    """The meaning of the numbers of a physical scene."""
     unusual = [remark.of("values") for remark in problem.value_warnings]
     topics: list[Finding] = [
         (unusual, {}),
@@ -79,7 +79,7 @@ def _numbers(problem: Problem) -> tuple[tuple[str, float, str, str], ...]:
         ("beta", beta, "", "coupling, theta^2/(K Cp) = (f_oc/f0)^2 - 1, here also k^2"),
         ("k^2 Q", beta / c if c > 0.0 else None, "", "figure of merit, beta/(2 zeta)"),
         ("mu", eqs.mu, "", "1/(R Cp w0), the load"),
-        ("restitution", eqs.restitution, "", "of the stop"),
+        ("restitution", eqs.restitution, "", "restitution coefficient of the stop"),
         ("gap", None if eqs.restitution is None else eqs.gap or 0.0, "", "over the length l"),
         ("D11", eqs.n1, "", "scaled noise intensity (1 by definition)"),
         ("drive", eqs.drive, "", "scaled drive (1 by definition)"),
@@ -93,8 +93,8 @@ def _coupling(eqs: Equations) -> Finding:
     """How strongly the circuit acts back on the mass, with the reason.
 
     Strong is k^2 Q from beta = 2/Q + 1/Q^2 on: on a harmonic base a resistor then damps as much as
-    the mechanics do and takes the most that any load can, (mass acceleration)^2/(8 damping), with
-    the acceleration's peak.
+    the mechanics do and receives the most that any load can, (mass acceleration)^2/(8 damping),
+    with the acceleration's peak.
     """
     c = -(eqs.c1 or 0.0)
     beta = eqs.beta or 0.0
@@ -115,7 +115,7 @@ def _coupling(eqs: Equations) -> Finding:
 
 
 def noise_share(beta: float, c: float) -> float:
-    """Of N1, the power that white noise gives a linear device without a stop, what the best resistor takes.
+    """The fraction of N1, the power of white noise for a linear device without a stop, that the best resistor receives.
 
     beta mu S/N1 of the Lyapunov equation (see `harvester.linear.transfer`) at mu = sqrt(1 + beta).
     """
@@ -168,7 +168,7 @@ def _load(problem: Problem) -> Finding:
 def _engines(problem: Problem) -> Finding:
     """The engines that support the scene."""
     names = engines(problem)
-    about = "engines that serve it"
+    about = "engines that support it"
     served = (
         note("engines_that_serve", about, engines=", ".join(names))
         if names

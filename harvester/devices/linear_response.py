@@ -1,4 +1,4 @@
-"""What the linear equations without a stop say of a device: how often it will hit its stop, and whether a drive suits.
+"""Estimates from the linear equations without a stop: how often it will hit its stop, and whether a drive suits.
 
 White noise: the displacement is Gaussian, and passes -gap sqrt(E[x'^2]/E[x^2])/(2 pi) exp(-gap^2/(2
 E[x^2])) times a unit of time (Rice).
@@ -30,7 +30,7 @@ OFTEN, SELDOM = 0.1, 1e-3  # times per period
 def variances(eqs: Equations) -> tuple[float, float] | None:
     """The variances E[w^2] and E[w'^2] of the linear equations under white noise, without a stop; None without.
 
-    What meets the stop is w: the displacement x, of several modes phi.y
+    The quantity at the stop is w: the displacement x, of several modes phi.y
     (`harvester.equations.modes`).
     """
     if eqs.n1 is None or not (eqs.c1 or 0.0) < 0.0:
@@ -47,7 +47,7 @@ def variances(eqs: Equations) -> tuple[float, float] | None:
 
 
 def amplitude(eqs: Equations) -> float | None:
-    """The amplitude of what meets the stop in the linear response to the drive, without that; None without a drive."""
+    """The amplitude at the stop in the linear response to the drive, without the stop; None without a drive."""
     if eqs.drive is None or eqs.drive_frequency is None:
         return None
     at_stop = None if eqs.modes is None else eqs.modes.contact

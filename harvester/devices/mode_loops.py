@@ -13,7 +13,7 @@ AT_STOP, SPEED = "v(atstop)", "v(stopspeed)"  # nodes of w and of its speed
 
 
 def contact(modes: Sequence[Mode]) -> Iterator[str]:
-    """The displacement and the speed where the stop is, of which each mode has its part."""
+    """The displacement and the speed at the stop, of which each mode has its part."""
     yield "* The displacement and the speed at the stop: those of all modes, each times its at_stop"
     parts = [(number, _given(mode.at_stop)) for number, mode in enumerate(modes, 2)]
     yield "Batstop atstop 0 V=v(x)" + "".join(

@@ -17,10 +17,10 @@ from harvester.scene.toml import loads
 WIDTH = 34  # where comments begin
 TABLES = {
     "oscillator": "the mass on its spring",
-    "piezo": "what couples it to the circuit",
+    "piezo": "its coupling to the circuit",
     "stop": "without this table: no stop",
-    "excitation": "what shakes the base",
-    "load": "what takes the power",
+    "excitation": "motion of the base",
+    "load": "load of the power",
 }
 EXAMPLES = {  # what a table that is left out might hold
     "stop": ["restitution = 0.96"],

@@ -1,1 +1,1 @@
-"""What is solved: a scene as nondimensional equations, their scales, and the effects that are present."""
+"""The equations that are solved: a scene in nondimensional form, their scales, and the effects that are present."""

@@ -1,4 +1,4 @@
-"""What keeps a response from growing without bound, and the refusal of equations if nothing does."""
+"""The terms that keep a response from growing without bound, and the refusal of equations if nothing does."""
 
 import math
 
@@ -111,7 +111,7 @@ def _flow_of_modes(
 
 
 def strongest_feed(eqs: Equations) -> float:
-    """The largest of -f(x) over all x, the rate at which friction feeds energy; 0 if it takes energy everywhere."""
+    """The largest of -f(x) over all x, the rate at which friction feeds energy; 0 if it never does."""
     return max(0.0, -least_friction(eqs))
 
 
@@ -134,7 +134,7 @@ def least_friction(eqs: Equations) -> float:
 
 
 def friction_bounds(eqs: Equations) -> bool:
-    """Whether friction, or what impacts take between two stops, grows so that no noise makes the response endless.
+    """Whether friction, or the impact loss between two stops, grows enough to bound the response to any noise.
 
     Quadratic damping does if no higher term feeds energy.
     """
@@ -143,7 +143,7 @@ def friction_bounds(eqs: Equations) -> bool:
 
 
 def barriers(eqs: Equations) -> Floats:
-    """The places between the resting places where the spring's energy is largest, in ascending order."""
+    """The places between the resting places at which the spring's energy is largest, in ascending order."""
     rests = eqs.resting_places
     free = eqs.balanced_places
     tops = free[[eqs.spring_slope(float(x)) < 0.0 for x in free]]
@@ -163,7 +163,7 @@ def surely_bounded(eqs: Equations) -> bool:
 
 
 def _loss_at_large_amplitude(eqs: Equations) -> tuple[str, float, str]:
-    """What takes (positive) or feeds (negative) energy at large amplitudes: its name, its size, and a cure.
+    """The term that dissipates (positive) or feeds (negative) energy at large amplitudes: name, size and cure.
 
     The highest term present of f beyond c1; between two stops their losses, or the mean of f if
     they lose nothing.

@@ -1,4 +1,4 @@
-"""The coefficients of the nondimensional equations that are solved (paper, Eq. 2, and what this package adds)."""
+"""The coefficients of the nondimensional equations (paper, Eq. 2, and the terms that this package adds)."""
 
 import math
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ FRICTION = {"c1": -1.0, "c2": -1.0, "c3": 1.0}
 
 
 def friction_names() -> tuple[str, ...]:
-    """The names of the coefficients of damping, which kernels take."""
+    """The names of the coefficients of damping, the arguments of the kernels."""
     return tuple(FRICTION)
 
 
@@ -207,7 +207,7 @@ class Equations:
 
     @property
     def resting_places(self) -> list[float]:
-        """Where the mass can rest without voltage: minima of the spring's energy, and stops that it is pressed on.
+        """Rest positions of the mass without voltage: minima of the spring's energy, and stops that it is pressed on.
 
         In ascending order; two or more for a bistable spring.  A mass pressed on a compliant stop is placed at its
         edge.

@@ -25,9 +25,9 @@ THEORIES = (LINEAR, PUBLISHED, AVERAGED, DENSITY, REST, RULE, SWEPT, PART, HOPPI
 
 @dataclass(frozen=True)
 class Effect:
-    """An effect: its name in answers, the coefficient that is not None if it is present, and who knows it.
+    """An effect: its name in answers, the coefficient that is not None if it is present, and the engines that know it.
 
-    For two effects with one coefficient ``when`` tells which one equations have.
+    For two effects with one coefficient ``when`` decides which one the equations have.
     """
 
     name: str

@@ -126,7 +126,7 @@ def _discharge(load: float | None, loss_tangent: float | None) -> float | None:
 
 
 def _given(scene: Scene, key: str) -> float | None:
-    """What a scene has for a key; None if it, or its table, is absent."""
+    """The value of a scene's key; None if it, or its table, is absent."""
     table, _, name = key.partition(".")
     value: float | None = getattr(getattr(scene, table), name, None)
     return value

@@ -7,14 +7,15 @@ the speed z u, where z has the density (3/2 pi) z^(3/2)/(1 + z^3) (McKean, J. Ma
     E[z^s] = 1/(2 cos(pi (1 + s)/3))
 
 and leaves with r z u: the logarithm of its speed walks at random.  Speeds u << 1 have a stationary
-density of impacts in ln u of u^a, where E[(r z)^-a] = 1, which is
+density of impacts in ln u of u^a, with E[(r z)^-a] = 1, which is
 
     r^a 2 cos(pi (1 - a)/3) = 1,   a != 0
 
-with a = 2 for r = 1, and a < 0 below r = exp(-pi/sqrt 3) = 0.163, where infinitely many impacts end
+with a = 2 for r = 1, and a < 0 below r = exp(-pi/sqrt 3) = 0.163, at which infinitely many impacts
+end
 in a finite time (Cornell, Swift and Bray, Phys. Rev. Lett. 81, 1142, 1998).  A step of h resolves
-no speed below sqrt(h): what those impacts take of the energy, u^2 each, is wrong by a part of order
-one, and the mean by
+no speed below sqrt(h): the energy that those impacts dissipate, u^2 each, is wrong by a part of
+order one, and the mean by
 
     h^p,   p = 1 + a/2.
 """
@@ -60,6 +61,6 @@ def accumulation(eqs: Equations) -> Diagnostic | None:
 
 
 def step_order(eqs: Equations) -> float:
-    """The order of the step's bias of a mean: that of the rigid stop that takes most, under white noise; else 2."""
+    """The order of the step's bias of a mean: that of the most dissipative rigid stop under white noise; else 2."""
     stops = [r for r in (eqs.restitution, eqs.opposite_restitution) if r is not None]
     return REGULAR if eqs.n1 is None or not stops else min(impact_order(r) for r in stops)

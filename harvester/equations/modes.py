@@ -15,7 +15,7 @@ that shakes it.
 A stop meets w = sum phi_j y_j, of a ball X - Z at its place: an impact changes the speeds along
 phi, so that
 
-    y' += phi/(phi.phi) (w'+ - w'-)    with the energy (w'-^2 - w'+^2)/(2 phi.phi) taken
+    y' += phi/(phi.phi) (w'+ - w'-)    with the energy (w'-^2 - w'+^2)/(2 phi.phi) removed
 
 Friction of the oscillator on a magnifier damps both coordinates, e_i e_j f: that matrix is kept
 whole.
@@ -38,10 +38,10 @@ ALIKE = 1e-9  # of the accelerations of a ball and its box
 
 @dataclass(frozen=True)
 class Modes:
-    """The coefficients above, each of all coordinates, shape (n,); ``stiffness`` and ``damping`` beside F.
+    """The coefficients above, each of all coordinates, shape (n,); ``stiffness`` and ``damping`` in addition to F.
 
     ``oscillator`` is e, None if it is (1, 0, ...).  With a ball, the last coordinate, ``pull`` is its weight,
-    -y'', 0 if its way is level; None without one.
+    -y'', 0 if its path is level; None without one.
     """
 
     stiffness: tuple[float, ...]
@@ -77,7 +77,7 @@ class Modes:
 
     @property
     def shaken_mass(self) -> float:
-        """The sum of g_j^2: what the base shakes, in units of M."""
+        """The sum of g_j^2: the mass that the base excites, in units of M."""
         return math.fsum(g * g for g in self.base)
 
     @property

@@ -1,8 +1,9 @@
-"""The most that any device of the scene's mass could take of its shaking, whatever its spring, stops and circuit.
+"""The upper bound of the power of any device of the scene's mass, for all springs, stops and circuits.
 
 White noise of the base gives N1 = m G/4 however the mass moves (Ito's formula).  For a finite
-acceleration a the rest of the device takes E[a x'] - c E[x'^2] <= E[a^2]/(4 c), c being the least
-friction, and between two rigid stops with the room 2 D no more than D E|a'|, because E[a x'] =
+acceleration a the rest of the device receives E[a x'] - c E[x'^2] <= E[a^2]/(4 c), c being the
+least friction, and between two rigid stops with the room 2 D no more than D E|a'|, because E[a x']
+=
 -E[a' x].  Derived in docs/model.md.  (Langley, J. Sound Vib. 333, 6521, 2014.)
 """
 
@@ -18,7 +19,7 @@ from harvester.presentation.diagnostic import Diagnostic, note
 
 
 class PowerBound(NamedTuple):
-    """A bound of the mean power in the scene's unit, and ``why`` no device takes more."""
+    """An upper bound of the mean power in the scene's unit, and ``why`` it holds."""
 
     value: float
     why: Diagnostic

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class Problem:
-    """What an engine solves.
+    """The problem that an engine solves.
 
     ``equations`` are nondimensional, with one coefficient for each of the ``effects`` that are
     present; ``scales`` are those of the device that carries them in ngspice; ``units`` those of the
@@ -48,7 +48,7 @@ class Problem:
 
     @cached_property
     def plain(self) -> "Problem":
-        """The same with a load resistance, if the netlist is no more than a resistor; else itself."""
+        """The same with a load resistance, if the netlist is only a resistor; else itself."""
         resistance = (
             None if self.netlist is None or self.circuit is None else self.circuit.resistance
         )
@@ -59,7 +59,7 @@ class Problem:
         )
 
     def in_circuit(self, unit: str) -> float:
-        """What one of the scene's own units is in the circuit that runs, of a quantity in V, A, W or J."""
+        """The value of one of the scene's own units in the circuit that runs, for a quantity in V, A, W or J."""
         if self.physical:
             return 1.0
         s = self.scales

@@ -1,7 +1,7 @@
 """The base's recorded acceleration or tabulated density in SI units, from a file or from a profile by its name.
 
 A single shock is one that repeats when the device has come to rest: when `LEFT` of a motion of the
-linear device without its stops and its load is left.  What is left with the load changes the energy
+linear device without its stops and its load is left.  The rest with the load changes the energy
 of the next by twice that part.
 """
 
@@ -27,9 +27,9 @@ LEFT, SMALLEST = 1e-4, 1e-12
 class Events:
     """Shocks or steps that shake the base, ``rate`` of them a second.
 
-    If a ``single`` one is meant, ``memory`` is by what part its energy depends on the one before.
-    ``briefest`` is the time in s that a shock changes in: its duration, or half a turn of its sine;
-    None for steps.
+    If a ``single`` one is meant, ``memory`` is the fraction by which its energy depends on the one
+    before. ``briefest`` is the time scale of a shock's change in s: its duration, or half a turn of
+    its sine; None for steps.
     """
 
     rate: float
@@ -39,14 +39,14 @@ class Events:
 
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
-        """What to beware of in the mean power of single events; nothing for others."""
+        """The warning on the mean power of single events; nothing for others."""
         return (warning("single_shock", period=1.0 / self.rate),) if self.single else ()
 
 
 def recorded_shaking(scene: Scene) -> tuple[Record | None, TabulatedDensity | None]:
     """The base's acceleration in time, and its density, in SI units; None each if the scene has none.
 
-    Raises InputError for a file that cannot be read, and for a profile whose numbers do not go
+    Raises InputError for a file that cannot be read, and for a profile whose numbers do not fit
     together.
     """
     excitation = scene.excitation
@@ -105,7 +105,7 @@ def _by_name(scene: Scene) -> tuple[Record | None, TabulatedDensity | None]:
 
 
 def _period(scene: Scene) -> float:
-    """The time from shock to shock in s; of a single one until the device without its load is at rest.
+    """The time from shock to shock in s; for a single one, until the device without its load is at rest.
 
     It does not depend on the load, so that the best load is that of most energy.
 

@@ -1,6 +1,6 @@
-"""All drawing: each function makes a `Plot` of what `figures.shapes` describes, and `save` writes its files.
+"""All drawing: each function makes a `Plot` of an object of `figures.shapes`, and `save` writes its files.
 
-The names stand in ``__init__.pyi``; matplotlib is loaded when one of them is first used.
+The names are in ``__init__.pyi``; matplotlib is loaded when one of them is first used.
 """
 
 from typing import Any

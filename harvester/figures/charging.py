@@ -14,7 +14,7 @@ _SEEN = 0.01  # of a value: a shorter bar is hidden by its mark
 
 
 def charging(answer: ChargingShape, title: str | None) -> Plot:
-    """Draw the voltage over time; of several runs also the share that has reached the target, and the store's power."""
+    """Draw the voltage over time; for several runs also the fraction at the target, and the storage power."""
     of = answer.unit_names
     several = answer.stderr is not None
     known = [level for level in answer.levels if level.power is not None]
@@ -50,7 +50,7 @@ def charging(answer: ChargingShape, title: str | None) -> Plot:
 
 
 def _called(answer: ChargingShape) -> str:
-    """The probe as an axis names it: a node by what is measured there, an expression unchanged."""
+    """The probe as an axis names it: a node by its measured quantity, an expression unchanged."""
     kind = {"V": "voltage of ", "A": "current of ", "W": "power of "}.get(answer.unit, "")
     return answer.probe if "(" in answer.probe else f"{kind}{answer.probe}"
 

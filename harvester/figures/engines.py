@@ -1,4 +1,4 @@
-"""The figures of engines: the errors of one answer, several answers side by side, and what accuracy costs."""
+"""The figures of engines: the errors of one answer, several answers side by side, and the cost of accuracy."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -23,7 +23,7 @@ _HATCHES = {"sampling, 95 %": "", "step": "////", "model, estimated": "...."}
 
 
 def estimate(answer: EstimateShape, title: str | None) -> Plot:
-    """Draw bars of the mean power's errors in percent of it, and of the ledger's powers; an unknown error says so."""
+    """Draw bars of the mean power's errors in percent of it, and of the ledger's powers; an unknown error is named."""
     flows = {k.removeprefix(_LEDGER): v for k, v in answer.details.items() if k.startswith(_LEDGER)}
     flows.pop("residual", None)
     with styled():
@@ -42,7 +42,7 @@ def estimate(answer: EstimateShape, title: str | None) -> Plot:
             here.axvline(0.0, color=INK, linewidth=0.6)
             here.invert_yaxis()
             here.set_xlabel(x.label)
-            here.set_title("Where the power went")
+            here.set_title("Power dissipated by element")
             here.grid(visible=False, axis="y")
         entitle(figure, title, f"How well does {answer.engine} know the mean power?")
     return figure
@@ -85,7 +85,7 @@ def _errors(here: Axes, answer: EstimateShape) -> None:
     here.set_ylim(len(parts) - 0.5, -0.5)
     here.set_xlim(0.0, None if here.containers else 1.0)
     here.set_xlabel("error of the mean power (%)")
-    here.set_title(f"{in_words(power, answer.unit_names.power)}: what its error is made of")
+    here.set_title(f"{in_words(power, answer.unit_names.power)}: the parts of its error")
     here.grid(visible=False, axis="y")
 
 
@@ -94,7 +94,7 @@ def comparison(
 ) -> Plot:
     """Draw each engine's power with its total error, and V of one path from three sources, with and without the stop.
 
-    The axis of the powers need not begin at zero: what is compared is differences and errors.
+    The axis of the powers need not begin at zero: differences and errors are compared.
     """
     paths = len(curves)
     height = 0.7 + 0.34 * len(estimates)
@@ -149,7 +149,7 @@ def _powers(powers: Axes, estimates: Sequence[EstimateShape]) -> None:
 
 
 def _with_error(power: Value) -> str:
-    """A power with its total error to two digits; without one if it is not known, or cannot be seen beside it."""
+    """A power with its total error to two digits; without one if it is not known, or is too small next to it."""
     error = power.error95
     if error is None or error <= _SEEN * abs(power.value):
         return f"{power.value:.4g}"
@@ -188,7 +188,7 @@ def _path(panel: Axes, path: PathShape) -> None:
 
 
 def _relative_place(value: float, values: list[float]) -> float:
-    """Where a value lies between the smallest of all (0) and the largest (1)."""
+    """The place of a value between the smallest of all (0) and the largest (1)."""
     room = max(values) - min(values)
     return (value - min(values)) / room if room > 0.0 else 0.0
 
@@ -202,7 +202,7 @@ def cost(points: Iterable[tuple[str, float, float, bool]], title: str | None) ->
     """Draw total error against seconds: points of (engine, seconds, relative error, whether on the Pareto front).
 
     Each engine, `MOST_ENGINES` at most, has a line through those of its points that none of its own
-    beats, with its name in addition to it.  What was measured without control variates or pairing
+    beats, with its name in addition to it.  A point measured without control variates or pairing
     is a hollow mark of the same colour.
     """
     shown = [
@@ -222,7 +222,7 @@ def cost(points: Iterable[tuple[str, float, float, bool]], title: str | None) ->
         here.margins(0.18, 0.1)
         here.set_xlabel("time of the computation (s)")
         here.set_ylabel("total error of the mean power (%)")
-        entitle(figure, title, "What accuracy costs in time")
+        entitle(figure, title, "The cost of accuracy in time")
         notes = ["Error: 95 % sampling + step + model, unknown parts at their upper bound."]
         notes += ["Hollow: without control variates, pairing or a settled start."] * any(
             p[1] for p in shown
@@ -234,7 +234,7 @@ def cost(points: Iterable[tuple[str, float, float, bool]], title: str | None) ->
 
 
 def _cost_of(here: Axes, engine: str, points: Sequence[tuple[str, float, float]]) -> Label:
-    """Draw the points of an engine, (what it lacks, seconds, error in percent), and return the label of its line."""
+    """Draw the points of an engine, (missing method, seconds, error in percent), and return the label of its line."""
     whole = sorted((s, e) for missing, s, e in points if not missing)
     poorer = [(s, e) for missing, s, e in points if missing]
     best = [

@@ -32,7 +32,7 @@ def front(answer: FrontShape, title: str | None) -> Plot:
         if answer.alike:
             style = {"color": "0.6", "markersize": 3, "linewidth": 0.8, "zorder": 1}
             alike = _numbers(answer.alike, x.factor, y.factor)
-            axes.errorbar(*alike, fmt="o", label="cannot be told from the front", **style)
+            axes.errorbar(*alike, fmt="o", label="indistinguishable from the front", **style)
         axes.set_xlabel(x.label)
         axes.set_ylabel(y.label)
         axes.margins(0.05, 0.08)

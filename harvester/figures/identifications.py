@@ -63,5 +63,5 @@ def identification(result: IdentifiedShape, title: str | None) -> Plot:
             for row in (0, 1):
                 grid[2 * (spare // across) + row][spare % across].set_axis_off()
         entitle(figure, title, "Do the fitted parameters explain the measurements?")
-        legend(figure, "Where the residuals show only noise, the model fits.")
+        legend(figure, "If the residuals show only noise, the model fits.")
     return figure

@@ -1,4 +1,4 @@
-"""Labels that are next to what they name, if they cover neither data nor each other."""
+"""Labels that are next to their objects, if they cover neither data nor each other."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ _SIDES: tuple[tuple[float, float, str, str], ...] = (
 
 @dataclass(frozen=True)
 class Label:
-    """A text, its colour, and the marks (n, 2) in units of the data that it may stand beside, the best first."""
+    """A text, its colour, and the marks (n, 2) in units of the data that it may be next to, the best first."""
 
     text: str
     colour: Any
@@ -34,8 +34,8 @@ class Label:
 def write_labels(axes: Axes, labels: Sequence[Label]) -> None:
     """Write each label next to one of its marks: inside the axes, off all lines, marks and labels if there is room.
 
-    The axes must be complete, since their limits and the layout of the figure decide what covers
-    what.
+    The axes must be complete, since their limits and the layout of the figure decide which of them
+    covers another.
     """
     figure = axes.figure
     assert figure is not None
@@ -72,7 +72,7 @@ def write_labels(axes: Axes, labels: Sequence[Label]) -> None:
 
 
 def _covered(box: Bbox, inside: Bbox, taken: Floats, boxes: Sequence[Bbox]) -> float:
-    """How much a label at a place would cover: data, other labels, and what is outside the axes."""
+    """How much a label at a place would cover: data, other labels, and the part outside the axes."""
     wide = box.padded(4.0)
     data = np.sum((taken > wide.min).all(axis=1) & (taken < wide.max).all(axis=1))
     outside = box.x0 < inside.x0 or box.x1 > inside.x1 or box.y0 < inside.y0 or box.y1 > inside.y1

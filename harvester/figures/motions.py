@@ -27,7 +27,7 @@ _ROUND = [1, 2, 2.5, 5, 10]  # times a power of ten: steps between ticks
 
 @dataclass(frozen=True)
 class _Drawn:
-    """A path as it is drawn: values over their scales, and which of its readings are where."""
+    """A path as it is drawn: values over their scales, and the places of its readings."""
 
     path: MotionShape
     scales: dict[str, Scale]
@@ -76,7 +76,7 @@ class _Drawn:
 
     @property
     def over_time(self) -> list[str]:
-        """What is drawn over time."""
+        """The quantities drawn over time."""
         return [
             *(name for name in ("displacement", "voltage", "acceleration") if name in self.values),
             *self.probes,
@@ -142,7 +142,7 @@ def _impacts_and_stops(here: Any, drawn: _Drawn) -> None:
 
 
 def _phase_plane(plane: Any, drawn: _Drawn) -> None:
-    """Draw velocity over displacement: in grey where the path has been, and its end as a line."""
+    """Draw velocity over displacement: in grey the earlier path, and its end as a line."""
     x = drawn.values["displacement"]
     v = drawn.values["velocity"]
     path = drawn.path
@@ -162,7 +162,7 @@ def _phase_plane(plane: Any, drawn: _Drawn) -> None:
 
 
 def _densities(column: Any, drawn: _Drawn) -> None:
-    """Draw how often displacement, voltage and probes take each value; nothing of a path from rest."""
+    """Draw how often displacement, voltage and probes have each value; nothing of a path from rest."""
     if drawn.from_rest:
         for here in column:
             here.remove()
@@ -176,7 +176,7 @@ def _densities(column: Any, drawn: _Drawn) -> None:
 
 
 def _but_rounding(probe: Floats, path: MotionShape, of_voltage: bool) -> Floats:
-    """A probe, or zeros if all of it is what rounding leaves of a difference of two nodes' voltages.
+    """A probe, or zeros if all of it is the rounding error of a difference of two nodes' voltages.
 
     Such as the output of a chip that does not run yet: femtovolts on an axis of its own would look
     like a signal.
@@ -188,7 +188,7 @@ def _but_rounding(probe: Floats, path: MotionShape, of_voltage: bool) -> Floats:
 def _between(path: MotionShape, start: float, x: Floats, v: Floats) -> tuple[Floats, Floats]:
     """At most `_DOTS` places after the time ``start``, at times without a common period, so that they make no spokes.
 
-    They lie on the lines between readings; none is taken if an impact turned the velocity
+    They lie on the lines between readings; none is used if an impact turned the velocity
     between two readings.
     """
     count = min(int(np.sum(path.time >= start)), _DOTS)
@@ -202,9 +202,9 @@ def _between(path: MotionShape, start: float, x: Floats, v: Floats) -> tuple[Flo
 
 
 def time_spent(values: Floats, edges: Floats) -> Floats:
-    """The share of time, shape (n - 1,), that a path spends between edges of shape (n,), as a density.
+    """The fraction of time, shape (n - 1,), that a path spends between edges of shape (n,), as a density.
 
-    The path goes straight from reading to reading, so that readings at the same few phases of a
+    The path is straight from reading to reading, so that readings at the same few phases of a
     period leave no gaps.
     """
     low, high = np.minimum(values[:-1], values[1:]), np.maximum(values[:-1], values[1:])
@@ -218,7 +218,7 @@ def time_spent(values: Floats, edges: Floats) -> Floats:
 def bins(values: Floats) -> Floats:
     """The edges of the density's bins, shape (n + 1,): from the least to the largest value.
 
-    For what rests but for rounding they lie about it, half as far as it is from zero.
+    For a value constant up to rounding they lie about it, half as far as it is from zero.
     """
     low, high = float(values.min()), float(values.max())
     size = max(abs(low), abs(high))
@@ -229,7 +229,7 @@ def bins(values: Floats) -> Floats:
 
 
 def _density(here: Any, values: Floats, label: str) -> None:
-    """Draw how often each value is taken, as a density whose integral is 1."""
+    """Draw the frequency of each value, as a density whose integral is 1."""
     edges = bins(values)
     here.stairs(time_spent(values, edges), edges, fill=True, color=_PALE)
     here.set_xlabel(label)

@@ -1,4 +1,4 @@
-"""The figures of what feeds a sensor: the voltage of a node's store, and the circuits that a design chose from."""
+"""The figures of a sensor's supply: the voltage of a node's store, and the circuits that a design chose from."""
 
 from harvester.figures.quantities import Scale, amount, scale
 from harvester.figures.shapes import DesignShape, NodeShape
@@ -49,7 +49,7 @@ def node(answer: NodeShape, title: str | None) -> Plot:
 
 
 def design(answer: DesignShape, title: str | None) -> Plot:
-    """Draw the power that each circuit gives with its total error, beside the one needed; the chosen one is first."""
+    """Draw each circuit's power with its total error, next to the required one; the chosen one is first."""
     x = scale(
         "power available at the voltage needed",
         "W",

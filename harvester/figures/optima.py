@@ -16,7 +16,7 @@ from harvester.figures.style import INK, WIDTH, Plot, entitle, legend, new, styl
 from harvester.presentation.engine_look import look as look_of
 
 _BARS = "Bars: 95 % sampling + step + model, as far as stated."
-_MAP = "Map: a smooth surface through the evaluations; white where there is none near."
+_MAP = "Map: a smooth surface through the evaluations; white without any nearby."
 _MOST_BARS = 150  # evaluations with an error bar each
 _STAR: dict[str, Any] = {"marker": "*", "markersize": 13, "linestyle": "none", "zorder": 6}
 _STAR["clip_on"] = False
@@ -90,7 +90,7 @@ def optimum(answer: OptimumShape, title: str | None) -> Plot:
         question = (
             f"Which {' and '.join(names)} {'gives' if len(names) == 1 else 'give'} the most power?"
         )
-        entitle(figure, title, question if len(names) < 3 else "Where is the most power?")
+        entitle(figure, title, question if len(names) < 3 else "Power over the two keys")
         notes = [_MAP if plane else _BARS if evaluations.bars is not None else ""]
         notes += (
             [f"Not drawn: {left} evaluations not settled, cut off or without an error."]
@@ -109,7 +109,7 @@ def _sound(answer: OptimumShape) -> tuple[list[EvaluationShape], int]:
 
 
 def _star(answer: OptimumShape) -> str:
-    """What the star is, with its numbers: no optimum if most of the range was never looked at."""
+    """The meaning of the star, with its numbers: no optimum if most of the range was never looked at."""
     what = "optimum" if answer.scanned else "highest so far: the scan was cut short"
     power = in_words(answer.estimate.mean_power, answer.estimate.unit_names.power)
     values = (

@@ -89,7 +89,7 @@ def _curve(here: Axes, rows: Sequence[PaperPointShape], unit: float, number: int
 
 
 def _label(here: Axes, panel: str, rows: Sequence[PaperPointShape], most: int) -> float:
-    """Label a panel's axes, all nondimensional, and return what the values are to be divided by."""
+    """Label a panel's axes, all nondimensional, and return the divisor of the values."""
     what, _, against = panel.partition(" against ")
     if not against:
         what, against = "probability density", what[2:-1]
@@ -107,7 +107,7 @@ def region(mu: Sequence[float], edges: Sequence[TheoriesShape], title: str | Non
     """Draw the boundary of stability in the plane (mu, D22): published, ours, and Monte Carlo with 95 % intervals."""
     finite = [v for e in edges for v in (e.published, e.averaged, e.ensemble) if np.isfinite(v)]
     top = 1.3 * max(finite, default=1.0) or 1.0
-    y = scale("noise D22 where rest loses stability", "", [top])
+    y = scale("noise D22 at the stability limit of rest", "", [top])
     with styled():
         figure, here = new(1, 1, (WIDTH, 4.4))
         edge = np.minimum([e.ensemble for e in edges], top) / y.factor
@@ -140,6 +140,6 @@ def region(mu: Sequence[float], edges: Sequence[TheoriesShape], title: str | Non
         here.set_ylim(0.0, top / y.factor)
         here.set_xlabel("time-constant ratio μ = 1/(R Cp ω0) (nondimensional)")
         here.set_ylabel(broken(y.label, 44))
-        entitle(figure, title, "Where is rest stable? Below the line")
+        entitle(figure, title, "Rest is stable below the line")
         legend(figure, "Bars: 95 % sampling intervals.")
     return figure

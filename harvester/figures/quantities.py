@@ -50,7 +50,7 @@ _NAMES = {
 
 @dataclass(frozen=True)
 class Scale:
-    """What values are divided by before they are drawn, and the label of their axis."""
+    """The divisor of values before they are drawn, and the label of their axis."""
 
     factor: float
     label: str
@@ -88,7 +88,7 @@ def quantity(key: str) -> tuple[str, str]:
 
 
 def mark(axis: Axis, key: str, values: Any, logarithmic: bool) -> float:
-    """Label an axis with a scene key's quantity, and return what the values are to be divided by."""
+    """Label an axis with a scene key's quantity, and return the divisor of the values."""
     name, unit = quantity(key)
     if logarithmic:
         axis.set_label_text(f"{name} ({written(unit) or NONDIMENSIONAL})")

@@ -72,14 +72,14 @@ def _common(answers: Sequence[ResponseShape], per_g: bool) -> tuple[list[float],
 
 
 def _bar(bar: Colorbar, by_ratio: bool) -> None:
-    """Write the numbers of a bar that goes by ratio as people read them."""
+    """Write the numbers of a bar on a logarithmic scale as people read them."""
     if by_ratio:
         bar.formatter = bar.ax.yaxis.get_major_formatter()
         bar.ax.yaxis.set_major_formatter(lambda y, _: plain(y))
 
 
 def _colours(powers: Sequence[Floats]) -> Normalize:
-    """Colours that go by ratio if powers differ by `DECADES` or more."""
+    """Colours on a logarithmic scale if powers differ by `DECADES` or more."""
     top = max(float(power.max()) for power in powers)
     least = min(float(power[power > 0.0].min(initial=np.inf)) for power in powers)
     low = max(least, top / DEEPEST)
@@ -87,7 +87,7 @@ def _colours(powers: Sequence[Floats]) -> Normalize:
 
 
 def _heights(panel: Axes, key: str, values: Floats) -> Floats:
-    """The values of the key on the panel's axis, which goes by ratio if they differ tenfold."""
+    """The values of the key on the panel's axis, logarithmic if they differ tenfold."""
     panel.grid(False)
     logarithmic = values[0] > 0.0 and values[-1] >= 10.0 * values[0]
     return values / mark(panel.yaxis, key, values, bool(logarithmic))
@@ -105,7 +105,7 @@ def _powers(
 def _crest(
     panel: Axes, answers: Sequence[ResponseShape], direction: str, height: Floats, hertz: float
 ) -> None:
-    """Draw where the largest power of each value is."""
+    """Draw the place of the largest power of each value."""
     peaks = [answer.peak(direction).frequency / hertz for answer in answers]
     panel.plot(
         peaks,

@@ -79,7 +79,7 @@ def response(answers: Sequence[ResponseShape], title: str | None, per_g: bool = 
 def _quantities(
     points: Sequence[DriveShape], units: AnswerUnits, per_g: bool
 ) -> list[tuple[str, str, str, int]]:
-    """What has a panel of its own: its name, words and unit, and the power of the level that it is divided by."""
+    """A quantity with a panel of its own: its name, words and unit, and the power of the level in its divisor."""
     sizes = [
         ("mean_power", "mean power", units.power, 2 * per_g),
         ("voltage_rms", "RMS voltage", units.voltage, +per_g),
@@ -210,7 +210,7 @@ def _bandwidths(top: Axes, curves: Sequence[Curve], hertz: float) -> None:
 
 
 def _power_scale(answer: ResponseShape) -> float:
-    """What the powers of a response alone are divided by."""
+    """The divisor of the powers of a response alone."""
     powers = [p.mean_power.value for d in answer.directions for p in answer.sweep(d)]
     return scale("", answer.unit_names.power, powers).factor
 
@@ -233,7 +233,7 @@ def _alike(answer: ResponseShape, name: str) -> bool:
 
 
 def _note(curves: Sequence[Curve], several: int) -> str:
-    """What the error bars are; their size if they are too small to be seen; which curves are not drawn."""
+    """The meaning of the error bars; their size if they are too small to be seen; which curves are not drawn."""
     everything: list[Value] = [p.mean_power for a, d, _ in curves for p in a.sweep(d)]
     error = max(v.known_error95 for v in everything)
     largest = max(abs(v.value) for v in everything)

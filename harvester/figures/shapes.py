@@ -1,7 +1,7 @@
-"""What each figure reads of the thing that it draws: the figures know these attributes, and none of the classes above.
+"""The attributes that each figure reads of its subject: figures know these and none of the classes above.
 
 Arrays have the shape (n,) unless another is named; quantities are in the units of ``unit_names``
-(`AnswerUnits`). Long because it is the one list of what figures read.
+(`AnswerUnits`). Long because it is the one list of the attributes that figures read.
 """
 
 from collections.abc import Mapping, Sequence
@@ -47,7 +47,7 @@ class PathShape(Protocol):
 
 
 class NodeShape(Protocol):
-    """The course of a store that feeds a node, whose ``thresholds`` are where the node begins and stops (V)."""
+    """The course of a store that feeds a node, whose ``thresholds`` are the node's start and stop voltages (V)."""
 
     @property
     def t(self) -> Floats: ...
@@ -305,7 +305,7 @@ class ResponseShape(Protocol):
 
 
 class AxisShape(Protocol):
-    """A varied scene key and the values that it takes, in SI units."""
+    """A varied scene key and its values, in SI units."""
 
     @property
     def key(self) -> str: ...
@@ -316,7 +316,7 @@ class AxisShape(Protocol):
 
 
 class SweepRowShape(Protocol):
-    """What an engine answered where the scene keys are those ``varied``, in SI units; None and an error if nothing."""
+    """An engine's answer for the values of the scene keys in ``varied``, in SI units; None and an error if nothing."""
 
     @property
     def engine(self) -> str: ...

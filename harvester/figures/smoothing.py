@@ -1,4 +1,4 @@
-"""What leads the eye through scattered evaluations: the map of an optimum over two keys, and a local fit over one."""
+"""Guides for the eye through scattered evaluations: the map of an optimum over two keys, and a local fit over one."""
 
 import numpy as np
 

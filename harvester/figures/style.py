@@ -1,7 +1,7 @@
 """The look of all figures: fonts, sizes and lines.
 
 Drawn 152 mm wide with letters of 9 points and more, which a phone 390 pixels wide still shows 8
-pixels tall.  Text is taken unchanged (a title may hold a dollar sign), so units are written in
+pixels tall.  Text is drawn unchanged (a title may hold a dollar sign), so units are written in
 Unicode.  How each engine looks is in `harvester.presentation.engine_look`.
 """
 
@@ -122,7 +122,7 @@ def image(figure: Figure, form: str) -> bytes:
 
 
 def save(figure: Figure, folder: Path, name: str, vector: Sequence[str] = ()) -> None:
-    """Write ``name``.png, and beside it the vector forms asked for (`harvester.machine.files.VECTOR`)."""
+    """Write ``name``.png, and next to it the vector forms asked for (`harvester.machine.files.VECTOR`)."""
     for form in ("png", *dict.fromkeys(vector)):
         files.write(folder / f"{name}.{form}", image(figure, form))
 
@@ -141,7 +141,7 @@ def entitle(figure: Figure, device: str | None, question: str = "") -> None:
 
 
 def legend(figure: Figure, note: str = "", more: Iterable[Any] = ()) -> None:
-    """Add one legend under all axes, if it covers nothing; ``note`` says what bars and bands are."""
+    """Add one legend under all axes, if it covers nothing; ``note`` explains bars and bands."""
     named: dict[str, Any] = {}
     for axes in figure.axes:
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):

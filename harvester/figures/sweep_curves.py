@@ -1,4 +1,4 @@
-"""The curves of a sweep's figure: which rows make a curve, and what tells engines and values of other keys apart.
+"""The curves of a sweep's figure: which rows make a curve, and the styles of engines and values of other keys.
 
 One curve an engine: colour, line and marker are the engine's
 (`harvester.presentation.engine_look`).  Several curves an engine, one for each value of the other

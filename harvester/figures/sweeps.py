@@ -146,7 +146,7 @@ def _widen(low: Axes) -> None:
 
 
 def _note(table: SweepShape, groups: int) -> str:
-    """The note under the legend: what the error bars are, what is not shown, what failed."""
+    """The note under the legend: the meaning of the error bars, omitted curves, failed points."""
     notes = list(_error_notes(table, groups))
     if table.listed and len(table.axes) > 1:
         notes.append("The other keys differ from point to point.")
@@ -159,7 +159,7 @@ def _note(table: SweepShape, groups: int) -> str:
 
 
 def _error_notes(table: SweepShape, groups: int) -> Iterator[str]:
-    """What bars and bands are, and of which engines not all of the error is known."""
+    """The meaning of bars and bands, and the engines without a known total error."""
     powers = [(row.engine, row.mean_power) for row in table.rows if row.mean_power is not None]
     if any(power.stderr is not None for _, power in powers):
         points = Counter(engine for engine, _ in powers)

@@ -1,4 +1,4 @@
-"""The figure of a study of tolerances: how the power scatters, and what each key does to it."""
+"""The figure of a study of tolerances: how the power scatters, and the effect of each key."""
 
 import textwrap
 
@@ -18,7 +18,7 @@ _MOST_BINS, _LETTERS = 60, 26
 
 
 def tolerance(answer: ToleranceShape, title: str | None) -> Plot:
-    """Draw a histogram of the powers with quantiles and limits over the tornado; of one key the power along it."""
+    """Draw a histogram of the powers with quantiles and limits over the tornado; for one key the power along it."""
     power = scale("mean power", answer.unit_names.power, answer.power)
     keys = len(answer.tornado)
     with styled():
@@ -74,7 +74,7 @@ def _histogram(here: Axes, answer: ToleranceShape, unit: Scale, way: str) -> Non
 
 
 def _over_key(here: Axes, answer: ToleranceShape, unit: Scale) -> None:
-    """Draw the power over the one key, with its error, and where 5 to 95 % of the devices are."""
+    """Draw the power over the one key, with its error, and the range of 5 to 95 % of the devices."""
     key = answer.spreads[0].key
     order = np.argsort(answer.samples[:, 0])
     values = answer.samples[order, 0]
@@ -105,7 +105,7 @@ def _over_key(here: Axes, answer: ToleranceShape, unit: Scale) -> None:
 
 
 def _tornado(here: Axes, answer: ToleranceShape, unit: Scale) -> None:
-    """Draw where 5 to 95 % of the powers are with one key alone, and the powers at the key's own 5 and 95 % points."""
+    """Draw the range of 5 to 95 % of the powers with one key alone, and the powers at the key's 5 and 95 % points."""
     bars = list(reversed(answer.tornado))
     for k, bar in enumerate(bars):
         low, high = (quantile / unit.factor for quantile in bar.quantiles)

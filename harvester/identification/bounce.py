@@ -1,4 +1,4 @@
-"""A ring-down against a rigid stop: flights in closed form, x'+ = -r x'- where the mass meets x = -gap.
+"""A ring-down against a rigid stop: flights in closed form, x'+ = -r x'- at x = -gap.
 
     x = e^(-k t) (x0 cos w t + (v0 + k x0)/w sin w t),   k = w0/(2 Q),  w = sqrt(w0^2 - k^2)
 
@@ -41,7 +41,7 @@ class Bounce:
 
 
 def path(b: Bounce, t: Floats) -> Floats:
-    """What the sensor shows at ascending times t (s), shape (n,).
+    """The sensor's output at ascending times t (s), shape (n,).
 
     In a flight x'(s) = e^(-k s) C cos(w s + phi), so that its turning points are known exactly:
     if the lowest one is above the stop no later one meets it, as swings decay; else the crossing
@@ -86,7 +86,7 @@ def path(b: Bounce, t: Floats) -> Floats:
 
 
 def _crossing(p: float, q: float, k: float, gap: float, low: float, high: float) -> float:
-    """The angle between two where e^(-k a) (p cos a + q sin a) falls through -gap: by Brent's method."""
+    """The angle between two at which e^(-k a) (p cos a + q sin a) falls through -gap: by Brent's method."""
     from scipy.optimize import brentq
 
     def above(a: float) -> float:
@@ -98,9 +98,9 @@ def _crossing(p: float, q: float, k: float, gap: float, low: float, high: float)
 
 
 def impacts(t: Floats, y: Floats) -> list[int]:
-    """The samples of the first impacts: lowest points with a corner, where the speed jumps, up to the first without.
+    """The samples of the first impacts: lowest points with a corner, at which the speed jumps, up to the first without.
 
-    The jump is measured against the fastest speed nearby; where a free swing turns there is next to
+    The jump is measured against the fastest speed nearby; a turning free swing has next to
     none.
     """
     span = float(np.ptp(y))
@@ -140,7 +140,7 @@ def meets_stop(t: Floats, y: Floats) -> bool:
 
 
 def first_sample(t: Floats, y: Floats) -> int:
-    """From where a ring-down against a stop is fitted: its beginning, or the first impact if that is too near."""
+    """The start from which a ring-down against a stop is fitted: its beginning, or the first impact if too near."""
     at = impacts(t, y)
     return 0 if not at or at[0] >= FEWEST else at[0] + 1
 
@@ -199,8 +199,9 @@ def _frequency(t: Floats, y: Floats) -> float:
 def _grid(t: Floats, y: Floats, swing: float, sure: bool, quality: float) -> list[Bounce]:
     """The best points of a grid over frequency, place of rest and restitution for the first swings.
 
-    The stop is where the samples end below; the swings have the frequency of the device, or up to
-    its double if the stop cuts them.  What begins the first flight is linear least squares.
+    The stop is at the lower end of the samples; the swings have the frequency of the device, or up
+    to
+    its double if the stop cuts them.  The start of the first flight is by linear least squares.
     """
     low, high = float(y.min()), float(y.max())
     first = max(int(np.argmax(y < low + 0.1 * (high - low))), 4)

@@ -1,8 +1,8 @@
 """Least squares of all measurements at once, in the logarithms of what is above 0; outliers are left out.
 
 A channel is one file's sizes, its phases, or its ring-down.  Each has noise of its own, which its
-residuals tell: the fit is repeated with them as weights, first with a loss that outliers hardly
-pull (soft L1), then without the outliers (`harvester.identification.misfit`), by plain least
+residuals determine: the fit is repeated with them as weights, first with a loss that outliers
+hardly pull (soft L1), then without the outliers (`harvester.identification.misfit`), by plain least
 squares (SciPy).
 """
 
@@ -277,5 +277,5 @@ def _best_start(
 
 
 def _spread(values: Floats) -> float:
-    """The standard deviation of what is not an outlier, from the median of the sizes."""
+    """The standard deviation of all but the outliers, from the median of the sizes."""
     return float(1.4826 * np.median(np.abs(values)))

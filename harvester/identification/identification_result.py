@@ -33,14 +33,14 @@ class Parameter:
 
 
 class IdentificationResult(TableResult):
-    """What measurements say of a device.
+    """The parameters of a device from measurements.
 
     Attributes
     ----------
     parameters
         each with its ``key``, ``value`` and 95 % interval ``low`` to ``high``, in its ``unit``.
     missing
-        keys that the data do not determine, with what would.
+        keys that the data do not determine, with a measurement that would.
     residual_rms
         that of the logarithms of sizes, of angles in rad, and of ring-downs over their size.
     names, correlations

@@ -25,7 +25,7 @@ _SHORT["piezo.capacitance"] = "not determined: measure an impedance"
 
 
 def text(result: IdentificationResult, title: str) -> str:
-    """The text of the scene file; keys that are not determined stand in it as comments."""
+    """The text of the scene file; keys that are not determined are in it as comments."""
     tables: Tables = {"": [Entry("title", title, "")], "excitation": [], "load": []}
     tables |= {name: [] for name in SCENE_TABLES}
     for parameter in result.parameters:
@@ -53,10 +53,10 @@ def text(result: IdentificationResult, title: str) -> str:
 
 
 def _second_mode(result: IdentificationResult) -> list[str]:
-    """The table of a second mode as comments, as an impedance does not tell what part it has in the base's motion.
+    """The table of a second mode as comments, as an impedance leaves open its part in the base's motion.
 
-    It tells theta^2/M: the mass is that of the first mode, which makes base and at_stop what they
-    are in that scale.
+    It determines theta^2/M: the mass is that of the first mode, which makes base and at_stop what
+    they are in that scale.
     """
     values = {
         parameter.key.removeprefix("mode.2."): parameter.value for parameter in result.parameters

@@ -1,7 +1,7 @@
 """The parameters of a device from measurements of one or several kinds, fitted jointly, with 95 % intervals.
 
-If the data do not determine a parameter the answer reports it, and what would: an impedance
-alone gives theta^2/M.
+If the data do not determine a parameter the answer reports it, with a measurement that would: an
+impedance alone gives theta^2/M.
 """
 
 import dataclasses
@@ -228,7 +228,7 @@ def _answer(
 
 
 def _of_one_state(parameter: Parameter, state: str) -> Parameter:
-    """A parameter as ring-downs in one state tell it, which are not known to be those of a short circuit."""
+    """A parameter from ring-downs in one state, which are not known to be those of a short circuit."""
     if parameter.key == "short_circuit_frequency":
         return dataclasses.replace(
             parameter, key="resonance_frequency", what=f"resonance in {state}"
@@ -271,7 +271,7 @@ def _open(interval: ProfileInterval, above_0: bool) -> bool:
 
 
 def _remedy(key: str) -> str:
-    """What would determine a key."""
+    """The measurement that would determine a key."""
     if key in ("oscillator.mass", "oscillator.stiffness", "piezo.coupling"):
         return str(note("mass_is_open"))
     if key == "piezo.capacitance":

@@ -102,7 +102,7 @@ def touchstone(text: str, key: str) -> tuple[Floats, Complexes]:
 
 
 def _reference(line: str, key: str) -> float:
-    """The reference (ohm) of version 2, which goes before that of the options."""
+    """The reference (ohm) of version 2, which precedes that of the options."""
     cells = line.partition("]")[2].split()
     if len(cells) != 1 or not NUMBER.fullmatch(cells[0]):
         raise InputError(f"{key} must have one reference in ohm, but has {shown(line)}")

@@ -1,4 +1,4 @@
-"""What was measured at the bench, in SI units, one kind and one electrical state each."""
+"""A measurement at the bench, in SI units, one kind and one electrical state each."""
 
 import dataclasses
 import math
@@ -75,7 +75,7 @@ Measurement = Impedance | BaseResponse | Decay
 
 
 def thinned(data: Measurement, most: int) -> Measurement:
-    """A measurement of every n-th point: enough to tell good starting values from bad ones.
+    """A measurement of every n-th point: enough to distinguish good starting values from bad ones.
 
     For a curve over the frequency there are about ``most``, of a ring-down eight times as many.
     """
@@ -88,5 +88,5 @@ def thinned(data: Measurement, most: int) -> Measurement:
 
 
 def finite(*columns: Floats) -> Any:
-    """Where all columns have a number, shape (n,)."""
+    """The rows in which all columns have a number, shape (n,)."""
     return np.asarray(np.all(np.isfinite(np.array(columns)), axis=0))

@@ -1,4 +1,4 @@
-"""Whether what a fit leaves is noise: single points far off are outliers, but neighbours that agree are a misfit.
+"""Whether the residuals of a fit are noise: single points far off are outliers, but neighbours that agree are a misfit.
 
 For n residuals of white noise the correlation of neighbours is 0 within 1/sqrt(n).  A second mode,
 a wrong minimum or a stop that is not rigid leaves a pattern: neighbours agree, however small the
@@ -32,7 +32,7 @@ def without_outliers(off: Floats, noise: float, x: Floats) -> Floats:
 
 @dataclass(frozen=True)
 class Pattern:
-    """A residual that is no noise: the ``correlation`` of neighbours, and if it is strongest, ``at`` (Hz)."""
+    """A residual that is not noise: the ``correlation`` of neighbours, and if it is strongest, ``at`` (Hz)."""
 
     correlation: float
     at: float
@@ -41,7 +41,7 @@ class Pattern:
 def pattern(off: Floats, x: Floats, relative: float, of_time: bool) -> Pattern | None:
     """The pattern of residuals at x (Hz, or s if ``of_time``), shape (n,); None if they may be noise.
 
-    ``relative`` is their size over that of what was measured.
+    ``relative`` is their size over that of the measurement.
     """
     order = np.argsort(x, kind="stable")
     x = x[order]

@@ -1,10 +1,10 @@
 """95 % intervals by profile: how far a quantity may move before the best fit with it fixed is worse by chance's amount.
 
     S(c) = min of the weighted sum of squares over all parameters with g(p) = c
-    the interval is where S(c) - S(best) <= t^2 k,  t = Student's 0.975 quantile
+    the interval is the range in which S(c) - S(best) <= t^2 k,  t = Student's 0.975 quantile
 
-k is 1 if the noise is what its channel's level says; if it grows with the signal, or is rare and
-large, the residuals tell by how much more g scatters (the sandwich variance over the plain one),
+k is 1 if the noise is that of its channel's level; if it grows with the signal, or is rare and
+large, the residuals determine how much more g scatters (the sandwich variance over the plain one),
 and k is that, never below 1. Along the way the other parameters follow by Gauss and Newton's steps
 with the Jacobian of the best fit.
 """
@@ -90,7 +90,7 @@ class Profiles:
         error: float,
         more: float,
     ) -> float:
-        """Where the profile reaches its limit on one side; the linear end if the search does not find it."""
+        """The place at which the profile reaches a limit on one side; the linear end if the search does not find it."""
         linear = self.reach * error
         if linear > 1.0 and best != 0.0:  # not determined: where exactly it ends does not matter
             return best + way * linear

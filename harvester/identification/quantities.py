@@ -1,4 +1,4 @@
-"""What a fit's parameters say of the device: the keys of a scene, and what they are made of.
+"""The device from a fit's parameters: the keys of a scene, and their formulas.
 
 K = M w0^2    zeta = 1/(2 Q)    theta = psi C    M = theta^2/(beta w0^2 C)    f_oc = f_sc sqrt(1 + beta)
 """
@@ -13,7 +13,7 @@ NEEDED = ("oscillator.mass", "oscillator.stiffness", "piezo.coupling", "piezo.ca
 
 @dataclass(frozen=True)
 class Quantity:
-    """One number: its key, unit and meaning, and what it is of the parameters by name, of which it ``needs`` some.
+    """One number: its key, unit and meaning, and its formula of the parameters by name, of which it ``needs`` some.
 
     ``above_0`` states that its interval is one of its logarithm.
     """

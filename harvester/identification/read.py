@@ -5,7 +5,7 @@
     frequency, V/g (phase)  frequency, mm/g ...                                      response; FILE@100k: the load
     time, voltage or displacement or speed                                           ring-down
 
-A load stands behind the file's name (FILE@short, FILE@open, FILE@470k), in a column `load (ohm)`,
+A load is given after the file's name (FILE@short, FILE@open, FILE@470k), in a column `load (ohm)`,
 in a column's name (`voltage at 100 kohm (V/g)`), or in a comment (`# load: 100 kohm`).
 """
 
@@ -68,7 +68,7 @@ FORMS = (
 def read_files(names: tuple[str, ...]) -> list[Measurement]:
     """The measurements of several files, each with its state behind an @.
 
-    Raises InputError in one line, which states what of a file is missing and what would mend it.
+    Raises InputError in one line, which names the missing part of a file and the remedy.
     """
     measurements = [data for name in names for data in read_file(name)]
     if not measurements:
@@ -131,7 +131,7 @@ def _of_impedance(
 
 
 def _state(state: str, remarks: Iterable[str], key: str) -> tuple[float | None, bool]:
-    """The load (ohm), and whether the mass was held, from what stands behind the @ or else in remarks."""
+    """The load (ohm), and whether the mass was held, from the text after the @ or else in remarks."""
     lines = [line[:LONGEST_REMARK] for line in remarks]
     said = state or next((m[1] for line in lines if (m := _LOAD_IN_PROSE.search(line))), "")
     if said.strip().lower() == "clamped" or (not said and any(map(_CLAMPED.fullmatch, lines))):

@@ -32,7 +32,7 @@ BOUNCE = ("restitution", "gap", "x0", "v0", "zero")
 def chosen(
     measurements: Sequence[Measurement], known: dict[str, float], bouncing: bool
 ) -> tuple[str, ...]:
-    """The names of the parameters to fit; what is known is not among them."""
+    """The names of the parameters to fit; without the known ones."""
     linear = [data for data in measurements if not meets(data, bouncing)]
     impedances = [isinstance(data, Impedance) for data in measurements]
     impedance = any(impedances)
@@ -78,10 +78,10 @@ def starts(
     bouncing: bool,
     others: dict[str, float],
 ) -> list[dict[str, float]]:
-    """Values to begin from: all combinations of what the curves' peaks, ratios and levels suggest.
+    """Values to begin from: all combinations from the curves' peaks, ratios and levels.
 
-    ``others`` are the parameters that the measurements next to a ring-down against a stop tell by
-    themselves.
+    ``others`` are the parameters that the measurements next to a ring-down against a stop determine
+    by themselves.
     """
     if bouncing:
         met = next(
@@ -157,7 +157,7 @@ def second_starts(
 ) -> list[dict[str, float]]:
     """Values to begin the fit of two modes from, with the ``single`` mode's fit: pairs of its frequency and of peaks.
 
-    Peaks are those of the conductance over the frequency, and of what the one mode leaves of it.
+    Peaks are those of the conductance over the frequency, and of its remainder after the one mode.
     """
     resonances = {single["frequency"]}
     for file in impedances:
@@ -190,7 +190,7 @@ def _strongest(t: Floats, y: Floats) -> float:
 
 
 def _capacitances(measurements: Sequence[Measurement], f0: float) -> list[float]:
-    """Capacitances: of the impedance away from resonance, else such as loads tell apart."""
+    """Capacitances: from the impedance away from resonance, else values that loads distinguish."""
     for data in sorted(
         (m for m in measurements if isinstance(m, Impedance)), key=lambda m: not m.clamped
     ):
@@ -218,9 +218,9 @@ def _capacitances(measurements: Sequence[Measurement], f0: float) -> list[float]
 
 
 def _turning(admittance: Complexes) -> float:
-    """How an admittance, shape (n,), goes round as the frequency rises: from -1, clockwise, to 1.
+    """How an admittance, shape (n,), turns as the frequency rises: from -1, clockwise, to 1.
 
-    That of a resonance goes round clockwise in the plane of conductance and susceptance, whatever
+    That of a resonance turns clockwise in the plane of conductance and susceptance, whatever
     it is next to, and with a susceptance of the wrong sign the other way: the area that it
     encloses, over all that it is the sum of.
     """
@@ -239,7 +239,7 @@ def _loss(measurements: Sequence[Measurement]) -> float:
 
 
 def _psi(measurements: Sequence[Measurement], of: Device) -> float:
-    """The voltage a metre that brings the responses' level to what was measured."""
+    """The voltage per metre that brings the responses' level to the measured one."""
     logs = [
         np.median(np.log(m.size) - np.log(np.abs(base_response(of, m.f, m.load, m.of))))
         for m in measurements

@@ -1,6 +1,6 @@
 """The intervals that `harvester identify` wrote into a scene file as comments, as spreads for a study of tolerances.
 
-An interval of 95 % is a normal spread about its middle.  Stiffness and coupling go with the mass,
+An interval of 95 % is a normal spread about its middle.  Stiffness and coupling vary with the mass,
 for the resonance f and q = theta^2/M are known far better than each of them: with the relative
 deviations s, of K/M = (2 pi f)^2 and of q,
 
@@ -30,7 +30,7 @@ MOST = 1.0 - 1e-7  # of a correlation
 
 @dataclass(frozen=True)
 class ScenesSpreads:
-    """Spreads by key as `harvester.tolerance` takes them, correlations, and keys whose value left its interval."""
+    """Spreads by key as `harvester.tolerance` accepts them, correlations, and keys whose value left its interval."""
 
     vary: dict[str, str]
     correlate: dict[tuple[str, str], float]
@@ -92,7 +92,7 @@ def _intervals(text: str) -> tuple[dict[str, tuple[float, float]], dict[str, tup
 
 
 def _ends(match: "re.Match[str]") -> tuple[float, float] | None:
-    """The ends of an interval; None if they are none."""
+    """The ends of an interval; None if they are not an interval."""
     try:
         low, high = float(match[2]), float(match[3])
     except ValueError:

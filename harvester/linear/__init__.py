@@ -1,1 +1,1 @@
-"""The linear equations without a stop: their response in closed form, and what a record cannot tell of it."""
+"""The linear equations without a stop: response in closed form, and the limits of a recording's information."""

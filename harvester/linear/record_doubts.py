@@ -1,4 +1,4 @@
-"""What a record cannot know: the excitation beyond half its sampling rate, and that between its end and its beginning.
+"""The unknowns of a recording: the excitation beyond half its sampling rate, and between its end and its beginning.
 
 For a record that was drawn from a tabulated density it is the excitation between its lines.  All
 are weighed by the response of the linear equations, E[V^2] = sum of |H|^2 p over the lines p of the
@@ -51,12 +51,12 @@ def record_doubts(eqs: Equations) -> list[Diagnostic]:
 
 
 def join_change(eqs: Equations) -> float:
-    """How much E[V^2] may change, relative, by where a record ends and how it is joined.
+    """The possible relative change of E[V^2] due to the end of a record and the way it is joined.
 
     0 if it has no bridge.
 
     It ends by chance: the largest change by `CUTS` ends up to a period of the strongest response
-    before is taken, and that without the bridge.
+    before is used, and that without the bridge.
     """
     record = eqs.record
     if record is None or not record.bridged:
@@ -74,7 +74,7 @@ def join_change(eqs: Equations) -> float:
 
 
 def density_doubts(eqs: Equations, drawn: Record) -> list[Diagnostic]:
-    """A warning if the lines of the record that was drawn from a density stand too far apart for the response."""
+    """A warning if the lines of the record that was drawn from a PSD are too far apart for the response."""
     if eqs.density is None:
         return []
     w, p = _lines(drawn)

@@ -33,7 +33,7 @@ TURN = 2.0 * math.pi
 def response_to_shaking(eqs: Equations) -> tuple[Floats, Floats]:
     """E[x^2] and E[V^2], shape (2,), and the errors of the record's lines or of the integral.
 
-    What rounding does at a sharp resonance is not in them.
+    The rounding error at a sharp resonance is not in them.
     """
     mean_squares, error = np.zeros(2), np.zeros(2)
     if eqs.drive is not None:
@@ -92,7 +92,7 @@ def _density(eqs: Equations, f: Floats) -> Floats:
 
 
 def _filter_poles(eqs: Equations) -> Complexes:
-    """The poles of F: of 1/(1 + tau s), or of B s/(s^2 + B s + W^2)."""
+    """The poles of F: that of 1/(1 + tau s), or those of B s/(s^2 + B s + W^2)."""
     if eqs.correlation_time is not None:
         return np.array([-1.0 / eqs.correlation_time + 0j])
     assert eqs.bandwidth is not None and eqs.centre is not None
@@ -100,7 +100,7 @@ def _filter_poles(eqs: Equations) -> Complexes:
 
 
 def _resonances(poles: Complexes) -> tuple[Floats, Floats]:
-    """Where poles s are in ln f: their place on the axis of frequencies, and how far off it they are."""
+    """The poles s in ln f: their place on the axis of frequencies, and how far off it they are."""
     poles = poles[poles != 0.0]
     return np.log(np.abs(poles) / TURN), np.arctan2(np.abs(poles.real), np.abs(poles.imag))
 

@@ -31,20 +31,20 @@ class MeanSquare(NamedTuple):
 def solve(eqs: Equations) -> MeanSquare:
     """The stationary E[V^2] of linear equations without a stop.
 
-    Raises UnboundedResponseError if nothing dissipates energy, or more is fed than taken.
+    Raises UnboundedResponseError if nothing dissipates energy, or more is fed than dissipated.
     """
     check_bounded(eqs)
     at_one = white(eqs)
     rounding = ROUNDING * (1.0 + at_one.sharpness)
     if not rounding < 1.0:
         raise UnboundedResponseError(
-            "the response grows without bound, or never settles: nothing takes energy from the motion; give a damping"
+            "the response grows without bound, or never settles: nothing dissipates energy; give a damping"
         )
     n1, n2 = eqs.n1 or 0.0, eqs.n2 or 0.0
     left = 1.0 - n2 * at_one.x2
     if not left > rounding:
         raise UnboundedResponseError(
-            f"the response grows without bound: noise on the stiffness feeds its mean square more than damping takes; "
+            f"the response grows without bound: noise on the stiffness feeds more than damping removes; "
             f"N2 must be below {1.0 / at_one.x2:.6g}, but is {n2:.6g}"
         )
     (x2, v2), (x2_error, v2_error) = response_to_shaking(eqs)

@@ -30,7 +30,7 @@ AT_ONCE = 1 << 16  # frequencies, of several modes
 class WhiteResponse(NamedTuple):
     """E[x^2], E[x'^2] and E[V^2] under white noise of intensity 1, and how much sharper rounding is in the response.
 
-    ``sharpness`` is the frequency over the loss, w/(c + C), about Q; infinite if nothing takes
+    ``sharpness`` is the frequency over the loss, w/(c + C), about Q; infinite if nothing dissipates
     energy.
     """
 
@@ -46,8 +46,8 @@ def white(eqs: Equations) -> WhiteResponse:
         S = N1/(c (1 + beta + mu^2 + c mu) + beta mu)
         E[V^2] = E[xV] = S    E[x^2] = S (1 + mu^2 + c mu)    E[x'^2] = E[x^2] + S beta
 
-    Infinite if nothing dissipates energy, or more is fed than taken.  For several modes it is
-    solved as it stands.
+    Infinite if nothing dissipates energy, or more is fed than dissipated.  For several modes it is
+    solved unchanged.
     """
     if eqs.modes is not None:
         return _white_of_modes(eqs)
@@ -69,8 +69,8 @@ def amplitudes(
 
     For several modes x may be that in another ``direction`` than the oscillator's, shape (modes,).
 
-    With a spring of two wells they are those of small motions in the first, whose stiffness takes
-    the place of the 1. Infinite at a resonance if nothing dissipates energy.
+    For a bistable spring they are those of small motions in the first well, whose stiffness is used
+    in place of the 1. Infinite at a resonance if nothing dissipates energy.
     """
     s = 1j * np.asarray(w)
     mu = eqs.mu or 0.0

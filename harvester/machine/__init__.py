@@ -1,1 +1,1 @@
-"""What the machine gives: cores, worker processes, files that are written whole, versions."""
+"""The resources of the machine: cores, worker processes, files that are written whole, versions."""

@@ -1,4 +1,4 @@
-"""How a study is carried out, apart from what it computes: by whom, into which folder, and who is reported of it."""
+"""How a study is carried out, apart from its computation: by whom, into which folder, and with which reports."""
 
 import dataclasses
 from collections.abc import Sequence
@@ -24,10 +24,10 @@ class Execution:
     workers
         processes of this machine; None: one a core if there is work for them; 1: this one alone.
     executor
-        one that computes in their place: of `concurrent.futures`, or the ``Client`` of a Dask
+        one that computes in their place: from `concurrent.futures`, or the ``Client`` of a Dask
         scheduler.
     resume
-        keep what an earlier run of the same study left in the folder ``out``.
+        keep the rows of an earlier run of the same study in the folder ``out``.
     out
         the folder for the files of the study; without it nothing is written.
     formats
@@ -46,7 +46,7 @@ class Execution:
     ------
     InputError
         for a number of workers that no machine has, workers next to an executor, another form of
-        figures, and what would do nothing without ``out``.
+        figures, and options without an effect without ``out``.
     """
 
     workers: int | None = None
@@ -61,7 +61,7 @@ class Execution:
             raise invalid("`workers`", f"be between 1 and {MOST_WORKERS}", self.workers)
         if self.workers is not None and self.executor is not None:
             raise InputError(
-                "`workers` must be left out where an `executor` is given, but both are given"
+                "`workers` must be left out if an `executor` is given, but both are given"
             )
         files.check_vector(self.formats, "formats")
         for name in ("resume", "formats"):
@@ -71,7 +71,7 @@ class Execution:
                 )
 
     def only(self, study: str, *names: str) -> None:
-        """Raise InputError for what is given, but would do nothing for a study that takes no more than these."""
+        """Raise InputError for anything given that would have no effect on a study with these options."""
         for field in dataclasses.fields(self):
             if field.name not in names and getattr(self, field.name) != field.default:
                 takes = ", ".join(f"`{name}`" for name in names)

@@ -61,7 +61,7 @@ def read_part(path: str | Path, argument: str, begin: int, most: int) -> bytes:
     Only a regular file is read: a pipe would wait for its writer, and a device such as /dev/zero
     has no end.
 
-    Raises InputError if it is none, or cannot be read.
+    Raises InputError if it is not one, or cannot be read.
     """
     name = shown(str(path))
     try:
@@ -82,7 +82,7 @@ def _cause(error: OSError | ValueError) -> str:
 
 
 def check_vector(forms: Sequence[str], argument: str = "vector") -> None:
-    """Raise an InputError for a vector form that is none of `VECTOR`; it names the ``argument``."""
+    """Raise an InputError for a vector form that is not in `VECTOR`; it names the ``argument``."""
     for form in forms:
         if form not in VECTOR:
             raise invalid(f"`{argument}`", "be svg or pdf", form)

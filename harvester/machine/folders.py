@@ -35,7 +35,7 @@ def private(path: Path) -> Path | None:
     if this_system.others_may_write(state):
         raise InputError(
             f"the cache must be a folder of your own that nobody else may write, but {shown(str(path))} is not: "
-            f"'chmod go-w' where it is yours, or name another in {VARIABLE}"
+            f"'chmod go-w' if it is yours, or name another in {VARIABLE}"
         )
     return path if os.access(path, os.W_OK) else None
 
@@ -64,7 +64,7 @@ def bare(name: str, file: str) -> str:
 
 @contextmanager
 def at_home(folder: str) -> Iterator[None]:
-    """Make a folder the current one, and the home, for what a library reads as it loads; then go back."""
+    """Make a folder the current one, and the home, for the files that a library reads as it loads; then return."""
     home = os.environ.get("HOME")
     with this_system.back_to_this_folder():
         try:

@@ -1,4 +1,4 @@
-"""How libraries are loaded: without the settings that some take from files of the current folder, and undisturbed."""
+"""How libraries are loaded: without the settings that some read from files of the current folder, and undisturbed."""
 
 import gc
 import importlib

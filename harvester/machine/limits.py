@@ -1,4 +1,4 @@
-"""What this process is allowed that the libraries below cannot work with: they would hang, or end it without a word."""
+"""The limits of this process that the libraries below cannot work with: they would hang, or end it silently."""
 
 import os
 import sys
@@ -43,7 +43,7 @@ def check_limits() -> None:
 
 
 def check_streams() -> None:
-    """Put nothing in the place of closed streams, where files that are opened later would get what is printed.
+    """Put nothing in the place of closed streams, as files that are opened later would receive the output.
 
     Raises InputError if stdout is closed: the answer would be lost.
     """
@@ -54,5 +54,5 @@ def check_streams() -> None:
     sys.stderr = sys.stderr or os.fdopen(2, "w")
     if sys.stdout is None:
         raise InputError(
-            "stdout must be open, but is closed: send it to /dev/null where nobody reads it"
+            "stdout must be open, but is closed: send it to /dev/null if nobody reads it"
         )

@@ -34,7 +34,7 @@ GROWTH = "2e9"
 
 
 def _after_fork() -> None:
-    """Give a forked program a lock of its own, as no thread is left that would let go of the old one, and no children.
+    """Give a forked program a lock of its own, as no thread is left that would release the old one, and no children.
 
     Python itself forgets them if it forks, but not in `os.fork`, after which it would wait for
     them in vain.
@@ -65,8 +65,8 @@ def create(
     """Create a worker process, which starts with its first job and ends after ``idle`` seconds without one.
 
     ``env`` is added to its environment; ``folder`` is its current folder, and its home.  The
-    modules that start it are not looked for in the current folder; later ones are where the program
-    that starts it looks for its own.
+    modules that start it are not looked for in the current folder; later ones are searched where
+    the program that starts it looks for its own.
     """
     with _STARTING:
         _start_the_trackers()
@@ -107,7 +107,8 @@ def completed(
 ) -> Iterator[tuple[Job, Future[T], Any]]:
     """Keep ``most`` jobs running and yield each one, with its process, as soon as it ends.
 
-    ``start`` starts the next job, or says with None that there is none at present; ``meanwhile`` is called once, when
+    ``start`` starts the next job, or returns None if there is none at present; ``meanwhile`` is
+    called once, when
     the first ones run.  The processes of jobs that still run when the iteration ends, by an error or because its reader
     stops, are killed.
     """

@@ -1,6 +1,6 @@
-"""How far a study has come: the one protocol by which studies tell a bar, a log or whatever else listens.
+"""How far a study has come: the one protocol by which studies report to a bar, a log or another listener.
 
-A study calls `Progress.start` where its work begins, `Progress.step` as it continues, and
+A study calls `Progress.start` when its work begins, `Progress.step` as it continues, and
 `Progress.close` at its end, also if that is an error.  Work is measured in one of two ways: by the
 fraction that is done, if nobody can count it, or in rows of one or several kinds, such as the
 points of each engine of a sweep.
@@ -16,13 +16,13 @@ ProgressCallback: TypeAlias = Callable[[float], None]
 
 
 class Progress(Protocol):
-    """What listens to a study."""
+    """The listener to a study."""
 
     def start(self, total: int | None = None, what: str = "", done: int = 0) -> None:
         """Begin work that is measured by its fraction (``total`` None), or ``total`` rows of a kind ``what``.
 
         Work in several kinds of rows begins each of them.  So many are ``done`` already, by an earlier run.  ``what``
-        without a ``total`` is a sentence on what the work can afford.
+        without a ``total`` is a sentence on the extent that the work can afford.
         """
         ...
 
@@ -39,7 +39,7 @@ class Progress(Protocol):
 
 
 class NoProgress:
-    """A progress that tells nobody."""
+    """A progress without a listener."""
 
     def start(self, total: int | None = None, what: str = "", done: int = 0) -> None:
         """Do nothing."""

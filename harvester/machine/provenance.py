@@ -1,4 +1,4 @@
-"""Where a result comes from: the command, the versions, the machine."""
+"""The provenance of a result: the command, the versions, the machine."""
 
 import os
 import platform
@@ -36,7 +36,7 @@ def machine() -> dict[str, Any]:
 
 
 def without_password(address: str) -> str:
-    """An address without what stands before its last @: the name and the password of a user."""
+    """An address without the part before its last @: the name and the password of a user."""
     return re.sub(r"://\S*@", "://...@", address)
 
 

@@ -190,7 +190,7 @@ def _check_no_command(text: str, where: str, number: int) -> None:
 
 
 def _text(path: Path, left: list[int], given: str | None = None) -> str:
-    """The text of a file, or ``given`` in its place; takes its size from the bytes ``left``."""
+    """The text of a file, or ``given`` in its place; subtracts its size from the bytes ``left``."""
     data = files.read(path, "load.netlist", MOST_BYTES) if given is None else given.encode()
     left[0] -= len(data)
     if left[0] < 0:

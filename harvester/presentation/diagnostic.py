@@ -1,4 +1,4 @@
-"""What a computation has to say beside its numbers: a code, how serious it is, what it is about, and its numbers.
+"""A remark of a computation on its result: a code, its severity, its subject, and its numbers.
 
 Engines and studies make diagnostics; nobody below the terminal, the page or the notebook makes a
 sentence of them. Code that must know whether something happened asks for the code, never for a word
@@ -19,9 +19,9 @@ Number = float | int | str | bool | None
 class Diagnostic:
     """One remark on a result.
 
-    ``code`` is a key of `harvester.presentation.messages.catalogue`; ``about`` names what it
-    concerns (an engine, a scene key, ...), empty for the whole result; ``numbers`` are what its
-    sentence needs.  A "warning" doubts the result, a "note" explains it, a "refusal" says the
+    ``code`` is a key of `harvester.presentation.messages.catalogue`; ``about`` names its
+    subject (an engine, a scene key, ...), empty for the whole result; ``numbers`` are those of its
+    sentence.  A "warning" doubts the result, a "note" explains it, a "refusal" says the
     reason why it is missing.  ``str()`` of it is its sentence.
 
     >>> from harvester.presentation.diagnostic import note
@@ -44,7 +44,7 @@ class Diagnostic:
 
     @property
     def line(self) -> str:
-        """Its sentence, after what it is about if that is not the whole result."""
+        """Its sentence, after its subject if that is not the whole result."""
         return f"{self.about}: {self}" if self.about else str(self)
 
     def of(self, about: str) -> "Diagnostic":

@@ -1,8 +1,8 @@
 """How an engine looks in every figure and on the page of `harvester explore`: colour, line, marker and label.
 
-An engine states its look next to what it computes; the list of engines puts it into `LOOKS`, which
-figures read by the engine's name.  What tells engines apart survives a grey print: dashes, width
-and markers next to the colour.
+An engine states its look next to its computation; the list of engines puts it into `LOOKS`, which
+figures read by the engine's name.  The differences between engines survive a grey print: dashes,
+width and markers next to the colour.
 """
 
 from dataclasses import dataclass
@@ -14,8 +14,9 @@ class EngineLook:
     """The look of one engine, in the words of matplotlib.
 
     ``line`` is a line style, or "none" for an engine that is drawn by its markers; ``width`` is for
-    wide lines, which are under thin ones so that engines that agree all show; ``order`` is which
-    stands on top; ``paler`` is the share of white if its colour tells something else.  With several
+    wide lines, which are under thin ones so that engines that agree all show; ``order`` decides the
+    one
+    on top; ``paler`` is the fraction of white if its colour means something else.  With several
     engines, the others are drawn over that of the largest ``trust``.
     """
 

@@ -1,4 +1,4 @@
-"""What the names of results mean: label, kind of unit, symbol, and one sentence; long because it is one table.
+"""The meaning of the names of results: label, kind of unit, symbol, and one sentence; long because it is one table.
 
 A result's field is shown by its name's term here.  ``kind`` is an attribute of
 `harvester.presentation.answer_units.AnswerUnits`, so that the unit is that of the scene; "clock" is
@@ -398,7 +398,7 @@ LEDGER = "ledger_"  # before the names of mean powers of the energy ledger
 
 
 def term(name: str) -> Term:
-    """What a name means; one that is not in the glossary represents itself."""
+    """The meaning of a name; one that is not in the glossary represents itself."""
     return GLOSSARY.get(name) or Term(
         name.replace("_", " "), "power" if name.startswith(LEDGER) else ""
     )

@@ -13,7 +13,7 @@ from harvester.uncertainty.value import Value, number
 
 
 def plain(content: Any) -> Any:
-    """What JSON can hold: a value with its errors, an array as a list; an invalid number is null."""
+    """The form for JSON: a value with its errors, an array as a list; an invalid number is null."""
     if isinstance(content, Value):
         return number(content)
     if isinstance(content, Diagnostic | Exception):
@@ -28,7 +28,7 @@ def plain(content: Any) -> Any:
 
 
 def _parts(content: Any) -> Any:
-    """What has parts, as a list or an object of these; anything else as it is."""
+    """A compound as a list or an object of its parts; anything else as it is."""
     if hasattr(content, "_asdict"):  # a NamedTuple
         content = content._asdict()
     elif dataclasses.is_dataclass(content):
@@ -47,7 +47,7 @@ def _key(name: Any) -> str:
 
 
 def same(content: Any, other: Any) -> bool:
-    """Whether two parts of results say the same, but for times of computing."""
+    """Whether two parts of results are equal, but for times of computing."""
     if isinstance(content, np.ndarray) and isinstance(other, np.ndarray):
         return np.array_equal(content, other, equal_nan=content.dtype.kind == "f")
     first, second = _compared_parts(content), _compared_parts(other)
@@ -59,7 +59,7 @@ def same(content: Any, other: Any) -> bool:
 
 
 def _compared_parts(content: Any) -> dict[Any, Any] | None:
-    """The parts of what has parts, by their names or places, but for times of computing."""
+    """The parts of a compound, by their names or places, but for times of computing."""
     parts: dict[Any, Any] | None = None
     if dataclasses.is_dataclass(content):
         parts = {

@@ -1,7 +1,7 @@
-"""What all results share: a short repr, a text, a notebook's table, JSON, pandas and xarray, from their fields alone.
+"""The base of results: a short repr, a text, a notebook's table, JSON, pandas and xarray, from their fields alone.
 
 A result is a frozen dataclass of values, arrays, tables, diagnostics and other results.  It formats
-nothing itself: what it wants beyond the order of its fields it states in class attributes.
+nothing itself: class attributes state anything beyond the order of its fields.
 """
 
 import dataclasses
@@ -26,15 +26,15 @@ HANDLED = frozenset({"diagnostics", "physical"})
 
 @dataclass_transform(frozen_default=True, eq_default=False, field_specifiers=(dataclasses.field,))
 class Result:
-    """The base of results: what derives from it is a frozen dataclass, which answers a misspelt keyword with its match.
+    """The base of results: a derived class is a frozen dataclass, which answers a misspelt keyword with its match.
 
     For a result's names, its fields but for ``INTERNAL`` ones and then ``DERIVED`` properties, the
     text shows all but ``NOT_SHOWN``, JSON all but ``NOT_IN_JSON`` (under other names if
-    ``JSON_NAMES`` has some; for those ``OPTIONAL`` only what is there), and the short repr those of
+    ``JSON_NAMES`` has some; those of ``OPTIONAL`` only if present), and the short repr those of
     ``SHORT``.  A field ``diagnostics``
     becomes the notes and warnings, ``physical`` states whether the numbers have SI units.
 
-    Two results are equal if all that they say is, but for the seconds of computing.
+    Two results are equal if all their contents are, but for the seconds of computing.
     """
 
     DERIVED: ClassVar[tuple[str, ...]] = ()
@@ -170,7 +170,7 @@ class TableResult(Result):
 
 
 def _short(result: Result, name: str) -> str:
-    """One name's content in a short repr: numbers with their unit, of what is long its size."""
+    """One name's content in a short repr: numbers with their unit, and the size of a long content."""
     content = getattr(result, name)
     if isinstance(content, Value | float) and not isinstance(content, bool):
         return quantity(

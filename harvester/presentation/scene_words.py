@@ -1,6 +1,6 @@
-"""What the coefficients of the equations and the effects of a scene are, in words.
+"""The coefficients of the equations and the effects of a scene, in words.
 
-For one that is not here a report states what its scene key, or its name, says of it.
+For one that is not here a report states the text of its scene key, or its name.
 """
 
 COEFFICIENTS = {

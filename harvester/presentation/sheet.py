@@ -21,7 +21,7 @@ IN_THE_HEAD = frozenset({"engine", "seconds", "steps"})
 
 
 class Presentable(Protocol):
-    """What a sheet reads of a result (`harvester.presentation.result.Result`)."""
+    """The attributes that a sheet reads of a result (`harvester.presentation.result.Result`)."""
 
     @property
     def unit_names(self) -> AnswerUnits:
@@ -29,7 +29,7 @@ class Presentable(Protocol):
         ...
 
     def shown_names(self) -> list[str]:
-        """The names of what its text shows."""
+        """The names of the fields that its text shows."""
         ...
 
 
@@ -43,7 +43,7 @@ class WholeError:
 
 @dataclass
 class Sheet:
-    """What a result shows: a head, rows of a name and a text, tables, remarks, and the sheets of its parts."""
+    """A result for people: a head, rows of a name and a text, tables, remarks, and the sheets of its parts."""
 
     head: str
     rows: list[tuple[str, str]] = field(default_factory=list)
@@ -78,7 +78,7 @@ class Sheet:
 def sheet(
     result: Presentable, head: str | None = None, units: AnswerUnits | None = None, unit: str = ""
 ) -> Sheet:
-    """The sheet of a result; ``head`` replaces what it states of engine, seconds and steps.
+    """The sheet of a result; ``head`` replaces its statement of engine, seconds and steps.
 
     ``units`` and ``unit`` are those of the result that it is a part of, if it does not know its
     own.
@@ -164,7 +164,7 @@ def mapping_rows(
 
 
 def _rows(name: str, content: Any, units: AnswerUnits, unit: str) -> Iterator[tuple[str, str]]:
-    """The row of a number, a value or a text; none of what is absent, and of arrays."""
+    """The row of a number, a value or a text; none for an absent one, and for arrays."""
     about = term(name)
     text = _text(content, about, unit_of(about, units, unit))
     if about.kind == "names":
@@ -211,7 +211,7 @@ def quantity(number: Value | float, about: Term, unit: str) -> str:
 
 
 def unit_of(about: Term, units: AnswerUnits, unit: str = "") -> str:
-    """The unit of a kind: of the scene, the result's, or the kind itself if it is not a quantity of a scene."""
+    """The unit of a kind: the scene's, the result's, or the kind itself if it is not a quantity of a scene."""
     if about.kind == "own":
         return unit
     if about.kind in AnswerUnits.__dataclass_fields__:

@@ -4,7 +4,7 @@ A cell is a number, a text, a truth value, None, or a `harvester.uncertainty.val
 parts become columns of their own wherever cells are plain: ``mean_power``, ``mean_power_stderr``,
 ``mean_power_dof``, ...
 
-Long because all forms of the one table stand together.
+Long because all forms of the one table are together.
 """
 
 import csv
@@ -60,7 +60,7 @@ class Column:
 
     @property
     def head(self) -> str:
-        """What stands above it."""
+        """The text above it."""
         return self.label or term(self.name).label
 
     @property
@@ -141,7 +141,7 @@ class Table:
         ]
 
     def csv(self, units: bool = False) -> str:
-        """The text of a CSV file; with ``units``, these stand in brackets in its heads."""
+        """The text of a CSV file; with ``units``, these are in brackets in its heads."""
         return "".join(self.csv_lines(units))
 
     def csv_lines(self, units: bool = False) -> Iterator[str]:
@@ -194,7 +194,7 @@ class Table:
         ]
 
     def lines(self, indent: str = "", elsewhere: str = "") -> list[str]:
-        """The lines of a terminal: of a long table the first and the last rows; ``elsewhere`` names who has all."""
+        """The lines of a terminal: for a long table the first and the last rows; ``elsewhere`` names who has all."""
         few = self if len(self) <= MOST_ROWS else self._ends()
         head, body = few.shown()
         lines = columns([head, *body], indent, right=True)

@@ -1,1 +1,1 @@
-"""Physical quantities: units and prefixes, what a number may be, spacings, preferred numbers of parts."""
+"""Physical quantities: units and prefixes, permitted kinds of numbers, spacings, preferred numbers of parts."""

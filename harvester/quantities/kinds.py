@@ -38,7 +38,7 @@ class Kind:
 
     @property
     def must(self) -> str:
-        """What a value must be, as an error states it."""
+        """The requirement on a value, in the words of an error."""
         text = f"be {self.name}, such as {self.example}"
         if self.least > -math.inf and self.most < math.inf:
             return f"{text}, between {self.least:g} and {self.most:g}"
@@ -123,7 +123,7 @@ class Kind:
 
     def _not_understood(self, unit: str) -> str:
         if len(unit) > _SHORT:
-            return "what follows the number is no unit"
+            return "the text after the number is not a unit"
         if self.unit == "":
             return f"{unit!r} after the number was not understood, for it has no unit"
         if unit.startswith(","):
@@ -218,7 +218,7 @@ ANY = Kind("a number or a quantity with a unit", "", "'10 uF'")
 def with_prefix(value: object, kind: Kind) -> float:
     """A quantity as the command line writes it: "1k", "10M", "1 Mohm", "3e4"; ValueError as `Kind.read`.
 
-    In addition to what a scene file reads it takes a text with a bare number, in SI units, for
+    In addition to the texts of a scene file it accepts a bare number, in SI units, because
     there all values are texts.
     """
     parts = units.split_unit(value)

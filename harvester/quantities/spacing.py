@@ -18,7 +18,7 @@ def logspace(low: float | str, high: float | str, count: int) -> tuple[float | s
     Returns
     -------
     tuple
-        numbers for numbers, else texts in the unit of ``low``, which the key that takes them reads.
+        numbers for numbers, else texts in the unit of ``low``, which the key reads.
 
     Raises
     ------
@@ -58,7 +58,7 @@ def linspace(low: float | str, high: float | str, count: int) -> tuple[float | s
     Returns
     -------
     tuple
-        numbers for numbers, else texts in the unit of ``low``, which the key that takes them reads.
+        numbers for numbers, else texts in the unit of ``low``, which the key reads.
 
     Raises
     ------
@@ -77,7 +77,7 @@ def linspace(low: float | str, high: float | str, count: int) -> tuple[float | s
 
 
 def _ends(low: float | str, high: float | str, count: int) -> tuple[float, float, str | None]:
-    """Two ends in the unit of the first, and that unit; None where both are numbers."""
+    """Two ends in the unit of the first, and that unit; None if both are numbers."""
     if isinstance(count, bool) or not isinstance(count, int) or not 2 <= count <= 100_000:
         raise invalid("the count of values", "be a whole number between 2 and 100000", count)
     if not isinstance(low, str) and not isinstance(high, str):

@@ -90,7 +90,7 @@ def split_unit(text: object) -> tuple[float, str] | None:
 
 
 def prefix_factor(prefix: str) -> float | None:
-    """The factor of an SI prefix that stands alone, as in "10k" and in ngspice's "10Meg"; None for any other text."""
+    """The factor of an SI prefix without a unit, as in "10k" and in ngspice's "10Meg"; None for any other text."""
     written = {"meg": "M", "Meg": "M", "MEG": "M", "K": "k", "µ": "u", "μ": "u"}
     power = PREFIXES.get(written.get(prefix, prefix)) if prefix else None
     return None if power is None else 10.0**power
@@ -132,7 +132,7 @@ def is_unit(text: str) -> bool:
 
 
 class Seconds(float):
-    """A time that was given with its unit, so that it can be no multiple of 1/w0."""
+    """A time that was given with its unit, so that it cannot be a multiple of 1/w0."""
 
 
 def time(value: str) -> float:
@@ -144,7 +144,7 @@ def time(value: str) -> float:
     number, unit = parts
     factor = 1.0 if unit == "" else unit_factor(unit, "s")
     if factor is None:
-        raise Unread(must, f"the unit {unit[:_LONGEST]!r} is none of time" if unit else "")
+        raise Unread(must, f"the unit {unit[:_LONGEST]!r} is not a unit of time" if unit else "")
     if not (math.isfinite(number * factor) and number > 0.0):
         raise ValueError(must)
     return number if unit == "" else Seconds(number * factor)
@@ -159,7 +159,7 @@ class Unread(ValueError):  # noqa: N818, as it says what could not be read
 
 
 def factor_by_pint(text: str, unit: str | None) -> float | None:
-    """The factor of `unit_factor` from pint's tables, which know the usual units too; rad/s and rpm become cycles."""
+    """The factor of `unit_factor` from pint's tables, which also know the usual units; rad/s and rpm become cycles."""
     for written, power in _POWERS.items():
         text = text.replace(written, power)
     if len(text) > _LONGEST or not _UNIT.fullmatch(text):
@@ -178,7 +178,7 @@ def factor_by_pint(text: str, unit: str | None) -> float | None:
 
 
 def _radians(quantity: Any) -> float:
-    """The power of radians in the unit of a quantity, which pint takes for pure numbers."""
+    """The power of radians in the unit of a quantity, which pint treats as pure numbers."""
     return float(dict(quantity.to_base_units().unit_items()).get("radian", 0.0))
 
 
@@ -190,7 +190,7 @@ def _registry() -> Any:
 
 
 def fraction(value: str) -> float:
-    """A fraction from a text such as "1%" or ".01"; ValueError (``must ...``) for anything else, and outside 0 to 1."""
+    """A fraction from a text such as "1%" or "0.01"; ValueError (``must ...``) for anything outside 0 to 1."""
     match = re.fullmatch(r"\s*(\d+\.?\d*|\.\d+)(e-?\d{1,2})?\s*(%?)\s*", value)
     number = float(match[1] + (match[2] or "")) * (0.01 if match[3] else 1.0) if match else 0.0
     if not 0.0 < number < 1.0:

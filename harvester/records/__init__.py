@@ -1,4 +1,4 @@
-"""What loggers and analysers wrote: CSV files read, cleaned and described.
+"""The files of loggers and analysers: CSV files read, cleaned and described.
 
 Shaking by the name of a profile.
 """

@@ -1,12 +1,12 @@
 """A logger's record made clean: one axis at even times, without offset and drift.
 
-What was found is reported.
+The findings are reported.
 
-What is mended: repeated times, times too coarse for the rate, jitter, gaps of a few samples (by a
-cubic), the mean and a linear drift.  What would be guessed is refused, with the remedy: long gaps,
-times that go back, a clipped signal.
+Repaired: repeated times, times too coarse for the rate, jitter, gaps of a few samples (by a
+cubic), the mean and a linear drift.  Anything that would be a guess is refused, with the remedy:
+long gaps, times that run backwards, a clipped signal.
 
-Long because each fault of a record is found, mended and told in one place.
+Long because each fault of a record is found, mended and reported in one place.
 """
 
 import math
@@ -43,7 +43,7 @@ NEAR_NYQUIST, LOUD = 0.8, 0.1
 class CleanRecord:
     """Accelerations in m/s^2, shape (n,), every 1/``rate`` seconds.
 
-    ``axis`` they are of, and what was done.
+    Their ``axis``, and the corrections.
     """
 
     rate: float
@@ -65,10 +65,10 @@ class CleanRecord:
 
 @dataclass(frozen=True)
 class Part:
-    """Which part of a record is taken: ``begin`` and ``end`` in s from its beginning, or the ``longest`` without a gap.
+    """The used part of a record: ``begin`` and ``end`` in s from its beginning, or the ``longest`` without a gap.
 
     ``recording`` is the number of one of several recordings; ``join`` joins the parts between long
-    gaps.  Raises InputError for a part that is none.
+    gaps.  Raises InputError for an invalid part.
     """
 
     begin: float | None = None
@@ -197,7 +197,7 @@ def stands_still(stood: Standstill, time: Floats) -> Diagnostic:
 
 
 def _refuse_clipped(values: Floats, warnings: list[Diagnostic]) -> None:
-    """Find samples that stand still at an end of the range, which the signal left."""
+    """Find samples that are constant at an end of the range, which the signal left."""
     known = values[np.isfinite(values)]
     if not len(known) or np.ptp(known) == 0.0:
         return
@@ -220,7 +220,7 @@ def _refuse_clipped(values: Floats, warnings: list[Diagnostic]) -> None:
         warnings.append(warning("perhaps_clipped", samples=int(crests)))
     if share > MOST_CLIPPED:
         raise InputError(
-            f"FILE must not be clipped, but {share:.1%} of its samples stand still at the end of the range, "
+            f"FILE must not be clipped, but {share:.1%} of its samples are constant at the end of the range, "
             f"{np.abs(known).max():.4g} m/s^2: record it again with a wider range"
         )
     if clipped:
@@ -253,7 +253,7 @@ def _near_nyquist(values: Floats, rate: float, warnings: list[Diagnostic]) -> No
 
 
 def _resampled(values: Floats, rate: float, target: float, notes: list[Diagnostic]) -> Floats:
-    """The values at another rate, without what that cannot carry: a polyphase filter before samples are dropped."""
+    """The values at another rate, without those it cannot carry, by a polyphase filter before samples are dropped."""
     from fractions import Fraction
 
     from scipy.signal import resample_poly

@@ -147,7 +147,7 @@ def together(dates: Any, times: Any, fraction: Floats | None, key: str) -> Float
 
 
 def with_fraction(spans: Floats, fraction: Floats) -> Floats | None:
-    """Whole seconds with the fractions of a second of another column; None if those are none.
+    """Whole seconds with the fractions of a second of another column; None without such fractions.
 
     Fractions are between 0 and 1 s, and the sums ascend if the seconds do.
     """

@@ -44,7 +44,7 @@ _FRACTION = re.compile(r"\d{1,9}(?:[eE][+-]?\d+)?")
 class Layout:
     """The layout of a file: ``heads`` and ``units`` have a text for each column, empty if absent.
 
-    ``rows`` are the lines of data, ``remarks`` those of comments and of what stands above the
+    ``rows`` are the lines of data, ``remarks`` those of comments and of the lines above the
     header, which state the ``facts``; ``header`` are the lines of names and units.  ``words`` are
     the columns of words.  ``joined`` are the columns whose decimal comma made two cells of a
     number; ``labelled``: a name precedes each number.  ``too_few_names``: a column with numbers has no
@@ -246,7 +246,7 @@ def _is_number(cell: str, decimal: str) -> bool:
 
 
 def as_number(cell: str, decimal: str) -> str:
-    """A cell's number with a decimal point; with a decimal comma a point is no number's."""
+    """A cell's number with a decimal point; with a decimal comma a number has no point."""
     return cell if decimal == "." else cell.replace(".", "?").replace(",", ".")
 
 

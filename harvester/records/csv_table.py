@@ -1,6 +1,6 @@
 """One reader of CSV files for scenes, records and measurements: columns by their names, with their units, in SI.
 
-It takes what loggers, analysers and spreadsheets write: `Time`, `t [s]`, `X (mg)`, `freq_hz`,
+It reads the files of loggers, analysers and spreadsheets: `Time`, `t [s]`, `X (mg)`, `freq_hz`,
 `Acceleration / g`, a row of units below the names, ISO times, a decimal comma
 (`harvester.records.csv_layout`).  pandas reads the rows.
 """
@@ -99,7 +99,7 @@ class CsvColumn:
 
     @property
     def stated(self) -> str:
-        """The unit that stands in brackets or in the row of units; empty if there is none."""
+        """The unit in brackets or in the row of units; empty if there is none."""
         return self.unit or self._parts[1]
 
     def candidates(self) -> list[str]:
@@ -124,12 +124,12 @@ class CsvColumn:
 
 @dataclass(frozen=True, eq=False)
 class CsvTable:
-    """The columns of a file, and what it says beside them.
+    """The columns of a file, and its other statements.
 
     ``bad`` are cells with a text that is not a finite number.
 
     ``facts`` are stated above the numbers, ``notes`` report omitted lines.  Of a block
-    of a long file ``before`` rows of data stand before its first.
+    of a long file ``before`` rows of data precede its first.
     """
 
     columns: tuple[CsvColumn, ...]
@@ -191,7 +191,7 @@ def decoded(data: bytes, path: str | Path, argument: str) -> str:
         return data.decode("utf-16", errors="replace")
     if b"\x00" in data:
         raise InputError(
-            f"{argument} must be a CSV file in UTF-8, but {shown(str(path))} holds bytes that are no text"
+            f"{argument} must be a CSV file in UTF-8, but {shown(str(path))} holds bytes that are not text"
         )
     try:
         return data.decode("utf-8-sig")
@@ -239,7 +239,7 @@ def _layout_note(form: Layout) -> Diagnostic:
 
 
 def _table(form: Layout, text: str, path: str | Path, argument: str) -> CsvTable:
-    """The table where some cells are texts, or missing."""
+    """The table if some cells are texts, or missing."""
     lines, notes = rows_of(form, text)
     try:
         frame = _frame(form, "\n".join(lines), dtype=str, keep_default_na=False)

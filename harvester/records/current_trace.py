@@ -1,6 +1,6 @@
 """The current of a sensor node over time, as power profilers write it in CSV files.
 
-Each sample lasts until the next.  Neighbours that differ least are taken together, with the charge
+Each sample lasts until the next.  Neighbours that differ least are merged, with the charge
 that both have, until `STATES` are left: the sum of squares that a merger of i, j of lengths a, b
 loses is (i - j)^2 a b/(a + b).
 

@@ -1,4 +1,4 @@
-"""A record of any length, read from its file in blocks of some megabytes, so that a day takes no more memory.
+"""A record of any length, read from its file in blocks of some megabytes, so that a day needs no more memory.
 
 The layout is that of the first block (`harvester.records.csv_layout`).  All rows are counted and
 checked once; from then on a block is read again when its samples are asked for.
@@ -34,7 +34,7 @@ Columns = Callable[[CsvTable], tuple[Floats, Floats]]
 
 
 class Block(NamedTuple):
-    """Some rows of a file: their first byte and their bytes, how many rows stand before, the line of the last of those.
+    """Some rows of a file: their first byte and their bytes, the number of rows before, the line of the last of those.
 
     ``repeated`` is that line, which a block of times of a clock begins with; for others it is
     empty.
@@ -48,7 +48,7 @@ class Block(NamedTuple):
 
 @dataclass(frozen=True)
 class LongFile:
-    """A file with the layout of its first block, and what takes the columns of a table."""
+    """A file with the layout of its first block, and the function that selects the columns of a table."""
 
     path: str
     argument: str
@@ -80,7 +80,7 @@ class LongFile:
     def blocks(self) -> Iterator[tuple[CsvTable, Block]]:
         """All blocks in turn.
 
-        Where a clock tells the times each repeats the last row of that before.
+        If a clock gives the times, each repeats the last row of that before.
         """
         block = Block(0, 0, 0, b"")
         while data := files.read_part(self.path, self.argument, block.offset, BLOCK):
@@ -117,7 +117,7 @@ def _samples(file: LongFile, block: Block) -> Floats:
 
 @dataclass(frozen=True)
 class Scan:
-    """What one look at all rows of a file found: its blocks, the rows, their spacing (s) and rms (m/s^2).
+    """The result of one pass over all rows of a file: its blocks, the rows, their spacing (s) and rms (m/s^2).
 
     ``whole`` reads the record at once.
     """
@@ -131,12 +131,12 @@ class Scan:
 
 
 class LongRecord(Record):
-    """A record in a file, of which ``part`` reads what is asked for.
+    """A record in a file, of which ``part`` reads the requested part.
 
     Its ``values`` are read at once when they are.
 
-    ``time`` and ``value`` are by what times and accelerations are multiplied.  InputError for the values of a file that
-    has more than `csv_table.MOST_BYTES`.
+    ``time`` and ``value`` are the factors of times and accelerations.  InputError for the values of
+    a file that has more than `csv_table.MOST_BYTES`.
     """
 
     scan: Scan
@@ -156,7 +156,7 @@ class LongRecord(Record):
         file = self.scan.file
         if (size := Path(file.path).stat().st_size) > csv_table.MOST_BYTES:
             raise InputError(
-                f"{file.argument} must be a file of at most {csv_table.MOST_BYTES} bytes where all of it is needed at "
+                f"{file.argument} must be a file of at most {csv_table.MOST_BYTES} bytes if all of it is needed at "
                 f"once, but {shown(file.path)} has {size}: 'harvester node' and 'harvester design' read it in blocks"
             )
         return self.scan.whole().scaled(self.time, self.value)

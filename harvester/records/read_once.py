@@ -9,7 +9,7 @@ _T = TypeVar("_T")
 
 
 def read_once(read: Callable[[str], _T], path: str) -> _T:
-    """What a file holds; one that did not change is read once."""
+    """The contents of a file; one that did not change is read once."""
     try:
         state = Path(path).stat()
     except (OSError, ValueError):  # the reader says why

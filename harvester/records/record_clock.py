@@ -35,7 +35,7 @@ COARSE = 0.2  # share of repeated times from which on another column of times is
 
 
 class RowTimes(NamedTuple):
-    """The times of rows (s), the column that they are from, and what was decided or doubted."""
+    """The times of rows (s), the column that they are from, and the decisions and doubts."""
 
     values: Floats
     column: CsvColumn

@@ -69,7 +69,7 @@ def axis_column(table: CsvTable, axis: str | None) -> CsvColumn:
         names = ", ".join(column.name for column in columns) or table.heads
         likely = [c.name for c in columns if c.words[-1:] and c.words[-1].endswith(AXES[-1])]
         raise AskedError(
-            f"`axis` must be given where FILE has several columns, {shown(names)}, but is left out",
+            f"`axis` must be given if FILE has several columns, {shown(names)}, but is left out",
             "axis",
             next(iter((*likely, *(column.name for column in columns))), None),
         )

@@ -2,7 +2,7 @@
 
 The header names the columns with their units, in any order: ``time (s),acceleration (g)`` at equal
 steps of time, or ``frequency (Hz),psd (g^2/Hz)``, one-sided.  Other spellings are read too
-(`harvester.records.csv_table`); what is ambiguous or uneven is refused, with the command that mends
+(`harvester.records.csv_table`); an ambiguous or uneven file is refused, with the command that mends
 it.
 """
 

@@ -45,8 +45,10 @@ def recordings(time: Floats) -> list[slice]:
 def ascending(time: Floats, values: Floats, notes: list[Diagnostic]) -> tuple[Floats, Floats]:
     """Times that ascend but for jitter: those that are missing come from their neighbours, a coarse clock's are spread.
 
-    A coarse clock tells the rate from the row where its stamp first changes to that where it last does: at each of the
-    two the clock may be up to one row late.  ``time`` in s and ``values`` have shape (n,); what was mended is added to
+    A coarse clock determines the rate from the row of its first change to that of its last: at each
+    of the
+    two the clock may be up to one row late.  ``time`` in s and ``values`` have shape (n,);
+    corrections are added to
     ``notes``.  Raises InputError for too few times, and a clock that hardly changes.
     """
     known = np.isfinite(time)
@@ -156,7 +158,7 @@ def even(time: Floats, values: Floats, notes: list[Diagnostic]) -> tuple[float, 
         at = spacing * (indices[gaps.argmax()] - numbers[0])
         raise AskedError(
             f"FILE must have no gap of more than {LONGEST_GAP} samples and no more than {MOST_FILLED:.0%} missing, but "
-            f"{lost} are missing, {longest} at {at:.6g} s from the beginning: `longest` takes the longest part without "
+            f"{lost} are missing, {longest} at {at:.6g} s from the beginning: `longest` uses the longest part without "
             "such a gap, `from` and `to` another one, `join` all of them",
             "longest",
         )

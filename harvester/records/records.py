@@ -3,10 +3,10 @@
 `harvester.records.record_files` reads them.  Between its points a density is a straight line in
 log-log; next to a 0, which has no logarithm, it is one in the density itself.
 
-A record is repeated for ever.  One that comes back to its beginning as smoothly as it runs is taken
+A record is repeated for ever.  One that comes back to its beginning as smoothly as it runs is used
 unchanged (`whole_period`); the end of any other is joined to its beginning by a cubic over
 `BRIDGE` steps, which nobody recorded. Between its samples it is the Fourier series through them, of
-which a grid of steps h sees what is below pi/h: nothing is folded back.
+which a grid of steps h resolves the part below pi/h: nothing is folded back.
 """
 
 import math
@@ -36,8 +36,8 @@ _FINER = 8  # points of a fine grid to one that the content needs, for cubic int
 class Record:
     """One period of a record: samples of shape (n,), ``spacing`` apart.
 
-    ``exact``: the excitation is just that Fourier series, as that of a profile, rather than what a
-    sensor read of it. ``bridged``: the last samples are those of a `bridge`.
+    ``exact``: the excitation is just that Fourier series, as that of a profile, rather than the
+    reading of a sensor. ``bridged``: the last samples are those of a `bridge`.
     """
 
     spacing: float
@@ -148,7 +148,7 @@ class TabulatedDensity:
 
     @property
     def width(self) -> float:
-        """The bandwidth (integral of G)^2/(integral of G^2): of several bands about that of the narrowest."""
+        """The bandwidth (integral of G)^2/(integral of G^2): for several bands about that of the narrowest."""
         top = self.values.max()
         square = TabulatedDensity(self.frequencies, (self.values / top) ** 2)
         return float((self.rms**2 / top / square.rms) ** 2)
@@ -175,7 +175,7 @@ class TabulatedDensity:
         return np.asarray(whole[k] + self._within(k, at))
 
     def _within(self, k: Any, f: Floats) -> Floats:
-        """The integral from the beginning of the segments k up to f: of G ~ f^p, or of a straight line beside a 0."""
+        """The integral from the beginning of the segments k up to f: of G ~ f^p, or of a straight line next to a 0."""
         low = self.frequencies[k]
         high = self.frequencies[k + 1]
         left = self.values[k]
@@ -192,7 +192,8 @@ class TabulatedDensity:
     def record(self, h: float, rng: np.random.Generator, width: float = math.inf) -> Record:
         """Make a record with random phases, for a grid of steps h and a response of the bandwidth ``width``.
 
-        Its lines are 1/period apart, and each has the power of the density half-way to its neighbours: the sum is near
+        Its lines are 1/period apart, and each has the power of the PSD half-way to its neighbours:
+        the sum is near
         Gaussian, and has the whole power of a band that is narrower than that.  The period is `SPAN`, or longer so that
         `LINES` are in the narrowest band.
 
@@ -205,7 +206,7 @@ class TabulatedDensity:
         if count > MOST_SAMPLES:
             raise InputError(
                 "excitation.acceleration_psd_file must have no band, and the device no resonance, so narrow that "
-                f"{LINES:g} lines in it take more than {MOST_SAMPLES} steps, but these take {count} of {h:.2g}/w0: "
+                f"{LINES:g} lines in it need more than {MOST_SAMPLES} steps, but these need {count} of {h:.2g}/w0: "
                 "give a longer `dt`, a larger `within`, or for shaking of one frequency an acceleration_amplitude"
             )
         lines = np.arange(1, (count + 1) // 2)
@@ -240,7 +241,7 @@ def whole_period(values: Floats) -> Floats | None:
 
 
 def _joined_by_chance(period: Floats, most: float) -> float:
-    """The share of other joins, of places as quiet as the ends, that are as smooth though what follows differs."""
+    """The share of other joins, of places as quiet as the ends, that are as smooth though the continuation differs."""
     off = np.abs(period - period.mean())
     quiet = np.lib.stride_tricks.sliding_window_view(off, 4).max(axis=1) <= max(
         off[:4].max(), off[-4:].max()

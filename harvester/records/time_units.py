@@ -5,7 +5,7 @@ ways differ by 1000 and more in the sampling rate, so that mostly one alone is a
 accelerometers have: `SLOWEST` to `FASTEST`.  A date as a number of seconds, milliseconds, ... from
 1970 has so many digits as its unit makes.
 
-A counter of k bits goes back by 2^k when it is full, seconds of a minute by 60: such steps are
+A counter of k bits falls by 2^k when it is full, seconds of a minute by 60: such steps are
 undone.
 """
 

@@ -1,4 +1,4 @@
-"""Reports: what a command found, in one HTML file with all that is needed to trust it and to do it again."""
+"""Reports: a command's results, in one HTML file with all that is needed to trust it and to do it again."""
 
 from harvester.report.answers import of_comparison, of_run
 from harvester.report.measurements import of_identification, of_record

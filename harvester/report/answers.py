@@ -20,7 +20,7 @@ from harvester.studies.sensitivity import Sensitivity
 
 Z = (
     "z: difference over the standard error of sampling of both. An engine with a bias of its model or step may be"
-    " off by more than |z| < 4 allows, and rightly so."
+    " off by more than |z| < 4 allows, within that bias."
 )
 
 
@@ -32,16 +32,16 @@ def of_run(
     sensitivity: Sensitivity | None = None,
     prediction: Prediction | None = None,
 ) -> Page:
-    """The page of one engine's answer: its errors, what the scene calls for, and how to do it again.
+    """The page of one engine's answer: its errors, the effects of the scene, and the command that repeats it.
 
     ``largest`` are the largest values over a lifetime and ``sensitivity`` the elasticities of the
-    power, where they were asked for;
+    power, if requested;
     ``prediction`` is that of a real device.
     """
     problem = Problem.of(scene)
     parts = "The parts of the error of the mean power, in percent of it."
     ledger = any(name.startswith("ledger_") for name in answer.details)
-    caption = f"{parts} Below, where the power went." if ledger else parts
+    caption = f"{parts} Below, the power dissipated by element." if ledger else parts
     tables = [
         engines.table([answer]),
         engines.reasons([answer]),
@@ -84,9 +84,9 @@ def _largest(extremes: Extremes | None) -> list[TextTable]:
 def of_comparison(
     scene: Scene | Problem, result: Comparison, seed: int, largest: Sequence[Extremes] = ()
 ) -> Page:
-    """The page of all engines side by side, with z-scores, refusals, and what the paths say.
+    """The page of all engines side by side, with z-scores, refusals, and the statements of the paths.
 
-    ``largest`` are the largest values over a lifetime, each way that they were found.
+    ``largest`` are the largest values over a lifetime, by each method.
     """
     problem = Problem.of(scene)
     figure = drawing(

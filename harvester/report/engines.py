@@ -1,4 +1,4 @@
-"""What engines answered, as a page shows it: values, each error or why there is none, seconds, warnings, refusals."""
+"""The engines' answers, as a page shows them: values, each error or why there is none, seconds, warnings, refusals."""
 
 from collections.abc import Sequence
 
@@ -43,18 +43,18 @@ def table(estimates: Sequence[Estimate]) -> TextTable:
         )
     note = (
         "Errors are in percent of the engine's mean power. -: there is no such error, or it is not known; the reasons"
-        " below say which."
+        " are below."
     )
     return TextTable("Engines", heads, rows, range(1, len(heads)), note)
 
 
 def reasons(estimates: Sequence[Estimate]) -> TextTable:
-    """The table of what each engine says of its errors: why one is missing, or how that of its model is known."""
+    """The table of each engine's statements on its errors: why one is missing, or how that of its model is known."""
     rows = [
         [estimate.engine, signs(estimate.reason) or _known_parts(estimate)]
         for estimate in estimates
     ]
-    return TextTable("What the errors are, or why there is none", ["engine", "reason"], rows)
+    return TextTable("The errors, or why there is none", ["engine", "reason"], rows)
 
 
 def refusals(refused: dict[str, str]) -> list[TextTable]:

@@ -1,4 +1,4 @@
-"""The reports of what was measured: parameters by `identify`, and what `record` found in a logger's file."""
+"""The reports of measurements: parameters by `identify`, and the findings of `record` in a logger's file."""
 
 from harvester.identification.identification_result import IdentificationResult, number_words
 from harvester.machine.provenance import origin
@@ -24,16 +24,16 @@ def of_identification(result: IdentificationResult, title: str) -> Page:
         "Points are measured, lines are the fit; below each, the residuals over the noise of that curve.",
     )
     tables = [
-        TextTable("Parameters", ["parameter", "value", "95 % interval", "what it is"], rows, (1, 2))
+        TextTable("Parameters", ["parameter", "value", "95 % interval", "meaning"], rows, (1, 2))
     ]
     tables += (
-        [TextTable("Not determined", ["parameter", "what would determine it"], open_)]
+        [TextTable("Not determined", ["parameter", "a measurement that would"], open_)]
         if open_
         else []
     )
     tables.append(
         TextTable(
-            "Correlations of what was fitted",
+            "Correlations of the fitted parameters",
             ["", *result.names],
             matrix,
             range(1, len(matrix) + 1),
@@ -46,7 +46,7 @@ def of_identification(result: IdentificationResult, title: str) -> Page:
     ]
     warnings = [str(remark) for remark in result.diagnostics if remark.severity == "warning"]
     section = Section(
-        "What the measurements say",
+        "Findings from the measurements",
         texts=texts,
         drawings=[figure],
         tables=tables,
@@ -66,7 +66,7 @@ def of_record(answer: RecordAnswer, title: str) -> Page:
     figure = drawing(
         answer.plot(None),
         "The record over time, its density, its spectrogram and its rms by octave.",
-        "Over time; Welch's density; the spectrogram; rms by octave with the error of sampling, 95 %.",
+        "Over time; Welch's density; the spectrogram; rms by octave with the sampling error, 95 %.",
     )
     section = Section(
         "The record",

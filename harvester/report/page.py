@@ -1,7 +1,7 @@
 """A report as one HTML file: sections of text, figures and tables.
 
 Nothing is loaded from elsewhere: figures are SVG inside data: addresses, styles are in the page,
-there is no script. What a user gave (title, netlist, warnings) is text, which jinja2 escapes.
+there is no script. The user's texts (title, netlist, warnings) are text, which jinja2 escapes.
 """
 
 import base64
@@ -17,7 +17,7 @@ from harvester.machine import files
 
 @dataclass(frozen=True)
 class Drawing:
-    """A figure: what it shows for those who do not see it (``alt``), and its caption."""
+    """A figure: its description for those who do not see it (``alt``), and its caption."""
 
     svg: bytes
     alt: str
@@ -56,7 +56,7 @@ class Listing:
 
 @dataclass(frozen=True)
 class Section:
-    """A heading and what stands under it, in the order of the attributes."""
+    """A heading and its contents, in the order of the attributes."""
 
     title: str
     texts: Sequence[str] = ()
@@ -68,7 +68,7 @@ class Section:
 
 @dataclass(frozen=True)
 class Page:
-    """A whole report: ``lead`` are its answers in a line each, ``about`` what made it, ``command`` what remakes it.
+    """A whole report: ``lead`` are its answers in a line each, ``about`` its provenance, ``command`` repeats it.
 
     An empty ``title`` becomes the name of the scene's file if there is one (`titled`).
     """

@@ -37,8 +37,8 @@ def of_response(scene: Scene | Problem, answer: FrequencyResponses, seed: int) -
 
 
 def of_motion(scene: Scene | Problem, answer: Motion, seed: int) -> Page:
-    """The page of one path: its figure, and between which ends each of its quantities goes."""
-    caption = "The end of one path over time, its phase plane, and how often each value is taken."
+    """The page of one path: its figure, and the range of each of its quantities."""
+    caption = "The end of one path over time, its phase plane, and the frequency of each value."
     kind = f"motion, engine {answer.engine}"
     return of_result(scene, kind, answer, caption, (answer.ranges,), seed=seed)
 
@@ -66,15 +66,15 @@ def of_stability(scene: Scene | Problem, answer: Stability, seed: int) -> Page:
 
 
 def of_search(scene: Scene | Problem, answer: Optimum | ParetoFront, seed: int) -> Page:
-    """The page of whatever `optimise` found; of one optimum with the evaluations of the largest powers."""
-    caption = "What was evaluated, and the optimum with its interval."
+    """The page of any result of `optimise`; for one optimum with the evaluations of the largest powers."""
+    caption = "The evaluations, and the optimum with its interval."
     tables = tuple[Table, ...]()
     answers: list[str] = []
     if isinstance(answer, ParetoFront):
         caption = f"The largest mean power against the {answer.quantity.replace('_', ' ')}."
     elif isinstance(answer, CircuitChoice):
         which = "the best" if answer.best else "that of most power so far"
-        caption = f"What was evaluated with {next(iter(answer.ranked))}, {which}, and its optimum."
+        caption = f"The evaluations with {next(iter(answer.ranked))}, {which}, and its optimum."
     else:
         tables = (highest(answer),)
         answers = [f"{key.key}: {_interval(key)}" for key in answer.keys]
@@ -83,7 +83,7 @@ def of_search(scene: Scene | Problem, answer: Optimum | ParetoFront, seed: int) 
 
 
 def _interval(key: OptimalKey) -> str:
-    """The best value of a key, and where it lies."""
+    """The best value of a key, and its place."""
     value = amount(key.value, key.unit)
     if key.low95 is None or key.high95 is None:
         return f"best at {value}"
@@ -104,7 +104,7 @@ def highest(answer: Optimum) -> Table:
         Column(key.key, [row[k] for row in values], key.unit) for k, key in enumerate(answer.keys)
     ]
     columns.append(Column("mean_power", [power for power, _ in known], answer.unit_names.power))
-    evaluated = Table(tuple(columns), f"the highest of what {answer.engine} evaluated")
+    evaluated = Table(tuple(columns), f"the highest powers that {answer.engine} evaluated")
     # the first of those alike
     rows = dict(reversed([(tuple(row), k) for k, row in enumerate(evaluated.shown()[1])]))
     return evaluated.rows(sorted(rows.values())[:BEST])
@@ -113,7 +113,7 @@ def highest(answer: Optimum) -> Table:
 def of_tolerance(scene: Scene | Problem, answer: ToleranceResult, seed: int) -> Page:
     """The page of how power scatters over devices: quantiles, yield, the keys' bars and shares, and the error."""
     caption = (
-        "How many devices have which power. Below, where 5 to 95 % of them are with one key alone, and that key's "
+        "The distribution of the devices' power. Below, its 5 to 95 % range with one key alone, and that key's "
         "share of the variance."
     )
     kind = f"tolerance, engine {answer.engine}"

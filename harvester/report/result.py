@@ -1,4 +1,4 @@
-"""The page of any result: its sheet's rows lead, its tables and remarks stand in their places."""
+"""The page of any result: its sheet's rows lead, its tables and remarks are in their places."""
 
 import re
 from collections import Counter
@@ -28,10 +28,10 @@ def of_result(
     answers: Sequence[str] = (),
     **made: Any,
 ) -> Page:
-    """The page of what a study found for a scene, with its figure, and ``tables`` beside its own; ``made`` says how.
+    """The page of a study's result for a scene, with its figure and further ``tables``; ``made`` explains its origin.
 
-    ``answers`` lead it, if the rows of its sheet do not state what was asked for; what it took
-    stands last.
+    ``answers`` lead it, if the rows of its sheet do not state them; its cost
+    is last.
     """
     problem = Problem.of(scene)
     page = sheet(result)
@@ -44,7 +44,7 @@ def of_result(
         [] if plot is None else [drawing(plot(None), f"{caption} {'. '.join(lead)}.", caption)]
     )
     section = Section(
-        "What was found",
+        "Findings",
         texts=[
             f"{note if '.' in note.split()[0] else note[0].upper() + note[1:]}."
             for note in map(signs, page.notes)
@@ -69,8 +69,8 @@ def _tables(page: Sheet) -> Iterator[TextTable]:
 def text_table(table: Table) -> TextTable:
     """A table as texts; for a long one its beginning, and how much is left out.
 
-    A column without any text is left out, one that states the same in every row stands below, and
-    so does a sentence that several cells have.
+    A column without any text is left out, one that states the same in every row is stated below,
+    and so does a sentence that several cells have.
     """
     few = table.head(MOST_ON_A_PAGE)
     heads, rows = few.shown()
@@ -93,7 +93,7 @@ def text_table(table: Table) -> TextTable:
 
 
 def _is_one(cells: list[str]) -> bool:
-    """Whether all cells of a column say the same."""
+    """Whether all cells of a column are the same."""
     return len(cells) >= FEW_ROWS and len(set(cells)) == 1
 
 

@@ -1,4 +1,4 @@
-"""What was computed, and by what: the scene in SI and nondimensional numbers, its effects, versions and machine."""
+"""The scene and its provenance: the scene in SI and nondimensional numbers, its effects, versions and machine."""
 
 import shlex
 from collections.abc import Sequence
@@ -24,9 +24,9 @@ def scene_page(
     text: str = "",
     **made: Any,
 ) -> Page:
-    """The page of what was found for a scene: the findings, the scene and its effects, and what made them.
+    """The page of the findings for a scene: the findings, the scene and its effects, and their provenance.
 
-    ``about`` is the provenance, ``text`` stands above the scene, ``made`` goes to `made_by`.
+    ``about`` is the provenance, ``text`` is above the scene, ``made`` is passed to `made_by`.
     """
     return Page(
         title=problem.scene.title,
@@ -56,7 +56,7 @@ def effects_section(problem: Problem) -> Section:
     words = EFFECTS | {name: name.replace("_", " ") for name in others}
     absent = [name for name in words if name not in present]
     tables = [
-        TextTable(caption, ["effect", "what it is"], [[name, words[name]] for name in names])
+        TextTable(caption, ["effect", "meaning"], [[name, words[name]] for name in names])
         for caption, names in (("On", present), ("Off", absent))
     ]
     text = "An effect that is off is absent: no step of the computation knows it."
@@ -82,12 +82,12 @@ def coefficients(caption: str, eqs: Equations) -> TextTable:
 
 
 def command_line(about: dict[str, Any]) -> str:
-    """The command that makes the report again, as a shell takes it."""
+    """The command that makes the report again, as a shell accepts it."""
     return shlex.join(["harvester", *about["command"]])
 
 
 def made_by(about: dict[str, Any], **more: Any) -> dict[str, str]:
-    """What made the report: ``more`` first (such as the seed), then date, machine, versions and digest of the scene."""
+    """Provenance: ``more`` first (such as the seed), then date, machine, versions and digest of the scene."""
     machine = about["machine"]
     rows = {name.replace("_", " "): str(value) for name, value in more.items()}
     rows["date"] = about["when"]
@@ -122,7 +122,7 @@ def _key(table: str, name: str, value: Any) -> list[list[str]]:
 
 
 def _scales(problem: Problem) -> TextTable:
-    """The table of the scales: what a nondimensional 1 is in SI units."""
+    """The table of the scales: the value of a nondimensional 1 in SI units."""
     s = problem.scales
     values = [
         ("frequency ω0", s.frequency, "rad/s"),
@@ -131,7 +131,7 @@ def _scales(problem: Problem) -> TextTable:
         ("power M ω0³ l²", s.watts, "W"),
     ]
     return TextTable(
-        "What a nondimensional 1 is",
+        "The value of a nondimensional 1",
         ["scale", "value"],
         [[n, amount(v, u)] for n, v, u in values],
         (1,),

@@ -23,7 +23,7 @@ from harvester.uncertainty.value import Value, clock
 
 
 def of_cost(scene: Scene | Problem, cost: Cost, seed: int, budget: float) -> Page:
-    """The page of what accuracy costs: the front, the seconds for an accuracy, and all rows with three errors."""
+    """The page of the cost of accuracy: the front, the seconds for an accuracy, and all rows with three errors."""
     problem = Problem.of(scene)
     reached = [(target, *cost.fastest(target)) for target in TARGETS]
     lead = [
@@ -33,7 +33,7 @@ def of_cost(scene: Scene | Problem, cost: Cost, seed: int, budget: float) -> Pag
     ]
     page = sheet(cost)
     section = Section(
-        "What accuracy costs",
+        "The cost of accuracy",
         texts=[
             f"Errors are relative to the power of {cost.reference} at a step of zero, "
             f"{with_errors(cost.power, cost.unit_names.power)}. Total: sampling at 95 % + step + model, unknown parts "
@@ -73,12 +73,14 @@ def of_sweep(scene: Scene | Problem, table: SweepTable) -> Page:
     failed = sum(bool(row.error) for row in table.rows)
     section = Section(
         "Sweep",
-        texts=[f"{failed} of {len(table.rows)} rows failed; the table says why."] if failed else [],
+        texts=[f"{failed} of {len(table.rows)} rows failed; the table gives the reasons."]
+        if failed
+        else [],
         drawings=[figure],
         tables=[text_table(_summary(table)), text_table(_points(table, failed > 0))],
         warnings=[signs(line) for line in sheet(table).warnings],
     )
-    base = f"Where the points start from; each has its own {keys}."
+    base = f"The start of all points; each has its own {keys}."
     seed = ", ".join(map(str, sorted(seeds))) or "nothing was sampled"
     return scene_page(
         Problem.of(scene), f"sweep of {keys}", best, section, dict(about), base, seed=seed
@@ -86,7 +88,7 @@ def of_sweep(scene: Scene | Problem, table: SweepTable) -> Page:
 
 
 def _best(table: SweepTable, engine: str) -> str:
-    """The largest power in the rows of an engine, with its error, and where it is."""
+    """The largest power in the rows of an engine, with its error, and its place."""
     known = [(row, row.mean_power) for row in table.of(engine) if row.mean_power is not None]
     row, power = max(known, key=lambda pair: pair[1].value)
     where = ", ".join(f"{key} = {amount(value, unit_of(key))}" for key, value in row.varied.items())
@@ -95,7 +97,7 @@ def _best(table: SweepTable, engine: str) -> str:
 
 
 def _summary(table: SweepTable) -> Table:
-    """What each engine took, and the largest errors that it states."""
+    """The cost of each engine, and the largest errors that it states."""
     rows = {name: table.of(name) for name in table.engines}
     powers = {
         name: [row.mean_power for row in mine if row.mean_power is not None]
@@ -141,7 +143,7 @@ def of_paper(drawn: list[PaperFigure]) -> Page:
     parameters = Section(
         "Parameters",
         texts=[
-            "As the paper's text prints them. What it leaves open is assumed, and stands in each figure's title."
+            "As the paper's text prints them. Missing values are assumed, and stated in each figure's title."
         ],
         tables=[
             coefficients("Figures 1 to 6", RESPONSE),

@@ -1,1 +1,1 @@
-"""What the user asks: one device, its shaking and its load, with units; as dataclasses and as TOML."""
+"""The input of the user: one device, its excitation and its load, with units; as dataclasses and as TOML."""

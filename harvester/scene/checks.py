@@ -1,4 +1,4 @@
-"""Checks of keys that go together, which physical and nondimensional scenes share; each raises InputError."""
+"""Checks of keys that depend on each other, which physical and nondimensional scenes share; each raises InputError."""
 
 import itertools
 from collections.abc import Callable
@@ -11,10 +11,10 @@ NARROWEST = 1e-9
 
 
 def check_shaking(table: SceneTable, amplitude: str, frequency: str, noise: str) -> None:
-    """Refuse a key without the key that it needs, and several ways of shaking that do not go with each other.
+    """Refuse a key without the key that it needs, and several kinds of excitation that cannot be combined.
 
-    White noise goes with all of them, and a sinusoid with coloured noise as well. ``amplitude``,
-    ``frequency`` and ``noise`` are the names of the table's keys.
+    White noise can be combined with all of them, and a sinusoid also with coloured noise.
+    ``amplitude``, ``frequency`` and ``noise`` are the names of the table's keys.
     """
     # which says by itself what goes with an amplitude
     profile = getattr(table, "profile", None) is not None
@@ -35,7 +35,7 @@ def check_shaking(table: SceneTable, amplitude: str, frequency: str, noise: str)
     sinusoid_in_noise = len(present) == 2 and present[0] == amplitude and present[1] in noises
     if len(present) > 1 and not sinusoid_in_noise:
         raise InputError(
-            f"{table.TABLE}.{present[1]} must be left out where {present[0]} is given, but both are given"
+            f"{table.TABLE}.{present[1]} must be left out if {present[0]} is given, but both are given"
         )
 
 
@@ -68,14 +68,12 @@ def check_together(given: Callable[[str], bool]) -> None:
 
 
 def check_same(table: SceneTable) -> None:
-    """Refuse several of the keys that say the same in different ways, and none of them if one is needed."""
+    """Refuse several of the keys that mean the same in different ways, and none of them if one is needed."""
     for names, needed in table.SAME.items():
         given = [name for name in names if getattr(table, name) is not None]
         if len(given) > 1:
             key = f"{table.TABLE}.{given[1]}"
-            raise InputError(
-                f"{key} must be left out where {given[0]} is given, but both are given"
-            )
+            raise InputError(f"{key} must be left out if {given[0]} is given, but both are given")
         if needed and not given:
             others = " or ".join(f"{table.TABLE}.{name}" for name in names[1:])
             raise InputError(
@@ -94,7 +92,7 @@ def check_rigid_or_compliant(
     compliant = f"{table}.{prefix}stiffness"
     if restitution is not None and stiffness:
         raise InputError(
-            f"{compliant} must be left out where {table}.restitution is given, but both are given"
+            f"{compliant} must be left out if {table}.restitution is given, but both are given"
         )
     if not stiffness and damping:
         raise InputError(f"{compliant} must be given with {table}.{prefix}damping, but is left out")

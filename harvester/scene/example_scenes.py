@@ -1,4 +1,4 @@
-"""Where the example scenes are: in the wheel next to the modules, else in the checkout."""
+"""The folder of the example scenes: in the wheel next to the modules, else in the checkout."""
 
 from pathlib import Path
 

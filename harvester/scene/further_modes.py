@@ -1,4 +1,4 @@
-"""Checks of further modes, a magnifier and a ball beside the device that they belong to; each raises InputError."""
+"""Checks of further modes, a magnifier and a ball next to the device that they belong to; each raises InputError."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -27,7 +27,7 @@ def check_beside(
         _check_alone("magnifier", {"[[mode]]": bool(modes), "excitation.stiffness_noise": noise})
         if magnifier.restitution is not None and stop:
             raise InputError(
-                "magnifier.restitution must be left out beside [stop], but both are given"
+                "magnifier.restitution must be left out next to [stop], but both are given"
             )
     if ball is not None:
         beside = {
@@ -56,8 +56,8 @@ def _check_modes(
 ) -> None:
     """Refuse too many modes, modes that are not in the order of their frequencies, and a coupling too strong.
 
-    A coupling theta takes theta^2/(2 Cp) of energy into the capacitance at a displacement of 1,
-    which must be less than what the mode's spring holds there, stiffness/2: else the capacitance is
+    A coupling theta puts theta^2/(2 Cp) of energy into the capacitance at a displacement of 1,
+    which must be less than the mode's spring holds there, stiffness/2: else the capacitance is
     not that of the clamped piezo.
     """
     if not modes:
@@ -68,7 +68,7 @@ def _check_modes(
         )
     if stiffness_noise:
         raise InputError(
-            "excitation.stiffness_noise must be left out beside [[mode]], but both are given"
+            "excitation.stiffness_noise must be left out next to [[mode]], but both are given"
         )
     below = modal.frequency / TURN
     for number, mode in enumerate(modes, 2):
@@ -79,15 +79,15 @@ def _check_modes(
         spring = mode.mass * (TURN * mode.frequency) ** 2
         if (mode.coupling or 0.0) ** 2 >= spring * modal.capacitance:
             most = math.sqrt(spring * modal.capacitance)
-            must = f"be below {most:.4g} N/V in size, where the piezo takes all the energy that the mode's spring holds"
+            must = f"be below {most:.4g} N/V in size, at which the piezo holds all the energy of the mode's spring"
             raise invalid(f"mode.{number}.coupling", must, mode.coupling)
 
 
 def _check_alone(table: str, others: Mapping[str, bool]) -> None:
-    """Refuse what is given of ``others`` next to a table."""
+    """Refuse any of ``others`` next to a table."""
     for other, given in others.items():
         if given:
-            raise InputError(f"{other} must be left out beside [{table}], but both are given")
+            raise InputError(f"{other} must be left out next to [{table}], but both are given")
 
 
 def contact_mass(modal: ModalParameters, modes: Sequence[Mode]) -> float:

@@ -92,8 +92,8 @@ def text(some: tuple[SceneKey, ...]) -> str:
 def full_key(key: str) -> str:
     """The whole name of a key that may be given bare: "mu" is nondimensional.mu, for only that table has one.
 
-    A key of the device goes before one of what is compared with it: "capacitance" is that of the
-    piezo.
+    A key of the device precedes one of a table that is compared with it: "capacitance" is that of
+    the piezo.
 
     Raises InputError if several tables have the key; any other text comes back as it is.
     """
@@ -146,7 +146,7 @@ def read_value(key: str, text: str) -> float:
 
 
 def kind_of(key: str) -> Kind:
-    """The kind of quantity of a scene key; InputError for a key that no scene has, or that is no number."""
+    """The kind of quantity of a scene key; InputError for a key that no scene has, or that is not a number."""
     kind = key_kind(*split_key(key))
     if kind is None:
         raise InputError(f"{key} must be a key with a number to be varied")

@@ -70,7 +70,7 @@ class Load(SceneTable):
             )
         if self.terminals is not None and (self.netlist is None or not is_path(self.netlist)):
             raise InputError(
-                "load.terminals must go with the file of a flat netlist, but load.netlist is none"
+                "load.terminals must go with the file of a flat netlist, but load.netlist is not one"
             )
 
 

@@ -1,4 +1,4 @@
-"""The linear device of a physical scene, whichever of its keys say it: mass, spring, damper, coupling, capacitance."""
+"""The linear device of a physical scene, from any of its keys: mass, spring, damper, coupling, capacitance."""
 
 import math
 from dataclasses import dataclass
@@ -29,7 +29,7 @@ class ModalParameters:
         return math.sqrt(abs(self.stiffness) / self.mass)
 
     def by_key(self) -> dict[str, float]:
-        """The values of all keys of a scene that say this device, each in place of the others that say the same."""
+        """The values of all keys of a scene that describe this device, each in place of its equivalents."""
         values = {"oscillator.stiffness": self.stiffness, "piezo.coupling": self.coupling}
         if self.stiffness > 0.0:
             values["oscillator.frequency"] = self.frequency / (2.0 * math.pi)

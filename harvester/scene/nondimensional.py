@@ -79,7 +79,7 @@ class Nondimensional(SceneTable):
                 )
         if self.D12 and self.filtered:
             raise InputError(
-                "nondimensional.D12 must be left out where the noise is filtered, but both are given"
+                "nondimensional.D12 must be left out if the noise is filtered, but both are given"
             )
         for eps, density in (("eps1", "D11"), ("eps2", "D22")):
             if getattr(self, eps) and getattr(self, density) is None:

@@ -98,9 +98,9 @@ class Oscillator(SceneTable):
     q: Annotated[OptNumber, QUALITY, "quality factor in short circuit, instead of damping"] = NONE
     damping_x2: Annotated[OptNumber, DAMPING_X2, "coefficient of X^2 X'"] = NONE
     damping_x4: Annotated[OptNumber, DAMPING_X4, "coefficient of X^4 X'"] = NONE
-    damping_v: Annotated[OptNumber, DAMPING_V, "quadratic damping: of |X'| X', such as air's"] = (
-        NONE
-    )
+    damping_v: Annotated[
+        OptNumber, DAMPING_V, "quadratic damping: coefficient of |X'| X', such as air's"
+    ] = NONE
 
     def __post_init__(self) -> None:
         if self.stiffness == 0.0:
@@ -200,7 +200,8 @@ class Mode(SceneTable):
 
         mass (X'' + 2 damping_ratio w X' + w^2 X) + coupling v = -mass base a,    w = 2 pi frequency
 
-    X is the mode's displacement where that of the [oscillator] is measured, a the acceleration of the
+    X is the mode's displacement at the point at which that of the [oscillator] is measured, a the
+    acceleration of the
     base and ``base`` the mode's participation in it.  A stop meets the sum of all modes'
     displacements, each times its ``at_stop``, which is 1 if the stop is in the place where they are
     measured, such as at the tip.
@@ -259,7 +260,7 @@ class Ball(SceneTable):
 
     Its place Z is relative to the base, from the middle of the box: |Z - X| <= room/2, and at an
     end the relative speed turns round times ``restitution``.  With a ``tilt`` of 90 degrees the box
-    stands upright.
+    is upright.
 
     >>> import harvester as hv
     >>> hv.Ball(mass="2 g", room="4 mm", restitution=0.8).room

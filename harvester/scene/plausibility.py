@@ -13,7 +13,7 @@ FAR = 50.0  # times the resonance, or a part of it: no harvester is driven there
 
 
 def unusual_values(scene: Scene) -> list[Diagnostic]:
-    """A warning with the likely unit for each number of a scene that is far outside of what such devices have."""
+    """A warning with the likely unit for each number of a scene that is far outside the usual range of such devices."""
     warnings = list[Diagnostic]()
     for table, name, value in scene.values():
         kind = key_kind(table, name)
@@ -39,7 +39,7 @@ def unusual_values(scene: Scene) -> list[Diagnostic]:
 def _resonance_warnings(
     oscillator: Oscillator, w0: float, shaking: Excitation | None
 ) -> list[Diagnostic]:
-    """Warnings of values that are out of the usual only beside others: damping, and a frequency far off resonance."""
+    """Warnings of values unusual only in combination with others: damping, and a frequency far off resonance."""
     warnings = list[Diagnostic]()
     ratio = 0.5 / oscillator.q if oscillator.q else oscillator.damping_ratio
     if ratio is not None and ratio >= OVERDAMPED:
@@ -53,7 +53,7 @@ def _resonance_warnings(
 
 
 def unusual(what: str, value: float, kind: Kind, prefixed: str = "") -> list[Diagnostic]:
-    """A warning that a value in SI units is far outside of what such devices have (`Kind.typical`), or none.
+    """A warning that a value in SI units is far outside the range of such devices (`Kind.typical`), or none.
 
     ``prefixed`` is the unit, with a prefix, in which such values are mostly given.
     """

@@ -1,4 +1,4 @@
-"""What the user asks: one device, its shaking and its load, as a frozen dataclass of tables.
+"""The input of the user: one device, its excitation and its load, as a frozen dataclass of tables.
 
 Long because a scene explains its methods to users.
 """
@@ -38,7 +38,7 @@ LONGEST_TITLE = 1000  # letters, above tables and plots
 
 
 class SceneTables(TypedDict, total=False):
-    """What `Scene.replace` takes."""
+    """The values that `Scene.replace` accepts."""
 
     title: str
     oscillator: Oscillator | None
@@ -114,7 +114,7 @@ class Scene(SceneTable):
         physical = [name for name in TABLES if name != "nondimensional" and getattr(self, name)]
         if self.nondimensional is not None and physical:
             raise InputError(
-                f"[{physical[0]}] must be left out where [nondimensional] is given, but both are given"
+                f"[{physical[0]}] must be left out if [nondimensional] is given, but both are given"
             )
         check_node(
             self.node, self.storage, None if self.load is None else self.load.netlist, self.chip
@@ -152,7 +152,7 @@ class Scene(SceneTable):
 
     @property
     def modal(self) -> ModalParameters:
-        """Mass, stiffness, damping, coupling and capacitance of a physical scene, whichever of its keys say them."""
+        """Mass, stiffness, damping, coupling and capacitance of a physical scene, from any of its keys."""
         assert self.oscillator is not None and self.piezo is not None, "a physical scene has both"
         return modal_parameters(self.oscillator, self.piezo)
 
@@ -179,13 +179,13 @@ class Scene(SceneTable):
         Raises
         ------
         InputError
-            for both a load and keys of it, and for what no `Load` can have.
+            for both a load and keys of it, and for keys or values that no `Load` can have.
         """
         names = {"resistance": resistance, "netlist": netlist, "parameters": parameters}
         keys: dict[str, Any] = {name: value for name, value in names.items() if value is not None}
         if load is not None and keys:
             raise InputError(
-                f"`load` must be left out where `{next(iter(keys))}` is given, but both are given"
+                f"`load` must be left out if `{next(iter(keys))}` is given, but both are given"
             )
         if isinstance(load, Load):
             return dataclasses.replace(self, load=load)
@@ -197,7 +197,7 @@ class Scene(SceneTable):
 
     @property
     def name(self) -> str:
-        """Its title; for a scene without one what device it is, for a figure's title."""
+        """Its title; for a scene without one the kind of device, for a figure's title."""
         if self.title or not self.physical:
             return self.title or "nondimensional device"
         return f"device of {1e3 * self.modal.mass:.4g} g and {self.modal.frequency / (2.0 * math.pi):.4g} Hz"
@@ -227,7 +227,7 @@ class Scene(SceneTable):
         ----------
         tables
             ``title``, ``oscillator``, ``piezo``, ``stop``, ``opposite_stop``, ``excitation``,
-            ``load`` and ``nondimensional``, as `Scene` itself takes them.
+            ``load`` and ``nondimensional``, as `Scene` itself accepts them.
 
         Examples
         --------
@@ -256,13 +256,13 @@ class Scene(SceneTable):
         Parameters
         ----------
         values
-            scene keys, such as "load.resistance", and what they are set to: a number in SI units, a
+            scene keys, such as "load.resistance", and their new values: a number in SI units, a
             text with its unit ("1 Mohm"), or None for a key that is left out.
 
         Raises
         ------
         InputError
-            for a key that no scene has, or a value that the key cannot take.
+            for a key that no scene has, or a value that the key does not accept.
         """
         changes: dict[str, dict[str, Any]] = {}
         for key, value in values.items():
@@ -322,7 +322,7 @@ class Scene(SceneTable):
 
     @property
     def digest(self) -> str:
-        """A short hash of all that the scene says, the contents of its records included."""
+        """A short hash of all contents of the scene, those of its records included."""
         whole = hashlib.sha256(self.to_toml().encode())
         for table, key in (
             *((self.excitation, key) for key in FILES),

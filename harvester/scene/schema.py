@@ -1,9 +1,9 @@
-"""The JSON schema of scene files, by which an editor completes keys, shows their meaning and marks what is wrong.
+"""The JSON schema of scene files, by which an editor completes keys, shows their meaning and marks errors.
 
 pydantic makes it from the scene's dataclasses, and the words are those of `harvester keys`.  It
 names which tables and keys there are, which are needed, and which form and range a value has.
 Which unit a text may have, and which keys exclude each other, only the program knows: whatever the
-program takes, the schema takes as well.
+program accepts, the schema accepts as well.
 """
 
 import itertools
@@ -22,7 +22,7 @@ from harvester.scene.table import SceneKey
 NAME = "harvester.schema.json"  # of the file beside a scene
 DIRECTIVE = f"#:schema ./{NAME}"  # the first line of a scene, which Taplo reads
 TITLE = "A scene of harvester"
-HELP = "Numbers are SI, texts carry their unit; what is left out is an effect that is absent."
+HELP = "Numbers are SI, texts carry their unit; an effect that is left out is absent."
 MOST_BYTES = 1_000_000
 
 
@@ -32,11 +32,11 @@ class _OfToml(GenerateJsonSchema):
     schema_dialect = "http://json-schema.org/draft-07/schema#"
 
     def nullable_schema(self, schema: Any) -> JsonSchemaValue:
-        """The schema of what may be None, for what is given."""
+        """The schema of a value that may be None, for a given value."""
         return self.generate_inner(schema["schema"])
 
     def default_schema(self, schema: Any) -> JsonSchemaValue:
-        """The schema of what has a default, which an editor need not write."""
+        """The schema of a value with a default, which an editor need not write."""
         return self.generate_inner(schema["schema"])
 
     def tuple_schema(self, schema: Any) -> JsonSchemaValue:
@@ -69,7 +69,7 @@ def schema() -> dict[str, Any]:
 
 
 def _of_same(same: dict[tuple[str, ...], bool]) -> dict[str, Any]:
-    """What a table's schema says of keys that say the same; without allOf, in which Taplo completes no keys."""
+    """The rule of a table's schema for keys that mean the same; without allOf, in which Taplo completes no keys."""
     pairs = [list(pair) for names in same for pair in itertools.combinations(names, 2)]
     needed = [names for names, must in same.items() if must]
     rules: dict[str, Any] = (
@@ -81,7 +81,7 @@ def _of_same(same: dict[tuple[str, ...], bool]) -> dict[str, Any]:
 
 
 def _inlined(node: Any, definitions: dict[str, Any]) -> Any:
-    """A part of the schema with what it refers to in its place: some editors follow no reference when they complete."""
+    """A part of the schema with its references replaced by their targets, as some editors do not follow them."""
     if isinstance(node, list):
         return [_inlined(part, definitions) for part in node]
     if not isinstance(node, dict):
@@ -92,7 +92,7 @@ def _inlined(node: Any, definitions: dict[str, Any]) -> Any:
 
 
 def _help(key: SceneKey) -> str:
-    """What an editor shows next to a key."""
+    """The text that an editor shows next to a key."""
     unit = f" A bare number is in {key.unit}; a text has its unit." if key.unit else ""
     return f"{key.meaning[:1].upper()}{key.meaning[1:]}.{unit} Example: {key.name} = {key.example}"
 

@@ -1,4 +1,4 @@
-"""What a sensor node is and the store that feeds it: tables that `harvester node` reads, beside the device."""
+"""A sensor node and the storage that feeds it: tables that `harvester node` reads, beside the device."""
 
 import math
 from typing import Annotated, ClassVar
@@ -72,7 +72,7 @@ class Storage(SceneTable):
 
 
 def _check_store(store: Storage) -> None:
-    """Refuse a store that is neither a capacitor nor a battery, or half of what one needs."""
+    """Refuse a store that is neither a capacitor nor a battery, or lacks half of its keys."""
     if (store.capacitance is None) == (store.battery_voltage is None):
         has = "neither is" if store.capacitance is None else "both are"
         raise InputError(
@@ -99,14 +99,14 @@ def _check_both(table: SceneTable, first: str, other: str) -> None:
 class SensorNode(SceneTable):
     """A load that begins at ``wake_voltage`` of the store and stops below ``stop_voltage``: packets, and sleep between.
 
-    A packet is a list of ``currents`` with their ``durations``, a ``packet_energy`` that takes the
+    A packet is a list of ``currents`` with their ``durations``, a ``packet_energy`` spent in the
     first of the ``durations`` (10 ms if left out), or a ``trace``, a CSV file of time and
-    current as power profilers write it. Currents and energies are those that the node takes from
+    current as power profilers write it. Currents and energies are those that the node draws from
     its ``supply_voltage``, which a regulator of an ``efficiency`` makes of the store; without one
     the store itself gives its currents.
 
     For its packets a ``lost_share`` is not answered; each is sent up to ``retries`` times more.  A
-    flag of the store's energy goes down below the first of ``low_voltages`` and up above the
+    flag of the store's energy falls below the first of ``low_voltages`` and rises above the
     second: while it is down, packets are a ``low_interval`` apart.
 
     >>> import harvester as hv
@@ -122,14 +122,16 @@ class SensorNode(SceneTable):
     currents: (
         Annotated[
             tuple[Annotated[float, CURRENT], ...],
-            "of a packet's states, in turn",
+            "currents of a packet's states, in turn",
             "['4 mA', '20 mA']",
         ]
         | None
     ) = None
     durations: (
         Annotated[
-            tuple[Annotated[float, TIME], ...], "of a packet's states, in turn", "['10 ms', '5 ms']"
+            tuple[Annotated[float, TIME], ...],
+            "durations of a packet's states, in turn",
+            "['10 ms', '5 ms']",
         ]
         | None
     ) = None
@@ -245,9 +247,9 @@ def _check_durations(node: SensorNode) -> None:
 
 @scene_table
 class HarvestingChip(SceneTable):
-    """What is between the rectifier and the store: a chip by its name, or one of your own.
+    """The converter between the rectifier and the store: a chip by its name, or one of your own.
 
-    Keys next to a ``name`` replace what the chip's data sheet says.  With an
+    Keys next to a ``name`` replace the values of the chip's data sheet.  With an
     ``input_ratio`` the chip holds the rectifier's output at that part of its voltage without load,
     and charges the store from there; without one the store is at its input.  The output feeds the
     node from the start voltage of the store on, until the stop voltage.

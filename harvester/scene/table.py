@@ -1,4 +1,4 @@
-"""The base of all tables of a scene: what pydantic finds wrong becomes one line that names the table and the key."""
+"""The base of all tables of a scene: an error of pydantic becomes one line that names the table and the key."""
 
 import dataclasses
 import functools
@@ -31,9 +31,9 @@ Made = TypeVar("Made", bound=type)
 
 
 class Read(Generic[Kept, Given]):
-    """The type of a key that is read: what it holds, and what it may be given as, such as 0.04 and "40 g".
+    """The type of a key that is read: the value that it holds, and the accepted inputs, such as 0.04 and "40 g".
 
-    Type checkers take it for a descriptor; when the program runs, ``Read[Kept, Given]`` is
+    Type checkers treat it as a descriptor; when the program runs, ``Read[Kept, Given]`` is
     ``Kept``.
     """
 
@@ -182,7 +182,7 @@ def one_line_errors(table: Made) -> Made:
 
 
 def keys_of(table: type[SceneTable]) -> list[SceneKey]:
-    """The keys of a table, with what their annotations say of them."""
+    """The keys of a table, with the contents of their annotations."""
     keys = []
     for field in dataclasses.fields(table):  # type: ignore[arg-type]
         annotations = notes(table, field.name)
@@ -203,7 +203,7 @@ def keys_of(table: type[SceneTable]) -> list[SceneKey]:
 
 
 def notes(table: type, name: str) -> list[Any]:
-    """What the annotation of a key holds: its `Kind`, and in words what it is and an example."""
+    """The contents of a key's annotation: its `Kind`, its meaning in words, and an example."""
     annotation = table.__annotations__.get(name)
     parts = (*getattr(annotation, "__args__", ()), annotation)
     return [note for part in parts for note in getattr(part, "__metadata__", ())]

@@ -1,4 +1,4 @@
-"""Scenes from scene files (TOML), and what is wrong with a file in one line."""
+"""Scenes from scene files (TOML), and the errors of a file in one line."""
 
 import difflib
 import re
@@ -27,8 +27,8 @@ def loads(text: str, folder: Path | None = None) -> Scene:
     text
         TOML, with numbers in SI units and texts with their unit.
     folder
-        where the paths of its netlist and records start, and which they must not leave; without it,
-        paths are the caller's own: any, from the current folder.
+        from which the paths of its netlist and records start, and which they must not leave;
+        without it, paths are the caller's own: any, from the current folder.
 
     Returns
     -------
@@ -38,7 +38,7 @@ def loads(text: str, folder: Path | None = None) -> Scene:
     Raises
     ------
     InputError
-        for anything that is not TOML, or says something that no scene can have.
+        for anything that is not TOML, or has a key or value that no scene can have.
 
     Examples
     --------
@@ -110,7 +110,7 @@ def load(path: str | Path) -> Scene:
     Raises
     ------
     InputError
-        if the file cannot be read, is not TOML, or says something that no scene can have.
+        if the file cannot be read, is not TOML, or has a key or value that no scene can have.
 
     Examples
     --------

@@ -1,1 +1,1 @@
-"""Numbers with their errors, and what makes the errors smaller."""
+"""Numbers with their errors, and the methods that reduce the errors."""

@@ -3,8 +3,8 @@
     E[high] = E[high - a low] + a E[low]
 
 The first mean comes from a few pairs that share their noise, the second from a long run of the
-cheap model alone.  With a fixed weight a the sum has no bias, whatever the cheap model is worth;
-what it is worth decides the variance.  (Peherstorfer, Willcox and Gunzburger, SIAM J. Sci. Comput.
+cheap model alone.  With a fixed weight a the sum has no bias, however poor the cheap model is;
+its quality decides the variance.  (Peherstorfer, Willcox and Gunzburger, SIAM J. Sci. Comput.
 38, A3163, 2016.)
 """
 
@@ -25,7 +25,7 @@ LUCK = 2.0
 
 @dataclass(frozen=True)
 class Controlled:
-    """The estimate, and what decides how the effort is best split.
+    """The estimate, and the numbers that decide how the effort is best split.
 
     ``residual`` is the variance of one pair's high - a low, ``weight`` the mean a, ``correlation``
     that of the pairs.
@@ -50,9 +50,10 @@ def controlled(
 ) -> Controlled:
     """The estimate of E[high] from pairs, shape (n,) each, n >= 8, and an independent ``mean`` of low.
 
-    Each half of the pairs takes the weight that the other half asks for (least squares), so that it
-    is independent of what it weighs: no bias.  ``controls`` of mean zero, shape (n, columns), are
-    weighed next to low; ``together`` consecutive entries are of one trajectory
+    Each half of the pairs uses the weight that the other half determines (least squares), so that
+    it
+    is independent of the entries it weighs: no bias.  ``controls`` of mean zero, shape (n,
+    columns), are weighed next to low; ``together`` consecutive entries are of one trajectory
     (`harvester.uncertainty.controls`).
     """
     off = (low - mean.value)[:, None]
@@ -93,12 +94,13 @@ def differing(high: Floats, low: Floats, mean: Value, missing: float) -> Control
 def explained_and_controlled(
     high: Floats, low: Floats, mean: Value, explained: Floats, together: int = 1
 ) -> Controlled:
-    """As `controlled`, with what controls of mean zero explain of ``high`` by weights from elsewhere, shape (n,).
+    """As `controlled`, with controls of mean zero that explain ``high`` by weights from elsewhere, shape (n,).
 
         E[high] = E[high - explained - a low] + a E[low]
 
-    It is taken off unchanged: few entries cannot tell it from low, and would weigh both badly
-    (of eight runs of a bridge with a stop that doubles the variance).  It is weighed by the entries
+    It is subtracted unchanged: few entries cannot distinguish it from low, and would weigh both
+    badly
+    (eight runs of a bridge with a stop that doubles the variance).  It is weighed by the entries
     only if `WORTH` asks for it.  The variance is stated 1 + `LUCK`/trajectories times as large as
     these show it.
     """

@@ -1,9 +1,9 @@
-"""A mean of independent entries with controls: quantities beside them whose own means are known to be zero.
+"""A mean of independent entries with controls: further quantities whose own means are known to be zero.
 
     mean of y - a.X,   with a from the entries of the other half, by least squares
 
-Half of the entries takes the coefficients that the other half asks for, so that they are
-independent of what they weigh: whatever X is worth, there is no bias; what it is worth decides the
+Half of the entries uses the coefficients that the other half determines, so that they are
+independent of the entries they weigh: there is no bias, and the quality of X decides the
 variance.
 """
 

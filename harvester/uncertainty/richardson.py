@@ -1,9 +1,9 @@
-"""Richardson extrapolation: what a scheme gives at a step of 0, from a step h and twice that step.
+"""Richardson extrapolation: the limit of a scheme at a step of 0, from a step h and twice that step.
 
     E_h = E_0 + c h^p   =>   E_h - E_0 = (E_2h - E_h)/(2^p - 1)
 
 with the order p = 2, or a lower one near a stop (`harvester.equations.impact_order`).  There both
-parts may be large and of opposite sign, so that a third step tells them apart:
+parts may be large and of opposite sign, so that a third step distinguishes them:
 
     E_h = E_0 + c h^2 + d h^p,   u = 3 c h^2,   w = (2^p - 1) d h^p
     E_2h - E_h = u + w,   E_4h - E_2h = 4 u + 2^p w
@@ -67,7 +67,7 @@ def _combined(
 
 
 def bias_weights(steps: int, order: float) -> Floats:
-    """Weights of the values at all steps: of the bias at h of the order p, and from three steps of second order."""
+    """Weights of the values at all steps: for the bias at h of the order p, and from three steps of second order."""
     first = np.eye(steps)[1] - np.eye(steps)[0]
     second = np.eye(steps)[-1] - np.eye(steps)[1]
     power = 2.0**order
@@ -78,7 +78,7 @@ def bias_weights(steps: int, order: float) -> Floats:
 
 
 def limit(values: Sequence[float]) -> tuple[float, float]:
-    """What numbers at steps that are halved, the finest last, come to, and the error of that.
+    """The limit of numbers at steps that are halved, the finest last, and its error.
 
     If the last three fall as the order says, by about 4, it is E_0, whose error is what the finest
     step changed in it.  Else it is the last one, whose error is the larger of its change and a

@@ -15,7 +15,7 @@ GROWTH = 8.0  # times the present effort that one round may add: an early spread
 
 @dataclass
 class Target:
-    """The relative total error to reach (sampling at 95 % plus bias), in some seconds (None: any).
+    """The relative total error to reach (sampling at 95 % plus bias), and the seconds allowed (None: any).
 
     ``model`` is a part of the mean, an error of the model, which no effort makes smaller.
     """
@@ -47,7 +47,7 @@ class Target:
         """The numbers of a budget that ended before the target was reached.
 
         ``error`` is the relative error that there is, None if the mean is not known from zero;
-        sampling alone would take ``more`` seconds to the target at this step, at least, which is
+        sampling alone would need ``more`` seconds to the target at this step, at least, which is
         ``enough`` in all.
         """
         size = abs(value.value)
@@ -64,7 +64,7 @@ class Target:
         }
 
     def variance(self, value: Value) -> float:
-        """The variance of sampling that meets the target beside the bias; 0 if the bias alone is too large."""
+        """The variance of sampling that meets the target together with the bias; 0 if the bias alone is too large."""
         room = self.room * abs(value.value) - (value.bias or 0.0) - (value.model or 0.0)
         return (max(room, 0.0) / value.quantile) ** 2
 

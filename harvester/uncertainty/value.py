@@ -103,7 +103,7 @@ class Value:
         return self.value >= self._number(other)
 
     def _number(self, other: "Value | float") -> float:
-        """The number of what it is ordered with."""
+        """The number of the other value in a comparison."""
         if isinstance(other, Value) and other.unit != self.unit:
             raise InputError(
                 f"values must have one unit to be ordered, but have {self.unit or 'none'} and {other.unit or 'none'}"
@@ -131,7 +131,7 @@ class Value:
         return replace(self, unknown=" and ".join(part for part in (self.unknown, unknown) if part))
 
     def with_model(self, share: float) -> "Value":
-        """The value with one more model error, a share of it, which takes in the rounding of a closed form."""
+        """The value with one more model error, a share of it, which includes the rounding of a closed form."""
         if not share:
             return self
         closed = self.stderr is None and self.model == 0.0
@@ -207,7 +207,7 @@ class Value:
         return f"{text}{behind}"
 
     def _writer(self, unit: str) -> tuple[Callable[..., str], str]:
-        """How numbers are written in a unit and so many digits (2), and what stands behind them."""
+        """How numbers are written in a unit and so many digits (2), and the text after them."""
         if unit == "s" and self.value >= 59.5 and not 0.0 < self.known_error95 < 0.5:
             return lambda number, digits=2: clock(float(f"{number:.{digits}g}")), ""
         prefixed = unit and "^" not in unit and not unit[0].isdigit()
@@ -220,7 +220,7 @@ class Value:
         return self.format()
 
     def _known_parts(self, written: Callable[[float], str]) -> str:
-        """The errors that are known, as they are ``written``, and what is not."""
+        """The errors that are known, as they are ``written``, and the unknown part."""
         parts = [
             f"{what} within {written(error)}"
             for what, error in (
@@ -236,7 +236,7 @@ class Value:
 
 
 def amount(number: float, unit: str) -> str:
-    """A number without an error with its unit: four digits, and a prefix if the unit takes one; "1" is no unit."""
+    """A number without an error with its unit: four digits, and a prefix if the unit allows one; "1" is not a unit."""
     if unit == "kg":
         number = 1e3 * number
         unit = "g"
@@ -286,7 +286,8 @@ def stderr_of95(half: Any) -> Any:
 def z_score(a: Value, b: Value) -> float | None:
     """The difference of two values over their half-widths of 95 % by 1.96; None if an error is not known.
 
-    The step and model errors are in the half-widths: what they cover is no difference.
+    The step and model errors are in the half-widths: a deviation that they cover is not a
+    difference.
     """
     if a.error95 is None or b.error95 is None:
         return None
@@ -295,7 +296,7 @@ def z_score(a: Value, b: Value) -> float | None:
 
 
 def two_digits(number: float, digits: int = 2) -> str:
-    """A number in two digits, as an error stands behind its value, or in more; without an exponent below a million."""
+    """A number in two digits, as for an error, or in more; without an exponent below a million."""
     text = f"{number:.{digits}g}"
     return f"{float(text):.0f}" if "e+" in text and abs(number) < 1e6 else text
 

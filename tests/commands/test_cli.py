@@ -239,7 +239,7 @@ def test_no_memory_is_one_line(harvester, monkeypatch, tmp_path, error, line):
         (
             ">&-",
             2,
-            "harvester: stdout must be open, but is closed: send it to /dev/null where nobody reads it\n",
+            "harvester: stdout must be open, but is closed: send it to /dev/null if nobody reads it\n",
         ),
         ("2>&- <&-", 0, ""),
         (">&- 2>&-", 2, ""),

@@ -98,7 +98,7 @@ def test_warnings_name_options(harvester):
                 "--scheduler",
                 "tcp://a:1",
             ),
-            "--workers must be left out where --scheduler is given, but both are given",
+            "--workers must be left out if --scheduler is given, but both are given",
         ),
         (
             (
@@ -114,15 +114,15 @@ def test_warnings_name_options(harvester):
         ),
         (
             ("optimise", "--vary", "load.resistance=1k:1M", "--vector", "svg"),
-            "--vector must go with --out, where",
+            "--vector must go with --out, the",
         ),
         (
             ("stability", "--vector", "svg"),
-            "--vector must go with --out, where the figure is written, but --out is",
+            "--vector must go with --out, the folder of the figure, but --out is",
         ),
         (
             ("compare", "--json", "--vector", "pdf"),
-            "--vector must go with --out, where the figure is written",
+            "--vector must go with --out, the folder of the figure",
         ),
     ],
 )

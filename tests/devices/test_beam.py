@@ -160,10 +160,7 @@ def test_modes_in_the_scene(harvester, tmp_path):
             "--length must be a length (m), such as '0.26 mm', above 0, but is '5 kg': the unit 'kg'",
         ),
         (["--width=-1mm"], "--width must be a length (m)"),
-        (
-            ["--mass", "5 g"],
-            "--mass must be left out where the geometry gives it, but both are given",
-        ),
+        (["--mass", "5 g"], "--mass must be left out if the geometry gives it, but both are given"),
     ],
 )
 def test_what_is_no_beam(harvester, tmp_path, change, says):

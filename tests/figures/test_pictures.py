@@ -292,5 +292,5 @@ def test_a_density_of_what_stands_still(value):
 def test_a_power_of_zero_is_written():
     """An open circuit takes none, without an error: its digits had the logarithm of 0."""
     answer = hv.Exact().run(hv.loads("[nondimensional]\nc1 = -0.05\nbeta = 0.05\nD11 = 0.01\n"))
-    assert "0: what its error is made of" in texts(answer.plot())
+    assert "0: the parts of its error" in texts(answer.plot())
     assert "0" in texts(figures.comparison([answer], [], "An open circuit"))

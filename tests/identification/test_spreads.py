@@ -100,5 +100,5 @@ def test_comments_that_state_none(harvester, tmp_path, comment):
     status, out, err = harvester("tolerance", path)
     assert (status, out) == (2, "")
     assert err.startswith(
-        "harvester: --vary must be given for one key or more where the scene file has no intervals of"
+        "harvester: --vary must be given for one key or more if the scene file has no intervals of"
     )

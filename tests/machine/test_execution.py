@@ -14,7 +14,7 @@ from harvester.machine.progress import CallingBack, PartOfProgress
         ({"workers": 0}, "`workers` must be between 1 and 1000, but is 0"),
         (
             {"workers": 2, "executor": object()},
-            "`workers` must be left out where an `executor` is given",
+            "`workers` must be left out if an `executor` is given",
         ),
         (
             {"resume": True},

@@ -212,7 +212,8 @@ def test_times_with_a_unit(harvester, tmp_path):
     """--dt 1ms is a thousandth of a second; of a nondimensional scene no time has a unit, nor is mu's table needed."""
     assert hv.Ensemble(dt="1ms").dt == hv.Ensemble(dt="0.001").dt == 1e-3
     with pytest.raises(
-        hv.InputError, match=r"`dt` must be a time .*, but is '1 kg': the unit 'kg' is none of time"
+        hv.InputError,
+        match=r"`dt` must be a time .*, but is '1 kg': the unit 'kg' is not a unit of time",
     ):
         hv.Ensemble(dt="1 kg")
     path = tmp_path / "a.toml"

@@ -46,7 +46,7 @@ def test_three_axes_with_offset_and_drift(harvester, tmp_path):
     assert (tmp_path / "c.png").stat().st_size > 20_000
     assert "rms" in (tmp_path / "report.html").read_text()
     assert (
-        "--axis must be given where FILE 'a.csv' has several columns, 'X, Y, Z', but is left out"
+        "--axis must be given if FILE 'a.csv' has several columns, 'X, Y, Z', but is left out"
         in harvester("record", path)[2]
     )
     assert (
@@ -123,7 +123,7 @@ def test_a_part_of_a_record(harvester, tmp_path):
     keep[300:340] = keep[1500:1540] = False
     path = written(tmp_path / "a.csv", "t [s],Acc Z [g]", 1e6 + T, SHAKING, keep=keep)
     status, _, err = harvester("record", path)
-    assert status == 2 and "40 at 0.598 s from the beginning: --longest takes" in err
+    assert status == 2 and "40 at 0.598 s from the beginning: --longest uses" in err
     answer = json.loads(harvester("record", path, "--longest", "--axis", "acc z [g]", "--json")[1])
     assert answer["samples"] == 1160
     assert any("the longest of 3 parts: from 0.68 to 2.998 s" in line for line in answer["found"])

@@ -153,5 +153,5 @@ def test_a_bad_long_file_is_one_line_with_its_row(read, text, said):
 def test_what_needs_all_of_it_says_so(read, monkeypatch):
     found = read(plain(values()))
     monkeypatch.setattr(csv_table, "MOST_BYTES", 1000)
-    with pytest.raises(hv.InputError, match=r"where all of it is needed at once.*'harvester node'"):
+    with pytest.raises(hv.InputError, match=r"if all of it is needed at once.*'harvester node'"):
         found.values  # noqa: B018 - it reads the file

@@ -35,7 +35,7 @@ MAGNIFIER = hv.Magnifier(mass="20 g", stiffness="1 N/mm", restitution=0.5)
         ),
         (
             lambda: BEAM.vary("mode.2.coupling", "0.1 N/V"),
-            "mode.2.coupling must be below 0.04771 N/V in size, where the piezo takes all the energy that the mode's",
+            "mode.2.coupling must be below 0.04771 N/V in size, at which the piezo holds all the energy of the mode's",
         ),
         (
             lambda: BEAM.vary("mode.3.mass", 1.0),
@@ -52,11 +52,11 @@ MAGNIFIER = hv.Magnifier(mass="20 g", stiffness="1 N/mm", restitution=0.5)
         ),
         (
             lambda: BEAM.replace(magnifier=MAGNIFIER),
-            "[[mode]] must be left out beside [magnifier], but both are given",
+            "[[mode]] must be left out next to [magnifier], but both are given",
         ),
         (
             lambda: BEAM.replace(mode=(), magnifier=MAGNIFIER, stop=hv.Stop(restitution=1.0)),
-            "magnifier.restitution must be left out beside [stop], but both are given",
+            "magnifier.restitution must be left out next to [stop], but both are given",
         ),
         (
             lambda: hv.Ball(mass=1e-3, room=0.0, restitution=0.5),
@@ -65,7 +65,7 @@ MAGNIFIER = hv.Magnifier(mass="20 g", stiffness="1 N/mm", restitution=0.5)
         (lambda: hv.Ball(mass=1e-3, restitution=0.5), "ball.room must be given"),
         (
             lambda: BEAM.replace(ball=BALL, stop=hv.Stop(restitution=1.0)),
-            "[stop] must be left out beside [ball], but both are given",
+            "[stop] must be left out next to [ball], but both are given",
         ),
         (
             lambda: hv.run(BEAM.replace(ball=BALL), "exact"),
@@ -73,7 +73,7 @@ MAGNIFIER = hv.Magnifier(mass="20 g", stiffness="1 N/mm", restitution=0.5)
         ),
         (
             lambda: BEAM.replace(excitation=hv.Excitation(stiffness_noise=0.1)),
-            "excitation.stiffness_noise must be left out beside [[mode]], but both are given",
+            "excitation.stiffness_noise must be left out next to [[mode]], but both are given",
         ),
         (
             lambda: hv.run(BEAM.with_load(netlist="bridge"), "slow"),

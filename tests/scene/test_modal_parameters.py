@@ -85,13 +85,13 @@ def test_a_sweep_of_the_frequency():
         (
             {"frequency": 60.0, "stiffness": 16.0},
             {},
-            "oscillator.frequency must be left out where stiffness is given, but both are given",
+            "oscillator.frequency must be left out if stiffness is given, but both are given",
         ),
         ({}, {}, "oscillator.stiffness must be given, but is missing (or oscillator.frequency)"),
         (
             {"frequency": 60.0, "q": 40.0, "damping": 0.1},
             {},
-            "oscillator.q must be left out where damping is given, but both are given",
+            "oscillator.q must be left out if damping is given, but both are given",
         ),
         (
             {"frequency": 60.0, "q": 0.0},
@@ -107,7 +107,7 @@ def test_a_sweep_of_the_frequency():
         (
             {"frequency": 60.0},
             {"open_circuit_frequency": 61.0, "coupling": 1e-3},
-            "piezo.open_circuit_frequency must be left out where coupling is given",
+            "piezo.open_circuit_frequency must be left out if coupling is given",
         ),
     ],
 )

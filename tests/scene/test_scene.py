@@ -118,7 +118,7 @@ MASS = "oscillator.mass must be a mass (kg), such as '40 g', above 0, "
         (PLATE + "[stop]", "stop.restitution must be given, but is missing"),
         (
             PLATE.replace("[piezo]", "damping = 1\ndamping_ratio = 1\n[piezo]"),
-            "oscillator.damping_ratio must be left out where damping is given, but both are given",
+            "oscillator.damping_ratio must be left out if damping is given, but both are given",
         ),
         (PLATE + "[load]", "load must have either resistance or netlist, but neither is given"),
         (
@@ -148,7 +148,7 @@ MASS = "oscillator.mass must be a mass (kg), such as '40 g', above 0, "
         ),
         (
             PLATE + ND,
-            "[oscillator] must be left out where [nondimensional] is given, but both are given",
+            "[oscillator] must be left out if [nondimensional] is given, but both are given",
         ),
         (ND + "eps1 = 1", "nondimensional.D11 must be given with eps1, but is left out"),
         (ND + "D22 = 1\neps1 = 1", "nondimensional.D11 must be given with eps1, but is left out"),
@@ -167,7 +167,7 @@ MASS = "oscillator.mass must be a mass (kg), such as '40 g', above 0, "
         ),
         (
             PLATE + "[stop]\nrestitution = 1\nstiffness = 1e5",
-            "stop.stiffness must be left out where stop.restitution is given, but both are given",
+            "stop.stiffness must be left out if stop.restitution is given, but both are given",
         ),
         (
             PLATE + "[stop]\ndamping = 1",
@@ -218,7 +218,7 @@ MASS = "oscillator.mass must be a mass (kg), such as '40 g', above 0, "
         ),
         (
             ND + "restitution = 1\nstop_stiffness = 4",
-            "nondimensional.stop_stiffness must be left out where nondimensional.restitution is given",
+            "nondimensional.stop_stiffness must be left out if nondimensional.restitution is given",
         ),
         (
             ND + "stop_damping = 1",
@@ -470,7 +470,7 @@ def test_another_load_by_its_keys():
     )
     bridge = scene.with_load(netlist="bridge", parameters={"R": "1M", "C": 1e-5})
     assert bridge.load == Load(netlist="bridge", parameters={"R": 1e6, "C": 1e-5})
-    with pytest.raises(InputError, match="`load` must be left out where `resistance` is given"):
+    with pytest.raises(InputError, match="`load` must be left out if `resistance` is given"):
         scene.with_load(bridge.load, resistance="470k")
     with pytest.raises(
         InputError, match=r"load\.resistance must be a load resistance .* but is '470 kg'"

@@ -45,7 +45,7 @@ def drift(A: Floats, eqs: Equations) -> Floats:
     """The drift b(A) of the amplitude: the mean of m1, and the noise's part (Eqs. 21, 23).
 
     Corrected against print: the bracket of c2 is A^3 (1+K)/8 + 3/32 alpha A^5, and the noise
-    terms stand in a compact form equal to the corrected Fourier sums.  The impact term,
+    terms are in a compact form equal to the corrected Fourier sums.  The impact term,
     -(1 - r) A nu^3(pi/2)/(pi Q), is the paper's, of first order in 1 - r.
     """
     alpha = or_zero(eqs.alpha)
@@ -64,7 +64,7 @@ def drift(A: Floats, eqs: Equations) -> Floats:
 
 
 def intensities(eqs: Equations) -> tuple[Floats, Floats, Floats]:
-    """The noise intensities N1, N2 and N12 that the averaged amplitude feels; of N12 nothing without a stop."""
+    """The noise intensities N1, N2 and N12 that the averaged amplitude feels; N12 is absent without a stop."""
     return or_zero(eqs.n1), or_zero(eqs.n2), or_zero(None if eqs.restitution is None else eqs.n12)
 
 

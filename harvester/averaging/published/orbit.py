@@ -54,7 +54,7 @@ def nu(A: Floats, Phi: Floats, alpha: Coefficient, K: Floats) -> Floats:
 
 
 def frequency(A: Floats, alpha: Coefficient, K: Floats) -> Floats:
-    """Frequency 2 pi/T(A) of an orbit, T = int_0^2pi dPhi/nu the time that it takes (Gauss).
+    """Frequency 2 pi/T(A) of an orbit, T = int_0^2pi dPhi/nu its period (Gauss).
 
         2 pi/T = agm[nu(A, 0), nu(A, pi/2)] = agm[sqrt(1 + K + alpha A^2), sqrt(1 + K + alpha
         A^2/2)]

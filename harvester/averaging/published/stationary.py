@@ -1,11 +1,11 @@
-"""Stationary densities: of the amplitude, with the mean square voltage, and of the state (paper, Eqs. 25-30).
+"""Stationary densities of the amplitude, with the mean square voltage, and of the state (paper, Eqs. 25-30).
 
 Those of state, displacement and velocity follow from that of the amplitude.  Between orbits K =
 K(A) changes, so that at a displacement y the energy rises with A as
 
     J(A, y) = g(A) + K'(A) (A^2 - y^2)/2
 
-of which the paper keeps g(A).  With J and the orbit's own period T each density integrates to one.
+and the paper keeps g(A) of it.  With J and the orbit's own period T each density integrates to one.
 """
 
 import math
@@ -69,7 +69,7 @@ def density(eqs: Equations) -> Stationary:
 
     The lower limit A0 must be above 0, if it is printed: near 0, 2 b/sigma^2 = 1/A.  Integrated
     in ln A and normalised in log space, so that no scene over- or underflows.  The grid spans the
-    amplitudes where p A is above 1e-14 of its peak.
+    amplitudes with p A above 1e-14 of its peak.
 
     Raises SimulationError without external noise, if no density exists; UnboundedResponseError
     if p does not fall off, or so slowly that E[A^2] is infinite.
@@ -127,7 +127,7 @@ def mean_square_voltage(eqs: Equations) -> float:
 
 
 def mean_square_voltages(scenes: Sequence[Equations]) -> list[float | SimulationError]:
-    """Mean square voltages of many scenes at once; if one has no answer, its error stands in its place."""
+    """Mean square voltages of many scenes at once; the error of a scene without an answer is in its place."""
     return noisy_stacks(scenes, _TOGETHER, _mean_square_voltages, _NO_NOISE)
 
 

@@ -5,7 +5,8 @@ At rest without external noise Eq. 2 linearises to
     x'' - c1 x' + x + beta V = x sqrt(2 N2) dW/dt,   x'+ = -r x'- at x = 0,   V' + mu V = x'
 
 whose size grows as e^(lambda t); alpha, c2 and c3 drop out.  V counts as part of the size where it
-acts on the mass through a load.  Without a load V = x is a spring, W^2 = 1 + beta; without coupling
+acts on the mass through a load (as opposed to an open circuit).  Without a load V = x is a spring,
+W^2 = 1 + beta; without coupling
 the exponent is that of (x, x').  The functions take arrays of mu, n2 and restitution that
 broadcast, in place of those of the equations, so that a map of stability is one call.
 """
@@ -67,12 +68,12 @@ def averaged(
 
     p is the slow voltage over the cycle's mean displacement, whose law under noise has the mean p =
     l/(l + mu), l = lambda - n/2; if l + mu < n/2 few trajectories make that mean, and the typical p
-    = lambda/(lambda + mu) takes its place.  Either way lambda is the larger root of a quadratic,
+    = lambda/(lambda + mu) is used instead.  Either way lambda is the larger root of a quadratic,
     near -mu if the voltage outlives the motion.  For g >= 1 (beta above about 4.6) `decoupled`
-    stands alone.  f is the noise that the slow voltage follows: 1 for slow loads, 0 for fast ones;
+    is the answer.  f is the noise that the slow voltage follows: 1 for slow loads, 0 for fast ones;
     between, f = (1 - m^2)/(1 + m^2)/(1 + m^2/16) is not a theory but a fit to Monte Carlo (r = 1).
 
-    Without a stop: the rightmost eigenvalue lambda_i of (x, x', V), plus what noise does to an
+    Without a stop: the rightmost eigenvalue lambda_i of (x, x', V), plus the effect of noise on an
     oscillator of the frequency that has the mode's first-order response, -N2 (l_v x_i)^2, with
     right vectors (x_i, ...) and left ones (..., l_v, ...) of unit product.
     """
@@ -140,7 +141,7 @@ def pushed(ratio2: Floats) -> Floats:
 class Boundary(NamedTuple):
     """The stability boundary: N2 at which lambda = 0, at each mu (for eps2 = 1, N2 is D22).
 
-    0 where rest is unstable without noise, infinite if no noise makes it unstable.
+    0 if rest is unstable without noise, infinite if no noise makes it unstable.
     """
 
     mu: Floats
@@ -165,14 +166,14 @@ def boundary(eqs: Equations, mu: Floats, restitution: Override = None) -> Bounda
 
 @dataclass(frozen=True)
 class ExponentChecks:
-    """What is known of the error of `averaged`: its estimated size (None: unknown), and what to beware of."""
+    """The error of `averaged` that is known: its estimated size (None: unknown), and a warning."""
 
     error: float | None
     diagnostics: tuple[Diagnostic, ...]
 
 
 def checks(eqs: Equations) -> ExponentChecks:
-    """Compare `averaged` with what is exact without noise, and estimate what noise and load do together."""
+    """Compare `averaged` with the exact exponent without noise, and estimate the joint effect of noise and load."""
     m, n2, r = with_overrides(eqs, None, None, None)
     w2, _ = load(eqs, m, r)
     warnings = list[Diagnostic]()

@@ -25,7 +25,7 @@ def decoupled(
         lambda = c1/2 + I_(1/2)/(2 I_(-1/2)) + J ln r,   J = s/(sqrt(2 pi) I_(-1/2)) impacts in a unit of time,
         I_k = int_0^inf u^k exp[-(2/s^2)(q u + u^3/12)] du,   q = W^2 - c1^2/4,   s^2 = 2 N2
 
-    By quadrature over y = sqrt(u), where the trapezoidal rule converges faster than any power.
+    By quadrature over y = sqrt(u), in which the trapezoidal rule converges faster than any power.
     """
     q, n2 = np.broadcast_arrays(np.asarray(stiffness - 0.25 * np.square(c1)), np.maximum(n2, 1e-30))
     # Beyond y either power of the exponent has cut the integrand to e^-40 (for q < 0: the sixth

@@ -41,7 +41,7 @@ def load(eqs: Equations, m: Floats, r: Floats | None) -> tuple[Floats, Floats]:
 
 
 def share(m: Floats, r: Floats | None) -> Floats:
-    """What a stop leaves of the harmonic voltage: chi = 1 - 4 m coth(pi m/2)/(pi (1 + m^2)); 1 without one."""
+    """The fraction of the harmonic voltage that a stop leaves: chi = 1 - 4 m coth(pi m/2)/(pi (1 + m^2)), else 1."""
     return (
         np.ones_like(m)
         if r is None or not np.any(m)

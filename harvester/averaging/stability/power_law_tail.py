@@ -41,7 +41,7 @@ STRONG, QUICK = 0.2, 4.0
 class PowerTail:
     """The exponent q of the density p(A) ~ A^-(1 + q), and the ends between which it lies.
 
-    ``highest`` is infinite if what dissipates energy is not all known: then ``exponent`` is that
+    ``highest`` is infinite if some dissipation is unknown: then ``exponent`` is that
     without it.  An exponent of zero or less belongs to no law at all: the response grows without
     bound.
     """
@@ -67,8 +67,8 @@ def power_tail(eqs: Equations, driven: bool = False) -> PowerTail | None:
 
     With a stop and a load, d = 1 - r and g = 4 beta/(pi^2 w^2), the ends are q (1 - 0.03 - 0.6 d -
     0.3 g), or the exponent without both if that is more, and q (1 + 0.05 + 0.2 d + 2.5 g), or none
-    if the slow voltage may take more than averaging knows: chosen on 40 random scenes, and tried
-    on 40 others, by Monte Carlo of Lambda, that of the linearised motion.
+    if the slow voltage may dissipate more than averaging knows: chosen on 40 random scenes, and
+    tried on 40 others, by Monte Carlo of Lambda, that of the linearised motion.
     """
     nonlinear = (eqs.linear, eqs.alpha2, eqs.alpha)
     if not eqs.n2 or friction_bounds(eqs) or any(term is not None for term in nonlinear):
@@ -117,7 +117,7 @@ def moment_growth(eqs: Equations, degree: int) -> float:
 
         L = sum_ij M_ij z_j d/dz_i + N2 x^2 d^2/dx'^2
 
-    takes polynomials of one degree to such; the rate is the largest real part of its eigenvalues.
+    maps polynomials of one degree to such; the rate is the largest real part of its eigenvalues.
     """
     m, n2, _ = with_overrides(eqs, None, None, None)
     flow = matrix(eqs, m)

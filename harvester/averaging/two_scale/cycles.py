@@ -1,15 +1,15 @@
 """Cycles of the conservative motion with the true periodic voltage, for a row of amplitudes.
 
 A cycle is symmetric in time about its turning point x = A at t = 0; all follows from the quarter 0
-<= Phi <= pi/2 of x = A cos Phi, from there to x = 0, which takes the time tau: half a cycle with a
+<= Phi <= pi/2 of x = A cos Phi, from there to x = 0, of the duration tau: half a cycle with a
 stop, a quarter of one without.  Its speed is x' = -A sin Phi nu, nu = dPhi/dt from the energy.
 
 The voltage V' + mu V = x', periodic, is V = A (p' - mu p) with p odd in t and p' = dp/dt:
 
     p'' - mu^2 p = -sin Phi nu,   p(0) = 0,   p(tau) = 0 with a stop, p'(tau) = 0 without
 
-With P the solution without a stop, by Galerkin's method in sin Phi, sin 3 Phi, ..., the stop takes
-off P(tau) sinh(mu t)/sinh(mu tau), whose layer at the wall is kept exactly for every mu, and
+With P the solution without a stop, by Galerkin's method in sin Phi, sin 3 Phi, ..., the stop
+subtracts P(tau) sinh(mu t)/sinh(mu tau), whose layer at the wall is kept exactly for every mu, and
 
     <V^2> = A^2/tau [int sin Phi P dPhi - (stop) mu coth(mu tau) P(tau)^2]
 

@@ -1,4 +1,4 @@
-"""Stationary densities of our theory: of amplitude, state, displacement and velocity.
+"""Stationary densities of our theory for amplitude, state, displacement and velocity.
 
 An orbit of amplitude A has the kinetic energy k(A, x) = x'^2/2 at the displacement x, and spends
 dx/x' of its period T there, so that p(A) dA spreads over the plane as
@@ -91,7 +91,7 @@ def _velocities(law: TwoScale) -> tuple[Floats, float]:
 
 
 def _kinetic(x: Floats, law: TwoScale) -> Floats:
-    """Kinetic energy k(A, x) = A^2 sin^2 Phi nu^2/2, (m, n); negative, smooth in A, where an orbit ends before x."""
+    """Kinetic energy k(A, x) = A^2 sin^2 Phi nu^2/2, (m, n); negative, smooth in A, if an orbit ends before x."""
     q = quarter(law.nu.shape[1], 1)
     points = np.concatenate([[0.0], q.phi, [0.5 * np.pi]])
     even = ((1, np.zeros(len(law.A))), "not-a-knot")  # nu^2 is even about the turning point

@@ -44,7 +44,7 @@ def log_mass(u: Floats, cycle: Cycles, slope: Floats, slow: Floats, eqs: Equatio
 
 
 def slope_on_grid(u: Floats, values: Floats) -> Floats:
-    """Slope d/du on an evenly spaced grid: of fourth order inside, of second at the ends, where the law is nothing."""
+    """Slope d/du on an evenly spaced grid: fourth order inside, second at the ends, at which the law vanishes."""
     du = u[..., 1] - u[..., 0]
     slope = np.empty_like(values)
     over_2, over_4 = values[..., 2:] - values[..., :-2], values[..., 4:] - values[..., :-4]
@@ -68,7 +68,7 @@ def normalised(log_p: Floats) -> Floats:
 
 
 def with_tail(mass: Floats, A: Floats) -> Floats:
-    """The probabilities as weights of means of what grows as A^2, with all that lies beyond the last amplitude.
+    """The probabilities as weights of means of quantities that grow as A^2, with the tail beyond the last amplitude.
 
     There mass falls as A^-q, and each step further of du weighs exp((2 - q) du) times the one
     before: a factor 1/(1 - exp((2 - q) du)) on the last weight, infinite if no such mean exists.
@@ -109,7 +109,7 @@ def _resolvent(rate: Floats, right: Floats, flow: Floats, mass: Floats) -> Float
 
     L is symmetric in the stationary law; between neighbouring amplitudes it carries the current
     ``flow``, p sigma^2/2 per dE, so that (rate - L) times the law is one positive tridiagonal
-    matrix. Its elimination keeps what a diagonal exceeds its neighbours by, so that nothing
+    matrix. Its elimination keeps the excess of a diagonal over its neighbours, so that nothing
     positive is subtracted: however small rate is compared with the flow, no digit is lost.
     (SciPy's solver would need longer to load than the answer takes.)
     """
@@ -131,7 +131,7 @@ def _resolvent(rate: Floats, right: Floats, flow: Floats, mass: Floats) -> Float
 
 
 def _one_scene(margin: list[float], flow: list[float], sums: list[float]) -> list[float]:
-    """The solution for one scene, one amplitude after another; ``margin`` is what the diagonal exceeds the flow by."""
+    """Solve one scene, one amplitude after another; ``margin`` is the excess of the diagonal over the flow."""
     excess = margin[0]
     diagonal = [margin[0] + flow[0]]
     for k in range(1, len(margin)):

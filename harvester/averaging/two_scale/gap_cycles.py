@@ -1,13 +1,13 @@
-"""Cycles of the conservative motion where the stop is at x = -gap, with the true periodic voltage.
+"""Cycles of the conservative motion with a stop at x = -gap, with the true periodic voltage.
 
 Two kinds of orbits share one form.  Those whose energy is below the stop's swing freely between two
 turning points; those above run from the stop to the right turning point and back.  Either is
 symmetric in time about the turning point x = A at t = 0, and all follows from the half cycle from
-there to its left end, which takes the time tau:
+there to its left end, of the duration tau:
 
     x = c + a cos Phi,   x' = -a sin Phi nu,   0 <= Phi <= Phi_e,   a = (A + B)/2,   c = (A - B)/2
 
-The mass turns at -B, or would turn there if there were no stop: Phi_e = pi for a free orbit, and
+The mass turns at -B, or would turn there without a stop: Phi_e = pi for a free orbit, and
 with an impact sin^2(Phi_e/2) = (A + gap)/(A + B).  B represents the orbit's energy, U(B) in the
 potential U = x^2/2 + alpha x^4/4: it meets the stop with x'^2/2 = U(B) - U(gap).  A follows from
 the work of the voltage between the ends,
@@ -20,7 +20,7 @@ The voltage V' + mu V = x' of period 2 tau is V = a (p' - mu p), p odd in t and 
 
 Galerkin's method in odd polynomials of Phi gives a P without a layer at the wall: its slope there
 is that on a linear spring, P'(tau) = cos Phi_e nu^2/(nu^2 + mu^2).  The layer P(tau) sinh(mu
-t)/sinh(mu tau) is taken off exactly:
+t)/sinh(mu tau) is subtracted exactly:
 
     <V^2> = a^2/tau [int sin Phi P dPhi + P'(tau) P(tau) - mu coth(mu tau) P(tau)^2]
 

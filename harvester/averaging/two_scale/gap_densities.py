@@ -1,4 +1,4 @@
-"""Stationary densities of our theory where the stop is at a distance from rest, or preloaded.
+"""Stationary densities of our theory for a stop at a distance from rest, or preloaded.
 
 An orbit of energy E passes x with the kinetic energy k(E, x) = x'^2/2.  The area between two orbits
 of one potential is T dE, so that the law is p(E)/T in the plane; the voltage bends each orbit's own
@@ -61,7 +61,7 @@ def state_density(x: Floats, v: Floats, spread: Spread) -> Floats:
 
 
 def _rising(values: Floats, spread: Spread, first: int = 0) -> Any:
-    """Places from ``first`` on where the values exceed all before: all but those of a few orbits next to grazing.
+    """Places from ``first`` on at which the values exceed all before: all but those of a few orbits next to grazing.
 
     Raises SimulationError if that leaves out more than a few.
     """
@@ -75,7 +75,7 @@ def _rising(values: Floats, spread: Spread, first: int = 0) -> Any:
 
 
 def _turning_there(x: Floats, spread: Spread) -> Floats:
-    """Energy of the orbit that turns at x, shape (m,), where one does."""
+    """Energy of the orbit that turns at x, shape (m,), if one does."""
     right = _rising(spread.A, spread)
     left = np.flatnonzero(spread.gap > spread.B)[::-1]
     ends = np.concatenate([-spread.B[left], spread.A[right]])

@@ -8,8 +8,8 @@ b - c:
 for period and averages have a square root in the energy there, which cosh z removes.  With a
 preload, g < 0, all orbits are above.  Two panels of Gauss points, parted at grazing if that is
 among the energies that matter, give integrals and slopes of functions that are smooth on either
-side; what follows the energy slowly is found by finite elements on them, the sums of the panels'
-Legendre polynomials that are continuous where they meet.
+side; functions that follow the energy slowly are found by finite elements on them, the sums of the
+panels' Legendre polynomials that are continuous at their ends.
 """
 
 import math

@@ -1,4 +1,4 @@
-"""Two-scale averaging where the stop is at a distance from rest, or preloaded.
+"""Two-scale averaging for a stop at a distance from rest, or preloaded.
 
 Orbits below the stop's energy do not meet it, those above lose (1 - r^2) times their kinetic energy
 there:
@@ -13,8 +13,8 @@ Phi_e/tau and n = j pi/Phi_e, and the share n^2/(n^2 - 1)^2 of <x'^2>: the even 
 with a stop at rest, 1 alone on a free orbit.
 
 The correction of second order is that of a stop at rest, to the power of the squared probability of
-an orbit that meets the stop.  The stated errors stand next to it
-(`harvester.averaging.two_scale.second_order`).  What does not settle (beta above 2 or so near
+an orbit that meets the stop.  The stated errors are next to it
+(`harvester.averaging.two_scale.second_order`).  A law that does not settle (beta above 2 or so near
 grazing) is an error.
 """
 
@@ -117,7 +117,7 @@ def _least(eqs: Equations) -> Floats:
 
 
 def _rest(offset: Floats, eqs: Equations) -> Floats:
-    """Where c + alpha c^3 = -beta V for free orbits under the slow voltage V, by Newton's method; 0 with a preload."""
+    """The root of c + alpha c^3 = -beta V, for free orbits under the slow voltage V, by Newton; 0 with a preload."""
     alpha = or_zero(eqs.alpha)
     force = -or_zero(eqs.beta) * offset
     c = force

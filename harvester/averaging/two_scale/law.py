@@ -1,4 +1,4 @@
-"""Impact-aware two-scale averaging: what the published theory becomes with the true voltage.
+"""Impact-aware two-scale averaging: the published theory with the true voltage.
 
 Fast scale: on each cycle the periodic voltage is computed for the true orbit
 (`harvester.averaging.two_scale.cycles`); with a stop it has zero mean and only even harmonics.
@@ -12,11 +12,12 @@ Energy E is the slow variable,
 
     E[V_slow^2] = Var(xbar) - mu <xt (mu - L)^-1 xt>,   xt = xbar - <xbar>
 
-An impact takes E to r^2 E; between impacts noise adds energy at a steady rate, so that the time
-average stands midway, hence (1 - r^2)/(1 + r^2) instead of the published 1 - r.  The slow voltage
+An impact reduces E to r^2 E; between impacts noise adds energy at a steady rate, so that the time
+average is midway, hence (1 - r^2)/(1 + r^2) instead of the published 1 - r.  The slow voltage
 pushes the mass: its mean at each amplitude enters the orbits' potential.  Both scales have lines of
 finite width: a harmonic n w of x that dies out at the rate n c/2 gives n^2 w^2/(n^2 w^2 + mu^2 + n
-c mu), and nothing slow is faster than the cycle, which takes 1/(1 + (mu/2w)^2) off the slow part.
+c mu), and nothing slow is faster than the cycle, which multiplies the slow part by 1 - 1/(1 +
+(mu/2w)^2).
 """
 
 import math
@@ -66,8 +67,8 @@ class TwoScale:
 
     ``mean_square_voltage`` is fast + slow, with a stop at rest times the factor of second order; ``bias`` is a rough
     size of its relative model error (see `solve`). ``exchange`` is the energy that noise brings in a cycle over the
-    mean energy, the small parameter of averaging; ``impact_loss`` the share of the energy that impacts take in a
-    cycle, ``stored`` the share that the piezo holds.
+    mean energy, the small parameter of averaging; ``impact_loss`` the fraction of the energy that
+    impacts dissipate in a cycle, ``stored`` the fraction that the piezo holds.
     ``A`` are the amplitudes, ``mass`` the probability of each (their ln A is evenly spaced), ``period``
     the time of a cycle, ``nu`` its dPhi/dt at the Gauss points of a quarter, shape (n, N).
     With a stop at a distance or preloaded, A are right turning points, not evenly spaced, and ``nu`` is
@@ -110,7 +111,7 @@ def solve(eqs: Equations) -> TwoScale:
 
 
 def solve_many(scenes: Sequence[Equations]) -> list[TwoScale | SimulationError]:
-    """Solve many scenes at once; if one has no answer, its error stands in its place."""
+    """Solve many scenes at once; the error of a scene without an answer is in its place."""
     at_rest = [replace(eqs, gap=None) if eqs.gap == 0.0 else eqs for eqs in scenes]
     return noisy_stacks(at_rest, _TOGETHER, _solve, _NO_NOISE)
 

@@ -1,15 +1,16 @@
-"""What averaging leaves out with a stop, to second order: a correction of E[V^2], and the error that is left.
+"""The second-order terms of averaging with a stop: a correction of E[V^2], and the remaining error.
 
-Averaging is of first order in what one cycle changes.  Three small numbers state how much that is:
-the share i of the energy that impacts take in a cycle, the share q that the piezo holds, and the
+Averaging is of first order in the change over one cycle.  Three small numbers state how much that
+is: the fraction i of the energy that impacts dissipate in a cycle, the fraction q that the piezo
+holds, and the
 load m = mu T/pi over a cycle of T. The next order was measured, not derived.  On 300 random scenes
 (`benchmarks/accuracy.py`; r from 0.3 to 1, beta from 0.02 to 10, mu from 0.02 to 10) the logarithm
 of the true E[V^2] over the averaged one is
 
     k = (0.056 + 0.077/(1 + m)) i^2 - 0.11 q (1 + 3 i)/(1 + (q/0.2)^4)
 
-of which the first part is that of weak coupling: an impact that takes much of the energy makes each
-cycle lopsided and spreads the energies of the cycles, both of which the voltage squared feels.
+of which the first part is that of weak coupling: an impact that dissipates much of the energy makes
+each cycle lopsided and spreads the energies of the cycles, both of which the voltage squared feels.
 E[V^2] is multiplied by exp(k).
 """
 
@@ -29,12 +30,12 @@ def correction(impact_loss: Floats, stored: Floats, load: Floats) -> Floats:
 
 
 def stated_error(impact_loss: Floats, stored: Floats, friction: Floats) -> Floats:
-    """Relative error that is left in E[V^2]; ``friction`` is the share o of the energy that friction takes in a cycle.
+    """Relative error left in E[V^2]; ``friction`` is the fraction o of the energy that friction dissipates in a cycle.
 
         0.005 + 0.03 i + 0.02 i^2 + 0.01 o^2 + 0.2 q (1 + i) + min(8 (q - 0.22) (i + 0.1), 1)
 
-    the last term where q is above 0.22: a piezo that holds so much makes the motion another one.  Not exceeded in the
-    600 scenes by which it was chosen, nor in 215 others.
+    the last term if q is above 0.22: a piezo that holds so much changes the motion.  Not exceeded
+    in the 600 scenes by which it was chosen, nor in 215 others.
     """
     i = np.minimum(impact_loss, _LARGEST)
     q = stored
@@ -47,8 +48,9 @@ def stated_error(impact_loss: Floats, stored: Floats, friction: Floats) -> Float
 def amplified(friction: Floats, exchange: Floats) -> Floats:
     """The factor on a stated error if the damping is negative and ``friction``, its share of the energy, feeds.
 
-    Impacts and load then take what friction and noise give.  A relative error of what they take is left to the noise
-    alone, whose share in a cycle is ``exchange``: 1 + max(-friction, 0)/exchange times as large.
+    Impacts and load then dissipate the energy of friction and noise.  A relative error of the
+    dissipated energy is left to the noise alone, whose fraction in a cycle is ``exchange``: 1 +
+    max(-friction, 0)/exchange times as large.
     """
     return np.asarray(1.0 + np.maximum(-friction, 0.0) / exchange)
 
@@ -64,10 +66,12 @@ def stated_error_distant(
     """Relative error that is left in E[V^2] with a stop at a distance; ``touching`` is the probability of an impact.
 
     Orbits that meet the stop and free ones have an error each; if both are likely, there is that of a voltage which
-    remembers the other kind.  ``load`` and ``exchange`` are what the load takes and the noise brings in a cycle.  The
-    constants are the least, by a linear program, that cover 131 random scenes of engine `density` 1.6 times, and a
-    quarter more (`benchmarks/averaged_error.py`): a slow load with strong coupling is a spring that lets go slowly, of
-    which averaging knows the mean only, 19 % too high at worst.
+    remembers the other kind.  ``load`` and ``exchange`` are the energies that the load dissipates
+    and the noise brings
+    in a cycle.  The constants are the least, by a linear program, that cover 131 random scenes of
+    engine `density` 1.6 times, and a quarter more (`benchmarks/averaged_error.py`): a slow load
+    with strong coupling is a spring that relaxes slowly, of which averaging knows the mean only, 19
+    % too high at worst.
     """
     i = np.minimum(impact_loss, _LARGEST)
     q = stored
@@ -90,8 +94,9 @@ def stated_error_preloaded(
 ) -> Floats:
     """Relative error that is left in E[V^2] with a preload; ``slowness`` is m, the load over a cycle.
 
-    ``pressed`` is the share of the energy that the spring holds at the stop.  With a strong preload E[V^2] goes with
-    the square of the energy; and a strong coupling with a slow load lifts the mass off its stop, by small free orbits
+    ``pressed`` is the share of the energy that the spring holds at the stop.  With a strong preload
+    E[V^2] varies as the square of the energy; and a strong coupling with a slow load lifts the mass
+    off its stop, by small free orbits
     that are left out: E[V^2] is more than twice too high at worst.  Constants as in `stated_error_distant`, of 69
     scenes and without the quarter.
     """

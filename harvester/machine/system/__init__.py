@@ -1,4 +1,4 @@
-"""What each operating system has in a way of its own: `this_system`, chosen here, so that no other file asks for it.
+"""The parts that differ between operating systems: `this_system`, chosen here, so that no other file asks for it.
 
 Each system's class has the same methods, which the checker of types sees on each.
 """

@@ -1,4 +1,4 @@
-"""The ways of Linux and macOS: POSIX, and what each has in addition."""
+"""The ways of Linux and macOS: POSIX, and the additions of each."""
 
 import sys
 
@@ -25,7 +25,7 @@ _LIBRARY_FOLDERS = ("/opt/homebrew/lib", "/usr/local/lib", "/opt/local/lib")
 
 
 class Posix:
-    """What Linux and macOS do alike."""
+    """The common part of Linux and macOS."""
 
     def open_to_read(self, path: str | Path) -> int:
         """Open a file for reading, without waiting for the writer of a pipe: O_NONBLOCK."""
@@ -127,7 +127,7 @@ class Posix:
 
 
 class Linux(Posix):
-    """What Linux has besides: limits of the address space, /proc, and a list of installed libraries."""
+    """The additions of Linux: limits of the address space, /proc, and a list of installed libraries."""
 
     def address_space(self) -> int | None:
         """The bytes of memory that this process may address, by `ulimit -v`; None without a limit."""
@@ -135,7 +135,7 @@ class Linux(Posix):
         return None if room == resource.RLIM_INFINITY else room
 
     def processor(self) -> str:
-        """The name of CPU time, from /proc; '' if the system does not say."""
+        """The name of CPU time, from /proc; '' if the system does not state it."""
         with suppress(OSError):
             text = Path("/proc/cpuinfo").read_text(encoding="utf-8")
             if match := re.search(r"^model name\s*:\s*(.*\S)", text, re.MULTILINE):
@@ -145,7 +145,7 @@ class Linux(Posix):
     def library(self, name: str) -> str | None:
         """The name by which an installed library loads, from the linker's list; None if it is not found.
 
-        Raises OSError if the system starts no process, which Python's search takes for a missing
+        Raises OSError if the system starts no process, which Python's search treats as a missing
         library.
         """
         library = ctypes.util.find_library(name)
@@ -170,10 +170,10 @@ class Linux(Posix):
 
 
 class MacOS(Posix):
-    """What macOS has besides: no limit of the address space that holds, sysctl, and folders of libraries."""
+    """The properties of macOS: no limit of the address space that holds, sysctl, and folders of libraries."""
 
     def address_space(self) -> int | None:
-        """Know of no limit: the system takes one and does not keep to it."""
+        """Know of no limit: the system accepts one and does not keep to it."""
         return None
 
     def processor(self) -> str:
@@ -186,7 +186,7 @@ class MacOS(Posix):
         return ""
 
     def library(self, name: str) -> str | None:
-        """Look where the system's own search does not as well: Homebrew on Apple's processors."""
+        """Look in further places than the system's own search: Homebrew on Apple's processors."""
         paths = [Path(folder) / f"lib{name}.dylib" for folder in _LIBRARY_FOLDERS]
         return ctypes.util.find_library(name) or next(
             (str(path) for path in paths if path.is_file()), None

@@ -24,7 +24,7 @@ _PROCESSOR = r"HARDWARE\DESCRIPTION\System\CentralProcessor\0"
 
 
 class Windows:
-    """What Windows does its own way; `harvester.machine.system.posix` says what is asked of each system."""
+    """The Windows versions; `harvester.machine.system.posix` describes the requirements on each system."""
 
     def address_space(self) -> int | None:
         """Know of no limit: Windows has none that a shell sets."""
@@ -37,7 +37,7 @@ class Windows:
         return ""
 
     def library(self, name: str) -> str | None:
-        """Look along PATH, where Windows looks as well."""
+        """Look along PATH, as Windows does."""
         return ctypes.util.find_library(name) or ctypes.util.find_library(f"lib{name}-0")
 
     def library_file(self, library: str) -> Path:
@@ -116,7 +116,7 @@ class Windows:
             _kernel().SetConsoleCtrlHandler(None, False)
 
     def wait_for_end_of(self, parent: int) -> None:
-        """Wait for the process itself; one that is gone already has no handle."""
+        """Wait for the process itself; one that has ended has no handle."""
         handle = _handle(parent)
         if handle:
             _kernel().WaitForSingleObject(handle, _FOREVER)
@@ -130,7 +130,7 @@ class Windows:
 
 
 def _kernel() -> "ctypes.WinDLL":
-    """The system's library, with the types of what is a pointer."""
+    """The system's library, with the types of its pointers."""
     kernel = ctypes.WinDLL("kernel32", use_last_error=True)
     kernel.OpenProcess.restype = ctypes.c_void_p
     kernel.WaitForSingleObject.argtypes = [ctypes.c_void_p, ctypes.c_uint32]
@@ -140,6 +140,6 @@ def _kernel() -> "ctypes.WinDLL":
 
 
 def _handle(process: int) -> int | None:
-    """What Windows waits with for a process; None if there is not such a process."""
+    """The handle by which Windows waits for a process; None if there is not such a process."""
     handle: int | None = _kernel().OpenProcess(_SYNCHRONIZE, False, process)
     return handle

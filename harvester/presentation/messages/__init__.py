@@ -3,7 +3,7 @@
 Each file of this folder has the ``MESSAGES`` of the subpackages that it is named after: a text with
 the names of its numbers in braces, or a function of them if the sentence depends on them;
 ``{seconds!t}`` is a time with its unit, and ``{error!p}`` a fraction in per cent.  An argument of
-Python stands in backticks, such as `within`; a command prints it as --within.
+Python is in backticks, such as `within`; a command prints it as --within.
 """
 
 from collections.abc import Callable, Mapping

@@ -1,4 +1,4 @@
-"""All profiles by name, what each needs beside its name, and the list that `harvester keys profile` prints."""
+"""All profiles by name, the further keys that each needs, and the list that `harvester keys profile` prints."""
 
 from collections.abc import Mapping
 
@@ -48,7 +48,7 @@ def listed() -> list[dict[str, object]]:
 
 
 def text() -> str:
-    """Every profile: what it is, its keys and its source."""
+    """Every profile: its description, its keys and its source."""
     lines = []
     for profile in PROFILES.values():
         keys = [*profile.needs, *(f"{key} (optional)" for key in profile.takes)]

@@ -8,7 +8,7 @@ A shock is single, or there are so many a second:
 
 Repeated every T they are the Fourier series of c_n = 1/T times the integral of a(t) exp(-2 pi i n
 t/T), in closed form. c_0 = 0: the base comes back to rest, so that the velocity that a shock gives
-is taken back evenly until the next.
+is removed evenly until the next.
 
 A machine has lines at its speed of rotation and multiples of it, a walker at those of the steps:
 
@@ -75,7 +75,7 @@ def shock(
     """One period of a repeated shock in SI units, with lines far beyond the ``resonance`` of the device (Hz).
 
     A mass follows a line at 2 `FINE` times its resonance and beyond by less than a thousandth of
-    the base's motion: what is left out changes its mean square by less than a millionth.
+    the base's motion: the omitted part changes its mean square by less than a millionth.
 
     Raises InputError for a shock without size, one that is longer than the period, and a period of
     more than `MOST_SAMPLES`.
@@ -97,8 +97,8 @@ def shock(
     )
     if 2 * lines + 1 > MOST_SAMPLES:
         raise InputError(
-            f"excitation.event_rate must be so high that a period of the shocks takes at most {MOST_SAMPLES} samples, "
-            f"but that of {period:.4g} s takes {2 * lines + 1}: give a higher event_rate"
+            f"excitation.event_rate must be so high that a period of the shocks has at most {MOST_SAMPLES} samples, "
+            f"but that of {period:.4g} s has {2 * lines + 1}: give a higher event_rate"
         )
     w = 2.0 * math.pi / period * np.arange(lines + 1.0)
     series = (2 * lines + 1) * amplitude / period * _transform(name, w, duration, frequency)
@@ -149,7 +149,7 @@ LINES = {
         ),
         Profile(
             "walking",
-            "the vertical acceleration of a walker's centre of mass, 1.6 to 2.2 steps a second (2 where left out)",
+            "the vertical acceleration of a walker's centre of mass, 1.6 to 2.2 steps per second (default: 2)",
             "coefficients 0.5, 0.2, 0.1, 0.05 of AISC Design Guide 11, table 1.1 (Allen and Murray 1993)",
             takes=("frequency", "level"),
         ),
@@ -173,7 +173,7 @@ def walking(frequency: float | None, level: float) -> Record:
     """One step of a walker at ``frequency`` steps per second; InputError outside of `STEP_RATES`."""
     rate = STEP_RATE if frequency is None else frequency
     if not STEP_RATES[0] <= rate <= STEP_RATES[1]:
-        must = f"be between {STEP_RATES[0]} and {STEP_RATES[1]} Hz, the steps a second that its source covers"
+        must = f"be between {STEP_RATES[0]} and {STEP_RATES[1]} Hz, the steps per second that its source covers"
         raise invalid("excitation.frequency of profile 'walking'", must, rate)
     values = np.cos(_angles(len(WALKING))) @ np.array(WALKING)
     return Record(1.0 / (rate * len(values)), level * G * values, exact=True)

@@ -1,6 +1,6 @@
-"""What a shaking by name is, and those that test standards prescribe as densities, each with its document.
+"""The type of an excitation profile, and those that test standards prescribe as densities, each with its document.
 
-A curve is here only where its document is public and its points give the rms acceleration that the
+A curve is here only if its document is public and its points give the rms acceleration that the
 document states next to them, which a test computes.  Between the points it is straight in log-log,
 and 0 outside of them.
 """
@@ -14,10 +14,10 @@ from harvester.records.records import TabulatedDensity
 
 @dataclass(frozen=True)
 class Profile:
-    """A shaking by name: ``what`` it is in a line, the ``source`` of its numbers, and its keys of [excitation].
+    """A shaking by name: ``what`` in a line, the ``source`` of its numbers, and its keys of [excitation].
 
-    Those of ``needs`` must be given, those of ``takes`` may be; all others must be left out.  ``random`` profiles are
-    noise of a density, the others a record that repeats itself.
+    Those of ``needs`` must be given, those of ``takes`` may be; all others must be left out.
+    ``random`` profiles are noise of a density, the others a record that repeats itself.
     """
 
     name: str

@@ -79,7 +79,7 @@ def count_of_runs(trajectories: int | None, engine: str, steady: bool) -> int:
         return 1 if steady else RUNS[engine]
     if steady:
         raise InputError(
-            "`trajectories` must be left out where nothing is random, as all runs are the same, but is given: with "
+            "`trajectories` must be left out if nothing is random, as all runs are the same, but is given: with "
             "`anywhere` each begins at another place of the shaking"
         )
     if not 2 <= trajectories <= MOST_RUNS:

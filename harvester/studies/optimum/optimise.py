@@ -176,7 +176,7 @@ def kind_of_search(
     )
     if circuits and special:
         names = "`constraints`, `lifetime`, `spread`, `objective` and series"
-        raise InputError(f"{names} must be left out where circuits are compared, but one is given")
+        raise InputError(f"{names} must be left out if circuits are compared, but one is given")
     return "circuits" if circuits else "devices" if special else "plain"
 
 

@@ -335,7 +335,7 @@ def test_power_does_not_depend_on_the_length():
                 "centre_frequency": 1.0,
                 "correlation_time": 1.0,
             },
-            "excitation.centre_frequency must be left out where correlation_time is given",
+            "excitation.centre_frequency must be left out if correlation_time is given",
         ),
         (
             {"acceleration_amplitude": "1 g/Hz", "frequency": 1.0},

@@ -173,7 +173,7 @@ def test_by_the_ensemble():
         ),
         (
             {"profile": "walking", "acceleration_file": "a.csv"},
-            "must be left out where profile is given",
+            "must be left out if profile is given",
         ),
         (
             {**SHOCK, "acceleration_amplitude": 0.0},
@@ -185,7 +185,7 @@ def test_by_the_ensemble():
         ),
         (
             {**SHOCK, "event_rate": 1e-9},
-            "excitation.event_rate must be so high that a period of the shocks takes",
+            "excitation.event_rate must be so high that a period of the shocks has",
         ),
     ],
 )

@@ -285,7 +285,7 @@ def test_a_power_that_has_not_settled_is_never_chosen_over_one_that_has():
         ),
         (
             ("--vary", "load.netlist=bridge,sece", "--constraint", "voltage_rms < 2"),
-            "must be left out where circuits are",
+            "must be left out if circuits are",
         ),
         (("--vary", "load.netlist=bridge,../../etc/passwd"), "passwd"),
     ],

@@ -132,7 +132,7 @@ def test_what_is_no_range(text, line):
         (
             {"load.resistance": (1.0, 2.0)},
             {},
-            "[load] must be left out where [nondimensional] is given",
+            "[load] must be left out if [nondimensional] is given",
         ),
         (
             {"nondimensional.restitution": (0.0, 2.0)},

@@ -36,7 +36,7 @@ def test_a_design_beaten_within_the_errors_is_said():
 
 
 def test_the_picture_has_bars_both_ways_on_every_design():
-    """The designs that cannot be told from the front, too: their errors are why."""
+    """The designs that indistinguishable from the front, too: their errors are why."""
     found = ParetoFront(
         "ensemble",
         "peak_voltage",

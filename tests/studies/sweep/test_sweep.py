@@ -255,11 +255,7 @@ def test_what_stands_for_a_formula(name, asked, computed, formulas):
         ),
         # the last point is impossible
         (["load.resistance=1k,1", "oscillator.mass=1,1e-50"], 1, "the power scale "),
-        (
-            ["nondimensional.mu=1"],
-            1,
-            "[oscillator] must be left out where [nondimensional] is given",
-        ),
+        (["nondimensional.mu=1"], 1, "[oscillator] must be left out if [nondimensional] is given"),
     ],
 )
 def test_refused_before_anything_is_written(tmp_path, axes, engines, line):
